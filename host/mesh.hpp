@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Meshes as read, and the one world mesh that all of a scene's objects become.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "host/scene.hpp"
+
+namespace raywave {
+
+/// Triangles that index vertices; `normals` and `uvs` are empty or as long as `positions`.
+struct Mesh {
+  std::vector<glm::dvec3> positions;
+  std::vector<glm::dvec3> normals;
+  std::vector<glm::dvec2> uvs;  // (0, 0) is the bottom left of the texture
+  std::vector<glm::uvec3> triangles;
+};
+
+/// Reads any format Assimp reads; all parts of the file merged, polygons triangulated, points and lines dropped, node transforms applied.
+///
+/// throws  InputError, starting with `where`, when the file cannot be read, holds no triangle, or a vertex is NaN or infinite
+Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where);
+
+/// Every object placed in the world (metres), one after the other. All vectors of a vertex are as long as `positions`.
+struct World {
+  std::vector<glm::dvec3> positions;
+  std::vector<glm::vec3> normals;  // unit length, as oriented by the mesh; of the face where a vertex has none
+  std::vector<glm::vec2> uvs;      // (0, 0) where a mesh has none
+  std::vector<glm::uvec3> triangles;
+  std::vector<std::int32_t> triangle_object;  // index into Scene::objects
+  std::vector<bool> object_closed;            // per object: every edge shared by exactly two triangles in opposite directions (after welding equal positions)
+  glm::dvec3 min_m{0}, max_m{0};              // bounding box
+};
+
+/// Loads, rotates, scales and places all objects of the scene. Objects that name the same file read it once.
+///
+/// throws  InputError when a mesh is unusable, a width is asked of a mesh without x extent, or an object touches or lies behind the
+///         hologram plane (z <= 0); or when the scene has no object
+World build_world(const Scene& scene);
+
+}  // namespace raywave

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A scene as the user describes it: plain values in metres, nothing derived. The first step of scene -> plan -> trace -> propagate -> encode.
+///
+/// Frame (docs/conventions.md): right-handed, hologram plane z = 0 centred on the z axis, scene at z > 0, light travels towards -z.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace raywave {
+
+struct HologramSpec {
+  glm::ivec2 resolution{1920, 1080};  // pixels, x and y, >= 1
+  glm::dvec2 pitch_m{3.74e-6, 3.74e-6};
+  double wavelength_m = 638e-9;
+};
+
+struct WrpSpec {
+  std::optional<glm::ivec2> grid;    // WRPs side by side; empty: as many as the scene projects to
+  std::optional<double> distance_m;  // from WRP to hologram, > 0; empty: close in front of the nearest surface
+  double padding = 2.0;              // side of the transformed plane over the side of the hologram, 1 to 8
+};
+
+enum class SamplingMode { fan };
+
+struct SamplingSpec {
+  SamplingMode mode = SamplingMode::fan;
+  double pitch_m = 1e-4;   // sampling interval p on the object
+  std::uint32_t seed = 1;  // of the random phases
+  int frames = 1;          // holograms with independent random phases, >= 1
+};
+
+struct TraceSpec {
+  int depth = 0;  // mirror and refraction bounces, 0 to 16
+  bool shadows = false;
+};
+
+enum class LightType { ambient, directional, point };
+
+struct Light {
+  LightType type = LightType::directional;
+  glm::dvec3 direction{0, 0, 1};  // the way the light travels, need not be normalised; directional only
+  glm::dvec3 position_m{0};       // point only; a point light does not weaken with distance (as in Phong's model)
+  double intensity = 1.0;         // >= 0
+};
+
+/// Phong material. Triples are red, green, blue; a hologram of one wavelength uses the channel that its colour falls into (`channel_of`).
+struct Material {
+  std::string name;
+  glm::dvec3 ambient{0.1};
+  glm::dvec3 diffuse{0.8};
+  glm::dvec3 specular{0.0};
+  double shininess = 10;                         // Phong exponent m, >= 0
+  std::optional<std::filesystem::path> texture;  // absolute or relative to the working directory; multiplies ambient and diffuse
+  double reflectivity = 0;                       // share of light that a mirror reflection carries, 0 to 1
+  double transparency = 0;                       // share of light that a refracted ray carries, 0 to 1; reflectivity + transparency <= 1
+  double ior = 1.5;                              // index of refraction inside, >= 1
+};
+
+enum class Normals { file, smooth, flat };  // file: as in the mesh file, flat where it has none
+
+struct Object {
+  std::filesystem::path mesh;     // absolute or relative to the working directory
+  std::optional<double> width_m;  // largest x extent after rotation; empty: mesh units are metres
+  glm::dvec3 position_m{0};       // of the centre of the bounding box after rotation and scaling
+  glm::dvec3 rotation_deg{0};     // about x, then y, then z (fixed axes), right-handed
+  int material = 0;               // index into Scene::materials
+  Normals normals = Normals::file;
+  std::string where;              // "scene.toml:41: object 1", the start of messages about this object
+};
+
+struct Scene {
+  std::filesystem::path file;
+  HologramSpec hologram;
+  WrpSpec wrp;
+  SamplingSpec sampling;
+  TraceSpec trace;
+  std::vector<Light> lights;
+  std::vector<Material> materials;  // [0] is the default of an object that names none
+  std::vector<Object> objects;
+};
+
+/// Reads and checks a scene file (docs/scene.md lists every key).
+///
+/// overrides  "section.key=value" each, the value as TOML or a bare string ("wrp.padding=1.25", "hologram.pitch=8 um"); applied before checks
+/// throws     InputError: one line with file, line and what would be right
+Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+
+/// Metres from "3.74 um", "95mm", "0.1" ...: nm, um, mm, cm, m, or none for metres.
+/// throws  InputError naming `what` when the text is no such length
+double parse_length_m(std::string_view text, std::string_view what);
+
+/// 0 red (>= 580 nm), 1 green, 2 blue (< 490 nm): the channel of colours and textures that light of this wavelength sees.
+int channel_of(double wavelength_m);
+
+}  // namespace raywave

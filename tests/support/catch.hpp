@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Catch2 under its version 2 (Debian 12) and version 3 (Ubuntu 24.04) names.
+#pragma once
+
+#if __has_include(<catch2/catch_all.hpp>)
+#include <catch2/catch_all.hpp>
+#else
+#include <catch2/catch.hpp>
+#endif
