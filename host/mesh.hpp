@@ -32,8 +32,9 @@ struct World {
   std::vector<glm::vec2> uvs;      // (0, 0) where a mesh has none
   std::vector<glm::uvec3> triangles;
   std::vector<std::int32_t> triangle_object;  // index into Scene::objects
-  std::vector<bool> object_closed;            // per object: every edge shared by exactly two triangles in opposite directions (after welding equal positions)
-  glm::dvec3 min_m{0}, max_m{0};              // bounding box
+  std::vector<bool>
+      object_closed;  // per object: every edge shared by exactly two triangles in opposite directions (after welding equal positions)
+  glm::dvec3 min_m{0}, max_m{0};  // bounding box
 };
 
 /// Loads, rotates, scales and places all objects of the scene. Objects that name the same file read it once.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A scene as the user describes it: plain values in metres, nothing derived. The first step of scene -> plan -> trace -> propagate -> encode.
+/// A scene as the user describes it: plain values in metres, nothing derived. The first step of scene -> plan -> trace -> propagate ->
+/// encode.
 ///
 /// Frame (docs/conventions.md): right-handed, hologram plane z = 0 centred on the z axis, scene at z > 0, light travels towards -z.
 #pragma once
@@ -72,7 +73,7 @@ struct Object {
   glm::dvec3 rotation_deg{0};     // about x, then y, then z (fixed axes), right-handed
   int material = 0;               // index into Scene::materials
   Normals normals = Normals::file;
-  std::string where;              // "scene.toml:41: object 1", the start of messages about this object
+  std::string where;  // "scene.toml:41: object 1", the start of messages about this object
 };
 
 struct Scene {
@@ -88,8 +89,8 @@ struct Scene {
 
 /// Reads and checks a scene file (docs/scene.md lists every key).
 ///
-/// overrides  "section.key=value" each, the value as TOML or a bare string ("wrp.padding=1.25", "hologram.pitch=8 um"); applied before checks
-/// throws     InputError: one line with file, line and what would be right
+/// overrides  "section.key=value" each, the value as TOML or a bare string ("wrp.padding=1.25", "hologram.pitch=8 um"); applied before
+/// checks throws     InputError: one line with file, line and what would be right
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
 /// Metres from "3.74 um", "95mm", "0.1" ...: nm, um, mm, cm, m, or none for metres.

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cl/buffer.hpp"
+
+#include <algorithm>
+
+namespace raywave::cl {
+
+Memory::Memory(const Device& device, std::size_t bytes, const std::string& name) : device_(std::make_unique<Device>(device)) {
+  bytes = std::max<std::size_t>(bytes, 1);
+  const auto& info = device.info();
+  if (bytes > info.largest_buffer_bytes) {
+    throw DeviceError(name + ": " + format_bytes(bytes) + " asked in one buffer, " + info.name + " allows " +
+                      format_bytes(info.largest_buffer_bytes) + "; a smaller hologram.resolution or wrp.padding needs less");
+  }
+  try {
+    handle_ = ::cl::Buffer(device.context(), CL_MEM_READ_WRITE, bytes);
+  } catch (const ::cl::Error& error) {
+    throw DeviceError(name + ": " + format_bytes(bytes) + " asked, out of memory on " + info.name + " with " +
+                      format_bytes(device.allocated_bytes()) + " taken (" + std::to_string(error.err()) +
+                      "); a smaller hologram.resolution or wrp.padding needs less");
+  }
+  bytes_ = bytes;
+  auto& meter = *device_->meter_;
+  meter.now += bytes_;
+  meter.peak = std::max(meter.peak, meter.now);
+}
+
+Memory& Memory::operator=(Memory&& other) noexcept {
+  std::swap(device_, other.device_);
+  std::swap(bytes_, other.bytes_);
+  std::swap(handle_, other.handle_);
+  return *this;
+}
+
+Memory::~Memory() {
+  if (device_) device_->meter_->now -= bytes_;
+}
+
+void Memory::write(const void* data, std::size_t bytes) {
+  if (bytes) checked(device_->info(), [&] { device_->queue().enqueueWriteBuffer(handle_, CL_TRUE, 0, bytes, data); });
+}
+
+void Memory::read(void* data, std::size_t bytes, std::size_t offset_bytes) const {
+  if (bytes) checked(device_->info(), [&] { device_->queue().enqueueReadBuffer(handle_, CL_TRUE, offset_bytes, bytes, data); });
+}
+
+void Memory::fill_zero(std::size_t bytes) {
+  if (bytes) checked(device_->info(), [&] { device_->queue().enqueueFillBuffer(handle_, cl_uchar{0}, 0, bytes); });
+}
+
+void* Memory::map(std::size_t bytes, cl_map_flags flags) {
+  return checked(device_->info(),
+                 [&] { return device_->queue().enqueueMapBuffer(handle_, CL_TRUE, flags, 0, std::max<std::size_t>(bytes, 1)); });
+}
+
+void Memory::unmap(void* pointer) {
+  checked(device_->info(), [&] {
+    device_->queue().enqueueUnmapMemObject(handle_, pointer);
+    device_->queue().finish();
+  });
+}
+
+}  // namespace raywave::cl

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Device memory with an element type.
+#pragma once
+
+#include <complex>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cl/device.hpp"
+
+namespace raywave::cl {
+
+/// Bytes on a device, counted by it. Movable, not copyable.
+class Memory {
+public:
+  Memory() = default;
+  /// name  for messages ("WRP field"); at least one byte is taken
+  /// throws DeviceError when it is larger than the device's largest buffer or memory is out
+  Memory(const Device& device, std::size_t bytes, const std::string& name);
+  Memory(Memory&& other) noexcept { *this = std::move(other); }
+  Memory& operator=(Memory&& other) noexcept;
+  ~Memory();
+
+  const ::cl::Buffer& handle() const { return handle_; }
+
+protected:
+  Device device() const { return *device_; }
+  void write(const void* data, std::size_t bytes);
+  void read(void* data, std::size_t bytes, std::size_t offset_bytes) const;
+  void fill_zero(std::size_t bytes);
+  void* map(std::size_t bytes, cl_map_flags flags);
+  void unmap(void* pointer);
+
+private:
+  std::unique_ptr<Device> device_;
+  std::size_t bytes_ = 0;
+  ::cl::Buffer handle_;
+};
+
+/// `size()` elements of T on the device. T is a scalar, std::complex<float> (float2 in kernels) or a struct of kernels/shared.h.
+template <class T>
+class Buffer : public Memory {
+public:
+  Buffer() = default;
+  Buffer(const Device& device, std::size_t size, const std::string& name) : Memory(device, size * sizeof(T), name), size_(size) {}
+  Buffer(const Device& device, std::span<const T> data, const std::string& name) : Buffer(device, data.size(), name) { write(data); }
+
+  std::size_t size() const { return size_; }
+  void write(std::span<const T> data) { Memory::write(data.data(), data.size_bytes()); }
+  /// Waits, then copies data.size() elements from element `first` on.
+  void read(std::span<T> data, std::size_t first = 0) const { Memory::read(data.data(), data.size_bytes(), first * sizeof(T)); }
+  std::vector<T> read() const {
+    std::vector<T> data(size_);
+    read(data);
+    return data;
+  }
+  void fill_zero() { Memory::fill_zero(size_ * sizeof(T)); }
+
+  /// Waits, lends the elements to the host (no copy on CPU devices), and takes them back when `f` returns.
+  template <class F>
+  void on_host(F&& f, cl_map_flags flags = CL_MAP_READ | CL_MAP_WRITE) {
+    T* data = static_cast<T*>(map(size_ * sizeof(T), flags));
+    struct Return {
+      Buffer& buffer;
+      T* data;
+      ~Return() { buffer.unmap(data); }
+    } give_back{*this, data};
+    f(std::span<T>(data, size_));
+  }
+
+private:
+  std::size_t size_ = 0;
+};
+
+using ComplexBuffer = Buffer<std::complex<float>>;
+
+}  // namespace raywave::cl

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cl/device.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdio>
+#include <cstdlib>
+
+namespace raywave::cl {
+namespace {
+
+struct Found {
+  DeviceInfo info;
+  ::cl::Device handle;
+};
+
+DeviceKind kind_of(cl_device_type type) {
+  if (type & CL_DEVICE_TYPE_GPU) return DeviceKind::gpu;
+  if (type & CL_DEVICE_TYPE_ACCELERATOR) return DeviceKind::accelerator;
+  if (type & CL_DEVICE_TYPE_CPU) return DeviceKind::cpu;
+  return DeviceKind::other;
+}
+
+std::string trimmed(std::string text) {
+  while (!text.empty() && (std::isspace(static_cast<unsigned char>(text.back())) || text.back() == '\0')) text.pop_back();
+  return text;
+}
+
+DeviceInfo describe(const ::cl::Device& device, const std::string& index) {
+  DeviceInfo info;
+  info.index = index;
+  info.platform = trimmed(::cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>());
+  info.name = trimmed(device.getInfo<CL_DEVICE_NAME>());
+  info.vendor = trimmed(device.getInfo<CL_DEVICE_VENDOR>());
+  info.version = trimmed(device.getInfo<CL_DEVICE_VERSION>());
+  info.driver = trimmed(device.getInfo<CL_DRIVER_VERSION>());
+  info.kind = kind_of(device.getInfo<CL_DEVICE_TYPE>());
+  info.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+  info.memory_bytes = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
+  info.largest_buffer_bytes = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+  info.local_bytes = device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>();
+  info.fp64 = device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() != 0;
+  info.online_compiler = device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>();
+  if (info.kind == DeviceKind::cpu) info.float_lanes = std::max(1, static_cast<int>(device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>()));
+  return info;
+}
+
+std::vector<Found> find_all() {
+  std::vector<Found> found;
+  std::vector<::cl::Platform> platforms;
+  try {
+    ::cl::Platform::get(&platforms);
+  } catch (const ::cl::Error&) {
+    return found;  // a loader without any platform reports an error
+  }
+  for (std::size_t p = 0; p < platforms.size(); ++p) {
+    std::vector<::cl::Device> devices;
+    try {
+      platforms[p].getDevices(CL_DEVICE_TYPE_ALL, &devices);
+    } catch (const ::cl::Error&) {
+      continue;  // a platform without devices reports an error
+    }
+    for (std::size_t d = 0; d < devices.size(); ++d)
+      found.push_back({describe(devices[d], std::to_string(p) + ":" + std::to_string(d)), devices[d]});
+  }
+  return found;
+}
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return result;
+}
+
+std::string listing(const std::vector<DeviceInfo>& devices) {
+  std::string text;
+  for (const auto& d : devices) text += (text.empty() ? "" : ", ") + d.index + " " + d.name;
+  return text;
+}
+
+}  // namespace
+
+std::vector<DeviceInfo> list_devices() {
+  std::vector<DeviceInfo> infos;
+  for (auto& f : find_all()) infos.push_back(std::move(f.info));
+  return infos;
+}
+
+DeviceInfo find_device(std::string_view choice) {
+  const auto devices = list_devices();
+  if (devices.empty()) throw DeviceError("no OpenCL device found: install a vendor's driver, or PoCL (apt install pocl-opencl-icd)");
+  const char* environment = std::getenv("RAYWAVE_DEVICE");
+  if (choice.empty() && environment) choice = environment;
+  if (choice.empty()) {
+    return *std::min_element(devices.begin(), devices.end(), [](const auto& a, const auto& b) { return a.kind < b.kind; });
+  }
+  std::vector<DeviceInfo> fitting;
+  for (const auto& d : devices) {
+    if (d.index == choice) return d;
+    if (lower(d.platform + " " + d.name).find(lower(choice)) != std::string::npos) fitting.push_back(d);
+  }
+  if (fitting.size() == 1) return fitting[0];
+  const std::string asked = "device \"" + std::string(choice) + "\"";
+  if (fitting.empty()) throw DeviceError(asked + ": no such device; there are: " + listing(devices));
+  throw DeviceError(asked + " fits more than one, name its index: " + listing(fitting));
+}
+
+Device::Device(const DeviceInfo& info) : info_(info) {
+  const auto devices = find_all();
+  const auto it = std::find_if(devices.begin(), devices.end(), [&](const Found& f) { return f.info.index == info.index; });
+  if (it == devices.end()) throw DeviceError("device " + info.index + " " + info.name + " is gone");
+  checked(info_, [&] {
+    handle_ = it->handle;
+    context_ = ::cl::Context(handle_);
+    queue_ = ::cl::CommandQueue(context_, handle_);
+  });
+}
+
+void Device::finish() const {
+  checked(info_, [&] { queue_.finish(); });
+}
+
+std::string format_bytes(std::uint64_t bytes) {
+  static constexpr std::array units{"B", "KiB", "MiB", "GiB", "TiB"};
+  double value = static_cast<double>(bytes);
+  std::size_t unit = 0;
+  for (; value >= 1024 && unit + 1 < units.size(); ++unit) value /= 1024;
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), unit ? "%.1f %s" : "%.0f %s", value, units[unit]);
+  return text.data();
+}
+
+void throw_device_error(const ::cl::Error& error, const DeviceInfo& info) {
+  struct Named {
+    cl_int code;
+    const char* name;
+  };
+  static constexpr std::array names{
+      Named{CL_OUT_OF_HOST_MEMORY, "out of host memory"},
+      Named{CL_MEM_OBJECT_ALLOCATION_FAILURE, "out of device memory"},
+      Named{CL_OUT_OF_RESOURCES, "out of device resources (memory, registers or time)"},
+      Named{CL_INVALID_BUFFER_SIZE, "the buffer is larger than the device allows"},
+      Named{CL_DEVICE_NOT_AVAILABLE, "the device is not available"},
+      Named{CL_COMPILER_NOT_AVAILABLE, "the device has no online compiler"},
+      Named{CL_INVALID_WORK_GROUP_SIZE, "the work-group is larger than the device allows"},
+  };
+  const auto it = std::find_if(names.begin(), names.end(), [&](const Named& n) { return n.code == error.err(); });
+  throw DeviceError(std::string(error.what()) + ": " + (it == names.end() ? "OpenCL error" : it->name) + " (" +
+                    std::to_string(error.err()) + ") on " + info.name);
+}
+
+}  // namespace raywave::cl

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+/// OpenCL devices: which there are, what each can do, and one opened for work. Nothing in cl/ knows of optics.
+#pragma once
+
+#define CL_HPP_ENABLE_EXCEPTIONS
+#define CL_HPP_MINIMUM_OPENCL_VERSION 120
+#define CL_HPP_TARGET_OPENCL_VERSION 120
+#include <CL/opencl.hpp>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace raywave::cl {
+
+/// The device or its driver cannot do what was asked. The message says what was asked, what is allowed and what may help; exit code 3.
+struct DeviceError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+enum class DeviceKind { gpu, accelerator, cpu, other };
+
+struct DeviceInfo {
+  std::string index;  // "0:1": platform and device within it
+  std::string platform, name, vendor, version, driver;
+  DeviceKind kind = DeviceKind::other;
+  unsigned compute_units = 0;
+  std::uint64_t memory_bytes = 0, largest_buffer_bytes = 0, local_bytes = 0;
+  bool fp64 = false, online_compiler = false;
+  int float_lanes = 1;  // native SIMD width in floats, 1 on GPUs
+};
+
+/// Every device of every platform, in the order of the ICD loader; empty when there is none.
+std::vector<DeviceInfo> list_devices();
+
+/// The device that `choice` names: an index ("0:1") or part of its name or platform, letters of either case. When `choice` is empty the
+/// environment's RAYWAVE_DEVICE decides, and when that is empty the first GPU, else accelerator, else CPU, else any.
+///
+/// throws  DeviceError listing what there is when nothing, or more than one, fits
+DeviceInfo find_device(std::string_view choice = {});
+
+/// A device opened for work: context and one in-order queue. Copies share both.
+class Device {
+public:
+  explicit Device(const DeviceInfo& info);
+
+  const DeviceInfo& info() const { return info_; }
+  const ::cl::Context& context() const { return context_; }
+  const ::cl::CommandQueue& queue() const { return queue_; }
+  const ::cl::Device& handle() const { return handle_; }
+
+  void finish() const;
+
+  std::uint64_t allocated_bytes() const { return meter_->now; }
+  std::uint64_t peak_bytes() const { return meter_->peak; }
+
+private:
+  friend class Memory;
+  struct Meter {
+    std::uint64_t now = 0, peak = 0;
+  };
+  DeviceInfo info_;
+  ::cl::Device handle_;
+  ::cl::Context context_;
+  ::cl::CommandQueue queue_;
+  std::shared_ptr<Meter> meter_ = std::make_shared<Meter>();
+};
+
+/// "clEnqueueMapBuffer: CL_OUT_OF_RESOURCES (-5) on <device>" as a DeviceError.
+[[noreturn]] void throw_device_error(const ::cl::Error& error, const DeviceInfo& info);
+
+/// Runs `f` and turns OpenCL's exceptions into DeviceError.
+template <class F>
+auto checked(const DeviceInfo& info, F&& f) {
+  try {
+    return f();
+  } catch (const ::cl::Error& error) {
+    throw_device_error(error, info);
+  }
+}
+
+/// "2.0 GiB"
+std::string format_bytes(std::uint64_t bytes);
+
+}  // namespace raywave::cl

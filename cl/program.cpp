@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cl/program.hpp"
+
+#include <cstdio>
+#include <set>
+#include <sstream>
+
+#include "cl/cache.hpp"
+
+namespace raywave::cl {
+namespace {
+
+/// The file with every #include "name" replaced by that file, each once: devices compile from one string without include folders.
+std::string with_includes(const std::string& file, std::set<std::string>& seen) {
+  seen.insert(file);
+  const auto it = kernel_files().find(file);
+  if (it == kernel_files().end()) throw DeviceError("kernel file " + file + " is not part of this program");
+  std::istringstream in(it->second);
+  std::string text = "#line 1 \"" + file + "\"\n";
+  int number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (line.starts_with("#include \"")) {
+      const auto name = line.substr(10, line.find('"', 10) - 10);
+      if (!seen.contains(name)) text += with_includes(name, seen);
+      text += "#line " + std::to_string(number + 1) + " \"" + file + "\"\n";
+    } else {
+      text += line + "\n";
+    }
+  }
+  return text;
+}
+
+std::string build_options(const Options& options) {
+  std::string text = "-cl-std=CL1.2 -cl-kernel-arg-info";
+  for (const auto& [name, value] : options) text += " -D" + name + "=" + value;
+  return text;
+}
+
+}  // namespace
+
+std::string option_value(float value) {
+  std::array<char, 64> text;
+  std::snprintf(text.data(), text.size(), "%af", static_cast<double>(value));
+  return text.data();
+}
+
+Program::Program(const Device& device, const std::string& file, const Options& options)
+    : device_(std::make_shared<Device>(device)), file_(file) {
+  std::set<std::string> seen;
+  const auto source = with_includes(file, seen);
+  const auto flags = build_options(options);
+  const auto& info = device.info();
+  const auto cached =
+      "kernel-" + hash_name(source + '\n' + flags + '\n' + info.platform + '\n' + info.name + '\n' + info.version + '\n' + info.driver) +
+      ".bin";
+  const std::vector<::cl::Device> devices{device.handle()};
+
+  if (const auto binary = load_cached(cached); binary && !binary->empty()) {
+    try {
+      program_ = ::cl::Program(device.context(), devices, ::cl::Program::Binaries{*binary});
+      program_.build(devices, flags.c_str());
+      return;
+    } catch (const ::cl::Error&) {
+      // Written by a driver that has changed since, or damaged: compile again.
+    }
+  }
+  try {
+    program_ = ::cl::Program(device.context(), source);
+    program_.build(devices, flags.c_str());
+  } catch (const ::cl::Error& error) {
+    std::string log;
+    if (program_()) {
+      for (const auto& entry : program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>()) log += entry.second;
+    }
+    throw DeviceError(file + " does not compile (" + std::to_string(error.err()) + ") on " + info.name + ", driver " + info.driver +
+                      ", options " + flags + "\n" + log);
+  }
+  checked(info, [&] {
+    const auto binaries = program_.getInfo<CL_PROGRAM_BINARIES>();
+    if (!binaries.empty()) store_cached(cached, binaries[0].data(), binaries[0].size());
+  });
+}
+
+Kernel Program::kernel(const std::string& name) const {
+  return Kernel(*device_, checked(device_->info(), [&] { return ::cl::Kernel(program_, name.c_str()); }), file_ + ": " + name);
+}
+
+Kernel::Kernel(Device device, ::cl::Kernel kernel, std::string name)
+    : device_(std::move(device)), kernel_(std::move(kernel)), name_(std::move(name)) {
+  argument_types_.resize(kernel_.getInfo<CL_KERNEL_NUM_ARGS>());
+  for (cl_uint i = 0; i < argument_types_.size(); ++i) {
+    try {
+      auto& type = argument_types_[i];
+      type = kernel_.getArgInfo<CL_KERNEL_ARG_TYPE_NAME>(i);
+      while (!type.empty() && type.back() == '\0') type.pop_back();
+      if (type.starts_with("struct ")) type.erase(0, 7);
+    } catch (const ::cl::Error&) {
+      // Programs from binaries may not tell.
+    }
+  }
+}
+
+void Kernel::check_count(std::size_t given) const {
+  if (given != argument_types_.size())
+    throw DeviceError(name_ + " takes " + std::to_string(argument_types_.size()) + " arguments, " + std::to_string(given) + " given");
+}
+
+void Kernel::check_type(cl_uint i, const std::string& given) const {
+  const auto& wanted = argument_types_[i];
+  if (!wanted.empty() && wanted != given)
+    throw DeviceError(name_ + ": argument " + std::to_string(i) + " is " + wanted + ", " + given + " given");
+}
+
+void Kernel::enqueue(Range global, Range local) {
+  const auto round_up = [](std::size_t n, std::size_t step) { return (n + step - 1) / step * step; };
+  const auto range = [](Range r) { return r.z ? ::cl::NDRange(r.x, r.y, r.z) : r.y ? ::cl::NDRange(r.x, r.y) : ::cl::NDRange(r.x); };
+  const Range whole{round_up(global.x, local.x), global.y ? round_up(global.y, local.y) : 0, global.z ? round_up(global.z, local.z) : 0};
+  try {
+    device_.queue().enqueueNDRangeKernel(kernel_, ::cl::NullRange, range(whole), range(local));
+  } catch (const ::cl::Error& error) {
+    throw DeviceError(name_ + ": launch failed (" + std::to_string(error.err()) + ") on " + device_.info().name);
+  }
+}
+
+}  // namespace raywave::cl

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Kernels: compiled from the files of kernels/ (or loaded from a cached binary) and launched with checked arguments.
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <type_traits>
+
+#include "cl/buffer.hpp"
+
+namespace raywave::cl {
+
+/// The files of kernels/ by name, as they were when this program was built.
+const std::map<std::string, std::string>& kernel_files();
+
+/// Compile-time options of a kernel file: macro name to value.
+using Options = std::map<std::string, std::string>;
+
+/// A float as a macro's value, exact (hex float).
+std::string option_value(float value);
+
+/// Sizes of up to three dimensions; 0 stands for a dimension that is not there.
+struct Range {
+  std::size_t x = 1, y = 0, z = 0;
+};
+
+/// The name OpenCL gives to T in a kernel's signature. Structs of kernels/shared.h name themselves in host/shared_types.hpp.
+template <class T>
+struct TypeName;
+#define RAYWAVE_CL_TYPE(T, text)               \
+  template <>                                  \
+  struct raywave::cl::TypeName<T> {            \
+    static constexpr const char* value = text; \
+  }
+
+class Kernel {
+public:
+  Kernel(Device device, ::cl::Kernel kernel, std::string name);
+
+  /// Enqueues the kernel over `global` work-items (rounded up to whole work-groups of `local`). Buffers pass their memory, everything else
+  /// its value.
+  ///
+  /// throws  DeviceError when the arguments do not fit the kernel in number or element type, or when the launch fails
+  template <class... Args>
+  void run(Range global, Range local, const Args&... args) {
+    check_count(sizeof...(Args));
+    cl_uint i = 0;
+    (set(i++, args), ...);
+    enqueue(global, local);
+  }
+
+private:
+  template <class T>
+  void set(cl_uint i, const Buffer<T>& buffer) {
+    check_type(i, std::string(TypeName<T>::value) + "*");
+    checked(device_.info(), [&] { kernel_.setArg(i, buffer.handle()); });
+  }
+  template <class T>
+  void set(cl_uint i, const T& value) {
+    check_type(i, TypeName<T>::value);
+    checked(device_.info(), [&] { kernel_.setArg(i, sizeof(T), &value); });
+  }
+  void check_count(std::size_t given) const;
+  void check_type(cl_uint i, const std::string& given) const;
+  void enqueue(Range global, Range local);
+
+  Device device_;
+  ::cl::Kernel kernel_;
+  std::string name_;
+  std::vector<std::string> argument_types_;  // empty strings where the driver does not tell
+};
+
+class Program {
+public:
+  Program() = default;
+  /// Compiles kernels/`file` with its includes.
+  ///
+  /// throws  DeviceError with device, driver, options and the compiler's log when that fails
+  Program(const Device& device, const std::string& file, const Options& options);
+
+  Kernel kernel(const std::string& name) const;
+
+private:
+  std::shared_ptr<Device> device_;
+  ::cl::Program program_;
+  std::string file_;
+};
+
+}  // namespace raywave::cl
+
+RAYWAVE_CL_TYPE(float, "float");
+RAYWAVE_CL_TYPE(double, "double");
+RAYWAVE_CL_TYPE(std::int32_t, "int");
+RAYWAVE_CL_TYPE(std::uint32_t, "uint");
+RAYWAVE_CL_TYPE(std::uint8_t, "uchar");
+RAYWAVE_CL_TYPE(std::complex<float>, "float2");

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Bounding volume hierarchy: CGAL builds it, the device walks a flattened copy (kernels/bvh.h).
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "host/shared_types.hpp"
+
+namespace raywave {
+
+/// A flattened tree over triangles in the scene frame. Node 0 is the root.
+struct Bvh {
+  std::vector<device::BvhNode> nodes;
+  std::vector<device::Triangle> triangles;  // in leaf order
+  std::vector<std::uint32_t> order;         // order[i]: index, in the input, of the triangle at place i
+  int depth = 0;                            // nodes on the longest way from the root to a leaf; the device's stack holds this many
+};
+
+/// Builds CGAL's AABB tree (median split along the longest axis) and flattens it through CGAL's public interface; up to `leaf_size`
+/// triangles that CGAL's tree keeps together become one leaf. Boxes are rounded outwards to float.
+///
+/// positions_m  world; origin_m is subtracted in double before anything is rounded
+/// throws       InputError when there is no triangle or more than 2^30
+Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles, glm::dvec3 origin_m, int leaf_size = 4);
+
+}  // namespace raywave

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+/// From a complex field to the levels of a phase-only SLM.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cl/program.hpp"
+
+namespace raywave {
+
+/// Phase of each sample as an 8-bit level: round(phase / 2 pi * 256) mod 256 with the phase in [0, 2 pi), so that level l shows the phase 2
+/// pi l / 256. Zero samples have phase 0.
+class PhaseEncoder {
+public:
+  explicit PhaseEncoder(const cl::Device& device);
+  std::vector<std::uint8_t> operator()(const cl::ComplexBuffer& field);
+
+private:
+  cl::Device device_;
+  cl::Program program_;
+};
+
+}  // namespace raywave

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Band-limited shifted angular spectrum propagation between parallel planes (Matsushima, Opt. Express 18, 18453 (2010)).
+///
+/// A wave that diverges is exp(+i k r). Light travels towards -z; `distance_m` counts along the direction of travel, so that a hologram at
+/// z = 0 lit from a WRP at z = 95 mm is +95 mm away and a reconstruction at z = 100 mm is -100 mm from the hologram.
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "cl/fft.hpp"
+#include "cl/program.hpp"
+
+namespace raywave {
+
+/// Frequencies (cycles per metre) that a plane `distance_m` away and shifted by `shift_m` can receive without aliasing along one axis, the
+/// other frequency being zero: [L(shift - half), L(shift + half)], L(t) = t / (wavelength sqrt(t^2 + z^2)). half_m is half the side of the
+/// padded plane.
+std::pair<double, double> band_m(double wavelength_m, double distance_m, double shift_m, double half_m);
+
+struct PropagatorSpec {
+  glm::ivec2 size{1, 1};  // samples of every plane in and out, x and y
+  glm::dvec2 pitch_m{1, 1};
+  double wavelength_m = 1;
+  double padding = 2;  // >= 1; the padded size is the next that the FFT transforms fast
+  cl::FftBackend backend = cl::FftBackend::host;
+};
+
+/// Carries fields from any number of planes to one target plane: load, add, load, add, ..., collect. Everything stays on the device; the
+/// inverse transform is done once. Planes have equal size and pitch; shift and distance are of the target's centre relative to the
+/// source's.
+class Propagator {
+public:
+  Propagator(const cl::Device& device, const PropagatorSpec& spec);
+  ~Propagator();
+  Propagator(Propagator&&) noexcept;
+
+  glm::ivec2 padded_size() const;
+
+  /// Takes over the source field (ny x nx, row 0 on top) and transforms it.
+  void load(const cl::ComplexBuffer& field);
+
+  /// Adds the loaded source, as it arrives at a target that is `distance_m` away and shifted by `shift_m` (x right, y up), to the sum. May
+  /// be called for several targets in turn with a `collect` after each.
+  ///
+  /// throws    InputError when no frequency survives the band limit; the message gives the largest usable shift
+  /// accuracy  docs/accuracy.md, "Propagation"
+  void add(glm::dvec2 shift_m, double distance_m);
+
+  /// Transforms the sum back into `field` (ny x nx) and starts a new one.
+  void collect(cl::ComplexBuffer& field);
+
+private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace raywave

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What a hologram shows: numerical propagation to any distance and window, as a camera sensor at that depth would see it.
+#pragma once
+
+#include <functional>
+#include <glm/vec2.hpp>
+#include <optional>
+
+#include "cl/fft.hpp"
+#include "host/image.hpp"
+#include "host/npy.hpp"
+#include "host/scene.hpp"
+
+namespace raywave {
+
+struct ReconstructSpec {
+  double z_m = 0.1;                    // of the plane looked at, > 0 on the object's side
+  std::optional<glm::dvec2> window_m;  // size of the picture around the axis; empty: the hologram's
+  glm::dvec2 view{
+      0, 0};  // centre of the part of the hologram that lets light through, in half holograms: (-1, -1) bottom left to (1, 1) top right
+  glm::dvec2 aperture{1, 1};  // size of that part in holograms; 1 is all of it
+  double padding = 2;
+};
+
+/// Intensity (|u|^2 averaged over frames) on the hologram's pitch; the window is a whole number of samples. Windows larger than the
+/// hologram are put together from tiles, each a shifted propagation of its own.
+///
+/// progress  called with 0..1 when given
+Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldStack& hologram, const HologramSpec& spec,
+                  const ReconstructSpec& what, const std::function<void(double)>& progress = {});
+
+/// exp(i phase) of the levels of an encoded hologram.
+FieldStack field_of_levels(const Image& levels);
+
+/// 8-bit sRGB picture of intensities where `percentile` (0..100) of the pixels stay below white; `white` receives the intensity shown
+/// white.
+std::vector<std::uint8_t> expose(const Image& intensity, double percentile, double* white = nullptr);
+
+}  // namespace raywave

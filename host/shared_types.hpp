@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The structs of kernels/shared.h on the host, named for the launch checks.
+#pragma once
+
+#include "cl/program.hpp"
+
+namespace raywave::device {
+#include "kernels/shared.h"
+}  // namespace raywave::device
+
+RAYWAVE_CL_TYPE(raywave::device::BvhNode, "BvhNode");
+RAYWAVE_CL_TYPE(raywave::device::Triangle, "Triangle");
+RAYWAVE_CL_TYPE(raywave::device::TriangleShading, "TriangleShading");
+RAYWAVE_CL_TYPE(raywave::device::Material, "Material");
+RAYWAVE_CL_TYPE(raywave::device::Light, "Light");
