@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#define CL_TARGET_OPENCL_VERSION 120
+#include "cl/fft.hpp"
+
+#include <clFFT.h>
+
+#include <array>
+
+namespace raywave::cl {
+namespace {
+
+[[noreturn]] void fail(const Device& device, const std::string& what, clfftStatus status) {
+  if (status < 0) throw_device_error(::cl::Error(status, what.c_str()), device.info());
+  const char* meaning = status == CLFFT_NOTIMPLEMENTED        ? "not implemented: sizes must be products of 2, 3, 5, 7, 11 and 13"
+                        : status == CLFFT_DEVICE_MISMATCH     ? "the plan was made for another device"
+                        : status == CLFFT_VERSION_MISMATCH    ? "library and header differ in version"
+                        : status == CLFFT_FILE_CREATE_FAILURE ? "a file cannot be written"
+                                                              : "error inside clFFT";
+  throw DeviceError(what + ": " + meaning + " (" + std::to_string(status) + ") on " + device.info().name);
+}
+
+/// clFFT's process-wide state. Left to the end of the process: taken down after the OpenCL driver it would call into what is gone.
+void set_up_library(const Device& device) {
+  static const clfftStatus status = [] {
+    clfftSetupData data;
+    clfftInitSetupData(&data);
+    return clfftSetup(&data);
+  }();
+  if (status != CLFFT_SUCCESS) fail(device, "clfftSetup", status);
+}
+
+class ClFft final : public Fft {
+public:
+  ClFft(const Device& device, const FftShape& shape) : device_(device) {
+    // clFFT takes no axis of length 1.
+    std::array<std::size_t, 2> lengths{};
+    std::size_t axes = 0;
+    for (const auto n : {shape.nx, shape.ny}) {
+      if (n > 1) lengths[axes++] = n;
+    }
+    if (axes == 0) return;
+
+    set_up_library(device);
+    const std::string size = "FFT of " + std::to_string(shape.nx) + " x " + std::to_string(shape.ny) + " by clFFT";
+    const auto check = [&](clfftStatus status) {
+      if (status != CLFFT_SUCCESS) fail(device, size, status);
+    };
+    check(clfftCreateDefaultPlan(&plan_, device.context()(), axes == 1 ? CLFFT_1D : CLFFT_2D, lengths.data()));
+    is_planned_ = true;
+    try {
+      check(clfftSetPlanPrecision(plan_, CLFFT_SINGLE));
+      check(clfftSetLayout(plan_, CLFFT_COMPLEX_INTERLEAVED, CLFFT_COMPLEX_INTERLEAVED));
+      check(clfftSetResultLocation(plan_, CLFFT_INPLACE));
+      check(clfftSetPlanScale(plan_, CLFFT_FORWARD, 1));
+      check(clfftSetPlanScale(plan_, CLFFT_BACKWARD, 1));
+      cl_command_queue queue = device.queue()();
+      check(clfftBakePlan(plan_, 1, &queue, nullptr, nullptr));
+      std::size_t work_bytes = 0;
+      check(clfftGetTmpBufSize(plan_, &work_bytes));
+      if (work_bytes) work_ = Memory(device, work_bytes, "work space of the FFT");
+    } catch (...) {
+      clfftDestroyPlan(&plan_);
+      throw;
+    }
+  }
+  ~ClFft() override {
+    if (is_planned_) clfftDestroyPlan(&plan_);
+  }
+  ClFft(const ClFft&) = delete;
+  ClFft& operator=(const ClFft&) = delete;
+
+  void forward(ComplexBuffer& plane) override { enqueue(plane, CLFFT_FORWARD); }
+  void inverse(ComplexBuffer& plane) override { enqueue(plane, CLFFT_BACKWARD); }
+
+private:
+  void enqueue(ComplexBuffer& plane, clfftDirection direction) {
+    if (!is_planned_) return;
+    cl_command_queue queue = device_.queue()();
+    cl_mem memory = plane.handle()();
+    const auto status = clfftEnqueueTransform(plan_, direction, 1, &queue, 0, nullptr, nullptr, &memory, nullptr, work_.handle()());
+    if (status != CLFFT_SUCCESS) fail(device_, "FFT by clFFT", status);
+  }
+
+  Device device_;
+  clfftPlanHandle plan_ = 0;
+  bool is_planned_ = false;
+  Memory work_;
+};
+
+}  // namespace
+
+std::unique_ptr<Fft> make_clfft(const Device& device, const FftShape& shape) { return std::make_unique<ClFft>(device, shape); }
+
+}  // namespace raywave::cl
