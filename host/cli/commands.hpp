@@ -9,18 +9,22 @@
 
 #include "cl/fft.hpp"
 
+namespace raywave::cli {
+
 /// Options that commands share.
 struct DeviceOptions {
   std::string device;
   std::string fft;
 
   void add_to(CLI::App& command);
-  raywave::cl::DeviceInfo info() const;
+  cl::DeviceInfo info() const;
   /// throws  InputError when the named back end is unknown, DeviceError when it does not serve the device
-  raywave::cl::FftBackend backend(const raywave::cl::DeviceInfo& device) const;
+  cl::FftBackend backend(const cl::DeviceInfo& device) const;
 };
 
 void add_render(CLI::App& app);
 void add_reconstruct(CLI::App& app);
 void add_info(CLI::App& app);
 void add_devices(CLI::App& app);
+
+}  // namespace raywave::cli

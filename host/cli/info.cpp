@@ -6,7 +6,7 @@
 #include "host/cli/commands.hpp"
 #include "host/report.hpp"
 
-using namespace raywave;
+namespace raywave::cli {
 
 namespace {
 
@@ -100,3 +100,5 @@ void add_devices(CLI::App& app) {
   command->add_flag("--json", *json, "Print JSON");
   command->callback([json] { print_devices(*json); });
 }
+
+}  // namespace raywave::cli

@@ -24,10 +24,10 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", raywave::version);
   app.require_subcommand(1);
   app.footer("Exit codes: 0 done, 2 something given is wrong, 3 the device or its driver cannot do it.");
-  add_render(app);
-  add_reconstruct(app);
-  add_info(app);
-  add_devices(app);
+  raywave::cli::add_render(app);
+  raywave::cli::add_reconstruct(app);
+  raywave::cli::add_info(app);
+  raywave::cli::add_devices(app);
   try {
     app.parse(argc, argv);
     return 0;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstdio>
 
+namespace raywave::cli {
+
 ProgressBar::ProgressBar(bool quiet) : active_(!quiet && isatty(STDERR_FILENO)) {}
 
 ProgressBar::~ProgressBar() {
@@ -20,3 +22,5 @@ void ProgressBar::show(const std::string& what, double share) {
                std::string(static_cast<std::size_t>(width - filled), '.').c_str(), share * 100, what.c_str());
   std::fflush(stderr);
 }
+
+}  // namespace raywave::cli

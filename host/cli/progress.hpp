@@ -3,6 +3,8 @@
 
 #include <string>
 
+namespace raywave::cli {
+
 /// One line on a terminal that shows what is going on and how far; nothing at all when standard error is no terminal.
 class ProgressBar {
 public:
@@ -16,3 +18,5 @@ public:
 private:
   bool active_;
 };
+
+}  // namespace raywave::cli

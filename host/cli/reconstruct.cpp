@@ -10,7 +10,7 @@
 #include "host/error.hpp"
 #include "host/report.hpp"
 
-using namespace raywave;
+namespace raywave::cli {
 
 namespace {
 
@@ -124,3 +124,5 @@ void add_reconstruct(CLI::App& app) {
   options->device.add_to(*command);
   command->callback([options] { run(*options); });
 }
+
+}  // namespace raywave::cli

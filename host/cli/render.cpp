@@ -11,7 +11,7 @@
 #include "host/output.hpp"
 #include "host/report.hpp"
 
-using namespace raywave;
+namespace raywave::cli {
 
 void DeviceOptions::add_to(CLI::App& command) {
   command.add_option("--device", device, "Device: index (0:1) or part of its name; also RAYWAVE_DEVICE");
@@ -97,3 +97,5 @@ void add_render(CLI::App& app) {
   options->device.add_to(*command);
   command->callback([options] { run(*options); });
 }
+
+}  // namespace raywave::cli
