@@ -6,9 +6,8 @@
 #pragma once
 
 #include <glm/vec2.hpp>
-#include <optional>
+#include <memory>
 #include <utility>
-#include <vector>
 
 #include "cl/fft.hpp"
 #include "cl/program.hpp"
@@ -17,14 +16,16 @@ namespace raywave {
 
 /// Frequencies (cycles per metre) that a plane `distance_m` away and shifted by `shift_m` can receive without aliasing along one axis, the
 /// other frequency being zero: [L(shift - half), L(shift + half)], L(t) = t / (wavelength sqrt(t^2 + z^2)). half_m is half the side of the
-/// padded plane.
+/// padded plane. No frequency (first > second) when the distance is zero and the shift larger than half_m.
+///
+/// source  Matsushima's Table 1 without its case distinctions; the transfer function's local frequency |shift - z u/w| <= half_m
 std::pair<double, double> band_m(double wavelength_m, double distance_m, double shift_m, double half_m);
 
 struct PropagatorSpec {
   glm::ivec2 size{1, 1};  // samples of every plane in and out, x and y
   glm::dvec2 pitch_m{1, 1};
   double wavelength_m = 1;
-  double padding = 2;  // >= 1; the padded size is the next that the FFT transforms fast
+  double padding = 2;  // 1 to 64; the padded size is the next that the FFT transforms fast
   cl::FftBackend backend = cl::FftBackend::host;
 };
 
@@ -39,6 +40,9 @@ public:
 
   glm::ivec2 padded_size() const;
 
+  /// Whether any sampled frequency carries light to such a target.
+  bool reaches(glm::dvec2 shift_m, double distance_m) const;
+
   /// Takes over the source field (ny x nx, row 0 on top) and transforms it.
   void load(const cl::ComplexBuffer& field);
 
@@ -49,7 +53,7 @@ public:
   /// accuracy  docs/accuracy.md, "Propagation"
   void add(glm::dvec2 shift_m, double distance_m);
 
-  /// Transforms the sum back into `field` (ny x nx) and starts a new one.
+  /// Transforms the sum back into `field` (ny x nx) and starts a new one. Zero when nothing was added.
   void collect(cl::ComplexBuffer& field);
 
 private:

@@ -23,17 +23,18 @@ struct ReconstructSpec {
 };
 
 /// Intensity (|u|^2 averaged over frames) on the hologram's pitch; the window is a whole number of samples. Windows larger than the
-/// hologram are put together from tiles, each a shifted propagation of its own.
+/// hologram are put together from tiles, each a shifted propagation of its own; tiles that no light of the hologram reaches stay black.
 ///
 /// progress  called with 0..1 when given
+/// throws    InputError when z, window, view or aperture are not possible
 Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldStack& hologram, const HologramSpec& spec,
                   const ReconstructSpec& what, const std::function<void(double)>& progress = {});
 
-/// exp(i phase) of the levels of an encoded hologram.
+/// exp(i phase) of an encoded hologram: level l of 256 (pixel value l / 255, as load_levels gives it) shows the phase 2 pi l / 256.
 FieldStack field_of_levels(const Image& levels);
 
-/// 8-bit sRGB picture of intensities where `percentile` (0..100) of the pixels stay below white; `white` receives the intensity shown
-/// white.
+/// 8-bit sRGB picture of intensities where `percentile` (0..100) of the pixels stay at or below white; `white` receives the intensity
+/// shown white (the largest when the percentile is black). A black picture stays black.
 std::vector<std::uint8_t> expose(const Image& intensity, double percentile, double* white = nullptr);
 
 }  // namespace raywave

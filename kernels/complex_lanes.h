@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Packets of RAYWAVE_LANES complex samples, interleaved in memory, apart in registers (calls and interleaved arithmetic stop PoCL's
+// vectoriser).
+#ifndef RAYWAVE_COMPLEX_LANES_H
+#define RAYWAVE_COMPLEX_LANES_H
+
+#include "lanes.h"
+
+#if RAYWAVE_LANES == 1
+static inline void load_complex(const __global float2* p, floatv* re, floatv* im) {
+  *re = p->x;
+  *im = p->y;
+}
+static inline void store_complex(floatv re, floatv im, __global float2* p) { *p = (float2)(re, im); }
+#elif RAYWAVE_LANES == 16
+static inline void load_complex(const __global float2* p, floatv* re, floatv* im) {
+  const float16 a = vload16(0, (const __global float*)p);
+  const float16 b = vload16(1, (const __global float*)p);
+  *re = (float16)(a.even, b.even);
+  *im = (float16)(a.odd, b.odd);
+}
+static inline void store_complex(floatv re, floatv im, __global float2* p) {
+  float16 a, b;
+  a.even = re.lo;
+  a.odd = im.lo;
+  b.even = re.hi;
+  b.odd = im.hi;
+  vstore16(a, 0, (__global float*)p);
+  vstore16(b, 1, (__global float*)p);
+}
+#else
+#if RAYWAVE_LANES == 4
+typedef float8 complexv;
+#define COMPLEX_LOAD vload8
+#define COMPLEX_STORE vstore8
+#else
+typedef float16 complexv;
+#define COMPLEX_LOAD vload16
+#define COMPLEX_STORE vstore16
+#endif
+static inline void load_complex(const __global float2* p, floatv* re, floatv* im) {
+  const complexv z = COMPLEX_LOAD(0, (const __global float*)p);
+  *re = z.even;
+  *im = z.odd;
+}
+static inline void store_complex(floatv re, floatv im, __global float2* p) {
+  complexv z;
+  z.even = re;
+  z.odd = im;
+  COMPLEX_STORE(z, 0, (__global float*)p);
+}
+#endif
+
+#endif

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Intensity of a tile, added to a larger picture. OpenCL C 1.2.
+
+// intensity[y0 + y, x0 + x] += weight |field[y, x]|^2 for the part of the ny x nx tile that lies in the window of window_nx columns.
+// x0, y0: the tile's first sample in the window; columns and rows: how much of the tile lies in it.
+__kernel void add_intensity(const __global float2* restrict field, __global float* restrict intensity, int nx, int window_nx, int x0, int y0,
+                            int columns, int rows, float weight) {
+  const int row = (int)get_global_id(1);
+  if (row >= rows) return;
+  const __global float2* source = field + (size_t)nx * row;
+  __global float* target = intensity + (size_t)window_nx * (y0 + row) + x0;
+  const int step = (int)get_global_size(0);
+  for (int i = (int)get_global_id(0); i < columns; i += step) {
+    const float2 u = source[i];
+    target[i] += weight * (u.x * u.x + u.y * u.y);
+  }
+}

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "cl/fft.hpp"
+#include "tests/support/catch.hpp"
+
+namespace raywave::test {
+
+/// Every device found, opened. None at all fails the test.
+inline std::vector<cl::Device> all_devices() {
+  const auto infos = cl::list_devices();
+  REQUIRE_FALSE(infos.empty());
+  return {infos.begin(), infos.end()};
+}
+
+inline std::vector<cl::FftBackend> backends_of(const cl::Device& device) {
+  std::vector<cl::FftBackend> backends;
+  for (const auto backend : {cl::FftBackend::host, cl::FftBackend::clfft}) {
+    if (cl::serves(backend, device.info())) backends.push_back(backend);
+  }
+  return backends;
+}
+
+}  // namespace raywave::test
