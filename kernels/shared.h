@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Structs that host and device share. Members are 4-byte scalars only, so that both sides lay them out alike; tests/shared_types.cpp checks
+// Structs that host and device share. Members are 4-byte scalars only, so that both sides lay them out alike; tests/device.cpp checks
 // size and offsets on every device. Lengths are metres in the scene frame (world minus the scene's origin, docs/conventions.md).
 #ifndef RAYWAVE_SHARED_H
 #define RAYWAVE_SHARED_H
