@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -12,6 +13,10 @@
 
 namespace raywave::cl {
 namespace fs = std::filesystem;
+
+namespace {
+constexpr std::size_t digest_size = 32;  // each file starts with hash_name of the rest
+}
 
 fs::path cache_folder() {
   const auto variable = [](const char* name) -> std::string {
@@ -27,7 +32,11 @@ fs::path cache_folder() {
 std::optional<std::vector<unsigned char>> load_cached(const std::string& name) {
   std::ifstream in(cache_folder() / name, std::ios::binary);
   if (!in) return std::nullopt;
-  return std::vector<unsigned char>(std::istreambuf_iterator<char>(in), {});
+  const std::string text(std::istreambuf_iterator<char>(in), {});
+  // Drivers need not survive a damaged binary (PoCL 3.1 aborts), so none reaches them.
+  const auto contents = std::string_view(text).substr(std::min(digest_size, text.size()));
+  if (!text.starts_with(hash_name(contents))) return std::nullopt;
+  return std::vector<unsigned char>(contents.begin(), contents.end());
 }
 
 void store_cached(const std::string& name, const void* data, std::size_t bytes) {
@@ -37,7 +46,8 @@ void store_cached(const std::string& name, const void* data, std::size_t bytes) 
   const auto temporary = cache_folder() / (name + "." + std::to_string(getpid()) + ".tmp");
   {
     std::ofstream out(temporary, std::ios::binary);
-    out.write(static_cast<const char*>(data), static_cast<std::streamsize>(bytes));
+    const std::string_view contents(static_cast<const char*>(data), bytes);
+    out << hash_name(contents) << contents;
     if (!out.flush()) {
       fs::remove(temporary, ignored);
       return;

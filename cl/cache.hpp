@@ -13,7 +13,7 @@ namespace raywave::cl {
 /// RAYWAVE_CACHE_DIR, else raywave/ in XDG_CACHE_HOME, else in ~/.cache, else in the system's temporary folder.
 std::filesystem::path cache_folder();
 
-/// The bytes stored under `name`, if any.
+/// The bytes stored under `name`, if any and undamaged.
 std::optional<std::vector<unsigned char>> load_cached(const std::string& name);
 
 /// Stores bytes under `name` (temporary name, then rename, so readers never see half). A folder that cannot be written is no error.

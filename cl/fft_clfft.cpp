@@ -5,6 +5,10 @@
 #include <clFFT.h>
 
 #include <array>
+#include <cstdlib>
+#include <filesystem>
+
+#include "cl/cache.hpp"
 
 namespace raywave::cl {
 namespace {
@@ -19,15 +23,29 @@ namespace {
   throw DeviceError(what + ": " + meaning + " (" + std::to_string(status) + ") on " + device.info().name);
 }
 
-/// clFFT's process-wide state. Left to the end of the process: taken down after the OpenCL driver it would call into what is gone.
-void set_up_library(const Device& device) {
-  static const clfftStatus status = [] {
+/// clFFT's process-wide state: set up once, taken down before the OpenCL driver, which was there first.
+class Library {
+public:
+  static void set_up(const Device& device) {
+    static const Library library;
+    if (library.status_ != CLFFT_SUCCESS) fail(device, "clfftSetup", library.status_);
+  }
+
+private:
+  Library() {
+    // clFFT keeps the binaries of its kernels where this points; PoCL needs 10 to 30 s for a plan without.
+    const auto folder = cache_folder() / "clfft";
+    std::error_code ignored;
+    std::filesystem::create_directories(folder, ignored);
+    setenv("CLFFT_CACHE_PATH", folder.c_str(), 0);
     clfftSetupData data;
     clfftInitSetupData(&data);
-    return clfftSetup(&data);
-  }();
-  if (status != CLFFT_SUCCESS) fail(device, "clfftSetup", status);
-}
+    status_ = clfftSetup(&data);
+  }
+  ~Library() { clfftTeardown(); }
+
+  clfftStatus status_;
+};
 
 class ClFft final : public Fft {
 public:
@@ -40,7 +58,7 @@ public:
     }
     if (axes == 0) return;
 
-    set_up_library(device);
+    Library::set_up(device);
     const std::string size = "FFT of " + std::to_string(shape.nx) + " x " + std::to_string(shape.ny) + " by clFFT";
     const auto check = [&](clfftStatus status) {
       if (status != CLFFT_SUCCESS) fail(device, size, status);

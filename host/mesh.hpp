@@ -20,7 +20,8 @@ struct Mesh {
   std::vector<glm::uvec3> triangles;
 };
 
-/// Reads any format Assimp reads; all parts of the file merged, polygons triangulated, points and lines dropped, node transforms applied.
+/// Reads any format Assimp reads; all parts of the file merged, polygons triangulated, points, lines and triangles of no area dropped, node
+/// transforms applied, vertices that agree in everything joined. Axes and numbers stay as in the file (in float, as Assimp keeps them).
 ///
 /// throws  InputError, starting with `where`, when the file cannot be read, holds no triangle, or a vertex is NaN or infinite
 Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where);
@@ -37,7 +38,10 @@ struct World {
   glm::dvec3 min_m{0}, max_m{0};  // bounding box
 };
 
-/// Loads, rotates, scales and places all objects of the scene. Objects that name the same file read it once.
+/// Whether every edge is shared by exactly two triangles in opposite directions, after welding equal positions.
+bool is_closed(const Mesh& mesh);
+
+/// Loads, rotates, scales and places all objects of the scene. Objects that name the same file and normals read it once.
 ///
 /// throws  InputError when a mesh is unusable, a width is asked of a mesh without x extent, or an object touches or lies behind the
 ///         hologram plane (z <= 0); or when the scene has no object

@@ -62,6 +62,7 @@ struct Material {
   double reflectivity = 0;                       // share of light that a mirror reflection carries, 0 to 1
   double transparency = 0;                       // share of light that a refracted ray carries, 0 to 1; reflectivity + transparency <= 1
   double ior = 1.5;                              // index of refraction inside, >= 1
+  std::string where;                             // "scene.toml:20: material "gold"", the start of messages about its texture
 };
 
 enum class Normals { file, smooth, flat };  // file: as in the mesh file, flat where it has none
@@ -73,7 +74,7 @@ struct Object {
   glm::dvec3 rotation_deg{0};     // about x, then y, then z (fixed axes), right-handed
   int material = 0;               // index into Scene::materials
   Normals normals = Normals::file;
-  std::string where;  // "scene.toml:41: object 1", the start of messages about this object
+  std::string where;  // "scene.toml:41: object 0", the start of messages about this object
 };
 
 struct Scene {
@@ -89,8 +90,10 @@ struct Scene {
 
 /// Reads and checks a scene file (docs/scene.md lists every key).
 ///
-/// overrides  "section.key=value" each, the value as TOML or a bare string ("wrp.padding=1.25", "hologram.pitch=8 um"); applied before
-/// checks throws     InputError: one line with file, line and what would be right
+/// overrides  "section.key=value" each, the value as TOML or a bare string ("wrp.padding=1.25", "hologram.pitch=8 um", "object.0.width=9
+/// mm",
+///            "materials.gold.shininess=40"); applied before checks
+/// throws     InputError: one line with file, line and what would be right
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
 /// Metres from "3.74 um", "95mm", "0.1" ...: nm, um, mm, cm, m, or none for metres.

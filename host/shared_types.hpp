@@ -5,6 +5,7 @@
 #include "cl/program.hpp"
 
 namespace raywave::device {
+using uint = std::uint32_t;
 #include "kernels/shared.h"
 }  // namespace raywave::device
 
@@ -13,3 +14,5 @@ RAYWAVE_CL_TYPE(raywave::device::Triangle, "Triangle");
 RAYWAVE_CL_TYPE(raywave::device::TriangleShading, "TriangleShading");
 RAYWAVE_CL_TYPE(raywave::device::Material, "Material");
 RAYWAVE_CL_TYPE(raywave::device::Light, "Light");
+RAYWAVE_CL_TYPE(raywave::device::FanRay, "FanRay");
+RAYWAVE_CL_TYPE(raywave::device::TracePlane, "TracePlane");

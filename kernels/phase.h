@@ -21,19 +21,18 @@ static inline floatv turns_of_length(floatv length_m, float wave_number_hi, floa
   return turns_reduced(product) + (error + length_m * wave_number_lo);
 }
 
-// cos and sin of 2 pi t for |t| <= 0.75. sin(2 pi t) is an odd polynomial on [-1/4, 1/4]; both functions are folded into it.
-// Largest error 3e-7 (tests/phase.cpp walks over all reduced arguments).
+// sin(2 pi t) on [-1/4, 1/4]: odd minimax polynomial of degree 9, each coefficient rounded to float before the next was fitted.
 static inline floatv sin_quarter(floatv t) {
   const floatv s = t * t;
-  floatv p = -12.268859941019306f;  // minimax on [-1/4, 1/4], odd, degree 11
-  p = p * s + 41.216241051002875f;
-  p = p * s - 76.58672703334098f;
-  p = p * s + 81.59746634506331f;
-  p = p * s - 41.34151143437585f;
-  p = p * s + 6.283183465409584f;
+  floatv p = 0x1.3a4c44p+5f;
+  p = p * s - 0x1.320c42p+6f;
+  p = p * s + 0x1.46658p+6f;
+  p = p * s - 0x1.4abba4p+5f;
+  p = p * s + 0x1.921fb4p+2f;
   return p * t;
 }
 
+// cos and sin of 2 pi t for |t| < 2^22, both folded into sin_quarter. Largest absolute error 1.6e-7 (tests/device.cpp).
 static inline void cos_sin_turns(floatv turns, floatv* c, floatv* s) {
   const floatv t = turns_reduced(turns);
   const floatv a = fabs(t);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Structs that host and device share. Members are 4-byte scalars only, so that both sides lay them out alike; tests/shared_types.cpp checks
+// Structs that host and device share. Members are 4-byte scalars only, so that both sides lay them out alike; tests/device.cpp checks
 // size and offsets on every device. Lengths are metres in the scene frame (world minus the scene's origin, docs/conventions.md).
 #ifndef RAYWAVE_SHARED_H
 #define RAYWAVE_SHARED_H
@@ -58,5 +58,31 @@ typedef struct {
   float intensity;
   int is_point;
 } Light;
+
+// One direction of a fan of parallel rays: (x, y, 1) points from a WRP pixel away from the hologram.
+typedef struct {
+  float x;
+  float y;
+  float length;    // of (x, y, 1)
+  float turns_hi;  // length / wavelength, the turns of phase per metre of depth, as the sum of two floats
+  float turns_lo;
+} FanRay;
+
+// The plane of pixels that a trace fills, and what a frame's waves share. Pixel (0, 0) is the top left one; y falls with the row.
+typedef struct {
+  int nx;
+  int ny;
+  float left;  // x of the centres of the first column
+  float top;   // y of the centres of the first row
+  float z;
+  float pitch_x;
+  float pitch_y;
+  float turns_hi;  // 1 / wavelength as the sum of two floats
+  float turns_lo;
+  float sampling_rate;  // 1 / sampling pitch p: cells of the random phase per metre
+  float bias;           // distance that a secondary ray starts off its surface
+  float reach;          // longer than any way through the scene
+  uint seed;
+} TracePlane;
 
 #endif

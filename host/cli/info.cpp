@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "host/cli/commands.hpp"
+#include "host/report.hpp"
+
+using namespace raywave;
+
+namespace {
+
+const char* name_of(cl::DeviceKind kind) {
+  switch (kind) {
+    case cl::DeviceKind::gpu:
+      return "GPU";
+    case cl::DeviceKind::accelerator:
+      return "accelerator";
+    case cl::DeviceKind::cpu:
+      return "CPU";
+    case cl::DeviceKind::other:
+      break;
+  }
+  return "other";
+}
+
+std::vector<std::string> backends_of(const cl::DeviceInfo& device) {
+  std::vector<std::string> names;
+  for (const auto backend : {cl::FftBackend::host, cl::FftBackend::clfft}) {
+    if (cl::serves(backend, device)) names.emplace_back(cl::name_of(backend));
+  }
+  return names;
+}
+
+void print_devices(bool json) {
+  const auto devices = cl::list_devices();
+  if (devices.empty()) cl::find_device();  // says what to install
+  const auto chosen = cl::find_device().index;
+  auto list = nlohmann::ordered_json::array();
+  for (const auto& d : devices) {
+    const auto backends = backends_of(d);
+    if (json) {
+      list.push_back({{"index", d.index},
+                      {"name", d.name},
+                      {"platform", d.platform},
+                      {"kind", name_of(d.kind)},
+                      {"vendor", d.vendor},
+                      {"version", d.version},
+                      {"driver", d.driver},
+                      {"compute_units", d.compute_units},
+                      {"memory_bytes", d.memory_bytes},
+                      {"largest_buffer_bytes", d.largest_buffer_bytes},
+                      {"local_bytes", d.local_bytes},
+                      {"fp64", d.fp64},
+                      {"online_compiler", d.online_compiler},
+                      {"float_lanes", d.float_lanes},
+                      {"fft", backends},
+                      {"default", d.index == chosen}});
+      continue;
+    }
+    std::string fft;
+    for (const auto& name : backends) fft += (fft.empty() ? "" : ", ") + name;
+    std::printf("%s  %s%s\n", d.index.c_str(), d.name.c_str(), d.index == chosen ? "  (default)" : "");
+    std::printf("     platform         %s\n", d.platform.c_str());
+    std::printf("     kind             %s, %u compute units\n", name_of(d.kind), d.compute_units);
+    std::printf("     version, driver  %s, %s\n", d.version.c_str(), d.driver.c_str());
+    std::printf("     memory           %s, largest buffer %s, local %s\n", cl::format_bytes(d.memory_bytes).c_str(),
+                cl::format_bytes(d.largest_buffer_bytes).c_str(), cl::format_bytes(d.local_bytes).c_str());
+    std::printf("     fp64             %s\n", d.fp64 ? "yes" : "no");
+    std::printf("     online compiler  %s\n", d.online_compiler ? "yes" : "no");
+    std::printf("     FFT              %s\n", fft.c_str());
+  }
+  if (json) std::printf("%s\n", list.dump(2).c_str());
+}
+
+}  // namespace
+
+void add_info(CLI::App& app) {
+  struct Options {
+    std::string scene;
+    std::vector<std::string> set;
+    bool json = false;
+  };
+  auto* command = app.add_subcommand("info", "Show what a scene is understood as and what would be computed");
+  auto options = std::make_shared<Options>();
+  command->add_option("scene", options->scene, "Scene file (TOML)")->required();
+  command->add_option("--set", options->set, "Change a value of the scene: section.key=value")->allow_extra_args(false);
+  command->add_flag("--json", options->json, "Print JSON");
+  command->callback([options] {
+    const auto scene = load_scene(options->scene, options->set);
+    const auto world = build_world(scene);
+    const auto plan = make_plan(scene, world, cl::FftBackend::host);
+    std::fputs((options->json ? plan_report_json(scene, world, plan) : plan_report_text(scene, world, plan)).c_str(), stdout);
+  });
+}
+
+void add_devices(CLI::App& app) {
+  auto* command = app.add_subcommand("devices", "List OpenCL devices and what each can do");
+  auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "Print JSON");
+  command->callback([json] { print_devices(*json); });
+}

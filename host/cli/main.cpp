@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <clocale>
+#include <cstdio>
+#include <new>
+
+#include "cl/device.hpp"
+#include "host/cli/commands.hpp"
+#include "host/error.hpp"
+#include "raywave_version.hpp"
+
+namespace {
+
+constexpr int exit_input = 2, exit_device = 3, exit_bug = 70;
+
+int fail(int code, const char* message) {
+  std::fprintf(stderr, "raywave: %s\n", message);
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"raywave: photorealistic holograms of meshes for spatial light modulators"};
+  app.set_version_flag("--version", raywave::version);
+  app.require_subcommand(1);
+  app.footer("Exit codes: 0 done, 2 something given is wrong, 3 the device or its driver cannot do it.");
+  add_render(app);
+  add_reconstruct(app);
+  add_info(app);
+  add_devices(app);
+  try {
+    app.parse(argc, argv);
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    return code == 0 ? 0 : exit_input;
+  } catch (const raywave::InputError& error) {
+    return fail(exit_input, error.what());
+  } catch (const raywave::cl::DeviceError& error) {
+    return fail(exit_device, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(exit_device, "out of host memory; a smaller hologram.resolution, sampling.frames or mesh needs less");
+  } catch (const std::exception& error) {
+    return fail(exit_bug, (std::string("unexpected: ") + error.what() + " (please report this)").c_str());
+  }
+}

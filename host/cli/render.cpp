@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/render.hpp"
+
+#include <cstdio>
+#include <memory>
+
+#include "host/cli/commands.hpp"
+#include "host/cli/progress.hpp"
+#include "host/error.hpp"
+#include "host/image.hpp"
+#include "host/output.hpp"
+#include "host/report.hpp"
+
+using namespace raywave;
+
+void DeviceOptions::add_to(CLI::App& command) {
+  command.add_option("--device", device, "Device: index (0:1) or part of its name; also RAYWAVE_DEVICE");
+  command.add_option("--fft", fft, "FFT back end: host or clfft; chosen by device when not given");
+}
+
+cl::DeviceInfo DeviceOptions::info() const { return cl::find_device(device); }
+
+cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
+  if (fft.empty()) return cl::default_backend(info);
+  for (const auto backend : {cl::FftBackend::host, cl::FftBackend::clfft}) {
+    if (fft != cl::name_of(backend)) continue;
+    if (!cl::serves(backend, info)) throw cl::DeviceError("--fft " + fft + " does not serve " + info.name);
+    return backend;
+  }
+  throw InputError("--fft " + fft + ": unknown back end; there are host and clfft");
+}
+
+namespace {
+
+struct Options {
+  std::string scene, out;
+  std::vector<std::string> set;
+  DeviceOptions device;
+  bool json = false, quiet = false, save_wrps = false;
+};
+
+std::string numbered(const char* stem, std::size_t number, const char* extension) {
+  return number == 1 ? std::string(stem) + extension : std::string(stem) + "_" + std::to_string(number) + extension;
+}
+
+void run(const Options& options) {
+  const auto scene = load_scene(options.scene, options.set);
+  const cl::Device device(options.device.info());
+  RenderOptions how;
+  how.fft = options.device.backend(device.info());
+  how.keep_wrps = options.save_wrps;
+  RenderResult result;
+  {
+    ProgressBar bar(options.quiet);
+    how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+    result = render(device, scene, how);
+  }
+
+  const std::filesystem::path out(options.out);
+  std::vector<std::string> written;
+  for (std::size_t frame = 0; frame < result.levels.size(); ++frame) {
+    written.push_back(numbered("hologram", frame + 1, ".png"));
+    save_png(out / written.back(), result.field.nx, result.field.ny, result.levels[frame]);
+  }
+  const auto save_field = [&](const std::string& name, const FieldStack& field) {
+    save_npy(out / name, field.nx, field.ny, field.frames, field.samples);
+    written.push_back(name);
+  };
+  save_field("field.npy", result.field);
+  for (std::size_t i = 0; i < result.wrps.size(); ++i) save_field("wrp_" + std::to_string(i + 1) + ".npy", result.wrps[i]);
+  const auto report = render_report_json(scene, result, device.info(), how.fft);
+  write_text(out / "report.json", report);
+  written.push_back("report.json");
+
+  if (options.json) {
+    std::fputs(report.c_str(), stdout);
+  } else if (!options.quiet) {
+    double total = 0;
+    for (const auto& [stage, seconds] : result.seconds) total += seconds;
+    std::printf("%d x %d hologram of %zu WRPs in %.2f s (trace %.2f s, propagate %.2f s) on %s\n", result.field.nx, result.field.ny,
+                result.plan.wrps.size(), total, result.seconds["trace"], result.seconds["propagate"], device.info().name.c_str());
+    for (const auto& name : written) std::printf("  %s\n", (out / name).c_str());
+  }
+}
+
+}  // namespace
+
+void add_render(CLI::App& app) {
+  auto* command = app.add_subcommand("render", "Compute the hologram of a scene");
+  auto options = std::make_shared<Options>();
+  command->add_option("scene", options->scene, "Scene file (TOML)")->required();
+  command->add_option("-o,--out", options->out, "Folder for hologram.png, field.npy and report.json")->required();
+  command->add_option("--set", options->set, "Change a value of the scene: section.key=value")->allow_extra_args(false);
+  command->add_flag("--save-wrps", options->save_wrps, "Also write the field of every WRP (wrp_1.npy, ...)");
+  command->add_flag("--json", options->json, "Print the report instead of a summary");
+  command->add_flag("--quiet", options->quiet, "Print nothing but errors");
+  options->device.add_to(*command);
+  command->callback([options] { run(*options); });
+}

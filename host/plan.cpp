@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "host/error.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr int largest_grid = 1024;
+
+/// How many steps p lie, on the nearest surface, under the cone that a pixel sees. Three keep neighbouring samples apart in direction
+/// (docs/pipeline.md, "Where the WRPs stand"); more only cost rays.
+constexpr double samples_across_nearest = 3;
+
+struct Interval {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  double middle() const { return (low + high) / 2; }
+  double extent() const { return high - low; }
+};
+
+/// Where, along one axis of the WRP plane, light passes on its way from the scene into the hologram.
+Interval footprint(const World& world, int axis, double window_m, double distance_m, double largest_tangent) {
+  Interval passed;
+  for (const auto& p : world.positions) {
+    const double share = (p.z - distance_m) / p.z;  // of the way from the surface to the hologram
+    for (const double edge : {-window_m / 2, window_m / 2}) {
+      const double x = p[axis] + (edge - p[axis]) * share;
+      passed.low = std::min(passed.low, x);
+      passed.high = std::max(passed.high, x);
+    }
+  }
+  const double reach = window_m / 2 + distance_m * largest_tangent;
+  passed.low = std::clamp(passed.low, -reach, reach);
+  passed.high = std::clamp(passed.high, -reach, reach);
+  return passed;
+}
+
+std::string millimetres(double metres) {
+  std::ostringstream text;
+  text.precision(6);
+  text << metres * 1e3 << " mm";
+  return text.str();
+}
+
+}  // namespace
+
+std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m, double pitch_m) {
+  const double width = window_m / distance_m;
+  const auto count = static_cast<std::size_t>(std::clamp(std::ceil(width * depth_m / pitch_m - 1e-9), 1.0, 65536.0));
+  std::vector<double> tangents(count);
+  for (std::size_t i = 0; i < count; ++i)
+    tangents[i] = shift_m / distance_m + (static_cast<double>(i) - static_cast<double>(count - 1) / 2) * width / static_cast<double>(count);
+  return tangents;
+}
+
+Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend) {
+  const auto& hologram = scene.hologram;
+  Plan plan;
+  plan.size = hologram.resolution;
+  plan.pitch_m = hologram.pitch_m;
+  plan.wavelength_m = hologram.wavelength_m;
+  plan.near_m = world.min_m.z;
+  plan.far_m = world.max_m.z;
+
+  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  const auto largest_sine = [&](int axis) { return std::min(0.99, plan.wavelength_m / (2 * plan.pitch_m[axis])); };
+  const auto largest_tangent = [&](int axis) { return largest_sine(axis) / std::sqrt(1 - largest_sine(axis) * largest_sine(axis)); };
+
+  if (scene.wrp.distance_m) {
+    plan.distance_m = *scene.wrp.distance_m;
+    if (plan.distance_m >= plan.far_m) {
+      throw InputError(scene.file.string() + ": wrp.distance " + millimetres(plan.distance_m) +
+                       " puts the WRPs behind the whole scene, which ends at " + millimetres(plan.far_m) + "; give less, or \"auto\"");
+    }
+  } else {
+    const double cone = std::max(window.x, window.y) / plan.near_m;
+    plan.distance_m = plan.near_m - std::min(samples_across_nearest * scene.sampling.pitch_m / cone, plan.near_m / 2);
+  }
+
+  glm::dvec2 middle;
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto passed = footprint(world, axis, window[axis], plan.distance_m, largest_tangent(axis));
+    middle[axis] = passed.middle();
+    const double wanted = std::max(1.0, std::ceil(passed.extent() / window[axis] - 0.01));
+    plan.grid[axis] = scene.wrp.grid ? (*scene.wrp.grid)[axis] : static_cast<int>(std::min(wanted, largest_grid + 1.0));
+  }
+  if (static_cast<double>(plan.grid.x) * plan.grid.y > largest_grid) {
+    throw InputError(scene.file.string() + ": the scene needs " + std::to_string(plan.grid.x) + " x " + std::to_string(plan.grid.y) +
+                     " or more WRPs of the hologram's size, " + std::to_string(largest_grid) +
+                     " are allowed; give wrp.grid, a larger hologram or a smaller scene");
+  }
+  plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2, plan.distance_m};
+
+  for (int row = 0; row < plan.grid.y; ++row) {
+    for (int column = 0; column < plan.grid.x; ++column) {
+      Wrp wrp;
+      wrp.centre_m = {middle.x + (column - (plan.grid.x - 1) / 2.0) * window.x, middle.y - (row - (plan.grid.y - 1) / 2.0) * window.y,
+                      plan.distance_m};
+      const double depth = plan.far_m - plan.distance_m;
+      for (const double ty : fan_tangents(window.y, plan.distance_m, wrp.centre_m.y, depth, scene.sampling.pitch_m)) {
+        for (const double tx : fan_tangents(window.x, plan.distance_m, wrp.centre_m.x, depth, scene.sampling.pitch_m)) {
+          // The SLM's pixels cannot show light that arrives steeper.
+          const double length = std::sqrt(1 + tx * tx + ty * ty);
+          if (std::abs(tx) <= largest_sine(0) * length && std::abs(ty) <= largest_sine(1) * length) wrp.fan.emplace_back(tx, ty);
+        }
+      }
+      plan.rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.size.x) * static_cast<std::uint64_t>(plan.size.y);
+      plan.wrps.push_back(std::move(wrp));
+    }
+  }
+
+  for (int axis = 0; axis < 2; ++axis)
+    plan.padded[axis] =
+        static_cast<int>(cl::next_fast_size(backend, static_cast<std::size_t>(std::ceil(plan.size[axis] * scene.wrp.padding - 1e-9))));
+  const auto plane = [](glm::ivec2 size) { return static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) * 8; };
+  plan.device_bytes = 2 * plane(plan.padded) + plane(plan.size) + world.triangles.size() * 200;
+  return plan;
+}
+
+}  // namespace raywave

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+/// From a scene to what will be computed: where the WRPs stand, which rays start on them, what it takes. A pure function, printed by
+/// `raywave info` and followed by `raywave render`.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "cl/fft.hpp"
+#include "host/mesh.hpp"
+#include "host/scene.hpp"
+
+namespace raywave {
+
+/// One wavefront recording plane: as large as the hologram and parallel to it.
+struct Wrp {
+  glm::dvec3 centre_m{0};       // world
+  std::vector<glm::dvec2> fan;  // tangents (dx/dz, dy/dz) of the rays that start at each of its pixels
+};
+
+struct Plan {
+  glm::ivec2 size{1, 1};  // pixels of the hologram and of every WRP
+  glm::dvec2 pitch_m{1, 1};
+  double wavelength_m = 1;
+  glm::dvec3 origin_m{0};        // of the scene frame, in world coordinates: middle of the scene, at the WRPs' depth
+  double near_m = 0, far_m = 0;  // depths of the nearest and farthest surface, world z
+  double distance_m = 0;         // from the WRPs to the hologram
+  glm::ivec2 grid{1, 1};
+  std::vector<Wrp> wrps;           // row by row from the top left
+  glm::ivec2 padded{1, 1};         // size that is transformed
+  std::uint64_t rays = 0;          // primary rays of a frame
+  std::uint64_t device_bytes = 0;  // planes and scene, estimated
+};
+
+/// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through the hologram, more than 1024 WRPs)
+Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend);
+
+/// Rows or columns of a fan (paper, Eq. 4-7): tangents across an aperture `window_m` wide seen from `distance_m` away, turned by shift /
+/// distance, spaced so that neighbours lie `pitch_m` apart at `depth_m` behind the plane.
+std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m, double pitch_m);
+
+}  // namespace raywave

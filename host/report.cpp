@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/report.hpp"
+
+#include <sys/resource.h>
+
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "host/error.hpp"
+#include "raywave_version.hpp"
+
+namespace raywave {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(glm::ivec2 v) { return Json::array({v.x, v.y}); }
+Json json_of(glm::dvec2 v) { return Json::array({v.x, v.y}); }
+Json json_of(glm::dvec3 v) { return Json::array({v.x, v.y, v.z}); }
+
+const char* name_of(LightType type) {
+  switch (type) {
+    case LightType::ambient:
+      return "ambient";
+    case LightType::directional:
+      return "directional";
+    case LightType::point:
+      return "point";
+  }
+  return "";
+}
+
+const char* name_of(Normals normals) {
+  switch (normals) {
+    case Normals::file:
+      return "file";
+    case Normals::smooth:
+      return "smooth";
+    case Normals::flat:
+      return "flat";
+  }
+  return "";
+}
+
+/// The scene with every default filled in; lengths in metres.
+Json json_of(const Scene& scene) {
+  Json j;
+  j["file"] = scene.file.string();
+  j["hologram"] = {{"resolution", json_of(scene.hologram.resolution)},
+                   {"pitch_m", json_of(scene.hologram.pitch_m)},
+                   {"wavelength_m", scene.hologram.wavelength_m}};
+  j["wrp"] = {{"padding", scene.wrp.padding}};
+  j["wrp"]["grid"] = scene.wrp.grid ? json_of(*scene.wrp.grid) : Json("auto");
+  j["wrp"]["distance_m"] = scene.wrp.distance_m ? Json(*scene.wrp.distance_m) : Json("auto");
+  j["sampling"] = {{"mode", "fan"}, {"pitch_m", scene.sampling.pitch_m}, {"seed", scene.sampling.seed}, {"frames", scene.sampling.frames}};
+  j["trace"] = {{"depth", scene.trace.depth}, {"shadows", scene.trace.shadows}};
+  for (const auto& l : scene.lights) {
+    Json light{{"type", name_of(l.type)}, {"intensity", l.intensity}};
+    if (l.type == LightType::directional) light["direction"] = json_of(l.direction);
+    if (l.type == LightType::point) light["position_m"] = json_of(l.position_m);
+    j["lights"].push_back(light);
+  }
+  for (const auto& m : scene.materials) {
+    Json material{
+        {"name", m.name},           {"ambient", json_of(m.ambient)},  {"diffuse", json_of(m.diffuse)},  {"specular", json_of(m.specular)},
+        {"shininess", m.shininess}, {"reflectivity", m.reflectivity}, {"transparency", m.transparency}, {"ior", m.ior}};
+    if (m.texture) material["texture"] = m.texture->string();
+    j["materials"].push_back(material);
+  }
+  for (const auto& o : scene.objects) {
+    Json object{{"mesh", o.mesh.string()},
+                {"position_m", json_of(o.position_m)},
+                {"rotation_deg", json_of(o.rotation_deg)},
+                {"material", scene.materials[static_cast<std::size_t>(o.material)].name},
+                {"normals", name_of(o.normals)}};
+    object["width_m"] = o.width_m ? Json(*o.width_m) : Json("as in the file");
+    j["objects"].push_back(object);
+  }
+  return j;
+}
+
+Json json_of(const Plan& plan) {
+  Json j{{"distance_m", plan.distance_m},
+         {"grid", json_of(plan.grid)},
+         {"near_m", plan.near_m},
+         {"far_m", plan.far_m},
+         {"padded", json_of(plan.padded)},
+         {"rays", plan.rays},
+         {"device_bytes", plan.device_bytes}};
+  for (const auto& w : plan.wrps) j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}, {"rays_per_pixel", w.fan.size()}});
+  return j;
+}
+
+std::uint64_t host_peak_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+}  // namespace
+
+std::string render_report_json(const Scene& scene, const RenderResult& result, const cl::DeviceInfo& device, cl::FftBackend fft) {
+  Json j;
+  j["raywave"] = version;
+  j["scene"] = json_of(scene);
+  j["plan"] = json_of(result.plan);
+  j["device"] = {{"index", device.index},     {"name", device.name},     {"platform", device.platform}, {"vendor", device.vendor},
+                 {"version", device.version}, {"driver", device.driver}, {"fft", cl::name_of(fft)}};
+  j["seed"] = scene.sampling.seed;
+  j["seconds"] = result.seconds;
+  j["peak_memory"] = {{"host_bytes", host_peak_bytes()}, {"device_bytes", result.device_peak_bytes}};
+  return j.dump(2) + "\n";
+}
+
+std::string plan_report_json(const Scene& scene, const World& world, const Plan& plan) {
+  Json j;
+  j["raywave"] = version;
+  j["scene"] = json_of(scene);
+  j["triangles"] = world.triangles.size();
+  j["vertices"] = world.positions.size();
+  j["bounds_m"] = Json::array({json_of(world.min_m), json_of(world.max_m)});
+  j["plan"] = json_of(plan);
+  return j.dump(2) + "\n";
+}
+
+std::string plan_report_text(const Scene& scene, const World& world, const Plan& plan) {
+  std::ostringstream out;
+  const auto mm = [](double metres) {
+    std::array<char, 32> text;
+    std::snprintf(text.data(), text.size(), "%.4g mm", metres * 1e3);
+    return std::string(text.data());
+  };
+  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  const glm::dvec3 extent = world.max_m - world.min_m;
+  out << "hologram  " << plan.size.x << " x " << plan.size.y << " pixels, " << mm(window.x) << " x " << mm(window.y) << ", wavelength "
+      << plan.wavelength_m * 1e9 << " nm\n";
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto& object = scene.objects[i];
+    const auto count = std::count(world.triangle_object.begin(), world.triangle_object.end(), static_cast<std::int32_t>(i));
+    out << "object    " << object.mesh.filename().string() << ": " << count << " triangles, "
+        << (world.object_closed[i] ? "closed" : "open") << ", material " << scene.materials[static_cast<std::size_t>(object.material)].name
+        << "\n";
+  }
+  out << "scene     " << world.triangles.size() << " triangles, " << mm(extent.x) << " x " << mm(extent.y) << " x " << mm(extent.z) << ", "
+      << mm(plan.near_m) << " to " << mm(plan.far_m) << " from the hologram\n";
+  out << "WRPs      " << plan.grid.x << " x " << plan.grid.y << " at " << mm(plan.distance_m) << ", " << mm(plan.near_m - plan.distance_m)
+      << " in front of the nearest surface\n";
+  for (const auto& w : plan.wrps)
+    out << "          centre (" << mm(w.centre_m.x) << ", " << mm(w.centre_m.y) << "): " << w.fan.size() << " rays per pixel\n";
+  out << "rays      " << plan.rays << " per frame, " << scene.sampling.frames << (scene.sampling.frames == 1 ? " frame\n" : " frames\n");
+  out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding " << scene.wrp.padding << ")\n";
+  out << "memory    " << cl::format_bytes(plan.device_bytes) << " on the device\n";
+  return out.str();
+}
+
+HologramSpec hologram_of_report(const std::filesystem::path& report) {
+  std::ifstream in(report);
+  if (!in)
+    throw InputError(report.string() + ": not found; it tells the hologram's pitch and wavelength (or give --pitch and --wavelength)");
+  try {
+    const auto j = Json::parse(in).at("scene").at("hologram");
+    HologramSpec spec;
+    spec.resolution = {j.at("resolution").at(0).get<int>(), j.at("resolution").at(1).get<int>()};
+    spec.pitch_m = {j.at("pitch_m").at(0).get<double>(), j.at("pitch_m").at(1).get<double>()};
+    spec.wavelength_m = j.at("wavelength_m").get<double>();
+    if (!(spec.pitch_m.x > 0 && spec.pitch_m.y > 0 && spec.wavelength_m > 0))
+      throw InputError(report.string() + ": pitch and wavelength must be > 0");
+    return spec;
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(report.string() + ": not a report of raywave: " + error.what());
+  }
+}
+
+}  // namespace raywave

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What was understood and what was done, as JSON (report.json) and as text (`raywave info`).
+#pragma once
+
+#include <string>
+
+#include "host/mesh.hpp"
+#include "host/plan.hpp"
+#include "host/render.hpp"
+#include "host/scene.hpp"
+
+namespace raywave {
+
+/// Everything that made a result: effective scene, plan, device, versions, seconds of each stage, peak memory.
+std::string render_report_json(const Scene& scene, const RenderResult& result, const cl::DeviceInfo& device, cl::FftBackend fft);
+
+/// The same for a scene that has not been rendered.
+std::string plan_report_json(const Scene& scene, const World& world, const Plan& plan);
+std::string plan_report_text(const Scene& scene, const World& world, const Plan& plan);
+
+/// Pitch, wavelength and resolution of a hologram from the report.json beside it.
+/// throws  InputError when the file is missing or damaged
+HologramSpec hologram_of_report(const std::filesystem::path& report);
+
+}  // namespace raywave

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Joining of exactly equal tuples of numbers.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <unordered_map>
+#include <vector>
+
+namespace raywave {
+
+/// Numbers distinct tuples 0, 1, 2 ... in the order of their first appearance. Zero equals minus zero; nothing may be NaN.
+template <std::size_t N>
+class Welder {
+public:
+  explicit Welder(std::size_t expected) { ids_.reserve(expected); }
+
+  std::uint32_t id(std::array<double, N> tuple) {
+    for (double& x : tuple) x += 0.0;  // turns -0 into +0, which hash alike
+    return ids_.try_emplace(tuple, static_cast<std::uint32_t>(ids_.size())).first->second;
+  }
+
+private:
+  struct Hash {
+    std::size_t operator()(const std::array<double, N>& tuple) const {
+      std::uint64_t hash = 0;
+      for (const double x : tuple) {  // one round of splitmix64 for each number
+        hash = (hash ^ std::bit_cast<std::uint64_t>(x)) * 0xbf58476d1ce4e5b9u;
+        hash ^= hash >> 29;
+      }
+      return hash;
+    }
+  };
+  std::unordered_map<std::array<double, N>, std::uint32_t, Hash> ids_;
+};
+
+/// For each position a number that equal positions share.
+inline std::vector<std::uint32_t> weld_positions(const std::vector<glm::dvec3>& positions) {
+  Welder<3> welder(positions.size());
+  std::vector<std::uint32_t> ids;
+  ids.reserve(positions.size());
+  for (const glm::dvec3& p : positions) ids.push_back(welder.id({p.x, p.y, p.z}));
+  return ids;
+}
+
+}  // namespace raywave

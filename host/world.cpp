@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <map>
+#include <utility>
+
+#include "host/error.hpp"
+#include "host/mesh.hpp"
+#include "host/text.hpp"
+#include "host/weld.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr double kSmallestObject_m = 1e-10, kLargestObject_m = 1e4;
+constexpr std::size_t kMaxTriangles = 500'000'000;
+
+struct Box {
+  glm::dvec3 min{INFINITY}, max{-INFINITY};
+  void add(const glm::dvec3& p) {
+    min = glm::min(min, p);
+    max = glm::max(max, p);
+  }
+  glm::dvec3 size() const { return max - min; }
+  glm::dvec3 centre() const { return min + 0.5 * size(); }
+};
+
+glm::dmat3 rotation_xyz(const glm::dvec3& degrees) {
+  const auto about = [](double angle_deg, const glm::dvec3& axis) {
+    return glm::dmat3(glm::rotate(glm::dmat4(1), glm::radians(std::remainder(angle_deg, 360.0)), axis));
+  };
+  return about(degrees.z, {0, 0, 1}) * about(degrees.y, {0, 1, 0}) * about(degrees.x, {1, 0, 0});
+}
+
+/// Metres per mesh unit.
+double scale_of(const Object& object, const Box& rotated) {
+  const glm::dvec3 size = rotated.size();
+  const double largest = std::max({size.x, size.y, size.z});
+  if (object.width_m && size.x <= 1e-9 * largest)
+    throw InputError(object.where + ": width cannot be reached, because the mesh has no extent in x after rotation; turn it or omit width");
+  const double scale = object.width_m ? *object.width_m / size.x : 1;
+  if (const double largest_m = largest * scale; !(largest_m >= kSmallestObject_m && largest_m <= kLargestObject_m))
+    throw InputError(object.where + ": the mesh would be " + length_text(largest_m) + " large, and must be " +
+                     length_text(kSmallestObject_m) + " to " + length_text(kLargestObject_m) + "; give a width");
+  return scale;
+}
+
+void place(const Object& object, std::int32_t index, const Mesh& mesh, World& world) {
+  if (world.triangles.size() + mesh.triangles.size() > kMaxTriangles)
+    throw InputError(object.where + ": with it the scene has more than " + std::to_string(kMaxTriangles) + " triangles");
+  const glm::dmat3 rotation = rotation_xyz(object.rotation_deg);
+  Box rotated, placed;
+  for (const glm::dvec3& p : mesh.positions) rotated.add(rotation * p);
+  const double scale = scale_of(object, rotated);
+
+  const auto first = static_cast<glm::uint>(world.positions.size());
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    // Differences first: a mesh far from its own origin keeps its shape.
+    const glm::dvec3 p = object.position_m + (rotation * mesh.positions[i] - rotated.centre()) * scale;
+    placed.add(p);
+    world.positions.push_back(p);
+    world.normals.emplace_back(rotation * mesh.normals[i]);
+    world.uvs.emplace_back(mesh.uvs[i]);
+  }
+  if (!(placed.min.z > 0))
+    throw InputError(object.where + ": lies behind or touches the hologram plane: its z runs from " + length_text(placed.min.z) + " to " +
+                     length_text(placed.max.z) + ", and must be > 0");
+  for (const glm::uvec3& triangle : mesh.triangles) world.triangles.push_back(triangle + first);
+  world.triangle_object.resize(world.triangles.size(), index);
+  world.min_m = index == 0 ? placed.min : glm::min(world.min_m, placed.min);
+  world.max_m = index == 0 ? placed.max : glm::max(world.max_m, placed.max);
+}
+
+}  // namespace
+
+bool is_closed(const Mesh& mesh) {
+  const std::vector<std::uint32_t> weld = weld_positions(mesh.positions);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges, reversed;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const glm::uvec3& triangle : mesh.triangles)
+    for (int i = 0; i < 3; ++i) edges.emplace_back(weld[triangle[i]], weld[triangle[(i + 1) % 3]]);
+  for (const auto& [from, to] : edges) reversed.emplace_back(to, from);
+  std::sort(edges.begin(), edges.end());
+  std::sort(reversed.begin(), reversed.end());
+  return edges == reversed && std::adjacent_find(edges.begin(), edges.end()) == edges.end();
+}
+
+World build_world(const Scene& scene) {
+  if (scene.objects.empty()) throw InputError(one_line(scene.file.string()) + ": there is no object: add [[object]] with mesh = \"FILE\"");
+  World world;
+  std::map<std::pair<std::filesystem::path, Normals>, std::pair<Mesh, bool>> meshes;  // with whether each is closed
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Object& object = scene.objects[i];
+    std::error_code error;
+    const auto [found, is_new] = meshes.try_emplace({std::filesystem::weakly_canonical(object.mesh, error), object.normals});
+    auto& [mesh, closed] = found->second;
+    if (is_new) {
+      mesh = load_mesh(object.mesh, object.normals, object.where);
+      closed = is_closed(mesh);
+    }
+    place(object, static_cast<std::int32_t>(i), mesh, world);
+    world.object_closed.push_back(closed);
+  }
+  return world;
+}
+
+}  // namespace raywave

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a ray sees where it hits: surface attributes and Phong radiance (paper, Eq. 3), for packets of lanes.
+#ifndef RAYWAVE_SHADE_H
+#define RAYWAVE_SHADE_H
+
+#include "bvh.h"
+#include "lanes.h"
+#include "shared.h"
+
+#ifndef RAYWAVE_LIGHTS
+#define RAYWAVE_LIGHTS 1  // directional and point lights; host/tracer.cpp
+#endif
+#ifndef RAYWAVE_SPECULAR
+#define RAYWAVE_SPECULAR 1  // some material has a specular part
+#endif
+#ifndef RAYWAVE_TEXTURES
+#define RAYWAVE_TEXTURES 1  // some material has a texture
+#endif
+#ifndef RAYWAVE_SHADOWS
+#define RAYWAVE_SHADOWS 0  // lights are tested for occluders
+#endif
+
+// The scene's arrays, as every kernel that shades receives them.
+typedef struct {
+  __global const BvhNode* nodes;
+  __global const Triangle* triangles;
+  __global const TriangleShading* shading;
+  __global const Material* materials;
+  __global const Light* lights;
+  __global const float* texels;
+} SceneArrays;
+
+// A hit's place and material, one lane each. The normal has unit length and faces the side the ray came from.
+typedef struct {
+  floatv x, y, z;
+  floatv nx, ny, nz;
+  floatv ambient, diffuse, specular, shininess;  // textures applied
+  floatv reflectivity, transparency, ior;
+  intv entering;  // the ray meets the outside of the surface
+} Surface;
+
+// c^m for c in [0, 1] and m >= 0, 0^0 = 1. log2 keeps its relative accuracy near c = 1, so that huge exponents stay right.
+static inline floatv pow_unit(floatv c, floatv m) {
+  const floatv x = fmax(c, (floatv)(1e-37f));
+  const intv shifted = LANES_AS_INT(x) - 0x3f3504f3;  // bits of sqrt(1/2)
+  const intv exponent = shifted >> 23;
+  const floatv f = LANES_AS_FLOAT((shifted & 0x007fffff) + 0x3f3504f3) - 1.0f;
+  floatv p = 7.0376836292e-2f;  // ln(1 + f) on [sqrt(1/2), sqrt(2)] - 1, after Cephes
+  p = p * f - 1.1514610310e-1f;
+  p = p * f + 1.1676998740e-1f;
+  p = p * f - 1.2420140846e-1f;
+  p = p * f + 1.4249322787e-1f;
+  p = p * f - 1.6668057665e-1f;
+  p = p * f + 2.0000714765e-1f;
+  p = p * f - 2.4999993993e-1f;
+  p = p * f + 3.3333331174e-1f;
+  const floatv ln = f + f * f * (p * f - 0.5f);
+  const floatv power = fmax((ln * 1.44269504f + LANES_TO_FLOAT(exponent)) * m, (floatv)(-126.0f));
+  const floatv whole = (power + 12582912.0f) - 12582912.0f;
+  const floatv g = (power - whole) * 0.693147181f;
+  floatv e = 1.9875691500e-4f;
+  e = e * g + 1.3981999507e-3f;
+  e = e * g + 8.3334519073e-3f;
+  e = e * g + 4.1665795894e-2f;
+  e = e * g + 1.6666665459e-1f;
+  e = e * g + 5.0000001201e-1f;
+  const floatv result = (e * g * g + g + 1.0f) * LANES_AS_FLOAT((LANES_TO_INT(whole) + 127) << 23);
+  return LANES_SELECT(result, (floatv)(0.0f), (c <= 0.0f) & (m > 0.0f));
+}
+
+#if RAYWAVE_TEXTURES
+// Bilinear, repeated; (0, 0) is the bottom left of the picture, whose row 0 is on top.
+static inline float texture_at(__global const float* texels, __global const Material* material, float u, float v) {
+  const int width = material->texture_width, height = material->texture_height;
+  const float x = (u - floor(u)) * (float)width - 0.5f;
+  const float y = (1.0f - (v - floor(v))) * (float)height - 0.5f;
+  const float fx = floor(x), fy = floor(y);
+  const int x0 = ((int)fx + width) % width, y0 = ((int)fy + height) % height;
+  const int x1 = (x0 + 1) % width, y1 = (y0 + 1) % height;
+  __global const float* t = texels + material->texture;
+  const float top = mix(t[y0 * width + x0], t[y0 * width + x1], x - fx);
+  const float bottom = mix(t[y1 * width + x0], t[y1 * width + x1], x - fx);
+  return mix(top, bottom, y - fy);
+}
+#endif
+
+// The surface under each hit; lanes that miss receive a black one.
+static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, const Hits* hits) {
+  int triangle[RAYWAVE_LANES];
+  float u[RAYWAVE_LANES], v[RAYWAVE_LANES];
+  float nx[RAYWAVE_LANES], ny[RAYWAVE_LANES], nz[RAYWAVE_LANES], gx[RAYWAVE_LANES], gy[RAYWAVE_LANES], gz[RAYWAVE_LANES];
+  float ambient[RAYWAVE_LANES], diffuse[RAYWAVE_LANES], specular[RAYWAVE_LANES], shininess[RAYWAVE_LANES];
+  float reflectivity[RAYWAVE_LANES], transparency[RAYWAVE_LANES], ior[RAYWAVE_LANES];
+  LANES_STORE(hits->triangle, triangle);
+  LANES_STORE(hits->u, u);
+  LANES_STORE(hits->v, v);
+  for (int i = 0; i < RAYWAVE_LANES; ++i) {
+    nx[i] = ny[i] = gx[i] = gy[i] = 0.0f;
+    nz[i] = gz[i] = 1.0f;
+    ambient[i] = diffuse[i] = specular[i] = shininess[i] = reflectivity[i] = transparency[i] = 0.0f;
+    ior[i] = 1.0f;
+    if (triangle[i] < 0) continue;
+    __global const TriangleShading* s = scene->shading + triangle[i];
+    __global const Triangle* t = scene->triangles + triangle[i];
+    __global const Material* m = scene->materials + s->material;
+    const float b = u[i], c = v[i], a = 1.0f - b - c;
+    nx[i] = a * s->normal_a[0] + b * s->normal_b[0] + c * s->normal_c[0];
+    ny[i] = a * s->normal_a[1] + b * s->normal_b[1] + c * s->normal_c[1];
+    nz[i] = a * s->normal_a[2] + b * s->normal_b[2] + c * s->normal_c[2];
+    const float3 ab = (float3)(t->b[0] - t->a[0], t->b[1] - t->a[1], t->b[2] - t->a[2]);
+    const float3 ac = (float3)(t->c[0] - t->a[0], t->c[1] - t->a[1], t->c[2] - t->a[2]);
+    gx[i] = ab.y * ac.z - ab.z * ac.y;
+    gy[i] = ab.z * ac.x - ab.x * ac.z;
+    gz[i] = ab.x * ac.y - ab.y * ac.x;
+    ambient[i] = m->ambient;
+    diffuse[i] = m->diffuse;
+    specular[i] = m->specular;
+    shininess[i] = m->shininess;
+    reflectivity[i] = m->reflectivity;
+    transparency[i] = m->transparency;
+    ior[i] = m->ior;
+#if RAYWAVE_TEXTURES
+    if (m->texture >= 0) {
+      const float texel =
+          texture_at(scene->texels, m, a * s->uv_a[0] + b * s->uv_b[0] + c * s->uv_c[0], a * s->uv_a[1] + b * s->uv_b[1] + c * s->uv_c[1]);
+      ambient[i] *= texel;
+      diffuse[i] *= texel;
+    }
+#endif
+  }
+  Surface surface;
+  surface.x = rays->ox + hits->t * rays->dx;
+  surface.y = rays->oy + hits->t * rays->dy;
+  surface.z = rays->oz + hits->t * rays->dz;
+  surface.ambient = LANES_LOAD(ambient);
+  surface.diffuse = LANES_LOAD(diffuse);
+  surface.specular = LANES_LOAD(specular);
+  surface.shininess = LANES_LOAD(shininess);
+  surface.reflectivity = LANES_LOAD(reflectivity);
+  surface.transparency = LANES_LOAD(transparency);
+  surface.ior = LANES_LOAD(ior);
+
+  // The normal that shading uses faces the ray's side as the triangle does: right for either winding and for both sides of open meshes.
+  const floatv fx = LANES_LOAD(gx), fy = LANES_LOAD(gy), fz = LANES_LOAD(gz);
+  const floatv mx = LANES_LOAD(nx), my = LANES_LOAD(ny), mz = LANES_LOAD(nz);
+  const floatv face_along_ray = fx * rays->dx + fy * rays->dy + fz * rays->dz;
+  const floatv face_along_normal = fx * mx + fy * my + fz * mz;
+  const floatv inverse = rsqrt(fmax(mx * mx + my * my + mz * mz, (floatv)(1e-30f)));
+  const floatv toward = LANES_SELECT(inverse, -inverse, (face_along_ray > 0.0f) == (face_along_normal > 0.0f));
+  surface.nx = mx * toward;
+  surface.ny = my * toward;
+  surface.nz = mz * toward;
+  surface.entering = toward > 0.0f;
+  return surface;
+}
+
+// Radiance that leaves the surface against the ray's direction, without bounces: ambient + sum over lights of diffuse and specular parts.
+static inline floatv phong(const SceneArrays* scene, const Rays* rays, const Surface* s, float ambient_light, float bias, float reach,
+                           intv active) {
+  floatv radiance = s->ambient * ambient_light;
+#if RAYWAVE_LIGHTS > 0
+#if RAYWAVE_SPECULAR
+  const floatv view = -rsqrt(rays->dx * rays->dx + rays->dy * rays->dy + rays->dz * rays->dz);
+#endif
+  for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
+    const Light light = scene->lights[i];
+    floatv lx = light.x, ly = light.y, lz = light.z;
+    floatv distance = reach;
+    if (light.is_point) {
+      lx -= s->x;
+      ly -= s->y;
+      lz -= s->z;
+      const floatv squared = fmax(lx * lx + ly * ly + lz * lz, (floatv)(1e-30f));
+      const floatv inverse = rsqrt(squared);
+      distance = squared * inverse;
+      lx *= inverse;
+      ly *= inverse;
+      lz *= inverse;
+    }
+    const floatv facing = s->nx * lx + s->ny * ly + s->nz * lz;
+    const intv lit = facing > 0.0f;
+    if (!LANES_ANY(lit & active)) continue;
+    floatv part = s->diffuse * facing;
+#if RAYWAVE_SPECULAR
+    const floatv mirrored =
+        ((2.0f * facing * s->nx - lx) * rays->dx + (2.0f * facing * s->ny - ly) * rays->dy + (2.0f * facing * s->nz - lz) * rays->dz) *
+        view;
+    part += s->specular * pow_unit(fmin(mirrored, (floatv)(1.0f)), s->shininess);
+#endif
+    intv counts = lit;
+#if RAYWAVE_SHADOWS
+    Rays shadow = {s->x + bias * s->nx, s->y + bias * s->ny, s->z + bias * s->nz, lx, ly, lz, (floatv)(0.0f), distance, lit & active};
+    counts &= !bvh_occluded(scene->nodes, scene->triangles, &shadow);
+#endif
+    radiance += LANES_SELECT((floatv)(0.0f), part * light.intensity, counts);
+  }
+#endif
+  return radiance;
+}
+
+#endif
