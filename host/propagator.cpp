@@ -62,11 +62,11 @@ std::vector<Band> bands_across(const Axis& axis, const Axis& other, double wavel
   return bands;
 }
 
-/// Largest |shift| along `axis` at which a sampled frequency is left, the target being shifted by `other_shift_m` along the other axis: the
-/// light that arrives there has the steepest sampled frequencies of both.
-double largest_shift_m(const Axis& axis, const Axis& other, double wavelength_m, double distance_m, double other_shift_m) {
+/// Largest |shift| along `axis`, to the side of `shift_m`, at which a sampled frequency is left while the target is shifted by
+/// other_shift_m along the other axis: what arrives there has the steepest sampled frequencies of both.
+double largest_shift_m(const Axis& axis, double shift_m, const Axis& other, double other_shift_m, double wavelength_m, double distance_m) {
   if (distance_m == 0) return axis.half_m();
-  const double u = axis.frequency(axis.highest());
+  const double u = std::abs(axis.frequency(shift_m * distance_m < 0 ? axis.lowest() : axis.highest()));
   const double left = 1 / (wavelength_m * wavelength_m) - u * u;
   if (left <= 0) return std::numeric_limits<double>::infinity();
   const auto band = other.sampled(band_of(std::sqrt(left), distance_m, other_shift_m, other.half_m()));
@@ -239,8 +239,8 @@ void Propagator::add(glm::dvec2 shift_m, double distance_m) {
     throw InputError("propagation: shift and distance must be finite");
   const auto transfer = s.transfer(shift_m, distance_m);
   if (transfer.empty()) {
-    const double x_m = largest_shift_m(s.x, s.y, s.spec.wavelength_m, distance_m, shift_m.y);
-    const double y_m = largest_shift_m(s.y, s.x, s.spec.wavelength_m, distance_m, shift_m.x);
+    const double x_m = largest_shift_m(s.x, shift_m.x, s.y, -shift_m.y, s.spec.wavelength_m, distance_m);
+    const double y_m = largest_shift_m(s.y, -shift_m.y, s.x, shift_m.x, s.spec.wavelength_m, distance_m);
     throw InputError("propagation over " + millimetres(distance_m) + ": no light arrives at a plane shifted by " + millimetres(shift_m.x) +
                      ", " + millimetres(shift_m.y) + "; the largest usable shift is " + millimetres(x_m) + " in x, " + millimetres(y_m) +
                      " in y");

@@ -50,7 +50,9 @@ public:
   /// be called for several targets in turn with a `collect` after each.
   ///
   /// throws    InputError when no frequency survives the band limit; the message gives the largest usable shift
-  /// accuracy  docs/accuracy.md, "Propagation"
+  /// accuracy  relative L2 error, measured: <= 5e-7 against the same discrete propagation in double (1 m, shift 50 mm: 3.6e-7); <= 6e-7
+  ///           against the direct Rayleigh-Sommerfeld sum for fields inside window and band; 5e-3 for a hard-edged window of 240 x 220
+  ///           samples of 0.5 um at 150 um (band limit and padding)
   void add(glm::dvec2 shift_m, double distance_m);
 
   /// Transforms the sum back into `field` (ny x nx) and starts a new one. Zero when nothing was added.

@@ -17,8 +17,8 @@ __kernel void pad(const __global float2* restrict field, __global float2* restri
   const int row = (int)get_global_id(1);
   if (row >= padded_ny) return;
   const int live = row < ny ? nx : 0;
-  const __global float2* source = field + (size_t)nx * row;
-  __global float2* target = padded + (size_t)padded_nx * row;
+  const __global float2* source = field + (size_t)nx * (size_t)row;
+  __global float2* target = padded + (size_t)padded_nx * (size_t)row;
   const int step = RAYWAVE_LANES * (int)get_global_size(0);
   for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < padded_nx; i += step) {
     floatv re = 0.0f, im = 0.0f;
@@ -36,8 +36,8 @@ __kernel void pad(const __global float2* restrict field, __global float2* restri
 __kernel void crop(const __global float2* restrict padded, __global float2* restrict field, int nx, int ny, int padded_nx) {
   const int row = (int)get_global_id(1);
   if (row >= ny) return;
-  const __global float2* source = padded + (size_t)padded_nx * row;
-  __global float2* target = field + (size_t)nx * row;
+  const __global float2* source = padded + (size_t)padded_nx * (size_t)row;
+  __global float2* target = field + (size_t)nx * (size_t)row;
   const int step = RAYWAVE_LANES * (int)get_global_size(0);
   for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < nx; i += step) {
     if (i + RAYWAVE_LANES <= nx) {
@@ -74,6 +74,7 @@ static inline floatv remainder_turns(floatv u_hi, floatv u_lo, float v_hi, float
   const floatv turns_low = fma(square, (floatv)(depth_hi), -turns) + (square * depth_lo + square_low * depth_hi);
   return turns_reduced(turns) + turns_low;
 #else
+  (void)u_lo, (void)v_lo, (void)depth_lo;
   const floatv a = u_hi + v_hi;
   const floatv t = a / (1.0f + sqrt(fmax(1.0f - a, (floatv)(0.0f))));
   return turns_reduced(depth_hi * (t * t));
@@ -102,7 +103,7 @@ __kernel void multiply_add(const __global float2* restrict spectrum, __global fl
 
   const int step = RAYWAVE_LANES * (int)get_global_size(0);
   for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < nx; i += step) {
-    const size_t at = (size_t)nx * row + i;
+    const size_t at = (size_t)nx * (size_t)row + (size_t)i;
     const intv column = LANES_INDEX + i;
     const intv ku = LANES_SELECT(column, column - nx, column >= (nx + 1) / 2);
     const intv inside = (ku >= first) & (ku <= last) & (LANES_LOAD(band_x + i) <= kv) & (LANES_LOAD(band_x + nx + i) >= kv);

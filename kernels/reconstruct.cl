@@ -7,8 +7,8 @@ __kernel void add_intensity(const __global float2* restrict field, __global floa
                             int columns, int rows, float weight) {
   const int row = (int)get_global_id(1);
   if (row >= rows) return;
-  const __global float2* source = field + (size_t)nx * row;
-  __global float* target = intensity + (size_t)window_nx * (y0 + row) + x0;
+  const __global float2* source = field + (size_t)nx * (size_t)row;
+  __global float* target = intensity + (size_t)window_nx * (size_t)(y0 + row) + x0;
   const int step = (int)get_global_size(0);
   for (int i = (int)get_global_id(0); i < columns; i += step) {
     const float2 u = source[i];
