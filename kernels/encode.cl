@@ -15,7 +15,8 @@ static inline intv level_of(floatv re, floatv im) {
   const floatv x = fabs(re), y = fabs(im);
   const intv known = (x <= FLT_MAX) & (y <= FLT_MAX) & (x + y > 0.0f);
   const floatv larger = fmax(x, y), smaller = fmin(x, y);
-  // Turns in the first octant: atan(t) / (2 pi), Abramowitz and Stegun 4.4.49, error 2e-8 rad. A builtin atan2 costs PoCL ten times as much.
+  // Turns in the first octant: atan(t) / (2 pi), Abramowitz and Stegun 4.4.49, error 2e-8 rad (calls of
+  // builtins such as atan2 stop PoCL's vectoriser).
   const floatv t = LANES_SELECT((floatv)(0.0f), smaller / larger, known);
   const floatv s = t * t;
   floatv p = -0.0040540580f;

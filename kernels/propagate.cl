@@ -2,9 +2,9 @@
 // Band-limited shifted angular spectrum propagation: the steps around the Fourier transforms.
 // Matsushima, Opt. Express 18, 18453 (2010). OpenCL C 1.2, no double, no images.
 //
-// Planes are row-major, complex samples interleaved. A padded plane has padded_ny rows of padded_nx samples, padded_nx a multiple of 16, and
-// holds the field in its top left corner. A work-item takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it: CPUs
-// launch one work-item per row, GPUs one per sample.
+// Planes are row-major, complex samples interleaved. A padded plane has padded_ny rows of padded_nx samples, padded_nx a multiple of 16,
+// and holds the field in its top left corner. A work-item takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it:
+// CPUs launch one work-item per row, GPUs one per sample.
 #include "complex_lanes.h"
 #include "phase.h"
 
@@ -112,8 +112,7 @@ __kernel void multiply_add(const __global float2* restrict spectrum, __global fl
       if (!accumulate) store_complex(sum_re, sum_im, sum + at);
       continue;
     }
-    const floatv remainder =
-        remainder_turns(LANES_LOAD(power_x + i), LANES_LOAD(power_x + nx + i), v_hi, v_lo, depth_hi, depth_lo);
+    const floatv remainder = remainder_turns(LANES_LOAD(power_x + i), LANES_LOAD(power_x + nx + i), v_hi, v_lo, depth_hi, depth_lo);
     floatv c, s;
     cos_sin_turns(turns_reduced(LANES_LOAD(phase_x + i) + turns_y) - remainder, &c, &s);
     c = LANES_SELECT((floatv)(0.0f), c * scale, inside);

@@ -3,8 +3,8 @@
 
 // intensity[y0 + y, x0 + x] += weight |field[y, x]|^2 for the part of the ny x nx tile that lies in the window of window_nx columns.
 // x0, y0: the tile's first sample in the window; columns and rows: how much of the tile lies in it.
-__kernel void add_intensity(const __global float2* restrict field, __global float* restrict intensity, int nx, int window_nx, int x0, int y0,
-                            int columns, int rows, float weight) {
+__kernel void add_intensity(const __global float2* restrict field, __global float* restrict intensity, int nx, int window_nx, int x0,
+                            int y0, int columns, int rows, float weight) {
   const int row = (int)get_global_id(1);
   if (row >= rows) return;
   const __global float2* source = field + (size_t)nx * (size_t)row;

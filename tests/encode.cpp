@@ -54,10 +54,15 @@ TEST_CASE("zero has level 0, and so has what is not finite") {
   for (const auto& device : test::all_devices()) CHECK(levels_of(device, field) == std::vector<int>(field.size()));
 }
 
-TEST_CASE("every length is encoded to its last sample") {
-  for (const auto& device : test::all_devices()) {
-    for (const std::size_t size : {1, 2, 7, 15, 16, 17, 63, 64, 65, 1025})
-      CHECK(levels_of(device, Field(size, {0, 2})) == std::vector<int>(size, 64));
+TEST_CASE("every length is encoded to its last sample, in packets of any width") {
+  for (const auto& found : test::all_devices()) {
+    auto info = found.info();
+    for (const int lanes : {1, 4, 8, 16}) {
+      info.float_lanes = lanes;
+      const cl::Device device(info);
+      for (const std::size_t size : {1, 2, 7, 15, 16, 17, 63, 64, 65, 1025})
+        CHECK(levels_of(device, Field(size, {0, 2})) == std::vector<int>(size, 64));
+    }
   }
 }
 

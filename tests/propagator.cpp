@@ -235,6 +235,23 @@ TEST_CASE("both FFT back ends propagate alike") {
   }
 }
 
+TEST_CASE("every width of packets, and the launches of GPUs, give the same field") {
+  const Setup s{{61, 44}, {2 * um, 2 * um}, red_m, {10 * um, 5 * um}, 0.3 * mm};
+  for (const auto& found : test::all_devices()) {
+    auto info = found.info();
+    for (const int lanes : {1, 4, 8, 16}) {
+      for (const auto kind : {cl::DeviceKind::cpu, cl::DeviceKind::gpu}) {
+        info.float_lanes = lanes;
+        info.kind = kind;
+        INFO(info.name << ", lanes " << lanes << (kind == cl::DeviceKind::gpu ? ", as a GPU" : ""));
+        const cl::Device device(info);
+        CHECK(discrete_error(device, s) < 1e-6);
+        CHECK(discrete_error(device, {s.size, {0.4 * um, 0.4 * um}, red_m, {}, 2 * mm}) < 1e-6);  // two floats
+      }
+    }
+  }
+}
+
 TEST_CASE("propagating by zero distance returns the field") {
   const Setup s{{45, 38}, {0.2 * um, 0.2 * um}, red_m, {0, 0}, 0};  // evanescent frequencies come back, too
   for (const auto& device : test::all_devices()) {
@@ -388,7 +405,11 @@ TEST_CASE("impossible planes are refused") {
 // Not run by default: figures for docs/accuracy.md and docs/performance.md.
 TEST_CASE("full size: error and time", "[.measure]") {
   for (const auto& device : test::all_devices()) {
-    for (const auto& [shift_m, distance_m] : {std::pair(glm::dvec2(0, 0), 0.1 * mm), {{3.6 * mm, 0}, 95 * mm}, {{50 * mm, 0}, 1.0}}) {
+    for (const auto& [shift_m, distance_m] : {std::pair(glm::dvec2(0, 0), 0.1 * mm),
+                                              {{0, 0}, 95 * mm},
+                                              {{2 * mm, 0}, 95 * mm},
+                                              {{3.6 * mm, 0}, 95 * mm},
+                                              {{50 * mm, 0}, 1.0}}) {
       const Setup s{{1920, 1080}, {3.74 * um, 3.74 * um}, red_m, shift_m, distance_m};
       const auto source = noise(s.size, 7);
       Propagator propagator(device, spec_of(s));
