@@ -17,8 +17,21 @@ constexpr int largest_grid = 1024;
 /// (docs/pipeline.md, "Where the WRPs stand"); more only cost rays.
 constexpr double samples_across_nearest = 3;
 
+constexpr double largest_lattice = 1 << 28;
+
+std::string millimetres(double metres) {
+  std::ostringstream text;
+  text.precision(6);
+  text << metres * 1e3 << " mm";
+  return text.str();
+}
+
 struct Interval {
   double low = std::numeric_limits<double>::infinity(), high = -low;
+  void add(double x) {
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
   double middle() const { return (low + high) / 2; }
   double extent() const { return high - low; }
 };
@@ -29,9 +42,7 @@ Interval footprint(const World& world, int axis, double window_m, double distanc
   for (const auto& p : world.positions) {
     const double share = (p.z - distance_m) / p.z;  // of the way from the surface to the hologram
     for (const double edge : {-window_m / 2, window_m / 2}) {
-      const double x = p[axis] + (edge - p[axis]) * share;
-      passed.low = std::min(passed.low, x);
-      passed.high = std::max(passed.high, x);
+      passed.add(p[axis] + (edge - p[axis]) * share);
     }
   }
   const double reach = window_m / 2 + distance_m * largest_tangent;
@@ -40,11 +51,29 @@ Interval footprint(const World& world, int axis, double window_m, double distanc
   return passed;
 }
 
-std::string millimetres(double metres) {
-  std::ostringstream text;
-  text.precision(6);
-  text << metres * 1e3 << " mm";
-  return text.str();
+/// Rays of the sample lattice towards everything in the scene whose light the hologram can show.
+LatticePlan lattice_over(const Scene& scene, const World& world, const Plan& plan, glm::dvec2 largest_tangent) {
+  LatticePlan lattice;
+  lattice.full_z_m = (plan.near_m + plan.far_m) / 2;
+  lattice.step = scene.sampling.pitch_m / lattice.full_z_m;
+  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  double cells = 1;
+  for (int axis = 0; axis < 2; ++axis) {
+    Interval tangents;
+    for (const auto& p : world.positions) tangents.add(p[axis] / p.z);
+    const double reach = largest_tangent[axis] + std::max(1.0, plan.fan) * window[axis] / (2 * plan.near_m);
+    const double first = std::floor(std::clamp(tangents.low, -reach, reach) / lattice.step - 0.5);
+    const double last = std::ceil(std::clamp(tangents.high, -reach, reach) / lattice.step - 0.5);
+    cells *= last - first + 1;
+    if (!(cells <= largest_lattice)) {
+      throw InputError(scene.file.string() + ": sampling.pitch " + millimetres(scene.sampling.pitch_m) + " needs " +
+                       std::to_string(static_cast<std::int64_t>(cells)) +
+                       " lattice cells or more, at most 268435456 are allowed; give a larger pitch");
+    }
+    lattice.first[axis] = static_cast<int>(first);
+    lattice.size[axis] = static_cast<int>(last - first + 1);
+  }
+  return lattice;
 }
 
 }  // namespace
@@ -68,8 +97,13 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend) {
   plan.far_m = world.max_m.z;
 
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
-  const auto largest_sine = [&](int axis) { return std::min(0.99, plan.wavelength_m / (2 * plan.pitch_m[axis])); };
-  const auto largest_tangent = [&](int axis) { return largest_sine(axis) / std::sqrt(1 - largest_sine(axis) * largest_sine(axis)); };
+  for (int axis = 0; axis < 2; ++axis) plan.largest_sine[axis] = std::min(1.0, plan.wavelength_m / (2 * plan.pitch_m[axis]));
+  const auto largest_tangent = [&](int axis) {
+    const double sine = std::min(plan.largest_sine[axis], 0.999);
+    return sine / std::sqrt(1 - sine * sine);
+  };
+  plan.fan = scene.sampling.fan;
+  plan.edge = scene.sampling.edge;
 
   if (scene.wrp.distance_m) {
     plan.distance_m = *scene.wrp.distance_m;
@@ -96,6 +130,12 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend) {
   }
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2, plan.distance_m};
 
+  plan.lattice = lattice_over(scene, world, plan, {largest_tangent(0), largest_tangent(1)});
+  for (int axis = 0; axis < 2; ++axis) {
+    for (const auto& p : world.positions)
+      plan.beyond_diffraction |= std::abs(p[axis]) + std::max(1.0, plan.fan) * window[axis] / 2 > 0.99 * largest_tangent(axis) * p.z;
+  }
+
   for (int row = 0; row < plan.grid.y; ++row) {
     for (int column = 0; column < plan.grid.x; ++column) {
       Wrp wrp;
@@ -106,7 +146,7 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend) {
         for (const double tx : fan_tangents(window.x, plan.distance_m, wrp.centre_m.x, depth, scene.sampling.pitch_m)) {
           // The SLM's pixels cannot show light that arrives steeper.
           const double length = std::sqrt(1 + tx * tx + ty * ty);
-          if (std::abs(tx) <= largest_sine(0) * length && std::abs(ty) <= largest_sine(1) * length) wrp.fan.emplace_back(tx, ty);
+          if (std::abs(tx) <= plan.largest_sine.x * length && std::abs(ty) <= plan.largest_sine.y * length) wrp.fan.emplace_back(tx, ty);
         }
       }
       plan.rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.size.x) * static_cast<std::uint64_t>(plan.size.y);

@@ -20,6 +20,14 @@ struct Wrp {
   std::vector<glm::dvec2> fan;  // tangents (dx/dz, dy/dz) of the rays that start at each of its pixels
 };
 
+/// The rays from the hologram's centre whose hits are the surface samples: ray (i, j) has the tangents ((first + (i, j) + 1/2) step).
+struct LatticePlan {
+  double step = 1;      // tangent between neighbours
+  double full_z_m = 1;  // depth at which they are the sampling pitch apart: the scene's middle
+  glm::ivec2 first{0, 0};
+  glm::ivec2 size{1, 1};
+};
+
 struct Plan {
   glm::ivec2 size{1, 1};  // pixels of the hologram and of every WRP
   glm::dvec2 pitch_m{1, 1};
@@ -28,10 +36,14 @@ struct Plan {
   double near_m = 0, far_m = 0;  // depths of the nearest and farthest surface, world z
   double distance_m = 0;         // from the WRPs to the hologram
   glm::ivec2 grid{1, 1};
-  std::vector<Wrp> wrps;           // row by row from the top left
-  glm::ivec2 padded{1, 1};         // size that is transformed
-  std::uint64_t rays = 0;          // primary rays of a frame
-  std::uint64_t device_bytes = 0;  // planes and scene, estimated
+  std::vector<Wrp> wrps;  // row by row from the top left
+  LatticePlan lattice;
+  double fan = 1, edge = 0;         // half width and soft edge of the cone that a pixel gathers, in half holograms
+  glm::dvec2 largest_sine{1, 1};    // of a ray to the optical axis, per axis, that the SLM's pixels can show
+  bool beyond_diffraction = false;  // some light of the scene would be steeper
+  glm::ivec2 padded{1, 1};          // size that is transformed
+  std::uint64_t rays = 0;           // primary rays of a frame
+  std::uint64_t device_bytes = 0;   // planes and scene, estimated
 };
 
 /// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through the hologram, more than 1024 WRPs)

@@ -226,10 +226,11 @@ glm::ivec2 Propagator::padded_size() const { return {state_->x.padded, state_->y
 
 bool Propagator::reaches(glm::dvec2 shift_m, double distance_m) const { return !state_->transfer(shift_m, distance_m).empty(); }
 
-void Propagator::load(const cl::ComplexBuffer& field) {
+void Propagator::load(const cl::ComplexBuffer& field, int frame) {
   auto& s = *state_;
   s.check_field(field);
-  s.run_rows(s.program.kernel("pad"), s.x.padded, s.y.padded, field, s.spectrum, s.spec.size.x, s.spec.size.y, s.x.padded, s.y.padded);
+  s.run_rows(s.program.kernel("pad"), s.x.padded, s.y.padded, field, s.spectrum, frame, s.spec.size.x, s.spec.size.y, s.x.padded,
+             s.y.padded);
   s.fft->forward(s.spectrum);
 }
 

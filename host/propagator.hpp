@@ -43,8 +43,8 @@ public:
   /// Whether any sampled frequency carries light to such a target.
   bool reaches(glm::dvec2 shift_m, double distance_m) const;
 
-  /// Takes over the source field (ny x nx, row 0 on top) and transforms it.
-  void load(const cl::ComplexBuffer& field);
+  /// Takes over the source field (ny x nx, row 0 on top; frame `frame` of a stack of such) and transforms it.
+  void load(const cl::ComplexBuffer& field, int frame = 0);
 
   /// Adds the loaded source, as it arrives at a target that is `distance_m` away and shifted by `shift_m` (x right, y up), to the sum. May
   /// be called for several targets in turn with a `collect` after each.

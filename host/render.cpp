@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/render.hpp"
 
+#include <algorithm>
 #include <chrono>
+#include <memory>
 
 #include "host/encode.hpp"
+#include "host/gatherer.hpp"
 #include "host/propagator.hpp"
 #include "host/tracer.hpp"
 
@@ -27,6 +30,49 @@ private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// The fields on the WRPs, by aimed samples or by fans of rays.
+class FieldSource {
+public:
+  FieldSource(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays, int frames) {
+    if (scene.sampling.mode == SamplingMode::aimed) {
+      table_ = std::make_unique<SampleTable>(device, plan, arrays);
+      gatherer_ = std::make_unique<Gatherer>(device, plan, arrays, *table_, frames);
+    } else {
+      tracer_ = std::make_unique<Tracer>(device, scene, plan, arrays);
+    }
+  }
+
+  int samples() const { return table_ ? table_->count : 0; }
+  int hidden_samples() const { return table_ ? table_->hidden : 0; }
+
+  /// Begins the frames seed, seed + 1, ...
+  void start(std::uint32_t seed) {
+    seed_ = seed;
+    if (gatherer_) gatherer_->draw_phases(seed);
+  }
+
+  void fill(const Wrp& wrp, cl::ComplexBuffer& stack) {
+    if (gatherer_) {
+      gatherer_->gather(wrp.centre_m, stack);
+    } else {
+      tracer_->trace(wrp, seed_, stack);
+    }
+  }
+
+private:
+  std::unique_ptr<SampleTable> table_;
+  std::unique_ptr<Gatherer> gatherer_;
+  std::unique_ptr<Tracer> tracer_;
+  std::uint32_t seed_ = 0;
+};
+
+/// Frames whose fields are held at the same time: as many as share one gathering and fit into half a gigabyte.
+int frames_together(const Scene& scene, std::size_t wrps, std::size_t pixels) {
+  if (scene.sampling.mode != SamplingMode::aimed) return 1;
+  const double fitting = 512.0 * 1024 * 1024 / (8.0 * static_cast<double>(wrps) * static_cast<double>(pixels));
+  return static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(std::min(scene.sampling.frames, Gatherer::most_frames))));
+}
+
 }  // namespace
 
 RenderResult render(const cl::Device& device, const Scene& scene, const RenderOptions& options) {
@@ -45,44 +91,58 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
   const auto& plan = result.plan;
 
   report("tree and kernels", 0);
-  auto tracer = [&] {
+  const DeviceScene arrays = [&] {
     const auto clock = stage("prepare");
-    return Tracer(device, scene, world, plan);
+    return DeviceScene(device, scene, world, plan.origin_m);
   }();
-  result.seconds["tree"] = tracer.tree_seconds();
-  result.seconds["prepare"] -= tracer.tree_seconds();
+  result.seconds["tree"] = arrays.tree_seconds;
+  result.seconds["prepare"] -= arrays.tree_seconds;
+  const auto pixels = static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y);
+  const auto wrp_count = plan.wrps.size();
+  const int together = frames_together(scene, wrp_count, pixels);
+  FieldSource source = [&] {
+    const auto clock = stage("samples");
+    return FieldSource(device, scene, plan, arrays, together);
+  }();
+  result.samples = source.samples();
+  result.hidden_samples = source.hidden_samples();
   auto propagator = [&] {
     const auto clock = stage("prepare");
     return Propagator(device, {plan.size, plan.pitch_m, plan.wavelength_m, scene.wrp.padding, options.fft});
   }();
   PhaseEncoder encode(device);
 
-  const auto pixels = static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y);
-  const auto frames = static_cast<std::size_t>(scene.sampling.frames);
-  cl::ComplexBuffer field(device, pixels, "field of a WRP");
-  result.field = {plan.size.x, plan.size.y, scene.sampling.frames, std::vector<std::complex<float>>(frames * pixels)};
-  if (options.keep_wrps) result.wrps.assign(plan.wrps.size(), {plan.size.x, plan.size.y, scene.sampling.frames, {}});
+  // Frames gathered together wait for each other's WRPs; one frame alone needs one field at a time.
+  std::vector<cl::ComplexBuffer> stacks;
+  for (std::size_t i = 0; i < (together > 1 ? wrp_count : 1); ++i)
+    stacks.emplace_back(device, static_cast<std::size_t>(together) * pixels, "fields of a WRP");
+  cl::ComplexBuffer field(device, pixels, "field at the hologram");
+  const auto frames = scene.sampling.frames;
+  result.field = {plan.size.x, plan.size.y, frames, std::vector<std::complex<float>>(static_cast<std::size_t>(frames) * pixels)};
+  if (options.keep_wrps) result.wrps.assign(wrp_count, {plan.size.x, plan.size.y, frames, {}});
 
-  const double steps = static_cast<double>(frames * plan.wrps.size());
-  double done = 0;
-  for (std::size_t frame = 0; frame < frames; ++frame) {
-    const auto seed = scene.sampling.seed + static_cast<std::uint32_t>(frame);
-    for (std::size_t i = 0; i < plan.wrps.size(); ++i) {
+  for (int frame = 0; frame < frames; ++frame) {
+    const int within = frame % together;
+    if (within == 0) source.start(scene.sampling.seed + static_cast<std::uint32_t>(frame));
+    for (std::size_t i = 0; i < wrp_count; ++i) {
       const auto& wrp = plan.wrps[i];
-      report("WRP " + std::to_string(i + 1) + " of " + std::to_string(plan.wrps.size()) +
-                 (frames > 1 ? ", frame " + std::to_string(frame + 1) : ""),
-             done++ / steps);
-      {
+      auto& stack = stacks[together > 1 ? i : 0];
+      report(
+          "WRP " + std::to_string(i + 1) + " of " + std::to_string(wrp_count) + (frames > 1 ? ", frame " + std::to_string(frame + 1) : ""),
+          static_cast<double>(static_cast<std::size_t>(frame) * wrp_count + i) /
+              static_cast<double>(static_cast<std::size_t>(frames) * wrp_count));
+      if (within == 0) {
         const auto clock = stage("trace");
-        tracer.trace(wrp, seed, field);
+        source.fill(wrp, stack);
         clock.wait();
       }
       if (options.keep_wrps) {
-        const auto samples = field.read();
+        std::vector<std::complex<float>> samples(pixels);
+        stack.read(samples, static_cast<std::size_t>(within) * pixels);
         result.wrps[i].samples.insert(result.wrps[i].samples.end(), samples.begin(), samples.end());
       }
       const auto clock = stage("propagate");
-      propagator.load(field);
+      propagator.load(stack, within);
       propagator.add({-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z);
       clock.wait();
     }
@@ -93,7 +153,7 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
     }
     const auto clock = stage("encode");
     result.levels.push_back(encode(field));
-    field.read(std::span(result.field.samples).subspan(frame * pixels, pixels));
+    field.read(std::span(result.field.samples).subspan(static_cast<std::size_t>(frame) * pixels, pixels));
   }
   report("done", 1);
   result.device_peak_bytes = device.peak_bytes();

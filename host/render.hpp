@@ -27,7 +27,9 @@ struct RenderResult {
   FieldStack field;                               // at the hologram, one per frame
   std::vector<std::vector<std::uint8_t>> levels;  // of the SLM, one per frame
   std::vector<FieldStack> wrps;                   // one per WRP, when asked for
-  std::map<std::string, double> seconds;          // of each stage: meshes, tree, prepare, trace, propagate, encode
+  int samples = 0;                                // surface samples (sampling.mode "aimed")
+  int hidden_samples = 0;                         // those that need visibility rays
+  std::map<std::string, double> seconds;          // of each stage: meshes, tree, prepare, samples, trace, propagate, encode
   std::uint64_t device_peak_bytes = 0;
 };
 

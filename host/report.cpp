@@ -54,7 +54,14 @@ Json json_of(const Scene& scene) {
   j["wrp"] = {{"padding", scene.wrp.padding}};
   j["wrp"]["grid"] = scene.wrp.grid ? json_of(*scene.wrp.grid) : Json("auto");
   j["wrp"]["distance_m"] = scene.wrp.distance_m ? Json(*scene.wrp.distance_m) : Json("auto");
-  j["sampling"] = {{"mode", "fan"}, {"pitch_m", scene.sampling.pitch_m}, {"seed", scene.sampling.seed}, {"frames", scene.sampling.frames}};
+  j["sampling"] = {{"mode", scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
+                   {"source", scene.sampling.source == FanSource::hit ? "hit" : "surface"},
+                   {"shape", scene.sampling.shape == FanShape::orthographic ? "orthographic" : "perspective"},
+                   {"pitch_m", scene.sampling.pitch_m},
+                   {"fan", scene.sampling.fan},
+                   {"edge", scene.sampling.edge},
+                   {"seed", scene.sampling.seed},
+                   {"frames", scene.sampling.frames}};
   j["trace"] = {{"depth", scene.trace.depth}, {"shadows", scene.trace.shadows}};
   for (const auto& l : scene.lights) {
     Json light{{"type", name_of(l.type)}, {"intensity", l.intensity}};
@@ -108,6 +115,7 @@ std::string render_report_json(const Scene& scene, const RenderResult& result, c
   j["plan"] = json_of(result.plan);
   j["device"] = {{"index", device.index},     {"name", device.name},     {"platform", device.platform}, {"vendor", device.vendor},
                  {"version", device.version}, {"driver", device.driver}, {"fft", cl::name_of(fft)}};
+  j["samples"] = {{"count", result.samples}, {"with_visibility_rays", result.hidden_samples}};
   j["seed"] = scene.sampling.seed;
   j["seconds"] = result.seconds;
   j["peak_memory"] = {{"host_bytes", host_peak_bytes()}, {"device_bytes", result.device_peak_bytes}};

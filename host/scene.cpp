@@ -301,8 +301,21 @@ WrpSpec read_wrp(Section section) {
 
 SamplingSpec read_sampling(Section section) {
   SamplingSpec spec;
-  section.read("mode", [&](const Value& v) { spec.mode = v.choice<SamplingMode>({{"fan", SamplingMode::fan}}); });
+  section.read("mode", [&](const Value& v) {
+    spec.mode = v.choice<SamplingMode>({{"aimed", SamplingMode::aimed}, {"fan", SamplingMode::fan}});
+  });
   section.read("pitch", [&](const Value& v) { spec.pitch_m = v.length_m(between(1e-9, 1)); });
+  section.read("fan", [&](const Value& v) { spec.fan = v.number(between(0.01, 4)); });
+  section.read("edge", [&](const Value& v) {
+    spec.edge = v.number(between(0, 4));
+    if (spec.edge > spec.fan) v.fail("<= fan (" + number_text(spec.fan) + ")");
+  });
+  section.read("source", [&](const Value& v) {
+    spec.source = v.choice<FanSource>({{"hit", FanSource::hit}, {"surface", FanSource::surface}});
+  });
+  section.read("shape", [&](const Value& v) {
+    spec.shape = v.choice<FanShape>({{"orthographic", FanShape::orthographic}, {"perspective", FanShape::perspective}});
+  });
   section.read("seed", [&](const Value& v) { spec.seed = v.integer<std::uint32_t>(0, std::numeric_limits<std::uint32_t>::max()); });
   section.read("frames", [&](const Value& v) { spec.frames = v.integer(1, 4096); });
   section.finish();

@@ -28,11 +28,22 @@ struct WrpSpec {
   double padding = 2.0;              // side of the transformed plane over the side of the hologram, 1 to 8
 };
 
-enum class SamplingMode { fan };
+/// How a WRP pixel gathers light: rays aimed at the surface samples, or the paper's fan of rays.
+enum class SamplingMode { aimed, fan };
+
+/// What a fan's hit stands for: itself, as in the paper, or the nearest surface sample.
+enum class FanSource { hit, surface };
+
+/// Directions of a fan: the same for all pixels, as in the paper, or from each pixel to the same points of the hologram.
+enum class FanShape { orthographic, perspective };
 
 struct SamplingSpec {
-  SamplingMode mode = SamplingMode::fan;
-  double pitch_m = 1e-4;   // sampling interval p on the object
+  SamplingMode mode = SamplingMode::aimed;
+  double pitch_m = 1e-4;  // sampling interval p on the object, at the scene's middle depth
+  double fan = 1.1;       // half width of the cone that a pixel gathers, in half holograms; 1 just fills the hologram
+  double edge = 0.2;      // width of that cone's soft edge, in half holograms
+  FanSource source = FanSource::hit;
+  FanShape shape = FanShape::orthographic;
   std::uint32_t seed = 1;  // of the random phases
   int frames = 1;          // holograms with independent random phases, >= 1
 };

@@ -16,3 +16,7 @@ RAYWAVE_CL_TYPE(raywave::device::Material, "Material");
 RAYWAVE_CL_TYPE(raywave::device::Light, "Light");
 RAYWAVE_CL_TYPE(raywave::device::FanRay, "FanRay");
 RAYWAVE_CL_TYPE(raywave::device::TracePlane, "TracePlane");
+RAYWAVE_CL_TYPE(raywave::device::Sample, "Sample");
+RAYWAVE_CL_TYPE(raywave::device::Lattice, "Lattice");
+RAYWAVE_CL_TYPE(raywave::device::Aim, "Aim");
+RAYWAVE_CL_TYPE(raywave::device::GatherPlane, "GatherPlane");

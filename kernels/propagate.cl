@@ -13,11 +13,12 @@
 #endif
 
 // padded: the field, zero elsewhere.
-__kernel void pad(const __global float2* restrict field, __global float2* restrict padded, int nx, int ny, int padded_nx, int padded_ny) {
+__kernel void pad(const __global float2* restrict field, __global float2* restrict padded, int frame, int nx, int ny, int padded_nx,
+                  int padded_ny) {
   const int row = (int)get_global_id(1);
   if (row >= padded_ny) return;
   const int live = row < ny ? nx : 0;
-  const __global float2* source = field + (size_t)nx * (size_t)row;
+  const __global float2* source = field + (size_t)nx * ((size_t)frame * (size_t)ny + (size_t)row);
   __global float2* target = padded + (size_t)padded_nx * (size_t)row;
   const int step = RAYWAVE_LANES * (int)get_global_size(0);
   for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < padded_nx; i += step) {

@@ -154,45 +154,76 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   return surface;
 }
 
-// Radiance that leaves the surface against the ray's direction, without bounces: ambient + sum over lights of diffuse and specular parts.
+// One light as a surface sees it: unit vector towards it, and the cosine of its slope (<= 0: behind the surface).
+typedef struct {
+  floatv x, y, z;
+  floatv distance;
+  floatv facing;
+  float intensity;
+} Incident;
+
+static inline Incident incident(__global const Light* lights, int index, const Surface* s, float reach) {
+  const Light light = lights[index];
+  Incident in;
+  in.x = light.x;
+  in.y = light.y;
+  in.z = light.z;
+  in.distance = reach;
+  in.intensity = light.intensity;
+  if (light.is_point) {
+    in.x -= s->x;
+    in.y -= s->y;
+    in.z -= s->z;
+    const floatv squared = fmax(in.x * in.x + in.y * in.y + in.z * in.z, (floatv)(1e-30f));
+    const floatv inverse = rsqrt(squared);
+    in.distance = squared * inverse;
+    in.x *= inverse;
+    in.y *= inverse;
+    in.z *= inverse;
+  }
+  in.facing = s->nx * in.x + s->ny * in.y + s->nz * in.z;
+  return in;
+}
+
+// Lanes that the light falls on: they face it, and nothing stands between when shadows are on.
+static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Surface* s, float bias, intv active) {
+  intv lit = (in->facing > 0.0f) & active;
+#if RAYWAVE_SHADOWS
+  if (LANES_ANY(lit)) {
+    const Rays shadow = {
+        s->x + bias * s->nx, s->y + bias * s->ny, s->z + bias * s->nz, in->x, in->y, in->z, (floatv)(0.0f), in->distance, lit};
+    lit &= !bvh_occluded(scene->nodes, scene->triangles, &shadow);
+  }
+#endif
+  return lit;
+}
+
+#if RAYWAVE_SPECULAR
+// Specular part towards a viewer: (vx, vy, vz) is the unit vector from the surface to where it is seen from.
+static inline floatv highlight(const Incident* in, const Surface* s, floatv vx, floatv vy, floatv vz) {
+  const floatv twice = 2.0f * in->facing;
+  const floatv mirrored = (twice * s->nx - in->x) * vx + (twice * s->ny - in->y) * vy + (twice * s->nz - in->z) * vz;
+  return s->specular * pow_unit(fmin(mirrored, (floatv)(1.0f)), s->shininess);
+}
+#endif
+
+// Radiance that leaves the surface against the rays' direction, without bounces: ambient + sum over lights of diffuse and specular parts.
 static inline floatv phong(const SceneArrays* scene, const Rays* rays, const Surface* s, float ambient_light, float bias, float reach,
                            intv active) {
   floatv radiance = s->ambient * ambient_light;
 #if RAYWAVE_LIGHTS > 0
 #if RAYWAVE_SPECULAR
-  const floatv view = -rsqrt(rays->dx * rays->dx + rays->dy * rays->dy + rays->dz * rays->dz);
+  const floatv toward_viewer = -rsqrt(rays->dx * rays->dx + rays->dy * rays->dy + rays->dz * rays->dz);
 #endif
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
-    const Light light = scene->lights[i];
-    floatv lx = light.x, ly = light.y, lz = light.z;
-    floatv distance = reach;
-    if (light.is_point) {
-      lx -= s->x;
-      ly -= s->y;
-      lz -= s->z;
-      const floatv squared = fmax(lx * lx + ly * ly + lz * lz, (floatv)(1e-30f));
-      const floatv inverse = rsqrt(squared);
-      distance = squared * inverse;
-      lx *= inverse;
-      ly *= inverse;
-      lz *= inverse;
-    }
-    const floatv facing = s->nx * lx + s->ny * ly + s->nz * lz;
-    const intv lit = facing > 0.0f;
-    if (!LANES_ANY(lit & active)) continue;
-    floatv part = s->diffuse * facing;
+    const Incident in = incident(scene->lights, i, s, reach);
+    const intv lit = lit_by(scene, &in, s, bias, active);
+    if (!LANES_ANY(lit)) continue;
+    floatv part = s->diffuse * in.facing;
 #if RAYWAVE_SPECULAR
-    const floatv mirrored =
-        ((2.0f * facing * s->nx - lx) * rays->dx + (2.0f * facing * s->ny - ly) * rays->dy + (2.0f * facing * s->nz - lz) * rays->dz) *
-        view;
-    part += s->specular * pow_unit(fmin(mirrored, (floatv)(1.0f)), s->shininess);
+    part += highlight(&in, s, rays->dx * toward_viewer, rays->dy * toward_viewer, rays->dz * toward_viewer);
 #endif
-    intv counts = lit;
-#if RAYWAVE_SHADOWS
-    Rays shadow = {s->x + bias * s->nx, s->y + bias * s->ny, s->z + bias * s->nz, lx, ly, lz, (floatv)(0.0f), distance, lit & active};
-    counts &= !bvh_occluded(scene->nodes, scene->triangles, &shadow);
-#endif
-    radiance += LANES_SELECT((floatv)(0.0f), part * light.intensity, counts);
+    radiance += LANES_SELECT((floatv)(0.0f), part * in.intensity, lit);
   }
 #endif
   return radiance;

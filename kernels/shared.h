@@ -33,6 +33,7 @@ typedef struct {
   float uv_b[2];
   float uv_c[2];
   int material;
+  int side;  // of a closed mesh: 1 when (b - a) x (c - a) points outwards, -1 when inwards; 0 for open meshes
 } TriangleShading;
 
 // Phong material for the hologram's wavelength.
@@ -48,6 +49,86 @@ typedef struct {
   int texture_width;
   int texture_height;
 } Material;
+
+// One source of light on a surface: where a ray of the lattice pierces it. Samples of a cell follow each other from near to far.
+typedef struct {
+  float x;
+  float y;
+  float z;
+  float nx;  // unit length, facing the hologram
+  float ny;
+  float nz;
+  float weight;    // distance over the distance at which the lattice's pitch is p: every sample stands for the same solid angle
+  float radiance;  // that does not depend on the direction it is seen from
+  float specular;
+  float shininess;
+  uint key;    // of the random phase: cell and layer
+  int triangle;
+  int hidden;  // something may stand between it and a part of the hologram
+} Sample;
+
+// The lattice of rays from the hologram's centre: ray (i, j) has the tangents ((first_x + i + 0.5) step, (first_y + j + 0.5) step).
+typedef struct {
+  int first_x;
+  int first_y;
+  int nx;
+  int ny;
+  float step;
+  float centre_x;  // the hologram's centre in the scene frame
+  float centre_y;
+  float centre_z;
+  float full_z;     // world depth at which the lattice's pitch is p
+  float layer_gap;  // layers closer than this along z are one
+  float bias;
+  float reach;
+  float half_width;  // of the hologram window
+  float half_height;
+} Lattice;
+
+// A sample as the pixels of one plane see it: its light passes through the plane around the line to the hologram's centre on its way into
+// the hologram's window. x and y are relative to the centre of pixel (0, 0), y up.
+typedef struct {
+  float x;  // of the sample
+  float y;
+  float depth;          // behind the plane; negative in front of it
+  float inverse_depth;  // kept finite
+  float centre_x;       // where the line from the sample to the hologram's centre meets the plane
+  float centre_y;
+  float half_x;  // half the footprint on the plane
+  float half_y;
+  float scale_x;  // half hologram windows per metre of the plane
+  float scale_y;
+  float amplitude;  // of the part that does not depend on direction
+  float turns;      // of the depth, reduced
+  int specular;
+  int hidden;
+} Aim;
+
+// The plane of pixels that a gather fills.
+typedef struct {
+  int nx;
+  int ny;
+  float left;  // x of the centres of the first column, scene frame
+  float top;   // y of the centres of the first row
+  float z;
+  float pitch_x;
+  float pitch_y;
+  float turns_hi;  // 1 / wavelength as the sum of two floats
+  float turns_lo;
+  float fan;           // half width of the fan in half hologram windows
+  float edge_rate;     // 1 / width of its soft edge; 0: hard
+  float sine_limit_x;  // largest sine that the SLM's pixels can show
+  float sine_limit_y;
+  float tangent_x;  // lattice tangent of the first column's centre, and of one pixel further; window: how far from its own tangent a pixel
+                    // gathers
+  float tangent_y;
+  float tangent_step_x;
+  float tangent_step_y;
+  float window_x;
+  float window_y;
+  float near_z;  // nothing of the scene stands nearer to the hologram, scene frame
+  float bias;    // distance that a visibility ray starts off its surface
+} GatherPlane;
 
 // Directional light (is_point 0): xyz is the unit vector towards it. Point light (is_point 1): xyz is its position. Ambient light is a
 // constant.

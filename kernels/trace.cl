@@ -9,6 +9,7 @@
 // Arrays: the scene's (shared.h); rays: ray_count; field: plane.ny rows of plane.nx complex samples, row 0 on top, written whole.
 // A work-item fills RAYWAVE_LANES neighbouring pixels of one row: global size (ceil(nx / lanes), ny). OpenCL C 1.2.
 #include "bvh.h"
+#include "hash.h"
 #include "lanes.h"
 #include "phase.h"
 #include "shade.h"
@@ -17,18 +18,6 @@
 #ifndef RAYWAVE_BOUNCES
 #define RAYWAVE_BOUNCES 0  // mirror and refraction bounces; host/tracer.cpp
 #endif
-
-// A number in [0, 1) for a cell of the phase lattice, equal on every device (integer arithmetic only; mixing after the PCG family of
-// hashes).
-static inline floatv cell_phase_turns(intv i, intv j, intv k, uint seed) {
-  uintv h = LANES_AS_UINT(i) * 0x9e3779b1u ^ (LANES_AS_UINT(j) * 0x85ebca77u + 0x165667b1u);
-  h = (h ^ (h >> 15)) * 0x2c1b3c6du;
-  h ^= LANES_AS_UINT(k) * 0xc2b2ae3du ^ seed;
-  h = (h ^ (h >> 16)) * 0x7feb352du;
-  h = (h ^ (h >> 15)) * 0x846ca68bu;
-  h ^= h >> 16;
-  return LANES_TO_FLOAT(h >> 8) * 0x1p-24f;
-}
 
 // Whole part of x towards minus infinity, for |x| < 2^31.
 static inline intv whole(floatv x) {
@@ -137,8 +126,9 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
     const floatv length = hits.t * direction.length;
     floatv turns = turns_of_length(hits.t, direction.turns_hi, direction.turns_lo);
 #endif
-      turns += cell_phase_turns(whole(surface.x * plane.sampling_rate), whole(surface.y * plane.sampling_rate),
-                                whole(surface.z * plane.sampling_rate), plane.seed);
+      turns += phase_turns(
+          cell_key(whole(surface.x * plane.sampling_rate), whole(surface.y * plane.sampling_rate), whole(surface.z * plane.sampling_rate)),
+          plane.seed);
       floatv c, s;
       cos_sin_turns(turns, &c, &s);
       const floatv amplitude = LANES_SELECT((floatv)(0.0f), sqrt(fmax(radiance, (floatv)(0.0f))) / fmax(length, (floatv)(1e-12f)), hit);

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/device_scene.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <glm/geometric.hpp>
+
+#include "host/bvh.hpp"
+#include "host/image.hpp"
+
+namespace raywave {
+namespace {
+
+void put(float (&target)[3], glm::vec3 v) { std::copy_n(&v.x, 3, target); }
+void put(float (&target)[2], glm::vec2 v) { std::copy_n(&v.x, 2, target); }
+
+/// Per object: 1 when its triangles wind counter-clockwise seen from outside, -1 when clockwise, 0 when it has no inside.
+std::vector<std::int32_t> sides_of(const World& world) {
+  std::vector<double> volume(world.object_closed.size(), 0.0);
+  for (std::size_t i = 0; i < world.triangles.size(); ++i) {
+    const auto corners = world.triangles[i];
+    const auto object = static_cast<std::size_t>(world.triangle_object[i]);
+    // From a corner of the scene, so that the sum does not drown in the distance to the hologram.
+    const auto a = world.positions[corners.x] - world.min_m, b = world.positions[corners.y] - world.min_m,
+               c = world.positions[corners.z] - world.min_m;
+    volume[object] += glm::dot(a, glm::cross(b, c));
+  }
+  std::vector<std::int32_t> sides;
+  for (std::size_t i = 0; i < volume.size(); ++i) sides.push_back(!world.object_closed[i] || volume[i] == 0 ? 0 : volume[i] > 0 ? 1 : -1);
+  return sides;
+}
+
+std::vector<device::TriangleShading> shading_in_leaf_order(const Scene& scene, const World& world, const Bvh& bvh) {
+  const auto sides = sides_of(world);
+  std::vector<device::TriangleShading> shading(bvh.order.size());
+  for (std::size_t i = 0; i < shading.size(); ++i) {
+    const auto corners = world.triangles[bvh.order[i]];
+    auto& s = shading[i];
+    put(s.normal_a, world.normals[corners.x]);
+    put(s.normal_b, world.normals[corners.y]);
+    put(s.normal_c, world.normals[corners.z]);
+    put(s.uv_a, world.uvs[corners.x]);
+    put(s.uv_b, world.uvs[corners.y]);
+    put(s.uv_c, world.uvs[corners.z]);
+    s.side = sides[static_cast<std::size_t>(world.triangle_object[bvh.order[i]])];
+    s.material = scene.objects[static_cast<std::size_t>(world.triangle_object[bvh.order[i]])].material;
+  }
+  return shading;
+}
+
+std::pair<std::vector<device::Material>, std::vector<float>> materials_and_texels(const Scene& scene) {
+  const int channel = channel_of(scene.hologram.wavelength_m);
+  std::vector<device::Material> materials;
+  std::vector<float> texels;
+  for (const auto& m : scene.materials) {
+    device::Material material{};
+    material.ambient = static_cast<float>(m.ambient[channel]);
+    material.diffuse = static_cast<float>(m.diffuse[channel]);
+    material.specular = static_cast<float>(m.specular[channel]);
+    material.shininess = static_cast<float>(m.shininess);
+    material.reflectivity = static_cast<float>(m.reflectivity);
+    material.transparency = static_cast<float>(m.transparency);
+    material.ior = static_cast<float>(m.ior);
+    material.texture = -1;
+    if (m.texture) {
+      const auto image = load_texture(*m.texture, channel, m.where);
+      material.texture = static_cast<std::int32_t>(texels.size());
+      material.texture_width = image.width;
+      material.texture_height = image.height;
+      texels.insert(texels.end(), image.pixels.begin(), image.pixels.end());
+    }
+    materials.push_back(material);
+  }
+  return {std::move(materials), std::move(texels)};
+}
+
+std::vector<device::Light> lights_in_scene_frame(const Scene& scene, glm::dvec3 origin_m) {
+  std::vector<device::Light> lights;
+  for (const auto& l : scene.lights) {
+    if (l.type == LightType::ambient) continue;
+    const bool is_point = l.type == LightType::point;
+    const glm::vec3 v(is_point ? l.position_m - origin_m : -glm::normalize(l.direction));
+    lights.push_back({v.x, v.y, v.z, static_cast<float>(l.intensity), is_point});
+  }
+  return lights;
+}
+
+}  // namespace
+
+std::pair<float, float> split(double value) {
+  const auto high = static_cast<float>(value);
+  return {high, static_cast<float>(value - high)};
+}
+
+int lanes_for(const cl::DeviceInfo& device) {
+  for (const int lanes : {16, 8, 4}) {
+    if (device.float_lanes >= lanes) return lanes;
+  }
+  return 1;
+}
+
+DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world, glm::dvec3 origin_m) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto bvh = build_bvh(world.positions, world.triangles, origin_m);
+  tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  nodes = {device, std::span<const device::BvhNode>(bvh.nodes), "tree"};
+  triangles = {device, std::span<const device::Triangle>(bvh.triangles), "triangles"};
+  const auto shading_data = shading_in_leaf_order(scene, world, bvh);
+  shading = {device, std::span<const device::TriangleShading>(shading_data), "normals"};
+  const auto [material_data, texel_data] = materials_and_texels(scene);
+  materials = {device, std::span<const device::Material>(material_data), "materials"};
+  texels = {device, std::span<const float>(texel_data), "textures"};
+  const auto light_data = lights_in_scene_frame(scene, origin_m);
+  lights = {device, std::span<const device::Light>(light_data), "lights"};
+
+  double ambient = 0;
+  bool has_ambient = false;
+  for (const auto& l : scene.lights) {
+    if (l.type != LightType::ambient) continue;
+    ambient += l.intensity;
+    has_ambient = true;
+  }
+  if (has_ambient) ambient_light = static_cast<float>(ambient);
+  diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));
+  bias_m = diameter_m * 0x1p-16f;
+
+  const auto any = [&](auto&& test) { return std::any_of(material_data.begin(), material_data.end(), test); };
+  const bool bounces = any([](const auto& m) { return m.reflectivity > 0 || m.transparency > 0; });
+  options = {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))},
+             {"RAYWAVE_BVH_DEPTH", std::to_string(bvh.depth)},
+             {"RAYWAVE_LIGHTS", std::to_string(light_data.size())},
+             {"RAYWAVE_SPECULAR", any([](const auto& m) { return m.specular > 0; }) ? "1" : "0"},
+             {"RAYWAVE_TEXTURES", texel_data.empty() ? "0" : "1"},
+             {"RAYWAVE_SHADOWS", scene.trace.shadows ? "1" : "0"},
+             {"RAYWAVE_BOUNCES", bounces ? std::to_string(scene.trace.depth) : "0"}};
+}
+
+}  // namespace raywave

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The scene in device memory.
+#pragma once
+
+#include <utility>
+
+#include "cl/program.hpp"
+#include "host/mesh.hpp"
+#include "host/scene.hpp"
+#include "host/shared_types.hpp"
+
+namespace raywave {
+
+/// The scene as the kernels see it: tree, triangles, materials for the hologram's wavelength, lights and textures in device memory, in the
+/// scene frame (world minus Plan::origin_m, subtracted in double).
+struct DeviceScene {
+  DeviceScene(const cl::Device& device, const Scene& scene, const World& world, glm::dvec3 origin_m);
+
+  cl::Buffer<device::BvhNode> nodes;
+  cl::Buffer<device::Triangle> triangles;
+  cl::Buffer<device::TriangleShading> shading;
+  cl::Buffer<device::Material> materials;
+  cl::Buffer<device::Light> lights;
+  cl::Buffer<float> texels;
+  float ambient_light = 1;  // sum of the ambient lights; 1 when there is none, so that a material's ambient part counts as given
+  float diameter_m = 0;     // of the scene's bounding box
+  float bias_m = 0;         // distance that secondary rays start off a surface: far above rounding, far below anything visible
+  cl::Options options;      // leave out of the kernels what this scene does not use
+  double tree_seconds = 0;
+
+  /// 32-bit words that hold a bit for each light.
+  std::size_t light_words() const { return lights.size() > 32 ? (lights.size() + 31) / 32 : 1; }
+};
+
+/// Pixels that one work-item handles side by side: the SIMD width on CPUs, one on GPUs.
+int lanes_for(const cl::DeviceInfo& device);
+
+/// value as the sum of two floats
+std::pair<float, float> split(double value);
+
+}  // namespace raywave

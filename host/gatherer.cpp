@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/gatherer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace raywave {
+namespace {
+
+cl::Options with(cl::Options options, const cl::Options& more) {
+  for (const auto& [name, value] : more) options[name] = value;
+  return options;
+}
+
+/// Rows of a tile: enough that a sample's set-up is shared by many pixels, few enough that all sums stay in the first cache.
+int tile_rows(int lanes, int frames) { return lanes == 1 ? 1 : std::clamp(16 / frames, 2, 16); }
+
+}  // namespace
+
+Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene, const SampleTable& table, int frames)
+    : plan_(plan),
+      scene_(scene),
+      table_(table),
+      frames_(frames),
+      lanes_(lanes_for(device.info())),
+      tile_rows_(tile_rows(lanes_, frames)),
+      program_(device, "gather.cl",
+               with(scene.options, {{"RAYWAVE_FRAMES", std::to_string(frames)},
+                                    {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
+                                    {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),
+      aim_(program_.kernel("aim")),
+      draw_phases_(program_.kernel("draw_phases")),
+      gather_(program_.kernel("gather")),
+      aims_(device, table.samples.size(), "aims"),
+      phasors_(device, table.samples.size() * static_cast<std::size_t>(frames), "phases") {}
+
+void Gatherer::draw_phases(std::uint32_t seed) {
+  if (table_.count > 0)
+    draw_phases_.run({static_cast<std::size_t>(table_.count)}, {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, table_.samples,
+                     table_.count, frames_, seed, phasors_);
+}
+
+void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
+  const glm::dvec2 pitch = plan_.pitch_m, half_window = glm::dvec2(plan_.size) * pitch / 2.0;
+  const glm::dvec2 corner = glm::dvec2(centre_m) + glm::dvec2(-1, 1) * glm::dvec2(plan_.size - 1) * pitch / 2.0;  // world, of pixel (0, 0)
+  device::GatherPlane plane{};
+  plane.nx = plan_.size.x;
+  plane.ny = plan_.size.y;
+  plane.left = static_cast<float>(corner.x - plan_.origin_m.x);
+  plane.top = static_cast<float>(corner.y - plan_.origin_m.y);
+  plane.z = static_cast<float>(centre_m.z - plan_.origin_m.z);
+  plane.pitch_x = static_cast<float>(pitch.x);
+  plane.pitch_y = static_cast<float>(pitch.y);
+  std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
+  const bool at_hologram = centre_m.z <= 0;
+  // At the hologram itself the window is the plane: there is no cone to soften, and each pixel sees every sample.
+  plane.fan = at_hologram ? 1.0f : static_cast<float>(plan_.fan);
+  plane.edge_rate = at_hologram || plan_.edge <= 0 ? 0.0f : static_cast<float>(1 / plan_.edge);
+  plane.sine_limit_x = static_cast<float>(plan_.largest_sine.x);
+  plane.sine_limit_y = static_cast<float>(plan_.largest_sine.y);
+  if (at_hologram) {
+    plane.window_x = plane.window_y = 1e6f;
+  } else {
+    const auto narrowed = [&](double z) { return std::abs(z - centre_m.z) / z; };
+    const double widest = plan_.fan * std::max(narrowed(plan_.near_m), narrowed(plan_.far_m)) / centre_m.z;
+    plane.tangent_x = static_cast<float>(corner.x / centre_m.z);
+    plane.tangent_y = static_cast<float>(corner.y / centre_m.z);
+    plane.tangent_step_x = static_cast<float>(pitch.x / centre_m.z);
+    plane.tangent_step_y = static_cast<float>(pitch.y / centre_m.z);
+    plane.window_x = static_cast<float>(widest * half_window.x);
+    plane.window_y = static_cast<float>(widest * half_window.y);
+  }
+  plane.near_z = static_cast<float>(plan_.near_m - plan_.origin_m.z) - scene_.bias_m;
+  plane.bias = scene_.bias_m;
+
+  auto lattice = table_.lattice;
+  lattice.half_width = static_cast<float>(half_window.x);
+  lattice.half_height = static_cast<float>(half_window.y);
+  const auto words = static_cast<std::size_t>(table_.count);
+  if (table_.count > 0)
+    aim_.run({words}, {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, table_.samples, table_.count, lattice, plane, aims_);
+  const auto tiles = [](int n, int size) { return static_cast<std::size_t>((n + size - 1) / size); };
+  const cl::Range local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
+  gather_.run({tiles(plane.nx, lanes_), tiles(plane.ny, tile_rows_)}, local, scene_.nodes, scene_.triangles, scene_.lights, table_.samples,
+              table_.lit, aims_, phasors_, table_.first_of_cell, table_.count, lattice, plane, field);
+}
+
+}  // namespace raywave

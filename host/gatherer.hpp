@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Fields on planes by aimed gathering from the sample table (kernels/gather.cl).
+#pragma once
+
+#include "host/samples.hpp"
+
+namespace raywave {
+
+class Gatherer {
+public:
+  /// frames  gathered together, 1 to `most_frames`: rays, visibility and shading are shared, only phases differ
+  Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene, const SampleTable& table, int frames);
+
+  static constexpr int most_frames = 16;
+
+  /// Draws the random phases of frames seed, seed + 1, ...
+  void draw_phases(std::uint32_t seed);
+
+  /// Fills `field` (frames x ny x nx) with the field of all samples on a plane of the hologram's size at `centre_m` (world). A plane at the
+  /// hologram itself receives every sample at every pixel.
+  ///
+  /// accuracy  docs/accuracy.md, "Gathering"
+  void gather(glm::dvec3 centre_m, cl::ComplexBuffer& field);
+
+private:
+  const Plan& plan_;
+  const DeviceScene& scene_;
+  const SampleTable& table_;
+  int frames_;
+  int lanes_;
+  int tile_rows_;
+  cl::Program program_;
+  cl::Kernel aim_, draw_phases_, gather_;
+  cl::Buffer<device::Aim> aims_;
+  cl::ComplexBuffer phasors_;  // frames x samples
+};
+
+}  // namespace raywave

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+// Aimed gathering: every pixel of a plane receives one wave from each surface sample whose light passes through it on its way into the
+// hologram's window,
+//   sqrt(radiance) weight / r * exp(2 pi i (r / wavelength + phase(sample, frame))),
+// converging waves (samples in front of the plane) with the opposite sign of r. A sample that something may hide is asked for with a ray
+// from it towards the hologram; highlights are shaded with the true direction. A plane at the hologram itself gathers every sample at every
+// pixel: the point-based method.
+//
+// aim          aims[i]: sample i as the pixels of this plane see it
+// draw_phases  phasors[frame * sample_count + i]: exp(i phase) of sample i in that frame
+// gather       field: RAYWAVE_FRAMES planes of plane.ny rows of plane.nx complex samples, row 0 on top, written whole
+//
+// gather's work-item fills a tile of RAYWAVE_LANES x RAYWAVE_TILE_ROWS pixels: global size (ceil(nx / lanes), ceil(ny / rows)). Rays,
+// visibility and shading are done once for all frames. OpenCL C 1.2.
+#include "bvh.h"
+#include "hash.h"
+#include "lanes.h"
+#include "phase.h"
+#include "shade.h"
+#include "shared.h"
+
+#ifndef RAYWAVE_TILE_ROWS
+#define RAYWAVE_TILE_ROWS 1  // rows of a tile; host/gatherer.cpp
+#endif
+#ifndef RAYWAVE_FRAMES
+#define RAYWAVE_FRAMES 1  // frames gathered together; host/gatherer.cpp
+#endif
+#ifndef RAYWAVE_SINE_LIMIT
+#define RAYWAVE_SINE_LIMIT 1  // some light would be steeper than the SLM's pixels can show; host/gatherer.cpp
+#endif
+
+__kernel void aim(__global const Sample* samples, int sample_count, Lattice lattice, GatherPlane plane, __global Aim* aims) {
+  const int index = (int)get_global_id(0);
+  if (index >= sample_count) return;
+  const Sample s = samples[index];
+  Aim a;
+  a.x = s.x - plane.left;
+  a.y = s.y - plane.top;
+  a.depth = s.z - plane.z;
+  const float distance = fmax(fabs(a.depth), 0.25f * fmin(plane.pitch_x, plane.pitch_y));
+  a.inverse_depth = copysign(1.0f / distance, a.depth);
+  const float from_hologram = s.z - lattice.centre_z;
+  const float share = (plane.z - lattice.centre_z) / from_hologram;  // of the way from the hologram's centre to the sample
+  a.centre_x = (s.x - lattice.centre_x) * share + lattice.centre_x - plane.left;
+  a.centre_y = (s.y - lattice.centre_y) * share + lattice.centre_y - plane.top;
+  const float narrowed = distance / from_hologram;
+  a.scale_x = 1.0f / (lattice.half_width * narrowed);
+  a.scale_y = 1.0f / (lattice.half_height * narrowed);
+  a.half_x = plane.fan * lattice.half_width * narrowed;
+  a.half_y = plane.fan * lattice.half_height * narrowed;
+  a.amplitude = sqrt(s.radiance) * s.weight;
+  floatv turns = turns_of_length((floatv)(a.depth), plane.turns_hi, plane.turns_lo);
+  float first[RAYWAVE_LANES];
+  LANES_STORE(turns, first);
+  a.turns = first[0];
+  a.specular = s.specular > 0.0f;
+  a.hidden = s.hidden;
+  aims[index] = a;
+}
+
+__kernel void draw_phases(__global const Sample* samples, int sample_count, int frames, uint seed, __global float2* phasors) {
+  const int index = (int)get_global_id(0);
+  if (index >= sample_count) return;
+  for (int frame = 0; frame < frames; ++frame) {
+    floatv c, s;
+    cos_sin_turns(phase_turns((uintv)(samples[index].key), seed + (uint)frame), &c, &s);
+    float cs[RAYWAVE_LANES], ss[RAYWAVE_LANES];
+    LANES_STORE(c, cs);
+    LANES_STORE(s, ss);
+    phasors[(size_t)frame * (size_t)sample_count + (size_t)index] = (float2)(cs[0], ss[0]);
+  }
+}
+
+// Lanes to whose pixels, or behind them, the sample's light comes without meeting anything before it has left the scene.
+static inline intv reaches(__global const BvhNode* nodes, __global const Triangle* triangles, __global const Sample* s, const Aim* a,
+                           floatv dx, floatv dy, const GatherPlane* plane, intv active) {
+  Rays ray;
+  ray.ox = s->x + plane->bias * s->nx;
+  ray.oy = s->y + plane->bias * s->ny;
+  ray.oz = s->z + plane->bias * s->nz;
+  ray.dx = dx * a->inverse_depth;
+  ray.dy = dy * a->inverse_depth;
+  ray.dz = -1.0f;
+  ray.t_min = 0.0f;
+  ray.t_max = fmax(s->z - plane->near_z, 0.0f);
+  ray.active = active;
+  return active & !bvh_occluded(nodes, triangles, &ray);
+}
+
+#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+// Amplitude with the highlights that the sample shows in the direction of the pixels.
+static inline floatv shaded_amplitude(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
+                                      floatv dx, floatv dy, floatv inverse_length) {
+  Surface s;
+  s.x = sample->x;
+  s.y = sample->y;
+  s.z = sample->z;
+  s.nx = sample->nx;
+  s.ny = sample->ny;
+  s.nz = sample->nz;
+  s.specular = sample->specular;
+  s.shininess = sample->shininess;
+  // Towards the hologram: through the pixel, or away from it where the sample stands in front of the plane.
+  const floatv vx = dx * a->inverse_depth * inverse_length, vy = dy * a->inverse_depth * inverse_length, vz = -inverse_length;
+  floatv radiance = sample->radiance;
+  for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
+    if (!(lit[i / 32] >> (i % 32) & 1u)) continue;
+    const Incident in = incident(lights, i, &s, 0.0f);
+    radiance += highlight(&in, &s, vx, vy, vz) * in.intensity;
+  }
+  return sqrt(radiance) * sample->weight;
+}
+#endif
+
+__kernel void gather(__global const BvhNode* nodes, __global const Triangle* triangles, __global const Light* lights,
+                     __global const Sample* samples, __global const uint* lit, __global const Aim* aims, __global const float2* phasors,
+                     __global const int* first_of_cell, int sample_count, Lattice lattice, GatherPlane plane, __global float2* field) {
+  const int first = (int)get_global_id(0) * RAYWAVE_LANES;
+  const int top = (int)get_global_id(1) * RAYWAVE_TILE_ROWS;
+  if (first >= plane.nx || top >= plane.ny) return;
+  const int bottom = min(top + RAYWAVE_TILE_ROWS, plane.ny) - 1;
+  const intv column = first + LANES_INDEX;
+  const floatv x = plane.pitch_x * LANES_TO_FLOAT(column);
+  const float left_x = plane.pitch_x * (float)first, right_x = plane.pitch_x * (float)(first + RAYWAVE_LANES - 1);
+  const float top_y = -plane.pitch_y * (float)top, bottom_y = -plane.pitch_y * (float)bottom;
+
+  floatv re[RAYWAVE_FRAMES][RAYWAVE_TILE_ROWS], im[RAYWAVE_FRAMES][RAYWAVE_TILE_ROWS];
+  for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
+    for (int row = 0; row < RAYWAVE_TILE_ROWS; ++row) re[frame][row] = im[frame][row] = 0.0f;
+  }
+
+  // Cells whose samples' footprints can touch the tile, one more on each side against rounding.
+  const float rate = 1.0f / lattice.step;
+  const float low_x = plane.tangent_x + plane.tangent_step_x * (float)first - plane.window_x;
+  const float high_x = plane.tangent_x + plane.tangent_step_x * (float)(first + RAYWAVE_LANES - 1) + plane.window_x;
+  const float low_y = plane.tangent_y - plane.tangent_step_y * (float)bottom - plane.window_y;
+  const float high_y = plane.tangent_y - plane.tangent_step_y * (float)top + plane.window_y;
+  const int cell_left = max((int)clamp(low_x * rate - (float)lattice.first_x, -2.0f, 1e9f) - 1, 0);
+  const int cell_right = min((int)clamp(high_x * rate - (float)lattice.first_x, -2.0f, 1e9f) + 1, lattice.nx - 1);
+  const int cell_low = max((int)clamp(low_y * rate - (float)lattice.first_y, -2.0f, 1e9f) - 1, 0);
+  const int cell_high = min((int)clamp(high_y * rate - (float)lattice.first_y, -2.0f, 1e9f) + 1, lattice.ny - 1);
+
+  for (int cell_row = cell_low; cell_row <= cell_high && cell_left <= cell_right; ++cell_row) {
+    const int last = first_of_cell[cell_row * lattice.nx + cell_right + 1];
+    for (int index = first_of_cell[cell_row * lattice.nx + cell_left]; index < last; ++index) {
+      const Aim a = aims[index];
+      if (a.centre_x - a.half_x > right_x || a.centre_x + a.half_x < left_x || a.centre_y - a.half_y > top_y ||
+          a.centre_y + a.half_y < bottom_y)
+        continue;
+      const floatv across = fabs((x - a.centre_x) * a.scale_x);  // where the pixel's light meets the hologram, in half windows
+      intv inside_x = (across <= plane.fan) & (column < plane.nx);
+      floatv edge_x = 1.0f;
+      if (plane.edge_rate > 0.0f) {
+        const floatv e = clamp((plane.fan - across) * plane.edge_rate, (floatv)(0.0f), (floatv)(1.0f));
+        edge_x = e * e * (3.0f - 2.0f * e);
+      }
+      const floatv dx = x - a.x;
+      const float distance = fabs(a.depth);
+      const float inverse_squared = a.inverse_depth * a.inverse_depth;
+      const float excess_turns = distance * plane.turns_hi * (a.depth < 0.0f ? -1.0f : 1.0f);
+
+      for (int row = top; row <= bottom; ++row) {
+        const float y = -plane.pitch_y * (float)row;
+        const float up = fabs((y - a.centre_y) * a.scale_y);
+        if (up > plane.fan) continue;
+        float edge_y = 1.0f;
+        if (plane.edge_rate > 0.0f) {
+          const float e = clamp((plane.fan - up) * plane.edge_rate, 0.0f, 1.0f);
+          edge_y = e * e * (3.0f - 2.0f * e);
+        }
+        const float dy = y - a.y;
+        const floatv squared = (dx * dx + dy * dy) * inverse_squared;
+        const floatv length = sqrt(1.0f + squared);  // over the depth
+        const floatv inverse_length = 1.0f / length;
+        intv counts = inside_x;
+#if RAYWAVE_SINE_LIMIT
+        counts &= (fabs(dx * a.inverse_depth) * inverse_length <= plane.sine_limit_x) &
+                  (fabs(dy * a.inverse_depth) * inverse_length <= plane.sine_limit_y);
+#endif
+        if (a.hidden) {
+          counts = reaches(nodes, triangles, samples + index, &a, dx, (floatv)(dy), &plane, counts);
+          if (!LANES_ANY(counts)) continue;
+        }
+        floatv amplitude = a.amplitude;
+#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+        if (a.specular)
+          amplitude = shaded_amplitude(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &a, dx,
+                                       (floatv)(dy), inverse_length);
+#endif
+        amplitude = LANES_SELECT((floatv)(0.0f), amplitude * edge_x * edge_y * fabs(a.inverse_depth) * inverse_length, counts);
+        // sqrt(1 + s) - 1 without cancellation.
+        const floatv turns = a.turns + excess_turns * (squared / (1.0f + length));
+        floatv c, s;
+        cos_sin_turns(turns, &c, &s);
+        c *= amplitude;
+        s *= amplitude;
+        for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
+          const float2 phasor = phasors[(size_t)frame * (size_t)sample_count + (size_t)index];
+          re[frame][row - top] += c * phasor.x - s * phasor.y;
+          im[frame][row - top] += c * phasor.y + s * phasor.x;
+        }
+      }
+    }
+  }
+
+  for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
+    for (int row = top; row <= bottom; ++row) {
+      float res[RAYWAVE_LANES], ims[RAYWAVE_LANES];
+      LANES_STORE(re[frame][row - top], res);
+      LANES_STORE(im[frame][row - top], ims);
+      __global float2* out = field + ((size_t)frame * (size_t)plane.ny + (size_t)row) * (size_t)plane.nx;
+      for (int i = 0; i < RAYWAVE_LANES && first + i < plane.nx; ++i) out[first + i] = (float2)(res[i], ims[i]);
+    }
+  }
+}
