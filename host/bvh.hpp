@@ -23,6 +23,6 @@ struct Bvh {
 ///
 /// positions_m  world; origin_m is subtracted in double before anything is rounded
 /// throws       InputError when there is no triangle or more than 2^30
-Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles, glm::dvec3 origin_m, int leaf_size = 4);
+Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles, glm::dvec3 origin_m, int leaf_size = 2);
 
 }  // namespace raywave

@@ -30,36 +30,189 @@ typedef struct {
   floatv u, v;
 } Hits;
 
-static inline floatv bvh_min(floatv a, floatv b) { return LANES_SELECT(b, a, a < b); }
-static inline floatv bvh_max(floatv a, floatv b) { return LANES_SELECT(b, a, a > b); }
+#define BVH_INLINE static inline __attribute__((always_inline))
 
-static inline floatv bvh_reciprocal(floatv d) {
-  const floatv tiny = 1e-25f;  // no more than moves a ray within the margin of the boxes, and 1 / tiny times any length is finite
+// True when any lane of the mask is. PoCL makes any(int16) 16 tests and branches; halving the vector is a few instructions.
+BVH_INLINE bool bvh_any(intv mask) {
+#if RAYWAVE_LANES == 1
+  return mask;
+#else
+#if RAYWAVE_LANES == 16
+  const int8 eight = mask.lo | mask.hi;
+  const int4 four = eight.lo | eight.hi;
+#elif RAYWAVE_LANES == 8
+  const int4 four = mask.lo | mask.hi;
+#else
+  const int4 four = mask;
+#endif
+  const long2 two = as_long2(four);
+  return (two.x | two.y) != 0;
+#endif
+}
+
+BVH_INLINE floatv bvh_min(floatv a, floatv b) { return LANES_SELECT(b, a, a < b); }
+BVH_INLINE floatv bvh_max(floatv a, floatv b) { return LANES_SELECT(b, a, a > b); }
+
+// 1 / d, where zero counts as tiny: that moves a ray by less than the margin of the tree's boxes, and 1 / tiny times any length is finite.
+BVH_INLINE floatv bvh_reciprocal(floatv d) {
+  const floatv tiny = 1e-25f;
   return 1.0f / LANES_SELECT(d, tiny, fabs(d) < tiny);
 }
 
-// Mask of the rays in the box, and the distances at which they are in it, cut to [near, far].
-static inline intv bvh_box(__global const float* box_min, __global const float* box_max, const Rays* rays, const Rays* inverse, floatv far_in,
-                           floatv* near, floatv* far) {
-  const floatv x0 = (box_min[0] - rays->ox) * inverse->dx, x1 = (box_max[0] - rays->ox) * inverse->dx;
-  const floatv y0 = (box_min[1] - rays->oy) * inverse->dy, y1 = (box_max[1] - rays->oy) * inverse->dy;
-  const floatv z0 = (box_min[2] - rays->oz) * inverse->dz, z1 = (box_max[2] - rays->oz) * inverse->dz;
-  const floatv enter = bvh_max(bvh_max(bvh_min(x0, x1), bvh_min(y0, y1)), bvh_min(z0, z1));
-  const floatv leave = bvh_min(bvh_min(bvh_max(x0, x1), bvh_max(y0, y1)), bvh_max(z0, z1));
-  *near = bvh_max(enter, rays->t_min);
-  // Each plane's distance has a relative error of at most 3 * 2^-24: widen by twice that.
-  *far = bvh_min(leave * 1.0000008f, far_in);
-  return rays->active & (*near <= *far);
+// Mask of the rays that meet a box after t_min, and the distances at which they enter it.
+BVH_INLINE intv bvh_box(float min_x, float min_y, float min_z, float max_x, float max_y, float max_z, const Rays* rays,
+                        const floatv* inverse, floatv* enter) {
+  const floatv x0 = (min_x - rays->ox) * inverse[0], x1 = (max_x - rays->ox) * inverse[0];
+  const floatv y0 = (min_y - rays->oy) * inverse[1], y1 = (max_y - rays->oy) * inverse[1];
+  const floatv z0 = (min_z - rays->oz) * inverse[2], z1 = (max_z - rays->oz) * inverse[2];
+  *enter = bvh_max(bvh_max(bvh_max(bvh_min(x0, x1), bvh_min(y0, y1)), bvh_min(z0, z1)), rays->t_min);
+  // Each distance has a relative error of at most 3 * 2^-24: widen by twice what two of them need.
+  const floatv leave = bvh_min(bvh_min(bvh_max(x0, x1), bvh_max(y0, y1)), bvh_max(z0, z1)) * (1.0f + 0xcp-24f);
+  return *enter <= leave;
 }
 
-// d . ((q - p) x (p' + q')) for the edge from p to q, where ' is relative to the ray's origin: twice the volume that edge and ray span.
-static inline floatv bvh_edge(const Rays* r, const float* p, const float* q, floatv sx, floatv sy, floatv sz, floatv scale, floatv* margin) {
+BVH_INLINE intv bvh_child(__global const float* box_min, __global const float* box_max, const Rays* rays, const floatv* inverse,
+                          floatv farthest, floatv* enter) {
+  const intv meets = bvh_box(box_min[0], box_min[1], box_min[2], box_max[0], box_max[1], box_max[2], rays, inverse, enter);
+  return rays->active & meets & (*enter < farthest);
+}
+
+// The side of the edge from p to q on which the rays pass: d . ((q - p) x (p' + q')), where ' is relative to the ray's origin. Differences
+// of the corners come first: the rounding error is then that of the edge's length times its distance, not that of its distance squared.
+BVH_INLINE floatv bvh_side(__global const float* p, __global const float* q, const Rays* r) {
   const float ex = q[0] - p[0], ey = q[1] - p[1], ez = q[2] - p[2];
-  *margin = scale * (fabs(ex) + fabs(ey) + fabs(ez));
+  const floatv sx = (p[0] - r->ox) + (q[0] - r->ox);
+  const floatv sy = (p[1] - r->oy) + (q[1] - r->oy);
+  const floatv sz = (p[2] - r->oz) + (q[2] - r->oz);
   return r->dx * (ey * sz - ez * sy) + r->dy * (ez * sx - ex * sz) + r->dz * (ex * sy - ey * sx);
 }
 
-Hits bvh_nearest(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays);
-intv bvh_occluded(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays);  // any hit in (t_min, t_max)
+BVH_INLINE float bvh_norm1(__global const float* p, __global const float* q) {
+  return fabs(q[0] - p[0]) + fabs(q[1] - p[1]) + fabs(q[2] - p[2]);
+}
+
+BVH_INLINE floatv bvh_along(__global const float* p, const Rays* r) {
+  return (p[0] - r->ox) * r->dx + (p[1] - r->oy) * r->dy + (p[2] - r->oz) * r->dz;
+}
+
+BVH_INLINE float bvh_min3(float a, float b, float c) {
+  const float ab = a < b ? a : b;
+  return ab < c ? ab : c;
+}
+
+// Mask of the rays that meet the triangle's own box, widened as the boxes of the tree are.
+BVH_INLINE intv bvh_box_of(__global const Triangle* t, const Rays* rays, const floatv* inverse) {
+  const float min_x = bvh_min3(t->a[0], t->b[0], t->c[0]), max_x = -bvh_min3(-t->a[0], -t->b[0], -t->c[0]);
+  const float min_y = bvh_min3(t->a[1], t->b[1], t->c[1]), max_y = -bvh_min3(-t->a[1], -t->b[1], -t->c[1]);
+  const float min_z = bvh_min3(t->a[2], t->b[2], t->c[2]), max_z = -bvh_min3(-t->a[2], -t->b[2], -t->c[2]);
+  const float margin = 0x1p-22f * (fabs(min_x) + fabs(max_x) + fabs(min_y) + fabs(max_y) + fabs(min_z) + fabs(max_z));
+  floatv enter;
+  return bvh_box(min_x - margin, min_y - margin, min_z - margin, max_x + margin, max_y + margin, max_z + margin, rays, inverse, &enter);
+}
+
+// Mask of the rays that meet the triangle in (t_min, best->t); those lanes of `best` take the hit.
+BVH_INLINE intv bvh_triangle(__global const Triangle* triangles, int index, const Rays* rays, const floatv* inverse, Hits* best) {
+  __global const Triangle* t = triangles + index;
+  const floatv side_a = bvh_side(t->b, t->c, rays);
+  const floatv side_b = bvh_side(t->c, t->a, rays);
+  const floatv side_c = bvh_side(t->a, t->b, rays);
+  const floatv volume = side_a + side_b + side_c;
+
+  // |rounding error| of a side <= 8 * 2^-24 |d|_max |q - p|_1 (|p'|_1 + |q'|_1), to first order; 10 leaves room for the rest. No corner is
+  // farther from the origin than a is plus the perimeter.
+  const float length_a = bvh_norm1(t->b, t->c), length_b = bvh_norm1(t->c, t->a), length_c = bvh_norm1(t->a, t->b);
+  const floatv reach = fabs(t->a[0] - rays->ox) + fabs(t->a[1] - rays->oy) + fabs(t->a[2] - rays->oz) + (length_a + length_b + length_c);
+  const floatv d_max = bvh_max(bvh_max(fabs(rays->dx), fabs(rays->dy)), fabs(rays->dz));
+  const floatv bound = 2.0f * 0xap-24f * d_max * reach;
+  const floatv bound_a = bound * length_a, bound_b = bound * length_b, bound_c = bound * length_c;
+  const intv front = (side_a >= -bound_a) & (side_b >= -bound_b) & (side_c >= -bound_c);
+  const intv back = (side_a <= bound_a) & (side_b <= bound_b) & (side_c <= bound_c);
+  intv hit = rays->active & (front | back) & (volume != 0.0f);
+  if (!bvh_any(hit)) return hit;
+
+  // On slivers and on triangles seen edge-on rounding alone decides. Then weights may be anything, so keep the point on the triangle; and
+  // the widened sides reach far past a sharp corner, so keep the ray in the triangle's box.
+  hit &= bvh_box_of(t, rays, inverse);
+  const floatv zero = 0.0f, one = 1.0f;
+  const floatv u = bvh_min(bvh_max(side_b / volume, zero), one);
+  const floatv v = bvh_min(bvh_max(side_c / volume, zero), 1.0f - u);
+  const floatv along_a = bvh_along(t->a, rays), along_b = bvh_along(t->b, rays), along_c = bvh_along(t->c, rays);
+  const floatv squared = rays->dx * rays->dx + rays->dy * rays->dy + rays->dz * rays->dz;
+  const floatv distance = (along_a + (u * (along_b - along_a) + v * (along_c - along_a))) / squared;
+  hit &= (distance > rays->t_min) & (distance < best->t);
+  best->t = LANES_SELECT(best->t, distance, hit);
+  best->triangle = LANES_SELECT(best->triangle, (intv)(index), hit);
+  best->u = LANES_SELECT(best->u, u, hit);
+  best->v = LANES_SELECT(best->v, v, hit);
+  return hit;
+}
+
+BVH_INLINE intv bvh_leaf(__global const Triangle* triangles, int first, int count, const Rays* rays, const floatv* inverse, Hits* best) {
+  intv hit = 0;
+  for (int i = first; i < first + count; ++i) hit |= bvh_triangle(triangles, i, rays, inverse, best);
+  return hit;
+}
+
+// Nearest hits of all rays; with any_hit, rays that have met something stop.
+BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* given, bool any_hit) {
+  Rays rays = *given;
+  const floatv inverse[3] = {bvh_reciprocal(rays.dx), bvh_reciprocal(rays.dy), bvh_reciprocal(rays.dz)};
+  Hits best;
+  best.t = rays.t_max;
+  best.triangle = -1;
+  best.u = 0.0f;
+  best.v = 0.0f;
+
+  // Children yet to be visited. Only a node with two inner children pushes, and it pushes one, so the stack never holds more than one
+  // child of each node on the way from the root: fewer than Bvh::depth.
+  int waiting_node[RAYWAVE_BVH_DEPTH];
+  floatv waiting_enter[RAYWAVE_BVH_DEPTH];
+  int waiting = 0;
+  int place = 0;
+  for (;;) {
+    __global const BvhNode* node = nodes + place;
+    floatv enter_left, enter_right;
+    const intv in_left = bvh_child(node->left_min, node->left_max, &rays, inverse, best.t, &enter_left);
+    bool left = bvh_any(in_left);
+    if (left && node->left_count > 0) {
+      const intv hit = bvh_leaf(triangles, node->left_child, node->left_count, &rays, inverse, &best);
+      if (any_hit) rays.active &= !hit;
+      left = false;
+    }
+    const intv in_right = bvh_child(node->right_min, node->right_max, &rays, inverse, best.t, &enter_right);
+    bool right = bvh_any(in_right);
+    if (right && node->right_count > 0) {
+      const intv hit = bvh_leaf(triangles, node->right_child, node->right_count, &rays, inverse, &best);
+      if (any_hit) rays.active &= !hit;
+      right = false;
+    }
+    if (left && right) {
+      // Nearest first. Rays of a packet rarely disagree; where they do, order costs time only.
+      const bool left_first = bvh_any(in_left & in_right & (enter_left < enter_right));
+      waiting_node[waiting] = left_first ? node->right_child : node->left_child;
+      waiting_enter[waiting] = left_first ? enter_right : enter_left;
+      ++waiting;
+      place = left_first ? node->left_child : node->right_child;
+    } else if (left || right) {
+      place = left ? node->left_child : node->right_child;
+    } else {
+      do {
+        if (waiting == 0) return best;
+        --waiting;
+      } while (!bvh_any(rays.active & (waiting_enter[waiting] < best.t)));
+      place = waiting_node[waiting];
+    }
+  }
+}
+
+// The nearest hits in (t_min, t_max).
+BVH_INLINE Hits bvh_nearest(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays) {
+  return bvh_traverse(nodes, triangles, rays, false);
+}
+
+// Mask of the rays that meet anything in (t_min, t_max).
+BVH_INLINE intv bvh_occluded(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays) {
+  return bvh_traverse(nodes, triangles, rays, true).triangle >= 0;
+}
 
 #endif

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/reference/rays.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace raywave::reference {
+namespace {
+
+glm::dvec3 vec(const float* p) { return {p[0], p[1], p[2]}; }
+
+}  // namespace
+
+Hit intersect(const device::Triangle& triangle, const Ray& ray, double sideways) {
+  const auto& d = ray.direction;
+  const auto a = vec(triangle.a) - ray.origin, b = vec(triangle.b) - ray.origin, c = vec(triangle.c) - ray.origin;
+  const double side_a = dot(d, cross(b, c)), side_b = dot(d, cross(c, a)), side_c = dot(d, cross(a, b));
+  const double volume = side_a + side_b + side_c;
+  if (volume == 0 && sideways == 0) return {};
+
+  const double reach = (length(a) + length(b) + length(c)) * sideways * length(d);
+  const double slack_a = reach * distance(b, c), slack_b = reach * distance(c, a), slack_c = reach * distance(a, b);
+  const bool front = side_a >= -slack_a && side_b >= -slack_b && side_c >= -slack_c;
+  const bool back = side_a <= slack_a && side_b <= slack_b && side_c <= slack_c;
+  if (!front && !back) return {};
+
+  const double t_a = dot(a, d) / dot(d, d), t_b = dot(b, d) / dot(d, d), t_c = dot(c, d) / dot(d, d);
+  const auto [nearest, farthest] = std::minmax({t_a, t_b, t_c});
+  Hit hit{.triangle = 0};
+  if (volume != 0) {
+    hit.u = side_b / volume;
+    hit.v = side_c / volume;
+    hit.t_uncertainty = std::min(1.0, (slack_a + slack_b + slack_c) / std::abs(volume)) * (farthest - nearest);
+  } else {
+    hit.t_uncertainty = farthest - nearest;
+  }
+  hit.t = std::clamp(t_a + hit.u * (t_b - t_a) + hit.v * (t_c - t_a), nearest, farthest);
+  return hit.t > ray.t_min - hit.t_uncertainty && hit.t < ray.t_max + hit.t_uncertainty ? hit : Hit{};
+}
+
+Hit nearest_hit(std::span<const device::Triangle> triangles, const Ray& ray) {
+  Hit best{.t = ray.t_max};
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    auto hit = intersect(triangles[i], ray);
+    if (hit.triangle < 0 || hit.t >= best.t) continue;
+    best = hit;
+    best.triangle = static_cast<int>(i);
+  }
+  return best;
+}
+
+bool occluded(std::span<const device::Triangle> triangles, const Ray& ray) {
+  return std::any_of(triangles.begin(), triangles.end(), [&](const auto& t) { return intersect(t, ray).triangle >= 0; });
+}
+
+}  // namespace raywave::reference

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Rays against triangles one by one in double precision: what kernels/bvh.h is held against.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <span>
+
+#include "host/shared_types.hpp"
+
+namespace raywave::reference {
+
+/// Points origin + t direction, t_min < t < t_max. The direction need not be a unit vector.
+struct Ray {
+  glm::dvec3 origin{0}, direction{0, 0, 1};
+  double t_min = 0, t_max = 1;
+};
+
+struct Hit {
+  double t = 0;
+  int triangle = -1;         // -1: miss
+  double u = 0, v = 0;       // the point is (1 - u - v) a + u b + v c
+  double t_uncertainty = 0;  // how far t may move when the ray moves sideways by `sideways` of its distance, given to intersect()
+};
+
+/// The ray against one triangle (number 0), both sides, edges and corners included; a triangle of no area is never hit.
+///
+/// sideways  grows the triangle by this fraction of the summed distances from the ray's origin to its corners; the hit is then cut to the
+///           triangle's own range of t, and a triangle of no area may be hit
+Hit intersect(const device::Triangle& triangle, const Ray& ray, double sideways = 0);
+
+/// Nearest of all hits.
+Hit nearest_hit(std::span<const device::Triangle> triangles, const Ray& ray);
+
+/// Whether anything lies in (t_min, t_max).
+bool occluded(std::span<const device::Triangle> triangles, const Ray& ray);
+
+}  // namespace raywave::reference
