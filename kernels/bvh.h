@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays against the flattened tree of host/bvh.hpp: RAYWAVE_LANES rays travel together through one shared traversal. OpenCL C 1.2.
 //
-// Watertight: every test below is widened by a bound on its own rounding, so a ray that meets a triangle in exact arithmetic (of the float
-// corners) meets it here, contracted to fma or not. A ray within that bound of a triangle's edge, about 1e-6 of the distances and
-// coordinates at hand, may meet it as well. Both sides of a triangle are hit. A hit's distance stays within the triangle's own range.
+// Watertight: every test is widened by a bound on its own rounding, so a ray that meets a triangle in exact arithmetic (of the float
+// corners) meets it here, whether or not the compiler contracts to fma. A ray that passes an edge within that bound, about 1e-6 of the
+// distance, may meet the triangle as well. Both sides of a triangle are hit. A hit lies on the triangle, and in its box.
+// Error of a hit's distance, rms: 0.15 nm at 5 mm, 4 nm at 100 mm, 30 nm at 1 m (tests/bvh.cpp), about twice what a float resolves.
 #ifndef RAYWAVE_BVH_H
 #define RAYWAVE_BVH_H
 
@@ -14,7 +15,7 @@
 #define RAYWAVE_BVH_DEPTH 64  // nodes from the root to a leaf; the host passes Bvh::depth
 #endif
 
-// Points origin + t direction with t_min < t < t_max, scene frame. Directions are finite and not zero, but need not be unit vectors.
+// Points origin + t direction with 0 <= t_min < t < t_max, scene frame. Directions are finite and not zero, but need not be unit vectors.
 // Lanes outside the mask `active` meet nothing.
 typedef struct {
   floatv ox, oy, oz;
@@ -30,6 +31,7 @@ typedef struct {
   floatv u, v;
 } Hits;
 
+// PoCL else keeps the rays in memory.
 #define BVH_INLINE static inline __attribute__((always_inline))
 
 // True when any lane of the mask is. PoCL makes any(int16) 16 tests and branches; halving the vector is a few instructions.
@@ -91,9 +93,8 @@ BVH_INLINE float bvh_norm1(__global const float* p, __global const float* q) {
   return fabs(q[0] - p[0]) + fabs(q[1] - p[1]) + fabs(q[2] - p[2]);
 }
 
-BVH_INLINE floatv bvh_along(__global const float* p, const Rays* r) {
-  return (p[0] - r->ox) * r->dx + (p[1] - r->oy) * r->dy + (p[2] - r->oz) * r->dz;
-}
+// Coordinate of the point with weights u and v, relative to the ray's origin o.
+BVH_INLINE floatv bvh_blend(float a, float b, float c, floatv u, floatv v, floatv o) { return (a - o) + (u * (b - a) + v * (c - a)); }
 
 BVH_INLINE float bvh_min3(float a, float b, float c) {
   const float ab = a < b ? a : b;
@@ -136,9 +137,15 @@ BVH_INLINE intv bvh_triangle(__global const Triangle* triangles, int index, cons
   const floatv zero = 0.0f, one = 1.0f;
   const floatv u = bvh_min(bvh_max(side_b / volume, zero), one);
   const floatv v = bvh_min(bvh_max(side_c / volume, zero), 1.0f - u);
-  const floatv along_a = bvh_along(t->a, rays), along_b = bvh_along(t->b, rays), along_c = bvh_along(t->c, rays);
+  // The point's distance along the ray, then once more that of what is left between the point and the ray there: the first has the rounding
+  // of sums and quotient, the second is small.
+  const floatv x = bvh_blend(t->a[0], t->b[0], t->c[0], u, v, rays->ox);
+  const floatv y = bvh_blend(t->a[1], t->b[1], t->c[1], u, v, rays->oy);
+  const floatv z = bvh_blend(t->a[2], t->b[2], t->c[2], u, v, rays->oz);
   const floatv squared = rays->dx * rays->dx + rays->dy * rays->dy + rays->dz * rays->dz;
-  const floatv distance = (along_a + (u * (along_b - along_a) + v * (along_c - along_a))) / squared;
+  const floatv rough = (x * rays->dx + y * rays->dy + z * rays->dz) / squared;
+  const floatv rest_x = fma(-rough, rays->dx, x), rest_y = fma(-rough, rays->dy, y), rest_z = fma(-rough, rays->dz, z);
+  const floatv distance = rough + (rest_x * rays->dx + rest_y * rays->dy + rest_z * rays->dz) / squared;
   hit &= (distance > rays->t_min) & (distance < best->t);
   best->t = LANES_SELECT(best->t, distance, hit);
   best->triangle = LANES_SELECT(best->triangle, (intv)(index), hit);

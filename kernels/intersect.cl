@@ -9,14 +9,10 @@
 
 // Lanes past the end repeat the last ray, so that a partial packet reads nothing outside.
 static inline floatv load_plane(__global const float* plane, int first, int count) {
-#if RAYWAVE_LANES == 1
-  return plane[first];
-#else
   if (first + RAYWAVE_LANES <= count) return LANES_LOAD(plane + first);
   float values[RAYWAVE_LANES];
   for (int i = 0; i < RAYWAVE_LANES; ++i) values[i] = plane[min(first + i, count - 1)];
   return LANES_LOAD(values);
-#endif
 }
 
 static inline Rays load_rays(__global const float* rays, int first, int count) {
