@@ -44,6 +44,10 @@ void Memory::read(void* data, std::size_t bytes, std::size_t offset_bytes) const
   if (bytes) checked(device_->info(), [&] { device_->queue().enqueueReadBuffer(handle_, CL_TRUE, offset_bytes, bytes, data); });
 }
 
+void Memory::copy_from(const Memory& other, std::size_t bytes, std::size_t offset_bytes) {
+  if (bytes) checked(device_->info(), [&] { device_->queue().enqueueCopyBuffer(other.handle_, handle_, offset_bytes, 0, bytes); });
+}
+
 void Memory::fill_zero(std::size_t bytes) {
   if (bytes) checked(device_->info(), [&] { device_->queue().enqueueFillBuffer(handle_, cl_uchar{0}, 0, bytes); });
 }

@@ -29,6 +29,7 @@ protected:
   Device device() const { return *device_; }
   void write(const void* data, std::size_t bytes);
   void read(void* data, std::size_t bytes, std::size_t offset_bytes) const;
+  void copy_from(const Memory& other, std::size_t bytes, std::size_t offset_bytes);
   void fill_zero(std::size_t bytes);
   void* map(std::size_t bytes, cl_map_flags flags);
   void unmap(void* pointer);
@@ -56,6 +57,8 @@ public:
     read(data);
     return data;
   }
+  /// Takes size() elements of `other`, from element `first` on, without the host.
+  void copy_from(const Buffer& other, std::size_t first) { Memory::copy_from(other, size_ * sizeof(T), first * sizeof(T)); }
   void fill_zero() { Memory::fill_zero(size_ * sizeof(T)); }
 
   /// Waits, lends the elements to the host (no copy on CPU devices), and takes them back when `f` returns.

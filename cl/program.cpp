@@ -39,6 +39,11 @@ std::string build_options(const Options& options) {
 
 }  // namespace
 
+Options with(Options options, const Options& more) {
+  for (const auto& [name, value] : more) options[name] = value;
+  return options;
+}
+
 std::string option_value(float value) {
   std::array<char, 64> text;
   std::snprintf(text.data(), text.size(), "%af", static_cast<double>(value));

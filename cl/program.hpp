@@ -17,6 +17,9 @@ const std::map<std::string, std::string>& kernel_files();
 /// Compile-time options of a kernel file: macro name to value.
 using Options = std::map<std::string, std::string>;
 
+/// `options` with `more` added or replaced.
+Options with(Options options, const Options& more);
+
 /// A float as a macro's value, exact (hex float).
 std::string option_value(float value);
 

@@ -99,7 +99,8 @@ int lanes_for(const cl::DeviceInfo& device) {
   return 1;
 }
 
-DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world, glm::dvec3 origin_m) {
+DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan) {
+  const auto origin_m = plan.origin_m;
   const auto start = std::chrono::steady_clock::now();
   const auto bvh = build_bvh(world.positions, world.triangles, origin_m);
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -125,14 +126,13 @@ DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const Wor
   bias_m = diameter_m * 0x1p-16f;
 
   const auto any = [&](auto&& test) { return std::any_of(material_data.begin(), material_data.end(), test); };
-  const bool bounces = any([](const auto& m) { return m.reflectivity > 0 || m.transparency > 0; });
   options = {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))},
              {"RAYWAVE_BVH_DEPTH", std::to_string(bvh.depth)},
              {"RAYWAVE_LIGHTS", std::to_string(light_data.size())},
              {"RAYWAVE_SPECULAR", any([](const auto& m) { return m.specular > 0; }) ? "1" : "0"},
              {"RAYWAVE_TEXTURES", texel_data.empty() ? "0" : "1"},
              {"RAYWAVE_SHADOWS", scene.trace.shadows ? "1" : "0"},
-             {"RAYWAVE_BOUNCES", bounces ? std::to_string(scene.trace.depth) : "0"}};
+             {"RAYWAVE_BOUNCES", std::to_string(plan.bounces)}};
 }
 
 }  // namespace raywave

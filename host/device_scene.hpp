@@ -6,6 +6,7 @@
 
 #include "cl/program.hpp"
 #include "host/mesh.hpp"
+#include "host/plan.hpp"
 #include "host/scene.hpp"
 #include "host/shared_types.hpp"
 
@@ -14,7 +15,7 @@ namespace raywave {
 /// The scene as the kernels see it: tree, triangles, materials for the hologram's wavelength, lights and textures in device memory, in the
 /// scene frame (world minus Plan::origin_m, subtracted in double).
 struct DeviceScene {
-  DeviceScene(const cl::Device& device, const Scene& scene, const World& world, glm::dvec3 origin_m);
+  DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan);
 
   cl::Buffer<device::BvhNode> nodes;
   cl::Buffer<device::Triangle> triangles;

@@ -7,11 +7,6 @@
 namespace raywave {
 namespace {
 
-cl::Options with(cl::Options options, const cl::Options& more) {
-  for (const auto& [name, value] : more) options[name] = value;
-  return options;
-}
-
 /// Rows of a tile: enough that a sample's set-up is shared by many pixels, few enough that all sums stay in the first cache.
 int tile_rows(int lanes, int frames) { return lanes == 1 ? 1 : std::clamp(16 / frames, 2, 16); }
 
@@ -25,9 +20,9 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
       lanes_(lanes_for(device.info())),
       tile_rows_(tile_rows(lanes_, frames)),
       program_(device, "gather.cl",
-               with(scene.options, {{"RAYWAVE_FRAMES", std::to_string(frames)},
-                                    {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
-                                    {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),
+               cl::with(scene.options, {{"RAYWAVE_FRAMES", std::to_string(frames)},
+                                        {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
+                                        {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),
       aim_(program_.kernel("aim")),
       draw_phases_(program_.kernel("draw_phases")),
       gather_(program_.kernel("gather")),

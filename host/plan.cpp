@@ -2,6 +2,7 @@
 #include "host/plan.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -16,6 +17,9 @@ constexpr int largest_grid = 1024;
 /// How many steps p lie, on the nearest surface, under the cone that a pixel sees. Three keep neighbouring samples apart in direction
 /// (docs/pipeline.md, "Where the WRPs stand"); more only cost rays.
 constexpr double samples_across_nearest = 3;
+
+/// Mirrors show things up to this many times as deep as the scene: rays are spaced for it.
+constexpr double deepest_virtual_picture = 2;
 
 constexpr double largest_lattice = 1 << 28;
 
@@ -76,6 +80,55 @@ LatticePlan lattice_over(const Scene& scene, const World& world, const Plan& pla
   return lattice;
 }
 
+/// Directions of a fan that the SLM's pixels can show; steeper ones are left out.
+std::vector<glm::dvec2> fan_of(const std::vector<double>& across, const std::vector<double>& up, glm::dvec2 largest_sine) {
+  std::vector<glm::dvec2> fan;
+  for (const double ty : up) {
+    for (const double tx : across) {
+      const double length = std::sqrt(1 + tx * tx + ty * ty);
+      if (std::abs(tx) <= largest_sine.x * length && std::abs(ty) <= largest_sine.y * length) fan.emplace_back(tx, ty);
+    }
+  }
+  return fan;
+}
+
+std::vector<Wrp> wrps_side_by_side(const Scene& scene, const Plan& plan, glm::dvec2 middle) {
+  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  // Aimed gathering uses its fan for what mirrors and glass show.
+  const bool perspective = plan.aimed || scene.sampling.shape == FanShape::perspective;
+  const double depth = (plan.far_m - plan.distance_m) * (plan.bounces > 0 ? deepest_virtual_picture : 1);
+  std::vector<Wrp> wrps;
+  for (int row = 0; row < plan.grid.y; ++row) {
+    for (int column = 0; column < plan.grid.x; ++column) {
+      Wrp wrp;
+      wrp.centre_m = {middle.x + (column - (plan.grid.x - 1) / 2.0) * window.x, middle.y - (row - (plan.grid.y - 1) / 2.0) * window.y,
+                      plan.distance_m};
+      std::array<std::vector<double>, 2> tangents;
+      for (int axis = 0; axis < 2; ++axis) {
+        // Perspective views turn with the pixel, parallel ones with the WRP.
+        const double shift = perspective ? 0 : wrp.centre_m[axis];
+        tangents[axis] = fan_tangents(window[axis], plan.distance_m, shift, depth, scene.sampling.pitch_m);
+        wrp.fan_step[axis] = window[axis] / plan.distance_m / static_cast<double>(tangents[axis].size());
+      }
+      wrp.fan = fan_of(tangents[0], tangents[1], perspective ? glm::dvec2(1) : plan.largest_sine);
+      if (perspective) wrp.convergence_per_m = 1 / plan.distance_m;
+      wrps.push_back(std::move(wrp));
+    }
+  }
+  return wrps;
+}
+
+Wrp plane_at_hologram(const Plan& plan, glm::dvec2 largest_tangent, int rays_per_axis) {
+  Wrp plane;
+  std::array<std::vector<double>, 2> tangents;
+  for (int axis = 0; axis < 2; ++axis) {
+    plane.fan_step[axis] = 2 * largest_tangent[axis] / rays_per_axis;
+    for (int i = 0; i < rays_per_axis; ++i) tangents[axis].push_back((i - (rays_per_axis - 1) / 2.0) * plane.fan_step[axis]);
+  }
+  plane.fan = fan_of(tangents[0], tangents[1], plan.largest_sine);
+  return plane;
+}
+
 }  // namespace
 
 std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m, double pitch_m) {
@@ -87,7 +140,7 @@ std::vector<double> fan_tangents(double window_m, double distance_m, double shif
   return tangents;
 }
 
-Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend) {
+Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, Method method, int rays_per_axis) {
   const auto& hologram = scene.hologram;
   Plan plan;
   plan.size = hologram.resolution;
@@ -102,6 +155,12 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend) {
     const double sine = std::min(plan.largest_sine[axis], 0.999);
     return sine / std::sqrt(1 - sine * sine);
   };
+  plan.aimed = method == Method::points || (method == Method::wrp && scene.sampling.mode == SamplingMode::aimed);
+  const bool has_bounces = std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
+    const auto& m = scene.materials[static_cast<std::size_t>(o.material)];
+    return m.reflectivity > 0 || m.transparency > 0;
+  });
+  plan.bounces = has_bounces ? scene.trace.depth : 0;
   plan.fan = scene.sampling.fan;
   plan.edge = scene.sampling.edge;
 
@@ -136,22 +195,15 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend) {
       plan.beyond_diffraction |= std::abs(p[axis]) + std::max(1.0, plan.fan) * window[axis] / 2 > 0.99 * largest_tangent(axis) * p.z;
   }
 
-  for (int row = 0; row < plan.grid.y; ++row) {
-    for (int column = 0; column < plan.grid.x; ++column) {
-      Wrp wrp;
-      wrp.centre_m = {middle.x + (column - (plan.grid.x - 1) / 2.0) * window.x, middle.y - (row - (plan.grid.y - 1) / 2.0) * window.y,
-                      plan.distance_m};
-      const double depth = plan.far_m - plan.distance_m;
-      for (const double ty : fan_tangents(window.y, plan.distance_m, wrp.centre_m.y, depth, scene.sampling.pitch_m)) {
-        for (const double tx : fan_tangents(window.x, plan.distance_m, wrp.centre_m.x, depth, scene.sampling.pitch_m)) {
-          // The SLM's pixels cannot show light that arrives steeper.
-          const double length = std::sqrt(1 + tx * tx + ty * ty);
-          if (std::abs(tx) <= plan.largest_sine.x * length && std::abs(ty) <= plan.largest_sine.y * length) wrp.fan.emplace_back(tx, ty);
-        }
-      }
-      plan.rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.size.x) * static_cast<std::uint64_t>(plan.size.y);
-      plan.wrps.push_back(std::move(wrp));
-    }
+  if (method == Method::wrp) {
+    plan.wrps = wrps_side_by_side(scene, plan, middle);
+  } else {
+    plan.grid = {1, 1};
+    plan.wrps = {plane_at_hologram(plan, {largest_tangent(0), largest_tangent(1)}, rays_per_axis)};
+  }
+  // Aimed rays depend on what the samples see; a fan's are known.
+  for (const auto& wrp : plan.wrps) {
+    if (!plan.aimed) plan.rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.size.x) * static_cast<std::uint64_t>(plan.size.y);
   }
 
   for (int axis = 0; axis < 2; ++axis)

@@ -14,10 +14,20 @@
 
 namespace raywave {
 
+/// How the field at the hologram comes about.
+enum class Method {
+  wrp,     // on wavefront recording planes, carried to the hologram: raywave's way
+  points,  // every surface sample to every hologram pixel, with visibility: point-based holography, the gold standard
+  rays,    // rays cast from each hologram pixel
+};
+
 /// One wavefront recording plane: as large as the hologram and parallel to it.
 struct Wrp {
   glm::dvec3 centre_m{0};       // world
-  std::vector<glm::dvec2> fan;  // tangents (dx/dz, dy/dz) of the rays that start at each of its pixels
+  std::vector<glm::dvec2> fan;  // tangents (dx/dz, dy/dz) of the rays that start at its centre
+  glm::dvec2 fan_step{0, 0};    // tangents between neighbours
+  double convergence_per_m =
+      0;  // added to the tangents per metre of a pixel's place: 0 for parallel views, 1 / distance for perspective ones
 };
 
 /// The rays from the hologram's centre whose hits are the surface samples: ray (i, j) has the tangents ((first + (i, j) + 1/2) step).
@@ -37,6 +47,8 @@ struct Plan {
   double distance_m = 0;         // from the WRPs to the hologram
   glm::ivec2 grid{1, 1};
   std::vector<Wrp> wrps;  // row by row from the top left
+  bool aimed = true;      // rays are aimed at surface samples; else they form a fan
+  int bounces = 0;        // of mirrors and glass: trace.depth where a material in the scene has them
   LatticePlan lattice;
   double fan = 1, edge = 0;         // half width and soft edge of the cone that a pixel gathers, in half holograms
   glm::dvec2 largest_sine{1, 1};    // of a ray to the optical axis, per axis, that the SLM's pixels can show
@@ -47,7 +59,9 @@ struct Plan {
 };
 
 /// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through the hologram, more than 1024 WRPs)
-Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend);
+///
+/// rays_per_axis  of Method::rays: directions across the cone that the SLM's pixels can show
+Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, Method method = Method::wrp, int rays_per_axis = 100);
 
 /// Rows or columns of a fan (paper, Eq. 4-7): tangents across an aperture `window_m` wide seen from `distance_m` away, turned by shift /
 /// distance, spaced so that neighbours lie `pitch_m` apart at `depth_m` behind the plane.

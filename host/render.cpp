@@ -34,12 +34,12 @@ private:
 class FieldSource {
 public:
   FieldSource(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays, int frames) {
-    if (scene.sampling.mode == SamplingMode::aimed) {
-      table_ = std::make_unique<SampleTable>(device, plan, arrays);
-      gatherer_ = std::make_unique<Gatherer>(device, plan, arrays, *table_, frames);
-    } else {
-      tracer_ = std::make_unique<Tracer>(device, scene, plan, arrays);
-    }
+    const bool snapped = scene.sampling.source == FanSource::surface;
+    if (plan.aimed || snapped) table_ = std::make_unique<SampleTable>(device, plan, arrays);
+    if (plan.aimed) gatherer_ = std::make_unique<Gatherer>(device, plan, arrays, *table_, frames);
+    if (plan.aimed && plan.bounces > 0) tracer_ = std::make_unique<Tracer>(device, scene, plan, arrays, HitSource::bounced);
+    if (!plan.aimed)
+      tracer_ = std::make_unique<Tracer>(device, scene, plan, arrays, snapped ? HitSource::surface : HitSource::hit, table_.get());
   }
 
   int samples() const { return table_ ? table_->count : 0; }
@@ -52,11 +52,8 @@ public:
   }
 
   void fill(const Wrp& wrp, cl::ComplexBuffer& stack) {
-    if (gatherer_) {
-      gatherer_->gather(wrp.centre_m, stack);
-    } else {
-      tracer_->trace(wrp, seed_, stack);
-    }
+    if (gatherer_) gatherer_->gather(wrp.centre_m, stack);
+    if (tracer_) tracer_->trace(wrp, seed_, stack);
   }
 
 private:
@@ -67,9 +64,9 @@ private:
 };
 
 /// Frames whose fields are held at the same time: as many as share one gathering and fit into half a gigabyte.
-int frames_together(const Scene& scene, std::size_t wrps, std::size_t pixels) {
-  if (scene.sampling.mode != SamplingMode::aimed) return 1;
-  const double fitting = 512.0 * 1024 * 1024 / (8.0 * static_cast<double>(wrps) * static_cast<double>(pixels));
+int frames_together(const Scene& scene, const Plan& plan, std::size_t pixels) {
+  if (!plan.aimed || plan.bounces > 0) return 1;
+  const double fitting = 512.0 * 1024 * 1024 / (8.0 * static_cast<double>(plan.wrps.size()) * static_cast<double>(pixels));
   return static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(std::min(scene.sampling.frames, Gatherer::most_frames))));
 }
 
@@ -87,19 +84,19 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
     const auto clock = stage("meshes");
     return build_world(scene);
   }();
-  result.plan = make_plan(scene, world, options.fft);
+  result.plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
   const auto& plan = result.plan;
 
   report("tree and kernels", 0);
   const DeviceScene arrays = [&] {
     const auto clock = stage("prepare");
-    return DeviceScene(device, scene, world, plan.origin_m);
+    return DeviceScene(device, scene, world, plan);
   }();
   result.seconds["tree"] = arrays.tree_seconds;
   result.seconds["prepare"] -= arrays.tree_seconds;
   const auto pixels = static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y);
   const auto wrp_count = plan.wrps.size();
-  const int together = frames_together(scene, wrp_count, pixels);
+  const int together = frames_together(scene, plan, pixels);
   FieldSource source = [&] {
     const auto clock = stage("samples");
     return FieldSource(device, scene, plan, arrays, together);
@@ -141,12 +138,16 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
         stack.read(samples, static_cast<std::size_t>(within) * pixels);
         result.wrps[i].samples.insert(result.wrps[i].samples.end(), samples.begin(), samples.end());
       }
+      if (options.method != Method::wrp) {
+        field.copy_from(stack, static_cast<std::size_t>(within) * pixels);
+        continue;
+      }
       const auto clock = stage("propagate");
       propagator.load(stack, within);
       propagator.add({-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z);
       clock.wait();
     }
-    {
+    if (options.method == Method::wrp) {
       const auto clock = stage("propagate");
       propagator.collect(field);
       clock.wait();

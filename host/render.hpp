@@ -17,6 +17,8 @@ namespace raywave {
 using Progress = std::function<void(const std::string& what, double share)>;
 
 struct RenderOptions {
+  Method method = Method::wrp;
+  int rays_per_axis = 100;  // of Method::rays
   cl::FftBackend fft = cl::FftBackend::host;
   bool keep_wrps = false;  // also return the fields on the WRPs
   Progress progress;

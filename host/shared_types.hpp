@@ -14,7 +14,6 @@ RAYWAVE_CL_TYPE(raywave::device::Triangle, "Triangle");
 RAYWAVE_CL_TYPE(raywave::device::TriangleShading, "TriangleShading");
 RAYWAVE_CL_TYPE(raywave::device::Material, "Material");
 RAYWAVE_CL_TYPE(raywave::device::Light, "Light");
-RAYWAVE_CL_TYPE(raywave::device::FanRay, "FanRay");
 RAYWAVE_CL_TYPE(raywave::device::TracePlane, "TracePlane");
 RAYWAVE_CL_TYPE(raywave::device::Sample, "Sample");
 RAYWAVE_CL_TYPE(raywave::device::Lattice, "Lattice");

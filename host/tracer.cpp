@@ -6,23 +6,23 @@
 #include <glm/geometric.hpp>
 
 namespace raywave {
-Tracer::Tracer(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays)
+Tracer::Tracer(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays, HitSource source,
+               const SampleTable* table)
     : device_(device),
       plan_(plan),
       sampling_pitch_m_(scene.sampling.pitch_m),
       scene_(arrays),
+      table_(table),
       lanes_(lanes_for(device.info())),
-      program_(device, "trace.cl", scene_.options),
-      trace_fan_(program_.kernel("trace_fan")) {}
+      program_(device, "trace.cl", cl::with(arrays.options, {{"RAYWAVE_SOURCE", std::to_string(static_cast<int>(source))}})),
+      trace_fan_(program_.kernel("trace_fan")),
+      no_samples_(device, 1, "samples"),
+      no_cells_(device, 1, "sample lattice") {}
 
 void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field) {
-  std::vector<device::FanRay> rays;
-  for (const auto& t : wrp.fan) {
-    const double length = std::sqrt(1 + t.x * t.x + t.y * t.y);
-    const auto [hi, lo] = split(length / plan_.wavelength_m);
-    rays.push_back({static_cast<float>(t.x), static_cast<float>(t.y), static_cast<float>(length), hi, lo});
-  }
-  const cl::Buffer<device::FanRay> fan(device_, std::span<const device::FanRay>(rays), "fan");
+  std::vector<std::complex<float>> tangents;
+  for (const auto& t : wrp.fan) tangents.emplace_back(static_cast<float>(t.x), static_cast<float>(t.y));
+  const cl::ComplexBuffer fan(device_, std::span<const std::complex<float>>(tangents), "fan");
 
   const glm::dvec3 centre = wrp.centre_m - plan_.origin_m;
   device::TracePlane plane{};
@@ -34,6 +34,13 @@ void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field)
   plane.pitch_x = static_cast<float>(plan_.pitch_m.x);
   plane.pitch_y = static_cast<float>(plan_.pitch_m.y);
   std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
+  plane.convergence_x = plane.convergence_y = static_cast<float>(wrp.convergence_per_m);
+  plane.axis_x = static_cast<float>(-plan_.origin_m.x);
+  plane.axis_y = static_cast<float>(-plan_.origin_m.y);
+  plane.sine_limit_x = static_cast<float>(plan_.largest_sine.x);
+  plane.sine_limit_y = static_cast<float>(plan_.largest_sine.y);
+  plane.step_x = static_cast<float>(wrp.fan_step.x);
+  plane.step_y = static_cast<float>(wrp.fan_step.y);
   plane.sampling_rate = static_cast<float>(1 / sampling_pitch_m_);
   plane.bias = scene_.bias_m;
   plane.reach = 4 * (scene_.diameter_m + static_cast<float>(plan_.far_m - plan_.distance_m) + static_cast<float>(glm::length(centre)));
@@ -42,7 +49,9 @@ void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field)
   const auto packets = static_cast<std::size_t>((plan_.size.x + lanes_ - 1) / lanes_);
   const cl::Range local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
   trace_fan_.run({packets, static_cast<std::size_t>(plan_.size.y)}, local, scene_.nodes, scene_.triangles, scene_.shading, scene_.materials,
-                 scene_.lights, scene_.texels, scene_.ambient_light, fan, static_cast<std::int32_t>(rays.size()), plane, field);
+                 scene_.lights, scene_.texels, scene_.ambient_light, fan, static_cast<std::int32_t>(tangents.size()), plane,
+                 table_ ? table_->samples : no_samples_, table_ ? table_->first_of_cell : no_cells_,
+                 table_ ? table_->lattice : device::Lattice{}, field);
 }
 
 }  // namespace raywave

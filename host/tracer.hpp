@@ -5,19 +5,24 @@
 #include <cstdint>
 
 #include "cl/program.hpp"
-#include "host/device_scene.hpp"
 #include "host/mesh.hpp"
 #include "host/plan.hpp"
+#include "host/samples.hpp"
 #include "host/scene.hpp"
 #include "host/shared_types.hpp"
 
 namespace raywave {
 
+/// What a ray's hit stands for (kernels/trace.cl, RAYWAVE_SOURCE).
+enum class HitSource { hit = 0, surface = 1, bounced = 2 };
+
 class Tracer {
 public:
-  Tracer(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays);
+  /// table  the surface samples, needed by HitSource::surface; outlives the tracer like `plan` and `arrays`
+  Tracer(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays, HitSource source,
+         const SampleTable* table = nullptr);
 
-  /// Fills `field` (ny x nx) with the field of one WRP.
+  /// Fills `field` (ny x nx) with the field of one WRP; HitSource::bounced adds to it.
   ///
   /// seed      of the random phases; equal for all WRPs of a frame
   /// accuracy  docs/accuracy.md, "Tracing"
@@ -25,12 +30,15 @@ public:
 
 private:
   cl::Device device_;
-  Plan plan_;
+  const Plan& plan_;
   double sampling_pitch_m_;
   const DeviceScene& scene_;
+  const SampleTable* table_;
   int lanes_;
   cl::Program program_;
   cl::Kernel trace_fan_;
+  cl::Buffer<device::Sample> no_samples_;  // stand in where there is no table
+  cl::Buffer<std::int32_t> no_cells_;
 };
 
 }  // namespace raywave

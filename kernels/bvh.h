@@ -34,24 +34,6 @@ typedef struct {
 // PoCL else keeps the rays in memory.
 #define BVH_INLINE static inline __attribute__((always_inline))
 
-// True when any lane of the mask is. PoCL makes any(int16) 16 tests and branches; halving the vector is a few instructions.
-BVH_INLINE bool bvh_any(intv mask) {
-#if RAYWAVE_LANES == 1
-  return mask;
-#else
-#if RAYWAVE_LANES == 16
-  const int8 eight = mask.lo | mask.hi;
-  const int4 four = eight.lo | eight.hi;
-#elif RAYWAVE_LANES == 8
-  const int4 four = mask.lo | mask.hi;
-#else
-  const int4 four = mask;
-#endif
-  const long2 two = as_long2(four);
-  return (two.x | two.y) != 0;
-#endif
-}
-
 BVH_INLINE floatv bvh_min(floatv a, floatv b) { return LANES_SELECT(b, a, a < b); }
 BVH_INLINE floatv bvh_max(floatv a, floatv b) { return LANES_SELECT(b, a, a > b); }
 
@@ -129,7 +111,7 @@ BVH_INLINE intv bvh_triangle(__global const Triangle* triangles, int index, cons
   const intv front = (side_a >= -bound_a) & (side_b >= -bound_b) & (side_c >= -bound_c);
   const intv back = (side_a <= bound_a) & (side_b <= bound_b) & (side_c <= bound_c);
   intv hit = rays->active & (front | back) & (volume != 0.0f);
-  if (!bvh_any(hit)) return hit;
+  if (!LANES_ANY(hit)) return hit;
 
   // On slivers and on triangles seen edge-on rounding alone decides. Then weights may be anything, so keep the point on the triangle; and
   // the widened sides reach far past a sharp corner, so keep the ray in the triangle's box.
@@ -180,14 +162,14 @@ BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Trian
     __global const BvhNode* node = nodes + place;
     floatv enter_left, enter_right;
     const intv in_left = bvh_child(node->left_min, node->left_max, &rays, inverse, best.t, &enter_left);
-    bool left = bvh_any(in_left);
+    bool left = LANES_ANY(in_left);
     if (left && node->left_count > 0) {
       const intv hit = bvh_leaf(triangles, node->left_child, node->left_count, &rays, inverse, &best);
       if (any_hit) rays.active &= !hit;
       left = false;
     }
     const intv in_right = bvh_child(node->right_min, node->right_max, &rays, inverse, best.t, &enter_right);
-    bool right = bvh_any(in_right);
+    bool right = LANES_ANY(in_right);
     if (right && node->right_count > 0) {
       const intv hit = bvh_leaf(triangles, node->right_child, node->right_count, &rays, inverse, &best);
       if (any_hit) rays.active &= !hit;
@@ -195,7 +177,7 @@ BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Trian
     }
     if (left && right) {
       // Nearest first. Rays of a packet rarely disagree; where they do, order costs time only.
-      const bool left_first = bvh_any(in_left & in_right & (enter_left < enter_right));
+      const bool left_first = LANES_ANY(in_left & in_right & (enter_left < enter_right));
       waiting_node[waiting] = left_first ? node->right_child : node->left_child;
       waiting_enter[waiting] = left_first ? enter_right : enter_left;
       ++waiting;
@@ -206,7 +188,7 @@ BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Trian
       do {
         if (waiting == 0) return best;
         --waiting;
-      } while (!bvh_any(rays.active & (waiting_enter[waiting] < best.t)));
+      } while (!LANES_ANY(rays.active & (waiting_enter[waiting] < best.t)));
       place = waiting_node[waiting];
     }
   }

@@ -28,7 +28,7 @@ typedef uint uintv;
 typedef LANES_PASTE(float, RAYWAVE_LANES) floatv;
 typedef LANES_PASTE(int, RAYWAVE_LANES) intv;
 typedef LANES_PASTE(uint, RAYWAVE_LANES) uintv;
-#define LANES_ANY(mask) any(mask)
+#define LANES_ANY(mask) lanes_any(mask)
 #define LANES_SELECT(no, yes, mask) select(no, yes, mask)
 #define LANES_LOAD(p) LANES_PASTE(vload, RAYWAVE_LANES)(0, p)
 #define LANES_STORE(v, p) LANES_PASTE(vstore, RAYWAVE_LANES)(v, 0, p)
@@ -44,6 +44,20 @@ typedef LANES_PASTE(uint, RAYWAVE_LANES) uintv;
 #else
 #define LANES_INDEX ((intv)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
 #endif
+
+// True when any lane of the mask is. PoCL makes any(int16) 16 tests and branches; halving the vector is a few instructions.
+static inline bool lanes_any(intv mask) {
+#if RAYWAVE_LANES == 16
+  const int8 eight = mask.lo | mask.hi;
+  const int4 four = eight.lo | eight.hi;
+#elif RAYWAVE_LANES == 8
+  const int4 four = mask.lo | mask.hi;
+#else
+  const int4 four = mask;
+#endif
+  const long2 two = as_long2(four);
+  return (two.x | two.y) != 0;
+}
 #endif
 
 #endif

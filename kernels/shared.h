@@ -62,7 +62,7 @@ typedef struct {
   float radiance;  // that does not depend on the direction it is seen from
   float specular;
   float shininess;
-  uint key;    // of the random phase: cell and layer
+  uint key;  // of the random phase: cell and layer
   int triangle;
   int hidden;  // something may stand between it and a part of the hologram
 } Sample;
@@ -140,15 +140,6 @@ typedef struct {
   int is_point;
 } Light;
 
-// One direction of a fan of parallel rays: (x, y, 1) points from a WRP pixel away from the hologram.
-typedef struct {
-  float x;
-  float y;
-  float length;    // of (x, y, 1)
-  float turns_hi;  // length / wavelength, the turns of phase per metre of depth, as the sum of two floats
-  float turns_lo;
-} FanRay;
-
 // The plane of pixels that a trace fills, and what a frame's waves share. Pixel (0, 0) is the top left one; y falls with the row.
 typedef struct {
   int nx;
@@ -160,6 +151,14 @@ typedef struct {
   float pitch_y;
   float turns_hi;  // 1 / wavelength as the sum of two floats
   float turns_lo;
+  float convergence_x;  // added to a ray's tangents per metre of its pixel's x and y from the axis: 1 / distance to the hologram for a
+  float convergence_y;  // fan of perspective views, 0 for parallel views
+  float axis_x;         // the optical axis in the scene frame
+  float axis_y;
+  float sine_limit_x;  // largest sine that the SLM's pixels can show
+  float sine_limit_y;
+  float step_x;  // tangents between neighbouring rays
+  float step_y;
   float sampling_rate;  // 1 / sampling pitch p: cells of the random phase per metre
   float bias;           // distance that a secondary ray starts off its surface
   float reach;          // longer than any way through the scene

@@ -45,7 +45,7 @@
   MEMBER(Sample, specular)            \
   MEMBER(Sample, shininess)           \
   MEMBER(Sample, key)                 \
-  MEMBER(Sample, triangle) \
+  MEMBER(Sample, triangle)            \
   MEMBER(Sample, hidden)              \
   MEMBER(Lattice, first_x)            \
   MEMBER(Lattice, first_y)            \
@@ -101,11 +101,6 @@
   MEMBER(Light, z)                    \
   MEMBER(Light, intensity)            \
   MEMBER(Light, is_point)             \
-  MEMBER(FanRay, x)                   \
-  MEMBER(FanRay, y)                   \
-  MEMBER(FanRay, length)              \
-  MEMBER(FanRay, turns_hi)            \
-  MEMBER(FanRay, turns_lo)            \
   MEMBER(TracePlane, nx)              \
   MEMBER(TracePlane, ny)              \
   MEMBER(TracePlane, left)            \
@@ -115,6 +110,14 @@
   MEMBER(TracePlane, pitch_y)         \
   MEMBER(TracePlane, turns_hi)        \
   MEMBER(TracePlane, turns_lo)        \
+  MEMBER(TracePlane, convergence_x)   \
+  MEMBER(TracePlane, convergence_y)   \
+  MEMBER(TracePlane, axis_x)          \
+  MEMBER(TracePlane, axis_y)          \
+  MEMBER(TracePlane, sine_limit_x)    \
+  MEMBER(TracePlane, sine_limit_y)    \
+  MEMBER(TracePlane, step_x)          \
+  MEMBER(TracePlane, step_y)          \
   MEMBER(TracePlane, sampling_rate)   \
   MEMBER(TracePlane, bias)            \
   MEMBER(TracePlane, reach)           \

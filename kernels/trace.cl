@@ -19,6 +19,21 @@
 #define RAYWAVE_BOUNCES 0  // mirror and refraction bounces; host/tracer.cpp
 #endif
 
+#define SOURCE_HIT 0
+#define SOURCE_SURFACE 1
+#define SOURCE_BOUNCED 2
+#ifndef RAYWAVE_SOURCE
+#define RAYWAVE_SOURCE SOURCE_HIT  // host/tracer.cpp
+#endif
+
+// A place that light comes from, and the mask of lanes that have one.
+typedef struct {
+  floatv x, y, z;
+  uintv key;
+  floatv weight;
+  intv found;
+} Source;
+
 // Whole part of x towards minus infinity, for |x| < 2^31.
 static inline intv whole(floatv x) {
   const intv truncated = LANES_TO_INT(x);
@@ -54,12 +69,85 @@ static inline Way bounced(const Way* way, const Surface* s, floatv dx, floatv dy
 }
 #endif
 
+#if RAYWAVE_SOURCE == SOURCE_SURFACE
+// The sample of the hit's lattice cell that lies nearest to it.
+static inline Source table_source(__global const Sample* samples, __global const int* first_of_cell, const Lattice* lattice,
+                                  const Surface* s, intv hit) {
+  const floatv away = s->z - lattice->centre_z;
+  const intv i = whole((s->x - lattice->centre_x) / (away * lattice->step)) - lattice->first_x;
+  const intv j = whole((s->y - lattice->centre_y) / (away * lattice->step)) - lattice->first_y;
+  const intv inside = hit & (i >= 0) & (i < lattice->nx) & (j >= 0) & (j < lattice->ny);
+  int cells[RAYWAVE_LANES], wanted[RAYWAVE_LANES], found[RAYWAVE_LANES];
+  float zs[RAYWAVE_LANES], xs[RAYWAVE_LANES], ys[RAYWAVE_LANES], weights[RAYWAVE_LANES];
+  uint keys[RAYWAVE_LANES];
+  LANES_STORE(j * lattice->nx + i, cells);
+  LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), inside), wanted);
+  LANES_STORE(s->z, zs);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    const float z = zs[lane];
+    // Farther off, the hit belongs to a layer that the lattice missed.
+    float nearest = 4.0f * lattice->step * (z - lattice->centre_z);
+    found[lane] = 0;
+    xs[lane] = ys[lane] = weights[lane] = 0.0f;
+    keys[lane] = 0;
+    if (!wanted[lane]) continue;
+    for (int index = first_of_cell[cells[lane]]; index < first_of_cell[cells[lane] + 1]; ++index) {
+      __global const Sample* sample = samples + index;
+      if (fabs(sample->z - z) >= nearest) continue;
+      nearest = fabs(sample->z - z);
+      found[lane] = 1;
+      xs[lane] = sample->x;
+      ys[lane] = sample->y;
+      zs[lane] = sample->z;
+      keys[lane] = sample->key;
+      weights[lane] = 1.0f / sample->weight;  // the lattice widens with depth
+    }
+  }
+  const Source source = {LANES_LOAD(xs), LANES_LOAD(ys), LANES_LOAD(zs), LANES_LOAD(keys), LANES_LOAD(weights), LANES_LOAD(found) != 0};
+  return source;
+}
+#endif
+
+#if RAYWAVE_SOURCE != SOURCE_HIT && RAYWAVE_BOUNCES > 0
+// Where the line of the lattice of side p along the ray's dominant axis, in the hit's cell, meets the surface near the hit.
+static inline Source axis_source(const SceneArrays* scene, const Rays* rays, const Surface* s, float rate, intv hit) {
+  const floatv ax = fabs(rays->dx), ay = fabs(rays->dy), az = fabs(rays->dz);
+  const intv along_x = (ax > ay) & (ax > az), along_y = (!along_x) & (ay > az);
+  const intv i = whole(s->x * rate), j = whole(s->y * rate), k = whole(s->z * rate);
+  const floatv p = 1.0f / rate, zero = 0.0f;
+  const intv along_z = (!along_x) & (!along_y);
+  Rays line;
+  line.dx = LANES_SELECT(zero, LANES_SELECT((floatv)(1.0f), (floatv)(-1.0f), rays->dx < 0.0f), along_x);
+  line.dy = LANES_SELECT(zero, LANES_SELECT((floatv)(1.0f), (floatv)(-1.0f), rays->dy < 0.0f), along_y);
+  line.dz = LANES_SELECT(zero, LANES_SELECT((floatv)(1.0f), (floatv)(-1.0f), rays->dz < 0.0f), along_z);
+  line.ox = LANES_SELECT((LANES_TO_FLOAT(i) + 0.5f) * p, s->x, along_x) - 2.0f * p * line.dx;
+  line.oy = LANES_SELECT((LANES_TO_FLOAT(j) + 0.5f) * p, s->y, along_y) - 2.0f * p * line.dy;
+  line.oz = LANES_SELECT((LANES_TO_FLOAT(k) + 0.5f) * p, s->z, along_z) - 2.0f * p * line.dz;
+  line.t_min = 0.0f;
+  line.t_max = 4.0f * p;
+  line.active = hit;
+  const Hits meets = bvh_nearest(scene->nodes, scene->triangles, &line);
+  Source source;
+  source.x = line.ox + meets.t * line.dx;
+  source.y = line.oy + meets.t * line.dy;
+  source.z = line.oz + meets.t * line.dz;
+  source.key = cell_key(whole(source.x * rate), whole(source.y * rate), whole(source.z * rate));
+  source.weight = 1.0f;
+  source.found = meets.triangle >= 0;
+  return source;
+}
+#endif
+
 __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* triangles, __global const TriangleShading* shading,
                         __global const Material* materials, __global const Light* lights, __global const float* texels, float ambient_light,
-                        __global const FanRay* fan, int fan_size, TracePlane plane, __global float2* field) {
+                        __global const float2* fan, int fan_size, TracePlane plane, __global const Sample* samples,
+                        __global const int* first_of_cell, Lattice lattice, __global float2* field) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   const int row = (int)get_global_id(1);
   if (first >= plane.nx || row >= plane.ny) return;
+#if RAYWAVE_SOURCE != SOURCE_SURFACE
+  (void)samples, (void)first_of_cell, (void)lattice;
+#endif
   const SceneArrays scene = {nodes, triangles, shading, materials, lights, texels};
   const intv column = first + LANES_INDEX;
   const floatv x = plane.left + plane.pitch_x * LANES_TO_FLOAT(column);
@@ -67,16 +155,11 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
 
   floatv re = 0.0f, im = 0.0f;
   for (int ray = 0; ray < fan_size; ++ray) {
-    const FanRay direction = fan[ray];
-    Rays rays = {x,
-                 y,
-                 (floatv)(plane.z),
-                 (floatv)(direction.x),
-                 (floatv)(direction.y),
-                 (floatv)(1.0f),
-                 (floatv)(0.0f),
-                 (floatv)(plane.reach),
-                 column < plane.nx};
+    const floatv tx = fan[ray].x + plane.convergence_x * (x - plane.axis_x), ty = fan[ray].y + plane.convergence_y * (y - plane.axis_y);
+    // The SLM's pixels cannot show light that arrives steeper.
+    const floatv slope = sqrt(1.0f + tx * tx + ty * ty);
+    const intv shown = (column < plane.nx) & (fabs(tx) <= plane.sine_limit_x * slope) & (fabs(ty) <= plane.sine_limit_y * slope);
+    Rays rays = {x, y, (floatv)(plane.z), tx, ty, (floatv)(1.0f), (floatv)(0.0f), (floatv)(plane.reach), shown};
 #if RAYWAVE_BOUNCES > 0
     // Ways still to follow, deepest last: each hit leaves at most one more than it takes, so depth + 1 places hold them all.
     Way ways[RAYWAVE_BOUNCES + 1];
@@ -88,6 +171,11 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
     while (pending > 0) {
       Way way = ways[--pending];
       rays = way.rays;
+#if RAYWAVE_SOURCE != SOURCE_HIT
+      const bool bounced_before = way.bounces_left < RAYWAVE_BOUNCES;
+#endif
+#elif RAYWAVE_SOURCE == SOURCE_SURFACE
+    const bool bounced_before = false;
 #endif
       const Hits hits = bvh_nearest(nodes, triangles, &rays);
       const intv hit = hits.triangle >= 0;
@@ -101,7 +189,7 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
       way.length += segment;
       way.turns = turns_reduced(way.turns + turns_of_length(segment, plane.turns_hi, plane.turns_lo));
       radiance *= way.weight * (1.0f - surface.reflectivity - surface.transparency);
-      const floatv length = way.length;
+      floatv length = way.length;
       floatv turns = way.turns;
       if (way.bounces_left > 0) {
         const floatv dx = rays.dx / speed, dy = rays.dy / speed, dz = rays.dz / speed;
@@ -123,15 +211,48 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
         }
       }
 #else
-    const floatv length = hits.t * direction.length;
-    floatv turns = turns_of_length(hits.t, direction.turns_hi, direction.turns_lo);
+    floatv length = hits.t * slope;
+    floatv turns = turns_of_length(length, plane.turns_hi, plane.turns_lo);
 #endif
-      turns += phase_turns(
-          cell_key(whole(surface.x * plane.sampling_rate), whole(surface.y * plane.sampling_rate), whole(surface.z * plane.sampling_rate)),
-          plane.seed);
+#if RAYWAVE_SOURCE == SOURCE_BOUNCED
+      if (!bounced_before) continue;
+#endif
+      Source source;
+#if RAYWAVE_SOURCE == SOURCE_HIT
+      source.key =
+          cell_key(whole(surface.x * plane.sampling_rate), whole(surface.y * plane.sampling_rate), whole(surface.z * plane.sampling_rate));
+      source.weight = 1.0f;
+      source.found = hit;
+#else
+#if RAYWAVE_SOURCE == SOURCE_SURFACE
+    if (!bounced_before) {
+      source = table_source(samples, first_of_cell, &lattice, &surface, hit);
+      // The way to the sample itself: all pixels that see it must agree on its place.
+      const floatv ex = source.x - x, ey = source.y - y, ez = source.z - plane.z;
+      length = sqrt(ex * ex + ey * ey + ez * ez);
+      const floatv excess = (ex * ex + ey * ey) / (length + ez);
+      turns = turns_of_length(ez, plane.turns_hi, plane.turns_lo) + turns_reduced(excess * plane.turns_hi);
+    }
+#endif
+#if RAYWAVE_BOUNCES > 0
+    if (bounced_before) {
+      source = axis_source(&scene, &rays, &surface, plane.sampling_rate, hit);
+      // From the hit to the source: along the ray, and across it by the curvature of a wave of this length.
+      const floatv ex = source.x - surface.x, ey = source.y - surface.y, ez = source.z - surface.z;
+      const floatv along = (ex * rays.dx + ey * rays.dy + ez * rays.dz) * rsqrt(rays.dx * rays.dx + rays.dy * rays.dy + rays.dz * rays.dz);
+      const floatv across_squared = fmax(ex * ex + ey * ey + ez * ez - along * along, (floatv)(0.0f));
+      const floatv further = way.index * (along + across_squared / (2.0f * fmax(length, (floatv)(1e-12f))));
+      length += further;
+      turns += turns_of_length(further, plane.turns_hi, plane.turns_lo);
+    }
+#endif
+    source.weight *= length * length * plane.step_x * plane.step_y * plane.sampling_rate * plane.sampling_rate;
+#endif
+      turns = turns_reduced(turns) + phase_turns(source.key, plane.seed);
       floatv c, s;
       cos_sin_turns(turns, &c, &s);
-      const floatv amplitude = LANES_SELECT((floatv)(0.0f), sqrt(fmax(radiance, (floatv)(0.0f))) / fmax(length, (floatv)(1e-12f)), hit);
+      const floatv amplitude = LANES_SELECT(
+          (floatv)(0.0f), source.weight * sqrt(fmax(radiance, (floatv)(0.0f))) / fmax(length, (floatv)(1e-12f)), hit & source.found);
       re += amplitude * c;
       im += amplitude * s;
 #if RAYWAVE_BOUNCES > 0
@@ -143,5 +264,8 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
   LANES_STORE(re, res);
   LANES_STORE(im, ims);
   __global float2* out = field + (size_t)row * (size_t)plane.nx;
-  for (int i = 0; i < RAYWAVE_LANES && first + i < plane.nx; ++i) out[first + i] = (float2)(res[i], ims[i]);
+  for (int i = 0; i < RAYWAVE_LANES && first + i < plane.nx; ++i) {
+    const float2 sum = (float2)(res[i], ims[i]);
+    out[first + i] = RAYWAVE_SOURCE == SOURCE_BOUNCED ? out[first + i] + sum : sum;
+  }
 }

@@ -35,6 +35,8 @@ namespace {
 struct Options {
   std::string scene, out;
   std::vector<std::string> set;
+  std::string method = "wrp";
+  int rays = 100;
   DeviceOptions device;
   bool json = false, quiet = false, save_wrps = false;
 };
@@ -43,11 +45,20 @@ std::string numbered(const char* stem, std::size_t number, const char* extension
   return number == 1 ? std::string(stem) + extension : std::string(stem) + "_" + std::to_string(number) + extension;
 }
 
+Method method_of(const std::string& name) {
+  if (name == "wrp") return Method::wrp;
+  if (name == "points") return Method::points;
+  if (name == "rays") return Method::rays;
+  throw InputError("--method " + name + ": unknown; there are wrp, points and rays");
+}
+
 void run(const Options& options) {
   const auto scene = load_scene(options.scene, options.set);
   const cl::Device device(options.device.info());
   RenderOptions how;
   how.fft = options.device.backend(device.info());
+  how.method = method_of(options.method);
+  how.rays_per_axis = options.rays;
   how.keep_wrps = options.save_wrps;
   RenderResult result;
   {
@@ -91,6 +102,10 @@ void add_render(CLI::App& app) {
   command->add_option("scene", options->scene, "Scene file (TOML)")->required();
   command->add_option("-o,--out", options->out, "Folder for hologram.png, field.npy and report.json")->required();
   command->add_option("--set", options->set, "Change a value of the scene: section.key=value")->allow_extra_args(false);
+  command->add_option(
+      "--method", options->method,
+      "wrp: rays to WRPs, carried to the hologram; points: every surface sample to every pixel; rays: rays from every hologram pixel");
+  command->add_option("--rays", options->rays, "Rays per axis and pixel of --method rays")->check(CLI::Range(1, 1000));
   command->add_flag("--save-wrps", options->save_wrps, "Also write the field of every WRP (wrp_1.npy, ...)");
   command->add_flag("--json", options->json, "Print the report instead of a summary");
   command->add_flag("--quiet", options->quiet, "Print nothing but errors");
