@@ -32,12 +32,16 @@ std::uint64_t data_bytes() {
 }
 
 void confine(const ChildLimits& limits) {
-  for (const int signal : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS, SIGTERM, SIGINT}) std::signal(signal, SIG_DFL);
+  for (const int signal : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS, SIGTERM, SIGINT, SIGALRM}) std::signal(signal, SIG_DFL);
   std::signal(SIGPIPE, SIG_IGN);  // a write to nobody fails
-  if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0) dup2(nowhere, STDERR_FILENO);
+  if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0) {
+    dup2(nowhere, STDERR_FILENO);
+    dup2(nowhere, STDOUT_FILENO);  // what this process had buffered is not the child's to print
+  }
   set_limit(RLIMIT_CORE, 0);
   set_limit(RLIMIT_CPU, limits.seconds);
-#ifndef __SANITIZE_ADDRESS__  // the sanitizer's tables are larger than any limit
+  alarm(10 * limits.seconds);  // one that waits uses no processor time
+#ifndef __SANITIZE_ADDRESS__   // the sanitizer's tables are larger than any limit
   set_limit(RLIMIT_DATA, data_bytes() + limits.bytes);
 #endif
 }
@@ -71,8 +75,8 @@ std::string end_of(pid_t child) {
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)) return "its reader took too long";
-  return "its reader crashed";
+  const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+  return signal == SIGXCPU || signal == SIGALRM ? "its reader took too long" : "its reader crashed";
 }
 
 }  // namespace

@@ -40,11 +40,11 @@ private:
 };
 
 struct ChildLimits {
-  unsigned seconds;     // of processor time
+  unsigned seconds;     // of processor time; ten times as much by the clock
   std::uint64_t bytes;  // of memory, beyond what this process has
 };
 
-/// Calls `work` and then `send` in a forked child whose error output is discarded, and `receive` here on the other end of the pipe.
+/// Calls `work` and then `send` in a forked child whose output is discarded, and `receive` here on the other end of the pipe.
 ///
 /// throws  std::runtime_error with what() of the exception that `work` threw, or saying how the child ended
 void run_in_child(const ChildLimits& limits, const std::function<void()>& work, const std::function<void(ChildPipe&)>& send,
