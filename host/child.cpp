@@ -16,6 +16,12 @@
 namespace raywave {
 namespace {
 
+#ifdef __SANITIZE_ADDRESS__
+constexpr bool kAddressSanitizer = true;  // its tables are larger than any limit
+#else
+constexpr bool kAddressSanitizer = false;
+#endif
+
 void set_limit(decltype(RLIMIT_CPU) resource, rlim_t value) {
   rlimit limits{};
   getrlimit(resource, &limits);
@@ -41,9 +47,7 @@ void confine(const ChildLimits& limits) {
   set_limit(RLIMIT_CORE, 0);
   set_limit(RLIMIT_CPU, limits.seconds);
   alarm(10 * limits.seconds);  // one that waits uses no processor time
-#ifndef __SANITIZE_ADDRESS__   // the sanitizer's tables are larger than any limit
-  set_limit(RLIMIT_DATA, data_bytes() + limits.bytes);
-#endif
+  if (!kAddressSanitizer) set_limit(RLIMIT_DATA, data_bytes() + limits.bytes);
 }
 
 /// What the child says before anything else: that `send` follows, or that a message does.
