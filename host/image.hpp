@@ -16,7 +16,8 @@ struct Image {
   std::vector<float> pixels;
 };
 
-/// Reads one channel (0 red, 1 green, 2 blue; a grey picture has one for all) as linear values: integer formats are decoded from sRGB, float formats are taken as they are.
+/// Reads one channel (0 red, 1 green, 2 blue; a grey picture has one for all) as linear values: integer formats are decoded from sRGB,
+/// float formats are taken as they are.
 ///
 /// throws  InputError, starting with `where`, when the file is unreadable, larger than 16384 x 16384, or holds NaN or infinity
 Image load_texture(const std::filesystem::path& file, int channel, const std::string& where);

@@ -33,8 +33,9 @@ struct World {
   std::vector<glm::vec2> uvs;      // (0, 0) where a mesh has none
   std::vector<glm::uvec3> triangles;
   std::vector<std::int32_t> triangle_object;  // index into Scene::objects
-  std::vector<bool> object_closed;            // per object: every edge shared by exactly two triangles in opposite directions (after welding equal positions)
-  glm::dvec3 min_m{0}, max_m{0};              // bounding box
+  std::vector<bool>
+      object_closed;  // per object: every edge shared by exactly two triangles in opposite directions (after welding equal positions)
+  glm::dvec3 min_m{0}, max_m{0};  // bounding box
 };
 
 /// Whether every edge is shared by exactly two triangles in opposite directions, after welding equal positions.

@@ -125,7 +125,7 @@ std::vector<glm::dvec3> smooth_normals(const Mesh& mesh) {
 Mesh finish(const Mesh& raw, Normals mode) {
   const std::vector<glm::dvec3> normals = mode == Normals::smooth ? smooth_normals(raw) : raw.normals;
   Mesh mesh;
-  Welder<8> welder(raw.positions.size());
+  Welder<8> welder(mode == Normals::smooth ? raw.positions.size() : 3 * raw.triangles.size());
   for (const glm::uvec3& triangle : raw.triangles) {
     const glm::dvec3 of_face = face_normal(corners(raw, triangle));
     glm::uvec3 joined;
