@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
+#include <string_view>
 
+#include "host/child.hpp"
 #include "host/error.hpp"
 #include "host/image.hpp"
 #include "host/output.hpp"
@@ -18,42 +21,65 @@ constexpr int kMaxChannels = 64;
 
 float linear_from_srgb(float s) { return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f); }
 
+/// One thread: a forked child has no other, and would wait for those that its parent had.
+void stay_in_one_thread() { [[maybe_unused]] static const bool once = OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1); }
+
 /// An opened picture whose claims about its size have been checked.
-struct Reader {
-  std::string subject;  // the start of messages
-  std::unique_ptr<OIIO::ImageInput> input;
+std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& file, int max_side) {
+  OIIO::ImageSpec as_stored;
+  as_stored["oiio:UnassociatedAlpha"] = 1;  // colours not multiplied by alpha
+  auto input = OIIO::ImageInput::open(file.string(), &as_stored);
+  if (!input) throw InputError(OIIO::geterror());
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.width > max_side || spec.height > max_side)
+    throw InputError("its size is " + std::to_string(spec.width) + " x " + std::to_string(spec.height) + ", and each side must be 1 to " +
+                     std::to_string(max_side));
+  if (spec.nchannels < 1 || spec.nchannels > kMaxChannels || spec.deep)
+    throw InputError("must have 1 to " + std::to_string(kMaxChannels) + " channels");
+  return input;
+}
 
-  Reader(const std::filesystem::path& file, const std::string& where, int max_side)
-      : subject((where.empty() ? "" : where + ": ") + "picture " + in_quotes(file.string())) {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error)) throw InputError(subject + ": there is no such file");
-    OIIO::ImageSpec as_stored;
-    as_stored["oiio:UnassociatedAlpha"] = 1;  // colours not multiplied by alpha
-    input = OIIO::ImageInput::open(file.string(), &as_stored);
-    if (!input) throw InputError(subject + ": cannot be read: " + one_line(OIIO::geterror()));
-    const OIIO::ImageSpec& s = spec();
-    if (s.width < 1 || s.height < 1 || s.depth > 1 || s.width > max_side || s.height > max_side)
-      throw InputError(subject + ": its size is " + std::to_string(s.width) + " x " + std::to_string(s.height) +
-                       ", and each side must be 1 to " + std::to_string(max_side));
-    if (s.nchannels < 1 || s.nchannels > kMaxChannels || s.deep)
-      throw InputError(subject + ": must have 1 to " + std::to_string(kMaxChannels) + " channels");
+/// One channel as float; of integer formats, shares of the format's largest number.
+Image read(OIIO::ImageInput& input, int channel) {
+  Image image{input.spec().width, input.spec().height, {}};
+  image.pixels.resize(std::size_t{1} * image.width * image.height);
+  if (!input.read_image(0, 0, channel, channel + 1, OIIO::TypeFloat, image.pixels.data())) throw InputError(input.geterror());
+  if (!std::all_of(image.pixels.begin(), image.pixels.end(), [](float v) { return std::isfinite(v); }))
+    throw InputError("holds NaN or infinity");
+  return image;
+}
+
+/// Calls `make` in a child, because readers of pictures print, and may crash, on damaged files.
+Image load_safely(const std::filesystem::path& file, const std::string& where, const std::function<Image()>& make) {
+  const auto fail = [&](std::string_view what) {
+    throw InputError((where.empty() ? "" : where + ": ") + "picture " + in_quotes(file.string()) + ": " + one_line(what));
+  };
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) fail("there is no such file");
+  stay_in_one_thread();
+  Image image;
+  try {
+    run_in_child(
+        {30, std::uint64_t{6} << 30}, [&] { image = make(); },
+        [&](ChildPipe& pipe) {
+          pipe.write_vector(std::vector<int>{image.width, image.height});
+          pipe.write_vector(image.pixels);
+        },
+        [&](ChildPipe& pipe) {
+          std::vector<int> size;
+          pipe.read_vector(size, 2);
+          image.width = size.at(0);
+          image.height = size.at(1);
+          pipe.read_vector(image.pixels, std::uint64_t{1} * image.width * image.height);
+        });
+  } catch (const std::exception& failure) {
+    fail(failure.what());
   }
-
-  const OIIO::ImageSpec& spec() const { return input->spec(); }
-
-  /// One channel as float; of integer formats, shares of the format's largest number.
-  Image read(int channel) {
-    Image image{spec().width, spec().height, {}};
-    image.pixels.resize(std::size_t{1} * image.width * image.height);
-    if (!input->read_image(0, 0, channel, channel + 1, OIIO::TypeFloat, image.pixels.data()))
-      throw InputError(subject + ": cannot be read: " + one_line(input->geterror()));
-    if (!std::all_of(image.pixels.begin(), image.pixels.end(), [](float v) { return std::isfinite(v); }))
-      throw InputError(subject + ": holds NaN or infinity");
-    return image;
-  }
-};
+  return image;
+}
 
 void save(const std::filesystem::path& file, int width, int height, int channels, OIIO::TypeDesc format, const void* pixels) {
+  stay_in_one_thread();
   write_whole(file, [&](const std::filesystem::path& temporary) {
     const auto output = OIIO::ImageOutput::create(temporary.string());
     const auto check = [&](bool done) {
@@ -76,21 +102,25 @@ void require_size(int width, int height, int channels, std::span<const T> pixels
 }  // namespace
 
 Image load_texture(const std::filesystem::path& file, int channel, const std::string& where) {
-  Reader reader(file, where, kMaxTextureSide);
-  const bool is_grey = reader.spec().nchannels < 3;
-  const bool is_linear = reader.spec().format.is_floating_point();
-  Image image = reader.read(is_grey ? 0 : channel);
-  if (!is_linear) std::transform(image.pixels.begin(), image.pixels.end(), image.pixels.begin(), linear_from_srgb);
-  return image;
+  return load_safely(file, where, [&] {
+    const auto input = open(file, kMaxTextureSide);
+    const bool is_grey = input->spec().nchannels < 3;
+    const bool is_linear = input->spec().format.is_floating_point();
+    Image image = read(*input, is_grey ? 0 : channel);
+    if (!is_linear) std::transform(image.pixels.begin(), image.pixels.end(), image.pixels.begin(), linear_from_srgb);
+    return image;
+  });
 }
 
 Image load_levels(const std::filesystem::path& file, const std::string& where) {
-  Reader reader(file, where, kMaxLevelsSide);
-  const OIIO::TypeDesc format = reader.spec().format;
-  if (reader.spec().nchannels != 1 || (format != OIIO::TypeUInt8 && format != OIIO::TypeUInt16))
-    throw InputError(reader.subject + ": must be grey of 8 or 16 bits; it has " + std::to_string(reader.spec().nchannels) +
-                     " channels of type " + format.c_str());
-  return reader.read(0);
+  return load_safely(file, where, [&] {
+    const auto input = open(file, kMaxLevelsSide);
+    const OIIO::ImageSpec& spec = input->spec();
+    if (spec.nchannels != 1 || (spec.format != OIIO::TypeUInt8 && spec.format != OIIO::TypeUInt16))
+      throw InputError("must be grey of 8 or 16 bits; it has " + std::to_string(spec.nchannels) + " channels of type " +
+                       spec.format.c_str());
+    return read(*input, 0);
+  });
 }
 
 void save_png(const std::filesystem::path& file, int width, int height, std::span<const std::uint8_t> pixels) {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <assimp/DefaultIOStream.h>
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
 #include <assimp/mesh.h>
 #include <assimp/postprocess.h>
@@ -8,12 +10,16 @@
 #include <array>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <cstdio>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
+#include <stdexcept>
+#include <string_view>
 #include <utility>
 
+#include "host/child.hpp"
 #include "host/error.hpp"
 #include "host/mesh.hpp"
 #include "host/text.hpp"
@@ -24,6 +30,7 @@ namespace {
 
 constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{2} << 30;
 constexpr std::size_t kMaxTriangles = 100'000'000;  // also against small files that repeat one mesh without end
+constexpr std::size_t kMaxVertices = 3 * kMaxTriangles;
 constexpr std::size_t kMaxNodes = 1'000'000;
 
 glm::dmat4 to_glm(const aiMatrix4x4& m) {  // Assimp stores rows, glm columns
@@ -40,7 +47,7 @@ glm::dvec3 unit_or_zero(const glm::dvec3& v) {
 }
 
 /// Appends one part of the file. `raw` keeps a normal of zero where the file has none.
-void append(const aiMesh& part, const glm::dmat4& world_from_part, Mesh& raw, const std::string& where) {
+void append(const aiMesh& part, const glm::dmat4& world_from_part, Mesh& raw) {
   const auto first = static_cast<glm::uint>(raw.positions.size());
   const glm::dmat3 linear(world_from_part);
   const double orientation = glm::determinant(linear) < 0 ? -1 : 1;
@@ -49,7 +56,7 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, Mesh& raw, co
 
   for (unsigned i = 0; i < part.mNumVertices; ++i) {
     const glm::dvec3 position = glm::dvec3(world_from_part * glm::dvec4(to_glm(part.mVertices[i]), 1));
-    if (!is_finite(position)) throw InputError(where + ": vertex " + std::to_string(i) + " of the mesh is NaN or infinite");
+    if (!is_finite(position)) throw InputError("vertex " + std::to_string(i) + " is NaN or infinite");
     raw.positions.push_back(position);
     raw.normals.push_back(part.HasNormals() ? unit_or_zero(orientation * (cofactor * to_glm(part.mNormals[i]))) : glm::dvec3(0));
     const glm::dvec3 uv = part.HasTextureCoords(0) ? to_glm(part.mTextureCoords[0][i]) : glm::dvec3(0);
@@ -60,14 +67,14 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, Mesh& raw, co
     if (face.mNumIndices != 3) continue;  // points and lines
     std::array<unsigned, 3> corner{face.mIndices[0], face.mIndices[1], face.mIndices[2]};
     if (*std::max_element(corner.begin(), corner.end()) >= part.mNumVertices)
-      throw InputError(where + ": face " + std::to_string(i) + " of the mesh names a vertex that is not there");
+      throw InputError("face " + std::to_string(i) + " names a vertex that is not there");
     if (orientation < 0) std::swap(corner[1], corner[2]);  // a mirror turns triangles inside out
     raw.triangles.emplace_back(first + corner[0], first + corner[1], first + corner[2]);
   }
 }
 
 /// All parts as the file places them, without recursion: a file may nest its nodes as deep as it likes.
-Mesh flatten(const aiScene& scene, const std::string& where) {
+Mesh flatten(const aiScene& scene) {
   Mesh raw;
   std::vector<std::pair<const aiNode*, glm::dmat4>> pending{{scene.mRootNode, glm::dmat4(1)}};
   for (std::size_t visited = 0; !pending.empty(); ++visited) {
@@ -77,9 +84,9 @@ Mesh flatten(const aiScene& scene, const std::string& where) {
     for (unsigned i = 0; i < node->mNumMeshes; ++i) {
       const aiMesh& part = *scene.mMeshes[node->mMeshes[i]];
       if (visited > kMaxNodes || raw.triangles.size() + part.mNumFaces > kMaxTriangles ||
-          raw.positions.size() + part.mNumVertices > 3 * kMaxTriangles)
-        throw InputError(where + ": the mesh has more than " + std::to_string(kMaxTriangles) + " triangles");
-      append(part, world_from_node, raw, where);
+          raw.positions.size() + part.mNumVertices > kMaxVertices)
+        throw InputError("more than " + std::to_string(kMaxTriangles) + " triangles");
+      append(part, world_from_node, raw);
     }
     for (unsigned i = 0; i < node->mNumChildren; ++i) pending.emplace_back(node->mChildren[i], world_from_node);
   }
@@ -118,7 +125,7 @@ std::vector<glm::dvec3> smooth_normals(const Mesh& mesh) {
 Mesh finish(const Mesh& raw, Normals mode) {
   const std::vector<glm::dvec3> normals = mode == Normals::smooth ? smooth_normals(raw) : raw.normals;
   Mesh mesh;
-  Welder<8> welder(raw.positions.size());
+  Welder<8> welder(mode == Normals::smooth ? raw.positions.size() : 3 * raw.triangles.size());
   for (const glm::uvec3& triangle : raw.triangles) {
     const glm::dvec3 of_face = face_normal(corners(raw, triangle));
     glm::uvec3 joined;
@@ -138,9 +145,31 @@ Mesh finish(const Mesh& raw, Normals mode) {
   return mesh;
 }
 
-/// Assimp's scene lives as long as its importer, so what happens to it happens here.
-Mesh read(const std::filesystem::path& file, const std::string& where) {
+/// Files that end: Assimp's PLY reader asks for more for ever when the end of the header or the data is missing.
+class EndingStream : public Assimp::DefaultIOStream {
+public:
+  EndingStream(std::FILE* file, const char* name) : DefaultIOStream(file, name) {}
+  std::size_t Read(void* buffer, std::size_t size, std::size_t count) override {
+    const std::size_t done = DefaultIOStream::Read(buffer, size, count);
+    if (done == 0 && ++empty_reads_ > 1000) throw std::runtime_error("the file ends too soon");
+    return done;
+  }
+
+private:
+  int empty_reads_ = 0;
+};
+
+class EndingFiles : public Assimp::DefaultIOSystem {
+public:
+  Assimp::IOStream* Open(const char* name, const char* mode) override {
+    std::FILE* file = std::fopen(name, mode);
+    return file ? new EndingStream(file, name) : nullptr;  // Close deletes it
+  }
+};
+
+Mesh read(const std::filesystem::path& file) {
   Assimp::Importer importer;
+  importer.SetIOHandler(new EndingFiles);  // which the importer deletes
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
 #ifdef AI_CONFIG_IMPORT_COLLADA_IGNORE_UNIT_SIZE
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UNIT_SIZE, true);
@@ -150,30 +179,49 @@ Mesh read(const std::filesystem::path& file, const std::string& where) {
 #endif
   // Not aiProcess_JoinIdenticalVertices: it merges what lies within 1e-5 units, which eats a mesh of micrometres.
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_ValidateDataStructure | aiProcess_Triangulate);
-  if (!scene || !scene->mRootNode)
-    throw InputError(where + ": mesh " + in_quotes(file.string()) + ": " + one_line(importer.GetErrorString()));
-  return flatten(*scene, where);
+  if (!scene || !scene->mRootNode) throw InputError(importer.GetErrorString());
+  return flatten(*scene);
+}
+
+/// In a child, because Assimp can fail an assertion, crash, or spin on a damaged file. Limits are generous: a text file of 100 MiB takes 10
+/// s.
+Mesh read_safely(const std::filesystem::path& file, std::uintmax_t file_bytes) {
+  const ChildLimits limits{static_cast<unsigned>(2 + (file_bytes >> 20)), (std::uint64_t{1} << 30) + 64 * file_bytes};
+  Mesh raw;
+  run_in_child(
+      limits, [&] { raw = read(file); },
+      [&](ChildPipe& pipe) {
+        pipe.write_vector(raw.positions);
+        pipe.write_vector(raw.normals);
+        pipe.write_vector(raw.uvs);
+        pipe.write_vector(raw.triangles);
+      },
+      [&](ChildPipe& pipe) {
+        pipe.read_vector(raw.positions, kMaxVertices);
+        pipe.read_vector(raw.normals, raw.positions.size());
+        pipe.read_vector(raw.uvs, raw.positions.size());
+        pipe.read_vector(raw.triangles, kMaxTriangles);
+      });
+  return raw;
 }
 
 }  // namespace
 
 Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where) {
-  const std::string name = "mesh " + in_quotes(file.string());
+  const auto fail = [&](std::string_view what) { throw InputError(where + ": mesh " + in_quotes(file.string()) + ": " + one_line(what)); };
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) throw InputError(where + ": " + name + ": there is no such file");
+  if (!std::filesystem::is_regular_file(file, error)) fail("there is no such file");
   const std::uintmax_t bytes = std::filesystem::file_size(file, error);
-  if (error || bytes > kMaxFileBytes) throw InputError(where + ": " + name + ": larger than 2 GiB");
+  if (error || bytes > kMaxFileBytes) fail("larger than 2 GiB");
 
   Mesh raw;
   try {
-    raw = read(file, where);
-  } catch (const InputError&) {
-    throw;
-  } catch (const std::exception& failure) {  // most of Assimp's are its own affair, but not all
-    throw InputError(where + ": " + name + ": cannot be read: " + one_line(failure.what()));
+    raw = read_safely(file, bytes);
+  } catch (const std::exception& failure) {
+    fail(failure.what());
   }
   std::erase_if(raw.triangles, [&](const glm::uvec3& triangle) { return face_normal(corners(raw, triangle)) == glm::dvec3(0); });
-  if (raw.triangles.empty()) throw InputError(where + ": " + name + ": holds no triangle that has an area");
+  if (raw.triangles.empty()) fail("holds no triangle that has an area");
   return finish(raw, normals);
 }
 

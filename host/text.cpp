@@ -29,7 +29,7 @@ std::string length_text(double length_m) {
   if (length_m == 0) return "0 m";
   for (const auto& [unit_m, name] : units)
     if (std::abs(length_m) >= unit_m) return number_text(length_m / unit_m) + name;
-  return number_text(length_m) + " m";
+  return std::abs(length_m) >= 1e-12 ? number_text(length_m * 1e9) + " nm" : number_text(length_m) + " m";
 }
 
 }  // namespace raywave

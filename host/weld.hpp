@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <memory_resource>
 #include <unordered_map>
 #include <vector>
 
@@ -28,12 +29,13 @@ private:
       std::uint64_t hash = 0;
       for (const double x : tuple) {  // one round of splitmix64 for each number
         hash = (hash ^ std::bit_cast<std::uint64_t>(x)) * 0xbf58476d1ce4e5b9u;
-        hash ^= hash >> 29;
+        hash ^= hash >> 32;
       }
       return hash;
     }
   };
-  std::unordered_map<std::array<double, N>, std::uint32_t, Hash> ids_;
+  std::pmr::monotonic_buffer_resource memory_;  // millions of small pieces, freed together
+  std::pmr::unordered_map<std::array<double, N>, std::uint32_t, Hash> ids_{&memory_};
 };
 
 /// For each position a number that equal positions share.

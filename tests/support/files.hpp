@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Files for tests: a folder that vanishes, and damaged copies.
+#pragma once
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+#include <utility>
+
+#include "host/error.hpp"
+
+/// A folder of its own, removed at the end.
+class Folder {
+public:
+  Folder() {
+    std::string name = (std::filesystem::temp_directory_path() / "raywave-test-XXXXXX").string();
+    if (!mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
+    path_ = name;
+  }
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+  std::filesystem::path write(const std::string& name, const std::string& bytes) const {
+    std::ofstream(path_ / name, std::ios::binary) << bytes;
+    return path_ / name;
+  }
+
+  std::size_t count() const {
+    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(path_), std::filesystem::directory_iterator()));
+  }
+
+private:
+  std::filesystem::path path_;
+};
+
+inline std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// The message of the InputError that `action` must throw; "" when it throws none. Anything else it throws goes on to the test.
+template <class Action>
+std::string input_error_of(Action action) {
+  try {
+    action();
+  } catch (const raywave::InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// Feeds `read` damaged copies of the file: cut short everywhere (at most 200 places), then `flips` copies with one to four bits turned.
+/// Returns how many were read without complaint and how many gave an InputError of one line; any other exception goes on to the test.
+template <class Read>
+std::pair<int, int> read_damaged(const Folder& folder, const std::filesystem::path& file, int flips, Read read) {
+  const std::string whole = bytes_of(file);
+  const std::string name = "damaged" + file.extension().string();
+  std::pair<int, int> accepted_refused{0, 0};
+  const auto try_one = [&](const std::string& bytes) {
+    const auto damaged = folder.write(name, bytes);
+    const std::string message = input_error_of([&] { read(damaged); });
+    if (message.find('\n') != std::string::npos) throw std::runtime_error("a message of two lines: " + message);
+    ++(message.empty() ? accepted_refused.first : accepted_refused.second);
+  };
+  for (std::size_t length = 0; length < whole.size(); length += std::max<std::size_t>(1, whole.size() / 200))
+    try_one(whole.substr(0, length));
+  std::mt19937 random(1);
+  for (int i = 0; i < flips; ++i) {
+    std::string bytes = whole;
+    for (int bits = 1 + i % 4; bits > 0; --bits) {
+      char& byte = bytes[random() % bytes.size()];
+      byte = static_cast<char>(byte ^ (1 << (random() % 8)));
+    }
+    try_one(bytes);
+  }
+  return accepted_refused;
+}
