@@ -84,6 +84,13 @@ Image load_texture(const std::filesystem::path& file, int channel, const std::st
   return image;
 }
 
+Image load_grey(const std::filesystem::path& file, const std::string& where) {
+  Reader reader(file, where, kMaxTextureSide);
+  if (reader.spec().nchannels != 1)
+    throw InputError(reader.subject + ": must be grey; it has " + std::to_string(reader.spec().nchannels) + " channels");
+  return load_texture(file, 0, where);
+}
+
 Image load_levels(const std::filesystem::path& file, const std::string& where) {
   Reader reader(file, where, kMaxLevelsSide);
   const OIIO::TypeDesc format = reader.spec().format;
