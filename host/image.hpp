@@ -22,6 +22,12 @@ struct Image {
 /// throws  InputError, starting with `where`, when the file is unreadable, larger than 16384 x 16384, or holds NaN or infinity
 Image load_texture(const std::filesystem::path& file, int channel, const std::string& where);
 
+/// Reads a grey picture, as `raywave reconstruct` writes them, as linear values: integer formats are decoded from sRGB, float formats are
+/// taken as they are.
+///
+/// throws  InputError like load_texture, and when the picture has more than one channel
+Image load_grey(const std::filesystem::path& file, const std::string& where);
+
 /// Reads an 8-bit or 16-bit grey picture as stored numbers divided by the format's largest (no sRGB decoding): the levels of a hologram.
 Image load_levels(const std::filesystem::path& file, const std::string& where);
 

@@ -112,6 +112,13 @@ Image load_texture(const std::filesystem::path& file, int channel, const std::st
   });
 }
 
+Image load_grey(const std::filesystem::path& file, const std::string& where) {
+  Reader reader(file, where, kMaxTextureSide);
+  if (reader.spec().nchannels != 1)
+    throw InputError(reader.subject + ": must be grey; it has " + std::to_string(reader.spec().nchannels) + " channels");
+  return load_texture(file, 0, where);
+}
+
 Image load_levels(const std::filesystem::path& file, const std::string& where) {
   return load_safely(file, where, [&] {
     const auto input = open(file, kMaxLevelsSide);

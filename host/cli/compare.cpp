@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/compare.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "host/cli/commands.hpp"
+#include "host/error.hpp"
+#include "host/reconstruct.hpp"
+#include "host/text.hpp"
+
+namespace raywave::cli {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  std::string a, b, out, blur, pitch;
+  std::vector<int> region;
+  int border_px = 0;
+  bool levels = false, json = false;
+};
+
+enum class Kind { field, picture };
+
+Kind kind_of(const std::filesystem::path& file, bool png_holds_levels) {
+  const auto extension = file.extension();
+  if (extension == ".npy") return Kind::field;
+  if (extension == ".png") return png_holds_levels ? Kind::field : Kind::picture;
+  if (extension == ".exr") return Kind::picture;
+  throw InputError(in_quotes(file.string()) + ": must be a field (.npy) or a picture (.png, .exr)");
+}
+
+FieldStack load_field(const std::filesystem::path& file) {
+  return file.extension() == ".npy" ? load_npy(file) : field_of_levels(load_levels(file, ""));
+}
+
+double blur_px(const Options& options) {
+  if (options.blur.empty()) return 0;
+  if (options.blur.ends_with("px")) {
+    std::size_t used = 0;
+    double pixels = NAN;
+    try {
+      pixels = std::stod(options.blur, &used);
+    } catch (const std::exception&) {
+    }
+    if (used == 0 || options.blur.find_first_not_of(' ', used) != options.blur.size() - 2)
+      throw InputError("--blur " + in_quotes(options.blur) + ": a number of pixels is needed, as in 4px");
+    return pixels;
+  }
+  const double blur_m = parse_length_m(options.blur, "--blur");
+  if (options.pitch.empty()) throw InputError("--blur " + in_quotes(options.blur) + ": --pitch is needed too, or pixels, as in 4px");
+  const double pitch_m = parse_length_m(options.pitch, "--pitch");
+  if (!(pitch_m > 0)) throw InputError("--pitch " + in_quotes(options.pitch) + ": must be > 0");
+  return blur_m / pitch_m;
+}
+
+void print_field_table(const FieldStack& a, const FieldComparison& c) {
+  std::printf("fields             %d x %d, %d %s\n", a.nx, a.ny, a.frames, a.frames == 1 ? "frame" : "frames, averaged");
+  std::printf("correlation        %.6f\n", c.correlation);
+  std::printf("relative L2 error  %.4g\n", c.error);
+  std::printf("  B scaled best    %.4g\n", c.error_scaled);
+  std::printf("energy of B / A    %.6g\n", c.energy_ratio);
+}
+
+void print_picture_table(const Image& a, const PictureOptions& how, const PictureComparison& c) {
+  std::printf("pictures           %d x %d, blur %.4g px, border %d px\n", a.width, a.height, how.blur_px, how.border_px);
+  std::printf("PSNR               %.2f dB\n", c.psnr_db);
+  std::printf("SSIM               %.4f\n", c.ssim);
+  std::printf("scale of B to A    %.6g\n", c.scale);
+  std::printf("speckle contrast   A %.4f, B %.4f", c.contrast_a, c.contrast_b);
+  if (how.region)
+    std::printf(" in %d x %d pixels from (%d, %d)\n", how.region->width, how.region->height, how.region->x, how.region->y);
+  else
+    std::printf("\n");
+}
+
+Json json_of(const FieldStack& a, const FieldComparison& c) {
+  return {{"kind", "fields"},
+          {"size", {a.nx, a.ny}},
+          {"frames", a.frames},
+          {"correlation", c.correlation},
+          {"relative_error", c.error},
+          {"relative_error_scaled", c.error_scaled},
+          {"energy_ratio", c.energy_ratio}};
+}
+
+Json json_of(const Image& a, const PictureOptions& how, const PictureComparison& c) {
+  Json json{{"kind", "pictures"},
+            {"size", {a.width, a.height}},
+            {"blur_px", how.blur_px},
+            {"border_px", how.border_px},
+            {"psnr_db", c.psnr_db},  // null when infinite
+            {"ssim", c.ssim},
+            {"scale", c.scale},
+            {"speckle_contrast", {{"a", c.contrast_a}, {"b", c.contrast_b}}}};
+  if (how.region) json["region"] = {how.region->x, how.region->y, how.region->width, how.region->height};
+  return json;
+}
+
+void run(const Options& options) {
+  const Kind kind = kind_of(options.a, options.levels);
+  if (kind_of(options.b, options.levels) != kind) {
+    throw InputError(in_quotes(options.a) + " and " + in_quotes(options.b) +
+                     ": a field and a picture cannot be compared (--levels: PNGs hold the levels of holograms)");
+  }
+  Json json;
+  Image difference;
+  if (kind == Kind::field) {
+    if (!options.blur.empty() || options.border_px != 0 || !options.region.empty())
+      throw InputError("--blur, --border and --region are for pictures, not for fields");
+    const auto a = load_field(options.a), b = load_field(options.b);
+    auto comparison = compare_fields(a, b);
+    json = json_of(a, comparison);
+    if (!options.json) print_field_table(a, comparison);
+    difference = std::move(comparison.difference);
+  } else {
+    PictureOptions how{blur_px(options), options.border_px, {}};
+    if (!options.region.empty()) how.region = Region{options.region[0], options.region[1], options.region[2], options.region[3]};
+    const auto a = load_grey(options.a, ""), b = load_grey(options.b, "");
+    auto comparison = compare_pictures(a, b, how);
+    json = json_of(a, how, comparison);
+    if (!options.json) print_picture_table(a, how, comparison);
+    difference = std::move(comparison.difference);
+  }
+  if (!options.out.empty()) {
+    const auto file = std::filesystem::path(options.out) / "difference.png";
+    const double full = largest_magnitude(difference);
+    save_png_rgb(file, difference.width, difference.height, diverging_colours(difference, full));
+    json["difference"] = {{"file", file.string()}, {"full_colour", full}};
+    if (!options.json) {
+      const char* meaning =
+          kind == Kind::field ? "white where scaled B equals A, full red at" : "red where scaled B is brighter, blue where darker, full at";
+      std::printf("difference         %s: %s %.4g\n", file.c_str(), meaning, full);
+    }
+  }
+  if (options.json) std::printf("%s\n", json.dump(2).c_str());
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app) {
+  auto* command = app.add_subcommand("compare", "Say how alike two fields or two pictures are");
+  auto options = std::make_shared<Options>();
+  command->add_option("A", options->a, "Reference: field (.npy) or grey picture (.png in sRGB, .exr linear)")->required();
+  command->add_option("B", options->b, "What is judged, of the same kind and size")->required();
+  command->add_flag("--levels", options->levels, "PNGs hold the levels of phase holograms: compare them as fields");
+  auto* blur = command->add_option("--blur", options->blur,
+                                   "Blur both pictures first: standard deviation in pixels (4px), or a length with --pitch");
+  command->add_option("--pitch", options->pitch, "Pixel pitch of the pictures, for --blur")->needs(blur);
+  command->add_option("--border", options->border_px, "Pixels left out on every side after the blur");
+  command->add_option("--region", options->region, "Part for the speckle contrast, in pixels: x,y,width,height")
+      ->delimiter(',')
+      ->expected(4);
+  command->add_option("-o,--out", options->out, "Folder for difference.png");
+  command->add_flag("--json", options->json, "Print JSON instead of a table");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace raywave::cli
