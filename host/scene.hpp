@@ -40,7 +40,7 @@ enum class FanShape { orthographic, perspective };
 struct SamplingSpec {
   SamplingMode mode = SamplingMode::aimed;
   double pitch_m = 1e-4;  // sampling interval p on the object, at the scene's middle depth
-  double fan = 1.1;       // half width of the cone that a pixel gathers, in half holograms; 1 just fills the hologram
+  double fan = 1.2;       // half width of the cone that a pixel gathers, in half holograms; 1 just fills the hologram
   double edge = 0.2;      // width of that cone's soft edge, in half holograms
   FanSource source = FanSource::hit;
   FanShape shape = FanShape::orthographic;
