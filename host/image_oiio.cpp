@@ -49,6 +49,14 @@ Image read(OIIO::ImageInput& input, int channel) {
   return image;
 }
 
+/// One channel as linear light: integer formats are sRGB.
+Image read_linear(OIIO::ImageInput& input, int channel) {
+  Image image = read(input, channel);
+  if (!input.spec().format.is_floating_point())
+    std::transform(image.pixels.begin(), image.pixels.end(), image.pixels.begin(), linear_from_srgb);
+  return image;
+}
+
 /// Calls `make` in a child, because readers of pictures print, and may crash, on damaged files.
 Image load_safely(const std::filesystem::path& file, const std::string& where, const std::function<Image()>& make) {
   const auto fail = [&](std::string_view what) {
@@ -104,19 +112,16 @@ void require_size(int width, int height, int channels, std::span<const T> pixels
 Image load_texture(const std::filesystem::path& file, int channel, const std::string& where) {
   return load_safely(file, where, [&] {
     const auto input = open(file, kMaxTextureSide);
-    const bool is_grey = input->spec().nchannels < 3;
-    const bool is_linear = input->spec().format.is_floating_point();
-    Image image = read(*input, is_grey ? 0 : channel);
-    if (!is_linear) std::transform(image.pixels.begin(), image.pixels.end(), image.pixels.begin(), linear_from_srgb);
-    return image;
+    return read_linear(*input, input->spec().nchannels < 3 ? 0 : channel);
   });
 }
 
 Image load_grey(const std::filesystem::path& file, const std::string& where) {
-  Reader reader(file, where, kMaxTextureSide);
-  if (reader.spec().nchannels != 1)
-    throw InputError(reader.subject + ": must be grey; it has " + std::to_string(reader.spec().nchannels) + " channels");
-  return load_texture(file, 0, where);
+  return load_safely(file, where, [&] {
+    const auto input = open(file, kMaxTextureSide);
+    if (input->spec().nchannels != 1) throw InputError("must be grey; it has " + std::to_string(input->spec().nchannels) + " channels");
+    return read_linear(*input, 0);
+  });
 }
 
 Image load_levels(const std::filesystem::path& file, const std::string& where) {
