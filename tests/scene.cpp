@@ -190,7 +190,7 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "wrp: distance must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for metres), got \"far\""},
       {8, "padding = 0.5", "wrp: padding must be 1 to 8, got 0.5"},
       {8, "padding = \"2\"", "wrp: padding must be a number, got \"2\""},
-      {10, "mode = \"fen\"", "sampling: mode must be \"fan\", got \"fen\""},
+      {10, "mode = \"fen\"", "sampling: mode must be \"aimed\" or \"fan\", got \"fen\""},
       {12, "seed = -1", "sampling: seed must be 0 to 4294967295, got -1"},
       {13, "frames = 0", "sampling: frames must be 1 to 4096, got 0"},
       {15, "depth = 17", "trace: depth must be 0 to 16, got 17"},
