@@ -16,6 +16,7 @@
 #include "hash.h"
 #include "lanes.h"
 #include "phase.h"
+#include "pyramid.h"
 #include "shade.h"
 #include "shared.h"
 
@@ -71,9 +72,18 @@ __kernel void draw_phases(__global const Sample* samples, int sample_count, int 
   }
 }
 
+// Triangles that may stand between a sample and a tile are kept up to this many; where there are more, rays walk the tree.
+#define OBSTACLES 16
+
+typedef struct {
+  int state;  // PYRAMID_...
+  int count;
+  int triangles[OBSTACLES];
+} Obstacles;
+
 // Lanes to whose pixels, or behind them, the sample's light comes without meeting anything before it has left the scene.
 static inline intv reaches(__global const BvhNode* nodes, __global const Triangle* triangles, __global const Sample* s, const Aim* a,
-                           floatv dx, floatv dy, const GatherPlane* plane, intv active) {
+                           const Obstacles* obstacles, floatv dx, floatv dy, const GatherPlane* plane, intv active) {
   Rays ray;
   ray.ox = s->x + plane->bias * s->nx;
   ray.oy = s->y + plane->bias * s->ny;
@@ -84,7 +94,26 @@ static inline intv reaches(__global const BvhNode* nodes, __global const Triangl
   ray.t_min = 0.0f;
   ray.t_max = fmax(s->z - plane->near_z, 0.0f);
   ray.active = active;
-  return active & !bvh_occluded(nodes, triangles, &ray);
+  if (obstacles->count > OBSTACLES) return active & !bvh_occluded(nodes, triangles, &ray);
+  const floatv inverse[3] = {bvh_reciprocal(ray.dx), bvh_reciprocal(ray.dy), bvh_reciprocal(ray.dz)};
+  Hits hits = {ray.t_max, (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
+  for (int i = 0; i < obstacles->count && LANES_ANY(ray.active); ++i)
+    ray.active &= !bvh_triangle(triangles, obstacles->triangles[i], &ray, inverse, &hits);
+  return ray.active;
+}
+
+// What stands between the sample and all pixels of a box of the plane (relative like Aim's x and y).
+static inline Obstacles between(__global const BvhNode* nodes, __global const Triangle* triangles, __global const Sample* s, const Aim* a,
+                                float left, float right, float lower, float upper, const GatherPlane* plane) {
+  const float u0 = (left - a->x) * a->inverse_depth, u1 = (right - a->x) * a->inverse_depth;
+  const float v0 = (lower - a->y) * a->inverse_depth, v1 = (upper - a->y) * a->inverse_depth;
+  const float3 normal = (float3)(s->nx, s->ny, s->nz);
+  Pyramid pyramid = {(float3)(s->x, s->y, s->z) + plane->bias * normal, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1),
+                     triangle_normal(triangles + s->triangle)};
+  if (dot(pyramid.surface, normal) < 0.0f) pyramid.surface = -pyramid.surface;
+  Obstacles obstacles;
+  obstacles.state = pyramid_state(nodes, triangles, &pyramid, 0.0f, obstacles.triangles, OBSTACLES, &obstacles.count);
+  return obstacles;
 }
 
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
@@ -154,6 +183,15 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
         const floatv e = clamp((plane.fan - across) * plane.edge_rate, (floatv)(0.0f), (floatv)(1.0f));
         edge_x = e * e * (3.0f - 2.0f * e);
       }
+      // Most samples that something may hide are seen by all of a tile, or by none of it.
+      Obstacles obstacles;
+      obstacles.state = PYRAMID_CLEAR;
+      if (a.hidden) {
+        obstacles =
+            between(nodes, triangles, samples + index, &a, fmax(left_x, a.centre_x - a.half_x), fmin(right_x, a.centre_x + a.half_x),
+                    fmax(bottom_y, a.centre_y - a.half_y), fmin(top_y, a.centre_y + a.half_y), &plane);
+        if (obstacles.state == PYRAMID_CLOSED) continue;
+      }
       const floatv dx = x - a.x;
       const float distance = fabs(a.depth);
       const float inverse_squared = a.inverse_depth * a.inverse_depth;
@@ -177,8 +215,8 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
         counts &= (fabs(dx * a.inverse_depth) * inverse_length <= plane.sine_limit_x) &
                   (fabs(dy * a.inverse_depth) * inverse_length <= plane.sine_limit_y);
 #endif
-        if (a.hidden) {
-          counts = reaches(nodes, triangles, samples + index, &a, dx, (floatv)(dy), &plane, counts);
+        if (obstacles.state != PYRAMID_CLEAR) {
+          counts = reaches(nodes, triangles, samples + index, &a, &obstacles, dx, (floatv)(dy), &plane, counts);
           if (!LANES_ANY(counts)) continue;
         }
         floatv amplitude = a.amplitude;

@@ -11,6 +11,7 @@
 #include "bvh.h"
 #include "hash.h"
 #include "lanes.h"
+#include "pyramid.h"
 #include "shade.h"
 #include "shared.h"
 
@@ -141,78 +142,18 @@ __kernel void write_samples(__global const BvhNode* nodes, __global const Triang
   }
 }
 
-// True when the plane through the sample with this normal leaves the whole triangle on its outer side.
-static inline bool outside(__global const Triangle* t, float3 p, float3 normal, float slack) {
-  const float a = normal.x * (t->a[0] - p.x) + normal.y * (t->a[1] - p.y) + normal.z * (t->a[2] - p.z);
-  const float b = normal.x * (t->b[0] - p.x) + normal.y * (t->b[1] - p.y) + normal.z * (t->b[2] - p.z);
-  const float c = normal.x * (t->c[0] - p.x) + normal.y * (t->c[1] - p.y) + normal.z * (t->c[2] - p.z);
-  return fmin(fmin(a, b), c) >= -slack;
-}
-
-// The same for a box: its corner farthest inwards decides.
-static inline bool box_outside(__global const float* lo, __global const float* hi, float3 p, float3 normal, float slack) {
-  const float x = (normal.x > 0.0f ? lo[0] : hi[0]) - p.x, y = (normal.y > 0.0f ? lo[1] : hi[1]) - p.y,
-              z = (normal.z > 0.0f ? lo[2] : hi[2]) - p.z;
-  return normal.x * x + normal.y * y + normal.z * z >= -slack;
-}
-
-// Conservative: the pyramid from the sample to the hologram's window is compared with boxes and triangles by separating planes only, so a
-// sample may be called hidden that is not, never the other way round (within `slack`, far below the wavelength's effect on visibility).
-// One work-item per sample.
+// One work-item per sample. A sample may be called hidden that is not, never the other way round.
 __kernel void find_hidden(__global const BvhNode* nodes, __global const Triangle* triangles, Lattice lattice, float slack, int sample_count,
                           __global Sample* samples) {
   const int index = (int)get_global_id(0);
   if (index >= sample_count) return;
   const Sample sample = samples[index];
-  const float3 p = (float3)(sample.x, sample.y, sample.z);
-  const float depth = p.z - lattice.centre_z;
-  const float right = lattice.centre_x + lattice.half_width - p.x, left = lattice.centre_x - lattice.half_width - p.x;
-  const float upper = lattice.centre_y + lattice.half_height - p.y, lower = lattice.centre_y - lattice.half_height - p.y;
-  // Normal of the sample's own triangle, towards the hologram.
-  __global const Triangle* own = triangles + sample.triangle;
-  const float3 corner = (float3)(own->a[0], own->a[1], own->a[2]);
-  float3 normal = normalize(cross((float3)(own->b[0], own->b[1], own->b[2]) - corner, (float3)(own->c[0], own->c[1], own->c[2]) - corner));
-  if (dot(normal, (float3)(lattice.centre_x, lattice.centre_y, lattice.centre_z) - p) < 0.0f) normal = -normal;
-  // Outward normals of the pyramid's sides, its apex plane, and the surface's own plane where the whole pyramid stands before it.
-  const float3 planes[6] = {normalize((float3)(depth, 0.0f, right)),
-                            normalize((float3)(-depth, 0.0f, -left)),
-                            normalize((float3)(0.0f, depth, upper)),
-                            normalize((float3)(0.0f, -depth, -lower)),
-                            (float3)(0.0f, 0.0f, 1.0f),
-                            -normal};
-  const float lowest = fmin(normal.x * right, normal.x * left) + fmin(normal.y * upper, normal.y * lower) - normal.z * depth;
-  const int plane_count = lowest > 0.0f ? 6 : 5;
-
-  int stack[RAYWAVE_BVH_DEPTH];
-  int waiting = 0, node_index = 0;
-  int hidden = 0;
-  while (!hidden) {
-    __global const BvhNode* node = nodes + node_index;
-    int next = -1;
-    for (int side = 0; side < 2 && !hidden; ++side) {
-      __global const float* lo = side ? node->right_min : node->left_min;
-      __global const float* hi = side ? node->right_max : node->left_max;
-      const int child = side ? node->right_child : node->left_child;
-      const int count = side ? node->right_count : node->left_count;
-      bool apart = lo[0] > hi[0];  // an empty child
-      for (int i = 0; i < plane_count && !apart; ++i) apart = box_outside(lo, hi, p, planes[i], slack);
-      if (apart) continue;
-      if (count == 0) {
-        if (next >= 0) stack[waiting++] = next;
-        next = child;
-        continue;
-      }
-      for (int t = child; t < child + count && !hidden; ++t) {
-        bool clear = false;
-        for (int i = 0; i < plane_count && !clear; ++i) clear = outside(triangles + t, p, planes[i], slack);
-        hidden = !clear;
-      }
-    }
-    if (next < 0) {
-      if (waiting == 0) break;
-      next = stack[--waiting];
-    }
-    node_index = next;
-  }
-  samples[index].hidden = hidden;
+  const float rate = 1.0f / (sample.z - lattice.centre_z);
+  const float x = lattice.centre_x - sample.x, y = lattice.centre_y - sample.y;
+  Pyramid pyramid = {(float3)(sample.x, sample.y, sample.z), (x - lattice.half_width) * rate,
+                     (x + lattice.half_width) * rate,        (y - lattice.half_height) * rate,
+                     (y + lattice.half_height) * rate,       triangle_normal(triangles + sample.triangle)};
+  if (dot(pyramid.surface, (float3)(x * rate, y * rate, -1.0f)) < 0.0f) pyramid.surface = -pyramid.surface;
+  int found;
+  samples[index].hidden = pyramid_state(nodes, triangles, &pyramid, slack, 0, 0, &found) != PYRAMID_CLEAR;
 }

@@ -187,6 +187,9 @@ static inline Incident incident(__global const Light* lights, int index, const S
 
 // Lanes that the light falls on: they face it, and nothing stands between when shadows are on.
 static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Surface* s, float bias, intv active) {
+#if !RAYWAVE_SHADOWS
+  (void)scene, (void)s, (void)bias;
+#endif
   intv lit = (in->facing > 0.0f) & active;
 #if RAYWAVE_SHADOWS
   if (LANES_ANY(lit)) {
