@@ -13,6 +13,8 @@
 namespace raywave {
 namespace {
 
+bool positive(double value) { return std::isfinite(value) && value > 0; }
+
 /// A part of the window that one propagation covers. Its size is the hologram's; columns x rows of it lie in the window.
 struct Tile {
   glm::ivec2 first{0, 0}, used{0, 0};
@@ -36,30 +38,30 @@ std::vector<Tile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 pitch_
 bool lets_through(int i, int n, double centre, double size) { return std::abs((2.0 * i + 1) / n - 1 - centre) <= size; }
 
 void check(const FieldStack& hologram, const HologramSpec& spec, const ReconstructSpec& what) {
-  const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
   if (!positive(what.z_m)) throw InputError("reconstruction: z must be > 0, on the object's side of the hologram");
   if (hologram.nx != spec.resolution.x || hologram.ny != spec.resolution.y) {
     throw InputError("reconstruction: the hologram has " + std::to_string(hologram.nx) + " x " + std::to_string(hologram.ny) +
                      " samples, " + std::to_string(spec.resolution.x) + " x " + std::to_string(spec.resolution.y) + " expected");
   }
-  if (what.window_m && (!positive(what.window_m->x) || !positive(what.window_m->y)))
-    throw InputError("reconstruction: both sides of the window must be > 0");
   if (!std::isfinite(what.view.x) || !std::isfinite(what.view.y)) throw InputError("reconstruction: view must be two finite numbers");
   if (!positive(what.aperture.x) || !positive(what.aperture.y)) throw InputError("reconstruction: aperture must be > 0");
 }
 
 }  // namespace
 
+glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 hologram_size, glm::dvec2 pitch_m) {
+  if (!window_m) return hologram_size;
+  if (!positive(window_m->x) || !positive(window_m->y)) throw InputError("picture: both sides of the window must be > 0");
+  const glm::dvec2 samples = glm::max(glm::round(*window_m / pitch_m), 1.0);
+  if (samples.x * samples.y > 1e9) throw InputError("picture: the window has more than 1e9 samples");
+  return samples;
+}
+
 Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldStack& hologram, const HologramSpec& spec,
                   const ReconstructSpec& what, const std::function<void(double)>& progress) {
   check(hologram, spec, what);
   const glm::ivec2 size = spec.resolution;
-  glm::ivec2 window = size;
-  if (what.window_m) {
-    const glm::dvec2 samples = glm::round(*what.window_m / spec.pitch_m);
-    if (samples.x * samples.y > 1e9) throw InputError("reconstruction: the window has more than 1e9 samples");
-    window = glm::max(glm::ivec2(samples), 1);
-  }
+  const auto window = picture_size(what.window_m, size, spec.pitch_m);
   Propagator propagator(device, {size, spec.pitch_m, spec.wavelength_m, what.padding, backend});
   auto tiles = tiles_of(window, size, spec.pitch_m);
   std::erase_if(tiles, [&](const Tile& tile) { return !propagator.reaches(tile.centre_m, -what.z_m); });

@@ -22,6 +22,11 @@ struct ReconstructSpec {
   double padding = 2;
 };
 
+/// Samples per side of a picture: the window in whole pitches, rounded to nearest, at least one; the hologram's when empty.
+///
+/// throws  InputError when a side is not > 0 or there would be more than 1e9 samples
+glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 hologram_size, glm::dvec2 pitch_m);
+
 /// Intensity (|u|^2 averaged over frames) on the hologram's pitch; the window is a whole number of samples. Windows larger than the
 /// hologram are put together from tiles, each a shifted propagation of its own; tiles that no light of the hologram reaches stay black.
 ///

@@ -19,3 +19,4 @@ RAYWAVE_CL_TYPE(raywave::device::Sample, "Sample");
 RAYWAVE_CL_TYPE(raywave::device::Lattice, "Lattice");
 RAYWAVE_CL_TYPE(raywave::device::Aim, "Aim");
 RAYWAVE_CL_TYPE(raywave::device::GatherPlane, "GatherPlane");
+RAYWAVE_CL_TYPE(raywave::device::LensPlane, "LensPlane");

@@ -165,4 +165,25 @@ typedef struct {
   uint seed;
 } TracePlane;
 
+// What a lens looks at: the pixels of a picture in the plane in focus, and the points of the lens that rays to each of them start from.
+// Scene frame; pixel (0, 0) and point (0, 0) are the top left ones.
+typedef struct {
+  int nx;
+  int ny;
+  float left;  // x of the centres of the first column
+  float top;   // y of the centres of the first row
+  float pitch_x;
+  float pitch_y;
+  float inverse_focus;  // 1 / distance from the lens to the plane in focus
+  int points;           // of the lens, per axis
+  float lens_left;
+  float lens_top;
+  float lens_pitch_x;
+  float lens_pitch_y;
+  float start;    // distance from the lens before which nothing stands: rays start there
+  float start_z;  // the same place in the scene frame
+  float bias;     // distance that a secondary ray starts off its surface
+  float reach;    // longer than any way through the scene
+} LensPlane;
+
 #endif

@@ -121,6 +121,22 @@
   MEMBER(TracePlane, sampling_rate)   \
   MEMBER(TracePlane, bias)            \
   MEMBER(TracePlane, reach)           \
-  MEMBER(TracePlane, seed)
+  MEMBER(TracePlane, seed)            \
+  MEMBER(LensPlane, nx)               \
+  MEMBER(LensPlane, ny)               \
+  MEMBER(LensPlane, left)             \
+  MEMBER(LensPlane, top)              \
+  MEMBER(LensPlane, pitch_x)          \
+  MEMBER(LensPlane, pitch_y)          \
+  MEMBER(LensPlane, inverse_focus)    \
+  MEMBER(LensPlane, points)           \
+  MEMBER(LensPlane, lens_left)        \
+  MEMBER(LensPlane, lens_top)         \
+  MEMBER(LensPlane, lens_pitch_x)     \
+  MEMBER(LensPlane, lens_pitch_y)     \
+  MEMBER(LensPlane, start)            \
+  MEMBER(LensPlane, start_z)          \
+  MEMBER(LensPlane, bias)             \
+  MEMBER(LensPlane, reach)
 
 #endif

@@ -8,16 +8,13 @@
 //
 // Arrays: the scene's (shared.h); rays: ray_count; field: plane.ny rows of plane.nx complex samples, row 0 on top, written whole.
 // A work-item fills RAYWAVE_LANES neighbouring pixels of one row: global size (ceil(nx / lanes), ny). OpenCL C 1.2.
+#include "bounce.h"
 #include "bvh.h"
 #include "hash.h"
 #include "lanes.h"
 #include "phase.h"
 #include "shade.h"
 #include "shared.h"
-
-#ifndef RAYWAVE_BOUNCES
-#define RAYWAVE_BOUNCES 0  // mirror and refraction bounces; host/tracer.cpp
-#endif
 
 #define SOURCE_HIT 0
 #define SOURCE_SURFACE 1
@@ -39,35 +36,6 @@ static inline intv whole(floatv x) {
   const intv truncated = LANES_TO_INT(x);
   return truncated - LANES_SELECT((intv)(0), (intv)(1), LANES_TO_FLOAT(truncated) > x);
 }
-
-#if RAYWAVE_BOUNCES > 0
-typedef struct {
-  Rays rays;
-  floatv weight;  // share of the light that this way carries
-  floatv length;  // optical, in metres
-  floatv turns;   // the same, reduced
-  floatv index;   // of refraction along the ray
-  int bounces_left;
-} Way;
-
-static inline Way bounced(const Way* way, const Surface* s, floatv dx, floatv dy, floatv dz, float side, float bias, float reach,
-                          floatv share, floatv index) {
-  Way next = *way;
-  next.rays.ox = s->x + side * bias * s->nx;
-  next.rays.oy = s->y + side * bias * s->ny;
-  next.rays.oz = s->z + side * bias * s->nz;
-  next.rays.dx = dx;
-  next.rays.dy = dy;
-  next.rays.dz = dz;
-  next.rays.t_min = 0.0f;
-  next.rays.t_max = reach;
-  next.weight = way->weight * share;
-  next.index = index;
-  next.rays.active = way->rays.active & (next.weight > 0.0f);
-  next.bounces_left = way->bounces_left - 1;
-  return next;
-}
-#endif
 
 #if RAYWAVE_SOURCE == SOURCE_SURFACE
 // The sample of the hit's lattice cell that lies nearest to it.
@@ -161,13 +129,9 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
     const intv shown = (column < plane.nx) & (fabs(tx) <= plane.sine_limit_x * slope) & (fabs(ty) <= plane.sine_limit_y * slope);
     Rays rays = {x, y, (floatv)(plane.z), tx, ty, (floatv)(1.0f), (floatv)(0.0f), (floatv)(plane.reach), shown};
 #if RAYWAVE_BOUNCES > 0
-    // Ways still to follow, deepest last: each hit leaves at most one more than it takes, so depth + 1 places hold them all.
-    Way ways[RAYWAVE_BOUNCES + 1];
+    Way ways[BOUNCE_WAYS];
+    ways[0] = way_from(&rays);
     int pending = 1;
-    ways[0].rays = rays;
-    ways[0].weight = ways[0].index = 1.0f;
-    ways[0].length = ways[0].turns = 0.0f;
-    ways[0].bounces_left = RAYWAVE_BOUNCES;
     while (pending > 0) {
       Way way = ways[--pending];
       rays = way.rays;
@@ -188,28 +152,10 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
       const floatv segment = hits.t * speed * way.index;
       way.length += segment;
       way.turns = turns_reduced(way.turns + turns_of_length(segment, plane.turns_hi, plane.turns_lo));
-      radiance *= way.weight * (1.0f - surface.reflectivity - surface.transparency);
+      radiance *= own_share(&way, &surface);
       floatv length = way.length;
       floatv turns = way.turns;
-      if (way.bounces_left > 0) {
-        const floatv dx = rays.dx / speed, dy = rays.dy / speed, dz = rays.dz / speed;
-        const floatv along = -(dx * surface.nx + dy * surface.ny + dz * surface.nz);
-        // Total reflection sends the refracted share along the mirrored ray.
-        const floatv ratio = LANES_SELECT(surface.ior, 1.0f / surface.ior, surface.entering);
-        const floatv k = 1.0f - ratio * ratio * (1.0f - along * along);
-        const floatv refracted = LANES_SELECT((floatv)(0.0f), surface.transparency, k > 0.0f);
-        const floatv mirrored = surface.reflectivity + surface.transparency - refracted;
-        if (LANES_ANY(hit & (mirrored > 0.0f))) {
-          ways[pending++] = bounced(&way, &surface, dx + 2.0f * along * surface.nx, dy + 2.0f * along * surface.ny,
-                                    dz + 2.0f * along * surface.nz, 1.0f, plane.bias, plane.reach, mirrored, way.index);
-        }
-        if (LANES_ANY(hit & (refracted > 0.0f))) {
-          const floatv inward = ratio * along - sqrt(fmax(k, (floatv)(0.0f)));
-          ways[pending++] =
-              bounced(&way, &surface, ratio * dx + inward * surface.nx, ratio * dy + inward * surface.ny, ratio * dz + inward * surface.nz,
-                      -1.0f, plane.bias, plane.reach, refracted, LANES_SELECT((floatv)(1.0f), surface.ior, surface.entering));
-        }
-      }
+      pending = bounce(&way, &surface, plane.bias, plane.reach, ways, pending);
 #else
     floatv length = hits.t * slope;
     floatv turns = turns_of_length(length, plane.turns_hi, plane.turns_lo);

@@ -24,6 +24,7 @@ struct DeviceOptions {
 
 void add_render(CLI::App& app);
 void add_reconstruct(CLI::App& app);
+void add_lens(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_info(CLI::App& app);
 void add_devices(CLI::App& app);

@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
   app.footer("Exit codes: 0 done, 2 something given is wrong, 3 the device or its driver cannot do it.");
   raywave::cli::add_render(app);
   raywave::cli::add_reconstruct(app);
+  raywave::cli::add_lens(app);
   raywave::cli::add_compare(app);
   raywave::cli::add_info(app);
   raywave::cli::add_devices(app);
