@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "host/error.hpp"
+#include "host/propagator.hpp"
 
 namespace raywave {
 namespace {
@@ -129,6 +130,15 @@ Wrp plane_at_hologram(const Plan& plan, glm::dvec2 largest_tangent, int rays_per
   return plane;
 }
 
+/// About how many rays are aimed at samples: as if one surface at the middle depth filled the lattice.
+std::uint64_t aimed_rays(const Plan& plan) {
+  const double narrowed = std::abs(plan.lattice.full_z_m - plan.wrps[0].centre_m.z) / plan.lattice.full_z_m;
+  double rays = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y;
+  for (int axis = 0; axis < 2; ++axis)
+    rays *= std::max(1.0, std::min(narrowed * (plan.wrps[0].centre_m.z > 0 ? plan.fan : 1.0), 1.0) * plan.size[axis]);
+  return static_cast<std::uint64_t>(rays);
+}
+
 }  // namespace
 
 std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m, double pitch_m) {
@@ -201,14 +211,12 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
     plan.grid = {1, 1};
     plan.wrps = {plane_at_hologram(plan, {largest_tangent(0), largest_tangent(1)}, rays_per_axis)};
   }
-  // Aimed rays depend on what the samples see; a fan's are known.
   for (const auto& wrp : plan.wrps) {
     if (!plan.aimed) plan.rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.size.x) * static_cast<std::uint64_t>(plan.size.y);
   }
+  if (plan.aimed) plan.rays = aimed_rays(plan);
 
-  for (int axis = 0; axis < 2; ++axis)
-    plan.padded[axis] =
-        static_cast<int>(cl::next_fast_size(backend, static_cast<std::size_t>(std::ceil(plan.size[axis] * scene.wrp.padding - 1e-9))));
+  plan.padded = padded_size(plan.size, scene.wrp.padding, backend);
   const auto plane = [](glm::ivec2 size) { return static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) * 8; };
   plan.device_bytes = 2 * plane(plan.padded) + plane(plan.size) + world.triangles.size() * 200;
   return plan;

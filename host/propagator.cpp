@@ -168,12 +168,17 @@ std::pair<double, double> band_m(double wavelength_m, double distance_m, double 
   return band_of(1 / wavelength_m, distance_m, shift_m, half_m);
 }
 
+glm::ivec2 padded_size(glm::ivec2 size, double padding, cl::FftBackend backend) {
+  const auto fast = [&](double samples) { return static_cast<int>(cl::next_fast_size(backend, static_cast<std::size_t>(samples))); };
+  return {packet * fast(std::ceil(size.x * padding / packet)), fast(std::ceil(size.y * padding))};
+}
+
 struct Propagator::State {
   State(const cl::Device& the_device, const PropagatorSpec& the_spec) : device(the_device), spec(the_spec) {
     check(spec);
-    const auto fast = [&](double samples) { return static_cast<int>(cl::next_fast_size(spec.backend, static_cast<std::size_t>(samples))); };
-    x = {packet * fast(std::ceil(spec.size.x * spec.padding / packet)), spec.pitch_m.x};
-    y = {fast(std::ceil(spec.size.y * spec.padding)), spec.pitch_m.y};
+    const auto padded = raywave::padded_size(spec.size, spec.padding, spec.backend);
+    x = {padded.x, spec.pitch_m.x};
+    y = {padded.y, spec.pitch_m.y};
     const auto size = [](int n) { return static_cast<std::size_t>(n); };
     spectrum = {device, size(x.padded) * size(y.padded), "padded plane"};
     sum = {device, size(x.padded) * size(y.padded), "sum of spectra"};

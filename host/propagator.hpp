@@ -29,6 +29,9 @@ struct PropagatorSpec {
   cl::FftBackend backend = cl::FftBackend::host;
 };
 
+/// Size of the padded plane: at least `padding` times `size`, rows of whole packets, and sizes that the FFT transforms fast.
+glm::ivec2 padded_size(glm::ivec2 size, double padding, cl::FftBackend backend);
+
 /// Carries fields from any number of planes to one target plane: load, add, load, add, ..., collect. Everything stays on the device; the
 /// inverse transform is done once. Planes have equal size and pitch; shift and distance are of the target's centre relative to the
 /// source's.

@@ -96,7 +96,10 @@ Json json_of(const Plan& plan) {
          {"padded", json_of(plan.padded)},
          {"rays", plan.rays},
          {"device_bytes", plan.device_bytes}};
-  for (const auto& w : plan.wrps) j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}, {"rays_per_pixel", w.fan.size()}});
+  for (const auto& w : plan.wrps) {
+    j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}});
+    if (!plan.aimed) j["wrps"].back()["rays_per_pixel"] = w.fan.size();
+  }
   return j;
 }
 
@@ -155,9 +158,16 @@ std::string plan_report_text(const Scene& scene, const World& world, const Plan&
       << mm(plan.near_m) << " to " << mm(plan.far_m) << " from the hologram\n";
   out << "WRPs      " << plan.grid.x << " x " << plan.grid.y << " at " << mm(plan.distance_m) << ", " << mm(plan.near_m - plan.distance_m)
       << " in front of the nearest surface\n";
-  for (const auto& w : plan.wrps)
-    out << "          centre (" << mm(w.centre_m.x) << ", " << mm(w.centre_m.y) << "): " << w.fan.size() << " rays per pixel\n";
-  out << "rays      " << plan.rays << " per frame, " << scene.sampling.frames << (scene.sampling.frames == 1 ? " frame\n" : " frames\n");
+  for (const auto& w : plan.wrps) {
+    out << "          centre (" << mm(w.centre_m.x) << ", " << mm(w.centre_m.y) << ")";
+    if (!plan.aimed) out << ": " << w.fan.size() << " rays per pixel";
+    out << "\n";
+  }
+  if (plan.aimed)
+    out << "samples   a lattice of " << plan.lattice.size.x << " x " << plan.lattice.size.y << " rays, " << mm(scene.sampling.pitch_m)
+        << " apart at " << mm(plan.lattice.full_z_m) << "\n";
+  out << "rays      " << (plan.aimed ? "about " : "") << plan.rays << " per frame, " << scene.sampling.frames
+      << (scene.sampling.frames == 1 ? " frame\n" : " frames\n");
   out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding " << scene.wrp.padding << ")\n";
   out << "memory    " << cl::format_bytes(plan.device_bytes) << " on the device\n";
   return out.str();
