@@ -113,6 +113,9 @@ static inline Obstacles between(__global const BvhNode* nodes, __global const Tr
   if (dot(pyramid.surface, normal) < 0.0f) pyramid.surface = -pyramid.surface;
   Obstacles obstacles;
   obstacles.state = pyramid_state(nodes, triangles, &pyramid, 0.0f, obstacles.triangles, OBSTACLES, &obstacles.count);
+  if (obstacles.state == PYRAMID_MIXED && obstacles.count <= OBSTACLES &&
+      patch_fills(triangles, obstacles.triangles, obstacles.count, &pyramid))
+    obstacles.state = PYRAMID_CLOSED;
   return obstacles;
 }
 

@@ -16,7 +16,7 @@ typedef struct {
 
 #define PYRAMID_CLEAR 0   // no triangle stands in it
 #define PYRAMID_MIXED 1   // some may
-#define PYRAMID_CLOSED 2  // one triangle fills it
+#define PYRAMID_CLOSED 2  // one triangle, or a patch of triangles, fills it
 
 static inline float3 corner_of(__global const float* p) { return (float3)(p[0], p[1], p[2]); }
 
@@ -93,6 +93,54 @@ static inline int pyramid_state(__global const BvhNode* nodes, __global const Tr
     }
     node_index = next;
   }
+}
+
+static inline bool same_corner(__global const float* p, __global const float* q) { return p[0] == q[0] && p[1] == q[1] && p[2] == q[2]; }
+
+static inline __global const float* corner_number(__global const Triangle* t, int i) {
+  return i % 3 == 0 ? t->a : i % 3 == 1 ? t->b : t->c;
+}
+
+// Whether the triangles that may stand in a pyramid fill it together. Going over its directions, one leaves a triangle only across an edge:
+// when behind every edge that may cross the pyramid another triangle goes on, and one direction is covered, all are.
+static inline bool patch_fills(__global const Triangle* triangles, const int* list, int count, const Pyramid* pyramid) {
+  const float3 p = pyramid->apex;
+  const float3 planes[4] = {(float3)(1.0f, 0.0f, pyramid->right), (float3)(-1.0f, 0.0f, -pyramid->left),
+                            (float3)(0.0f, 1.0f, pyramid->upper), (float3)(0.0f, -1.0f, -pyramid->lower)};
+  const Pyramid middle = {p,
+                          0.5f * (pyramid->left + pyramid->right),
+                          0.5f * (pyramid->left + pyramid->right),
+                          0.5f * (pyramid->lower + pyramid->upper),
+                          0.5f * (pyramid->lower + pyramid->upper),
+                          pyramid->surface};
+  bool covered = false;
+  for (int i = 0; i < count; ++i) {
+    __global const Triangle* t = triangles + list[i];
+    if (fmax(fmax(t->a[2], t->b[2]), t->c[2]) >= p.z) return false;
+    covered = covered || triangle_fills(t, &middle);
+    for (int e = 0; e < 3; ++e) {
+      __global const float* from = corner_number(t, e);
+      __global const float* to = corner_number(t, e + 1);
+      const float3 a = corner_of(from) - p, b = corner_of(to) - p;
+      bool apart = false;
+      for (int k = 0; k < 4; ++k) apart = apart || (dot(planes[k], a) > 0.0f && dot(planes[k], b) > 0.0f);
+      if (apart) continue;
+      const float3 side = cross(a, b);
+      const float own = dot(side, corner_of(corner_number(t, e + 2)) - p);
+      bool goes_on = false;
+      for (int j = 0; j < count && !goes_on; ++j) {
+        __global const Triangle* other = triangles + list[j];
+        for (int f = 0; f < 3 && j != i && !goes_on; ++f) {
+          __global const float* c = corner_number(other, f);
+          __global const float* d = corner_number(other, f + 1);
+          if (!(same_corner(c, to) && same_corner(d, from)) && !(same_corner(c, from) && same_corner(d, to))) continue;
+          goes_on = own * dot(side, corner_of(corner_number(other, f + 2)) - p) < 0.0f;
+        }
+      }
+      if (!goes_on) return false;
+    }
+  }
+  return covered;
 }
 
 #endif
