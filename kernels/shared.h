@@ -77,6 +77,7 @@ typedef struct {
   float centre_x;  // the hologram's centre in the scene frame
   float centre_y;
   float centre_z;
+  float near_z;     // rays start here, close before the scene: places are then as exact as the scene is small
   float full_z;     // world depth at which the lattice's pitch is p
   float layer_gap;  // layers closer than this along z are one
   float bias;

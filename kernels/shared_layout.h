@@ -55,6 +55,7 @@
   MEMBER(Lattice, centre_x)           \
   MEMBER(Lattice, centre_y)           \
   MEMBER(Lattice, centre_z)           \
+  MEMBER(Lattice, near_z)             \
   MEMBER(Lattice, full_z)             \
   MEMBER(Lattice, layer_gap)          \
   MEMBER(Lattice, bias)               \
