@@ -116,6 +116,7 @@ typedef struct {
   float pitch_y;
   float turns_hi;  // 1 / wavelength as the sum of two floats
   float turns_lo;
+  float turns_z;       // of z, reduced
   float fan;           // half width of the fan in half hologram windows
   float edge_rate;     // 1 / width of its soft edge; 0: hard
   float sine_limit_x;  // largest sine that the SLM's pixels can show

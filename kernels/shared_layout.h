@@ -85,6 +85,7 @@
   MEMBER(GatherPlane, pitch_y)        \
   MEMBER(GatherPlane, turns_hi)       \
   MEMBER(GatherPlane, turns_lo)       \
+  MEMBER(GatherPlane, turns_z)        \
   MEMBER(GatherPlane, fan)            \
   MEMBER(GatherPlane, edge_rate)      \
   MEMBER(GatherPlane, sine_limit_x)   \
