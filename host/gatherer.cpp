@@ -47,6 +47,7 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
   plane.pitch_x = static_cast<float>(pitch.x);
   plane.pitch_y = static_cast<float>(pitch.y);
   std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
+  plane.turns_z = static_cast<float>(std::remainder((centre_m.z - plan_.origin_m.z) / plan_.wavelength_m, 1.0));
   const bool at_hologram = centre_m.z <= 0;
   // At the hologram itself the window is the plane: there is no cone to soften, and each pixel sees every sample.
   plane.fan = at_hologram ? 1.0f : static_cast<float>(plan_.fan);

@@ -197,7 +197,7 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
                      " or more WRPs of the hologram's size, " + std::to_string(largest_grid) +
                      " are allowed; give wrp.grid, a larger hologram or a smaller scene");
   }
-  plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2, plan.distance_m};
+  plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2, (plan.near_m + plan.far_m) / 2};
 
   plan.lattice = lattice_over(scene, world, plan, {largest_tangent(0), largest_tangent(1)});
   for (int axis = 0; axis < 2; ++axis) {

@@ -42,7 +42,7 @@ struct Plan {
   glm::ivec2 size{1, 1};  // pixels of the hologram and of every WRP
   glm::dvec2 pitch_m{1, 1};
   double wavelength_m = 1;
-  glm::dvec3 origin_m{0};        // of the scene frame, in world coordinates: middle of the scene, at the WRPs' depth
+  glm::dvec3 origin_m{0};        // of the scene frame, in world coordinates: middle of the scene
   double near_m = 0, far_m = 0;  // depths of the nearest and farthest surface, world z
   double distance_m = 0;         // from the WRPs to the hologram
   glm::ivec2 grid{1, 1};

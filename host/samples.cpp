@@ -20,6 +20,7 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
   lattice.centre_x = static_cast<float>(centre.x);
   lattice.centre_y = static_cast<float>(centre.y);
   lattice.centre_z = static_cast<float>(centre.z);
+  lattice.near_z = static_cast<float>(plan.near_m - plan.origin_m.z) - 0.01f * scene.diameter_m;
   lattice.full_z = static_cast<float>(wanted.full_z_m);
   lattice.layer_gap = static_cast<float>(1e-3 * wanted.step * wanted.full_z_m);
   lattice.bias = scene.bias_m;
@@ -51,10 +52,11 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
   samples = {device, static_cast<std::size_t>(std::max(count, 1)), "samples"};
   lit = {device, static_cast<std::size_t>(std::max(count, 1)) * words, "lights on samples"};
   if (count == 0) return;
+  samples.fill_zero();  // should the second pass find fewer layers than the first, what is missing shines with nothing
   program.kernel("write_samples")
       .run(packets, local, scene.nodes, scene.triangles, scene.shading, scene.materials, scene.lights, scene.texels, scene.ambient_light,
            lattice, first_of_cell, samples, lit);
-  const float slack = scene.diameter_m * 0x1p-18f;
+  const float slack = scene.bias_m / 4;
   const cl::Range group{lanes == 1 ? std::size_t{64} : std::size_t{1}};
   program.kernel("find_hidden").run({static_cast<std::size_t>(count)}, group, scene.nodes, scene.triangles, lattice, slack, count, samples);
   samples.on_host(

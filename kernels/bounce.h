@@ -14,8 +14,8 @@
 typedef struct {
   Rays rays;
   floatv weight;  // share of the light that this way carries
-  floatv length;  // optical, in metres
-  floatv turns;   // the same, reduced
+  floatv length;  // metres of air that spread light as much: sum of segments over their index
+  floatv turns;   // of the optical path, reduced
   floatv index;   // of refraction along the ray
   int bounces_left;
 } Way;

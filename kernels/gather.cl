@@ -50,7 +50,8 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   a.half_x = plane.fan * lattice.half_width * narrowed;
   a.half_y = plane.fan * lattice.half_height * narrowed;
   a.amplitude = sqrt(s.radiance) * s.weight;
-  floatv turns = turns_of_length((floatv)(a.depth), plane.turns_hi, plane.turns_lo);
+  // Not of a.depth: a float is too coarse for it where the plane stands far from the scene.
+  const floatv turns = turns_of_length((floatv)(s.z), plane.turns_hi, plane.turns_lo) - plane.turns_z;
   float first[RAYWAVE_LANES];
   LANES_STORE(turns, first);
   a.turns = first[0];

@@ -8,6 +8,7 @@
 // find_hidden    samples[i].hidden = 0 where nothing can stand between the sample and any part of the hologram
 //
 // The first two handle RAYWAVE_LANES cells of one row per work-item: global size (ceil(nx / lanes), ny). OpenCL C 1.2.
+#pragma OPENCL FP_CONTRACT OFF  // both passes must find the same layers
 #include "bvh.h"
 #include "hash.h"
 #include "lanes.h"
@@ -20,12 +21,12 @@
 static inline Rays lattice_rays(const Lattice* lattice, int first, int row) {
   const intv column = first + LANES_INDEX;
   Rays rays;
-  rays.ox = lattice->centre_x;
-  rays.oy = lattice->centre_y;
-  rays.oz = lattice->centre_z;
   rays.dx = (LANES_TO_FLOAT(lattice->first_x + column) + 0.5f) * lattice->step;
   rays.dy = ((float)(lattice->first_y + row) + 0.5f) * lattice->step;
   rays.dz = 1.0f;
+  rays.ox = lattice->centre_x + (lattice->near_z - lattice->centre_z) * rays.dx;
+  rays.oy = lattice->centre_y + (lattice->near_z - lattice->centre_z) * rays.dy;
+  rays.oz = lattice->near_z;
   rays.t_min = 0.0f;
   rays.t_max = lattice->reach;
   rays.active = column < lattice->nx;

@@ -77,6 +77,7 @@ typedef struct {
   float centre_x;  // the hologram's centre in the scene frame
   float centre_y;
   float centre_z;
+  float near_z;     // rays start here, close before the scene: places are then as exact as the scene is small
   float full_z;     // world depth at which the lattice's pitch is p
   float layer_gap;  // layers closer than this along z are one
   float bias;
@@ -115,6 +116,7 @@ typedef struct {
   float pitch_y;
   float turns_hi;  // 1 / wavelength as the sum of two floats
   float turns_lo;
+  float turns_z;       // of z, reduced
   float fan;           // half width of the fan in half hologram windows
   float edge_rate;     // 1 / width of its soft edge; 0: hard
   float sine_limit_x;  // largest sine that the SLM's pixels can show

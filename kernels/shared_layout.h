@@ -55,6 +55,7 @@
   MEMBER(Lattice, centre_x)           \
   MEMBER(Lattice, centre_y)           \
   MEMBER(Lattice, centre_z)           \
+  MEMBER(Lattice, near_z)             \
   MEMBER(Lattice, full_z)             \
   MEMBER(Lattice, layer_gap)          \
   MEMBER(Lattice, bias)               \
@@ -84,6 +85,7 @@
   MEMBER(GatherPlane, pitch_y)        \
   MEMBER(GatherPlane, turns_hi)       \
   MEMBER(GatherPlane, turns_lo)       \
+  MEMBER(GatherPlane, turns_z)        \
   MEMBER(GatherPlane, fan)            \
   MEMBER(GatherPlane, edge_rate)      \
   MEMBER(GatherPlane, sine_limit_x)   \

@@ -99,7 +99,12 @@ static inline Source axis_source(const SceneArrays* scene, const Rays* rays, con
   source.x = line.ox + meets.t * line.dx;
   source.y = line.oy + meets.t * line.dy;
   source.z = line.oz + meets.t * line.dz;
-  source.key = cell_key(whole(source.x * rate), whole(source.y * rate), whole(source.z * rate));
+  // Of the line and the material it meets: the third cell index of a flat surface would hang on rounding.
+  int third[RAYWAVE_LANES];
+  LANES_STORE(meets.triangle, third);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) third[lane] = third[lane] < 0 ? 0 : 3 * scene->shading[third[lane]].material;
+  source.key = cell_key(LANES_SELECT(i, j, along_x), LANES_SELECT(j, k, !along_z),
+                        LANES_LOAD(third) + LANES_SELECT(LANES_SELECT((intv)(0), (intv)(1), along_y), (intv)(2), along_x));
   source.weight = 1.0f;
   source.found = meets.triangle >= 0;
   return source;
@@ -149,9 +154,9 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
 #if RAYWAVE_BOUNCES > 0
       way.rays.active = hit;
       const floatv speed = sqrt(rays.dx * rays.dx + rays.dy * rays.dy + rays.dz * rays.dz);
-      const floatv segment = hits.t * speed * way.index;
-      way.length += segment;
-      way.turns = turns_reduced(way.turns + turns_of_length(segment, plane.turns_hi, plane.turns_lo));
+      const floatv segment = hits.t * speed;
+      way.length += segment / way.index;
+      way.turns = turns_reduced(way.turns + turns_of_length(segment * way.index, plane.turns_hi, plane.turns_lo));
       radiance *= own_share(&way, &surface);
       floatv length = way.length;
       floatv turns = way.turns;
@@ -165,8 +170,9 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
 #endif
       Source source;
 #if RAYWAVE_SOURCE == SOURCE_HIT
-      source.key =
-          cell_key(whole(surface.x * plane.sampling_rate), whole(surface.y * plane.sampling_rate), whole(surface.z * plane.sampling_rate));
+      // Off zero, the scene's middle, where a flat surface would flicker between two cells.
+      source.key = cell_key(whole(surface.x * plane.sampling_rate), whole(surface.y * plane.sampling_rate),
+                            whole(surface.z * plane.sampling_rate + 0.31f));
       source.weight = 1.0f;
       source.found = hit;
 #else
@@ -187,9 +193,9 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
       const floatv ex = source.x - surface.x, ey = source.y - surface.y, ez = source.z - surface.z;
       const floatv along = (ex * rays.dx + ey * rays.dy + ez * rays.dz) * rsqrt(rays.dx * rays.dx + rays.dy * rays.dy + rays.dz * rays.dz);
       const floatv across_squared = fmax(ex * ex + ey * ey + ez * ez - along * along, (floatv)(0.0f));
-      const floatv further = way.index * (along + across_squared / (2.0f * fmax(length, (floatv)(1e-12f))));
-      length += further;
-      turns += turns_of_length(further, plane.turns_hi, plane.turns_lo);
+      const floatv curved = across_squared / (2.0f * fmax(length, (floatv)(1e-12f)));
+      length += along / way.index;
+      turns += turns_of_length(way.index * along + curved, plane.turns_hi, plane.turns_lo);
     }
 #endif
     source.weight *= length * length * plane.step_x * plane.step_y * plane.sampling_rate * plane.sampling_rate;
