@@ -68,6 +68,7 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
   }
   plane.near_z = static_cast<float>(plan_.near_m - plan_.origin_m.z) - scene_.bias_m;
   plane.bias = scene_.bias_m;
+  plane.view_half = static_cast<float>(std::max(1.0, plan_.fan));
 
   auto lattice = table_.lattice;
   lattice.half_width = static_cast<float>(half_window.x);

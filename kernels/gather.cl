@@ -73,14 +73,19 @@ __kernel void draw_phases(__global const Sample* samples, int sample_count, int 
   }
 }
 
-// Triangles that may stand between a sample and a tile are kept up to this many; where there are more, rays walk the tree.
-#define OBSTACLES 16
-
-typedef struct {
-  int state;  // PYRAMID_...
-  int count;
-  int triangles[OBSTACLES];
-} Obstacles;
+// PYRAMID_... of a sample's view of the hologram from (x0, y0) to (x1, y1), in half windows.
+static inline int view_state(uint hidden, float x0, float x1, float y0, float y1, float half_side) {
+  const float rate = 2.0f / half_side;
+  const int left = clamp((int)((x0 + half_side) * rate), 0, 3), right = clamp((int)((x1 + half_side) * rate), 0, 3);
+  const int lower = clamp((int)((y0 + half_side) * rate), 0, 3), upper = clamp((int)((y1 + half_side) * rate), 0, 3);
+  const int state = (int)(hidden >> (2 * (4 * lower + left)) & 3u);
+  for (int j = lower; j <= upper; ++j) {
+    for (int i = left; i <= right; ++i) {
+      if ((int)(hidden >> (2 * (4 * j + i)) & 3u) != state) return PYRAMID_MIXED;
+    }
+  }
+  return state;
+}
 
 // Lanes to whose pixels, or behind them, the sample's light comes without meeting anything before it has left the scene.
 static inline intv reaches(__global const BvhNode* nodes, __global const Triangle* triangles, __global const Sample* s, const Aim* a,
@@ -112,12 +117,7 @@ static inline Obstacles between(__global const BvhNode* nodes, __global const Tr
   Pyramid pyramid = {(float3)(s->x, s->y, s->z) + plane->bias * normal, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1),
                      triangle_normal(triangles + s->triangle)};
   if (dot(pyramid.surface, normal) < 0.0f) pyramid.surface = -pyramid.surface;
-  Obstacles obstacles;
-  obstacles.state = pyramid_state(nodes, triangles, &pyramid, 0.0f, obstacles.triangles, OBSTACLES, &obstacles.count);
-  if (obstacles.state == PYRAMID_MIXED && obstacles.count <= OBSTACLES &&
-      patch_fills(triangles, obstacles.triangles, obstacles.count, &pyramid))
-    obstacles.state = PYRAMID_CLOSED;
-  return obstacles;
+  return obstacles_in(nodes, triangles, &pyramid, 0.0f);
 }
 
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
@@ -191,9 +191,13 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
       Obstacles obstacles;
       obstacles.state = PYRAMID_CLEAR;
       if (a.hidden) {
-        obstacles =
-            between(nodes, triangles, samples + index, &a, fmax(left_x, a.centre_x - a.half_x), fmin(right_x, a.centre_x + a.half_x),
-                    fmax(bottom_y, a.centre_y - a.half_y), fmin(top_y, a.centre_y + a.half_y), &plane);
+        const float x0 = fmax(left_x, a.centre_x - a.half_x), x1 = fmin(right_x, a.centre_x + a.half_x);
+        const float y0 = fmax(bottom_y, a.centre_y - a.half_y), y1 = fmin(top_y, a.centre_y + a.half_y);
+        const float sign = a.depth < 0.0f ? -1.0f : 1.0f;
+        const float u0 = (x0 - a.centre_x) * a.scale_x * sign, u1 = (x1 - a.centre_x) * a.scale_x * sign;
+        const float v0 = (y0 - a.centre_y) * a.scale_y * sign, v1 = (y1 - a.centre_y) * a.scale_y * sign;
+        obstacles.state = view_state(a.hidden, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1), plane.view_half);
+        if (obstacles.state == PYRAMID_MIXED) obstacles = between(nodes, triangles, samples + index, &a, x0, x1, y0, y1, &plane);
         if (obstacles.state == PYRAMID_CLOSED) continue;
       }
       const floatv dx = x - a.x;

@@ -143,4 +143,22 @@ static inline bool patch_fills(__global const Triangle* triangles, const int* li
   return covered;
 }
 
+// Triangles that may stand in a pyramid are kept up to this many.
+#define OBSTACLES 16
+
+typedef struct {
+  int state;  // PYRAMID_...
+  int count;
+  int triangles[OBSTACLES];
+} Obstacles;
+
+// What stands in a pyramid; patches of triangles that fill it are found when they are no more than OBSTACLES.
+static inline Obstacles obstacles_in(__global const BvhNode* nodes, __global const Triangle* triangles, const Pyramid* pyramid,
+                                     float slack) {
+  Obstacles o;
+  o.state = pyramid_state(nodes, triangles, pyramid, slack, o.triangles, OBSTACLES, &o.count);
+  if (o.state == PYRAMID_MIXED && o.count <= OBSTACLES && patch_fills(triangles, o.triangles, o.count, pyramid)) o.state = PYRAMID_CLOSED;
+  return o;
+}
+
 #endif

@@ -5,7 +5,7 @@
 // count_layers   layers[cell] = number of samples of each cell (nx * ny cells, row by row)
 // write_samples  the samples of cell c to samples[first[c]] and on; first: nx * ny + 1 sums of the counts
 // write_samples  also sets lit[i * words + l / 32], bit l % 32: light l falls on sample i; words = (RAYWAVE_LIGHTS + 31) / 32, at least 1
-// find_hidden    samples[i].hidden = 0 where nothing can stand between the sample and any part of the hologram
+// find_hidden    samples[i].hidden: what can stand between the sample and the parts of the hologram
 //
 // The first two handle RAYWAVE_LANES cells of one row per work-item: global size (ceil(nx / lanes), ny). OpenCL C 1.2.
 #pragma OPENCL FP_CONTRACT OFF  // both passes must find the same layers
@@ -143,7 +143,7 @@ __kernel void write_samples(__global const BvhNode* nodes, __global const Triang
   }
 }
 
-// One work-item per sample. A sample may be called hidden that is not, never the other way round.
+// One work-item per sample. A view may be called MIXED that is clear or closed, never the other way round.
 __kernel void find_hidden(__global const BvhNode* nodes, __global const Triangle* triangles, Lattice lattice, float slack, int sample_count,
                           __global Sample* samples) {
   const int index = (int)get_global_id(0);
@@ -151,10 +151,20 @@ __kernel void find_hidden(__global const BvhNode* nodes, __global const Triangle
   const Sample sample = samples[index];
   const float rate = 1.0f / (sample.z - lattice.centre_z);
   const float x = lattice.centre_x - sample.x, y = lattice.centre_y - sample.y;
-  Pyramid pyramid = {(float3)(sample.x, sample.y, sample.z), (x - lattice.half_width) * rate,
-                     (x + lattice.half_width) * rate,        (y - lattice.half_height) * rate,
-                     (y + lattice.half_height) * rate,       triangle_normal(triangles + sample.triangle)};
-  if (dot(pyramid.surface, (float3)(x * rate, y * rate, -1.0f)) < 0.0f) pyramid.surface = -pyramid.surface;
+  float3 surface = triangle_normal(triangles + sample.triangle);
+  if (dot(surface, (float3)(x * rate, y * rate, -1.0f)) < 0.0f) surface = -surface;
+  const float left = (x - lattice.half_width) * rate, lower = (y - lattice.half_height) * rate;
+  const float width = 2.0f * lattice.half_width * rate, height = 2.0f * lattice.half_height * rate;
+  const Pyramid whole_view = {(float3)(sample.x, sample.y, sample.z), left, left + width, lower, lower + height, surface};
+  uint hidden = 0;
   int found;
-  samples[index].hidden = pyramid_state(nodes, triangles, &pyramid, slack, 0, 0, &found) != PYRAMID_CLEAR;
+  if (pyramid_state(nodes, triangles, &whole_view, slack, 0, 0, &found) != PYRAMID_CLEAR) {
+    for (int part = 0; part < 16; ++part) {
+      const float u = left + 0.25f * width * (float)(part % 4), v = lower + 0.25f * height * (float)(part / 4);
+      const Pyramid view = {whole_view.apex, u, u + 0.25f * width, v, v + 0.25f * height, surface};
+      const Obstacles obstacles = obstacles_in(nodes, triangles, &view, slack);
+      hidden |= (uint)obstacles.state << (2 * part);
+    }
+  }
+  samples[index].hidden = hidden;
 }

@@ -64,7 +64,8 @@ typedef struct {
   float shininess;
   uint key;  // of the random phase: cell and layer
   int triangle;
-  int hidden;  // something may stand between it and a part of the hologram
+  uint hidden;  // what stands between it and the hologram: PYRAMID_... (pyramid.h) of each of 4 x 4 parts of the window, two bits each,
+                // row by row from the bottom left; 0: nothing at all
 } Sample;
 
 // The lattice of rays from the hologram's centre: ray (i, j) has the tangents ((first_x + i + 0.5) step, (first_y + j + 0.5) step).
@@ -102,7 +103,7 @@ typedef struct {
   float amplitude;  // of the part that does not depend on direction
   float turns;      // of the depth, reduced
   int specular;
-  int hidden;
+  uint hidden;  // as in Sample
 } Aim;
 
 // The plane of pixels that a gather fills.
@@ -128,8 +129,9 @@ typedef struct {
   float tangent_step_y;
   float window_x;
   float window_y;
-  float near_z;  // nothing of the scene stands nearer to the hologram, scene frame
-  float bias;    // distance that a visibility ray starts off its surface
+  float near_z;     // nothing of the scene stands nearer to the hologram, scene frame
+  float bias;       // distance that a visibility ray starts off its surface
+  float view_half;  // half side of the window that Sample::hidden speaks of, in half hologram windows
 } GatherPlane;
 
 // Directional light (is_point 0): xyz is the unit vector towards it. Point light (is_point 1): xyz is its position. Ambient light is a

@@ -98,6 +98,7 @@
   MEMBER(GatherPlane, window_y)       \
   MEMBER(GatherPlane, near_z)         \
   MEMBER(GatherPlane, bias)           \
+  MEMBER(GatherPlane, view_half)      \
   MEMBER(Light, x)                    \
   MEMBER(Light, y)                    \
   MEMBER(Light, z)                    \
