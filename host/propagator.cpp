@@ -201,8 +201,10 @@ struct Propagator::State {
 
   Transfer transfer(glm::dvec2 shift_m, double distance_m) const { return transfer_of(x, y, spec.wavelength_m, shift_m, distance_m); }
 
-  void check_field(const cl::ComplexBuffer& field) const {
-    if (field.size() != static_cast<std::size_t>(spec.size.x) * spec.size.y)
+  /// A stack of `frames` planes or more; one plane alone must be of that size.
+  void check_field(const cl::ComplexBuffer& field, int frames = 1) const {
+    const auto plane = static_cast<std::size_t>(spec.size.x) * spec.size.y;
+    if (frames < 1 || field.size() % plane != 0 || field.size() / plane < static_cast<std::size_t>(frames))
       throw std::invalid_argument("Propagator: field of another size");
   }
 
@@ -228,7 +230,7 @@ bool Propagator::reaches(glm::dvec2 shift_m, double distance_m) const { return !
 
 void Propagator::load(const cl::ComplexBuffer& field, int frame) {
   auto& s = *state_;
-  s.check_field(field);
+  s.check_field(field, frame + 1);
   s.run_rows(s.program.kernel("pad"), s.x.padded, s.y.padded, field, s.spectrum, frame, s.spec.size.x, s.spec.size.y, s.x.padded,
              s.y.padded);
   s.fft->forward(s.spectrum);
