@@ -54,7 +54,7 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
   program.kernel("write_samples")
       .run(packets, local, scene.nodes, scene.triangles, scene.shading, scene.materials, scene.lights, scene.texels, scene.ambient_light,
            lattice, first_of_cell, samples, lit);
-  const float slack = scene.diameter_m * 0x1p-18f;
+  const float slack = scene.bias_m / 4;
   const cl::Range group{lanes == 1 ? std::size_t{64} : std::size_t{1}};
   program.kernel("find_hidden").run({static_cast<std::size_t>(count)}, group, scene.nodes, scene.triangles, lattice, slack, count, samples);
   samples.on_host(
