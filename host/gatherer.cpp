@@ -44,6 +44,7 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
   plane.left = static_cast<float>(corner.x - plan_.origin_m.x);
   plane.top = static_cast<float>(corner.y - plan_.origin_m.y);
   plane.z = static_cast<float>(centre_m.z - plan_.origin_m.z);
+  plane.z_turns = static_cast<float>(std::remainder((centre_m.z - plan_.origin_m.z) / plan_.wavelength_m, 1));
   plane.pitch_x = static_cast<float>(pitch.x);
   plane.pitch_y = static_cast<float>(pitch.y);
   std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);

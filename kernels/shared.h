@@ -111,6 +111,7 @@ typedef struct {
   float left;  // x of the centres of the first column, scene frame
   float top;   // y of the centres of the first row
   float z;
+  float z_turns;  // wavelengths in z, reduced
   float pitch_x;
   float pitch_y;
   float turns_hi;  // 1 / wavelength as the sum of two floats

@@ -80,6 +80,7 @@
   MEMBER(GatherPlane, left)           \
   MEMBER(GatherPlane, top)            \
   MEMBER(GatherPlane, z)              \
+  MEMBER(GatherPlane, z_turns)        \
   MEMBER(GatherPlane, pitch_x)        \
   MEMBER(GatherPlane, pitch_y)        \
   MEMBER(GatherPlane, turns_hi)       \
