@@ -123,7 +123,9 @@ DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const Wor
   }
   if (has_ambient) ambient_light = static_cast<float>(ambient);
   diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));
-  bias_m = diameter_m * 0x1p-16f;
+  // Far from the origin, rounding of the coordinates themselves counts.
+  const auto reach_m = std::max(glm::length(world.min_m - origin_m), glm::length(world.max_m - origin_m));
+  bias_m = std::max(diameter_m * 0x1p-16f, static_cast<float>(reach_m) * 0x1p-20f);
 
   const auto any = [&](auto&& test) { return std::any_of(material_data.begin(), material_data.end(), test); };
   options = {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))},

@@ -19,10 +19,14 @@ constexpr int largest_grid = 1024;
 /// (docs/pipeline.md, "Where the WRPs stand"); more only cost rays.
 constexpr double samples_across_nearest = 3;
 
+/// The same in pixels: fewer do not resolve the cone.
+constexpr double pixels_across_nearest = 8;
+
 /// Mirrors show things up to this many times as deep as the scene: rays are spaced for it.
 constexpr double deepest_virtual_picture = 2;
 
 constexpr double largest_lattice = 1 << 28;
+constexpr std::size_t largest_fan = 1 << 24;
 
 std::string millimetres(double metres) {
   std::ostringstream text;
@@ -104,12 +108,21 @@ std::vector<Wrp> wrps_side_by_side(const Scene& scene, const Plan& plan, glm::dv
       Wrp wrp;
       wrp.centre_m = {middle.x + (column - (plan.grid.x - 1) / 2.0) * window.x, middle.y - (row - (plan.grid.y - 1) / 2.0) * window.y,
                       plan.distance_m};
+      if (plan.aimed && plan.bounces == 0) {
+        wrps.push_back(std::move(wrp));
+        continue;
+      }
       std::array<std::vector<double>, 2> tangents;
       for (int axis = 0; axis < 2; ++axis) {
         // Perspective views turn with the pixel, parallel ones with the WRP.
         const double shift = perspective ? 0 : wrp.centre_m[axis];
         tangents[axis] = fan_tangents(window[axis], plan.distance_m, shift, depth, scene.sampling.pitch_m);
         wrp.fan_step[axis] = window[axis] / plan.distance_m / static_cast<double>(tangents[axis].size());
+      }
+      if (tangents[0].size() > largest_fan / tangents[1].size()) {
+        throw InputError(scene.file.string() + ": sampling.pitch " + millimetres(scene.sampling.pitch_m) + " needs " +
+                         std::to_string(tangents[0].size()) + " x " + std::to_string(tangents[1].size()) +
+                         " rays per pixel, at most 16777216 are allowed; give a larger pitch");
       }
       wrp.fan = fan_of(tangents[0], tangents[1], perspective ? glm::dvec2(1) : plan.largest_sine);
       if (perspective) wrp.convergence_per_m = 1 / plan.distance_m;
@@ -182,7 +195,9 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
     }
   } else {
     const double cone = std::max(window.x, window.y) / plan.near_m;
-    plan.distance_m = plan.near_m - std::min(samples_across_nearest * scene.sampling.pitch_m / cone, plan.near_m / 2);
+    const double across =
+        std::max(samples_across_nearest * scene.sampling.pitch_m, pixels_across_nearest * std::max(plan.pitch_m.x, plan.pitch_m.y));
+    plan.distance_m = plan.near_m - std::min(across / cone, plan.near_m / 2);
   }
 
   glm::dvec2 middle;

@@ -206,9 +206,11 @@ struct Propagator::State {
 
   Transfer transfer(glm::dvec2 shift_m, double distance_m) const { return transfer_of(x, y, spec.wavelength_m, shift_m, distance_m); }
 
-  void check_field(const cl::ComplexBuffer& field, int frame) const {
-    if (frame < 0 || field.size() < (static_cast<std::size_t>(frame) + 1) * static_cast<std::size_t>(spec.size.x) * spec.size.y)
-      throw std::invalid_argument("Propagator: field too small for this plane and frame");
+  /// A stack of `frames` planes or more; one plane alone must be of that size.
+  void check_field(const cl::ComplexBuffer& field, int frames = 1) const {
+    const auto plane = static_cast<std::size_t>(spec.size.x) * spec.size.y;
+    if (frames < 1 || field.size() % plane != 0 || field.size() / plane < static_cast<std::size_t>(frames))
+      throw std::invalid_argument("Propagator: field of another size");
   }
 
   cl::Device device;
@@ -233,7 +235,7 @@ bool Propagator::reaches(glm::dvec2 shift_m, double distance_m) const { return !
 
 void Propagator::load(const cl::ComplexBuffer& field, int frame) {
   auto& s = *state_;
-  s.check_field(field, frame);
+  s.check_field(field, frame + 1);
   s.run_rows(s.program.kernel("pad"), s.x.padded, s.y.padded, field, s.spectrum, frame, s.spec.size.x, s.spec.size.y, s.x.padded,
              s.y.padded);
   s.fft->forward(s.spectrum);
@@ -273,7 +275,7 @@ void Propagator::add(glm::dvec2 shift_m, double distance_m) {
 
 void Propagator::collect(cl::ComplexBuffer& field) {
   auto& s = *state_;
-  s.check_field(field, 0);
+  s.check_field(field);
   if (!s.sum_holds_spectra) return field.fill_zero();
   s.fft->inverse(s.sum);
   s.run_rows(s.program.kernel("crop"), s.spec.size.x, s.spec.size.y, s.sum, field, s.spec.size.x, s.spec.size.y, s.x.padded);

@@ -35,16 +35,18 @@ static inline Way way_from(const Rays* rays) {
 // Share of the light seen along the way that the surface itself sends out.
 static inline floatv own_share(const Way* way, const Surface* s) { return way->weight * (1.0f - s->reflectivity - s->transparency); }
 
-static inline Way bounced(const Way* way, const Surface* s, floatv dx, floatv dy, floatv dz, float side, float bias, float reach,
-                          floatv share, floatv index) {
+// The way onwards from a surface in a unit direction. It starts on the surface itself, so that its length is exact, and meets nothing
+// within `bias` of it.
+static inline Way bounced(const Way* way, const Surface* s, floatv dx, floatv dy, floatv dz, float bias, float reach, floatv share,
+                          floatv index) {
   Way next = *way;
-  next.rays.ox = s->x + side * bias * s->nx;
-  next.rays.oy = s->y + side * bias * s->ny;
-  next.rays.oz = s->z + side * bias * s->nz;
+  next.rays.ox = s->x;
+  next.rays.oy = s->y;
+  next.rays.oz = s->z;
   next.rays.dx = dx;
   next.rays.dy = dy;
   next.rays.dz = dz;
-  next.rays.t_min = 0.0f;
+  next.rays.t_min = bias / fmax(fabs(dx * s->nx + dy * s->ny + dz * s->nz), (floatv)(0x1p-6f));
   next.rays.t_max = reach;
   next.weight = way->weight * share;
   next.index = index;
@@ -68,13 +70,13 @@ static inline int bounce(const Way* way, const Surface* surface, float bias, flo
   const floatv mirrored = surface->reflectivity + surface->transparency - refracted;
   if (LANES_ANY(hit & (mirrored > 0.0f))) {
     ways[pending++] = bounced(way, surface, dx + 2.0f * along * surface->nx, dy + 2.0f * along * surface->ny,
-                              dz + 2.0f * along * surface->nz, 1.0f, bias, reach, mirrored, way->index);
+                              dz + 2.0f * along * surface->nz, bias, reach, mirrored, way->index);
   }
   if (LANES_ANY(hit & (refracted > 0.0f))) {
     const floatv inward = ratio * along - sqrt(fmax(k, (floatv)(0.0f)));
     ways[pending++] =
-        bounced(way, surface, ratio * dx + inward * surface->nx, ratio * dy + inward * surface->ny, ratio * dz + inward * surface->nz,
-                -1.0f, bias, reach, refracted, LANES_SELECT((floatv)(1.0f), surface->ior, surface->entering));
+        bounced(way, surface, ratio * dx + inward * surface->nx, ratio * dy + inward * surface->ny, ratio * dz + inward * surface->nz, bias,
+                reach, refracted, LANES_SELECT((floatv)(1.0f), surface->ior, surface->entering));
   }
   return pending;
 }

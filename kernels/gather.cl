@@ -2,9 +2,9 @@
 // Aimed gathering: every pixel of a plane receives one wave from each surface sample whose light passes through it on its way into the
 // hologram's window,
 //   sqrt(radiance) weight / r * exp(2 pi i (r / wavelength + phase(sample, frame))),
-// converging waves (samples in front of the plane) with the opposite sign of r. A sample that something may hide is asked for with a ray
-// from it towards the hologram; highlights are shaded with the true direction. A plane at the hologram itself gathers every sample at every
-// pixel: the point-based method.
+// converging waves (samples in front of the plane) with the opposite sign of both r: a wave that passes its focus turns by half a period. A
+// sample that something may hide is asked for with a ray from it towards the hologram; highlights are shaded with the true direction. A
+// plane at the hologram itself gathers every sample at every pixel: the point-based method.
 //
 // aim          aims[i]: sample i as the pixels of this plane see it
 // draw_phases  phasors[frame * sample_count + i]: exp(i phase) of sample i in that frame
@@ -233,7 +233,7 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
           amplitude = shaded_amplitude(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &a, dx,
                                        (floatv)(dy), inverse_length);
 #endif
-        amplitude = LANES_SELECT((floatv)(0.0f), amplitude * edge_x * edge_y * fabs(a.inverse_depth) * inverse_length, counts);
+        amplitude = LANES_SELECT((floatv)(0.0f), amplitude * edge_x * edge_y * a.inverse_depth * inverse_length, counts);
         // sqrt(1 + s) - 1 without cancellation.
         const floatv turns = a.turns + excess_turns * (squared / (1.0f + length));
         floatv c, s;

@@ -162,6 +162,7 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
       floatv turns = way.turns;
       pending = bounce(&way, &surface, plane.bias, plane.reach, ways, pending);
 #else
+    radiance *= 1.0f - surface.reflectivity - surface.transparency;
     floatv length = hits.t * slope;
     floatv turns = turns_of_length(length, plane.turns_hi, plane.turns_lo);
 #endif

@@ -6,6 +6,7 @@
 #include "cl/device.hpp"
 #include "host/cli/commands.hpp"
 #include "host/error.hpp"
+#include "host/text.hpp"
 #include "raywave_version.hpp"
 
 namespace {
@@ -34,8 +35,8 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::ParseError& error) {
-    const int code = app.exit(error);
-    return code == 0 ? 0 : exit_input;
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    return fail(exit_input, (raywave::one_line(error.what()) + " (raywave --help lists what there is)").c_str());
   } catch (const raywave::InputError& error) {
     return fail(exit_input, error.what());
   } catch (const raywave::cl::DeviceError& error) {

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/reference/shading.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "host/image.hpp"
+#include "host/reference/rays.hpp"
+
+namespace raywave::reference {
+namespace {
+
+constexpr double sideways = 2e-7;           // of the distance to a triangle: what single precision may move a ray by
+constexpr double cell_margin = 2e-5;        // of a phase cell
+constexpr double shortest_way = 0x1.2p-16;  // of the scene's size, off the last surface: the device may leave out a shorter one
+constexpr double cosine_margin = 1e-5;      // of the slope at which a light sets, or refraction becomes total
+
+/// A surface where a ray meets it; the normal faces the side the ray came from.
+struct Surface {
+  glm::dvec3 point{0}, normal{0};
+  bool entering = true;  // met from outside
+  const Material* material = nullptr;
+  double texel = 1;
+  int triangle = -1;
+};
+
+/// Bilinear between texel centres, repeated; (0, 0) is the picture's bottom left corner.
+double texture_at(const Image& image, glm::dvec2 uv) {
+  const double x = uv.x * image.width - 0.5, y = (1 - uv.y) * image.height - 0.5;
+  const auto texel = [&](double column, double row) {
+    const auto wrapped = [](double i, int n) { return static_cast<std::size_t>(i - n * std::floor(i / n)); };
+    return static_cast<double>(image.pixels[wrapped(row, image.height) * image.width + wrapped(column, image.width)]);
+  };
+  const double left = std::floor(x), top = std::floor(y);
+  double sum = 0;
+  for (const double column : {left, left + 1})
+    for (const double row : {top, top + 1}) sum += (1 - std::abs(x - column)) * (1 - std::abs(y - row)) * texel(column, row);
+  return sum;
+}
+
+class Tracing {
+public:
+  Tracing(const Scene& scene, const World& world, const Plan& plan, std::uint32_t seed)
+      : scene_(scene), world_(world), plan_(plan), seed_(seed), channel_(channel_of(scene.hologram.wavelength_m)) {
+    for (const auto& corners : world.triangles) {
+      device::Triangle triangle{};
+      float* const to[] = {triangle.a, triangle.b, triangle.c};
+      for (int corner = 0; corner < 3; ++corner) {
+        const auto p = world.positions[corners[corner]] - plan.origin_m;
+        for (int axis = 0; axis < 3; ++axis) to[corner][axis] = static_cast<float>(p[axis]);
+      }
+      triangles_.push_back(triangle);
+    }
+    for (const auto& m : scene.materials)
+      textures_.push_back(m.texture ? load_texture(*m.texture, channel_, m.where) : Image{1, 1, {1.0f}});
+    bool has_ambient = false;
+    double sum = 0;
+    for (const auto& l : scene.lights) {
+      if (l.type != LightType::ambient) continue;
+      has_ambient = true;
+      sum += l.intensity;
+    }
+    ambient_light_ = has_ambient ? sum : 1;
+  }
+
+  /// What arrives along a ray that has come `length_m` (optical) before, and leaves triangle `from` at the cosine `slope` to its normal.
+  std::complex<double> gathered(glm::dvec3 origin, glm::dvec3 direction, double weight, double length_m, double index, int bounces_left,
+                                int from = -1, double slope = 1) {
+    const auto hit = nearest(origin, direction, 1, from);
+    if (hit.triangle < 0) return 0;
+    ++result.hits;
+    if (from >= 0 && hit.t < shortest_way * distance(world_.min_m, world_.max_m) / std::max(slope, 1.0 / 64)) undecided = true;
+    const auto surface = surface_at(origin, direction, hit);
+    const auto& m = *surface.material;
+    length_m += hit.t * index;
+    const double radiance = weight * (1 - m.reflectivity - m.transparency) * phong(surface, -direction);
+    auto sum = std::polar(std::sqrt(std::max(radiance, 0.0)) / length_m,
+                          2 * std::numbers::pi * (std::remainder(length_m / plan_.wavelength_m, 1) + cell_phase(surface.point)));
+    if (bounces_left == 0 || (m.reflectivity == 0 && m.transparency == 0)) return sum;
+
+    const double along = -dot(direction, surface.normal);
+    const double ratio = surface.entering ? 1 / m.ior : m.ior;
+    const double k = 1 - ratio * ratio * (1 - along * along);
+    if (m.transparency > 0 && std::abs(k) < cosine_margin) undecided = true;
+    double mirrored = m.reflectivity;
+    if (m.transparency > 0 && k <= 0) {
+      mirrored += m.transparency;
+      ++result.totally_reflected;
+    } else if (m.transparency > 0) {
+      ++result.refracted;
+      const auto refracted = ratio * direction + (ratio * along - std::sqrt(k)) * surface.normal;
+      sum += gathered(surface.point, refracted, weight * m.transparency, length_m, surface.entering ? m.ior : 1, bounces_left - 1,
+                      hit.triangle, std::sqrt(k));
+    }
+    if (mirrored > 0) {
+      ++result.mirrored;
+      sum += gathered(surface.point, reflect(direction, surface.normal), weight * mirrored, length_m, index, bounces_left - 1, hit.triangle,
+                      along);
+    }
+    return sum;
+  }
+
+  TracedField result;
+  bool undecided = false;  // set by what rays met since it was cleared
+
+private:
+  /// A ray that leaves triangle `from` does not meet it again.
+  Hit nearest(glm::dvec3 origin, glm::dvec3 direction, double t_max, int from) {
+    const Ray ray{origin, direction, 0, t_max};
+    Hit best{.t = t_max};
+    double doubtful = t_max;
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+      if (static_cast<int>(i) == from) continue;
+      const auto wide = intersect(triangles_[i], ray, sideways);
+      if (wide.triangle < 0) continue;
+      const auto exact = intersect(triangles_[i], ray), narrow = intersect_narrow(triangles_[i], ray);
+      if (narrow.triangle < 0) doubtful = std::min(doubtful, wide.t);
+      if (exact.triangle < 0 || exact.t >= best.t) continue;
+      best = exact;
+      best.triangle = static_cast<int>(i);
+    }
+    if (doubtful <= best.t && doubtful < t_max) undecided = true;
+    return best;
+  }
+
+  /// The hit, unless it lies as near to an edge as single precision may move it.
+  static Hit intersect_narrow(const device::Triangle& triangle, const Ray& ray) {
+    const auto hit = intersect(triangle, ray);
+    if (hit.triangle < 0) return hit;
+    const auto corner = [](const float* p) { return glm::dvec3(p[0], p[1], p[2]); };
+    const auto a = corner(triangle.a), b = corner(triangle.b), c = corner(triangle.c);
+    const double area = length(cross(b - a, c - a)), move = 3 * hit.t * sideways;
+    const double cosine = std::abs(dot(cross(b - a, c - a), ray.direction)) / (area * length(ray.direction));
+    const auto from_edge = [&](double weight, double edge) { return weight * area / edge * cosine; };
+    const double least =
+        std::min({from_edge(1 - hit.u - hit.v, distance(b, c)), from_edge(hit.u, distance(c, a)), from_edge(hit.v, distance(a, b))});
+    return least > move ? hit : Hit{};
+  }
+
+  Surface surface_at(glm::dvec3 origin, glm::dvec3 direction, const Hit& hit) const {
+    const auto corners = world_.triangles[static_cast<std::size_t>(hit.triangle)];
+    const double weights[] = {1 - hit.u - hit.v, hit.u, hit.v};
+    glm::dvec3 normal(0);
+    glm::dvec2 uv(0);
+    for (int i = 0; i < 3; ++i) {
+      normal += weights[i] * glm::dvec3(world_.normals[corners[i]]);
+      uv += weights[i] * glm::dvec2(world_.uvs[corners[i]]);
+    }
+    const auto& p = world_.positions;
+    auto face = cross(p[corners[1]] - p[corners[0]], p[corners[2]] - p[corners[0]]);
+    if (dot(face, normal) < 0) face = -face;
+    Surface surface;
+    surface.entering = dot(face, direction) <= 0;
+    surface.point = origin + hit.t * direction;
+    surface.normal = normalize(surface.entering ? normal : -normal);
+    const auto object = static_cast<std::size_t>(world_.triangle_object[static_cast<std::size_t>(hit.triangle)]);
+    const auto material = static_cast<std::size_t>(scene_.objects[object].material);
+    surface.material = &scene_.materials[material];
+    surface.triangle = hit.triangle;
+    surface.texel = texture_at(textures_[material], uv);
+    return surface;
+  }
+
+  double phong(const Surface& surface, glm::dvec3 to_viewer) {
+    const auto& m = *surface.material;
+    double radiance = m.ambient[channel_] * surface.texel * ambient_light_;
+    for (const auto& l : scene_.lights) {
+      if (l.type == LightType::ambient) continue;
+      const bool is_point = l.type == LightType::point;
+      const auto to_light = is_point ? l.position_m - plan_.origin_m - surface.point : -l.direction;
+      const auto direction = normalize(to_light);
+      const double facing = dot(surface.normal, direction);
+      if (std::abs(facing) < cosine_margin && m.specular[channel_] > 0) undecided = true;
+      if (facing <= 0) continue;
+      if (scene_.trace.shadows && nearest(surface.point, direction, is_point ? length(to_light) : 1, surface.triangle).triangle >= 0) {
+        ++result.shadowed;
+        continue;
+      }
+      const auto mirrored = 2 * facing * surface.normal - direction;
+      radiance += l.intensity * (m.diffuse[channel_] * surface.texel * facing +
+                                 m.specular[channel_] * power_of_cosine(dot(mirrored, to_viewer), m.shininess));
+    }
+    return radiance;
+  }
+
+  double cell_phase(glm::dvec3 point) {
+    std::int32_t cell[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const double place = point[axis] / scene_.sampling.pitch_m;
+      cell[axis] = static_cast<std::int32_t>(std::floor(place));
+      if (std::abs(place - std::round(place)) < cell_margin) undecided = true;
+    }
+    return phase_turns(cell[0], cell[1], cell[2], seed_);
+  }
+
+  const Scene& scene_;
+  const World& world_;
+  const Plan& plan_;
+  std::uint32_t seed_;
+  int channel_;
+  double ambient_light_ = 1;
+  std::vector<device::Triangle> triangles_;
+  std::vector<Image> textures_;
+};
+
+}  // namespace
+
+double power_of_cosine(double cosine, double exponent) {
+  if (cosine <= 0) return exponent == 0 ? 1 : 0;
+  return std::pow(std::min(cosine, 1.0), exponent);
+}
+
+double phase_turns(std::int32_t i, std::int32_t j, std::int32_t k, std::uint32_t seed) {
+  const auto x = static_cast<std::uint32_t>(i), y = static_cast<std::uint32_t>(j), z = static_cast<std::uint32_t>(k);
+  std::uint32_t h = x * 0x9e3779b1u ^ (y * 0x85ebca77u + 0x165667b1u);
+  h = (h ^ (h >> 15)) * 0x2c1b3c6du;
+  h ^= z * 0xc2b2ae3du;
+  h = (h ^ (h >> 16)) * 0x7feb352du;
+  return phase_turns_of_key(h ^ (h >> 15), seed);
+}
+
+double phase_turns_of_key(std::uint32_t key, std::uint32_t seed) {
+  std::uint32_t h = (key ^ (seed * 0x9e3779b9u)) * 0x846ca68bu;
+  h = (h ^ (h >> 16)) * 0x7feb352du;
+  h ^= h >> 15;
+  return (h >> 8) * 0x1p-24;
+}
+
+TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, const Wrp& wrp, std::uint32_t seed) {
+  Tracing tracing(scene, world, plan, seed);
+  for (int row = 0; row < plan.size.y; ++row) {
+    for (int column = 0; column < plan.size.x; ++column) {
+      const glm::dvec2 off((column - (plan.size.x - 1) / 2.0) * plan.pitch_m.x, ((plan.size.y - 1) / 2.0 - row) * plan.pitch_m.y);
+      const auto pixel_m = wrp.centre_m + glm::dvec3(off, 0);  // world
+      std::complex<double> sum = 0;
+      tracing.undecided = false;
+      for (const auto& centre_tangent : wrp.fan) {
+        const auto tangent = centre_tangent + wrp.convergence_per_m * glm::dvec2(pixel_m);
+        const auto direction = normalize(glm::dvec3(tangent, 1));
+        if (std::abs(direction.x) > plan.largest_sine.x || std::abs(direction.y) > plan.largest_sine.y) continue;
+        sum += tracing.gathered(pixel_m - plan.origin_m, direction, 1, 0, 1, plan.bounces);
+      }
+      tracing.result.field.push_back(sum);
+      tracing.result.undecided.push_back(tracing.undecided);
+    }
+  }
+  return std::move(tracing.result);
+}
+
+}  // namespace raywave::reference
