@@ -351,7 +351,7 @@ TEST_CASE("a sample that is not called hidden is seen from all over the hologram
         hidden += s.hidden != 0;
         truly_hidden += s.hidden && !seen;
       }
-      WARN("samples " << rig.samples.size() << ", called hidden " << hidden << ", of these hidden from a part " << truly_hidden);
+      INFO("samples " << rig.samples.size() << ", called hidden " << hidden << ", of these hidden from a part " << truly_hidden);
       CHECK(clear > 50);
       CHECK(truly_hidden > 50);
       CHECK(missed == 0);
@@ -378,7 +378,7 @@ TEST_CASE("nothing of a lone sphere is called hidden but its silhouette") {
         for (const double y : {-half.y, half.y}) least = std::min(least, dot(normalize(dvec3(x, y, 0) - p), (p - middle) / 0.45e-3));
       wrong += s.hidden && least > std::sin(1.8 * std::numbers::pi / 180);
     }
-    WARN("called hidden " << rig.table.hidden << " of " << rig.samples.size());
+    INFO("called hidden " << rig.table.hidden << " of " << rig.samples.size());
     CHECK(wrong == 0);
     CHECK(rig.table.hidden < 0.15 * static_cast<double>(rig.samples.size()));
     CHECK(rig.table.hidden > 0);
