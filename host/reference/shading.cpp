@@ -65,8 +65,13 @@ public:
     ambient_light_ = has_ambient ? sum : 1;
   }
 
-  /// What arrives along a ray that has come `length_m` (optical) before, and leaves triangle `from` at the cosine `slope` to its normal.
-  std::complex<double> gathered(glm::dvec3 origin, glm::dvec3 direction, double weight, double length_m, double index, int bounces_left,
+  /// How far light has come: its phase counts each segment times the index there, its spreading each divided by it.
+  struct Length {
+    double optical_m = 0, spread_m = 0;
+  };
+
+  /// What arrives along a ray that has come `length` before, and leaves triangle `from` at the cosine `slope` to its normal.
+  std::complex<double> gathered(glm::dvec3 origin, glm::dvec3 direction, double weight, Length length, double index, int bounces_left,
                                 int from = -1, double slope = 1) {
     const auto hit = nearest(origin, direction, 1, from);
     if (hit.triangle < 0) return 0;
@@ -74,10 +79,11 @@ public:
     if (from >= 0 && hit.t < shortest_way * distance(world_.min_m, world_.max_m) / std::max(slope, 1.0 / 64)) undecided = true;
     const auto surface = surface_at(origin, direction, hit);
     const auto& m = *surface.material;
-    length_m += hit.t * index;
+    length.optical_m += hit.t * index;
+    length.spread_m += hit.t / index;
     const double radiance = weight * (1 - m.reflectivity - m.transparency) * phong(surface, -direction);
-    auto sum = std::polar(std::sqrt(std::max(radiance, 0.0)) / length_m,
-                          2 * std::numbers::pi * (std::remainder(length_m / plan_.wavelength_m, 1) + cell_phase(surface.point)));
+    auto sum = std::polar(std::sqrt(std::max(radiance, 0.0)) / length.spread_m,
+                          2 * std::numbers::pi * (std::remainder(length.optical_m / plan_.wavelength_m, 1) + cell_phase(surface.point)));
     if (bounces_left == 0 || (m.reflectivity == 0 && m.transparency == 0)) return sum;
 
     const double along = -dot(direction, surface.normal);
@@ -91,12 +97,12 @@ public:
     } else if (m.transparency > 0) {
       ++result.refracted;
       const auto refracted = ratio * direction + (ratio * along - std::sqrt(k)) * surface.normal;
-      sum += gathered(surface.point, refracted, weight * m.transparency, length_m, surface.entering ? m.ior : 1, bounces_left - 1,
+      sum += gathered(surface.point, refracted, weight * m.transparency, length, surface.entering ? m.ior : 1, bounces_left - 1,
                       hit.triangle, std::sqrt(k));
     }
     if (mirrored > 0) {
       ++result.mirrored;
-      sum += gathered(surface.point, reflect(direction, surface.normal), weight * mirrored, length_m, index, bounces_left - 1, hit.triangle,
+      sum += gathered(surface.point, reflect(direction, surface.normal), weight * mirrored, length, index, bounces_left - 1, hit.triangle,
                       along);
     }
     return sum;
@@ -188,7 +194,8 @@ private:
   double cell_phase(glm::dvec3 point) {
     std::int32_t cell[3];
     for (int axis = 0; axis < 3; ++axis) {
-      const double place = point[axis] / scene_.sampling.pitch_m;
+      // Flat scenes, whose middle is the origin, lie within a cell.
+      const double place = point[axis] / scene_.sampling.pitch_m + (axis == 2 ? 0.31 : 0);
       cell[axis] = static_cast<std::int32_t>(std::floor(place));
       if (std::abs(place - std::round(place)) < cell_margin) undecided = true;
     }
@@ -240,7 +247,7 @@ TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, 
         const auto tangent = centre_tangent + wrp.convergence_per_m * glm::dvec2(pixel_m);
         const auto direction = normalize(glm::dvec3(tangent, 1));
         if (std::abs(direction.x) > plan.largest_sine.x || std::abs(direction.y) > plan.largest_sine.y) continue;
-        sum += tracing.gathered(pixel_m - plan.origin_m, direction, 1, 0, 1, plan.bounces);
+        sum += tracing.gathered(pixel_m - plan.origin_m, direction, 1, {}, 1, plan.bounces);
       }
       tracing.result.field.push_back(sum);
       tracing.result.undecided.push_back(tracing.undecided);

@@ -29,7 +29,8 @@ struct TracedField {
   std::int64_t hits = 0, shadowed = 0, mirrored = 0, refracted = 0, totally_reflected = 0;
 };
 
-/// sum over the fan of sqrt(radiance) / r exp(2 pi i (r / wavelength + phase of the cell)), r the optical length from pixel to source.
+/// sum over the fan of sqrt(radiance) / r exp(2 pi i (r / wavelength + phase of the cell)), r the optical length from pixel to source
+/// in the phase, and in the amplitude the length in air that spreads light as much.
 /// Triangles have corners in single precision in the scene frame, as the device has them; all else is double.
 TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, const Wrp& wrp, std::uint32_t seed);
 
