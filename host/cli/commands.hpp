@@ -8,6 +8,7 @@
 #include <string>
 
 #include "cl/fft.hpp"
+#include "host/plan.hpp"
 
 namespace raywave::cli {
 
@@ -22,10 +23,15 @@ struct DeviceOptions {
   cl::FftBackend backend(const cl::DeviceInfo& device) const;
 };
 
+/// "wrp", "points" or "rays"
+/// throws  InputError for anything else
+Method method_of(const std::string& name);
+
 void add_render(CLI::App& app);
 void add_reconstruct(CLI::App& app);
 void add_lens(CLI::App& app);
 void add_compare(CLI::App& app);
+void add_quality(CLI::App& app);
 void add_info(CLI::App& app);
 void add_devices(CLI::App& app);
 

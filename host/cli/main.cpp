@@ -29,6 +29,7 @@ int main(int argc, char** argv) {
   raywave::cli::add_reconstruct(app);
   raywave::cli::add_lens(app);
   raywave::cli::add_compare(app);
+  raywave::cli::add_quality(app);
   raywave::cli::add_info(app);
   raywave::cli::add_devices(app);
   try {

@@ -30,6 +30,13 @@ cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
   throw InputError("--fft " + fft + ": unknown back end; there are host and clfft");
 }
 
+Method method_of(const std::string& name) {
+  if (name == "wrp") return Method::wrp;
+  if (name == "points") return Method::points;
+  if (name == "rays") return Method::rays;
+  throw InputError("--method " + name + ": unknown; there are wrp, points and rays");
+}
+
 namespace {
 
 struct Options {
@@ -43,13 +50,6 @@ struct Options {
 
 std::string numbered(const char* stem, std::size_t number, const char* extension) {
   return number == 1 ? std::string(stem) + extension : std::string(stem) + "_" + std::to_string(number) + extension;
-}
-
-Method method_of(const std::string& name) {
-  if (name == "wrp") return Method::wrp;
-  if (name == "points") return Method::points;
-  if (name == "rays") return Method::rays;
-  throw InputError("--method " + name + ": unknown; there are wrp, points and rays");
 }
 
 void run(const Options& options) {
