@@ -50,6 +50,9 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   a.half_x = plane.fan * lattice.half_width * narrowed;
   a.half_y = plane.fan * lattice.half_height * narrowed;
   a.amplitude = sqrt(s.radiance) * s.weight;
+  a.tilt_x = s.tilt_x * a.inverse_depth;
+  a.tilt_y = s.tilt_y * a.inverse_depth;
+  a.tilt_z = s.tilt_z;
   // Not of a.depth: a float is too coarse for it where the plane stands far from the scene.
   const floatv turns = turns_of_length((floatv)(s.z), plane.turns_hi, plane.turns_lo) - plane.turns_z;
   float first[RAYWAVE_LANES];
@@ -233,7 +236,10 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
           amplitude = shaded_amplitude(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &a, dx,
                                        (floatv)(dy), inverse_length);
 #endif
-        amplitude = LANES_SELECT((floatv)(0.0f), amplitude * edge_x * edge_y * a.inverse_depth * inverse_length, counts);
+        // A surface turned away from the pixel shows less of itself; at grazing angles the sample stands for no more than four of its
+        // areas.
+        const floatv area = clamp(a.tilt_x * dx + (a.tilt_y * dy - a.tilt_z), (floatv)(0.0f), (floatv)(4.0f));
+        amplitude = LANES_SELECT((floatv)(0.0f), amplitude * sqrt(area) * edge_x * edge_y * a.inverse_depth * inverse_length, counts);
         // sqrt(1 + s) - 1 without cancellation.
         const floatv turns = a.turns + excess_turns * (squared / (1.0f + length));
         floatv c, s;

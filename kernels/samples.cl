@@ -5,7 +5,7 @@
 // count_layers   layers[cell] = number of samples of each cell (nx * ny cells, row by row)
 // write_samples  the samples of cell c to samples[first[c]] and on; first: nx * ny + 1 sums of the counts
 // write_samples  also sets lit[i * words + l / 32], bit l % 32: light l falls on sample i; words = (RAYWAVE_LIGHTS + 31) / 32, at least 1
-// find_hidden    samples[i].hidden: what can stand between the sample and the parts of the hologram
+// find_hidden    samples[i].hidden and tilt: what can stand between the sample and the parts of the hologram, and its projected area
 //
 // The first two handle RAYWAVE_LANES cells of one row per work-item: global size (ceil(nx / lanes), ny). OpenCL C 1.2.
 #pragma OPENCL FP_CONTRACT OFF  // both passes must find the same layers
@@ -77,6 +77,63 @@ __kernel void count_layers(__global const BvhNode* nodes, __global const Triangl
   for (int i = 0; i < RAYWAVE_LANES && first + i < lattice.nx; ++i) layers[row * lattice.nx + first + i] = counts[i];
 }
 
+// Radiance without highlights, and which lights it comes from.
+static inline floatv scattered(const SceneArrays* scene, const Surface* s, float ambient_light, const Lattice* lattice, intv active,
+                               uintv* words) {
+  floatv radiance = s->ambient * ambient_light;
+  for (int w = 0; w < LIT_WORDS; ++w) words[w] = 0;
+#if RAYWAVE_LIGHTS > 0
+  for (int l = 0; l < RAYWAVE_LIGHTS; ++l) {
+    const Incident in = incident(scene->lights, l, s, lattice->reach);
+    const intv lit = lit_by(scene, &in, s, lattice->bias, active);
+    radiance += LANES_SELECT((floatv)(0.0f), s->diffuse * in.facing * in.intensity, lit);
+    words[l / 32] |= LANES_AS_UINT(LANES_SELECT((intv)(0), (intv)(1), lit)) << (l % 32);
+  }
+#else
+  (void)scene, (void)lattice, (void)active;
+#endif
+  return radiance;
+}
+
+// A sample shines for its whole cell: textures and shadows are averaged over CELL_RAYS x CELL_RAYS rays through it that meet the same
+// layer. Without that, edges move by half a cell. `radiance` is that of the centre.
+#if RAYWAVE_TEXTURES || RAYWAVE_SHADOWS
+#define CELL_RAYS 4
+static inline floatv cell_average(const SceneArrays* scene, const Rays* rays, const Hits* hits, floatv radiance, float ambient_light,
+                                  const Lattice* lattice, intv active) {
+  floatv sum = 0.0f, count = 0.0f;
+  const float ahead = lattice->near_z - lattice->centre_z;
+  for (int i = 0; i < CELL_RAYS * CELL_RAYS; ++i) {
+    const float right = (((float)(i % CELL_RAYS) + 0.5f) / CELL_RAYS - 0.5f) * lattice->step;
+    const float up = (((float)(i / CELL_RAYS) + 0.5f) / CELL_RAYS - 0.5f) * lattice->step;
+    // As deep as a slope of 80 degrees reaches within the cell.
+    const floatv tolerance = 4.0f * lattice->step * (hits->t + ahead);
+    Rays ray = *rays;
+    ray.dx += right;
+    ray.dy += up;
+    ray.ox += right * ahead;
+    ray.oy += up * ahead;
+    ray.t_min = fmax(hits->t - tolerance, (floatv)(0.0f));
+    ray.t_max = hits->t + tolerance;
+    ray.active = active;
+    const Hits near = bvh_nearest(scene->nodes, scene->triangles, &ray);
+    const intv found = active & is_source(scene, &ray, &near);
+    if (!LANES_ANY(found)) continue;
+    const Surface s = surface_at(scene, &ray, &near);
+    uintv words[LIT_WORDS];
+    sum += LANES_SELECT((floatv)(0.0f), scattered(scene, &s, ambient_light, lattice, found, words), found);
+    count += LANES_SELECT((floatv)(0.0f), (floatv)(1.0f), found);
+  }
+  return LANES_SELECT(radiance, sum / fmax(count, (floatv)(1.0f)), count > 0.0f);
+}
+#else
+static inline floatv cell_average(const SceneArrays* scene, const Rays* rays, const Hits* hits, floatv radiance, float ambient_light,
+                                  const Lattice* lattice, intv active) {
+  (void)scene, (void)rays, (void)hits, (void)ambient_light, (void)lattice, (void)active;
+  return radiance;
+}
+#endif
+
 __kernel void write_samples(__global const BvhNode* nodes, __global const Triangle* triangles, __global const TriangleShading* shading,
                             __global const Material* materials, __global const Light* lights, __global const float* texels,
                             float ambient_light, Lattice lattice, __global const int* first_of_cell, __global Sample* samples,
@@ -94,17 +151,9 @@ __kernel void write_samples(__global const BvhNode* nodes, __global const Triang
     const intv source = is_source(&scene, &rays, &hits);
     if (LANES_ANY(source)) {
       const Surface s = surface_at(&scene, &rays, &hits);
-      floatv radiance = s.ambient * ambient_light;
       uintv words[LIT_WORDS];
-      for (int w = 0; w < LIT_WORDS; ++w) words[w] = 0;
-#if RAYWAVE_LIGHTS > 0
-      for (int l = 0; l < RAYWAVE_LIGHTS; ++l) {
-        const Incident in = incident(lights, l, &s, lattice.reach);
-        const intv lit = lit_by(&scene, &in, &s, lattice.bias, source);
-        radiance += LANES_SELECT((floatv)(0.0f), s.diffuse * in.facing * in.intensity, lit);
-        words[l / 32] |= LANES_AS_UINT(LANES_SELECT((intv)(0), (intv)(1), lit)) << (l % 32);
-      }
-#endif
+      floatv radiance = scattered(&scene, &s, ambient_light, &lattice, source, words);
+      radiance = cell_average(&scene, &rays, &hits, radiance, ambient_light, &lattice, source);
       const floatv own = 1.0f - s.reflectivity - s.transparency;
       int use[RAYWAVE_LANES], triangle[RAYWAVE_LANES];
       LANES_STORE(hits.triangle, triangle);
@@ -123,8 +172,21 @@ __kernel void write_samples(__global const BvhNode* nodes, __global const Triang
       for (int i = 0; i < RAYWAVE_LANES; ++i) {
         if (!use[i]) continue;
         const int cell = row * lattice.nx + first + i;
-        Sample sample = {x[i],     y[i],        z[i],         nx[i], ny[i],       nz[i], (z[i] - lattice.centre_z) / lattice.full_z,
-                         light[i], specular[i], shininess[i], 0,     triangle[i], 1};
+        Sample sample;
+        sample.x = x[i];
+        sample.y = y[i];
+        sample.z = z[i];
+        sample.nx = nx[i];
+        sample.ny = ny[i];
+        sample.nz = nz[i];
+        sample.weight = (z[i] - lattice.centre_z) / lattice.full_z;
+        sample.radiance = light[i];
+        sample.specular = specular[i];
+        sample.shininess = shininess[i];
+        sample.tilt_x = sample.tilt_y = 0.0f;
+        sample.tilt_z = -1.0f;
+        sample.triangle = triangle[i];
+        sample.hidden = 0;
         // Folded over lanes, the key is that of a scalar cell.
         uint keys[RAYWAVE_LANES];
         LANES_STORE(cell_key((intv)(lattice.first_x + first + i), (intv)(lattice.first_y + row), (intv)(written[i])), keys);
@@ -153,6 +215,10 @@ __kernel void find_hidden(__global const BvhNode* nodes, __global const Triangle
   const float x = lattice.centre_x - sample.x, y = lattice.centre_y - sample.y;
   float3 surface = triangle_normal(triangles + sample.triangle);
   if (dot(surface, (float3)(x * rate, y * rate, -1.0f)) < 0.0f) surface = -surface;
+  const float towards_centre = fmax(dot(surface, (float3)(x * rate, y * rate, -1.0f)), 1e-6f);
+  samples[index].tilt_x = surface.x / towards_centre;
+  samples[index].tilt_y = surface.y / towards_centre;
+  samples[index].tilt_z = surface.z / towards_centre;
   const float left = (x - lattice.half_width) * rate, lower = (y - lattice.half_height) * rate;
   const float width = 2.0f * lattice.half_width * rate, height = 2.0f * lattice.half_height * rate;
   const Pyramid whole_view = {(float3)(sample.x, sample.y, sample.z), left, left + width, lower, lower + height, surface};

@@ -62,6 +62,9 @@ typedef struct {
   float radiance;  // that does not depend on the direction it is seen from
   float specular;
   float shininess;
+  float tilt_x;  // tilt . (u, v, -1): projected area of the surface in that direction, over that towards the hologram's centre
+  float tilt_y;
+  float tilt_z;
   uint key;  // of the random phase: cell and layer
   int triangle;
   uint hidden;  // what stands between it and the hologram: PYRAMID_... (pyramid.h) of each of 4 x 4 parts of the window, two bits each,
@@ -101,7 +104,10 @@ typedef struct {
   float scale_x;  // half hologram windows per metre of the plane
   float scale_y;
   float amplitude;  // of the part that does not depend on direction
-  float turns;      // of the depth, reduced
+  float tilt_x;     // Sample::tilt, for offsets on the plane in place of tangents
+  float tilt_y;
+  float tilt_z;
+  float turns;  // of the depth, reduced
   int specular;
   uint hidden;  // as in Sample
 } Aim;

@@ -44,6 +44,9 @@
   MEMBER(Sample, radiance)            \
   MEMBER(Sample, specular)            \
   MEMBER(Sample, shininess)           \
+  MEMBER(Sample, tilt_x)              \
+  MEMBER(Sample, tilt_y)              \
+  MEMBER(Sample, tilt_z)              \
   MEMBER(Sample, key)                 \
   MEMBER(Sample, triangle)            \
   MEMBER(Sample, hidden)              \
@@ -73,6 +76,9 @@
   MEMBER(Aim, scale_x)                \
   MEMBER(Aim, scale_y)                \
   MEMBER(Aim, amplitude)              \
+  MEMBER(Aim, tilt_x)                 \
+  MEMBER(Aim, tilt_y)                 \
+  MEMBER(Aim, tilt_z)                 \
   MEMBER(Aim, turns)                  \
   MEMBER(Aim, specular)               \
   MEMBER(Aim, hidden)                 \
