@@ -184,6 +184,7 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
     return m.reflectivity > 0 || m.transparency > 0;
   });
   plan.bounces = has_bounces ? scene.trace.depth : 0;
+  plan.antialias = scene.sampling.antialias;
   plan.fan = scene.sampling.fan;
   plan.edge = scene.sampling.edge;
 

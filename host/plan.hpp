@@ -50,6 +50,7 @@ struct Plan {
   bool aimed = true;      // rays are aimed at surface samples; else they form a fan
   int bounces = 0;        // of mirrors and glass: trace.depth where a material in the scene has them
   LatticePlan lattice;
+  bool antialias = true;            // of the samples
   double fan = 1, edge = 0;         // half width and soft edge of the cone that a pixel gathers, in half holograms
   glm::dvec2 largest_sine{1, 1};    // of a ray to the optical axis, per axis, that the SLM's pixels can show
   bool beyond_diffraction = false;  // some light of the scene would be steeper

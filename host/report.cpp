@@ -60,6 +60,7 @@ Json json_of(const Scene& scene) {
                    {"pitch_m", scene.sampling.pitch_m},
                    {"fan", scene.sampling.fan},
                    {"edge", scene.sampling.edge},
+                   {"antialias", scene.sampling.antialias},
                    {"seed", scene.sampling.seed},
                    {"frames", scene.sampling.frames}};
   j["trace"] = {{"depth", scene.trace.depth}, {"shadows", scene.trace.shadows}};

@@ -28,7 +28,7 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
   lattice.half_width = static_cast<float>(plan.size.x * plan.pitch_m.x / 2 * std::max(1.0, plan.fan));
   lattice.half_height = static_cast<float>(plan.size.y * plan.pitch_m.y / 2 * std::max(1.0, plan.fan));
 
-  const cl::Program program(device, "samples.cl", scene.options);
+  const cl::Program program(device, "samples.cl", cl::with(scene.options, {{"RAYWAVE_ANTIALIAS", plan.antialias ? "1" : "0"}}));
   const int lanes = lanes_for(device.info());
   const cl::Range packets{static_cast<std::size_t>((lattice.nx + lanes - 1) / lanes), static_cast<std::size_t>(lattice.ny)};
   const cl::Range local = lanes == 1 ? cl::Range{8, 8} : cl::Range{1, 1};

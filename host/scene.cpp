@@ -310,6 +310,7 @@ SamplingSpec read_sampling(Section section) {
     spec.edge = v.number(between(0, 4));
     if (spec.edge > spec.fan) v.fail("<= fan (" + number_text(spec.fan) + ")");
   });
+  section.read("antialias", [&](const Value& v) { spec.antialias = v.boolean(); });
   section.read("source", [&](const Value& v) {
     spec.source = v.choice<FanSource>({{"hit", FanSource::hit}, {"surface", FanSource::surface}});
   });

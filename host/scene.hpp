@@ -42,6 +42,7 @@ struct SamplingSpec {
   double pitch_m = 1e-4;  // sampling interval p on the object, at the scene's middle depth
   double fan = 1.2;       // half width of the cone that a pixel gathers, in half holograms; 1 just fills the hologram
   double edge = 0.2;      // width of that cone's soft edge, in half holograms
+  bool antialias = true;  // samples shine for the part of their cell that they cover, textures and shadows averaged over it
   FanSource source = FanSource::hit;
   FanShape shape = FanShape::orthographic;
   std::uint32_t seed = 1;  // of the random phases

@@ -50,7 +50,7 @@ typedef struct {
   int texture_height;
 } Material;
 
-// One source of light on a surface: where a ray of the lattice pierces it. Samples of a cell follow each other from near to far.
+// One source of light on a surface: where a ray of the lattice pierces it. Samples of a cell follow each other.
 typedef struct {
   float x;
   float y;

@@ -111,6 +111,7 @@ struct Stage {
   Stage() {
     scene.hologram = {{96, 80}, {8e-6, 8e-6}, 638e-9};
     scene.sampling.pitch_m = 25e-6;
+    scene.sampling.antialias = false;  // closed forms speak of the rays through the cells' centres
   }
 
   Stage& add(const Surface& s, const Material& material = {}) {
