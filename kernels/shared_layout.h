@@ -76,6 +76,7 @@
   MEMBER(Aim, turns)                  \
   MEMBER(Aim, specular)               \
   MEMBER(Aim, hidden)                 \
+  MEMBER(Aim, near)                   \
   MEMBER(GatherPlane, nx)             \
   MEMBER(GatherPlane, ny)             \
   MEMBER(GatherPlane, left)           \
@@ -98,6 +99,8 @@
   MEMBER(GatherPlane, window_y)       \
   MEMBER(GatherPlane, near_z)         \
   MEMBER(GatherPlane, bias)           \
+  MEMBER(GatherPlane, near_spots)     \
+  MEMBER(GatherPlane, near_tail)      \
   MEMBER(GatherPlane, view_half)      \
   MEMBER(Light, x)                    \
   MEMBER(Light, y)                    \
