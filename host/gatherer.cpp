@@ -10,15 +10,20 @@ namespace {
 /// Rows of a tile: enough that a sample's set-up is shared by many pixels, few enough that all sums stay in the first cache.
 int tile_rows(int lanes, int frames) { return lanes == 1 ? 1 : std::clamp(16 / frames, 2, 16); }
 
+/// How far beyond their geometric footprint the waves of near samples are kept, in diffraction spots.
+constexpr double near_tail = 6;
+
 }  // namespace
 
-Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene, const SampleTable& table, int frames)
+Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene, const SampleTable& table, int frames,
+                   double near_spots)
     : plan_(plan),
       scene_(scene),
       table_(table),
       frames_(frames),
       lanes_(lanes_for(device.info())),
       tile_rows_(tile_rows(lanes_, frames)),
+      near_spots_(near_spots),
       program_(device, "gather.cl",
                cl::with(scene.options, {{"RAYWAVE_FRAMES", std::to_string(frames)},
                                         {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
@@ -63,8 +68,15 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
     plane.tangent_y = static_cast<float>(corner.y / centre_m.z);
     plane.tangent_step_x = static_cast<float>(pitch.x / centre_m.z);
     plane.tangent_step_y = static_cast<float>(pitch.y / centre_m.z);
-    plane.window_x = static_cast<float>(widest * half_window.x);
-    plane.window_y = static_cast<float>(widest * half_window.y);
+    const auto spot = plan_.wavelength_m * plan_.far_m / (2 * std::max(plan_.fan, 1e-3) * half_window);
+    const double nearest = std::max({0.0, plan_.near_m - centre_m.z, centre_m.z - plan_.far_m});
+    const auto narrowest = plan_.fan * half_window * (nearest / plan_.far_m);
+    const bool any_near = narrowest.x < near_spots_ * spot.x || narrowest.y < near_spots_ * spot.y;
+    const auto tail = (any_near ? near_tail : 0.0) * spot / centre_m.z;
+    plane.near_spots = static_cast<float>(near_spots_);
+    plane.near_tail = static_cast<float>(near_tail);
+    plane.window_x = static_cast<float>(widest * half_window.x + tail.x);
+    plane.window_y = static_cast<float>(widest * half_window.y + tail.y);
   }
   plane.near_z = static_cast<float>(plan_.near_m - plan_.origin_m.z) - scene_.bias_m;
   plane.bias = scene_.bias_m;
@@ -75,7 +87,8 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
   lattice.half_height = static_cast<float>(half_window.y);
   const auto words = static_cast<std::size_t>(table_.count);
   if (table_.count > 0)
-    aim_.run({words}, {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, table_.samples, table_.count, lattice, plane, aims_);
+    aim_.run({words}, {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, scene_.nodes, scene_.triangles, table_.samples, table_.count,
+             lattice, plane, aims_);
   const auto tiles = [](int n, int size) { return static_cast<std::size_t>((n + size - 1) / size); };
   const cl::Range local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
   gather_.run({tiles(plane.nx, lanes_), tiles(plane.ny, tile_rows_)}, local, scene_.nodes, scene_.triangles, scene_.lights, table_.samples,

@@ -8,8 +8,13 @@ namespace raywave {
 
 class Gatherer {
 public:
-  /// frames  gathered together, 1 to `most_frames`: rays, visibility and shading are shared, only phases differ
-  Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene, const SampleTable& table, int frames);
+  /// frames      gathered together, 1 to `most_frames`: rays, visibility and shading are shared, only phases differ
+  /// near_spots  samples whose geometric footprint on a plane is narrower than so many diffraction spots to each side are gathered as plane
+  ///             waves; 0: none, all geometrically
+  Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene, const SampleTable& table, int frames,
+           double near_spots = default_near_spots);
+
+  static constexpr double default_near_spots = 4;
 
   static constexpr int most_frames = 16;
 
@@ -29,6 +34,7 @@ private:
   int frames_;
   int lanes_;
   int tile_rows_;
+  double near_spots_;
   cl::Program program_;
   cl::Kernel aim_, draw_phases_, gather_;
   cl::Buffer<device::Aim> aims_;

@@ -6,6 +6,8 @@
 // sample that something may hide is asked for with a ray from it towards the hologram; highlights are shaded with the true direction. A
 // plane at the hologram itself gathers every sample at every pixel: the point-based method.
 //
+// Where that footprint is no wider than a few diffraction spots, the wave is a sum of plane waves instead (near.h).
+//
 // aim          aims[i]: sample i as the pixels of this plane see it
 // draw_phases  phasors[frame * sample_count + i]: exp(i phase) of sample i in that frame
 // gather       field: RAYWAVE_FRAMES planes of plane.ny rows of plane.nx complex samples, row 0 on top, written whole
@@ -15,6 +17,7 @@
 #include "bvh.h"
 #include "hash.h"
 #include "lanes.h"
+#include "near.h"
 #include "phase.h"
 #include "pyramid.h"
 #include "shade.h"
@@ -29,39 +32,6 @@
 #ifndef RAYWAVE_SINE_LIMIT
 #define RAYWAVE_SINE_LIMIT 1  // some light would be steeper than the SLM's pixels can show; host/gatherer.cpp
 #endif
-
-__kernel void aim(__global const Sample* samples, int sample_count, Lattice lattice, GatherPlane plane, __global Aim* aims) {
-  const int index = (int)get_global_id(0);
-  if (index >= sample_count) return;
-  const Sample s = samples[index];
-  Aim a;
-  a.x = s.x - plane.left;
-  a.y = s.y - plane.top;
-  a.depth = s.z - plane.z;
-  const float distance = fmax(fabs(a.depth), 0.25f * fmin(plane.pitch_x, plane.pitch_y));
-  a.inverse_depth = copysign(1.0f / distance, a.depth);
-  const float from_hologram = s.z - lattice.centre_z;
-  const float share = (plane.z - lattice.centre_z) / from_hologram;  // of the way from the hologram's centre to the sample
-  a.centre_x = (s.x - lattice.centre_x) * share + lattice.centre_x - plane.left;
-  a.centre_y = (s.y - lattice.centre_y) * share + lattice.centre_y - plane.top;
-  const float narrowed = distance / from_hologram;
-  a.scale_x = 1.0f / (lattice.half_width * narrowed);
-  a.scale_y = 1.0f / (lattice.half_height * narrowed);
-  a.half_x = plane.fan * lattice.half_width * narrowed;
-  a.half_y = plane.fan * lattice.half_height * narrowed;
-  a.amplitude = sqrt(s.radiance) * s.weight;
-  a.tilt_x = s.tilt_x * a.inverse_depth;
-  a.tilt_y = s.tilt_y * a.inverse_depth;
-  a.tilt_z = s.tilt_z;
-  // Not of a.depth: a float is too coarse for it where the plane stands far from the scene.
-  const floatv turns = turns_of_length((floatv)(s.z), plane.turns_hi, plane.turns_lo) - plane.turns_z;
-  float first[RAYWAVE_LANES];
-  LANES_STORE(turns, first);
-  a.turns = first[0];
-  a.specular = s.specular > 0.0f;
-  a.hidden = s.hidden;
-  aims[index] = a;
-}
 
 __kernel void draw_phases(__global const Sample* samples, int sample_count, int frames, uint seed, __global float2* phasors) {
   const int index = (int)get_global_id(0);
@@ -148,6 +118,144 @@ static inline floatv shaded_amplitude(__global const Light* lights, __global con
 }
 #endif
 
+// Directions (tangents) from a sample towards the middles of RAYWAVE_LANES of the 4 x 4 parts of its view of the hologram.
+static inline void part_directions(__global const Sample* s, int first_part, const Lattice* lattice, const GatherPlane* plane, floatv* tx,
+                                   floatv* ty) {
+  const float rate = 1.0f / (s->z - lattice->centre_z);
+  const intv part = first_part + LANES_INDEX;
+  const floatv across = (LANES_TO_FLOAT(part & 3) * 0.5f - 0.75f) * plane->view_half;
+  const floatv up = (LANES_TO_FLOAT(part >> 2) * 0.5f - 0.75f) * plane->view_half;
+  *tx = (lattice->centre_x - s->x + across * lattice->half_width) * rate;
+  *ty = (lattice->centre_y - s->y + up * lattice->half_height) * rate;
+}
+
+// Sample::hidden with one ray towards the middle of each MIXED part: it is CLEAR or CLOSED then.
+static inline uint decided(__global const BvhNode* nodes, __global const Triangle* triangles, __global const Sample* s, const Aim* a,
+                           const Lattice* lattice, const GatherPlane* plane) {
+  uint hidden = s->hidden;
+  if (hidden == 0) return 0;
+  Obstacles unknown;
+  unknown.state = PYRAMID_MIXED;
+  unknown.count = OBSTACLES + 1;
+  for (int first = 0; first < 16; first += RAYWAVE_LANES) {
+    floatv tx, ty;
+    part_directions(s, first, lattice, plane, &tx, &ty);
+    int free[RAYWAVE_LANES];
+    const intv reached = reaches(nodes, triangles, s, a, &unknown, tx / a->inverse_depth, ty / a->inverse_depth, plane, LANES_INDEX >= 0);
+    LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), reached), free);
+    for (int i = 0; i < RAYWAVE_LANES; ++i) {
+      const int shift = 2 * (first + i);
+      if ((hidden >> shift & 3u) != PYRAMID_MIXED) continue;
+      hidden = (hidden & ~(3u << shift)) | (uint)(free[i] ? PYRAMID_CLEAR : PYRAMID_CLOSED) << shift;
+    }
+  }
+  return hidden;
+}
+
+__kernel void aim(__global const BvhNode* nodes, __global const Triangle* triangles, __global const Sample* samples, int sample_count,
+                  Lattice lattice, GatherPlane plane, __global Aim* aims) {
+  const int index = (int)get_global_id(0);
+  if (index >= sample_count) return;
+  const Sample s = samples[index];
+  Aim a;
+  a.x = s.x - plane.left;
+  a.y = s.y - plane.top;
+  a.depth = s.z - plane.z;
+  const float distance = fmax(fabs(a.depth), 0.25f * fmin(plane.pitch_x, plane.pitch_y));
+  a.inverse_depth = copysign(1.0f / distance, a.depth);
+  const float from_hologram = s.z - lattice.centre_z;
+  const float share = (plane.z - lattice.centre_z) / from_hologram;  // of the way from the hologram's centre to the sample
+  a.centre_x = (s.x - lattice.centre_x) * share + lattice.centre_x - plane.left;
+  a.centre_y = (s.y - lattice.centre_y) * share + lattice.centre_y - plane.top;
+  const float narrowed = distance / from_hologram;
+  a.scale_x = 1.0f / (lattice.half_width * narrowed);
+  a.scale_y = 1.0f / (lattice.half_height * narrowed);
+  a.half_x = plane.fan * lattice.half_width * narrowed;
+  a.half_y = plane.fan * lattice.half_height * narrowed;
+  a.amplitude = sqrt(s.radiance) * s.weight;
+  a.tilt_x = s.tilt_x * a.inverse_depth;
+  a.tilt_y = s.tilt_y * a.inverse_depth;
+  a.tilt_z = s.tilt_z;
+  // Not of a.depth: a float is too coarse for it where the plane stands far from the scene.
+  const floatv turns = turns_of_length((floatv)(s.z), plane.turns_hi, plane.turns_lo) - plane.turns_z;
+  float first[RAYWAVE_LANES];
+  LANES_STORE(turns, first);
+  a.turns = first[0];
+  a.specular = s.specular > 0.0f;
+  a.hidden = s.hidden;
+  const float half_tangent_x = lattice.half_width / from_hologram, half_tangent_y = lattice.half_height / from_hologram;
+  const float spot_x = near_spot(half_tangent_x, &plane), spot_y = near_spot(half_tangent_y, &plane);
+  const float extent_x = a.half_x + plane.near_tail * spot_x, extent_y = a.half_y + plane.near_tail * spot_y;
+  a.near = (a.half_x < plane.near_spots * spot_x || a.half_y < plane.near_spots * spot_y) && near_count(extent_x, spot_x) <= NEAR_WAVES &&
+           near_count(extent_y, spot_y) <= NEAR_WAVES;
+  if (a.near) {
+    a.half_x = extent_x;
+    a.half_y = extent_y;
+    a.hidden = decided(nodes, triangles, samples + index, &a, &lattice, &plane);
+  }
+  aims[index] = a;
+}
+
+// Adds the wave of a sample near the plane to the sums of a tile.
+static inline void gather_near(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
+                               __global const float2* phasors, int sample_count, const Lattice* lattice, const GatherPlane* plane, floatv x,
+                               int top, int bottom, floatv (*re)[RAYWAVE_TILE_ROWS], floatv (*im)[RAYWAVE_TILE_ROWS]) {
+  float amplitudes[16];  // towards the parts of the window
+  for (int first = 0; first < 16; first += RAYWAVE_LANES) {
+    floatv amplitude = a->amplitude;
+#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+    if (a->specular) {
+      floatv tx, ty;
+      part_directions(sample, first, lattice, plane, &tx, &ty);
+      amplitude =
+          shaded_amplitude(lights, lit, sample, a, tx / a->inverse_depth, ty / a->inverse_depth, 1.0f / sqrt(1.0f + tx * tx + ty * ty));
+    }
+#endif
+    LANES_STORE(amplitude * plane->turns_hi, amplitudes + first);
+  }
+  for (int part = 0; part < 16; ++part) {
+    if ((a->hidden >> (2 * part) & 3u) == PYRAMID_CLOSED) amplitudes[part] = 0.0f;
+  }
+
+  const float rate = 1.0f / (sample->z - lattice->centre_z);
+  NearWaves waves;
+  near_waves(&waves, (lattice->centre_x - sample->x) * rate, lattice->half_width * rate, a->half_x, a->depth, plane->sine_limit_x, plane);
+  floatv across_re[4], across_im[4];
+  near_sums(&waves, x - a->x, a->turns + 0.25f, across_re, across_im);
+  const intv inside = fabs(x - a->centre_x) <= a->half_x;
+  near_waves(&waves, (lattice->centre_y - sample->y) * rate, lattice->half_height * rate, a->half_y, a->depth, plane->sine_limit_y, plane);
+
+  for (int block = top; block <= bottom; block += RAYWAVE_LANES) {
+    floatv up_re[4], up_im[4];
+    near_sums(&waves, -plane->pitch_y * LANES_TO_FLOAT(block + LANES_INDEX) - a->y, 0.0f, up_re, up_im);
+    float ups_re[4][RAYWAVE_LANES], ups_im[4][RAYWAVE_LANES];
+    for (int j = 0; j < 4; ++j) {
+      LANES_STORE(up_re[j], ups_re[j]);
+      LANES_STORE(up_im[j], ups_im[j]);
+    }
+    for (int row = block; row <= min(bottom, block + RAYWAVE_LANES - 1); ++row) {
+      if (fabs(-plane->pitch_y * (float)row - a->centre_y) > a->half_y) continue;
+      floatv c = 0.0f, s = 0.0f;
+      for (int i = 0; i < 4; ++i) {
+        float part_re = 0.0f, part_im = 0.0f;
+        for (int j = 0; j < 4; ++j) {
+          part_re += amplitudes[4 * j + i] * ups_re[j][row - block];
+          part_im += amplitudes[4 * j + i] * ups_im[j][row - block];
+        }
+        c += across_re[i] * part_re - across_im[i] * part_im;
+        s += across_re[i] * part_im + across_im[i] * part_re;
+      }
+      c = LANES_SELECT((floatv)(0.0f), c, inside);
+      s = LANES_SELECT((floatv)(0.0f), s, inside);
+      for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
+        const float2 phasor = phasors[(size_t)frame * (size_t)sample_count];
+        re[frame][row - top] += c * phasor.x - s * phasor.y;
+        im[frame][row - top] += c * phasor.y + s * phasor.x;
+      }
+    }
+  }
+}
+
 __kernel void gather(__global const BvhNode* nodes, __global const Triangle* triangles, __global const Light* lights,
                      __global const Sample* samples, __global const uint* lit, __global const Aim* aims, __global const float2* phasors,
                      __global const int* first_of_cell, int sample_count, Lattice lattice, GatherPlane plane, __global float2* field) {
@@ -183,6 +291,11 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
       if (a.centre_x - a.half_x > right_x || a.centre_x + a.half_x < left_x || a.centre_y - a.half_y > top_y ||
           a.centre_y + a.half_y < bottom_y)
         continue;
+      if (a.near) {
+        gather_near(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &a, phasors + index, sample_count,
+                    &lattice, &plane, x, top, bottom, re, im);
+        continue;
+      }
       const floatv across = fabs((x - a.centre_x) * a.scale_x);  // where the pixel's light meets the hologram, in half windows
       intv inside_x = (across <= plane.fan) & (column < plane.nx);
       floatv edge_x = 1.0f;

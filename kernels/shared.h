@@ -109,7 +109,8 @@ typedef struct {
   float tilt_z;
   float turns;  // of the depth, reduced
   int specular;
-  uint hidden;  // as in Sample
+  uint hidden;  // as in Sample; of samples near the plane every part is CLEAR or CLOSED
+  int near;     // 1: near.h has its wave
 } Aim;
 
 // The plane of pixels that a gather fills.
@@ -135,9 +136,11 @@ typedef struct {
   float tangent_step_y;
   float window_x;
   float window_y;
-  float near_z;     // nothing of the scene stands nearer to the hologram, scene frame
-  float bias;       // distance that a visibility ray starts off its surface
-  float view_half;  // half side of the window that Sample::hidden speaks of, in half hologram windows
+  float near_z;      // nothing of the scene stands nearer to the hologram, scene frame
+  float bias;        // distance that a visibility ray starts off its surface
+  float near_spots;  // samples whose footprint's half is narrower than so many diffraction spots are near; 0: none
+  float near_tail;   // of their light beyond the footprint, in diffraction spots
+  float view_half;   // half side of the window that Sample::hidden speaks of, in half hologram windows
 } GatherPlane;
 
 // Directional light (is_point 0): xyz is the unit vector towards it. Point light (is_point 1): xyz is its position. Ambient light is a

@@ -82,6 +82,7 @@
   MEMBER(Aim, turns)                  \
   MEMBER(Aim, specular)               \
   MEMBER(Aim, hidden)                 \
+  MEMBER(Aim, near)                   \
   MEMBER(GatherPlane, nx)             \
   MEMBER(GatherPlane, ny)             \
   MEMBER(GatherPlane, left)           \
@@ -104,6 +105,8 @@
   MEMBER(GatherPlane, window_y)       \
   MEMBER(GatherPlane, near_z)         \
   MEMBER(GatherPlane, bias)           \
+  MEMBER(GatherPlane, near_spots)     \
+  MEMBER(GatherPlane, near_tail)      \
   MEMBER(GatherPlane, view_half)      \
   MEMBER(Light, x)                    \
   MEMBER(Light, y)                    \

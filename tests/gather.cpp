@@ -77,9 +77,12 @@ Ray one_ray(const Rig& rig, std::size_t index, dvec3 pixel) {
     }
     ++number;
   }
-  const double r = length(pixel - p);
-  ray.wave =
-      std::polar(std::sqrt(radiance) * amplitude / r, 2 * std::numbers::pi * std::remainder((depth < 0 ? -r : r) / plan.wavelength_m, 1.0));
+  // Of a surface that is turned away, less is seen.
+  amplitude *= std::sqrt(std::clamp(s.tilt_x * towards.x + s.tilt_y * towards.y - s.tilt_z, 0.0, 4.0));
+  // Converging light turns by half a period at its focus.
+  const double signed_r = std::copysign(length(pixel - p), depth);
+  ray.wave = std::sqrt(radiance) * amplitude / signed_r *
+             std::polar(1.0, 2 * std::numbers::pi * std::remainder(signed_r / plan.wavelength_m, 1.0));
   return ray;
 }
 

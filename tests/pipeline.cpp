@@ -305,7 +305,9 @@ TEST_CASE("the point-based method is the direct sum over the sample table") {
           const double r = distance(glm::dvec3(s.x, s.y, s.z) + plan.origin_m, pixel_m);
           const double turns =
               std::remainder(r / scene.hologram.wavelength_m, 1) + reference::phase_turns_of_key(s.key, scene.sampling.seed);
-          sum += std::polar(std::sqrt(static_cast<double>(s.radiance)) * s.weight / r, 2 * std::numbers::pi * turns);
+          const auto towards = (pixel_m - glm::dvec3(s.x, s.y, s.z) - plan.origin_m) / (s.z + plan.origin_m.z);
+          const double area = std::clamp(s.tilt_x * towards.x + s.tilt_y * towards.y - s.tilt_z, 0.0, 4.0);
+          sum += std::polar(std::sqrt(s.radiance * area) * s.weight / r, 2 * std::numbers::pi * turns);
         }
         direct.push_back(sum);
       }

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// A sample so near to a plane that diffraction, not geometry, says where its light passes on the way into the hologram's window: the plane
+// waves that reach the window, added up. Per axis, with the sine s of a wave's direction and edge(s) the fan's soft edge,
+//   g(x) = integral of edge(s) / cosine(s) exp(2 pi i / wavelength (s x - depth (1 - cosine(s)))) ds,
+// and the sample's wave is i / wavelength exp(2 pi i depth / wavelength) g(x) g(y): far away, by stationary phase, exp(ikr) / r. It is
+// finite at depth 0, and turns by half a period on the way through it. Of the product of both sines only powers above the second are
+// neglected. What something may hide is dealt with in the 4 x 4 parts of Sample::hidden: g is kept in four parts per axis.
+#ifndef RAYWAVE_NEAR_H
+#define RAYWAVE_NEAR_H
+
+#include "lanes.h"
+#include "phase.h"
+#include "shared.h"
+
+#define NEAR_WAVES 96  // per axis at most, a multiple of RAYWAVE_LANES
+
+// Width of the bright spot that the whole fan makes of a point: one axis, `half_tangent` is of half the hologram window as the sample sees
+// it.
+static inline float near_spot(float half_tangent, const GatherPlane* plane) { return 0.5f / (plane->turns_hi * plane->fan * half_tangent); }
+
+// Waves that an axis needs: sums of evenly spaced waves repeat themselves, three footprints apart.
+static inline int near_count(float half_extent, float spot) { return (int)(3.0f * fmin(half_extent / spot, 1e6f)) + 4; }
+
+// The plane waves of one axis at the sample.
+typedef struct {
+  int count;
+  float first;  // turns per metre
+  float step;
+  float re[NEAR_WAVES];
+  float im[NEAR_WAVES];
+  int begin[5];  // first wave of each of the four parts of the window
+} NearWaves;
+
+// centre_tangent: towards the hologram's centre.
+static inline void near_waves(NearWaves* waves, float centre_tangent, float half_tangent, float half_extent, float depth, float sine_limit,
+                              const GatherPlane* plane) {
+  const float low_tangent = centre_tangent - plane->fan * half_tangent, high_tangent = centre_tangent + plane->fan * half_tangent;
+  const float low = low_tangent / sqrt(1.0f + low_tangent * low_tangent), high = high_tangent / sqrt(1.0f + high_tangent * high_tangent);
+  waves->count = min(near_count(half_extent, near_spot(half_tangent, plane)), NEAR_WAVES);
+  const float step = (high - low) / (float)waves->count;
+  waves->first = (low + 0.5f * step) * plane->turns_hi;
+  waves->step = step * plane->turns_hi;
+  for (int i = 0; i < 5; ++i) waves->begin[i] = i == 0 ? 0 : waves->count;
+  for (int n = 0; n < waves->count; n += RAYWAVE_LANES) {
+    const floatv sine = low + (LANES_TO_FLOAT(n + LANES_INDEX) + 0.5f) * step;
+    const floatv cosine = sqrt(1.0f - sine * sine);
+    const floatv at = (sine / cosine - centre_tangent) / half_tangent;  // on the hologram, in half windows
+    floatv weight = step / cosine;
+    if (plane->edge_rate > 0.0f) {
+      const floatv e = clamp((plane->fan - fabs(at)) * plane->edge_rate, (floatv)(0.0f), (floatv)(1.0f));
+      weight *= e * e * (3.0f - 2.0f * e);
+    }
+    weight = LANES_SELECT((floatv)(0.0f), weight, fabs(sine) <= sine_limit);
+    floatv c, s;
+    cos_sin_turns(-depth * plane->turns_hi * sine * sine / (1.0f + cosine), &c, &s);
+    LANES_STORE(weight * c, waves->re + n);
+    LANES_STORE(weight * s, waves->im + n);
+    float ats[RAYWAVE_LANES];
+    LANES_STORE(at, ats);
+    for (int i = 0; i < RAYWAVE_LANES && n + i < waves->count; ++i) {
+      for (int part = 1; part < 4; ++part) {
+        if (ats[i] >= ((float)part * 0.5f - 1.0f) * plane->view_half) waves->begin[part] = min(waves->begin[part], n + i);
+      }
+    }
+  }
+}
+
+// g at offset_m from the sample, in its four parts, turned by `turns`.
+static inline void near_sums(const NearWaves* waves, floatv offset_m, float turns, floatv* re, floatv* im) {
+  floatv wave_re, wave_im, turn_re, turn_im;
+  cos_sin_turns(waves->first * offset_m + turns, &wave_re, &wave_im);
+  cos_sin_turns(waves->step * offset_m, &turn_re, &turn_im);
+  for (int part = 0; part < 4; ++part) {
+    re[part] = im[part] = 0.0f;
+    for (int n = waves->begin[part]; n < waves->begin[part + 1]; ++n) {
+      re[part] += wave_re * waves->re[n] - wave_im * waves->im[n];
+      im[part] += wave_re * waves->im[n] + wave_im * waves->re[n];
+      const floatv turned = wave_re * turn_re - wave_im * turn_im;
+      wave_im = wave_re * turn_im + wave_im * turn_re;
+      wave_re = turned;
+    }
+  }
+}
+
+#endif
