@@ -190,7 +190,7 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
 
   if (scene.wrp.distance_m) {
     plan.distance_m = *scene.wrp.distance_m;
-    if (plan.distance_m >= plan.far_m) {
+    if (!plan.aimed && plan.distance_m >= plan.far_m) {  // rays of a fan go forwards; aimed ones meet samples on either side
       throw InputError(scene.file.string() + ": wrp.distance " + millimetres(plan.distance_m) +
                        " puts the WRPs behind the whole scene, which ends at " + millimetres(plan.far_m) + "; give less, or \"auto\"");
     }

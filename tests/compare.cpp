@@ -16,7 +16,7 @@
 namespace raywave {
 namespace {
 
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using std::numbers::pi;
 
 constexpr double eps = std::numeric_limits<float>::epsilon();
