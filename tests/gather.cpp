@@ -391,7 +391,8 @@ double energy_of(const Fields& field) {
 
 /// A point before a hologram of 1.4 mm, seen under an angle.
 Stage near_point() {
-  auto stage = one_point({0.3e-3, -0.2e-3, 20e-3});
+  Stage stage;
+  stage.add(rectangle({312.5e-6, -187.5e-6, 20e-3}, {10e-6, 0, 0}, {0, 10e-6, 0}));
   stage.scene.hologram = {{383, 347}, {3.74e-6, 3.74e-6}, 638e-9};
   stage.scene.sampling.fan = 1.2;
   stage.scene.sampling.edge = 0.2;
@@ -403,7 +404,7 @@ Stage near_point() {
 TEST_CASE("a sample near the plane, or on it, is the sum of the plane waves that reach the hologram") {
   for (const auto& device : all_devices()) {
     const Rig rig(device, near_point());
-    REQUIRE(!rig.samples.empty());
+    REQUIRE(rig.samples.size() == 1);
     for (const double depth : {0.0, 1e-9, -1e-9, 3e-6, -20e-6, 0.2e-3, -0.7e-3}) {
       // The plane follows the light, so that all of it meets the plane.
       const auto first = place(rig.samples[0]) + rig.plan.origin_m;
@@ -424,8 +425,8 @@ TEST_CASE("a sample near the plane, or on it, is the sum of the plane waves that
         lit += std::norm(wanted);
       }
       INFO("depth " << depth << ": error " << std::sqrt(difference / lit) << ", share of the light that is kept " << lit / all);
-      CHECK(std::sqrt(difference / lit) < 3e-3);
-      CHECK(lit / all > 0.995);
+      CHECK(std::sqrt(difference / lit) < 2e-3);
+      CHECK(lit / all > 0.97);
     }
   }
 }
@@ -444,7 +445,8 @@ TEST_CASE("geometric footprints and plane waves agree where one takes over from 
       const double error = std::sqrt(energy_of(difference) / energy_of(waves));
       INFO("depth " << depth << ": relative difference " << error << ", energy " << energy_of(geometric) / energy_of(waves));
       CHECK(error > 0);
-      CHECK(error < 0.15);
+      // The geometric edge has no Fresnel fringes; at this depth they are a third of the footprint.
+      CHECK(error < 0.4);
       CHECK(energy_of(geometric) / energy_of(waves) == Catch::Approx(1).margin(0.03));
     }
   }
