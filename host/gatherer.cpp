@@ -11,7 +11,7 @@ namespace {
 int tile_rows(int lanes, int frames) { return lanes == 1 ? 1 : std::clamp(16 / frames, 2, 16); }
 
 /// How far beyond their geometric footprint the waves of near samples are kept, in diffraction spots.
-constexpr double near_tail = 6;
+constexpr double near_tail = 4;
 
 }  // namespace
 

@@ -14,7 +14,7 @@ public:
   Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene, const SampleTable& table, int frames,
            double near_spots = default_near_spots);
 
-  static constexpr double default_near_spots = 4;
+  static constexpr double default_near_spots = 12;
 
   static constexpr int most_frames = 16;
 

@@ -18,8 +18,8 @@
 // it.
 static inline float near_spot(float half_tangent, const GatherPlane* plane) { return 0.5f / (plane->turns_hi * plane->fan * half_tangent); }
 
-// Waves that an axis needs: sums of evenly spaced waves repeat themselves, three footprints apart.
-static inline int near_count(float half_extent, float spot) { return (int)(3.0f * fmin(half_extent / spot, 1e6f)) + 4; }
+// Waves that an axis needs: a sum of evenly spaced waves repeats itself after as many spots, and edges ring for about 12.
+static inline int near_count(float half_extent, float spot) { return (int)(2.0f * fmin(half_extent / spot, 1e6f)) + 32; }
 
 // The plane waves of one axis at the sample.
 typedef struct {
