@@ -196,21 +196,26 @@ __kernel void aim(__global const BvhNode* nodes, __global const Triangle* triang
   aims[index] = a;
 }
 
+// A surface turned away from a direction shows less of itself there; at grazing angles a sample stands for no more than four of its areas.
+static inline floatv projected_area(float tilt_z, floatv along_x, floatv along_y) {
+  return clamp(along_x + along_y - tilt_z, (floatv)(0.0f), (floatv)(4.0f));
+}
+
 // Adds the wave of a sample near the plane to the sums of a tile.
 static inline void gather_near(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
                                __global const float2* phasors, int sample_count, const Lattice* lattice, const GatherPlane* plane, floatv x,
                                int top, int bottom, floatv (*re)[RAYWAVE_TILE_ROWS], floatv (*im)[RAYWAVE_TILE_ROWS]) {
   float amplitudes[16];  // towards the parts of the window
   for (int first = 0; first < 16; first += RAYWAVE_LANES) {
-    floatv amplitude = a->amplitude;
+    floatv tx, ty, amplitude = a->amplitude;
+    part_directions(sample, first, lattice, plane, &tx, &ty);
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
     if (a->specular) {
-      floatv tx, ty;
-      part_directions(sample, first, lattice, plane, &tx, &ty);
       amplitude =
           shaded_amplitude(lights, lit, sample, a, tx / a->inverse_depth, ty / a->inverse_depth, 1.0f / sqrt(1.0f + tx * tx + ty * ty));
     }
 #endif
+    amplitude *= sqrt(projected_area(a->tilt_z, sample->tilt_x * tx, sample->tilt_y * ty));
     LANES_STORE(amplitude * plane->turns_hi, amplitudes + first);
   }
   for (int part = 0; part < 16; ++part) {
@@ -349,9 +354,7 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
           amplitude = shaded_amplitude(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &a, dx,
                                        (floatv)(dy), inverse_length);
 #endif
-        // A surface turned away from the pixel shows less of itself; at grazing angles the sample stands for no more than four of its
-        // areas.
-        const floatv area = clamp(a.tilt_x * dx + (a.tilt_y * dy - a.tilt_z), (floatv)(0.0f), (floatv)(4.0f));
+        const floatv area = projected_area(a.tilt_z, a.tilt_x * dx, (floatv)(a.tilt_y * dy));
         amplitude = LANES_SELECT((floatv)(0.0f), amplitude * sqrt(area) * edge_x * edge_y * a.inverse_depth * inverse_length, counts);
         // sqrt(1 + s) - 1 without cancellation.
         const floatv turns = a.turns + excess_turns * (squared / (1.0f + length));
