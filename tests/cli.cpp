@@ -170,7 +170,6 @@ TEST_CASE("mistakes in a scene get one line with file and line, exit code 2, and
   refused("[wrp]\npading = 2\n", scene + ":13: ");
   refused("[wrp]\npadding = \"much\"\n", scene + ":13: ");
   refused("[wrp]\npadding = -1\n", scene + ":13: ");
-  refused("[wrp]\ndistance = \"11 mm\"\n[sampling]\nmode = \"fan\"\n", "behind the whole scene");
   refused("[[object]]\nmesh = \"none.obj\"\n", scene + ":13: ");
   refused("[[object]]\nmesh = \"square.obj\"\nposition = [0, 0, \"-5 mm\"]\n", scene + ":12: ");
   refused("this is no TOML\n", scene + ":12");

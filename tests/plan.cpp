@@ -145,6 +145,7 @@ TEST_CASE("a sampling pitch that would take too many rays or samples is refused"
 TEST_CASE("WRPs placed behind the whole scene are refused where rays form a fan, which goes forwards, and serve aimed rays") {
   auto scene = paper_scene();
   scene.wrp.distance_m = 102 * mm;
+  scene.sampling.mode = SamplingMode::aimed;
   CHECK(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})).distance_m == 102 * mm);
   scene.sampling.mode = SamplingMode::fan;
   for (const double z_m : {100 * mm, 102 * mm, 1.0}) {
