@@ -118,13 +118,20 @@ static inline floatv shaded_amplitude(__global const Light* lights, __global con
 }
 #endif
 
+// Middle of part 0 to 3 of a side of the view, in half hologram windows. Of the outer parts only what lies inside the window counts: light
+// beyond it is lost.
+static inline floatv part_middle(intv part, float half_side) {
+  const float inner = 0.25f * half_side, outer = half_side < 2.0f ? 0.25f * half_side + 0.5f : 0.75f * half_side;
+  const floatv away = LANES_SELECT((floatv)(inner), (floatv)(outer), (part == 0) | (part == 3));
+  return LANES_SELECT(away, -away, part < 2);
+}
+
 // Directions (tangents) from a sample towards the middles of RAYWAVE_LANES of the 4 x 4 parts of its view of the hologram.
 static inline void part_directions(__global const Sample* s, int first_part, const Lattice* lattice, const GatherPlane* plane, floatv* tx,
                                    floatv* ty) {
   const float rate = 1.0f / (s->z - lattice->centre_z);
   const intv part = first_part + LANES_INDEX;
-  const floatv across = (LANES_TO_FLOAT(part & 3) * 0.5f - 0.75f) * plane->view_half;
-  const floatv up = (LANES_TO_FLOAT(part >> 2) * 0.5f - 0.75f) * plane->view_half;
+  const floatv across = part_middle(part & 3, plane->view_half), up = part_middle(part >> 2, plane->view_half);
   *tx = (lattice->centre_x - s->x + across * lattice->half_width) * rate;
   *ty = (lattice->centre_y - s->y + up * lattice->half_height) * rate;
 }
