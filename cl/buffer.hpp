@@ -65,12 +65,17 @@ public:
   template <class F>
   void on_host(F&& f, cl_map_flags flags = CL_MAP_READ | CL_MAP_WRITE) {
     T* data = static_cast<T*>(map(size_ * sizeof(T), flags));
-    struct Return {
-      Buffer& buffer;
-      T* data;
-      ~Return() { buffer.unmap(data); }
-    } give_back{*this, data};
-    f(std::span<T>(data, size_));
+    try {
+      f(std::span<T>(data, size_));
+    } catch (...) {
+      try {
+        unmap(data);
+      } catch (const DeviceError&) {
+        // The first error says what went wrong.
+      }
+      throw;
+    }
+    unmap(data);
   }
 
 private:

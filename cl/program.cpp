@@ -93,7 +93,7 @@ Kernel Program::kernel(const std::string& name) const {
 
 Kernel::Kernel(Device device, ::cl::Kernel kernel, std::string name)
     : device_(std::move(device)), kernel_(std::move(kernel)), name_(std::move(name)) {
-  argument_types_.resize(kernel_.getInfo<CL_KERNEL_NUM_ARGS>());
+  argument_types_.resize(checked(device_.info(), [&] { return kernel_.getInfo<CL_KERNEL_NUM_ARGS>(); }));
   for (cl_uint i = 0; i < argument_types_.size(); ++i) {
     try {
       auto& type = argument_types_[i];
