@@ -58,7 +58,12 @@ public:
     return data;
   }
   /// Takes size() elements of `other`, from element `first` on, without the host.
-  void copy_from(const Buffer& other, std::size_t first) { Memory::copy_from(other, size_ * sizeof(T), first * sizeof(T)); }
+  void copy_from(const Buffer& other, std::size_t first) { copy_from(other, first, size_); }
+
+  /// The same of `count` elements, at the beginning of this buffer.
+  void copy_from(const Buffer& other, std::size_t first, std::size_t count) {
+    Memory::copy_from(other, count * sizeof(T), first * sizeof(T));
+  }
   void fill_zero() { Memory::fill_zero(size_ * sizeof(T)); }
 
   /// Waits, lends the elements to the host (no copy on CPU devices), and takes them back when `f` returns.

@@ -27,6 +27,7 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
       program_(device, "gather.cl",
                cl::with(scene.options, {{"RAYWAVE_FRAMES", std::to_string(frames)},
                                         {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
+                                        {"RAYWAVE_VIEW_PARTS", std::to_string(table.view_parts)},
                                         {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),
       aim_(program_.kernel("aim")),
       draw_phases_(program_.kernel("draw_phases")),
@@ -78,8 +79,6 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
     plane.window_x = static_cast<float>(widest * half_window.x + tail.x);
     plane.window_y = static_cast<float>(widest * half_window.y + tail.y);
   }
-  plane.near_z = static_cast<float>(plan_.near_m - plan_.origin_m.z) - scene_.bias_m;
-  plane.bias = scene_.bias_m;
   plane.view_half = static_cast<float>(std::max(1.0, plan_.fan));
 
   auto lattice = table_.lattice;
@@ -87,12 +86,11 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
   lattice.half_height = static_cast<float>(half_window.y);
   const auto words = static_cast<std::size_t>(table_.count);
   if (table_.count > 0)
-    aim_.run({words}, {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, scene_.nodes, scene_.triangles, table_.samples, table_.count,
-             lattice, plane, aims_);
+    aim_.run({words}, {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, table_.samples, table_.count, lattice, plane, aims_);
   const auto tiles = [](int n, int size) { return static_cast<std::size_t>((n + size - 1) / size); };
   const cl::Range local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
-  gather_.run({tiles(plane.nx, lanes_), tiles(plane.ny, tile_rows_)}, local, scene_.nodes, scene_.triangles, scene_.lights, table_.samples,
-              table_.lit, aims_, phasors_, table_.first_of_cell, table_.count, lattice, plane, field);
+  gather_.run({tiles(plane.nx, lanes_), tiles(plane.ny, tile_rows_)}, local, scene_.lights, table_.samples, table_.views, table_.lit, aims_,
+              phasors_, table_.first_of_cell, table_.count, lattice, plane, field);
 }
 
 }  // namespace raywave

@@ -35,7 +35,7 @@ class FieldSource {
 public:
   FieldSource(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays, int frames) {
     const bool snapped = scene.sampling.source == FanSource::surface;
-    if (plan.aimed || snapped) table_ = std::make_unique<SampleTable>(device, plan, arrays);
+    if (plan.aimed || snapped) table_ = std::make_unique<SampleTable>(device, plan, arrays, SampleTable::default_view_parts, !plan.aimed);
     if (plan.aimed) gatherer_ = std::make_unique<Gatherer>(device, plan, arrays, *table_, frames);
     if (plan.aimed && plan.bounces > 0) tracer_ = std::make_unique<Tracer>(device, scene, plan, arrays, HitSource::bounced);
     if (!plan.aimed)

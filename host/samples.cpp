@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/samples.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <vector>
 
 #include "host/error.hpp"
 
 namespace raywave {
+namespace {
 
-SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene) {
+constexpr std::size_t band_bytes = std::size_t{64} << 20;  // of a band's samples, about
+constexpr int most_samples = 1 << 28;
+
+device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
   const auto& wanted = plan.lattice;
   const glm::dvec3 centre = -plan.origin_m;
+  device::Lattice lattice{};
   lattice.first_x = wanted.first.x;
   lattice.first_y = wanted.first.y;
   lattice.nx = wanted.size.x;
@@ -27,41 +31,100 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
   lattice.reach = static_cast<float>(plan.far_m * 2);
   lattice.half_width = static_cast<float>(plan.size.x * plan.pitch_m.x / 2 * std::max(1.0, plan.fan));
   lattice.half_height = static_cast<float>(plan.size.y * plan.pitch_m.y / 2 * std::max(1.0, plan.fan));
+  return lattice;
+}
 
-  const cl::Program program(device, "samples.cl", cl::with(scene.options, {{"RAYWAVE_ANTIALIAS", plan.antialias ? "1" : "0"}}));
-  const int lanes = lanes_for(device.info());
-  const cl::Range packets{static_cast<std::size_t>((lattice.nx + lanes - 1) / lanes), static_cast<std::size_t>(lattice.ny)};
+template <class T>
+void make_room(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t size, const char* name) {
+  if (buffer.size() < size) {
+    buffer = {};  // before the new one is asked for
+    buffer = {device, size, name};
+  }
+}
+
+/// Room for `wanted` elements, of which the first `kept` stay.
+template <class T>
+void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std::size_t wanted, const char* name) {
+  if (buffer.size() >= wanted) return;
+  cl::Buffer<T> larger(device, wanted + (kept > 0 ? wanted / 2 : 0), name);
+  if (kept > 0) larger.copy_from(buffer, 0, kept);
+  buffer = std::move(larger);
+}
+
+}  // namespace
+
+SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene, int parts, bool keep_unseen)
+    : view_parts(parts),
+      device_(device),
+      program_(device, "samples.cl",
+               cl::with(scene.options, {{"RAYWAVE_ANTIALIAS", plan.antialias ? "1" : "0"},
+                                        {"RAYWAVE_VIEW_PARTS", std::to_string(parts)},
+                                        {"RAYWAVE_KEEP_UNSEEN", keep_unseen ? "1" : "0"}})),
+      find_samples_(program_.kernel("find_samples")),
+      pack_samples_(program_.kernel("pack_samples")) {
+  find(plan, scene);
+}
+
+void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
+  lattice = lattice_of(plan, scene);
+  const auto nx = static_cast<std::size_t>(lattice.nx), ny = static_cast<std::size_t>(lattice.ny);
+  const auto lights = static_cast<std::size_t>(scene.light_words());
+  const auto bytes_per_slot = sizeof(device::Sample) + 4 * (view_words() + lights);
+  const int lanes = lanes_for(device_.info());
   const cl::Range local = lanes == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
-
-  const auto cells = static_cast<std::size_t>(lattice.nx) * static_cast<std::size_t>(lattice.ny);
-  first_of_cell = {device, cells + 1, "sample lattice"};
-  program.kernel("count_layers").run(packets, local, scene.nodes, scene.triangles, scene.shading, lattice, first_of_cell);
-  std::int64_t total = 0;
-  first_of_cell.on_host([&](std::span<std::int32_t> counts) {
-    for (std::size_t i = 0; i <= cells; ++i) {
-      const std::int64_t layers = i < cells ? counts[i] : 0;
-      counts[i] = static_cast<std::int32_t>(std::min<std::int64_t>(total, INT32_MAX));
-      total += layers;
-    }
-  });
-  if (total > (1 << 28))
-    throw InputError("sampling.pitch: " + std::to_string(total) + " surface samples, at most 268435456 are allowed; give a larger pitch");
-  count = static_cast<int>(total);
-
-  const auto words = scene.light_words();
-  samples = {device, static_cast<std::size_t>(std::max(count, 1)), "samples"};
-  lit = {device, static_cast<std::size_t>(std::max(count, 1)) * words, "lights on samples"};
-  if (count == 0) return;
-  samples.fill_zero();  // should the second pass find fewer layers than the first, what is missing shines with nothing
-  program.kernel("write_samples")
-      .run(packets, local, scene.nodes, scene.triangles, scene.shading, scene.materials, scene.lights, scene.texels, scene.ambient_light,
-           lattice, first_of_cell, samples, lit);
-  const float slack = scene.bias_m / 4;
   const cl::Range group{lanes == 1 ? std::size_t{64} : std::size_t{1}};
-  program.kernel("find_hidden").run({static_cast<std::size_t>(count)}, group, scene.nodes, scene.triangles, lattice, slack, count, samples);
+
+  std::vector<std::int32_t> first(nx * ny + 1, 0);
+  std::int64_t total = 0;
+  hidden = 0;
+  for (std::size_t row = 0; row < ny;) {
+    const auto rows = std::clamp<std::size_t>(band_bytes / (nx * bytes_per_slot * static_cast<std::size_t>(slots_)), 1, ny - row);
+    const auto cells = rows * nx, room = cells * static_cast<std::size_t>(slots_);
+    make_room(device_, band_.counts, cells, "samples of each cell");
+    make_room(device_, band_.samples, room, "samples");
+    make_room(device_, band_.views, room * view_words(), "views of samples");
+    make_room(device_, band_.lit, room * lights, "lights on samples");
+    find_samples_.run({(nx + static_cast<std::size_t>(lanes) - 1) / static_cast<std::size_t>(lanes), rows}, local, scene.nodes,
+                      scene.triangles, scene.shading, scene.materials, scene.lights, scene.texels, scene.ambient_light, lattice,
+                      static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows), slots_, band_.counts, band_.samples, band_.views,
+                      band_.lit);
+    int most = 0;
+    const auto before = total;
+    band_.counts.on_host(
+        [&](std::span<std::int32_t> counts) {
+          for (std::size_t cell = 0; cell < cells; ++cell) {
+            most = std::max(most, counts[cell]);
+            total += counts[cell];
+            first[row * nx + cell + 1] = static_cast<std::int32_t>(std::min<std::int64_t>(total, INT32_MAX));
+          }
+        },
+        CL_MAP_READ);
+    if (most > slots_) {
+      slots_ = most;
+      total = before;
+      continue;
+    }
+    if (total > most_samples)
+      throw InputError("sampling.pitch: " + std::to_string(total) +
+                       " surface samples or more, at most 268435456 are allowed; give a larger pitch");
+
+    const auto kept = static_cast<std::size_t>(before), wanted = static_cast<std::size_t>(std::max<std::int64_t>(total, 1));
+    grow(device_, samples, kept, wanted, "samples");
+    grow(device_, views, kept * view_words(), wanted * view_words(), "views of samples");
+    grow(device_, lit, kept * lights, wanted * lights, "lights on samples");
+    make_room(device_, band_.first, cells, "samples of each cell");
+    band_.first.write(std::span<const std::int32_t>(first).subspan(row * nx, cells));
+    pack_samples_.run({cells}, group, band_.counts, band_.first, static_cast<std::int32_t>(cells), slots_, band_.samples, band_.views,
+                      band_.lit, samples, views, lit);
+    row += rows;
+  }
+  count = static_cast<int>(total);
+  if (first_of_cell.size() != first.size()) first_of_cell = {device_, first.size(), "sample lattice"};
+  first_of_cell.write(first);
+  if (count == 0) return;
   samples.on_host(
       [&](std::span<device::Sample> all) {
-        hidden = static_cast<int>(std::count_if(all.begin(), all.end(), [](const auto& s) { return s.hidden != 0; }));
+        hidden = static_cast<int>(std::count_if(all.begin(), all.begin() + count, [](const auto& s) { return s.hidden != 0; }));
       },
       CL_MAP_READ);
 }

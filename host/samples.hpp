@@ -2,6 +2,8 @@
 /// The sample table: the sources of light on the scene's surfaces (kernels/samples.cl).
 #pragma once
 
+#include <algorithm>
+
 #include "host/device_scene.hpp"
 #include "host/plan.hpp"
 
@@ -9,16 +11,43 @@ namespace raywave {
 
 /// Where rays of a lattice from the hologram's centre pierce the scene: every layer, outsides of closed meshes, both sides of open ones.
 /// The set does not depend on how a surface is cut into triangles.
-struct SampleTable {
+class SampleTable {
+public:
+  /// view_parts   parts per side of the hologram's window whose sight of each sample is looked at: 4, 8 or 16; 0: nothing hides anything
+  /// keep_unseen  samples that no part sees stay in the table
+  SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene, int view_parts = default_view_parts,
+              bool keep_unseen = false);
+
+  static constexpr int default_view_parts = 8;
+
+  /// Finds the samples of a scene with the same options, anew.
   /// throws  InputError when there are more than 2^28 cells or samples
-  SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene);
+  void find(const Plan& plan, const DeviceScene& scene);
 
   device::Lattice lattice{};
+  int view_parts = default_view_parts;
   int count = 0;
-  int hidden = 0;                          // samples that something may hide from a part of the hologram
+  int hidden = 0;                          // samples that some part of the window does not see
   cl::Buffer<std::int32_t> first_of_cell;  // nx * ny + 1: samples of cell c are [first_of_cell[c], first_of_cell[c + 1])
-  cl::Buffer<device::Sample> samples;      // cell by cell, row by row; at least one element
+  cl::Buffer<device::Sample> samples;      // `count`, cell by cell, row by row, and room to spare; at least one element
+  cl::Buffer<std::uint32_t> views;         // which parts see each sample (kernels/view.h), view_words() each
   cl::Buffer<std::uint32_t> lit;           // which lights fall on each sample, 32 to a word
+
+  std::size_t view_words() const { return static_cast<std::size_t>(std::max(1, view_parts * view_parts / 32)); }
+
+private:
+  /// Samples of a band of rows with room for the same number in every cell.
+  struct Band {
+    cl::Buffer<std::int32_t> counts, first;
+    cl::Buffer<device::Sample> samples;
+    cl::Buffer<std::uint32_t> views, lit;
+  };
+
+  cl::Device device_;
+  cl::Program program_;
+  cl::Kernel find_samples_, pack_samples_;
+  int slots_ = 4;  // samples that a cell has room for, as many as it has needed so far
+  Band band_;
 };
 
 }  // namespace raywave

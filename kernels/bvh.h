@@ -31,6 +31,14 @@ typedef struct {
   floatv u, v;
 } Hits;
 
+// The nearest hits of each ray, near to far. Places not used have triangle -1 and t = t_max.
+#define BVH_LAYERS 8
+typedef struct {
+  floatv t[BVH_LAYERS];
+  intv triangle[BVH_LAYERS];
+  floatv u[BVH_LAYERS], v[BVH_LAYERS];
+} Layers;
+
 // PoCL else keeps the rays in memory.
 #define BVH_INLINE static inline __attribute__((always_inline))
 
@@ -142,8 +150,39 @@ BVH_INLINE intv bvh_leaf(__global const Triangle* triangles, int first, int coun
   return hit;
 }
 
-// Nearest hits of all rays; with any_hit, rays that have met something stop.
-BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* given, bool any_hit) {
+// Sorts the hits of one triangle in; what does not fit falls off the far end.
+BVH_INLINE void bvh_insert(Layers* layers, const Hits* hits, intv hit) {
+  floatv t = hits->t, u = hits->u, v = hits->v;
+  intv triangle = hits->triangle;
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    const intv nearer = hit & (t < layers->t[i]);
+    const floatv old_t = layers->t[i], old_u = layers->u[i], old_v = layers->v[i];
+    const intv old_triangle = layers->triangle[i];
+    layers->t[i] = LANES_SELECT(old_t, t, nearer);
+    layers->triangle[i] = LANES_SELECT(old_triangle, triangle, nearer);
+    layers->u[i] = LANES_SELECT(old_u, u, nearer);
+    layers->v[i] = LANES_SELECT(old_v, v, nearer);
+    t = LANES_SELECT(t, old_t, nearer);
+    triangle = LANES_SELECT(triangle, old_triangle, nearer);
+    u = LANES_SELECT(u, old_u, nearer);
+    v = LANES_SELECT(v, old_v, nearer);
+  }
+}
+
+BVH_INLINE intv bvh_leaf_layers(__global const Triangle* triangles, int first, int count, const Rays* rays, const floatv* inverse,
+                                Hits* farthest, Layers* layers) {
+  for (int i = first; i < first + count; ++i) {
+    Hits one = *farthest;
+    const intv hit = bvh_triangle(triangles, i, rays, inverse, &one);
+    if (LANES_ANY(hit)) bvh_insert(layers, &one, hit);
+    farthest->t = layers->t[BVH_LAYERS - 1];
+  }
+  return 0;
+}
+
+// Nearest hits of all rays; with any_hit, rays that have met something stop; with `layers`, the nearest BVH_LAYERS of each go there.
+BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* given, bool any_hit,
+                             Layers* layers) {
   Rays rays = *given;
   const floatv inverse[3] = {bvh_reciprocal(rays.dx), bvh_reciprocal(rays.dy), bvh_reciprocal(rays.dz)};
   Hits best;
@@ -164,14 +203,16 @@ BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Trian
     const intv in_left = bvh_child(node->left_min, node->left_max, &rays, inverse, best.t, &enter_left);
     bool left = LANES_ANY(in_left);
     if (left && node->left_count > 0) {
-      const intv hit = bvh_leaf(triangles, node->left_child, node->left_count, &rays, inverse, &best);
+      const intv hit = layers ? bvh_leaf_layers(triangles, node->left_child, node->left_count, &rays, inverse, &best, layers)
+                              : bvh_leaf(triangles, node->left_child, node->left_count, &rays, inverse, &best);
       if (any_hit) rays.active &= !hit;
       left = false;
     }
     const intv in_right = bvh_child(node->right_min, node->right_max, &rays, inverse, best.t, &enter_right);
     bool right = LANES_ANY(in_right);
     if (right && node->right_count > 0) {
-      const intv hit = bvh_leaf(triangles, node->right_child, node->right_count, &rays, inverse, &best);
+      const intv hit = layers ? bvh_leaf_layers(triangles, node->right_child, node->right_count, &rays, inverse, &best, layers)
+                              : bvh_leaf(triangles, node->right_child, node->right_count, &rays, inverse, &best);
       if (any_hit) rays.active &= !hit;
       right = false;
     }
@@ -196,12 +237,22 @@ BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Trian
 
 // The nearest hits in (t_min, t_max).
 BVH_INLINE Hits bvh_nearest(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays) {
-  return bvh_traverse(nodes, triangles, rays, false);
+  return bvh_traverse(nodes, triangles, rays, false, 0);
+}
+
+// The nearest BVH_LAYERS hits in (t_min, t_max).
+BVH_INLINE void bvh_layers(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays, Layers* layers) {
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    layers->t[i] = rays->t_max;
+    layers->triangle[i] = -1;
+    layers->u[i] = layers->v[i] = 0.0f;
+  }
+  bvh_traverse(nodes, triangles, rays, false, layers);
 }
 
 // Mask of the rays that meet anything in (t_min, t_max).
 BVH_INLINE intv bvh_occluded(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays) {
-  return bvh_traverse(nodes, triangles, rays, true).triangle >= 0;
+  return bvh_traverse(nodes, triangles, rays, true, 0).triangle >= 0;
 }
 
 #endif

@@ -2,9 +2,9 @@
 // Aimed gathering: every pixel of a plane receives one wave from each surface sample whose light passes through it on its way into the
 // hologram's window,
 //   sqrt(radiance) weight / r * exp(2 pi i (r / wavelength + phase(sample, frame))),
-// converging waves (samples in front of the plane) with the opposite sign of both r: a wave that passes its focus turns by half a period. A
-// sample that something may hide is asked for with a ray from it towards the hologram; highlights are shaded with the true direction. A
-// plane at the hologram itself gathers every sample at every pixel: the point-based method.
+// converging waves (samples in front of the plane) with the opposite sign of both r: a wave that passes its focus turns by half a period.
+// Of a sample that something hides, the parts of the hologram's window that see it count (view.h); highlights are shaded with the true
+// direction. A plane at the hologram itself gathers every sample at every pixel: the point-based method.
 //
 // Where that footprint is no wider than a few diffraction spots, the wave is a sum of plane waves instead (near.h).
 //
@@ -14,14 +14,13 @@
 //
 // gather's work-item fills a tile of RAYWAVE_LANES x RAYWAVE_TILE_ROWS pixels: global size (ceil(nx / lanes), ceil(ny / rows)). Rays,
 // visibility and shading are done once for all frames. OpenCL C 1.2.
-#include "bvh.h"
 #include "hash.h"
 #include "lanes.h"
 #include "near.h"
 #include "phase.h"
-#include "pyramid.h"
 #include "shade.h"
 #include "shared.h"
+#include "view.h"
 
 #ifndef RAYWAVE_TILE_ROWS
 #define RAYWAVE_TILE_ROWS 1  // rows of a tile; host/gatherer.cpp
@@ -46,51 +45,35 @@ __kernel void draw_phases(__global const Sample* samples, int sample_count, int 
   }
 }
 
-// PYRAMID_... of a sample's view of the hologram from (x0, y0) to (x1, y1), in half windows.
-static inline int view_state(uint hidden, float x0, float x1, float y0, float y1, float half_side) {
-  const float rate = 2.0f / half_side;
-  const int left = clamp((int)((x0 + half_side) * rate), 0, 3), right = clamp((int)((x1 + half_side) * rate), 0, 3);
-  const int lower = clamp((int)((y0 + half_side) * rate), 0, 3), upper = clamp((int)((y1 + half_side) * rate), 0, 3);
-  const int state = (int)(hidden >> (2 * (4 * lower + left)) & 3u);
-  for (int j = lower; j <= upper; ++j) {
-    for (int i = left; i <= right; ++i) {
-      if ((int)(hidden >> (2 * (4 * j + i)) & 3u) != state) return PYRAMID_MIXED;
-    }
+#define VIEW_CLEAR 0
+#define VIEW_MIXED 1
+#define VIEW_CLOSED 2
+
+// Bits of row j of a view.
+static inline uint view_row(__global const uint* view, int j) {
+  const int bit = j * RAYWAVE_VIEW_PARTS;
+  return view[bit / 32] >> (bit % 32) & ((1u << RAYWAVE_VIEW_PARTS) - 1u);
+}
+
+// What is seen from a box of the hologram's window, in half windows of the view.
+static inline int view_state(__global const uint* view, float x0, float x1, float y0, float y1) {
+  const int left = view_part(x0), right = view_part(x1);
+  const uint columns = (2u << right) - (1u << left);
+  uint all = columns, any = 0;
+  for (int j = view_part(y0); j <= view_part(y1); ++j) {
+    const uint row = view_row(view, j) & columns;
+    all &= row;
+    any |= row;
   }
-  return state;
+  return all == columns ? VIEW_CLEAR : any ? VIEW_MIXED : VIEW_CLOSED;
 }
 
-// Lanes to whose pixels, or behind them, the sample's light comes without meeting anything before it has left the scene.
-static inline intv reaches(__global const BvhNode* nodes, __global const Triangle* triangles, __global const Sample* s, const Aim* a,
-                           const Obstacles* obstacles, floatv dx, floatv dy, const GatherPlane* plane, intv active) {
-  Rays ray;
-  ray.ox = s->x + plane->bias * s->nx;
-  ray.oy = s->y + plane->bias * s->ny;
-  ray.oz = s->z + plane->bias * s->nz;
-  ray.dx = dx * a->inverse_depth;
-  ray.dy = dy * a->inverse_depth;
-  ray.dz = -1.0f;
-  ray.t_min = 0.0f;
-  ray.t_max = fmax(s->z - plane->near_z, 0.0f);
-  ray.active = active;
-  if (obstacles->count > OBSTACLES) return active & !bvh_occluded(nodes, triangles, &ray);
-  const floatv inverse[3] = {bvh_reciprocal(ray.dx), bvh_reciprocal(ray.dy), bvh_reciprocal(ray.dz)};
-  Hits hits = {ray.t_max, (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
-  for (int i = 0; i < obstacles->count && LANES_ANY(ray.active); ++i)
-    ray.active &= !bvh_triangle(triangles, obstacles->triangles[i], &ray, inverse, &hits);
-  return ray.active;
-}
-
-// What stands between the sample and all pixels of a box of the plane (relative like Aim's x and y).
-static inline Obstacles between(__global const BvhNode* nodes, __global const Triangle* triangles, __global const Sample* s, const Aim* a,
-                                float left, float right, float lower, float upper, const GatherPlane* plane) {
-  const float u0 = (left - a->x) * a->inverse_depth, u1 = (right - a->x) * a->inverse_depth;
-  const float v0 = (lower - a->y) * a->inverse_depth, v1 = (upper - a->y) * a->inverse_depth;
-  const float3 normal = (float3)(s->nx, s->ny, s->nz);
-  Pyramid pyramid = {(float3)(s->x, s->y, s->z) + plane->bias * normal, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1),
-                     triangle_normal(triangles + s->triangle)};
-  if (dot(pyramid.surface, normal) < 0.0f) pyramid.surface = -pyramid.surface;
-  return obstacles_in(nodes, triangles, &pyramid, 0.0f);
+// Share of part (i, j) of 4 x 4 of the window that sees the sample.
+static inline float view_share(__global const uint* view, int i, int j) {
+  const int side = RAYWAVE_VIEW_PARTS / 4;
+  int seen = 0;
+  for (int row = j * side; row < (j + 1) * side; ++row) seen += (int)popcount(view_row(view, row) >> (i * side) & ((1u << side) - 1u));
+  return (float)seen / (float)(side * side);
 }
 
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
@@ -136,31 +119,7 @@ static inline void part_directions(__global const Sample* s, int first_part, con
   *ty = (lattice->centre_y - s->y + up * lattice->half_height) * rate;
 }
 
-// Sample::hidden with one ray towards the middle of each MIXED part: it is CLEAR or CLOSED then.
-static inline uint decided(__global const BvhNode* nodes, __global const Triangle* triangles, __global const Sample* s, const Aim* a,
-                           const Lattice* lattice, const GatherPlane* plane) {
-  uint hidden = s->hidden;
-  if (hidden == 0) return 0;
-  Obstacles unknown;
-  unknown.state = PYRAMID_MIXED;
-  unknown.count = OBSTACLES + 1;
-  for (int first = 0; first < 16; first += RAYWAVE_LANES) {
-    floatv tx, ty;
-    part_directions(s, first, lattice, plane, &tx, &ty);
-    int free[RAYWAVE_LANES];
-    const intv reached = reaches(nodes, triangles, s, a, &unknown, tx / a->inverse_depth, ty / a->inverse_depth, plane, LANES_INDEX >= 0);
-    LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), reached), free);
-    for (int i = 0; i < RAYWAVE_LANES; ++i) {
-      const int shift = 2 * (first + i);
-      if ((hidden >> shift & 3u) != PYRAMID_MIXED) continue;
-      hidden = (hidden & ~(3u << shift)) | (uint)(free[i] ? PYRAMID_CLEAR : PYRAMID_CLOSED) << shift;
-    }
-  }
-  return hidden;
-}
-
-__kernel void aim(__global const BvhNode* nodes, __global const Triangle* triangles, __global const Sample* samples, int sample_count,
-                  Lattice lattice, GatherPlane plane, __global Aim* aims) {
+__kernel void aim(__global const Sample* samples, int sample_count, Lattice lattice, GatherPlane plane, __global Aim* aims) {
   const int index = (int)get_global_id(0);
   if (index >= sample_count) return;
   const Sample s = samples[index];
@@ -198,7 +157,6 @@ __kernel void aim(__global const BvhNode* nodes, __global const Triangle* triang
   if (a.near) {
     a.half_x = extent_x;
     a.half_y = extent_y;
-    a.hidden = decided(nodes, triangles, samples + index, &a, &lattice, &plane);
   }
   aims[index] = a;
 }
@@ -209,9 +167,10 @@ static inline floatv projected_area(float tilt_z, floatv along_x, floatv along_y
 }
 
 // Adds the wave of a sample near the plane to the sums of a tile.
-static inline void gather_near(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
-                               __global const float2* phasors, int sample_count, const Lattice* lattice, const GatherPlane* plane, floatv x,
-                               int top, int bottom, floatv (*re)[RAYWAVE_TILE_ROWS], floatv (*im)[RAYWAVE_TILE_ROWS]) {
+static inline void gather_near(__global const Light* lights, __global const uint* lit, __global const Sample* sample,
+                               __global const uint* view, const Aim* a, __global const float2* phasors, int sample_count,
+                               const Lattice* lattice, const GatherPlane* plane, floatv x, int top, int bottom,
+                               floatv (*re)[RAYWAVE_TILE_ROWS], floatv (*im)[RAYWAVE_TILE_ROWS]) {
   float amplitudes[16];  // towards the parts of the window
   for (int first = 0; first < 16; first += RAYWAVE_LANES) {
     floatv tx, ty, amplitude = a->amplitude;
@@ -225,9 +184,9 @@ static inline void gather_near(__global const Light* lights, __global const uint
     amplitude *= sqrt(projected_area(a->tilt_z, sample->tilt_x * tx, sample->tilt_y * ty));
     LANES_STORE(amplitude * plane->turns_hi, amplitudes + first);
   }
-  for (int part = 0; part < 16; ++part) {
-    if ((a->hidden >> (2 * part) & 3u) == PYRAMID_CLOSED) amplitudes[part] = 0.0f;
-  }
+#if RAYWAVE_VIEW_PARTS > 0
+  for (int part = 0; part < 16 && a->hidden; ++part) amplitudes[part] *= view_share(view, part % 4, part / 4);
+#endif
 
   const float rate = 1.0f / (sample->z - lattice->centre_z);
   NearWaves waves;
@@ -268,9 +227,9 @@ static inline void gather_near(__global const Light* lights, __global const uint
   }
 }
 
-__kernel void gather(__global const BvhNode* nodes, __global const Triangle* triangles, __global const Light* lights,
-                     __global const Sample* samples, __global const uint* lit, __global const Aim* aims, __global const float2* phasors,
-                     __global const int* first_of_cell, int sample_count, Lattice lattice, GatherPlane plane, __global float2* field) {
+__kernel void gather(__global const Light* lights, __global const Sample* samples, __global const uint* views, __global const uint* lit,
+                     __global const Aim* aims, __global const float2* phasors, __global const int* first_of_cell, int sample_count,
+                     Lattice lattice, GatherPlane plane, __global float2* field) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   const int top = (int)get_global_id(1) * RAYWAVE_TILE_ROWS;
   if (first >= plane.nx || top >= plane.ny) return;
@@ -303,9 +262,10 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
       if (a.centre_x - a.half_x > right_x || a.centre_x + a.half_x < left_x || a.centre_y - a.half_y > top_y ||
           a.centre_y + a.half_y < bottom_y)
         continue;
+      __global const uint* view = views + (size_t)index * VIEW_WORDS;
       if (a.near) {
-        gather_near(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &a, phasors + index, sample_count,
-                    &lattice, &plane, x, top, bottom, re, im);
+        gather_near(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, view, &a, phasors + index,
+                    sample_count, &lattice, &plane, x, top, bottom, re, im);
         continue;
       }
       const floatv across = fabs((x - a.centre_x) * a.scale_x);  // where the pixel's light meets the hologram, in half windows
@@ -315,19 +275,22 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
         const floatv e = clamp((plane.fan - across) * plane.edge_rate, (floatv)(0.0f), (floatv)(1.0f));
         edge_x = e * e * (3.0f - 2.0f * e);
       }
-      // Most samples that something may hide are seen by all of a tile, or by none of it.
-      Obstacles obstacles;
-      obstacles.state = PYRAMID_CLEAR;
+      int state = VIEW_CLEAR;
+      const float to_window_x = copysign(a.scale_x, a.depth) / plane.view_half;
+      const float to_window_y = copysign(a.scale_y, a.depth) / plane.view_half;
+      intv part = 0;
+#if RAYWAVE_VIEW_PARTS > 0
       if (a.hidden) {
-        const float x0 = fmax(left_x, a.centre_x - a.half_x), x1 = fmin(right_x, a.centre_x + a.half_x);
-        const float y0 = fmax(bottom_y, a.centre_y - a.half_y), y1 = fmin(top_y, a.centre_y + a.half_y);
-        const float sign = a.depth < 0.0f ? -1.0f : 1.0f;
-        const float u0 = (x0 - a.centre_x) * a.scale_x * sign, u1 = (x1 - a.centre_x) * a.scale_x * sign;
-        const float v0 = (y0 - a.centre_y) * a.scale_y * sign, v1 = (y1 - a.centre_y) * a.scale_y * sign;
-        obstacles.state = view_state(a.hidden, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1), plane.view_half);
-        if (obstacles.state == PYRAMID_MIXED) obstacles = between(nodes, triangles, samples + index, &a, x0, x1, y0, y1, &plane);
-        if (obstacles.state == PYRAMID_CLOSED) continue;
+        const float u0 = (fmax(left_x, a.centre_x - a.half_x) - a.centre_x) * to_window_x;
+        const float u1 = (fmin(right_x, a.centre_x + a.half_x) - a.centre_x) * to_window_x;
+        const float v0 = (fmax(bottom_y, a.centre_y - a.half_y) - a.centre_y) * to_window_y;
+        const float v1 = (fmin(top_y, a.centre_y + a.half_y) - a.centre_y) * to_window_y;
+        state = view_state(view, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1));
+        if (state == VIEW_CLOSED) continue;
+        part = clamp(LANES_TO_INT(((x - a.centre_x) * to_window_x + 1.0f) * (0.5f * RAYWAVE_VIEW_PARTS)), (intv)(0),
+                     (intv)(RAYWAVE_VIEW_PARTS - 1));
       }
+#endif
       const floatv dx = x - a.x;
       const float distance = fabs(a.depth);
       const float inverse_squared = a.inverse_depth * a.inverse_depth;
@@ -351,10 +314,13 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
         counts &= (fabs(dx * a.inverse_depth) * inverse_length <= plane.sine_limit_x) &
                   (fabs(dy * a.inverse_depth) * inverse_length <= plane.sine_limit_y);
 #endif
-        if (obstacles.state != PYRAMID_CLEAR) {
-          counts = reaches(nodes, triangles, samples + index, &a, &obstacles, dx, (floatv)(dy), &plane, counts);
+#if RAYWAVE_VIEW_PARTS > 0
+        if (state == VIEW_MIXED) {
+          const uint seen = view_row(view, view_part((y - a.centre_y) * to_window_y));
+          counts &= ((intv)((int)seen) >> part & 1) != 0;
           if (!LANES_ANY(counts)) continue;
         }
+#endif
         floatv amplitude = a.amplitude;
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
         if (a.specular)

@@ -60,4 +60,21 @@ static inline bool lanes_any(intv mask) {
 }
 #endif
 
+// Sum over the lanes; of words with different bits set, their union.
+static inline int lanes_sum(intv v) {
+#if RAYWAVE_LANES == 1
+  return v;
+#else
+#if RAYWAVE_LANES == 16
+  const int8 eight = v.lo + v.hi;
+  const int4 four = eight.lo + eight.hi;
+#elif RAYWAVE_LANES == 8
+  const int4 four = v.lo + v.hi;
+#else
+  const int4 four = v;
+#endif
+  return (four.x + four.y) + (four.z + four.w);
+#endif
+}
+
 #endif

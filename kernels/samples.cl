@@ -2,129 +2,165 @@
 // The sample table: every place where a ray of the lattice (shared.h) pierces a surface is one source of light. Pixels that see it all use
 // the same position and phase; that makes their sum a spherical wave (docs/pipeline.md).
 //
-// count_layers   layers[cell] = number of samples of each cell (nx * ny cells, row by row)
-// write_samples  the samples of cell c to samples[first[c]] and on; first: nx * ny + 1 sums of the counts
-// write_samples  also sets lit[i * words + l / 32], bit l % 32: light l falls on sample i; words = (RAYWAVE_LIGHTS + 31) / 32, at least 1
-// find_hidden    samples[i].hidden and tilt: what can stand between the sample and the parts of the hologram, and its projected area
+// find_samples  of a band of `rows` rows of cells from first_row on: counts[cell] = number of samples of each cell (row by row); the first
+//               `slots` of them to samples[cell * slots] and on, their views and lights likewise, VIEW_WORDS and LIT_WORDS each
+// pack_samples  the same without gaps: those of cell c to packed[first[c]] and on
 //
-// The first two handle RAYWAVE_LANES cells of one row per work-item: global size (ceil(nx / lanes), ny). OpenCL C 1.2.
-#pragma OPENCL FP_CONTRACT OFF  // both passes must find the same layers
+// view  bit j * RAYWAVE_VIEW_PARTS + i: the middle of part (i, j) of the hologram's window, counted from the bottom left, is seen from the
+//       sample
+// lit   bit l: light l falls on the sample
+//
+// find_samples handles RAYWAVE_LANES cells of one row per work-item: global size (ceil(nx / lanes), rows). OpenCL C 1.2.
 #include "bvh.h"
 #include "hash.h"
 #include "lanes.h"
-#include "pyramid.h"
 #include "shade.h"
 #include "shared.h"
+#include "view.h"
 
 #define LIT_WORDS (RAYWAVE_LIGHTS > 32 ? (RAYWAVE_LIGHTS + 31) / 32 : 1)
 
 #ifndef RAYWAVE_ANTIALIAS
 #define RAYWAVE_ANTIALIAS 1  // cells are looked at with 4 x 4 rays besides the one through their centre; host/samples.cpp
 #endif
-#define CELL_RAYS (RAYWAVE_ANTIALIAS ? 17 : 1)
+#ifndef RAYWAVE_KEEP_UNSEEN
+#define RAYWAVE_KEEP_UNSEEN 0  // samples that no part of the hologram sees stay in the table; host/samples.cpp
+#endif
+#define PARTS 16
+#define PACKETS (PARTS / RAYWAVE_LANES)
 
-// Ray `which` through the cells (first + lane, row): 0 through the centre, 1 to 16 through the centres of 4 x 4 parts, the inner ones
-// first.
-static inline Rays lattice_rays(const Lattice* lattice, int first, int row, int which) {
-  const int order[16] = {5, 6, 9, 10, 1, 2, 4, 7, 8, 11, 13, 14, 0, 3, 12, 15};
-  const int part = which > 0 ? order[which - 1] : 0;
-  const float right = which > 0 ? 0.125f + 0.25f * (float)(part % 4) : 0.5f, up = which > 0 ? 0.125f + 0.25f * (float)(part / 4) : 0.5f;
-  const intv column = first + LANES_INDEX;
+// Rays with these tangents, one for each lane.
+static inline Rays lattice_rays(const Lattice* lattice, floatv tangent_x, floatv tangent_y, intv active) {
   Rays rays;
-  rays.dx = (LANES_TO_FLOAT(lattice->first_x + column) + right) * lattice->step;
-  rays.dy = ((float)(lattice->first_y + row) + up) * lattice->step;
+  rays.dx = tangent_x;
+  rays.dy = tangent_y;
   rays.dz = 1.0f;
   rays.ox = lattice->centre_x + (lattice->near_z - lattice->centre_z) * rays.dx;
   rays.oy = lattice->centre_y + (lattice->near_z - lattice->centre_z) * rays.dy;
   rays.oz = lattice->near_z;
   rays.t_min = 0.0f;
   rays.t_max = lattice->reach;
-  rays.active = column < lattice->nx;
+  rays.active = active;
   return rays;
 }
 
-// Hits that become samples: both sides of open meshes, outsides of closed ones.
-static inline intv is_source(const SceneArrays* scene, const Rays* rays, const Hits* hits) {
-  int triangle[RAYWAVE_LANES], keep[RAYWAVE_LANES];
-  float dx[RAYWAVE_LANES], dy[RAYWAVE_LANES];
-  LANES_STORE(hits->triangle, triangle);
-  LANES_STORE(rays->dx, dx);
-  LANES_STORE(rays->dy, dy);
-  for (int i = 0; i < RAYWAVE_LANES; ++i) {
-    keep[i] = 0;
-    if (triangle[i] < 0) continue;
-    const int side = scene->shading[triangle[i]].side;
-    __global const Triangle* t = scene->triangles + triangle[i];
-    const float3 ab = (float3)(t->b[0] - t->a[0], t->b[1] - t->a[1], t->b[2] - t->a[2]);
-    const float3 ac = (float3)(t->c[0] - t->a[0], t->c[1] - t->a[1], t->c[2] - t->a[2]);
-    const float along = (ab.y * ac.z - ab.z * ac.y) * dx[i] + (ab.z * ac.x - ab.x * ac.z) * dy[i] + (ab.x * ac.y - ab.y * ac.x);
-    keep[i] = side == 0 || along * (float)side < 0.0f;
-  }
-  return LANES_LOAD(keep) != 0;
+// Through the centres of the cells (first + lane, row).
+static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv active) {
+  const intv column = first + LANES_INDEX;
+  return lattice_rays(lattice, (LANES_TO_FLOAT(lattice->first_x + column) + 0.5f) * lattice->step,
+                      (floatv)(((float)(lattice->first_y + row) + 0.5f) * lattice->step), active & (column < lattice->nx));
 }
 
-// Steps to the next layer behind the last hits; lanes without one fall out.
-static inline void beyond(Rays* rays, const Hits* hits, float gap) {
-  rays->active &= hits->triangle >= 0;
-  rays->t_min = LANES_SELECT(rays->t_min, hits->t + gap, hits->triangle >= 0);
+// Through the centres of RAYWAVE_LANES of the 4 x 4 parts of a cell, the inner ones first.
+static inline Rays part_rays(const Lattice* lattice, int column, int row, int packet, intv active) {
+  const float across[PARTS] = {1, 2, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 0, 3, 0, 3};
+  const float up[PARTS] = {1, 1, 2, 2, 0, 0, 1, 1, 2, 2, 3, 3, 0, 0, 3, 3};
+  const floatv right = 0.125f + 0.25f * LANES_LOAD(across + packet * RAYWAVE_LANES);
+  const floatv upwards = 0.125f + 0.25f * LANES_LOAD(up + packet * RAYWAVE_LANES);
+  return lattice_rays(lattice, ((float)(lattice->first_x + column) + right) * lattice->step,
+                      ((float)(lattice->first_y + row) + upwards) * lattice->step, active);
+}
+
+// Layers closer than `gap` to the one before are one; inner sides of closed meshes are no sources. What is left keeps its triangle.
+static inline void keep_sources(Layers* layers, const SceneArrays* scene, const Rays* rays, float gap) {
+  floatv last = -1e30f;
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    const intv hit = layers->triangle[i] >= 0;
+    if (!LANES_ANY(hit)) return;
+    const intv apart = hit & (layers->t[i] > last + gap);
+    last = LANES_SELECT(last, layers->t[i], apart);
+    int triangle[RAYWAVE_LANES], keep[RAYWAVE_LANES];
+    float dx[RAYWAVE_LANES], dy[RAYWAVE_LANES];
+    LANES_STORE(LANES_SELECT((intv)(-1), layers->triangle[i], apart), triangle);
+    LANES_STORE(rays->dx, dx);
+    LANES_STORE(rays->dy, dy);
+    for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+      keep[lane] = triangle[lane];
+      if (triangle[lane] < 0) continue;
+      const int side = scene->shading[triangle[lane]].side;
+      if (side == 0) continue;
+      const float3 n = triangle_cross(scene->triangles + triangle[lane]);
+      if ((n.x * dx[lane] + n.y * dy[lane] + n.z) * (float)side >= 0.0f) keep[lane] = -1;
+    }
+    layers->triangle[i] = LANES_LOAD(keep);
+  }
+}
+
+// One hit of one ray.
+typedef struct {
+  float t;
+  int triangle;
+  float u, v;
+} Hit;
+
+static inline Hit hit_of_lane(const Layers* layers, int layer, int lane) {
+  float t[RAYWAVE_LANES], u[RAYWAVE_LANES], v[RAYWAVE_LANES];
+  int triangle[RAYWAVE_LANES];
+  LANES_STORE(layers->t[layer], t);
+  LANES_STORE(layers->triangle[layer], triangle);
+  LANES_STORE(layers->u[layer], u);
+  LANES_STORE(layers->v[layer], v);
+  const Hit hit = {t[lane], triangle[lane], u[lane], v[lane]};
+  return hit;
 }
 
 // The same layer: within what a slope of 80 degrees spans in a cell.
-static inline floatv layer_reach(const Lattice* lattice, floatv t) {
+static inline float layer_reach(const Lattice* lattice, float t) {
   return 4.0f * lattice->step * (t + (lattice->near_z - lattice->centre_z));
 }
 
-// The hit of ray `which` on the layer at distance t; a miss where it has none.
-static inline Hits layer_hit(const SceneArrays* scene, const Lattice* lattice, int first, int row, int which, floatv t, intv active,
-                             Rays* ray) {
-  *ray = lattice_rays(lattice, first, row, which);
-  const floatv reach = layer_reach(lattice, t);
-  ray->t_min = fmax(t - reach, (floatv)(0.0f));
-  ray->t_max = t + reach;
-  ray->active &= active;
-  Hits found = {ray->t_max, (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
-  while (LANES_ANY(ray->active)) {
-    const Hits hits = bvh_nearest(scene->nodes, scene->triangles, ray);
-    const intv source = is_source(scene, ray, &hits);
-    found.t = LANES_SELECT(found.t, hits.t, source);
-    found.triangle = LANES_SELECT(found.triangle, hits.triangle, source);
-    found.u = LANES_SELECT(found.u, hits.u, source);
-    found.v = LANES_SELECT(found.v, hits.v, source);
-    ray->active &= !source;
-    beyond(ray, &hits, lattice->layer_gap);
-  }
-  return found;
-}
-
-// Of a ray's hits, those on layers that no ray before it has met: each becomes a sample.
-static inline intv is_new(const SceneArrays* scene, const Lattice* lattice, int first, int row, int which, const Rays* rays,
-                          const Hits* hits) {
-  intv fresh = is_source(scene, rays, hits);
-  for (int before = 0; before < which && LANES_ANY(fresh); ++before) {
-    Rays ray;
-    fresh &= layer_hit(scene, lattice, first, row, before, hits->t, fresh, &ray).triangle < 0;
-  }
-  return fresh;
-}
-
-__kernel void count_layers(__global const BvhNode* nodes, __global const Triangle* triangles, __global const TriangleShading* shading,
-                           Lattice lattice, __global int* layers) {
-  const int first = (int)get_global_id(0) * RAYWAVE_LANES;
-  const int row = (int)get_global_id(1);
-  if (first >= lattice.nx || row >= lattice.ny) return;
-  const SceneArrays scene = {nodes, triangles, shading, 0, 0, 0};
+#if RAYWAVE_ANTIALIAS
+// Takes the hits of a layer at distance t out of the parts' hits, one of each ray; returns how many there are.
+static inline int claim(Layers* parts, float t, float reach, Hits* claimed) {
   intv count = 0;
-  for (int which = 0; which < CELL_RAYS; ++which) {
-    Rays rays = lattice_rays(&lattice, first, row, which);
-    while (LANES_ANY(rays.active)) {
-      const Hits hits = bvh_nearest(nodes, triangles, &rays);
-      count += LANES_SELECT((intv)(0), (intv)(1), is_new(&scene, &lattice, first, row, which, &rays, &hits));
-      beyond(&rays, &hits, lattice.layer_gap);
+  for (int packet = 0; packet < PACKETS; ++packet) {
+    Layers* layers = parts + packet;
+    Hits hits = {(floatv)(t), (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
+    for (int i = 0; i < BVH_LAYERS; ++i) {
+      if (!LANES_ANY(layers->triangle[i] >= 0)) continue;
+      const intv take = (layers->triangle[i] >= 0) & (fabs(layers->t[i] - t) < reach) & (hits.triangle < 0);
+      hits.t = LANES_SELECT(hits.t, layers->t[i], take);
+      hits.triangle = LANES_SELECT(hits.triangle, layers->triangle[i], take);
+      hits.u = LANES_SELECT(hits.u, layers->u[i], take);
+      hits.v = LANES_SELECT(hits.v, layers->v[i], take);
+      layers->triangle[i] = LANES_SELECT(layers->triangle[i], (intv)(-1), take);
+    }
+    count += LANES_SELECT((intv)(0), (intv)(1), hits.triangle >= 0);
+    claimed[packet] = hits;
+  }
+  return lanes_sum(count);
+}
+
+// The first part with a hit that no layer has taken, or PARTS; that hit to *hit.
+static inline int unclaimed(const Layers* parts, Hit* hit) {
+  for (int packet = 0; packet < PACKETS; ++packet) {
+    intv any = 0;
+    for (int i = 0; i < BVH_LAYERS; ++i) any |= parts[packet].triangle[i] >= 0;
+    if (!LANES_ANY(any)) continue;
+    int left[RAYWAVE_LANES];
+    LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), any), left);
+    for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+      for (int i = 0; i < BVH_LAYERS && left[lane]; ++i) {
+        *hit = hit_of_lane(parts + packet, i, lane);
+        if (hit->triangle >= 0) return packet * RAYWAVE_LANES + lane;
+      }
     }
   }
-  int counts[RAYWAVE_LANES];
-  LANES_STORE(count, counts);
-  for (int i = 0; i < RAYWAVE_LANES && first + i < lattice.nx; ++i) layers[row * lattice.nx + first + i] = counts[i];
+  return PARTS;
+}
+#endif
+
+// Where the centre ray meets the plane of the triangle that another ray of the cell has hit. Samples of edges then lie on the lattice too,
+// whichever ray has found them.
+static inline float through_centre(const SceneArrays* scene, const Lattice* lattice, float centre_dx, float centre_dy, float dx, float dy,
+                                   const Hit* hit) {
+  const float3 n = normalize(triangle_cross(scene->triangles + hit->triangle));
+  // From the hit to the centre ray at the same depth, then along it to the plane.
+  const float away = hit->t + (lattice->near_z - lattice->centre_z);
+  const float along = n.x * centre_dx + n.y * centre_dy + n.z;
+  const float further = -away * (n.x * (centre_dx - dx) + n.y * (centre_dy - dy)) / (fabs(along) < 1e-6f ? 1e-6f : along);
+  const float reach = layer_reach(lattice, hit->t);
+  return hit->t + clamp(further, -reach, reach);
 }
 
 // Radiance without highlights, and which lights it comes from.
@@ -145,158 +181,188 @@ static inline floatv scattered(const SceneArrays* scene, const Surface* s, float
   return radiance;
 }
 
-// A sample shines for its whole cell: `coverage` becomes the share of the cell's rays that meet its layer, `radiance` the mean over them.
-// Without that, edges of objects, textures and shadows move by half a cell.
-static inline void average_over_cell(const SceneArrays* scene, const Lattice* lattice, int first, int row, const Hits* hits,
-                                     float ambient_light, intv active, floatv* radiance, floatv* coverage) {
-  floatv sum = 0.0f, count = 0.0f;
-  for (int which = 1; which < CELL_RAYS; ++which) {
-    Rays ray;
-    const Hits near = layer_hit(scene, lattice, first, row, which, hits->t, active, &ray);
-    const intv found = active & (near.triangle >= 0);
-    if (!LANES_ANY(found)) continue;
-    count += LANES_SELECT((floatv)(0.0f), (floatv)(1.0f), found);
-#if RAYWAVE_TEXTURES || RAYWAVE_SHADOWS
-    const Surface s = surface_at(scene, &ray, &near);
-    uintv words[LIT_WORDS];
-    sum += LANES_SELECT((floatv)(0.0f), scattered(scene, &s, ambient_light, lattice, found, words), found);
-#else
-    (void)ambient_light;
-#endif
-  }
-#if RAYWAVE_TEXTURES || RAYWAVE_SHADOWS
-  *radiance = LANES_SELECT(*radiance, sum / fmax(count, (floatv)(1.0f)), count > 0.0f);
-#else
-  (void)sum;
-#endif
-  *coverage = CELL_RAYS > 1 ? count * (1.0f / 16.0f) : (floatv)(1.0f);
+static inline float first_lane(floatv v) {
+  float lanes[RAYWAVE_LANES];
+  LANES_STORE(v, lanes);
+  return lanes[0];
 }
 
-// Where the centre ray meets the plane of the triangle that some ray of the cell has hit. Samples of edges then lie on the lattice too,
-// whichever ray has found them.
-static inline floatv through_centre(const SceneArrays* scene, const Lattice* lattice, const Rays* centre, const Rays* rays,
-                                    const Hits* hits) {
-  int triangle[RAYWAVE_LANES];
-  float nx[RAYWAVE_LANES], ny[RAYWAVE_LANES], nz[RAYWAVE_LANES];
-  LANES_STORE(hits->triangle, triangle);
-  for (int i = 0; i < RAYWAVE_LANES; ++i) {
-    const float3 n = triangle[i] < 0 ? (float3)(0.0f, 0.0f, 1.0f) : triangle_normal(scene->triangles + triangle[i]);
-    nx[i] = n.x;
-    ny[i] = n.y;
-    nz[i] = n.z;
+// Where a cell's samples go.
+typedef struct {
+  __global Sample* samples;
+  __global uint* views;
+  __global uint* lit;
+  int slots;
+  int count;  // of all, whether they find a slot or not
+  int rank;   // of the next layer
+} Cell;
+
+// Adds the sample of a layer: `hit` of the ray with tangents (dx, dy), at the distance t of the centre ray. A sample shines for its whole
+// cell: `parts` are the hits of the layer's parts, `covered` of them. Without that, edges of objects, textures and shadows move by half a
+// cell.
+static inline void add_sample(const SceneArrays* scene, float ambient_light, const Lattice* lattice, int column, int row, const Hit* hit,
+                              float dx, float dy, float t, const Hits* parts, int covered, Cell* cell) {
+  uint keys[RAYWAVE_LANES];
+  LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row), (intv)(cell->rank)), keys);
+  ++cell->rank;
+  if (!RAYWAVE_KEEP_UNSEEN && covered == 0) return;
+  const float centre_dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step;
+  const float centre_dy = ((float)(lattice->first_y + row) + 0.5f) * lattice->step;
+
+  const Rays ray = lattice_rays(lattice, (floatv)(dx), (floatv)(dy), LANES_INDEX == 0);
+  const Hits hits = {(floatv)(hit->t), LANES_SELECT((intv)(-1), (intv)(hit->triangle), LANES_INDEX == 0), (floatv)(hit->u),
+                     (floatv)(hit->v)};
+  const Surface s = surface_at(scene, &ray, &hits);
+  Sample sample;
+  sample.x = lattice->centre_x + (lattice->near_z - lattice->centre_z) * centre_dx + t * centre_dx;
+  sample.y = lattice->centre_y + (lattice->near_z - lattice->centre_z) * centre_dy + t * centre_dy;
+  sample.z = lattice->near_z + t;
+  sample.nx = first_lane(s.nx);
+  sample.ny = first_lane(s.ny);
+  sample.nz = first_lane(s.nz);
+
+  uint view[VIEW_WORDS];
+  const int seen = look_around(scene, lattice, &sample, view);
+  if (!RAYWAVE_KEEP_UNSEEN && seen == 0) return;
+  sample.hidden = seen < VIEW_ALL;
+
+  uintv words[LIT_WORDS];
+  float radiance = first_lane(scattered(scene, &s, ambient_light, lattice, LANES_INDEX == 0, words));
+#if RAYWAVE_ANTIALIAS && (RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
+  if (covered > 0) {
+    float sum = 0.0f;
+    for (int packet = 0; packet < PACKETS; ++packet) {
+      const intv found = parts[packet].triangle >= 0;
+      if (!LANES_ANY(found)) continue;
+      const Rays rays = part_rays(lattice, column, row, packet, found);
+      const Surface part = surface_at(scene, &rays, parts + packet);
+      uintv unused[LIT_WORDS];
+      float radiances[RAYWAVE_LANES];
+      const floatv all = scattered(scene, &part, ambient_light, lattice, found, unused);
+      LANES_STORE(LANES_SELECT((floatv)(0.0f), all, found), radiances);
+      for (int lane = 0; lane < RAYWAVE_LANES; ++lane) sum += radiances[lane];
+    }
+    radiance = sum / (float)covered;
   }
-  const floatv gx = LANES_LOAD(nx), gy = LANES_LOAD(ny), gz = LANES_LOAD(nz);
-  // From the hit to the centre ray at the same depth, then along it to the plane.
-  const floatv apart_x = centre->ox - rays->ox + hits->t * (centre->dx - rays->dx);
-  const floatv apart_y = centre->oy - rays->oy + hits->t * (centre->dy - rays->dy);
-  const floatv along = gx * centre->dx + gy * centre->dy + gz;
-  const floatv further = -(gx * apart_x + gy * apart_y) / LANES_SELECT(along, (floatv)(1e-6f), fabs(along) < 1e-6f);
-  const floatv reach = layer_reach(lattice, hits->t);
-  return hits->t + clamp(further, -reach, reach);
+#else
+  (void)parts;
+#endif
+  const float own = (RAYWAVE_ANTIALIAS ? (float)covered / (float)PARTS : 1.0f) * first_lane(1.0f - s.reflectivity - s.transparency);
+  sample.weight = (sample.z - lattice->centre_z) / lattice->full_z;
+  sample.radiance = radiance * own;
+  sample.specular = first_lane(s.specular) * own;
+  sample.shininess = first_lane(s.shininess);
+  sample.triangle = hit->triangle;
+  sample.key = keys[0];
+  const float3 to_centre = (float3)((lattice->centre_x - sample.x) / (sample.z - lattice->centre_z),
+                                    (lattice->centre_y - sample.y) / (sample.z - lattice->centre_z), -1.0f);
+  float3 face = normalize(triangle_cross(scene->triangles + hit->triangle));
+  if (dot(face, to_centre) < 0.0f) face = -face;
+  face /= fmax(dot(face, to_centre), 1e-6f);
+  sample.tilt_x = face.x;
+  sample.tilt_y = face.y;
+  sample.tilt_z = face.z;
+
+  const int slot = cell->count++;
+  if (slot >= cell->slots) return;
+  cell->samples[slot] = sample;
+  for (int w = 0; w < VIEW_WORDS; ++w) cell->views[slot * VIEW_WORDS + w] = view[w];
+  for (int w = 0; w < LIT_WORDS; ++w) {
+    uint bits[RAYWAVE_LANES];
+    LANES_STORE(words[w], bits);
+    cell->lit[slot * LIT_WORDS + w] = bits[0];
+  }
 }
 
-__kernel void write_samples(__global const BvhNode* nodes, __global const Triangle* triangles, __global const TriangleShading* shading,
-                            __global const Material* materials, __global const Light* lights, __global const float* texels,
-                            float ambient_light, Lattice lattice, __global const int* first_of_cell, __global Sample* samples,
-                            __global uint* lit_lights) {
+__kernel void find_samples(__global const BvhNode* nodes, __global const Triangle* triangles, __global const TriangleShading* shading,
+                           __global const Material* materials, __global const Light* lights, __global const float* texels,
+                           float ambient_light, Lattice lattice, int first_row, int rows, int slots, __global int* counts,
+                           __global Sample* samples, __global uint* views, __global uint* lit) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
-  const int row = (int)get_global_id(1);
-  if (first >= lattice.nx || row >= lattice.ny) return;
+  const int band_row = (int)get_global_id(1);
+  const int row = first_row + band_row;
+  if (first >= lattice.nx || band_row >= rows || row >= lattice.ny) return;
   const SceneArrays scene = {nodes, triangles, shading, materials, lights, texels};
-  int written[RAYWAVE_LANES];
-  for (int i = 0; i < RAYWAVE_LANES; ++i) written[i] = 0;
+  const Rays centres = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
+  Layers first_centres;
+  bvh_layers(nodes, triangles, &centres, &first_centres);
 
-  for (int which = 0; which < CELL_RAYS; ++which) {
-    Rays rays = lattice_rays(&lattice, first, row, which);
-    while (LANES_ANY(rays.active)) {
-      const Hits hits = bvh_nearest(nodes, triangles, &rays);
-      const intv source = is_new(&scene, &lattice, first, row, which, &rays, &hits);
-      if (LANES_ANY(source)) {
-        const Surface s = surface_at(&scene, &rays, &hits);
-        const Rays centre = lattice_rays(&lattice, first, row, 0);
-        const floatv t = through_centre(&scene, &lattice, &centre, &rays, &hits);
-        uintv words[LIT_WORDS];
-        floatv radiance = scattered(&scene, &s, ambient_light, &lattice, source, words);
-        floatv coverage;
-        average_over_cell(&scene, &lattice, first, row, &hits, ambient_light, source, &radiance, &coverage);
-        const floatv own = coverage * (1.0f - s.reflectivity - s.transparency);
-        int use[RAYWAVE_LANES], triangle[RAYWAVE_LANES];
-        LANES_STORE(hits.triangle, triangle);
-        float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES], nx[RAYWAVE_LANES], ny[RAYWAVE_LANES], nz[RAYWAVE_LANES];
-        float light[RAYWAVE_LANES], specular[RAYWAVE_LANES], shininess[RAYWAVE_LANES];
-        LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), source), use);
-        LANES_STORE(centre.ox + t * centre.dx, x);
-        LANES_STORE(centre.oy + t * centre.dy, y);
-        LANES_STORE(centre.oz + t, z);
-        LANES_STORE(s.nx, nx);
-        LANES_STORE(s.ny, ny);
-        LANES_STORE(s.nz, nz);
-        LANES_STORE(radiance * own, light);
-        LANES_STORE(s.specular * own, specular);
-        LANES_STORE(s.shininess, shininess);
-        for (int i = 0; i < RAYWAVE_LANES; ++i) {
-          if (!use[i]) continue;
-          const int cell = row * lattice.nx + first + i;
-          Sample sample;
-          sample.x = x[i];
-          sample.y = y[i];
-          sample.z = z[i];
-          sample.nx = nx[i];
-          sample.ny = ny[i];
-          sample.nz = nz[i];
-          sample.weight = (z[i] - lattice.centre_z) / lattice.full_z;
-          sample.radiance = light[i];
-          sample.specular = specular[i];
-          sample.shininess = shininess[i];
-          sample.tilt_x = sample.tilt_y = 0.0f;
-          sample.tilt_z = -1.0f;
-          sample.triangle = triangle[i];
-          sample.hidden = 0;
-          // Folded over lanes, the key is that of a scalar cell.
-          uint keys[RAYWAVE_LANES];
-          LANES_STORE(cell_key((intv)(lattice.first_x + first + i), (intv)(lattice.first_y + row), (intv)(written[i])), keys);
-          sample.key = keys[0];
-          const int place = first_of_cell[cell] + written[i]++;
-          if (place >= first_of_cell[cell + 1]) continue;
-          samples[place] = sample;
-          for (int w = 0; w < LIT_WORDS; ++w) {
-            uint bits[RAYWAVE_LANES];
-            LANES_STORE(words[w], bits);
-            lit_lights[place * LIT_WORDS + w] = bits[i];
-          }
-        }
+  for (int lane = 0; lane < RAYWAVE_LANES && first + lane < lattice.nx; ++lane) {
+    const int column = first + lane;
+    const size_t place = (size_t)band_row * (size_t)lattice.nx + (size_t)column;
+    Cell cell = {
+        samples + place * (size_t)slots, views + place * (size_t)slots * VIEW_WORDS, lit + place * (size_t)slots * LIT_WORDS, slots, 0, 0};
+    const float centre_dx = ((float)(lattice.first_x + column) + 0.5f) * lattice.step;
+    const float centre_dy = ((float)(lattice.first_y + row) + 0.5f) * lattice.step;
+    Layers centre = first_centres;
+    Hits claimed[PACKETS];
+#if RAYWAVE_ANTIALIAS
+    floatv from[PACKETS];
+    for (int packet = 0; packet < PACKETS; ++packet) from[packet] = 0.0f;
+#endif
+    // Rays that have met as many layers as one traversal keeps go on behind them.
+    bool more = true;
+    while (more) {
+      more = false;
+      const Hit last = hit_of_lane(&centre, BVH_LAYERS - 1, lane);
+      keep_sources(&centre, &scene, &centres, lattice.layer_gap);
+#if RAYWAVE_ANTIALIAS
+      Layers parts[PACKETS];
+      for (int packet = 0; packet < PACKETS; ++packet) {
+        Rays rays = part_rays(&lattice, column, row, packet, from[packet] < lattice.reach);
+        rays.t_min = from[packet];
+        bvh_layers(nodes, triangles, &rays, parts + packet);
+        const intv full = parts[packet].triangle[BVH_LAYERS - 1] >= 0;
+        from[packet] = LANES_SELECT((floatv)(lattice.reach), parts[packet].t[BVH_LAYERS - 1] + lattice.layer_gap, full);
+        more = more || LANES_ANY(full);
+        keep_sources(parts + packet, &scene, &rays, lattice.layer_gap);
       }
-      beyond(&rays, &hits, lattice.layer_gap);
+#endif
+      for (int i = 0; i < BVH_LAYERS; ++i) {
+        const Hit hit = hit_of_lane(&centre, i, lane);
+        if (hit.triangle < 0) continue;
+        int covered = PARTS;
+#if RAYWAVE_ANTIALIAS
+        covered = claim(parts, hit.t, layer_reach(&lattice, hit.t), claimed);
+#endif
+        add_sample(&scene, ambient_light, &lattice, column, row, &hit, centre_dx, centre_dy, hit.t, claimed, covered, &cell);
+      }
+#if RAYWAVE_ANTIALIAS
+      Hit hit;
+      for (int part = unclaimed(parts, &hit); part < PARTS; part = unclaimed(parts, &hit)) {
+        const Rays rays = part_rays(&lattice, column, row, part / RAYWAVE_LANES, LANES_INDEX >= 0);
+        float dx[RAYWAVE_LANES], dy[RAYWAVE_LANES];
+        LANES_STORE(rays.dx, dx);
+        LANES_STORE(rays.dy, dy);
+        const int from_lane = part % RAYWAVE_LANES;
+        const float t = through_centre(&scene, &lattice, centre_dx, centre_dy, dx[from_lane], dy[from_lane], &hit);
+        const int covered = claim(parts, hit.t, layer_reach(&lattice, hit.t), claimed);
+        add_sample(&scene, ambient_light, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], t, claimed, covered, &cell);
+      }
+#endif
+      if (last.triangle >= 0) {
+        Rays further = centre_rays(&lattice, first, row, LANES_INDEX == lane);
+        further.t_min = last.t + lattice.layer_gap;
+        bvh_layers(nodes, triangles, &further, &centre);
+        more = true;
+      } else if (more) {
+        for (int i = 0; i < BVH_LAYERS; ++i) centre.triangle[i] = -1;
+      }
     }
+    counts[place] = cell.count;
   }
 }
 
-// One work-item per sample. A view may be called MIXED that is clear or closed, never the other way round.
-__kernel void find_hidden(__global const BvhNode* nodes, __global const Triangle* triangles, Lattice lattice, float slack, int sample_count,
-                          __global Sample* samples) {
-  const int index = (int)get_global_id(0);
-  if (index >= sample_count) return;
-  const Sample sample = samples[index];
-  const float rate = 1.0f / (sample.z - lattice.centre_z);
-  const float x = lattice.centre_x - sample.x, y = lattice.centre_y - sample.y;
-  float3 surface = triangle_normal(triangles + sample.triangle);
-  if (dot(surface, (float3)(x * rate, y * rate, -1.0f)) < 0.0f) surface = -surface;
-  const float towards_centre = fmax(dot(surface, (float3)(x * rate, y * rate, -1.0f)), 1e-6f);
-  samples[index].tilt_x = surface.x / towards_centre;
-  samples[index].tilt_y = surface.y / towards_centre;
-  samples[index].tilt_z = surface.z / towards_centre;
-  const float left = (x - lattice.half_width) * rate, lower = (y - lattice.half_height) * rate;
-  const float width = 2.0f * lattice.half_width * rate, height = 2.0f * lattice.half_height * rate;
-  const Pyramid whole_view = {(float3)(sample.x, sample.y, sample.z), left, left + width, lower, lower + height, surface};
-  uint hidden = 0;
-  int found;
-  if (pyramid_state(nodes, triangles, &whole_view, slack, 0, 0, &found) != PYRAMID_CLEAR) {
-    for (int part = 0; part < 16; ++part) {
-      const float u = left + 0.25f * width * (float)(part % 4), v = lower + 0.25f * height * (float)(part / 4);
-      const Pyramid view = {whole_view.apex, u, u + 0.25f * width, v, v + 0.25f * height, surface};
-      const Obstacles obstacles = obstacles_in(nodes, triangles, &view, slack);
-      hidden |= (uint)obstacles.state << (2 * part);
-    }
+// One work-item per cell of a band.
+__kernel void pack_samples(__global const int* counts, __global const int* first_of_cell, int cell_count, int slots,
+                           __global const Sample* samples, __global const uint* views, __global const uint* lit, __global Sample* packed,
+                           __global uint* packed_views, __global uint* packed_lit) {
+  const int cell = (int)get_global_id(0);
+  if (cell >= cell_count) return;
+  const size_t from = (size_t)cell * (size_t)slots, to = (size_t)first_of_cell[cell];
+  for (size_t i = 0; i < (size_t)counts[cell]; ++i) {
+    packed[to + i] = samples[from + i];
+    for (int w = 0; w < VIEW_WORDS; ++w) packed_views[(to + i) * VIEW_WORDS + w] = views[(from + i) * VIEW_WORDS + w];
+    for (int w = 0; w < LIT_WORDS; ++w) packed_lit[(to + i) * LIT_WORDS + w] = lit[(from + i) * LIT_WORDS + w];
   }
-  samples[index].hidden = hidden;
 }

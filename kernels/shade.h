@@ -30,6 +30,13 @@ typedef struct {
   __global const float* texels;
 } SceneArrays;
 
+// Normal of a triangle, as long as twice its area, in the sense of its winding.
+static inline float3 triangle_cross(__global const Triangle* t) {
+  const float3 ab = (float3)(t->b[0] - t->a[0], t->b[1] - t->a[1], t->b[2] - t->a[2]);
+  const float3 ac = (float3)(t->c[0] - t->a[0], t->c[1] - t->a[1], t->c[2] - t->a[2]);
+  return (float3)(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x);
+}
+
 // A hit's place and material, one lane each. The normal has unit length and faces the side the ray came from.
 typedef struct {
   floatv x, y, z;
@@ -101,17 +108,15 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     ior[i] = 1.0f;
     if (triangle[i] < 0) continue;
     __global const TriangleShading* s = scene->shading + triangle[i];
-    __global const Triangle* t = scene->triangles + triangle[i];
     __global const Material* m = scene->materials + s->material;
     const float b = u[i], c = v[i], a = 1.0f - b - c;
     nx[i] = a * s->normal_a[0] + b * s->normal_b[0] + c * s->normal_c[0];
     ny[i] = a * s->normal_a[1] + b * s->normal_b[1] + c * s->normal_c[1];
     nz[i] = a * s->normal_a[2] + b * s->normal_b[2] + c * s->normal_c[2];
-    const float3 ab = (float3)(t->b[0] - t->a[0], t->b[1] - t->a[1], t->b[2] - t->a[2]);
-    const float3 ac = (float3)(t->c[0] - t->a[0], t->c[1] - t->a[1], t->c[2] - t->a[2]);
-    gx[i] = ab.y * ac.z - ab.z * ac.y;
-    gy[i] = ab.z * ac.x - ab.x * ac.z;
-    gz[i] = ab.x * ac.y - ab.y * ac.x;
+    const float3 face = triangle_cross(scene->triangles + triangle[i]);
+    gx[i] = face.x;
+    gy[i] = face.y;
+    gz[i] = face.z;
     ambient[i] = m->ambient;
     diffuse[i] = m->diffuse;
     specular[i] = m->specular;

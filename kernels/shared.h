@@ -67,8 +67,7 @@ typedef struct {
   float tilt_z;
   uint key;  // of the random phase: cell and layer
   int triangle;
-  uint hidden;  // what stands between it and the hologram: PYRAMID_... (pyramid.h) of each of 4 x 4 parts of the window, two bits each,
-                // row by row from the bottom left; 0: nothing at all
+  int hidden;  // 1: some part of the hologram's window does not see it; view.h says which
 } Sample;
 
 // The lattice of rays from the hologram's centre: ray (i, j) has the tangents ((first_x + i + 0.5) step, (first_y + j + 0.5) step).
@@ -86,7 +85,7 @@ typedef struct {
   float layer_gap;  // layers closer than this along z are one
   float bias;
   float reach;
-  float half_width;  // of the hologram window
+  float half_width;  // of the hologram's window that samples are looked at from
   float half_height;
 } Lattice;
 
@@ -109,8 +108,8 @@ typedef struct {
   float tilt_z;
   float turns;  // of the depth, reduced
   int specular;
-  uint hidden;  // as in Sample; of samples near the plane every part is CLEAR or CLOSED
-  int near;     // 1: near.h has its wave
+  int hidden;  // as in Sample
+  int near;    // 1: near.h has its wave
 } Aim;
 
 // The plane of pixels that a gather fills.
@@ -136,11 +135,9 @@ typedef struct {
   float tangent_step_y;
   float window_x;
   float window_y;
-  float near_z;      // nothing of the scene stands nearer to the hologram, scene frame
-  float bias;        // distance that a visibility ray starts off its surface
   float near_spots;  // samples whose footprint's half is narrower than so many diffraction spots are near; 0: none
   float near_tail;   // of their light beyond the footprint, in diffraction spots
-  float view_half;   // half side of the window that Sample::hidden speaks of, in half hologram windows
+  float view_half;   // half side of the window that views speak of, in half hologram windows
 } GatherPlane;
 
 // Directional light (is_point 0): xyz is the unit vector towards it. Point light (is_point 1): xyz is its position. Ambient light is a

@@ -103,8 +103,6 @@
   MEMBER(GatherPlane, tangent_step_y) \
   MEMBER(GatherPlane, window_x)       \
   MEMBER(GatherPlane, window_y)       \
-  MEMBER(GatherPlane, near_z)         \
-  MEMBER(GatherPlane, bias)           \
   MEMBER(GatherPlane, near_spots)     \
   MEMBER(GatherPlane, near_tail)      \
   MEMBER(GatherPlane, view_half)      \

@@ -152,24 +152,33 @@ struct Rig {
   SampleTable table;
   std::vector<device::Sample> samples;
   std::vector<std::int32_t> first_of_cell;
-  std::vector<std::uint32_t> lit;
+  std::vector<std::uint32_t> views, lit;
   std::vector<device::Triangle> triangles;
   std::vector<device::TriangleShading> shading;
 
-  Rig(const cl::Device& device, const Stage& stage, Method method = Method::wrp)
+  Rig(const cl::Device& device, const Stage& stage, Method method = Method::wrp, bool keep_unseen = true)
       : scene(stage.scene),
         plan(make_plan(scene, stage.world, cl::FftBackend::host, method)),
         arrays(device, scene, stage.world, plan),
-        table(device, plan, arrays),
+        table(device, plan, arrays, SampleTable::default_view_parts, keep_unseen),
         samples(table.samples.read()),
         first_of_cell(table.first_of_cell.read()),
+        views(table.views.read()),
         lit(table.lit.read()),
         triangles(arrays.triangles.read()),
         shading(arrays.shading.read()) {
     samples.resize(static_cast<std::size_t>(table.count));
+    views.resize(samples.size() * table.view_words());
+    lit.resize(samples.size() * static_cast<std::size_t>(arrays.light_words()));
   }
   Rig(const Rig&) = delete;
   Rig& operator=(const Rig&) = delete;
+
+  /// Whether part (i, j) of the hologram's window sees a sample.
+  bool sees(std::size_t sample, int i, int j) const {
+    const auto bit = static_cast<std::size_t>(j * table.view_parts + i);
+    return views[sample * table.view_words() + bit / 32] >> (bit % 32) & 1u;
+  }
 
   int object_of(const device::Sample& s) const { return shading[static_cast<std::size_t>(s.triangle)].material; }
 };
