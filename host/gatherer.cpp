@@ -47,13 +47,15 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
   device::GatherPlane plane{};
   plane.nx = plan_.size.x;
   plane.ny = plan_.size.y;
-  plane.left = static_cast<float>(corner.x - plan_.origin_m.x);
-  plane.top = static_cast<float>(corner.y - plan_.origin_m.y);
-  plane.z = static_cast<float>(centre_m.z - plan_.origin_m.z);
-  plane.pitch_x = static_cast<float>(pitch.x);
-  plane.pitch_y = static_cast<float>(pitch.y);
+  std::tie(plane.left, plane.left_low) = split(corner.x - plan_.origin_m.x);
+  std::tie(plane.top, plane.top_low) = split(corner.y - plan_.origin_m.y);
+  std::tie(plane.z, plane.z_low) = split(centre_m.z - plan_.origin_m.z);
+  std::tie(plane.pitch_x, plane.pitch_x_low) = split(pitch.x);
+  std::tie(plane.pitch_y, plane.pitch_y_low) = split(pitch.y);
+  std::tie(plane.hologram_x, plane.hologram_x_low) = split(-plan_.origin_m.x);
+  std::tie(plane.hologram_y, plane.hologram_y_low) = split(-plan_.origin_m.y);
+  std::tie(plane.hologram_z, plane.hologram_z_low) = split(-plan_.origin_m.z);
   std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
-  plane.turns_z = static_cast<float>(std::remainder((centre_m.z - plan_.origin_m.z) / plan_.wavelength_m, 1.0));
   const bool at_hologram = centre_m.z <= 0;
   // At the hologram itself the window is the plane: there is no cone to soften, and each pixel sees every sample.
   plane.fan = at_hologram ? 1.0f : static_cast<float>(plan_.fan);

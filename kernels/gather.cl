@@ -21,6 +21,7 @@
 #include "shade.h"
 #include "shared.h"
 #include "view.h"
+#include "wide.h"
 
 #ifndef RAYWAVE_TILE_ROWS
 #define RAYWAVE_TILE_ROWS 1  // rows of a tile; host/gatherer.cpp
@@ -77,9 +78,9 @@ static inline float view_share(__global const uint* view, int i, int j) {
 }
 
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-// Amplitude with the highlights that the sample shows in the direction of the pixels.
-static inline floatv shaded_amplitude(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
-                                      floatv dx, floatv dy, floatv inverse_length) {
+// Amplitude with the highlights that the sample shows in a direction (unit vector) towards the hologram.
+static inline floatv shaded_amplitude(__global const Light* lights, __global const uint* lit, __global const Sample* sample, floatv vx,
+                                      floatv vy, floatv vz) {
   Surface s;
   s.x = sample->x;
   s.y = sample->y;
@@ -89,8 +90,6 @@ static inline floatv shaded_amplitude(__global const Light* lights, __global con
   s.nz = sample->nz;
   s.specular = sample->specular;
   s.shininess = sample->shininess;
-  // Towards the hologram: through the pixel, or away from it where the sample stands in front of the plane.
-  const floatv vx = dx * a->inverse_depth * inverse_length, vy = dy * a->inverse_depth * inverse_length, vz = -inverse_length;
   floatv radiance = sample->radiance;
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
     if (!(lit[i / 32] >> (i % 32) & 1u)) continue;
@@ -119,20 +118,34 @@ static inline void part_directions(__global const Sample* s, int first_part, con
   *ty = (lattice->centre_y - s->y + up * lattice->half_height) * rate;
 }
 
+// Light closer to a pixel than this is taken to come from there.
+static inline float nearest_to(const GatherPlane* plane) { return 0x1p-10f * fmin(plane->pitch_x, plane->pitch_y); }
+
+static inline void put(Wide value, float* hi, float* lo) {
+  *hi = LANES_FIRST(wide_high(value));
+  *lo = LANES_FIRST(wide_low(value));
+}
+
 __kernel void aim(__global const Sample* samples, int sample_count, Lattice lattice, GatherPlane plane, __global Aim* aims) {
   const int index = (int)get_global_id(0);
   if (index >= sample_count) return;
   const Sample s = samples[index];
   Aim a;
-  a.x = s.x - plane.left;
-  a.y = s.y - plane.top;
-  a.depth = s.z - plane.z;
-  const float distance = fmax(fabs(a.depth), 0.25f * fmin(plane.pitch_x, plane.pitch_y));
+  const Wide sample_x = wide(s.x, 0.0f), sample_y = wide(s.y, 0.0f), sample_z = wide(s.z, 0.0f);
+  const Wide x = wide_minus(sample_x, wide(plane.left, plane.left_low)), y = wide_minus(sample_y, wide(plane.top, plane.top_low));
+  const Wide depth = wide_minus(sample_z, wide(plane.z, plane.z_low));
+  const Wide away = wide_minus(sample_z, wide(plane.hologram_z, plane.hologram_z_low));
+  const Wide tangent_x = wide_over(wide_minus(wide(plane.hologram_x, plane.hologram_x_low), sample_x), away);
+  const Wide tangent_y = wide_over(wide_minus(wide(plane.hologram_y, plane.hologram_y_low), sample_y), away);
+  const Wide centre_x = wide_plus(x, wide_times(tangent_x, depth)), centre_y = wide_plus(y, wide_times(tangent_y, depth));
+  put(x, &a.x, &a.x_low);
+  put(y, &a.y, &a.y_low);
+  put(depth, &a.depth, &a.depth_low);
+  put(centre_x, &a.centre_x, &a.centre_x_low);
+  put(centre_y, &a.centre_y, &a.centre_y_low);
+  const float distance = fmax(fabs(a.depth), nearest_to(&plane));
   a.inverse_depth = copysign(1.0f / distance, a.depth);
-  const float from_hologram = s.z - lattice.centre_z;
-  const float share = (plane.z - lattice.centre_z) / from_hologram;  // of the way from the hologram's centre to the sample
-  a.centre_x = (s.x - lattice.centre_x) * share + lattice.centre_x - plane.left;
-  a.centre_y = (s.y - lattice.centre_y) * share + lattice.centre_y - plane.top;
+  const float from_hologram = LANES_FIRST(wide_high(away));
   const float narrowed = distance / from_hologram;
   a.scale_x = 1.0f / (lattice.half_width * narrowed);
   a.scale_y = 1.0f / (lattice.half_height * narrowed);
@@ -142,11 +155,7 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   a.tilt_x = s.tilt_x * a.inverse_depth;
   a.tilt_y = s.tilt_y * a.inverse_depth;
   a.tilt_z = s.tilt_z;
-  // Not of a.depth: a float is too coarse for it where the plane stands far from the scene.
-  const floatv turns = turns_of_length((floatv)(s.z), plane.turns_hi, plane.turns_lo) - plane.turns_z;
-  float first[RAYWAVE_LANES];
-  LANES_STORE(turns, first);
-  a.turns = first[0];
+  a.turns = a.chief_x = a.chief_x_low = a.chief_y = a.chief_y_low = 0.0f;
   a.specular = s.specular > 0.0f;
   a.hidden = s.hidden;
   const float half_tangent_x = lattice.half_width / from_hologram, half_tangent_y = lattice.half_height / from_hologram;
@@ -157,6 +166,11 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   if (a.near) {
     a.half_x = extent_x;
     a.half_y = extent_y;
+    const Wide rate = wide(plane.turns_hi, plane.turns_lo);
+    const Wide over_x = near_slant(tangent_x), over_y = near_slant(tangent_y);
+    a.turns = LANES_FIRST(wide_turns(wide_times(wide_times(depth, rate), wide_plus(wide_plus(over_x, over_y), wide(1.0f, 0.0f)))));
+    put(wide_times(wide_over(tangent_x, wide_plus(over_x, wide(1.0f, 0.0f))), rate), &a.chief_x, &a.chief_x_low);
+    put(wide_times(wide_over(tangent_y, wide_plus(over_y, wide(1.0f, 0.0f))), rate), &a.chief_y, &a.chief_y_low);
   }
   aims[index] = a;
 }
@@ -166,10 +180,29 @@ static inline floatv projected_area(float tilt_z, floatv along_x, floatv along_y
   return clamp(along_x + along_y - tilt_z, (floatv)(0.0f), (floatv)(4.0f));
 }
 
+// Places of pixels along an axis.
+static inline Wide place_of(intv index, float pitch, float pitch_low) {
+  return wide_times(wide(LANES_TO_FLOAT(index), 0.0f), wide(pitch, pitch_low));
+}
+
+// Turns of the path from a sample to a pixel, reduced, and its length.
+static inline floatv path_turns(Wide dx, Wide dy, Wide depth, const GatherPlane* plane, floatv* length) {
+  const Wide squared = wide_plus(wide_plus(wide_times(dx, dx), wide_times(dy, dy)), wide_times(depth, depth));
+  const Wide root = wide_sqrt(squared);
+  *length = wide_high(root);
+  return wide_turns(wide_times(root, wide(plane->turns_hi, plane->turns_lo)));
+}
+
+// Turns of a path over those of the path that ends `step` nearer to the sample along y, dy from it: r - r0 = (r^2 - r0^2) / (r + r0), no
+// larger than the few turns between neighbours, so that their rounding stays below 10^-6.
+static inline floatv turns_beyond(float dy, float step, floatv sum_of_lengths, float turns_per_metre) {
+  return (2.0f * dy + step) * step * turns_per_metre / sum_of_lengths;
+}
+
 // Adds the wave of a sample near the plane to the sums of a tile.
 static inline void gather_near(__global const Light* lights, __global const uint* lit, __global const Sample* sample,
                                __global const uint* view, const Aim* a, __global const float2* phasors, int sample_count,
-                               const Lattice* lattice, const GatherPlane* plane, floatv x, int top, int bottom,
+                               const Lattice* lattice, const GatherPlane* plane, Wide x, int top, int bottom,
                                floatv (*re)[RAYWAVE_TILE_ROWS], floatv (*im)[RAYWAVE_TILE_ROWS]) {
   float amplitudes[16];  // towards the parts of the window
   for (int first = 0; first < 16; first += RAYWAVE_LANES) {
@@ -177,8 +210,8 @@ static inline void gather_near(__global const Light* lights, __global const uint
     part_directions(sample, first, lattice, plane, &tx, &ty);
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
     if (a->specular) {
-      amplitude =
-          shaded_amplitude(lights, lit, sample, a, tx / a->inverse_depth, ty / a->inverse_depth, 1.0f / sqrt(1.0f + tx * tx + ty * ty));
+      const floatv cosine = 1.0f / sqrt(1.0f + tx * tx + ty * ty);
+      amplitude = shaded_amplitude(lights, lit, sample, tx * cosine, ty * cosine, -cosine);
     }
 #endif
     amplitude *= sqrt(projected_area(a->tilt_z, sample->tilt_x * tx, sample->tilt_y * ty));
@@ -191,21 +224,27 @@ static inline void gather_near(__global const Light* lights, __global const uint
   const float rate = 1.0f / (sample->z - lattice->centre_z);
   NearWaves waves;
   near_waves(&waves, (lattice->centre_x - sample->x) * rate, lattice->half_width * rate, a->half_x, a->depth, plane->sine_limit_x, plane);
+  const Wide offset_x = wide_minus(x, wide(a->centre_x, a->centre_x_low));
   floatv across_re[4], across_im[4];
-  near_sums(&waves, x - a->x, a->turns + 0.25f, across_re, across_im);
-  const intv inside = fabs(x - a->centre_x) <= a->half_x;
+  near_sums(&waves, wide_high(offset_x), wide_turns(wide_times(offset_x, wide(a->chief_x, a->chief_x_low))) + (a->turns + 0.25f), across_re,
+            across_im);
+  const intv inside = fabs(wide_high(offset_x)) <= a->half_x;
   near_waves(&waves, (lattice->centre_y - sample->y) * rate, lattice->half_height * rate, a->half_y, a->depth, plane->sine_limit_y, plane);
 
   for (int block = top; block <= bottom; block += RAYWAVE_LANES) {
     floatv up_re[4], up_im[4];
-    near_sums(&waves, -plane->pitch_y * LANES_TO_FLOAT(block + LANES_INDEX) - a->y, 0.0f, up_re, up_im);
+    const Wide offset_y =
+        wide_minus(place_of(-(block + LANES_INDEX), plane->pitch_y, plane->pitch_y_low), wide(a->centre_y, a->centre_y_low));
+    near_sums(&waves, wide_high(offset_y), wide_turns(wide_times(offset_y, wide(a->chief_y, a->chief_y_low))), up_re, up_im);
+    float offsets[RAYWAVE_LANES];
+    LANES_STORE(wide_high(offset_y), offsets);
     float ups_re[4][RAYWAVE_LANES], ups_im[4][RAYWAVE_LANES];
     for (int j = 0; j < 4; ++j) {
       LANES_STORE(up_re[j], ups_re[j]);
       LANES_STORE(up_im[j], ups_im[j]);
     }
     for (int row = block; row <= min(bottom, block + RAYWAVE_LANES - 1); ++row) {
-      if (fabs(-plane->pitch_y * (float)row - a->centre_y) > a->half_y) continue;
+      if (fabs(offsets[row - block]) > a->half_y) continue;
       floatv c = 0.0f, s = 0.0f;
       for (int i = 0; i < 4; ++i) {
         float part_re = 0.0f, part_im = 0.0f;
@@ -235,7 +274,7 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
   if (first >= plane.nx || top >= plane.ny) return;
   const int bottom = min(top + RAYWAVE_TILE_ROWS, plane.ny) - 1;
   const intv column = first + LANES_INDEX;
-  const floatv x = plane.pitch_x * LANES_TO_FLOAT(column);
+  const Wide x = place_of(column, plane.pitch_x, plane.pitch_x_low);
   const float left_x = plane.pitch_x * (float)first, right_x = plane.pitch_x * (float)(first + RAYWAVE_LANES - 1);
   const float top_y = -plane.pitch_y * (float)top, bottom_y = -plane.pitch_y * (float)bottom;
 
@@ -268,16 +307,20 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
                     sample_count, &lattice, &plane, x, top, bottom, re, im);
         continue;
       }
-      const floatv across = fabs((x - a.centre_x) * a.scale_x);  // where the pixel's light meets the hologram, in half windows
+      const Wide from_x = wide_minus(x, wide(a.x, a.x_low)), depth = wide(a.depth, a.depth_low);
+      const floatv dx = wide_high(from_x);
+      const floatv off_chief = wide_high(wide_minus(x, wide(a.centre_x, a.centre_x_low)));
+      const floatv across = fabs(off_chief * a.scale_x);  // where the pixel's light meets the hologram, in half windows
       intv inside_x = (across <= plane.fan) & (column < plane.nx);
       floatv edge_x = 1.0f;
       if (plane.edge_rate > 0.0f) {
         const floatv e = clamp((plane.fan - across) * plane.edge_rate, (floatv)(0.0f), (floatv)(1.0f));
         edge_x = e * e * (3.0f - 2.0f * e);
       }
+      const float sign = a.depth < 0.0f ? -1.0f : 1.0f;
       int state = VIEW_CLEAR;
-      const float to_window_x = copysign(a.scale_x, a.depth) / plane.view_half;
-      const float to_window_y = copysign(a.scale_y, a.depth) / plane.view_half;
+      const float to_window_x = sign * a.scale_x / plane.view_half;
+      const float to_window_y = sign * a.scale_y / plane.view_half;
       intv part = 0;
 #if RAYWAVE_VIEW_PARTS > 0
       if (a.hidden) {
@@ -287,50 +330,66 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
         const float v1 = (fmin(top_y, a.centre_y + a.half_y) - a.centre_y) * to_window_y;
         state = view_state(view, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1));
         if (state == VIEW_CLOSED) continue;
-        part = clamp(LANES_TO_INT(((x - a.centre_x) * to_window_x + 1.0f) * (0.5f * RAYWAVE_VIEW_PARTS)), (intv)(0),
-                     (intv)(RAYWAVE_VIEW_PARTS - 1));
+        part =
+            clamp(LANES_TO_INT((off_chief * to_window_x + 1.0f) * (0.5f * RAYWAVE_VIEW_PARTS)), (intv)(0), (intv)(RAYWAVE_VIEW_PARTS - 1));
       }
 #endif
-      const floatv dx = x - a.x;
-      const float distance = fabs(a.depth);
-      const float inverse_squared = a.inverse_depth * a.inverse_depth;
-      const float excess_turns = distance * plane.turns_hi * (a.depth < 0.0f ? -1.0f : 1.0f);
+      const floatv squared_x = dx * dx + a.depth * a.depth;
+#if RAYWAVE_PRECISION == PRECISION_FLOAT
+      // Each lane counts its phase from its pixel in the tile's middle row.
+      const int middle = (top + bottom) / 2;
+      const Wide middle_y = place_of((intv)(-middle), plane.pitch_y, plane.pitch_y_low);
+      const Wide from_y = wide_minus(middle_y, wide(a.y, a.y_low));
+      floatv middle_length;
+      const floatv middle_turns = path_turns(from_x, from_y, depth, &plane, &middle_length) * sign;
+      const float middle_dy = LANES_FIRST(wide_high(from_y));
+      const float middle_off_chief = LANES_FIRST(wide_high(wide_minus(middle_y, wide(a.centre_y, a.centre_y_low))));
+#endif
 
       for (int row = top; row <= bottom; ++row) {
-        const float y = -plane.pitch_y * (float)row;
-        const float up = fabs((y - a.centre_y) * a.scale_y);
+#if RAYWAVE_PRECISION == PRECISION_FLOAT
+        const float step_y = plane.pitch_y * (float)(middle - row);
+        const float dy = middle_dy + step_y, off_chief_y = middle_off_chief + step_y;
+#else
+        const Wide y = place_of((intv)(-row), plane.pitch_y, plane.pitch_y_low), from_y = wide_minus(y, wide(a.y, a.y_low));
+        const float dy = LANES_FIRST(wide_high(from_y));
+        const float off_chief_y = LANES_FIRST(wide_high(wide_minus(y, wide(a.centre_y, a.centre_y_low))));
+#endif
+        const float up = fabs(off_chief_y * a.scale_y);
         if (up > plane.fan) continue;
         float edge_y = 1.0f;
         if (plane.edge_rate > 0.0f) {
           const float e = clamp((plane.fan - up) * plane.edge_rate, 0.0f, 1.0f);
           edge_y = e * e * (3.0f - 2.0f * e);
         }
-        const float dy = y - a.y;
-        const floatv squared = (dx * dx + dy * dy) * inverse_squared;
-        const floatv length = sqrt(1.0f + squared);  // over the depth
-        const floatv inverse_length = 1.0f / length;
+        const floatv length = sqrt(squared_x + dy * dy);
+        const floatv inverse_length = 1.0f / fmax(length, nearest_to(&plane));
         intv counts = inside_x;
 #if RAYWAVE_SINE_LIMIT
-        counts &= (fabs(dx * a.inverse_depth) * inverse_length <= plane.sine_limit_x) &
-                  (fabs(dy * a.inverse_depth) * inverse_length <= plane.sine_limit_y);
+        counts &= (fabs(dx) * inverse_length <= plane.sine_limit_x) & (fabs(dy) * inverse_length <= plane.sine_limit_y);
 #endif
 #if RAYWAVE_VIEW_PARTS > 0
         if (state == VIEW_MIXED) {
-          const uint seen = view_row(view, view_part((y - a.centre_y) * to_window_y));
+          const uint seen = view_row(view, view_part(off_chief_y * to_window_y));
           counts &= ((intv)((int)seen) >> part & 1) != 0;
           if (!LANES_ANY(counts)) continue;
         }
 #endif
         floatv amplitude = a.amplitude;
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+        // Through the pixel, or away from it where the sample stands in front of the plane.
         if (a.specular)
-          amplitude = shaded_amplitude(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &a, dx,
-                                       (floatv)(dy), inverse_length);
+          amplitude = shaded_amplitude(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index,
+                                       dx * sign * inverse_length, dy * sign * inverse_length, -fabs(a.depth) * inverse_length);
 #endif
         const floatv area = projected_area(a.tilt_z, a.tilt_x * dx, (floatv)(a.tilt_y * dy));
-        amplitude = LANES_SELECT((floatv)(0.0f), amplitude * sqrt(area) * edge_x * edge_y * a.inverse_depth * inverse_length, counts);
-        // sqrt(1 + s) - 1 without cancellation.
-        const floatv turns = a.turns + excess_turns * (squared / (1.0f + length));
+        amplitude = LANES_SELECT((floatv)(0.0f), amplitude * sqrt(area) * edge_x * edge_y * sign * inverse_length, counts);
+#if RAYWAVE_PRECISION == PRECISION_FLOAT
+        const floatv turns = middle_turns + turns_beyond(middle_dy, step_y, length + middle_length, plane.turns_hi * sign);
+#else
+        floatv path_length;
+        const floatv turns = path_turns(from_x, from_y, depth, &plane, &path_length) * sign;
+#endif
         floatv c, s;
         cos_sin_turns(turns, &c, &s);
         c *= amplitude;

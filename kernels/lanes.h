@@ -17,6 +17,7 @@ typedef uint uintv;
 #define LANES_LOAD(p) (*(p))
 #define LANES_STORE(v, p) (*(p) = (v))
 #define LANES_INDEX 0
+#define LANES_FIRST(v) (v)
 #define LANES_AS_INT(v) as_int(v)
 #define LANES_AS_UINT(v) as_uint(v)
 #define LANES_AS_FLOAT(v) as_float(v)
@@ -30,6 +31,7 @@ typedef LANES_PASTE(int, RAYWAVE_LANES) intv;
 typedef LANES_PASTE(uint, RAYWAVE_LANES) uintv;
 #define LANES_ANY(mask) lanes_any(mask)
 #define LANES_SELECT(no, yes, mask) select(no, yes, mask)
+#define LANES_FIRST(v) ((v).s0)
 #define LANES_LOAD(p) LANES_PASTE(vload, RAYWAVE_LANES)(0, p)
 #define LANES_STORE(v, p) LANES_PASTE(vstore, RAYWAVE_LANES)(v, 0, p)
 #define LANES_AS_INT(v) LANES_PASTE(as_int, RAYWAVE_LANES)(v)

@@ -2,7 +2,12 @@
 // A sample so near to a plane that diffraction, not geometry, says where its light passes on the way into the hologram's window: the plane
 // waves that reach the window, added up. Per axis, with the sine s of a wave's direction and edge(s) the fan's soft edge,
 //   g(x) = integral of edge(s) / cosine(s) exp(2 pi i / wavelength (s x - depth (1 - cosine(s)))) ds,
-// and the sample's wave is i / wavelength exp(2 pi i depth / wavelength) g(x) g(y): far away, by stationary phase, exp(ikr) / r. It is
+// and the sample's wave is i / wavelength exp(2 pi i depth / wavelength) g(x) g(y): far away, by stationary phase, exp(ikr) / r. Sines and
+// offsets count from those of the chief ray, which goes to the hologram's centre (sine s0, cosine c0, meeting the plane at x0), so that no
+// more turns are left to floats than the wave has fringes: with s = s0 + d,
+//   s x - depth (1 - cosine(s)) = s0 (x - x0) + depth (1 / c0 - 1) + d (x - x0) - depth e,
+//   e = (c0 - cosine(s)) - d s0 / c0 = d^2 (c0 + s0 (s0 + s) / (c0 + cosine(s))) / (c0 (c0 + cosine(s))).
+// The wave is
 // finite at depth 0, and turns by half a period on the way through it. Of the product of both sines only powers above the second are
 // neglected. What something may hide is dealt with in the 4 x 4 parts of Sample::hidden: g is kept in four parts per axis.
 #ifndef RAYWAVE_NEAR_H
@@ -11,6 +16,7 @@
 #include "lanes.h"
 #include "phase.h"
 #include "shared.h"
+#include "wide.h"
 
 #define NEAR_WAVES 96  // per axis at most, a multiple of RAYWAVE_LANES
 
@@ -18,8 +24,21 @@
 // it.
 static inline float near_spot(float half_tangent, const GatherPlane* plane) { return 0.5f / (plane->turns_hi * plane->fan * half_tangent); }
 
-// Waves that an axis needs: a sum of evenly spaced waves repeats itself after as many spots, and edges ring for about 12.
-static inline int near_count(float half_extent, float spot) { return (int)(2.0f * fmin(half_extent / spot, 1e6f)) + 32; }
+// Waves that an axis needs: a sum of evenly spaced waves repeats itself after as many spots, and edges ring for about 12. A multiple of 4,
+// so that none lies between two parts of the window.
+static inline int near_count(float half_extent, float spot) { return 4 * (int)(0.5f * fmin(half_extent / spot, 1e6f)) + 32; }
+
+// 1 / cosine - 1 of a direction.
+static inline Wide near_slant(Wide tangent) {
+  const Wide squared = wide_times(tangent, tangent), one = wide(1.0f, 0.0f);
+  return wide_over(squared, wide_plus(one, wide_sqrt(wide_plus(one, squared))));
+}
+
+// Sine of the direction whose tangent is t + step, less that of t.
+static inline float near_sine_step(float t, float step) {
+  const float n = sqrt(1.0f + t * t), m = sqrt(1.0f + (t + step) * (t + step));
+  return step * (n * m + 1.0f - t * (t + step)) / (n * m * (n + m));
+}
 
 // The plane waves of one axis at the sample.
 typedef struct {
@@ -34,17 +53,18 @@ typedef struct {
 // centre_tangent: towards the hologram's centre.
 static inline void near_waves(NearWaves* waves, float centre_tangent, float half_tangent, float half_extent, float depth, float sine_limit,
                               const GatherPlane* plane) {
-  const float low_tangent = centre_tangent - plane->fan * half_tangent, high_tangent = centre_tangent + plane->fan * half_tangent;
-  const float low = low_tangent / sqrt(1.0f + low_tangent * low_tangent), high = high_tangent / sqrt(1.0f + high_tangent * high_tangent);
   waves->count = min(near_count(half_extent, near_spot(half_tangent, plane)), NEAR_WAVES);
-  const float step = (high - low) / (float)waves->count;
+  const float low = near_sine_step(centre_tangent, -plane->fan * half_tangent);
+  const float step = (near_sine_step(centre_tangent, plane->fan * half_tangent) - low) / (float)waves->count;
+  const float c0 = 1.0f / sqrt(1.0f + centre_tangent * centre_tangent), s0 = centre_tangent * c0;
   waves->first = (low + 0.5f * step) * plane->turns_hi;
   waves->step = step * plane->turns_hi;
   for (int i = 0; i < 5; ++i) waves->begin[i] = i == 0 ? 0 : waves->count;
   for (int n = 0; n < waves->count; n += RAYWAVE_LANES) {
-    const floatv sine = low + (LANES_TO_FLOAT(n + LANES_INDEX) + 0.5f) * step;
+    const floatv d = low + (LANES_TO_FLOAT(n + LANES_INDEX) + 0.5f) * step, sine = s0 + d;
     const floatv cosine = sqrt(1.0f - sine * sine);
-    const floatv at = (sine / cosine - centre_tangent) / half_tangent;  // on the hologram, in half windows
+    const floatv bend = c0 + s0 * (s0 + sine) / (c0 + cosine);
+    const floatv at = d * bend / (c0 * cosine * half_tangent);  // on the hologram, in half windows
     floatv weight = step / cosine;
     if (plane->edge_rate > 0.0f) {
       const floatv e = clamp((plane->fan - fabs(at)) * plane->edge_rate, (floatv)(0.0f), (floatv)(1.0f));
@@ -52,7 +72,7 @@ static inline void near_waves(NearWaves* waves, float centre_tangent, float half
     }
     weight = LANES_SELECT((floatv)(0.0f), weight, fabs(sine) <= sine_limit);
     floatv c, s;
-    cos_sin_turns(-depth * plane->turns_hi * sine * sine / (1.0f + cosine), &c, &s);
+    cos_sin_turns(-depth * plane->turns_hi * d * d * bend / (c0 * (c0 + cosine)), &c, &s);
     LANES_STORE(weight * c, waves->re + n);
     LANES_STORE(weight * s, waves->im + n);
     float ats[RAYWAVE_LANES];
@@ -65,8 +85,8 @@ static inline void near_waves(NearWaves* waves, float centre_tangent, float half
   }
 }
 
-// g at offset_m from the sample, in its four parts, turned by `turns`.
-static inline void near_sums(const NearWaves* waves, floatv offset_m, float turns, floatv* re, floatv* im) {
+// g at offset_m from the chief ray, in its four parts; `turns`: of the chief ray there.
+static inline void near_sums(const NearWaves* waves, floatv offset_m, floatv turns, floatv* re, floatv* im) {
   floatv wave_re, wave_im, turn_re, turn_im;
   cos_sin_turns(waves->first * offset_m + turns, &wave_re, &wave_im);
   cos_sin_turns(waves->step * offset_m, &turn_re, &turn_im);

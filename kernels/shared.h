@@ -92,12 +92,17 @@ typedef struct {
 // A sample as the pixels of one plane see it: its light passes through the plane around the line to the hologram's centre on its way into
 // the hologram's window. x and y are relative to the centre of pixel (0, 0), y up.
 typedef struct {
-  float x;  // of the sample
+  float x;  // of the sample; low: what the float leaves over
+  float x_low;
   float y;
-  float depth;          // behind the plane; negative in front of it
+  float y_low;
+  float depth;  // behind the plane; negative in front of it
+  float depth_low;
   float inverse_depth;  // kept finite
-  float centre_x;       // where the line from the sample to the hologram's centre meets the plane
+  float centre_x;       // where the line from the sample to the hologram's centre, its chief ray, meets the plane
+  float centre_x_low;
   float centre_y;
+  float centre_y_low;
   float half_x;  // half the footprint on the plane
   float half_y;
   float scale_x;  // half hologram windows per metre of the plane
@@ -106,7 +111,11 @@ typedef struct {
   float tilt_x;     // Sample::tilt, for offsets on the plane in place of tangents
   float tilt_y;
   float tilt_z;
-  float turns;  // of the depth, reduced
+  float turns;    // of the chief ray, reduced; this and the rates serve near.h
+  float chief_x;  // sine of the chief ray in turns per metre
+  float chief_x_low;
+  float chief_y;
+  float chief_y_low;
   int specular;
   int hidden;  // as in Sample
   int near;    // 1: near.h has its wave
@@ -116,14 +125,24 @@ typedef struct {
 typedef struct {
   int nx;
   int ny;
-  float left;  // x of the centres of the first column, scene frame
-  float top;   // y of the centres of the first row
+  float left;  // x of the centres of the first column, scene frame; low: what the float leaves over
+  float left_low;
+  float top;  // y of the centres of the first row
+  float top_low;
   float z;
+  float z_low;
   float pitch_x;
+  float pitch_x_low;
   float pitch_y;
+  float pitch_y_low;
+  float hologram_x;  // centre of the hologram, scene frame
+  float hologram_x_low;
+  float hologram_y;
+  float hologram_y_low;
+  float hologram_z;
+  float hologram_z_low;
   float turns_hi;  // 1 / wavelength as the sum of two floats
   float turns_lo;
-  float turns_z;       // of z, reduced
   float fan;           // half width of the fan in half hologram windows
   float edge_rate;     // 1 / width of its soft edge; 0: hard
   float sine_limit_x;  // largest sine that the SLM's pixels can show

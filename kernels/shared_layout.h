@@ -66,11 +66,16 @@
   MEMBER(Lattice, half_width)         \
   MEMBER(Lattice, half_height)        \
   MEMBER(Aim, x)                      \
+  MEMBER(Aim, x_low)                  \
   MEMBER(Aim, y)                      \
+  MEMBER(Aim, y_low)                  \
   MEMBER(Aim, depth)                  \
+  MEMBER(Aim, depth_low)              \
   MEMBER(Aim, inverse_depth)          \
   MEMBER(Aim, centre_x)               \
+  MEMBER(Aim, centre_x_low)           \
   MEMBER(Aim, centre_y)               \
+  MEMBER(Aim, centre_y_low)           \
   MEMBER(Aim, half_x)                 \
   MEMBER(Aim, half_y)                 \
   MEMBER(Aim, scale_x)                \
@@ -80,19 +85,33 @@
   MEMBER(Aim, tilt_y)                 \
   MEMBER(Aim, tilt_z)                 \
   MEMBER(Aim, turns)                  \
+  MEMBER(Aim, chief_x)                \
+  MEMBER(Aim, chief_x_low)            \
+  MEMBER(Aim, chief_y)                \
+  MEMBER(Aim, chief_y_low)            \
   MEMBER(Aim, specular)               \
   MEMBER(Aim, hidden)                 \
   MEMBER(Aim, near)                   \
   MEMBER(GatherPlane, nx)             \
   MEMBER(GatherPlane, ny)             \
   MEMBER(GatherPlane, left)           \
+  MEMBER(GatherPlane, left_low)       \
   MEMBER(GatherPlane, top)            \
+  MEMBER(GatherPlane, top_low)        \
   MEMBER(GatherPlane, z)              \
+  MEMBER(GatherPlane, z_low)          \
   MEMBER(GatherPlane, pitch_x)        \
+  MEMBER(GatherPlane, pitch_x_low)    \
   MEMBER(GatherPlane, pitch_y)        \
+  MEMBER(GatherPlane, pitch_y_low)    \
+  MEMBER(GatherPlane, hologram_x)     \
+  MEMBER(GatherPlane, hologram_x_low) \
+  MEMBER(GatherPlane, hologram_y)     \
+  MEMBER(GatherPlane, hologram_y_low) \
+  MEMBER(GatherPlane, hologram_z)     \
+  MEMBER(GatherPlane, hologram_z_low) \
   MEMBER(GatherPlane, turns_hi)       \
   MEMBER(GatherPlane, turns_lo)       \
-  MEMBER(GatherPlane, turns_z)        \
   MEMBER(GatherPlane, fan)            \
   MEMBER(GatherPlane, edge_rate)      \
   MEMBER(GatherPlane, sine_limit_x)   \
