@@ -11,6 +11,18 @@
 namespace raywave {
 namespace {
 
+/// A tree whose boxes have grown by this much is built anew: a ray meets as many more of them.
+constexpr double worst_refit = 1.3;
+
+/// Into the buffer when the size fits, else into a new one.
+template <class T>
+void write(const cl::Device& device, cl::Buffer<T>& buffer, std::span<const T> data, const char* name) {
+  if (buffer.size() == data.size())
+    buffer.write(data);
+  else
+    buffer = {device, data, name};
+}
+
 void put(float (&target)[3], glm::vec3 v) { std::copy_n(&v.x, 3, target); }
 void put(float (&target)[2], glm::vec2 v) { std::copy_n(&v.x, 2, target); }
 
@@ -30,8 +42,8 @@ std::vector<std::int32_t> sides_of(const World& world) {
   return sides;
 }
 
-std::vector<device::TriangleShading> shading_in_leaf_order(const Scene& scene, const World& world, const Bvh& bvh) {
-  const auto sides = sides_of(world);
+std::vector<device::TriangleShading> shading_in_leaf_order(const Scene& scene, const World& world, const Bvh& bvh,
+                                                           const std::vector<std::int32_t>& sides) {
   std::vector<device::TriangleShading> shading(bvh.order.size());
   for (std::size_t i = 0; i < shading.size(); ++i) {
     const auto corners = world.triangles[bvh.order[i]];
@@ -99,20 +111,45 @@ int lanes_for(const cl::DeviceInfo& device) {
   return 1;
 }
 
-DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan) {
-  const auto origin_m = plan.origin_m;
+DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan)
+    : device_(device), sides_(sides_of(world)) {
   const auto start = std::chrono::steady_clock::now();
-  const auto bvh = build_bvh(world.positions, world.triangles, origin_m);
+  bvh_ = build_bvh(world.positions, world.triangles, plan.origin_m);
+  built_cost_ = cost_of(bvh_);
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  nodes = {device, std::span<const device::BvhNode>(bvh.nodes), "tree"};
-  triangles = {device, std::span<const device::Triangle>(bvh.triangles), "triangles"};
-  const auto shading_data = shading_in_leaf_order(scene, world, bvh);
-  shading = {device, std::span<const device::TriangleShading>(shading_data), "normals"};
   const auto [material_data, texel_data] = materials_and_texels(scene);
   materials = {device, std::span<const device::Material>(material_data), "materials"};
   texels = {device, std::span<const float>(texel_data), "textures"};
-  const auto light_data = lights_in_scene_frame(scene, origin_m);
-  lights = {device, std::span<const device::Light>(light_data), "lights"};
+  upload(scene, world, plan);
+
+  const auto any = [&](auto&& test) { return std::any_of(material_data.begin(), material_data.end(), test); };
+  options = {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))},
+             {"RAYWAVE_BVH_DEPTH", std::to_string(bvh_.depth)},
+             {"RAYWAVE_LIGHTS", std::to_string(lights.size())},
+             {"RAYWAVE_SPECULAR", any([](const auto& m) { return m.specular > 0; }) ? "1" : "0"},
+             {"RAYWAVE_TEXTURES", texel_data.empty() ? "0" : "1"},
+             {"RAYWAVE_SHADOWS", scene.trace.shadows ? "1" : "0"},
+             {"RAYWAVE_BOUNCES", std::to_string(plan.bounces)}};
+}
+
+void DeviceScene::place(const Scene& scene, const World& world, const Plan& plan) {
+  const auto start = std::chrono::steady_clock::now();
+  refit_bvh(bvh_, world.positions, world.triangles, plan.origin_m);
+  if (cost_of(bvh_) > worst_refit * built_cost_) {
+    bvh_ = build_bvh(world.positions, world.triangles, plan.origin_m);
+    built_cost_ = cost_of(bvh_);
+  }
+  tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  upload(scene, world, plan);
+}
+
+void DeviceScene::upload(const Scene& scene, const World& world, const Plan& plan) {
+  write(device_, nodes, std::span<const device::BvhNode>(bvh_.nodes), "tree");
+  write(device_, triangles, std::span<const device::Triangle>(bvh_.triangles), "triangles");
+  const auto shading_data = shading_in_leaf_order(scene, world, bvh_, sides_);
+  write(device_, shading, std::span<const device::TriangleShading>(shading_data), "normals");
+  const auto light_data = lights_in_scene_frame(scene, plan.origin_m);
+  write(device_, lights, std::span<const device::Light>(light_data), "lights");
 
   double ambient = 0;
   bool has_ambient = false;
@@ -121,20 +158,11 @@ DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const Wor
     ambient += l.intensity;
     has_ambient = true;
   }
-  if (has_ambient) ambient_light = static_cast<float>(ambient);
+  ambient_light = has_ambient ? static_cast<float>(ambient) : 1;
   diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));
   // Far from the origin, rounding of the coordinates themselves counts.
-  const auto reach_m = std::max(glm::length(world.min_m - origin_m), glm::length(world.max_m - origin_m));
+  const auto reach_m = std::max(glm::length(world.min_m - plan.origin_m), glm::length(world.max_m - plan.origin_m));
   bias_m = std::max(diameter_m * 0x1p-16f, static_cast<float>(reach_m) * 0x1p-20f);
-
-  const auto any = [&](auto&& test) { return std::any_of(material_data.begin(), material_data.end(), test); };
-  options = {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))},
-             {"RAYWAVE_BVH_DEPTH", std::to_string(bvh.depth)},
-             {"RAYWAVE_LIGHTS", std::to_string(light_data.size())},
-             {"RAYWAVE_SPECULAR", any([](const auto& m) { return m.specular > 0; }) ? "1" : "0"},
-             {"RAYWAVE_TEXTURES", texel_data.empty() ? "0" : "1"},
-             {"RAYWAVE_SHADOWS", scene.trace.shadows ? "1" : "0"},
-             {"RAYWAVE_BOUNCES", std::to_string(plan.bounces)}};
 }
 
 }  // namespace raywave

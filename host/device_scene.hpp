@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "cl/program.hpp"
+#include "host/bvh.hpp"
 #include "host/mesh.hpp"
 #include "host/plan.hpp"
 #include "host/scene.hpp"
@@ -14,8 +15,12 @@ namespace raywave {
 
 /// The scene as the kernels see it: tree, triangles, materials for the hologram's wavelength, lights and textures in device memory, in the
 /// scene frame (world minus Plan::origin_m, subtracted in double).
-struct DeviceScene {
+class DeviceScene {
+public:
   DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan);
+
+  /// The same meshes and materials at other places, or under other lights (as many as before).
+  void place(const Scene& scene, const World& world, const Plan& plan);
 
   cl::Buffer<device::BvhNode> nodes;
   cl::Buffer<device::Triangle> triangles;
@@ -27,10 +32,18 @@ struct DeviceScene {
   float diameter_m = 0;     // of the scene's bounding box
   float bias_m = 0;         // distance that secondary rays start off a surface: far above rounding, far below anything visible
   cl::Options options;      // leave out of the kernels what this scene does not use
-  double tree_seconds = 0;
+  double tree_seconds = 0;  // of the last build or refit
 
   /// 32-bit words that hold a bit for each light.
   std::size_t light_words() const { return lights.size() > 32 ? (lights.size() + 31) / 32 : 1; }
+
+private:
+  void upload(const Scene& scene, const World& world, const Plan& plan);
+
+  cl::Device device_;
+  Bvh bvh_;
+  double built_cost_ = 0;            // of the tree when it was built
+  std::vector<std::int32_t> sides_;  // of the objects
 };
 
 /// Pixels that one work-item handles side by side: the SIMD width on CPUs, one on GPUs.

@@ -8,9 +8,9 @@ PhaseEncoder::PhaseEncoder(const cl::Device& device)
 
 std::vector<std::uint8_t> PhaseEncoder::operator()(const cl::ComplexBuffer& field) {
   const std::size_t lanes = static_cast<std::size_t>(device_.info().float_lanes);
-  cl::Buffer<std::uint8_t> levels(device_, field.size(), "hologram levels");
-  program_.kernel("encode").run({(field.size() + lanes - 1) / lanes}, {64}, field, levels, static_cast<std::uint32_t>(field.size()));
-  return levels.read();
+  if (levels_.size() != field.size()) levels_ = {device_, field.size(), "hologram levels"};
+  program_.kernel("encode").run({(field.size() + lanes - 1) / lanes}, {64}, field, levels_, static_cast<std::uint32_t>(field.size()));
+  return levels_.read();
 }
 
 }  // namespace raywave

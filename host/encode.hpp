@@ -19,6 +19,7 @@ public:
 private:
   cl::Device device_;
   cl::Program program_;
+  cl::Buffer<std::uint8_t> levels_;
 };
 
 }  // namespace raywave

@@ -32,10 +32,14 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
       aim_(program_.kernel("aim")),
       draw_phases_(program_.kernel("draw_phases")),
       gather_(program_.kernel("gather")),
-      aims_(device, table.samples.size(), "aims"),
-      phasors_(device, table.samples.size() * static_cast<std::size_t>(frames), "phases") {}
+      device_(device) {}
 
 void Gatherer::draw_phases(std::uint32_t seed) {
+  const auto room = table_.samples.size();
+  if (aims_.size() < room) {
+    aims_ = {device_, room, "aims"};
+    phasors_ = {device_, room * static_cast<std::size_t>(frames_), "phases"};
+  }
   if (table_.count > 0)
     draw_phases_.run({static_cast<std::size_t>(table_.count)}, {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, table_.samples,
                      table_.count, frames_, seed, phasors_);

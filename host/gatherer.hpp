@@ -18,7 +18,7 @@ public:
 
   static constexpr int most_frames = 16;
 
-  /// Draws the random phases of frames seed, seed + 1, ...
+  /// Draws the random phases of frames seed, seed + 1, ... for the samples that the table holds now.
   void draw_phases(std::uint32_t seed);
 
   /// Fills `field` (frames x ny x nx) with the field of all samples on a plane of the hologram's size at `centre_m` (world). A plane at the
@@ -37,6 +37,7 @@ private:
   double near_spots_;
   cl::Program program_;
   cl::Kernel aim_, draw_phases_, gather_;
+  cl::Device device_;
   cl::Buffer<device::Aim> aims_;
   cl::ComplexBuffer phasors_;  // frames x samples
 };

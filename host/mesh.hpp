@@ -41,10 +41,22 @@ struct World {
 /// Whether every edge is shared by exactly two triangles in opposite directions, after welding equal positions.
 bool is_closed(const Mesh& mesh);
 
-/// Loads, rotates, scales and places all objects of the scene. Objects that name the same file and normals read it once.
+/// The meshes of a scene's objects, as read. Objects that name the same file and normals share one.
+struct Meshes {
+  std::vector<Mesh> meshes;
+  std::vector<bool> closed;
+  std::vector<std::size_t> of_object;  // index into `meshes`
+};
+
+/// throws  InputError when a mesh is unusable, or when the scene has no object
+Meshes load_meshes(const Scene& scene);
+
+/// Rotates, scales and places all objects.
 ///
-/// throws  InputError when a mesh is unusable, a width is asked of a mesh without x extent, or an object touches or lies behind the
-///         hologram plane (z <= 0); or when the scene has no object
+/// throws  InputError when a width is asked of a mesh without x extent, or an object touches or lies behind the hologram plane (z <= 0)
+World place_objects(const Scene& scene, const Meshes& meshes);
+
+/// Both.
 World build_world(const Scene& scene);
 
 }  // namespace raywave

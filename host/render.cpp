@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <utility>
 
 #include "host/encode.hpp"
+#include "host/error.hpp"
 #include "host/gatherer.hpp"
 #include "host/propagator.hpp"
 #include "host/tracer.hpp"
@@ -45,6 +47,11 @@ public:
   int samples() const { return table_ ? table_->count : 0; }
   int hidden_samples() const { return table_ ? table_->hidden : 0; }
 
+  /// After the scene has moved.
+  void find_samples(const Plan& plan, const DeviceScene& arrays) {
+    if (table_) table_->find(plan, arrays);
+  }
+
   /// Begins the frames seed, seed + 1, ...
   void start(std::uint32_t seed) {
     seed_ = seed;
@@ -70,57 +77,113 @@ int frames_together(const Scene& scene, const Plan& plan, std::size_t pixels) {
   return static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(std::min(scene.sampling.frames, Gatherer::most_frames))));
 }
 
+/// What the kernels of a FieldSource are built for.
+bool same_kernels(const Plan& a, const Plan& b) {
+  return a.aimed == b.aimed && a.bounces == b.bounces && a.antialias == b.antialias && a.beyond_diffraction == b.beyond_diffraction;
+}
+
 }  // namespace
 
-RenderResult render(const cl::Device& device, const Scene& scene, const RenderOptions& options) {
-  RenderResult result;
-  const auto stage = [&](const char* name) { return StageClock(device, result.seconds[name]); };
-  const auto report = [&](const std::string& what, double share) {
+struct Renderer::State {
+  State(const cl::Device& the_device, Scene the_scene, RenderOptions the_options)
+      : device(the_device), scene(std::move(the_scene)), options(std::move(the_options)), encode(device) {
+    report("meshes", 0);
+    {
+      const auto clock = stage("meshes");
+      meshes = load_meshes(scene);
+      world = place_objects(scene, meshes);
+    }
+    plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
+    report("tree and kernels", 0);
+    {
+      const auto clock = stage("prepare");
+      arrays = std::make_unique<DeviceScene>(device, scene, world, plan);
+      propagator =
+          std::make_unique<Propagator>(device, PropagatorSpec{plan.size, plan.pitch_m, plan.wavelength_m, scene.wrp.padding, options.fft});
+    }
+    seconds["tree"] = arrays->tree_seconds;
+    seconds["prepare"] -= arrays->tree_seconds;
+    build_source();
+    field = {device, pixels(), "field at the hologram"};
+  }
+
+  StageClock stage(const char* name) { return StageClock(device, seconds[name]); }
+
+  void report(const std::string& what, double share) const {
     if (options.progress) options.progress(what, share);
-  };
+  }
 
-  report("meshes", 0);
-  const World world = [&] {
-    const auto clock = stage("meshes");
-    return build_world(scene);
-  }();
-  result.plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
-  const auto& plan = result.plan;
+  std::size_t pixels() const { return static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y); }
 
-  report("tree and kernels", 0);
-  const DeviceScene arrays = [&] {
-    const auto clock = stage("prepare");
-    return DeviceScene(device, scene, world, plan);
-  }();
-  result.seconds["tree"] = arrays.tree_seconds;
-  result.seconds["prepare"] -= arrays.tree_seconds;
-  const auto pixels = static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y);
-  const auto wrp_count = plan.wrps.size();
-  const int together = frames_together(scene, plan, pixels);
-  FieldSource source = [&] {
+  void build_source() {
     const auto clock = stage("samples");
-    return FieldSource(device, scene, plan, arrays, together);
-  }();
-  result.samples = source.samples();
-  result.hidden_samples = source.hidden_samples();
-  auto propagator = [&] {
-    const auto clock = stage("prepare");
-    return Propagator(device, {plan.size, plan.pitch_m, plan.wavelength_m, scene.wrp.padding, options.fft});
-  }();
-  PhaseEncoder encode(device);
+    together = frames_together(scene, plan, pixels());
+    source = nullptr;  // before the new one asks for memory
+    source = std::make_unique<FieldSource>(device, scene, plan, *arrays, together);
+    clock.wait();
+  }
 
-  // Frames gathered together wait for each other's WRPs; one frame alone needs one field at a time.
+  /// Everything that depends on where objects and lights are.
+  void place() {
+    {
+      const auto clock = stage("meshes");
+      world = place_objects(scene, meshes);
+    }
+    const auto before = plan;
+    plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
+    {
+      const auto clock = stage("tree");
+      arrays->place(scene, world, plan);
+    }
+    if (same_kernels(before, plan) && frames_together(scene, plan, pixels()) == together) {
+      const auto clock = stage("samples");
+      source->find_samples(plan, *arrays);
+      clock.wait();
+    } else {
+      build_source();
+    }
+  }
+
+  RenderResult render();
+
+  cl::Device device;
+  Scene scene;
+  RenderOptions options;
+  Meshes meshes;
+  World world;
+  Plan plan;
+  std::map<std::string, double> seconds;
+  std::unique_ptr<DeviceScene> arrays;
+  std::unique_ptr<FieldSource> source;  // refers to plan and arrays
+  std::unique_ptr<Propagator> propagator;
+  PhaseEncoder encode;
+  int together = 1;  // frames gathered at once
   std::vector<cl::ComplexBuffer> stacks;
-  for (std::size_t i = 0; i < (together > 1 ? wrp_count : 1); ++i)
-    stacks.emplace_back(device, static_cast<std::size_t>(together) * pixels, "fields of a WRP");
-  cl::ComplexBuffer field(device, pixels, "field at the hologram");
+  cl::ComplexBuffer field;
+  bool moved = false;
+};
+
+RenderResult Renderer::State::render() {
+  if (moved) place();
+  moved = false;
+  const auto wrp_count = plan.wrps.size();
+  // Frames gathered together wait for each other's WRPs; one frame alone needs one field at a time.
+  stacks.resize(std::min(stacks.size(), together > 1 ? wrp_count : 1));
+  while (stacks.size() < (together > 1 ? wrp_count : 1))
+    stacks.emplace_back(device, static_cast<std::size_t>(together) * pixels(), "fields of a WRP");
+
+  RenderResult result;
+  result.plan = plan;
+  result.samples = source->samples();
+  result.hidden_samples = source->hidden_samples();
   const auto frames = scene.sampling.frames;
-  result.field = {plan.size.x, plan.size.y, frames, std::vector<std::complex<float>>(static_cast<std::size_t>(frames) * pixels)};
+  if (options.keep_field)
+    result.field = {plan.size.x, plan.size.y, frames, std::vector<std::complex<float>>(static_cast<std::size_t>(frames) * pixels())};
   if (options.keep_wrps) result.wrps.assign(wrp_count, {plan.size.x, plan.size.y, frames, {}});
 
   for (int frame = 0; frame < frames; ++frame) {
     const int within = frame % together;
-    if (within == 0) source.start(scene.sampling.seed + static_cast<std::uint32_t>(frame));
+    if (within == 0) source->start(scene.sampling.seed + static_cast<std::uint32_t>(frame));
     for (std::size_t i = 0; i < wrp_count; ++i) {
       const auto& wrp = plan.wrps[i];
       auto& stack = stacks[together > 1 ? i : 0];
@@ -130,35 +193,66 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
               static_cast<double>(static_cast<std::size_t>(frames) * wrp_count));
       if (within == 0) {
         const auto clock = stage("trace");
-        source.fill(wrp, stack);
+        source->fill(wrp, stack);
         clock.wait();
       }
       if (options.keep_wrps) {
-        std::vector<std::complex<float>> samples(pixels);
-        stack.read(samples, static_cast<std::size_t>(within) * pixels);
+        std::vector<std::complex<float>> samples(pixels());
+        stack.read(samples, static_cast<std::size_t>(within) * pixels());
         result.wrps[i].samples.insert(result.wrps[i].samples.end(), samples.begin(), samples.end());
       }
       if (options.method != Method::wrp) {
-        field.copy_from(stack, static_cast<std::size_t>(within) * pixels);
+        field.copy_from(stack, static_cast<std::size_t>(within) * pixels());
         continue;
       }
       const auto clock = stage("propagate");
-      propagator.load(stack, within);
-      propagator.add({-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z);
+      propagator->load(stack, within);
+      propagator->add({-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z);
       clock.wait();
     }
     if (options.method == Method::wrp) {
       const auto clock = stage("propagate");
-      propagator.collect(field);
+      propagator->collect(field);
       clock.wait();
     }
     const auto clock = stage("encode");
     result.levels.push_back(encode(field));
-    field.read(std::span(result.field.samples).subspan(static_cast<std::size_t>(frame) * pixels, pixels));
+    if (options.keep_field) field.read(std::span(result.field.samples).subspan(static_cast<std::size_t>(frame) * pixels(), pixels()));
   }
   report("done", 1);
   result.device_peak_bytes = device.peak_bytes();
+  result.seconds = std::exchange(seconds, {});
   return result;
+}
+
+Renderer::Renderer(const cl::Device& device, Scene scene, RenderOptions options)
+    : state_(std::make_unique<State>(device, std::move(scene), std::move(options))) {}
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+
+const Scene& Renderer::scene() const { return state_->scene; }
+
+void Renderer::set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg) {
+  auto& o = state_->scene.objects.at(object);
+  o.position_m = position_m;
+  o.rotation_deg = rotation_deg;
+  state_->moved = true;
+}
+
+void Renderer::set_light(std::size_t light, const Light& value) {
+  auto& l = state_->scene.lights.at(light);
+  if ((l.type == LightType::ambient) != (value.type == LightType::ambient))
+    throw InputError("light " + std::to_string(light) + ": an ambient light cannot become another kind, nor another kind ambient");
+  l = value;
+  state_->moved = true;
+}
+
+void Renderer::set_seed(std::uint32_t seed) { state_->scene.sampling.seed = seed; }
+
+RenderResult Renderer::render() { return state_->render(); }
+
+RenderResult render(const cl::Device& device, const Scene& scene, const RenderOptions& options) {
+  return Renderer(device, scene, options).render();
 }
 
 }  // namespace raywave

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,12 +22,13 @@ struct RenderOptions {
   int rays_per_axis = 100;  // of Method::rays
   cl::FftBackend fft = cl::FftBackend::host;
   bool keep_wrps = false;  // also return the fields on the WRPs
+  bool keep_field = true;  // also return the field at the hologram, not the levels alone
   Progress progress;
 };
 
 struct RenderResult {
   Plan plan;
-  FieldStack field;                               // at the hologram, one per frame
+  FieldStack field;                               // at the hologram, one per frame, when asked for
   std::vector<std::vector<std::uint8_t>> levels;  // of the SLM, one per frame
   std::vector<FieldStack> wrps;                   // one per WRP, when asked for
   int samples = 0;                                // surface samples (sampling.mode "aimed")
@@ -41,5 +43,41 @@ struct RenderResult {
 /// Bit-identical for the same scene, seed and device.
 /// throws  InputError for the scene, DeviceError for the device
 RenderResult render(const cl::Device& device, const Scene& scene, const RenderOptions& options = {});
+
+/// The same for scenes that move: meshes, kernels, plans and memory stay from one picture to the next, and only what has changed is
+/// computed and uploaded. Trees are fitted to their triangles' new places; a field may therefore differ in its last bits from render()'s.
+///
+///     Renderer renderer(device, load_scene("scene.toml"));
+///     for (double angle_deg = 0; angle_deg < 360; angle_deg += 5) {
+///       renderer.set_pose(0, position_m, {0, angle_deg, 0});
+///       show(renderer.render().levels[0]);
+///     }
+class Renderer {
+public:
+  /// throws  InputError for the scene, DeviceError for the device
+  Renderer(const cl::Device& device, Scene scene, RenderOptions options = {});
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+
+  const Scene& scene() const;
+
+  /// Centre of an object's bounding box, and its turns about x, then y, then z.
+  void set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg);
+
+  /// throws  std::out_of_range; InputError when the light becomes ambient, or was: that is another scene
+  void set_light(std::size_t light, const Light& value);
+
+  /// Random phases of the next frames.
+  void set_seed(std::uint32_t seed);
+
+  /// seconds, in the result, count from this call on; the first call's include what the constructor took.
+  ///
+  /// throws  InputError when an object touches the hologram plane, or needs what cannot be computed; the renderer stays usable
+  RenderResult render();
+
+private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 }  // namespace raywave

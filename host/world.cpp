@@ -90,23 +90,33 @@ bool is_closed(const Mesh& mesh) {
   return edges == reversed && std::adjacent_find(edges.begin(), edges.end()) == edges.end();
 }
 
-World build_world(const Scene& scene) {
+Meshes load_meshes(const Scene& scene) {
   if (scene.objects.empty()) throw InputError(one_line(scene.file.string()) + ": there is no object: add [[object]] with mesh = \"FILE\"");
-  World world;
-  std::map<std::pair<std::filesystem::path, Normals>, std::pair<Mesh, bool>> meshes;  // with whether each is closed
-  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    const Object& object = scene.objects[i];
+  Meshes loaded;
+  std::map<std::pair<std::filesystem::path, Normals>, std::size_t> known;
+  for (const Object& object : scene.objects) {
     std::error_code error;
-    const auto [found, is_new] = meshes.try_emplace({std::filesystem::weakly_canonical(object.mesh, error), object.normals});
-    auto& [mesh, closed] = found->second;
+    const auto [found, is_new] =
+        known.try_emplace({std::filesystem::weakly_canonical(object.mesh, error), object.normals}, loaded.meshes.size());
     if (is_new) {
-      mesh = load_mesh(object.mesh, object.normals, object.where);
-      closed = is_closed(mesh);
+      loaded.meshes.push_back(load_mesh(object.mesh, object.normals, object.where));
+      loaded.closed.push_back(is_closed(loaded.meshes.back()));
     }
-    place(object, static_cast<std::int32_t>(i), mesh, world);
-    world.object_closed.push_back(closed);
+    loaded.of_object.push_back(found->second);
+  }
+  return loaded;
+}
+
+World place_objects(const Scene& scene, const Meshes& meshes) {
+  World world;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto mesh = meshes.of_object[i];
+    place(scene.objects[i], static_cast<std::int32_t>(i), meshes.meshes[mesh], world);
+    world.object_closed.push_back(meshes.closed[mesh]);
   }
   return world;
 }
+
+World build_world(const Scene& scene) { return place_objects(scene, load_meshes(scene)); }
 
 }  // namespace raywave
