@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <sstream>
 
@@ -61,7 +62,10 @@ Interval footprint(const World& world, int axis, double window_m, double distanc
 }
 
 /// Rays of the sample lattice towards everything in the scene whose light the hologram can show.
-LatticePlan lattice_over(const Scene& scene, const World& world, const Plan& plan, glm::dvec2 largest_tangent) {
+///
+/// lit  tangents of the chief rays (to the hologram's centre) of whatever light can fall onto a WRP, low and high per axis
+LatticePlan lattice_over(const Scene& scene, const World& world, const Plan& plan, glm::dvec2 largest_tangent,
+                         const std::array<Interval, 2>& lit) {
   LatticePlan lattice;
   lattice.full_z_m = (plan.near_m + plan.far_m) / 2;
   lattice.step = scene.sampling.pitch_m / lattice.full_z_m;
@@ -71,8 +75,9 @@ LatticePlan lattice_over(const Scene& scene, const World& world, const Plan& pla
     Interval tangents;
     for (const auto& p : world.positions) tangents.add(p[axis] / p.z);
     const double reach = largest_tangent[axis] + std::max(1.0, plan.fan) * window[axis] / (2 * plan.near_m);
-    const double first = std::floor(std::clamp(tangents.low, -reach, reach) / lattice.step - 0.5);
-    const double last = std::ceil(std::clamp(tangents.high, -reach, reach) / lattice.step - 0.5);
+    const double low = std::max(-reach, lit[axis].low), high = std::max(low, std::min(reach, lit[axis].high));
+    const double first = std::floor(std::clamp(tangents.low, low, high) / lattice.step - 0.5);
+    const double last = std::ceil(std::clamp(tangents.high, low, high) / lattice.step - 0.5);
     cells *= last - first + 1;
     if (!(cells <= largest_lattice)) {
       throw InputError(scene.file.string() + ": sampling.pitch " + millimetres(scene.sampling.pitch_m) + " needs " +
@@ -95,6 +100,35 @@ std::vector<glm::dvec2> fan_of(const std::vector<double>& across, const std::vec
     }
   }
   return fan;
+}
+
+/// Chief rays of the light that falls onto the planned WRPs, diffraction at its edges included.
+std::array<Interval, 2> chief_tangents(const Plan& plan, glm::dvec2 middle) {
+  std::array<Interval, 2> lit;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double window = plan.size[axis] * plan.pitch_m[axis];
+    const auto narrowed = [&](double z) { return std::abs(z - plan.distance_m) / z; };
+    const double spot = plan.wavelength_m * plan.far_m / (std::max(plan.fan, 1e-3) * window);
+    const double footprint = plan.fan * window / 2 * std::max(narrowed(plan.near_m), narrowed(plan.far_m)) + 16 * spot;
+    const double half = plan.grid[axis] * window / 2 + footprint;
+    lit[axis].add((middle[axis] - half) / plan.distance_m);
+    lit[axis].add((middle[axis] + half) / plan.distance_m);
+  }
+  return lit;
+}
+
+/// Where aimed gathering costs least: footprints grow with the distance of a sample from the WRP, so the middle, by area as the hologram
+/// sees it, of the surfaces that face it.
+double middle_of_surfaces(const World& world) {
+  double sum = 0, weight = 0;
+  for (const auto& t : world.triangles) {
+    const auto &a = world.positions[t.x], &b = world.positions[t.y], &c = world.positions[t.z];
+    const auto n = glm::cross(b - a, c - a), centre = (a + b + c) / 3.0;
+    const double seen = std::max(0.0, -glm::dot(n, centre)) / (centre.z * centre.z);
+    sum += seen * centre.z;
+    weight += seen;
+  }
+  return weight > 0 ? sum / weight : (world.min_m.z + world.max_m.z) / 2;
 }
 
 std::vector<Wrp> wrps_side_by_side(const Scene& scene, const Plan& plan, glm::dvec2 middle) {
@@ -194,6 +228,8 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
       throw InputError(scene.file.string() + ": wrp.distance " + millimetres(plan.distance_m) +
                        " puts the WRPs behind the whole scene, which ends at " + millimetres(plan.far_m) + "; give less, or \"auto\"");
     }
+  } else if (plan.aimed && plan.bounces == 0) {
+    plan.distance_m = middle_of_surfaces(world);
   } else {
     const double cone = std::max(window.x, window.y) / plan.near_m;
     const double across =
@@ -215,7 +251,9 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
   }
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2, (plan.near_m + plan.far_m) / 2};
 
-  plan.lattice = lattice_over(scene, world, plan, {largest_tangent(0), largest_tangent(1)});
+  std::array<Interval, 2> lit = {Interval{-1e9, 1e9}, Interval{-1e9, 1e9}};
+  if (method == Method::wrp && plan.aimed && plan.bounces == 0) lit = chief_tangents(plan, middle);
+  plan.lattice = lattice_over(scene, world, plan, {largest_tangent(0), largest_tangent(1)}, lit);
   for (int axis = 0; axis < 2; ++axis) {
     for (const auto& p : world.positions)
       plan.beyond_diffraction |= std::abs(p[axis]) + std::max(1.0, plan.fan) * window[axis] / 2 > 0.99 * largest_tangent(axis) * p.z;
