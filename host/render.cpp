@@ -73,17 +73,24 @@ int frames_together(const Scene& scene, const Plan& plan, std::size_t pixels) {
 }  // namespace
 
 RenderResult render(const cl::Device& device, const Scene& scene, const RenderOptions& options) {
+  if (options.progress) options.progress("meshes", 0);
+  double seconds = 0;
+  const World world = [&] {
+    const StageClock clock(device, seconds);
+    return build_world(scene);
+  }();
+  auto result = render(device, scene, world, options);
+  result.seconds["meshes"] = seconds;
+  return result;
+}
+
+RenderResult render(const cl::Device& device, const Scene& scene, const World& world, const RenderOptions& options) {
   RenderResult result;
   const auto stage = [&](const char* name) { return StageClock(device, result.seconds[name]); };
   const auto report = [&](const std::string& what, double share) {
     if (options.progress) options.progress(what, share);
   };
 
-  report("meshes", 0);
-  const World world = [&] {
-    const auto clock = stage("meshes");
-    return build_world(scene);
-  }();
   result.plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
   const auto& plan = result.plan;
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "host/mesh.hpp"
 #include "host/npy.hpp"
 #include "host/plan.hpp"
 #include "host/scene.hpp"
@@ -41,5 +42,8 @@ struct RenderResult {
 /// Bit-identical for the same scene, seed and device.
 /// throws  InputError for the scene, DeviceError for the device
 RenderResult render(const cl::Device& device, const Scene& scene, const RenderOptions& options = {});
+
+/// The same of a world that is there already; no mesh file is read.
+RenderResult render(const cl::Device& device, const Scene& scene, const World& world, const RenderOptions& options = {});
 
 }  // namespace raywave
