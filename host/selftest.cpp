@@ -79,7 +79,7 @@ std::string self_test_header(const cl::DeviceInfo& device, SelfTestSize size) {
 
 std::string self_test_line(const SelfTestRow& row) {
   std::array<char, 256> text;
-  std::snprintf(text.data(), text.size(), "%s  %-11s %-66s %8s <= %-8s %-14s %6.2f s\n", row.passed ? "pass" : "FAIL", row.part.c_str(),
+  std::snprintf(text.data(), text.size(), "%s  %-11s %-64s %8s <= %-8s %-14s %6.2f s\n", row.passed ? "pass" : "FAIL", row.part.c_str(),
                 row.claim.c_str(), std::isnan(row.measured) ? "-" : figure(row.measured).c_str(), figure(row.bound).c_str(),
                 row.quantity.c_str(), row.seconds);
   return text.data() + (row.passed || row.note.empty() ? "" : "      " + row.note + "\n");

@@ -149,8 +149,8 @@ Finding gathered(const cl::Device& device, dvec3 centre_m) {
   gatherer.gather(centre_m, field);
   const auto got = field.read();
   require_finite(got, "gathered field");
-  const auto result = reference::against_direct_sum(rig, got, 1, 1, centre_m, 150);
-  if (result.pixels < 40) throw std::logic_error("gather: too few pixels are decided");
+  const auto result = reference::against_direct_sum(rig, got, 1, 1, centre_m, 600);
+  if (result.pixels < 150) throw std::logic_error("gather: too few pixels are decided");
   return {result.dark_error > 0 ? INFINITY : result.error, result.dark_error > 0 ? "light where none should be" : ""};
 }
 
@@ -159,7 +159,7 @@ Finding traced(const cl::Device& device, Stage stage, double reach) {
   auto& scene = stage.scene;
   scene.hologram = {{17, 13}, {1e-6, 1e-6}, 638e-9};
   scene.sampling.mode = SamplingMode::fan;
-  scene.wrp.distance_m = stage.world.min_m.z - 1.5e-3;
+  scene.wrp.distance_m = stage.world.min_m.z - 0.5e-3;
   scene.wrp.grid = glm::ivec2(1, 1);
   const auto plan = make_plan(scene, stage.world, cl::FftBackend::host);
   Wrp wrp;

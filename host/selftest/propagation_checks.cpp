@@ -21,6 +21,9 @@ constexpr double nm = 1e-9, um = 1e-6, mm = 1e-3, red_m = 638e-9;
 /// docs/accuracy.md, "Propagation": measured 1.8e-7 to 4.2e-7.
 constexpr double discrete_bound = 1e-6;
 
+/// The same where so few frequencies arrive that their phases' errors do not average out.
+constexpr double few_frequencies_bound = 2e-6;
+
 PropagatorSpec spec_of(const cl::Device& device, const Setup& s, double padding) {
   return {s.size, s.pitch_m, s.wavelength_m, padding, cl::default_backend(device.info())};
 }
@@ -94,7 +97,7 @@ Finding plane_waves(const cl::Device& device, int n) {
     std::complex<double> factor;
   };
   std::vector<PlaneWave> waves;
-  for (const auto& [across, down] : {std::pair(0, 0), {n / 16, 3}, {-7, n / 19}, {n / 11, -n / 23}, {-n / 31, -n / 9}}) {
+  for (const auto& [across, down] : {std::pair(0, 0), {n / 16, 3}, {-7, n / 19}, {n / 11, -n / 23}, {-n / 31, n / 9}}) {
     PlaneWave wave{across, down, Field(n), Field(n), 1};
     for (int i = 0; i < n; ++i) {
       const auto turns = [&](int periods) { return static_cast<double>(static_cast<long long>(periods) * i % n) / n; };
@@ -199,7 +202,7 @@ std::vector<SelfCheck> optics_extremes(SelfTestSize size) {
   add("distance 1 um", {small, square(0.4 * um), red_m, {0, 0}, 1 * um});
   add("distance 1 um, pitch 3.74 um, shifted", {small, square(3.74 * um), red_m, {5 * um, 0}, 1 * um});
   add("distance 100 m, pitch 3.74 um", {small, square(3.74 * um), red_m, {0, 0}, 100});
-  add("distance 100 m, pitch 100 um", {{480, 320}, square(100 * um), red_m, {0.05, 0}, 100});
+  add("distance 100 m, pitch 100 um", {{240, 160}, square(100 * um), red_m, {0.02, 0}, 100});
   for (const glm::ivec2 n : {glm::ivec2(1, 1), {1, 37}, {37, 1}, {31, 17}, {127, 61}})
     for (const double padding : {1.0, 2.0})
       add(std::to_string(n.x) + " x " + std::to_string(n.y) + " samples, padding " + (padding > 1 ? "2" : "1"),
@@ -215,16 +218,19 @@ std::vector<SelfCheck> optics_extremes(SelfTestSize size) {
          return Finding{right ? 0.0 : 1.0, "named " + std::to_string(named_m / mm) + " mm"};
        }});
   checks.push_back(
-      {"extremes", "propagation, the largest shift that was named", "relative L2", discrete_bound, [=](const cl::Device& device) {
+      {"extremes", "propagation, the largest shift that was named", "relative L2", few_frequencies_bound, [=](const cl::Device& device) {
          auto s = beyond;
          s.shift_m.x = 0.999 * named_shift_m(device, beyond);
          return discrete_noise(device, s);
        }});
-  const Setup steep{{1920, 3}, square(red_m / 4), red_m, {100, 0}, 100};
-  checks.push_back({"extremes", "100 m at 45 degrees, pitch a quarter wavelength: exact or refused", "relative L2", discrete_bound,
-                    [=](const cl::Device& device) {
-                      return exact_or_refused("too far for its phase to be exact", [&] { return discrete_noise(device, steep); });
-                    }});
+  const auto refusal = [&](const std::string& claim, const std::string& words, const Setup& s) {
+    checks.push_back({"extremes", claim, "relative L2", few_frequencies_bound,
+                      [=](const cl::Device& device) { return exact_or_refused(words, [&] { return discrete_noise(device, s); }); }});
+  };
+  refusal("propagation, 100 m, shift 50 m, tiny plane: exact or refused", "falls between two sampled frequencies",
+          {small, square(0.4 * um), red_m, {50, 0}, 100});
+  refusal("propagation, 100 m, shift 100 m, steep: exact or refused", "too far for its phase to be exact",
+          {{1 << 19, 1}, square(red_m / 4), red_m, {100, 0}, 100});
   std::vector<int> large{1024};
   if (size == SelfTestSize::full) large.insert(large.end(), {4096, 16384});
   for (const int n : large) {
