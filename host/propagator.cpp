@@ -249,9 +249,12 @@ void Propagator::add(glm::dvec2 shift_m, double distance_m) {
   if (transfer.empty()) {
     const double x_m = largest_shift_m(s.x, shift_m.x, s.y, -shift_m.y, s.spec.wavelength_m, distance_m);
     const double y_m = largest_shift_m(s.y, -shift_m.y, s.x, shift_m.x, s.spec.wavelength_m, distance_m);
-    throw InputError("propagation over " + millimetres(distance_m) + ": no light arrives at a plane shifted by " + millimetres(shift_m.x) +
-                     ", " + millimetres(shift_m.y) + "; the largest usable shift is " + millimetres(x_m) + " in x, " + millimetres(y_m) +
-                     " in y");
+    const auto refusal = "propagation over " + millimetres(distance_m) + ": no light arrives at a plane shifted by " +
+                         millimetres(shift_m.x) + ", " + millimetres(shift_m.y);
+    // Far away the band of a small plane is narrower than the step between frequencies.
+    if (std::abs(shift_m.x) < x_m && std::abs(shift_m.y) < y_m)
+      throw InputError(refusal + ": its band falls between two sampled frequencies; a larger hologram.resolution or wrp.padding helps");
+    throw InputError(refusal + "; the largest usable shift is " + millimetres(x_m) + " in x, " + millimetres(y_m) + " in y");
   }
   if (transfer.remainder_turns > most_remainder_turns)
     throw InputError("propagation over " + millimetres(distance_m) + " at this angle is too far for its phase to be exact");

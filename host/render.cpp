@@ -93,6 +93,15 @@ struct Renderer::State {
       meshes = load_meshes(scene);
       world = place_objects(scene, meshes);
     }
+    prepare();
+  }
+
+  State(const cl::Device& the_device, Scene the_scene, World the_world, RenderOptions the_options)
+      : device(the_device), scene(std::move(the_scene)), options(std::move(the_options)), world(std::move(the_world)), encode(device) {
+    prepare();
+  }
+
+  void prepare() {
     plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
     report("tree and kernels", 0);
     {
@@ -251,8 +260,14 @@ void Renderer::set_seed(std::uint32_t seed) { state_->scene.sampling.seed = seed
 
 RenderResult Renderer::render() { return state_->render(); }
 
+Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
 RenderResult render(const cl::Device& device, const Scene& scene, const RenderOptions& options) {
   return Renderer(device, scene, options).render();
+}
+
+RenderResult render(const cl::Device& device, const Scene& scene, const World& world, const RenderOptions& options) {
+  return Renderer(std::make_unique<Renderer::State>(device, scene, world, options)).render();
 }
 
 }  // namespace raywave

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "host/mesh.hpp"
 #include "host/npy.hpp"
 #include "host/plan.hpp"
 #include "host/scene.hpp"
@@ -44,6 +45,9 @@ struct RenderResult {
 /// throws  InputError for the scene, DeviceError for the device
 RenderResult render(const cl::Device& device, const Scene& scene, const RenderOptions& options = {});
 
+/// The same of a world that is there already; no mesh file is read.
+RenderResult render(const cl::Device& device, const Scene& scene, const World& world, const RenderOptions& options = {});
+
 /// The same for scenes that move: meshes, kernels, plans and memory stay from one picture to the next, and only what has changed is
 /// computed and uploaded. Trees are fitted to their triangles' new places; a field may therefore differ in its last bits from render()'s.
 ///
@@ -77,6 +81,8 @@ public:
 
 private:
   struct State;
+  explicit Renderer(std::unique_ptr<State> state);
+  friend RenderResult render(const cl::Device& device, const Scene& scene, const World& world, const RenderOptions& options);
   std::unique_ptr<State> state_;
 };
 

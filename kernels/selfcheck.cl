@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tests/device.cpp asks of a device about the headers that all kernels share: where it puts the members of shared structs, and how
-// true phase.h is there. OpenCL C 1.2.
+// What host/selftest/selfcheck.cpp asks of a device about the headers that all kernels share: where it puts the members of shared structs,
+// and how true phase.h is there. OpenCL C 1.2.
 #include "lanes.h"
 #include "phase.h"
 #include "shared.h"

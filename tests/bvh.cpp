@@ -10,11 +10,12 @@
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
-#include <numbers>
 #include <random>
 
 #include "host/error.hpp"
 #include "host/reference/rays.hpp"
+#include "host/reference/surfaces.hpp"
+#include "host/selftest/ray_caster.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace raywave;
@@ -22,193 +23,17 @@ using reference::Ray;
 
 namespace {
 
-struct Soup {
-  std::vector<glm::dvec3> positions;
-  std::vector<glm::uvec3> triangles;
-
-  void add(glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
-    const auto first = static_cast<std::uint32_t>(positions.size());
-    positions.insert(positions.end(), {a, b, c});
-    triangles.push_back({first, first + 1, first + 2});
-  }
-};
-
-using Random = std::mt19937;
-double uniform(Random& random, double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
-glm::dvec3 in_box(Random& random, double half) {
-  const double x = uniform(random, -half, half), y = uniform(random, -half, half), z = uniform(random, -half, half);
-  return {x, y, z};
-}
-glm::dvec3 unit(Random& random) {
-  for (;;) {
-    const auto v = in_box(random, 1);
-    if (length(v) > 0.1 && length(v) <= 1) return normalize(v);
-  }
-}
-
-/// Closed surface of a grid that joins itself on both sides; `point` maps [0, 1)^2.
-Soup closed_grid(int columns, int rows, const std::function<glm::dvec3(double, double)>& point) {
-  Soup soup;
-  for (int j = 0; j < rows; ++j)
-    for (int i = 0; i < columns; ++i) soup.positions.push_back(point(double(i) / columns, double(j) / rows));
-  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>((j % rows) * columns + i % columns); };
-  for (int j = 0; j < rows; ++j) {
-    for (int i = 0; i < columns; ++i) {
-      soup.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      soup.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  }
-  return soup;
-}
-
-Soup torus(double size) {
-  return closed_grid(48, 24, [=](double s, double t) {
-    const double a = 2 * std::numbers::pi * s, b = 2 * std::numbers::pi * t, r = 0.7 + 0.3 * std::cos(b);
-    return size * glm::dvec3(r * std::cos(a), r * std::sin(a), 0.3 * std::sin(b));
-  });
-}
-
-Soup sphere(double size) {
-  Soup soup;
-  const int rings = 24, sectors = 48;
-  for (int j = 0; j <= rings; ++j) {
-    const double a = std::numbers::pi * j / rings, r = j == 0 || j == rings ? 0 : std::sin(a);
-    for (int i = 0; i < sectors; ++i) {
-      const double b = 2 * std::numbers::pi * i / sectors;
-      soup.positions.push_back(size * glm::dvec3(r * std::cos(b), r * std::sin(b), std::cos(a)));
-    }
-  }
-  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(j * sectors + i % sectors); };
-  for (int j = 0; j < rings; ++j) {
-    for (int i = 0; i < sectors; ++i) {
-      if (j > 0) soup.triangles.push_back({at(i, j), at(i + 1, j), at(i, j + 1)});
-      if (j < rings - 1) soup.triangles.push_back({at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  }
-  return soup;
-}
-
-/// Random triangles, among them slivers, points, lines and triangles that are there twice.
-Soup random_soup(Random& random, int count, double size) {
-  Soup soup;
-  for (int i = 0; i < count; ++i) {
-    const auto a = in_box(random, size), b = a + in_box(random, 0.3 * size), c = a + in_box(random, 0.3 * size);
-    switch (i % 16) {
-      case 0:
-        soup.add(a, b, a + (b - a) * 0.4 + in_box(random, 1e-9 * size));
-        break;  // sliver
-      case 1:
-        soup.add(a, a, a);
-        break;
-      case 2:
-        soup.add(a, b, b);
-        break;
-      case 3:
-        soup.add(a, b, a + (b - a) * 0.25);
-        break;  // line
-      case 4:
-        soup.add(a, b, c);
-        soup.add(a, b, c);
-        break;
-      default:
-        soup.add(a, b, c);
-    }
-  }
-  return soup;
-}
-
-/// Rays through the box of half edge `size`, whose directions are unit vectors times 1e-3 to 1e3, a third of them parallel to an axis.
-std::vector<Ray> random_rays(Random& random, int count, double size) {
-  std::vector<Ray> rays;
-  for (int i = 0; i < count; ++i) {
-    auto d = unit(random);
-    if (i % 3 == 0) {
-      const int axis = i / 3 % 3;
-      d = glm::dvec3(0);
-      d[axis] = i % 2 ? 1 : -1;
-    }
-    const double scale = std::pow(10.0, uniform(random, -3, 3));
-    rays.push_back({in_box(random, size) - d * uniform(random, 0, 3 * size), d * scale, 0, 10 * size / scale});
-  }
-  return rays;
-}
-
-/// The rays as floats hold them.
-std::vector<Ray> as_float(std::vector<Ray> rays) {
-  for (auto& r : rays)
-    r = {glm::dvec3(glm::vec3(r.origin)), glm::dvec3(glm::vec3(r.direction)), double(float(r.t_min)), double(float(r.t_max))};
-  return rays;
-}
-
-struct DeviceHit {
-  double t;
-  int triangle;
-  double u, v;
-};
-
-/// A tree on a device, and kernels/intersect.cl.
-class Scene {
-public:
-  Scene(const raywave::cl::Device& device, int lanes, const Bvh& bvh, int depth = 32)
-      : device_(device),
-        lanes_(static_cast<std::size_t>(lanes)),
-        program_(device, "intersect.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}, {"RAYWAVE_BVH_DEPTH", std::to_string(depth)}}),
-        nodes_(device, bvh.nodes, "nodes"),
-        triangles_(device, bvh.triangles, "triangles") {}
-
-  std::vector<DeviceHit> nearest(const std::vector<Ray>& rays) {
-    const auto n = rays.size();
-    const raywave::cl::Buffer<float> planes(device_, planes_of(rays), "rays");
-    raywave::cl::Buffer<std::int32_t> triangle(device_, std::vector<std::int32_t>(n + canaries, canary), "triangle");
-    raywave::cl::Buffer<float> t_u_v(device_, std::vector<float>(3 * n + canaries, float(canary)), "t, u, v");
-    program_.kernel("intersect_nearest")
-        .run({(n + lanes_ - 1) / lanes_}, {8}, nodes_, triangles_, planes, static_cast<std::int32_t>(n), triangle, t_u_v);
-    const auto ids = triangle.read();
-    const auto values = t_u_v.read();
-    check_canaries(ids, n);
-    check_canaries(values, 3 * n);
-    std::vector<DeviceHit> hits;
-    for (std::size_t i = 0; i < n; ++i) hits.push_back({values[i], ids[i], values[n + i], values[2 * n + i]});
-    return hits;
-  }
-
-  std::vector<int> occluded(const std::vector<Ray>& rays) {
-    const auto n = rays.size();
-    const raywave::cl::Buffer<float> planes(device_, planes_of(rays), "rays");
-    raywave::cl::Buffer<std::int32_t> result(device_, std::vector<std::int32_t>(n + canaries, canary), "occluded");
-    program_.kernel("intersect_any")
-        .run({(n + lanes_ - 1) / lanes_}, {8}, nodes_, triangles_, planes, static_cast<std::int32_t>(n), result);
-    const auto values = result.read();
-    check_canaries(values, n);
-    return {values.begin(), values.begin() + static_cast<std::ptrdiff_t>(n)};
-  }
-
-private:
-  static constexpr std::size_t canaries = 64;
-  static constexpr std::int32_t canary = -12345;
-
-  template <class T>
-  static void check_canaries(const std::vector<T>& values, std::size_t used) {
-    CHECK(std::all_of(values.begin() + static_cast<std::ptrdiff_t>(used), values.end(), [](T v) { return v == T(canary); }));
-  }
-
-  static std::vector<float> planes_of(const std::vector<Ray>& rays) {
-    std::vector<float> planes;
-    for (int axis = 0; axis < 3; ++axis)
-      for (const auto& r : rays) planes.push_back(float(r.origin[axis]));
-    for (int axis = 0; axis < 3; ++axis)
-      for (const auto& r : rays) planes.push_back(float(r.direction[axis]));
-    for (const auto& r : rays) planes.push_back(float(r.t_min));
-    for (const auto& r : rays) planes.push_back(float(r.t_max));
-    return planes;
-  }
-
-  raywave::cl::Device device_;
-  std::size_t lanes_;
-  raywave::cl::Program program_;
-  raywave::cl::Buffer<device::BvhNode> nodes_;
-  raywave::cl::Buffer<device::Triangle> triangles_;
-};
+using Random = reference::Random;
+using Soup = reference::Surface;
+using reference::as_float;
+using reference::in_box;
+using reference::random_rays;
+using reference::rays_at_edges;
+using reference::sphere;
+using reference::torus;
+using reference::uniform;
+using reference::unit_vector;
+using Scene = selftest::RayCaster;
 
 /// Runs `f(device, lanes)` on every device with 1 lane, 8 lanes and as many as it has.
 template <class F>
@@ -225,42 +50,15 @@ void on_every_device(F&& f) {
   }
 }
 
-constexpr double u24 = 0x1p-24;         // rounding of a float
-constexpr double sideways = 250 * u24;  // no less than the widening in bvh_triangle: 20 u24 in the 1-norm, of up to 3 x 3 x the distance
-
-/// Fails unless the device's hit is one that rounding can explain: on a triangle that the ray meets within rounding, at that triangle's
-/// distance, and no later than the nearest exact hit. Returns whether it is the exact hit itself.
-bool check_hit(const DeviceHit& hit, const Ray& ray, const std::vector<device::Triangle>& triangles) {
-  const auto exact = reference::nearest_hit(triangles, ray);
-  // Distances to planes through a triangle are sums of terms as large as the distance to its corners.
-  const auto tolerance = [&](int i) {
-    const auto& a = triangles[static_cast<std::size_t>(i)].a;
-    const auto own = reference::intersect(triangles[static_cast<std::size_t>(i)], ray, sideways);
-    return own.t_uncertainty + 16 * u24 * (std::abs(own.t) + length(glm::dvec3(a[0], a[1], a[2]) - ray.origin) / length(ray.direction));
-  };
-  if (hit.triangle < 0) {
-    const bool lost =
-        exact.triangle >= 0 && exact.t < ray.t_max - tolerance(exact.triangle) && exact.t > ray.t_min + tolerance(exact.triangle);
-    if (lost) FAIL_CHECK("lost: triangle " << exact.triangle << " at " << exact.t);
-    return exact.triangle < 0;
-  }
-  const auto own = reference::intersect(triangles[static_cast<std::size_t>(hit.triangle)], ray, sideways);
-  if (own.triangle < 0) FAIL_CHECK("phantom: triangle " << hit.triangle << " at " << hit.t);
-  if (!(std::abs(hit.t - own.t) <= tolerance(hit.triangle))) FAIL_CHECK("t " << hit.t << " instead of " << own.t);
-  if (!(hit.t > float(ray.t_min) && hit.t < float(ray.t_max))) FAIL_CHECK("t " << hit.t << " outside its limits");
-  if (!(hit.u >= 0 && hit.v >= 0 && hit.u + hit.v <= 1 + 2 * u24)) FAIL_CHECK("weights " << hit.u << ", " << hit.v);
-  if (exact.triangle >= 0 && !(hit.t <= exact.t + tolerance(exact.triangle) + tolerance(hit.triangle)))
-    FAIL_CHECK("triangle " << hit.triangle << " at " << hit.t << " behind " << exact.triangle << " at " << exact.t);
-  return exact.triangle == hit.triangle || (exact.triangle >= 0 && std::abs(exact.t - hit.t) <= 16 * u24 * exact.t);
-}
-
 /// Every hit against brute force; fewer than one ray in `one_in` may meet another triangle than the exact one.
 void check_all(Scene& scene, const Bvh& bvh, const std::vector<Ray>& rays, int one_in) {
   const auto hits = scene.nearest(rays);
   const auto occluded = scene.occluded(rays);
   std::size_t others = 0, found = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    others += !check_hit(hits[i], rays[i], bvh.triangles);
+    const auto verdict = reference::judge(hits[i], rays[i], bvh.triangles);
+    if (!verdict.fault.empty()) FAIL_CHECK("ray " << i << ": " << verdict.fault);
+    others += !verdict.exact;
     found += hits[i].triangle >= 0;
     if (occluded[i] != (hits[i].triangle >= 0)) FAIL_CHECK("ray " << i << ": occluded " << occluded[i] << ", hit " << hits[i].triangle);
   }
@@ -291,7 +89,7 @@ TEST_CASE("the flat tree holds every triangle once, inside all its boxes, and st
     for (const int leaf_size : {1, 2, 4, 8}) {
       INFO(count << " triangles, leaves of " << leaf_size);
       Soup soup;
-      for (int i = 0; i < count; ++i) soup.add(in_box(random, 1), in_box(random, 1), in_box(random, 1));
+      for (int i = 0; i < count; ++i) soup.triangle(in_box(random, 1), in_box(random, 1), in_box(random, 1));
       const glm::dvec3 origin(0.1, 0.2, 0.3);
       const auto bvh = build_bvh(soup.positions, soup.triangles, origin, leaf_size);
       REQUIRE(bvh.triangles.size() == soup.triangles.size());
@@ -332,7 +130,7 @@ TEST_CASE("every hit in a soup with slivers, points and duplicates is brute forc
     for (const double size : {1e-6, 1e-2, 1e3}) {
       INFO("size " << size);
       Random random(2);
-      const auto soup = random_soup(random, 300, size);
+      const auto soup = reference::soup(random, 300, size);
       const auto bvh = build_bvh(soup.positions, soup.triangles, {});
       Scene scene(device, lanes, bvh);
       check_all(scene, bvh, as_float(random_rays(random, 5003, size)), 200);
@@ -345,7 +143,7 @@ TEST_CASE("scenes of one and two triangles are hit like any other") {
     for (const int count : {1, 2}) {
       Random random(3);
       Soup soup;
-      for (int i = 0; i < count; ++i) soup.add({-1, -1, 0.1 * i}, {2, -1, 0.2}, {-1, 2, 0.3});
+      for (int i = 0; i < count; ++i) soup.triangle({-1, -1, 0.1 * i}, {2, -1, 0.2}, {-1, 2, 0.3});
       const auto bvh = build_bvh(soup.positions, soup.triangles, {});
       Scene scene(device, lanes, bvh, bvh.depth);
       check_all(scene, bvh, as_float(random_rays(random, 1001, 0.5)), 200);
@@ -356,7 +154,7 @@ TEST_CASE("scenes of one and two triangles are hit like any other") {
 TEST_CASE("the stack of exactly the tree's depth serves the deepest tree") {
   on_every_device([](const raywave::cl::Device& device, int lanes) {
     Random random(4);
-    const auto soup = random_soup(random, 400, 1);
+    const auto soup = reference::soup(random, 400, 1);
     const auto bvh = build_bvh(soup.positions, soup.triangles, {}, 1);
     Scene exact(device, lanes, bvh, bvh.depth), roomy(device, lanes, bvh);
     const auto rays = as_float(random_rays(random, 3001, 1));
@@ -372,14 +170,14 @@ TEST_CASE("hits on closed meshes are CGAL's and brute force's") {
   const auto point = [](const float* p) { return Cartesian::Point_3(p[0], p[1], p[2]); };
 
   Random random(5);
-  for (const auto& mesh : {sphere(5e-3), torus(5e-3)}) {
+  for (const auto& mesh : {sphere({0, 0, 0}, 5e-3, 24), torus(5e-3)}) {
     const auto bvh = build_bvh(mesh.positions, mesh.triangles, {});
     Triangles corners;
     for (const auto& t : bvh.triangles) corners.emplace_back(point(t.a), point(t.b), point(t.c));
     Tree tree(corners.begin(), corners.end());
     std::vector<Ray> rays;
     for (int i = 0; i < 4001; ++i) {
-      const auto origin = 1e-2 * unit(random);
+      const auto origin = 1e-2 * unit_vector(random);
       rays.push_back({origin, normalize(in_box(random, 4e-3) - origin), 0, 1});
     }
     rays = as_float(rays);
@@ -396,7 +194,8 @@ TEST_CASE("hits on closed meshes are CGAL's and brute force's") {
         if (theirs == hits[i].triangle) continue;
         const bool same_place =
             theirs >= 0 &&
-            std::abs(reference::intersect(bvh.triangles[static_cast<std::size_t>(theirs)], rays[i], sideways).t - hits[i].t) < 1e-8;
+            std::abs(reference::intersect(bvh.triangles[static_cast<std::size_t>(theirs)], rays[i], reference::float_sideways).t -
+                     hits[i].t) < 1e-8;
         disagreements += !same_place;
       }
       CHECK(disagreements <= 1);
@@ -404,27 +203,10 @@ TEST_CASE("hits on closed meshes are CGAL's and brute force's") {
   }
 }
 
-/// Rays from outside at random points of random edges, and at random vertices, of a closed mesh.
-std::vector<Ray> rays_at_edges(Random& random, const std::vector<device::Triangle>& triangles, std::size_t count, double size) {
-  std::vector<Ray> rays;
-  while (rays.size() < count) {
-    const auto& t = triangles[std::uniform_int_distribution<std::size_t>(0, triangles.size() - 1)(random)];
-    const glm::dvec3 a(t.a[0], t.a[1], t.a[2]), b(t.b[0], t.b[1], t.b[2]);
-    const auto target = rays.size() % 2 ? a : a + (b - a) * uniform(random, 0, 1);
-    const auto origin = 3 * size * unit(random);
-    const auto direction = target - origin;
-    // Nearly tangential rays may rightly pass outside: the mesh bulges less than the rounding of the ray there.
-    const auto outwards = normalize(cross(b - a, glm::dvec3(t.c[0], t.c[1], t.c[2]) - a));
-    if (std::abs(dot(outwards, normalize(direction))) < 0.3) continue;
-    rays.push_back({origin, direction, 0, 10});
-  }
-  return rays;
-}
-
 void check_cracks(std::size_t count) {
   on_every_device([&](const raywave::cl::Device& device, int lanes) {
     for (const double size : {5e-3, 1.0}) {
-      for (const auto& mesh : {sphere(size), torus(size)}) {
+      for (const auto& mesh : {sphere({0, 0, 0}, size, 24), torus(size)}) {
         Random random(6);
         const auto bvh = build_bvh(mesh.positions, mesh.triangles, {});
         Scene scene(device, lanes, bvh);
@@ -455,16 +237,16 @@ TEST_CASE("a ray that passes a needle's tip in line with it is no hit") {
       Soup soup;
       std::vector<Ray> rays;
       for (int i = 0; i < 6; ++i) {
-        const auto a = in_box(random, 1), b = a + 0.3 * unit(random);
-        soup.add(a, b, a + (b - a) * 0.25);
+        const auto a = in_box(random, 1), b = a + 0.3 * unit_vector(random);
+        soup.triangle(a, b, a + (b - a) * 0.25);
         for (int k = 0; k < 50; ++k) {
           const auto past_tip = a + (b - a) * uniform(random, 1.1, 2);
-          const auto direction = normalize(cross(b - a, unit(random)));
+          const auto direction = normalize(cross(b - a, unit_vector(random)));
           rays.push_back({past_tip - 3.0 * direction, direction, 0, 10});
         }
       }
       for (const double corner : {-4.0, 4.0})
-        soup.add(glm::dvec3(corner), glm::dvec3(corner, corner, 0.99 * corner), glm::dvec3(0.99 * corner));
+        soup.triangle(glm::dvec3(corner), glm::dvec3(corner, corner, 0.99 * corner), glm::dvec3(0.99 * corner));
       const auto bvh = build_bvh(soup.positions, soup.triangles, {}, 8);
       Scene scene(device, lanes, bvh);
       for (const auto& hit : scene.nearest(rays)) CHECK(hit.triangle == -1);
@@ -479,8 +261,8 @@ TEST_CASE("axis-parallel rays in the planes of a grid's edges hit it") {
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) {
       const double x = i - n / 2, y = j - n / 2;
-      soup.add({x, y, 0}, {x + 1, y, 0}, {x + 1, y + 1, 0});
-      soup.add({x, y, 0}, {x + 1, y + 1, 0}, {x, y + 1, 0});
+      soup.triangle({x, y, 0}, {x + 1, y, 0}, {x + 1, y + 1, 0});
+      soup.triangle({x, y, 0}, {x + 1, y + 1, 0}, {x, y + 1, 0});
     }
   }
   const auto bvh = build_bvh(soup.positions, soup.triangles, {});
@@ -496,7 +278,7 @@ TEST_CASE("axis-parallel rays in the planes of a grid's edges hit it") {
 
 TEST_CASE("t_min and t_max cut the ray") {
   Soup soup;
-  for (const double z : {1.0, 2.0, 3.0}) soup.add({-1, -1, z}, {1, -1, z}, {0, 1, z});
+  for (const double z : {1.0, 2.0, 3.0}) soup.triangle({-1, -1, z}, {1, -1, z}, {0, 1, z});
   const auto bvh = build_bvh(soup.positions, soup.triangles, {});
   struct Case {
     double t_min, t_max, t;
@@ -528,7 +310,7 @@ TEST_CASE("a mesh one kilometre away is hit as if it stood at the origin") {
   // Doubles resolve 1e-13 m there.
   std::vector<Ray> rays;
   for (int i = 0; i < 2001; ++i) {
-    const auto from = 1e-2 * unit(random);
+    const auto from = 1e-2 * unit_vector(random);
     rays.push_back({from, normalize(in_box(random, 4e-3) - from), 0, 1});
   }
   on_every_device([&](const raywave::cl::Device& device, int lanes) {

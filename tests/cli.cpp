@@ -307,5 +307,27 @@ TEST_CASE("devices lists every device with what it can do, one of them the defau
   CHECK(std::count_if(list.begin(), list.end(), [](const Json& d) { return d["default"].get<bool>(); }) == 1);
 }
 
+TEST_CASE("selftest says by its exit code whether every row passed, and writes the table as JSON") {
+  const Desk desk;
+  const auto good = desk.run({"selftest", "--only", "phase ", "--json", desk.file("table.json")});
+  INFO(good.out << good.err);
+  CHECK(good.code == 0);
+  CHECK(good.err.empty());
+  CHECK_THAT(good.out, ContainsSubstring("driver") && ContainsSubstring("pass  phase") && !ContainsSubstring("FAIL"));
+  const auto table = Json::parse(bytes_of(desk.file("table.json")));
+  CHECK(table["passed"] == true);
+  CHECK(table["rows"].size() >= 3);
+
+  const auto bad = desk.run({"selftest", "--only", "phase ", "--strict", "1000", "--json", desk.file("table.json")});
+  CHECK(bad.code == 1);
+  CHECK(bad.err.empty());
+  CHECK_THAT(bad.out, ContainsSubstring("FAIL  phase"));
+  CHECK(Json::parse(bytes_of(desk.file("table.json")))["passed"] == false);
+
+  check_refused(desk.run({"selftest", "--only", "no such row"}), 2, "no such row");
+  check_refused(desk.run({"selftest", "--strict", "0"}), 2, "--strict");
+  check_refused(desk.run({"selftest", "--device", "no such device"}), 3, "no such device");
+}
+
 }  // namespace
 }  // namespace raywave

@@ -16,6 +16,7 @@
 #include "cl/buffer.hpp"
 #include "cl/cache.hpp"
 #include "cl/program.hpp"
+#include "host/selftest/selfcheck.hpp"
 #include "host/shared_types.hpp"
 #include "kernels/shared_layout.h"
 #include "tests/support/catch.hpp"
@@ -67,24 +68,6 @@ std::string message_of(const std::function<void()>& f) {
     return error.what();
   }
   return "no DeviceError";
-}
-
-/// Largest distance between cos_sin_turns of `turns` and the C library in double.
-double cos_sin_error(const cl::Device& device, int lanes, const std::vector<float>& turns) {
-  const cl::Buffer<float> in(device, turns, "turns");
-  cl::Buffer<float> cosines(device, turns.size(), "cosines"), sines(device, turns.size(), "sines");
-  const auto blocks = static_cast<std::int32_t>(turns.size() / static_cast<std::size_t>(lanes));
-  selfcheck(device, lanes).kernel("cos_sin").run({static_cast<std::size_t>(blocks)}, {64}, in, cosines, sines, blocks);
-  const auto c = cosines.read(), s = sines.read();
-  double error = 0;
-  for (std::size_t i = 0; i < turns.size(); ++i) {
-    const double radians = 2 * M_PI * std::remainder(static_cast<double>(turns[i]), 1.0);
-    // !(a <= b) lets no NaN through.
-    for (const double e : {std::abs(c[i] - std::cos(radians)), std::abs(s[i] - std::sin(radians))}) {
-      if (!(e <= error)) error = e;
-    }
-  }
-  return error;
 }
 
 }  // namespace
@@ -182,19 +165,16 @@ TEST_CASE("a damaged kernel in the cache is compiled again") {
       if (damage == "emptied") fs::resize_file(file, 0);
       if (damage == "cut") fs::resize_file(file, size / 2);
       if (damage == "overwritten") std::ofstream(file, std::ios::binary) << std::string(size, 'x');
-      CHECK(cos_sin_error(device, 1, std::vector<float>(64, 0.125f)) < 1e-6);
+      CHECK(selftest::cos_sin_error(device, 1, std::vector<float>(64, 0.125f)) < 1e-6);
       CHECK(cl::load_cached(file.filename()));
     }
   }
 }
 
 TEST_CASE("host and device lay out shared structs alike") {
-  std::vector<std::int32_t> expected;
   std::map<std::string, std::pair<std::size_t, std::size_t>> listed;  // struct: bytes of the listed members, bytes of the struct
-#define MEMBER(T, member)                                                                                 \
-  for (const std::size_t n : {sizeof(device::T), offsetof(device::T, member), sizeof(device::T::member)}) \
-    expected.push_back(static_cast<std::int32_t>(n));                                                     \
-  listed[#T].first += sizeof(device::T::member);                                                          \
+#define MEMBER(T, member)                        \
+  listed[#T].first += sizeof(device::T::member); \
   listed[#T].second = sizeof(device::T);
   RAYWAVE_LAYOUT(MEMBER)
 #undef MEMBER
@@ -204,33 +184,29 @@ TEST_CASE("host and device lay out shared structs alike") {
   }
   for (const auto& info : all_devices()) {
     INFO(info.name);
-    const cl::Device device(info);
-    cl::Buffer<std::int32_t> layout(device, expected.size(), "layout");
-    selfcheck(device).kernel("struct_layout").run({1}, {1}, layout);
-    CHECK(layout.read() == expected);
+    CHECK(selftest::misplaced_members(cl::Device(info)).empty());
   }
 }
 
 TEST_CASE("cosine and sine of a phase in turns are right to 1.6e-7") {
-  std::vector<float> turns;
-  for (int i = -(1 << 19); i < 1 << 19; ++i) turns.push_back(0.75f * static_cast<float>(i) / static_cast<float>(1 << 19));
-  for (const float edge : {0.0f, 0.125f, 0.25f, 0.375f, 0.5f, 0.625f, 0.75f, 1e-38f, 1e-20f, 1e-8f, 1.0f, 1e3f, 4194303.5f}) {
-    for (const float x : {edge, std::nextafter(edge, 0.0f), std::nextafter(edge, 1e9f)}) turns.insert(turns.end(), {x, -x});
-  }
-  while (turns.size() % 64) turns.push_back(0);
   for (const auto& info : all_devices()) {
     const cl::Device device(info);
     for (const int lanes : {1, 4, 8, 16}) {
       INFO(info.name << ", " << lanes << " lanes");
-      CHECK(cos_sin_error(device, lanes, turns) <= 1.6e-7);
+      CHECK(selftest::cos_sin_error(device, lanes, selftest::cos_sin_arguments()) <= 1.6e-7);
     }
   }
 }
 
+TEST_CASE("cosine and sine of every float from -0.5 to 0.5 turns are right to 1.6e-7", "[.full]") {
+  for (const auto& info : all_devices()) {
+    const double error = selftest::cos_sin_error_everywhere(cl::Device(info), 1);
+    INFO(info.name << ": " << error);
+    CHECK(error <= 1.6e-7);
+  }
+}
+
 TEST_CASE("the phase of a length up to 1 m is right to 5e-8 turns") {
-  const double wave_number = 1 / 638e-9;
-  const auto hi = static_cast<float>(wave_number);
-  const auto lo = static_cast<float>(wave_number - static_cast<double>(hi));
   std::mt19937 random(1);
   std::uniform_real_distribution<float> exponent(-8, 0);
   std::vector<float> lengths_m{0.0f, 1.0f, -1.0f, 0.1f};
@@ -239,18 +215,7 @@ TEST_CASE("the phase of a length up to 1 m is right to 5e-8 turns") {
     const cl::Device device(info);
     for (const int lanes : {1, 8, 16}) {
       INFO(info.name << ", " << lanes << " lanes");
-      const cl::Buffer<float> in(device, lengths_m, "lengths");
-      cl::Buffer<float> out(device, lengths_m.size(), "turns");
-      const auto blocks = static_cast<std::int32_t>(lengths_m.size()) / lanes;
-      selfcheck(device, lanes).kernel("length_turns").run({static_cast<std::size_t>(blocks)}, {64}, in, out, hi, lo, blocks);
-      const auto turns = out.read();
-      long double error = 0;
-      for (std::size_t i = 0; i < turns.size(); ++i) {
-        const long double wanted = static_cast<long double>(lengths_m[i]) * wave_number;
-        const long double e = std::abs(std::remainder(turns[i] - std::remainder(wanted, 1.0L), 1.0L));
-        if (!(e <= error)) error = e;
-      }
-      CHECK(static_cast<double>(error) <= 5e-8);
+      CHECK(selftest::length_turns_error(device, lanes, lengths_m, 638e-9) <= 5e-8);
     }
   }
 }

@@ -7,6 +7,7 @@
 #include <functional>
 #include <random>
 
+#include "host/reference/propagation.hpp"
 #include "tests/support/catch.hpp"
 
 namespace raywave {
@@ -16,21 +17,9 @@ using Plane = std::vector<std::complex<double>>;
 
 namespace {
 
-/// Sum of f exp(sign 2 pi i (x u / nx + y v / ny)), summed axis by axis in double.
+/// The sums that define the transform.
 Plane direct_dft(const Plane& plane, std::size_t nx, std::size_t ny, int sign) {
-  const auto axis = [&](const Plane& in, std::size_t n, std::size_t count, std::size_t stride, std::size_t distance) {
-    Plane factor(n), out(in.size());
-    for (std::size_t i = 0; i < n; ++i) factor[i] = std::polar(1.0, sign * 2 * M_PI * static_cast<double>(i) / static_cast<double>(n));
-    for (std::size_t line = 0; line < count; ++line) {
-      for (std::size_t u = 0; u < n; ++u) {
-        std::complex<double> sum = 0;
-        for (std::size_t x = 0; x < n; ++x) sum += in[line * distance + x * stride] * factor[x * u % n];
-        out[line * distance + u * stride] = sum;
-      }
-    }
-    return out;
-  };
-  return axis(axis(plane, nx, ny, 1, nx), ny, nx, nx, 1);
+  return reference::direct_transform(plane, {static_cast<int>(nx), static_cast<int>(ny)}, sign);
 }
 
 Plane random_plane(std::size_t nx, std::size_t ny, std::size_t live_nx, std::size_t live_ny, unsigned seed) {

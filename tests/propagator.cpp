@@ -19,40 +19,17 @@
 namespace raywave {
 namespace {
 
+using reference::beam;
 using reference::Field;
+using reference::noise;
 using reference::Setup;
+using reference::to_float;
 using std::numbers::pi;
 
 using FloatField = std::vector<std::complex<float>>;
 
 constexpr double red_m = 638e-9;
 constexpr double um = 1e-6, mm = 1e-3;
-
-FloatField to_float(const Field& field) {
-  FloatField result(field.size());
-  std::transform(field.begin(), field.end(), result.begin(), [](std::complex<double> f) { return std::complex<float>(f); });
-  return result;
-}
-
-FloatField noise(glm::ivec2 size, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<float> normal;
-  FloatField field(static_cast<std::size_t>(size.x) * size.y);
-  for (auto& f : field) f = {normal(random), normal(random)};
-  return field;
-}
-
-/// exp(-(x^2 + y^2) / waist^2), travelling along (sine_x, sine_y), x right and y up.
-Field beam(const Setup& s, double waist_m, glm::dvec2 sine) {
-  Field field;
-  for (int j = 0; j < s.size.y; ++j) {
-    for (int i = 0; i < s.size.x; ++i) {
-      const double x = (i - (s.size.x - 1) / 2.0) * s.pitch_m.x, y = ((s.size.y - 1) / 2.0 - j) * s.pitch_m.y;
-      field.push_back(std::polar(std::exp(-(x * x + y * y) / (waist_m * waist_m)), 2 * pi / s.wavelength_m * (sine.x * x + sine.y * y)));
-    }
-  }
-  return field;
-}
 
 PropagatorSpec spec_of(const Setup& s, double padding = 2, cl::FftBackend backend = cl::FftBackend::host) {
   return {s.size, s.pitch_m, s.wavelength_m, padding, backend};

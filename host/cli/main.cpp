@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
   CLI::App app{"raywave: photorealistic holograms of meshes for spatial light modulators"};
   app.set_version_flag("--version", raywave::version);
   app.require_subcommand(1);
-  app.footer("Exit codes: 0 done, 2 something given is wrong, 3 the device or its driver cannot do it.");
+  app.footer("Exit codes: 0 done, 1 a self-test failed, 2 something given is wrong, 3 the device or its driver cannot do it.");
   raywave::cli::add_render(app);
   raywave::cli::add_reconstruct(app);
   raywave::cli::add_lens(app);
@@ -32,9 +32,12 @@ int main(int argc, char** argv) {
   raywave::cli::add_quality(app);
   raywave::cli::add_info(app);
   raywave::cli::add_devices(app);
+  raywave::cli::add_selftest(app);
   try {
     app.parse(argc, argv);
     return 0;
+  } catch (const CLI::RuntimeError& outcome) {
+    return outcome.get_exit_code();  // a command that has said what there is to say
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     return fail(exit_input, (raywave::one_line(error.what()) + " (raywave --help lists what there is)").c_str());

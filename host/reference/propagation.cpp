@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 namespace raywave::reference {
 namespace {
@@ -122,6 +123,41 @@ Field shifted_angular_spectrum(const Field& source, const Setup& s, glm::ivec2 p
   return target;
 }
 
+Field direct_transform(const Field& plane, glm::ivec2 size, int sign) {
+  const auto axis = [&](const Field& in, int n, int count, int stride, int distance) {
+    Field factor(n), out(in.size());
+    for (int i = 0; i < n; ++i) factor[i] = std::polar(1.0, sign * 2 * pi * i / n);
+    for (int line = 0; line < count; ++line) {
+      for (int u = 0; u < n; ++u) {
+        Complex sum = 0;
+        for (int x = 0; x < n; ++x) sum += in[line * distance + x * stride] * factor[static_cast<long long>(x) * u % n];
+        out[line * distance + u * stride] = sum;
+      }
+    }
+    return out;
+  };
+  return axis(axis(plane, size.x, size.y, 1, size.x), size.y, size.x, size.x, 1);
+}
+
+std::vector<std::complex<float>> noise(glm::ivec2 size, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<float> normal;
+  std::vector<std::complex<float>> field(static_cast<std::size_t>(size.x) * size.y);
+  for (auto& f : field) f = {normal(random), normal(random)};
+  return field;
+}
+
+Field beam(const Setup& s, double waist_m, glm::dvec2 sine) {
+  Field field;
+  for (int j = 0; j < s.size.y; ++j) {
+    for (int i = 0; i < s.size.x; ++i) {
+      const double x = position(i, s.size.x, s.pitch_m.x), y = -position(j, s.size.y, s.pitch_m.y);
+      field.push_back(std::polar(std::exp(-(x * x + y * y) / (waist_m * waist_m)), 2 * pi / s.wavelength_m * (sine.x * x + sine.y * y)));
+    }
+  }
+  return field;
+}
+
 double relative_error(const Field& a, const Field& b) {
   double difference = 0, size = 0;
   for (std::size_t i = 0; i < b.size(); ++i) {
@@ -132,5 +168,12 @@ double relative_error(const Field& a, const Field& b) {
 }
 
 Field to_double(const std::vector<std::complex<float>>& field) { return {field.begin(), field.end()}; }
+
+std::vector<std::complex<float>> to_float(const Field& field) {
+  std::vector<std::complex<float>> result;
+  result.reserve(field.size());
+  for (const auto& f : field) result.emplace_back(f);
+  return result;
+}
 
 }  // namespace raywave::reference

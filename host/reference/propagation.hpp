@@ -33,9 +33,18 @@ Field shifted_angular_spectrum(const Field& source, const Setup& setup, glm::ive
 /// Discrete Fourier transform of any length, in place, not normalised; sign -1 forward, +1 inverse.
 void transform(Field& line, int sign);
 
+/// Transform of a plane as the sums that define it, axis by axis; shares nothing with `transform`.
+Field direct_transform(const Field& plane, glm::ivec2 size, int sign);
+
+/// Fields to propagate: complex normal noise in floats; and exp(-(x^2 + y^2) / waist^2) that travels along (sine.x, sine.y), x right and y
+/// up.
+std::vector<std::complex<float>> noise(glm::ivec2 size, unsigned seed);
+Field beam(const Setup& setup, double waist_m, glm::dvec2 sine);
+
 /// Root of sum |a - b|^2 / sum |b|^2.
 double relative_error(const Field& a, const Field& b);
 
 Field to_double(const std::vector<std::complex<float>>& field);
+std::vector<std::complex<float>> to_float(const Field& field);
 
 }  // namespace raywave::reference

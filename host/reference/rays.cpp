@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <sstream>
 
 namespace raywave::reference {
 namespace {
@@ -52,6 +53,37 @@ Hit nearest_hit(std::span<const device::Triangle> triangles, const Ray& ray) {
 
 bool occluded(std::span<const device::Triangle> triangles, const Ray& ray) {
   return std::any_of(triangles.begin(), triangles.end(), [&](const auto& t) { return intersect(t, ray).triangle >= 0; });
+}
+
+Verdict judge(const Hit& hit, const Ray& ray, std::span<const device::Triangle> triangles) {
+  constexpr double u24 = 0x1p-24;  // rounding of a float
+  const auto exact = nearest_hit(triangles, ray);
+  // Distances to planes through a triangle are sums of terms as large as the distance to its corners.
+  const auto tolerance = [&](int i) {
+    const auto& triangle = triangles[static_cast<std::size_t>(i)];
+    const auto own = intersect(triangle, ray, float_sideways);
+    return own.t_uncertainty + 16 * u24 * (std::abs(own.t) + length(vec(triangle.a) - ray.origin) / length(ray.direction));
+  };
+  std::ostringstream fault;
+  if (hit.triangle < 0) {
+    const bool lost =
+        exact.triangle >= 0 && exact.t < ray.t_max - tolerance(exact.triangle) && exact.t > ray.t_min + tolerance(exact.triangle);
+    if (lost) fault << "lost: triangle " << exact.triangle << " at " << exact.t;
+    return {fault.str(), exact.triangle < 0};
+  }
+  const auto own = intersect(triangles[static_cast<std::size_t>(hit.triangle)], ray, float_sideways);
+  if (own.triangle < 0) {
+    fault << "phantom: triangle " << hit.triangle << " at " << hit.t;
+  } else if (!(std::abs(hit.t - own.t) <= tolerance(hit.triangle))) {
+    fault << "t " << hit.t << " instead of " << own.t;
+  } else if (!(hit.t > float(ray.t_min) && hit.t < float(ray.t_max))) {
+    fault << "t " << hit.t << " outside its limits";
+  } else if (!(hit.u >= 0 && hit.v >= 0 && hit.u + hit.v <= 1 + 2 * u24)) {
+    fault << "weights " << hit.u << ", " << hit.v;
+  } else if (exact.triangle >= 0 && !(hit.t <= exact.t + tolerance(exact.triangle) + tolerance(hit.triangle))) {
+    fault << "triangle " << hit.triangle << " at " << hit.t << " behind " << exact.triangle << " at " << exact.t;
+  }
+  return {fault.str(), exact.triangle == hit.triangle || (exact.triangle >= 0 && std::abs(exact.t - hit.t) <= 16 * u24 * exact.t)};
 }
 
 }  // namespace raywave::reference

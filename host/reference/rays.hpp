@@ -4,6 +4,7 @@
 
 #include <glm/vec3.hpp>
 #include <span>
+#include <string>
 
 #include "host/shared_types.hpp"
 
@@ -33,5 +34,18 @@ Hit nearest_hit(std::span<const device::Triangle> triangles, const Ray& ray);
 
 /// Whether anything lies in (t_min, t_max).
 bool occluded(std::span<const device::Triangle> triangles, const Ray& ray);
+
+/// What single precision may move a ray by, of the summed distances to a triangle's corners: no less than the widening in bvh_triangle
+/// (20 2^-24 in the 1-norm, of up to 3 x 3 x the distance).
+constexpr double float_sideways = 250 * 0x1p-24;
+
+/// Rounding explains a device's hit when it lies on a triangle that the ray meets within rounding, at that triangle's distance, and no
+/// later than the nearest exact hit.
+struct Verdict {
+  std::string fault;   // what is wrong; empty when rounding explains the hit
+  bool exact = false;  // it is the exact hit itself
+};
+
+Verdict judge(const Hit& hit, const Ray& ray, std::span<const device::Triangle> triangles);
 
 }  // namespace raywave::reference

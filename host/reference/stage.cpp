@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/reference/stage.hpp"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace raywave::reference {
+
+Stage::Stage() {
+  scene.hologram = {{96, 80}, {8e-6, 8e-6}, 638e-9};
+  scene.sampling.pitch_m = 25e-6;
+  scene.sampling.antialias = false;
+}
+
+Stage& Stage::add(const Surface& s, const Material& material) {
+  const auto first = static_cast<std::uint32_t>(world.positions.size());
+  const auto object = static_cast<int>(scene.objects.size());
+  std::vector<glm::vec3> normals = s.normals;
+  if (normals.empty()) {
+    normals.resize(s.positions.size());
+    for (const auto& t : s.triangles) {
+      const auto n = normalize(cross(s.positions[t.y] - s.positions[t.x], s.positions[t.z] - s.positions[t.x]));
+      for (int i = 0; i < 3; ++i) normals[t[i]] = glm::vec3(n);
+    }
+  }
+  for (const auto& p : s.positions) {
+    if (world.positions.empty()) world.min_m = world.max_m = p;
+    world.min_m = min(world.min_m, p);
+    world.max_m = max(world.max_m, p);
+    world.positions.push_back(p);
+  }
+  world.normals.insert(world.normals.end(), normals.begin(), normals.end());
+  world.uvs.resize(world.positions.size());
+  for (const auto& t : s.triangles) world.triangles.push_back(t + first);
+  world.triangle_object.resize(world.triangles.size(), object);
+  world.object_closed.push_back(s.closed);
+  scene.materials.push_back(material);
+  Object o;
+  o.material = object;
+  scene.objects.push_back(o);
+  return *this;
+}
+
+Rig::Rig(const cl::Device& device, const Stage& stage, Method method, bool keep_unseen)
+    : scene(stage.scene),
+      plan(make_plan(scene, stage.world, cl::FftBackend::host, method)),
+      arrays(device, scene, stage.world, plan),
+      table(device, plan, arrays, SampleTable::default_view_parts, keep_unseen),
+      samples(table.samples.read()),
+      first_of_cell(table.first_of_cell.read()),
+      views(table.views.read()),
+      lit(table.lit.read()),
+      triangles(arrays.triangles.read()),
+      shading(arrays.shading.read()) {
+  samples.resize(static_cast<std::size_t>(table.count));
+  views.resize(samples.size() * table.view_words());
+  lit.resize(samples.size() * arrays.light_words());
+}
+
+}  // namespace raywave::reference

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Scenes made in code, without mesh files, and their sample tables: what tests and the self-test compute on.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "host/mesh.hpp"
+#include "host/plan.hpp"
+#include "host/reference/surfaces.hpp"
+#include "host/samples.hpp"
+#include "host/scene.hpp"
+
+namespace raywave::reference {
+
+/// Scene and world that grow together.
+struct Stage {
+  Scene scene;
+  World world;
+
+  /// 96 x 80 pixels of 8 um, 638 nm, samples 25 um apart without antialiasing: closed forms speak of the rays through the cells' centres.
+  Stage();
+
+  /// One more object of that material.
+  Stage& add(const Surface& s, const Material& material = {});
+};
+
+/// The stage on a device, its sample table read back, and the triangles as the device has them.
+struct Rig {
+  Scene scene;
+  Plan plan;
+  DeviceScene arrays;
+  SampleTable table;
+  std::vector<device::Sample> samples;
+  std::vector<std::int32_t> first_of_cell;
+  std::vector<std::uint32_t> views, lit;
+  std::vector<device::Triangle> triangles;
+  std::vector<device::TriangleShading> shading;
+
+  /// keep_unseen  as SampleTable has it
+  Rig(const cl::Device& device, const Stage& stage, Method method = Method::wrp, bool keep_unseen = true);
+  Rig(const Rig&) = delete;
+  Rig& operator=(const Rig&) = delete;
+
+  /// Whether part (i, j) of the hologram's window sees a sample.
+  bool sees(std::size_t sample, int i, int j) const {
+    const auto bit = static_cast<std::size_t>(j * table.view_parts + i);
+    return views[sample * table.view_words() + bit / 32] >> (bit % 32) & 1u;
+  }
+
+  int object_of(const device::Sample& s) const { return shading[static_cast<std::size_t>(s.triangle)].material; }
+};
+
+/// Scene frame.
+inline glm::dvec3 place(const device::Sample& s) { return {s.x, s.y, s.z}; }
+inline glm::dvec3 normal(const device::Sample& s) { return {s.nx, s.ny, s.nz}; }
+
+}  // namespace raywave::reference

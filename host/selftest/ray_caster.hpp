@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Arrays of rays against a tree on a device (kernels/intersect.cl): what tests and the self-test hold against brute force.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "cl/program.hpp"
+#include "host/bvh.hpp"
+#include "host/reference/rays.hpp"
+
+namespace raywave::selftest {
+
+class RayCaster {
+public:
+  /// lanes  1, 4, 8 or 16
+  /// depth  of the device's stack, at least the tree's
+  RayCaster(const cl::Device& device, int lanes, const Bvh& bvh, int depth = 32);
+
+  /// Hits as the device found them (t_uncertainty stays 0); a miss has t = t_max. Rays are rounded to float.
+  /// throws  DeviceError when the kernel wrote beyond its outputs
+  std::vector<reference::Hit> nearest(std::span<const reference::Ray> rays);
+
+  /// 1 where anything lies in (t_min, t_max), else 0.
+  std::vector<int> occluded(std::span<const reference::Ray> rays);
+
+private:
+  cl::Device device_;
+  std::size_t lanes_;
+  cl::Program program_;
+  cl::Buffer<device::BvhNode> nodes_;
+  cl::Buffer<device::Triangle> triangles_;
+};
+
+}  // namespace raywave::selftest
