@@ -10,6 +10,12 @@ namespace {
 /// Rows of a tile: enough that a sample's set-up is shared by many pixels, few enough that all sums stay in the first cache.
 int tile_rows(int lanes, int frames) { return lanes == 1 ? 1 : std::clamp(16 / frames, 2, 16); }
 
+/// Of the profiles of near samples that are held at a time.
+constexpr std::size_t profile_bytes = std::size_t{128} << 20;
+
+/// Spots from the middle of a near sample's wave to its rim, at most: kernels/near.h has NEAR_WAVES for them.
+constexpr double widest_near_wave = 34;
+
 /// How far beyond their geometric footprint the waves of near samples are kept, in diffraction spots.
 constexpr double near_tail = 4;
 
@@ -31,6 +37,7 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
                                         {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),
       aim_(program_.kernel("aim")),
       draw_phases_(program_.kernel("draw_phases")),
+      profile_(program_.kernel("profile")),
       gather_(program_.kernel("gather")),
       device_(device) {}
 
@@ -84,19 +91,46 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
     plane.near_tail = static_cast<float>(near_tail);
     plane.window_x = static_cast<float>(widest * half_window.x + tail.x);
     plane.window_y = static_cast<float>(widest * half_window.y + tail.y);
+    if (any_near) {
+      const auto room = [&](int axis) {
+        const double half = std::min(widest_near_wave * spot[axis], widest * centre_m.z * half_window[axis] + near_tail * spot[axis]);
+        const int pixels = static_cast<int>(std::min(2 * half / pitch[axis] + 5, static_cast<double>(plan_.size[axis])));
+        return (pixels + lanes_ - 1) / lanes_ * lanes_ + 2 * lanes_;
+      };
+      plane.room_x = room(0);
+      plane.room_y = room(1);
+    }
   }
   plane.view_half = static_cast<float>(std::max(1.0, plan_.fan));
 
   auto lattice = table_.lattice;
   lattice.half_width = static_cast<float>(half_window.x);
   lattice.half_height = static_cast<float>(half_window.y);
-  const auto words = static_cast<std::size_t>(table_.count);
-  if (table_.count > 0)
-    aim_.run({words}, {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, table_.samples, table_.count, lattice, plane, aims_);
-  const auto tiles = [](int n, int size) { return static_cast<std::size_t>((n + size - 1) / size); };
-  const cl::Range local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
-  gather_.run({tiles(plane.nx, lanes_), tiles(plane.ny, tile_rows_)}, local, scene_.lights, table_.samples, table_.views, table_.lit, aims_,
-              phasors_, table_.first_of_cell, table_.count, lattice, plane, field);
+  const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
+  if (table_.count > 0) aim_.run({static_cast<std::size_t>(table_.count)}, group, table_.samples, table_.count, lattice, plane, aims_);
+
+  // As many of the lattice's rows at a time as the profiles of their samples fit.
+  const auto per_sample = 2 * static_cast<std::size_t>(plane.room_x + plane.room_y);
+  const auto at_once = std::max<std::size_t>(profile_bytes / (4 * std::max<std::size_t>(per_sample, 1)), 1);
+  const auto first_of = [&](int row) { return static_cast<std::size_t>(table_.first_of_row[static_cast<std::size_t>(row)]); };
+  for (int row = 0; row == 0 || row < lattice.ny;) {
+    int end = row + 1;
+    while (end < lattice.ny && first_of(end + 1) - first_of(row) <= at_once) ++end;
+    const auto begin = first_of(row), count = first_of(end) - begin;
+    if (profiles_.size() < std::max<std::size_t>(count * per_sample, 1)) {
+      profiles_ = {};
+      profiles_ = {device_, std::max<std::size_t>(count * per_sample, 1), "profiles of samples"};
+    }
+    const auto first = static_cast<std::int32_t>(begin);
+    if (count > 0 && per_sample > 0)
+      profile_.run({count}, group, scene_.lights, table_.samples, table_.lit, aims_, first, static_cast<std::int32_t>(count), plane,
+                   profiles_);
+    const auto tiles = [](int n, int size) { return static_cast<std::size_t>((n + size - 1) / size); };
+    gather_.run({tiles(plane.nx, lanes_), tiles(plane.ny, tile_rows_)}, local, scene_.lights, table_.samples, table_.views, table_.lit,
+                aims_, profiles_, phasors_, table_.first_of_cell, table_.count, row, end - 1, first, std::int32_t{row > 0}, lattice, plane,
+                field);
+    row = end;
+  }
 }
 
 }  // namespace raywave

@@ -36,9 +36,10 @@ private:
   int tile_rows_;
   double near_spots_;
   cl::Program program_;
-  cl::Kernel aim_, draw_phases_, gather_;
+  cl::Kernel aim_, draw_phases_, profile_, gather_;
   cl::Device device_;
   cl::Buffer<device::Aim> aims_;
+  cl::Buffer<float> profiles_;
   cl::ComplexBuffer phasors_;  // frames x samples
 };
 

@@ -121,6 +121,8 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   count = static_cast<int>(total);
   if (first_of_cell.size() != first.size()) first_of_cell = {device_, first.size(), "sample lattice"};
   first_of_cell.write(first);
+  first_of_row.clear();
+  for (std::size_t row = 0; row <= ny; ++row) first_of_row.push_back(first[row * nx]);
   if (count == 0) return;
   samples.on_host(
       [&](std::span<device::Sample> all) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <vector>
 
 #include "host/device_scene.hpp"
 #include "host/plan.hpp"
@@ -32,6 +33,8 @@ public:
   cl::Buffer<device::Sample> samples;      // `count`, cell by cell, row by row, and room to spare; at least one element
   cl::Buffer<std::uint32_t> views;         // which parts see each sample (kernels/view.h), view_words() each
   cl::Buffer<std::uint32_t> lit;           // which lights fall on each sample, 32 to a word
+
+  std::vector<std::int32_t> first_of_row;  // of the lattice, and the count
 
   std::size_t view_words() const { return static_cast<std::size_t>(std::max(1, view_parts * view_parts / 32)); }
 

@@ -9,8 +9,10 @@
 // Where that footprint is no wider than a few diffraction spots, the wave is a sum of plane waves instead (near.h).
 //
 // aim          aims[i]: sample i as the pixels of this plane see it
+// profile      what the pixels' columns and rows receive of samples near the plane
 // draw_phases  phasors[frame * sample_count + i]: exp(i phase) of sample i in that frame
-// gather       field: RAYWAVE_FRAMES planes of plane.ny rows of plane.nx complex samples, row 0 on top, written whole
+// gather       field: RAYWAVE_FRAMES planes of plane.ny rows of plane.nx complex samples, row 0 on top, written whole, or added to, with
+//              the samples of the lattice's rows first_row to last_row, whose profiles begin with first_sample
 //
 // gather's work-item fills a tile of RAYWAVE_LANES x RAYWAVE_TILE_ROWS pixels: global size (ceil(nx / lanes), ceil(ny / rows)). Rays,
 // visibility and shading are done once for all frames. OpenCL C 1.2.
@@ -100,22 +102,11 @@ static inline floatv shaded_amplitude(__global const Light* lights, __global con
 }
 #endif
 
-// Middle of part 0 to 3 of a side of the view, in half hologram windows. Of the outer parts only what lies inside the window counts: light
-// beyond it is lost.
-static inline floatv part_middle(intv part, float half_side) {
-  const float inner = 0.25f * half_side, outer = half_side < 2.0f ? 0.25f * half_side + 0.5f : 0.75f * half_side;
-  const floatv away = LANES_SELECT((floatv)(inner), (floatv)(outer), (part == 0) | (part == 3));
-  return LANES_SELECT(away, -away, part < 2);
-}
-
-// Directions (tangents) from a sample towards the middles of RAYWAVE_LANES of the 4 x 4 parts of its view of the hologram.
-static inline void part_directions(__global const Sample* s, int first_part, const Lattice* lattice, const GatherPlane* plane, floatv* tx,
-                                   floatv* ty) {
-  const float rate = 1.0f / (s->z - lattice->centre_z);
+// Directions (tangents) from a sample towards the middles of RAYWAVE_LANES of the 4 x 4 parts of the hologram's window.
+static inline void part_directions(const Aim* a, int first_part, floatv* tx, floatv* ty) {
   const intv part = first_part + LANES_INDEX;
-  const floatv across = part_middle(part & 3, plane->view_half), up = part_middle(part >> 2, plane->view_half);
-  *tx = (lattice->centre_x - s->x + across * lattice->half_width) * rate;
-  *ty = (lattice->centre_y - s->y + up * lattice->half_height) * rate;
+  *tx = a->tangent_x + (0.5f * LANES_TO_FLOAT(part & 3) - 0.75f) * a->half_tangent_x;
+  *ty = a->tangent_y + (0.5f * LANES_TO_FLOAT(part >> 2) - 0.75f) * a->half_tangent_y;
 }
 
 // Light closer to a pixel than this is taken to come from there.
@@ -125,6 +116,9 @@ static inline void put(Wide value, float* hi, float* lo) {
   *hi = LANES_FIRST(wide_high(value));
   *lo = LANES_FIRST(wide_low(value));
 }
+
+// A whole place of an axis of `count` pixels, 0 to count.
+static inline int pixel_near(float place, int count) { return (int)clamp(place, 0.0f, (float)count); }
 
 __kernel void aim(__global const Sample* samples, int sample_count, Lattice lattice, GatherPlane plane, __global Aim* aims) {
   const int index = (int)get_global_id(0);
@@ -158,8 +152,12 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   a.turns = a.chief_x = a.chief_x_low = a.chief_y = a.chief_y_low = 0.0f;
   a.specular = s.specular > 0.0f;
   a.hidden = s.hidden;
-  const float half_tangent_x = lattice.half_width / from_hologram, half_tangent_y = lattice.half_height / from_hologram;
-  const float spot_x = near_spot(half_tangent_x, &plane), spot_y = near_spot(half_tangent_y, &plane);
+  a.tangent_x = LANES_FIRST(wide_high(tangent_x));
+  a.tangent_y = LANES_FIRST(wide_high(tangent_y));
+  a.half_tangent_x = lattice.half_width / from_hologram;
+  a.half_tangent_y = lattice.half_height / from_hologram;
+  a.left = a.top = a.columns = a.rows = 0;
+  const float spot_x = near_spot(a.half_tangent_x, &plane), spot_y = near_spot(a.half_tangent_y, &plane);
   const float extent_x = a.half_x + plane.near_tail * spot_x, extent_y = a.half_y + plane.near_tail * spot_y;
   a.near = (a.half_x < plane.near_spots * spot_x || a.half_y < plane.near_spots * spot_y) && near_count(extent_x, spot_x) <= NEAR_WAVES &&
            near_count(extent_y, spot_y) <= NEAR_WAVES;
@@ -171,6 +169,11 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
     a.turns = LANES_FIRST(wide_turns(wide_times(wide_times(depth, rate), wide_plus(wide_plus(over_x, over_y), wide(1.0f, 0.0f)))));
     put(wide_times(wide_over(tangent_x, wide_plus(over_x, wide(1.0f, 0.0f))), rate), &a.chief_x, &a.chief_x_low);
     put(wide_times(wide_over(tangent_y, wide_plus(over_y, wide(1.0f, 0.0f))), rate), &a.chief_y, &a.chief_y_low);
+    const float across = 1.0f / plane.pitch_x, down = -1.0f / plane.pitch_y;
+    a.left = pixel_near((a.centre_x - a.half_x) * across - 1.0f, plane.nx);
+    a.columns = pixel_near((a.centre_x + a.half_x) * across + 2.0f, plane.nx) - a.left;
+    a.top = pixel_near((a.centre_y + a.half_y) * down - 1.0f, plane.ny);
+    a.rows = pixel_near((a.centre_y - a.half_y) * down + 2.0f, plane.ny) - a.top;
   }
   aims[index] = a;
 }
@@ -199,64 +202,163 @@ static inline floatv turns_beyond(float dy, float step, floatv sum_of_lengths, f
   return (2.0f * dy + step) * step * turns_per_metre / sum_of_lengths;
 }
 
-// Adds the wave of a sample near the plane to the sums of a tile.
+// Amplitude that a sample shows in directions (tangents).
+static inline floatv amplitude_towards(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
+                                       floatv tx, floatv ty) {
+  floatv amplitude = a->amplitude;
+#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+  if (a->specular) {
+    const floatv cosine = 1.0f / sqrt(1.0f + tx * tx + ty * ty);
+    amplitude = shaded_amplitude(lights, lit, sample, tx * cosine, ty * cosine, -cosine);
+  }
+#else
+  (void)lights, (void)lit;
+#endif
+  return amplitude * sqrt(projected_area(a->tilt_z, sample->tilt_x * tx, sample->tilt_y * ty));
+}
+
+// The waves of both axes of a sample near the plane. Its amplitude in a direction is taken for the product of what it is along the two
+// axes through its brightest direction: right to first order for surfaces that turn away, and for highlights that fall off like a Gaussian.
+static inline void near_axes(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
+                             const GatherPlane* plane, NearWaves* x, NearWaves* y) {
+  near_waves(x, a->tangent_x, a->half_tangent_x, a->half_x, a->depth, plane->sine_limit_x, plane);
+  near_waves(y, a->tangent_y, a->half_tangent_y, a->half_y, a->depth, plane->sine_limit_y, plane);
+  float best_x = a->tangent_x, best_y = a->tangent_y;
+  float best = LANES_FIRST(amplitude_towards(lights, lit, sample, a, (floatv)(best_x), (floatv)(best_y)));
+#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+  for (int first = 0; first < 16 && a->specular; first += RAYWAVE_LANES) {
+    floatv tx, ty;
+    part_directions(a, first, &tx, &ty);
+    float amplitudes[RAYWAVE_LANES], txs[RAYWAVE_LANES], tys[RAYWAVE_LANES];
+    LANES_STORE(amplitude_towards(lights, lit, sample, a, tx, ty), amplitudes);
+    LANES_STORE(tx, txs);
+    LANES_STORE(ty, tys);
+    for (int i = 0; i < RAYWAVE_LANES; ++i) {
+      if (!(amplitudes[i] > best)) continue;
+      best = amplitudes[i];
+      best_x = txs[i];
+      best_y = tys[i];
+    }
+  }
+#endif
+  const float scale = best > 0.0f ? plane->turns_hi / best : 0.0f;
+  for (int n = 0; n < x->count; n += RAYWAVE_LANES) {
+    const floatv amplitude = amplitude_towards(lights, lit, sample, a, LANES_LOAD(x->tangent + n), (floatv)(best_y)) * scale;
+    LANES_STORE(LANES_LOAD(x->re + n) * amplitude, x->re + n);
+    LANES_STORE(LANES_LOAD(x->im + n) * amplitude, x->im + n);
+  }
+  for (int n = 0; n < y->count; n += RAYWAVE_LANES) {
+    const floatv amplitude = amplitude_towards(lights, lit, sample, a, (floatv)(best_x), LANES_LOAD(y->tangent + n));
+    LANES_STORE(LANES_LOAD(y->re + n) * amplitude, y->re + n);
+    LANES_STORE(LANES_LOAD(y->im + n) * amplitude, y->im + n);
+  }
+}
+
+// g along x at pixels of columns first to first + RAYWAVE_LANES - 1, in its four parts; zero beyond the footprint.
+static inline void near_across(const NearWaves* waves, const Aim* a, const GatherPlane* plane, int first, floatv* re, floatv* im) {
+  const Wide offset = wide_minus(place_of(first + LANES_INDEX, plane->pitch_x, plane->pitch_x_low), wide(a->centre_x, a->centre_x_low));
+  near_sums(waves, wide_high(offset), wide_turns(wide_times(offset, wide(a->chief_x, a->chief_x_low))) + (a->turns + 0.25f), re, im);
+  const intv inside = fabs(wide_high(offset)) <= a->half_x;
+  for (int i = 0; i < 4; ++i) {
+    re[i] = LANES_SELECT((floatv)(0.0f), re[i], inside);
+    im[i] = LANES_SELECT((floatv)(0.0f), im[i], inside);
+  }
+}
+
+// The same along y at pixels of rows first to first + RAYWAVE_LANES - 1.
+static inline void near_up(const NearWaves* waves, const Aim* a, const GatherPlane* plane, int first, floatv* re, floatv* im) {
+  const Wide offset = wide_minus(place_of(-(first + LANES_INDEX), plane->pitch_y, plane->pitch_y_low), wide(a->centre_y, a->centre_y_low));
+  near_sums(waves, wide_high(offset), wide_turns(wide_times(offset, wide(a->chief_y, a->chief_y_low))), re, im);
+  const intv inside = fabs(wide_high(offset)) <= a->half_y;
+  for (int i = 0; i < 4; ++i) {
+    re[i] = LANES_SELECT((floatv)(0.0f), re[i], inside);
+    im[i] = LANES_SELECT((floatv)(0.0f), im[i], inside);
+  }
+}
+
+// Profiles of samples near the plane that nothing hides: a product of one along x and one along y. Of sample first_sample + i, from
+// profiles[i * 2 * (room_x + room_y)] on: real parts of RAYWAVE_LANES zeros, its columns, and zeros up to room_x; imaginary parts likewise;
+// real parts of its rows, in room_y; imaginary parts.
+__kernel void profile(__global const Light* lights, __global const Sample* samples, __global const uint* lit, __global const Aim* aims,
+                      int first_sample, int sample_count, GatherPlane plane, __global float* profiles) {
+  const int number = (int)get_global_id(0);
+  if (number >= sample_count) return;
+  const int index = first_sample + number;
+  const Aim a = aims[index];
+  if (!a.near || a.hidden || a.columns <= 0 || a.rows <= 0) return;
+  NearWaves waves_x, waves_y;
+  near_axes(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &a, &plane, &waves_x, &waves_y);
+  __global float* across = profiles + (size_t)number * (size_t)(2 * (plane.room_x + plane.room_y));
+  __global float* up = across + 2 * plane.room_x;
+  floatv re[4], im[4];
+  const floatv zero = 0.0f;
+  LANES_STORE(zero, across);
+  LANES_STORE(zero, across + plane.room_x);
+  int column = 0;
+  for (; column < a.columns; column += RAYWAVE_LANES) {
+    near_across(&waves_x, &a, &plane, a.left + column, re, im);
+    LANES_STORE(re[0] + re[1] + re[2] + re[3], across + RAYWAVE_LANES + column);
+    LANES_STORE(im[0] + im[1] + im[2] + im[3], across + plane.room_x + RAYWAVE_LANES + column);
+  }
+  LANES_STORE(zero, across + RAYWAVE_LANES + column);
+  LANES_STORE(zero, across + plane.room_x + RAYWAVE_LANES + column);
+  for (int row = 0; row < a.rows; row += RAYWAVE_LANES) {
+    near_up(&waves_y, &a, &plane, a.top + row, re, im);
+    LANES_STORE(re[0] + re[1] + re[2] + re[3], up + row);
+    LANES_STORE(im[0] + im[1] + im[2] + im[3], up + plane.room_y + row);
+  }
+}
+
+// Adds the wave of a sample that has a profile to the sums of a tile.
+static inline void add_profile(__global const float* across, const Aim* a, __global const float2* phasors, int sample_count,
+                               const GatherPlane* plane, int first, int top, int bottom, floatv (*re)[RAYWAVE_TILE_ROWS],
+                               floatv (*im)[RAYWAVE_TILE_ROWS]) {
+  __global const float* column = across + (first - a->left + RAYWAVE_LANES);
+  __global const float* up = across + 2 * plane->room_x;
+  const floatv across_re = LANES_LOAD(column), across_im = LANES_LOAD(column + plane->room_x);
+  const int from = max(top, a->top), to = min(bottom, a->top + a->rows - 1);
+  for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
+    const float2 phasor = phasors[(size_t)frame * (size_t)sample_count];
+    const floatv turned_re = across_re * phasor.x - across_im * phasor.y, turned_im = across_re * phasor.y + across_im * phasor.x;
+    for (int row = from; row <= to; ++row) {
+      const float up_re = up[row - a->top], up_im = up[plane->room_y + row - a->top];
+      re[frame][row - top] += turned_re * up_re - turned_im * up_im;
+      im[frame][row - top] += turned_re * up_im + turned_im * up_re;
+    }
+  }
+}
+
+#if RAYWAVE_VIEW_PARTS > 0
+// Adds the wave of a sample near the plane that is hidden from parts of the window.
 static inline void gather_near(__global const Light* lights, __global const uint* lit, __global const Sample* sample,
                                __global const uint* view, const Aim* a, __global const float2* phasors, int sample_count,
-                               const Lattice* lattice, const GatherPlane* plane, Wide x, int top, int bottom,
-                               floatv (*re)[RAYWAVE_TILE_ROWS], floatv (*im)[RAYWAVE_TILE_ROWS]) {
-  float amplitudes[16];  // towards the parts of the window
-  for (int first = 0; first < 16; first += RAYWAVE_LANES) {
-    floatv tx, ty, amplitude = a->amplitude;
-    part_directions(sample, first, lattice, plane, &tx, &ty);
-#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-    if (a->specular) {
-      const floatv cosine = 1.0f / sqrt(1.0f + tx * tx + ty * ty);
-      amplitude = shaded_amplitude(lights, lit, sample, tx * cosine, ty * cosine, -cosine);
-    }
-#endif
-    amplitude *= sqrt(projected_area(a->tilt_z, sample->tilt_x * tx, sample->tilt_y * ty));
-    LANES_STORE(amplitude * plane->turns_hi, amplitudes + first);
-  }
-#if RAYWAVE_VIEW_PARTS > 0
-  for (int part = 0; part < 16 && a->hidden; ++part) amplitudes[part] *= view_share(view, part % 4, part / 4);
-#endif
-
-  const float rate = 1.0f / (sample->z - lattice->centre_z);
-  NearWaves waves;
-  near_waves(&waves, (lattice->centre_x - sample->x) * rate, lattice->half_width * rate, a->half_x, a->depth, plane->sine_limit_x, plane);
-  const Wide offset_x = wide_minus(x, wide(a->centre_x, a->centre_x_low));
+                               const GatherPlane* plane, int first, int top, int bottom, floatv (*re)[RAYWAVE_TILE_ROWS],
+                               floatv (*im)[RAYWAVE_TILE_ROWS]) {
+  float shares[16];
+  for (int part = 0; part < 16; ++part) shares[part] = view_share(view, part % 4, part / 4);
+  NearWaves waves_x, waves_y;
+  near_axes(lights, lit, sample, a, plane, &waves_x, &waves_y);
   floatv across_re[4], across_im[4];
-  near_sums(&waves, wide_high(offset_x), wide_turns(wide_times(offset_x, wide(a->chief_x, a->chief_x_low))) + (a->turns + 0.25f), across_re,
-            across_im);
-  const intv inside = fabs(wide_high(offset_x)) <= a->half_x;
-  near_waves(&waves, (lattice->centre_y - sample->y) * rate, lattice->half_height * rate, a->half_y, a->depth, plane->sine_limit_y, plane);
-
+  near_across(&waves_x, a, plane, first, across_re, across_im);
   for (int block = top; block <= bottom; block += RAYWAVE_LANES) {
     floatv up_re[4], up_im[4];
-    const Wide offset_y =
-        wide_minus(place_of(-(block + LANES_INDEX), plane->pitch_y, plane->pitch_y_low), wide(a->centre_y, a->centre_y_low));
-    near_sums(&waves, wide_high(offset_y), wide_turns(wide_times(offset_y, wide(a->chief_y, a->chief_y_low))), up_re, up_im);
-    float offsets[RAYWAVE_LANES];
-    LANES_STORE(wide_high(offset_y), offsets);
+    near_up(&waves_y, a, plane, block, up_re, up_im);
     float ups_re[4][RAYWAVE_LANES], ups_im[4][RAYWAVE_LANES];
     for (int j = 0; j < 4; ++j) {
       LANES_STORE(up_re[j], ups_re[j]);
       LANES_STORE(up_im[j], ups_im[j]);
     }
     for (int row = block; row <= min(bottom, block + RAYWAVE_LANES - 1); ++row) {
-      if (fabs(offsets[row - block]) > a->half_y) continue;
       floatv c = 0.0f, s = 0.0f;
       for (int i = 0; i < 4; ++i) {
         float part_re = 0.0f, part_im = 0.0f;
         for (int j = 0; j < 4; ++j) {
-          part_re += amplitudes[4 * j + i] * ups_re[j][row - block];
-          part_im += amplitudes[4 * j + i] * ups_im[j][row - block];
+          part_re += shares[4 * j + i] * ups_re[j][row - block];
+          part_im += shares[4 * j + i] * ups_im[j][row - block];
         }
         c += across_re[i] * part_re - across_im[i] * part_im;
         s += across_re[i] * part_im + across_im[i] * part_re;
       }
-      c = LANES_SELECT((floatv)(0.0f), c, inside);
-      s = LANES_SELECT((floatv)(0.0f), s, inside);
       for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
         const float2 phasor = phasors[(size_t)frame * (size_t)sample_count];
         re[frame][row - top] += c * phasor.x - s * phasor.y;
@@ -265,9 +367,11 @@ static inline void gather_near(__global const Light* lights, __global const uint
     }
   }
 }
+#endif
 
 __kernel void gather(__global const Light* lights, __global const Sample* samples, __global const uint* views, __global const uint* lit,
-                     __global const Aim* aims, __global const float2* phasors, __global const int* first_of_cell, int sample_count,
+                     __global const Aim* aims, __global const float* profiles, __global const float2* phasors,
+                     __global const int* first_of_cell, int sample_count, int first_row, int last_row, int first_sample, int accumulate,
                      Lattice lattice, GatherPlane plane, __global float2* field) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   const int top = (int)get_global_id(1) * RAYWAVE_TILE_ROWS;
@@ -291,22 +395,32 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
   const float high_y = plane.tangent_y - plane.tangent_step_y * (float)top + plane.window_y;
   const int cell_left = max((int)clamp(low_x * rate - (float)lattice.first_x, -2.0f, 1e9f) - 1, 0);
   const int cell_right = min((int)clamp(high_x * rate - (float)lattice.first_x, -2.0f, 1e9f) + 1, lattice.nx - 1);
-  const int cell_low = max((int)clamp(low_y * rate - (float)lattice.first_y, -2.0f, 1e9f) - 1, 0);
-  const int cell_high = min((int)clamp(high_y * rate - (float)lattice.first_y, -2.0f, 1e9f) + 1, lattice.ny - 1);
+  const int cell_low = max((int)clamp(low_y * rate - (float)lattice.first_y, -2.0f, 1e9f) - 1, first_row);
+  const int cell_high = min((int)clamp(high_y * rate - (float)lattice.first_y, -2.0f, 1e9f) + 1, last_row);
 
   for (int cell_row = cell_low; cell_row <= cell_high && cell_left <= cell_right; ++cell_row) {
     const int last = first_of_cell[cell_row * lattice.nx + cell_right + 1];
     for (int index = first_of_cell[cell_row * lattice.nx + cell_left]; index < last; ++index) {
       const Aim a = aims[index];
+      if (a.near &&
+          (a.columns <= 0 || a.left > first + RAYWAVE_LANES - 1 || a.left + a.columns <= first || a.top > bottom || a.top + a.rows <= top))
+        continue;
       if (a.centre_x - a.half_x > right_x || a.centre_x + a.half_x < left_x || a.centre_y - a.half_y > top_y ||
           a.centre_y + a.half_y < bottom_y)
         continue;
       __global const uint* view = views + (size_t)index * VIEW_WORDS;
-      if (a.near) {
-        gather_near(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, view, &a, phasors + index,
-                    sample_count, &lattice, &plane, x, top, bottom, re, im);
+      if (a.near && !a.hidden) {
+        add_profile(profiles + (size_t)(index - first_sample) * (size_t)(2 * (plane.room_x + plane.room_y)), &a, phasors + index,
+                    sample_count, &plane, first, top, bottom, re, im);
         continue;
       }
+#if RAYWAVE_VIEW_PARTS > 0
+      if (a.near) {
+        gather_near(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, view, &a, phasors + index,
+                    sample_count, &plane, first, top, bottom, re, im);
+        continue;
+      }
+#endif
       const Wide from_x = wide_minus(x, wide(a.x, a.x_low)), depth = wide(a.depth, a.depth_low);
       const floatv dx = wide_high(from_x);
       const floatv off_chief = wide_high(wide_minus(x, wide(a.centre_x, a.centre_x_low)));
@@ -409,7 +523,8 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
       LANES_STORE(re[frame][row - top], res);
       LANES_STORE(im[frame][row - top], ims);
       __global float2* out = field + ((size_t)frame * (size_t)plane.ny + (size_t)row) * (size_t)plane.nx;
-      for (int i = 0; i < RAYWAVE_LANES && first + i < plane.nx; ++i) out[first + i] = (float2)(res[i], ims[i]);
+      for (int i = 0; i < RAYWAVE_LANES && first + i < plane.nx; ++i)
+        out[first + i] = (float2)(res[i], ims[i]) + (accumulate ? out[first + i] : (float2)(0.0f, 0.0f));
     }
   }
 }

@@ -9,7 +9,7 @@
 //   e = (c0 - cosine(s)) - d s0 / c0 = d^2 (c0 + s0 (s0 + s) / (c0 + cosine(s))) / (c0 (c0 + cosine(s))).
 // The wave is
 // finite at depth 0, and turns by half a period on the way through it. Of the product of both sines only powers above the second are
-// neglected. What something may hide is dealt with in the 4 x 4 parts of Sample::hidden: g is kept in four parts per axis.
+// neglected. What something hides is dealt with in 4 x 4 parts of the window: g is kept in four parts per axis.
 #ifndef RAYWAVE_NEAR_H
 #define RAYWAVE_NEAR_H
 
@@ -47,7 +47,8 @@ typedef struct {
   float step;
   float re[NEAR_WAVES];
   float im[NEAR_WAVES];
-  int begin[5];  // first wave of each of the four parts of the window
+  float tangent[NEAR_WAVES];  // of its direction
+  int begin[5];               // first wave of each of the four parts of the window
 } NearWaves;
 
 // centre_tangent: towards the hologram's centre.
@@ -75,6 +76,7 @@ static inline void near_waves(NearWaves* waves, float centre_tangent, float half
     cos_sin_turns(-depth * plane->turns_hi * d * d * bend / (c0 * (c0 + cosine)), &c, &s);
     LANES_STORE(weight * c, waves->re + n);
     LANES_STORE(weight * s, waves->im + n);
+    LANES_STORE(sine / cosine, waves->tangent + n);
     float ats[RAYWAVE_LANES];
     LANES_STORE(at, ats);
     for (int i = 0; i < RAYWAVE_LANES && n + i < waves->count; ++i) {

@@ -116,9 +116,17 @@ typedef struct {
   float chief_x_low;
   float chief_y;
   float chief_y_low;
+  float tangent_x;  // of the chief ray, towards the hologram
+  float tangent_y;
+  float half_tangent_x;  // of half the hologram's window
+  float half_tangent_y;
   int specular;
   int hidden;  // as in Sample
   int near;    // 1: near.h has its wave
+  int left;    // pixels of a near sample's footprint, with room for rounding
+  int top;
+  int columns;
+  int rows;
 } Aim;
 
 // The plane of pixels that a gather fills.
@@ -156,7 +164,9 @@ typedef struct {
   float window_y;
   float near_spots;  // samples whose footprint's half is narrower than so many diffraction spots are near; 0: none
   float near_tail;   // of their light beyond the footprint, in diffraction spots
-  float view_half;   // half side of the window that views speak of, in half hologram windows
+  int room_x;        // of a profile, in pixels; gather.cl
+  int room_y;
+  float view_half;  // half side of the window that views speak of, in half hologram windows
 } GatherPlane;
 
 // Directional light (is_point 0): xyz is the unit vector towards it. Point light (is_point 1): xyz is its position. Ambient light is a

@@ -89,9 +89,17 @@
   MEMBER(Aim, chief_x_low)            \
   MEMBER(Aim, chief_y)                \
   MEMBER(Aim, chief_y_low)            \
+  MEMBER(Aim, tangent_x)              \
+  MEMBER(Aim, tangent_y)              \
+  MEMBER(Aim, half_tangent_x)         \
+  MEMBER(Aim, half_tangent_y)         \
   MEMBER(Aim, specular)               \
   MEMBER(Aim, hidden)                 \
   MEMBER(Aim, near)                   \
+  MEMBER(Aim, left)                   \
+  MEMBER(Aim, top)                    \
+  MEMBER(Aim, columns)                \
+  MEMBER(Aim, rows)                   \
   MEMBER(GatherPlane, nx)             \
   MEMBER(GatherPlane, ny)             \
   MEMBER(GatherPlane, left)           \
@@ -124,6 +132,8 @@
   MEMBER(GatherPlane, window_y)       \
   MEMBER(GatherPlane, near_spots)     \
   MEMBER(GatherPlane, near_tail)      \
+  MEMBER(GatherPlane, room_x)         \
+  MEMBER(GatherPlane, room_y)         \
   MEMBER(GatherPlane, view_half)      \
   MEMBER(Light, x)                    \
   MEMBER(Light, y)                    \
