@@ -23,10 +23,11 @@ struct DeviceScene {
   cl::Buffer<device::Material> materials;
   cl::Buffer<device::Light> lights;
   cl::Buffer<float> texels;
-  float ambient_light = 1;  // sum of the ambient lights; 1 when there is none, so that a material's ambient part counts as given
-  float diameter_m = 0;     // of the scene's bounding box
-  float bias_m = 0;         // distance that secondary rays start off a surface: far above rounding, far below anything visible
-  cl::Options options;      // leave out of the kernels what this scene does not use
+  float ambient_light = 1;   // sum of the ambient lights; 1 when there is none, so that a material's ambient part counts as given
+  double radiance_unit = 1;  // radiances on the device are in it, and fields in its root: a power of four that keeps them within float
+  float diameter_m = 0;      // of the scene's bounding box
+  float bias_m = 0;          // distance that secondary rays start off a surface: far above rounding, far below anything visible
+  cl::Options options;       // leave out of the kernels what this scene does not use
   double tree_seconds = 0;
 
   /// 32-bit words that hold a bit for each light.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/render.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -66,6 +67,10 @@ void run(const Options& options) {
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
     result = render(device, scene, how);
   }
+
+  const auto& samples = result.field.samples;
+  if (!options.quiet && std::all_of(samples.begin(), samples.end(), [](const auto& z) { return z == std::complex<float>(); }))
+    std::fputs("raywave: the hologram is dark: no light comes from the scene at angles that its pixels can show\n", stderr);
 
   const std::filesystem::path out(options.out);
   std::vector<std::string> written;
