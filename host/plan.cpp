@@ -238,7 +238,7 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
     const double wanted = std::max(1.0, std::ceil(passed.extent() / window[axis] - 0.01));
     plan.grid[axis] = scene.wrp.grid ? (*scene.wrp.grid)[axis] : static_cast<int>(std::min(wanted, largest_grid + 1.0));
   }
-  if (static_cast<double>(plan.grid.x) * plan.grid.y > largest_grid) {
+  if (method == Method::wrp && static_cast<double>(plan.grid.x) * plan.grid.y > largest_grid) {
     throw InputError(scene.file.string() + ": the scene needs " + std::to_string(plan.grid.x) + " x " + std::to_string(plan.grid.y) +
                      " or more WRPs of the hologram's size, " + std::to_string(largest_grid) +
                      " are allowed; give wrp.grid, a larger hologram or a smaller scene");

@@ -207,6 +207,8 @@ struct Propagator::State {
 
   Transfer transfer(glm::dvec2 shift_m, double distance_m) const { return transfer_of(x, y, spec.wavelength_m, shift_m, distance_m); }
 
+  double side_m() const { return 2 * std::min(x.half_m(), y.half_m()); }
+
   /// throws  InputError, as Propagator::add
   Transfer checked_transfer(glm::dvec2 shift_m, double distance_m) const {
     if (!std::isfinite(shift_m.x) || !std::isfinite(shift_m.y) || !std::isfinite(distance_m))
@@ -215,14 +217,14 @@ struct Propagator::State {
     if (result.empty()) {
       const double x_m = largest_shift_m(x, shift_m.x, y, -shift_m.y, spec.wavelength_m, distance_m);
       const double y_m = largest_shift_m(y, -shift_m.y, x, shift_m.x, spec.wavelength_m, distance_m);
-      const double side_m = 2 * std::min(x.half_m(), y.half_m());
       const bool beyond = std::abs(shift_m.x) > x_m || std::abs(shift_m.y) > y_m;
-      throw InputError(
-          "propagation over " + millimetres(distance_m) + ": no light arrives at a plane shifted by " + millimetres(shift_m.x) + ", " +
-          millimetres(shift_m.y) +
-          (beyond ? "; the largest usable shift is " + millimetres(x_m) + " in x, " + millimetres(y_m) + " in y"
-                  : "; a padded plane " + millimetres(side_m) + " wide samples too few directions to reach everywhere beyond " +
-                        millimetres(side_m * side_m / spec.wavelength_m) + ": give a shorter distance, a larger hologram or more padding"));
+      throw InputError("propagation over " + millimetres(distance_m) + ": no light arrives at a plane shifted by " +
+                       millimetres(shift_m.x) + ", " + millimetres(shift_m.y) +
+                       (beyond
+                            ? "; the largest usable shift is " + millimetres(x_m) + " in x, " + millimetres(y_m) + " in y"
+                            : "; a padded plane " + millimetres(side_m()) + " wide samples too few directions to reach everywhere beyond " +
+                                  millimetres(side_m() * side_m() / spec.wavelength_m) +
+                                  ": give a shorter distance, a larger hologram or more padding"));
     }
     if (result.remainder_turns > most_remainder_turns)
       throw InputError("propagation over " + millimetres(distance_m) + " at this angle is too far for its phase to be exact");
@@ -255,6 +257,8 @@ Propagator::Propagator(Propagator&&) noexcept = default;
 glm::ivec2 Propagator::padded_size() const { return {state_->x.padded, state_->y.padded}; }
 
 bool Propagator::reaches(glm::dvec2 shift_m, double distance_m) const { return !state_->transfer(shift_m, distance_m).empty(); }
+
+double Propagator::farthest_m() const { return state_->side_m() * state_->side_m() / state_->spec.wavelength_m; }
 
 void Propagator::require_reach(glm::dvec2 shift_m, double distance_m) const { state_->checked_transfer(shift_m, distance_m); }
 

@@ -46,6 +46,9 @@ public:
   /// Whether any sampled frequency carries light to such a target.
   bool reaches(glm::dvec2 shift_m, double distance_m) const;
 
+  /// Distance up to which the padded plane samples directions densely enough to reach everywhere: side^2 / wavelength.
+  double farthest_m() const;
+
   /// throws  InputError when `add` would
   void require_reach(glm::dvec2 shift_m, double distance_m) const;
 

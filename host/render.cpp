@@ -14,6 +14,7 @@
 #include "host/error.hpp"
 #include "host/gatherer.hpp"
 #include "host/propagator.hpp"
+#include "host/text.hpp"
 #include "host/tracer.hpp"
 
 namespace raywave {
@@ -156,6 +157,11 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
                          error.what());
       }
     }
+    if (const double farthest_m = propagator->farthest_m(); plan.distance_m > farthest_m) {
+      result.notes.push_back("from " + length_text(plan.distance_m) +
+                             " away light gets lost: a padded plane this small samples enough directions up to " + length_text(farthest_m) +
+                             "; --method points has no such limit");
+    }
   }
 
   report("tree and kernels", 0);
@@ -223,6 +229,9 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
     field.read(samples);
     brighten(samples, arrays.radiance_unit, scene);
   }
+  const auto& samples = result.field.samples;
+  if (std::all_of(samples.begin(), samples.end(), [](const auto& z) { return z == std::complex<float>(); }))
+    result.notes.emplace_back("the hologram is dark: no light comes from the scene at angles that its pixels can show");
   report("done", 1);
   result.device_peak_bytes = device.peak_bytes();
   return result;

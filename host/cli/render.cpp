@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/render.hpp"
 
-#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -68,9 +67,9 @@ void run(const Options& options) {
     result = render(device, scene, how);
   }
 
-  const auto& samples = result.field.samples;
-  if (!options.quiet && std::all_of(samples.begin(), samples.end(), [](const auto& z) { return z == std::complex<float>(); }))
-    std::fputs("raywave: the hologram is dark: no light comes from the scene at angles that its pixels can show\n", stderr);
+  if (!options.quiet) {
+    for (const auto& note : result.notes) std::fprintf(stderr, "raywave: %s\n", note.c_str());
+  }
 
   const std::filesystem::path out(options.out);
   std::vector<std::string> written;
