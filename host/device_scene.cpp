@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <glm/geometric.hpp>
 
 #include "host/bvh.hpp"
+#include "host/error.hpp"
 #include "host/image.hpp"
+#include "host/text.hpp"
 
 namespace raywave {
 namespace {
@@ -80,12 +83,18 @@ Materials materials_of(const Scene& scene) {
     material.texture = -1;
     double brightest_texel = 1;
     if (m.texture) {
-      const auto image = load_texture(*m.texture, channel, m.where);
+      auto image = load_texture(*m.texture, channel, m.where);
+      for (float& texel : image.pixels) texel = std::max(texel, 0.0f);  // filters of other programs ring below black
       material.texture = static_cast<std::int32_t>(texels.size());
       material.texture_width = image.width;
       material.texture_height = image.height;
+      if (texels.size() + image.pixels.size() > INT32_MAX)
+        throw InputError(m.where + ": with its texture the scene has more than 2147483647 texels");
       texels.insert(texels.end(), image.pixels.begin(), image.pixels.end());
       brightest_texel = *std::max_element(image.pixels.begin(), image.pixels.end());
+      if (brightest_texel > 1e30f)  // as all numbers of a scene
+        throw InputError(m.where + ": picture " + in_quotes(m.texture->string()) + ": holds " + number_text(brightest_texel) +
+                         ", more than 1e+30");
     }
     brightest = std::max({brightest, std::max(m.ambient[channel], m.diffuse[channel]) * brightest_texel, m.specular[channel]});
     materials.push_back(material);

@@ -18,7 +18,6 @@ namespace {
 
 constexpr int kMaxTextureSide = 16384, kMaxLevelsSide = 65536;  // levels: a hologram's resolution
 constexpr int kMaxChannels = 64;
-constexpr float brightest_texel = 1e30f;  // as for all numbers of a scene
 
 float linear_from_srgb(float s) { return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f); }
 
@@ -113,12 +112,7 @@ void require_size(int width, int height, int channels, std::span<const T> pixels
 Image load_texture(const std::filesystem::path& file, int channel, const std::string& where) {
   return load_safely(file, where, [&] {
     const auto input = open(file, kMaxTextureSide);
-    Image image = read_linear(*input, input->spec().nchannels < 3 ? 0 : channel);
-    for (float& v : image.pixels) {
-      if (v > brightest_texel) throw InputError("holds a value above " + number_text(brightest_texel));
-      v = std::max(v, 0.0f);  // filters of other programs ring below black
-    }
-    return image;
+    return read_linear(*input, input->spec().nchannels < 3 ? 0 : channel);
   });
 }
 

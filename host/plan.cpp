@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <sstream>
 
 #include "host/error.hpp"
@@ -42,13 +41,6 @@ std::string count_text(double count) {
   std::ostringstream text;
   text.precision(count < 1e15 ? 15 : 3);
   text << count;
-  return text.str();
-}
-
-std::string degrees(double sine) {
-  std::ostringstream text;
-  text.precision(3);
-  text << std::asin(sine) * 180 / std::numbers::pi << " degrees";
   return text.str();
 }
 
@@ -153,11 +145,6 @@ std::vector<Wrp> wrps_side_by_side(const Scene& scene, const Plan& plan, glm::dv
       if (perspective) wrp.convergence_per_m = 1 / plan.distance_m;
       wrps.push_back(std::move(wrp));
     }
-  }
-  if (!plan.aimed && std::all_of(wrps.begin(), wrps.end(), [](const Wrp& wrp) { return wrp.fan.empty(); })) {
-    throw InputError(scene.file.string() + ": no ray of the fan is as flat as the hologram's pixels can show, " +
-                     degrees(plan.largest_sine.x) + " x " + degrees(plan.largest_sine.y) +
-                     " off the axis; give a smaller sampling.pitch or hologram.pitch, or bring the scene to the axis");
   }
   return wrps;
 }

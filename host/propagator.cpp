@@ -15,6 +15,7 @@ namespace {
 constexpr int packet = 16;                    // samples; rows of padded planes are whole packets of any device's lanes
 constexpr double float_remainder_turns = 2;   // more needs two floats; docs/accuracy.md, "Propagation"
 constexpr double most_remainder_turns = 2e6;  // two floats reduce turns below 2^22
+constexpr double most_turns = 1e13;           // of the distance: double tells them to a thousandth
 
 /// First and last of the frequencies k / (n pitch) kept; none when first > last.
 struct Band {
@@ -213,6 +214,8 @@ struct Propagator::State {
   Transfer checked_transfer(glm::dvec2 shift_m, double distance_m) const {
     if (!std::isfinite(shift_m.x) || !std::isfinite(shift_m.y) || !std::isfinite(distance_m))
       throw InputError("propagation: shift and distance must be finite");
+    const std::string too_far = "propagation over " + millimetres(distance_m) + " is too far for its phase to be exact";
+    if (std::abs(distance_m) / spec.wavelength_m > most_turns) throw InputError(too_far);
     auto result = transfer(shift_m, distance_m);
     if (result.empty()) {
       const double x_m = largest_shift_m(x, shift_m.x, y, -shift_m.y, spec.wavelength_m, distance_m);
@@ -226,8 +229,7 @@ struct Propagator::State {
                                   millimetres(side_m() * side_m() / spec.wavelength_m) +
                                   ": give a shorter distance, a larger hologram or more padding"));
     }
-    if (result.remainder_turns > most_remainder_turns)
-      throw InputError("propagation over " + millimetres(distance_m) + " at this angle is too far for its phase to be exact");
+    if (result.remainder_turns > most_remainder_turns) throw InputError(too_far);
     return result;
   }
 

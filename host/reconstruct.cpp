@@ -61,6 +61,7 @@ glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 ho
   if (!positive(window_m->x) || !positive(window_m->y)) throw InputError("picture: both sides of the window must be > 0");
   const glm::dvec2 samples = glm::max(glm::round(*window_m / pitch_m), 1.0);
   if (samples.x * samples.y > 1e9) throw InputError("picture: the window has more than 1e9 samples");
+  if (std::max(samples.x, samples.y) > 1e6) throw InputError("picture: a side of the window has more than 1e6 samples");  // PNG's limit
   return samples;
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fstream>
 #include <memory>
+#include <numbers>
 #include <optional>
 
 #include "host/encode.hpp"
@@ -81,6 +82,14 @@ void brighten(std::span<std::complex<float>> field, double radiance_unit, const 
   }
 }
 
+void require_rays(const Scene& scene, const Plan& plan) {
+  if (plan.aimed || std::any_of(plan.wrps.begin(), plan.wrps.end(), [](const Wrp& wrp) { return !wrp.fan.empty(); })) return;
+  const auto degrees = [](double sine) { return number_text(std::asin(sine) * 180 / std::numbers::pi) + " degrees"; };
+  throw InputError(scene.file.string() + ": no ray of the fan is as flat as the hologram's pixels can show, " +
+                   degrees(plan.largest_sine.x) + " x " + degrees(plan.largest_sine.y) +
+                   " off the axis; give a smaller sampling.pitch or hologram.pitch, or bring the scene to the axis");
+}
+
 /// What this process may use: the machine's memory, or what a container leaves of it.
 std::uint64_t host_memory_bytes() {
   auto bytes = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
@@ -141,6 +150,7 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
   }();
   result.plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
   const auto& plan = result.plan;
+  require_rays(scene, plan);
   const auto pixels = static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y);
   const auto wrp_count = plan.wrps.size();
   const int together = frames_together(scene, plan, pixels);

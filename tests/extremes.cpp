@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include "host/compare.hpp"
@@ -563,9 +564,23 @@ TEST_CASE("vertices and texels that are no numbers are refused by name, texels b
   };
   for (const float bad : {NAN, INFINITY, -INFINITY})
     CHECK_THAT(input_error_of([&] { load_texture(texture(bad), 0, "here"); }), ContainsSubstring("holds NaN or infinity"));
-  CHECK_THAT(input_error_of([&] { load_texture(texture(2e30f), 0, "here"); }), ContainsSubstring("holds a value above 1e+30"));
-  CHECK(load_texture(texture(-3), 0, "here").pixels == std::vector<float>{1, 0, 0.5f, 2});
-  CHECK(load_texture(texture(1e-42f), 0, "here").pixels[1] == 1e-42f);
+  for (const auto& device : test::all_devices()) {
+    auto scene = small_scene(folder);
+    scene.materials[1].where = "material";
+    const auto texels_with = [&](float value) {
+      scene.materials[1].texture = texture(value);
+      const auto world = build_world(scene);
+      return DeviceScene(device, scene, world, make_plan(scene, world, host)).texels.read();
+    };
+    CHECK_THAT(input_error_of([&] { texels_with(2e30f); }),
+               ContainsSubstring("material: picture") && ContainsSubstring("holds 2e+30, more than 1e+30"));
+    CHECK(texels_with(-3) == std::vector<float>{1, 0, 0.5f, 2});
+    CHECK(texels_with(1e-42f)[1] == 1e-42f);
+    texels_with(1e30f);
+    for (auto& m : scene.materials) m.diffuse = m.ambient = glm::dvec3(1e30);
+    scene.lights[0].intensity = 1e-30;
+    rendered(device, scene);
+  }
 }
 
 TEST_CASE("what device or host have no memory for is refused before any is taken, with asked and allowed sizes") {
@@ -628,7 +643,9 @@ TEST_CASE("lattices and fans of absurd numbers of rays are refused with figures"
   CHECK_THAT(refusal(ways[3]), ContainsSubstring("pitches off the axis, at most 4194304 are allowed; give a larger pitch"));
   scene = small_scene(folder);
   scene.hologram.wavelength_m = 10e-9;
-  CHECK_THAT(refusal(ways[1]), ContainsSubstring("no ray of the fan is as flat as the hologram's pixels can show, 0.0716 degrees"));
+  scene.sampling.mode = SamplingMode::fan;
+  const auto rendering = input_error_of([&] { render(cl::Device(cl::find_device()), scene); });
+  CHECK_THAT(rendering, ContainsSubstring("no ray of the fan is as flat as the hologram's pixels can show, 0.0716"));
 }
 
 TEST_CASE("WRPs that no light reaches are refused before any ray, with the largest usable shift or distance, and those limits hold") {
@@ -657,6 +674,22 @@ TEST_CASE("WRPs that no light reaches are refused before any ray, with the large
     const Propagator small(device, {{40, 40}, {4e-6, 4e-6}, 638e-9, 2, host});
     for (int i = 0; i < 100; ++i) CHECK(small.reaches({i * 6e-6, 0}, 0.9 * small.farthest_m()));
     CHECK_THAT(input_error_of([&] { small.require_reach({0.011, 0}, 0.4); }), ContainsSubstring("samples too few directions"));
+  }
+}
+
+TEST_CASE("pictures too far or too wide are refused") {
+  const Folder folder;
+  for (const auto& device : test::all_devices()) {
+    const auto result = rendered(device, small_scene(folder));
+    const auto refusal = [&](double z_m, std::optional<glm::dvec2> window_m) {
+      return input_error_of([&] {
+        reconstruct(device, host, result.field, small_scene(folder).hologram, {z_m, window_m, {0, 0}, {1, 1}, 2});
+      });
+    };
+    CHECK(refusal(100, {}).empty());
+    CHECK_THAT(refusal(1e300, {}), ContainsSubstring("too far for its phase to be exact"));
+    CHECK_THAT(refusal(10 * mm, glm::dvec2(100, 4 * um)), ContainsSubstring("a side of the window has more than 1e6 samples"));
+    CHECK_THAT(refusal(10 * mm, glm::dvec2(1, 1)), ContainsSubstring("the window has more than 1e9 samples"));
   }
 }
 
