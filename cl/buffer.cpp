@@ -5,13 +5,32 @@
 
 namespace raywave::cl {
 
+namespace {
+
+DeviceError too_large(const DeviceInfo& info, const std::string& name, std::uint64_t bytes, const std::string& advice) {
+  return DeviceError(name + ": " + format_bytes(bytes) + " asked in one buffer, " + info.name + " allows " +
+                     format_bytes(info.largest_buffer_bytes) + "; " + advice);
+}
+
+}  // namespace
+
+void require_memory(const Device& device, std::span<const MemoryNeed> needs) {
+  const auto& info = device.info();
+  std::uint64_t total = 0;
+  for (const auto& need : needs) {
+    if (need.bytes > info.largest_buffer_bytes) throw too_large(info, need.name, need.bytes, need.advice);
+    total += need.bytes;
+  }
+  if (total <= info.memory_bytes) return;
+  const auto largest = std::max_element(needs.begin(), needs.end(), [](const auto& a, const auto& b) { return a.bytes < b.bytes; });
+  throw DeviceError(format_bytes(total) + " of device memory asked, " + info.name + " has " + format_bytes(info.memory_bytes) +
+                    "; most goes to: " + largest->name + ", " + format_bytes(largest->bytes) + "; " + largest->advice);
+}
+
 Memory::Memory(const Device& device, std::size_t bytes, const std::string& name) : device_(std::make_unique<Device>(device)) {
   bytes = std::max<std::size_t>(bytes, 1);
   const auto& info = device.info();
-  if (bytes > info.largest_buffer_bytes) {
-    throw DeviceError(name + ": " + format_bytes(bytes) + " asked in one buffer, " + info.name + " allows " +
-                      format_bytes(info.largest_buffer_bytes) + "; a smaller hologram.resolution or wrp.padding needs less");
-  }
+  if (bytes > info.largest_buffer_bytes) throw too_large(info, name, bytes, "a smaller hologram.resolution or wrp.padding needs less");
   try {
     handle_ = ::cl::Buffer(device.context(), CL_MEM_READ_WRITE, bytes);
   } catch (const ::cl::Error& error) {

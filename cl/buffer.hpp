@@ -12,6 +12,18 @@
 
 namespace raywave::cl {
 
+/// Memory that something is going to take.
+struct MemoryNeed {
+  std::string name;  // for messages ("WRP field")
+  std::uint64_t bytes = 0;
+  std::string advice;  // what would need less
+};
+
+/// Refuses, before any is taken, what cannot fit.
+///
+/// throws  DeviceError when one need is larger than the device's largest buffer, or all together are more than its memory
+void require_memory(const Device& device, std::span<const MemoryNeed> needs);
+
 /// Bytes on a device, counted by it. Movable, not copyable.
 class Memory {
 public:

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -34,7 +35,14 @@ Plane plane_of(const Image& image) {
   return {image.width, image.height, {image.pixels.begin(), image.pixels.end()}};
 }
 
-Image image_of(const Plane& plane) { return {plane.width, plane.height, {plane.pixels.begin(), plane.pixels.end()}}; }
+constexpr double largest_float = std::numeric_limits<float>::max();
+
+/// What is beyond float becomes its largest number.
+Image image_of(const Plane& plane) {
+  Image image{plane.width, plane.height, {}};
+  for (const double value : plane.pixels) image.pixels.push_back(static_cast<float>(std::clamp(value, -largest_float, largest_float)));
+  return image;
+}
 
 std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
 
@@ -178,7 +186,7 @@ FieldComparison compare_fields(const FieldStack& a, const FieldStack& b) {
     result.energy_ratio += energy_b / energy_a / a.frames;
   }
   result.difference = {a.nx, a.ny, {}};
-  for (const double square : squares) result.difference.pixels.push_back(static_cast<float>(std::sqrt(square)));
+  for (const double square : squares) result.difference.pixels.push_back(static_cast<float>(std::min(std::sqrt(square), largest_float)));
   return result;
 }
 

@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <cstdint>
 #include <glm/geometric.hpp>
 
 #include "host/bvh.hpp"
+#include "host/error.hpp"
 #include "host/image.hpp"
+#include "host/text.hpp"
 
 namespace raywave {
 namespace {
@@ -60,10 +64,25 @@ std::vector<device::TriangleShading> shading_in_leaf_order(const Scene& scene, c
   return shading;
 }
 
-std::pair<std::vector<device::Material>, std::vector<float>> materials_and_texels(const Scene& scene) {
-  const int channel = channel_of(scene.hologram.wavelength_m);
+/// A power of four near the brightest number, 1 where floats have room anyway: dividing by it changes no digit.
+double unit_of(double brightest) {
+  if (brightest == 0 || (brightest >= 0x1p-40 && brightest <= 0x1p40)) return 1;
+  return std::ldexp(1.0, 2 * static_cast<int>(std::floor(std::log2(brightest) / 2)));
+}
+
+float in_units(double value, double unit) { return static_cast<float>(value / unit); }
+
+struct Materials {
   std::vector<device::Material> materials;
   std::vector<float> texels;
+  double unit = 1;  // the shares of light are in it
+};
+
+Materials materials_of(const Scene& scene) {
+  const int channel = channel_of(scene.hologram.wavelength_m);
+  Materials result;
+  auto& [materials, texels, unit] = result;
+  double brightest = 0;
   for (const auto& m : scene.materials) {
     device::Material material{};
     material.ambient = static_cast<float>(m.ambient[channel]);
@@ -74,25 +93,50 @@ std::pair<std::vector<device::Material>, std::vector<float>> materials_and_texel
     material.transparency = static_cast<float>(m.transparency);
     material.ior = static_cast<float>(m.ior);
     material.texture = -1;
+    double brightest_texel = 1;
     if (m.texture) {
-      const auto image = load_texture(*m.texture, channel, m.where);
+      auto image = load_texture(*m.texture, channel, m.where);
+      for (float& texel : image.pixels) texel = std::max(texel, 0.0f);  // filters of other programs ring below black
       material.texture = static_cast<std::int32_t>(texels.size());
       material.texture_width = image.width;
       material.texture_height = image.height;
+      if (texels.size() + image.pixels.size() > INT32_MAX)
+        throw InputError(m.where + ": with its texture the scene has more than 2147483647 texels");
       texels.insert(texels.end(), image.pixels.begin(), image.pixels.end());
+      brightest_texel = *std::max_element(image.pixels.begin(), image.pixels.end());
+      if (brightest_texel > 1e30f)  // as all numbers of a scene
+        throw InputError(m.where + ": picture " + in_quotes(m.texture->string()) + ": holds " + number_text(brightest_texel) +
+                         ", more than 1e+30");
     }
+    brightest = std::max({brightest, std::max(m.ambient[channel], m.diffuse[channel]) * brightest_texel, m.specular[channel]});
     materials.push_back(material);
   }
-  return {std::move(materials), std::move(texels)};
+  unit = unit_of(brightest);
+  for (auto& m : materials) {
+    for (float* share : {&m.ambient, &m.diffuse, &m.specular}) *share = in_units(*share, unit);
+  }
+  return result;
 }
 
-std::vector<device::Light> lights_in_scene_frame(const Scene& scene, glm::dvec3 origin_m) {
+/// Sum of the ambient lights; 1 when there is none, so that a material's ambient part counts as given.
+double ambient_light_of(const Scene& scene) {
+  double sum = 0;
+  bool any = false;
+  for (const auto& l : scene.lights) {
+    if (l.type != LightType::ambient) continue;
+    sum += l.intensity;
+    any = true;
+  }
+  return any ? sum : 1;
+}
+
+std::vector<device::Light> lights_in_scene_frame(const Scene& scene, glm::dvec3 origin_m, double unit) {
   std::vector<device::Light> lights;
   for (const auto& l : scene.lights) {
     if (l.type == LightType::ambient) continue;
     const bool is_point = l.type == LightType::point;
     const glm::vec3 v(is_point ? l.position_m - origin_m : -glm::normalize(l.direction));
-    lights.push_back({v.x, v.y, v.z, static_cast<float>(l.intensity), is_point});
+    lights.push_back({v.x, v.y, v.z, in_units(l.intensity, unit), is_point});
   }
   return lights;
 }
@@ -117,7 +161,8 @@ DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const Wor
   bvh_ = build_bvh(world.positions, world.triangles, plan.origin_m);
   built_cost_ = cost_of(bvh_);
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const auto [material_data, texel_data] = materials_and_texels(scene);
+  const auto [material_data, texel_data, unit] = materials_of(scene);
+  material_unit_ = unit;
   materials = {device, std::span<const device::Material>(material_data), "materials"};
   texels = {device, std::span<const float>(texel_data), "textures"};
   upload(scene, world, plan);
@@ -148,17 +193,13 @@ void DeviceScene::upload(const Scene& scene, const World& world, const Plan& pla
   write(device_, triangles, std::span<const device::Triangle>(bvh_.triangles), "triangles");
   const auto shading_data = shading_in_leaf_order(scene, world, bvh_, sides_);
   write(device_, shading, std::span<const device::TriangleShading>(shading_data), "normals");
-  const auto light_data = lights_in_scene_frame(scene, plan.origin_m);
+  double brightest_light = ambient_light_of(scene);
+  for (const auto& l : scene.lights) brightest_light = std::max(brightest_light, l.intensity);
+  const double light_unit = unit_of(brightest_light);
+  const auto light_data = lights_in_scene_frame(scene, plan.origin_m, light_unit);
   write(device_, lights, std::span<const device::Light>(light_data), "lights");
-
-  double ambient = 0;
-  bool has_ambient = false;
-  for (const auto& l : scene.lights) {
-    if (l.type != LightType::ambient) continue;
-    ambient += l.intensity;
-    has_ambient = true;
-  }
-  ambient_light = has_ambient ? static_cast<float>(ambient) : 1;
+  ambient_light = in_units(ambient_light_of(scene), light_unit);
+  radiance_unit = material_unit_ * light_unit;
   diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));
   // Far from the origin, rounding of the coordinates themselves counts.
   const auto reach_m = std::max(glm::length(world.min_m - plan.origin_m), glm::length(world.max_m - plan.origin_m));

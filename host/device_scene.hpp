@@ -28,11 +28,12 @@ public:
   cl::Buffer<device::Material> materials;
   cl::Buffer<device::Light> lights;
   cl::Buffer<float> texels;
-  float ambient_light = 1;  // sum of the ambient lights; 1 when there is none, so that a material's ambient part counts as given
-  float diameter_m = 0;     // of the scene's bounding box
-  float bias_m = 0;         // distance that secondary rays start off a surface: far above rounding, far below anything visible
-  cl::Options options;      // leave out of the kernels what this scene does not use
-  double tree_seconds = 0;  // of the last build or refit
+  float ambient_light = 1;   // sum of the ambient lights; 1 when there is none, so that a material's ambient part counts as given
+  double radiance_unit = 1;  // radiances on the device are in it, and fields in its root: a power of four that keeps them within float
+  float diameter_m = 0;      // of the scene's bounding box
+  float bias_m = 0;          // distance that secondary rays start off a surface: far above rounding, far below anything visible
+  cl::Options options;       // leave out of the kernels what this scene does not use
+  double tree_seconds = 0;   // of the last build or refit
 
   /// 32-bit words that hold a bit for each light.
   std::size_t light_words() const { return lights.size() > 32 ? (lights.size() + 31) / 32 : 1; }
@@ -42,6 +43,7 @@ private:
 
   cl::Device device_;
   Bvh bvh_;
+  double material_unit_ = 1;
   double built_cost_ = 0;            // of the tree when it was built
   std::vector<std::int32_t> sides_;  // of the objects
 };

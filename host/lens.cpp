@@ -82,7 +82,12 @@ Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene
     count = std::max<std::int64_t>(1, std::llround(static_cast<double>(count) * growth));
     if (progress) progress(static_cast<double>(done) / static_cast<double>(packets));
   }
-  return {size.x, size.y, picture.read()};
+  Image image{size.x, size.y, picture.read()};
+  for (float& radiance : image.pixels) {
+    radiance = static_cast<float>(radiance * scene.radiance_unit);
+    if (!std::isfinite(radiance)) throw InputError("lens: the picture is brighter than a float holds; give a smaller light.intensity");
+  }
+  return image;
 }
 
 }  // namespace raywave

@@ -27,6 +27,7 @@ constexpr double pixels_across_nearest = 8;
 constexpr double deepest_virtual_picture = 2;
 
 constexpr double largest_lattice = 1 << 28;
+constexpr double farthest_lattice_ray = 1 << 22;  // from the axis: floats count no farther and still tell places within a cell
 constexpr std::size_t largest_fan = 1 << 24;
 
 std::string millimetres(double metres) {
@@ -34,6 +35,19 @@ std::string millimetres(double metres) {
   text.precision(6);
   text << metres * 1e3 << " mm";
   return text.str();
+}
+
+/// All digits of a count, as long as they are few.
+std::string count_text(double count) {
+  std::ostringstream text;
+  text.precision(count < 1e15 ? 15 : 3);
+  text << count;
+  return text.str();
+}
+
+/// Rays across a fan, as fan_tangents makes them.
+double fan_count(double window_m, double distance_m, double depth_m, double pitch_m) {
+  return std::max(1.0, std::ceil(window_m / distance_m * depth_m / pitch_m - 1e-9));
 }
 
 struct Interval {
@@ -79,11 +93,13 @@ LatticePlan lattice_over(const Scene& scene, const World& world, const Plan& pla
     const double first = std::floor(std::clamp(tangents.low, low, high) / lattice.step - 0.5);
     const double last = std::ceil(std::clamp(tangents.high, low, high) / lattice.step - 0.5);
     cells *= last - first + 1;
-    if (!(cells <= largest_lattice)) {
-      throw InputError(scene.file.string() + ": sampling.pitch " + millimetres(scene.sampling.pitch_m) + " needs " +
-                       std::to_string(static_cast<std::int64_t>(cells)) +
+    const std::string asked = scene.file.string() + ": sampling.pitch " + millimetres(scene.sampling.pitch_m);
+    if (!(cells <= largest_lattice))
+      throw InputError(asked + " needs " + count_text(cells) +
                        " lattice cells or more, at most 268435456 are allowed; give a larger pitch");
-    }
+    if (const double farthest = std::max(std::abs(first), std::abs(last)); farthest > farthest_lattice_ray)
+      throw InputError(asked + " puts the scene " + count_text(farthest) +
+                       " pitches off the axis, at most 4194304 are allowed; give a larger pitch");
     lattice.first[axis] = static_cast<int>(first);
     lattice.size[axis] = static_cast<int>(last - first + 1);
   }
@@ -146,17 +162,18 @@ std::vector<Wrp> wrps_side_by_side(const Scene& scene, const Plan& plan, glm::dv
         wrps.push_back(std::move(wrp));
         continue;
       }
+      const double p = scene.sampling.pitch_m;
+      const auto rays = [&](int axis) { return fan_count(window[axis], plan.distance_m, depth, p); };
+      if (!(rays(0) * rays(1) <= largest_fan)) {
+        throw InputError(scene.file.string() + ": sampling.pitch " + millimetres(p) + " needs " + count_text(rays(0)) + " x " +
+                         count_text(rays(1)) + " rays per pixel, at most 16777216 are allowed; give a larger pitch");
+      }
       std::array<std::vector<double>, 2> tangents;
       for (int axis = 0; axis < 2; ++axis) {
         // Perspective views turn with the pixel, parallel ones with the WRP.
         const double shift = perspective ? 0 : wrp.centre_m[axis];
-        tangents[axis] = fan_tangents(window[axis], plan.distance_m, shift, depth, scene.sampling.pitch_m);
+        tangents[axis] = fan_tangents(window[axis], plan.distance_m, shift, depth, p);
         wrp.fan_step[axis] = window[axis] / plan.distance_m / static_cast<double>(tangents[axis].size());
-      }
-      if (tangents[0].size() > largest_fan / tangents[1].size()) {
-        throw InputError(scene.file.string() + ": sampling.pitch " + millimetres(scene.sampling.pitch_m) + " needs " +
-                         std::to_string(tangents[0].size()) + " x " + std::to_string(tangents[1].size()) +
-                         " rays per pixel, at most 16777216 are allowed; give a larger pitch");
       }
       wrp.fan = fan_of(tangents[0], tangents[1], perspective ? glm::dvec2(1) : plan.largest_sine);
       if (perspective) wrp.convergence_per_m = 1 / plan.distance_m;
@@ -190,7 +207,7 @@ std::uint64_t aimed_rays(const Plan& plan) {
 
 std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m, double pitch_m) {
   const double width = window_m / distance_m;
-  const auto count = static_cast<std::size_t>(std::clamp(std::ceil(width * depth_m / pitch_m - 1e-9), 1.0, 65536.0));
+  const auto count = static_cast<std::size_t>(std::min(fan_count(window_m, distance_m, depth_m, pitch_m), double{largest_fan}));
   std::vector<double> tangents(count);
   for (std::size_t i = 0; i < count; ++i)
     tangents[i] = shift_m / distance_m + (static_cast<double>(i) - static_cast<double>(count - 1) / 2) * width / static_cast<double>(count);
@@ -244,7 +261,7 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
     const double wanted = std::max(1.0, std::ceil(passed.extent() / window[axis] - 0.01));
     plan.grid[axis] = scene.wrp.grid ? (*scene.wrp.grid)[axis] : static_cast<int>(std::min(wanted, largest_grid + 1.0));
   }
-  if (static_cast<double>(plan.grid.x) * plan.grid.y > largest_grid) {
+  if (method == Method::wrp && static_cast<double>(plan.grid.x) * plan.grid.y > largest_grid) {
     throw InputError(scene.file.string() + ": the scene needs " + std::to_string(plan.grid.x) + " x " + std::to_string(plan.grid.y) +
                      " or more WRPs of the hologram's size, " + std::to_string(largest_grid) +
                      " are allowed; give wrp.grid, a larger hologram or a smaller scene");

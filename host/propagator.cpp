@@ -15,6 +15,7 @@ namespace {
 constexpr int packet = 16;                    // samples; rows of padded planes are whole packets of any device's lanes
 constexpr double float_remainder_turns = 2;   // more needs two floats; docs/accuracy.md, "Propagation"
 constexpr double most_remainder_turns = 2e6;  // two floats reduce turns below 2^22
+constexpr double most_turns = 1e13;           // of the distance: double tells them to a thousandth
 
 /// First and last of the frequencies k / (n pitch) kept; none when first > last.
 struct Band {
@@ -66,9 +67,10 @@ std::vector<Band> bands_across(const Axis& axis, const Axis& other, double wavel
 /// other_shift_m along the other axis: what arrives there has the steepest sampled frequencies of both.
 double largest_shift_m(const Axis& axis, double shift_m, const Axis& other, double other_shift_m, double wavelength_m, double distance_m) {
   if (distance_m == 0) return axis.half_m();
-  const double u = std::abs(axis.frequency(shift_m * distance_m < 0 ? axis.lowest() : axis.highest()));
+  const double steepest = std::ceil(1 / (wavelength_m * axis.frequency(1))) - 1;  // that is not evanescent
+  const int last = std::abs(shift_m * distance_m < 0 ? axis.lowest() : axis.highest());
+  const double u = std::min<double>(last, steepest) * axis.frequency(1);
   const double left = 1 / (wavelength_m * wavelength_m) - u * u;
-  if (left <= 0) return std::numeric_limits<double>::infinity();
   const auto band = other.sampled(band_of(std::sqrt(left), distance_m, other_shift_m, other.half_m()));
   const double v = band.first <= band.last ? other.frequency(std::max(-band.first, band.last)) : 0;
   return axis.half_m() + std::abs(distance_m) * u / std::sqrt(left - v * v);
@@ -206,6 +208,31 @@ struct Propagator::State {
 
   Transfer transfer(glm::dvec2 shift_m, double distance_m) const { return transfer_of(x, y, spec.wavelength_m, shift_m, distance_m); }
 
+  double side_m() const { return 2 * std::min(x.half_m(), y.half_m()); }
+
+  /// throws  InputError, as Propagator::add
+  Transfer checked_transfer(glm::dvec2 shift_m, double distance_m) const {
+    if (!std::isfinite(shift_m.x) || !std::isfinite(shift_m.y) || !std::isfinite(distance_m))
+      throw InputError("propagation: shift and distance must be finite");
+    const std::string too_far = "propagation over " + millimetres(distance_m) + " is too far for its phase to be exact";
+    if (std::abs(distance_m) / spec.wavelength_m > most_turns) throw InputError(too_far);
+    auto result = transfer(shift_m, distance_m);
+    if (result.empty()) {
+      const double x_m = largest_shift_m(x, shift_m.x, y, -shift_m.y, spec.wavelength_m, distance_m);
+      const double y_m = largest_shift_m(y, -shift_m.y, x, shift_m.x, spec.wavelength_m, distance_m);
+      const bool beyond = std::abs(shift_m.x) > x_m || std::abs(shift_m.y) > y_m;
+      throw InputError("propagation over " + millimetres(distance_m) + ": no light arrives at a plane shifted by " +
+                       millimetres(shift_m.x) + ", " + millimetres(shift_m.y) +
+                       (beyond
+                            ? "; the largest usable shift is " + millimetres(x_m) + " in x, " + millimetres(y_m) + " in y"
+                            : "; a padded plane " + millimetres(side_m()) + " wide samples too few directions to reach everywhere beyond " +
+                                  millimetres(side_m() * side_m() / spec.wavelength_m) +
+                                  ": give a shorter distance, a larger hologram or more padding"));
+    }
+    if (result.remainder_turns > most_remainder_turns) throw InputError(too_far);
+    return result;
+  }
+
   /// A stack of `frames` planes or more; one plane alone must be of that size.
   void check_field(const cl::ComplexBuffer& field, int frames = 1) const {
     const auto plane = static_cast<std::size_t>(spec.size.x) * spec.size.y;
@@ -233,6 +260,10 @@ glm::ivec2 Propagator::padded_size() const { return {state_->x.padded, state_->y
 
 bool Propagator::reaches(glm::dvec2 shift_m, double distance_m) const { return !state_->transfer(shift_m, distance_m).empty(); }
 
+double Propagator::farthest_m() const { return state_->side_m() * state_->side_m() / state_->spec.wavelength_m; }
+
+void Propagator::require_reach(glm::dvec2 shift_m, double distance_m) const { state_->checked_transfer(shift_m, distance_m); }
+
 void Propagator::load(const cl::ComplexBuffer& field, int frame) {
   auto& s = *state_;
   s.check_field(field, frame + 1);
@@ -243,22 +274,7 @@ void Propagator::load(const cl::ComplexBuffer& field, int frame) {
 
 void Propagator::add(glm::dvec2 shift_m, double distance_m) {
   auto& s = *state_;
-  if (!std::isfinite(shift_m.x) || !std::isfinite(shift_m.y) || !std::isfinite(distance_m))
-    throw InputError("propagation: shift and distance must be finite");
-  const auto transfer = s.transfer(shift_m, distance_m);
-  if (transfer.empty()) {
-    const double x_m = largest_shift_m(s.x, shift_m.x, s.y, -shift_m.y, s.spec.wavelength_m, distance_m);
-    const double y_m = largest_shift_m(s.y, -shift_m.y, s.x, shift_m.x, s.spec.wavelength_m, distance_m);
-    const auto refusal = "propagation over " + millimetres(distance_m) + ": no light arrives at a plane shifted by " +
-                         millimetres(shift_m.x) + ", " + millimetres(shift_m.y);
-    // Far away the band of a small plane is narrower than the step between frequencies.
-    if (std::abs(shift_m.x) < x_m && std::abs(shift_m.y) < y_m)
-      throw InputError(refusal + ": its band falls between two sampled frequencies; a larger hologram.resolution or wrp.padding helps");
-    throw InputError(refusal + "; the largest usable shift is " + millimetres(x_m) + " in x, " + millimetres(y_m) + " in y");
-  }
-  if (transfer.remainder_turns > most_remainder_turns)
-    throw InputError("propagation over " + millimetres(distance_m) + " at this angle is too far for its phase to be exact");
-
+  const auto transfer = s.checked_transfer(shift_m, distance_m);
   const bool two_floats = transfer.remainder_turns > float_remainder_turns;
   if (two_floats && !s.has_two_floats) {
     s.program_two_floats = {s.device, "propagate.cl", s.options(true)};

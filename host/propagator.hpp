@@ -46,13 +46,20 @@ public:
   /// Whether any sampled frequency carries light to such a target.
   bool reaches(glm::dvec2 shift_m, double distance_m) const;
 
+  /// Distance up to which the padded plane samples directions densely enough to reach everywhere: side^2 / wavelength.
+  double farthest_m() const;
+
+  /// throws  InputError when `add` would
+  void require_reach(glm::dvec2 shift_m, double distance_m) const;
+
   /// Takes over the source field (ny x nx, row 0 on top; frame `frame` of a stack of such) and transforms it.
   void load(const cl::ComplexBuffer& field, int frame = 0);
 
   /// Adds the loaded source, as it arrives at a target that is `distance_m` away and shifted by `shift_m` (x right, y up), to the sum. May
   /// be called for several targets in turn with a `collect` after each.
   ///
-  /// throws    InputError when no frequency survives the band limit; the message gives the largest usable shift
+  /// throws    InputError when no frequency survives the band limit; the message gives the largest usable shift, or the distance from
+  ///           which the padded plane samples too few directions
   /// accuracy  relative L2 error, measured: <= 5e-7 against the same discrete propagation in double (1 m, shift 50 mm: 3.6e-7); <= 6e-7
   ///           against the direct Rayleigh-Sommerfeld sum for fields inside window and band; 5e-3 for a hard-edged window of 240 x 220
   ///           samples of 0.5 um at 150 um (band limit and padding)

@@ -37,6 +37,13 @@ std::vector<Tile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 pitch_
 /// Whether sample i of n, at (2 i + 1) / n - 1 in half holograms, lies in the part that lets light through.
 bool lets_through(int i, int n, double centre, double size) { return std::abs((2.0 * i + 1) / n - 1 - centre) <= size; }
 
+/// A power of two near the field's largest number, 1 where its square has room in a float anyway: dividing by it changes no digit.
+double unit_of(const FieldStack& hologram) {
+  float largest = 0;
+  for (const auto& sample : hologram.samples) largest = std::max({largest, std::abs(sample.real()), std::abs(sample.imag())});
+  return largest == 0 || (largest >= 0x1p-30f && largest <= 0x1p30f) ? 1 : std::ldexp(1.0, std::ilogb(largest));
+}
+
 void check(const FieldStack& hologram, const HologramSpec& spec, const ReconstructSpec& what) {
   if (!positive(what.z_m)) throw InputError("reconstruction: z must be > 0, on the object's side of the hologram");
   if (hologram.nx != spec.resolution.x || hologram.ny != spec.resolution.y) {
@@ -54,6 +61,7 @@ glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 ho
   if (!positive(window_m->x) || !positive(window_m->y)) throw InputError("picture: both sides of the window must be > 0");
   const glm::dvec2 samples = glm::max(glm::round(*window_m / pitch_m), 1.0);
   if (samples.x * samples.y > 1e9) throw InputError("picture: the window has more than 1e9 samples");
+  if (std::max(samples.x, samples.y) > 1e6) throw InputError("picture: a side of the window has more than 1e6 samples");  // PNG's limit
   return samples;
 }
 
@@ -62,6 +70,14 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
   check(hologram, spec, what);
   const glm::ivec2 size = spec.resolution;
   const auto window = picture_size(what.window_m, size, spec.pitch_m);
+  const auto bytes = [](glm::ivec2 plane, std::uint64_t each) { return each * static_cast<std::uint64_t>(plane.x) * plane.y; };
+  const auto padded = padded_size(size, what.padding, backend);
+  const std::string advice = "a smaller hologram or window needs less";
+  cl::require_memory(device, std::vector<cl::MemoryNeed>{{"padded plane", bytes(padded, 8), advice},
+                                                         {"sum of spectra", bytes(padded, 8), advice},
+                                                         {"hologram field", bytes(size, 8), advice},
+                                                         {"reconstruction", bytes(window, 4), advice}});
+  const double unit = unit_of(hologram);
   Propagator propagator(device, {size, spec.pitch_m, spec.wavelength_m, what.padding, backend});
   auto tiles = tiles_of(window, size, spec.pitch_m);
   std::erase_if(tiles, [&](const Tile& tile) { return !propagator.reaches(tile.centre_m, -what.z_m); });
@@ -79,7 +95,7 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
       for (int x = 0; x < size.x; ++x) {
         const auto i = static_cast<std::size_t>(y) * size.x + x;
         const bool open = lets_through(x, size.x, what.view.x, what.aperture.x) && lets_through(y, size.y, -what.view.y, what.aperture.y);
-        masked[i] = open ? hologram.samples[frame * masked.size() + i] : 0;
+        masked[i] = open ? std::complex<float>(std::complex<double>(hologram.samples[frame * masked.size() + i]) / unit) : 0;
       }
     }
     field.write(masked);
@@ -93,7 +109,12 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
       if (progress) progress(static_cast<double>(++done) / static_cast<double>(tiles.size() * hologram.frames));
     }
   }
-  return {window.x, window.y, intensity.read()};
+  Image image{window.x, window.y, intensity.read()};
+  for (float& value : image.pixels) {
+    value = static_cast<float>(value * unit * unit);
+    if (!std::isfinite(value)) throw InputError("reconstruction: the picture is brighter than a float holds; scale the hologram's field");
+  }
+  return image;
 }
 
 FieldStack field_of_levels(const Image& levels) {

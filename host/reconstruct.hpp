@@ -24,7 +24,7 @@ struct ReconstructSpec {
 
 /// Samples per side of a picture: the window in whole pitches, rounded to nearest, at least one; the hologram's when empty.
 ///
-/// throws  InputError when a side is not > 0 or there would be more than 1e9 samples
+/// throws  InputError when a side is not > 0 or there would be more than 1e9 samples, or 1e6 on a side
 glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 hologram_size, glm::dvec2 pitch_m);
 
 /// Intensity (|u|^2 averaged over frames) on the hologram's pitch; the window is a whole number of samples. Windows larger than the

@@ -1,15 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/render.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <fstream>
 #include <memory>
+#include <numbers>
 #include <utility>
 
 #include "host/encode.hpp"
 #include "host/error.hpp"
 #include "host/gatherer.hpp"
 #include "host/propagator.hpp"
+#include "host/text.hpp"
 #include "host/tracer.hpp"
 
 namespace raywave {
@@ -70,6 +76,62 @@ private:
   std::uint32_t seed_ = 0;
 };
 
+/// Fields in the scene's own brightness.
+void brighten(std::span<std::complex<float>> field, double radiance_unit, const Scene& scene) {
+  if (radiance_unit == 1) return;
+  const double factor = std::sqrt(radiance_unit);
+  for (auto& sample : field) {
+    sample = std::complex<float>(std::complex<double>(sample) * factor);
+    if (!std::isfinite(sample.real()) || !std::isfinite(sample.imag()))
+      throw InputError(scene.file.string() + ": the hologram's field is brighter than a float holds; give a smaller light.intensity");
+  }
+}
+
+void require_rays(const Scene& scene, const Plan& plan) {
+  if (plan.aimed || std::any_of(plan.wrps.begin(), plan.wrps.end(), [](const Wrp& wrp) { return !wrp.fan.empty(); })) return;
+  const auto degrees = [](double sine) { return number_text(std::asin(sine) * 180 / std::numbers::pi) + " degrees"; };
+  throw InputError(scene.file.string() + ": no ray of the fan is as flat as the hologram's pixels can show, " +
+                   degrees(plan.largest_sine.x) + " x " + degrees(plan.largest_sine.y) +
+                   " off the axis; give a smaller sampling.pitch or hologram.pitch, or bring the scene to the axis");
+}
+
+/// What this process may use: the machine's memory, or what a container leaves of it.
+std::uint64_t host_memory_bytes() {
+  auto bytes = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
+  std::uint64_t limit = 0;
+  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit) bytes = std::min(bytes, limit);  // it may read "max"
+  return bytes;
+}
+
+/// Refuses what device or host have no memory for before any is taken. Surface samples are not known yet.
+void require_memory(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan, Method method, int together) {
+  const std::string planes = "a smaller hologram.resolution or wrp.padding needs less", mesh = "fewer triangles need less";
+  const auto size = [](auto n) { return static_cast<std::uint64_t>(n); };
+  const auto pixels = size(plan.size.x) * size(plan.size.y), padded = size(plan.padded.x) * size(plan.padded.y);
+  std::vector<cl::MemoryNeed> needs;
+  if (method == Method::wrp) needs = {{"padded plane", 8 * padded, planes}, {"sum of spectra", 8 * padded, planes}};
+  for (std::size_t i = 0; i < (together > 1 ? plan.wrps.size() : 1); ++i)
+    needs.push_back({"fields of a WRP", 8 * size(together) * pixels, planes});
+  needs.push_back({"field at the hologram", 8 * pixels, planes});
+  needs.push_back({"hologram levels", pixels, planes});
+  if (plan.aimed || scene.sampling.source == FanSource::surface)
+    needs.push_back(
+        {"sample lattice", 4 * (size(plan.lattice.size.x) * size(plan.lattice.size.y) + 1), "a larger sampling.pitch needs less"});
+  needs.push_back({"triangles", sizeof(device::Triangle) * world.triangles.size(), mesh});
+  needs.push_back({"normals", sizeof(device::TriangleShading) * world.triangles.size(), mesh});
+  cl::require_memory(device, needs);
+
+  auto host = 9 * size(scene.sampling.frames) * pixels;  // fields and levels
+  if (device.info().kind == cl::DeviceKind::cpu) {
+    for (const auto& need : needs) host += need.bytes;
+  }
+  if (const auto allowed = host_memory_bytes(); host > allowed) {
+    throw InputError(scene.file.string() + ": " + std::to_string(scene.sampling.frames) + " frames of " + std::to_string(plan.size.x) +
+                     " x " + std::to_string(plan.size.y) + " pixels need " + cl::format_bytes(host) + " of memory, there are " +
+                     cl::format_bytes(allowed) + "; give fewer sampling.frames or a smaller hologram.resolution");
+  }
+}
+
 /// Frames whose fields are held at the same time: as many as share one gathering and fit into half a gigabyte.
 int frames_together(const Scene& scene, const Plan& plan, std::size_t pixels) {
   if (!plan.aimed || plan.bounces > 0) return 1;
@@ -103,17 +165,36 @@ struct Renderer::State {
 
   void prepare() {
     plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
+    require_rays(scene, plan);
+    together = frames_together(scene, plan, pixels());
+    require_memory(device, scene, world, plan, options.method, together);
+    if (options.method == Method::wrp) {
+      const auto clock = stage("prepare");
+      propagator =
+          std::make_unique<Propagator>(device, PropagatorSpec{plan.size, plan.pitch_m, plan.wavelength_m, scene.wrp.padding, options.fft});
+      require_reach();
+    }
     report("tree and kernels", 0);
     {
       const auto clock = stage("prepare");
       arrays = std::make_unique<DeviceScene>(device, scene, world, plan);
-      propagator =
-          std::make_unique<Propagator>(device, PropagatorSpec{plan.size, plan.pitch_m, plan.wavelength_m, scene.wrp.padding, options.fft});
     }
     seconds["tree"] = arrays->tree_seconds;
     seconds["prepare"] -= arrays->tree_seconds;
     build_source();
     field = {device, pixels(), "field at the hologram"};
+  }
+
+  /// throws  InputError when no light of a WRP arrives at the hologram
+  void require_reach() const {
+    for (const auto& wrp : plan.wrps) {
+      try {
+        propagator->require_reach({-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z);
+      } catch (const InputError& error) {
+        throw InputError(scene.file.string() + ": WRPs " + std::to_string(plan.grid.x) + " x " + std::to_string(plan.grid.y) + ": " +
+                         error.what());
+      }
+    }
   }
 
   StageClock stage(const char* name) { return StageClock(device, seconds[name]); }
@@ -140,6 +221,8 @@ struct Renderer::State {
     }
     const auto before = plan;
     plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
+    require_rays(scene, plan);
+    if (propagator) require_reach();
     {
       const auto clock = stage("tree");
       arrays->place(scene, world, plan);
@@ -183,6 +266,10 @@ RenderResult Renderer::State::render() {
 
   RenderResult result;
   result.plan = plan;
+  if (propagator && plan.distance_m > propagator->farthest_m())
+    result.notes.push_back("from " + length_text(plan.distance_m) +
+                           " away light gets lost: a padded plane this small samples enough directions up to " +
+                           length_text(propagator->farthest_m()) + "; --method points has no such limit");
   result.samples = source->samples();
   result.hidden_samples = source->hidden_samples();
   const auto frames = scene.sampling.frames;
@@ -208,6 +295,7 @@ RenderResult Renderer::State::render() {
       if (options.keep_wrps) {
         std::vector<std::complex<float>> samples(pixels());
         stack.read(samples, static_cast<std::size_t>(within) * pixels());
+        brighten(samples, arrays->radiance_unit, scene);
         result.wrps[i].samples.insert(result.wrps[i].samples.end(), samples.begin(), samples.end());
       }
       if (options.method != Method::wrp) {
@@ -226,8 +314,15 @@ RenderResult Renderer::State::render() {
     }
     const auto clock = stage("encode");
     result.levels.push_back(encode(field));
-    if (options.keep_field) field.read(std::span(result.field.samples).subspan(static_cast<std::size_t>(frame) * pixels(), pixels()));
+    if (options.keep_field) {
+      const auto samples = std::span(result.field.samples).subspan(static_cast<std::size_t>(frame) * pixels(), pixels());
+      field.read(samples);
+      brighten(samples, arrays->radiance_unit, scene);
+    }
   }
+  if (const auto& samples = result.field.samples;
+      options.keep_field && std::all_of(samples.begin(), samples.end(), [](const auto& z) { return z == std::complex<float>(); }))
+    result.notes.emplace_back("the hologram is dark: no light comes from the scene at angles that its pixels can show");
   report("done", 1);
   result.device_peak_bytes = device.peak_bytes();
   result.seconds = std::exchange(seconds, {});

@@ -121,6 +121,7 @@ std::string render_report_json(const Scene& scene, const RenderResult& result, c
                  {"version", device.version}, {"driver", device.driver}, {"fft", cl::name_of(fft)}};
   j["samples"] = {{"count", result.samples}, {"with_visibility_rays", result.hidden_samples}};
   j["seed"] = scene.sampling.seed;
+  j["notes"] = result.notes;
   j["seconds"] = result.seconds;
   j["peak_memory"] = {{"host_bytes", host_peak_bytes()}, {"device_bytes", result.device_peak_bytes}};
   return j.dump(2) + "\n";

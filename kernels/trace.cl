@@ -126,6 +126,9 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
   const floatv x = plane.left + plane.pitch_x * LANES_TO_FLOAT(column);
   const floatv y = plane.top - plane.pitch_y * (float)row;
 
+  // A pixel receives the mean of 1 / r over a disc as wide as itself from what touches it.
+  const float nearest = 0.25f * fmin(plane.pitch_x, plane.pitch_y);
+
   floatv re = 0.0f, im = 0.0f;
   for (int ray = 0; ray < fan_size; ++ray) {
     const floatv tx = fan[ray].x + plane.convergence_x * (x - plane.axis_x), ty = fan[ray].y + plane.convergence_y * (y - plane.axis_y);
@@ -183,8 +186,9 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
       // The way to the sample itself: all pixels that see it must agree on its place.
       const floatv ex = source.x - x, ey = source.y - y, ez = source.z - plane.z;
       length = sqrt(ex * ex + ey * ey + ez * ez);
-      const floatv excess = (ex * ex + ey * ey) / (length + ez);
-      turns = turns_of_length(ez, plane.turns_hi, plane.turns_lo) + turns_reduced(excess * plane.turns_hi);
+      const floatv depth = fabs(ez);  // the sample may lie on the plane's other side
+      const floatv excess = (ex * ex + ey * ey) / fmax(length + depth, (floatv)(1e-30f));
+      turns = turns_of_length(depth, plane.turns_hi, plane.turns_lo) + turns_reduced(excess * plane.turns_hi);
     }
 #endif
 #if RAYWAVE_BOUNCES > 0
@@ -205,7 +209,7 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
       floatv c, s;
       cos_sin_turns(turns, &c, &s);
       const floatv amplitude = LANES_SELECT(
-          (floatv)(0.0f), source.weight * sqrt(fmax(radiance, (floatv)(0.0f))) / fmax(length, (floatv)(1e-12f)), hit & source.found);
+          (floatv)(0.0f), source.weight * sqrt(fmax(radiance, (floatv)(0.0f))) / fmax(length, (floatv)(nearest)), hit & source.found);
       re += amplitude * c;
       im += amplitude * s;
 #if RAYWAVE_BOUNCES > 0

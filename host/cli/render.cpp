@@ -67,6 +67,10 @@ void run(const Options& options) {
     result = render(device, scene, how);
   }
 
+  if (!options.quiet) {
+    for (const auto& note : result.notes) std::fprintf(stderr, "raywave: %s\n", note.c_str());
+  }
+
   const std::filesystem::path out(options.out);
   std::vector<std::string> written;
   for (std::size_t frame = 0; frame < result.levels.size(); ++frame) {

@@ -82,7 +82,7 @@ public:
     length.optical_m += hit.t * index;
     length.spread_m += hit.t / index;
     const double radiance = weight * (1 - m.reflectivity - m.transparency) * phong(surface, -direction);
-    auto sum = std::polar(std::sqrt(std::max(radiance, 0.0)) / length.spread_m,
+    auto sum = std::polar(std::sqrt(std::max(radiance, 0.0)) / std::max(length.spread_m, std::min(plan_.pitch_m.x, plan_.pitch_m.y) / 4),
                           2 * std::numbers::pi * (std::remainder(length.optical_m / plan_.wavelength_m, 1) + cell_phase(surface.point)));
     if (bounces_left == 0 || (m.reflectivity == 0 && m.transparency == 0)) return sum;
 

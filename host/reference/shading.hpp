@@ -30,7 +30,7 @@ struct TracedField {
 };
 
 /// sum over the fan of sqrt(radiance) / r exp(2 pi i (r / wavelength + phase of the cell)), r the optical length from pixel to source
-/// in the phase, and in the amplitude the length in air that spreads light as much.
+/// in the phase, and in the amplitude the length in air that spreads light as much, a quarter of a pixel at least.
 /// Triangles have corners in single precision in the scene frame, as the device has them; all else is double.
 TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, const Wrp& wrp, std::uint32_t seed);
 

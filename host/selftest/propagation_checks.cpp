@@ -227,7 +227,7 @@ std::vector<SelfCheck> optics_extremes(SelfTestSize size) {
     checks.push_back({"extremes", claim, "relative L2", few_frequencies_bound,
                       [=](const cl::Device& device) { return exact_or_refused(words, [&] { return discrete_noise(device, s); }); }});
   };
-  refusal("propagation, 100 m, shift 50 m, tiny plane: exact or refused", "falls between two sampled frequencies",
+  refusal("propagation, 100 m, shift 50 m, tiny plane: exact or refused", "samples too few directions",
           {small, square(0.4 * um), red_m, {50, 0}, 100});
   refusal("propagation, 100 m, shift 100 m, steep: exact or refused", "too far for its phase to be exact",
           {{1 << 19, 1}, square(red_m / 4), red_m, {100, 0}, 100});
