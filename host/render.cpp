@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/render.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <memory>
@@ -8,6 +10,7 @@
 #include "host/encode.hpp"
 #include "host/gatherer.hpp"
 #include "host/propagator.hpp"
+#include "host/text.hpp"
 #include "host/tracer.hpp"
 
 namespace raywave {
@@ -63,11 +66,48 @@ private:
   std::uint32_t seed_ = 0;
 };
 
-/// Frames whose fields are held at the same time: as many as share one gathering and fit into half a gigabyte.
-int frames_together(const Scene& scene, const Plan& plan, std::size_t pixels) {
+/// Frames whose fields are held at the same time: as many as share one gathering and fit into half a gigabyte, one WRP's into one buffer.
+int frames_together(const cl::DeviceInfo& device, const Scene& scene, const Plan& plan, std::size_t pixels) {
   if (!plan.aimed || plan.bounces > 0) return 1;
-  const double fitting = 512.0 * 1024 * 1024 / (8.0 * static_cast<double>(plan.wrps.size()) * static_cast<double>(pixels));
+  const double plane = 8.0 * static_cast<double>(pixels), half_a_gigabyte = 512.0 * 1024 * 1024;
+  const double fitting =
+      std::min(half_a_gigabyte / (plane * static_cast<double>(plan.wrps.size())), static_cast<double>(device.largest_buffer_bytes) / plane);
   return static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(std::min(scene.sampling.frames, Gatherer::most_frames))));
+}
+
+/// Refuses before anything is computed what the device has no memory for.
+void require_memory(const cl::DeviceInfo& device, const Scene& scene, const Plan& plan, Method method) {
+  const auto fail = [&](const std::string& what, const std::string& asked, const std::string& allowed, const std::string& advice) {
+    throw cl::DeviceError(what + ": " + asked + " asked, " + allowed + "; " + advice);
+  };
+  const auto area = [](glm::ivec2 size) { return static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y); };
+  const auto require_buffer = [&](const std::string& what, std::uint64_t bytes, const std::string& advice) {
+    if (bytes > device.largest_buffer_bytes)
+      fail(what, cl::format_bytes(bytes) + " in one buffer", device.name + " allows " + cl::format_bytes(device.largest_buffer_bytes),
+           advice);
+  };
+  const std::string smaller = "a smaller hologram.resolution needs less";
+  const bool padded = method == Method::wrp;
+  const std::string less_padding = padded && scene.wrp.padding > 1 ? "a smaller wrp.padding (now " + number_text(scene.wrp.padding) +
+                                                                         ") or hologram.resolution needs less"
+                                                                   : smaller;
+  require_buffer("field of " + std::to_string(plan.size.x) + " x " + std::to_string(plan.size.y) + " pixels", 8 * area(plan.size), smaller);
+  if (padded)
+    require_buffer("padded plane of " + std::to_string(plan.padded.x) + " x " + std::to_string(plan.padded.y) + " samples",
+                   8 * area(plan.padded), less_padding);
+  if (plan.aimed || scene.sampling.source == FanSource::surface)
+    require_buffer("lattice of " + std::to_string(plan.lattice.size.x) + " x " + std::to_string(plan.lattice.size.y) + " surface samples",
+                   4 * area(plan.lattice.size), "a larger sampling.pitch (now " + length_text(scene.sampling.pitch_m) + ") needs less");
+  if (padded && plan.device_bytes > device.memory_bytes)
+    fail("planes, fields and mesh", cl::format_bytes(plan.device_bytes), device.name + " has " + cl::format_bytes(device.memory_bytes),
+         less_padding);
+
+  // A system that promises more memory than it has ends programs without a word.
+  const std::uint64_t host_bytes = 9 * area(plan.size) * static_cast<std::uint64_t>(scene.sampling.frames);
+  const auto installed = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  if (host_bytes > installed)
+    fail("fields and levels of " + std::to_string(scene.sampling.frames) + " frames", cl::format_bytes(host_bytes) + " of host memory",
+         "this computer has " + cl::format_bytes(installed), "fewer sampling.frames, or a smaller hologram.resolution, need less");
 }
 
 }  // namespace
@@ -86,6 +126,7 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
   }();
   result.plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
   const auto& plan = result.plan;
+  require_memory(device.info(), scene, plan, options.method);
 
   report("tree and kernels", 0);
   const DeviceScene arrays = [&] {
@@ -96,7 +137,7 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
   result.seconds["prepare"] -= arrays.tree_seconds;
   const auto pixels = static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y);
   const auto wrp_count = plan.wrps.size();
-  const int together = frames_together(scene, plan, pixels);
+  const int together = frames_together(device.info(), scene, plan, pixels);
   FieldSource source = [&] {
     const auto clock = stage("samples");
     return FieldSource(device, scene, plan, arrays, together);
