@@ -33,7 +33,7 @@ public:
     read(std::as_writable_bytes(std::span(&count, 1)));
     if (count > max_count) throw std::runtime_error("more than was agreed on comes through the pipe");
     // A count is only a claim until some of it has come.
-    values.resize(std::min<std::uint64_t>(count, (std::size_t{16} << 20) / sizeof(T)));
+    values.resize(std::min<std::uint64_t>(count, (std::size_t{1} << 20) / sizeof(T)));
     read(std::as_writable_bytes(std::span(values)));
     const std::size_t first = values.size();
     values.resize(count);

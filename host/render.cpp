@@ -66,6 +66,8 @@ private:
   std::uint32_t seed_ = 0;
 };
 
+std::uint64_t area(glm::ivec2 size) { return static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y); }
+
 /// Frames whose fields are held at the same time: as many as share one gathering and fit into half a gigabyte, one WRP's into one buffer.
 int frames_together(const cl::DeviceInfo& device, const Scene& scene, const Plan& plan, std::size_t pixels) {
   if (!plan.aimed || plan.bounces > 0) return 1;
@@ -75,39 +77,34 @@ int frames_together(const cl::DeviceInfo& device, const Scene& scene, const Plan
   return static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(std::min(scene.sampling.frames, Gatherer::most_frames))));
 }
 
-/// Refuses before anything is computed what the device has no memory for.
+/// Refuses, before anything is computed, what the device or the host has no memory for.
 void require_memory(const cl::DeviceInfo& device, const Scene& scene, const Plan& plan, Method method) {
-  const auto fail = [&](const std::string& what, const std::string& asked, const std::string& allowed, const std::string& advice) {
-    throw cl::DeviceError(what + ": " + asked + " asked, " + allowed + "; " + advice);
+  const auto require = [](std::uint64_t bytes, std::uint64_t allowed, const std::string& what, const std::string& limit,
+                          const std::string& advice) {
+    if (bytes > allowed)
+      throw cl::DeviceError(what + ": " + cl::format_bytes(bytes) + " asked, " + limit + " " + cl::format_bytes(allowed) + "; " + advice);
   };
-  const auto area = [](glm::ivec2 size) { return static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y); };
-  const auto require_buffer = [&](const std::string& what, std::uint64_t bytes, const std::string& advice) {
-    if (bytes > device.largest_buffer_bytes)
-      fail(what, cl::format_bytes(bytes) + " in one buffer", device.name + " allows " + cl::format_bytes(device.largest_buffer_bytes),
-           advice);
+  const auto require_buffer = [&](const std::string& what, glm::ivec2 size, std::uint64_t element_bytes, const std::string& advice) {
+    require(element_bytes * area(size), device.largest_buffer_bytes,
+            what + " of " + std::to_string(size.x) + " x " + std::to_string(size.y), device.name + " allows in one buffer", advice);
   };
-  const std::string smaller = "a smaller hologram.resolution needs less";
   const bool padded = method == Method::wrp;
-  const std::string less_padding = padded && scene.wrp.padding > 1 ? "a smaller wrp.padding (now " + number_text(scene.wrp.padding) +
-                                                                         ") or hologram.resolution needs less"
-                                                                   : smaller;
-  require_buffer("field of " + std::to_string(plan.size.x) + " x " + std::to_string(plan.size.y) + " pixels", 8 * area(plan.size), smaller);
-  if (padded)
-    require_buffer("padded plane of " + std::to_string(plan.padded.x) + " x " + std::to_string(plan.padded.y) + " samples",
-                   8 * area(plan.padded), less_padding);
+  const auto pixels = area(plan.size), frames = static_cast<std::uint64_t>(scene.sampling.frames);
+  std::string smaller = "a smaller hologram.resolution needs less";
+  if (padded && scene.wrp.padding > 1)
+    smaller = "a smaller wrp.padding (now " + number_text(scene.wrp.padding) + ") or hologram.resolution needs less";
+  require_buffer("field", plan.size, 8, "a smaller hologram.resolution needs less");
+  if (padded) require_buffer("padded plane", plan.padded, 8, smaller);
   if (plan.aimed || scene.sampling.source == FanSource::surface)
-    require_buffer("lattice of " + std::to_string(plan.lattice.size.x) + " x " + std::to_string(plan.lattice.size.y) + " surface samples",
-                   4 * area(plan.lattice.size), "a larger sampling.pitch (now " + length_text(scene.sampling.pitch_m) + ") needs less");
-  if (padded && plan.device_bytes > device.memory_bytes)
-    fail("planes, fields and mesh", cl::format_bytes(plan.device_bytes), device.name + " has " + cl::format_bytes(device.memory_bytes),
-         less_padding);
+    require_buffer("lattice of surface samples", plan.lattice.size, 4,
+                   "a larger sampling.pitch (now " + length_text(scene.sampling.pitch_m) + ") needs less");
+  // Beside the plan's planes, one WRP's field and the levels.
+  if (padded) require(plan.device_bytes + 9 * pixels, device.memory_bytes, "planes, fields and mesh", device.name + " has", smaller);
 
   // A system that promises more memory than it has ends programs without a word.
-  const std::uint64_t host_bytes = 9 * area(plan.size) * static_cast<std::uint64_t>(scene.sampling.frames);
   const auto installed = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  if (host_bytes > installed)
-    fail("fields and levels of " + std::to_string(scene.sampling.frames) + " frames", cl::format_bytes(host_bytes) + " of host memory",
-         "this computer has " + cl::format_bytes(installed), "fewer sampling.frames, or a smaller hologram.resolution, need less");
+  require(9 * pixels * frames, installed, "fields and levels of " + std::to_string(frames) + " frames", "this computer's memory is",
+          "fewer sampling.frames, or a smaller hologram.resolution, need less");
 }
 
 }  // namespace

@@ -68,7 +68,8 @@ public:
     if (program > 0) return program;
     for (const auto& variable : environment) putenv(const_cast<char*>(variable.c_str()));
     alarm(time_limit_s);
-    for (const auto& [name, descriptor] : {std::pair("/dev/null", STDIN_FILENO), {out.c_str(), STDOUT_FILENO}, {err.c_str(), STDERR_FILENO}})
+    for (const auto& [name, descriptor] :
+         {std::pair("/dev/null", STDIN_FILENO), {out.c_str(), STDOUT_FILENO}, {err.c_str(), STDERR_FILENO}})
       dup2(open(name, O_RDWR | O_CREAT | O_TRUNC, 0600), descriptor);
     execv(pointers[0], pointers.data());
     _exit(127);
