@@ -71,7 +71,7 @@ void check_damaged_demo_files(int cuts, int flips) {
 
 }  // namespace
 
-TEST_CASE("damaged demo files, and damaged results of a demo run, are read or refused in one line") { check_damaged_demo_files(20, 40); }
+TEST_CASE("damaged demo files, and damaged results of a demo run, are read or refused in one line") { check_damaged_demo_files(10, 20); }
 
 TEST_CASE("damaged demo files, many more", "[.long]") { check_damaged_demo_files(100, 300); }
 
@@ -292,7 +292,7 @@ TEST_CASE("killed at any moment, the program leaves every output as it was or as
   std::mt19937 random(1);
   std::uniform_real_distribution<double> anywhere(0, 1);
   int killed = 0;
-  for (int i = 0; i < 18; ++i) {
+  for (int i = 0; i < 12; ++i) {
     for (const auto& [name, bytes] : old_files) std::ofstream(desk.out(name), std::ios::binary) << bytes;
     const pid_t program = desk.start(arguments(2, "out"));
     // Most near the end, where files are written.
