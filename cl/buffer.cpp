@@ -30,13 +30,18 @@ void require_memory(const Device& device, std::span<const MemoryNeed> needs) {
 Memory::Memory(const Device& device, std::size_t bytes, const std::string& name) : device_(std::make_unique<Device>(device)) {
   bytes = std::max<std::size_t>(bytes, 1);
   const auto& info = device.info();
-  if (bytes > info.largest_buffer_bytes) throw too_large(info, name, bytes, "a smaller hologram.resolution or wrp.padding needs less");
+  const std::string less = "a smaller hologram.resolution or wrp.padding, or a larger sampling.pitch, needs less";
+  if (bytes > info.largest_buffer_bytes) throw too_large(info, name, bytes, less);
+  // Not every driver keeps count: some begin to swap, or fail at a launch.
+  if (device.allocated_bytes() + bytes > info.memory_bytes) {
+    throw DeviceError(name + ": " + format_bytes(bytes) + " asked, " + info.name + " has " + format_bytes(info.memory_bytes) +
+                      " of which " + format_bytes(device.allocated_bytes()) + " are taken; " + less);
+  }
   try {
     handle_ = ::cl::Buffer(device.context(), CL_MEM_READ_WRITE, bytes);
   } catch (const ::cl::Error& error) {
     throw DeviceError(name + ": " + format_bytes(bytes) + " asked, out of memory on " + info.name + " with " +
-                      format_bytes(device.allocated_bytes()) + " taken (" + std::to_string(error.err()) +
-                      "); a smaller hologram.resolution or wrp.padding needs less");
+                      format_bytes(device.allocated_bytes()) + " taken (" + std::to_string(error.err()) + "); " + less);
   }
   bytes_ = bytes;
   auto& meter = *device_->meter_;

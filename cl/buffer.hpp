@@ -29,7 +29,7 @@ class Memory {
 public:
   Memory() = default;
   /// name  for messages ("WRP field"); at least one byte is taken
-  /// throws DeviceError when it is larger than the device's largest buffer or memory is out
+  /// throws DeviceError when it is larger than the device's largest buffer, or than what is left of the device's memory
   Memory(const Device& device, std::size_t bytes, const std::string& name);
   Memory(Memory&& other) noexcept { *this = std::move(other); }
   Memory& operator=(Memory&& other) noexcept;

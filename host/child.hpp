@@ -2,6 +2,7 @@
 /// Untrusted input in a process of its own, so that a crash or a hang of a third-party reader stays there.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -31,8 +32,12 @@ public:
     std::uint64_t count = 0;
     read(std::as_writable_bytes(std::span(&count, 1)));
     if (count > max_count) throw std::runtime_error("more than was agreed on comes through the pipe");
-    values.resize(count);
+    // A count is only a claim until some of it has come.
+    values.resize(std::min<std::uint64_t>(count, (std::size_t{1} << 20) / sizeof(T)));
     read(std::as_writable_bytes(std::span(values)));
+    const std::size_t first = values.size();
+    values.resize(count);
+    read(std::as_writable_bytes(std::span(values).subspan(first)));
   }
 
 private:

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string_view>
 
-#include "host/child.hpp"
+#include "host/child_reply.hpp"
 #include "host/error.hpp"
 #include "host/image.hpp"
 #include "host/output.hpp"
@@ -16,7 +16,7 @@
 namespace raywave {
 namespace {
 
-constexpr int kMaxTextureSide = 16384, kMaxLevelsSide = 65536;  // levels: a hologram's resolution
+constexpr int kMaxTextureSide = 16384;
 constexpr int kMaxChannels = 64;
 
 float linear_from_srgb(float s) { return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f); }
@@ -68,18 +68,8 @@ Image load_safely(const std::filesystem::path& file, const std::string& where, c
   Image image;
   try {
     run_in_child(
-        {30, std::uint64_t{6} << 30}, [&] { image = make(); },
-        [&](ChildPipe& pipe) {
-          pipe.write_vector(std::vector<int>{image.width, image.height});
-          pipe.write_vector(image.pixels);
-        },
-        [&](ChildPipe& pipe) {
-          std::vector<int> size;
-          pipe.read_vector(size, 2);
-          image.width = size.at(0);
-          image.height = size.at(1);
-          pipe.read_vector(image.pixels, std::uint64_t{1} * image.width * image.height);
-        });
+        {30, std::uint64_t{6} << 30}, [&] { image = make(); }, [&](ChildPipe& pipe) { send(pipe, image); },
+        [&](ChildPipe& pipe) { image = receive_image(pipe); });
   } catch (const std::exception& failure) {
     fail(failure.what());
   }
@@ -126,7 +116,7 @@ Image load_grey(const std::filesystem::path& file, const std::string& where) {
 
 Image load_levels(const std::filesystem::path& file, const std::string& where) {
   return load_safely(file, where, [&] {
-    const auto input = open(file, kMaxLevelsSide);
+    const auto input = open(file, largest_picture_side);
     const OIIO::ImageSpec& spec = input->spec();
     if (spec.nchannels != 1 || (spec.format != OIIO::TypeUInt8 && spec.format != OIIO::TypeUInt16))
       throw InputError("must be grey of 8 or 16 bits; it has " + std::to_string(spec.nchannels) + " channels of type " +

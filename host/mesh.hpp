@@ -26,6 +26,10 @@ struct Mesh {
 /// throws  InputError, starting with `where`, when the file cannot be read, holds no triangle, or a vertex is NaN or infinite
 Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where);
 
+/// The last step of load_mesh, on a mesh as a file has it, with zero for a normal that is missing: triangles of no area dropped, every
+/// corner given its normal, and corners that agree in everything joined.
+Mesh finish_mesh(Mesh raw, Normals normals);
+
 /// Every object placed in the world (metres), one after the other. All vectors of a vertex are as long as `positions`.
 struct World {
   std::vector<glm::dvec3> positions;

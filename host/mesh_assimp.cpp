@@ -19,7 +19,7 @@
 #include <string_view>
 #include <utility>
 
-#include "host/child.hpp"
+#include "host/child_reply.hpp"
 #include "host/error.hpp"
 #include "host/mesh.hpp"
 #include "host/text.hpp"
@@ -29,8 +29,6 @@ namespace raywave {
 namespace {
 
 constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{2} << 30;
-constexpr std::size_t kMaxTriangles = 100'000'000;  // also against small files that repeat one mesh without end
-constexpr std::size_t kMaxVertices = 3 * kMaxTriangles;
 constexpr std::size_t kMaxNodes = 1'000'000;
 
 glm::dmat4 to_glm(const aiMatrix4x4& m) {  // Assimp stores rows, glm columns
@@ -83,9 +81,9 @@ Mesh flatten(const aiScene& scene) {
     const glm::dmat4 world_from_node = world_from_parent * to_glm(node->mTransformation);
     for (unsigned i = 0; i < node->mNumMeshes; ++i) {
       const aiMesh& part = *scene.mMeshes[node->mMeshes[i]];
-      if (visited > kMaxNodes || raw.triangles.size() + part.mNumFaces > kMaxTriangles ||
-          raw.positions.size() + part.mNumVertices > kMaxVertices)
-        throw InputError("more than " + std::to_string(kMaxTriangles) + " triangles");
+      if (visited > kMaxNodes || raw.triangles.size() + part.mNumFaces > most_triangles_of_file ||
+          raw.positions.size() + part.mNumVertices > most_vertices_of_file)
+        throw InputError("more than " + std::to_string(most_triangles_of_file) + " triangles");
       append(part, world_from_node, raw);
     }
     for (unsigned i = 0; i < node->mNumChildren; ++i) pending.emplace_back(node->mChildren[i], world_from_node);
@@ -119,30 +117,6 @@ std::vector<glm::dvec3> smooth_normals(const Mesh& mesh) {
   std::vector<glm::dvec3> normals(mesh.positions.size());
   for (std::size_t i = 0; i < normals.size(); ++i) normals[i] = unit_or_zero(sum[weld[i]]);
   return normals;
-}
-
-/// Gives every corner its normal and joins the corners that agree in everything.
-Mesh finish(const Mesh& raw, Normals mode) {
-  const std::vector<glm::dvec3> normals = mode == Normals::smooth ? smooth_normals(raw) : raw.normals;
-  Mesh mesh;
-  Welder<8> welder(mode == Normals::smooth ? raw.positions.size() : 3 * raw.triangles.size());
-  for (const glm::uvec3& triangle : raw.triangles) {
-    const glm::dvec3 of_face = face_normal(corners(raw, triangle));
-    glm::uvec3 joined;
-    for (int i = 0; i < 3; ++i) {
-      const glm::dvec3 p = raw.positions[triangle[i]];
-      const glm::dvec2 uv = raw.uvs[triangle[i]];
-      const bool own = mode != Normals::flat && normals[triangle[i]] != glm::dvec3(0);
-      const glm::dvec3 n = own ? normals[triangle[i]] : of_face;
-      joined[i] = welder.id({p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y});
-      if (joined[i] < mesh.positions.size()) continue;
-      mesh.positions.push_back(p);
-      mesh.normals.push_back(n);
-      mesh.uvs.push_back(uv);
-    }
-    mesh.triangles.push_back(joined);
-  }
-  return mesh;
 }
 
 /// Files that end: Assimp's PLY reader asks for more for ever when the end of the header or the data is missing.
@@ -189,23 +163,35 @@ Mesh read_safely(const std::filesystem::path& file, std::uintmax_t file_bytes) {
   const ChildLimits limits{static_cast<unsigned>(2 + (file_bytes >> 20)), (std::uint64_t{1} << 30) + 64 * file_bytes};
   Mesh raw;
   run_in_child(
-      limits, [&] { raw = read(file); },
-      [&](ChildPipe& pipe) {
-        pipe.write_vector(raw.positions);
-        pipe.write_vector(raw.normals);
-        pipe.write_vector(raw.uvs);
-        pipe.write_vector(raw.triangles);
-      },
-      [&](ChildPipe& pipe) {
-        pipe.read_vector(raw.positions, kMaxVertices);
-        pipe.read_vector(raw.normals, raw.positions.size());
-        pipe.read_vector(raw.uvs, raw.positions.size());
-        pipe.read_vector(raw.triangles, kMaxTriangles);
-      });
+      limits, [&] { raw = read(file); }, [&](ChildPipe& pipe) { send(pipe, raw); }, [&](ChildPipe& pipe) { raw = receive_mesh(pipe); });
   return raw;
 }
 
 }  // namespace
+
+Mesh finish_mesh(Mesh raw, Normals mode) {
+  std::erase_if(raw.triangles, [&](const glm::uvec3& triangle) { return face_normal(corners(raw, triangle)) == glm::dvec3(0); });
+  const std::vector<glm::dvec3> normals = mode == Normals::smooth ? smooth_normals(raw) : raw.normals;
+  Mesh mesh;
+  Welder<8> welder(mode == Normals::smooth ? raw.positions.size() : 3 * raw.triangles.size());
+  for (const glm::uvec3& triangle : raw.triangles) {
+    const glm::dvec3 of_face = face_normal(corners(raw, triangle));
+    glm::uvec3 joined;
+    for (int i = 0; i < 3; ++i) {
+      const glm::dvec3 p = raw.positions[triangle[i]];
+      const glm::dvec2 uv = raw.uvs[triangle[i]];
+      const bool own = mode != Normals::flat && normals[triangle[i]] != glm::dvec3(0);
+      const glm::dvec3 n = own ? normals[triangle[i]] : of_face;
+      joined[i] = welder.id({p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y});
+      if (joined[i] < mesh.positions.size()) continue;
+      mesh.positions.push_back(p);
+      mesh.normals.push_back(n);
+      mesh.uvs.push_back(uv);
+    }
+    mesh.triangles.push_back(joined);
+  }
+  return mesh;
+}
 
 Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where) {
   const auto fail = [&](std::string_view what) { throw InputError(where + ": mesh " + in_quotes(file.string()) + ": " + one_line(what)); };
@@ -220,9 +206,9 @@ Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::st
   } catch (const std::exception& failure) {
     fail(failure.what());
   }
-  std::erase_if(raw.triangles, [&](const glm::uvec3& triangle) { return face_normal(corners(raw, triangle)) == glm::dvec3(0); });
-  if (raw.triangles.empty()) fail("holds no triangle that has an area");
-  return finish(raw, normals);
+  Mesh mesh = finish_mesh(std::move(raw), normals);
+  if (mesh.triangles.empty()) fail("holds no triangle that has an area");
+  return mesh;
 }
 
 }  // namespace raywave

@@ -134,17 +134,30 @@ std::array<Interval, 2> chief_tangents(const Plan& plan, glm::dvec2 middle) {
 }
 
 /// Where aimed gathering costs least: footprints grow with the distance of a sample from the WRP, so the middle, by area as the hologram
-/// sees it, of the surfaces that face it.
+/// sees it, of the objects' near sides. Either winding may be the outside.
 double middle_of_surfaces(const World& world) {
-  double sum = 0, weight = 0;
-  for (const auto& t : world.triangles) {
+  struct Side {
+    double sum = 0, weight = 0;
+    double middle() const { return weight > 0 ? sum / weight : std::numeric_limits<double>::infinity(); }
+  };
+  std::vector<std::array<Side, 2>> sides(world.object_closed.size());
+  for (std::size_t i = 0; i < world.triangles.size(); ++i) {
+    const auto t = world.triangles[i];
     const auto &a = world.positions[t.x], &b = world.positions[t.y], &c = world.positions[t.z];
     const auto n = glm::cross(b - a, c - a), centre = (a + b + c) / 3.0;
-    const double seen = std::max(0.0, -glm::dot(n, centre)) / (centre.z * centre.z);
-    sum += seen * centre.z;
-    weight += seen;
+    const double seen = glm::dot(n, centre) / (centre.z * centre.z);
+    auto& side = sides[static_cast<std::size_t>(world.triangle_object[i])][seen < 0];
+    side.sum += std::abs(seen) * centre.z;
+    side.weight += std::abs(seen);
   }
-  return weight > 0 ? sum / weight : (world.min_m.z + world.max_m.z) / 2;
+  Side all;
+  for (const auto& [one, other] : sides) {
+    const auto& near = one.middle() < other.middle() ? one : other;
+    all.sum += near.sum;
+    all.weight += near.weight;
+  }
+  const double middle = all.middle();
+  return std::isfinite(middle) ? middle : (world.min_m.z + world.max_m.z) / 2;
 }
 
 std::vector<Wrp> wrps_side_by_side(const Scene& scene, const Plan& plan, glm::dvec2 middle) {

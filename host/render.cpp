@@ -132,10 +132,12 @@ void require_memory(const cl::Device& device, const Scene& scene, const World& w
   }
 }
 
-/// Frames whose fields are held at the same time: as many as share one gathering and fit into half a gigabyte.
-int frames_together(const Scene& scene, const Plan& plan, std::size_t pixels) {
+/// Frames whose fields are held at the same time: as many as share one gathering and fit into half a gigabyte, one WRP's into one buffer.
+int frames_together(const cl::DeviceInfo& device, const Scene& scene, const Plan& plan, std::size_t pixels) {
   if (!plan.aimed || plan.bounces > 0) return 1;
-  const double fitting = 512.0 * 1024 * 1024 / (8.0 * static_cast<double>(plan.wrps.size()) * static_cast<double>(pixels));
+  const double plane = 8.0 * static_cast<double>(pixels), half_a_gigabyte = 512.0 * 1024 * 1024;
+  const double fitting =
+      std::min(half_a_gigabyte / (plane * static_cast<double>(plan.wrps.size())), static_cast<double>(device.largest_buffer_bytes) / plane);
   return static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(std::min(scene.sampling.frames, Gatherer::most_frames))));
 }
 
@@ -166,7 +168,7 @@ struct Renderer::State {
   void prepare() {
     plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
     require_rays(scene, plan);
-    together = frames_together(scene, plan, pixels());
+    together = frames_together(device.info(), scene, plan, pixels());
     require_memory(device, scene, world, plan, options.method, together);
     if (options.method == Method::wrp) {
       const auto clock = stage("prepare");
@@ -207,7 +209,7 @@ struct Renderer::State {
 
   void build_source() {
     const auto clock = stage("samples");
-    together = frames_together(scene, plan, pixels());
+    together = frames_together(device.info(), scene, plan, pixels());
     source = nullptr;  // before the new one asks for memory
     source = std::make_unique<FieldSource>(device, scene, plan, *arrays, together);
     clock.wait();
@@ -227,7 +229,7 @@ struct Renderer::State {
       const auto clock = stage("tree");
       arrays->place(scene, world, plan);
     }
-    if (same_kernels(before, plan) && frames_together(scene, plan, pixels()) == together) {
+    if (same_kernels(before, plan) && frames_together(device.info(), scene, plan, pixels()) == together) {
       const auto clock = stage("samples");
       source->find_samples(plan, *arrays);
       clock.wait();

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program as a person runs it: exit codes, messages, files.
-#include <sys/wait.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -12,74 +10,14 @@
 #include "host/image.hpp"
 #include "host/npy.hpp"
 #include "tests/support/catch.hpp"
-#include "tests/support/files.hpp"
-#include "tests/support/scenes.hpp"
+#include "tests/support/program.hpp"
 
 namespace raywave {
 namespace {
 
 using Catch::Matchers::ContainsSubstring;
 using Json = nlohmann::json;
-
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-std::string quoted(const std::string& argument) {
-  std::string text = "'";
-  for (const char c : argument) text += c == '\'' ? "'\\''" : std::string(1, c);
-  return text + "'";
-}
-
-/// A folder with a small scene in it, and the program to run there.
-class Desk {
-public:
-  Desk() {
-    folder_.write("square.obj", test::square_obj());
-    scene("");
-  }
-
-  /// Writes scene.toml with these lines added at its end.
-  void scene(const std::string& more) {
-    folder_.write("scene.toml",
-                  "[hologram]\nresolution = [48, 32]\npitch = \"4 um\"\n[sampling]\npitch = \"20 um\"\n[[light]]\ndirection = [0, 0, 1]\n"
-                  "[[object]]\nmesh = \"square.obj\"\nwidth = \"0.2 mm\"\nposition = [0, 0, \"10 mm\"]\n" +
-                      more);
-  }
-
-  Outcome run(const std::vector<std::string>& arguments) const {
-    std::string line = quoted(RAYWAVE_PROGRAM);
-    for (const auto& a : arguments) line += ' ' + quoted(a);
-    line += " >" + quoted(file("stdout")) + " 2>" + quoted(file("stderr")) + " </dev/null";
-    const int status = std::system(line.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, bytes_of(file("stdout")), bytes_of(file("stderr"))};
-  }
-
-  Outcome render(std::vector<std::string> more = {}) const {
-    more.insert(more.begin(), {"render", file("scene.toml"), "-o", file("out")});
-    return run(more);
-  }
-
-  std::string file(const std::string& name) const { return (folder_ / name).string(); }
-  std::filesystem::path out(const std::string& name) const { return folder_ / "out" / name; }
-  bool has_output() const { return std::filesystem::exists(folder_ / "out"); }
-  const Folder& folder() const { return folder_; }
-
-private:
-  Folder folder_;
-};
-
-/// One line on stderr that says this, nothing on stdout, this exit code.
-void check_refused(const Outcome& outcome, int code, const std::string& says) {
-  INFO("stdout: " << outcome.out << "\nstderr: " << outcome.err);
-  CHECK(outcome.code == code);
-  CHECK(outcome.out.empty());
-  CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
-  CHECK(outcome.err.starts_with("raywave: "));
-  CHECK(outcome.err.ends_with('\n'));
-  CHECK_THAT(outcome.err, ContainsSubstring(says));
-}
+using namespace test;
 
 std::size_t files_in(const std::filesystem::path& folder) {
   return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()));

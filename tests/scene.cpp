@@ -369,7 +369,7 @@ TEST_CASE("nesting without end is refused, not followed") {
 TEST_CASE("damaged scenes load or are refused in one line") {
   const Workshop workshop;
   const auto file = workshop.folder.write("scene.toml", kScene);
-  const auto [accepted, refused] = read_damaged(workshop.folder, file, 3000, [](const auto& damaged) { load_scene(damaged); });
+  const auto [accepted, refused] = read_damaged(workshop.folder, file, 200, 3000, [](const auto& damaged) { load_scene(damaged); });
   CHECK(refused > 1000);
   CHECK(accepted > 10);  // a flipped digit is a scene too
 }

@@ -60,29 +60,43 @@ std::string input_error_of(Action action) {
   return "";
 }
 
-/// Feeds `read` damaged copies of the file: cut short everywhere (at most 200 places), then `flips` copies with one to four bits turned.
-/// Returns how many were read without complaint and how many gave an InputError of one line; any other exception goes on to the test.
-template <class Read>
-std::pair<int, int> read_damaged(const Folder& folder, const std::filesystem::path& file, int flips, Read read) {
-  const std::string whole = bytes_of(file);
-  const std::string name = "damaged" + file.extension().string();
-  std::pair<int, int> accepted_refused{0, 0};
-  const auto try_one = [&](const std::string& bytes) {
-    const auto damaged = folder.write(name, bytes);
-    const std::string message = input_error_of([&] { read(damaged); });
-    if (message.find('\n') != std::string::npos) throw std::runtime_error("a message of two lines: " + message);
-    ++(message.empty() ? accepted_refused.first : accepted_refused.second);
-  };
-  for (std::size_t length = 0; length < whole.size(); length += std::max<std::size_t>(1, whole.size() / 200))
-    try_one(whole.substr(0, length));
+/// Calls `use` with damaged copies of `whole`: cut short at `cuts` places all over, with as many runs of up to 64 zeroed bytes, with one to
+/// four bits turned `flips` times, and with garbage behind the end. The same copies every time.
+template <class Use>
+void for_damaged(const std::string& whole, int cuts, int flips, Use use) {
+  const auto step = std::max<std::size_t>(1, whole.size() / static_cast<std::size_t>(cuts));
   std::mt19937 random(1);
-  for (int i = 0; i < flips; ++i) {
+  for (std::size_t length = 0; length < whole.size(); length += step) {
+    use(whole.substr(0, length));
+    std::string zeroed = whole;
+    zeroed.replace(length, std::min<std::size_t>(1 + random() % 64, whole.size() - length), "");
+    zeroed.insert(length, whole.size() - zeroed.size(), '\0');
+    use(zeroed);
+  }
+  for (int i = 0; i < flips && !whole.empty(); ++i) {
     std::string bytes = whole;
     for (int bits = 1 + i % 4; bits > 0; --bits) {
       char& byte = bytes[random() % bytes.size()];
       byte = static_cast<char>(byte ^ (1 << (random() % 8)));
     }
-    try_one(bytes);
+    use(bytes);
   }
+  std::string garbage(100, ' ');
+  for (char& c : garbage) c = static_cast<char>(random());
+  for (const std::size_t more : {std::size_t{1}, garbage.size()}) use(whole + garbage.substr(0, more));
+}
+
+/// Feeds `read` damaged copies of the file. Returns how many were read without complaint and how many gave an InputError of one line; any
+/// other exception goes on to the test.
+template <class Read>
+std::pair<int, int> read_damaged(const Folder& folder, const std::filesystem::path& file, int cuts, int flips, Read read) {
+  const std::string name = "damaged" + file.extension().string();
+  std::pair<int, int> accepted_refused{0, 0};
+  for_damaged(bytes_of(file), cuts, flips, [&](const std::string& bytes) {
+    const auto damaged = folder.write(name, bytes);
+    const std::string message = input_error_of([&] { read(damaged); });
+    if (message.find('\n') != std::string::npos) throw std::runtime_error("a message of two lines: " + message);
+    ++(message.empty() ? accepted_refused.first : accepted_refused.second);
+  });
   return accepted_refused;
 }

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes small valid inputs for the fuzz targets, from data/ and by hand: FOLDER/TARGET/*. Usage: seeds.py FOLDER"""
+
+import pathlib
+import struct
+import sys
+
+data = pathlib.Path(__file__).resolve().parents[2] / "data"
+folder = pathlib.Path(sys.argv[1])
+
+
+def write(target, name, content):
+    file = folder / target / name
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(content)
+
+
+def packed(kind, rows):
+    """Numbers as bytes: kind is struct's f, d, i, I."""
+    flat = [x for row in rows for x in (row if isinstance(row, (list, tuple)) else [row])]
+    return struct.pack(f"<{len(flat)}{kind}", *flat)
+
+
+def vector(kind, rows):
+    """As a ChildPipe sends it: count, then elements."""
+    return struct.pack("<Q", len(rows)) + packed(kind, rows)
+
+
+# Scenes, with a mesh that is there wherever the fuzzer runs, and overrides behind a zero byte.
+for file in sorted(data.glob("*.toml")):
+    text = file.read_bytes()
+    for mesh in data.glob("*.p[ln][yg]"):
+        text = text.replace(mesh.name.encode(), b"/proc/self/exe")
+    write("scene", file.name, text)
+for i, override in enumerate([b"wrp.padding=1.25", b"hologram.pitch=8 um", b"object.0.width=9 mm", b"sampling.mode=fan", b'light=[{direction=[0,0,1]}]']):
+    write("scene", f"override{i}", b'[[light]]\ndirection=[0,0,1]\n[[object]]\nmesh="/proc/self/exe"\n\0' + override)
+
+# Fields.
+for i, (kind, shape, samples) in enumerate([("<c8", (2, 3), packed("f", [1] * 12)), ("<c16", (2, 2, 1), packed("d", [1] * 8)), ("<f8", (4,), packed("d", [1] * 4))]):
+    for version in (1, 2, 3):
+        header = f"{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}\n".encode()
+        length = struct.pack("<H" if version == 1 else "<I", len(header))
+        write("npy", f"{i}{version}", b"\x93NUMPY" + bytes([version, 0]) + length + header + samples)
+
+# Meshes by format (first byte), and as a child hands them over.
+corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+uvs = [c[:2] for c in corners]
+faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
+ply = "ply\nformat {} 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n"
+numbers = lambda rows, start="": "".join(start + " ".join(f"{x:g}" for x in row) + "\n" for row in rows)
+write("mesh", "square.ply", b"\0" + (data / "square.ply").read_bytes())
+write("mesh", "plane.ply", b"\0" + (data / "plane.ply").read_bytes())
+write("mesh", "ascii.ply", b"\0" + (ply.format("ascii") + numbers(corners) + numbers(faces, "3 ")).encode())
+write("mesh", "binary.ply", b"\0" + ply.format("binary_little_endian").encode() + packed("f", corners) + b"".join(b"\3" + packed("I", f) for f in faces))
+write("mesh", "a.obj", b"\1" + (numbers(corners, "v ") + numbers(corners, "vn ") + numbers(uvs, "vt ") + numbers([[i + 1 for i in f] for f in faces], "f ")).encode())
+write("mesh", "a.stl", b"\2" + bytes(80) + struct.pack("<I", 4) + b"".join(bytes(12) + packed("f", [corners[i] for i in f]) + bytes(2) for f in faces))
+write("mesh", "ascii.stl", b"\2solid a\n" + b"".join(f"facet normal 0 0 0\nouter loop\n{numbers([corners[i] for i in f], 'vertex ')}endloop\nendfacet\n".encode() for f in faces) + b"endsolid a\n")
+write("mesh", "a.gltf", b"\3" + b'{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,1]}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}')
+for mode in (0, 2):
+    write("reply", f"mesh{mode}", bytes([mode]) + vector("d", corners) + vector("d", corners) + vector("d", uvs) + vector("I", faces))
+
+# Pictures.
+for file in data.glob("*.png"):
+    if file.stat().st_size < 5000:
+        write("texture", file.name, file.read_bytes())
+write("texture", "a.pfm", b"Pf\n2 2\n-1.0\n" + packed("f", [1] * 4))
+write("texture", "a.pgm", b"P5\n3 2\n255\n" + bytes(range(6)))
+write("texture", "a.ppm", b"P6\n1 2\n255\n" + bytes(range(6)))
+write("texture", "a.bmp", b"BM" + struct.pack("<IHHI", 58, 0, 0, 54) + struct.pack("<IiiHHIIiiII", 40, 1, 1, 1, 24, 0, 4, 2835, 2835, 0, 0) + b"\1\2\3\0")
+write("reply", "image", b"\1" + vector("i", [2, 3]) + vector("f", range(6)))

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The program as a person runs it, in a folder of its own.
+#pragma once
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace raywave::test {
+
+struct Outcome {
+  int code = -1;  // -1 when a signal ended it, the time limit's among them
+  std::string out, err;
+  std::uint64_t peak_bytes = 0;  // of resident memory, the program's or a child's
+};
+
+/// A folder with a small scene in it, and the program to run there.
+class Desk {
+public:
+  Desk() {
+    folder_.write("square.obj", square_obj());
+    scene("");
+  }
+
+  /// Writes scene.toml with these lines added at its end.
+  void scene(const std::string& more) {
+    folder_.write("scene.toml",
+                  "[hologram]\nresolution = [48, 32]\npitch = \"4 um\"\n[sampling]\npitch = \"20 um\"\n[[light]]\ndirection = [0, 0, 1]\n"
+                  "[[object]]\nmesh = \"square.obj\"\nwidth = \"0.2 mm\"\nposition = [0, 0, \"10 mm\"]\n" +
+                      more);
+  }
+
+  /// environment  "NAME=value" each, on top of this process's
+  Outcome run(const std::vector<std::string>& arguments, const std::vector<std::string>& environment = {}) const {
+    const pid_t program = start(arguments, environment);
+    int status = 0;
+    rusage usage{};
+    while (wait4(program, &status, 0, &usage) < 0 && errno == EINTR) {
+    }
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, bytes_of(file("stdout")), bytes_of(file("stderr")),
+            static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
+  }
+
+  /// The same without waiting.
+  pid_t start(const std::vector<std::string>& arguments, const std::vector<std::string>& environment = {}) const {
+    constexpr unsigned time_limit_s = 300;
+    std::vector<std::string> words{RAYWAVE_PROGRAM};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> pointers;
+    for (auto& word : words) pointers.push_back(word.data());
+    pointers.push_back(nullptr);
+    const std::string out = file("stdout"), err = file("stderr");
+    const pid_t program = fork();
+    REQUIRE(program >= 0);
+    if (program > 0) return program;
+    for (const auto& variable : environment) putenv(const_cast<char*>(variable.c_str()));
+    alarm(time_limit_s);
+    for (const auto& [name, descriptor] :
+         {std::pair("/dev/null", STDIN_FILENO), {out.c_str(), STDOUT_FILENO}, {err.c_str(), STDERR_FILENO}})
+      dup2(open(name, O_RDWR | O_CREAT | O_TRUNC, 0600), descriptor);
+    execv(pointers[0], pointers.data());
+    _exit(127);
+  }
+
+  Outcome render(std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {"render", file("scene.toml"), "-o", file("out")});
+    return run(more);
+  }
+
+  std::string file(const std::string& name) const { return (folder_ / name).string(); }
+  std::filesystem::path out(const std::string& name) const { return folder_ / "out" / name; }
+  bool has_output() const { return std::filesystem::exists(folder_ / "out"); }
+  const Folder& folder() const { return folder_; }
+
+private:
+  Folder folder_;
+};
+
+/// One line on stderr, as every refusal is.
+inline bool is_one_line(const std::string& err) {
+  return std::count(err.begin(), err.end(), '\n') == 1 && err.starts_with("raywave: ") && err.ends_with('\n');
+}
+
+/// One line on stderr that says this, nothing on stdout, this exit code.
+inline void check_refused(const Outcome& outcome, int code, const std::string& says) {
+  INFO("stdout: " << outcome.out << "\nstderr: " << outcome.err);
+  CHECK(outcome.code == code);
+  CHECK(outcome.out.empty());
+  CHECK(is_one_line(outcome.err));
+  CHECK_THAT(outcome.err, Catch::Matchers::ContainsSubstring(says));
+}
+
+}  // namespace raywave::test
