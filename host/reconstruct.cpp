@@ -64,7 +64,9 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
   const auto window = picture_size(what.window_m, size, spec.pitch_m);
   Propagator propagator(device, {size, spec.pitch_m, spec.wavelength_m, what.padding, backend});
   auto tiles = tiles_of(window, size, spec.pitch_m);
-  std::erase_if(tiles, [&](const Tile& tile) { return !propagator.reaches(tile.centre_m, -what.z_m); });
+  std::erase_if(tiles, [&](const Tile& tile) { return !propagator.reaches({tile.centre_m, -what.z_m}); });
+  std::vector<Target> targets;
+  for (const auto& tile : tiles) targets.push_back({tile.centre_m, -what.z_m});
 
   cl::ComplexBuffer field(device, static_cast<std::size_t>(size.x) * size.y, "hologram field");
   cl::Buffer<float> intensity(device, static_cast<std::size_t>(window.x) * window.y, "reconstruction");
@@ -83,9 +85,9 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
       }
     }
     field.write(masked);
-    propagator.load(field);
+    propagator.load(field, 0, targets);
     for (const auto& tile : tiles) {
-      propagator.add(tile.centre_m, -what.z_m);
+      propagator.add({tile.centre_m, -what.z_m});
       propagator.collect(field);
       const auto columns = static_cast<std::size_t>(cpu ? 1 : tile.used.x), rows = static_cast<std::size_t>(tile.used.y);
       add_intensity.run({columns, rows}, {cpu ? 1u : 64u, 1}, field, intensity, size.x, window.x, tile.first.x, tile.first.y, tile.used.x,

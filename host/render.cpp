@@ -143,8 +143,9 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
         continue;
       }
       const auto clock = stage("propagate");
-      propagator.load(stack, within);
-      propagator.add({-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z);
+      const Target hologram{{-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z};
+      propagator.load(stack, within, {&hologram, 1});
+      propagator.add(hologram);
       clock.wait();
     }
     if (options.method == Method::wrp) {

@@ -61,7 +61,7 @@ PropagatorSpec spec_of(const Setup& s, double padding = 2, cl::FftBackend backen
 FloatField propagate(const cl::Device& device, Propagator& propagator, const FloatField& source, glm::dvec2 shift_m, double distance_m) {
   cl::ComplexBuffer field(device, source, "field");
   propagator.load(field);
-  propagator.add(shift_m, distance_m);
+  propagator.add({shift_m, distance_m});
   propagator.collect(field);
   return field.read();
 }
@@ -325,10 +325,10 @@ TEST_CASE("sources summed before one inverse transform equal the sum of their pr
     for (int repeat = 0; repeat < 2; ++repeat) {
       cl::ComplexBuffer field(device, a, "field");
       propagator.load(field);
-      propagator.add(left, s.distance_m);
+      propagator.add({left, s.distance_m});
       field.write(b);
       propagator.load(field);
-      propagator.add(right, 0.3 * mm);
+      propagator.add({right, 0.3 * mm});
       propagator.collect(field);
       CHECK(relative_error(field.read(), expected) < 1e-6);
     }
@@ -345,9 +345,9 @@ TEST_CASE("one loaded source serves several targets") {
     Propagator propagator(device, spec_of(s));
     cl::ComplexBuffer field(device, source, "field");
     propagator.load(field);
-    propagator.add({}, 0.4 * mm);
+    propagator.add({{}, 0.4 * mm});
     propagator.collect(field);
-    propagator.add(s.shift_m, s.distance_m);
+    propagator.add({s.shift_m, s.distance_m});
     propagator.collect(field);
     CHECK(field.read() == propagate(device, source, s));
   }
@@ -368,10 +368,10 @@ TEST_CASE("a shift beyond reach is refused with the largest that is usable") {
     propagator.load(field);
     for (const double distance_m : {s.distance_m, -s.distance_m}) {
       for (const glm::dvec2 side : {glm::dvec2(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
-        CHECK_NOTHROW(propagator.add(side * least, distance_m));
+        CHECK_NOTHROW(propagator.add({side * least, distance_m}));
         std::string message;
         try {
-          propagator.add(side * 0.2 * mm, distance_m);
+          propagator.add({side * 0.2 * mm, distance_m});
         } catch (const InputError& error) {
           message = error.what();
         }
@@ -383,13 +383,13 @@ TEST_CASE("a shift beyond reach is refused with the largest that is usable") {
         const double named = (side.x != 0 ? x_mm : y_mm) * mm;
         CHECK(named > least);
         CHECK(named < most * 1.001);
-        CHECK(propagator.reaches(side * named * 0.999, distance_m));
-        CHECK_FALSE(propagator.reaches(side * named * 1.001, distance_m));
+        CHECK(propagator.reaches({side * named * 0.999, distance_m}));
+        CHECK_FALSE(propagator.reaches({side * named * 1.001, distance_m}));
       }
     }
-    CHECK_THROWS_AS(propagator.add({0.01, 0.01}, s.distance_m), InputError);
-    CHECK_THROWS_AS(propagator.add({65 * um, 0}, 0), InputError);
-    CHECK_THROWS_AS(propagator.add({std::nan(""), 0}, 1 * mm), InputError);
+    CHECK_THROWS_AS(propagator.add({{0.01, 0.01}, s.distance_m}), InputError);
+    CHECK_THROWS_AS(propagator.add({{65 * um, 0}, 0}), InputError);
+    CHECK_THROWS_AS(propagator.add({{std::nan(""), 0}, 1 * mm}), InputError);
   }
 }
 
@@ -424,7 +424,7 @@ TEST_CASE("full size: error and time", "[.measure]") {
       };
       for (int repeat = 0; repeat < 5; ++repeat) {
         timed(0, [&] { propagator.load(field); });
-        timed(1, [&] { propagator.add(shift_m, distance_m); });
+        timed(1, [&] { propagator.add({shift_m, distance_m}); });
         timed(2, [&] { propagator.collect(field); });
       }
       const auto got = propagate(device, propagator, source, shift_m, distance_m);
