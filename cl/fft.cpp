@@ -43,6 +43,21 @@ std::size_t next_fast_size(std::size_t n) {
   return steps * step;
 }
 
+Lines make_lines(std::size_t samples, const std::string& name) {
+  const std::size_t bytes = (samples * sizeof(std::complex<float>) / LineFft::alignment + 1) * LineFft::alignment;
+  Lines lines(static_cast<std::complex<float>*>(std::aligned_alloc(LineFft::alignment, bytes)));
+  if (!lines)
+    throw DeviceError(name + ": " + format_bytes(bytes) +
+                      " asked, out of host memory; a smaller hologram.resolution or wrp.padding needs less");
+  return lines;
+}
+
+Lines make_zero_lines(std::size_t samples, const std::string& name) {
+  auto lines = make_lines(samples, name);
+  std::fill_n(lines.get(), samples, std::complex<float>{});
+  return lines;
+}
+
 std::unique_ptr<Fft> make_fft(const Device& device, FftBackend backend, const FftShape& shape) {
   const auto& info = device.info();
   const auto text = std::to_string(shape.nx) + " x " + std::to_string(shape.ny);

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <array>
+#include <cstdlib>
 #include <memory>
+#include <string>
 #include <string_view>
 
 #include "cl/buffer.hpp"
@@ -30,19 +32,31 @@ FftBackend default_backend(const DeviceInfo& device);
 /// 32, a multiple of 16 (FFTW takes 1.6 us for 1440 samples, 2.5 to 4.2 us for 1350, 1372 and 1458).
 std::size_t next_fast_size(std::size_t n);
 
+struct FreeLines {
+  void operator()(std::complex<float>* samples) const { std::free(samples); }
+};
+
+/// Host memory for lines, where LineFft can work on it.
+using Lines = std::unique_ptr<std::complex<float>[], FreeLines>;
+
+/// name  for messages ("sum of spectra"); the samples are not set
+/// throws  DeviceError when memory is out
+Lines make_lines(std::size_t samples, const std::string& name);
+Lines make_zero_lines(std::size_t samples, const std::string& name);
+
 /// Transforms of one line of complex samples in the host's memory, not normalised: inverse(forward(f)) = size f. Any number of threads may
 /// use it at the same time.
 ///
 /// Planning takes half a second for some thousand samples, once: FFTW's wisdom stays in the cache folder, and while it does, results
-/// repeat to the bit. Lines below 512 samples are planned without measuring.
+/// repeat to the bit. Lines below 512 samples, and those that need not be fast, are planned without measuring.
 ///
 /// accuracy  relative L2 error <= 2^-24 * sqrt(1 + log2(size)) against direct sums in double (tests/fft.cpp)
 class LineFft {
 public:
-  static constexpr std::size_t alignment = 64;  // bytes, of both lines
+  static constexpr std::size_t alignment = 64;  // bytes, of the beginning of lines
 
   /// throws  DeviceError when FFTW cannot plan the size
-  explicit LineFft(std::size_t size);
+  explicit LineFft(std::size_t size, bool is_fast = true);
   ~LineFft();
   LineFft(LineFft&&) noexcept;
 

@@ -60,32 +60,27 @@ struct LineFft::Plans {
   Plan forward, inverse;
 };
 
-LineFft::LineFft(std::size_t size) : size_(size), plans_(std::make_unique<Plans>()) {
+LineFft::LineFft(std::size_t size, bool is_fast) : size_(size), plans_(std::make_unique<Plans>()) {
   if (size < 1 || size > INT_MAX) throw DeviceError("FFTW transforms 1 to 2147483647 samples, not " + std::to_string(size));
-  const auto allocate = [&] {
-    std::unique_ptr<Sample, Free> line(reinterpret_cast<Sample*>(fftwf_alloc_complex(size)));
-    if (!line) throw DeviceError("FFT: " + format_bytes(size * sizeof(Sample)) + " of scratch memory: out of host memory");
-    return line;
-  };
-  const auto in = allocate(), out = allocate();
-  const bool is_small = size < small_line;
+  const auto in = make_lines(size, "line of an FFT"), out = make_lines(size, "line of an FFT");
+  const bool is_measured = is_fast && size >= small_line;
 
   std::string known;
   const auto file = wisdom_file();
   {
     const std::lock_guard lock(planner_mutex());
-    if (!is_small) {
+    if (is_measured) {
       if (const auto stored = load_cached(file)) fftwf_import_wisdom_from_string(std::string(stored->begin(), stored->end()).c_str());
       known = exported_wisdom();
     }
     fftwf_set_timelimit(planning_seconds);
     const auto plan = [&](int sign) {
       return fftwf_plan_dft_1d(static_cast<int>(size), fftw(in.get()), fftw(out.get()), sign,
-                               (is_small ? FFTW_ESTIMATE : FFTW_MEASURE) | FFTW_PRESERVE_INPUT);
+                               (is_measured ? FFTW_MEASURE : FFTW_ESTIMATE) | FFTW_PRESERVE_INPUT);
     };
     plans_->forward.reset(plan(FFTW_FORWARD));
     plans_->inverse.reset(plan(FFTW_BACKWARD));
-    if (!is_small) {
+    if (is_measured) {
       if (const auto learnt = exported_wisdom(); learnt != known) store_cached(file, learnt.data(), learnt.size());
     }
   }

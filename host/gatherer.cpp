@@ -10,9 +10,6 @@ namespace {
 /// Rows of a tile: enough that a sample's set-up is shared by many pixels, few enough that all sums stay in the first cache.
 int tile_rows(int lanes, int frames) { return lanes == 1 ? 1 : std::clamp(16 / frames, 2, 16); }
 
-/// How far beyond their geometric footprint the waves of near samples are kept, in diffraction spots.
-constexpr double near_tail = 4;
-
 }  // namespace
 
 Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene, const SampleTable& table, int frames,

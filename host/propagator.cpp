@@ -35,7 +35,7 @@ std::vector<Band> bands_across(const Axis& axis, const Axis& other, double wavel
     const double f = other.frequency(other.signed_index(i));
     const double left = 1 / (wavelength_m * wavelength_m) - f * f;
     if (left <= 0 && distance_m != 0) continue;  // evanescent
-    bands[i] = axis.sampled(band_of(std::sqrt(std::max(left, 0.0)), distance_m, shift_m, axis.half_m()));
+    bands[i] = axis.sampled(band_of(std::sqrt(std::max(left, 0.0)), distance_m, shift_m, axis.reach_m()));
   }
   return bands;
 }
@@ -43,13 +43,13 @@ std::vector<Band> bands_across(const Axis& axis, const Axis& other, double wavel
 /// Largest |shift| along `axis`, to the side of `shift_m`, at which a sampled frequency is left while the target is shifted by
 /// other_shift_m along the other axis: what arrives there has the steepest sampled frequencies of both.
 double largest_shift_m(const Axis& axis, double shift_m, const Axis& other, double other_shift_m, double wavelength_m, double distance_m) {
-  if (distance_m == 0) return axis.half_m();
+  if (distance_m == 0) return axis.reach_m();
   const double u = std::abs(axis.frequency(shift_m * distance_m < 0 ? axis.lowest() : axis.highest()));
   const double left = 1 / (wavelength_m * wavelength_m) - u * u;
   if (left <= 0) return std::numeric_limits<double>::infinity();
-  const auto band = other.sampled(band_of(std::sqrt(left), distance_m, other_shift_m, other.half_m()));
+  const auto band = other.sampled(band_of(std::sqrt(left), distance_m, other_shift_m, other.reach_m()));
   const double v = band.first <= band.last ? other.frequency(std::max(-band.first, band.last)) : 0;
-  return axis.half_m() + std::abs(distance_m) * u / std::sqrt(left - v * v);
+  return axis.reach_m() + std::abs(distance_m) * u / std::sqrt(left - v * v);
 }
 
 std::string millimetres(double length_m) {
@@ -156,8 +156,8 @@ struct Propagator::State {
     check(spec);
     const auto padded = raywave::padded_size(spec.size, spec.padding);
     plan.spec = spec;
-    plan.x = {padded.x, spec.pitch_m.x};
-    plan.y = {padded.y, spec.pitch_m.y};
+    plan.x = {padded.x, spec.pitch_m.x, spec.size.x};
+    plan.y = {padded.y, spec.pitch_m.y, spec.size.y};
     plan.power_x = powers(plan.x, spec.wavelength_m);
     plan.power_y = powers(plan.y, spec.wavelength_m);
     plan.scale = 1 / (static_cast<double>(padded.x) * padded.y);

@@ -15,9 +15,9 @@
 
 namespace raywave {
 
-/// Frequencies (cycles per metre) that a plane `distance_m` away and shifted by `shift_m` can receive without aliasing along one axis, the
-/// other frequency being zero: [L(shift - half), L(shift + half)], L(t) = t / (wavelength sqrt(t^2 + z^2)). half_m is half the side of the
-/// padded plane. No frequency (first > second) when the distance is zero and the shift larger than half_m.
+/// Frequencies (cycles per metre) that a plane `distance_m` away and shifted by `shift_m` can receive from the window along one axis, the
+/// other frequency being zero: [L(shift - half), L(shift + half)], L(t) = t / (wavelength sqrt(t^2 + z^2)). half_m is the larger of the
+/// window's side and half the padded plane's. No frequency (first > second) when the distance is zero and the shift larger than half_m.
 ///
 /// source  Matsushima's Table 1 without its case distinctions; the transfer function's local frequency |shift - z u/w| <= half_m
 std::pair<double, double> band_m(double wavelength_m, double distance_m, double shift_m, double half_m);

@@ -2,6 +2,7 @@
 /// What the two ways of propagating share: FFTs on the host's threads, line by line, and FFTs of whole planes on the device.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -28,8 +29,12 @@ struct Band {
 struct Axis {
   int padded = 1;
   double pitch_m = 1;
+  int window = 1;  // samples of the planes in and out
 
-  double half_m() const { return padded * pitch_m / 2; }
+  /// Light is kept that moves sideways no farther than this, seen from the target's shift: from any sample to any other of an unshifted
+  /// target, and to the edge of the padded plane. (The latter alone would cut light at paddings below 2 that stays inside the window and
+  /// comes out right, since the plane is periodic.)
+  double reach_m() const { return std::max(padded / 2.0, static_cast<double>(window)) * pitch_m; }
   int lowest() const { return -(padded / 2); }
   int highest() const { return (padded - 1) / 2; }
   int signed_index(int i) const { return i <= highest() ? i : i - padded; }

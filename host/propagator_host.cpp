@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <type_traits>
 
 #include "cl/threads.hpp"
 #include "host/propagator_engine.hpp"
@@ -32,27 +33,7 @@ constexpr std::size_t small_plane = std::size_t{256} * 256;  // samples; per thr
 
 std::size_t size(int n) { return static_cast<std::size_t>(n); }
 
-struct Free {
-  void operator()(Sample* samples) const { std::free(samples); }
-};
-using Samples = std::unique_ptr<Sample[], Free>;
-
-Samples allocate(std::size_t count, const char* what) {
-  const std::size_t bytes = (count * sizeof(Sample) / cl::LineFft::alignment + 1) * cl::LineFft::alignment;
-  Samples samples(static_cast<Sample*>(std::aligned_alloc(cl::LineFft::alignment, bytes)));
-  if (!samples)
-    throw cl::DeviceError(std::string(what) + ": " + cl::format_bytes(bytes) +
-                          " asked, out of host memory; a smaller hologram.resolution or wrp.padding needs less");
-  return samples;
-}
-
-Samples zeros(std::size_t count, const char* what) {
-  auto samples = allocate(count, what);
-  std::fill_n(samples.get(), count, Sample{});
-  return samples;
-}
-
-/// Samples from one line to the next in scratch memory: whole cache lines, an odd number, so that lines do not contend for one place.
+/// cl::Lines from one line to the next in scratch memory: whole cache lines, an odd number, so that lines do not contend for one place.
 std::size_t pitch_of(std::size_t line) { return ((line + 7) / 8 | 1) * 8; }
 
 /// to[c][r] = from[r][c].
@@ -144,7 +125,7 @@ auto multiply_add_here() {
 /// Rows of a plane between the passes, in tiles.
 struct Rows {
   Band band;
-  Samples tiles;
+  cl::Lines tiles;
   std::size_t capacity = 0;  // samples
 
   Sample* tile(std::size_t number) const { return tiles.get() + number * size(band.count()) * tile_width; }
@@ -155,7 +136,7 @@ struct Rows {
     if (wanted <= capacity) return;
     capacity = 0;
     tiles.reset();
-    tiles = allocate(wanted, "rows of a padded plane");
+    tiles = cl::make_lines(wanted, "rows of a padded plane");
     capacity = wanted;
   }
 };
@@ -175,9 +156,9 @@ public:
     for (std::size_t i = 0; i < threads_; ++i) {
       Scratch s;
       const char* what = "lines of a padded plane";
-      for (auto* row : {&s.row, &s.row_transformed, &s.row_sum}) *row = zeros(padded_nx_, what);
+      for (auto* row : {&s.row, &s.row_transformed, &s.row_sum}) *row = cl::make_zero_lines(padded_nx_, what);
       for (auto* columns : {&s.field_columns, &s.band_columns, &s.columns_transformed})
-        *columns = zeros(tile_width * pitch_of(padded_ny_), what);
+        *columns = cl::make_zero_lines(tile_width * pitch_of(padded_ny_), what);
       scratch_.push_back(std::move(s));
     }
   }
@@ -215,8 +196,8 @@ private:
   /// Of one thread: lines of the padded plane. What is right of the field in `row` and below it in `field_columns` stays zero, so does
   /// what is outside the band in `band_columns`.
   struct Scratch {
-    Samples row, row_transformed, row_sum;
-    Samples field_columns, band_columns, columns_transformed;
+    cl::Lines row, row_transformed, row_sum;
+    cl::Lines field_columns, band_columns, columns_transformed;
   };
 
   struct Pending {
@@ -236,6 +217,18 @@ private:
   void for_each_run(const Band& rows, const auto& f) const {
     if (rows.first < 0) f(rows.first, size(plan_.y.index(rows.first)), size(std::min(rows.last, -1) - rows.first + 1));
     if (rows.last >= 0) f(std::max(rows.first, 0), size(std::max(rows.first, 0)), size(rows.last - std::max(rows.first, 0) + 1));
+  }
+
+  /// Calls f(part of row k in its tile, its first column, columns) for all its parts; copies of constant size are quicker.
+  void for_each_part(const Rows& rows, int k, const auto& f) const {
+    for (std::size_t tile = 0; tile < tiles_; ++tile) {
+      Sample* in_tile = rows.tile(tile) + size(k - rows.band.first) * tile_width;
+      if (columns_of(tile) == tile_width) {
+        f(in_tile, tile * tile_width, std::integral_constant<std::size_t, tile_width>());
+      } else {
+        f(in_tile, tile * tile_width, columns_of(tile));
+      }
+    }
   }
 
   void columns_forward(const Sample* field, Rows& rows) {
@@ -270,7 +263,7 @@ private:
 
   /// Pending sources and the sum so far, row by row: back to `arrived_`, or into the sum.
   void transform_rows(const Band& rows, bool back) {
-    if (!back && !sum_) sum_ = allocate(padded_nx_ * padded_ny_, "sum of spectra");
+    if (!back && !sum_) sum_ = cl::make_lines(padded_nx_ * padded_ny_, "sum of spectra");
     const auto sum_row = [&](int k) { return sum_.get() + size(plan_.y.index(k)) * padded_nx_; };
     const Band whole = rows.joined(sum_rows_);
     cl::Threads::shared().for_each(threads_, size(whole.count()), 4, [&](std::size_t thread, std::size_t i) {
@@ -285,9 +278,8 @@ private:
       for (const auto& p : pending_) add_row(s, p, k, sum);
       if (!back) return;
       row_fft_.inverse(sum, s.row_transformed.get());
-      for (std::size_t tile = 0; tile < tiles_; ++tile)
-        std::copy_n(s.row_transformed.get() + tile * tile_width, columns_of(tile),
-                    arrived_.tile(tile) + size(k - arrived_.band.first) * tile_width);
+      for_each_part(arrived_, k,
+                    [&](Sample* in_tile, std::size_t x, auto columns) { std::copy_n(s.row_transformed.get() + x, columns, in_tile); });
     });
     pending_.clear();
     sum_rows_ = back ? Band{} : whole;
@@ -297,11 +289,10 @@ private:
   void add_row(Scratch& s, const Pending& p, int k, Sample* sum) const {
     const auto& t = *p.transfer;
     const int row = plan_.y.index(k);
-    const Band columns = t.columns_of(row);
-    if (columns.empty()) return;
-    const auto& source = sources_[p.source];
-    for (std::size_t tile = 0; tile < tiles_; ++tile)
-      std::copy_n(source.tile(tile) + size(k - source.band.first) * tile_width, columns_of(tile), s.row.get() + tile * tile_width);
+    const Band kept = t.columns_of(row);
+    if (kept.empty()) return;
+    for_each_part(sources_[p.source], k,
+                  [&](const Sample* in_tile, std::size_t x, auto columns) { std::copy_n(in_tile, columns, s.row.get() + x); });
     row_fft_.forward(s.row.get(), s.row_transformed.get());
 
     const auto part = [&](int first, int last) {
@@ -323,8 +314,8 @@ private:
                          static_cast<float>(plan_.scale)};
       (t.two_floats ? multiply_add_two_floats_ : multiply_add_float_)(work);
     };
-    if (columns.first < 0) part(columns.first, std::min(columns.last, -1));
-    if (columns.last >= 0) part(std::max(columns.first, 0), columns.last);
+    if (kept.first < 0) part(kept.first, std::min(kept.last, -1));
+    if (kept.last >= 0) part(std::max(kept.first, 0), kept.last);
   }
 
   PropagationPlan plan_;
@@ -338,7 +329,7 @@ private:
   std::size_t source_ = 0;
   std::vector<Pending> pending_;  // added, not summed
   Rows arrived_;
-  Samples sum_;  // spectra of the rows sum_rows_; only where sources did not fit
+  cl::Lines sum_;  // spectra of the rows sum_rows_; only where sources did not fit
   Band sum_rows_;
 };
 

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <functional>
 #include <random>
 #include <thread>
@@ -25,15 +26,15 @@ constexpr double pitch_m = 3.74e-6, wavelength_m = 638e-9, distance_m = 95e-3;
 struct Contender {
   std::string name;
   std::function<void()> run;
-  std::vector<double> milliseconds;
-
-  double median() const {
-    auto sorted = milliseconds;
-    std::nth_element(sorted.begin(), sorted.begin() + std::ssize(sorted) / 2, sorted.end());
-    return sorted[sorted.size() / 2];
-  }
-  double least() const { return *std::min_element(milliseconds.begin(), milliseconds.end()); }
+  std::vector<double> wall_ms, processor_ms;
 };
+
+double least(const std::vector<double>& times) { return *std::min_element(times.begin(), times.end()); }
+
+double median(std::vector<double> times) {
+  std::nth_element(times.begin(), times.begin() + std::ssize(times) / 2, times.end());
+  return times[times.size() / 2];
+}
 
 std::vector<std::complex<float>> noise(std::size_t count) {
   std::mt19937 random(1);
@@ -81,6 +82,7 @@ void run(const char* device_name, int turns) {
                               plain.inverse();
                             }
                           },
+                          {},
                           {}});
     for (const double padding : {2.0, 1.5, 1.25, 1.125, 1.0}) {
       propagators.push_back(std::make_unique<Propagator>(device, PropagatorSpec{size, {pitch_m, pitch_m}, wavelength_m, padding, backend}));
@@ -98,15 +100,20 @@ void run(const char* device_name, int turns) {
                               propagator.collect(field);
                               device.finish();
                             },
+                            {},
                             {}});
     }
   }
   for (int turn = -2; turn < turns; ++turn) {
     for (auto& c : contenders) {
       const auto start = std::chrono::steady_clock::now();
+      const auto processor_start = std::clock();
       c.run();
-      const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-      if (turn >= 0) c.milliseconds.push_back(elapsed.count());
+      const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - start;
+      const double processor_ms = 1e3 * static_cast<double>(std::clock() - processor_start) / CLOCKS_PER_SEC;
+      if (turn < 0) continue;
+      c.wall_ms.push_back(wall.count());
+      c.processor_ms.push_back(processor_ms);
     }
   }
   std::printf("%s, FFT %s, %u threads, medians and least of %d\n", device.info().name.c_str(), std::string(cl::name_of(backend)).c_str(),
@@ -114,8 +121,11 @@ void run(const char* device_name, int turns) {
   const Contender* base = nullptr;
   for (const auto& c : contenders) {
     if (c.name.starts_with("plain")) base = &c;
-    std::printf("%-40s median %7.2f ms, least %7.2f ms, ratio %.3f / %.3f\n", c.name.c_str(), c.median(), c.least(),
-                c.median() / base->median(), c.least() / base->least());
+    std::printf("%-36s", c.name.c_str());
+    for (const auto times : {&Contender::wall_ms, &Contender::processor_ms})
+      std::printf("  %s %7.2f, %7.2f ms, ratio %.3f, %.3f", times == &Contender::wall_ms ? "wall" : "processor", median(c.*times),
+                  least(c.*times), median(c.*times) / median(base->*times), least(c.*times) / least(base->*times));
+    std::printf("\n");
   }
 }
 
