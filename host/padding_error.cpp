@@ -16,7 +16,7 @@ namespace {
 using std::numbers::pi;
 using Complex = std::complex<double>;
 
-constexpr std::size_t most_lines = 5;   // WRPs of an axis
+constexpr std::size_t most_lines = 32;  // WRPs of an axis
 constexpr int samples_of_a_line = 64;   // enough that the error's own scatter is some per cent
 constexpr int waves_of_a_sample = 192;  // near ones
 constexpr int wide = 4;                 // windows: what goes astray farther is taken to be lost

@@ -8,7 +8,7 @@
 
 namespace raywave {
 
-/// Relative L2 error of the field at the hologram against an endless padding, predicted: along each axis, a line of every WRP (of five at
+/// Relative L2 error of the field at the hologram against an endless padding, predicted: along each axis, a line of every WRP (of 32 at
 /// most) is filled with the waves of some samples spread through the scene's box, cut by cone, soft edge and WRP as the gathering does,
 /// and propagated twice, with the plan's padding and with a wide one. Takes milliseconds.
 ///

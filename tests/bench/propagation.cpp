@@ -53,6 +53,7 @@ public:
     fftwf_set_timelimit(FFTW_NO_TIMELIMIT);
     forward_ = fftwf_plan_dft_2d(padded.y, padded.x, plane_, plane_, FFTW_FORWARD, FFTW_MEASURE);
     inverse_ = fftwf_plan_dft_2d(padded.y, padded.x, plane_, plane_, FFTW_BACKWARD, FFTW_MEASURE);
+    fftwf_plan_with_nthreads(1);                                             // raywave's own plans come later, in the same process
     std::fill_n(reinterpret_cast<std::complex<float>*>(plane_), count_, 0);  // the field below would overflow, turn after turn
   }
   void forward() const { fftwf_execute(forward_); }
