@@ -76,12 +76,12 @@ void Memory::fill_zero(std::size_t bytes) {
   if (bytes) checked(device_->info(), [&] { device_->queue().enqueueFillBuffer(handle_, cl_uchar{0}, 0, bytes); });
 }
 
-void* Memory::map(std::size_t bytes, cl_map_flags flags) {
+void* Memory::map(std::size_t bytes, cl_map_flags flags, std::size_t offset_bytes) const {
   return checked(device_->info(),
-                 [&] { return device_->queue().enqueueMapBuffer(handle_, CL_TRUE, flags, 0, std::max<std::size_t>(bytes, 1)); });
+                 [&] { return device_->queue().enqueueMapBuffer(handle_, CL_TRUE, flags, offset_bytes, std::max<std::size_t>(bytes, 1)); });
 }
 
-void Memory::unmap(void* pointer) {
+void Memory::unmap(void* pointer) const {
   checked(device_->info(), [&] {
     device_->queue().enqueueUnmapMemObject(handle_, pointer);
     device_->queue().finish();

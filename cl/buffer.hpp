@@ -43,8 +43,8 @@ protected:
   void read(void* data, std::size_t bytes, std::size_t offset_bytes) const;
   void copy_from(const Memory& other, std::size_t bytes, std::size_t offset_bytes);
   void fill_zero(std::size_t bytes);
-  void* map(std::size_t bytes, cl_map_flags flags);
-  void unmap(void* pointer);
+  void* map(std::size_t bytes, cl_map_flags flags, std::size_t offset_bytes = 0) const;
+  void unmap(void* pointer) const;
 
 private:
   std::unique_ptr<Device> device_;
@@ -81,9 +81,20 @@ public:
   /// Waits, lends the elements to the host (no copy on CPU devices), and takes them back when `f` returns.
   template <class F>
   void on_host(F&& f, cl_map_flags flags = CL_MAP_READ | CL_MAP_WRITE) {
-    T* data = static_cast<T*>(map(size_ * sizeof(T), flags));
+    lend<T>(f, flags, 0, size_);
+  }
+  /// The same for `count` elements from element `first` on, to be read only.
+  template <class F>
+  void on_host(F&& f, std::size_t first, std::size_t count) const {
+    lend<const T>(f, CL_MAP_READ, first, count);
+  }
+
+private:
+  template <class Element>
+  void lend(auto&& f, cl_map_flags flags, std::size_t first, std::size_t count) const {
+    auto* data = static_cast<T*>(map(count * sizeof(T), flags, first * sizeof(T)));
     try {
-      f(std::span<T>(data, size_));
+      f(std::span<Element>(data, count));
     } catch (...) {
       try {
         unmap(data);
@@ -95,7 +106,6 @@ public:
     unmap(data);
   }
 
-private:
   std::size_t size_ = 0;
 };
 

@@ -16,9 +16,6 @@ constexpr std::size_t profile_bytes = std::size_t{128} << 20;
 /// Spots from the middle of a near sample's wave to its rim, at most: kernels/near.h has NEAR_WAVES for them.
 constexpr double widest_near_wave = 34;
 
-/// How far beyond their geometric footprint the waves of near samples are kept, in diffraction spots.
-constexpr double near_tail = 4;
-
 }  // namespace
 
 Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene, const SampleTable& table, int frames,

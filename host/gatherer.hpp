@@ -15,6 +15,8 @@ public:
            double near_spots = default_near_spots);
 
   static constexpr double default_near_spots = 12;
+  /// How far beyond their geometric footprint the waves of near samples are kept, in diffraction spots.
+  static constexpr double near_tail = 4;
 
   static constexpr int most_frames = 16;
 

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "host/error.hpp"
+#include "host/padding_error.hpp"
 #include "host/propagator.hpp"
 
 namespace raywave {
@@ -300,9 +301,10 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
   }
   if (plan.aimed) plan.rays = aimed_rays(plan);
 
-  plan.padded = padded_size(plan.size, scene.wrp.padding, backend);
+  plan.padded = padded_size(plan.size, scene.wrp.padding);
+  if (method == Method::wrp) plan.padding_error = predicted_padding_error(plan, world, plan.padded);
   const auto plane = [](glm::ivec2 size) { return static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) * 8; };
-  plan.device_bytes = 2 * plane(plan.padded) + plane(plan.size) + world.triangles.size() * 200;
+  plan.device_bytes = (backend == cl::FftBackend::host ? 0 : 2 * plane(plan.padded)) + plane(plan.size) + world.triangles.size() * 200;
   return plan;
 }
 

@@ -55,6 +55,7 @@ struct Plan {
   glm::dvec2 largest_sine{1, 1};    // of a ray to the optical axis, per axis, that the SLM's pixels can show
   bool beyond_diffraction = false;  // some light of the scene would be steeper
   glm::ivec2 padded{1, 1};          // size that is transformed
+  double padding_error = 0;         // of the field at the hologram, predicted (host/padding_error.hpp); 0 where nothing is propagated
   std::uint64_t rays = 0;           // primary rays of a frame
   std::uint64_t device_bytes = 0;   // planes and scene, estimated
 };

@@ -71,7 +71,7 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
   const glm::ivec2 size = spec.resolution;
   const auto window = picture_size(what.window_m, size, spec.pitch_m);
   const auto bytes = [](glm::ivec2 plane, std::uint64_t each) { return each * static_cast<std::uint64_t>(plane.x) * plane.y; };
-  const auto padded = padded_size(size, what.padding, backend);
+  const auto padded = padded_size(size, what.padding);
   const std::string advice = "a smaller hologram or window needs less";
   cl::require_memory(device, std::vector<cl::MemoryNeed>{{"padded plane", bytes(padded, 8), advice},
                                                          {"sum of spectra", bytes(padded, 8), advice},
@@ -80,7 +80,9 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
   const double unit = unit_of(hologram);
   Propagator propagator(device, {size, spec.pitch_m, spec.wavelength_m, what.padding, backend});
   auto tiles = tiles_of(window, size, spec.pitch_m);
-  std::erase_if(tiles, [&](const Tile& tile) { return !propagator.reaches(tile.centre_m, -what.z_m); });
+  std::erase_if(tiles, [&](const Tile& tile) { return !propagator.reaches({tile.centre_m, -what.z_m}); });
+  std::vector<Target> targets;
+  for (const auto& tile : tiles) targets.push_back({tile.centre_m, -what.z_m});
 
   cl::ComplexBuffer field(device, static_cast<std::size_t>(size.x) * size.y, "hologram field");
   cl::Buffer<float> intensity(device, static_cast<std::size_t>(window.x) * window.y, "reconstruction");
@@ -99,9 +101,9 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
       }
     }
     field.write(masked);
-    propagator.load(field);
+    propagator.load(field, 0, targets);
     for (const auto& tile : tiles) {
-      propagator.add(tile.centre_m, -what.z_m);
+      propagator.add({tile.centre_m, -what.z_m});
       propagator.collect(field);
       const auto columns = static_cast<std::size_t>(cpu ? 1 : tile.used.x), rows = static_cast<std::size_t>(tile.used.y);
       add_intensity.run({columns, rows}, {cpu ? 1u : 64u, 1}, field, intensity, size.x, window.x, tile.first.x, tile.first.y, tile.used.x,

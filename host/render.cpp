@@ -191,7 +191,7 @@ struct Renderer::State {
   void require_reach() const {
     for (const auto& wrp : plan.wrps) {
       try {
-        propagator->require_reach({-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z);
+        propagator->require_reach({{-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z});
       } catch (const InputError& error) {
         throw InputError(scene.file.string() + ": WRPs " + std::to_string(plan.grid.x) + " x " + std::to_string(plan.grid.y) + ": " +
                          error.what());
@@ -305,8 +305,9 @@ RenderResult Renderer::State::render() {
         continue;
       }
       const auto clock = stage("propagate");
-      propagator->load(stack, within);
-      propagator->add({-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z);
+      const Target hologram{{-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z};
+      propagator->load(stack, within, {&hologram, 1});
+      propagator->add(hologram);
       clock.wait();
     }
     if (options.method == Method::wrp) {

@@ -95,6 +95,7 @@ Json json_of(const Plan& plan) {
          {"near_m", plan.near_m},
          {"far_m", plan.far_m},
          {"padded", json_of(plan.padded)},
+         {"padding_error", plan.padding_error},
          {"rays", plan.rays},
          {"device_bytes", plan.device_bytes}};
   for (const auto& w : plan.wrps) {
@@ -145,6 +146,11 @@ std::string plan_report_text(const Scene& scene, const World& world, const Plan&
     std::snprintf(text.data(), text.size(), "%.4g mm", metres * 1e3);
     return std::string(text.data());
   };
+  const auto percent = [](double share) {
+    std::array<char, 32> text;
+    std::snprintf(text.data(), text.size(), "%.2g %%", share * 100);
+    return std::string(text.data());
+  };
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
   const glm::dvec3 extent = world.max_m - world.min_m;
   out << "hologram  " << plan.size.x << " x " << plan.size.y << " pixels, " << mm(window.x) << " x " << mm(window.y) << ", wavelength "
@@ -170,7 +176,8 @@ std::string plan_report_text(const Scene& scene, const World& world, const Plan&
         << " apart at " << mm(plan.lattice.full_z_m) << "\n";
   out << "rays      " << (plan.aimed ? "about " : "") << plan.rays << " per frame, " << scene.sampling.frames
       << (scene.sampling.frames == 1 ? " frame\n" : " frames\n");
-  out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding " << scene.wrp.padding << ")\n";
+  out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding " << scene.wrp.padding << "), propagation error predicted "
+      << percent(plan.padding_error) << "\n";
   out << "memory    " << cl::format_bytes(plan.device_bytes) << " on the device\n";
   return out.str();
 }

@@ -151,7 +151,7 @@ TEST_CASE("propagation at the ends of wavelength, pitch and distance is the disc
             cl::ComplexBuffer field(device, source.size(), "field");
             field.write(source);
             propagator.load(field);
-            const auto error = input_error_of([&] { propagator.add(setup.shift_m, distance_m); });
+            const auto error = input_error_of([&] { propagator.add({setup.shift_m, distance_m}); });
             if (!error.empty()) {
               CHECK_THAT(error, ContainsSubstring("no light arrives") || ContainsSubstring("too far for its phase"));
               CHECK_THAT(error, !ContainsSubstring("inf"));
@@ -665,16 +665,16 @@ TEST_CASE("WRPs that no light reaches are refused before any ray, with the large
     // With pixels of a quarter wavelength the plane's highest frequencies are evanescent.
     for (const double pitch_m : {4e-6, 638e-9 / 4}) {
       const Propagator propagator(device, {{512, 512}, {pitch_m, pitch_m}, 638e-9, 2, host});
-      const auto refusal = input_error_of([&] { propagator.require_reach({1, 0}, 1e-3); });
+      const auto refusal = input_error_of([&] { propagator.require_reach({{1, 0}, 1e-3}); });
       REQUIRE_THAT(refusal, ContainsSubstring("the largest usable shift is "));
       const double largest_m = 1e-3 * std::stod(refusal.substr(refusal.find("largest usable shift is ") + 24));
       INFO(refusal);
-      CHECK(propagator.reaches({0.999 * largest_m, 0}, 1e-3));
-      CHECK(!propagator.reaches({1.001 * largest_m, 0}, 1e-3));
+      CHECK(propagator.reaches({{0.999 * largest_m, 0}, 1e-3}));
+      CHECK(!propagator.reaches({{1.001 * largest_m, 0}, 1e-3}));
     }
     const Propagator small(device, {{40, 40}, {4e-6, 4e-6}, 638e-9, 2, host});
-    for (int i = 0; i < 100; ++i) CHECK(small.reaches({i * 6e-6, 0}, 0.9 * small.farthest_m()));
-    CHECK_THAT(input_error_of([&] { small.require_reach({0.011, 0}, 0.4); }), ContainsSubstring("samples too few directions"));
+    for (int i = 0; i < 100; ++i) CHECK(small.reaches({{i * 6e-6, 0}, 0.9 * small.farthest_m()}));
+    CHECK_THAT(input_error_of([&] { small.require_reach({{0.011, 0}, 0.4}); }), ContainsSubstring("samples too few directions"));
   }
 }
 

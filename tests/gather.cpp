@@ -248,7 +248,7 @@ TEST_CASE("where the plane stands does not matter: before the scene, through it,
       const auto on_plane = gathered(device, rig, {0, 0, z}, Gatherer::default_near_spots);
       raywave::cl::ComplexBuffer field(device, std::span(on_plane), "field");
       propagator.load(field);
-      propagator.add({0, 0}, z);
+      propagator.add({{0, 0}, z});
       propagator.collect(field);
       const auto result = compare_fields(gold.field, {384, 384, 1, field.read()});
       INFO("plane at " << z << ": correlation with points " << result.correlation << ", energy " << result.energy_ratio);
@@ -386,7 +386,7 @@ TEST_CASE("a pixel of the study scene gathers at most 30 rays, and most of its l
       raywave::cl::ComplexBuffer field(device, std::span<const std::complex<float>>(padded), "wide field");
       Propagator propagator(device, {{wide, wide}, plan.pitch_m, plan.wavelength_m, 1.25});
       propagator.load(field);
-      propagator.add({0, 0}, z_wrp);
+      propagator.add({{0, 0}, z_wrp});
       propagator.collect(field);
       const auto arrived = field.read();
       double within = 0, all = 0;
@@ -430,7 +430,7 @@ FieldStack hologram_of(const raywave::cl::Device& device, const Stage& stage, bo
   if (plan.bounces > 0) Tracer(device, rig.scene, plan, rig.arrays, HitSource::bounced).trace(plan.wrps[0], 1, field);
   Propagator propagator(device, {plan.size, plan.pitch_m, plan.wavelength_m, 2});
   propagator.load(field);
-  propagator.add({-plan.wrps[0].centre_m.x, -plan.wrps[0].centre_m.y}, plan.distance_m);
+  propagator.add({{-plan.wrps[0].centre_m.x, -plan.wrps[0].centre_m.y}, plan.distance_m});
   propagator.collect(field);
   return {plan.size.x, plan.size.y, 1, field.read()};
 }

@@ -26,7 +26,7 @@ const char* name_of(cl::DeviceKind kind) {
 
 std::vector<std::string> backends_of(const cl::DeviceInfo& device) {
   std::vector<std::string> names;
-  for (const auto backend : {cl::FftBackend::host, cl::FftBackend::clfft}) {
+  for (const auto backend : cl::all_backends) {
     if (cl::serves(backend, device)) names.emplace_back(cl::name_of(backend));
   }
   return names;

@@ -15,19 +15,19 @@ namespace raywave::cli {
 
 void DeviceOptions::add_to(CLI::App& command) {
   command.add_option("--device", device, "Device: index (0:1) or part of its name; also RAYWAVE_DEVICE");
-  command.add_option("--fft", fft, "FFT back end: host or clfft; chosen by device when not given");
+  command.add_option("--fft", fft, "FFT back end: host, clfft or vkfft; chosen by device when not given");
 }
 
 cl::DeviceInfo DeviceOptions::info() const { return cl::find_device(device); }
 
 cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
   if (fft.empty()) return cl::default_backend(info);
-  for (const auto backend : {cl::FftBackend::host, cl::FftBackend::clfft}) {
+  for (const auto backend : cl::all_backends) {
     if (fft != cl::name_of(backend)) continue;
     if (!cl::serves(backend, info)) throw cl::DeviceError("--fft " + fft + " does not serve " + info.name);
     return backend;
   }
-  throw InputError("--fft " + fft + ": unknown back end; there are host and clfft");
+  throw InputError("--fft " + fft + ": unknown back end; there are host, clfft and vkfft");
 }
 
 Method method_of(const std::string& name) {

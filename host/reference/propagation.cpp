@@ -99,7 +99,8 @@ Field shifted_angular_spectrum(const Field& source, const Setup& s, glm::ivec2 p
     for (int x = 0; x < s.size.x; ++x) plane[y * padded.x + x] = source[y * s.size.x + x];
   transform_plane(plane, padded, -1);
 
-  const double half_x = padded.x * s.pitch_m.x / 2, half_y = padded.y * s.pitch_m.y / 2, z = s.distance_m;
+  const double half_x = std::max(padded.x / 2.0, 1.0 * s.size.x) * s.pitch_m.x, z = s.distance_m;
+  const double half_y = std::max(padded.y / 2.0, 1.0 * s.size.y) * s.pitch_m.y;
   for (int j = 0; j < padded.y; ++j) {
     const double v = -frequency(j, padded.y, s.pitch_m.y);  // rows count downwards, y upwards
     for (int i = 0; i < padded.x; ++i) {

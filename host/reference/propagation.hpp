@@ -27,7 +27,8 @@ struct Setup {
 Field rayleigh_sommerfeld(const Field& source, const Setup& setup, const std::vector<int>& rows = {});
 
 /// What Propagator computes, from the definition: zero padding to `padded`, transform, the exact transfer function where its local
-/// frequency |x0 - z u/w| (likewise y) does not exceed half the padded plane, transform back, cut out.
+/// frequency |x0 - z u/w| (likewise y) does not exceed half the padded plane, or the whole window when that is more, transform back, cut
+/// out.
 Field shifted_angular_spectrum(const Field& source, const Setup& setup, glm::ivec2 padded);
 
 /// Discrete Fourier transform of any length, in place, not normalised; sign -1 forward, +1 inverse.

@@ -31,7 +31,7 @@ PropagatorSpec spec_of(const cl::Device& device, const Setup& s, double padding)
 FloatField propagated(const cl::Device& device, Propagator& propagator, const FloatField& source, const Setup& s) {
   cl::ComplexBuffer field(device, source, "field");
   propagator.load(field);
-  propagator.add(s.shift_m, s.distance_m);
+  propagator.add({s.shift_m, s.distance_m});
   propagator.collect(field);
   auto arrived = field.read();
   require_finite(arrived, "field");
@@ -56,7 +56,7 @@ Finding transfer_function(const cl::Device& device, const Setup& s) {
   FloatField impulse(static_cast<std::size_t>(s.size.x) * s.size.y);
   impulse[0] = 1;
   auto spec = spec_of(device, s, 1);
-  if (padded_size(s.size, 1, spec.backend) != s.size) throw std::logic_error("transfer_function: not a size that is transformed as it is");
+  if (padded_size(s.size, 1) != s.size) throw std::logic_error("transfer_function: not a size that is transformed as it is");
   return discrete(device, spec, s, impulse);
 }
 
@@ -127,7 +127,7 @@ Finding plane_waves(const cl::Device& device, int n) {
     }
   });
   propagator.load(field);
-  propagator.add(s.shift_m, s.distance_m);
+  propagator.add({s.shift_m, s.distance_m});
   propagator.collect(field);
   double difference = 0, energy = 0;
   field.on_host(
@@ -213,8 +213,8 @@ std::vector<SelfCheck> optics_extremes(SelfTestSize size) {
       {"extremes", "a shift beyond the band is refused, naming the largest", "refusals lost", 0, [=](const cl::Device& device) {
          const double named_m = named_shift_m(device, beyond);
          Propagator propagator(device, spec_of(device, beyond, 2));
-         const bool right =
-             propagator.reaches({0.999 * named_m, 0}, beyond.distance_m) && !propagator.reaches({1.001 * named_m, 0}, beyond.distance_m);
+         const bool right = propagator.reaches({{0.999 * named_m, 0}, beyond.distance_m}) &&
+                            !propagator.reaches({{1.001 * named_m, 0}, beyond.distance_m});
          return Finding{right ? 0.0 : 1.0, "named " + std::to_string(named_m / mm) + " mm"};
        }});
   checks.push_back(

@@ -17,7 +17,7 @@ inline std::vector<cl::Device> all_devices() {
 
 inline std::vector<cl::FftBackend> backends_of(const cl::Device& device) {
   std::vector<cl::FftBackend> backends;
-  for (const auto backend : {cl::FftBackend::host, cl::FftBackend::clfft}) {
+  for (const auto backend : cl::all_backends) {
     if (cl::serves(backend, device.info())) backends.push_back(backend);
   }
   return backends;

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/padding_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <random>
+
+#include "cl/fft.hpp"
+#include "host/gatherer.hpp"
+
+namespace raywave {
+namespace {
+
+using std::numbers::pi;
+using Complex = std::complex<double>;
+
+constexpr std::size_t most_lines = 32;  // WRPs of an axis
+constexpr int samples_of_a_line = 64;   // enough that the error's own scatter is some per cent
+constexpr int waves_of_a_sample = 192;  // near ones
+constexpr int wide = 4;                 // windows: what goes astray farther is taken to be lost
+
+/// One axis of the plan, everything along it seen from the hologram's centre.
+class AxisOfPlan {
+public:
+  AxisOfPlan(const Plan& plan, const World& world, int axis, int padded)
+      : plan_(plan),
+        padded_(padded),
+        n_(plan.size[axis]),
+        pitch_m_(plan.pitch_m[axis]),
+        half_m_(n_ * pitch_m_ / 2),
+        low_m_(world.min_m[axis]),
+        high_m_(world.max_m[axis]),
+        fft_(cl::next_fast_size(static_cast<std::size_t>(std::max(wide * n_, 2 * padded))), false),
+        wanted_(static_cast<std::size_t>(n_)),
+        got_(wanted_.size()) {}
+
+  /// Adds what arrives in the hologram's window from the WRP at centre_m, rightly and with the plan's padding. WRPs side by side cut the
+  /// same waves, so that their edges cancel.
+  void add(double centre_m) {
+    const auto size = fft_.size();
+    const auto count = static_cast<std::ptrdiff_t>(size);
+    const auto line = [&] { return cl::make_zero_lines(size, "line across the WRPs"); };
+    const auto light = line(), spectrum = line(), kept = line(), arrived = line(), arrived_kept = line();
+    fill(light.get(), centre_m);
+    fft_.forward(light.get(), spectrum.get());
+    const double reach_m = std::max(padded_ / 2.0, 1.0 * n_) * pitch_m_;
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      const double u = static_cast<double>(i <= (count - 1) / 2 ? i : i - count) / (static_cast<double>(count) * pitch_m_);
+      const double w_squared = 1 / (plan_.wavelength_m * plan_.wavelength_m) - u * u, w = std::sqrt(std::max(w_squared, 0.0));
+      const double turns = plan_.distance_m * w - centre_m * u;
+      auto& value = spectrum[static_cast<std::size_t>(i)];
+      value = w_squared > 0 ? value * std::complex<float>(std::polar(1.0, 2 * pi * (turns - std::round(turns)))) : 0;
+      const bool reaches = w_squared > 0 && std::abs(-centre_m - plan_.distance_m * u / w) <= reach_m;
+      kept[static_cast<std::size_t>(i)] = reaches ? value : 0;
+    }
+    fft_.inverse(spectrum.get(), arrived.get());
+    fft_.inverse(kept.get(), arrived_kept.get());
+
+    for (int i = 0; i < n_; ++i) {
+      const std::ptrdiff_t here = first() + i;
+      wanted_[static_cast<std::size_t>(i)] += Complex(arrived[static_cast<std::size_t>(here)]);
+      for (std::ptrdiff_t j = here % padded_; j < count; j += padded_)
+        got_[static_cast<std::size_t>(i)] += Complex(arrived_kept[static_cast<std::size_t>(j)]);
+    }
+  }
+
+  /// Square of the relative error; 0 without light.
+  double square() const {
+    double wrong = 0, all = 0;
+    for (std::size_t i = 0; i < wanted_.size(); ++i) {
+      wrong += std::norm(got_[i] - wanted_[i]);
+      all += std::norm(wanted_[i]);
+    }
+    return all > 0 ? wrong / all : 0;
+  }
+
+private:
+  std::ptrdiff_t first() const { return (static_cast<std::ptrdiff_t>(fft_.size()) - n_) / 2; }
+
+  /// How much of the light that lands at x on the hologram a pixel at `pixel_m` gathers.
+  double cone(double x_m, double pixel_m, double centre_m) const {
+    if (!plan_.aimed) {
+      const bool perspective = plan_.wrps[0].convergence_per_m > 0;
+      return std::abs(perspective ? x_m : x_m - (pixel_m - centre_m)) <= half_m_;
+    }
+    const double inside = plan_.fan - std::abs(x_m) / half_m_;
+    if (plan_.edge <= 0) return inside >= 0;
+    const double e = std::clamp(inside / plan_.edge, 0.0, 1.0);
+    return e * e * (3 - 2 * e);
+  }
+
+  /// The waves of samples in the scene's box, with random phases, inside the WRP at centre_m.
+  void fill(std::complex<float>* light, double centre_m) const {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const double k = 2 * pi / plan_.wavelength_m;
+    for (int i = 0; i < samples_of_a_line; ++i) {
+      const double z_m = plan_.near_m + (plan_.far_m - plan_.near_m) * uniform(random), depth_m = z_m - plan_.distance_m;
+      const double x_m = low_m_ + (high_m_ - low_m_) * (i + uniform(random)) / samples_of_a_line;
+      const Complex phasor = std::polar(1.0, 2 * pi * uniform(random));
+      const double half_m = plan_.fan * half_m_ * std::abs(depth_m) / z_m;  // of the footprint
+      const double spot_m = plan_.wavelength_m * z_m / (2 * plan_.fan * half_m_);
+      const bool is_near = plan_.aimed && half_m < Gatherer::default_near_spots * spot_m;
+      for (int p = 0; p < n_; ++p) {
+        const double pixel_m = centre_m + (p - (n_ - 1) / 2.0) * pitch_m_, across_m = pixel_m - x_m * plan_.distance_m / z_m;
+        Complex wave;
+        if (is_near) {
+          if (std::abs(across_m) > half_m + Gatherer::near_tail * spot_m) continue;
+          wave = near_wave(pixel_m - x_m, x_m, z_m, depth_m) / spot_m;
+        } else {
+          if (plan_.aimed && std::abs(across_m) > half_m) continue;
+          const double amount = cone(x_m + (pixel_m - x_m) * z_m / depth_m, pixel_m, centre_m);
+          if (amount == 0) continue;
+          const double way_m = std::copysign(std::hypot(pixel_m - x_m, depth_m) - std::abs(depth_m), depth_m);
+          wave = std::polar(amount / std::sqrt(std::abs(depth_m) * plan_.wavelength_m), k * way_m);
+        }
+        light[static_cast<std::size_t>(first() + p)] += std::complex<float>(phasor * wave);
+      }
+    }
+  }
+
+  /// kernels/near.h in its plain form: plane waves towards the window.
+  Complex near_wave(double offset_m, double x_m, double z_m, double depth_m) const {
+    Complex sum = 0;
+    for (int i = 0; i < waves_of_a_sample; ++i) {
+      const double at_m = ((i + 0.5) / waves_of_a_sample * 2 - 1) * plan_.fan * half_m_, tangent = (at_m - x_m) / z_m;
+      const double cosine = 1 / std::hypot(1, tangent), turns = tangent * cosine * offset_m - depth_m * (1 - cosine);
+      sum += std::polar(cone(at_m, 0, 0), 2 * pi / plan_.wavelength_m * turns);
+    }
+    return sum / static_cast<double>(waves_of_a_sample);
+  }
+
+  const Plan& plan_;
+  int padded_, n_;
+  double pitch_m_, half_m_, low_m_, high_m_;
+  cl::LineFft fft_;
+  std::vector<Complex> wanted_, got_;
+};
+
+}  // namespace
+
+double predicted_padding_error(const Plan& plan, const World& world, glm::ivec2 padded) {
+  double square = 0;
+  for (int axis = 0; axis < 2; ++axis) {
+    std::vector<double> centres;
+    for (const auto& wrp : plan.wrps) centres.push_back(wrp.centre_m[axis]);
+    std::sort(centres.begin(), centres.end());
+    centres.erase(std::unique(centres.begin(), centres.end()), centres.end());
+    const std::size_t lines = std::min(centres.size(), most_lines), first = (centres.size() - lines) / 2;
+    AxisOfPlan line(plan, world, axis, padded[axis]);
+    for (std::size_t i = 0; i < lines; ++i) line.add(centres[first + i]);
+    square += line.square();
+  }
+  return std::sqrt(square);
+}
+
+}  // namespace raywave
