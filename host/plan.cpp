@@ -163,7 +163,7 @@ std::vector<double> fan_tangents(double window_m, double distance_m, double shif
   return tangents;
 }
 
-Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, Method method, int rays_per_axis) {
+Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, Method method, int rays_per_axis, bool has_doubles) {
   const auto& hologram = scene.hologram;
   Plan plan;
   plan.size = hologram.resolution;
@@ -231,6 +231,9 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
     if (!plan.aimed) plan.rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.size.x) * static_cast<std::uint64_t>(plan.size.y);
   }
   if (plan.aimed) plan.rays = aimed_rays(plan);
+
+  plan.phase_errors = predict_phase_errors(plan);
+  plan.precision = choose_precision(scene.accuracy, plan.phase_errors, has_doubles);
 
   plan.padded = padded_size(plan.size, scene.wrp.padding, backend);
   const auto plane = [](glm::ivec2 size) { return static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) * 8; };

@@ -84,7 +84,7 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
     const auto clock = stage("meshes");
     return build_world(scene);
   }();
-  result.plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
+  result.plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis, device.info().fp64);
   const auto& plan = result.plan;
 
   report("tree and kernels", 0);

@@ -7,6 +7,8 @@
 #include "host/gatherer.hpp"
 #include "host/propagator.hpp"
 #include "host/reconstruct.hpp"
+#include "host/reference/pipeline.hpp"
+#include "host/reference/shading.hpp"
 #include "host/render.hpp"
 #include "host/tracer.hpp"
 #include "tests/support/catch.hpp"
@@ -24,72 +26,8 @@ using Complex = std::complex<double>;
 using Fields = std::vector<std::complex<float>>;
 const std::filesystem::path data = RAYWAVE_DATA_DIR;
 
-/// kernels/hash.h on the host, in turns.
-double phase_turns(std::uint32_t key, std::uint32_t seed) {
-  std::uint32_t h = (key ^ (seed * 0x9e3779b9u)) * 0x846ca68bu;
-  h = (h ^ (h >> 16)) * 0x7feb352du;
-  h ^= h >> 15;
-  return (h >> 8) * 0x1p-24;
-}
-
-/// One sample's light at one pixel of a plane, by the definition, in double precision.
-struct Ray {
-  Complex wave = 0;     // without the random phase
-  bool unsure = false;  // an edge passes closer than floats tell
-};
-
-Ray one_ray(const Rig& rig, std::size_t index, dvec3 pixel) {
-  const auto& plan = rig.plan;
-  const auto& s = rig.samples[index];
-  const auto p = place(s) + plan.origin_m;
-  const double depth = p.z - pixel.z;
-  const bool at_hologram = pixel.z <= 0;
-  Ray ray;
-  double amplitude = s.weight;
-  if (!at_hologram) {
-    for (int axis = 0; axis < 2; ++axis) {
-      // Where the light meets the hologram, in half holograms.
-      const double at = std::abs(pixel[axis] - (p[axis] - pixel[axis]) * pixel.z / depth) / (plan.size[axis] * plan.pitch_m[axis] / 2);
-      if (plan.edge == 0 && std::abs(at - plan.fan) < 1e-3) ray.unsure = true;
-      const double e = plan.edge > 0 ? std::clamp((plan.fan - at) / plan.edge, 0.0, 1.0) : at <= plan.fan;
-      amplitude *= e * e * (3 - 2 * e);
-    }
-    if (amplitude == 0) return ray;
-  }
-  const auto towards = (pixel - p) / depth;  // towards the hologram, z = -1
-  for (int axis = 0; axis < 2; ++axis) {
-    // The SLM shows sines up to wavelength / (2 pitch).
-    const double sine = std::abs(towards[axis]) / length(towards) / (plan.wavelength_m / (2 * plan.pitch_m[axis]));
-    if (std::abs(sine - 1) < 1e-5) ray.unsure = true;
-    if (sine > 1) return ray;
-  }
-  const auto seen = free_way(rig.triangles, place(s), normal(s), rig.arrays.bias_m, place(s) + towards * (p.z - plan.near_m + 1e-7));
-  ray.unsure |= seen == Seen::unsure;
-  if (seen == Seen::no) return ray;
-  double radiance = s.radiance;
-  int number = 0;
-  for (const auto& light : rig.scene.lights) {
-    if (light.type == LightType::ambient) continue;
-    const auto l = light.type == LightType::point ? normalize(light.position_m - p) : -normalize(light.direction);
-    if (rig.lit[index * rig.arrays.light_words() + static_cast<std::size_t>(number / 32)] >> (number % 32) & 1u) {
-      const auto mirrored = 2 * dot(normal(s), l) * normal(s) - l;
-      radiance += light.intensity * s.specular * std::pow(std::max(0.0, dot(mirrored, normalize(towards))), s.shininess);
-    }
-    ++number;
-  }
-  // Of a surface that is turned away, less is seen.
-  amplitude *= std::sqrt(std::clamp(s.tilt_x * towards.x + s.tilt_y * towards.y - s.tilt_z, 0.0, 4.0));
-  // Converging light turns by half a period at its focus.
-  const double signed_r = std::copysign(length(pixel - p), depth);
-  ray.wave = std::sqrt(radiance) * amplitude / signed_r *
-             std::polar(1.0, 2 * std::numbers::pi * std::remainder(signed_r / plan.wavelength_m, 1.0));
-  return ray;
-}
-
-dvec3 pixel_of(const Plan& plan, dvec3 centre, std::size_t index) {
-  const auto nx = static_cast<std::size_t>(plan.size.x);
-  const dvec2 from_middle = dvec2(index % nx, index / nx) - dvec2(plan.size - 1) / 2.0;
-  return centre + dvec3(from_middle.x * plan.pitch_m.x, -from_middle.y * plan.pitch_m.y, 0);
+reference::Gathering gathering(const Rig& rig, double near_spots = 0) {
+  return {rig.plan, rig.scene.lights, rig.samples, rig.lit, rig.arrays.light_words(), rig.triangles, rig.arrays.bias_m, near_spots};
 }
 
 struct Agreement {
@@ -110,13 +48,14 @@ Agreement against_direct_sum(const Rig& rig, const Fields& fields, int frames, s
     std::vector<Complex> sums(static_cast<std::size_t>(frames));
     bool unsure = false, dark = true;
     for (std::size_t i = 0; i < rig.samples.size() && !unsure; ++i) {
-      const auto ray = one_ray(rig, i, pixel_of(rig.plan, centre, pixel));
+      const auto ray = reference::aimed_ray(gathering(rig), i, reference::pixel_m(rig.plan, centre, pixel));
       unsure |= ray.unsure;
       if (ray.wave == 0.0) continue;
       dark = false;
       for (int f = 0; f < frames; ++f)
         sums[static_cast<std::size_t>(f)] +=
-            ray.wave * std::polar(1.0, 2 * std::numbers::pi * phase_turns(rig.samples[i].key, seed + static_cast<std::uint32_t>(f)));
+            ray.wave *
+            std::polar(1.0, 2 * std::numbers::pi * reference::phase_turns_of_key(rig.samples[i].key, seed + static_cast<std::uint32_t>(f)));
     }
     if (unsure) {
       ++result.unsure;
@@ -251,7 +190,7 @@ TEST_CASE("a hard fan lights exactly the pixels whose rays reach the hologram") 
       const auto field = gathered(device, rig, centre);
       int lit = 0, wrong = 0;
       for (std::size_t i = 0; i < field.size(); ++i) {
-        const auto pixel = pixel_of(rig.plan, centre, i);
+        const auto pixel = reference::pixel_m(rig.plan, centre, i);
         const auto at = abs(dvec2(pixel) - dvec2(p - pixel) * pixel.z / (p.z - pixel.z)) / (dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0);
         const double most = std::max(at.x, at.y);
         if (std::abs(most - 1) < 1e-5) continue;
@@ -276,7 +215,7 @@ TEST_CASE("steeper light than the SLM's pixels can show is left out") {
     const auto field = gathered(device, rig, {0, 0, 0});
     int wrong = 0, steep = 0;
     for (std::size_t i = 0; i < field.size(); ++i) {
-      const auto pixel = pixel_of(rig.plan, {0, 0, 0}, i);
+      const auto pixel = reference::pixel_m(rig.plan, {0, 0, 0}, i);
       int shown = 0, unsure = 0;
       for (const auto& s : rig.samples) {
         const auto way = normalize(place(s) + rig.plan.origin_m - pixel);
@@ -414,12 +353,13 @@ TEST_CASE("a sample near the plane, or on it, is the sum of the plane waves that
       const auto field = gathered(device, rig, centre, 12);
       double difference = 0, lit = 0, all = 0;
       for (std::size_t i = 0; i < field.size(); ++i) {
-        const auto pixel = pixel_of(rig.plan, centre, i);
+        const auto pixel = reference::pixel_m(rig.plan, centre, i);
         if (std::abs(pixel.x - first.x) > 120e-6 || std::abs(pixel.y - first.y) > 120e-6) continue;
         REQUIRE(std::isfinite(std::abs(field[i])));
         Complex wanted = 0;
         for (const auto& s : rig.samples)
-          wanted += double(s.weight) * std::sqrt(double(s.radiance)) * std::polar(1.0, 2 * std::numbers::pi * phase_turns(s.key, 1)) *
+          wanted += double(s.weight) * std::sqrt(double(s.radiance)) *
+                    std::polar(1.0, 2 * std::numbers::pi * reference::phase_turns_of_key(s.key, 1)) *
                     plane_waves(rig.plan, place(s) + rig.plan.origin_m, pixel);
         all += std::norm(wanted);
         if (field[i] == 0.0f) continue;  // beyond where the wave is cut off

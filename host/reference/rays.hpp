@@ -34,4 +34,9 @@ Hit nearest_hit(std::span<const device::Triangle> triangles, const Ray& ray);
 /// Whether anything lies in (t_min, t_max).
 bool occluded(std::span<const device::Triangle> triangles, const Ray& ray);
 
+enum class Seen { no, yes, unsure };  // unsure: an edge passes closer than floats tell
+
+/// Whether the way from `from` to `to`, beginning `bias_m` off the surface, is free.
+Seen free_way(std::span<const device::Triangle> triangles, glm::dvec3 from, glm::dvec3 off_surface, double bias_m, glm::dvec3 to);
+
 }  // namespace raywave::reference

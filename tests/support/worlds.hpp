@@ -180,26 +180,7 @@ inline glm::dvec3 normal(const device::Sample& s) { return {s.nx, s.ny, s.nz}; }
 using Random = std::mt19937;
 inline double uniform(Random& random, double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
 
-enum class Seen { no, yes, unsure };  // unsure: an edge passes closer than floats tell
-
-/// Whether the way from `from` to `to`, beginning `bias_m` off the surface, is free: double precision, triangle by triangle.
-inline Seen free_way(std::span<const device::Triangle> triangles, glm::dvec3 from, glm::dvec3 off_surface, double bias_m, glm::dvec3 to) {
-  const reference::Ray rays[] = {{from + bias_m * off_surface, to - from, 0, 1},
-                                 {from + 0.5 * bias_m * off_surface, to - from, 0, 1},
-                                 {from + 1.5 * bias_m * off_surface, to - from, 0, 1}};
-  bool unsure = false;
-  for (const auto& t : triangles) {
-    const bool strict = reference::intersect(t, rays[0]).triangle >= 0;
-    if (strict) {
-      bool wavers = false;
-      for (const auto& ray : rays) wavers |= reference::intersect(t, ray, -1e-6).triangle < 0;
-      if (!wavers) return Seen::no;
-      unsure = true;
-    } else {
-      for (const auto& ray : rays) unsure |= reference::intersect(t, ray, 1e-6).triangle >= 0;
-    }
-  }
-  return unsure ? Seen::unsure : Seen::yes;
-}
+using reference::free_way;
+using reference::Seen;
 
 }  // namespace raywave::test
