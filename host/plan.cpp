@@ -91,7 +91,9 @@ std::vector<glm::dvec2> fan_of(const std::vector<double>& across, const std::vec
   for (const double ty : up) {
     for (const double tx : across) {
       const double length = std::sqrt(1 + tx * tx + ty * ty);
-      if (std::abs(tx) <= largest_sine.x * length && std::abs(ty) <= largest_sine.y * length) fan.emplace_back(tx, ty);
+      // As floats, which is what devices are given: every reader of the plan has the same rays.
+      if (std::abs(tx) <= largest_sine.x * length && std::abs(ty) <= largest_sine.y * length)
+        fan.emplace_back(static_cast<float>(tx), static_cast<float>(ty));
     }
   }
   return fan;

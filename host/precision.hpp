@@ -36,6 +36,6 @@ const char* name_of(Precision precision);
 
 /// The value of RAYWAVE_PRECISION (kernels/wide.h).
 /// throws  DeviceError when the device has no doubles
-std::string precision_option(const cl::Device& device, Precision precision);
+std::string precision_option(const cl::DeviceInfo& device, Precision precision);
 
 }  // namespace raywave

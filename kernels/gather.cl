@@ -222,19 +222,6 @@ static inline floatv projected_area(float tilt_z, floatv along_x, floatv along_y
   return clamp(along_x + along_y - tilt_z, (floatv)(0.0f), (floatv)(4.0f));
 }
 
-// Places of pixels along an axis.
-static inline Wide place_of(intv index, float pitch, float pitch_low) {
-  return wide_times(wide(LANES_TO_FLOAT(index), 0.0f), wide(pitch, pitch_low));
-}
-
-// Turns of the path from a sample to a pixel, reduced, and its length.
-static inline floatv path_turns(Wide dx, Wide dy, Wide depth, const GatherPlane* plane, floatv* length) {
-  const Wide squared = wide_plus(wide_plus(wide_times(dx, dx), wide_times(dy, dy)), wide_times(depth, depth));
-  const Wide root = wide_sqrt(squared);
-  *length = wide_high(root);
-  return wide_turns(wide_times(root, wide(plane->turns_hi, plane->turns_lo)));
-}
-
 // Turns of a path over those of the path that ends `step` nearer to the sample along y, dy from it: r - r0 = (r^2 - r0^2) / (r + r0), no
 // larger than the few turns between neighbours, so that their rounding stays below 10^-6.
 static inline floatv turns_beyond(float dy, float step, floatv sum_of_lengths, float turns_per_metre) {
@@ -275,7 +262,7 @@ static inline void gather_near(__global const Light* lights, __global const uint
   for (int block = top; block <= bottom; block += RAYWAVE_LANES) {
     floatv up_re[4], up_im[4];
     const Wide offset_y =
-        wide_minus(place_of(-(block + LANES_INDEX), plane->pitch_y, plane->pitch_y_low), wide(a->centre_y, a->centre_y_low));
+        wide_minus(wide_steps(-(block + LANES_INDEX), plane->pitch_y, plane->pitch_y_low), wide(a->centre_y, a->centre_y_low));
     near_sums(&waves, wide_high(offset_y), wide_turns(wide_times(offset_y, wide(a->chief_y, a->chief_y_low))), up_re, up_im);
     float offsets[RAYWAVE_LANES];
     LANES_STORE(wide_high(offset_y), offsets);
@@ -315,7 +302,7 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
   if (first >= plane.nx || top >= plane.ny) return;
   const int bottom = min(top + RAYWAVE_TILE_ROWS, plane.ny) - 1;
   const intv column = first + LANES_INDEX;
-  const Wide x = place_of(column, plane.pitch_x, plane.pitch_x_low);
+  const Wide x = wide_steps(column, plane.pitch_x, plane.pitch_x_low), rate = wide(plane.turns_hi, plane.turns_lo);
   const float left_x = plane.pitch_x * (float)first, right_x = plane.pitch_x * (float)(first + RAYWAVE_LANES - 1);
   const float top_y = -plane.pitch_y * (float)top, bottom_y = -plane.pitch_y * (float)bottom;
 
@@ -325,15 +312,15 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
   }
 
   // Cells whose samples' footprints can touch the tile, one more on each side against rounding.
-  const float rate = 1.0f / lattice.step;
+  const float cells = 1.0f / lattice.step;
   const float low_x = plane.tangent_x + plane.tangent_step_x * (float)first - plane.window_x;
   const float high_x = plane.tangent_x + plane.tangent_step_x * (float)(first + RAYWAVE_LANES - 1) + plane.window_x;
   const float low_y = plane.tangent_y - plane.tangent_step_y * (float)bottom - plane.window_y;
   const float high_y = plane.tangent_y - plane.tangent_step_y * (float)top + plane.window_y;
-  const int cell_left = max((int)clamp(low_x * rate - (float)lattice.first_x, -2.0f, 1e9f) - 1, 0);
-  const int cell_right = min((int)clamp(high_x * rate - (float)lattice.first_x, -2.0f, 1e9f) + 1, lattice.nx - 1);
-  const int cell_low = max((int)clamp(low_y * rate - (float)lattice.first_y, -2.0f, 1e9f) - 1, 0);
-  const int cell_high = min((int)clamp(high_y * rate - (float)lattice.first_y, -2.0f, 1e9f) + 1, lattice.ny - 1);
+  const int cell_left = max((int)clamp(low_x * cells - (float)lattice.first_x, -2.0f, 1e9f) - 1, 0);
+  const int cell_right = min((int)clamp(high_x * cells - (float)lattice.first_x, -2.0f, 1e9f) + 1, lattice.nx - 1);
+  const int cell_low = max((int)clamp(low_y * cells - (float)lattice.first_y, -2.0f, 1e9f) - 1, 0);
+  const int cell_high = min((int)clamp(high_y * cells - (float)lattice.first_y, -2.0f, 1e9f) + 1, lattice.ny - 1);
 
   for (int cell_row = cell_low; cell_row <= cell_high && cell_left <= cell_right; ++cell_row) {
     const int last = first_of_cell[cell_row * lattice.nx + cell_right + 1];
@@ -374,10 +361,10 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
       // Each lane counts its phase from its pixel in the tile's middle row.
       const int middle = (top + bottom) / 2;
-      const Wide middle_y = place_of((intv)(-middle), plane.pitch_y, plane.pitch_y_low);
+      const Wide middle_y = wide_steps((intv)(-middle), plane.pitch_y, plane.pitch_y_low);
       const Wide from_y = wide_minus(middle_y, wide(a.y, a.y_low));
       floatv middle_length;
-      const floatv middle_turns = path_turns(from_x, from_y, depth, &plane, &middle_length) * sign;
+      const floatv middle_turns = path_turns(from_x, from_y, depth, rate, &middle_length) * sign;
       const float middle_dy = LANES_FIRST(wide_high(from_y));
       const float middle_off_chief = LANES_FIRST(wide_high(wide_minus(middle_y, wide(a.centre_y, a.centre_y_low))));
 #endif
@@ -387,7 +374,7 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
         const float step_y = plane.pitch_y * (float)(middle - row);
         const float dy = middle_dy + step_y, up = fabs((middle_off_chief + step_y) * a.scale_y);
 #else
-        const Wide y = place_of((intv)(-row), plane.pitch_y, plane.pitch_y_low), from_y = wide_minus(y, wide(a.y, a.y_low));
+        const Wide y = wide_steps((intv)(-row), plane.pitch_y, plane.pitch_y_low), from_y = wide_minus(y, wide(a.y, a.y_low));
         const float dy = LANES_FIRST(wide_high(from_y));
         const float up = fabs(LANES_FIRST(wide_high(wide_minus(y, wide(a.centre_y, a.centre_y_low)))) * a.scale_y);
 #endif
@@ -420,7 +407,7 @@ __kernel void gather(__global const BvhNode* nodes, __global const Triangle* tri
         const floatv turns = middle_turns + turns_beyond(middle_dy, step_y, length + middle_length, plane.turns_hi * sign);
 #else
         floatv path_length;
-        const floatv turns = path_turns(from_x, from_y, depth, &plane, &path_length) * sign;
+        const floatv turns = path_turns(from_x, from_y, depth, rate, &path_length) * sign;
 #endif
         floatv c, s;
         cos_sin_turns(turns, &c, &s);

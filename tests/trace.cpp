@@ -40,8 +40,8 @@ Wrp wrp_with_fan(int n, double reach, glm::dvec2 centre_m = {0.031 * mm, -0.017 
   wrp.centre_m = {centre_m, distance_m};
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i)
-      wrp.fan.emplace_back(((i + 0.5 + 0.137 * std::sin(7 * j)) / n * 2 - 1) * reach,
-                           ((j + 0.5 + 0.119 * std::cos(5 * i)) / n * 2 - 1) * reach);
+      wrp.fan.emplace_back(static_cast<float>(((i + 0.5 + 0.137 * std::sin(7 * j)) / n * 2 - 1) * reach),
+                           static_cast<float>(((j + 0.5 + 0.119 * std::cos(5 * i)) / n * 2 - 1) * reach));
   wrp.fan_step = {2 * reach / n, 2 * reach / n};
   return wrp;
 }
