@@ -10,13 +10,13 @@
 namespace raywave {
 namespace {
 
-constexpr double float_ulp = 0x1p-24, pair_ulp = 0x1p-44, double_ulp = 0x1p-50;  // relative errors of a few operations
+constexpr double float_ulp = 0x1p-24, pair_ulp = 0x1p-45, double_ulp = 0x1p-50;  // relative errors of a few operations
 
 /// Sine and cosine, amplitudes and sums of many waves, whatever the precision.
 constexpr double wave_floor_turns = 1e-7;
 
-/// Plane waves of near samples: up to 24 turns from the chief ray, in floats, and 96 steps of a recurrence.
-constexpr double near_turns = 4e-7;
+/// Plane waves of near samples: up to 16 turns from the chief ray, in floats, and 96 steps of a recurrence.
+constexpr double near_turns = 3e-7;
 
 /// The transforms, and what propagate.cl leaves to floats.
 constexpr double propagation_floor_turns = 1e-7;

@@ -222,11 +222,13 @@ static inline floatv projected_area(float tilt_z, floatv along_x, floatv along_y
   return clamp(along_x + along_y - tilt_z, (floatv)(0.0f), (floatv)(4.0f));
 }
 
-// Turns of a path over those of the path that ends `step` nearer to the sample along y, dy from it: r - r0 = (r^2 - r0^2) / (r + r0), no
-// larger than the few turns between neighbours, so that their rounding stays below 10^-6.
+#if RAYWAVE_PRECISION == PRECISION_FLOAT
+// Turns by which a path is longer than the one that ends `step` below it in y, dy from the sample: r - r0 = (r^2 - r0^2) / (r + r0), the
+// few turns that lie between neighbours, so that their rounding stays below 10^-6.
 static inline floatv turns_beyond(float dy, float step, floatv sum_of_lengths, float turns_per_metre) {
   return (2.0f * dy + step) * step * turns_per_metre / sum_of_lengths;
 }
+#endif
 
 // Adds the wave of a sample near the plane to the sums of a tile.
 static inline void gather_near(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,

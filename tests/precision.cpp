@@ -30,6 +30,7 @@ struct Extreme {
   double sampling_pitch_m;
   std::optional<double> wrp_m = {};
   Method method = Method::wrp;
+  double aside = 0.1;  // of the sphere, in widths; at 0.1 it hides a part of the square
 };
 
 Stage stage_of(const Extreme& e) {
@@ -38,11 +39,12 @@ Stage stage_of(const Extreme& e) {
   stage.scene.hologram = e.hologram;
   stage.scene.sampling.pitch_m = e.sampling_pitch_m;
   stage.scene.wrp.distance_m = e.wrp_m;
+  if (e.method == Method::points) stage.scene.wrp.grid = glm::ivec2(1, 1);
   Material shiny;
   shiny.specular = dvec3(2.0);
   shiny.shininess = 20;
   const double w = e.width_m, d = e.depth_m, radius = std::min(0.2 * w, 0.4 * d);
-  stage.add(sphere(e.centre_m - dvec3(0.1 * w, 0, 0.5 * d - radius), radius, 6), shiny);
+  stage.add(sphere(e.centre_m - dvec3(e.aside * w, 0, 0.5 * d - radius), radius, 6), shiny);
   stage.add(rectangle(e.centre_m + dvec3(0, 0, 0.3 * d), {0.5 * w, 0, 0.2 * std::min(w, d)}, {0, 0.4 * w, 0}));
   Light sun, lamp;
   sun.direction = {0.1, -0.2, 1};
@@ -69,12 +71,12 @@ std::vector<Extreme> extremes() {
       {"WRPs at 5 m", hologram(small, 50 * um), {0, 0, 5.3}, 20 * mm, 0.2, 0.6 * mm, 5.0},
       {"scene of 1 um", hologram(small, 0.32 * um), {0, 0, 20 * um}, 1 * um, 1 * um, 40 * nm},
       {"scene 1 m wide, 10 m away", hologram(small, 3.74 * um), {0, 0, 10}, 1, 0.1, 30 * mm, 1 * mm},
-      {"scene 1 m deep", hologram(small, 3.74 * um), {0, 0, 0.9}, 30 * mm, 1, 1 * mm, 0.3},
-      {"1 m off the axis, 10 m away", hologram(small, 3 * um), {1, 0, 10}, 50 * mm, 50 * mm, 2 * mm, 1.0},
-      {"10 m away", hologram(small, 20 * um), {0, 0, 10}, 0.1, 0.1, 4 * mm},
+      {"scene 1 m deep", hologram(small, 20 * um), {0, 0, 0.9}, 6 * mm, 1, 0.3 * mm, 0.3, Method::wrp, 0.9},
+      {"1 m off the axis, 10 m away", hologram(small, 3 * um), {1, 0, 10}, 50 * mm, 50 * mm, 2 * mm, 0.2},
+      {"10 m away", hologram(small, 20 * um), {0, 0, 10}, 6 * mm, 6 * mm, 0.3 * mm},
       {"WRP cuts a surface", hologram(small, 3.74 * um), {0, 0, 6 * mm}, 0.5 * mm, 0.4 * mm, 15 * um, 6.1 * mm},
       {"points, 1 m away", hologram(small, 3.74 * um), {0, 0, 1}, 50 * mm, 50 * mm, 2 * mm, {}, Method::points},
-      {"points, wavelength 10 nm", hologram(small, 1 * um, 10 * nm), {0, 0, 1}, 1 * mm, 10 * mm, 40 * um, {}, Method::points},
+      {"points, wavelength 10 nm", hologram(small, 1 * um, 10 * nm), {0, 0, 1}, 1 * mm, 10 * mm, 40 * um, {}, Method::points, 0.9},
   };
 }
 

@@ -133,6 +133,13 @@ double part_middle(double view_half, int part) {
   return (part < 2 ? -1 : 1) * (part == 0 || part == 3 ? outer : 0.25 * view_half);
 }
 
+/// Towards the middle of one of the 4 x 4 parts of a sample's view, z = -1.
+dvec3 towards_part(const Plan& plan, const Aimed& x, const Aimed& y, int part) {
+  const double view_half = std::max(1.0, plan.fan);
+  return {x.chief_tangent + part_middle(view_half, part % 4) * x.half_tangent,
+          y.chief_tangent + part_middle(view_half, part / 4) * y.half_tangent, -1};
+}
+
 /// Pixels of an axis within `half_m` of `centre_m`: [first, last].
 std::pair<int, int> pixels_within(double first_m, double step_m, int count, double centre_m, double half_m) {
   const double a = (centre_m - half_m - first_m) / step_m, b = (centre_m + half_m - first_m) / step_m;
@@ -178,18 +185,14 @@ private:
 
   void add_near(std::size_t index, dvec3 p, const Aimed& x, const Aimed& y, Complex phasor) {
     const auto& s = what_.samples[index];
-    const double view_half = std::max(1.0, plan_.fan), depth_m = p.z - centre_.z;
+    const double depth_m = p.z - centre_.z;
     std::array<double, 16> amplitudes{};
-    bool unsure = false;
     for (int part = 0; part < 16; ++part) {
-      const dvec3 towards(x.chief_tangent + part_middle(view_half, part % 4) * x.half_tangent,
-                          y.chief_tangent + part_middle(view_half, part / 4) * y.half_tangent, -1);
-      const auto state = s.hidden >> (2 * part) & 3u;
-      const auto seen = state == 0 ? Seen::yes : seen_along(what_, s, towards);
-      unsure |= seen == Seen::unsure;
+      const auto towards = towards_part(plan_, x, y, part);
+      const auto seen = (s.hidden >> (2 * part) & 3u) == 0 ? Seen::yes : seen_along(what_, s, towards);
+      if (seen == Seen::unsure) return doubt(x.centre_m, y.centre_m, x.extent_m, y.extent_m);
       amplitudes[static_cast<std::size_t>(part)] = seen == Seen::no ? 0 : amplitude(what_, index, towards) / plan_.wavelength_m;
     }
-    if (unsure) return doubt(x.centre_m, y.centre_m, x.extent_m, y.extent_m);
     const auto [left, right] = pixels_within(corner_.x, plan_.pitch_m.x, plan_.size.x, x.centre_m, x.extent_m);
     const auto [top, bottom] = pixels_within(corner_.y, -plan_.pitch_m.y, plan_.size.y, y.centre_m, y.extent_m);
     if (left > right || top > bottom) return;
