@@ -29,6 +29,7 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
       near_spots_(near_spots),
       program_(device, "gather.cl",
                cl::with(scene.options, {{"RAYWAVE_FRAMES", std::to_string(frames)},
+                                        {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)},
                                         {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
                                         {"RAYWAVE_VIEW_PARTS", std::to_string(table.view_parts)},
                                         {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),

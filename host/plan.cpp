@@ -113,7 +113,9 @@ std::vector<glm::dvec2> fan_of(const std::vector<double>& across, const std::vec
   for (const double ty : up) {
     for (const double tx : across) {
       const double length = std::sqrt(1 + tx * tx + ty * ty);
-      if (std::abs(tx) <= largest_sine.x * length && std::abs(ty) <= largest_sine.y * length) fan.emplace_back(tx, ty);
+      // As floats, which is what devices are given: every reader of the plan has the same rays.
+      if (std::abs(tx) <= largest_sine.x * length && std::abs(ty) <= largest_sine.y * length)
+        fan.emplace_back(static_cast<float>(tx), static_cast<float>(ty));
     }
   }
   return fan;
@@ -228,7 +230,7 @@ std::vector<double> fan_tangents(double window_m, double distance_m, double shif
   return tangents;
 }
 
-Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, Method method, int rays_per_axis) {
+Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, Method method, int rays_per_axis, bool has_doubles) {
   const auto& hologram = scene.hologram;
   Plan plan;
   plan.size = hologram.resolution;
@@ -300,6 +302,9 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
     if (!plan.aimed) plan.rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.size.x) * static_cast<std::uint64_t>(plan.size.y);
   }
   if (plan.aimed) plan.rays = aimed_rays(plan);
+
+  plan.phase_errors = predict_phase_errors(plan);
+  plan.precision = choose_precision(scene.accuracy, plan.phase_errors, has_doubles);
 
   plan.padded = padded_size(plan.size, scene.wrp.padding);
   if (method == Method::wrp) plan.padding_error = predicted_padding_error(plan, world, plan.padded);

@@ -10,6 +10,7 @@
 
 #include "cl/fft.hpp"
 #include "host/mesh.hpp"
+#include "host/precision.hpp"
 #include "host/scene.hpp"
 
 namespace raywave {
@@ -55,15 +56,19 @@ struct Plan {
   glm::dvec2 largest_sine{1, 1};    // of a ray to the optical axis, per axis, that the SLM's pixels can show
   bool beyond_diffraction = false;  // some light of the scene would be steeper
   glm::ivec2 padded{1, 1};          // size that is transformed
-  double padding_error = 0;         // of the field at the hologram, predicted (host/padding_error.hpp); 0 where nothing is propagated
-  std::uint64_t rays = 0;           // primary rays of a frame
-  std::uint64_t device_bytes = 0;   // planes and scene, estimated
+  Precision precision = Precision::floats;
+  PhaseErrors phase_errors;        // predicted, by precision
+  double padding_error = 0;        // of the field at the hologram, predicted (host/padding_error.hpp); 0 where nothing is propagated
+  std::uint64_t rays = 0;          // primary rays of a frame
+  std::uint64_t device_bytes = 0;  // planes and scene, estimated
 };
 
 /// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through the hologram, more than 1024 WRPs)
 ///
 /// rays_per_axis  of Method::rays: directions across the cone that the SLM's pixels can show
-Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, Method method = Method::wrp, int rays_per_axis = 100);
+/// has_doubles    whether the device can compute in doubles, for accuracy.precision "auto"
+Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, Method method = Method::wrp, int rays_per_axis = 100,
+               bool has_doubles = false);
 
 /// Rows or columns of a fan (paper, Eq. 4-7): tangents across an aperture `window_m` wide seen from `distance_m` away, turned by shift /
 /// distance, spaced so that neighbours lie `pitch_m` apart at `depth_m` behind the plane.

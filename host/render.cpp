@@ -143,7 +143,8 @@ int frames_together(const cl::DeviceInfo& device, const Scene& scene, const Plan
 
 /// What the kernels of a FieldSource are built for.
 bool same_kernels(const Plan& a, const Plan& b) {
-  return a.aimed == b.aimed && a.bounces == b.bounces && a.antialias == b.antialias && a.beyond_diffraction == b.beyond_diffraction;
+  return a.aimed == b.aimed && a.bounces == b.bounces && a.antialias == b.antialias && a.beyond_diffraction == b.beyond_diffraction &&
+         a.precision == b.precision;
 }
 
 }  // namespace
@@ -166,7 +167,7 @@ struct Renderer::State {
   }
 
   void prepare() {
-    plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
+    plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis, device.info().fp64);
     require_rays(scene, plan);
     together = frames_together(device.info(), scene, plan, pixels());
     require_memory(device, scene, world, plan, options.method, together);
@@ -222,7 +223,7 @@ struct Renderer::State {
       world = place_objects(scene, meshes);
     }
     const auto before = plan;
-    plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis);
+    plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis, device.info().fp64);
     require_rays(scene, plan);
     if (propagator) require_reach();
     {

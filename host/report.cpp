@@ -64,6 +64,8 @@ Json json_of(const Scene& scene) {
                    {"seed", scene.sampling.seed},
                    {"frames", scene.sampling.frames}};
   j["trace"] = {{"depth", scene.trace.depth}, {"shadows", scene.trace.shadows}};
+  j["accuracy"] = {{"precision", scene.accuracy.precision ? name_of(*scene.accuracy.precision) : "auto"},
+                   {"phase", scene.accuracy.phase_turns}};
   for (const auto& l : scene.lights) {
     Json light{{"type", name_of(l.type)}, {"intensity", l.intensity}};
     if (l.type == LightType::directional) light["direction"] = json_of(l.direction);
@@ -87,6 +89,20 @@ Json json_of(const Scene& scene) {
     j["objects"].push_back(object);
   }
   return j;
+}
+
+Json json_of(const AccuracySpec& accuracy, const Plan& plan) {
+  Json predicted;
+  for (const auto p : {Precision::floats, Precision::extended, Precision::doubles}) {
+    const auto& e = plan.phase_errors[static_cast<std::size_t>(p)];
+    predicted[name_of(p)] = {
+        {"waves", e.waves_turns}, {"bounces", e.bounces_turns}, {"propagation", e.propagate_turns}, {"total", e.total_turns()}};
+  }
+  const double error = plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
+  return {{"precision", name_of(plan.precision)},
+          {"predicted_phase_error_turns", predicted},
+          {"wanted_phase_error_turns", accuracy.phase_turns},
+          {"kept", error < accuracy.phase_turns}};
 }
 
 Json json_of(const Plan& plan) {
@@ -118,6 +134,7 @@ std::string render_report_json(const Scene& scene, const RenderResult& result, c
   j["raywave"] = version;
   j["scene"] = json_of(scene);
   j["plan"] = json_of(result.plan);
+  j["accuracy"] = json_of(scene.accuracy, result.plan);
   j["device"] = {{"index", device.index},     {"name", device.name},     {"platform", device.platform}, {"vendor", device.vendor},
                  {"version", device.version}, {"driver", device.driver}, {"fft", cl::name_of(fft)}};
   j["samples"] = {{"count", result.samples}, {"with_visibility_rays", result.hidden_samples}};
@@ -136,6 +153,7 @@ std::string plan_report_json(const Scene& scene, const World& world, const Plan&
   j["vertices"] = world.positions.size();
   j["bounds_m"] = Json::array({json_of(world.min_m), json_of(world.max_m)});
   j["plan"] = json_of(plan);
+  j["accuracy"] = json_of(scene.accuracy, plan);
   return j.dump(2) + "\n";
 }
 
@@ -146,9 +164,9 @@ std::string plan_report_text(const Scene& scene, const World& world, const Plan&
     std::snprintf(text.data(), text.size(), "%.4g mm", metres * 1e3);
     return std::string(text.data());
   };
-  const auto percent = [](double share) {
+  const auto number = [](double value) {
     std::array<char, 32> text;
-    std::snprintf(text.data(), text.size(), "%.2g %%", share * 100);
+    std::snprintf(text.data(), text.size(), "%.2g", value);
     return std::string(text.data());
   };
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
@@ -176,8 +194,13 @@ std::string plan_report_text(const Scene& scene, const World& world, const Plan&
         << " apart at " << mm(plan.lattice.full_z_m) << "\n";
   out << "rays      " << (plan.aimed ? "about " : "") << plan.rays << " per frame, " << scene.sampling.frames
       << (scene.sampling.frames == 1 ? " frame\n" : " frames\n");
+  const double error = plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
+  out << "precision " << name_of(plan.precision) << (scene.accuracy.precision ? "" : " (auto)") << ", predicted phase error "
+      << number(error) << " turn" << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
+      << number(scene.accuracy.phase_turns) << "\n";
   out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding " << scene.wrp.padding << "), propagation error predicted "
-      << percent(plan.padding_error) << "\n";
+      << number(100 * plan.padding_error) << " %"
+      << "\n";
   out << "memory    " << cl::format_bytes(plan.device_bytes) << " on the device\n";
   return out.str();
 }

@@ -331,6 +331,17 @@ TraceSpec read_trace(Section section) {
   return spec;
 }
 
+AccuracySpec read_accuracy(Section section) {
+  AccuracySpec spec;
+  section.read("precision", [&](const Value& v) {
+    spec.precision = v.choice<std::optional<Precision>>(
+        {{"auto", std::nullopt}, {"float", Precision::floats}, {"extended", Precision::extended}, {"double", Precision::doubles}});
+  });
+  section.read("phase", [&](const Value& v) { spec.phase_turns = v.number(between(1e-9, 0.5)); });
+  section.finish();
+  return spec;
+}
+
 Light read_light(Section section) {
   Light light;
   section.read("type", [&](const Value& v) {
@@ -494,6 +505,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.wrp = read_wrp(root.section("wrp"));
   scene.sampling = read_sampling(root.section("sampling"));
   scene.trace = read_trace(root.section("trace"));
+  scene.accuracy = read_accuracy(root.section("accuracy"));
   for (Section& section : root.sections("light")) scene.lights.push_back(read_light(section));
   scene.materials.emplace_back();
   for (auto& [name, section] : root.section("materials").named_sections("material"))

@@ -54,6 +54,14 @@ struct TraceSpec {
   bool shadows = false;
 };
 
+/// How phases are computed: in floats (differences within a tile of pixels; paths in pairs of floats), in pairs of floats, or in doubles.
+enum class Precision { floats, extended, doubles };
+
+struct AccuracySpec {
+  std::optional<Precision> precision;  // empty: the cheapest whose predicted error of phase stays below phase_turns
+  double phase_turns = 0.01;
+};
+
 enum class LightType { ambient, directional, point };
 
 struct Light {
@@ -95,6 +103,7 @@ struct Scene {
   WrpSpec wrp;
   SamplingSpec sampling;
   TraceSpec trace;
+  AccuracySpec accuracy;
   std::vector<Light> lights;
   std::vector<Material> materials;  // [0] is the default of an object that names none
   std::vector<Object> objects;

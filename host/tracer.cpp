@@ -14,7 +14,9 @@ Tracer::Tracer(const cl::Device& device, const Scene& scene, const Plan& plan, c
       scene_(arrays),
       table_(table),
       lanes_(lanes_for(device.info())),
-      program_(device, "trace.cl", cl::with(arrays.options, {{"RAYWAVE_SOURCE", std::to_string(static_cast<int>(source))}})),
+      program_(device, "trace.cl",
+               cl::with(arrays.options, {{"RAYWAVE_SOURCE", std::to_string(static_cast<int>(source))},
+                                         {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)}})),
       trace_fan_(program_.kernel("trace_fan")),
       no_samples_(device, 1, "samples"),
       no_cells_(device, 1, "sample lattice") {}
@@ -28,15 +30,15 @@ void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field)
   device::TracePlane plane{};
   plane.nx = plan_.size.x;
   plane.ny = plan_.size.y;
-  plane.left = static_cast<float>(centre.x - (plan_.size.x - 1) / 2.0 * plan_.pitch_m.x);
-  plane.top = static_cast<float>(centre.y + (plan_.size.y - 1) / 2.0 * plan_.pitch_m.y);
-  plane.z = static_cast<float>(centre.z);
-  plane.pitch_x = static_cast<float>(plan_.pitch_m.x);
-  plane.pitch_y = static_cast<float>(plan_.pitch_m.y);
+  std::tie(plane.left, plane.left_low) = split(centre.x - (plan_.size.x - 1) / 2.0 * plan_.pitch_m.x);
+  std::tie(plane.top, plane.top_low) = split(centre.y + (plan_.size.y - 1) / 2.0 * plan_.pitch_m.y);
+  std::tie(plane.z, plane.z_low) = split(centre.z);
+  std::tie(plane.pitch_x, plane.pitch_x_low) = split(plan_.pitch_m.x);
+  std::tie(plane.pitch_y, plane.pitch_y_low) = split(plan_.pitch_m.y);
   std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
-  plane.convergence_x = plane.convergence_y = static_cast<float>(wrp.convergence_per_m);
-  plane.axis_x = static_cast<float>(-plan_.origin_m.x);
-  plane.axis_y = static_cast<float>(-plan_.origin_m.y);
+  std::tie(plane.convergence, plane.convergence_low) = split(wrp.convergence_per_m);
+  std::tie(plane.axis_x, plane.axis_x_low) = split(-plan_.origin_m.x);
+  std::tie(plane.axis_y, plane.axis_y_low) = split(-plan_.origin_m.y);
   plane.sine_limit_x = static_cast<float>(plan_.largest_sine.x);
   plane.sine_limit_y = static_cast<float>(plan_.largest_sine.y);
   plane.step_x = static_cast<float>(wrp.fan_step.x);

@@ -183,24 +183,13 @@ static inline floatv projected_area(float tilt_z, floatv along_x, floatv along_y
   return clamp(along_x + along_y - tilt_z, (floatv)(0.0f), (floatv)(4.0f));
 }
 
-// Places of pixels along an axis.
-static inline Wide place_of(intv index, float pitch, float pitch_low) {
-  return wide_times(wide(LANES_TO_FLOAT(index), 0.0f), wide(pitch, pitch_low));
-}
-
-// Turns of the path from a sample to a pixel, reduced, and its length.
-static inline floatv path_turns(Wide dx, Wide dy, Wide depth, const GatherPlane* plane, floatv* length) {
-  const Wide squared = wide_plus(wide_plus(wide_times(dx, dx), wide_times(dy, dy)), wide_times(depth, depth));
-  const Wide root = wide_sqrt(squared);
-  *length = wide_high(root);
-  return wide_turns(wide_times(root, wide(plane->turns_hi, plane->turns_lo)));
-}
-
-// Turns of a path over those of the path that ends `step` nearer to the sample along y, dy from it: r - r0 = (r^2 - r0^2) / (r + r0), no
-// larger than the few turns between neighbours, so that their rounding stays below 10^-6.
+#if RAYWAVE_PRECISION == PRECISION_FLOAT
+// Turns by which a path is longer than the one that ends `step` below it in y, dy from the sample: r - r0 = (r^2 - r0^2) / (r + r0), the
+// few turns that lie between neighbours, so that their rounding stays below 10^-6.
 static inline floatv turns_beyond(float dy, float step, floatv sum_of_lengths, float turns_per_metre) {
   return (2.0f * dy + step) * step * turns_per_metre / sum_of_lengths;
 }
+#endif
 
 // Amplitude that a sample shows in directions (tangents).
 static inline floatv amplitude_towards(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
@@ -256,7 +245,7 @@ static inline void near_axes(__global const Light* lights, __global const uint* 
 
 // g along x at pixels of columns first to first + RAYWAVE_LANES - 1, in its four parts; zero beyond the footprint.
 static inline void near_across(const NearWaves* waves, const Aim* a, const GatherPlane* plane, int first, floatv* re, floatv* im) {
-  const Wide offset = wide_minus(place_of(first + LANES_INDEX, plane->pitch_x, plane->pitch_x_low), wide(a->centre_x, a->centre_x_low));
+  const Wide offset = wide_minus(wide_steps(first + LANES_INDEX, plane->pitch_x, plane->pitch_x_low), wide(a->centre_x, a->centre_x_low));
   near_sums(waves, wide_high(offset), wide_turns(wide_times(offset, wide(a->chief_x, a->chief_x_low))) + (a->turns + 0.25f), re, im);
   const intv inside = fabs(wide_high(offset)) <= a->half_x;
   for (int i = 0; i < 4; ++i) {
@@ -267,7 +256,8 @@ static inline void near_across(const NearWaves* waves, const Aim* a, const Gathe
 
 // The same along y at pixels of rows first to first + RAYWAVE_LANES - 1.
 static inline void near_up(const NearWaves* waves, const Aim* a, const GatherPlane* plane, int first, floatv* re, floatv* im) {
-  const Wide offset = wide_minus(place_of(-(first + LANES_INDEX), plane->pitch_y, plane->pitch_y_low), wide(a->centre_y, a->centre_y_low));
+  const Wide offset =
+      wide_minus(wide_steps(-(first + LANES_INDEX), plane->pitch_y, plane->pitch_y_low), wide(a->centre_y, a->centre_y_low));
   near_sums(waves, wide_high(offset), wide_turns(wide_times(offset, wide(a->chief_y, a->chief_y_low))), re, im);
   const intv inside = fabs(wide_high(offset)) <= a->half_y;
   for (int i = 0; i < 4; ++i) {
@@ -378,7 +368,7 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
   if (first >= plane.nx || top >= plane.ny) return;
   const int bottom = min(top + RAYWAVE_TILE_ROWS, plane.ny) - 1;
   const intv column = first + LANES_INDEX;
-  const Wide x = place_of(column, plane.pitch_x, plane.pitch_x_low);
+  const Wide x = wide_steps(column, plane.pitch_x, plane.pitch_x_low), rate = wide(plane.turns_hi, plane.turns_lo);
   const float left_x = plane.pitch_x * (float)first, right_x = plane.pitch_x * (float)(first + RAYWAVE_LANES - 1);
   const float top_y = -plane.pitch_y * (float)top, bottom_y = -plane.pitch_y * (float)bottom;
 
@@ -388,15 +378,15 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
   }
 
   // Cells whose samples' footprints can touch the tile, one more on each side against rounding.
-  const float rate = 1.0f / lattice.step;
+  const float cells = 1.0f / lattice.step;
   const float low_x = plane.tangent_x + plane.tangent_step_x * (float)first - plane.window_x;
   const float high_x = plane.tangent_x + plane.tangent_step_x * (float)(first + RAYWAVE_LANES - 1) + plane.window_x;
   const float low_y = plane.tangent_y - plane.tangent_step_y * (float)bottom - plane.window_y;
   const float high_y = plane.tangent_y - plane.tangent_step_y * (float)top + plane.window_y;
-  const int cell_left = max((int)clamp(low_x * rate - (float)lattice.first_x, -2.0f, 1e9f) - 1, 0);
-  const int cell_right = min((int)clamp(high_x * rate - (float)lattice.first_x, -2.0f, 1e9f) + 1, lattice.nx - 1);
-  const int cell_low = max((int)clamp(low_y * rate - (float)lattice.first_y, -2.0f, 1e9f) - 1, first_row);
-  const int cell_high = min((int)clamp(high_y * rate - (float)lattice.first_y, -2.0f, 1e9f) + 1, last_row);
+  const int cell_left = max((int)clamp(low_x * cells - (float)lattice.first_x, -2.0f, 1e9f) - 1, 0);
+  const int cell_right = min((int)clamp(high_x * cells - (float)lattice.first_x, -2.0f, 1e9f) + 1, lattice.nx - 1);
+  const int cell_low = max((int)clamp(low_y * cells - (float)lattice.first_y, -2.0f, 1e9f) - 1, first_row);
+  const int cell_high = min((int)clamp(high_y * cells - (float)lattice.first_y, -2.0f, 1e9f) + 1, last_row);
 
   for (int cell_row = cell_low; cell_row <= cell_high && cell_left <= cell_right; ++cell_row) {
     const int last = first_of_cell[cell_row * lattice.nx + cell_right + 1];
@@ -452,10 +442,10 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
       // Each lane counts its phase from its pixel in the tile's middle row.
       const int middle = (top + bottom) / 2;
-      const Wide middle_y = place_of((intv)(-middle), plane.pitch_y, plane.pitch_y_low);
+      const Wide middle_y = wide_steps((intv)(-middle), plane.pitch_y, plane.pitch_y_low);
       const Wide from_y = wide_minus(middle_y, wide(a.y, a.y_low));
       floatv middle_length;
-      const floatv middle_turns = path_turns(from_x, from_y, depth, &plane, &middle_length) * sign;
+      const floatv middle_turns = path_turns(from_x, from_y, depth, rate, &middle_length) * sign;
       const float middle_dy = LANES_FIRST(wide_high(from_y));
       const float middle_off_chief = LANES_FIRST(wide_high(wide_minus(middle_y, wide(a.centre_y, a.centre_y_low))));
 #endif
@@ -465,7 +455,7 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
         const float step_y = plane.pitch_y * (float)(middle - row);
         const float dy = middle_dy + step_y, off_chief_y = middle_off_chief + step_y;
 #else
-        const Wide y = place_of((intv)(-row), plane.pitch_y, plane.pitch_y_low), from_y = wide_minus(y, wide(a.y, a.y_low));
+        const Wide y = wide_steps((intv)(-row), plane.pitch_y, plane.pitch_y_low), from_y = wide_minus(y, wide(a.y, a.y_low));
         const float dy = LANES_FIRST(wide_high(from_y));
         const float off_chief_y = LANES_FIRST(wide_high(wide_minus(y, wide(a.centre_y, a.centre_y_low))));
 #endif
@@ -502,7 +492,7 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
         const floatv turns = middle_turns + turns_beyond(middle_dy, step_y, length + middle_length, plane.turns_hi * sign);
 #else
         floatv path_length;
-        const floatv turns = path_turns(from_x, from_y, depth, &plane, &path_length) * sign;
+        const floatv turns = path_turns(from_x, from_y, depth, rate, &path_length) * sign;
 #endif
         floatv c, s;
         cos_sin_turns(turns, &c, &s);

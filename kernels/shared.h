@@ -183,17 +183,25 @@ typedef struct {
 typedef struct {
   int nx;
   int ny;
-  float left;  // x of the centres of the first column
-  float top;   // y of the centres of the first row
+  float left;  // x of the centres of the first column; low: what the float leaves over
+  float left_low;
+  float top;  // y of the centres of the first row
+  float top_low;
   float z;
+  float z_low;
   float pitch_x;
+  float pitch_x_low;
   float pitch_y;
+  float pitch_y_low;
   float turns_hi;  // 1 / wavelength as the sum of two floats
   float turns_lo;
-  float convergence_x;  // added to a ray's tangents per metre of its pixel's x and y from the axis: 1 / distance to the hologram for a
-  float convergence_y;  // fan of perspective views, 0 for parallel views
-  float axis_x;         // the optical axis in the scene frame
+  float convergence;  // added to a ray's tangents per metre of its pixel's x and y from the axis: 1 / distance to the hologram for a
+                      // fan of perspective views, 0 for parallel views
+  float convergence_low;
+  float axis_x;  // the optical axis in the scene frame
+  float axis_x_low;
   float axis_y;
+  float axis_y_low;
   float sine_limit_x;  // largest sine that the SLM's pixels can show
   float sine_limit_y;
   float step_x;  // tangents between neighbouring rays

@@ -143,16 +143,23 @@
   MEMBER(TracePlane, nx)              \
   MEMBER(TracePlane, ny)              \
   MEMBER(TracePlane, left)            \
+  MEMBER(TracePlane, left_low)        \
   MEMBER(TracePlane, top)             \
+  MEMBER(TracePlane, top_low)         \
   MEMBER(TracePlane, z)               \
+  MEMBER(TracePlane, z_low)           \
   MEMBER(TracePlane, pitch_x)         \
+  MEMBER(TracePlane, pitch_x_low)     \
   MEMBER(TracePlane, pitch_y)         \
+  MEMBER(TracePlane, pitch_y_low)     \
   MEMBER(TracePlane, turns_hi)        \
   MEMBER(TracePlane, turns_lo)        \
-  MEMBER(TracePlane, convergence_x)   \
-  MEMBER(TracePlane, convergence_y)   \
+  MEMBER(TracePlane, convergence)     \
+  MEMBER(TracePlane, convergence_low) \
   MEMBER(TracePlane, axis_x)          \
+  MEMBER(TracePlane, axis_x_low)      \
   MEMBER(TracePlane, axis_y)          \
+  MEMBER(TracePlane, axis_y_low)      \
   MEMBER(TracePlane, sine_limit_x)    \
   MEMBER(TracePlane, sine_limit_y)    \
   MEMBER(TracePlane, step_x)          \

@@ -93,4 +93,16 @@ static inline Wide wide_sqrt(Wide a) {
 static inline floatv wide_turns(Wide turns) { return turns_reduced(turns_reduced(turns.hi)) + turns.lo; }
 #endif
 
+// Places i pitch.
+static inline Wide wide_steps(intv i, float pitch, float pitch_low) {
+  return wide_times(wide(LANES_TO_FLOAT(i), 0.0f), wide(pitch, pitch_low));
+}
+
+// Reduced turns of a straight path, `rate` turns per metre, and its length.
+static inline floatv path_turns(Wide dx, Wide dy, Wide dz, Wide rate, floatv* length) {
+  const Wide root = wide_sqrt(wide_plus(wide_plus(wide_times(dx, dx), wide_times(dy, dy)), wide_times(dz, dz)));
+  *length = wide_high(root);
+  return wide_turns(wide_times(root, rate));
+}
+
 #endif

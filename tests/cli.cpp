@@ -59,6 +59,11 @@ TEST_CASE("render writes the hologram, the field and the report, and nothing els
   for (const char* key : {"meshes", "tree", "prepare", "trace", "propagate", "encode"}) CHECK(report["seconds"][key].get<double>() >= 0);
   CHECK(report["peak_memory"]["host_bytes"].get<double>() > 1e6);
   CHECK(report["peak_memory"]["device_bytes"].get<double>() > 0);
+  CHECK(report["accuracy"]["precision"] == "float");
+  CHECK(report["accuracy"]["kept"] == true);
+  const auto& predicted = report["accuracy"]["predicted_phase_error_turns"];
+  CHECK(predicted["float"]["total"].get<double>() > 0);
+  CHECK(predicted["double"]["total"].get<double>() <= predicted["float"]["total"].get<double>());
   CHECK(report["plan"]["wrps"].size() == report["plan"]["grid"][0].get<std::size_t>() * report["plan"]["grid"][1].get<std::size_t>());
 }
 
@@ -227,6 +232,10 @@ TEST_CASE("info says what would be computed without computing it") {
   CHECK(text.code == 0);
   CHECK(text.err.empty());
   CHECK_THAT(text.out, ContainsSubstring("48 x 32") && ContainsSubstring("2 triangles") && ContainsSubstring("2 x 2"));
+  CHECK_THAT(text.out, ContainsSubstring("precision float (auto), predicted phase error"));
+  const auto strict =
+      desk.run({"info", desk.file("scene.toml"), "--set", "accuracy.precision=extended", "--set", "accuracy.phase=1e-9"}).out;
+  CHECK_THAT(strict, ContainsSubstring("precision extended, predicted phase error") && ContainsSubstring("NOT below 1e-09"));
   const auto json = Json::parse(desk.run({"info", desk.file("scene.toml"), "--json"}).out);
   CHECK(json["triangles"] == 2);
   CHECK(json["plan"]["wrps"].size() >= 1);

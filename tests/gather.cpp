@@ -8,6 +8,7 @@
 #include "host/gatherer.hpp"
 #include "host/propagator.hpp"
 #include "host/reconstruct.hpp"
+#include "host/reference/pipeline.hpp"
 #include "host/reference/shading.hpp"
 #include "host/render.hpp"
 #include "host/tracer.hpp"
@@ -28,7 +29,6 @@ const std::filesystem::path data = RAYWAVE_DATA_DIR;
 
 using reference::against_direct_sum;
 using reference::phase_turns_of_key;
-using reference::pixel_of;
 
 /// near_spots  as Gatherer has it; 0: all samples geometrically
 Fields gathered(const raywave::cl::Device& device, const Rig& rig, dvec3 centre, double near_spots = 0, int frames = 1,
@@ -147,7 +147,7 @@ TEST_CASE("a hard fan lights exactly the pixels whose rays reach the hologram") 
       const auto field = gathered(device, rig, centre);
       int lit = 0, wrong = 0;
       for (std::size_t i = 0; i < field.size(); ++i) {
-        const auto pixel = pixel_of(rig.plan, centre, i);
+        const auto pixel = reference::pixel_m(rig.plan, centre, i);
         const auto at = abs(dvec2(pixel) - dvec2(p - pixel) * pixel.z / (p.z - pixel.z)) / (dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0);
         const double most = std::max(at.x, at.y);
         if (std::abs(most - 1) < 1e-5) continue;
@@ -172,7 +172,7 @@ TEST_CASE("steeper light than the SLM's pixels can show is left out") {
     const auto field = gathered(device, rig, {0, 0, 0});
     int wrong = 0, steep = 0;
     for (std::size_t i = 0; i < field.size(); ++i) {
-      const auto pixel = pixel_of(rig.plan, {0, 0, 0}, i);
+      const auto pixel = reference::pixel_m(rig.plan, {0, 0, 0}, i);
       int shown = 0, unsure = 0;
       for (const auto& s : rig.samples) {
         const auto way = normalize(place(s) + rig.plan.origin_m - pixel);
@@ -310,7 +310,7 @@ TEST_CASE("a sample near the plane, or on it, is the sum of the plane waves that
       const auto field = gathered(device, rig, centre, 12);
       double difference = 0, lit = 0, all = 0;
       for (std::size_t i = 0; i < field.size(); ++i) {
-        const auto pixel = pixel_of(rig.plan, centre, i);
+        const auto pixel = reference::pixel_m(rig.plan, centre, i);
         if (std::abs(pixel.x - first.x) > 120e-6 || std::abs(pixel.y - first.y) > 120e-6) continue;
         REQUIRE(std::isfinite(std::abs(field[i])));
         Complex wanted = 0;

@@ -184,7 +184,8 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {4, "wavelenght = 5e-7",
        "hologram: unknown key \"wavelenght\"; did you mean \"wavelength\"? (keys here: resolution, pitch, wavelength)"},
       {4, "colour = 5e-7", "hologram: unknown key \"colour\" (keys here: resolution, pitch, wavelength)"},
-      {5, "[wpr]", "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, wrp, sampling, trace, light, materials, object)"},
+      {5, "[wpr]",
+       "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, wrp, sampling, trace, accuracy, light, materials, object)"},
       {6, "grid = \"large\"", "wrp: grid must be two whole numbers [x, y], got \"large\""},
       {7, "distance = \"far\"",
        "wrp: distance must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for metres), got \"far\""},
@@ -275,6 +276,25 @@ TEST_CASE("overrides take TOML values and bare strings, and the last one wins") 
 TEST_CASE("an override reaches a section that the file lacks") {
   const Workshop workshop;
   CHECK(workshop.load("light = [{type = \"ambient\"}]\nobject = [{mesh = \"teapot.ply\"}]\n", {"trace.depth=5"}).trace.depth == 5);
+}
+
+TEST_CASE("precision is chosen by itself unless it is named, and phase errors are fractions of a turn") {
+  const Workshop workshop;
+  const auto accuracy = [&](std::vector<std::string> settings) { return workshop.load(kScene, std::move(settings)).accuracy; };
+  CHECK_FALSE(accuracy({}).precision.has_value());
+  CHECK(accuracy({}).phase_turns == 0.01);
+  CHECK_FALSE(accuracy({"accuracy.precision=auto"}).precision.has_value());
+  CHECK(accuracy({"accuracy.precision=float"}).precision == Precision::floats);
+  CHECK(accuracy({"accuracy.precision=extended"}).precision == Precision::extended);
+  CHECK(accuracy({"accuracy.precision=double", "accuracy.phase=1e-4"}).precision == Precision::doubles);
+  CHECK(accuracy({"accuracy.phase=1e-4"}).phase_turns == 1e-4);
+  const auto refusal = [&](const std::string& text) { return workshop.refusal(kScene, {text}); };
+  CHECK(refusal("accuracy.precision=half") ==
+        "--set accuracy.precision=half: accuracy: precision must be \"auto\" or \"float\" or \"extended\" or \"double\", got \"half\"");
+  CHECK(refusal("accuracy.phase=0") == "--set accuracy.phase=0: accuracy: phase must be 1e-09 to 0.5, got 0");
+  CHECK(refusal("accuracy.phase=nan") == "--set accuracy.phase=nan: accuracy: phase must be 1e-09 to 0.5, got nan");
+  CHECK(refusal("accuracy.phases=1") ==
+        "--set accuracy.phases=1: accuracy: unknown key \"phases\"; did you mean \"phase\"? (keys here: precision, phase)");
 }
 
 TEST_CASE("a wrong override is named in place of the line") {

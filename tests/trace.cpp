@@ -19,8 +19,8 @@ using Field = std::vector<std::complex<float>>;
 
 constexpr double distance_m = 98 * mm;  // of the WRPs
 
-/// Relative L2 error of a field whose hits are 2 mm away: measured 1.0e-3 to 2.7e-3 (0.1 to 0.27 nm of the distance, which is a float).
-constexpr double hit_error = 4e-3;
+/// Relative L2 error of a field without bounces: measured 1.4e-7 to 2.4e-7, with highlights of exponent 30 1.7e-6.
+constexpr double hit_error = 1e-5;
 
 /// 33 x 17 pixels of 1 um: the plane is small, but its rays may be as steep as 0.319.
 Scene small_scene() {
@@ -40,8 +40,8 @@ Wrp wrp_with_fan(int n, double reach, glm::dvec2 centre_m = {0.031 * mm, -0.017 
   wrp.centre_m = {centre_m, distance_m};
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i)
-      wrp.fan.emplace_back(((i + 0.5 + 0.137 * std::sin(7 * j)) / n * 2 - 1) * reach,
-                           ((j + 0.5 + 0.119 * std::cos(5 * i)) / n * 2 - 1) * reach);
+      wrp.fan.emplace_back(static_cast<float>(((i + 0.5 + 0.137 * std::sin(7 * j)) / n * 2 - 1) * reach),
+                           static_cast<float>(((j + 0.5 + 0.119 * std::cos(5 * i)) / n * 2 - 1) * reach));
   wrp.fan_step = {2 * reach / n, 2 * reach / n};
   return wrp;
 }
@@ -152,7 +152,8 @@ TEST_CASE("shadows are the oracle's") {
   const Folder folder;
   auto scene = ball_before_wall(folder);
   scene.trace.shadows = true;
-  CHECK(check_trace(scene, wrp_with_fan(7, 0.3), hit_error).shadowed > 1000);
+  // Measured 1.1e-3: a shadow's edge that floats draw elsewhere.
+  CHECK(check_trace(scene, wrp_with_fan(7, 0.3), 4e-3).shadowed > 1000);
 }
 
 TEST_CASE("textures are bilinear, repeated and the oracle's") {
@@ -179,7 +180,7 @@ TEST_CASE("highlights of any sharpness are the oracle's") {
   for (const auto& [shininess, bound] : {std::pair(0.0, hit_error),
                                          {1.0, hit_error},
                                          {30.0, hit_error},
-                                         {1e3, hit_error},
+                                         {1e3, 1e-4 /* measured 2.4e-5 */},
                                          {1e6, 0.05 /* measured 0.019: such a cosine is within a few float steps of 1 */}}) {
     m.shininess = shininess;
     scene.materials = {m};
@@ -223,8 +224,8 @@ TEST_CASE("mirrors and glass are followed to depth 3 as by the oracle, through t
   for (const int depth : {0, 1, 2, 3}) {
     scene.trace.depth = depth;
     INFO("depth " << depth);
-    const auto oracle =
-        check_trace(scene, wrp_with_fan(7, 0.3), 3 * hit_error);  // measured 1.8e-3, and 9.6e-3 with one ray at an edge of the glass
+    const auto oracle = check_trace(scene, wrp_with_fan(7, 0.3),
+                                    depth == 0 ? 1e-4 : 1.2e-2);  // measured 2.6e-5; 1.6e-3, 9.6e-3 with one ray at an edge of the glass
     if (depth == 3) {
       CHECK(oracle.mirrored > 1000);
       CHECK(oracle.refracted > 1000);

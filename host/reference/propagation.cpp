@@ -18,8 +18,8 @@ double position(int i, int n, double pitch) { return (i - (n - 1) / 2.0) * pitch
 // Frequency of element k of a transform of n samples.
 double frequency(int k, int n, double pitch) { return (k < (n + 1) / 2 ? k : k - n) / (n * pitch); }
 
-// Transform of n samples, `stride` apart, by splitting off the smallest prime factor.
-void transform_strided(const Complex* in, int n, int stride, int sign, Complex* out) {
+// Transform of n samples, `stride` apart, by splitting off the smallest prime factor; roots: of unity, n stride of them.
+void transform_strided(const Complex* in, int n, int stride, const Field& roots, Complex* out) {
   if (n == 1) {
     out[0] = in[0];
     return;
@@ -28,12 +28,10 @@ void transform_strided(const Complex* in, int n, int stride, int sign, Complex* 
   while (n % p != 0) ++p;
   const int m = n / p;
   Field parts(n);
-  for (int r = 0; r < p; ++r) transform_strided(in + r * stride, m, stride * p, sign, parts.data() + r * m);
-  Field root(n);
-  for (int k = 0; k < n; ++k) root[k] = std::polar(1.0, sign * 2 * pi * k / n);
+  for (int r = 0; r < p; ++r) transform_strided(in + r * stride, m, stride * p, roots, parts.data() + r * m);
   for (int k = 0; k < n; ++k) {
     out[k] = 0;
-    for (int r = 0; r < p; ++r) out[k] += parts[r * m + k % m] * root[static_cast<long long>(r) * k % n];
+    for (int r = 0; r < p; ++r) out[k] += parts[r * m + k % m] * roots[static_cast<long long>(r) * k % n * stride];
   }
 }
 
@@ -61,7 +59,10 @@ Field conjugate(Field field) {
 
 void transform(Field& line, int sign) {
   const Field in = line;
-  transform_strided(in.data(), static_cast<int>(in.size()), 1, sign, line.data());
+  const auto n = static_cast<int>(in.size());
+  Field roots(in.size());
+  for (int k = 0; k < n; ++k) roots[k] = std::polar(1.0, sign * 2 * pi * k / n);
+  transform_strided(in.data(), n, 1, roots, line.data());
 }
 
 Field rayleigh_sommerfeld(const Field& source, const Setup& s, const std::vector<int>& rows) {

@@ -86,4 +86,23 @@ Verdict judge(const Hit& hit, const Ray& ray, std::span<const device::Triangle> 
   return {fault.str(), exact.triangle == hit.triangle || (exact.triangle >= 0 && std::abs(exact.t - hit.t) <= 16 * u24 * exact.t)};
 }
 
+Seen free_way(std::span<const device::Triangle> triangles, glm::dvec3 from, glm::dvec3 off_surface, double bias_m, glm::dvec3 to) {
+  const Ray rays[] = {{from + bias_m * off_surface, to - from, 0, 1},
+                      {from + 0.5 * bias_m * off_surface, to - from, 0, 1},
+                      {from + 1.5 * bias_m * off_surface, to - from, 0, 1}};
+  bool unsure = false;
+  for (const auto& t : triangles) {
+    const bool strict = intersect(t, rays[0]).triangle >= 0;
+    if (strict) {
+      bool wavers = false;
+      for (const auto& ray : rays) wavers |= intersect(t, ray, -1e-6).triangle < 0;
+      if (!wavers) return Seen::no;
+      unsure = true;
+    } else {
+      for (const auto& ray : rays) unsure |= intersect(t, ray, 1e-6).triangle >= 0;
+    }
+  }
+  return unsure ? Seen::unsure : Seen::yes;
+}
+
 }  // namespace raywave::reference

@@ -48,4 +48,9 @@ struct Verdict {
 
 Verdict judge(const Hit& hit, const Ray& ray, std::span<const device::Triangle> triangles);
 
+enum class Seen { no, yes, unsure };  // unsure: an edge passes closer than floats tell
+
+/// Whether the way from `from` to `to`, beginning `bias_m` off the surface, is free.
+Seen free_way(std::span<const device::Triangle> triangles, glm::dvec3 from, glm::dvec3 off_surface, double bias_m, glm::dvec3 to);
+
 }  // namespace raywave::reference

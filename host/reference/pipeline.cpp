@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/reference/pipeline.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "host/reference/rays.hpp"
+#include "host/reference/shading.hpp"
+
+namespace raywave::reference {
+namespace {
+
+using glm::dvec2;
+using glm::dvec3;
+using Complex = std::complex<double>;
+using std::numbers::pi;
+
+constexpr double undecided = 1e-5;   // of a float's comparisons, relative
+constexpr int most_near_waves = 96;  // kernels/near.h
+constexpr double near_tail = 4;      // host/gatherer.cpp
+
+Complex turned(double turns) { return std::polar(1.0, 2 * pi * std::remainder(turns, 1.0)); }
+
+dvec3 place(const device::Sample& s) { return {s.x, s.y, s.z}; }
+dvec3 normal(const device::Sample& s) { return {s.nx, s.ny, s.nz}; }
+
+dvec2 half_window(const Plan& plan) { return dvec2(plan.size) * plan.pitch_m / 2.0; }
+
+/// The fan's soft edge; at: on the hologram, in half windows.
+double edge_weight(const Plan& plan, double at) {
+  if (plan.edge <= 0) return std::abs(at) <= plan.fan ? 1 : 0;
+  const double e = std::clamp((plan.fan - std::abs(at)) / plan.edge, 0.0, 1.0);
+  return e * e * (3 - 2 * e);
+}
+
+/// Part of the window's side, in half windows of the view from its middle, and whether a float may find another.
+std::pair<int, bool> view_part(const Gathering& what, double at) {
+  const double place = (at / std::max(1.0, what.plan.fan) + 1) / 2 * what.view_parts;
+  return {std::clamp(static_cast<int>(std::floor(place)), 0, what.view_parts - 1), std::abs(place - std::round(place)) < 1e-4};
+}
+
+bool is_seen(const Gathering& what, std::size_t index, int i, int j) {
+  const auto words = static_cast<std::size_t>(std::max(1, what.view_parts * what.view_parts / 32));
+  const auto bit = static_cast<std::size_t>(j * what.view_parts + i);
+  return what.views[index * words + bit / 32] >> (bit % 32) & 1u;
+}
+
+/// Share of part `part` of 4 x 4 of the window that sees the sample.
+double seen_share(const Gathering& what, std::size_t index, int part) {
+  if (what.samples[index].hidden == 0) return 1;
+  const int side = what.view_parts / 4;
+  int seen = 0;
+  for (int j = 0; j < side; ++j)
+    for (int i = 0; i < side; ++i) seen += is_seen(what, index, part % 4 * side + i, part / 4 * side + j);
+  return static_cast<double>(seen) / (side * side);
+}
+
+/// Amplitude of a sample's light in a direction (z = -1), at unit distance.
+double amplitude(const Gathering& what, std::size_t index, dvec3 towards) {
+  const auto& s = what.samples[index];
+  double radiance = s.radiance;
+  std::size_t number = 0;
+  for (const auto& light : what.lights) {
+    if (light.type == LightType::ambient) continue;
+    const auto l =
+        light.type == LightType::point ? normalize(light.position_m - what.plan.origin_m - place(s)) : -normalize(light.direction);
+    if (what.lit[index * what.light_words + number / 32] >> (number % 32) & 1u) {
+      const auto mirrored = 2 * dot(normal(s), l) * normal(s) - l;
+      radiance += light.intensity * s.specular * power_of_cosine(dot(mirrored, normalize(towards)), s.shininess);
+    }
+    ++number;
+  }
+  // Of a surface that is turned away, less is seen.
+  const double area = std::clamp(s.tilt_x * towards.x + s.tilt_y * towards.y - s.tilt_z, 0.0, 4.0);
+  return s.weight * std::sqrt(radiance * area);
+}
+
+/// Geometry of one axis of a sample before a plane, world coordinates.
+struct Aimed {
+  double chief_tangent;  // towards the hologram's centre
+  double half_tangent;   // of half the window
+  double centre_m;       // where the chief ray meets the plane
+  double spot_m;         // diffraction spot on the plane
+  double half_m;         // half footprint
+  double extent_m;       // half footprint of the near wave
+};
+
+Aimed aimed(const Plan& plan, dvec3 p, double plane_z_m, int axis) {
+  Aimed a;
+  a.chief_tangent = -p[axis] / p.z;
+  a.half_tangent = half_window(plan)[axis] / p.z;
+  a.centre_m = p[axis] + a.chief_tangent * (p.z - plane_z_m);
+  a.spot_m = plan.wavelength_m / (2 * plan.fan * a.half_tangent);
+  a.half_m = plan.fan * a.half_tangent * std::abs(p.z - plane_z_m);
+  a.extent_m = a.half_m + near_tail * a.spot_m;
+  return a;
+}
+
+struct Decision {
+  bool yes = false, unsure = false;
+};
+
+Decision is_less(double a, double b) { return {a < b, std::abs(a - b) <= undecided * std::abs(b)}; }
+
+/// Waves of an axis, and whether a float may count otherwise.
+std::pair<int, bool> wave_count(const Aimed& a) {
+  const double quarters = std::min(0.5 * a.extent_m / a.spot_m, 1e6), nearest = std::round(quarters);
+  return {4 * static_cast<int>(quarters) + 32, std::abs(quarters - nearest) <= undecided * nearest};
+}
+
+Decision is_near(const Aimed& x, const Aimed& y, double near_spots) {
+  const auto narrow_x = is_less(x.half_m, near_spots * x.spot_m), narrow_y = is_less(y.half_m, near_spots * y.spot_m);
+  const auto [count_x, unsure_x] = wave_count(x);
+  const auto [count_y, unsure_y] = wave_count(y);
+  const bool fits = count_x <= most_near_waves && count_y <= most_near_waves;
+  return {(narrow_x.yes || narrow_y.yes) && fits, near_spots > 0 && (narrow_x.unsure || narrow_y.unsure || unsure_x || unsure_y)};
+}
+
+/// g of near.h in its four parts, for each of `count` pixels from `first_m`, `step_m` apart.
+std::vector<std::array<Complex, 4>> near_sums(const Plan& plan, const Aimed& a, double place_m, double depth_m, int axis, double first_m,
+                                              double step_m, int pixels, const std::function<double(double tangent)>& amplitude_at) {
+  const auto sine_of = [](double tangent) { return tangent / std::hypot(1.0, tangent); };
+  const double low = sine_of(a.chief_tangent - plan.fan * a.half_tangent), high = sine_of(a.chief_tangent + plan.fan * a.half_tangent);
+  const int count = std::min(wave_count(a).first, most_near_waves);
+  const double view_half = std::max(1.0, plan.fan);
+  std::vector<std::array<Complex, 4>> sums(static_cast<std::size_t>(pixels));
+  for (int n = 0; n < count; ++n) {
+    const double step = (high - low) / count, sine = low + (n + 0.5) * step, cosine = std::sqrt(1 - sine * sine);
+    if (std::abs(sine) > plan.largest_sine[axis]) continue;
+    const double at = (sine / cosine - a.chief_tangent) / a.half_tangent;
+    const auto part = static_cast<std::size_t>(std::clamp(static_cast<int>(std::floor((at / view_half + 1) * 2)), 0, 3));
+    const double weight = step / cosine * (plan.edge > 0 ? edge_weight(plan, at) : 1) * amplitude_at(sine / cosine);
+    for (int i = 0; i < pixels; ++i) {
+      const double offset_m = first_m + i * step_m - place_m;
+      sums[static_cast<std::size_t>(i)][part] += weight * turned((sine * offset_m - depth_m * (1 - cosine)) / plan.wavelength_m);
+    }
+  }
+  return sums;
+}
+
+/// Towards the middle of part 0 to 15 of the hologram's window.
+dvec3 towards_part(const Aimed& x, const Aimed& y, int part) {
+  return {x.chief_tangent + (0.5 * (part % 4) - 0.75) * x.half_tangent, y.chief_tangent + (0.5 * (part / 4) - 0.75) * y.half_tangent, -1};
+}
+
+/// Pixels of an axis within `half_m` of `centre_m`: [first, last].
+std::pair<int, int> pixels_within(double first_m, double step_m, int count, double centre_m, double half_m) {
+  const double a = (centre_m - half_m - first_m) / step_m, b = (centre_m + half_m - first_m) / step_m;
+  return {static_cast<int>(std::clamp(std::ceil(std::min(a, b)), 0.0, static_cast<double>(count))),
+          static_cast<int>(std::clamp(std::floor(std::max(a, b)), -1.0, count - 1.0))};
+}
+
+class Plane {
+public:
+  Plane(const Gathering& what, dvec3 centre_m, std::uint32_t seed)
+      : what_(what), plan_(what.plan), centre_(centre_m), corner_(reference::pixel_m(plan_, centre_m, 0)), seed_(seed) {
+    const auto pixels = static_cast<std::size_t>(plan_.size.x) * static_cast<std::size_t>(plan_.size.y);
+    result_.field.resize(pixels);
+    result_.unsure.resize(pixels);
+  }
+
+  GatheredField gathered() {
+    for (std::size_t i = 0; i < what_.samples.size(); ++i) add(i);
+    return std::move(result_);
+  }
+
+private:
+  void add(std::size_t index) {
+    const auto& s = what_.samples[index];
+    const auto p = place(s) + plan_.origin_m;
+    const auto x = aimed(plan_, p, centre_.z, 0), y = aimed(plan_, p, centre_.z, 1);
+    const auto near = centre_.z > 0 ? is_near(x, y, what_.near_spots) : Decision{};
+    const auto phasor = turned(phase_turns_of_key(s.key, seed_));
+    if (near.unsure) {
+      doubt(x.centre_m, y.centre_m, x.extent_m, y.extent_m);
+    } else if (near.yes) {
+      add_near(index, p, x, y, phasor);
+    } else {
+      const double margin = 1 + 10 * undecided;
+      each(x.centre_m, y.centre_m, centre_.z > 0 ? x.half_m * margin : INFINITY, centre_.z > 0 ? y.half_m * margin : INFINITY,
+           [&](std::size_t at) {
+             const auto ray = aimed_ray(what_, index, reference::pixel_m(plan_, centre_, at));
+             result_.field[at] += ray.wave * phasor;
+             if (ray.unsure) result_.unsure[at] = true;
+           });
+    }
+  }
+
+  void add_near(std::size_t index, dvec3 p, const Aimed& x, const Aimed& y, Complex phasor) {
+    const auto& s = what_.samples[index];
+    const double depth_m = p.z - centre_.z;
+    // A product of amplitudes along the axes through the brightest direction.
+    dvec3 best(x.chief_tangent, y.chief_tangent, -1);
+    double most = amplitude(what_, index, best);
+    for (int part = 0; part < 16 && s.specular > 0; ++part) {
+      const auto towards = towards_part(x, y, part);
+      const double there = amplitude(what_, index, towards);
+      if (there <= most) continue;
+      most = there;
+      best = towards;
+    }
+    if (most <= 0) return;
+    const auto [left, right] = pixels_within(corner_.x, plan_.pitch_m.x, plan_.size.x, x.centre_m, x.extent_m);
+    const auto [top, bottom] = pixels_within(corner_.y, -plan_.pitch_m.y, plan_.size.y, y.centre_m, y.extent_m);
+    if (left > right || top > bottom) return;
+    const auto across =
+        near_sums(plan_, x, p.x, depth_m, 0, corner_.x + left * plan_.pitch_m.x, plan_.pitch_m.x, right - left + 1, [&](double t) {
+          return amplitude(what_, index, {t, best.y, -1});
+        });
+    const auto up =
+        near_sums(plan_, y, p.y, depth_m, 1, corner_.y - top * plan_.pitch_m.y, -plan_.pitch_m.y, bottom - top + 1, [&](double t) {
+          return amplitude(what_, index, {best.x, t, -1});
+        });
+    const auto common = Complex(0, 1) * turned(depth_m / plan_.wavelength_m) * phasor / (most * plan_.wavelength_m);
+    std::array<double, 16> shares{};
+    for (int part = 0; part < 16; ++part) shares[static_cast<std::size_t>(part)] = seen_share(what_, index, part);
+    for (int row = top; row <= bottom; ++row) {
+      for (int column = left; column <= right; ++column) {
+        Complex sum = 0;
+        for (std::size_t part = 0; part < 16; ++part)
+          sum +=
+              shares[part] * across[static_cast<std::size_t>(column - left)][part % 4] * up[static_cast<std::size_t>(row - top)][part / 4];
+        result_.field[index_of(column, row)] += common * sum;
+      }
+    }
+    // Where the wave is cut off.
+    doubt_rim(x, y);
+  }
+
+  std::size_t index_of(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(plan_.size.x) + static_cast<std::size_t>(column);
+  }
+
+  template <class Use>
+  void each(double x_m, double y_m, double half_x_m, double half_y_m, Use use) {
+    const auto [left, right] = pixels_within(corner_.x, plan_.pitch_m.x, plan_.size.x, x_m, half_x_m);
+    const auto [top, bottom] = pixels_within(corner_.y, -plan_.pitch_m.y, plan_.size.y, y_m, half_y_m);
+    for (int row = top; row <= bottom; ++row)
+      for (int column = left; column <= right; ++column) use(index_of(column, row));
+  }
+
+  void doubt(double x_m, double y_m, double half_x_m, double half_y_m) {
+    each(x_m, y_m, half_x_m * (1 + undecided), half_y_m * (1 + undecided), [&](std::size_t at) { result_.unsure[at] = true; });
+  }
+
+  void doubt_rim(const Aimed& x, const Aimed& y) {
+    each(x.centre_m, y.centre_m, x.extent_m * (1 + undecided), y.extent_m * (1 + undecided), [&](std::size_t at) {
+      const auto pixel = reference::pixel_m(plan_, centre_, at);
+      if (std::abs(pixel.x - x.centre_m) > x.extent_m * (1 - undecided) || std::abs(pixel.y - y.centre_m) > y.extent_m * (1 - undecided))
+        result_.unsure[at] = true;
+    });
+  }
+
+  const Gathering& what_;
+  const Plan& plan_;
+  dvec3 centre_, corner_;
+  std::uint32_t seed_;
+  GatheredField result_;
+};
+
+}  // namespace
+
+AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m) {
+  const auto& plan = what.plan;
+  const auto& s = what.samples[sample];
+  const auto p = place(s) + plan.origin_m;
+  const double depth = p.z - pixel_m.z;
+  AimedRay ray;
+  double edges = 1;
+  if (pixel_m.z > 0) {
+    for (int axis = 0; axis < 2; ++axis) {
+      // Where the light meets the hologram, in half holograms.
+      const double at = (pixel_m[axis] - (p[axis] - pixel_m[axis]) * pixel_m.z / depth) / half_window(plan)[axis];
+      if (plan.edge == 0 && std::abs(std::abs(at) - plan.fan) < 1e-3) ray.unsure = true;
+      edges *= edge_weight(plan, at);
+    }
+    if (edges == 0) return ray;
+  }
+  const auto towards = (pixel_m - p) / depth;  // towards the hologram, z = -1
+  for (int axis = 0; axis < 2; ++axis) {
+    const double sine = std::abs(towards[axis]) / length(towards) / plan.largest_sine[axis];
+    if (std::abs(sine - 1) < undecided) ray.unsure = true;
+    if (plan.largest_sine[axis] < 1 && sine > 1) return ray;
+  }
+  if (s.hidden) {
+    const auto at = (dvec2(pixel_m) + dvec2(towards) * pixel_m.z) / half_window(plan);
+    const auto [i, unsure_i] = view_part(what, at.x);
+    const auto [j, unsure_j] = view_part(what, at.y);
+    ray.unsure |= unsure_i || unsure_j;
+    if (!is_seen(what, sample, i, j)) return ray;
+  }
+  // Converging light turns by half a period at its focus.
+  const double signed_r = std::copysign(length(pixel_m - p), depth);
+  ray.wave = edges * amplitude(what, sample, towards) / signed_r * turned(signed_r / plan.wavelength_m);
+  return ray;
+}
+
+glm::dvec3 pixel_m(const Plan& plan, glm::dvec3 centre_m, std::size_t index) {
+  const auto nx = static_cast<std::size_t>(plan.size.x);
+  const dvec2 from_middle = dvec2(index % nx, index / nx) - dvec2(plan.size - 1) / 2.0;
+  return centre_m + dvec3(from_middle.x * plan.pitch_m.x, -from_middle.y * plan.pitch_m.y, 0);
+}
+
+GatheredField gather(const Gathering& what, glm::dvec3 centre_m, std::uint32_t seed) { return Plane(what, centre_m, seed).gathered(); }
+
+Field hologram(const Plan& plan, std::span<const Field> wrps) {
+  Field sum(static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y));
+  for (std::size_t i = 0; i < wrps.size(); ++i) {
+    const auto centre_m = plan.wrps[i].centre_m;
+    const auto arrived =
+        shifted_angular_spectrum(wrps[i], {plan.size, plan.pitch_m, plan.wavelength_m, -dvec2(centre_m), centre_m.z}, plan.padded);
+    for (std::size_t at = 0; at < sum.size(); ++at) sum[at] += arrived[at];
+  }
+  return sum;
+}
+
+}  // namespace raywave::reference

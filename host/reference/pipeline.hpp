@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The field that aimed gathering puts on a plane, and the hologram made of such planes, in double precision from the sample table as the
+/// device has it: the same samples, phases, footprints, edges, visibility, padding and band. What kernels/gather.cl and the whole pipeline
+/// are held against.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "host/plan.hpp"
+#include "host/reference/propagation.hpp"
+#include "host/scene.hpp"
+#include "host/shared_types.hpp"
+
+namespace raywave::reference {
+
+/// What the device starts from; lives elsewhere.
+struct Gathering {
+  const Plan& plan;
+  std::span<const Light> lights;  // of the scene
+  std::span<const device::Sample> samples;
+  std::span<const std::uint32_t> lit;    // light_words per sample
+  std::size_t light_words = 1;           // DeviceScene::light_words
+  double near_spots = 0;                 // as Gatherer has it
+  std::span<const std::uint32_t> views;  // of the samples, as SampleTable has them
+  int view_parts = 8;
+};
+
+/// One sample's light at one pixel of a plane, cut geometrically, without the random phase. pixel_m: world.
+struct AimedRay {
+  std::complex<double> wave = 0;
+  bool unsure = false;  // an edge passes closer than floats tell
+};
+AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m);
+
+struct GatheredField {
+  Field field;               // as Gatherer::gather fills it
+  std::vector<bool> unsure;  // pixels at which floats may decide otherwise whether some sample is seen or gathered, and how
+};
+GatheredField gather(const Gathering& what, glm::dvec3 centre_m, std::uint32_t seed);
+
+/// Centre of pixel `index` of a plane of the hologram's size.
+glm::dvec3 pixel_m(const Plan& plan, glm::dvec3 centre_m, std::size_t index);
+
+/// The fields of plan.wrps carried to the hologram and added up.
+Field hologram(const Plan& plan, std::span<const Field> wrps);
+
+}  // namespace raywave::reference
