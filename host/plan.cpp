@@ -9,6 +9,7 @@
 
 #include "host/error.hpp"
 #include "host/propagator.hpp"
+#include "host/text.hpp"
 
 namespace raywave {
 namespace {
@@ -75,7 +76,7 @@ LatticePlan lattice_over(const Scene& scene, const World& world, const Plan& pla
     const double last = std::ceil(std::clamp(tangents.high, -reach, reach) / lattice.step - 0.5);
     cells *= last - first + 1;
     if (!(cells <= largest_lattice)) {
-      throw InputError(scene.file.string() + ": sampling.pitch " + millimetres(scene.sampling.pitch_m) + " needs " +
+      throw InputError(one_line(scene.file.string()) + ": sampling.pitch " + millimetres(scene.sampling.pitch_m) + " needs " +
                        std::to_string(static_cast<std::int64_t>(cells)) +
                        " lattice cells or more, at most 268435456 are allowed; give a larger pitch");
     }
@@ -120,7 +121,7 @@ std::vector<Wrp> wrps_side_by_side(const Scene& scene, const Plan& plan, glm::dv
         wrp.fan_step[axis] = window[axis] / plan.distance_m / static_cast<double>(tangents[axis].size());
       }
       if (tangents[0].size() > largest_fan / tangents[1].size()) {
-        throw InputError(scene.file.string() + ": sampling.pitch " + millimetres(scene.sampling.pitch_m) + " needs " +
+        throw InputError(one_line(scene.file.string()) + ": sampling.pitch " + millimetres(scene.sampling.pitch_m) + " needs " +
                          std::to_string(tangents[0].size()) + " x " + std::to_string(tangents[1].size()) +
                          " rays per pixel, at most 16777216 are allowed; give a larger pitch");
       }
@@ -191,7 +192,7 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
   if (scene.wrp.distance_m) {
     plan.distance_m = *scene.wrp.distance_m;
     if (!plan.aimed && plan.distance_m >= plan.far_m) {  // rays of a fan go forwards; aimed ones meet samples on either side
-      throw InputError(scene.file.string() + ": wrp.distance " + millimetres(plan.distance_m) +
+      throw InputError(one_line(scene.file.string()) + ": wrp.distance " + millimetres(plan.distance_m) +
                        " puts the WRPs behind the whole scene, which ends at " + millimetres(plan.far_m) + "; give less, or \"auto\"");
     }
   } else {
@@ -209,8 +210,8 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
     plan.grid[axis] = scene.wrp.grid ? (*scene.wrp.grid)[axis] : static_cast<int>(std::min(wanted, largest_grid + 1.0));
   }
   if (static_cast<double>(plan.grid.x) * plan.grid.y > largest_grid) {
-    throw InputError(scene.file.string() + ": the scene needs " + std::to_string(plan.grid.x) + " x " + std::to_string(plan.grid.y) +
-                     " or more WRPs of the hologram's size, " + std::to_string(largest_grid) +
+    throw InputError(one_line(scene.file.string()) + ": the scene needs " + std::to_string(plan.grid.x) + " x " +
+                     std::to_string(plan.grid.y) + " or more WRPs of the hologram's size, " + std::to_string(largest_grid) +
                      " are allowed; give wrp.grid, a larger hologram or a smaller scene");
   }
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2, (plan.near_m + plan.far_m) / 2};
