@@ -21,7 +21,8 @@ constexpr int kMaxChannels = 64;
 
 float linear_from_srgb(float s) { return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f); }
 
-/// One thread: a forked child has no other, and would wait for those that its parent had.
+/// One thread: a forked child has no other, and would wait for those that its parent had. To read, the child says so itself: the threads
+/// that OpenImageIO ends by it take their time, and what they hold at a fork stays held in the child.
 void stay_in_one_thread() { [[maybe_unused]] static const bool once = OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1); }
 
 /// An opened picture whose claims about its size have been checked.
@@ -64,12 +65,15 @@ Image load_safely(const std::filesystem::path& file, const std::string& where, c
   };
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) fail("there is no such file");
-  stay_in_one_thread();
   Image image;
   try {
     run_in_child(
-        {30, std::uint64_t{6} << 30}, [&] { image = make(); }, [&](ChildPipe& pipe) { send(pipe, image); },
-        [&](ChildPipe& pipe) { image = receive_image(pipe); });
+        {30, std::uint64_t{6} << 30},
+        [&] {
+          stay_in_one_thread();
+          image = make();
+        },
+        [&](ChildPipe& pipe) { send(pipe, image); }, [&](ChildPipe& pipe) { image = receive_image(pipe); });
   } catch (const std::exception& failure) {
     fail(failure.what());
   }

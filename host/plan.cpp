@@ -11,6 +11,7 @@
 #include "host/error.hpp"
 #include "host/padding_error.hpp"
 #include "host/propagator.hpp"
+#include "host/text.hpp"
 
 namespace raywave {
 namespace {
@@ -94,7 +95,7 @@ LatticePlan lattice_over(const Scene& scene, const World& world, const Plan& pla
     const double first = std::floor(std::clamp(tangents.low, low, high) / lattice.step - 0.5);
     const double last = std::ceil(std::clamp(tangents.high, low, high) / lattice.step - 0.5);
     cells *= last - first + 1;
-    const std::string asked = scene.file.string() + ": sampling.pitch " + millimetres(scene.sampling.pitch_m);
+    const std::string asked = one_line(scene.file.string()) + ": sampling.pitch " + millimetres(scene.sampling.pitch_m);
     if (!(cells <= largest_lattice))
       throw InputError(asked + " needs " + count_text(cells) +
                        " lattice cells or more, at most 268435456 are allowed; give a larger pitch");
@@ -181,7 +182,7 @@ std::vector<Wrp> wrps_side_by_side(const Scene& scene, const Plan& plan, glm::dv
       const double p = scene.sampling.pitch_m;
       const auto rays = [&](int axis) { return fan_count(window[axis], plan.distance_m, depth, p); };
       if (!(rays(0) * rays(1) <= largest_fan)) {
-        throw InputError(scene.file.string() + ": sampling.pitch " + millimetres(p) + " needs " + count_text(rays(0)) + " x " +
+        throw InputError(one_line(scene.file.string()) + ": sampling.pitch " + millimetres(p) + " needs " + count_text(rays(0)) + " x " +
                          count_text(rays(1)) + " rays per pixel, at most 16777216 are allowed; give a larger pitch");
       }
       std::array<std::vector<double>, 2> tangents;
@@ -258,7 +259,7 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
   if (scene.wrp.distance_m) {
     plan.distance_m = *scene.wrp.distance_m;
     if (!plan.aimed && plan.distance_m >= plan.far_m) {  // rays of a fan go forwards; aimed ones meet samples on either side
-      throw InputError(scene.file.string() + ": wrp.distance " + millimetres(plan.distance_m) +
+      throw InputError(one_line(scene.file.string()) + ": wrp.distance " + millimetres(plan.distance_m) +
                        " puts the WRPs behind the whole scene, which ends at " + millimetres(plan.far_m) + "; give less, or \"auto\"");
     }
   } else if (plan.aimed && plan.bounces == 0) {

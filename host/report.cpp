@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "host/error.hpp"
+#include "host/text.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
@@ -208,7 +209,8 @@ std::string plan_report_text(const Scene& scene, const World& world, const Plan&
 HologramSpec hologram_of_report(const std::filesystem::path& report) {
   std::ifstream in(report);
   if (!in)
-    throw InputError(report.string() + ": not found; it tells the hologram's pitch and wavelength (or give --pitch and --wavelength)");
+    throw InputError(one_line(report.string()) +
+                     ": not found; it tells the hologram's pitch and wavelength (or give --pitch and --wavelength)");
   try {
     const auto j = Json::parse(in).at("scene").at("hologram");
     HologramSpec spec;
@@ -216,10 +218,10 @@ HologramSpec hologram_of_report(const std::filesystem::path& report) {
     spec.pitch_m = {j.at("pitch_m").at(0).get<double>(), j.at("pitch_m").at(1).get<double>()};
     spec.wavelength_m = j.at("wavelength_m").get<double>();
     if (!(spec.pitch_m.x > 0 && spec.pitch_m.y > 0 && spec.wavelength_m > 0))
-      throw InputError(report.string() + ": pitch and wavelength must be > 0");
+      throw InputError(one_line(report.string()) + ": pitch and wavelength must be > 0");
     return spec;
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(report.string() + ": not a report of raywave: " + error.what());
+    throw InputError(one_line(report.string()) + ": not a report of raywave: " + error.what());
   }
 }
 

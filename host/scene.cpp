@@ -265,7 +265,7 @@ public:
 private:
   std::string join(std::string_view key) const { return path_.empty() ? std::string(key) : path_ + "." + std::string(key); }
   Value value(std::string_view key, const toml::node& node) const {
-    return {&document_, &node, join(key), label_.empty() ? std::string(key) : label_ + ": " + std::string(key)};
+    return {&document_, &node, join(key), label_.empty() ? one_line(key) : label_ + ": " + one_line(key)};
   }
 
   const Document& document_;

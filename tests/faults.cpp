@@ -178,7 +178,8 @@ TEST_CASE("files that claim absurd sizes are refused before memory is taken") {
   };
   for (const auto& [name, bytes] : pictures) {
     desk.folder().write(name, bytes);
-    desk.scene("[materials.x]\ntexture = \"" + name + "\"\n[[object]]\nmesh = \"square.obj\"\nmaterial = \"x\"\nposition = [0, 0, 1]\n");
+    desk.scene("[materials.x]\ntexture = \"" + name +
+               "\"\n[[object]]\nmesh = \"square.obj\"\nmaterial = \"x\"\nwidth = 0.001\nposition = [0, 0, 1]\n");
     check(name, {"render", desk.file("scene.toml"), "-o", desk.file("out")});
   }
 

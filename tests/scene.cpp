@@ -246,6 +246,7 @@ TEST_CASE("tables of the wrong kind are refused with the heading they need") {
   CHECK(workshop.refusal("object = [1, {}]\n") ==
         "scene.toml:1: object must be an array of tables, each headed [[object]], got an array of 2");
   CHECK(workshop.refusal("\nmaterials.gold = 3\n") == "scene.toml:2: materials: gold must be a table, [materials.NAME], got 3");
+  CHECK(workshop.refusal("[materials]\n\"a\\nb\" = 3\n") == "scene.toml:2: materials: a?b must be a table, [materials.NAME], got 3");
   CHECK(workshop.refusal("[[object]]\nmesh = \"teapot.ply\"\nmaterial = \"gold\"\n") ==
         "scene.toml:3: object 0: material must be one of [materials.NAME], of which there is none, got \"gold\"");
   CHECK(workshop.refusal("[[light]]\ntype = \"ambient\"\ndirection = [0, 0, 1]\n") ==
