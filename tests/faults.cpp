@@ -179,7 +179,7 @@ TEST_CASE("files that claim absurd sizes are refused before memory is taken") {
   for (const auto& [name, bytes] : pictures) {
     desk.folder().write(name, bytes);
     desk.scene("[materials.x]\ntexture = \"" + name +
-               "\"\n[[object]]\nmesh = \"square.obj\"\nmaterial = \"x\"\nwidth = 0.001\nposition = [0, 0, 1]\n");
+               "\"\n[[object]]\nmesh = \"square.obj\"\nmaterial = \"x\"\nwidth = 2e-5\nposition = [0, 0, 0.01]\n");
     check(name, {"render", desk.file("scene.toml"), "-o", desk.file("out")});
   }
 
