@@ -34,5 +34,6 @@ void add_compare(CLI::App& app);
 void add_quality(CLI::App& app);
 void add_info(CLI::App& app);
 void add_devices(CLI::App& app);
+void add_kernels(CLI::App& app);
 
 }  // namespace raywave::cli
