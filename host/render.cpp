@@ -223,7 +223,7 @@ struct Renderer::State {
       world = place_objects(scene, meshes);
     }
     const auto before = plan;
-    plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis, device.info().fp64);
+    plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis, device.info().fp64, &before);
     require_rays(scene, plan);
     if (propagator) require_reach();
     {
