@@ -10,6 +10,9 @@ namespace {
 /// Rows of a tile: enough that a sample's set-up is shared by many pixels, few enough that all sums stay in the first cache.
 int tile_rows(int lanes, int frames) { return lanes == 1 ? 1 : std::clamp(16 / frames, 2, 16); }
 
+/// A CPU fills the plane strip by strip, so narrow that the profiles it needs stay in the second cache.
+constexpr std::size_t strip_tiles = 8;
+
 /// Of the profiles of near samples that are held at a time.
 constexpr std::size_t profile_bytes = std::size_t{128} << 20;
 
@@ -43,6 +46,7 @@ void Gatherer::draw_phases(std::uint32_t seed) {
   const auto room = table_.samples.size();
   if (aims_.size() < room) {
     aims_ = {device_, room, "aims"};
+    boxes_ = {device_, 4 * (room + static_cast<std::size_t>(lanes_)), "footprints of samples"};  // read in whole vectors
     phasors_ = {device_, room * static_cast<std::size_t>(frames_), "phases"};
   }
   if (table_.count > 0)
@@ -104,29 +108,34 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
   auto lattice = table_.lattice;
   lattice.half_width = static_cast<float>(half_window.x);
   lattice.half_height = static_cast<float>(half_window.y);
-  const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
-  if (table_.count > 0) aim_.run({static_cast<std::size_t>(table_.count)}, group, table_.samples, table_.count, lattice, plane, aims_);
+  const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, local = lanes_ == 1 ? cl::Range{8, 8, 1} : cl::Range{1, 1, 1};
+  const auto stride = static_cast<std::int32_t>(boxes_.size() / 4);
+  if (table_.count > 0)
+    aim_.run({static_cast<std::size_t>(table_.count)}, group, table_.samples, table_.count, lattice, plane, aims_, stride, boxes_);
 
   // As many of the lattice's rows at a time as the profiles of their samples fit.
-  const auto per_sample = 2 * static_cast<std::size_t>(plane.room_x + plane.room_y);
-  const auto at_once = std::max<std::size_t>(profile_bytes / (4 * std::max<std::size_t>(per_sample, 1)), 1);
-  const auto first_of = [&](int row) { return static_cast<std::size_t>(table_.first_of_row[static_cast<std::size_t>(row)]); };
+  const auto profile_floats = 2 * static_cast<std::size_t>(plane.room_x + plane.room_y);
+  const auto at_once = static_cast<std::int64_t>(profile_bytes / (4 * std::max<std::size_t>(profile_floats, 1)));
+  const auto first_of = [&](int row) { return table_.first_of_row[static_cast<std::size_t>(row)]; };
+  const auto first_profile_of = [&](int row) { return table_.first_profile_of_row[static_cast<std::size_t>(row)]; };
   for (int row = 0; row == 0 || row < lattice.ny;) {
     int end = row + 1;
-    while (end < lattice.ny && first_of(end + 1) - first_of(row) <= at_once) ++end;
-    const auto begin = first_of(row), count = first_of(end) - begin;
-    if (profiles_.size() < std::max<std::size_t>(count * per_sample, 1)) {
+    while (end < lattice.ny && first_profile_of(end + 1) - first_profile_of(row) <= at_once) ++end;
+    const auto count = first_of(end) - first_of(row);
+    const auto first_profile = static_cast<std::int32_t>(first_profile_of(row));
+    const auto room = std::max<std::size_t>(static_cast<std::size_t>(first_profile_of(end) - first_profile_of(row)) * profile_floats, 1);
+    if (profiles_.size() < room) {
       profiles_ = {};
-      profiles_ = {device_, std::max<std::size_t>(count * per_sample, 1), "profiles of samples"};
+      profiles_ = {device_, room, "profiles of samples"};
     }
-    const auto first = static_cast<std::int32_t>(begin);
-    if (count > 0 && per_sample > 0)
-      profile_.run({count}, group, scene_.lights, table_.samples, table_.lit, aims_, first, static_cast<std::int32_t>(count), plane,
-                   profiles_);
+    if (count > 0 && profile_floats > 0)
+      profile_.run({static_cast<std::size_t>(count)}, group, scene_.lights, table_.samples, table_.lit, aims_, first_of(row), first_profile,
+                   count, plane, profiles_);
     const auto tiles = [](int n, int size) { return static_cast<std::size_t>((n + size - 1) / size); };
-    gather_.run({tiles(plane.nx, lanes_), tiles(plane.ny, tile_rows_)}, local, scene_.lights, table_.samples, table_.views, table_.lit,
-                aims_, profiles_, phasors_, table_.first_of_cell, table_.count, row, end - 1, first, std::int32_t{row > 0}, lattice, plane,
-                field);
+    const auto across = tiles(plane.nx, lanes_), strip = lanes_ == 1 ? across : std::min(across, strip_tiles);
+    gather_.run({strip, tiles(plane.ny, tile_rows_), (across + strip - 1) / strip}, local, scene_.lights, table_.samples, table_.views,
+                table_.lit, aims_, stride, boxes_, profiles_, first_profile, phasors_, table_.first_of_cell, table_.count, row, end - 1,
+                std::int32_t{row > 0}, lattice, plane, field);
     row = end;
   }
 }

@@ -41,6 +41,7 @@ private:
   cl::Kernel aim_, draw_phases_, profile_, gather_;
   cl::Device device_;
   cl::Buffer<device::Aim> aims_;
+  cl::Buffer<std::int32_t> boxes_;  // pixels of each aim's footprint
   cl::Buffer<float> profiles_;
   cl::ComplexBuffer phasors_;  // frames x samples
 };

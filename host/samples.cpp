@@ -74,7 +74,7 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   const cl::Range local = lanes == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
   const cl::Range group{lanes == 1 ? std::size_t{64} : std::size_t{1}};
 
-  std::vector<std::int32_t> first(nx * ny + 1, 0);
+  std::vector<glm::ivec2> first(nx * ny + 1, {0, 0});
   std::int64_t total = 0;
   hidden = 0;
   for (std::size_t row = 0; row < ny;) {
@@ -89,46 +89,50 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
                       static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows), slots_, band_.counts, band_.samples, band_.views,
                       band_.lit);
     int most = 0;
-    const auto before = total;
+    const auto total_before = total;
+    const auto hidden_before = hidden;
     band_.counts.on_host(
-        [&](std::span<std::int32_t> counts) {
+        [&](std::span<glm::ivec2> counts) {
           for (std::size_t cell = 0; cell < cells; ++cell) {
-            most = std::max(most, counts[cell]);
-            total += counts[cell];
-            first[row * nx + cell + 1] = static_cast<std::int32_t>(std::min<std::int64_t>(total, INT32_MAX));
+            most = std::max(most, counts[cell].x);
+            total += counts[cell].x;
+            hidden += counts[cell].y;
+            first[row * nx + cell + 1] = {static_cast<std::int32_t>(std::min<std::int64_t>(total, INT32_MAX)), hidden};
           }
         },
         CL_MAP_READ);
     if (most > slots_) {
       slots_ = most;
-      total = before;
+      total = total_before;
+      hidden = hidden_before;
       continue;
     }
     if (total > most_samples)
       throw InputError("sampling.pitch: " + std::to_string(total) +
                        " surface samples or more, at most 268435456 are allowed; give a larger pitch");
 
-    const auto kept = static_cast<std::size_t>(before), wanted = static_cast<std::size_t>(std::max<std::int64_t>(total, 1));
+    const auto kept = static_cast<std::size_t>(total_before), wanted = static_cast<std::size_t>(std::max<std::int64_t>(total, 1));
     grow(device_, samples, kept, wanted, "samples");
     grow(device_, views, kept * view_words(), wanted * view_words(), "views of samples");
     grow(device_, lit, kept * lights, wanted * lights, "lights on samples");
     make_room(device_, band_.first, cells, "samples of each cell");
-    band_.first.write(std::span<const std::int32_t>(first).subspan(row * nx, cells));
+    band_.first.write(std::span<const glm::ivec2>(first).subspan(row * nx, cells));
     pack_samples_.run({cells}, group, band_.counts, band_.first, static_cast<std::int32_t>(cells), slots_, band_.samples, band_.views,
                       band_.lit, samples, views, lit);
     row += rows;
   }
   count = static_cast<int>(total);
-  if (first_of_cell.size() != first.size()) first_of_cell = {device_, first.size(), "sample lattice"};
-  first_of_cell.write(first);
+  std::vector<std::int32_t> cells;
+  for (const auto& at : first) cells.push_back(at.x);
+  if (first_of_cell.size() != cells.size()) first_of_cell = {device_, cells.size(), "sample lattice"};
+  first_of_cell.write(cells);
   first_of_row.clear();
-  for (std::size_t row = 0; row <= ny; ++row) first_of_row.push_back(first[row * nx]);
-  if (count == 0) return;
-  samples.on_host(
-      [&](std::span<device::Sample> all) {
-        hidden = static_cast<int>(std::count_if(all.begin(), all.begin() + count, [](const auto& s) { return s.hidden != 0; }));
-      },
-      CL_MAP_READ);
+  first_profile_of_row.clear();
+  for (std::size_t row = 0; row <= ny; ++row) {
+    const auto at = first[row * nx];
+    first_of_row.push_back(at.x);
+    first_profile_of_row.push_back(at.x + std::int64_t{near_parts() - 1} * at.y);
+  }
 }
 
 }  // namespace raywave

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <glm/vec2.hpp>
 #include <vector>
 
 #include "host/device_scene.hpp"
@@ -34,14 +35,17 @@ public:
   cl::Buffer<std::uint32_t> views;         // which parts see each sample (kernels/view.h), view_words() each
   cl::Buffer<std::uint32_t> lit;           // which lights fall on each sample, 32 to a word
 
-  std::vector<std::int32_t> first_of_row;  // of the lattice, and the count
+  std::vector<std::int32_t> first_of_row;          // of the lattice, and the count
+  std::vector<std::int64_t> first_profile_of_row;  // the same of profiles: Sample::profile
 
+  /// Of the window's sides, whose light a near sample's profiles keep apart (kernels/view.h).
+  int near_parts() const { return std::clamp(view_parts, 1, 8); }
   std::size_t view_words() const { return static_cast<std::size_t>(std::max(1, view_parts * view_parts / 32)); }
 
 private:
   /// Samples of a band of rows with room for the same number in every cell.
   struct Band {
-    cl::Buffer<std::int32_t> counts, first;
+    cl::Buffer<glm::ivec2> counts, first;  // samples, hidden ones
     cl::Buffer<device::Sample> samples;
     cl::Buffer<std::uint32_t> views, lit;
   };

@@ -2,6 +2,8 @@
 /// The structs of kernels/shared.h on the host, named for the launch checks.
 #pragma once
 
+#include <glm/vec2.hpp>
+
 #include "cl/program.hpp"
 
 namespace raywave::device {
@@ -20,3 +22,4 @@ RAYWAVE_CL_TYPE(raywave::device::Lattice, "Lattice");
 RAYWAVE_CL_TYPE(raywave::device::Aim, "Aim");
 RAYWAVE_CL_TYPE(raywave::device::GatherPlane, "GatherPlane");
 RAYWAVE_CL_TYPE(raywave::device::LensPlane, "LensPlane");
+RAYWAVE_CL_TYPE(glm::ivec2, "int2");

@@ -8,14 +8,16 @@
 //
 // Where that footprint is no wider than a few diffraction spots, the wave is a sum of plane waves instead (near.h).
 //
-// aim          aims[i]: sample i as the pixels of this plane see it
+// aim          aims[i]: sample i as the pixels of this plane see it; boxes[i], boxes[stride + i], ...: first and last column, first and
+// last
+//              row of the pixels that may receive it, none where the last is before the first
 // profile      what the pixels' columns and rows receive of samples near the plane
 // draw_phases  phasors[frame * sample_count + i]: exp(i phase) of sample i in that frame
 // gather       field: RAYWAVE_FRAMES planes of plane.ny rows of plane.nx complex samples, row 0 on top, written whole, or added to, with
 //              the samples of the lattice's rows first_row to last_row, whose profiles begin with first_sample
 //
-// gather's work-item fills a tile of RAYWAVE_LANES x RAYWAVE_TILE_ROWS pixels: global size (ceil(nx / lanes), ceil(ny / rows)). Rays,
-// visibility and shading are done once for all frames. OpenCL C 1.2.
+// gather's work-item fills a tile of RAYWAVE_LANES x RAYWAVE_TILE_ROWS pixels: global size (tiles across a strip, ceil(ny / rows), strips).
+// Rays, visibility and shading are done once for all frames. OpenCL C 1.2.
 #include "hash.h"
 #include "lanes.h"
 #include "near.h"
@@ -71,12 +73,17 @@ static inline int view_state(__global const uint* view, float x0, float x1, floa
   return all == columns ? VIEW_CLEAR : any ? VIEW_MIXED : VIEW_CLOSED;
 }
 
-// Share of part (i, j) of 4 x 4 of the window that sees the sample.
+// Share of part (i, j) of NEAR_PARTS x NEAR_PARTS of the window that sees the sample.
 static inline float view_share(__global const uint* view, int i, int j) {
-  const int side = RAYWAVE_VIEW_PARTS / 4;
+#if RAYWAVE_VIEW_PARTS > 0
+  const int side = RAYWAVE_VIEW_PARTS / NEAR_PARTS;
   int seen = 0;
   for (int row = j * side; row < (j + 1) * side; ++row) seen += (int)popcount(view_row(view, row) >> (i * side) & ((1u << side) - 1u));
   return (float)seen / (float)(side * side);
+#else
+  (void)view, (void)i, (void)j;
+  return 1.0f;
+#endif
 }
 
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
@@ -120,7 +127,8 @@ static inline void put(Wide value, float* hi, float* lo) {
 // A whole place of an axis of `count` pixels, 0 to count.
 static inline int pixel_near(float place, int count) { return (int)clamp(place, 0.0f, (float)count); }
 
-__kernel void aim(__global const Sample* samples, int sample_count, Lattice lattice, GatherPlane plane, __global Aim* aims) {
+__kernel void aim(__global const Sample* samples, int sample_count, Lattice lattice, GatherPlane plane, __global Aim* aims, int stride,
+                  __global int* boxes) {
   const int index = (int)get_global_id(0);
   if (index >= sample_count) return;
   const Sample s = samples[index];
@@ -152,11 +160,11 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   a.turns = a.chief_x = a.chief_x_low = a.chief_y = a.chief_y_low = 0.0f;
   a.specular = s.specular > 0.0f;
   a.hidden = s.hidden;
+  a.profile = s.profile;
   a.tangent_x = LANES_FIRST(wide_high(tangent_x));
   a.tangent_y = LANES_FIRST(wide_high(tangent_y));
   a.half_tangent_x = lattice.half_width / from_hologram;
   a.half_tangent_y = lattice.half_height / from_hologram;
-  a.left = a.top = a.columns = a.rows = 0;
   const float spot_x = near_spot(a.half_tangent_x, &plane), spot_y = near_spot(a.half_tangent_y, &plane);
   const float extent_x = a.half_x + plane.near_tail * spot_x, extent_y = a.half_y + plane.near_tail * spot_y;
   a.near = (a.half_x < plane.near_spots * spot_x || a.half_y < plane.near_spots * spot_y) && near_count(extent_x, spot_x) <= NEAR_WAVES &&
@@ -169,13 +177,17 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
     a.turns = LANES_FIRST(wide_turns(wide_times(wide_times(depth, rate), wide_plus(wide_plus(over_x, over_y), wide(1.0f, 0.0f)))));
     put(wide_times(wide_over(tangent_x, wide_plus(over_x, wide(1.0f, 0.0f))), rate), &a.chief_x, &a.chief_x_low);
     put(wide_times(wide_over(tangent_y, wide_plus(over_y, wide(1.0f, 0.0f))), rate), &a.chief_y, &a.chief_y_low);
-    const float across = 1.0f / plane.pitch_x, down = -1.0f / plane.pitch_y;
-    a.left = pixel_near((a.centre_x - a.half_x) * across - 1.0f, plane.nx);
-    a.columns = pixel_near((a.centre_x + a.half_x) * across + 2.0f, plane.nx) - a.left;
-    a.top = pixel_near((a.centre_y + a.half_y) * down - 1.0f, plane.ny);
-    a.rows = pixel_near((a.centre_y - a.half_y) * down + 2.0f, plane.ny) - a.top;
   }
+  const float across = 1.0f / plane.pitch_x, down = -1.0f / plane.pitch_y;
+  a.left = pixel_near((a.centre_x - a.half_x) * across - 1.0f, plane.nx);
+  a.columns = pixel_near((a.centre_x + a.half_x) * across + 2.0f, plane.nx) - a.left;
+  a.top = pixel_near((a.centre_y + a.half_y) * down - 1.0f, plane.ny);
+  a.rows = pixel_near((a.centre_y - a.half_y) * down + 2.0f, plane.ny) - a.top;
   aims[index] = a;
+  boxes[index] = a.left;
+  boxes[stride + index] = a.rows > 0 ? a.left + a.columns - 1 : -1;
+  boxes[2 * stride + index] = a.top;
+  boxes[3 * stride + index] = a.top + a.rows - 1;
 }
 
 // A surface turned away from a direction shows less of itself there; at grazing angles a sample stands for no more than four of its areas.
@@ -243,138 +255,235 @@ static inline void near_axes(__global const Light* lights, __global const uint* 
   }
 }
 
-// g along x at pixels of columns first to first + RAYWAVE_LANES - 1, in its four parts; zero beyond the footprint.
-static inline void near_across(const NearWaves* waves, const Aim* a, const GatherPlane* plane, int first, floatv* re, floatv* im) {
+// What waves `from` to before `to` add to g along x at pixels of columns first to first + RAYWAVE_LANES - 1; zero beyond the footprint.
+static inline void near_across(const NearWaves* waves, int from, int to, const Aim* a, const GatherPlane* plane, int first, floatv* re,
+                               floatv* im) {
   const Wide offset = wide_minus(wide_steps(first + LANES_INDEX, plane->pitch_x, plane->pitch_x_low), wide(a->centre_x, a->centre_x_low));
-  near_sums(waves, wide_high(offset), wide_turns(wide_times(offset, wide(a->chief_x, a->chief_x_low))) + (a->turns + 0.25f), re, im);
+  const floatv turns = wide_turns(wide_times(offset, wide(a->chief_x, a->chief_x_low))) + (a->turns + 0.25f);
+  near_sum(waves, from, to, wide_high(offset), turns, re, im);
   const intv inside = fabs(wide_high(offset)) <= a->half_x;
-  for (int i = 0; i < 4; ++i) {
-    re[i] = LANES_SELECT((floatv)(0.0f), re[i], inside);
-    im[i] = LANES_SELECT((floatv)(0.0f), im[i], inside);
-  }
+  *re = LANES_SELECT((floatv)(0.0f), *re, inside);
+  *im = LANES_SELECT((floatv)(0.0f), *im, inside);
 }
 
 // The same along y at pixels of rows first to first + RAYWAVE_LANES - 1.
-static inline void near_up(const NearWaves* waves, const Aim* a, const GatherPlane* plane, int first, floatv* re, floatv* im) {
+static inline void near_up(const NearWaves* waves, int from, int to, const Aim* a, const GatherPlane* plane, int first, floatv* re,
+                           floatv* im) {
   const Wide offset =
       wide_minus(wide_steps(-(first + LANES_INDEX), plane->pitch_y, plane->pitch_y_low), wide(a->centre_y, a->centre_y_low));
-  near_sums(waves, wide_high(offset), wide_turns(wide_times(offset, wide(a->chief_y, a->chief_y_low))), re, im);
+  near_sum(waves, from, to, wide_high(offset), wide_turns(wide_times(offset, wide(a->chief_y, a->chief_y_low))), re, im);
   const intv inside = fabs(wide_high(offset)) <= a->half_y;
-  for (int i = 0; i < 4; ++i) {
-    re[i] = LANES_SELECT((floatv)(0.0f), re[i], inside);
-    im[i] = LANES_SELECT((floatv)(0.0f), im[i], inside);
-  }
+  *re = LANES_SELECT((floatv)(0.0f), *re, inside);
+  *im = LANES_SELECT((floatv)(0.0f), *im, inside);
 }
 
-// Profiles of samples near the plane that nothing hides: a product of one along x and one along y. Of sample first_sample + i, from
-// profiles[i * 2 * (room_x + room_y)] on: real parts of RAYWAVE_LANES zeros, its columns, and zeros up to room_x; imaginary parts likewise;
-// real parts of its rows, in room_y; imaginary parts.
+// Floats of a profile.
+static inline size_t profile_size(const GatherPlane* plane) { return (size_t)(2 * (plane->room_x + plane->room_y)); }
+
+// Profiles of samples near the plane, whose wave is a product of one along x and one along y; of those that something hides, one for each
+// part of the window's sides. Profile number `profile` begins profile - first_profile times profile_size into profiles: real parts of
+// RAYWAVE_LANES zeros, its columns, and zeros up to room_x; imaginary parts likewise; real parts of its rows, in room_y; imaginary parts.
 __kernel void profile(__global const Light* lights, __global const Sample* samples, __global const uint* lit, __global const Aim* aims,
-                      int first_sample, int sample_count, GatherPlane plane, __global float* profiles) {
+                      int first_sample, int first_profile, int sample_count, GatherPlane plane, __global float* profiles) {
   const int number = (int)get_global_id(0);
   if (number >= sample_count) return;
   const int index = first_sample + number;
   const Aim a = aims[index];
-  if (!a.near || a.hidden || a.columns <= 0 || a.rows <= 0) return;
+  if (!a.near || a.columns <= 0 || a.rows <= 0) return;
   NearWaves waves_x, waves_y;
   near_axes(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &a, &plane, &waves_x, &waves_y);
-  __global float* across = profiles + (size_t)number * (size_t)(2 * (plane.room_x + plane.room_y));
-  __global float* up = across + 2 * plane.room_x;
-  floatv re[4], im[4];
   const floatv zero = 0.0f;
-  LANES_STORE(zero, across);
-  LANES_STORE(zero, across + plane.room_x);
-  int column = 0;
-  for (; column < a.columns; column += RAYWAVE_LANES) {
-    near_across(&waves_x, &a, &plane, a.left + column, re, im);
-    LANES_STORE(re[0] + re[1] + re[2] + re[3], across + RAYWAVE_LANES + column);
-    LANES_STORE(im[0] + im[1] + im[2] + im[3], across + plane.room_x + RAYWAVE_LANES + column);
-  }
-  LANES_STORE(zero, across + RAYWAVE_LANES + column);
-  LANES_STORE(zero, across + plane.room_x + RAYWAVE_LANES + column);
-  for (int row = 0; row < a.rows; row += RAYWAVE_LANES) {
-    near_up(&waves_y, &a, &plane, a.top + row, re, im);
-    LANES_STORE(re[0] + re[1] + re[2] + re[3], up + row);
-    LANES_STORE(im[0] + im[1] + im[2] + im[3], up + plane.room_y + row);
+  for (int part = 0; part < (a.hidden ? NEAR_PARTS : 1); ++part) {
+    const int from_x = waves_x.begin[part], to_x = a.hidden ? waves_x.begin[part + 1] : waves_x.count;
+    const int from_y = waves_y.begin[part], to_y = a.hidden ? waves_y.begin[part + 1] : waves_y.count;
+    __global float* across = profiles + (size_t)(a.profile + part - first_profile) * profile_size(&plane);
+    __global float* up = across + 2 * plane.room_x;
+    floatv re, im;
+    LANES_STORE(zero, across);
+    LANES_STORE(zero, across + plane.room_x);
+    int column = 0;
+    for (; column < a.columns; column += RAYWAVE_LANES) {
+      near_across(&waves_x, from_x, to_x, &a, &plane, a.left + column, &re, &im);
+      LANES_STORE(re, across + RAYWAVE_LANES + column);
+      LANES_STORE(im, across + plane.room_x + RAYWAVE_LANES + column);
+    }
+    LANES_STORE(zero, across + RAYWAVE_LANES + column);
+    LANES_STORE(zero, across + plane.room_x + RAYWAVE_LANES + column);
+    for (int row = 0; row < a.rows; row += RAYWAVE_LANES) {
+      near_up(&waves_y, from_y, to_y, &a, &plane, a.top + row, &re, &im);
+      LANES_STORE(re, up + row);
+      LANES_STORE(im, up + plane.room_y + row);
+    }
   }
 }
 
-// Adds the wave of a sample that has a profile to the sums of a tile.
-static inline void add_profile(__global const float* across, const Aim* a, __global const float2* phasors, int sample_count,
-                               const GatherPlane* plane, int first, int top, int bottom, floatv (*re)[RAYWAVE_TILE_ROWS],
-                               floatv (*im)[RAYWAVE_TILE_ROWS]) {
-  __global const float* column = across + (first - a->left + RAYWAVE_LANES);
-  __global const float* up = across + 2 * plane->room_x;
-  const floatv across_re = LANES_LOAD(column), across_im = LANES_LOAD(column + plane->room_x);
-  const int from = max(top, a->top), to = min(bottom, a->top + a->rows - 1);
+// The pixels of a work-item, and their sums.
+typedef struct {
+  int first;  // column
+  int top;    // row
+  int bottom;
+  floatv re[RAYWAVE_FRAMES][RAYWAVE_TILE_ROWS];
+  floatv im[RAYWAVE_FRAMES][RAYWAVE_TILE_ROWS];
+} Tile;
+
+// Adds what a sample sends along the columns times what it sends along the rows, `up`.
+static inline void add_product(floatv across_re, floatv across_im, __global const float* up, const Aim* a, __global const float2* phasors,
+                               int sample_count, const GatherPlane* plane, Tile* tile) {
+  const int from = max(tile->top, a->top), to = min(tile->bottom, a->top + a->rows - 1);
   for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
     const float2 phasor = phasors[(size_t)frame * (size_t)sample_count];
     const floatv turned_re = across_re * phasor.x - across_im * phasor.y, turned_im = across_re * phasor.y + across_im * phasor.x;
     for (int row = from; row <= to; ++row) {
       const float up_re = up[row - a->top], up_im = up[plane->room_y + row - a->top];
-      re[frame][row - top] += turned_re * up_re - turned_im * up_im;
-      im[frame][row - top] += turned_re * up_im + turned_im * up_re;
+      tile->re[frame][row - tile->top] += turned_re * up_re - turned_im * up_im;
+      tile->im[frame][row - tile->top] += turned_re * up_im + turned_im * up_re;
     }
   }
 }
 
-#if RAYWAVE_VIEW_PARTS > 0
-// Adds the wave of a sample near the plane that is hidden from parts of the window.
-static inline void gather_near(__global const Light* lights, __global const uint* lit, __global const Sample* sample,
-                               __global const uint* view, const Aim* a, __global const float2* phasors, int sample_count,
-                               const GatherPlane* plane, int first, int top, int bottom, floatv (*re)[RAYWAVE_TILE_ROWS],
-                               floatv (*im)[RAYWAVE_TILE_ROWS]) {
-  float shares[16];
-  for (int part = 0; part < 16; ++part) shares[part] = view_share(view, part % 4, part / 4);
-  NearWaves waves_x, waves_y;
-  near_axes(lights, lit, sample, a, plane, &waves_x, &waves_y);
-  floatv across_re[4], across_im[4];
-  near_across(&waves_x, a, plane, first, across_re, across_im);
-  for (int block = top; block <= bottom; block += RAYWAVE_LANES) {
-    floatv up_re[4], up_im[4];
-    near_up(&waves_y, a, plane, block, up_re, up_im);
-    float ups_re[4][RAYWAVE_LANES], ups_im[4][RAYWAVE_LANES];
-    for (int j = 0; j < 4; ++j) {
-      LANES_STORE(up_re[j], ups_re[j]);
-      LANES_STORE(up_im[j], ups_im[j]);
+// Adds the wave of a sample near the plane, from its profiles.
+static inline void gather_near(__global const float* profiles, __global const uint* view, const Aim* a, __global const float2* phasors,
+                               int sample_count, const GatherPlane* plane, Tile* tile) {
+  const size_t size = profile_size(plane);
+  __global const float* column = profiles + (tile->first - a->left + RAYWAVE_LANES);
+  __global const float* up = profiles + 2 * plane->room_x;
+  if (!a->hidden) {
+    add_product(LANES_LOAD(column), LANES_LOAD(column + plane->room_x), up, a, phasors, sample_count, plane, tile);
+    return;
+  }
+  for (int j = 0; j < NEAR_PARTS; ++j) {
+    floatv re = 0.0f, im = 0.0f;
+    bool any = false;
+    for (int i = 0; i < NEAR_PARTS; ++i) {
+      const float share = view_share(view, i, j);
+      if (share <= 0.0f) continue;
+      re += share * LANES_LOAD(column + (size_t)i * size);
+      im += share * LANES_LOAD(column + (size_t)i * size + plane->room_x);
+      any = true;
     }
-    for (int row = block; row <= min(bottom, block + RAYWAVE_LANES - 1); ++row) {
-      floatv c = 0.0f, s = 0.0f;
-      for (int i = 0; i < 4; ++i) {
-        float part_re = 0.0f, part_im = 0.0f;
-        for (int j = 0; j < 4; ++j) {
-          part_re += shares[4 * j + i] * ups_re[j][row - block];
-          part_im += shares[4 * j + i] * ups_im[j][row - block];
-        }
-        c += across_re[i] * part_re - across_im[i] * part_im;
-        s += across_re[i] * part_im + across_im[i] * part_re;
-      }
-      for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
-        const float2 phasor = phasors[(size_t)frame * (size_t)sample_count];
-        re[frame][row - top] += c * phasor.x - s * phasor.y;
-        im[frame][row - top] += c * phasor.y + s * phasor.x;
-      }
-    }
+    if (any) add_product(re, im, up + (size_t)j * size, a, phasors, sample_count, plane, tile);
   }
 }
+
+// Adds the wave of a sample away from the plane, ray by ray.
+static inline void gather_far(__global const Light* lights, __global const uint* lit, __global const Sample* sample,
+                              __global const uint* view, const Aim* a, __global const float2* phasors, int sample_count,
+                              const GatherPlane* plane, Tile* tile) {
+  const int top = tile->top, bottom = tile->bottom;
+  const intv column = tile->first + LANES_INDEX;
+  const Wide x = wide_steps(column, plane->pitch_x, plane->pitch_x_low), rate = wide(plane->turns_hi, plane->turns_lo);
+#if RAYWAVE_VIEW_PARTS > 0
+  const float left_x = plane->pitch_x * (float)tile->first, right_x = left_x + plane->pitch_x * (float)(RAYWAVE_LANES - 1);
+  const float top_y = -plane->pitch_y * (float)top, bottom_y = -plane->pitch_y * (float)bottom;
+#endif
+  const Wide from_x = wide_minus(x, wide(a->x, a->x_low)), depth = wide(a->depth, a->depth_low);
+  const floatv dx = wide_high(from_x);
+  const floatv off_chief = wide_high(wide_minus(x, wide(a->centre_x, a->centre_x_low)));
+  const floatv across = fabs(off_chief * a->scale_x);  // where the pixel's light meets the hologram, in half windows
+  intv inside_x = (across <= plane->fan) & (column < plane->nx);
+  floatv edge_x = 1.0f;
+  if (plane->edge_rate > 0.0f) {
+    const floatv e = clamp((plane->fan - across) * plane->edge_rate, (floatv)(0.0f), (floatv)(1.0f));
+    edge_x = e * e * (3.0f - 2.0f * e);
+  }
+  const float sign = a->depth < 0.0f ? -1.0f : 1.0f;
+  int state = VIEW_CLEAR;
+  const float to_window_x = sign * a->scale_x / plane->view_half;
+  const float to_window_y = sign * a->scale_y / plane->view_half;
+  intv part = 0;
+#if RAYWAVE_VIEW_PARTS > 0
+  if (a->hidden) {
+    const float u0 = (fmax(left_x, a->centre_x - a->half_x) - a->centre_x) * to_window_x;
+    const float u1 = (fmin(right_x, a->centre_x + a->half_x) - a->centre_x) * to_window_x;
+    const float v0 = (fmax(bottom_y, a->centre_y - a->half_y) - a->centre_y) * to_window_y;
+    const float v1 = (fmin(top_y, a->centre_y + a->half_y) - a->centre_y) * to_window_y;
+    state = view_state(view, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1));
+    if (state == VIEW_CLOSED) return;
+    part = clamp(LANES_TO_INT((off_chief * to_window_x + 1.0f) * (0.5f * RAYWAVE_VIEW_PARTS)), (intv)(0), (intv)(RAYWAVE_VIEW_PARTS - 1));
+  }
+#endif
+  const floatv squared_x = dx * dx + a->depth * a->depth;
+#if RAYWAVE_PRECISION == PRECISION_FLOAT
+  // Each lane counts its phase from its pixel in the tile's middle row.
+  const int middle = (top + bottom) / 2;
+  const Wide middle_y = wide_steps((intv)(-middle), plane->pitch_y, plane->pitch_y_low);
+  const Wide from_y = wide_minus(middle_y, wide(a->y, a->y_low));
+  floatv middle_length;
+  const floatv middle_turns = path_turns(from_x, from_y, depth, rate, &middle_length) * sign;
+  const float middle_dy = LANES_FIRST(wide_high(from_y));
+  const float middle_off_chief = LANES_FIRST(wide_high(wide_minus(middle_y, wide(a->centre_y, a->centre_y_low))));
 #endif
 
+  for (int row = top; row <= bottom; ++row) {
+#if RAYWAVE_PRECISION == PRECISION_FLOAT
+    const float step_y = plane->pitch_y * (float)(middle - row);
+    const float dy = middle_dy + step_y, off_chief_y = middle_off_chief + step_y;
+#else
+    const Wide y = wide_steps((intv)(-row), plane->pitch_y, plane->pitch_y_low), from_y = wide_minus(y, wide(a->y, a->y_low));
+    const float dy = LANES_FIRST(wide_high(from_y));
+    const float off_chief_y = LANES_FIRST(wide_high(wide_minus(y, wide(a->centre_y, a->centre_y_low))));
+#endif
+    const float up = fabs(off_chief_y * a->scale_y);
+    if (up > plane->fan) continue;
+    float edge_y = 1.0f;
+    if (plane->edge_rate > 0.0f) {
+      const float e = clamp((plane->fan - up) * plane->edge_rate, 0.0f, 1.0f);
+      edge_y = e * e * (3.0f - 2.0f * e);
+    }
+    const floatv length = sqrt(squared_x + dy * dy);
+    const floatv inverse_length = 1.0f / fmax(length, nearest_to(plane));
+    intv counts = inside_x;
+#if RAYWAVE_SINE_LIMIT
+    counts &= (fabs(dx) * inverse_length <= plane->sine_limit_x) & (fabs(dy) * inverse_length <= plane->sine_limit_y);
+#endif
+#if RAYWAVE_VIEW_PARTS > 0
+    if (state == VIEW_MIXED) {
+      const uint seen = view_row(view, view_part(off_chief_y * to_window_y));
+      counts &= ((intv)((int)seen) >> part & 1) != 0;
+      if (!LANES_ANY(counts)) continue;
+    }
+#endif
+    floatv amplitude = a->amplitude;
+#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+    // Through the pixel, or away from it where the sample stands in front of the plane.
+    if (a->specular)
+      amplitude =
+          shaded_amplitude(lights, lit, sample, dx * sign * inverse_length, dy * sign * inverse_length, -fabs(a->depth) * inverse_length);
+#endif
+    const floatv area = projected_area(a->tilt_z, a->tilt_x * dx, (floatv)(a->tilt_y * dy));
+    amplitude = LANES_SELECT((floatv)(0.0f), amplitude * sqrt(area) * edge_x * edge_y * sign * inverse_length, counts);
+#if RAYWAVE_PRECISION == PRECISION_FLOAT
+    const floatv turns = middle_turns + turns_beyond(middle_dy, step_y, length + middle_length, plane->turns_hi * sign);
+#else
+    floatv path_length;
+    const floatv turns = path_turns(from_x, from_y, depth, rate, &path_length) * sign;
+#endif
+    floatv c, s;
+    cos_sin_turns(turns, &c, &s);
+    c *= amplitude;
+    s *= amplitude;
+    for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
+      const float2 phasor = phasors[(size_t)frame * (size_t)sample_count];
+      tile->re[frame][row - top] += c * phasor.x - s * phasor.y;
+      tile->im[frame][row - top] += c * phasor.y + s * phasor.x;
+    }
+  }
+}
+
 __kernel void gather(__global const Light* lights, __global const Sample* samples, __global const uint* views, __global const uint* lit,
-                     __global const Aim* aims, __global const float* profiles, __global const float2* phasors,
-                     __global const int* first_of_cell, int sample_count, int first_row, int last_row, int first_sample, int accumulate,
-                     Lattice lattice, GatherPlane plane, __global float2* field) {
-  const int first = (int)get_global_id(0) * RAYWAVE_LANES;
+                     __global const Aim* aims, int stride, __global const int* boxes, __global const float* profiles, int first_profile,
+                     __global const float2* phasors, __global const int* first_of_cell, int sample_count, int first_row, int last_row,
+                     int accumulate, Lattice lattice, GatherPlane plane, __global float2* field) {
+  const int first = (int)(get_global_id(2) * get_global_size(0) + get_global_id(0)) * RAYWAVE_LANES;
   const int top = (int)get_global_id(1) * RAYWAVE_TILE_ROWS;
   if (first >= plane.nx || top >= plane.ny) return;
   const int bottom = min(top + RAYWAVE_TILE_ROWS, plane.ny) - 1;
-  const intv column = first + LANES_INDEX;
-  const Wide x = wide_steps(column, plane.pitch_x, plane.pitch_x_low), rate = wide(plane.turns_hi, plane.turns_lo);
-  const float left_x = plane.pitch_x * (float)first, right_x = plane.pitch_x * (float)(first + RAYWAVE_LANES - 1);
-  const float top_y = -plane.pitch_y * (float)top, bottom_y = -plane.pitch_y * (float)bottom;
-
-  floatv re[RAYWAVE_FRAMES][RAYWAVE_TILE_ROWS], im[RAYWAVE_FRAMES][RAYWAVE_TILE_ROWS];
+  Tile tile;
+  tile.first = first;
+  tile.top = top;
+  tile.bottom = bottom;
   for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
-    for (int row = 0; row < RAYWAVE_TILE_ROWS; ++row) re[frame][row] = im[frame][row] = 0.0f;
+    for (int row = 0; row < RAYWAVE_TILE_ROWS; ++row) tile.re[frame][row] = tile.im[frame][row] = 0.0f;
   }
 
   // Cells whose samples' footprints can touch the tile, one more on each side against rounding.
@@ -390,118 +499,24 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
 
   for (int cell_row = cell_low; cell_row <= cell_high && cell_left <= cell_right; ++cell_row) {
     const int last = first_of_cell[cell_row * lattice.nx + cell_right + 1];
-    for (int index = first_of_cell[cell_row * lattice.nx + cell_left]; index < last; ++index) {
-      const Aim a = aims[index];
-      if (a.near &&
-          (a.columns <= 0 || a.left > first + RAYWAVE_LANES - 1 || a.left + a.columns <= first || a.top > bottom || a.top + a.rows <= top))
-        continue;
-      if (a.centre_x - a.half_x > right_x || a.centre_x + a.half_x < left_x || a.centre_y - a.half_y > top_y ||
-          a.centre_y + a.half_y < bottom_y)
-        continue;
-      __global const uint* view = views + (size_t)index * VIEW_WORDS;
-      if (a.near && !a.hidden) {
-        add_profile(profiles + (size_t)(index - first_sample) * (size_t)(2 * (plane.room_x + plane.room_y)), &a, phasors + index,
-                    sample_count, &plane, first, top, bottom, re, im);
-        continue;
-      }
-#if RAYWAVE_VIEW_PARTS > 0
-      if (a.near) {
-        gather_near(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, view, &a, phasors + index,
-                    sample_count, &plane, first, top, bottom, re, im);
-        continue;
-      }
-#endif
-      const Wide from_x = wide_minus(x, wide(a.x, a.x_low)), depth = wide(a.depth, a.depth_low);
-      const floatv dx = wide_high(from_x);
-      const floatv off_chief = wide_high(wide_minus(x, wide(a.centre_x, a.centre_x_low)));
-      const floatv across = fabs(off_chief * a.scale_x);  // where the pixel's light meets the hologram, in half windows
-      intv inside_x = (across <= plane.fan) & (column < plane.nx);
-      floatv edge_x = 1.0f;
-      if (plane.edge_rate > 0.0f) {
-        const floatv e = clamp((plane.fan - across) * plane.edge_rate, (floatv)(0.0f), (floatv)(1.0f));
-        edge_x = e * e * (3.0f - 2.0f * e);
-      }
-      const float sign = a.depth < 0.0f ? -1.0f : 1.0f;
-      int state = VIEW_CLEAR;
-      const float to_window_x = sign * a.scale_x / plane.view_half;
-      const float to_window_y = sign * a.scale_y / plane.view_half;
-      intv part = 0;
-#if RAYWAVE_VIEW_PARTS > 0
-      if (a.hidden) {
-        const float u0 = (fmax(left_x, a.centre_x - a.half_x) - a.centre_x) * to_window_x;
-        const float u1 = (fmin(right_x, a.centre_x + a.half_x) - a.centre_x) * to_window_x;
-        const float v0 = (fmax(bottom_y, a.centre_y - a.half_y) - a.centre_y) * to_window_y;
-        const float v1 = (fmin(top_y, a.centre_y + a.half_y) - a.centre_y) * to_window_y;
-        state = view_state(view, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1));
-        if (state == VIEW_CLOSED) continue;
-        part =
-            clamp(LANES_TO_INT((off_chief * to_window_x + 1.0f) * (0.5f * RAYWAVE_VIEW_PARTS)), (intv)(0), (intv)(RAYWAVE_VIEW_PARTS - 1));
-      }
-#endif
-      const floatv squared_x = dx * dx + a.depth * a.depth;
-#if RAYWAVE_PRECISION == PRECISION_FLOAT
-      // Each lane counts its phase from its pixel in the tile's middle row.
-      const int middle = (top + bottom) / 2;
-      const Wide middle_y = wide_steps((intv)(-middle), plane.pitch_y, plane.pitch_y_low);
-      const Wide from_y = wide_minus(middle_y, wide(a.y, a.y_low));
-      floatv middle_length;
-      const floatv middle_turns = path_turns(from_x, from_y, depth, rate, &middle_length) * sign;
-      const float middle_dy = LANES_FIRST(wide_high(from_y));
-      const float middle_off_chief = LANES_FIRST(wide_high(wide_minus(middle_y, wide(a.centre_y, a.centre_y_low))));
-#endif
-
-      for (int row = top; row <= bottom; ++row) {
-#if RAYWAVE_PRECISION == PRECISION_FLOAT
-        const float step_y = plane.pitch_y * (float)(middle - row);
-        const float dy = middle_dy + step_y, off_chief_y = middle_off_chief + step_y;
-#else
-        const Wide y = wide_steps((intv)(-row), plane.pitch_y, plane.pitch_y_low), from_y = wide_minus(y, wide(a.y, a.y_low));
-        const float dy = LANES_FIRST(wide_high(from_y));
-        const float off_chief_y = LANES_FIRST(wide_high(wide_minus(y, wide(a.centre_y, a.centre_y_low))));
-#endif
-        const float up = fabs(off_chief_y * a.scale_y);
-        if (up > plane.fan) continue;
-        float edge_y = 1.0f;
-        if (plane.edge_rate > 0.0f) {
-          const float e = clamp((plane.fan - up) * plane.edge_rate, 0.0f, 1.0f);
-          edge_y = e * e * (3.0f - 2.0f * e);
-        }
-        const floatv length = sqrt(squared_x + dy * dy);
-        const floatv inverse_length = 1.0f / fmax(length, nearest_to(&plane));
-        intv counts = inside_x;
-#if RAYWAVE_SINE_LIMIT
-        counts &= (fabs(dx) * inverse_length <= plane.sine_limit_x) & (fabs(dy) * inverse_length <= plane.sine_limit_y);
-#endif
-#if RAYWAVE_VIEW_PARTS > 0
-        if (state == VIEW_MIXED) {
-          const uint seen = view_row(view, view_part(off_chief_y * to_window_y));
-          counts &= ((intv)((int)seen) >> part & 1) != 0;
-          if (!LANES_ANY(counts)) continue;
-        }
-#endif
-        floatv amplitude = a.amplitude;
-#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-        // Through the pixel, or away from it where the sample stands in front of the plane.
-        if (a.specular)
-          amplitude = shaded_amplitude(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index,
-                                       dx * sign * inverse_length, dy * sign * inverse_length, -fabs(a.depth) * inverse_length);
-#endif
-        const floatv area = projected_area(a.tilt_z, a.tilt_x * dx, (floatv)(a.tilt_y * dy));
-        amplitude = LANES_SELECT((floatv)(0.0f), amplitude * sqrt(area) * edge_x * edge_y * sign * inverse_length, counts);
-#if RAYWAVE_PRECISION == PRECISION_FLOAT
-        const floatv turns = middle_turns + turns_beyond(middle_dy, step_y, length + middle_length, plane.turns_hi * sign);
-#else
-        floatv path_length;
-        const floatv turns = path_turns(from_x, from_y, depth, rate, &path_length) * sign;
-#endif
-        floatv c, s;
-        cos_sin_turns(turns, &c, &s);
-        c *= amplitude;
-        s *= amplitude;
-        for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
-          const float2 phasor = phasors[(size_t)frame * (size_t)sample_count + (size_t)index];
-          re[frame][row - top] += c * phasor.x - s * phasor.y;
-          im[frame][row - top] += c * phasor.y + s * phasor.x;
+    for (int begin = first_of_cell[cell_row * lattice.nx + cell_left]; begin < last; begin += RAYWAVE_LANES) {
+      __global const int* box = boxes + begin;
+      const intv touches = (LANES_LOAD(box) < first + RAYWAVE_LANES) & (LANES_LOAD(box + stride) >= first) &
+                           (LANES_LOAD(box + 2 * stride) <= bottom) & (LANES_LOAD(box + 3 * stride) >= top) & (begin + LANES_INDEX < last);
+      if (!LANES_ANY(touches)) continue;
+      int touching[RAYWAVE_LANES];
+      LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), touches), touching);
+      for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+        if (!touching[lane]) continue;
+        const size_t index = (size_t)(begin + lane);
+        const Aim a = aims[index];
+        __global const uint* view = views + index * VIEW_WORDS;
+        if (a.near) {
+          gather_near(profiles + (size_t)(a.profile - first_profile) * profile_size(&plane), view, &a, phasors + index, sample_count,
+                      &plane, &tile);
+        } else {
+          gather_far(lights, lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, view, &a, phasors + index, sample_count,
+                     &plane, &tile);
         }
       }
     }
@@ -510,8 +525,8 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
   for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
     for (int row = top; row <= bottom; ++row) {
       float res[RAYWAVE_LANES], ims[RAYWAVE_LANES];
-      LANES_STORE(re[frame][row - top], res);
-      LANES_STORE(im[frame][row - top], ims);
+      LANES_STORE(tile.re[frame][row - top], res);
+      LANES_STORE(tile.im[frame][row - top], ims);
       __global float2* out = field + ((size_t)frame * (size_t)plane.ny + (size_t)row) * (size_t)plane.nx;
       for (int i = 0; i < RAYWAVE_LANES && first + i < plane.nx; ++i)
         out[first + i] = (float2)(res[i], ims[i]) + (accumulate ? out[first + i] : (float2)(0.0f, 0.0f));

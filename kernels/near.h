@@ -9,13 +9,14 @@
 //   e = (c0 - cosine(s)) - d s0 / c0 = d^2 (c0 + s0 (s0 + s) / (c0 + cosine(s))) / (c0 (c0 + cosine(s))).
 // The wave is
 // finite at depth 0, and turns by half a period on the way through it. Of the product of both sines only powers above the second are
-// neglected. What something hides is dealt with in 4 x 4 parts of the window: g is kept in four parts per axis.
+// neglected. What something hides is dealt with in NEAR_PARTS x NEAR_PARTS parts of the window: g is a sum of as many parts per axis.
 #ifndef RAYWAVE_NEAR_H
 #define RAYWAVE_NEAR_H
 
 #include "lanes.h"
 #include "phase.h"
 #include "shared.h"
+#include "view.h"
 #include "wide.h"
 
 #define NEAR_WAVES 96  // per axis at most, a multiple of RAYWAVE_LANES
@@ -24,9 +25,9 @@
 // it.
 static inline float near_spot(float half_tangent, const GatherPlane* plane) { return 0.5f / (plane->turns_hi * plane->fan * half_tangent); }
 
-// Waves that an axis needs: a sum of evenly spaced waves repeats itself after as many spots, and edges ring for about 12. A multiple of 4,
+// Waves that an axis needs: a sum of evenly spaced waves repeats itself after as many spots, and edges ring for about 12. A multiple of 8,
 // so that none lies between two parts of the window.
-static inline int near_count(float half_extent, float spot) { return 4 * (int)(0.5f * fmin(half_extent / spot, 1e6f)) + 32; }
+static inline int near_count(float half_extent, float spot) { return 8 * (int)(0.25f * fmin(half_extent / spot, 1e6f)) + 32; }
 
 // 1 / cosine - 1 of a direction.
 static inline Wide near_slant(Wide tangent) {
@@ -48,7 +49,7 @@ typedef struct {
   float re[NEAR_WAVES];
   float im[NEAR_WAVES];
   float tangent[NEAR_WAVES];  // of its direction
-  int begin[5];               // first wave of each of the four parts of the window
+  int begin[NEAR_PARTS + 1];  // first wave of each part of the window
 } NearWaves;
 
 // centre_tangent: towards the hologram's centre.
@@ -60,7 +61,7 @@ static inline void near_waves(NearWaves* waves, float centre_tangent, float half
   const float c0 = 1.0f / sqrt(1.0f + centre_tangent * centre_tangent), s0 = centre_tangent * c0;
   waves->first = (low + 0.5f * step) * plane->turns_hi;
   waves->step = step * plane->turns_hi;
-  for (int i = 0; i < 5; ++i) waves->begin[i] = i == 0 ? 0 : waves->count;
+  for (int i = 0; i <= NEAR_PARTS; ++i) waves->begin[i] = i == 0 ? 0 : waves->count;
   for (int n = 0; n < waves->count; n += RAYWAVE_LANES) {
     const floatv d = low + (LANES_TO_FLOAT(n + LANES_INDEX) + 0.5f) * step, sine = s0 + d;
     const floatv cosine = sqrt(1.0f - sine * sine);
@@ -80,28 +81,27 @@ static inline void near_waves(NearWaves* waves, float centre_tangent, float half
     float ats[RAYWAVE_LANES];
     LANES_STORE(at, ats);
     for (int i = 0; i < RAYWAVE_LANES && n + i < waves->count; ++i) {
-      for (int part = 1; part < 4; ++part) {
-        if (ats[i] >= ((float)part * 0.5f - 1.0f) * plane->view_half) waves->begin[part] = min(waves->begin[part], n + i);
+      for (int part = 1; part < NEAR_PARTS; ++part) {
+        if (ats[i] >= ((float)part * (2.0f / NEAR_PARTS) - 1.0f) * plane->view_half) waves->begin[part] = min(waves->begin[part], n + i);
       }
     }
   }
 }
 
-// g at offset_m from the chief ray, in its four parts; `turns`: of the chief ray there.
-static inline void near_sums(const NearWaves* waves, floatv offset_m, floatv turns, floatv* re, floatv* im) {
-  floatv wave_re, wave_im, turn_re, turn_im;
-  cos_sin_turns(waves->first * offset_m + turns, &wave_re, &wave_im);
+// What waves `from` to before `to` add to g at offset_m from the chief ray; `turns`: of the chief ray there.
+static inline void near_sum(const NearWaves* waves, int from, int to, floatv offset_m, floatv turns, floatv* re, floatv* im) {
+  floatv wave_re, wave_im, turn_re, turn_im, sum_re = 0.0f, sum_im = 0.0f;
+  cos_sin_turns((waves->first + (float)from * waves->step) * offset_m + turns, &wave_re, &wave_im);
   cos_sin_turns(waves->step * offset_m, &turn_re, &turn_im);
-  for (int part = 0; part < 4; ++part) {
-    re[part] = im[part] = 0.0f;
-    for (int n = waves->begin[part]; n < waves->begin[part + 1]; ++n) {
-      re[part] += wave_re * waves->re[n] - wave_im * waves->im[n];
-      im[part] += wave_re * waves->im[n] + wave_im * waves->re[n];
-      const floatv turned = wave_re * turn_re - wave_im * turn_im;
-      wave_im = wave_re * turn_im + wave_im * turn_re;
-      wave_re = turned;
-    }
+  for (int n = from; n < to; ++n) {
+    sum_re += wave_re * waves->re[n] - wave_im * waves->im[n];
+    sum_im += wave_re * waves->im[n] + wave_im * waves->re[n];
+    const floatv turned = wave_re * turn_re - wave_im * turn_im;
+    wave_im = wave_re * turn_im + wave_im * turn_re;
+    wave_re = turned;
   }
+  *re = sum_re;
+  *im = sum_im;
 }
 
 #endif

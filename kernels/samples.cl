@@ -2,9 +2,10 @@
 // The sample table: every place where a ray of the lattice (shared.h) pierces a surface is one source of light. Pixels that see it all use
 // the same position and phase; that makes their sum a spherical wave (docs/pipeline.md).
 //
-// find_samples  of a band of `rows` rows of cells from first_row on: counts[cell] = number of samples of each cell (row by row); the first
-//               `slots` of them to samples[cell * slots] and on, their views and lights likewise, VIEW_WORDS and LIT_WORDS each
-// pack_samples  the same without gaps: those of cell c to packed[first[c]] and on
+// find_samples  of a band of `rows` rows of cells from first_row on: counts[cell] = number of samples of each cell (row by row), and how
+//               many of the first `slots` are hidden from some part; these go to samples[cell * slots] and on, their views and lights
+//               likewise, VIEW_WORDS and LIT_WORDS each
+// pack_samples  the same without gaps: those of cell c to packed[first[c].x] and on, after first[c].y hidden ones
 //
 // view  bit j * RAYWAVE_VIEW_PARTS + i: the middle of part (i, j) of the hologram's window, counted from the bottom left, is seen from the
 //       sample
@@ -193,8 +194,9 @@ typedef struct {
   __global uint* views;
   __global uint* lit;
   int slots;
-  int count;  // of all, whether they find a slot or not
-  int rank;   // of the next layer
+  int count;   // of all, whether they find a slot or not
+  int hidden;  // of those that do
+  int rank;    // of the next layer
 } Cell;
 
 // Adds the sample of a layer: `hit` of the ray with tangents (dx, dy), at the distance t of the centre ray. A sample shines for its whole
@@ -254,6 +256,7 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
   sample.shininess = first_lane(s.shininess);
   sample.triangle = hit->triangle;
   sample.key = keys[0];
+  sample.profile = 0;
   const float3 to_centre = (float3)((lattice->centre_x - sample.x) / (sample.z - lattice->centre_z),
                                     (lattice->centre_y - sample.y) / (sample.z - lattice->centre_z), -1.0f);
   float3 face = normalize(triangle_cross(scene->triangles + hit->triangle));
@@ -265,6 +268,7 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
 
   const int slot = cell->count++;
   if (slot >= cell->slots) return;
+  cell->hidden += sample.hidden;
   cell->samples[slot] = sample;
   for (int w = 0; w < VIEW_WORDS; ++w) cell->views[slot * VIEW_WORDS + w] = view[w];
   for (int w = 0; w < LIT_WORDS; ++w) {
@@ -276,7 +280,7 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
 
 __kernel void find_samples(__global const BvhNode* nodes, __global const Triangle* triangles, __global const TriangleShading* shading,
                            __global const Material* materials, __global const Light* lights, __global const float* texels,
-                           float ambient_light, Lattice lattice, int first_row, int rows, int slots, __global int* counts,
+                           float ambient_light, Lattice lattice, int first_row, int rows, int slots, __global int2* counts,
                            __global Sample* samples, __global uint* views, __global uint* lit) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   const int band_row = (int)get_global_id(1);
@@ -290,8 +294,13 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
   for (int lane = 0; lane < RAYWAVE_LANES && first + lane < lattice.nx; ++lane) {
     const int column = first + lane;
     const size_t place = (size_t)band_row * (size_t)lattice.nx + (size_t)column;
-    Cell cell = {
-        samples + place * (size_t)slots, views + place * (size_t)slots * VIEW_WORDS, lit + place * (size_t)slots * LIT_WORDS, slots, 0, 0};
+    Cell cell = {samples + place * (size_t)slots,
+                 views + place * (size_t)slots * VIEW_WORDS,
+                 lit + place * (size_t)slots * LIT_WORDS,
+                 slots,
+                 0,
+                 0,
+                 0};
     const float centre_dx = ((float)(lattice.first_x + column) + 0.5f) * lattice.step;
     const float centre_dy = ((float)(lattice.first_y + row) + 0.5f) * lattice.step;
     Layers centre = first_centres;
@@ -349,19 +358,23 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
         for (int i = 0; i < BVH_LAYERS; ++i) centre.triangle[i] = -1;
       }
     }
-    counts[place] = cell.count;
+    counts[place] = (int2)(cell.count, cell.hidden);
   }
 }
 
 // One work-item per cell of a band.
-__kernel void pack_samples(__global const int* counts, __global const int* first_of_cell, int cell_count, int slots,
+__kernel void pack_samples(__global const int2* counts, __global const int2* first_of_cell, int cell_count, int slots,
                            __global const Sample* samples, __global const uint* views, __global const uint* lit, __global Sample* packed,
                            __global uint* packed_views, __global uint* packed_lit) {
   const int cell = (int)get_global_id(0);
   if (cell >= cell_count) return;
-  const size_t from = (size_t)cell * (size_t)slots, to = (size_t)first_of_cell[cell];
-  for (size_t i = 0; i < (size_t)counts[cell]; ++i) {
-    packed[to + i] = samples[from + i];
+  const size_t from = (size_t)cell * (size_t)slots, to = (size_t)first_of_cell[cell].x;
+  int profile = first_of_cell[cell].x + (NEAR_PARTS - 1) * first_of_cell[cell].y;
+  for (size_t i = 0; i < (size_t)counts[cell].x; ++i) {
+    Sample sample = samples[from + i];
+    sample.profile = profile;
+    profile += sample.hidden ? NEAR_PARTS : 1;
+    packed[to + i] = sample;
     for (int w = 0; w < VIEW_WORDS; ++w) packed_views[(to + i) * VIEW_WORDS + w] = views[(from + i) * VIEW_WORDS + w];
     for (int w = 0; w < LIT_WORDS; ++w) packed_lit[(to + i) * LIT_WORDS + w] = lit[(from + i) * LIT_WORDS + w];
   }

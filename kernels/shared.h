@@ -67,7 +67,8 @@ typedef struct {
   float tilt_z;
   uint key;  // of the random phase: cell and layer
   int triangle;
-  int hidden;  // 1: some part of the hologram's window does not see it; view.h says which
+  int hidden;   // 1: some part of the hologram's window does not see it; view.h says which
+  int profile;  // its first among the profiles of all samples: NEAR_PARTS of a hidden one, one of any other
 } Sample;
 
 // The lattice of rays from the hologram's centre: ray (i, j) has the tangents ((first_x + i + 0.5) step, (first_y + j + 0.5) step).
@@ -122,8 +123,9 @@ typedef struct {
   float half_tangent_y;
   int specular;
   int hidden;  // as in Sample
-  int near;    // 1: near.h has its wave
-  int left;    // pixels of a near sample's footprint, with room for rounding
+  int profile;
+  int near;  // 1: near.h has its wave
+  int left;  // pixels of its footprint, with room for rounding; none: no columns or no rows
   int top;
   int columns;
   int rows;

@@ -50,6 +50,7 @@
   MEMBER(Sample, key)                 \
   MEMBER(Sample, triangle)            \
   MEMBER(Sample, hidden)              \
+  MEMBER(Sample, profile)             \
   MEMBER(Lattice, first_x)            \
   MEMBER(Lattice, first_y)            \
   MEMBER(Lattice, nx)                 \
@@ -95,6 +96,7 @@
   MEMBER(Aim, half_tangent_y)         \
   MEMBER(Aim, specular)               \
   MEMBER(Aim, hidden)                 \
+  MEMBER(Aim, profile)                \
   MEMBER(Aim, near)                   \
   MEMBER(Aim, left)                   \
   MEMBER(Aim, top)                    \

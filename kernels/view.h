@@ -14,6 +14,7 @@
 #endif
 #define VIEW_ALL (RAYWAVE_VIEW_PARTS > 0 ? RAYWAVE_VIEW_PARTS * RAYWAVE_VIEW_PARTS : 1)
 #define VIEW_WORDS ((VIEW_ALL + 31) / 32)
+#define NEAR_PARTS (RAYWAVE_VIEW_PARTS > 8 ? 8 : RAYWAVE_VIEW_PARTS > 0 ? RAYWAVE_VIEW_PARTS : 1)  // of near.h; host/samples.hpp
 
 #if RAYWAVE_VIEW_PARTS > 0
 // Lanes whose part (i, j) is hidden from the sample.

@@ -50,13 +50,16 @@ bool is_seen(const Gathering& what, std::size_t index, int i, int j) {
   return what.views[index * words + bit / 32] >> (bit % 32) & 1u;
 }
 
-/// Share of part `part` of 4 x 4 of the window that sees the sample.
-double seen_share(const Gathering& what, std::size_t index, int part) {
+/// Parts of the window's sides that the waves of near samples keep apart.
+int near_parts(const Gathering& what) { return std::clamp(what.view_parts, 1, 8); }
+
+/// Share of part (i, j) of near_parts x near_parts of the window that sees the sample.
+double seen_share(const Gathering& what, std::size_t index, int part_i, int part_j) {
   if (what.samples[index].hidden == 0) return 1;
-  const int side = what.view_parts / 4;
+  const int side = what.view_parts / near_parts(what);
   int seen = 0;
   for (int j = 0; j < side; ++j)
-    for (int i = 0; i < side; ++i) seen += is_seen(what, index, part % 4 * side + i, part / 4 * side + j);
+    for (int i = 0; i < side; ++i) seen += is_seen(what, index, part_i * side + i, part_j * side + j);
   return static_cast<double>(seen) / (side * side);
 }
 
@@ -109,8 +112,8 @@ Decision is_less(double a, double b) { return {a < b, std::abs(a - b) <= undecid
 
 /// Waves of an axis, and whether a float may count otherwise.
 std::pair<int, bool> wave_count(const Aimed& a) {
-  const double quarters = std::min(0.5 * a.extent_m / a.spot_m, 1e6), nearest = std::round(quarters);
-  return {4 * static_cast<int>(quarters) + 32, std::abs(quarters - nearest) <= undecided * nearest};
+  const double eighths = std::min(0.25 * a.extent_m / a.spot_m, 1e6), nearest = std::round(eighths);
+  return {8 * static_cast<int>(eighths) + 32, std::abs(eighths - nearest) <= undecided * nearest};
 }
 
 Decision is_near(const Aimed& x, const Aimed& y, double near_spots) {
@@ -121,19 +124,20 @@ Decision is_near(const Aimed& x, const Aimed& y, double near_spots) {
   return {(narrow_x.yes || narrow_y.yes) && fits, near_spots > 0 && (narrow_x.unsure || narrow_y.unsure || unsure_x || unsure_y)};
 }
 
-/// g of near.h in its four parts, for each of `count` pixels from `first_m`, `step_m` apart.
-std::vector<std::array<Complex, 4>> near_sums(const Plan& plan, const Aimed& a, double place_m, double depth_m, int axis, double first_m,
-                                              double step_m, int pixels, const std::function<double(double tangent)>& amplitude_at) {
+/// g of near.h in its parts, for each of `count` pixels from `first_m`, `step_m` apart.
+using Parts = std::array<Complex, 8>;
+std::vector<Parts> near_sums(const Plan& plan, const Aimed& a, int parts, double place_m, double depth_m, int axis, double first_m,
+                             double step_m, int pixels, const std::function<double(double tangent)>& amplitude_at) {
   const auto sine_of = [](double tangent) { return tangent / std::hypot(1.0, tangent); };
   const double low = sine_of(a.chief_tangent - plan.fan * a.half_tangent), high = sine_of(a.chief_tangent + plan.fan * a.half_tangent);
   const int count = std::min(wave_count(a).first, most_near_waves);
   const double view_half = std::max(1.0, plan.fan);
-  std::vector<std::array<Complex, 4>> sums(static_cast<std::size_t>(pixels));
+  std::vector<Parts> sums(static_cast<std::size_t>(pixels));
   for (int n = 0; n < count; ++n) {
     const double step = (high - low) / count, sine = low + (n + 0.5) * step, cosine = std::sqrt(1 - sine * sine);
     if (std::abs(sine) > plan.largest_sine[axis]) continue;
     const double at = (sine / cosine - a.chief_tangent) / a.half_tangent;
-    const auto part = static_cast<std::size_t>(std::clamp(static_cast<int>(std::floor((at / view_half + 1) * 2)), 0, 3));
+    const auto part = static_cast<std::size_t>(std::clamp(static_cast<int>(std::floor((at / view_half + 1) / 2 * parts)), 0, parts - 1));
     const double weight = step / cosine * (plan.edge > 0 ? edge_weight(plan, at) : 1) * amplitude_at(sine / cosine);
     for (int i = 0; i < pixels; ++i) {
       const double offset_m = first_m + i * step_m - place_m;
@@ -208,23 +212,26 @@ private:
     const auto [left, right] = pixels_within(corner_.x, plan_.pitch_m.x, plan_.size.x, x.centre_m, x.extent_m);
     const auto [top, bottom] = pixels_within(corner_.y, -plan_.pitch_m.y, plan_.size.y, y.centre_m, y.extent_m);
     if (left > right || top > bottom) return;
+    const int parts = near_parts(what_);
     const auto across =
-        near_sums(plan_, x, p.x, depth_m, 0, corner_.x + left * plan_.pitch_m.x, plan_.pitch_m.x, right - left + 1, [&](double t) {
+        near_sums(plan_, x, parts, p.x, depth_m, 0, corner_.x + left * plan_.pitch_m.x, plan_.pitch_m.x, right - left + 1, [&](double t) {
           return amplitude(what_, index, {t, best.y, -1});
         });
     const auto up =
-        near_sums(plan_, y, p.y, depth_m, 1, corner_.y - top * plan_.pitch_m.y, -plan_.pitch_m.y, bottom - top + 1, [&](double t) {
+        near_sums(plan_, y, parts, p.y, depth_m, 1, corner_.y - top * plan_.pitch_m.y, -plan_.pitch_m.y, bottom - top + 1, [&](double t) {
           return amplitude(what_, index, {best.x, t, -1});
         });
     const auto common = Complex(0, 1) * turned(depth_m / plan_.wavelength_m) * phasor / (most * plan_.wavelength_m);
-    std::array<double, 16> shares{};
-    for (int part = 0; part < 16; ++part) shares[static_cast<std::size_t>(part)] = seen_share(what_, index, part);
+    std::array<double, 64> shares{};
+    for (int part = 0; part < parts * parts; ++part)
+      shares[static_cast<std::size_t>(part)] = seen_share(what_, index, part % parts, part / parts);
     for (int row = top; row <= bottom; ++row) {
       for (int column = left; column <= right; ++column) {
+        const auto &x_parts = across[static_cast<std::size_t>(column - left)], &y_parts = up[static_cast<std::size_t>(row - top)];
         Complex sum = 0;
-        for (std::size_t part = 0; part < 16; ++part)
-          sum +=
-              shares[part] * across[static_cast<std::size_t>(column - left)][part % 4] * up[static_cast<std::size_t>(row - top)][part / 4];
+        for (int part = 0; part < parts * parts; ++part)
+          sum += shares[static_cast<std::size_t>(part)] * x_parts[static_cast<std::size_t>(part % parts)] *
+                 y_parts[static_cast<std::size_t>(part / parts)];
         result_.field[index_of(column, row)] += common * sum;
       }
     }
