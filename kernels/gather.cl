@@ -185,7 +185,7 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   a.rows = pixel_near((a.centre_y - a.half_y) * down + 2.0f, plane.ny) - a.top;
   aims[index] = a;
   boxes[index] = a.left;
-  boxes[stride + index] = a.rows > 0 ? a.left + a.columns - 1 : -1;
+  boxes[stride + index] = a.columns > 0 && a.rows > 0 ? a.left + a.columns - 1 : -1;
   boxes[2 * stride + index] = a.top;
   boxes[3 * stride + index] = a.top + a.rows - 1;
 }

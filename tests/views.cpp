@@ -152,8 +152,8 @@ TEST_CASE("through the left part of the hologram one sees behind a bar what the 
       INFO("side " << sign << ": hidden " << hidden_share << ", lens " << lens_hidden_share << "; whole " << whole_share << ", lens "
                    << lens_whole_share);
       CHECK(lens_hidden_share < 0.06);  // 12 um from the place, some of the bar's edge is passed by
-      CHECK(hidden_share < 0.13);       // measured 0.113: of samples near a WRP, sixteenths of the window are hidden in shares
-      CHECK(std::abs(hidden_share - lens_hidden_share) < 0.09);
+      CHECK(hidden_share < 0.09);       // measured 0.080: visibility is known in 8 x 8 parts of the window
+      CHECK(std::abs(hidden_share - lens_hidden_share) < 0.06);
       CHECK(std::abs(whole_share - lens_whole_share) < 0.05);  // measured 0.013
     }
   }
