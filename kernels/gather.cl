@@ -235,7 +235,7 @@ static inline void near_axes(__global const Light* lights, __global const uint* 
     LANES_STORE(tx, txs);
     LANES_STORE(ty, tys);
     for (int i = 0; i < RAYWAVE_LANES; ++i) {
-      if (!(amplitudes[i] > best)) continue;
+      if (!(amplitudes[i] > 1.01f * best)) continue;  // or rounding would choose among equals
       best = amplitudes[i];
       best_x = txs[i];
       best_y = tys[i];

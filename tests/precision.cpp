@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <functional>
 #include <numbers>
-#include <string_view>
 
 #include "host/gatherer.hpp"
 #include "host/propagator.hpp"
@@ -174,10 +173,8 @@ TEST_CASE(
       INFO(extreme.name << ", " << name_of(rig.plan.precision) << " on " << device.info().name << ": error " << outcome.error
                         << ", predicted " << predicted << ", undecided " << outcome.unsure_share << "; " << rig.samples.size()
                         << " samples, " << rig.plan.wrps.size() << " planes");
-      // Seen at 60 degrees, near samples take another direction for their brightest than the oracle does; not understood yet.
-      const bool wide_angle = std::string_view(extreme.name) == "scene of 1 um";
-      CHECK(outcome.error <= (wide_angle ? 0.03 : rig.plan.precision == Precision::floats ? 1e-4 : 1e-5));
-      if (!wide_angle) CHECK(outcome.error <= predicted);
+      CHECK(outcome.error <= (rig.plan.precision == Precision::floats ? 1e-4 : 1e-5));
+      CHECK(outcome.error <= predicted);
       CHECK(predicted <= 40 * outcome.error);
       CHECK(outcome.unsure_share < 0.05);
     });

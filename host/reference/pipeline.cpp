@@ -204,7 +204,7 @@ private:
     for (int part = 0; part < 16 && s.specular > 0; ++part) {
       const auto towards = towards_part(x, y, part);
       const double there = amplitude(what_, index, towards);
-      if (there <= most) continue;
+      if (there <= 1.01 * most) continue;  // as the kernel does, or rounding would choose among equals
       most = there;
       best = towards;
     }
