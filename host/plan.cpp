@@ -220,6 +220,13 @@ std::uint64_t aimed_rays(const Plan& plan) {
   return static_cast<std::uint64_t>(rays);
 }
 
+/// Rays per side of a sample's cell: no closer than what the hologram resolves of the scene.
+int antialias_for(double sampling_pitch_m, const Plan& plan) {
+  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  const double resolved_m = plan.wavelength_m * (plan.near_m + plan.far_m) / 2 / std::sqrt(window.x * window.y);
+  return sampling_pitch_m / 4 < resolved_m ? 2 : 4;
+}
+
 }  // namespace
 
 std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m, double pitch_m) {
@@ -253,7 +260,7 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
     return m.reflectivity > 0 || m.transparency > 0;
   });
   plan.bounces = has_bounces ? scene.trace.depth : 0;
-  plan.antialias = scene.sampling.antialias;
+  plan.view_parts = scene.sampling.visibility;
   plan.fan = scene.sampling.fan;
   plan.edge = scene.sampling.edge;
 
@@ -288,6 +295,7 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
 
   std::array<Interval, 2> lit = {Interval{-1e9, 1e9}, Interval{-1e9, 1e9}};
   if (method == Method::wrp && plan.aimed && plan.bounces == 0) lit = chief_tangents(plan, middle);
+  plan.antialias = scene.sampling.antialias.value_or(antialias_for(scene.sampling.pitch_m, plan));
   plan.lattice = lattice_over(scene, world, plan, {largest_tangent(0), largest_tangent(1)}, lit);
   for (int axis = 0; axis < 2; ++axis) {
     for (const auto& p : world.positions)
@@ -309,7 +317,8 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
   plan.precision = choose_precision(scene.accuracy, plan.phase_errors, has_doubles);
 
   plan.padded = padded_size(plan.size, scene.wrp.padding);
-  if (method == Method::wrp) plan.padding_error = moved_from ? moved_from->padding_error : predicted_padding_error(plan, world, plan.padded);
+  if (method == Method::wrp)
+    plan.padding_error = moved_from ? moved_from->padding_error : predicted_padding_error(plan, world, plan.padded);
   const auto plane = [](glm::ivec2 size) { return static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) * 8; };
   plan.device_bytes = (backend == cl::FftBackend::host ? 0 : 2 * plane(plan.padded)) + plane(plan.size) + world.triangles.size() * 200;
   return plan;

@@ -51,7 +51,8 @@ struct Plan {
   bool aimed = true;      // rays are aimed at surface samples; else they form a fan
   int bounces = 0;        // of mirrors and glass: trace.depth where a material in the scene has them
   LatticePlan lattice;
-  bool antialias = true;            // of the samples
+  int antialias = 4;                // rays per side of a sample's cell; 0: one through its centre
+  int view_parts = 8;               // per side of the hologram's window, whose sight of each sample is looked at; 0: nothing hides anything
   double fan = 1, edge = 0;         // half width and soft edge of the cone that a pixel gathers, in half holograms
   glm::dvec2 largest_sine{1, 1};    // of a ray to the optical axis, per axis, that the SLM's pixels can show
   bool beyond_diffraction = false;  // some light of the scene would be steeper

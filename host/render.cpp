@@ -43,7 +43,7 @@ class FieldSource {
 public:
   FieldSource(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays, int frames) {
     const bool snapped = scene.sampling.source == FanSource::surface;
-    if (plan.aimed || snapped) table_ = std::make_unique<SampleTable>(device, plan, arrays, SampleTable::default_view_parts, !plan.aimed);
+    if (plan.aimed || snapped) table_ = std::make_unique<SampleTable>(device, plan, arrays, !plan.aimed);
     if (plan.aimed) gatherer_ = std::make_unique<Gatherer>(device, plan, arrays, *table_, frames);
     if (plan.aimed && plan.bounces > 0) tracer_ = std::make_unique<Tracer>(device, scene, plan, arrays, HitSource::bounced);
     if (!plan.aimed)
@@ -143,8 +143,8 @@ int frames_together(const cl::DeviceInfo& device, const Scene& scene, const Plan
 
 /// What the kernels of a FieldSource are built for.
 bool same_kernels(const Plan& a, const Plan& b) {
-  return a.aimed == b.aimed && a.bounces == b.bounces && a.antialias == b.antialias && a.beyond_diffraction == b.beyond_diffraction &&
-         a.precision == b.precision;
+  return a.aimed == b.aimed && a.bounces == b.bounces && a.antialias == b.antialias && a.view_parts == b.view_parts &&
+         a.beyond_diffraction == b.beyond_diffraction && a.precision == b.precision;
 }
 
 }  // namespace

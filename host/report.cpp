@@ -61,7 +61,8 @@ Json json_of(const Scene& scene) {
                    {"pitch_m", scene.sampling.pitch_m},
                    {"fan", scene.sampling.fan},
                    {"edge", scene.sampling.edge},
-                   {"antialias", scene.sampling.antialias},
+                   {"antialias", scene.sampling.antialias ? Json(*scene.sampling.antialias) : Json("auto")},
+                   {"visibility", scene.sampling.visibility},
                    {"seed", scene.sampling.seed},
                    {"frames", scene.sampling.frames}};
   j["trace"] = {{"depth", scene.trace.depth}, {"shadows", scene.trace.shadows}};

@@ -53,12 +53,12 @@ void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std
 
 }  // namespace
 
-SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene, int parts, bool keep_unseen)
-    : view_parts(parts),
+SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene, bool keep_unseen)
+    : view_parts(plan.view_parts),
       device_(device),
       program_(device, "samples.cl",
-               cl::with(scene.options, {{"RAYWAVE_ANTIALIAS", plan.antialias ? "1" : "0"},
-                                        {"RAYWAVE_VIEW_PARTS", std::to_string(parts)},
+               cl::with(scene.options, {{"RAYWAVE_ANTIALIAS", std::to_string(plan.antialias)},
+                                        {"RAYWAVE_VIEW_PARTS", std::to_string(view_parts)},
                                         {"RAYWAVE_KEEP_UNSEEN", keep_unseen ? "1" : "0"}})),
       find_samples_(program_.kernel("find_samples")),
       pack_samples_(program_.kernel("pack_samples")) {

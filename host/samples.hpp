@@ -15,19 +15,15 @@ namespace raywave {
 /// The set does not depend on how a surface is cut into triangles.
 class SampleTable {
 public:
-  /// view_parts   parts per side of the hologram's window whose sight of each sample is looked at: 4, 8 or 16; 0: nothing hides anything
-  /// keep_unseen  samples that no part sees stay in the table
-  SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene, int view_parts = default_view_parts,
-              bool keep_unseen = false);
-
-  static constexpr int default_view_parts = 8;
+  /// keep_unseen  samples that no part of the hologram's window sees stay in the table
+  SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene, bool keep_unseen = false);
 
   /// Finds the samples of a scene with the same options, anew.
   /// throws  InputError when there are more than 2^28 cells or samples
   void find(const Plan& plan, const DeviceScene& scene);
 
   device::Lattice lattice{};
-  int view_parts = default_view_parts;
+  int view_parts;  // Plan::view_parts
   int count = 0;
   int hidden = 0;                          // samples that some part of the window does not see
   cl::Buffer<std::int32_t> first_of_cell;  // nx * ny + 1: samples of cell c are [first_of_cell[c], first_of_cell[c + 1])

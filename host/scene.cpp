@@ -310,7 +310,15 @@ SamplingSpec read_sampling(Section section) {
     spec.edge = v.number(between(0, 4));
     if (spec.edge > spec.fan) v.fail("<= fan (" + number_text(spec.fan) + ")");
   });
-  section.read("antialias", [&](const Value& v) { spec.antialias = v.boolean(); });
+  section.read("antialias", [&](const Value& v) {
+    if (v.is_auto()) return;
+    spec.antialias = v.integer(0, 4);
+    if (*spec.antialias == 1 || *spec.antialias == 3) v.fail("\"auto\", 0, 2 or 4");
+  });
+  section.read("visibility", [&](const Value& v) {
+    spec.visibility = v.integer(0, 16);
+    if (spec.visibility != 0 && spec.visibility != 4 && spec.visibility != 8 && spec.visibility != 16) v.fail("0, 4, 8 or 16");
+  });
   section.read("source", [&](const Value& v) {
     spec.source = v.choice<FanSource>({{"hit", FanSource::hit}, {"surface", FanSource::surface}});
   });

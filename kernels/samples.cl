@@ -22,13 +22,15 @@
 #define LIT_WORDS (RAYWAVE_LIGHTS > 32 ? (RAYWAVE_LIGHTS + 31) / 32 : 1)
 
 #ifndef RAYWAVE_ANTIALIAS
-#define RAYWAVE_ANTIALIAS 1  // cells are looked at with 4 x 4 rays besides the one through their centre; host/samples.cpp
+#define RAYWAVE_ANTIALIAS \
+  4  // rays per side of a cell that it is looked at with besides the one through its centre: 0, 2 or 4; host/samples.cpp
 #endif
 #ifndef RAYWAVE_KEEP_UNSEEN
 #define RAYWAVE_KEEP_UNSEEN 0  // samples that no part of the hologram sees stay in the table; host/samples.cpp
 #endif
-#define PARTS 16
-#define PACKETS (PARTS / RAYWAVE_LANES)
+#define PARTS (RAYWAVE_ANTIALIAS > 0 ? RAYWAVE_ANTIALIAS * RAYWAVE_ANTIALIAS : 1)
+#define PACKETS (PARTS > RAYWAVE_LANES ? PARTS / RAYWAVE_LANES : 1)
+#define CELLS_OF_PACKET (RAYWAVE_LANES > PARTS ? RAYWAVE_LANES / PARTS : 1)
 
 // Rays with these tangents, one for each lane.
 static inline Rays lattice_rays(const Lattice* lattice, floatv tangent_x, floatv tangent_y, intv active) {
@@ -52,15 +54,24 @@ static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv 
                       (floatv)(((float)(lattice->first_y + row) + 0.5f) * lattice->step), active & (column < lattice->nx));
 }
 
-// Through the centres of RAYWAVE_LANES of the 4 x 4 parts of a cell, the inner ones first.
+#if RAYWAVE_ANTIALIAS
+// Through the centres of RAYWAVE_LANES parts of a cell, the inner ones first, or of all parts of CELLS_OF_PACKET cells from it on.
 static inline Rays part_rays(const Lattice* lattice, int column, int row, int packet, intv active) {
-  const float across[PARTS] = {1, 2, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 0, 3, 0, 3};
-  const float up[PARTS] = {1, 1, 2, 2, 0, 0, 1, 1, 2, 2, 3, 3, 0, 0, 3, 3};
-  const floatv right = 0.125f + 0.25f * LANES_LOAD(across + packet * RAYWAVE_LANES);
-  const floatv upwards = 0.125f + 0.25f * LANES_LOAD(up + packet * RAYWAVE_LANES);
-  return lattice_rays(lattice, ((float)(lattice->first_x + column) + right) * lattice->step,
-                      ((float)(lattice->first_y + row) + upwards) * lattice->step, active);
+#if RAYWAVE_ANTIALIAS == 4
+  const float across[16] = {1, 2, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 0, 3, 0, 3};
+  const float up[16] = {1, 1, 2, 2, 0, 0, 1, 1, 2, 2, 3, 3, 0, 0, 3, 3};
+#else
+  const float across[16] = {0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1};
+  const float up[16] = {0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1};
+#endif
+  const float part = 1.0f / (float)RAYWAVE_ANTIALIAS;
+  const floatv right = (0.5f + LANES_LOAD(across + packet * RAYWAVE_LANES)) * part;
+  const floatv upwards = (0.5f + LANES_LOAD(up + packet * RAYWAVE_LANES)) * part;
+  const intv cell = lattice->first_x + column + LANES_INDEX / PARTS;
+  return lattice_rays(lattice, (LANES_TO_FLOAT(cell) + right) * lattice->step, ((float)(lattice->first_y + row) + upwards) * lattice->step,
+                      active);
 }
+#endif
 
 // Layers closer than `gap` to the one before are one; inner sides of closed meshes are no sources. What is left keeps its triangle.
 static inline void keep_sources(Layers* layers, const SceneArrays* scene, const Rays* rays, float gap) {
@@ -132,7 +143,7 @@ static inline int claim(Layers* parts, float t, float reach, Hits* claimed) {
   return lanes_sum(count);
 }
 
-// The first part with a hit that no layer has taken, or PARTS; that hit to *hit.
+// The first ray with a hit that no layer has taken, or -1; that hit to *hit.
 static inline int unclaimed(const Layers* parts, Hit* hit) {
   for (int packet = 0; packet < PACKETS; ++packet) {
     intv any = 0;
@@ -147,7 +158,7 @@ static inline int unclaimed(const Layers* parts, Hit* hit) {
       }
     }
   }
-  return PARTS;
+  return -1;
 }
 #endif
 
@@ -194,9 +205,10 @@ typedef struct {
   __global uint* views;
   __global uint* lit;
   int slots;
-  int count;   // of all, whether they find a slot or not
-  int hidden;  // of those that do
-  int rank;    // of the next layer
+  int count;          // of all, whether they find a slot or not
+  int hidden;         // of those that do
+  int rank;           // of the next layer
+  int packet_column;  // of the first cell whose parts share a packet with this one's
 } Cell;
 
 // Adds the sample of a layer: `hit` of the ray with tangents (dx, dy), at the distance t of the centre ray. A sample shines for its whole
@@ -236,7 +248,7 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
     for (int packet = 0; packet < PACKETS; ++packet) {
       const intv found = parts[packet].triangle >= 0;
       if (!LANES_ANY(found)) continue;
-      const Rays rays = part_rays(lattice, column, row, packet, found);
+      const Rays rays = part_rays(lattice, cell->packet_column, row, packet, found);
       const Surface part = surface_at(scene, &rays, parts + packet);
       uintv unused[LIT_WORDS];
       float radiances[RAYWAVE_LANES];
@@ -278,6 +290,20 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
   }
 }
 
+#if RAYWAVE_ANTIALIAS
+// What rays through parts meet from `from` on; to *from, where those that have met all that one traversal keeps go on, reach for the
+// others.
+static inline void look_at_parts(const SceneArrays* scene, const Lattice* lattice, int column, int row, int packet, floatv* from,
+                                 Layers* layers) {
+  Rays rays = part_rays(lattice, column, row, packet, *from < lattice->reach);
+  rays.t_min = *from;
+  bvh_layers(scene->nodes, scene->triangles, &rays, layers);
+  const intv full = layers->triangle[BVH_LAYERS - 1] >= 0;
+  *from = LANES_SELECT((floatv)(lattice->reach), layers->t[BVH_LAYERS - 1] + lattice->layer_gap, full);
+  keep_sources(layers, scene, &rays, lattice->layer_gap);
+}
+#endif
+
 __kernel void find_samples(__global const BvhNode* nodes, __global const Triangle* triangles, __global const TriangleShading* shading,
                            __global const Material* materials, __global const Light* lights, __global const float* texels,
                            float ambient_light, Lattice lattice, int first_row, int rows, int slots, __global int2* counts,
@@ -290,6 +316,10 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
   const Rays centres = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
   Layers first_centres;
   bvh_layers(nodes, triangles, &centres, &first_centres);
+#if RAYWAVE_ANTIALIAS
+  Layers packet_parts[PACKETS];
+  floatv packet_from[PACKETS];
+#endif
 
   for (int lane = 0; lane < RAYWAVE_LANES && first + lane < lattice.nx; ++lane) {
     const int column = first + lane;
@@ -300,14 +330,25 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
                  slots,
                  0,
                  0,
-                 0};
+                 0,
+                 column - lane % CELLS_OF_PACKET};
     const float centre_dx = ((float)(lattice.first_x + column) + 0.5f) * lattice.step;
     const float centre_dy = ((float)(lattice.first_y + row) + 0.5f) * lattice.step;
     Layers centre = first_centres;
     Hits claimed[PACKETS];
 #if RAYWAVE_ANTIALIAS
+    const intv mine = LANES_INDEX / PARTS == lane % CELLS_OF_PACKET;
+    Layers parts[PACKETS];
     floatv from[PACKETS];
-    for (int packet = 0; packet < PACKETS; ++packet) from[packet] = 0.0f;
+    for (int packet = 0; packet < PACKETS; ++packet) {
+      if (lane % CELLS_OF_PACKET == 0) {
+        packet_from[packet] = 0.0f;
+        look_at_parts(&scene, &lattice, column, row, packet, packet_from + packet, packet_parts + packet);
+      }
+      parts[packet] = packet_parts[packet];
+      for (int i = 0; i < BVH_LAYERS; ++i) parts[packet].triangle[i] = LANES_SELECT((intv)(-1), parts[packet].triangle[i], mine);
+      from[packet] = LANES_SELECT((floatv)(lattice.reach), packet_from[packet], mine);
+    }
 #endif
     // Rays that have met as many layers as one traversal keeps go on behind them.
     bool more = true;
@@ -315,18 +356,6 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
       more = false;
       const Hit last = hit_of_lane(&centre, BVH_LAYERS - 1, lane);
       keep_sources(&centre, &scene, &centres, lattice.layer_gap);
-#if RAYWAVE_ANTIALIAS
-      Layers parts[PACKETS];
-      for (int packet = 0; packet < PACKETS; ++packet) {
-        Rays rays = part_rays(&lattice, column, row, packet, from[packet] < lattice.reach);
-        rays.t_min = from[packet];
-        bvh_layers(nodes, triangles, &rays, parts + packet);
-        const intv full = parts[packet].triangle[BVH_LAYERS - 1] >= 0;
-        from[packet] = LANES_SELECT((floatv)(lattice.reach), parts[packet].t[BVH_LAYERS - 1] + lattice.layer_gap, full);
-        more = more || LANES_ANY(full);
-        keep_sources(parts + packet, &scene, &rays, lattice.layer_gap);
-      }
-#endif
       for (int i = 0; i < BVH_LAYERS; ++i) {
         const Hit hit = hit_of_lane(&centre, i, lane);
         if (hit.triangle < 0) continue;
@@ -338,15 +367,20 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
       }
 #if RAYWAVE_ANTIALIAS
       Hit hit;
-      for (int part = unclaimed(parts, &hit); part < PARTS; part = unclaimed(parts, &hit)) {
-        const Rays rays = part_rays(&lattice, column, row, part / RAYWAVE_LANES, LANES_INDEX >= 0);
+      for (int ray = unclaimed(parts, &hit); ray >= 0; ray = unclaimed(parts, &hit)) {
+        const Rays rays = part_rays(&lattice, cell.packet_column, row, ray / RAYWAVE_LANES, LANES_INDEX >= 0);
         float dx[RAYWAVE_LANES], dy[RAYWAVE_LANES];
         LANES_STORE(rays.dx, dx);
         LANES_STORE(rays.dy, dy);
-        const int from_lane = part % RAYWAVE_LANES;
+        const int from_lane = ray % RAYWAVE_LANES;
         const float t = through_centre(&scene, &lattice, centre_dx, centre_dy, dx[from_lane], dy[from_lane], &hit);
         const int covered = claim(parts, hit.t, layer_reach(&lattice, hit.t), claimed);
         add_sample(&scene, ambient_light, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], t, claimed, covered, &cell);
+      }
+      for (int packet = 0; packet < PACKETS; ++packet) {
+        if (!LANES_ANY(from[packet] < lattice.reach)) continue;
+        look_at_parts(&scene, &lattice, cell.packet_column, row, packet, from + packet, parts + packet);
+        more = true;
       }
 #endif
       if (last.triangle >= 0) {

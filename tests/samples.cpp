@@ -232,27 +232,28 @@ TEST_CASE("antialiased samples shine for the area that an object covers, whereve
   for (const double half : {0.3e-3, 0.307e-3, 0.3123e-3}) {
     Stage stage;
     stage.add(rectangle({0, 0, 20e-3}, {half, 0, 0}, {0, half, 0}), glowing);
-    stage.scene.sampling.antialias = true;
-    for (const auto& device : all_devices()) {
-      const Rig rig(device, stage);
-      double light = 0, off_ray = 0;
-      for (std::size_t cell = 0; cell + 1 < rig.first_of_cell.size(); ++cell) {
-        for (const auto& s : samples_of(rig, cell)) {
-          light += s.radiance;
-          const auto nx = rig.plan.lattice.size.x;
-          const auto c = static_cast<int>(cell);
-          const dvec2 t((rig.plan.lattice.first.x + c % nx + 0.5) * rig.plan.lattice.step,
-                        (rig.plan.lattice.first.y + c / nx + 0.5) * rig.plan.lattice.step);
-          const auto p = place(s) + rig.plan.origin_m;
-          off_ray = std::max(off_ray, length(dvec2(p) - t * p.z));
+    for (const int antialias : {2, 4})
+      for (const auto& device : all_devices()) {
+        stage.scene.sampling.antialias = antialias;
+        const Rig rig(device, stage);
+        double light = 0, off_ray = 0;
+        for (std::size_t cell = 0; cell + 1 < rig.first_of_cell.size(); ++cell) {
+          for (const auto& s : samples_of(rig, cell)) {
+            light += s.radiance;
+            const auto nx = rig.plan.lattice.size.x;
+            const auto c = static_cast<int>(cell);
+            const dvec2 t((rig.plan.lattice.first.x + c % nx + 0.5) * rig.plan.lattice.step,
+                          (rig.plan.lattice.first.y + c / nx + 0.5) * rig.plan.lattice.step);
+            const auto p = place(s) + rig.plan.origin_m;
+            off_ray = std::max(off_ray, length(dvec2(p) - t * p.z));
+          }
         }
+        const double cells = std::pow(2 * half / (20e-3 * rig.plan.lattice.step), 2);
+        CAPTURE(half, light, cells, antialias);
+        // A part's width at most along each of four edges, to either side.
+        CHECK(std::abs(light / cells - 1) < 25e-6 / antialias / half);
+        CHECK(off_ray < 1e-8);
       }
-      const double cells = std::pow(2 * half / (20e-3 * rig.plan.lattice.step), 2);
-      CAPTURE(half, light, cells);
-      // A quarter of a cell at most along each of four edges, to either side.
-      CHECK(std::abs(light / cells - 1) < 0.25 * 25e-6 / half);
-      CHECK(off_ray < 1e-8);
-    }
   }
 }
 
@@ -287,7 +288,7 @@ TEST_CASE("the sample set of a plane does not depend on its triangles: 2 or 20,0
       stage->scene.trace.shadows = true;
     }
     REQUIRE(many.world.triangles.size() == 20000);
-    for (const bool antialias : {false, true})
+    for (const int antialias : {0, 2, 4})
       for (const auto& device : all_devices()) {
         CAPTURE(antialias);
         two.scene.sampling.antialias = many.scene.sampling.antialias = antialias;

@@ -9,7 +9,7 @@ namespace raywave::reference {
 Stage::Stage() {
   scene.hologram = {{96, 80}, {8e-6, 8e-6}, 638e-9};
   scene.sampling.pitch_m = 25e-6;
-  scene.sampling.antialias = false;
+  scene.sampling.antialias = 0;
 }
 
 Stage& Stage::add(const Surface& s, const Material& material) {
@@ -45,7 +45,7 @@ Rig::Rig(const cl::Device& device, const Stage& stage, Method method, bool keep_
     : scene(stage.scene),
       plan(make_plan(scene, stage.world, cl::FftBackend::host, method)),
       arrays(device, scene, stage.world, plan),
-      table(device, plan, arrays, SampleTable::default_view_parts, keep_unseen),
+      table(device, plan, arrays, keep_unseen),
       samples(table.samples.read()),
       first_of_cell(table.first_of_cell.read()),
       views(table.views.read()),
