@@ -18,6 +18,7 @@
 //
 // gather's work-item fills a tile of RAYWAVE_LANES x RAYWAVE_TILE_ROWS pixels: global size (tiles across a strip, ceil(ny / rows), strips).
 // Rays, visibility and shading are done once for all frames. OpenCL C 1.2.
+#include "complex_lanes.h"
 #include "hash.h"
 #include "lanes.h"
 #include "near.h"
@@ -524,12 +525,17 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
 
   for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
     for (int row = top; row <= bottom; ++row) {
+      const floatv re = tile.re[frame][row - top], im = tile.im[frame][row - top];
+      __global float2* out = field + ((size_t)frame * (size_t)plane.ny + (size_t)row) * (size_t)plane.nx + (size_t)first;
+      if (first + RAYWAVE_LANES <= plane.nx && !accumulate) {
+        store_complex(re, im, out);
+        continue;
+      }
       float res[RAYWAVE_LANES], ims[RAYWAVE_LANES];
-      LANES_STORE(tile.re[frame][row - top], res);
-      LANES_STORE(tile.im[frame][row - top], ims);
-      __global float2* out = field + ((size_t)frame * (size_t)plane.ny + (size_t)row) * (size_t)plane.nx;
-      for (int i = 0; i < RAYWAVE_LANES && first + i < plane.nx; ++i)
-        out[first + i] = (float2)(res[i], ims[i]) + (accumulate ? out[first + i] : (float2)(0.0f, 0.0f));
+      LANES_STORE(re, res);
+      LANES_STORE(im, ims);
+      for (int i = 0; i < min(RAYWAVE_LANES, plane.nx - first); ++i)
+        out[i] = (float2)(res[i], ims[i]) + (accumulate ? out[i] : (float2)(0.0f, 0.0f));
     }
   }
 }
