@@ -144,6 +144,9 @@ TEST_CASE("a launch with wrong arguments is an error, for kernels from source an
       CHECK_NOTHROW(kernel.run({1}, {1}, floats, floats, floats, blocks));
       CHECK_THAT(message_of([&] { kernel.run({1}, {1}, floats, floats, blocks); }),
                  ContainsSubstring("cos_sin takes 4 arguments, 3 given"));
+      const bool tells = !kernel.argument_types()[0].empty();
+      CHECK((tells || (from == "cache" && info.platform.starts_with("Intel"))));  // of a program from a binary Intel's runtime does not
+      if (!tells) continue;
       CHECK_THAT(message_of([&] { kernel.run({1}, {1}, ints, floats, floats, blocks); }),
                  ContainsSubstring("argument 0 is float*, int* given"));
       CHECK_THAT(message_of([&] { kernel.run({1}, {1}, floats, floats, floats, 1.0f); }),
