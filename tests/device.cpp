@@ -10,7 +10,6 @@
 #include <fstream>
 #include <functional>
 #include <map>
-#include <optional>
 #include <random>
 
 #include "cl/buffer.hpp"
@@ -20,28 +19,14 @@
 #include "host/shared_types.hpp"
 #include "kernels/shared_layout.h"
 #include "tests/support/catch.hpp"
+#include "tests/support/environment.hpp"
 
 namespace raywave {
 namespace fs = std::filesystem;
 using Catch::Matchers::ContainsSubstring;
+using test::Environment;
 
 namespace {
-
-/// An environment variable with another value until the end of the scope.
-class Environment {
-public:
-  Environment(std::string name, const std::string& value) : name_(std::move(name)) {
-    if (const char* old = std::getenv(name_.c_str())) old_ = old;
-    setenv(name_.c_str(), value.c_str(), 1);
-  }
-  ~Environment() { old_ ? setenv(name_.c_str(), old_->c_str(), 1) : unsetenv(name_.c_str()); }
-  Environment(const Environment&) = delete;
-  Environment& operator=(const Environment&) = delete;
-
-private:
-  std::string name_;
-  std::optional<std::string> old_;
-};
 
 /// An empty cache folder of this process's own until the end of the scope.
 struct FreshCache {
