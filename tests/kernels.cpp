@@ -215,6 +215,22 @@ TEST_CASE("every kernel is launched, and none writes behind its buffers") {
   }
 }
 
+TEST_CASE("one pixel per work-item, as on GPUs, gives the hologram that packets of pixels give") {
+  for (const auto& info : cl::list_devices()) {
+    if (under_oclgrind(info)) continue;  // too slow
+    test::opencl_spy().canaries = true;
+    auto gpu = info, cpu = info;
+    gpu.kind = cl::DeviceKind::gpu;
+    gpu.float_lanes = 1;
+    cpu.kind = cl::DeviceKind::cpu;
+    cpu.float_lanes = std::max(info.float_lanes, 4);
+    const auto scene = load_scene(RAYWAVE_DATA_DIR "/study.toml", {"hologram.resolution=[64,48]", "sampling.frames=1"});
+    const auto packets = render(cl::Device(cpu), scene).field.samples, pixels = render(cl::Device(gpu), scene).field.samples;
+    INFO(info.name);
+    CHECK(test::relative_l2(pixels, packets) <= 1e-4);
+  }
+}
+
 TEST_CASE("a kernel that writes behind its buffer is noticed") {
   auto& spy = test::opencl_spy();
   for (const auto& info : cl::list_devices()) {
