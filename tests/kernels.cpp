@@ -8,7 +8,6 @@
 
 #include "host/bvh.hpp"
 #include "host/lens.hpp"
-#include "host/propagator.hpp"
 #include "host/reconstruct.hpp"
 #include "host/render.hpp"
 #include "kernels/shared_layout.h"
@@ -139,15 +138,44 @@ void look(const cl::Device& device, const Folder& folder) {
   what.window_m = glm::dvec2(size + 2) * 8.0 * um;
   const auto shown = reconstruct(device, host, hologram, scene.hologram, what);
   CHECK(std::all_of(shown.pixels.begin(), shown.pixels.end(), [](float v) { return std::isfinite(v) && v >= 0; }));
+}
 
-  // So steep that the phase needs two floats.
-  constexpr glm::ivec2 wide{161, 5};
-  Propagator propagator(device, {wide, {0.5 * um, 0.5 * um}, 638e-9, 2, host});
-  cl::ComplexBuffer field(device, std::vector<std::complex<float>>(wide.x * wide.y, {1, 0}), "field");
-  propagator.load(field);
-  for (int i = 0; i < 2; ++i) propagator.add({0.5 * mm, 0}, 1 * mm);
-  propagator.collect(field);
-  CHECK(test::all_finite(field.read()));
+/// What the device's own FFTs need: the host's propagates without kernels.
+void propagate(const cl::Device& device) {
+  constexpr int nx = 21, ny = 3, padded_nx = 48, padded_ny = 6, frames = 2;
+  const auto floats = [&](int size, float value) {
+    return cl::Buffer<float>(device, std::vector<float>(static_cast<std::size_t>(size), value), "transfer function");
+  };
+  const auto band = [&](int size, int reach) {  // firsts, then lasts
+    std::vector<std::int32_t> limits(static_cast<std::size_t>(2 * size), -reach);
+    std::fill(limits.begin() + size, limits.end(), reach);
+    return cl::Buffer<std::int32_t>(device, limits, "band");
+  };
+  const auto phase_x = floats(padded_nx, 0.25f), phase_y = floats(padded_ny, 0.5f);
+  const auto power_x = floats(2 * padded_nx, 0), power_y = floats(2 * padded_ny, 0);
+  const auto band_x = band(padded_nx, 2), band_y = band(padded_ny, 17);
+  const cl::ComplexBuffer field(device, std::vector<std::complex<float>>(frames * nx * ny, {1, 0}), "field");
+  cl::ComplexBuffer padded(device, padded_nx * padded_ny, "padded plane"), sum(device, padded_nx * padded_ny, "sum of spectra"),
+      shown(device, nx * ny, "field");
+  for (const char* two_floats : {"0", "1"}) {
+    const cl::Program program(device, "propagate.cl",
+                              {{"RAYWAVE_LANES", std::to_string(device.info().float_lanes)}, {"RAYWAVE_TWO_FLOATS", two_floats}});
+    program.kernel("pad").run({1, padded_ny}, {1, 1}, field, padded, std::int32_t{1}, nx, ny, padded_nx, padded_ny);
+    for (const std::int32_t accumulate : {0, 1}) {
+      program.kernel("multiply_add")
+          .run({1, padded_ny}, {1, 1}, padded, sum, phase_x, phase_y, power_x, power_y, band_x, band_y, 1e3f, 0.0f, 0.5f, padded_nx,
+               padded_ny, accumulate);
+    }
+    program.kernel("crop").run({1, ny}, {1, 1}, sum, shown, nx, ny, padded_nx);
+    // A quarter and a half of a turn; columns 18 to 20 and beyond the last row are out of the band.
+    const auto field_shown = shown.read();
+    for (int row = 0; row < ny; ++row) {
+      for (int column = 0; column < nx; ++column) {
+        const auto value = field_shown[static_cast<std::size_t>(row * nx + column)];
+        CHECK(std::abs(value - std::complex<float>(0, column <= 17 ? -1.0f : 0.0f)) <= 1e-6f);
+      }
+    }
+  }
 }
 
 /// What no command launches.
@@ -204,6 +232,7 @@ TEST_CASE("every kernel is launched, and none writes behind its buffers") {
         const cl::Device device(shape);
         render_in_all_ways(device, folder);
         look(device, folder);
+        propagate(device);
         launch_tools(device);
         device.finish();
       }

@@ -8,7 +8,6 @@
 #include "host/encode.hpp"
 #include "host/error.hpp"
 #include "host/lens.hpp"
-#include "host/propagator.hpp"
 #include "host/reconstruct.hpp"
 #include "host/render.hpp"
 #include "host/text.hpp"
@@ -30,11 +29,6 @@ void use_shared(const cl::Device& device) {
   HologramSpec spec;
   spec.resolution = {16, 1};
   reconstruct(device, cl::FftBackend::host, hologram, spec, {});
-  // So steep that the phase needs two floats.
-  Propagator propagator(device, {{160, 1}, {0.5e-6, 0.5e-6}, 638e-9, 2, cl::FftBackend::host});
-  const cl::ComplexBuffer field(device, std::vector<std::complex<float>>(160), "field");
-  propagator.load(field);
-  propagator.add({0.5e-3, 0}, 1e-3);
 }
 
 /// What a scene needs follows from what is done with it, so that is done.
