@@ -398,7 +398,9 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
       if (a.centre_x - a.half_x > right_x || a.centre_x + a.half_x < left_x || a.centre_y - a.half_y > top_y ||
           a.centre_y + a.half_y < bottom_y)
         continue;
+#if RAYWAVE_VIEW_PARTS > 0
       __global const uint* view = views + (size_t)index * VIEW_WORDS;
+#endif
       if (a.near && !a.hidden) {
         add_profile(profiles + (size_t)(index - first_sample) * (size_t)(2 * (plane.room_x + plane.room_y)), &a, phasors + index,
                     sample_count, &plane, first, top, bottom, re, im);
@@ -422,11 +424,11 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
         edge_x = e * e * (3.0f - 2.0f * e);
       }
       const float sign = a.depth < 0.0f ? -1.0f : 1.0f;
+#if RAYWAVE_VIEW_PARTS > 0
       int state = VIEW_CLEAR;
       const float to_window_x = sign * a.scale_x / plane.view_half;
       const float to_window_y = sign * a.scale_y / plane.view_half;
       intv part = 0;
-#if RAYWAVE_VIEW_PARTS > 0
       if (a.hidden) {
         const float u0 = (fmax(left_x, a.centre_x - a.half_x) - a.centre_x) * to_window_x;
         const float u1 = (fmin(right_x, a.centre_x + a.half_x) - a.centre_x) * to_window_x;
