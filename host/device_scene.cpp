@@ -169,7 +169,7 @@ DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const Wor
 
   const auto any = [&](auto&& test) { return std::any_of(made.materials.begin(), made.materials.end(), test); };
   options = {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))},
-             {"RAYWAVE_BVH_DEPTH", std::to_string(bvh_.depth)},
+             {"RAYWAVE_BVH_DEPTH", std::to_string((bvh_.depth + 15) / 16 * 16)},  // scenes alike in size share kernels
              {"RAYWAVE_LIGHTS", std::to_string(lights.size())},
              {"RAYWAVE_SPECULAR", any([](const auto& m) { return m.specular > 0; }) ? "1" : "0"},
              {"RAYWAVE_TEXTURES", made.texels.empty() ? "0" : "1"},

@@ -10,6 +10,13 @@ namespace {
 /// Rows of a tile: enough that a sample's set-up is shared by many pixels, few enough that all sums stay in the first cache.
 int tile_rows(int lanes, int frames) { return lanes == 1 ? 1 : std::clamp(16 / frames, 2, 16); }
 
+/// Of the scene's options those that gather.cl reads: scenes that differ in others share its kernels, which take longest to compile.
+cl::Options options_of(const DeviceScene& scene) {
+  cl::Options options;
+  for (const char* name : {"RAYWAVE_LANES", "RAYWAVE_LIGHTS", "RAYWAVE_SPECULAR"}) options[name] = scene.options.at(name);
+  return options;
+}
+
 /// Of the profiles of near samples that are held at a time.
 constexpr std::size_t profile_bytes = std::size_t{128} << 20;
 
@@ -28,11 +35,11 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
       tile_rows_(tile_rows(lanes_, frames)),
       near_spots_(near_spots),
       program_(device, "gather.cl",
-               cl::with(scene.options, {{"RAYWAVE_FRAMES", std::to_string(frames)},
-                                        {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)},
-                                        {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
-                                        {"RAYWAVE_VIEW_PARTS", std::to_string(table.view_parts)},
-                                        {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),
+               cl::with(options_of(scene), {{"RAYWAVE_FRAMES", std::to_string(frames)},
+                                            {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)},
+                                            {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
+                                            {"RAYWAVE_VIEW_PARTS", std::to_string(table.view_parts)},
+                                            {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),
       aim_(program_.kernel("aim")),
       draw_phases_(program_.kernel("draw_phases")),
       profile_(program_.kernel("profile")),

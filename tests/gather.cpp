@@ -352,7 +352,7 @@ TEST_CASE("geometric footprints and plane waves agree where one takes over from 
   }
 }
 
-TEST_CASE("a pixel of the study scene gathers at most 30 rays, and most of its light reaches the hologram") {
+TEST_CASE("a pixel of the study scene gathers at most 30 rays, and most of its light reaches the hologram", "[slow]") {
   for (const auto& device : all_devices()) {
     const auto scene = study({"sampling.fan=1.0", "sampling.edge=0"});
     Stage stage;
