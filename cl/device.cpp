@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "cl/program_folder.hpp"
+
 namespace raywave::cl {
 namespace {
 
@@ -41,7 +43,7 @@ DeviceInfo describe(const ::cl::Device& device, const std::string& index) {
   info.largest_buffer_bytes = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
   info.local_bytes = device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>();
   info.fp64 = device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() != 0;
-  info.online_compiler = device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>();
+  info.online_compiler = device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>() && !program_folder();
   if (info.kind == DeviceKind::cpu) info.float_lanes = std::max(1, static_cast<int>(device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>()));
   return info;
 }

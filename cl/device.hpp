@@ -28,8 +28,9 @@ struct DeviceInfo {
   DeviceKind kind = DeviceKind::other;
   unsigned compute_units = 0;
   std::uint64_t memory_bytes = 0, largest_buffer_bytes = 0, local_bytes = 0;
-  bool fp64 = false, online_compiler = false;
-  int float_lanes = 1;  // native SIMD width in floats, 1 on GPUs
+  bool fp64 = false;
+  bool online_compiler = false;  // and RAYWAVE_PROGRAM_DIR does not forbid its use
+  int float_lanes = 1;           // native SIMD width in floats, 1 on GPUs
 };
 
 /// Every device of every platform, in the order of the ICD loader; empty when there is none.

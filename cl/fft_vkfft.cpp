@@ -43,10 +43,12 @@ public:
       configuration_.loadApplicationFromString = 0;
       configuration_.loadApplicationString = nullptr;
     }
-    configuration_.saveApplicationToString = 1;
+    // Mesa's rusticl aborts where VkFFT asks for its binaries (CL_PROGRAM_BINARIES) with more room than they need.
+    configuration_.saveApplicationToString = info.platform != "rusticl";
     if (const auto result = initializeVkFFT(application_.get(), configuration_); result != VKFFT_SUCCESS) fail(result);
     is_planned_ = true;
-    store_cached(file, application_->saveApplicationString, application_->applicationStringSize);
+    if (configuration_.saveApplicationToString)
+      store_cached(file, application_->saveApplicationString, application_->applicationStringSize);
   }
   ~VkFft() override {
     if (is_planned_) deleteVkFFT(application_.get());

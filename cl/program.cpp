@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "cl/cache.hpp"
+#include "cl/program_folder.hpp"
 
 namespace raywave::cl {
 namespace {
@@ -53,18 +54,32 @@ std::string option_value(float value) {
 Program::Program(const Device& device, const std::string& file, const Options& options)
     : device_(std::make_shared<Device>(device)), file_(file) {
   std::set<std::string> seen;
-  const auto source = with_includes(file, seen);
-  const auto flags = build_options(options);
+  const ProgramSource program{file, with_includes(file, seen), build_options(options)};
+  const auto& source = program.text;
+  const auto& flags = program.flags;
   const auto& info = device.info();
+  const std::vector<::cl::Device> devices{device.handle()};
+
+  if (const auto folder = program_folder()) {
+    const auto binary = load_program(*folder, program, info);
+    try {
+      program_ = ::cl::Program(device.context(), devices, ::cl::Program::Binaries{binary});
+      program_.build(devices, flags.c_str());
+    } catch (const ::cl::Error& error) {
+      throw DeviceError((*folder / (program.name() + ".bin")).string() + " (" + std::to_string(error.err()) + ") does not load on " +
+                        info.name + ", driver " + info.driver + ": it was built for another");
+    }
+    return;
+  }
+
   const auto cached =
       "kernel-" + hash_name(source + '\n' + flags + '\n' + info.platform + '\n' + info.name + '\n' + info.version + '\n' + info.driver) +
       ".bin";
-  const std::vector<::cl::Device> devices{device.handle()};
-
   if (const auto binary = load_cached(cached); binary && !binary->empty()) {
     try {
       program_ = ::cl::Program(device.context(), devices, ::cl::Program::Binaries{*binary});
       program_.build(devices, flags.c_str());
+      record_program(program, *binary);
       return;
     } catch (const ::cl::Error&) {
       // Written by a driver that has changed since, or damaged: compile again.
@@ -81,10 +96,10 @@ Program::Program(const Device& device, const std::string& file, const Options& o
     throw DeviceError(file + " does not compile (" + std::to_string(error.err()) + ") on " + info.name + ", driver " + info.driver +
                       ", options " + flags + "\n" + log);
   }
-  checked(info, [&] {
-    const auto binaries = program_.getInfo<CL_PROGRAM_BINARIES>();
-    if (!binaries.empty()) store_cached(cached, binaries[0].data(), binaries[0].size());
-  });
+  const auto binaries = checked(info, [&] { return program_.getInfo<CL_PROGRAM_BINARIES>(); });
+  if (binaries.empty()) return;
+  store_cached(cached, binaries[0].data(), binaries[0].size());
+  record_program(program, binaries[0]);
 }
 
 Kernel Program::kernel(const std::string& name) const {

@@ -41,6 +41,9 @@ class Kernel {
 public:
   Kernel(Device device, ::cl::Kernel kernel, std::string name);
 
+  /// As the kernel declares them, e.g. "float*"; empty where the driver does not tell (some do not of programs from binaries).
+  const std::vector<std::string>& argument_types() const { return argument_types_; }
+
   /// Enqueues the kernel over `global` work-items (rounded up to whole work-groups of `local`). Buffers pass their memory, everything else
   /// its value.
   ///
@@ -71,13 +74,13 @@ private:
   Device device_;
   ::cl::Kernel kernel_;
   std::string name_;
-  std::vector<std::string> argument_types_;  // empty strings where the driver does not tell
+  std::vector<std::string> argument_types_;
 };
 
 class Program {
 public:
   Program() = default;
-  /// Compiles kernels/`file` with its includes.
+  /// Compiles kernels/`file` with its includes, or loads it from RAYWAVE_PROGRAM_DIR (cl/program_folder.hpp).
   ///
   /// throws  DeviceError with device, driver, options and the compiler's log when that fails
   Program(const Device& device, const std::string& file, const Options& options);

@@ -161,18 +161,18 @@ DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const Wor
   bvh_ = build_bvh(world.positions, world.triangles, plan.origin_m);
   built_cost_ = cost_of(bvh_);
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const auto [material_data, texel_data, unit] = materials_of(scene);
-  material_unit_ = unit;
-  materials = {device, std::span<const device::Material>(material_data), "materials"};
-  texels = {device, std::span<const float>(texel_data), "textures"};
+  const auto made = materials_of(scene);
+  material_unit_ = made.unit;
+  materials = {device, std::span<const device::Material>(made.materials), "materials"};
+  texels = {device, std::span<const float>(made.texels), "textures"};
   upload(scene, world, plan);
 
-  const auto any = [&](auto&& test) { return std::any_of(material_data.begin(), material_data.end(), test); };
+  const auto any = [&](auto&& test) { return std::any_of(made.materials.begin(), made.materials.end(), test); };
   options = {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))},
-             {"RAYWAVE_BVH_DEPTH", std::to_string(bvh_.depth)},
+             {"RAYWAVE_BVH_DEPTH", std::to_string((bvh_.depth + 15) / 16 * 16)},  // scenes alike in size share kernels
              {"RAYWAVE_LIGHTS", std::to_string(lights.size())},
              {"RAYWAVE_SPECULAR", any([](const auto& m) { return m.specular > 0; }) ? "1" : "0"},
-             {"RAYWAVE_TEXTURES", texel_data.empty() ? "0" : "1"},
+             {"RAYWAVE_TEXTURES", made.texels.empty() ? "0" : "1"},
              {"RAYWAVE_SHADOWS", scene.trace.shadows ? "1" : "0"},
              {"RAYWAVE_BOUNCES", std::to_string(plan.bounces)}};
 }

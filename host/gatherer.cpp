@@ -13,6 +13,13 @@ int tile_rows(int lanes, int frames) { return lanes == 1 ? 1 : std::clamp(16 / f
 /// A CPU fills the plane strip by strip, so narrow that the profiles it needs stay in the second cache.
 constexpr std::size_t strip_tiles = 8;
 
+/// Of the scene's options those that gather.cl reads: scenes that differ in others share its kernels, which take longest to compile.
+cl::Options options_of(const DeviceScene& scene) {
+  cl::Options options;
+  for (const char* name : {"RAYWAVE_LANES", "RAYWAVE_LIGHTS", "RAYWAVE_SPECULAR"}) options[name] = scene.options.at(name);
+  return options;
+}
+
 /// Of the profiles of near samples that are held at a time.
 constexpr std::size_t profile_bytes = std::size_t{128} << 20;
 
@@ -31,11 +38,11 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
       tile_rows_(tile_rows(lanes_, frames)),
       near_spots_(near_spots),
       program_(device, "gather.cl",
-               cl::with(scene.options, {{"RAYWAVE_FRAMES", std::to_string(frames)},
-                                        {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)},
-                                        {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
-                                        {"RAYWAVE_VIEW_PARTS", std::to_string(table.view_parts)},
-                                        {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),
+               cl::with(options_of(scene), {{"RAYWAVE_FRAMES", std::to_string(frames)},
+                                            {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)},
+                                            {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
+                                            {"RAYWAVE_VIEW_PARTS", std::to_string(table.view_parts)},
+                                            {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),
       aim_(program_.kernel("aim")),
       draw_phases_(program_.kernel("draw_phases")),
       profile_(program_.kernel("profile")),

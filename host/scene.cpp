@@ -28,25 +28,23 @@ constexpr int kMaxDotsPerLine = 32;  // each dot of a dotted key nests a table, 
 /// What a number may be.
 struct Range {
   double min, max;
-  bool min_included = true;
   bool one_sided = false;  // max is only where float ends, so a message need not name it
 };
 constexpr double kLargest = 1e30;  // leaves room to multiply in float
 constexpr Range between(double min, double max) { return {min, max}; }
-constexpr Range at_least(double min) { return {min, kLargest, true, true}; }
-constexpr Range above(double min) { return {min, kLargest, false, true}; }
+constexpr Range at_least(double min) { return {min, kLargest, true}; }
 
 constexpr Range kAnyPosition = between(-1e4, 1e4);
 
 bool contains(const Range& range, double value) {
-  return value <= range.max && (range.min_included ? value >= range.min : value > range.min);  // false for NaN
+  return value >= range.min && value <= range.max;  // false for NaN
 }
 
 /// "1 to 8", ">= 0"; of a one-sided range the side that the value breaks.
 std::string text(const Range& range, double value, std::string (*format)(double)) {
   if (!range.one_sided) return format(range.min) + " to " + format(range.max);
   if (value > range.max) return "<= " + format(range.max);
-  return (range.min_included ? ">= " : "> ") + format(range.min);
+  return ">= " + format(range.min);
 }
 
 std::string describe(const toml::node& node) {

@@ -388,11 +388,11 @@ static inline void gather_far(__global const Light* lights, __global const uint*
     edge_x = e * e * (3.0f - 2.0f * e);
   }
   const float sign = a->depth < 0.0f ? -1.0f : 1.0f;
+#if RAYWAVE_VIEW_PARTS > 0
   int state = VIEW_CLEAR;
   const float to_window_x = sign * a->scale_x / plane->view_half;
   const float to_window_y = sign * a->scale_y / plane->view_half;
   intv part = 0;
-#if RAYWAVE_VIEW_PARTS > 0
   if (a->hidden) {
     const float u0 = (fmax(left_x, a->centre_x - a->half_x) - a->centre_x) * to_window_x;
     const float u1 = (fmin(right_x, a->centre_x + a->half_x) - a->centre_x) * to_window_x;

@@ -46,12 +46,13 @@ typedef struct {
   intv entering;  // the ray meets the outside of the surface
 } Surface;
 
-// c^m for c in [0, 1] and m >= 0, 0^0 = 1. log2 keeps its relative accuracy near c = 1, so that huge exponents stay right.
-static inline floatv pow_unit(floatv c, floatv m) {
-  const floatv x = fmax(c, (floatv)(1e-37f));
+// (1 - gap)^m for gap in [0, 1] and m >= 0, 0^0 = 1. The logarithm keeps the relative accuracy of a small gap, so that huge exponents stay
+// right.
+static inline floatv pow_unit(floatv gap, floatv m) {
+  const floatv x = fmax(1.0f - gap, (floatv)(1e-37f));
   const intv shifted = LANES_AS_INT(x) - 0x3f3504f3;  // bits of sqrt(1/2)
   const intv exponent = shifted >> 23;
-  const floatv f = LANES_AS_FLOAT((shifted & 0x007fffff) + 0x3f3504f3) - 1.0f;
+  const floatv f = LANES_SELECT(LANES_AS_FLOAT((shifted & 0x007fffff) + 0x3f3504f3) - 1.0f, -gap, exponent == 0);
   floatv p = 7.0376836292e-2f;  // ln(1 + f) on [sqrt(1/2), sqrt(2)] - 1, after Cephes
   p = p * f - 1.1514610310e-1f;
   p = p * f + 1.1676998740e-1f;
@@ -72,7 +73,7 @@ static inline floatv pow_unit(floatv c, floatv m) {
   e = e * g + 1.6666665459e-1f;
   e = e * g + 5.0000001201e-1f;
   const floatv result = (e * g * g + g + 1.0f) * LANES_AS_FLOAT((LANES_TO_INT(whole) + 127) << 23);
-  return LANES_SELECT(result, (floatv)(0.0f), (c <= 0.0f) & (m > 0.0f));
+  return LANES_SELECT(result, (floatv)(0.0f), (gap >= 1.0f) & (m > 0.0f));
 }
 
 #if RAYWAVE_TEXTURES
@@ -210,8 +211,9 @@ static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Su
 // Specular part towards a viewer: (vx, vy, vz) is the unit vector from the surface to where it is seen from.
 static inline floatv highlight(const Incident* in, const Surface* s, floatv vx, floatv vy, floatv vz) {
   const floatv twice = 2.0f * in->facing;
-  const floatv mirrored = (twice * s->nx - in->x) * vx + (twice * s->ny - in->y) * vy + (twice * s->nz - in->z) * vz;
-  return s->specular * pow_unit(fmin(mirrored, (floatv)(1.0f)), s->shininess);
+  // Half the squared distance of two unit vectors is one minus their cosine, without the rounding of the cosine.
+  const floatv dx = twice * s->nx - in->x - vx, dy = twice * s->ny - in->y - vy, dz = twice * s->nz - in->z - vz;
+  return s->specular * pow_unit(fmin(0.5f * (dx * dx + dy * dy + dz * dz), (floatv)(1.0f)), s->shininess);
 }
 #endif
 

@@ -23,6 +23,7 @@
 #ifndef RAYWAVE_SOURCE
 #define RAYWAVE_SOURCE SOURCE_HIT  // host/tracer.cpp
 #endif
+#define EXACT_HITS (RAYWAVE_SOURCE == SOURCE_HIT && RAYWAVE_BOUNCES == 0)
 
 // A place that light comes from, and the mask of lanes that have one.
 typedef struct {
@@ -32,6 +33,7 @@ typedef struct {
   intv found;
 } Source;
 
+#if EXACT_HITS
 // Distance along the ray to the plane of the triangle it has met: the tree's hits are as exact as floats, a hundredth of a turn at 50 mm.
 // Where rounding alone decided the hit, or the plane is seen edge-on, the float stays.
 static inline Wide exact_distance(__global const Triangle* triangles, const Hits* hits, Wide ox, Wide oy, Wide oz, Wide tx, Wide ty) {
@@ -61,6 +63,7 @@ static inline Wide exact_distance(__global const Triangle* triangles, const Hits
   const intv exact = fabs(wide_high(t) - hits->t) <= 0x1p-18f * hits->t;
   return wide(LANES_SELECT(hits->t, wide_high(t), exact), LANES_SELECT((floatv)(0.0f), wide_low(t), exact));
 }
+#endif
 
 // Whole part of x towards minus infinity, for |x| < 2^31.
 static inline intv whole(floatv x) {
@@ -154,7 +157,9 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
 #endif
   const SceneArrays scene = {nodes, triangles, shading, materials, lights, texels};
   const intv column = first + LANES_INDEX;
+#if EXACT_HITS || RAYWAVE_SOURCE == SOURCE_SURFACE
   const Wide rate = wide(plane.turns_hi, plane.turns_lo), plane_z = wide(plane.z, plane.z_low);
+#endif
   const Wide pixel_x = wide_plus(wide(plane.left, plane.left_low), wide_steps(column, plane.pitch_x, plane.pitch_x_low));
   const Wide pixel_y = wide_plus(wide(plane.top, plane.top_low), wide_steps((intv)(-row), plane.pitch_y, plane.pitch_y_low));
   const floatv x = wide_high(pixel_x), y = wide_high(pixel_y);
@@ -203,7 +208,7 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
       pending = bounce(&way, &surface, plane.bias, plane.reach, ways, pending);
 #else
     radiance *= 1.0f - surface.reflectivity - surface.transparency;
-#if RAYWAVE_SOURCE == SOURCE_HIT
+#if EXACT_HITS
     const Wide distance = exact_distance(triangles, &hits, pixel_x, pixel_y, plane_z, tangent_x, tangent_y);
     floatv length;
     floatv turns = path_turns(wide_times(distance, tangent_x), wide_times(distance, tangent_y), distance, rate, &length);

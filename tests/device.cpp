@@ -10,7 +10,6 @@
 #include <fstream>
 #include <functional>
 #include <map>
-#include <optional>
 #include <random>
 
 #include "cl/buffer.hpp"
@@ -20,28 +19,14 @@
 #include "host/shared_types.hpp"
 #include "kernels/shared_layout.h"
 #include "tests/support/catch.hpp"
+#include "tests/support/environment.hpp"
 
 namespace raywave {
 namespace fs = std::filesystem;
 using Catch::Matchers::ContainsSubstring;
+using test::Environment;
 
 namespace {
-
-/// An environment variable with another value until the end of the scope.
-class Environment {
-public:
-  Environment(std::string name, const std::string& value) : name_(std::move(name)) {
-    if (const char* old = std::getenv(name_.c_str())) old_ = old;
-    setenv(name_.c_str(), value.c_str(), 1);
-  }
-  ~Environment() { old_ ? setenv(name_.c_str(), old_->c_str(), 1) : unsetenv(name_.c_str()); }
-  Environment(const Environment&) = delete;
-  Environment& operator=(const Environment&) = delete;
-
-private:
-  std::string name_;
-  std::optional<std::string> old_;
-};
 
 /// An empty cache folder of this process's own until the end of the scope.
 struct FreshCache {
@@ -144,6 +129,9 @@ TEST_CASE("a launch with wrong arguments is an error, for kernels from source an
       CHECK_NOTHROW(kernel.run({1}, {1}, floats, floats, floats, blocks));
       CHECK_THAT(message_of([&] { kernel.run({1}, {1}, floats, floats, blocks); }),
                  ContainsSubstring("cos_sin takes 4 arguments, 3 given"));
+      const bool tells = !kernel.argument_types()[0].empty();
+      CHECK((tells || (from == "cache" && info.platform.starts_with("Intel"))));  // of a program from a binary Intel's runtime does not
+      if (!tells) continue;
       CHECK_THAT(message_of([&] { kernel.run({1}, {1}, ints, floats, floats, blocks); }),
                  ContainsSubstring("argument 0 is float*, int* given"));
       CHECK_THAT(message_of([&] { kernel.run({1}, {1}, floats, floats, floats, 1.0f); }),
@@ -188,21 +176,21 @@ TEST_CASE("host and device lay out shared structs alike") {
   }
 }
 
-TEST_CASE("cosine and sine of a phase in turns are right to 1.6e-7") {
+TEST_CASE("cosine and sine of a phase in turns are right to 1.7e-7") {
   for (const auto& info : all_devices()) {
     const cl::Device device(info);
     for (const int lanes : {1, 4, 8, 16}) {
       INFO(info.name << ", " << lanes << " lanes");
-      CHECK(selftest::cos_sin_error(device, lanes, selftest::cos_sin_arguments()) <= 1.6e-7);
+      CHECK(selftest::cos_sin_error(device, lanes, selftest::cos_sin_arguments()) <= 1.7e-7);
     }
   }
 }
 
-TEST_CASE("cosine and sine of every float from -0.5 to 0.5 turns are right to 1.6e-7", "[.full]") {
+TEST_CASE("cosine and sine of every float from -0.5 to 0.5 turns are right to 1.7e-7", "[.full]") {
   for (const auto& info : all_devices()) {
     const double error = selftest::cos_sin_error_everywhere(cl::Device(info), 1);
     INFO(info.name << ": " << error);
-    CHECK(error <= 1.6e-7);
+    CHECK(error <= 1.7e-7);
   }
 }
 

@@ -210,7 +210,7 @@ TEST_CASE("rendering by points is the direct sum at the hologram") {
   }
 }
 
-TEST_CASE("aimed and fanned holograms of the study scene are as like the sum of all points as measured") {
+TEST_CASE("aimed and fanned holograms of the study scene are as like the sum of all points as measured", "[slow]") {
   for (const auto& device : all_devices()) {
     RenderOptions points;
     points.method = Method::points;
@@ -233,7 +233,8 @@ TEST_CASE("aimed and fanned holograms of the study scene are as like the sum of 
   }
 }
 
-TEST_CASE("where the plane stands does not matter: before the scene, through it, between its surfaces, on one of them, and behind it") {
+TEST_CASE("where the plane stands does not matter: before the scene, through it, between its surfaces, on one of them, and behind it",
+          "[slow]") {
   for (const auto& device : all_devices()) {
     Stage stage;
     stage.scene = study({});
@@ -351,7 +352,7 @@ TEST_CASE("geometric footprints and plane waves agree where one takes over from 
   }
 }
 
-TEST_CASE("a pixel of the study scene gathers at most 30 rays, and most of its light reaches the hologram") {
+TEST_CASE("a pixel of the study scene gathers at most 30 rays, and most of its light reaches the hologram", "[slow]") {
   for (const auto& device : all_devices()) {
     const auto scene = study({"sampling.fan=1.0", "sampling.edge=0"});
     Stage stage;

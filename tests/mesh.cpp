@@ -399,7 +399,7 @@ TEST_CASE("damaged meshes load or are refused in one line, and what loads is fin
         folder.write("box.stl", binary_stl(soup)), folder.write("box.gltf", gltf(soup, {R"("translation":[1,0,0])"}))}) {
     INFO(file.filename().string());
     bool all_finite = true;
-    const auto [accepted, refused] = read_damaged(folder, file, 200, 150, [&](const auto& damaged) {
+    const auto [accepted, refused] = read_damaged(folder, file, 100, 150, [&](const auto& damaged) {
       const Mesh mesh = load(damaged, Normals::smooth);
       for (std::size_t i = 0; i < mesh.positions.size(); ++i)
         all_finite = all_finite && std::isfinite(glm::dot(mesh.positions[i], mesh.positions[i])) &&

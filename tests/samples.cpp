@@ -257,7 +257,7 @@ TEST_CASE("antialiased samples shine for the area that an object covers, whereve
   }
 }
 
-TEST_CASE("the sample set of a plane does not depend on its triangles: 2 or 20,000") {
+TEST_CASE("the sample set of a plane does not depend on its triangles: 2 or 20,000", "[slow]") {
   struct Case {
     const char* name;
     dvec3 u, v;

@@ -22,7 +22,7 @@ constexpr double nm = 1e-9, um = 1e-6, mm = 1e-3, red_m = 638e-9;
 constexpr double field_bound = 1e-4;
 
 /// Of a highlight of shininess 1e6: its cosine is within a few float steps of 1.
-constexpr double sharpest_bound = 5e-2;
+constexpr double sharpest_bound = 2e-2;
 
 struct Extreme {
   const char* name;

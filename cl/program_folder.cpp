@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cl/program_folder.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "cl/cache.hpp"
+
+namespace raywave::cl {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* manifest_name = "manifest.tsv";
+
+ProgramRecorder* recorder = nullptr;
+
+std::optional<std::string> read_file(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return std::nullopt;
+  return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+/// The file appears whole or not at all.
+void write_file(const fs::path& file, std::string_view contents) {
+  auto temporary = file;
+  temporary += "." + std::to_string(getpid()) + ".tmp";
+  std::error_code error;
+  {
+    std::ofstream out(temporary, std::ios::binary);
+    out << contents;
+    out.flush();
+    if (!out) error = std::make_error_code(std::errc::io_error);
+  }
+  if (!error) fs::rename(temporary, file, error);
+  if (!error) return;
+  std::error_code ignored;
+  fs::remove(temporary, ignored);
+  throw DeviceError(file.string() + ": cannot be written");
+}
+
+/// NAME to the rest of its line.
+std::map<std::string, std::string> read_manifest(const fs::path& folder) {
+  std::map<std::string, std::string> entries;
+  std::istringstream in(read_file(folder / manifest_name).value_or(""));
+  for (std::string line; std::getline(in, line);) {
+    const auto tab = line.find('\t');
+    if (tab != std::string::npos) entries[line.substr(0, tab)] = line.substr(tab + 1);
+  }
+  return entries;
+}
+
+}  // namespace
+
+std::optional<fs::path> program_folder() {
+  const char* folder = std::getenv("RAYWAVE_PROGRAM_DIR");
+  if (!folder || !*folder) return std::nullopt;
+  return folder;
+}
+
+std::string ProgramSource::name() const { return fs::path(file).stem().string() + "-" + hash_name(text + '\n' + flags); }
+
+std::vector<unsigned char> load_program(const fs::path& folder, const ProgramSource& source, const DeviceInfo& device) {
+  const auto name = source.name();
+  const auto file = folder / (name + ".bin");
+  const auto remedy = "; raywave kernels --build " + folder.string() + " --device " + device.index +
+                      " SCENE, without RAYWAVE_PROGRAM_DIR, builds what a scene needs";
+  const auto binary = read_file(file);
+  if (!binary || binary->empty())
+    throw DeviceError(file.string() + " is missing: " + source.file + " with " + source.flags +
+                      ", and RAYWAVE_PROGRAM_DIR forbids compiling" + remedy);
+  // Drivers need not survive a damaged binary (PoCL 3.1 aborts), so none that we made reaches them.
+  const auto entries = read_manifest(folder);
+  if (const auto it = entries.find(name); it != entries.end()) {
+    const auto digest = it->second.substr(0, it->second.find('\t'));
+    if (digest != "-" && digest != hash_name(*binary))
+      throw DeviceError(file.string() + " is not what " + manifest_name + " beside it lists: damaged, or from elsewhere" + remedy);
+  }
+  return {binary->begin(), binary->end()};
+}
+
+ProgramRecorder::ProgramRecorder(fs::path folder, bool binaries) : folder_(std::move(folder)), binaries_(binaries) {
+  if (recorder) throw DeviceError("programs are being written to " + recorder->folder_.string() + " already");
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  if (!fs::is_directory(folder_, error)) throw DeviceError(folder_.string() + ": no such folder, and it cannot be made");
+  recorder = this;
+}
+
+ProgramRecorder::~ProgramRecorder() { recorder = nullptr; }
+
+void record_program(const ProgramSource& source, const std::vector<unsigned char>& binary) {
+  if (!recorder) return;
+  const auto name = source.name();
+  auto& names = recorder->names_;
+  if (std::find(names.begin(), names.end(), name) != names.end()) return;
+  const auto& folder = recorder->folder_;
+  std::string digest = "-";
+  if (recorder->binaries_) {
+    const std::string_view bytes(reinterpret_cast<const char*>(binary.data()), binary.size());
+    write_file(folder / (name + ".bin"), bytes);
+    digest = hash_name(bytes);
+  }
+  write_file(folder / (name + ".cl"), source.text);
+  auto entries = read_manifest(folder);
+  entries[name] = digest + '\t' + source.file + '\t' + source.flags;
+  std::string manifest;
+  for (const auto& [entry, rest] : entries) manifest += entry + '\t' + rest + '\n';
+  write_file(folder / manifest_name, manifest);
+  names.push_back(name);
+}
+
+}  // namespace raywave::cl

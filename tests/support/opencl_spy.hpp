@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Stands between a test and OpenCL: canaries behind every buffer, the names of the kernels launched, and a compiler that can be refused.
+/// For one .cpp of a test program; its definitions go before those of the OpenCL library, for raywave and clFFT alike.
+#pragma once
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "cl/device.hpp"
+
+namespace raywave::test {
+
+struct OpenclSpy {
+  static constexpr std::size_t canary_bytes = 4096;
+  static constexpr unsigned char canary = 0xa5;
+  static constexpr unsigned char junk = 0xff;  // what buffers hold at first: NaN as floats, -1 as integers
+
+  /// Off under oclgrind, which watches the buffers' ends itself. Version 21.10 takes for uninitialised what is filled, what is written
+  /// through a map for reading and writing, and all of a buffer that has the number of one given back: so fills and maps become plain
+  /// writes here, and no number comes back.
+  bool canaries = true;
+  bool refuse_compiler = false;  // programs only from binaries
+  std::set<std::string> launched;
+  int watched = 0;                   // buffers, until their end
+  std::vector<std::size_t> overrun;  // sizes in bytes of buffers whose canary died
+
+  std::mutex mutex;
+  std::map<cl_mem, std::size_t> live;
+  std::map<cl_context, cl_command_queue> queues;
+  std::map<void*, std::pair<std::size_t, std::size_t>> maps;  // for writing: offset and size in bytes
+};
+
+inline OpenclSpy& opencl_spy() {
+  static OpenclSpy& spy = *new OpenclSpy;  // outlives every buffer
+  return spy;
+}
+
+/// The function of the OpenCL library that a definition here hides.
+template <class F>
+F* hidden(F*, const char* name) {
+  auto* address = reinterpret_cast<F*>(dlsym(RTLD_NEXT, name));
+  if (!address) std::abort();
+  return address;
+}
+
+/// Called before the last reference goes.
+inline void check_canary(cl_mem memory) {
+  auto& spy = opencl_spy();
+  const auto it = spy.live.find(memory);
+  if (it == spy.live.end()) return;
+  cl_context context = nullptr;
+  clGetMemObjectInfo(memory, CL_MEM_CONTEXT, sizeof context, &context, nullptr);
+  const auto queue = spy.queues.find(context);
+  if (queue != spy.queues.end()) clFinish(queue->second);  // launches hold references too
+  cl_uint references = 0;
+  clGetMemObjectInfo(memory, CL_MEM_REFERENCE_COUNT, sizeof references, &references, nullptr);
+  if (references != 1) return;
+  std::vector<unsigned char> bytes(OpenclSpy::canary_bytes);
+  if (queue == spy.queues.end() ||
+      clEnqueueReadBuffer(queue->second, memory, CL_TRUE, it->second, bytes.size(), bytes.data(), 0, nullptr, nullptr) != CL_SUCCESS ||
+      std::any_of(bytes.begin(), bytes.end(), [](unsigned char b) { return b != OpenclSpy::canary; }))
+    spy.overrun.push_back(it->second);
+  ++spy.watched;
+  spy.live.erase(it);
+}
+
+}  // namespace raywave::test
+
+extern "C" {
+
+cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host, cl_int* error) {
+  using namespace raywave::test;
+  static auto* const real = hidden(&clCreateBuffer, "clCreateBuffer");
+  auto& spy = opencl_spy();
+  if (!spy.canaries) {
+    for (int i = 0; i < 8; ++i) real(context, CL_MEM_READ_WRITE, 1, nullptr, error);  // takes the numbers that launches gave back
+    return real(context, flags, size, host, error);
+  }
+  if (size == 0 || (flags & CL_MEM_USE_HOST_PTR)) return real(context, flags, size, host, error);
+  std::vector<unsigned char> bytes(size + OpenclSpy::canary_bytes, OpenclSpy::canary);
+  if (flags & CL_MEM_COPY_HOST_PTR)
+    std::copy_n(static_cast<const unsigned char*>(host), size, bytes.begin());
+  else
+    std::fill_n(bytes.begin(), size, OpenclSpy::junk);
+  const cl_mem memory = real(context, flags | CL_MEM_COPY_HOST_PTR, bytes.size(), bytes.data(), error);
+  const std::lock_guard lock(spy.mutex);
+  if (memory) spy.live[memory] = size;
+  return memory;
+}
+
+cl_int clReleaseMemObject(cl_mem memory) {
+  using namespace raywave::test;
+  static auto* const real = hidden(&clReleaseMemObject, "clReleaseMemObject");
+  if (!opencl_spy().canaries) return CL_SUCCESS;  // its number would come back
+  {
+    const std::lock_guard lock(opencl_spy().mutex);
+    check_canary(memory);
+  }
+  return real(memory);
+}
+
+cl_int clEnqueueFillBuffer(cl_command_queue queue, cl_mem memory, const void* pattern, size_t pattern_bytes, size_t offset, size_t size,
+                           cl_uint events, const cl_event* wait, cl_event* event) {
+  using namespace raywave::test;
+  static auto* const real = hidden(&clEnqueueFillBuffer, "clEnqueueFillBuffer");
+  if (opencl_spy().canaries) return real(queue, memory, pattern, pattern_bytes, offset, size, events, wait, event);
+  std::vector<unsigned char> bytes(size);
+  for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<const unsigned char*>(pattern)[i % pattern_bytes];
+  return clEnqueueWriteBuffer(queue, memory, CL_TRUE, offset, size, bytes.data(), events, wait, event);
+}
+
+void* clEnqueueMapBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocking, cl_map_flags flags, size_t offset, size_t size,
+                         cl_uint events, const cl_event* wait, cl_event* event, cl_int* error) {
+  using namespace raywave::test;
+  static auto* const real = hidden(&clEnqueueMapBuffer, "clEnqueueMapBuffer");
+  void* const pointer = real(queue, memory, blocking, flags, offset, size, events, wait, event, error);
+  const std::lock_guard lock(opencl_spy().mutex);
+  if (pointer && !opencl_spy().canaries && (flags & CL_MAP_WRITE)) opencl_spy().maps[pointer] = {offset, size};
+  return pointer;
+}
+
+cl_int clEnqueueUnmapMemObject(cl_command_queue queue, cl_mem memory, void* pointer, cl_uint events, const cl_event* wait,
+                               cl_event* event) {
+  using namespace raywave::test;
+  static auto* const real = hidden(&clEnqueueUnmapMemObject, "clEnqueueUnmapMemObject");
+  std::size_t offset = 0;
+  std::vector<unsigned char> bytes;
+  {
+    const std::lock_guard lock(opencl_spy().mutex);
+    if (const auto it = opencl_spy().maps.find(pointer); it != opencl_spy().maps.end()) {
+      offset = it->second.first;
+      bytes.assign(static_cast<unsigned char*>(pointer), static_cast<unsigned char*>(pointer) + it->second.second);
+      opencl_spy().maps.erase(it);
+    }
+  }
+  const cl_int error = real(queue, memory, pointer, events, wait, event);
+  if (error != CL_SUCCESS || bytes.empty()) return error;
+  return clEnqueueWriteBuffer(queue, memory, CL_TRUE, offset, bytes.size(), bytes.data(), 0, nullptr, nullptr);
+}
+
+cl_command_queue clCreateCommandQueue(cl_context context, cl_device_id device, cl_command_queue_properties properties, cl_int* error) {
+  using namespace raywave::test;
+  static auto* const real = hidden(&clCreateCommandQueue, "clCreateCommandQueue");
+  const cl_command_queue queue = real(context, device, properties, error);
+  const std::lock_guard lock(opencl_spy().mutex);
+  opencl_spy().queues[context] = queue;
+  return queue;
+}
+
+cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const size_t* offset, const size_t* global,
+                              const size_t* local, cl_uint events, const cl_event* wait, cl_event* event) {
+  using namespace raywave::test;
+  static auto* const real = hidden(&clEnqueueNDRangeKernel, "clEnqueueNDRangeKernel");
+  char name[256] = "";
+  clGetKernelInfo(kernel, CL_KERNEL_FUNCTION_NAME, sizeof name, name, nullptr);
+  {
+    const std::lock_guard lock(opencl_spy().mutex);
+    opencl_spy().launched.insert(name);
+  }
+  return real(queue, kernel, dimensions, offset, global, local, events, wait, event);
+}
+
+cl_program clCreateProgramWithSource(cl_context context, cl_uint count, const char** texts, const size_t* lengths, cl_int* error) {
+  using namespace raywave::test;
+  static auto* const real = hidden(&clCreateProgramWithSource, "clCreateProgramWithSource");
+  if (!opencl_spy().refuse_compiler) return real(context, count, texts, lengths, error);
+  if (error) *error = CL_COMPILER_NOT_AVAILABLE;
+  return nullptr;
+}
+
+}  // extern "C"
