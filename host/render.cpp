@@ -161,6 +161,12 @@ struct Renderer::State {
     prepare();
   }
 
+  State(const cl::Device& the_device, Scene the_scene, Meshes the_meshes, RenderOptions the_options)
+      : device(the_device), scene(std::move(the_scene)), options(std::move(the_options)), meshes(std::move(the_meshes)), encode(device) {
+    world = place_objects(scene, meshes);
+    prepare();
+  }
+
   State(const cl::Device& the_device, Scene the_scene, World the_world, RenderOptions the_options)
       : device(the_device), scene(std::move(the_scene)), options(std::move(the_options)), world(std::move(the_world)), encode(device) {
     prepare();
@@ -335,6 +341,8 @@ RenderResult Renderer::State::render() {
 
 Renderer::Renderer(const cl::Device& device, Scene scene, RenderOptions options)
     : state_(std::make_unique<State>(device, std::move(scene), std::move(options))) {}
+Renderer::Renderer(const cl::Device& device, Scene scene, Meshes meshes, RenderOptions options)
+    : state_(std::make_unique<State>(device, std::move(scene), std::move(meshes), std::move(options))) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 

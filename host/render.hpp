@@ -61,6 +61,8 @@ class Renderer {
 public:
   /// throws  InputError for the scene, DeviceError for the device
   Renderer(const cl::Device& device, Scene scene, RenderOptions options = {});
+  /// The same of meshes that are there already, one for each object of the scene; no mesh file is read.
+  Renderer(const cl::Device& device, Scene scene, Meshes meshes, RenderOptions options = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
 
