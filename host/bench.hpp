@@ -87,7 +87,7 @@ struct BenchOptions {
   int frames = 0;        // measured per case; 0: 3 to 101, as many as fit into `seconds`
   double seconds = 5;    // for each case, when `frames` is 0
   bool quality = true;   // also compare a hologram with what a lens sees
-  int lens_points = 16;  // per axis, of that lens
+  int lens_points = 8;   // per axis, of that lens
   bool quick = false;    // rates of the device less true
 };
 

@@ -116,7 +116,7 @@ void add_bench(CLI::App& app) {
       ->check(CLI::Range(1, 100000));
   command->add_flag("--quick", options->quick, "A second per row, without quality");
   command->add_flag("--no-quality", options->no_quality, "Leave out the comparison with what a lens sees");
-  command->add_option("--points", options->bench.lens_points, "Points on that lens per axis (16)")->check(CLI::Range(1, 4096));
+  command->add_option("--points", options->bench.lens_points, "Points on that lens per axis (8)")->check(CLI::Range(1, 4096));
   command->add_option("--set", options->set, "Change a value of the scene: section.key=value")->allow_extra_args(false);
   command->add_option("--data", options->data, "Folder of the demo scenes; data/ beside the build or here when not given");
   command->add_option("--peers", options->peers,
