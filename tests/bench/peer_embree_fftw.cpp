@@ -305,15 +305,23 @@ private:
       radiance[lane] = ambient[lane];
     }
     for (const auto& sun : suns_) {
+      alignas(64) float facing[packet], highlight[packet];
 #pragma omp simd
       for (int lane = 0; lane < packet; ++lane) {
-        const float facing = nx[lane] * sun.towards.x + ny[lane] * sun.towards.y + nz[lane] * sun.towards.z;
+        facing[lane] = nx[lane] * sun.towards.x + ny[lane] * sun.towards.y + nz[lane] * sun.towards.z;
         // Mirrored light along the way back to the pixel.
-        const float mx = 2 * facing * nx[lane] - sun.towards.x, my = 2 * facing * ny[lane] - sun.towards.y,
-                    mz = 2 * facing * nz[lane] - sun.towards.z;
-        const float shine = std::max(-(mx * way.x + my * way.y + mz * way.z), 1e-20f);
-        const float highlight = specular[lane] * std::pow(shine, shininess[lane]);
-        radiance[lane] += facing > 0 ? sun.intensity * (diffuse[lane] * facing + highlight) : 0.0f;
+        const float mx = 2 * facing[lane] * nx[lane] - sun.towards.x, my = 2 * facing[lane] * ny[lane] - sun.towards.y,
+                    mz = 2 * facing[lane] * nz[lane] - sun.towards.z;
+        highlight[lane] = std::max(-(mx * way.x + my * way.y + mz * way.z), 1e-3f);
+      }
+#pragma omp simd
+      for (int lane = 0; lane < packet; ++lane) highlight[lane] = std::max(shininess[lane] * std::log(highlight[lane]), -80.0f);
+#pragma omp simd
+      for (int lane = 0; lane < packet; ++lane) highlight[lane] = std::exp(highlight[lane]);  // pow would be slow where it is tiny
+#pragma omp simd
+      for (int lane = 0; lane < packet; ++lane) {
+        const float lit = facing[lane] > 0 ? sun.intensity : 0.0f;
+        radiance[lane] += lit * (diffuse[lane] * facing[lane] + specular[lane] * highlight[lane]);
       }
     }
     const auto wave_number = static_cast<float>(1 / plan_.wavelength_m), cells = static_cast<float>(1 / scene_.sampling.pitch_m);
@@ -329,10 +337,11 @@ private:
       h = (h ^ (h >> 16)) * 0x7feb352du;
       h ^= h >> 15;
       const float turns = r * wave_number + static_cast<float>(static_cast<int>(h >> 8)) * 0x1p-24f;
-      const float angle = (turns - std::floor(turns)) * static_cast<float>(2 * std::numbers::pi);
+      const auto quarter = static_cast<float>(std::numbers::pi / 2);
+      const float angle = (turns - std::floor(turns)) * 4 * quarter;
       const float amplitude = met[lane] * std::sqrt(radiance[lane]) / r;
       re[lane] += amplitude * std::cos(angle);
-      im[lane] += amplitude * std::sin(angle);
+      im[lane] += amplitude * std::cos(angle - quarter);  // sine and cosine together are no call for vectors
     }
   }
 
