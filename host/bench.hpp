@@ -69,9 +69,18 @@ struct BenchRatio {
   std::optional<double> psnr_gain_db{};  // of row over base, where both are known
 };
 
+/// A program of tests/bench/ to be measured in the same run.
+struct BenchPeer {
+  std::string name, program;  // of its file
+  std::vector<std::string> arguments;
+  int frames = 1, quick_frames = 1;
+  std::optional<Scene> scene{};  // that it renders, where it leaves a field to be judged
+};
+
 struct BenchSuite {
   std::string name;
   std::vector<BenchCase> cases;
+  std::vector<BenchPeer> peers;
   std::vector<BenchRatio> ratios;  // to be filled by fill_ratios
 };
 
@@ -84,11 +93,11 @@ BenchSuite bench_suite(const std::string& name, const std::filesystem::path& dat
 
 struct BenchOptions {
   cl::FftBackend fft = cl::FftBackend::host;
-  int frames = 0;        // measured per case; 0: 3 to 101, as many as fit into `seconds`
-  double seconds = 5;    // for each case, when `frames` is 0
-  bool quality = true;   // also compare a hologram with what a lens sees
-  int lens_points = 8;   // per axis, of that lens
-  bool quick = false;    // rates of the device less true
+  int frames = 0;       // measured per case; 0: 3 to 101, as many as fit into `seconds`
+  double seconds = 5;   // for each case, when `frames` is 0
+  bool quality = true;  // also compare a hologram with what a lens sees
+  int lens_points = 8;  // per axis, of that lens
+  bool quick = false;   // rates of the device less true
 };
 
 /// What a hologram shows in the middle of the scene's depth, against a lens there (host/quality.hpp).

@@ -61,7 +61,7 @@ class Renderer {
 public:
   /// throws  InputError for the scene, DeviceError for the device
   Renderer(const cl::Device& device, Scene scene, RenderOptions options = {});
-  /// The same of meshes that are there already, one for each object of the scene; no mesh file is read.
+  /// The same of meshes that are there already, as finish_mesh makes them; no mesh file is read.
   Renderer(const cl::Device& device, Scene scene, Meshes meshes, RenderOptions options = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;

@@ -19,7 +19,7 @@ struct Targets {
 
 /// The teapot of 12.5 mm on 1 and 2 x 2 WRPs.
 BenchSuite frames_suite(const std::string& name, const std::filesystem::path& data, const Targets& targets) {
-  BenchSuite suite{name, {}, {}};
+  BenchSuite suite{name, {}, {}, {}};
   for (const double pitch_m : {1e-4, 25e-6}) {
     for (const double padding : {2.0, 1.25}) {
       std::vector<std::string> names;
@@ -39,13 +39,15 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
           {"2x2 over 1 WRP, p " + length_text(pitch_m) + ", padding " + number_text(padding), names[1], names[0], 3, 2.5});
     }
   }
-  for (const char* wrps : {"1 WRP", "2x2 WRPs"}) {
-    for (const char* padding : {"2", "1.25"}) {
-      suite.ratios.push_back({std::string("Embree + FFTW, ") + wrps + ", padding " + padding,
-                              std::string("teapot, ") + wrps + ", p 100 um, padding " + padding, std::string("Embree + FFTW, ") + wrps,
-                              1.0 / 3, 1.0 / 6});
-    }
+  for (const int side : {1, 2}) {
+    const auto wrps = wrps_text(glm::ivec2(side)), peer = "Embree + FFTW, " + wrps;
+    const std::string file = (data / "teapot.toml").string(), set = "wrp.grid=[" + std::to_string(side) + ", " + std::to_string(side) + "]";
+    suite.peers.push_back({peer, "peer_embree_fftw", {file, "--set", set, "--name", peer}, 5, 2, load_scene(file, {set})});
+    for (const char* padding : {"2", "1.25"})
+      suite.ratios.push_back(
+          {"raywave over " + peer + ", padding " + padding, "teapot, " + wrps + ", p 100 um, padding " + padding, peer, 1.0 / 3, 1.0 / 6});
   }
+  suite.peers.push_back({"propagation", "bench_propagation", {"--json"}, 21, 5});
   for (const char* wrps : {"1 WRP", "4 WRPs"}) {
     for (const char* padding : {"2", "1.25"}) {
       suite.ratios.push_back({std::string("propagation, ") + wrps + ", padding " + padding + ", over plain FFTW's at 2",
@@ -58,7 +60,7 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
 
 /// Table 2, Fig. 8 and Fig. 9 of the paper.
 BenchSuite paper_suite(const std::filesystem::path& data) {
-  BenchSuite suite{"paper", {}, {}};
+  BenchSuite suite{"paper", {}, {}, {}};
   const std::vector<std::pair<std::string, std::string>> objects{{"plane", "plane"}, {"animal", "animal"}, {"teapot", "teapot"}};
   for (const auto& [name, file] : objects) {
     BenchCase c;
@@ -103,6 +105,7 @@ Mesh sphere(int triangles) {
       const double a = 2 * std::numbers::pi * (i % sectors) / sectors, b = std::numbers::pi * j / rings, r = j % rings ? std::sin(b) : 0;
       mesh.positions.push_back(0.5 * glm::dvec3(r * std::cos(a), std::cos(b), r * std::sin(a)));
       mesh.normals.push_back(2.0 * mesh.positions.back());
+      mesh.uvs.emplace_back(0);
     }
   }
   const auto at = [&](int i, int j) { return static_cast<unsigned>(j * (sectors + 1) + i); };
@@ -112,12 +115,12 @@ Mesh sphere(int triangles) {
       if (j + 1 < rings) mesh.triangles.emplace_back(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
     }
   }
-  return mesh;
+  return finish_mesh(std::move(mesh), Normals::file);
 }
 
 /// What a frame costs when the scene, its sampling or the hologram grow.
 BenchSuite scaling_suite(const std::filesystem::path& data) {
-  BenchSuite suite{"scaling", {}, {}};
+  BenchSuite suite{"scaling", {}, {}, {}};
   BenchCase base;
   base.scene = load_scene(data / "teapot.toml", {"wrp.grid=[1, 1]", "wrp.padding=1.25"});
   const auto add = [&](const std::string& group, const std::string& name, auto&& change) {

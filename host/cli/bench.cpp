@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/bench.hpp"
 
+#include <unistd.h>
+
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 
 #include "host/cli/commands.hpp"
@@ -20,7 +23,7 @@ struct Options {
   std::vector<std::string> set;
   DeviceOptions device;
   BenchOptions bench;
-  bool markdown = false, no_quality = false, quick = false, quiet = false;
+  bool markdown = false, no_quality = false;
 };
 
 /// `named`, or the first of the usual places that is there.
@@ -44,48 +47,42 @@ BenchSuite suite_of(const Options& options, const cl::DeviceInfo& device) {
     one.group = "scene";
     one.scene = load_scene(options.scene, options.set);
     one.name = one_line(fs::path(options.scene).stem().string());
-    return {"scene", {one}, {}};
+    return {"scene", {one}, {}, {}};
   }
   const auto name = !options.suite.empty() ? options.suite : device.kind == cl::DeviceKind::gpu ? "gpu" : "cpu";
   return bench_suite(name, folder_of(options.data, {program_folder() / ".." / "data", "data"}));
 }
 
-/// What programs built of tests/bench/ measure, where they are there.
-void add_peers(const fs::path& folder, const Options& options, const BenchSuite& suite, Bench& bench,
-               const std::function<void(BenchRow)>& add) {
-  const auto wanted = [&](const std::string& name) { return ("peer " + name).find(options.only) != std::string::npos; };
-  const auto propagation = folder / "bench_propagation";
-  if (fs::exists(propagation) && wanted("propagation")) {
-    for (auto& row : run_peer(propagation, {"--json", bench.device().index, options.quick ? "5" : "21"})) add(std::move(row));
-  }
-  const auto embree = folder / "peer_embree_fftw";
-  if (!fs::exists(embree)) return;
-  for (const auto& c : suite.cases) {
-    // The peer knows no other padding than 2, and coarse samples take it seconds.
-    if (c.group != "frames" || c.scene.wrp.padding != 2 || c.scene.sampling.pitch_m < 5e-5) continue;
-    const auto name = "Embree + FFTW, " + c.name.substr(8, c.name.find(", p") - 8);
-    if (!wanted(name)) continue;
-    const auto field = fs::temp_directory_path() / ("raywave-peer-" + std::to_string(getpid()) + ".npy");
-    const auto side = std::to_string(c.scene.wrp.grid->x);
-    auto rows = run_peer(embree, {c.scene.file.string(), "--set", "wrp.grid=[" + side + "," + side + "]", "--frames",
-                                  options.quick ? "2" : "5", "--name", name, "--field", field.string()});
-    if (bench.options().quality) rows.at(0).quality = bench.quality_of(c.scene, build_world(c.scene), load_npy(field));
-    fs::remove(field);
-    add(std::move(rows.at(0)));
-  }
+/// The rows of a program of tests/bench/; none where it is not built.
+std::vector<BenchRow> rows_of(const BenchPeer& peer, const fs::path& folder, Bench& bench) {
+  const auto program = folder / peer.program;
+  if (!fs::exists(program)) return {};
+  auto arguments = peer.arguments;
+  arguments.insert(arguments.end(), {"--frames", std::to_string(bench.options().quick ? peer.quick_frames : peer.frames)});
+  if (!peer.scene || !bench.options().quality) return run_peer(program, arguments);
+  const auto field = fs::temp_directory_path() / ("raywave-peer-" + std::to_string(getpid()) + ".npy");
+  arguments.insert(arguments.end(), {"--field", field.string()});
+  auto rows = run_peer(program, arguments);
+  for (auto& row : rows) row.quality = bench.quality_of(*peer.scene, build_world(*peer.scene), load_npy(field));
+  fs::remove(field);
+  return rows;
 }
 
 void run(const Options& options) {
   const auto info = options.device.info();
   auto suite = suite_of(options, info);
-  std::erase_if(suite.cases, [&](const BenchCase& c) { return (c.group + " " + c.name).find(options.only) == std::string::npos; });
-  const auto style = options.markdown ? BenchStyle::markdown : BenchStyle::aligned;
+  const auto unwanted = [&](const std::string& name) { return name.find(options.only) == std::string::npos; };
+  std::erase_if(suite.cases, [&](const BenchCase& c) { return unwanted(c.group + " " + c.name); });
+  std::erase_if(suite.peers, [&](const BenchPeer& p) { return unwanted("peer " + p.name); });
+  if (suite.cases.empty() && suite.peers.empty())
+    throw InputError("--only \"" + options.only + "\": no row's name holds this; without --only all are measured");
 
   auto how = options.bench;
   how.fft = options.device.backend(info);
-  how.quality = !options.no_quality && !options.quick;
-  if (options.quick) how.seconds = 1;
+  how.quality = !options.no_quality && !how.quick;
+  if (how.quick) how.seconds = 1;
   Bench bench(info, how);
+  const auto style = options.markdown ? BenchStyle::markdown : BenchStyle::aligned;
   std::fputs((bench_header(bench, suite.name) + "\n" + bench_heads(style)).c_str(), stdout);
   std::vector<BenchRow> rows;
   const auto add = [&](BenchRow row) {
@@ -94,8 +91,10 @@ void run(const Options& options) {
     rows.push_back(std::move(row));
   };
   for (const auto& c : suite.cases) add(bench.run(c));
-  if (!suite.ratios.empty()) add_peers(folder_of(options.peers, {program_folder() / "tests"}), options, suite, bench, add);
-  if (rows.empty()) throw InputError("--only \"" + options.only + "\": no row's name holds this; without --only all are measured");
+  setenv("RAYWAVE_DEVICE", info.index.c_str(), 1);  // for the peers
+  for (const auto& peer : suite.peers) {
+    for (auto& row : rows_of(peer, folder_of(options.peers, {program_folder() / "tests"}), bench)) add(std::move(row));
+  }
 
   const auto ratios = fill_ratios(suite.ratios, rows);
   for (const auto& table : {bench_work_table(bench, rows, style), bench_ratio_table(ratios, style)}) {
@@ -114,7 +113,7 @@ void add_bench(CLI::App& app) {
   command->add_option("--only", options->only, "Only rows whose group and name hold this text, e.g. \"1 WRP\"");
   command->add_option("--frames", options->bench.frames, "Frames per row; as many as five seconds hold when not given, 3 to 101")
       ->check(CLI::Range(1, 100000));
-  command->add_flag("--quick", options->quick, "A second per row, without quality");
+  command->add_flag("--quick", options->bench.quick, "A second per row, without quality");
   command->add_flag("--no-quality", options->no_quality, "Leave out the comparison with what a lens sees");
   command->add_option("--points", options->bench.lens_points, "Points on that lens per axis (8)")->check(CLI::Range(1, 4096));
   command->add_option("--set", options->set, "Change a value of the scene: section.key=value")->allow_extra_args(false);
