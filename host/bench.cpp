@@ -163,6 +163,19 @@ Spread BenchRow::stage_s(const std::string& stage) const {
   return spread_of(std::move(values));
 }
 
+double BenchRow::part_s(const std::string& stage) const {
+  const auto all = wall_s();
+  double part = 0, whole = 0;
+  for (const auto& f : frames) {
+    if (f.wall_s < all.low || f.wall_s > all.high) continue;
+    const auto found = f.stages_s.find(stage);
+    part += found == f.stages_s.end() ? 0 : found->second;
+    whole += f.wall_s;
+  }
+  if (whole > 0) return all.median * part / whole;
+  return stage_s(stage).median;  // two frames: none lies between
+}
+
 double BenchRow::per_second() const { return frames.empty() ? 0 : scene.sampling.frames / wall_s().median; }
 
 Bench::Bench(const cl::DeviceInfo& device, BenchOptions options)

@@ -126,6 +126,8 @@ struct BenchRow {
   Spread wall_s() const;
   Spread processor_s() const;
   Spread stage_s(const std::string& stage) const;
+  /// Part of the median wall time that a stage takes: as in the frames between the quartiles. These parts add up, medians do not.
+  double part_s(const std::string& stage) const;
   /// Holograms, that is frames times sampling.frames, by the median.
   double per_second() const;
 };

@@ -229,7 +229,10 @@ struct Renderer::State {
       world = place_objects(scene, meshes);
     }
     const auto before = plan;
-    plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis, device.info().fp64);
+    {
+      const auto clock = stage("plan");
+      plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis, device.info().fp64);
+    }
     require_rays(scene, plan);
     if (propagator) require_reach();
     {

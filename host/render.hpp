@@ -35,7 +35,7 @@ struct RenderResult {
   int samples = 0;                                // surface samples (sampling.mode "aimed")
   int hidden_samples = 0;                         // those that need visibility rays
   std::vector<std::string> notes;                 // what the user should know of the result, a line each
-  std::map<std::string, double> seconds;          // of each stage: meshes, tree, prepare, samples, trace, propagate, encode
+  std::map<std::string, double> seconds;          // of each stage: meshes, plan, tree, prepare, samples, trace, propagate, encode
   std::uint64_t device_peak_bytes = 0;
 };
 

@@ -163,6 +163,19 @@ TEST_CASE("quartiles lie where they do, and ratios want both rows") {
   CHECK_THAT(ratios[0].processor, WithinRel(1.0 / 3, 1e-12));
 }
 
+TEST_CASE("the parts of stages add up to the median frame, where medians of stages do not") {
+  BenchRow row;
+  row.frames = {{3, 0, {{"tree", 2}, {"rest", 1}}},
+                {4, 0, {{"tree", 1}, {"rest", 3}}},
+                {5, 0, {{"tree", 4}, {"rest", 1}}},
+                {9, 0, {{"tree", 1}, {"rest", 8}}}};
+  CHECK_THAT(row.part_s("tree") + row.part_s("rest"), WithinRel(row.wall_s().median, 1e-12));
+  CHECK_THAT(row.part_s("tree"), WithinRel(4.5 * 5 / 9, 1e-12));
+  CHECK(row.part_s("trace") == 0);
+  row.frames.resize(2);
+  CHECK_THAT(row.part_s("tree") + row.part_s("rest"), WithinRel(row.wall_s().median, 1e-12));
+}
+
 TEST_CASE("rows of another program come back as it printed them, and its failure is told") {
   const Folder folder;
   auto row = row_of("a peer", 0.5, 0.75);

@@ -14,22 +14,23 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Columns of the main table between "place" and "rest"; a stage of another name counts as rest there, and as itself in the JSON.
-constexpr std::array stages{"tree", "samples", "trace", "propagate", "encode"};
+/// Columns of the main table before "rest"; a stage of another name counts as rest there, and as itself in the JSON.
+constexpr std::array stages{"meshes", "plan", "tree", "samples", "trace", "propagate", "encode"};
 
 struct Column {
   const char* head;
   int width;  // negative: left-aligned
 };
 
-constexpr std::array<Column, 16> columns{{{"", -50},
+constexpr std::array<Column, 17> columns{{{"", -50},
                                           {"ms", 8},
                                           {"quartiles", 17},
                                           {"cpu ms", 8},
                                           {"per s", 7},
                                           {"wanted", 10},
                                           {"dB", 6},
-                                          {"place", 7},
+                                          {"meshes", 7},
+                                          {"plan", 7},
                                           {"tree", 7},
                                           {"samples", 8},
                                           {"trace", 8},
@@ -136,11 +137,11 @@ Json json_of(const BenchRow& row, const DeviceRates& rates) {
   }
   json["stages"] = Json::object();
   for (const auto& [stage, is_there] : named) {
-    json["stages"][stage] = {{"wall_s", json_of(row.stage_s(stage))}};
+    json["stages"][stage] = {{"wall_s", json_of(row.stage_s(stage))}, {"part_s", row.part_s(stage)}};
     const auto found = row.work.find(stage);
     if (found == row.work.end()) continue;
     const auto& work = found->second;
-    const double seconds = row.stage_s(stage).median;
+    const double seconds = row.part_s(stage);
     auto& j = json["stages"][stage];
     if (work.bytes > 0)
       j.update({{"bytes", work.bytes}, {"bytes_per_s", work.bytes / seconds}, {"share_of_copy", work.bytes / seconds / rates.bytes_per_s}});
@@ -204,11 +205,9 @@ std::string bench_line(const BenchRow& row, BenchStyle style) {
                                  figure(row.per_second()),
                                  targets_text(row.target.required_per_s, row.target.aim_per_s),
                                  row.quality ? format("%.1f", row.quality->psnr_db) : ""};
-  const auto place = row.stage_s("meshes").median;
-  cells.push_back(row.peer ? "" : milliseconds(place));
-  double rest = wall.median - place;
+  double rest = wall.median;
   for (const auto* stage : stages) {
-    const double seconds = row.stage_s(stage).median;
+    const double seconds = row.part_s(stage);
     cells.push_back(row.peer && seconds == 0 ? "" : milliseconds(seconds));
     rest -= seconds;
   }
@@ -225,7 +224,7 @@ std::string bench_work_table(const Bench& bench, const std::vector<BenchRow>& ro
   for (const auto& row : rows) {
     for (const auto* stage : stages) {
       const auto found = row.work.find(stage);
-      const double seconds = row.stage_s(stage).median;
+      const double seconds = row.part_s(stage);
       if (found == row.work.end() || !(seconds > 0)) continue;
       const auto& work = found->second;
       std::vector<std::string> cells{row.name, stage, milliseconds(seconds)};
