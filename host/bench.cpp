@@ -212,9 +212,12 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
   RenderResult result;
   {
     const cl::Device device(device_);  // of its own: its peak of memory is the case's
+    const Stopwatch first;
     auto renderer = what.meshes ? Renderer(device, scene, *what.meshes, how) : Renderer(device, scene, how);
     for (int warm_up = 0; warm_up < 2; ++warm_up) {
-      if (timed_frame(renderer, scene.objects, poses - 1 - warm_up, result).wall_s > long_s) break;
+      const bool is_long = timed_frame(renderer, scene.objects, poses - 1 - warm_up, result).wall_s > long_s;
+      if (warm_up == 0) row.first_frame_s = first.wall_s();
+      if (is_long) break;
     }
     const auto then = machine_time();
     const Stopwatch watch;

@@ -119,9 +119,10 @@ struct BenchRow {
   std::map<std::string, StageWork> work;  // by stage
   std::optional<BenchQuality> quality;
   std::uint64_t device_peak_bytes = 0, resident_bytes = 0;
-  double others_share = 0;  // of the machine's processors that other programs used meanwhile
-  std::string note;         // why it could not be computed
-  bool peer = false;        // not raywave
+  double first_frame_s = 0;  // with all that comes before it: meshes, plans, kernels from the cache or not
+  double others_share = 0;   // of the machine's processors that other programs used meanwhile
+  std::string note;          // why it could not be computed
+  bool peer = false;         // not raywave
 
   Spread wall_s() const;
   Spread processor_s() const;

@@ -69,6 +69,7 @@ TEST_CASE("stages of every frame add up to it, none is negative, and quality is 
     CHECK(row.samples > 0);
     CHECK(row.device_peak_bytes > 8 * 48 * 32);
     CHECK(row.resident_bytes > 0);
+    CHECK(row.first_frame_s > 0);
   }
 }
 
@@ -132,8 +133,8 @@ TEST_CASE("the JSON holds device, rates, and every figure of a row") {
   for (const char* key : {"index", "name", "platform", "version", "driver", "fft"}) CHECK(json["device"].contains(key));
   for (const char* key : {"copy_bytes_per_s", "multiply_add_operations_per_s"}) CHECK(json["rates"][key] > 0);
   const auto& r = json["rows"][0];
-  for (const char* key : {"group", "name", "note", "scene", "scaled_from_one_in", "frames", "wall_s", "processor_s", "holograms_per_s",
-                          "required_per_s", "aim_per_s", "stages", "quality", "memory", "others_share_of_processors"}) {
+  for (const char* key : {"group", "name", "note", "scene", "scaled_from_one_in", "frames", "wall_s", "processor_s", "first_frame_s",
+                          "holograms_per_s", "required_per_s", "aim_per_s", "stages", "quality", "memory", "others_share_of_processors"}) {
     INFO(key);
     CHECK(r.contains(key));
   }

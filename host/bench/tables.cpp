@@ -22,7 +22,7 @@ struct Column {
   int width;  // negative: left-aligned
 };
 
-constexpr std::array<Column, 17> columns{{{"", -50},
+constexpr std::array<Column, 18> columns{{{"", -50},
                                           {"ms", 8},
                                           {"quartiles", 17},
                                           {"cpu ms", 8},
@@ -37,6 +37,7 @@ constexpr std::array<Column, 17> columns{{{"", -50},
                                           {"propagate", 9},
                                           {"encode", 7},
                                           {"rest", 7},
+                                          {"first ms", 8},
                                           {"MiB", 11},
                                           {"others", 6}}};
 
@@ -128,6 +129,7 @@ Json json_of(const BenchRow& row, const DeviceRates& rates) {
   json["frames"] = row.frames.size();
   json["wall_s"] = json_of(row.wall_s());
   json["processor_s"] = json_of(row.processor_s());
+  json["first_frame_s"] = row.first_frame_s;
   json["holograms_per_s"] = row.per_second();
   json["required_per_s"] = row.target.required_per_s;
   json["aim_per_s"] = row.target.aim_per_s;
@@ -213,6 +215,7 @@ std::string bench_line(const BenchRow& row, BenchStyle style) {
   }
   const bool has_stages = !row.frames[0].stages_s.empty();
   cells.push_back(has_stages ? milliseconds(rest) : "");
+  cells.push_back(row.peer ? "" : milliseconds(row.first_frame_s));
   cells.push_back(row.peer ? "" : mebibytes(row.device_peak_bytes) + " / " + mebibytes(row.resident_bytes));
   cells.push_back(row.peer ? "" : percent(row.others_share));
   return joined(cells, main_widths(), style) + (row.note.empty() ? "" : "    " + row.note + "\n");
