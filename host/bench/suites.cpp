@@ -86,7 +86,7 @@ BenchSuite paper_suite(const std::filesystem::path& data) {
     for (const auto grid :
          {glm::ivec2(1, 1), glm::ivec2(2, 1), glm::ivec2(3, 1), glm::ivec2(2, 2), glm::ivec2(3, 2), glm::ivec2(4, 2), glm::ivec2(3, 3)}) {
       BenchCase c;
-      c.group = "WRPs";
+      c.group = "grids";
       c.name = name + ", " + wrps_text(grid);
       c.scene = load_scene(data / (file + ".toml"));
       c.scene.wrp.grid = grid;
