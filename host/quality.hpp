@@ -58,6 +58,13 @@ QualityResult assess(const cl::Device& device, const Scene& scene, const RenderO
 QualityResult assess(const cl::Device& device, const Scene& scene, RenderResult rendered, const RenderOptions& how,
                      const QualitySpec& what = {});
 
+/// The same, of a world that is there already.
+///
+/// lens  what the lens sees, a picture for each row: filled when empty, else taken as it is, so that several holograms of one scene need
+///       it only once
+QualityResult assess(const cl::Device& device, const Scene& scene, const World& world, RenderResult rendered, const RenderOptions& how,
+                     const QualitySpec& what, std::vector<Image>& lens);
+
 /// 8-bit RGB, interleaved.
 struct ColourPicture {
   int width = 0, height = 0;

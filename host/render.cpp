@@ -161,6 +161,12 @@ struct Renderer::State {
     prepare();
   }
 
+  State(const cl::Device& the_device, Scene the_scene, Meshes the_meshes, RenderOptions the_options)
+      : device(the_device), scene(std::move(the_scene)), options(std::move(the_options)), meshes(std::move(the_meshes)), encode(device) {
+    world = place_objects(scene, meshes);
+    prepare();
+  }
+
   State(const cl::Device& the_device, Scene the_scene, World the_world, RenderOptions the_options)
       : device(the_device), scene(std::move(the_scene)), options(std::move(the_options)), world(std::move(the_world)), encode(device) {
     prepare();
@@ -223,7 +229,10 @@ struct Renderer::State {
       world = place_objects(scene, meshes);
     }
     const auto before = plan;
-    plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis, device.info().fp64, &before);
+    {
+      const auto clock = stage("plan");
+      plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis, device.info().fp64, &before);
+    }
     require_rays(scene, plan);
     if (propagator) require_reach();
     {
@@ -335,6 +344,8 @@ RenderResult Renderer::State::render() {
 
 Renderer::Renderer(const cl::Device& device, Scene scene, RenderOptions options)
     : state_(std::make_unique<State>(device, std::move(scene), std::move(options))) {}
+Renderer::Renderer(const cl::Device& device, Scene scene, Meshes meshes, RenderOptions options)
+    : state_(std::make_unique<State>(device, std::move(scene), std::move(meshes), std::move(options))) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 

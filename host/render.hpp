@@ -35,7 +35,7 @@ struct RenderResult {
   int samples = 0;                                // surface samples (sampling.mode "aimed")
   int hidden_samples = 0;                         // those that need visibility rays
   std::vector<std::string> notes;                 // what the user should know of the result, a line each
-  std::map<std::string, double> seconds;          // of each stage: meshes, tree, prepare, samples, trace, propagate, encode
+  std::map<std::string, double> seconds;          // of each stage: meshes, plan, tree, prepare, samples, trace, propagate, encode
   std::uint64_t device_peak_bytes = 0;
 };
 
@@ -61,6 +61,8 @@ class Renderer {
 public:
   /// throws  InputError for the scene, DeviceError for the device
   Renderer(const cl::Device& device, Scene scene, RenderOptions options = {});
+  /// The same of meshes that are there already, as finish_mesh makes them; no mesh file is read.
+  Renderer(const cl::Device& device, Scene scene, Meshes meshes, RenderOptions options = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "host/device_json.hpp"
 #include "host/error.hpp"
 #include "host/text.hpp"
 #include "raywave_version.hpp"
@@ -137,8 +138,8 @@ std::string render_report_json(const Scene& scene, const RenderResult& result, c
   j["scene"] = json_of(scene);
   j["plan"] = json_of(result.plan);
   j["accuracy"] = json_of(scene.accuracy, result.plan);
-  j["device"] = {{"index", device.index},     {"name", device.name},     {"platform", device.platform}, {"vendor", device.vendor},
-                 {"version", device.version}, {"driver", device.driver}, {"fft", cl::name_of(fft)}};
+  j["device"] = json_of(device);
+  j["device"]["fft"] = cl::name_of(fft);
   j["samples"] = {{"count", result.samples}, {"with_visibility_rays", result.hidden_samples}};
   j["seed"] = scene.sampling.seed;
   j["notes"] = result.notes;

@@ -6,24 +6,15 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "host/device_json.hpp"
 #include "host/selftest/checks.hpp"
 #include "host/text.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
 namespace {
-
-std::string today() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  std::array<char, 16> text;
-  std::strftime(text.data(), text.size(), "%Y-%m-%d", &utc);
-  return text.data();
-}
 
 const char* name_of(SelfTestSize size) { return size == SelfTestSize::full ? "full" : "quick"; }
 
@@ -90,8 +81,7 @@ std::string self_test_json(const cl::DeviceInfo& device, SelfTestSize size, cons
   j["raywave"] = version;
   j["date"] = today();
   j["size"] = name_of(size);
-  j["device"] = {{"index", device.index},   {"name", device.name},       {"platform", device.platform},
-                 {"vendor", device.vendor}, {"version", device.version}, {"driver", device.driver}};
+  j["device"] = json_of(device);
   j["passed"] = all_passed(rows);
   j["rows"] = nlohmann::ordered_json::array();
   for (const auto& row : rows) {

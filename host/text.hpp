@@ -16,6 +16,9 @@ std::string in_quotes(std::string_view text);
 /// Up to 6 digits: "0.5", "1e+06".
 std::string number_text(double value);
 
+/// The date in UTC: "2026-11-21".
+std::string today();
+
 /// With the unit that suits: "3.74 um", "12.5 mm".
 std::string length_text(double length_m);
 

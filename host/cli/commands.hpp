@@ -36,5 +36,6 @@ void add_info(CLI::App& app);
 void add_devices(CLI::App& app);
 void add_selftest(CLI::App& app);
 void add_kernels(CLI::App& app);
+void add_bench(CLI::App& app);
 
 }  // namespace raywave::cli

@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
   raywave::cli::add_devices(app);
   raywave::cli::add_selftest(app);
   raywave::cli::add_kernels(app);
+  raywave::cli::add_bench(app);
   try {
     app.parse(argc, argv);
     return 0;

@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Propagation of 1 and 4 WRPs of 1920 x 1080 samples against plain two-dimensional FFTW: in place, measured plans, as many threads, padding
 // 2, forward and back for each WRP (the transforms alone: no padding, no transfer function, no sum, no crop). Both take turns in one
-// process. Wall times: medians, least, and the ratios of both.
+// process. `raywave bench` runs it, too.
 //
-// usage: bench_propagation [device] [turns]
+// usage: bench_propagation [--json] [--frames N]     --json: for run_peer (host/bench.hpp), in place of a table. RAYWAVE_DEVICE names the
+// device, N is the number of turns.
 #include <fftw3.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <functional>
 #include <random>
 #include <thread>
 
+#include "host/bench.hpp"
+#include "host/bench/stopwatch.hpp"
 #include "host/propagator.hpp"
+#include "host/text.hpp"
 
 namespace raywave {
 namespace {
@@ -24,17 +26,9 @@ constexpr glm::ivec2 size(1920, 1080);
 constexpr double pitch_m = 3.74e-6, wavelength_m = 638e-9, distance_m = 95e-3;
 
 struct Contender {
-  std::string name;
+  BenchRow row;
   std::function<void()> run;
-  std::vector<double> wall_ms, processor_ms;
 };
-
-double least(const std::vector<double>& times) { return *std::min_element(times.begin(), times.end()); }
-
-double median(std::vector<double> times) {
-  std::nth_element(times.begin(), times.begin() + std::ssize(times) / 2, times.end());
-  return times[times.size() / 2];
-}
 
 std::vector<std::complex<float>> noise(std::size_t count) {
   std::mt19937 random(1);
@@ -65,8 +59,8 @@ private:
   fftwf_plan forward_, inverse_;
 };
 
-void run(const char* device_name, int turns) {
-  const cl::Device device(cl::find_device(device_name));
+void run(int turns, bool json) {
+  const cl::Device device(cl::find_device());
   const auto backend = cl::default_backend(device.info());
   const auto count = static_cast<std::size_t>(size.x) * size.y;
   const cl::ComplexBuffer source(device, noise(count), "field on a WRP");
@@ -75,62 +69,66 @@ void run(const char* device_name, int turns) {
   std::vector<Contender> contenders;
   std::vector<std::unique_ptr<Propagator>> propagators;
   const Plain plain(padded_size(size, 2));
+  const auto enter = [&](const std::string& name, std::function<void()> work) {
+    contenders.push_back({{}, std::move(work)});
+    contenders.back().row.name = name;
+  };
   for (const int wrps : {1, 4}) {
-    contenders.push_back({"plain FFTW, padding 2, " + std::to_string(wrps) + " WRP",
-                          [&plain, wrps] {
-                            for (int i = 0; i < wrps; ++i) {
-                              plain.forward();
-                              plain.inverse();
-                            }
-                          },
-                          {},
-                          {}});
+    const auto planes = std::to_string(wrps) + (wrps > 1 ? " WRPs" : " WRP");
+    enter("plain FFTW 2-D, " + planes, [&plain, wrps] {
+      for (int i = 0; i < wrps; ++i) {
+        plain.forward();
+        plain.inverse();
+      }
+    });
     for (const double padding : {2.0, 1.5, 1.25, 1.125, 1.0}) {
       propagators.push_back(std::make_unique<Propagator>(device, PropagatorSpec{size, {pitch_m, pitch_m}, wavelength_m, padding, backend}));
-      char name[64];
-      std::snprintf(name, sizeof name, "raywave, padding %.3g, %d WRP", padding, wrps);
-      contenders.push_back({name,
-                            [&, &propagator = *propagators.back(), wrps] {
-                              for (int i = 0; i < wrps; ++i) {
-                                const Target target{
-                                    wrps == 1 ? glm::dvec2(0) : glm::dvec2(i % 2 ? 3.59e-3 : -3.59e-3, i / 2 ? 2.02e-3 : -2.02e-3),
-                                    distance_m};
-                                propagator.load(source, 0, {&target, 1});
-                                propagator.add(target);
-                              }
-                              propagator.collect(field);
-                              device.finish();
-                            },
-                            {},
-                            {}});
+      enter("propagation, " + planes + ", padding " + number_text(padding), [&, &propagator = *propagators.back(), wrps] {
+        for (int i = 0; i < wrps; ++i) {
+          const Target target{wrps == 1 ? glm::dvec2(0) : glm::dvec2(i % 2 ? 3.59e-3 : -3.59e-3, i / 2 ? 2.02e-3 : -2.02e-3), distance_m};
+          propagator.load(source, 0, {&target, 1});
+          propagator.add(target);
+        }
+        propagator.collect(field);
+        device.finish();
+      });
     }
   }
   for (int turn = -2; turn < turns; ++turn) {
     for (auto& c : contenders) {
-      const auto start = std::chrono::steady_clock::now();
-      const auto processor_start = std::clock();
+      const Stopwatch watch;
       c.run();
-      const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - start;
-      const double processor_ms = 1e3 * static_cast<double>(std::clock() - processor_start) / CLOCKS_PER_SEC;
-      if (turn < 0) continue;
-      c.wall_ms.push_back(wall.count());
-      c.processor_ms.push_back(processor_ms);
+      const BenchFrame frame{watch.wall_s(), watch.processor_s(), {}};
+      if (turn >= 0) c.row.frames.push_back(frame);
     }
   }
-  std::printf("%s, FFT %s, %u threads, medians and least of %d\n", device.info().name.c_str(), std::string(cl::name_of(backend)).c_str(),
-              std::thread::hardware_concurrency(), turns);
-  const Contender* base = nullptr;
-  for (const auto& c : contenders) {
-    if (c.name.starts_with("plain")) base = &c;
-    std::printf("%-36s", c.name.c_str());
-    for (const auto times : {&Contender::wall_ms, &Contender::processor_ms})
-      std::printf("  %s %7.2f, %7.2f ms, ratio %.3f, %.3f", times == &Contender::wall_ms ? "wall" : "processor", median(c.*times),
-                  least(c.*times), median(c.*times) / median(base->*times), least(c.*times) / least(base->*times));
-    std::printf("\n");
+
+  std::vector<BenchRow> rows;
+  std::vector<BenchRatio> ratios;
+  std::string base;
+  for (auto& c : contenders) {
+    if (c.row.name.starts_with("plain")) base = c.row.name;
+    ratios.push_back({c.row.name, c.row.name, base});
+    rows.push_back(std::move(c.row));
   }
+  if (json) {
+    std::fputs(peer_json(rows).c_str(), stdout);
+    return;
+  }
+  std::printf("%s, FFT %s, %u threads, medians of %d\n\n%s", device.info().name.c_str(), std::string(cl::name_of(backend)).c_str(),
+              std::thread::hardware_concurrency(), turns, bench_heads(BenchStyle::aligned).c_str());
+  for (auto& row : rows) {
+    row.peer = true;
+    std::fputs(bench_line(row, BenchStyle::aligned).c_str(), stdout);
+  }
+  std::printf("\n%s", bench_ratio_table(fill_ratios(ratios, rows), BenchStyle::aligned).c_str());
 }
 
 }  // namespace
 }  // namespace raywave
 
-int main(int argc, char** argv) { raywave::run(argc > 1 ? argv[1] : "", argc > 2 ? std::atoi(argv[2]) : 41); }
+int main(int argc, char** argv) {
+  std::vector<std::string> words(argv + 1, argv + argc);
+  const bool json = std::erase(words, "--json") > 0;
+  raywave::run(words.size() == 2 && words[0] == "--frames" ? std::atoi(words[1].c_str()) : 41, json);
+}
