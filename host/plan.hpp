@@ -47,7 +47,7 @@ struct Plan {
   double near_m = 0, far_m = 0;  // depths of the nearest and farthest surface, world z
   double distance_m = 0;         // from the WRPs to the hologram
   glm::ivec2 grid{1, 1};
-  std::vector<Wrp> wrps;  // row by row from the top left
+  std::vector<Wrp> wrps;  // row by row from the top left; when rays are aimed, without those that no light of the scene falls into
   bool aimed = true;      // rays are aimed at surface samples; else they form a fan
   int bounces = 0;        // of mirrors and glass: trace.depth where a material in the scene has them
   LatticePlan lattice;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <fstream>
 #include <memory>
 #include <numbers>
@@ -21,11 +22,22 @@
 namespace raywave {
 namespace {
 
-/// Adds the seconds between its birth and its end to a stage.
+/// Of all threads of this process.
+double processor_seconds_now() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Adds the seconds between its birth and its end to a stage, by the wall's clock and by the processor's.
 class StageClock {
 public:
-  StageClock(const cl::Device& device, double& seconds) : device_(device), seconds_(seconds) {}
-  ~StageClock() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  StageClock(const cl::Device& device, double& seconds, double& processor_seconds)
+      : device_(device), seconds_(seconds), processor_seconds_(processor_seconds) {}
+  ~StageClock() {
+    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    processor_seconds_ += processor_seconds_now() - processor_start_;
+  }
   StageClock(const StageClock&) = delete;
   StageClock& operator=(const StageClock&) = delete;
 
@@ -34,8 +46,9 @@ public:
 
 private:
   const cl::Device& device_;
-  double& seconds_;
+  double &seconds_, &processor_seconds_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double processor_start_ = processor_seconds_now();
 };
 
 /// The fields on the WRPs, by aimed samples or by fans of rays.
@@ -200,7 +213,7 @@ struct Renderer::State {
     }
   }
 
-  StageClock stage(const char* name) { return StageClock(device, seconds[name]); }
+  StageClock stage(const char* name) { return StageClock(device, seconds[name], processor_seconds[name]); }
 
   void report(const std::string& what, double share) const {
     if (options.progress) options.progress(what, share);
@@ -247,7 +260,7 @@ struct Renderer::State {
   Meshes meshes;
   World world;
   Plan plan;
-  std::map<std::string, double> seconds;
+  std::map<std::string, double> seconds, processor_seconds;
   std::unique_ptr<DeviceScene> arrays;
   std::unique_ptr<FieldSource> source;  // refers to plan and arrays
   std::unique_ptr<Propagator> propagator;
@@ -330,6 +343,7 @@ RenderResult Renderer::State::render() {
   report("done", 1);
   result.device_peak_bytes = device.peak_bytes();
   result.seconds = std::exchange(seconds, {});
+  result.processor_seconds = std::exchange(processor_seconds, {});
   return result;
 }
 

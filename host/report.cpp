@@ -142,6 +142,7 @@ std::string render_report_json(const Scene& scene, const RenderResult& result, c
   j["seed"] = scene.sampling.seed;
   j["notes"] = result.notes;
   j["seconds"] = result.seconds;
+  j["processor_seconds"] = result.processor_seconds;
   j["peak_memory"] = {{"host_bytes", host_peak_bytes()}, {"device_bytes", result.device_peak_bytes}};
   return j.dump(2) + "\n";
 }
