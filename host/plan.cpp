@@ -286,7 +286,8 @@ std::vector<double> fan_tangents(double window_m, double distance_m, double shif
   return tangents;
 }
 
-Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, Method method, int rays_per_axis, bool has_doubles) {
+Plan make_plan(const Scene& scene, const World& world, [[maybe_unused]] cl::FftBackend backend, Method method, int rays_per_axis,
+               bool has_doubles) {
   const auto& hologram = scene.hologram;
   Plan plan;
   plan.size = hologram.resolution;
@@ -365,8 +366,6 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
 
   plan.padded = padded_size(plan.size, scene.wrp.padding);
   if (method == Method::wrp) plan.padding_error = predicted_padding_error(plan, world, plan.padded);
-  const auto plane = [](glm::ivec2 size) { return static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) * 8; };
-  plan.device_bytes = (backend == cl::FftBackend::host ? 0 : 2 * plane(plan.padded)) + plane(plan.size) + world.triangles.size() * 200;
   return plan;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// From a scene to what will be computed: where the WRPs stand, which rays start on them, what it takes. A pure function, printed by
-/// `raywave info` and followed by `raywave render`.
+/// `raywave plan` and followed by `raywave render`.
 #pragma once
 
 #include <cstdint>
@@ -57,10 +57,9 @@ struct Plan {
   bool beyond_diffraction = false;  // some light of the scene would be steeper
   glm::ivec2 padded{1, 1};          // size that is transformed
   Precision precision = Precision::floats;
-  PhaseErrors phase_errors;        // predicted, by precision
-  double padding_error = 0;        // of the field at the hologram, predicted (host/padding_error.hpp); 0 where nothing is propagated
-  std::uint64_t rays = 0;          // primary rays of a frame
-  std::uint64_t device_bytes = 0;  // planes and scene, estimated
+  PhaseErrors phase_errors;  // predicted, by precision
+  double padding_error = 0;  // of the field at the hologram, predicted (host/padding_error.hpp); 0 where nothing is propagated
+  std::uint64_t rays = 0;    // primary rays of a frame
 };
 
 /// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through the hologram, more than 1024 WRPs)

@@ -32,7 +32,8 @@ void add_reconstruct(CLI::App& app);
 void add_lens(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_quality(CLI::App& app);
-void add_info(CLI::App& app);
+void add_plan(CLI::App& app);
+void add_tune(CLI::App& app);
 void add_devices(CLI::App& app);
 void add_selftest(CLI::App& app);
 

@@ -77,6 +77,7 @@ FrontView front_view(const Scene& scene, const World& world, const std::vector<I
   const auto cells = static_cast<std::size_t>(view.size.x) * static_cast<std::size_t>(view.size.y);
   view.depth_m.assign(cells, 0);
   view.radiance.assign(cells, 0);
+  view.shiny.assign(cells, false);
   const Shading shading(scene, textures);
   std::vector<glm::vec3> hit(cells);  // triangle's index is kept apart: a float counts too few
   std::vector<std::uint32_t> nearest(cells, 0);
@@ -126,6 +127,7 @@ FrontView front_view(const Scene& scene, const World& world, const std::vector<I
     auto normal = length > 0 ? smooth / length : glm::normalize(face);
     if ((glm::dot(face, place) > 0) == (glm::dot(face, normal) > 0)) normal = -normal;
     const int material = scene.objects[static_cast<std::size_t>(world.triangle_object[nearest[cell]])].material;
+    view.shiny[cell] = scene.materials[static_cast<std::size_t>(material)].specular[channel_of(scene.hologram.wavelength_m)] > 0;
     view.radiance[cell] = static_cast<float>(shading.radiance(material, place, normal, glm::dvec2(mix(world.uvs))));
   }
   return view;

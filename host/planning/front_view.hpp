@@ -23,6 +23,7 @@ struct FrontView {
   double step = 1;              // tangent between cells
   std::vector<float> depth_m;   // of the nearest surface; 0 where there is none
   std::vector<float> radiance;  // of it, Phong without shadows, mirrors and glass
+  std::vector<bool> shiny;      // it has highlights
   double pierced = 0;           // surfaces met by a ray to each cell, summed over the cells: outsides of closed meshes, all of open ones
   double covered = 0;           // cells with a surface
 

@@ -14,9 +14,10 @@ namespace {
 using std::numbers::pi;
 
 /// Fitted to the demo scenes (docs/planning.md): what the formulas below leave out.
-constexpr double speckle_factor = 1.0;
-constexpr double edge_factor = 1.0;
-constexpr double floor_of_light = 0.0;
+constexpr double speckle_factor = 0.85;
+constexpr double edge_factor = 8e-4;
+constexpr double cell_factor = 3e-4;
+constexpr double background = 0.3;
 
 using Raster = std::vector<float>;
 
@@ -47,29 +48,6 @@ void blur_box(Raster& raster, glm::ivec2 size, glm::dvec2 half) {
 void blur_gaussian(Raster& raster, glm::ivec2 size, double sigma) {
   const double half = (std::sqrt(4 * sigma * sigma + 1) - 1) / 2;
   for (int i = 0; i < 3; ++i) blur_box(raster, size, glm::dvec2(half));
-}
-
-/// Share, along one axis, of the hologram's window from which the point at `x_m` in the plane z_m is lit: through the WRPs, and no more
-/// steeply than the pixels can show.
-double share_seen(const Plan& plan, int axis, double x_m, double z_m) {
-  const double half = plan.size[axis] * plan.pitch_m[axis] / 2;
-  const double sine = std::min(plan.largest_sine[axis], 0.999), reach = z_m * sine / std::sqrt(1 - sine * sine);
-  double low = std::max(-half, x_m - reach), high = std::min(half, x_m + reach);
-  double first = plan.wrps[0].centre_m[axis], last = first;
-  for (const auto& wrp : plan.wrps) {
-    first = std::min(first, wrp.centre_m[axis]);
-    last = std::max(last, wrp.centre_m[axis]);
-  }
-  // The line from h on the hologram through x crosses the WRPs at h + (x - h) distance / z.
-  const double share = plan.distance_m / z_m, left = first - half - x_m * share, right = last + half - x_m * share;
-  if (std::abs(1 - share) < 1e-9) {
-    if (left > 0 || right < 0) return 0;
-  } else {
-    const double a = left / (1 - share), b = right / (1 - share);
-    low = std::max(low, std::min(a, b));
-    high = std::min(high, std::max(a, b));
-  }
-  return std::max(0.0, high - low) / (2 * half);
 }
 
 /// What a lens of the hologram's size focused on z_m sees, every depth on its own: what hides what is the front view's.
@@ -114,10 +92,11 @@ PictureRow row_of(const FrontView& view, const Plan& plan, double z_m, double bl
   blur_gaussian(lens, view.size, blur_m / z_m / view.step);
   blur_gaussian(shown, view.size, blur_m / z_m / view.step);
   const auto window = glm::dvec2(plan.size * plan.grid) * plan.pitch_m;
+  const auto border = static_cast<double>(QualitySpec{}.border_px) * plan.pitch_m;
   double peak = 0, ll = 0, ls = 0, ss = 0;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      if (glm::any(glm::greaterThan(glm::abs(view.tangent(x, y)) * z_m, window / 2.0))) continue;
+      if (glm::any(glm::greaterThan(glm::abs(view.tangent(x, y)) * z_m, window / 2.0 - border))) continue;
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) + static_cast<std::size_t>(x);
       const double l = lens[i], s = shown[i];
       peak = std::max(peak, l);
@@ -134,27 +113,53 @@ PictureRow row_of(const FrontView& view, const Plan& plan, double z_m, double bl
   return row;
 }
 
+/// The part of the window from -half to half.
+std::pair<double, double> within_pixels(const Plan& plan, int axis, double x_m, double z_m) {
+  const double half = plan.size[axis] * plan.pitch_m[axis] / 2;
+  const double sine = std::min(plan.largest_sine[axis], 0.999), reach = z_m * sine / std::sqrt(1 - sine * sine);
+  return {std::max(-half, x_m - reach), std::min(half, x_m + reach)};
+}
+
 }  // namespace
+
+double share_within_pixels(const Plan& plan, int axis, double x_m, double z_m) {
+  const auto [low, high] = within_pixels(plan, axis, x_m, z_m);
+  return std::max(0.0, high - low) / (plan.size[axis] * plan.pitch_m[axis]);
+}
+
+double share_seen(const Plan& plan, int axis, double x_m, double z_m) {
+  auto [low, high] = within_pixels(plan, axis, x_m, z_m);
+  const double half = plan.size[axis] * plan.pitch_m[axis] / 2;
+  double first = plan.wrps[0].centre_m[axis], last = first;
+  for (const auto& wrp : plan.wrps) {
+    first = std::min(first, wrp.centre_m[axis]);
+    last = std::max(last, wrp.centre_m[axis]);
+  }
+  // The line from h on the hologram through x crosses the WRPs at h + (x - h) distance / z.
+  const double share = plan.distance_m / z_m, left = first - half - x_m * share, right = last + half - x_m * share;
+  if (std::abs(1 - share) < 1e-9) {
+    if (left > 0 || right < 0) return 0;
+  } else {
+    const double a = left / (1 - share), b = right / (1 - share);
+    low = std::max(low, std::min(a, b));
+    high = std::min(high, std::max(a, b));
+  }
+  return std::max(0.0, high - low) / (2 * half);
+}
 
 PictureModel picture_model(const FrontView& view, const Plan& plan, double resolution_m) {
   PictureModel model;
   model.resolution_m = resolution_m;
   model.spot_m = plan.wavelength_m * plan.lattice.full_z_m / (glm::dvec2(plan.size) * plan.pitch_m);
-  double edges = 0, all = 0, shown = 0;
+  double edges = 0;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) + static_cast<std::size_t>(x);
       const double here = view.radiance[i];
       if (x + 1 < view.size.x) edges += std::pow(here - view.radiance[i + 1], 2);
       if (y + 1 < view.size.y) edges += std::pow(here - view.radiance[i + static_cast<std::size_t>(view.size.x)], 2);
-      const double z = view.depth_m[i];
-      if (z == 0) continue;
-      const auto place = view.tangent(x, y) * z;
-      all += here;
-      shown += here * share_seen(plan, 0, place.x, z) * share_seen(plan, 1, place.y, z);
     }
   }
-  model.lost = all > 0 ? 1 - shown / all : 0;
   for (const double z_m : quality_depths_m(plan)) model.rows.push_back(row_of(view, plan, z_m, blur_of_resolution * resolution_m, edges));
   return model;
 }
@@ -173,11 +178,13 @@ PicturePrediction predict_pictures(const PictureModel& model, double pitch_m, in
     alone *= p / (2 * std::sqrt(pi) * std::hypot(blur_m, std::max(p, spot) / 4));
   }
   const double speckle = speckle_factor * alone * (waves - 1) / frames;
-  const double wrapped = std::min(1.0, 2 * padding_error * padding_error / (1 + padding_error * padding_error));
+  // Light that comes round the padded plane: its own, spread over the picture, and where it interferes with the picture.
+  const double wrapped = std::min(1.0, padding_error * padding_error);
+  const double grain = std::min(1.0, model.spot_m.x * model.spot_m.y / (4 * pi * blur_m * blur_m));
   for (const auto& row : model.rows) {
     const double dots_here = row.light * std::min(dots, 4.0), speckle_here = row.light * speckle;
-    const double edges_here = edge_factor * row.edges_m * std::pow(p, 4) / std::pow(blur_m, 3) + floor_of_light * row.light;
-    const double padding_here = row.light * wrapped * std::min(1.0, model.spot_m.x * model.spot_m.y / (4 * pi * blur_m * blur_m)) / frames;
+    const double edges_here = edge_factor * row.edges_m * std::pow(p, 4) / std::pow(blur_m, 3) + cell_factor * row.light * p / blur_m;
+    const double padding_here = row.light * wrapped * (background * wrapped + 2 * grain / frames);
     const double error = dots_here + speckle_here + edges_here + row.missing + padding_here;
     prediction.psnr_db.push_back(error > 0 ? -10 * std::log10(error) : 200);
     prediction.mean_psnr_db += prediction.psnr_db.back() / static_cast<double>(model.rows.size());

@@ -18,6 +18,13 @@ struct PictureRow {
   double edges_m = 0;  // length of the edges of front surfaces and textures, times the square of their step, over the picture's area: 1/m
 };
 
+/// Share, along one axis, of the hologram's window from which the point at `x_m` in the plane z_m is seen no more steeply than the pixels
+/// can show.
+double share_within_pixels(const Plan& plan, int axis, double x_m, double z_m);
+
+/// Of these, the share whose light also crosses the planned WRPs.
+double share_seen(const Plan& plan, int axis, double x_m, double z_m);
+
 struct PictureModel {
   double resolution_m = 0;  // pictures are blurred by blur_of_resolution of it
   glm::dvec2 spot_m{0, 0};  // the hologram's limit, wavelength z / width, at the scene's middle
