@@ -93,7 +93,7 @@ TEST_CASE("leaving out dark WRPs leaves the hologram as it is") {
   scene.hologram.resolution = {192, 160};
   scene.sampling.pitch_m = 60 * um;
   World world = squares_at({{-0.5 * mm, -0.4 * mm}});
-  for (auto& p : world.positions) p = {(p.x + 0.5 * mm) * 0.3 - 0.5 * mm, (p.y + 0.4 * mm) * 0.3 - 0.4 * mm, 0.02};
+  for (auto& p : world.positions) p = {(p.x + 0.5 * mm) * 0.2 - 0.5 * mm, (p.y + 0.4 * mm) * 0.2 - 0.4 * mm, 0.02};
   world.min_m = world.positions[0];
   world.max_m = world.positions[2];
   scene.wrp.distance_m = 19.9 * mm;
@@ -148,7 +148,7 @@ TEST_CASE("the prediction keeps a budget, and more time never makes it less true
   const auto scene = data_scene("ball_textured.toml");
   const auto world = build_world(scene);
   double before = -1e9;
-  for (const double budget_s : {0.15, 0.2, 0.3, 0.5, 1.0, 3.0, 30.0}) {
+  for (const double budget_s : {0.5, 0.7, 1.0, 1.5, 3.0, 30.0}) {
     const auto p = plan_scene(scene, world, {}, {{}, budget_s, {}});
     CHECK(p.prediction.times.total_s() <= budget_s * 1.02);  // the lattice is rounded to whole cells
     CHECK(p.prediction.pictures->mean_psnr_db >= before - 1e-6);

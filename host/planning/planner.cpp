@@ -26,11 +26,9 @@ constexpr std::array pitches_of_resolution{1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35,
 constexpr std::array frame_counts{1, 2, 3, 4, 6, 8, 12, 16};
 constexpr std::array paddings{1.0, 1.125, 1.25, 1.5, 2.0};
 
-/// How far up from the fastest to the truest choice a quality lies, in decibels.
-double share_of(Quality quality) {
-  constexpr std::array shares{0.0, 0.5, 0.85, 1.0};
-  return shares[static_cast<std::size_t>(quality)];
-}
+/// How far up from the fastest to the truest choice a quality lies, in decibels; and what is no gain worth waiting for, but to reference.
+constexpr std::array shares_of_quality{0.0, 0.5, 0.85, 1.0};
+constexpr double no_gain_db = 0.5;
 
 /// The least accuracy.phase of a quality, where the scene gives none.
 constexpr double reference_phase_turns = 0.001;
@@ -156,7 +154,8 @@ const Candidate& chosen(const std::vector<Candidate>& all, const Goal& goal) {
   if (goal.psnr_db) return fastest_reaching(all, *goal.psnr_db);
   const auto least = truest_within(all, 0).psnr_db;  // of the fastest
   const auto most = fastest_reaching(all, std::numeric_limits<double>::infinity()).psnr_db;
-  return fastest_reaching(all, least + share_of(*goal.quality) * (most - least) - 1e-9);
+  const double wanted = least + shares_of_quality[static_cast<std::size_t>(*goal.quality)] * (most - least);
+  return fastest_reaching(all, wanted - (goal.quality == Quality::reference ? 1e-9 : no_gain_db));
 }
 
 std::string seconds_text(double seconds) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What docs/planning.md is fitted to: processor seconds and PSNR of scenes over sampling pitch, frames and padding. The lens's pictures are
-// made once per depth; pictures are averaged over squares of pixels before the blur. One line of JSON per setting and blur.
+// Predictions against measurements, for docs/planning.md: renders a scene as planned, looks at it as `raywave quality` does, and prints a
+// line of JSON for every setting. The lens's pictures are made once per depth; pictures are averaged over squares of pixels before the
+// blur.
 //
-// usage: bench_planning SCENE.toml "PITCHES_UM" "PADDINGS" "BLURS_UM" FRAMES SQUARE [--set ...]
+// usage: bench_planning SCENE.toml "SETTING ..." [SECTION.KEY=VALUE ...]
+//        SETTING is a quality (draft), or PITCH_UM:PADDING:FRAMES
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -10,18 +12,12 @@
 #include "host/compare.hpp"
 #include "host/device_scene.hpp"
 #include "host/lens.hpp"
+#include "host/planning/planner.hpp"
 #include "host/quality.hpp"
 #include "host/reconstruct.hpp"
 
 namespace raywave {
 namespace {
-
-std::vector<double> numbers(const char* text) {
-  std::istringstream in(text);
-  std::vector<double> all;
-  for (double x; in >> x;) all.push_back(x);
-  return all;
-}
 
 Image averaged(const Image& image, int side) {
   Image small{image.width / side, image.height / side, {}};
@@ -37,73 +33,78 @@ Image averaged(const Image& image, int side) {
   return small;
 }
 
+Planned planned_as(const Scene& scene, const World& world, const DeviceFigures& figures, const std::string& setting) {
+  double pitch_um = 0, padding = 0;
+  int frames = 0;
+  if (std::sscanf(setting.c_str(), "%lf:%lf:%d", &pitch_um, &padding, &frames) != 3)
+    return plan_scene(scene, world, figures, {quality_of(setting), {}, {}});
+  auto fixed = scene;
+  fixed.sampling.pitch_m = pitch_um * 1e-6;
+  fixed.wrp.padding = padding;
+  fixed.sampling.frames = frames;
+  return plan_scene(fixed, world, figures);
+}
+
 void run(int argc, char** argv) {
-  const auto pitches_um = numbers(argv[2]), paddings = numbers(argv[3]), blurs_um = numbers(argv[4]);
-  const int frames = std::atoi(argv[5]), square = std::atoi(argv[6]);
-  const std::vector<std::string> set(argv + 7, argv + argc);
   const cl::Device device(cl::find_device());
-  auto scene = load_scene(argv[1], set);
+  const auto figures = figures_of(device.info(), cl::FftBackend::host);
+  const auto scene = load_scene(argv[1], {argv + 3, argv + argc});
   const auto world = build_world(scene);
   const auto first_plan = make_plan(scene, world, cl::FftBackend::host);
   const auto window_m = glm::dvec2(first_plan.size * first_plan.grid) * first_plan.pitch_m;
-  const auto depths_m = quality_depths_m(first_plan);
-  const double pixel_um = square * first_plan.pitch_m.x * 1e6;
+  const int square = first_plan.size.x < 1000 ? 2 : 4;
+  const double pixel_m = square * first_plan.pitch_m.x;
   std::vector<Image> seen;
   {
     const DeviceScene arrays(device, scene, world, first_plan);
-    for (const double z_m : depths_m)
+    for (const double z_m : quality_depths_m(first_plan))
       seen.push_back(averaged(lens_picture(device, first_plan, arrays, {z_m, window_m, {0, 0}, {1, 1}, 6}), square));
   }
-  for (const double pitch_um : pitches_um) {
-    for (const double padding : paddings) {
-      scene.sampling.pitch_m = pitch_um * 1e-6;
-      scene.wrp.padding = padding;
-      scene.sampling.frames = frames;
-      const auto result = render(device, scene, world);
-      std::vector<std::vector<Image>> shown(depths_m.size());
-      const auto pixels = std::ptrdiff_t{result.field.nx} * result.field.ny;
-      for (std::size_t d = 0; d < depths_m.size(); ++d) {
-        ReconstructSpec spec;
-        spec.z_m = depths_m[d];
-        spec.window_m = window_m;
-        Image sum;
-        for (int f = 0; f < frames; ++f) {
-          const FieldStack one{result.field.nx,
-                               result.field.ny,
-                               1,
-                               {result.field.samples.begin() + f * pixels, result.field.samples.begin() + (f + 1) * pixels}};
-          const auto picture = averaged(reconstruct(device, cl::FftBackend::host, one, scene.hologram, spec), square);
-          if (f == 0)
-            sum = picture;
-          else
-            for (std::size_t i = 0; i < sum.pixels.size(); ++i) sum.pixels[i] += picture.pixels[i];
-          if (f == 0 || f == 1 || f == 3 || f == 7 || f == 15) shown[d].push_back(sum);
-        }
-      }
-      for (const double blur_um : blurs_um) {
-        for (std::size_t n = 0; n < shown[0].size(); ++n) {
-          nlohmann::ordered_json line{{"scene", scene.file.stem().string()},
-                                      {"set", set},
-                                      {"pitch_um", pitch_um},
-                                      {"padding", padding},
-                                      {"frames", 1 << n},
-                                      {"blur_um", blur_um}};
-          for (std::size_t d = 0; d < depths_m.size(); ++d) {
-            const auto figures = compare_pictures(seen[d], shown[d][n], {blur_um / pixel_um, static_cast<int>(75 / pixel_um), {}});
-            line["psnr_db"].push_back(figures.psnr_db);
-            line["ssim"].push_back(figures.ssim);
-          }
-          line["rendered_frames"] = frames;
-          line["samples"] = result.samples;
-          line["hidden"] = result.hidden_samples;
-          line["wrps"] = result.plan.wrps.size();
-          line["processor_s"] = result.processor_seconds;
-          line["seconds"] = result.seconds;
-          std::printf("%s\n", line.dump().c_str());
-          std::fflush(stdout);
-        }
-      }
+  std::istringstream settings(argv[2]);
+  for (std::string setting; settings >> setting;) {
+    const auto planned = planned_as(scene, world, figures, setting);
+    render(device, planned.scene, world);  // kernels are compiled, tables grown
+    const auto result = render(device, planned.scene, world);
+    const auto& prediction = planned.prediction;
+    nlohmann::ordered_json line{{"scene", scene.file.stem().string()},
+                                {"setting", setting},
+                                {"pitch_um", planned.scene.sampling.pitch_m * 1e6},
+                                {"padding", planned.scene.wrp.padding},
+                                {"frames", planned.scene.sampling.frames},
+                                {"resolution_um", prediction.resolution_m * 1e6},
+                                {"wrps", result.plan.wrps.size()},
+                                {"samples", result.samples},
+                                {"device_bytes", result.device_peak_bytes},
+                                {"predicted_device_bytes", prediction.device_bytes}};
+    double mean = 0;
+    const auto depths_m = quality_depths_m(planned.plan);
+    for (std::size_t d = 0; d < depths_m.size(); ++d) {
+      ReconstructSpec spec;
+      spec.z_m = depths_m[d];
+      spec.window_m = window_m;
+      const auto shown = averaged(reconstruct(device, cl::FftBackend::host, result.field, scene.hologram, spec), square);
+      const auto blur = blur_of_resolution * prediction.resolution_m / pixel_m;
+      const auto figures_of_row = compare_pictures(seen[d], shown, {blur, QualitySpec{}.border_px / square, {}});
+      line["psnr_db"].push_back(figures_of_row.psnr_db);
+      line["ssim"].push_back(figures_of_row.ssim);
+      mean += figures_of_row.psnr_db / static_cast<double>(depths_m.size());
     }
+    line["mean_psnr_db"] = mean;
+    line["predicted_psnr_db"] = prediction.pictures->psnr_db;
+    line["predicted_mean_psnr_db"] = prediction.pictures->mean_psnr_db;
+    line["padding_error"] = planned.plan.padding_error;
+    const auto& t = prediction.times;
+    line["predicted_s"] = {{"samples", t.samples_s}, {"trace", t.trace_s}, {"propagate", t.propagate_s}, {"encode", t.encode_s}};
+    double total = 0;
+    for (const char* stage : {"samples", "trace", "propagate", "encode"}) {
+      const double seconds = result.processor_seconds.at(stage) / std::max(1u, device.info().compute_units);
+      line["processor_s"][stage] = seconds;
+      total += seconds;
+    }
+    line["total_s"] = total;
+    line["predicted_total_s"] = t.total_s();
+    std::printf("%s\n", line.dump().c_str());
+    std::fflush(stdout);
   }
 }
 
@@ -111,6 +112,9 @@ void run(int argc, char** argv) {
 }  // namespace raywave
 
 int main(int argc, char** argv) {
-  if (argc < 7) return std::fprintf(stderr, "usage: bench_planning SCENE PITCHES_UM PADDINGS BLURS_UM FRAMES SQUARE [set ...]\n"), 2;
+  if (argc < 3) {
+    std::fprintf(stderr, "usage: bench_planning SCENE.toml \"draft balanced 100:1.25:2 ...\" [SECTION.KEY=VALUE ...]\n");
+    return 2;
+  }
   raywave::run(argc, argv);
 }
