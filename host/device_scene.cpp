@@ -155,6 +155,20 @@ int lanes_for(const cl::DeviceInfo& device) {
   return 1;
 }
 
+cl::Options kernel_options(const Scene& scene, const Plan& plan) {
+  const auto any = [&](auto&& test) {
+    return std::any_of(scene.objects.begin(), scene.objects.end(),
+                       [&](const Object& o) { return test(scene.materials[static_cast<std::size_t>(o.material)]); });
+  };
+  const int channel = channel_of(scene.hologram.wavelength_m);
+  const auto lights = std::count_if(scene.lights.begin(), scene.lights.end(), [](const Light& l) { return l.type != LightType::ambient; });
+  return {{"RAYWAVE_LIGHTS", std::to_string(lights)},
+          {"RAYWAVE_SPECULAR", any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
+          {"RAYWAVE_TEXTURES", any([](const Material& m) { return m.texture.has_value(); }) ? "1" : "0"},
+          {"RAYWAVE_SHADOWS", scene.trace.shadows && lights > 0 ? "1" : "0"},
+          {"RAYWAVE_BOUNCES", std::to_string(plan.bounces)}};
+}
+
 DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan)
     : device_(device), sides_(sides_of(world)) {
   const auto start = std::chrono::steady_clock::now();
@@ -167,14 +181,9 @@ DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const Wor
   texels = {device, std::span<const float>(made.texels), "textures"};
   upload(scene, world, plan);
 
-  const auto any = [&](auto&& test) { return std::any_of(made.materials.begin(), made.materials.end(), test); };
-  options = {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))},
-             {"RAYWAVE_BVH_DEPTH", std::to_string((bvh_.depth + 15) / 16 * 16)},  // scenes alike in size share kernels
-             {"RAYWAVE_LIGHTS", std::to_string(lights.size())},
-             {"RAYWAVE_SPECULAR", any([](const auto& m) { return m.specular > 0; }) ? "1" : "0"},
-             {"RAYWAVE_TEXTURES", made.texels.empty() ? "0" : "1"},
-             {"RAYWAVE_SHADOWS", scene.trace.shadows ? "1" : "0"},
-             {"RAYWAVE_BOUNCES", std::to_string(plan.bounces)}};
+  options = cl::with(kernel_options(scene, plan),
+                     {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))},
+                      {"RAYWAVE_BVH_DEPTH", std::to_string((bvh_.depth + 15) / 16 * 16)}});  // scenes alike in size share kernels
 }
 
 void DeviceScene::place(const Scene& scene, const World& world, const Plan& plan) {

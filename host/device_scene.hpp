@@ -13,6 +13,9 @@
 
 namespace raywave {
 
+/// Which lights, highlights, textures, shadows and bounces kernels are built with: what some object of the scene has, nothing else.
+cl::Options kernel_options(const Scene& scene, const Plan& plan);
+
 /// The scene as the kernels see it: tree, triangles, materials for the hologram's wavelength, lights and textures in device memory, in the
 /// scene frame (world minus Plan::origin_m, subtracted in double).
 class DeviceScene {

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <sstream>
 
 #include "host/error.hpp"
+#include "host/gatherer.hpp"
 #include "host/padding_error.hpp"
 #include "host/propagator.hpp"
 #include "host/text.hpp"
@@ -24,6 +26,9 @@ constexpr double samples_across_nearest = 3;
 
 /// The same in pixels: fewer do not resolve the cone.
 constexpr double pixels_across_nearest = 8;
+
+/// How far beyond its geometric footprint the light of a sample is kept, in diffraction spots.
+constexpr double tail_spots = Gatherer::near_tail;
 
 /// Mirrors show things up to this many times as deep as the scene: rays are spaced for it.
 constexpr double deepest_virtual_picture = 2;
@@ -164,6 +169,56 @@ double middle_of_surfaces(const World& world) {
   return std::isfinite(middle) ? middle : (world.min_m.z + world.max_m.z) / 2;
 }
 
+/// Whether a rectangle around `middle` meets the triangle, by the separating axes of both.
+bool meets(glm::dvec2 middle, glm::dvec2 half, const std::array<glm::dvec2, 3>& triangle) {
+  const auto apart = [&](glm::dvec2 axis) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const auto& corner : triangle) {
+      low = std::min(low, glm::dot(corner - middle, axis));
+      high = std::max(high, glm::dot(corner - middle, axis));
+    }
+    const double reach = std::abs(axis.x) * half.x + std::abs(axis.y) * half.y;
+    return low > reach || high < -reach;
+  };
+  if (apart({1, 0}) || apart({0, 1})) return false;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto side = triangle[(i + 1) % 3] - triangle[i];
+    if (apart({-side.y, side.x})) return false;
+  }
+  return true;
+}
+
+/// The WRPs into which light of some triangle falls on its way to the hologram; all of them when there is none at all, so that whoever
+/// looks at them finds out why.
+std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp> wrps) {
+  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  std::vector<bool> lit(wrps.size(), false);
+  std::size_t dark = wrps.size();
+  for (const auto& corners : world.triangles) {
+    if (dark == 0) return wrps;
+    std::array<glm::dvec2, 3> crossing;  // of the chief rays with the WRPs
+    glm::dvec2 half = window / 2.0;
+    for (int i = 0; i < 3; ++i) {
+      const auto& p = world.positions[corners[i]];
+      crossing[static_cast<std::size_t>(i)] = glm::dvec2(p) * (plan.distance_m / p.z);
+      const auto spot = plan.wavelength_m * p.z / (std::max(plan.fan, 1e-3) * window);
+      half =
+          glm::max(half, window / 2.0 + std::max(plan.fan, 1.0) * window / 2.0 * std::abs(1 - plan.distance_m / p.z) + tail_spots * spot);
+    }
+    for (std::size_t i = 0; i < wrps.size(); ++i) {
+      if (lit[i] || !meets(wrps[i].centre_m, half, crossing)) continue;
+      lit[i] = true;
+      --dark;
+    }
+  }
+  if (dark == wrps.size()) return wrps;
+  std::vector<Wrp> kept;
+  for (std::size_t i = 0; i < wrps.size(); ++i) {
+    if (lit[i]) kept.push_back(std::move(wrps[i]));
+  }
+  return kept;
+}
+
 std::vector<Wrp> wrps_side_by_side(const Scene& scene, const Plan& plan, glm::dvec2 middle) {
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
   // Aimed gathering uses its fan for what mirrors and glass show.
@@ -238,8 +293,8 @@ std::vector<double> fan_tangents(double window_m, double distance_m, double shif
   return tangents;
 }
 
-Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, Method method, int rays_per_axis, bool has_doubles,
-               const Plan* moved_from) {
+Plan make_plan(const Scene& scene, const World& world, [[maybe_unused]] cl::FftBackend backend, Method method, int rays_per_axis,
+               bool has_doubles, const Plan* moved_from) {
   const auto& hologram = scene.hologram;
   Plan plan;
   plan.size = hologram.resolution;
@@ -304,6 +359,7 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
 
   if (method == Method::wrp) {
     plan.wrps = wrps_side_by_side(scene, plan, middle);
+    if (plan.aimed && plan.bounces == 0) plan.wrps = lit_wrps(plan, world, std::move(plan.wrps));
   } else {
     plan.grid = {1, 1};
     plan.wrps = {plane_at_hologram(plan, {largest_tangent(0), largest_tangent(1)}, rays_per_axis)};
@@ -319,8 +375,6 @@ Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, M
   plan.padded = padded_size(plan.size, scene.wrp.padding);
   if (method == Method::wrp)
     plan.padding_error = moved_from ? moved_from->padding_error : predicted_padding_error(plan, world, plan.padded);
-  const auto plane = [](glm::ivec2 size) { return static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) * 8; };
-  plan.device_bytes = (backend == cl::FftBackend::host ? 0 : 2 * plane(plan.padded)) + plane(plan.size) + world.triangles.size() * 200;
   return plan;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// From a scene to what will be computed: where the WRPs stand, which rays start on them, what it takes. A pure function, printed by
-/// `raywave info` and followed by `raywave render`.
+/// `raywave plan` and followed by `raywave render`.
 #pragma once
 
 #include <cstdint>
@@ -47,7 +47,7 @@ struct Plan {
   double near_m = 0, far_m = 0;  // depths of the nearest and farthest surface, world z
   double distance_m = 0;         // from the WRPs to the hologram
   glm::ivec2 grid{1, 1};
-  std::vector<Wrp> wrps;  // row by row from the top left
+  std::vector<Wrp> wrps;  // row by row from the top left; when rays are aimed, without those that no light of the scene falls into
   bool aimed = true;      // rays are aimed at surface samples; else they form a fan
   int bounces = 0;        // of mirrors and glass: trace.depth where a material in the scene has them
   LatticePlan lattice;
@@ -58,10 +58,9 @@ struct Plan {
   bool beyond_diffraction = false;  // some light of the scene would be steeper
   glm::ivec2 padded{1, 1};          // size that is transformed
   Precision precision = Precision::floats;
-  PhaseErrors phase_errors;        // predicted, by precision
-  double padding_error = 0;        // of the field at the hologram, predicted (host/padding_error.hpp); 0 where nothing is propagated
-  std::uint64_t rays = 0;          // primary rays of a frame
-  std::uint64_t device_bytes = 0;  // planes and scene, estimated
+  PhaseErrors phase_errors;  // predicted, by precision
+  double padding_error = 0;  // of the field at the hologram, predicted (host/padding_error.hpp); 0 where nothing is propagated
+  std::uint64_t rays = 0;    // primary rays of a frame
 };
 
 /// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through the hologram, more than 1024 WRPs)

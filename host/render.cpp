@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <fstream>
 #include <memory>
 #include <numbers>
@@ -14,6 +15,7 @@
 #include "host/encode.hpp"
 #include "host/error.hpp"
 #include "host/gatherer.hpp"
+#include "host/planning/memory.hpp"
 #include "host/propagator.hpp"
 #include "host/text.hpp"
 #include "host/tracer.hpp"
@@ -21,11 +23,22 @@
 namespace raywave {
 namespace {
 
-/// Adds the seconds between its birth and its end to a stage.
+/// Of all threads of this process.
+double processor_seconds_now() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Adds the seconds between its birth and its end to a stage, by the wall's clock and by the processor's.
 class StageClock {
 public:
-  StageClock(const cl::Device& device, double& seconds) : device_(device), seconds_(seconds) {}
-  ~StageClock() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  StageClock(const cl::Device& device, double& seconds, double& processor_seconds)
+      : device_(device), seconds_(seconds), processor_seconds_(processor_seconds) {}
+  ~StageClock() {
+    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    processor_seconds_ += processor_seconds_now() - processor_start_;
+  }
   StageClock(const StageClock&) = delete;
   StageClock& operator=(const StageClock&) = delete;
 
@@ -34,8 +47,9 @@ public:
 
 private:
   const cl::Device& device_;
-  double& seconds_;
+  double &seconds_, &processor_seconds_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double processor_start_ = processor_seconds_now();
 };
 
 /// The fields on the WRPs, by aimed samples or by fans of rays.
@@ -104,24 +118,12 @@ std::uint64_t host_memory_bytes() {
 }
 
 /// Refuses what device or host have no memory for before any is taken. Surface samples are not known yet.
-void require_memory(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan, Method method, int together) {
-  const std::string planes = "a smaller hologram.resolution or wrp.padding needs less", mesh = "fewer triangles need less";
-  const auto size = [](auto n) { return static_cast<std::uint64_t>(n); };
-  const auto pixels = size(plan.size.x) * size(plan.size.y), padded = size(plan.padded.x) * size(plan.padded.y);
-  std::vector<cl::MemoryNeed> needs;
-  if (method == Method::wrp) needs = {{"padded plane", 8 * padded, planes}, {"sum of spectra", 8 * padded, planes}};
-  for (std::size_t i = 0; i < (together > 1 ? plan.wrps.size() : 1); ++i)
-    needs.push_back({"fields of a WRP", 8 * size(together) * pixels, planes});
-  needs.push_back({"field at the hologram", 8 * pixels, planes});
-  needs.push_back({"hologram levels", pixels, planes});
-  if (plan.aimed || scene.sampling.source == FanSource::surface)
-    needs.push_back(
-        {"sample lattice", 4 * (size(plan.lattice.size.x) * size(plan.lattice.size.y) + 1), "a larger sampling.pitch needs less"});
-  needs.push_back({"triangles", sizeof(device::Triangle) * world.triangles.size(), mesh});
-  needs.push_back({"normals", sizeof(device::TriangleShading) * world.triangles.size(), mesh});
+void require_memory(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan, Method method) {
+  const auto needs = memory_needs(scene, world, plan, method, device.info().largest_buffer_bytes);
   cl::require_memory(device, needs);
 
-  auto host = 9 * size(scene.sampling.frames) * pixels;  // fields and levels
+  const auto pixels = static_cast<std::uint64_t>(plan.size.x) * static_cast<std::uint64_t>(plan.size.y);
+  auto host = 9 * static_cast<std::uint64_t>(scene.sampling.frames) * pixels;  // fields and levels
   if (device.info().kind == cl::DeviceKind::cpu) {
     for (const auto& need : needs) host += need.bytes;
   }
@@ -130,15 +132,6 @@ void require_memory(const cl::Device& device, const Scene& scene, const World& w
                      " x " + std::to_string(plan.size.y) + " pixels need " + cl::format_bytes(host) + " of memory, there are " +
                      cl::format_bytes(allowed) + "; give fewer sampling.frames or a smaller hologram.resolution");
   }
-}
-
-/// Frames whose fields are held at the same time: as many as share one gathering and fit into half a gigabyte, one WRP's into one buffer.
-int frames_together(const cl::DeviceInfo& device, const Scene& scene, const Plan& plan, std::size_t pixels) {
-  if (!plan.aimed || plan.bounces > 0) return 1;
-  const double plane = 8.0 * static_cast<double>(pixels), half_a_gigabyte = 512.0 * 1024 * 1024;
-  const double fitting =
-      std::min(half_a_gigabyte / (plane * static_cast<double>(plan.wrps.size())), static_cast<double>(device.largest_buffer_bytes) / plane);
-  return static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(std::min(scene.sampling.frames, Gatherer::most_frames))));
 }
 
 /// What the kernels of a FieldSource are built for.
@@ -175,8 +168,8 @@ struct Renderer::State {
   void prepare() {
     plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis, device.info().fp64);
     require_rays(scene, plan);
-    together = frames_together(device.info(), scene, plan, pixels());
-    require_memory(device, scene, world, plan, options.method, together);
+    together = frames_together(scene, plan, device.info().largest_buffer_bytes);
+    require_memory(device, scene, world, plan, options.method);
     if (options.method == Method::wrp) {
       const auto clock = stage("prepare");
       propagator =
@@ -206,7 +199,7 @@ struct Renderer::State {
     }
   }
 
-  StageClock stage(const char* name) { return StageClock(device, seconds[name]); }
+  StageClock stage(const char* name) { return StageClock(device, seconds[name], processor_seconds[name]); }
 
   void report(const std::string& what, double share) const {
     if (options.progress) options.progress(what, share);
@@ -216,7 +209,7 @@ struct Renderer::State {
 
   void build_source() {
     const auto clock = stage("samples");
-    together = frames_together(device.info(), scene, plan, pixels());
+    together = frames_together(scene, plan, device.info().largest_buffer_bytes);
     source = nullptr;  // before the new one asks for memory
     source = std::make_unique<FieldSource>(device, scene, plan, *arrays, together);
     clock.wait();
@@ -239,7 +232,7 @@ struct Renderer::State {
       const auto clock = stage("tree");
       arrays->place(scene, world, plan);
     }
-    if (same_kernels(before, plan) && frames_together(device.info(), scene, plan, pixels()) == together) {
+    if (same_kernels(before, plan) && frames_together(scene, plan, device.info().largest_buffer_bytes) == together) {
       const auto clock = stage("samples");
       source->find_samples(plan, *arrays);
       clock.wait();
@@ -256,7 +249,7 @@ struct Renderer::State {
   Meshes meshes;
   World world;
   Plan plan;
-  std::map<std::string, double> seconds;
+  std::map<std::string, double> seconds, processor_seconds;
   std::unique_ptr<DeviceScene> arrays;
   std::unique_ptr<FieldSource> source;  // refers to plan and arrays
   std::unique_ptr<Propagator> propagator;
@@ -339,6 +332,7 @@ RenderResult Renderer::State::render() {
   report("done", 1);
   result.device_peak_bytes = device.peak_bytes();
   result.seconds = std::exchange(seconds, {});
+  result.processor_seconds = std::exchange(processor_seconds, {});
   return result;
 }
 

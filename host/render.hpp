@@ -29,13 +29,14 @@ struct RenderOptions {
 
 struct RenderResult {
   Plan plan;
-  FieldStack field;                               // at the hologram, one per frame, when asked for
-  std::vector<std::vector<std::uint8_t>> levels;  // of the SLM, one per frame
-  std::vector<FieldStack> wrps;                   // one per WRP, when asked for
-  int samples = 0;                                // surface samples (sampling.mode "aimed")
-  int hidden_samples = 0;                         // those that need visibility rays
-  std::vector<std::string> notes;                 // what the user should know of the result, a line each
-  std::map<std::string, double> seconds;          // of each stage: meshes, plan, tree, prepare, samples, trace, propagate, encode
+  FieldStack field;                                 // at the hologram, one per frame, when asked for
+  std::vector<std::vector<std::uint8_t>> levels;    // of the SLM, one per frame
+  std::vector<FieldStack> wrps;                     // one per WRP, when asked for
+  int samples = 0;                                  // surface samples (sampling.mode "aimed")
+  int hidden_samples = 0;                           // those that need visibility rays
+  std::vector<std::string> notes;                   // what the user should know of the result, a line each
+  std::map<std::string, double> seconds;            // of each stage: meshes, plan, tree, prepare, samples, trace, propagate, encode
+  std::map<std::string, double> processor_seconds;  // the same by the clock of all threads of this process; the tree counts as prepare
   std::uint64_t device_peak_bytes = 0;
 };
 

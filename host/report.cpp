@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "host/device_json.hpp"
+#include "host/device_scene.hpp"
 #include "host/error.hpp"
 #include "host/text.hpp"
 #include "raywave_version.hpp"
@@ -67,6 +68,8 @@ Json json_of(const Scene& scene) {
                    {"seed", scene.sampling.seed},
                    {"frames", scene.sampling.frames}};
   j["trace"] = {{"depth", scene.trace.depth}, {"shadows", scene.trace.shadows}};
+  j["viewer"] = {{"distance_m", scene.viewer.distance_m}};
+  j["viewer"]["resolution_m"] = scene.viewer.resolution_m ? Json(*scene.viewer.resolution_m) : Json("auto");
   j["accuracy"] = {{"precision", scene.accuracy.precision ? name_of(*scene.accuracy.precision) : "auto"},
                    {"phase", scene.accuracy.phase_turns}};
   for (const auto& l : scene.lights) {
@@ -109,18 +112,35 @@ Json json_of(const AccuracySpec& accuracy, const Plan& plan) {
 }
 
 Json json_of(const Plan& plan) {
-  Json j{{"distance_m", plan.distance_m},
-         {"grid", json_of(plan.grid)},
-         {"near_m", plan.near_m},
-         {"far_m", plan.far_m},
-         {"padded", json_of(plan.padded)},
-         {"padding_error", plan.padding_error},
-         {"rays", plan.rays},
-         {"device_bytes", plan.device_bytes}};
+  Json j{{"distance_m", plan.distance_m},  {"grid", json_of(plan.grid)},          {"near_m", plan.near_m}, {"far_m", plan.far_m},
+         {"padded", json_of(plan.padded)}, {"padding_error", plan.padding_error}, {"rays", plan.rays}};
   for (const auto& w : plan.wrps) {
     j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}});
     if (!plan.aimed) j["wrps"].back()["rays_per_pixel"] = w.fan.size();
   }
+  return j;
+}
+
+Json json_of(const Prediction& prediction) {
+  const auto& t = prediction.times;
+  Json j{{"seconds",
+          {{"samples", t.samples_s}, {"trace", t.trace_s}, {"propagate", t.propagate_s}, {"encode", t.encode_s}, {"total", t.total_s()}}},
+         {"rates_of", prediction.rates_of},
+         {"device_bytes", prediction.device_bytes},
+         {"field_error", prediction.field_error},
+         {"resolution_m", prediction.resolution_m}};
+  if (const auto& p = prediction.pictures)
+    j["pictures"] = {{"psnr_db", p->psnr_db},
+                     {"mean_psnr_db", p->mean_psnr_db},
+                     {"shares_of_error",
+                      {{"speckle", p->speckle},
+                       {"cells_and_edges", p->edges},
+                       {"light_missing", p->missing},
+                       {"dots", p->dots},
+                       {"padding", p->padding}}}};
+  const auto& w = prediction.work;
+  j["work"] = {{"samples", w.samples},         {"rays", w.rays},    {"pairs", w.pairs}, {"more_pairs", w.more_pairs}, {"pixels", w.pixels},
+               {"butterflies", w.butterflies}, {"levels", w.levels}};
   return j;
 }
 
@@ -144,11 +164,13 @@ std::string render_report_json(const Scene& scene, const RenderResult& result, c
   j["seed"] = scene.sampling.seed;
   j["notes"] = result.notes;
   j["seconds"] = result.seconds;
+  j["processor_seconds"] = result.processor_seconds;
   j["peak_memory"] = {{"host_bytes", host_peak_bytes()}, {"device_bytes", result.device_peak_bytes}};
   return j.dump(2) + "\n";
 }
 
-std::string plan_report_json(const Scene& scene, const World& world, const Plan& plan) {
+std::string plan_report_json(const Planned& planned, const World& world) {
+  const auto& [scene, plan, prediction, reasons, warnings] = planned;
   Json j;
   j["raywave"] = version;
   j["scene"] = json_of(scene);
@@ -157,10 +179,15 @@ std::string plan_report_json(const Scene& scene, const World& world, const Plan&
   j["bounds_m"] = Json::array({json_of(world.min_m), json_of(world.max_m)});
   j["plan"] = json_of(plan);
   j["accuracy"] = json_of(scene.accuracy, plan);
+  j["kernels"] = kernel_options(scene, plan);
+  j["prediction"] = json_of(prediction);
+  j["reasons"] = reasons;
+  j["warnings"] = warnings;
   return j.dump(2) + "\n";
 }
 
-std::string plan_report_text(const Scene& scene, const World& world, const Plan& plan) {
+std::string plan_report_text(const Planned& planned, const World& world) {
+  const auto& [scene, plan, prediction, reasons, warnings] = planned;
   std::ostringstream out;
   const auto mm = [](double metres) {
     std::array<char, 32> text;
@@ -185,8 +212,10 @@ std::string plan_report_text(const Scene& scene, const World& world, const Plan&
   }
   out << "scene     " << world.triangles.size() << " triangles, " << mm(extent.x) << " x " << mm(extent.y) << " x " << mm(extent.z) << ", "
       << mm(plan.near_m) << " to " << mm(plan.far_m) << " from the hologram\n";
-  out << "WRPs      " << plan.grid.x << " x " << plan.grid.y << " at " << mm(plan.distance_m) << ", " << mm(plan.near_m - plan.distance_m)
-      << " in front of the nearest surface\n";
+  out << "WRPs      " << plan.grid.x << " x " << plan.grid.y;
+  if (const auto dark = static_cast<std::size_t>(plan.grid.x) * static_cast<std::size_t>(plan.grid.y) - plan.wrps.size(); dark > 0)
+    out << " less " << dark << " that no light falls into";
+  out << " at " << mm(plan.distance_m) << ", " << mm(plan.near_m - plan.distance_m) << " in front of the nearest surface\n";
   for (const auto& w : plan.wrps) {
     out << "          centre (" << mm(w.centre_m.x) << ", " << mm(w.centre_m.y) << ")";
     if (!plan.aimed) out << ": " << w.fan.size() << " rays per pixel";
@@ -204,7 +233,32 @@ std::string plan_report_text(const Scene& scene, const World& world, const Plan&
   out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding " << scene.wrp.padding << "), propagation error predicted "
       << number(100 * plan.padding_error) << " %"
       << "\n";
-  out << "memory    " << cl::format_bytes(plan.device_bytes) << " on the device\n";
+  const auto kernels = kernel_options(scene, plan);
+  out << "kernels   with";
+  for (const auto& [option, name] : {std::pair{"RAYWAVE_SPECULAR", "highlights"},
+                                     {"RAYWAVE_TEXTURES", "textures"},
+                                     {"RAYWAVE_SHADOWS", "shadows"},
+                                     {"RAYWAVE_BOUNCES", "bounces"}})
+    out << (option == std::string("RAYWAVE_SPECULAR") ? " " : ", ") << (kernels.at(option) == "0" ? "no " : "") << name;
+  out << "\n";
+  out << "memory    " << cl::format_bytes(prediction.device_bytes) << " on the device\n";
+  const auto& t = prediction.times;
+  const auto seconds = [&](double value) { return value < 1 ? number(value * 1e3) + " ms" : number(value) + " s"; };
+  out << "time      " << seconds(t.total_s()) << " predicted: samples " << seconds(t.samples_s) << ", trace " << seconds(t.trace_s)
+      << ", propagate " << seconds(t.propagate_s) << ", encode " << seconds(t.encode_s) << " (rates of "
+      << (prediction.rates_of == "default" ? "two processor cores; raywave tune measures this device" : prediction.rates_of) << ")\n";
+  if (const auto& pictures = prediction.pictures) {
+    std::array<char, 160> text;
+    std::snprintf(text.data(), text.size(),
+                  "pictures  PSNR %.1f dB predicted at %s: speckle %.0f %%, cells and edges %.0f %%, light missing %.0f %%, dots %.0f %%, "
+                  "padding %.0f %% of the error\n",
+                  pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(), 100 * pictures->speckle, 100 * pictures->edges,
+                  100 * pictures->missing, 100 * pictures->dots, 100 * pictures->padding);
+    out << text.data();
+  }
+  out << "field     error " << number(100 * prediction.field_error) << " % predicted\n";
+  for (const auto& reason : reasons) out << "because   " << reason << "\n";
+  for (const auto& warning : warnings) out << "warning   " << warning << "\n";
   return out.str();
 }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What was understood and what was done, as JSON (report.json) and as text (`raywave info`).
+/// What was understood and what was done, as JSON (report.json) and as text (`raywave plan`).
 #pragma once
 
 #include <string>
 
 #include "host/mesh.hpp"
-#include "host/plan.hpp"
+#include "host/planning/planner.hpp"
 #include "host/render.hpp"
 #include "host/scene.hpp"
 
@@ -15,8 +15,8 @@ namespace raywave {
 std::string render_report_json(const Scene& scene, const RenderResult& result, const cl::DeviceInfo& device, cl::FftBackend fft);
 
 /// The same for a scene that has not been rendered.
-std::string plan_report_json(const Scene& scene, const World& world, const Plan& plan);
-std::string plan_report_text(const Scene& scene, const World& world, const Plan& plan);
+std::string plan_report_json(const Planned& planned, const World& world);
+std::string plan_report_text(const Planned& planned, const World& world);
 
 /// Pitch, wavelength and resolution of a hologram from the report.json beside it.
 /// throws  InputError when the file is missing or damaged

@@ -14,6 +14,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "host/error.hpp"
@@ -292,7 +293,9 @@ WrpSpec read_wrp(Section section) {
   section.read("distance", [&](const Value& v) {
     if (!v.is_auto()) spec.distance_m = v.length_m(between(1e-9, 1e4));
   });
-  section.read("padding", [&](const Value& v) { spec.padding = v.number(between(1, 8)); });
+  section.read("padding", [&](const Value& v) {
+    if (!v.is_auto()) spec.padding = v.number(between(1, 8));
+  });
   section.finish();
   return spec;
 }
@@ -302,7 +305,9 @@ SamplingSpec read_sampling(Section section) {
   section.read("mode", [&](const Value& v) {
     spec.mode = v.choice<SamplingMode>({{"aimed", SamplingMode::aimed}, {"fan", SamplingMode::fan}});
   });
-  section.read("pitch", [&](const Value& v) { spec.pitch_m = v.length_m(between(1e-9, 1)); });
+  section.read("pitch", [&](const Value& v) {
+    if (!v.is_auto()) spec.pitch_m = v.length_m(between(1e-9, 1));
+  });
   section.read("fan", [&](const Value& v) { spec.fan = v.number(between(0.01, 4)); });
   section.read("edge", [&](const Value& v) {
     spec.edge = v.number(between(0, 4));
@@ -324,7 +329,9 @@ SamplingSpec read_sampling(Section section) {
     spec.shape = v.choice<FanShape>({{"orthographic", FanShape::orthographic}, {"perspective", FanShape::perspective}});
   });
   section.read("seed", [&](const Value& v) { spec.seed = v.integer<std::uint32_t>(0, std::numeric_limits<std::uint32_t>::max()); });
-  section.read("frames", [&](const Value& v) { spec.frames = v.integer(1, 4096); });
+  section.read("frames", [&](const Value& v) {
+    if (!v.is_auto()) spec.frames = v.integer(1, 4096);
+  });
   section.finish();
   return spec;
 }
@@ -346,6 +353,29 @@ AccuracySpec read_accuracy(Section section) {
   section.read("phase", [&](const Value& v) { spec.phase_turns = v.number(between(1e-9, 0.5)); });
   section.finish();
   return spec;
+}
+
+ViewerSpec read_viewer(Section section) {
+  ViewerSpec spec;
+  section.read("distance", [&](const Value& v) { spec.distance_m = v.length_m(between(0, 1e4)); });
+  section.read("resolution", [&](const Value& v) {
+    if (!v.is_auto()) spec.resolution_m = v.length_m(between(1e-9, 1));
+  });
+  section.finish();
+  return spec;
+}
+
+/// The keys of sections that have a value of their own.
+std::set<std::string, std::less<>> given_keys(const toml::table& root) {
+  std::set<std::string, std::less<>> keys;
+  for (const auto& [section, node] : root) {
+    if (!node.is_table()) continue;
+    for (const auto& [key, value] : *node.as_table()) {
+      const auto* text = value.as_string();
+      if (!text || text->get() != "auto") keys.insert(std::string(section.str()) + "." + std::string(key.str()));
+    }
+  }
+  return keys;
 }
 
 Light read_light(Section section) {
@@ -499,6 +529,27 @@ Document read_document(const std::filesystem::path& file, const std::vector<std:
   return document;
 }
 
+struct Unit {
+  std::string_view name;
+  double in_base;
+};
+
+/// "3.74 um" as 3.74e-6 where there is such a unit.
+std::optional<double> in_base_unit(std::string_view text, std::span<const Unit> units) {
+  const auto trim = [](std::string_view s) {
+    const auto first = s.find_first_not_of(' ');
+    return first == std::string_view::npos ? std::string_view{} : s.substr(first, s.find_last_not_of(' ') - first + 1);
+  };
+  const std::string_view trimmed = trim(text);
+  double number = 0;
+  const auto [end, error] = std::from_chars(trimmed.data(), trimmed.data() + trimmed.size(), number);
+  if (error != std::errc() || !std::isfinite(number)) return {};
+  const std::string_view unit = trim(trimmed.substr(static_cast<std::size_t>(end - trimmed.data())));
+  for (const auto& one : units)
+    if (one.name == unit) return number * one.in_base;
+  return {};
+}
+
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
@@ -512,6 +563,8 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.sampling = read_sampling(root.section("sampling"));
   scene.trace = read_trace(root.section("trace"));
   scene.accuracy = read_accuracy(root.section("accuracy"));
+  scene.viewer = read_viewer(root.section("viewer"));
+  scene.given = given_keys(document.root);
   for (Section& section : root.sections("light")) scene.lights.push_back(read_light(section));
   scene.materials.emplace_back();
   for (auto& [name, section] : root.section("materials").named_sections("material"))
@@ -526,22 +579,16 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
 }
 
 double parse_length_m(std::string_view text, std::string_view what) {
-  constexpr std::array<std::pair<std::string_view, double>, 6> units{
-      {{"", 1}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"nm", 1e-9}}};
-  const auto trim = [](std::string_view s) {
-    const auto first = s.find_first_not_of(' ');
-    return first == std::string_view::npos ? std::string_view{} : s.substr(first, s.find_last_not_of(' ') - first + 1);
-  };
-  const std::string_view trimmed = trim(text);
-  double number = 0;
-  const auto [end, error] = std::from_chars(trimmed.data(), trimmed.data() + trimmed.size(), number);
-  if (error == std::errc() && std::isfinite(number)) {
-    const std::string_view unit = trim(trimmed.substr(static_cast<std::size_t>(end - trimmed.data())));
-    for (const auto& [name, unit_m] : units)
-      if (unit == name) return number * unit_m;
-  }
+  constexpr Unit units[] = {{"", 1}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"nm", 1e-9}};
+  if (const auto length = in_base_unit(text, units)) return *length;
   throw InputError(std::string(what) + " must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for metres), got " +
                    in_quotes(text));
+}
+
+double parse_seconds(std::string_view text, std::string_view what) {
+  constexpr Unit units[] = {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"us", 1e-6}};
+  if (const auto time = in_base_unit(text, units); time && *time > 0) return *time;
+  throw InputError(std::string(what) + " must be a time such as \"30 ms\" (units: us, ms, s; none for seconds), got " + in_quotes(text));
 }
 
 int channel_of(double wavelength_m) {

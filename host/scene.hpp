@@ -10,6 +10,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -64,6 +65,11 @@ struct AccuracySpec {
   double phase_turns = 0.01;
 };
 
+struct ViewerSpec {
+  double distance_m = 0.25;            // of the eye from the hologram, on the side away from the scene
+  std::optional<double> resolution_m;  // smallest detail wanted of the picture; empty: what an eye there makes out
+};
+
 enum class LightType { ambient, directional, point };
 
 struct Light {
@@ -106,6 +112,8 @@ struct Scene {
   SamplingSpec sampling;
   TraceSpec trace;
   AccuracySpec accuracy;
+  ViewerSpec viewer;
+  std::set<std::string, std::less<>> given;  // keys that file and overrides fix, "sampling.pitch"; those that say "auto" are not among them
   std::vector<Light> lights;
   std::vector<Material> materials;  // [0] is the default of an object that names none
   std::vector<Object> objects;
@@ -122,6 +130,10 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
 /// Metres from "3.74 um", "95mm", "0.1" ...: nm, um, mm, cm, m, or none for metres.
 /// throws  InputError naming `what` when the text is no such length
 double parse_length_m(std::string_view text, std::string_view what);
+
+/// Seconds from "30 ms", "2s", "0.5" ...: us, ms, s, or none for seconds; > 0.
+/// throws  InputError naming `what` when the text is no such time
+double parse_seconds(std::string_view text, std::string_view what);
 
 /// 0 red (>= 580 nm), 1 green, 2 blue (< 490 nm): the channel of colours and textures that light of this wavelength sees.
 int channel_of(double wavelength_m);

@@ -226,20 +226,20 @@ TEST_CASE("reconstructions that cannot be are refused with one line") {
   refused(desk.file("damaged.npy"), {"-z", "10mm", "--pitch", "4um", "--wavelength", "638nm"}, "damaged.npy");
 }
 
-TEST_CASE("info says what would be computed without computing it") {
+TEST_CASE("plan says what would be computed without computing it") {
   const Desk desk;
-  const auto text = desk.run({"info", desk.file("scene.toml"), "--set", "wrp.grid=[2, 2]"});
+  const auto text = desk.run({"plan", desk.file("scene.toml"), "--set", "wrp.grid=[2, 2]"});
   CHECK(text.code == 0);
   CHECK(text.err.empty());
   CHECK_THAT(text.out, ContainsSubstring("48 x 32") && ContainsSubstring("2 triangles") && ContainsSubstring("2 x 2"));
   CHECK_THAT(text.out, ContainsSubstring("precision float (auto), predicted phase error"));
   const auto strict =
-      desk.run({"info", desk.file("scene.toml"), "--set", "accuracy.precision=extended", "--set", "accuracy.phase=1e-9"}).out;
+      desk.run({"plan", desk.file("scene.toml"), "--set", "accuracy.precision=extended", "--set", "accuracy.phase=1e-9"}).out;
   CHECK_THAT(strict, ContainsSubstring("precision extended, predicted phase error") && ContainsSubstring("NOT below 1e-09"));
-  const auto json = Json::parse(desk.run({"info", desk.file("scene.toml"), "--json"}).out);
+  const auto json = Json::parse(desk.run({"plan", desk.file("scene.toml"), "--json"}).out);
   CHECK(json["triangles"] == 2);
   CHECK(json["plan"]["wrps"].size() >= 1);
-  check_refused(desk.run({"info", desk.file("none.toml")}), 2, "none.toml");
+  check_refused(desk.run({"plan", desk.file("none.toml")}), 2, "none.toml");
 }
 
 TEST_CASE("devices lists every device with what it can do, one of them the default") {

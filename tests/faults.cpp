@@ -108,7 +108,7 @@ TEST_CASE("whatever is damaged, the program ends with 0, or with 2, one line and
   const std::vector<std::string> render{"render", desk.file("scene.toml"), "-o", desk.file("out"), "--quiet"};
   // Every run loads the driver, which takes most of its time: the readers get far more copies in the test above.
   // A damaged scene may well be another scene that takes hours, so `info` reads those.
-  check("scene.toml", {"info", desk.file("scene.toml")}, 10, 15);
+  check("scene.toml", {"plan", desk.file("scene.toml")}, 10, 15);
   check("square.ply", render, 1, 1);
   check("square.obj", render, 1, 1);
   check("checker.png", render, 1, 1);
@@ -151,7 +151,7 @@ TEST_CASE("files that claim absurd sizes are refused before memory is taken") {
   for (const auto& [name, bytes] : meshes) {
     desk.folder().write(name, bytes);
     desk.scene("[[object]]\nmesh = \"" + name + "\"\nposition = [0, 0, 1]\n");
-    check(name, {"info", desk.file("scene.toml")});
+    check(name, {"plan", desk.file("scene.toml")});
   }
 
   // A PNG's header is right but for the size; the checksum behind it is too.
@@ -224,7 +224,7 @@ TEST_CASE("without any OpenCL device the program says what to install, and leave
   const std::vector<std::string> nowhere{"OCL_ICD_VENDORS=" + kept.desk.file("nothing")};
   kept.check_refused_by_device({}, nowhere, {"no OpenCL device found", "pocl-opencl-icd"});
   check_refused(kept.desk.run({"devices"}, nowhere), 3, "no OpenCL device found");
-  CHECK(kept.desk.run({"info", kept.desk.file("scene.toml")}, nowhere).code == 0);  // which needs none
+  CHECK(kept.desk.run({"plan", kept.desk.file("scene.toml")}, nowhere).code == 0);  // which needs none
 }
 
 TEST_CASE("a kernel that does not compile is reported with device, driver, options and the compiler's log") {

@@ -30,7 +30,8 @@ int main(int argc, char** argv) {
   raywave::cli::add_lens(app);
   raywave::cli::add_compare(app);
   raywave::cli::add_quality(app);
-  raywave::cli::add_info(app);
+  raywave::cli::add_plan(app);
+  raywave::cli::add_tune(app);
   raywave::cli::add_devices(app);
   raywave::cli::add_selftest(app);
   raywave::cli::add_kernels(app);

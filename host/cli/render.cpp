@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "host/cli/commands.hpp"
+#include "host/cli/goal_options.hpp"
 #include "host/cli/progress.hpp"
 #include "host/error.hpp"
 #include "host/image.hpp"
@@ -45,6 +46,7 @@ struct Options {
   std::string method = "wrp";
   int rays = 100;
   DeviceOptions device;
+  GoalOptions goal;
   bool json = false, quiet = false, save_wrps = false;
 };
 
@@ -53,21 +55,34 @@ std::string numbered(const char* stem, std::size_t number, const char* extension
 }
 
 void run(const Options& options) {
-  const auto scene = load_scene(options.scene, options.set);
+  auto scene = load_scene(options.scene, options.set);
   const cl::Device device(options.device.info());
   RenderOptions how;
   how.fft = options.device.backend(device.info());
   how.method = method_of(options.method);
+  const auto goal = options.goal.goal();
+  if (goal.any() && how.method != Method::wrp) throw InputError("--quality, --budget and --psnr plan --method wrp alone");
   how.rays_per_axis = options.rays;
   how.keep_wrps = options.save_wrps;
   RenderResult result;
+  std::vector<std::string> warnings;
   {
     ProgressBar bar(options.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    result = render(device, scene, how);
+    if (goal.any()) {
+      bar.show("plan", 0);
+      const auto world = build_world(scene);
+      auto planned = plan_scene(scene, world, figures_of(device.info(), how.fft), goal);
+      scene = std::move(planned.scene);
+      warnings = std::move(planned.warnings);
+      result = render(device, scene, world, how);
+    } else {
+      result = render(device, scene, how);
+    }
   }
 
   if (!options.quiet) {
+    for (const auto& warning : warnings) std::fprintf(stderr, "raywave: %s\n", warning.c_str());
     for (const auto& note : result.notes) std::fprintf(stderr, "raywave: %s\n", note.c_str());
   }
 
@@ -113,6 +128,7 @@ void add_render(CLI::App& app) {
   command->add_flag("--save-wrps", options->save_wrps, "Also write the field of every WRP (wrp_1.npy, ...)");
   command->add_flag("--json", options->json, "Print the report instead of a summary");
   command->add_flag("--quiet", options->quiet, "Print nothing but errors");
+  options->goal.add_to(*command);
   options->device.add_to(*command);
   command->callback([options] { run(*options); });
 }

@@ -3,8 +3,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "cl/fft.hpp"
 #include "host/cli/commands.hpp"
-#include "host/report.hpp"
 
 namespace raywave::cli {
 
@@ -74,25 +74,6 @@ void print_devices(bool json) {
 }
 
 }  // namespace
-
-void add_info(CLI::App& app) {
-  struct Options {
-    std::string scene;
-    std::vector<std::string> set;
-    bool json = false;
-  };
-  auto* command = app.add_subcommand("info", "Show what a scene is understood as and what would be computed");
-  auto options = std::make_shared<Options>();
-  command->add_option("scene", options->scene, "Scene file (TOML)")->required();
-  command->add_option("--set", options->set, "Change a value of the scene: section.key=value")->allow_extra_args(false);
-  command->add_flag("--json", options->json, "Print JSON");
-  command->callback([options] {
-    const auto scene = load_scene(options->scene, options->set);
-    const auto world = build_world(scene);
-    const auto plan = make_plan(scene, world, cl::FftBackend::host);
-    std::fputs((options->json ? plan_report_json(scene, world, plan) : plan_report_text(scene, world, plan)).c_str(), stdout);
-  });
-}
 
 void add_devices(CLI::App& app) {
   auto* command = app.add_subcommand("devices", "List OpenCL devices and what each can do");

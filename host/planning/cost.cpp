@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/planning/cost.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <glm/common.hpp>
+#include <nlohmann/json.hpp>
+
+#include "cl/cache.hpp"
+#include "host/gatherer.hpp"
+#include "host/output.hpp"
+#include "host/propagator.hpp"
+#include "host/reference/surfaces.hpp"
+#include "host/render.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr double rays_of_a_cell = 17, views_of_a_sample = 20;
+
+/// Work of a ray beside each level of the tree, in levels.
+constexpr double levels_of_a_ray = 4;
+
+/// What a further frame costs of a pair, and what a light's highlight adds to it.
+constexpr double further_frame = 0.9, highlight = 1.0;
+
+/// Gathering goes by tiles, so many pixels wide and, of all frames together, high; a tile's rim costs as much as its middle.
+constexpr double tile_width = 16, tile_pixels_high = 16;
+
+/// Making the profiles of a sample that is near its WRP, in pairs per pixel of its width and height.
+constexpr double profile_of_a_pixel = 12;
+
+/// Passes over a pixel beside the transforms, in butterflies; and the share of a transform that the way back takes.
+constexpr double butterflies_of_a_pixel = 9, way_back = 0.5;
+
+/// Pixels of all WRPs that light of a sample in the plane z crosses, along one axis, and the rim of the tiles that they lie in.
+struct Crossing {
+  double pixels = 0, rim = 0;
+  bool near = false;  // the sample's wave is made of plane waves
+};
+
+/// at_m  where the sample's chief ray crosses the WRPs, which reach from first to last
+Crossing crossing(const Plan& plan, int axis, double at_m, double z_m, double first_m, double last_m, double tile) {
+  const double window = plan.size[axis] * plan.pitch_m[axis], spot = plan.wavelength_m * z_m / (std::max(plan.fan, 1e-3) * window);
+  const double cone = plan.fan * window / 2 * std::abs(1 - plan.distance_m / z_m);
+  const bool near = cone < Gatherer::default_near_spots * spot;
+  const double half = cone + (near ? Gatherer::near_tail * spot : 0);
+  const double low = std::max(at_m - half, first_m), high = std::min(at_m + half, last_m);
+  return low < high ? Crossing{(high - low) / plan.pitch_m[axis], tile, near} : Crossing{};
+}
+
+/// Rows and columns of the padded plane that the band keeps of a WRP.
+glm::dvec2 kept(const Plan& plan, const Wrp& wrp) {
+  glm::dvec2 count;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double half = std::max(plan.padded[axis] / 2.0, 1.0 * plan.size[axis]) * plan.pitch_m[axis];
+    const auto [low, high] = band_m(plan.wavelength_m, wrp.centre_m.z, -wrp.centre_m[axis], half);
+    const double nyquist = 0.5 / plan.pitch_m[axis];
+    const double share = std::max(0.0, std::min(high, nyquist) - std::max(low, -nyquist)) * plan.pitch_m[axis];
+    count[axis] = share * plan.padded[axis];
+  }
+  return count;
+}
+
+double count_butterflies(const Plan& plan, int frames) {
+  const glm::dvec2 padded(plan.padded), size(plan.size);
+  double forward = 0, widest = 0;
+  for (const auto& wrp : plan.wrps) {
+    const double rows = kept(plan, wrp).y;
+    forward += size.x * padded.y * std::log2(padded.y) + rows * padded.x * std::log2(padded.x) + butterflies_of_a_pixel * size.x * size.y;
+    widest = std::max(widest, rows);
+  }
+  const double back =
+      size.x * padded.y * std::log2(padded.y) + widest * padded.x * std::log2(padded.x) + butterflies_of_a_pixel * size.x * size.y;
+  return frames * (forward + way_back * back);
+}
+
+std::string cache_name(const cl::DeviceInfo& device) {
+  return "rates_" + cl::hash_name(device.platform + "\n" + device.name + "\n" + device.driver) + ".json";
+}
+
+/// A ball 8 mm wide, half sunk into a wall of 14 mm x 8 mm, 100 mm away: samples at all distances from the WRPs.
+World ball_in_wall() {
+  World world;
+  const auto add = [&](const reference::Surface& surface) {
+    const auto first = static_cast<std::uint32_t>(world.positions.size());
+    const auto object = static_cast<std::int32_t>(world.object_closed.size());
+    world.positions.insert(world.positions.end(), surface.positions.begin(), surface.positions.end());
+    for (const auto& t : surface.triangles) {
+      world.triangles.push_back(t + first);
+      world.triangle_object.push_back(object);
+    }
+    world.object_closed.push_back(surface.closed);
+    world.normals.resize(world.positions.size(), glm::vec3(0, 0, -1));
+    std::copy(surface.normals.begin(), surface.normals.end(), world.normals.begin() + first);
+  };
+  add(reference::sphere({0, 0, 0.1}, 4e-3, 48));
+  add(reference::rectangle({0, 0, 0.101}, {7e-3, 0, 0}, {0, 4e-3, 0}));
+  world.uvs.assign(world.positions.size(), glm::vec2(0));
+  world.min_m = {-7e-3, -4e-3, 0.096};
+  world.max_m = {7e-3, 4e-3, 0.105};
+  return world;
+}
+
+Scene ball_scene(double pitch_m) {
+  Scene scene;
+  scene.file = "tune";
+  scene.sampling.pitch_m = pitch_m;
+  scene.sampling.frames = 4;
+  scene.wrp.grid = glm::ivec2(2, 2);
+  scene.lights.emplace_back();
+  scene.materials.resize(2);
+  scene.materials[0].specular = glm::dvec3(0.5);
+  scene.objects.resize(2);
+  scene.objects[1].material = 1;
+  return scene;
+}
+
+}  // namespace
+
+Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view) {
+  Work work;
+  const double frames = scene.sampling.frames, pixels = static_cast<double>(plan.size.x) * plan.size.y;
+  const double samples_of_a_cell = std::pow(view.step / plan.lattice.step, 2);
+  work.pixels = pixels * static_cast<double>(plan.wrps.size()) * frames;
+  work.levels = pixels * frames;
+  work.butterflies = count_butterflies(plan, scene.sampling.frames);
+  const double levels = levels_of_a_ray + std::log2(static_cast<double>(world.triangles.size()) + 1);
+  if (!plan.aimed) {
+    work.pairs = static_cast<double>(plan.rays) * levels * frames;
+    return work;
+  }
+  work.samples = view.covered * samples_of_a_cell;
+  work.rays = levels * (static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y * (plan.antialias ? rays_of_a_cell : 1) +
+                        view.pierced * samples_of_a_cell * views_of_a_sample);
+  const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / Gatherer::most_frames);
+  glm::dvec2 first(plan.wrps[0].centre_m), last = first;
+  for (const auto& wrp : plan.wrps) {
+    first = glm::min(first, glm::dvec2(wrp.centre_m));
+    last = glm::max(last, glm::dvec2(wrp.centre_m));
+  }
+  const auto half_window = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
+  first -= half_window;
+  last += half_window;
+  const auto lights = static_cast<double>(
+      std::count_if(scene.lights.begin(), scene.lights.end(), [](const Light& l) { return l.type != LightType::ambient; }));
+  const double tile_height = std::clamp(tile_pixels_high * gatherings / frames, 2.0, 16.0);
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x) {
+      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) + static_cast<std::size_t>(x);
+      const double z = view.depth_m[cell];
+      if (z == 0) continue;
+      const auto at = view.tangent(x, y) * plan.distance_m;
+      const auto across = crossing(plan, 0, at.x, z, first.x, last.x, tile_width),
+                 up = crossing(plan, 1, at.y, z, first.y, last.y, tile_height);
+      const double pairs = (across.pixels + across.rim) * (up.pixels + up.rim);
+      work.pairs += pairs * (view.shiny[cell] ? 1 + highlight * lights : 1);
+      work.more_pairs += pairs;
+      if (across.near || up.near) work.pairs += profile_of_a_pixel * (across.pixels + up.pixels);
+    }
+  }
+  work.pairs *= samples_of_a_cell * gatherings;
+  work.more_pairs *= samples_of_a_cell * (frames - gatherings);
+  if (plan.bounces > 0) {
+    for (const auto& wrp : plan.wrps) work.pairs += static_cast<double>(wrp.fan.size()) * pixels * levels * frames;
+  }
+  return work;
+}
+
+DeviceRates default_rates() { return {"default", 4.5e-9, 0.8e-9, 0.8e-9, 0.13e-9, 1.2e-9}; }
+
+std::filesystem::path rates_file(const cl::DeviceInfo& device) { return cl::cache_folder() / cache_name(device); }
+
+std::optional<DeviceRates> load_rates(const cl::DeviceInfo& device) {
+  std::ifstream in(rates_file(device));
+  if (!in) return {};
+  try {
+    const auto j = nlohmann::json::parse(in);
+    DeviceRates rates{device.name, j.at("ray_s"), j.at("pair_s"), j.at("pixel_s"), j.at("butterfly_s"), j.at("level_s")};
+    for (const double rate : {rates.ray_s, rates.pair_s, rates.pixel_s, rates.butterfly_s, rates.level_s}) {
+      if (!(rate > 0 && rate < 1)) return {};
+    }
+    return rates;
+  } catch (const nlohmann::json::exception&) {
+    return {};  // a damaged file is as good as none
+  }
+}
+
+void store_rates(const cl::DeviceInfo& device, const DeviceRates& rates) {
+  const nlohmann::ordered_json j{{"device", rates.device},  {"driver", device.driver},  {"ray_s", rates.ray_s},
+                                 {"pair_s", rates.pair_s},  {"pixel_s", rates.pixel_s}, {"butterfly_s", rates.butterfly_s},
+                                 {"level_s", rates.level_s}};
+  write_text(rates_file(device), j.dump(2) + "\n");
+}
+
+DeviceRates measure_rates(const cl::DeviceInfo& info, cl::FftBackend backend) {
+  const cl::Device device(info);
+  const auto world = ball_in_wall();
+  const bool on_processor = info.kind == cl::DeviceKind::cpu;
+  // A coarse lattice, whose time goes to pixels, and a fine one, whose time goes to rays and pairs; each once to warm up.
+  std::array<Work, 2> work;
+  std::array<StageTimes, 2> least;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto scene = ball_scene(i == 0 ? 400e-6 : 90e-6);
+    RenderOptions how;
+    how.fft = backend;
+    for (int turn = 0; turn < 4; ++turn) {
+      const auto result = render(device, scene, world, how);
+      work[i] = count_work(scene, world, result.plan, front_view(scene, world, load_textures(scene), result.plan));
+      const auto& seconds = on_processor ? result.processor_seconds : result.seconds;
+      const auto of = [&](const char* stage) { return seconds.at(stage) / (on_processor ? std::max(1u, info.compute_units) : 1); };
+      const StageTimes now{of("samples"), of("trace"), of("propagate"), of("encode")};
+      if (turn == 0) continue;
+      for (const auto member : {&StageTimes::samples_s, &StageTimes::trace_s, &StageTimes::propagate_s, &StageTimes::encode_s})
+        least[i].*member = turn == 1 ? now.*member : std::min(least[i].*member, now.*member);
+    }
+  }
+  const auto& [coarse, fine] = work;
+  DeviceRates rates{info.name};
+  const auto pairs = [](const Work& w) { return w.pairs + further_frame * w.more_pairs; };
+  rates.pair_s = std::max(1e-13, (least[1].trace_s - least[0].trace_s) / (pairs(fine) - pairs(coarse)));
+  rates.pixel_s = std::max(1e-13, (least[0].trace_s - rates.pair_s * pairs(coarse)) / coarse.pixels);
+  rates.ray_s = std::max(1e-13, least[1].samples_s / fine.rays);
+  rates.butterfly_s = std::max(1e-13, (least[0].propagate_s + least[1].propagate_s) / (coarse.butterflies + fine.butterflies));
+  rates.level_s = std::max(1e-13, (least[0].encode_s + least[1].encode_s) / (coarse.levels + fine.levels));
+  return rates;
+}
+
+StageTimes predict_times(const Work& work, const DeviceRates& rates) {
+  return {work.rays * rates.ray_s, (work.pairs + further_frame * work.more_pairs) * rates.pair_s + work.pixels * rates.pixel_s,
+          work.butterflies * rates.butterfly_s, work.levels * rates.level_s};
+}
+
+}  // namespace raywave

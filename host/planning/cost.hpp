@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What a plan takes: operations, counted from the scene, and how long a device needs for them. `raywave tune` measures its rates.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "cl/device.hpp"
+#include "cl/fft.hpp"
+#include "host/planning/front_view.hpp"
+
+namespace raywave {
+
+/// Operations of one picture: all frames of a scene that has been read, from its samples to its levels.
+struct Work {
+  double samples = 0;      // surface samples that the hologram sees
+  double rays = 0;         // of the sample lattice, and of what the hologram's parts see of each sample, times the depth of the tree
+  double pairs = 0;        // of a WRP's pixel and a sample that it gathers, or a fan's ray; the first frame's
+  double more_pairs = 0;   // the further frames', which share rays and shading
+  double pixels = 0;       // of all WRPs and frames
+  double butterflies = 0;  // of all transforms: points times the binary logarithm of their lines, as far as window and band need them
+  double levels = 0;       // pixels of all holograms
+};
+
+Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view);
+
+/// Seconds that a device takes per operation, all of its compute units together.
+struct DeviceRates {
+  std::string device;  // "default" for figures that no measurement stands behind
+  double ray_s = 0, pair_s = 0, pixel_s = 0, butterfly_s = 0, level_s = 0;
+};
+
+/// Of PoCL on two cores of a server processor.
+DeviceRates default_rates();
+
+/// What `raywave tune` has stored for the device, if anything.
+std::optional<DeviceRates> load_rates(const cl::DeviceInfo& device);
+void store_rates(const cl::DeviceInfo& device, const DeviceRates& rates);
+std::filesystem::path rates_file(const cl::DeviceInfo& device);
+
+/// Measures the rates: renders built-in scenes of a ball in a wall, a few seconds. On CPUs in processor seconds over the compute units,
+/// so that other programs do not count; else by the wall's clock.
+DeviceRates measure_rates(const cl::DeviceInfo& device, cl::FftBackend backend);
+
+struct StageTimes {
+  double samples_s = 0, trace_s = 0, propagate_s = 0, encode_s = 0;
+  double total_s() const { return samples_s + trace_s + propagate_s + encode_s; }
+};
+
+StageTimes predict_times(const Work& work, const DeviceRates& rates);
+
+}  // namespace raywave

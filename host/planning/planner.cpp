@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/planning/planner.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+#include <numbers>
+
+#include "host/error.hpp"
+#include "host/padding_error.hpp"
+#include "host/planning/memory.hpp"
+#include "host/planning/warnings.hpp"
+#include "host/propagator.hpp"
+#include "host/shared_types.hpp"
+#include "host/text.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr double arc_minute = std::numbers::pi / 180 / 60;
+
+/// What is tried. Coarser lattices than the resolution show their dots.
+constexpr std::array pitches_of_resolution{1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.3, 0.25};
+constexpr std::array frame_counts{1, 2, 3, 4, 6, 8, 12, 16};
+constexpr std::array paddings{1.0, 1.125, 1.25, 1.5, 2.0};
+
+/// How far up from the fastest to the truest choice a quality lies, in decibels; and what is no gain worth waiting for, but to reference.
+constexpr std::array shares_of_quality{0.0, 0.5, 0.85, 1.0};
+constexpr double no_gain_db = 0.5;
+
+/// The least accuracy.phase of a quality, where the scene gives none.
+constexpr double reference_phase_turns = 0.001;
+
+/// Fields that are more wrong than this show ghosts beside bright objects.
+constexpr double worst_padding_error = 0.15;
+
+struct Candidate {
+  double pitch_m = 0, padding = 0;
+  int frames = 1;
+  double seconds = 0, psnr_db = 0;
+};
+
+/// Everything about the scene that the choice of pitch, padding and frames does not change.
+class Planner {
+public:
+  Planner(const Scene& scene, const World& world, const DeviceFigures& device)
+      : scene_(scene),
+        world_(world),
+        device_(device),
+        plan_(make_plan(scene, world, device.fft, Method::wrp, 100, device.has_doubles)),
+        resolution_m_(wanted_resolution_m(scene, plan_)),
+        view_(front_view(scene, world, load_textures(scene), plan_)) {
+    if (plan_.aimed) model_ = picture_model(view_, plan_, resolution_m_);
+  }
+
+  double resolution_m() const { return resolution_m_; }
+  const FrontView& view() const { return view_; }
+  const std::optional<PictureModel>& model() const { return model_; }
+
+  /// All choices that the scene leaves open.
+  std::vector<Candidate> candidates() {
+    const double finest = std::max(plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.x * plan_.pitch_m.x),
+                                   plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.y * plan_.pitch_m.y));
+    std::vector<double> pitches, pads;
+    std::vector<int> counts;
+    if (scene_.given.contains("sampling.pitch")) {
+      pitches = {scene_.sampling.pitch_m};
+    } else {
+      for (const double share : pitches_of_resolution) {
+        if (const double p = round_pitch(share * resolution_m_); pitches.empty() || p >= finest) pitches.push_back(p);
+      }
+    }
+    if (scene_.given.contains("wrp.padding")) {
+      pads = {scene_.wrp.padding};
+    } else {
+      for (const double padding : paddings) {
+        if (padding_error(padding) <= worst_padding_error || padding == paddings.back()) pads.push_back(padding);
+      }
+    }
+    counts = scene_.given.contains("sampling.frames") ? std::vector{scene_.sampling.frames}
+                                                      : std::vector(frame_counts.begin(), frame_counts.end());
+    std::vector<Candidate> all;
+    for (const double pitch_m : pitches) {
+      for (const double padding : pads) {
+        for (const int frames : counts) all.push_back(judged({pitch_m, padding, frames}));
+      }
+    }
+    return all;
+  }
+
+private:
+  /// To two digits: as a person would write it.
+  static double round_pitch(double p) {
+    const double digit = std::pow(10, std::floor(std::log10(p)) - 1);
+    return std::floor(p / digit + 1e-9) * digit;
+  }
+
+  double padding_error(double padding) {
+    const auto padded = padded_size(plan_.size, padding);
+    for (const auto& [size, error] : padding_errors_) {
+      if (size == padded) return error;
+    }
+    padding_errors_.emplace_back(padded, predicted_padding_error(plan_, world_, padded));
+    return padding_errors_.back().second;
+  }
+
+  Candidate judged(Candidate c) {
+    auto scene = scene_;
+    scene.sampling.pitch_m = c.pitch_m;
+    scene.sampling.frames = c.frames;
+    auto plan = plan_;
+    plan.padded = padded_size(plan.size, c.padding);
+    const double finer = plan.lattice.step * plan.lattice.full_z_m / c.pitch_m;
+    plan.lattice.step /= finer;
+    plan.lattice.size = glm::ivec2(glm::ceil(glm::dvec2(plan.lattice.size) * finer));
+    c.seconds = predict_times(count_work(scene, world_, plan, view_), device_.rates).total_s();
+    c.psnr_db = predict_pictures(*model_, c.pitch_m, c.frames, padding_error(c.padding)).mean_psnr_db;
+    return c;
+  }
+
+  const Scene& scene_;
+  const World& world_;
+  const DeviceFigures& device_;
+  Plan plan_;
+  double resolution_m_;
+  FrontView view_;
+  std::optional<PictureModel> model_;
+  std::vector<std::pair<glm::ivec2, double>> padding_errors_;
+};
+
+/// The truest of those that take no longer; the fastest when all do.
+const Candidate& truest_within(const std::vector<Candidate>& all, double seconds) {
+  const Candidate* best = nullptr;
+  for (const auto& c : all) {
+    if (c.seconds <= seconds && (!best || c.psnr_db > best->psnr_db || (c.psnr_db == best->psnr_db && c.seconds < best->seconds)))
+      best = &c;
+  }
+  return best ? *best : *std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.seconds < b.seconds; });
+}
+
+/// The fastest of those that are as true; the truest when none is.
+const Candidate& fastest_reaching(const std::vector<Candidate>& all, double psnr_db) {
+  const Candidate* best = nullptr;
+  for (const auto& c : all) {
+    if (c.psnr_db >= psnr_db && (!best || c.seconds < best->seconds)) best = &c;
+  }
+  return best ? *best : *std::max_element(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
+}
+
+const Candidate& chosen(const std::vector<Candidate>& all, const Goal& goal) {
+  if (goal.budget_s) return truest_within(all, *goal.budget_s);
+  if (goal.psnr_db) return fastest_reaching(all, *goal.psnr_db);
+  const auto least = truest_within(all, 0).psnr_db;  // of the fastest
+  const auto most = fastest_reaching(all, std::numeric_limits<double>::infinity()).psnr_db;
+  const double wanted = least + shares_of_quality[static_cast<std::size_t>(*goal.quality)] * (most - least);
+  return fastest_reaching(all, wanted - (goal.quality == Quality::reference ? 1e-9 : no_gain_db));
+}
+
+std::string seconds_text(double seconds) {
+  return seconds < 1 ? number_text(std::round(seconds * 1e4) / 10) + " ms" : number_text(std::round(seconds * 100) / 100) + " s";
+}
+std::string decibels_text(double db) { return number_text(std::round(db * 10) / 10) + " dB"; }
+
+std::string why_resolution(const Scene& scene, const Plan& plan, double resolution_m) {
+  const std::string text = "resolution " + length_text(std::round(resolution_m * 1e8) / 1e8) + ": ";
+  if (scene.viewer.resolution_m == resolution_m) return text + "viewer.resolution";
+  if (!scene.viewer.resolution_m && resolution_m == arc_minute * (scene.viewer.distance_m + plan.lattice.full_z_m))
+    return text + "1 arc minute for an eye " + length_text(scene.viewer.distance_m) + " from the hologram";
+  return text + "the hologram's own limit, wavelength z / width";
+}
+
+}  // namespace
+
+Quality quality_of(const std::string& name) {
+  for (const auto quality : {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
+    if (name == name_of(quality)) return quality;
+  }
+  throw InputError("--quality " + name + ": unknown; there are draft, balanced, accurate and reference");
+}
+
+const char* name_of(Quality quality) {
+  constexpr const char* names[] = {"draft", "balanced", "accurate", "reference"};
+  return names[static_cast<std::size_t>(quality)];
+}
+
+DeviceFigures figures_of(const cl::DeviceInfo& device, cl::FftBackend fft) {
+  DeviceFigures figures{device.name, fft, device.fp64, device.memory_bytes, device.largest_buffer_bytes, default_rates()};
+  if (const auto rates = load_rates(device)) figures.rates = *rates;
+  return figures;
+}
+
+double wanted_resolution_m(const Scene& scene, const Plan& plan) {
+  double limit = 0;
+  for (int axis = 0; axis < 2; ++axis)
+    limit = std::max(limit, plan.wavelength_m * plan.lattice.full_z_m / (plan.size[axis] * plan.pitch_m[axis]));
+  return std::max(limit, scene.viewer.resolution_m.value_or(arc_minute * (scene.viewer.distance_m + plan.lattice.full_z_m)));
+}
+
+Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device, const Goal& goal) {
+  Planned planned;
+  planned.scene = scene;
+  auto& s = planned.scene;
+  if (goal.quality == Quality::reference && !scene.given.contains("accuracy.phase")) s.accuracy.phase_turns = reference_phase_turns;
+  Planner planner(s, world, device);
+  if (goal.any()) {
+    if (!planner.model())
+      throw InputError(one_line(scene.file.string()) +
+                       ": pictures of sampling.mode \"fan\" cannot be predicted; give sampling.pitch, sampling.frames and wrp.padding "
+                       "instead of a goal, or sampling.mode \"aimed\"");
+    const auto all = planner.candidates();
+    const auto& c = chosen(all, goal);
+    s.sampling.pitch_m = c.pitch_m;
+    s.sampling.frames = c.frames;
+    s.wrp.padding = c.padding;
+    if (goal.budget_s && c.seconds > *goal.budget_s)
+      planned.warnings.push_back("nothing keeps " + seconds_text(*goal.budget_s) + ": the fastest takes " + seconds_text(c.seconds) +
+                                 "; a smaller hologram.resolution or wrp.grid needs less");
+    if (goal.psnr_db && c.psnr_db < *goal.psnr_db)
+      planned.warnings.push_back("nothing reaches " + decibels_text(*goal.psnr_db) + ": the truest has " + decibels_text(c.psnr_db) +
+                                 "; a larger viewer.resolution asks for less detail");
+  }
+  planned.plan = make_plan(s, world, device.fft, Method::wrp, 100, device.has_doubles);
+  const auto& plan = planned.plan;
+
+  auto& prediction = planned.prediction;
+  prediction.resolution_m = planner.resolution_m();
+  prediction.work = count_work(s, world, plan, planner.view());
+  prediction.times = predict_times(prediction.work, device.rates);
+  prediction.rates_of = device.rates.device;
+  if (planner.model()) prediction.pictures = predict_pictures(*planner.model(), s.sampling.pitch_m, s.sampling.frames, plan.padding_error);
+  const double phase_error = 2 * std::numbers::pi * plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
+  prediction.field_error = std::hypot(plan.padding_error, phase_error);
+  const auto largest = device.largest_buffer_bytes > 0 ? device.largest_buffer_bytes : std::numeric_limits<std::uint64_t>::max();
+  const auto needs = memory_needs(s, world, plan, Method::wrp, largest);
+  for (const auto& need : needs) {
+    prediction.device_bytes += need.bytes;
+    if (device.memory_bytes > 0 && need.bytes > largest)
+      planned.warnings.push_back(need.name + ": " + cl::format_bytes(need.bytes) + " in one buffer, " + device.name + " allows " +
+                                 cl::format_bytes(largest) + "; " + need.advice);
+  }
+  prediction.device_bytes +=
+      static_cast<std::uint64_t>(prediction.work.samples * (sizeof(device::Sample) + sizeof(device::Aim) + 16 + 8 * s.sampling.frames));
+  if (device.memory_bytes > 0 && prediction.device_bytes > device.memory_bytes)
+    planned.warnings.push_back("needs " + cl::format_bytes(prediction.device_bytes) + ", " + device.name + " has " +
+                               cl::format_bytes(device.memory_bytes) +
+                               "; a smaller hologram.resolution or wrp.padding, or a larger sampling.pitch, needs less");
+
+  const auto fixed = [&](const char* key) { return scene.given.contains(key) ? "given" : goal.any() ? "chosen" : "default"; };
+  planned.reasons = {why_resolution(s, plan, planner.resolution_m()),
+                     "sampling.pitch " + length_text(s.sampling.pitch_m) + " (" + fixed("sampling.pitch") + "), sampling.frames " +
+                         std::to_string(s.sampling.frames) + " (" + fixed("sampling.frames") + "), wrp.padding " +
+                         number_text(s.wrp.padding) + " (" + fixed("wrp.padding") + ")"};
+  for (auto& warning : warnings_of(s, world, plan, planner.view(), planner.resolution_m())) planned.warnings.push_back(std::move(warning));
+  return planned;
+}
+
+}  // namespace raywave

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+/// From scene, device figures and goal to what is computed: values that the scene leaves open are chosen, and what to expect is predicted.
+/// A pure function, printed by `raywave plan` and followed by `raywave render`. docs/planning.md explains how it decides.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/planning/cost.hpp"
+#include "host/planning/picture_model.hpp"
+
+namespace raywave {
+
+/// Points on a scene's curve of truth against time.
+enum class Quality { draft, balanced, accurate, reference };
+
+/// "draft", "balanced", "accurate", "reference"
+/// throws  InputError for anything else
+Quality quality_of(const std::string& name);
+const char* name_of(Quality quality);
+
+/// What is wanted. At most one; none: whatever the scene leaves open keeps its default.
+struct Goal {
+  std::optional<Quality> quality;
+  std::optional<double> budget_s;  // time of a picture, from its samples to its levels: the truest that keeps it
+  std::optional<double> psnr_db;   // mean PSNR of its pictures: the fastest that reaches it
+
+  bool any() const { return quality || budget_s || psnr_db; }
+};
+
+struct DeviceFigures {
+  std::string name;  // empty: none is known
+  cl::FftBackend fft = cl::FftBackend::host;
+  bool has_doubles = false;
+  std::uint64_t memory_bytes = 0, largest_buffer_bytes = 0;  // 0: not known
+  DeviceRates rates = default_rates();
+};
+
+/// With what `raywave tune` has measured, if anything.
+DeviceFigures figures_of(const cl::DeviceInfo& device, cl::FftBackend fft);
+
+struct Prediction {
+  StageTimes times;
+  std::string rates_of;  // the device that they were measured on, or "default"
+  Work work;
+  std::uint64_t device_bytes = 0;
+  std::optional<PicturePrediction> pictures;  // of aimed sampling
+  double resolution_m = 0;                    // detail that they are judged at
+  double field_error = 0;                     // relative L2, of padding and phases
+};
+
+struct Planned {
+  Scene scene;  // with the values chosen
+  Plan plan;
+  Prediction prediction;
+  std::vector<std::string> reasons;   // a line each: which value, why
+  std::vector<std::string> warnings;  // a line each: what the user may not want, and what would change it
+};
+
+/// throws  InputError as make_plan, and for a goal that nothing can be predicted for (sampling.mode "fan")
+Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device, const Goal& goal = {});
+
+/// The smallest detail of the picture that counts: the coarsest of what the viewer wants or makes out (1 arc minute) and of what the
+/// hologram resolves (wavelength z / width), in the scene's middle.
+double wanted_resolution_m(const Scene& scene, const Plan& plan);
+
+}  // namespace raywave

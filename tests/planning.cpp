@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <glm/common.hpp>
+
+#include "host/device_scene.hpp"
+#include "host/error.hpp"
+#include "host/planning/planner.hpp"
+#include "host/render.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace raywave {
+namespace {
+
+using Catch::Approx;
+using Catch::Matchers::ContainsSubstring;
+using test::mm;
+using test::um;
+
+Scene data_scene(const std::string& name, const std::vector<std::string>& set = {}) {
+  return load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / name, set);
+}
+
+Plan plan_of(const Scene& scene, const World& world) { return make_plan(scene, world, cl::FftBackend::host); }
+
+Planned planned(const Scene& scene, const Goal& goal = {}) { return plan_scene(scene, build_world(scene), {}, goal); }
+
+/// Squares of 2 mm that face the hologram, 100 mm away, centred at these places.
+World squares_at(const std::vector<glm::dvec2>& centres_m) {
+  World world;
+  for (const auto& centre : centres_m) {
+    const auto first = static_cast<std::uint32_t>(world.positions.size());
+    for (const glm::dvec2 corner : {glm::dvec2(-1, -1), {1, -1}, {1, 1}, {-1, 1}})
+      world.positions.emplace_back(centre + corner * 1e-3, 0.1);
+    world.triangles.push_back(glm::uvec3(0, 1, 2) + first);
+    world.triangles.push_back(glm::uvec3(0, 2, 3) + first);
+    world.triangle_object.insert(world.triangle_object.end(), 2, 0);
+  }
+  world.normals.assign(world.positions.size(), glm::vec3(0, 0, -1));
+  world.uvs.assign(world.positions.size(), glm::vec2(0));
+  world.object_closed = {false};
+  world.min_m = world.max_m = world.positions[0];
+  for (const auto& p : world.positions) {
+    world.min_m = glm::min(world.min_m, p);
+    world.max_m = glm::max(world.max_m, p);
+  }
+  return world;
+}
+
+Scene glowing_scene() {
+  Scene scene;
+  scene.file = "scene.toml";
+  scene.lights.emplace_back();
+  scene.materials = {test::glowing()};
+  scene.objects = {test::object_at("", 1, {})};
+  return scene;
+}
+
+bool warns(const Planned& p, const std::string& text) {
+  return std::any_of(p.warnings.begin(), p.warnings.end(), [&](const auto& w) { return w.find(text) != std::string::npos; });
+}
+
+TEST_CASE("an empty corner gets no WRP") {
+  const auto scene = glowing_scene();
+  const auto all = plan_of(scene, squares_at({{-5 * mm, -3 * mm}, {5 * mm, -3 * mm}, {-5 * mm, 3 * mm}, {5 * mm, 3 * mm}}));
+  REQUIRE(all.grid == glm::ivec2(2, 2));
+  CHECK(all.wrps.size() == 4);
+  const auto l_shaped = plan_of(scene, squares_at({{-5 * mm, -3 * mm}, {5 * mm, -3 * mm}, {-5 * mm, 3 * mm}}));
+  REQUIRE(l_shaped.grid == glm::ivec2(2, 2));
+  REQUIRE(l_shaped.wrps.size() == 3);
+  for (const auto& wrp : l_shaped.wrps) CHECK_FALSE((wrp.centre_m.x > 0 && wrp.centre_m.y > 0));
+}
+
+TEST_CASE("a triangle whose box, but not its light, reaches into a corner gives that corner no WRP") {
+  const auto scene = glowing_scene();
+  World world = squares_at({{0, 0}});
+  world.positions = {{-9 * mm, -5 * mm, 0.1}, {9 * mm, -5 * mm, 0.1}, {-9 * mm, 5 * mm, 0.1}, {-9 * mm, 5 * mm, 0.1}};
+  world.triangles = {{0, 1, 2}};
+  world.triangle_object = {0};
+  world.min_m = {-9 * mm, -5 * mm, 0.1};
+  world.max_m = {9 * mm, 5 * mm, 0.1};
+  const auto plan = plan_of(scene, world);
+  REQUIRE(plan.grid == glm::ivec2(3, 3));
+  CHECK(plan.wrps.size() == 8);  // the one farthest from the long side is dark
+}
+
+TEST_CASE("leaving out dark WRPs leaves the hologram as it is") {
+  auto scene = glowing_scene();
+  scene.hologram.resolution = {192, 160};
+  scene.sampling.pitch_m = 60 * um;
+  World world = squares_at({{-0.5 * mm, -0.4 * mm}});
+  for (auto& p : world.positions) p = {(p.x + 0.5 * mm) * 0.2 - 0.5 * mm, (p.y + 0.4 * mm) * 0.2 - 0.4 * mm, 0.02};
+  world.min_m = world.positions[0];
+  world.max_m = world.positions[2];
+  scene.wrp.distance_m = 19.9 * mm;
+  for (const auto& info : cl::list_devices()) {
+    INFO(info.name);
+    const cl::Device device(info);
+    scene.wrp.grid = glm::ivec2(1, 1);
+    const auto one = render(device, scene, world);
+    scene.wrp.grid = glm::ivec2(3, 3);  // the one in the middle stands where the one alone does
+    const auto nine = render(device, scene, world);
+    REQUIRE(nine.plan.wrps.size() == 1);
+    CHECK(nine.field.samples == one.field.samples);
+  }
+}
+
+TEST_CASE("the same teapot alone in one corner costs at most 0.4 of a scene that fills 2 x 2 WRPs") {
+  const auto filled = data_scene("teapot_four.toml");
+  auto alone = filled;
+  alone.objects.resize(1);
+  const auto four = planned(filled), one = planned(alone);
+  REQUIRE(four.plan.wrps.size() == 4);
+  REQUIRE(one.plan.wrps.size() == 1);
+  CHECK(one.prediction.times.total_s() <= 0.4 * four.prediction.times.total_s());
+  CHECK(one.prediction.work.butterflies <= 0.4 * four.prediction.work.butterflies);
+}
+
+TEST_CASE("a value that the file fixes is kept whatever the goal") {
+  for (const auto& [key, value] : {std::pair{"sampling.pitch", "83 um"}, {"sampling.frames", "5"}, {"wrp.padding", "1.75"}}) {
+    INFO(key);
+    const auto fixed = data_scene("teapot.toml", {std::string(key) + "=" + value});
+    const auto open = data_scene("teapot.toml", {std::string(key) + "=auto"});
+    REQUIRE(fixed.given.contains(key));
+    REQUIRE_FALSE(open.given.contains(key));
+    for (const Goal& goal : {Goal{Quality::draft, {}, {}}, Goal{Quality::accurate, {}, {}}, Goal{{}, 0.2, {}}, Goal{{}, {}, 38}}) {
+      const auto p = planned(fixed, goal);
+      CHECK(p.scene.sampling.pitch_m == (fixed.given.contains("sampling.pitch") ? 83 * um : p.scene.sampling.pitch_m));
+      CHECK(p.scene.sampling.frames == (fixed.given.contains("sampling.frames") ? 5 : p.scene.sampling.frames));
+      CHECK(p.scene.wrp.padding == (fixed.given.contains("wrp.padding") ? 1.75 : p.scene.wrp.padding));
+    }
+  }
+}
+
+TEST_CASE("without a goal nothing is changed") {
+  const auto scene = data_scene("teapot.toml");
+  const auto p = planned(scene);
+  CHECK(p.scene.sampling.pitch_m == scene.sampling.pitch_m);
+  CHECK(p.scene.sampling.frames == scene.sampling.frames);
+  CHECK(p.scene.wrp.padding == scene.wrp.padding);
+}
+
+TEST_CASE("the prediction keeps a budget, and more time never makes it less true") {
+  const auto scene = data_scene("ball_textured.toml");
+  const auto world = build_world(scene);
+  double before = -1e9;
+  for (const double budget_s : {0.5, 0.7, 1.0, 1.5, 3.0, 30.0}) {
+    const auto p = plan_scene(scene, world, {}, {{}, budget_s, {}});
+    CHECK(p.prediction.times.total_s() <= budget_s * 1.02);  // the lattice is rounded to whole cells
+    CHECK(p.prediction.pictures->mean_psnr_db >= before - 1e-6);
+    before = p.prediction.pictures->mean_psnr_db;
+  }
+  CHECK(warns(plan_scene(scene, world, {}, {{}, 1e-6, {}}), "nothing keeps"));
+}
+
+TEST_CASE("the prediction reaches a PSNR with less time the less is asked for") {
+  const auto scene = data_scene("teapot.toml");
+  const auto world = build_world(scene);
+  double before = 0;
+  for (const double psnr_db : {33.0, 36.0, 38.0, 40.0}) {
+    const auto p = plan_scene(scene, world, {}, {{}, {}, psnr_db});
+    CHECK(p.prediction.pictures->mean_psnr_db >= psnr_db - 0.05);
+    CHECK(p.prediction.times.total_s() >= before * 0.98);
+    before = p.prediction.times.total_s();
+  }
+  CHECK(warns(plan_scene(scene, world, {}, {{}, {}, 120.0}), "nothing reaches"));
+}
+
+TEST_CASE("qualities follow each other in time and truth, and reference samples finest") {
+  for (const char* name : {"teapot.toml", "study.toml", "plane.toml"}) {
+    INFO(name);
+    const auto scene = data_scene(name, {"sampling.pitch=auto", "sampling.frames=auto", "wrp.padding=auto"});
+    const auto world = build_world(scene);
+    double seconds = 0, psnr_db = 0;
+    for (const auto quality : {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
+      const auto p = plan_scene(scene, world, {}, {quality, {}, {}});
+      CHECK(p.prediction.times.total_s() >= seconds * 0.98);
+      CHECK(p.prediction.pictures->mean_psnr_db >= psnr_db - 1e-6);
+      CHECK_FALSE(warns(p, "single dots"));
+      seconds = p.prediction.times.total_s();
+      psnr_db = p.prediction.pictures->mean_psnr_db;
+      if (quality == Quality::reference) CHECK(p.scene.accuracy.phase_turns == 0.001);
+    }
+  }
+}
+
+TEST_CASE("kernels are built without what no object of the scene has") {
+  auto scene = data_scene("ball_rough.toml");
+  scene.objects.resize(1);  // the ball alone: no highlight; the card's texture stays among the materials
+  const auto plan = plan_of(scene, build_world(scene));
+  const auto plain = kernel_options(scene, plan);
+  CHECK(plain.at("RAYWAVE_TEXTURES") == "0");
+  CHECK(plain.at("RAYWAVE_SPECULAR") == "0");
+  CHECK(plain.at("RAYWAVE_SHADOWS") == "0");
+  CHECK(plain.at("RAYWAVE_BOUNCES") == "0");
+  CHECK(plain.at("RAYWAVE_LIGHTS") == "1");
+
+  auto rich = data_scene("ball_smooth.toml", {"trace.shadows=true", "trace.depth=2", "materials.ball.reflectivity=0.3"});
+  const auto all = kernel_options(rich, plan_of(rich, build_world(rich)));
+  CHECK(all.at("RAYWAVE_TEXTURES") == "1");
+  CHECK(all.at("RAYWAVE_SPECULAR") == "1");
+  CHECK(all.at("RAYWAVE_SHADOWS") == "1");
+  CHECK(all.at("RAYWAVE_BOUNCES") == "2");
+
+  rich.materials[static_cast<std::size_t>(rich.objects[0].material)].reflectivity = 0;
+  CHECK(kernel_options(rich, plan_of(rich, build_world(rich))).at("RAYWAVE_BOUNCES") == "0");
+  rich.lights = {Light{LightType::ambient, {}, {}, 1}};
+  CHECK(kernel_options(rich, plan_of(rich, build_world(rich))).at("RAYWAVE_SHADOWS") == "0");
+}
+
+TEST_CASE("the resolution is the coarsest of what is wanted, seen and resolved") {
+  auto scene = data_scene("teapot.toml");
+  const auto plan = plan_of(scene, build_world(scene));
+  const double limit = 638e-9 * plan.lattice.full_z_m / (1080 * 3.74 * um);
+  scene.viewer.distance_m = 0.25;
+  CHECK(wanted_resolution_m(scene, plan) == Approx((0.25 + plan.lattice.full_z_m) * std::atan(1.0) / 45 / 60));
+  scene.viewer.resolution_m = 40 * um;
+  CHECK(wanted_resolution_m(scene, plan) == Approx(40 * um));
+  scene.viewer.resolution_m = 1 * um;
+  CHECK(wanted_resolution_m(scene, plan) == Approx(limit));
+}
+
+TEST_CASE("warnings name what the user may not have meant") {
+  const auto with = [](const std::vector<std::string>& set) { return planned(data_scene("teapot.toml", set)); };
+  CHECK_FALSE(warns(with({}), "wavelength"));
+  CHECK(warns(with({"hologram.wavelength=638 um"}), "no visible light"));
+  CHECK_THROWS_WITH(data_scene("teapot.toml", {"hologram.wavelength=638"}), ContainsSubstring("wavelength must be 1 nm to 10 mm"));
+  auto metres = glowing_scene();
+  metres.hologram.wavelength_m = 638;  // as code may set it
+  metres.hologram.pitch_m = {638, 638};
+  metres.sampling.pitch_m = 1;
+  CHECK(warns(plan_scene(metres, squares_at({{0, 0}}), {}, {}), "no visible light"));
+  CHECK(warns(with({"hologram.pitch=3.74 mm", "object.0.position=[0, 0, '100 m']", "wrp.grid=[1, 1]"}), "unlike any SLM"));
+  CHECK(warns(with({"sampling.pitch=0.3 mm"}), "single dots"));
+  CHECK(warns(with({"sampling.pitch=5 um"}), "finer than what the hologram resolves"));
+  CHECK(warns(with({"sampling.mode=fan"}), "alias"));
+  CHECK(warns(with({"materials.china.reflectivity=0.2"}), "trace.depth is 0"));
+  CHECK_FALSE(warns(with({}), "replicas"));
+  CHECK(warns(with({"object.0.width=20 mm", "wrp.grid=auto"}), "replicas"));
+  CHECK(warns(with({"object.0.width=20 mm", "wrp.grid=auto"}), "steeper than the pixels can show"));
+  CHECK(warns(with({"wrp.grid=[1, 1]"}), "passes beside the WRPs"));
+  CHECK_FALSE(warns(with({}), "passes beside the WRPs"));
+  CHECK(warns(with({}), "undiffracted"));
+  CHECK_FALSE(warns(with({"object.0.position=['0 mm', '9 mm', '150 mm']"}), "undiffracted"));
+}
+
+TEST_CASE("a goal for a fan, whose pictures cannot be predicted, is refused") {
+  CHECK_THROWS_WITH(planned(data_scene("teapot.toml", {"sampling.mode=fan"}), Goal{Quality::draft, {}, {}}),
+                    ContainsSubstring("cannot be predicted"));
+}
+
+TEST_CASE("memory that the device does not have is foretold, with what needs less") {
+  const auto scene = data_scene("teapot.toml");
+  DeviceFigures small;
+  small.name = "small";
+  small.memory_bytes = 64 << 20;
+  small.largest_buffer_bytes = 16 << 20;
+  const auto p = plan_scene(scene, build_world(scene), small, {});
+  CHECK(warns(p, "padded plane: 63.3 MiB in one buffer, small allows 16.0 MiB; a smaller hologram.resolution or wrp.padding needs less"));
+  CHECK(warns(p, "small has 64.0 MiB"));
+}
+
+TEST_CASE("rates are kept per device, and a damaged file counts as none") {
+  const Folder folder;
+  setenv("RAYWAVE_CACHE_DIR", (folder / "").c_str(), 1);
+  cl::DeviceInfo info;
+  info.name = "a device";
+  CHECK_FALSE(load_rates(info).has_value());
+  store_rates(info, {"a device", 1e-9, 2e-9, 3e-9, 4e-9, 5e-9});
+  REQUIRE(load_rates(info).has_value());
+  CHECK(load_rates(info)->pair_s == 2e-9);
+  auto other = info;
+  other.driver = "another";
+  CHECK_FALSE(load_rates(other).has_value());
+  for (const char* damaged :
+       {"", "{", "[]", "{\"ray_s\": 1e-9}", "{\"ray_s\": -1, \"pair_s\": 1, \"pixel_s\": 1, \"butterfly_s\": 1, \"level_s\": 1}"}) {
+    folder.write(rates_file(info).filename().string(), damaged);
+    CHECK_FALSE(load_rates(info).has_value());
+  }
+  unsetenv("RAYWAVE_CACHE_DIR");
+}
+
+}  // namespace
+}  // namespace raywave
