@@ -47,11 +47,11 @@ std::string format(const char* how, auto... values) {
   return text.data();
 }
 
-/// Three digits, and no exponent.
+/// Three digits, two of what is small.
 std::string figure(double value) {
   if (!std::isfinite(value)) return "-";
   const double size = std::abs(value);
-  return format(size >= 99.95 ? "%.0f" : size >= 9.995 ? "%.1f" : "%.2f", value);
+  return format(size >= 99.95 ? "%.0f" : size >= 9.995 ? "%.1f" : size >= 0.095 || size == 0 ? "%.2f" : "%.2g", value);
 }
 
 std::string milliseconds(double seconds) { return figure(1e3 * seconds); }
