@@ -275,13 +275,6 @@ std::uint64_t aimed_rays(const Plan& plan) {
   return static_cast<std::uint64_t>(rays);
 }
 
-/// Rays per side of a sample's cell: no closer than what the hologram resolves of the scene.
-int antialias_for(double sampling_pitch_m, const Plan& plan) {
-  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
-  const double resolved_m = plan.wavelength_m * (plan.near_m + plan.far_m) / 2 / std::sqrt(window.x * window.y);
-  return sampling_pitch_m / 4 < resolved_m ? 2 : 4;
-}
-
 }  // namespace
 
 std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m, double pitch_m) {
@@ -315,6 +308,7 @@ Plan make_plan(const Scene& scene, const World& world, [[maybe_unused]] cl::FftB
     return m.reflectivity > 0 || m.transparency > 0;
   });
   plan.bounces = has_bounces ? scene.trace.depth : 0;
+  plan.antialias = scene.sampling.antialias;
   plan.view_parts = scene.sampling.visibility;
   plan.fan = scene.sampling.fan;
   plan.edge = scene.sampling.edge;
@@ -350,7 +344,6 @@ Plan make_plan(const Scene& scene, const World& world, [[maybe_unused]] cl::FftB
 
   std::array<Interval, 2> lit = {Interval{-1e9, 1e9}, Interval{-1e9, 1e9}};
   if (method == Method::wrp && plan.aimed && plan.bounces == 0) lit = chief_tangents(plan, middle);
-  plan.antialias = scene.sampling.antialias.value_or(antialias_for(scene.sampling.pitch_m, plan));
   plan.lattice = lattice_over(scene, world, plan, {largest_tangent(0), largest_tangent(1)}, lit);
   for (int axis = 0; axis < 2; ++axis) {
     for (const auto& p : world.positions)

@@ -63,7 +63,7 @@ Json json_of(const Scene& scene) {
                    {"pitch_m", scene.sampling.pitch_m},
                    {"fan", scene.sampling.fan},
                    {"edge", scene.sampling.edge},
-                   {"antialias", scene.sampling.antialias ? Json(*scene.sampling.antialias) : Json("auto")},
+                   {"antialias", scene.sampling.antialias},
                    {"visibility", scene.sampling.visibility},
                    {"seed", scene.sampling.seed},
                    {"frames", scene.sampling.frames}};

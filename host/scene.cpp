@@ -314,9 +314,8 @@ SamplingSpec read_sampling(Section section) {
     if (spec.edge > spec.fan) v.fail("<= fan (" + number_text(spec.fan) + ")");
   });
   section.read("antialias", [&](const Value& v) {
-    if (v.is_auto()) return;
     spec.antialias = v.integer(0, 4);
-    if (*spec.antialias == 1 || *spec.antialias == 3) v.fail("\"auto\", 0, 2 or 4");
+    if (spec.antialias % 2 != 0) v.fail("0, 2 or 4");
   });
   section.read("visibility", [&](const Value& v) {
     spec.visibility = v.integer(0, 16);

@@ -242,6 +242,21 @@ TEST_CASE("plan says what would be computed without computing it") {
   check_refused(desk.run({"plan", desk.file("none.toml")}), 2, "none.toml");
 }
 
+TEST_CASE("render follows the plan of the same goal, and goals that are none are refused") {
+  const Desk desk;
+  const auto scene = desk.file("scene.toml");
+  const auto plan = Json::parse(desk.run({"plan", scene, "--quality", "draft", "--json", "--set", "sampling.pitch=auto"}).out);
+  REQUIRE(desk.render({"--quality", "draft", "--set", "sampling.pitch=auto", "--quiet"}).code == 0);
+  std::ifstream file(desk.out("report.json"));
+  const auto report = Json::parse(file);
+  for (const char* section : {"wrp", "sampling"}) CHECK(report["scene"][section] == plan["scene"][section]);
+  CHECK(report["plan"] == plan["plan"]);
+  check_refused(desk.run({"plan", scene, "--quality", "best"}), 2, "there are draft, balanced, accurate and reference");
+  check_refused(desk.run({"plan", scene, "--budget", "0 ms"}), 2, "must be a time such as");
+  check_refused(desk.run({"plan", scene, "--budget", "1 s", "--psnr", "30"}), 2, "at most 1");
+  check_refused(desk.render({"--quality", "draft", "--method", "points"}), 2, "plan --method wrp alone");
+}
+
 TEST_CASE("devices lists every device with what it can do, one of them the default") {
   const Desk desk;
   const auto text = desk.run({"devices"});

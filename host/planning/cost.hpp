@@ -40,8 +40,8 @@ std::optional<DeviceRates> load_rates(const cl::DeviceInfo& device);
 void store_rates(const cl::DeviceInfo& device, const DeviceRates& rates);
 std::filesystem::path rates_file(const cl::DeviceInfo& device);
 
-/// Measures the rates: renders built-in scenes of a ball in a wall, a few seconds. On CPUs in processor seconds over the compute units,
-/// so that other programs do not count; else by the wall's clock.
+/// Measures the rates: renders a built-in scene, a ball in a wall, a few times; each stage scales its default rates. On CPUs in processor
+/// seconds over the compute units, so that other programs do not count; else by the wall's clock.
 DeviceRates measure_rates(const cl::DeviceInfo& device, cl::FftBackend backend);
 
 struct StageTimes {
