@@ -649,18 +649,16 @@ TEST_CASE("lattices and fans of absurd numbers of rays are refused with figures"
   CHECK_THAT(rendering, ContainsSubstring("no ray of the fan is as flat as the hologram's pixels can show, 0.0716"));
 }
 
-TEST_CASE("WRPs that no light reaches are refused before any ray, with the largest usable shift or distance, and those limits hold") {
+TEST_CASE(
+    "WRPs that no light reaches are left out; propagation that loses all light is refused with the largest usable shift or distance") {
   const Folder folder;
   for (const auto& info : cl::list_devices()) {
     const cl::Device device(info);
     auto scene = small_scene(folder);
     scene.wrp.grid = glm::ivec2(64, 1);
-    bool traced = false;
-    RenderOptions options;
-    options.progress = [&](const std::string& what, double) { traced |= what.starts_with("WRP"); };
-    CHECK_THAT(input_error_of([&] { render(device, scene, options); }),
-               ContainsSubstring("WRPs 64 x 1: propagation over") && ContainsSubstring("the largest usable shift is"));
-    CHECK(!traced);
+    const auto result = render(device, scene);
+    CHECK(result.plan.wrps.size() < 8);
+    CHECK(std::any_of(result.field.samples.begin(), result.field.samples.end(), [](const auto& z) { return std::abs(z) > 0; }));
 
     // With pixels of a quarter wavelength the plane's highest frequencies are evanescent.
     for (const double pitch_m : {4e-6, 638e-9 / 4}) {
