@@ -213,7 +213,7 @@ TEST_CASE("the blur of a point is the Gaussian, cut off at 4 sigma, mirrored at 
     double sum = 0;
     for (int i = -reach; i <= reach; ++i) sum += std::exp(-i * i / (2 * sigma * sigma));
     for (const auto& [px, py] : {std::pair(20, 15), {0, 0}, {40, 29}, {2, 28}}) {
-      const auto point = image_of(41, 30, [&](int x, int y) { return x == px && y == py; });
+      const auto point = image_of(41, 30, [px = px, py = py](int x, int y) { return x == px && y == py; });
       const auto got = blurred(point, sigma);
       double worst = 0;
       for (int y = 0; y < 30; ++y) {

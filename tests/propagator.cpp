@@ -461,7 +461,7 @@ TEST_CASE("full size: error and time", "[.measure]") {
       };
       for (int repeat = 0; repeat < 5; ++repeat) {
         timed(0, [&] { propagator.load(field); });
-        timed(1, [&] { propagator.add({shift_m, distance_m}); });
+        timed(1, [&] { propagator.add({s.shift_m, s.distance_m}); });
         timed(2, [&] { propagator.collect(field); });
       }
       const auto got = propagate(device, propagator, source, shift_m, distance_m);

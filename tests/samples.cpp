@@ -274,7 +274,7 @@ TEST_CASE("the sample set of a plane does not depend on its triangles: 2 or 20,0
     two.add(rectangle(centre, u, v), shiny);
     // Inner corners are moved about within the plane.
     many.add(grid(100, 100,
-                  [&](double s, double t) {
+                  [&, u = u, v = v](double s, double t) {
                     const auto inside = [](double x) { return x > 0.001 && x < 0.999; };
                     const double a = s + (inside(s) ? uniform(random, -0.003, 0.003) : 0),
                                  b = t + (inside(t) ? uniform(random, -0.003, 0.003) : 0);

@@ -62,7 +62,8 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
 BenchSuite paper_suite(const std::filesystem::path& data) {
   BenchSuite suite{"paper", {}, {}, {}};
   const std::vector<std::pair<std::string, std::string>> objects{{"plane", "plane"}, {"animal", "animal"}, {"teapot", "teapot"}};
-  for (const auto& [name, file] : objects) {
+  for (const auto& object : objects) {
+    const auto &name = object.first, &file = object.second;
     BenchCase c;
     c.group = "methods";
     c.scene = load_scene(data / (file + ".toml"), {"object.0.width=12.5 mm", "wrp.grid=[2, 2]"});
