@@ -5,11 +5,6 @@
 
 #include <vkFFT.h>
 
-#include <array>
-#include <cstring>
-
-#include "cl/cache.hpp"
-
 namespace raywave::cl {
 namespace {
 
@@ -28,27 +23,10 @@ public:
     configuration_.context = &context_;
     configuration_.bufferSize = &bytes_;
 
-    // Its binaries stay in the cache: PoCL takes seconds to compile them.
-    const auto& info = device.info();
-    const auto file = "vkfft-" + hash_name(std::to_string(VkFFTGetVersion()) + '\n' + size_ + '\n' + info.platform + '\n' + info.name +
-                                           '\n' + info.version + '\n' + info.driver);
-    if (auto stored = load_cached(file)) {
-      configuration_.loadApplicationFromString = 1;
-      configuration_.loadApplicationString = stored->data();
-      if (initializeVkFFT(application_.get(), configuration_) == VKFFT_SUCCESS) {
-        is_planned_ = true;
-        return;
-      }
-      *application_ = {};  // a driver that does not take them back compiles them again
-      configuration_.loadApplicationFromString = 0;
-      configuration_.loadApplicationString = nullptr;
-    }
-    // Mesa's rusticl aborts where VkFFT asks for its binaries (CL_PROGRAM_BINARIES) with more room than they need.
-    configuration_.saveApplicationToString = info.platform != "rusticl";
+    // Its binaries are not kept: VkFFT 1.2 reads beyond them when it takes them back, and Mesa's rusticl aborts where it asks for them.
+    // Drivers keep their own.
     if (const auto result = initializeVkFFT(application_.get(), configuration_); result != VKFFT_SUCCESS) fail(result);
     is_planned_ = true;
-    if (configuration_.saveApplicationToString)
-      store_cached(file, application_->saveApplicationString, application_->applicationStringSize);
   }
   ~VkFft() override {
     if (is_planned_) deleteVkFFT(application_.get());

@@ -120,7 +120,7 @@ TEST_CASE("the same teapot alone in one corner costs at most 0.4 of a scene that
   CHECK(one.prediction.work.butterflies <= 0.4 * four.prediction.work.butterflies);
 }
 
-TEST_CASE("a value that the file fixes is kept whatever the goal") {
+TEST_CASE("a value that the file fixes is kept whatever the goal", "[slow]") {
   for (const auto& [key, value] : {std::pair{"sampling.pitch", "83 um"}, {"sampling.frames", "5"}, {"wrp.padding", "1.75"}}) {
     INFO(key);
     const auto fixed = data_scene("teapot.toml", {std::string(key) + "=" + value});
@@ -144,7 +144,7 @@ TEST_CASE("without a goal nothing is changed") {
   CHECK(p.scene.wrp.padding == scene.wrp.padding);
 }
 
-TEST_CASE("the prediction keeps a budget, and more time never makes it less true") {
+TEST_CASE("the prediction keeps a budget, and more time never makes it less true", "[slow]") {
   const auto scene = data_scene("ball_textured.toml");
   const auto world = build_world(scene);
   double before = -1e9;
@@ -170,7 +170,7 @@ TEST_CASE("the prediction reaches a PSNR with less time the less is asked for") 
   CHECK(warns(plan_scene(scene, world, {}, {{}, {}, 120.0}), "nothing reaches"));
 }
 
-TEST_CASE("qualities follow each other in time and truth, and reference samples finest") {
+TEST_CASE("qualities follow each other in time and truth, and reference samples finest", "[slow]") {
   for (const char* name : {"teapot.toml", "study.toml", "plane.toml"}) {
     INFO(name);
     const auto scene = data_scene(name, {"sampling.pitch=auto", "sampling.frames=auto", "wrp.padding=auto"});
@@ -224,7 +224,7 @@ TEST_CASE("the resolution is the coarsest of what is wanted, seen and resolved")
   CHECK(wanted_resolution_m(scene, plan) == Approx(limit));
 }
 
-TEST_CASE("warnings name what the user may not have meant") {
+TEST_CASE("warnings name what the user may not have meant", "[slow]") {
   const auto with = [](const std::vector<std::string>& set) { return planned(data_scene("teapot.toml", set)); };
   CHECK_FALSE(warns(with({}), "wavelength"));
   CHECK(warns(with({"hologram.wavelength=638 um"}), "no visible light"));

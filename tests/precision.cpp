@@ -164,8 +164,8 @@ double predicted_turns(const Plan& plan) { return plan.phase_errors[static_cast<
 
 }  // namespace
 
-TEST_CASE(
-    "a hologram is that of the same computation in double to 1e-4 in float, 1e-5 in extended and double, and as exactly as predicted") {
+TEST_CASE("a hologram is that of the same computation in double to 1e-4 in float, 1e-5 in extended and double, and as exactly as predicted",
+          "[slow]") {
   for (const auto& extreme : extremes()) {
     on_all_devices(stage_of(extreme), extreme.method, [&](const auto& device, const Rig& rig, const Oracle& oracle) {
       const auto outcome = outcome_of(device, rig, oracle);
