@@ -43,8 +43,8 @@ struct SamplingSpec {
   double pitch_m = 1e-4;  // sampling interval p on the object, at the scene's middle depth
   double fan = 1.2;       // half width of the cone that a pixel gathers, in half holograms; 1 just fills the hologram
   double edge = 0.2;      // width of that cone's soft edge, in half holograms
-  int antialias = 4;  // rays per side of a cell that tell which part of it a sample covers, textures and shadows averaged over them: 2 or
-                      // 4; 0: one through its centre alone
+  int antialias = 4;   // rays per side of a cell that tell which part of it a sample covers, textures and shadows averaged over them: 2 or
+                       // 4; 0: one through its centre alone
   int visibility = 8;  // parts per side of the hologram's window whose sight of a sample is known: 4, 8 or 16; 0: nothing hides anything
   FanSource source = FanSource::hit;
   FanShape shape = FanShape::orthographic;

@@ -185,7 +185,8 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "hologram: unknown key \"wavelenght\"; did you mean \"wavelength\"? (keys here: resolution, pitch, wavelength)"},
       {4, "colour = 5e-7", "hologram: unknown key \"colour\" (keys here: resolution, pitch, wavelength)"},
       {5, "[wpr]",
-       "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, wrp, sampling, trace, accuracy, viewer, light, materials, object)"},
+       "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, wrp, sampling, trace, accuracy, viewer, light, materials, "
+       "object)"},
       {6, "grid = \"large\"", "wrp: grid must be two whole numbers [x, y], got \"large\""},
       {7, "distance = \"far\"",
        "wrp: distance must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for metres), got \"far\""},
