@@ -53,7 +53,9 @@ void Gatherer::draw_phases(std::uint32_t seed) {
   const auto room = table_.samples.size();
   if (aims_.size() < room) {
     aims_ = {device_, room, "aims"};
-    boxes_ = {device_, 4 * (room + static_cast<std::size_t>(lanes_)), "footprints of samples"};  // read in whole vectors
+    // Read in whole vectors, so there is one more than is written.
+    const std::vector<std::int32_t> none(4 * (room + static_cast<std::size_t>(lanes_)));
+    boxes_ = {device_, std::span<const std::int32_t>(none), "footprints of samples"};
     phasors_ = {device_, room * static_cast<std::size_t>(frames_), "phases"};
   }
   if (table_.count > 0)
