@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <stdexcept>
 
 namespace raywave {
@@ -19,6 +20,14 @@ bool all_finite(const std::vector<Vector>& vectors) {
     for (int i = 0; i < Vector::length(); ++i)
       if (!std::isfinite(v[i])) return false;
     return true;
+  });
+}
+
+/// As readers give them: floats. Squares of areas then fit into doubles.
+bool are_positions(const std::vector<glm::dvec3>& vectors) {
+  return std::all_of(vectors.begin(), vectors.end(), [](const glm::dvec3& p) {
+    constexpr double largest = std::numeric_limits<float>::max();
+    return std::abs(p.x) <= largest && std::abs(p.y) <= largest && std::abs(p.z) <= largest;
   });
 }
 
@@ -49,7 +58,7 @@ Mesh receive_mesh(ChildPipe& pipe) {
   pipe.read_vector(mesh.uvs, count);
   pipe.read_vector(mesh.triangles, most_triangles_of_file);
   require(mesh.normals.size() == count && mesh.uvs.size() == count);
-  require(all_finite(mesh.positions) && are_normals(mesh.normals) && all_finite(mesh.uvs));
+  require(are_positions(mesh.positions) && are_normals(mesh.normals) && all_finite(mesh.uvs));
   require(std::all_of(mesh.triangles.begin(), mesh.triangles.end(),
                       [&](const glm::uvec3& t) { return t.x < count && t.y < count && t.z < count; }));
   return mesh;
