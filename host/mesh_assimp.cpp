@@ -40,8 +40,8 @@ glm::dvec3 to_glm(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 glm::dvec3 unit_or_zero(const glm::dvec3& v) {
-  const double length = glm::length(v);
-  return length > 0 && std::isfinite(length) ? v / length : glm::dvec3(0);
+  const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  return largest > 0 && is_finite(v) ? glm::normalize(v / largest) : glm::dvec3(0);  // no square under- or overflows
 }
 
 /// Appends one part of the file. `raw` keeps a normal of zero where the file has none.
