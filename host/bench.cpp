@@ -10,7 +10,7 @@
 
 #include "host/bench/stopwatch.hpp"
 #include "host/error.hpp"
-#include "host/propagator.hpp"
+#include "host/planning/cost.hpp"
 
 namespace raywave {
 namespace {
@@ -61,16 +61,14 @@ double propagation_operations(const Plan& plan, cl::FftBackend backend) {
   const auto wrps = static_cast<double>(plan.wrps.size());
   if (backend != cl::FftBackend::host) return (wrps + 1) * transform_operations(nx * ny);
   const double columns = plan.size.x * transform_operations(ny);
-  const double reach_m = std::max(ny / 2, static_cast<double>(plan.size.y)) * plan.pitch_m.y, step = 1 / (ny * plan.pitch_m.y);
-  double operations = 0, lowest = ny / 2, highest = -ny / 2;
+  Band back;
+  double operations = 0;
   for (const auto& wrp : plan.wrps) {
-    const auto [low, high] = band_m(plan.wavelength_m, wrp.centre_m.z, wrp.centre_m.y, reach_m);
-    const double first = std::max(std::ceil(low / step), -ny / 2), last = std::min(std::floor(high / step), ny / 2 - 1);
-    operations += columns + std::max(0.0, last - first + 1) * transform_operations(nx);
-    lowest = std::min(lowest, first);
-    highest = std::max(highest, last);
+    const auto rows = rows_kept(plan, wrp);
+    operations += columns + rows.count() * transform_operations(nx);
+    back = back.joined(rows);
   }
-  return operations + std::max(0.0, highest - lowest + 1) * transform_operations(nx) + columns;
+  return operations + back.count() * transform_operations(nx) + columns;
 }
 
 std::map<std::string, StageWork> work_of(const Plan& plan, const BenchCase& what, cl::FftBackend backend) {
@@ -179,7 +177,7 @@ double BenchRow::part_s(const std::string& stage) const {
 double BenchRow::per_second() const { return frames.empty() ? 0 : scene.sampling.frames / wall_s().median; }
 
 Bench::Bench(const cl::DeviceInfo& device, BenchOptions options)
-    : device_(device), options_(options), rates_(device_rates(cl::Device(device), options.quick)) {}
+    : device_(device), options_(options), limits_(device_limits(cl::Device(device), options.quick)) {}
 
 BenchRow Bench::run(const BenchCase& what) {
   BenchRow row;
@@ -255,7 +253,7 @@ BenchQuality Bench::quality_of(const Scene& scene, const World& world, FieldStac
   how.fft = options_.fft;
   RenderResult rendered;
   rendered.field = std::move(field);
-  const auto grid = make_plan(scene, world, options_.fft).grid;
+  const auto grid = make_plan(scene, world).grid;
   auto& lens = seen_by_lens_[lens_key(scene, grid, spec.depths_m[0])];
   const auto result = assess(cl::Device(device_), scene, world, std::move(rendered), how, spec, lens);
   const auto& figures = result.rows.at(0).figures;

@@ -32,12 +32,12 @@ Spread spread_of(std::vector<double> values);
 
 /// What a device can do at most, as measured: bytes read plus bytes written by copies between its buffers, and floating-point operations
 /// of multiply-adds.
-struct DeviceRates {
+struct DeviceLimits {
   double bytes_per_s = 0, operations_per_s = 0;
 };
 
 /// Takes half a second or less. `quick` is for tests: smaller, and less true.
-DeviceRates device_rates(const cl::Device& device, bool quick = false);
+DeviceLimits device_limits(const cl::Device& device, bool quick = false);
 
 /// What a stage does in a frame, where the host can count it; 0 where it cannot.
 struct StageWork {
@@ -140,7 +140,7 @@ public:
 
   const cl::DeviceInfo& device() const { return device_; }
   const BenchOptions& options() const { return options_; }
-  const DeviceRates& rates() const { return rates_; }
+  const DeviceLimits& limits() const { return limits_; }
 
   /// Warms up, then measures. Whatever is wrong with the case goes into the row's note.
   BenchRow run(const BenchCase& what);
@@ -153,7 +153,7 @@ private:
 
   cl::DeviceInfo device_;
   BenchOptions options_;
-  DeviceRates rates_;
+  DeviceLimits limits_;
   std::map<std::string, std::vector<Image>> seen_by_lens_;
 };
 

@@ -286,8 +286,7 @@ std::vector<double> fan_tangents(double window_m, double distance_m, double shif
   return tangents;
 }
 
-Plan make_plan(const Scene& scene, const World& world, [[maybe_unused]] cl::FftBackend backend, Method method, int rays_per_axis,
-               bool has_doubles, const Plan* moved_from) {
+Plan make_plan(const Scene& scene, const World& world, Method method, int rays_per_axis, bool has_doubles, const Plan* moved_from) {
   const auto& hologram = scene.hologram;
   Plan plan;
   plan.size = hologram.resolution;

@@ -68,8 +68,8 @@ struct Plan {
 /// rays_per_axis  of Method::rays: directions across the cone that the SLM's pixels can show
 /// has_doubles    whether the device can compute in doubles, for accuracy.precision "auto"
 /// moved_from     the plan of the same scene before its objects moved, if any: its padding_error stands, which takes long to predict
-Plan make_plan(const Scene& scene, const World& world, cl::FftBackend backend, Method method = Method::wrp, int rays_per_axis = 100,
-               bool has_doubles = false, const Plan* moved_from = nullptr);
+Plan make_plan(const Scene& scene, const World& world, Method method = Method::wrp, int rays_per_axis = 100, bool has_doubles = false,
+               const Plan* moved_from = nullptr);
 
 /// Rows or columns of a fan (paper, Eq. 4-7): tangents across an aperture `window_m` wide seen from `distance_m` away, turned by shift /
 /// distance, spaced so that neighbours lie `pitch_m` apart at `depth_m` behind the plane.

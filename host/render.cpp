@@ -166,7 +166,7 @@ struct Renderer::State {
   }
 
   void prepare() {
-    plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis, device.info().fp64);
+    plan = make_plan(scene, world, options.method, options.rays_per_axis, device.info().fp64);
     require_rays(scene, plan);
     together = frames_together(scene, plan, device.info().largest_buffer_bytes);
     require_memory(device, scene, world, plan, options.method);
@@ -224,7 +224,7 @@ struct Renderer::State {
     const auto before = plan;
     {
       const auto clock = stage("plan");
-      plan = make_plan(scene, world, options.fft, options.method, options.rays_per_axis, device.info().fp64, &before);
+      plan = make_plan(scene, world, options.method, options.rays_per_axis, device.info().fp64, &before);
     }
     require_rays(scene, plan);
     if (propagator) require_reach();

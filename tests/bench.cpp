@@ -46,8 +46,8 @@ TEST_CASE("stages of every frame add up to it, none is negative, and quality is 
   const test::Desk desk;
   for (const auto& device : test::all_devices()) {
     Bench bench(device.info(), brief(device));
-    CHECK(bench.rates().bytes_per_s > 0);
-    CHECK(bench.rates().operations_per_s > 0);
+    CHECK(bench.limits().bytes_per_s > 0);
+    CHECK(bench.limits().operations_per_s > 0);
     const auto row = bench.run(small_case(desk));
     INFO(device.info().name << ": " << row.note);
     REQUIRE(row.frames.size() == 3);

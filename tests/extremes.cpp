@@ -94,7 +94,7 @@ Scene small_scene(const Folder& folder, double scale = 1) {
 /// The sum of all samples at every hologram pixel in double precision, nothing hidden.
 std::vector<std::complex<double>> direct_sum(const cl::Device& device, const Scene& scene) {
   const auto world = build_world(scene);
-  const auto plan = make_plan(scene, world, host, Method::points);
+  const auto plan = make_plan(scene, world, Method::points);
   const DeviceScene arrays(device, scene, world, plan);
   const SampleTable table(device, plan, arrays);
   const auto samples = table.samples.read();
@@ -315,7 +315,7 @@ TEST_CASE("light and materials of 1e30 give the ordinary hologram, and what no f
                }),
                ContainsSubstring("brighter than a float holds"));
     const auto world = build_world(scene);
-    const auto plan = make_plan(scene, world, host);
+    const auto plan = make_plan(scene, world);
     const DeviceScene arrays(device, scene, world, plan);
     LensSpec lens;
     lens.z_m = 10 * mm;
@@ -571,7 +571,7 @@ TEST_CASE("vertices and texels that are no numbers are refused by name, texels b
     const auto texels_with = [&](float value) {
       scene.materials[1].texture = texture(value);
       const auto world = build_world(scene);
-      return DeviceScene(device, scene, world, make_plan(scene, world, host)).texels.read();
+      return DeviceScene(device, scene, world, make_plan(scene, world)).texels.read();
     };
     CHECK_THAT(input_error_of([&] { texels_with(2e30f); }),
                ContainsSubstring("material: picture") && ContainsSubstring("holds 2e+30, more than 1e+30"));
@@ -626,7 +626,7 @@ TEST_CASE("lattices and fans of absurd numbers of rays are refused with figures"
   auto scene = small_scene(folder);
   const auto refusal = [&](const Way& way) {
     scene.sampling.mode = way.mode;
-    return input_error_of([&] { make_plan(scene, build_world(scene), host, way.method); });
+    return input_error_of([&] { make_plan(scene, build_world(scene), way.method); });
   };
   scene.sampling.pitch_m = 1e-9;
   CHECK_THAT(refusal(ways[0]), ContainsSubstring("sampling.pitch 1e-06 mm needs ") &&

@@ -28,6 +28,7 @@ using Fields = std::vector<std::complex<float>>;
 const std::filesystem::path data = RAYWAVE_DATA_DIR;
 
 using reference::against_direct_sum;
+using reference::ball_before_wall;
 using reference::phase_turns_of_key;
 
 /// near_spots  as Gatherer has it; 0: all samples geometrically
@@ -39,24 +40,6 @@ Fields gathered(const raywave::cl::Device& device, const Rig& rig, dvec3 centre,
   raywave::cl::ComplexBuffer field(device, Fields(static_cast<std::size_t>(frames) * pixels, {7, 7}), "field");
   gatherer.gather(centre, field);
   return field.read();
-}
-
-/// A shiny sphere before a tilted plane, odd sizes, two lights.
-Stage sphere_and_plane(double z) {
-  Stage stage;
-  stage.scene.hologram = {{61, 47}, {8e-6, 10e-6}, 638e-9};
-  stage.scene.sampling.pitch_m = 50e-6;
-  Material shiny;
-  shiny.specular = dvec3(2.0);
-  shiny.shininess = 20;
-  stage.add(sphere({0.05e-3, 0, z}, 0.3e-3, 8), shiny).add(rectangle({0, 0, z + 0.5e-3}, {0.7e-3, 0, 0.1e-3}, {0, 0.6e-3, 0}));
-  Light sun, lamp;
-  sun.direction = {0.1, -0.2, 1};
-  lamp.type = LightType::point;
-  lamp.position_m = {0.5e-3, 0.5e-3, z - 1e-3};
-  lamp.intensity = 0.5;
-  stage.scene.lights = {sun, lamp};
-  return stage;
 }
 
 /// One emissive point: a patch that a single lattice ray meets.
@@ -91,7 +74,7 @@ TEST_CASE("a plane gathered geometrically is the direct sum of the samples, befo
                         {"at the hologram, 1 m away", 1, {0, 0, 0}, 1.2, 0.2}};
   for (const auto& device : all_devices()) {
     for (const auto& [name, scene_z_m, centre, fan, edge] : cases) {
-      auto stage = sphere_and_plane(scene_z_m);
+      auto stage = ball_before_wall(scene_z_m);
       CAPTURE(name);
       stage.scene.sampling.fan = fan;
       stage.scene.sampling.edge = edge;
@@ -108,7 +91,7 @@ TEST_CASE("a plane gathered geometrically is the direct sum of the samples, befo
 }
 
 TEST_CASE("frames gathered together differ in their phases only") {
-  const auto stage = sphere_and_plane(30e-3);
+  const auto stage = ball_before_wall(30e-3);
   const dvec3 centre(0, 0, 28.5e-3);
   for (const auto& device : all_devices()) {
     const Rig rig(device, stage);

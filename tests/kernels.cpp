@@ -124,7 +124,7 @@ void render_in_all_ways(const cl::Device& device, const Folder& folder) {
 void look(const cl::Device& device, const Folder& folder) {
   const auto scene = tiny_scene(device, folder);
   const auto world = build_world(scene);
-  const auto plan = make_plan(scene, world, host);
+  const auto plan = make_plan(scene, world);
   LensSpec lens;
   lens.z_m = 10 * mm;
   lens.points = 2;

@@ -289,7 +289,7 @@ TEST_CASE("the point-based method is the direct sum over the sample table") {
     scene.hologram.resolution = {37, 23};
     const auto result = rendered(device, scene, Method::points);
     const auto world = build_world(scene);
-    const auto plan = make_plan(scene, world, host, Method::points);
+    const auto plan = make_plan(scene, world, Method::points);
     const DeviceScene arrays(device, scene, world, plan);
     const SampleTable table(device, plan, arrays);
     REQUIRE(table.count == result.samples);
@@ -323,7 +323,7 @@ TEST_CASE("samples lie on the surface, one to each ray of the lattice") {
   for (const auto& device : test::all_devices()) {
     const auto scene = square_scene(folder, SamplingMode::aimed);
     const auto world = build_world(scene);
-    const auto plan = make_plan(scene, world, host);
+    const auto plan = make_plan(scene, world);
     const DeviceScene arrays(device, scene, world, plan);
     const SampleTable table(device, plan, arrays);
     // 0.3 mm / 8 um = 37.5 samples a side.

@@ -41,7 +41,7 @@ Scene paper_scene(SamplingMode mode = SamplingMode::fan) {
   return scene;
 }
 
-Plan plan_of(const Scene& scene, const World& world) { return make_plan(scene, world, cl::FftBackend::host); }
+Plan plan_of(const Scene& scene, const World& world) { return make_plan(scene, world); }
 
 TEST_CASE("a fan fills the hologram's angle, turned towards it, with rays a sampling pitch apart at the object") {
   // Paper, Eq. 4-7 with W = 7.2 mm, z = 90 mm: width 0.08; at 10 mm behind the plane and p = 0.1 mm the step may be 0.01: 8 rays.

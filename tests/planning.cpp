@@ -25,7 +25,7 @@ Scene data_scene(const std::string& name, const std::vector<std::string>& set = 
   return load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / name, set);
 }
 
-Plan plan_of(const Scene& scene, const World& world) { return make_plan(scene, world, cl::FftBackend::host); }
+Plan plan_of(const Scene& scene, const World& world) { return make_plan(scene, world); }
 
 Planned planned(const Scene& scene, const Goal& goal = {}) { return plan_scene(scene, build_world(scene), {}, goal); }
 

@@ -72,7 +72,7 @@ double error_of(const Field& field, const reference::TracedField& oracle) {
 /// Traces on every device, checks against the oracle, and returns what the oracle met.
 reference::TracedField check_trace(const Scene& scene, const Wrp& wrp, double bound, std::uint32_t seed = 5) {
   const auto world = build_world(scene);
-  const auto plan = make_plan(scene, world, cl::FftBackend::host);
+  const auto plan = make_plan(scene, world);
   const auto oracle = reference::trace_fan(scene, world, plan, wrp, seed);
   for (const auto& device : test::all_devices()) {
     const auto field = traced(device, scene, world, plan, wrp, seed);
@@ -258,7 +258,7 @@ TEST_CASE("a WRP that no ray leaves for a surface is exactly zero") {
   scene.trace.depth = 2;
   scene.materials[0].reflectivity = 0.5;
   const auto world = build_world(scene);
-  const auto plan = make_plan(scene, world, cl::FftBackend::host);
+  const auto plan = make_plan(scene, world);
   for (const auto& device : test::all_devices()) CHECK(traced(device, scene, world, plan, wrp_with_fan(5, 0.3), 1) == Field(33 * 17));
 }
 
@@ -273,8 +273,8 @@ TEST_CASE("what a scene does not use changes nothing") {
   rich.lights.push_back(no_light);
   rich.trace.depth = 3;  // of nothing that bounces
   const auto world = build_world(lean);
-  const auto plan = make_plan(lean, world, cl::FftBackend::host);
-  const auto rich_plan = make_plan(rich, world, cl::FftBackend::host);
+  const auto plan = make_plan(lean, world);
+  const auto rich_plan = make_plan(rich, world);
   for (const auto& device : test::all_devices()) {
     cl::Options lean_options, rich_options;
     const auto a = traced(device, lean, world, plan, wrp_with_fan(5, 0.3), 1, &lean_options);

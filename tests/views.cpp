@@ -50,7 +50,7 @@ public:
       : device_(device),
         spec_(scene.hologram),
         world_(build_world(scene)),
-        plan_(make_plan(scene, world_, host)),
+        plan_(make_plan(scene, world_)),
         arrays_(device, scene, world_, plan_),
         field_(render(device, scene).field) {}
 

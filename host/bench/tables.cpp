@@ -108,7 +108,7 @@ const char* name_of(Method method) {
   return "";
 }
 
-Json json_of(const BenchRow& row, const DeviceRates& rates) {
+Json json_of(const BenchRow& row, const DeviceLimits& rates) {
   Json json{{"group", row.group}, {"name", row.name}, {"note", row.note}};
   if (!row.peer) {
     json["scene"] = {{"file", row.scene.file.filename().string()},
@@ -186,8 +186,8 @@ std::string bench_header(const Bench& bench, const std::string& suite) {
   const auto& d = bench.device();
   return std::string("raywave ") + version + ", " + suite + " bench, " + today() + "\ndevice   " + d.index + " " + d.name + ", " +
          std::to_string(d.compute_units) + " compute units\nplatform " + d.platform + "\nversion  " + d.version + ", driver " + d.driver +
-         ", FFT " + std::string(cl::name_of(bench.options().fft)) + "\nrates    copy " + figure(bench.rates().bytes_per_s / 1e9) +
-         " GB/s, multiply-add " + figure(bench.rates().operations_per_s / 1e9) + " Gflop/s\n";
+         ", FFT " + std::string(cl::name_of(bench.options().fft)) + "\nrates    copy " + figure(bench.limits().bytes_per_s / 1e9) +
+         " GB/s, multiply-add " + figure(bench.limits().operations_per_s / 1e9) + " Gflop/s\n";
 }
 
 std::string bench_heads(BenchStyle style) {
@@ -236,8 +236,8 @@ std::string bench_work_table(const Bench& bench, const std::vector<BenchRow>& ro
         if (unit == 1e6) cells.push_back(amount > 0 ? format("%.2f", amount / seconds / 1e9) : "");
         cells.push_back(amount > 0 ? percent(amount / seconds / most_per_s) : "");
       };
-      add(work.bytes, bench.rates().bytes_per_s, 1e6);
-      add(work.operations, bench.rates().operations_per_s, 1e9);
+      add(work.bytes, bench.limits().bytes_per_s, 1e6);
+      add(work.operations, bench.limits().operations_per_s, 1e9);
       text += joined(cells, widths, style);
     }
   }
@@ -263,9 +263,9 @@ std::string bench_json(const Bench& bench, const std::string& suite, const std::
   Json json{{"raywave", version}, {"date", today()}, {"suite", suite}, {"device", json_of(bench.device())}};
   json["device"]["compute_units"] = bench.device().compute_units;
   json["device"]["fft"] = cl::name_of(bench.options().fft);
-  json["rates"] = {{"copy_bytes_per_s", bench.rates().bytes_per_s}, {"multiply_add_operations_per_s", bench.rates().operations_per_s}};
+  json["rates"] = {{"copy_bytes_per_s", bench.limits().bytes_per_s}, {"multiply_add_operations_per_s", bench.limits().operations_per_s}};
   json["rows"] = Json::array();
-  for (const auto& row : rows) json["rows"].push_back(json_of(row, bench.rates()));
+  for (const auto& row : rows) json["rows"].push_back(json_of(row, bench.limits()));
   json["ratios"] = Json::array();
   for (const auto& r : ratios) {
     json["ratios"].push_back({{"name", r.name},

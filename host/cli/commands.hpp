@@ -17,7 +17,8 @@ struct DeviceOptions {
   std::string device;
   std::string fft;
 
-  void add_to(CLI::App& command);
+  void add_device_to(CLI::App& command);
+  void add_to(CLI::App& command);  // and --fft
   cl::DeviceInfo info() const;
   /// throws  InputError when the named back end is unknown, DeviceError when it does not serve the device
   cl::FftBackend backend(const cl::DeviceInfo& device) const;

@@ -32,7 +32,7 @@ void run(const Options& options) {
 
   const cl::Device device(options.device.info());
   const auto world = build_world(scene);
-  const auto plan = make_plan(scene, world, options.device.backend(device.info()));
+  const auto plan = make_plan(scene, world);
   const DeviceScene arrays(device, scene, world, plan);
   for (const double z_m : depths_m) {
     what.z_m = z_m;
@@ -56,7 +56,7 @@ void add_lens(CLI::App& app) {
   command->add_option("--rays", options->rays, "Rays per pixel and axis, from a grid of points on the lens (24)");
   command->add_option("--set", options->set, "Change a value of the scene: section.key=value")->allow_extra_args(false);
   command->add_flag("--quiet", options->quiet, "Print nothing but errors");
-  options->device.add_to(*command);
+  options->device.add_device_to(*command);
   command->callback([options] { run(*options); });
 }
 

@@ -39,8 +39,7 @@ struct Options {
 /// A plan needs no device; where there is one, its rates and sizes count.
 DeviceFigures figures(const DeviceOptions& options) {
   if (options.device.empty() && cl::list_devices().empty()) return {};
-  const auto info = options.info();
-  return figures_of(info, options.backend(info));
+  return figures_of(options.info());
 }
 
 void tune(const DeviceOptions& options, bool json) {
@@ -68,7 +67,7 @@ void add_plan(CLI::App& app) {
   command->add_option("--set", options->set, "Change a value of the scene: section.key=value")->allow_extra_args(false);
   command->add_flag("--json", options->json, "Print JSON");
   options->goal.add_to(*command);
-  options->device.add_to(*command);
+  options->device.add_device_to(*command);
   command->callback([options] {
     const auto scene = load_scene(options->scene, options->set);
     const auto world = build_world(scene);

@@ -14,8 +14,12 @@
 
 namespace raywave::cli {
 
-void DeviceOptions::add_to(CLI::App& command) {
+void DeviceOptions::add_device_to(CLI::App& command) {
   command.add_option("--device", device, "Device: index (0:1) or part of its name; also RAYWAVE_DEVICE");
+}
+
+void DeviceOptions::add_to(CLI::App& command) {
+  add_device_to(command);
   command.add_option("--fft", fft, "FFT back end: host, clfft or vkfft; chosen by device when not given");
 }
 
@@ -72,7 +76,7 @@ void run(const Options& options) {
     if (goal.any()) {
       bar.show("plan", 0);
       const auto world = build_world(scene);
-      auto planned = plan_scene(scene, world, figures_of(device.info(), how.fft), goal);
+      auto planned = plan_scene(scene, world, figures_of(device.info()), goal);
       scene = std::move(planned.scene);
       warnings = std::move(planned.warnings);
       result = render(device, scene, world, how);

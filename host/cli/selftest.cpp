@@ -13,13 +13,14 @@ namespace raywave::cli {
 namespace {
 
 struct Options {
-  std::string device, json, only;
+  DeviceOptions device;
+  std::string json, only;
   bool full = false;
   double strict = 1;
 };
 
 void run(const Options& options) {
-  const cl::Device device(cl::find_device(options.device));
+  const cl::Device device(options.device.info());
   const auto& info = device.info();
   const auto size = options.full ? SelfTestSize::full : SelfTestSize::quick;
   auto checks = self_checks(info, size);
@@ -46,7 +47,7 @@ void run(const Options& options) {
 void add_selftest(CLI::App& app) {
   auto* command = app.add_subcommand("selftest", "Check a device and its driver against double precision; exit code 1 when a row fails");
   auto options = std::make_shared<Options>();
-  command->add_option("--device", options->device, "Device: index (0:1) or part of its name; also RAYWAVE_DEVICE");
+  options->device.add_device_to(*command);
   command->add_flag("--full", options->full, "Minutes in place of seconds: every float, millions of rays, large planes");
   command->add_option("--json", options->json, "Also write the table to this file");
   command->add_option("--only", options->only, "Only rows whose part and name hold this text, e.g. FFT");

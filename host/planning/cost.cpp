@@ -12,13 +12,13 @@
 #include "host/gatherer.hpp"
 #include "host/output.hpp"
 #include "host/propagator.hpp"
-#include "host/reference/surfaces.hpp"
+#include "host/reference/stage.hpp"
 #include "host/render.hpp"
 
 namespace raywave {
 namespace {
 
-constexpr double rays_of_a_cell = 17, views_of_a_sample = 20;
+constexpr double views_of_a_sample = 20;
 
 /// Work of a ray beside each level of the tree, in levels.
 constexpr double levels_of_a_ray = 4;
@@ -51,24 +51,11 @@ Crossing crossing(const Plan& plan, int axis, double at_m, double z_m, double fi
   return low < high ? Crossing{(high - low) / plan.pitch_m[axis], tile, near} : Crossing{};
 }
 
-/// Rows and columns of the padded plane that the band keeps of a WRP.
-glm::dvec2 kept(const Plan& plan, const Wrp& wrp) {
-  glm::dvec2 count;
-  for (int axis = 0; axis < 2; ++axis) {
-    const double half = std::max(plan.padded[axis] / 2.0, 1.0 * plan.size[axis]) * plan.pitch_m[axis];
-    const auto [low, high] = band_m(plan.wavelength_m, wrp.centre_m.z, -wrp.centre_m[axis], half);
-    const double nyquist = 0.5 / plan.pitch_m[axis];
-    const double share = std::max(0.0, std::min(high, nyquist) - std::max(low, -nyquist)) * plan.pitch_m[axis];
-    count[axis] = share * plan.padded[axis];
-  }
-  return count;
-}
-
 double count_butterflies(const Plan& plan, int frames) {
   const glm::dvec2 padded(plan.padded), size(plan.size);
   double forward = 0, widest = 0;
   for (const auto& wrp : plan.wrps) {
-    const double rows = kept(plan, wrp).y;
+    const double rows = rows_kept(plan, wrp).count();
     forward += size.x * padded.y * std::log2(padded.y) + rows * padded.x * std::log2(padded.x) + butterflies_of_a_pixel * size.x * size.y;
     widest = std::max(widest, rows);
   }
@@ -82,44 +69,23 @@ std::string cache_name(const cl::DeviceInfo& device) {
 }
 
 /// A ball 8 mm wide, half sunk into a wall of 14 mm x 8 mm, 100 mm away: samples at all distances from the WRPs.
-World ball_in_wall() {
-  World world;
-  const auto add = [&](const reference::Surface& surface) {
-    const auto first = static_cast<std::uint32_t>(world.positions.size());
-    const auto object = static_cast<std::int32_t>(world.object_closed.size());
-    world.positions.insert(world.positions.end(), surface.positions.begin(), surface.positions.end());
-    for (const auto& t : surface.triangles) {
-      world.triangles.push_back(t + first);
-      world.triangle_object.push_back(object);
-    }
-    world.object_closed.push_back(surface.closed);
-    world.normals.resize(world.positions.size(), glm::vec3(0, 0, -1));
-    std::copy(surface.normals.begin(), surface.normals.end(), world.normals.begin() + first);
-  };
-  add(reference::sphere({0, 0, 0.1}, 4e-3, 48));
-  add(reference::rectangle({0, 0, 0.101}, {7e-3, 0, 0}, {0, 4e-3, 0}));
-  world.uvs.assign(world.positions.size(), glm::vec2(0));
-  world.min_m = {-7e-3, -4e-3, 0.096};
-  world.max_m = {7e-3, 4e-3, 0.105};
-  return world;
+reference::Stage ball_in_wall() {
+  reference::Stage stage;
+  stage.scene = {};
+  stage.scene.file = "tune";
+  stage.scene.sampling.pitch_m = 100e-6;
+  stage.scene.sampling.frames = 4;
+  stage.scene.wrp.grid = glm::ivec2(2, 2);
+  stage.scene.lights.emplace_back();
+  Material shiny;
+  shiny.specular = glm::dvec3(0.5);
+  stage.add(reference::sphere({0, 0, 0.1}, 4e-3, 48), shiny);
+  stage.add(reference::rectangle({0, 0, 0.101}, {7e-3, 0, 0}, {0, 4e-3, 0}));
+  return stage;
 }
 
 /// What its samples, trace, propagate and encode take where the default rates hold.
 constexpr std::array ball_in_wall_s{0.024, 0.125, 0.25, 0.0095};
-
-Scene ball_scene(double pitch_m) {
-  Scene scene;
-  scene.file = "tune";
-  scene.sampling.pitch_m = pitch_m;
-  scene.sampling.frames = 4;
-  scene.wrp.grid = glm::ivec2(2, 2);
-  scene.lights.emplace_back();
-  scene.materials.resize(2);
-  scene.materials[0].specular = glm::dvec3(0.5);
-  scene.objects.resize(2);
-  scene.objects[1].material = 1;
-  return scene;
-}
 
 }  // namespace
 
@@ -136,8 +102,8 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
     return work;
   }
   work.samples = view.covered * samples_of_a_cell;
-  work.rays = levels * (static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y * (plan.antialias ? rays_of_a_cell : 1) +
-                        view.pierced * samples_of_a_cell * views_of_a_sample);
+  work.rays = levels * (static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y * (1 + plan.antialias * plan.antialias) +
+                        view.pierced * samples_of_a_cell * (plan.view_parts > 0 ? views_of_a_sample : 0));
   const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / Gatherer::most_frames);
   glm::dvec2 first(plan.wrps[0].centre_m), last = first;
   for (const auto& wrp : plan.wrps) {
@@ -200,14 +166,13 @@ void store_rates(const cl::DeviceInfo& device, const DeviceRates& rates) {
 
 DeviceRates measure_rates(const cl::DeviceInfo& info, cl::FftBackend backend) {
   const cl::Device device(info);
-  const auto world = ball_in_wall();
-  const auto scene = ball_scene(100e-6);
+  const auto ball = ball_in_wall();
   const bool on_processor = info.kind == cl::DeviceKind::cpu;
   RenderOptions how;
   how.fft = backend;
   std::array<double, 4> least{};
   for (int turn = 0; turn < 6; ++turn) {
-    const auto result = render(device, scene, world, how);
+    const auto result = render(device, ball.scene, ball.world, how);
     if (turn == 0) continue;  // kernels are compiled
     const auto& seconds = on_processor ? result.processor_seconds : result.seconds;
     for (std::size_t i = 0; i < least.size(); ++i) {
@@ -224,6 +189,11 @@ DeviceRates measure_rates(const cl::DeviceInfo& info, cl::FftBackend backend) {
           scaled(1, defaults.pixel_s),
           scaled(2, defaults.butterfly_s),
           scaled(3, defaults.level_s)};
+}
+
+Band rows_kept(const Plan& plan, const Wrp& wrp) {
+  const Axis axis{plan.padded.y, plan.pitch_m.y, plan.size.y};
+  return axis.sampled(band_m(plan.wavelength_m, wrp.centre_m.z, wrp.centre_m.y, axis.reach_m()));  // rows count downwards
 }
 
 StageTimes predict_times(const Work& work, const DeviceRates& rates) {

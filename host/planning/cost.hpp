@@ -10,6 +10,7 @@
 #include "cl/device.hpp"
 #include "cl/fft.hpp"
 #include "host/planning/front_view.hpp"
+#include "host/propagator_engine.hpp"
 
 namespace raywave {
 
@@ -48,6 +49,9 @@ struct StageTimes {
   double samples_s = 0, trace_s = 0, propagate_s = 0, encode_s = 0;
   double total_s() const { return samples_s + trace_s + propagate_s + encode_s; }
 };
+
+/// Rows of the padded plane that the band keeps of a WRP.
+Band rows_kept(const Plan& plan, const Wrp& wrp);
 
 StageTimes predict_times(const Work& work, const DeviceRates& rates);
 

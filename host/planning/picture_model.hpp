@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How true the pictures of a hologram will be, before it is computed. docs/planning.md derives the terms and compares them with
+/// How true the pictures of a hologram will be, before it is computed. docs/planning.md gives the terms and compares them with
 /// measurements.
 #pragma once
 
@@ -29,7 +29,6 @@ struct PictureModel {
   double resolution_m = 0;  // pictures are blurred by blur_of_resolution of it
   glm::dvec2 spot_m{0, 0};  // the hologram's limit, wavelength z / width, at the scene's middle
   std::vector<PictureRow> rows;
-  double lost = 0;  // share of the scene's light that the hologram cannot show
 };
 
 /// Standard deviation of the Gaussian that stands for a viewer who resolves no more, as in `raywave quality` at sampling.pitch.

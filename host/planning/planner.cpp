@@ -49,7 +49,7 @@ public:
       : scene_(scene),
         world_(world),
         device_(device),
-        plan_(make_plan(scene, world, device.fft, Method::wrp, 100, device.has_doubles)),
+        plan_(make_plan(scene, world, Method::wrp, 100, device.has_doubles)),
         resolution_m_(wanted_resolution_m(scene, plan_)),
         view_(front_view(scene, world, load_textures(scene), plan_)) {
     if (plan_.aimed) model_ = picture_model(view_, plan_, resolution_m_);
@@ -185,8 +185,8 @@ const char* name_of(Quality quality) {
   return names[static_cast<std::size_t>(quality)];
 }
 
-DeviceFigures figures_of(const cl::DeviceInfo& device, cl::FftBackend fft) {
-  DeviceFigures figures{device.name, fft, device.fp64, device.memory_bytes, device.largest_buffer_bytes, default_rates()};
+DeviceFigures figures_of(const cl::DeviceInfo& device) {
+  DeviceFigures figures{device.name, device.fp64, device.memory_bytes, device.largest_buffer_bytes, default_rates()};
   if (const auto rates = load_rates(device)) figures.rates = *rates;
   return figures;
 }
@@ -221,7 +221,7 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
       planned.warnings.push_back("nothing reaches " + decibels_text(*goal.psnr_db) + ": the truest has " + decibels_text(c.psnr_db) +
                                  "; a larger viewer.resolution asks for less detail");
   }
-  planned.plan = make_plan(s, world, device.fft, Method::wrp, 100, device.has_doubles);
+  planned.plan = make_plan(s, world, Method::wrp, 100, device.has_doubles);
   const auto& plan = planned.plan;
 
   auto& prediction = planned.prediction;

@@ -31,14 +31,13 @@ struct Goal {
 
 struct DeviceFigures {
   std::string name;  // empty: none is known
-  cl::FftBackend fft = cl::FftBackend::host;
   bool has_doubles = false;
   std::uint64_t memory_bytes = 0, largest_buffer_bytes = 0;  // 0: not known
   DeviceRates rates = default_rates();
 };
 
 /// With what `raywave tune` has measured, if anything.
-DeviceFigures figures_of(const cl::DeviceInfo& device, cl::FftBackend fft);
+DeviceFigures figures_of(const cl::DeviceInfo& device);
 
 struct Prediction {
   StageTimes times;

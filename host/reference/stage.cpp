@@ -41,9 +41,28 @@ Stage& Stage::add(const Surface& s, const Material& material) {
   return *this;
 }
 
+Stage ball_before_wall(double z_m) {
+  Stage stage;
+  stage.scene.hologram = {{61, 47}, {8e-6, 10e-6}, 638e-9};
+  stage.scene.sampling.pitch_m = 50e-6;
+  stage.scene.trace.shadows = true;
+  Material shiny;
+  shiny.specular = glm::dvec3(2.0);
+  shiny.shininess = 20;
+  stage.add(sphere({0.05e-3, 0, z_m}, 0.3e-3, 8), shiny);
+  stage.add(rectangle({0, 0, z_m + 0.5e-3}, {0.7e-3, 0, 0.1e-3}, {0, 0.6e-3, 0}));
+  Light sun, lamp;
+  sun.direction = {0.1, -0.2, 1};
+  lamp.type = LightType::point;
+  lamp.position_m = {0.5e-3, 0.5e-3, z_m - 1e-3};
+  lamp.intensity = 0.5;
+  stage.scene.lights = {sun, lamp};
+  return stage;
+}
+
 Rig::Rig(const cl::Device& device, const Stage& stage, Method method, bool keep_unseen)
     : scene(stage.scene),
-      plan(make_plan(scene, stage.world, cl::FftBackend::host, method)),
+      plan(make_plan(scene, stage.world, method)),
       arrays(device, scene, stage.world, plan),
       table(device, plan, arrays, keep_unseen),
       samples(table.samples.read()),

@@ -25,6 +25,10 @@ struct Stage {
   Stage& add(const Surface& s, const Material& material = {});
 };
 
+/// A shiny ball before a tilted wall that lies 0.5 mm behind its centre, lit by a sun and a lamp: 61 x 47 pixels of 8 um x 10 um, samples
+/// 50 um apart, with shadows.
+Stage ball_before_wall(double z_m);
+
 /// The stage on a device, its sample table read back, and the triangles as the device has them.
 struct Rig {
   Scene scene;

@@ -20,31 +20,11 @@ namespace {
 
 using glm::dvec2;
 using glm::dvec3;
+using reference::ball_before_wall;
 using reference::normal;
 using reference::place;
 using reference::Rig;
 using reference::Stage;
-
-/// A shiny ball before a tilted wall, 30 mm away, with a sun, a lamp and shadows.
-Stage ball_before_wall() {
-  const double z = 30e-3;
-  Stage stage;
-  stage.scene.hologram = {{61, 47}, {8e-6, 10e-6}, 638e-9};
-  stage.scene.sampling.pitch_m = 50e-6;
-  stage.scene.trace.shadows = true;
-  Material shiny;
-  shiny.specular = dvec3(2.0);
-  shiny.shininess = 20;
-  stage.add(reference::sphere({0.05e-3, 0, z}, 0.3e-3, 6), shiny);
-  stage.add(reference::rectangle({0, 0, z + 0.5e-3}, {0.7e-3, 0, 0.1e-3}, {0, 0.6e-3, 0}));
-  Light sun, lamp;
-  sun.direction = {0.1, -0.2, 1};
-  lamp.type = LightType::point;
-  lamp.position_m = {0.5e-3, 0.5e-3, z - 1e-3};
-  lamp.intensity = 0.5;
-  stage.scene.lights = {sun, lamp};
-  return stage;
-}
 
 std::size_t pixels_of(const Plan& plan) { return static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y); }
 
@@ -58,7 +38,7 @@ reference::Ray lattice_ray(const Rig& rig, std::size_t cell) {
 
 /// Cells that do not hold one sample for each surface their ray meets: the ball's outside, the wall.
 Finding layers(const cl::Device& device) {
-  const Rig rig(device, ball_before_wall());
+  const Rig rig(device, ball_before_wall(30e-3));
   int wrong = 0, unsure = 0;
   const auto cells = rig.first_of_cell.size() - 1;
   for (std::size_t cell = 0; cell < cells; ++cell) {
@@ -83,7 +63,7 @@ Finding layers(const cl::Device& device) {
 
 /// How far samples lie off their lattice ray, or off the plane of their triangle.
 Finding places(const cl::Device& device) {
-  const Rig rig(device, ball_before_wall());
+  const Rig rig(device, ball_before_wall(30e-3));
   Finding finding;
   for (std::size_t cell = 0; cell + 1 < rig.first_of_cell.size(); ++cell) {
     const auto ray = lattice_ray(rig, cell);
@@ -103,7 +83,7 @@ Finding places(const cl::Device& device) {
 
 /// Samples that a light falls on or not, against brute force.
 Finding lit(const cl::Device& device) {
-  const Rig rig(device, ball_before_wall());
+  const Rig rig(device, ball_before_wall(30e-3));
   Finding finding;
   for (std::size_t i = 0; i < rig.samples.size(); ++i) {
     const auto& s = rig.samples[i];
@@ -122,7 +102,7 @@ Finding lit(const cl::Device& device) {
 
 /// Largest relative error of the radiance of samples that does not depend on direction.
 Finding radiance(const cl::Device& device) {
-  const Rig rig(device, ball_before_wall());
+  const Rig rig(device, ball_before_wall(30e-3));
   Finding finding;
   for (std::size_t i = 0; i < rig.samples.size(); ++i) {
     const auto& s = rig.samples[i];
@@ -144,7 +124,7 @@ Finding radiance(const cl::Device& device) {
 Finding gathered(const cl::Device& device, dvec3 centre_m) {
   // The farther the plane, the more samples each of its pixels sees: fewer pixels do, and the sum is slow.
   const int pixels = centre_m.z > 25e-3 ? 600 : 40;
-  const Rig rig(device, ball_before_wall());
+  const Rig rig(device, ball_before_wall(30e-3));
   Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1, 0);
   gatherer.draw_phases(1);
   cl::ComplexBuffer field(device, pixels_of(rig.plan), "field");
@@ -163,7 +143,7 @@ Finding traced(const cl::Device& device, Stage stage, double reach) {
   scene.sampling.mode = SamplingMode::fan;
   scene.wrp.distance_m = stage.world.min_m.z - 0.5e-3;
   scene.wrp.grid = glm::ivec2(1, 1);
-  const auto plan = make_plan(scene, stage.world, cl::FftBackend::host);
+  const auto plan = make_plan(scene, stage.world);
   Wrp wrp;
   wrp.centre_m = {0.031e-3, -0.017e-3, plan.distance_m};
   // A little off a regular grid, so that none runs along an edge.
@@ -217,7 +197,7 @@ Finding lens(const cl::Device& device) {
   light.direction = {0.3, 0.4, 1};
   light.intensity = 0.7;
   stage.scene.lights = {light};
-  const auto plan = make_plan(stage.scene, stage.world, cl::FftBackend::host);
+  const auto plan = make_plan(stage.scene, stage.world);
   const DeviceScene arrays(device, stage.scene, stage.world, plan);
   LensSpec what;
   what.z_m = z;
@@ -269,7 +249,7 @@ std::vector<SelfCheck> light_checks() {
     checks.push_back({"gather", std::string("plane ") + name + ", against the direct sum", "relative L2", 2e-5,
                       [centre_m = centre_m](const cl::Device& device) { return gathered(device, centre_m); }});
   checks.push_back({"Phong", "fan of rays, ball and wall, sun and lamp, shadows", "relative L2", 4e-3,
-                    [](const cl::Device& device) { return traced(device, ball_before_wall(), 0.2); }});
+                    [](const cl::Device& device) { return traced(device, ball_before_wall(30e-3), 0.2); }});
   for (const double exponent : {0.0, 1.0, 1e3, 1e6}) {
     char claim[64];
     std::snprintf(claim, sizeof claim, "fan of rays, highlight of shininess %g", exponent);

@@ -108,7 +108,7 @@ class Peer {
 public:
   explicit Peer(Scene scene) : scene_(std::move(scene)), meshes_(load_meshes(scene_)) {
     scene_.sampling.mode = SamplingMode::fan;
-    plan_ = make_plan(scene_, place_objects(scene_, meshes_), cl::FftBackend::host);
+    plan_ = make_plan(scene_, place_objects(scene_, meshes_));
     padded_ = 2 * plan_.size;
     const int channel = channel_of(plan_.wavelength_m);
     double ambient = 0;

@@ -47,10 +47,10 @@ Planned planned_as(const Scene& scene, const World& world, const DeviceFigures& 
 
 void run(int argc, char** argv) {
   const cl::Device device(cl::find_device());
-  const auto figures = figures_of(device.info(), cl::FftBackend::host);
+  const auto figures = figures_of(device.info());
   const auto scene = load_scene(argv[1], {argv + 3, argv + argc});
   const auto world = build_world(scene);
-  const auto first_plan = make_plan(scene, world, cl::FftBackend::host);
+  const auto first_plan = make_plan(scene, world);
   const auto window_m = glm::dvec2(first_plan.size * first_plan.grid) * first_plan.pitch_m;
   const int square = first_plan.size.x < 1000 ? 2 : 4;
   const double pixel_m = square * first_plan.pitch_m.x;

@@ -24,9 +24,9 @@ double least_seconds(const cl::Device& device, int turns, F&& work) {
 
 }  // namespace
 
-DeviceRates device_rates(const cl::Device& device, bool quick) {
+DeviceLimits device_limits(const cl::Device& device, bool quick) {
   const int turns = quick ? 2 : 8;
-  DeviceRates rates;
+  DeviceLimits rates;
   const auto bytes = std::min<std::uint64_t>(quick ? 16 << 20 : 256 << 20, device.info().largest_buffer_bytes / 4);
   {
     cl::Buffer<std::uint8_t> from(device, bytes, "copy bandwidth"), to(device, bytes, "copy bandwidth");
@@ -36,7 +36,7 @@ DeviceRates device_rates(const cl::Device& device, bool quick) {
   }
 
   const int lanes = lanes_for(device.info());
-  const cl::Program program(device, "device_rates.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}});
+  const cl::Program program(device, "device_limits.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}});
   auto multiply_add = program.kernel("multiply_add");
   // Enough work-items for any GPU; on CPUs, whose lanes stand side by side in one, a few for each core.
   const std::size_t items = lanes == 1 ? std::size_t{2048} * device.info().compute_units : std::size_t{16} * device.info().compute_units;

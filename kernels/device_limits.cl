@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many multiply-adds a device does in a second (host/bench/device_rates.cpp). OpenCL C 1.2.
+// How many multiply-adds a device does in a second (host/bench/device_limits.cpp). OpenCL C 1.2.
 #include "lanes.h"
 
 // Eight chains of multiply-adds per work-item, so that none waits for its own last result: 16 * rounds * RAYWAVE_LANES operations. They
