@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <glm/geometric.hpp>
+#include <tuple>
 
 #include "host/bvh.hpp"
 #include "host/error.hpp"
@@ -17,6 +18,9 @@ namespace {
 
 /// A tree whose boxes have grown by this much is built anew: a ray meets as many more of them.
 constexpr double worst_refit = 1.3;
+
+/// From this exponent on a highlight's shape asks for directions beyond floats: their error of 3e-7 costs sqrt(shininess / 2) times as much.
+constexpr double sharp_shininess = 128;
 
 /// Into the buffer when the size fits, else into a new one.
 template <class T>
@@ -91,7 +95,7 @@ Materials materials_of(const Scene& scene) {
     material.shininess = static_cast<float>(m.shininess);
     material.reflectivity = static_cast<float>(m.reflectivity);
     material.transparency = static_cast<float>(m.transparency);
-    material.ior = static_cast<float>(m.ior);
+    std::tie(material.ior, material.ior_low) = split(m.ior);
     material.texture = -1;
     double brightest_texel = 1;
     if (m.texture) {
@@ -135,8 +139,14 @@ std::vector<device::Light> lights_in_scene_frame(const Scene& scene, glm::dvec3 
   for (const auto& l : scene.lights) {
     if (l.type == LightType::ambient) continue;
     const bool is_point = l.type == LightType::point;
-    const glm::vec3 v(is_point ? l.position_m - origin_m : -glm::normalize(l.direction));
-    lights.push_back({v.x, v.y, v.z, in_units(l.intensity, unit), is_point});
+    const auto v = is_point ? l.position_m - origin_m : -glm::normalize(l.direction);
+    device::Light light{};
+    std::tie(light.x, light.x_low) = split(v.x);
+    std::tie(light.y, light.y_low) = split(v.y);
+    std::tie(light.z, light.z_low) = split(v.z);
+    light.intensity = in_units(l.intensity, unit);
+    light.is_point = is_point;
+    lights.push_back(light);
   }
   return lights;
 }
@@ -164,6 +174,7 @@ cl::Options kernel_options(const Scene& scene, const Plan& plan) {
   const auto lights = std::count_if(scene.lights.begin(), scene.lights.end(), [](const Light& l) { return l.type != LightType::ambient; });
   return {{"RAYWAVE_LIGHTS", std::to_string(lights)},
           {"RAYWAVE_SPECULAR", any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
+          {"RAYWAVE_SHARP", any([&](const Material& m) { return m.specular[channel] > 0 && m.shininess > sharp_shininess; }) ? "1" : "0"},
           {"RAYWAVE_TEXTURES", any([](const Material& m) { return m.texture.has_value(); }) ? "1" : "0"},
           {"RAYWAVE_SHADOWS", scene.trace.shadows && lights > 0 ? "1" : "0"},
           {"RAYWAVE_BOUNCES", std::to_string(plan.bounces)}};

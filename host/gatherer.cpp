@@ -16,7 +16,7 @@ constexpr std::size_t strip_tiles = 8;
 /// Of the scene's options those that gather.cl reads: scenes that differ in others share its kernels, which take longest to compile.
 cl::Options options_of(const DeviceScene& scene) {
   cl::Options options;
-  for (const char* name : {"RAYWAVE_LANES", "RAYWAVE_LIGHTS", "RAYWAVE_SPECULAR"}) options[name] = scene.options.at(name);
+  for (const char* name : {"RAYWAVE_LANES", "RAYWAVE_LIGHTS", "RAYWAVE_SPECULAR", "RAYWAVE_SHARP"}) options[name] = scene.options.at(name);
   return options;
 }
 

@@ -88,9 +88,18 @@ static inline float view_share(__global const uint* view, int i, int j) {
 }
 
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-// Amplitude with the highlights that the sample shows in a direction (unit vector) towards the hologram.
-static inline floatv shaded_amplitude(__global const Light* lights, __global const uint* lit, __global const Sample* sample, floatv vx,
-                                      floatv vy, floatv vz) {
+// A direction towards the hologram: exact, of any length, or a unit vector.
+#if RAYWAVE_SHARP
+typedef Wide3 Towards;
+#else
+typedef struct {
+  floatv x, y, z;
+} Towards;
+#endif
+
+// Amplitude with the highlights that the sample shows in a direction.
+static inline floatv shaded_amplitude(__global const Light* lights, __global const uint* lit, __global const Sample* sample,
+                                      Towards towards) {
   Surface s;
   s.x = sample->x;
   s.y = sample->y;
@@ -98,13 +107,22 @@ static inline floatv shaded_amplitude(__global const Light* lights, __global con
   s.nx = sample->nx;
   s.ny = sample->ny;
   s.nz = sample->nz;
+#if RAYWAVE_SHARP
+  s.place = wide3((floatv)(sample->x), (floatv)(sample->y), (floatv)(sample->z));
+  s.normal = wide3((floatv)(sample->nx), (floatv)(sample->ny), (floatv)(sample->nz));
+  s.towards = towards;
+#else
+  s.vx = towards.x;
+  s.vy = towards.y;
+  s.vz = towards.z;
+#endif
   s.specular = sample->specular;
   s.shininess = sample->shininess;
   floatv radiance = sample->radiance;
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
     if (!(lit[i / 32] >> (i % 32) & 1u)) continue;
     const Incident in = incident(lights, i, &s, 0.0f);
-    radiance += highlight(&in, &s, vx, vy, vz) * in.intensity;
+    radiance += highlight(lights + i, &in, &s) * in.intensity;
   }
   return sqrt(radiance) * sample->weight;
 }
@@ -210,8 +228,14 @@ static inline floatv amplitude_towards(__global const Light* lights, __global co
   floatv amplitude = a->amplitude;
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
   if (a->specular) {
+#if RAYWAVE_SHARP
+    const floatv down = -1.0f;
+    const Towards towards = wide3(tx, ty, down);
+#else
     const floatv cosine = 1.0f / sqrt(1.0f + tx * tx + ty * ty);
-    amplitude = shaded_amplitude(lights, lit, sample, tx * cosine, ty * cosine, -cosine);
+    const Towards towards = {tx * cosine, ty * cosine, -cosine};
+#endif
+    amplitude = shaded_amplitude(lights, lit, sample, towards);
   }
 #else
   (void)lights, (void)lit;
@@ -447,9 +471,21 @@ static inline void gather_far(__global const Light* lights, __global const uint*
     floatv amplitude = a->amplitude;
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
     // Through the pixel, or away from it where the sample stands in front of the plane.
-    if (a->specular)
-      amplitude =
-          shaded_amplitude(lights, lit, sample, dx * sign * inverse_length, dy * sign * inverse_length, -fabs(a->depth) * inverse_length);
+    if (a->specular) {
+#if RAYWAVE_SHARP
+#if RAYWAVE_PRECISION == PRECISION_FLOAT
+      const Wide up_there = wide_plus(from_y, wide((floatv)(step_y), 0.0f));
+#else
+      const Wide up_there = from_y;
+#endif
+      const Wide3 from_sample = {from_x, up_there, wide_minus(wide(0.0f, 0.0f), depth)};
+      const Towards towards = wide3_scaled(from_sample, wide((floatv)(sign), 0.0f));
+#else
+      const floatv unit = sign * inverse_length;
+      const Towards towards = {dx * unit, dy * unit, -a->depth * unit};
+#endif
+      amplitude = shaded_amplitude(lights, lit, sample, towards);
+    }
 #endif
     const floatv area = projected_area(a->tilt_z, a->tilt_x * dx, (floatv)(a->tilt_y * dy));
     amplitude = LANES_SELECT((floatv)(0.0f), amplitude * sqrt(area) * edge_x * edge_y * sign * inverse_length, counts);

@@ -43,23 +43,30 @@ __kernel void see(__global const BvhNode* nodes, __global const Triangle* triang
                    (floatv)(0.0f),
                    (floatv)(lens.reach),
                    column < lens.nx};
+#if EXACT_SURFACES
+      Line line = {wide3(rays.ox, rays.oy, rays.oz), wide3(rays.dx, rays.dy, rays.dz)};
+#endif
 #if RAYWAVE_BOUNCES > 0
       Way ways[BOUNCE_WAYS];
-      ways[0] = way_from(&rays);
+      ways[0] = way_from(&line, rays.active);
       int pending = 1;
       while (pending > 0) {
         Way way = ways[--pending];
-        rays = way.rays;
+        line = way.line;
+        rays = rays_of(&way, lens.reach);
 #endif
         const Hits hits = bvh_nearest(nodes, triangles, &rays);
         const intv hit = hits.triangle >= 0;
         if (!LANES_ANY(hit)) continue;
-        const Surface surface = surface_at(&scene, &rays, &hits);
-        floatv radiance = phong(&scene, &rays, &surface, ambient_light, lens.bias, lens.reach, hit);
+        Surface surface = surface_at(&scene, &rays, &hits);
+#if EXACT_SURFACES
+        exact_surface(&scene, &line, &hits, &surface);
+#endif
+        floatv radiance = phong(&scene, &surface, ambient_light, lens.bias, lens.reach, hit);
 #if RAYWAVE_BOUNCES > 0
-        way.rays.active = hit;
+        way.active = hit;
         radiance *= own_share(&way, &surface);
-        pending = bounce(&way, &surface, lens.bias, lens.reach, ways, pending);
+        pending = bounce(&way, &surface, lens.bias, ways, pending);
 #endif
         sum_of_row += LANES_SELECT((floatv)(0.0f), radiance, hit);
 #if RAYWAVE_BOUNCES > 0

@@ -4,14 +4,22 @@
 #define RAYWAVE_SHADE_H
 
 #include "bvh.h"
+#include "exact.h"
 #include "lanes.h"
 #include "shared.h"
+#include "wide.h"
 
 #ifndef RAYWAVE_LIGHTS
 #define RAYWAVE_LIGHTS 1  // directional and point lights; host/tracer.cpp
 #endif
 #ifndef RAYWAVE_SPECULAR
 #define RAYWAVE_SPECULAR 1  // some material has a specular part
+#endif
+#ifndef RAYWAVE_SHARP
+#define RAYWAVE_SHARP 0  // a highlight's exponent is so large that floats blur its directions; host/device_scene.cpp
+#endif
+#ifndef RAYWAVE_BOUNCES
+#define RAYWAVE_BOUNCES 0  // mirror and refraction bounces; host/device_scene.cpp
 #endif
 #ifndef RAYWAVE_TEXTURES
 #define RAYWAVE_TEXTURES 1  // some material has a texture
@@ -37,13 +45,19 @@ static inline float3 triangle_cross(__global const Triangle* t) {
   return (float3)(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x);
 }
 
+#define EXACT_SURFACES (RAYWAVE_BOUNCES > 0 || (RAYWAVE_SHARP && RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0))
+
 // A hit's place and material, one lane each. The normal has unit length and faces the side the ray came from.
 typedef struct {
   floatv x, y, z;
   floatv nx, ny, nz;
+  floatv vx, vy, vz;                             // unit vector towards where it is seen from
   floatv ambient, diffuse, specular, shininess;  // textures applied
-  floatv reflectivity, transparency, ior;
+  floatv reflectivity, transparency, ior, ior_low;
   intv entering;  // the ray meets the outside of the surface
+#if EXACT_SURFACES
+  Wide3 place, normal, towards;  // beyond floats, where exact_surface has set them; towards the viewer, of any length
+#endif
 } Surface;
 
 // (1 - gap)^m for gap in [0, 1] and m >= 0, 0^0 = 1. The logarithm keeps the relative accuracy of a small gap, so that huge exponents stay
@@ -98,14 +112,14 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   float u[RAYWAVE_LANES], v[RAYWAVE_LANES];
   float nx[RAYWAVE_LANES], ny[RAYWAVE_LANES], nz[RAYWAVE_LANES], gx[RAYWAVE_LANES], gy[RAYWAVE_LANES], gz[RAYWAVE_LANES];
   float ambient[RAYWAVE_LANES], diffuse[RAYWAVE_LANES], specular[RAYWAVE_LANES], shininess[RAYWAVE_LANES];
-  float reflectivity[RAYWAVE_LANES], transparency[RAYWAVE_LANES], ior[RAYWAVE_LANES];
+  float reflectivity[RAYWAVE_LANES], transparency[RAYWAVE_LANES], ior[RAYWAVE_LANES], ior_low[RAYWAVE_LANES];
   LANES_STORE(hits->triangle, triangle);
   LANES_STORE(hits->u, u);
   LANES_STORE(hits->v, v);
   for (int i = 0; i < RAYWAVE_LANES; ++i) {
     nx[i] = ny[i] = gx[i] = gy[i] = 0.0f;
     nz[i] = gz[i] = 1.0f;
-    ambient[i] = diffuse[i] = specular[i] = shininess[i] = reflectivity[i] = transparency[i] = 0.0f;
+    ambient[i] = diffuse[i] = specular[i] = shininess[i] = reflectivity[i] = transparency[i] = ior_low[i] = 0.0f;
     ior[i] = 1.0f;
     if (triangle[i] < 0) continue;
     __global const TriangleShading* s = scene->shading + triangle[i];
@@ -125,6 +139,7 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     reflectivity[i] = m->reflectivity;
     transparency[i] = m->transparency;
     ior[i] = m->ior;
+    ior_low[i] = m->ior_low;
 #if RAYWAVE_TEXTURES
     if (m->texture >= 0) {
       const float texel =
@@ -145,6 +160,11 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   surface.reflectivity = LANES_LOAD(reflectivity);
   surface.transparency = LANES_LOAD(transparency);
   surface.ior = LANES_LOAD(ior);
+  surface.ior_low = LANES_LOAD(ior_low);
+  const floatv toward_viewer = -rsqrt(rays->dx * rays->dx + rays->dy * rays->dy + rays->dz * rays->dz);
+  surface.vx = rays->dx * toward_viewer;
+  surface.vy = rays->dy * toward_viewer;
+  surface.vz = rays->dz * toward_viewer;
 
   // The normal that shading uses faces the ray's side as the triangle does: right for either winding and for both sides of open meshes.
   const floatv fx = LANES_LOAD(gx), fy = LANES_LOAD(gy), fz = LANES_LOAD(gz);
@@ -159,6 +179,25 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   surface.entering = toward > 0.0f;
   return surface;
 }
+
+#if EXACT_SURFACES
+// The surface's place and normal beyond floats, where a line, the hits' ray, has met it; their distance along it.
+static inline Wide exact_surface(const SceneArrays* scene, const Line* line, const Hits* hits, Surface* s) {
+  const Facets facets = facets_of(scene->triangles, hits->triangle);
+  const Wide distance = exact_distance(&facets, line, hits->t);
+  const floatv side = LANES_SELECT((floatv)(-1.0f), (floatv)(1.0f), s->entering), away = -1.0f;
+  s->place = wide3_along(line->origin, line->direction, distance);
+  s->normal = wide3_scaled(exact_normal(scene->shading, hits->triangle, &facets, s->place, hits->u, hits->v), wide(side, 0.0f));
+  s->towards = wide3_scaled(line->direction, wide(away, 0.0f));
+  s->x = wide_high(s->place.x);
+  s->y = wide_high(s->place.y);
+  s->z = wide_high(s->place.z);
+  s->nx = wide_high(s->normal.x);
+  s->ny = wide_high(s->normal.y);
+  s->nz = wide_high(s->normal.z);
+  return distance;
+}
+#endif
 
 // One light as a surface sees it: unit vector towards it, and the cosine of its slope (<= 0: behind the surface).
 typedef struct {
@@ -207,31 +246,50 @@ static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Su
   return lit;
 }
 
-#if RAYWAVE_SPECULAR
-// Specular part towards a viewer: (vx, vy, vz) is the unit vector from the surface to where it is seen from.
-static inline floatv highlight(const Incident* in, const Surface* s, floatv vx, floatv vy, floatv vz) {
+#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+// One minus the cosine between the mirrored light and the way to the viewer.
+static inline floatv mirror_gap(__global const Light* light, const Incident* in, const Surface* s) {
+#if RAYWAVE_SHARP
+  (void)in;
+  Wide3 from = {wide(light->x, light->x_low), wide(light->y, light->y_low), wide(light->z, light->z_low)};
+  if (light->is_point) from = wide3_minus(from, s->place);
+  // None of the vectors has unit length to the last bit. The cross product keeps small angles exact.
+  const Wide facing = wide3_dot(s->normal, from);
+  const Wide3 mirrored = wide3_minus(wide3_scaled(s->normal, wide_plus(facing, facing)), wide3_scaled(from, wide3_dot(s->normal, s->normal)));
+  const Wide3 across = wide3_cross(mirrored, s->towards);
+  const floatv rx = wide_high(mirrored.x), ry = wide_high(mirrored.y), rz = wide_high(mirrored.z);
+  const floatv vx = wide_high(s->towards.x), vy = wide_high(s->towards.y), vz = wide_high(s->towards.z);
+  const floatv cx = wide_high(across.x), cy = wide_high(across.y), cz = wide_high(across.z);
+  const floatv squared = fmax((rx * rx + ry * ry + rz * rz) * (vx * vx + vy * vy + vz * vz), (floatv)(1e-37f));
+  const floatv cosine = (rx * vx + ry * vy + rz * vz) * rsqrt(squared);
+  return LANES_SELECT((floatv)(1.0f), (cx * cx + cy * cy + cz * cz) / (squared * (1.0f + cosine)), cosine > 0.0f);
+#else
+  (void)light;
   const floatv twice = 2.0f * in->facing;
   // Half the squared distance of two unit vectors is one minus their cosine, without the rounding of the cosine.
-  const floatv dx = twice * s->nx - in->x - vx, dy = twice * s->ny - in->y - vy, dz = twice * s->nz - in->z - vz;
-  return s->specular * pow_unit(fmin(0.5f * (dx * dx + dy * dy + dz * dz), (floatv)(1.0f)), s->shininess);
+  const floatv dx = twice * s->nx - in->x - s->vx, dy = twice * s->ny - in->y - s->vy, dz = twice * s->nz - in->z - s->vz;
+  return fmin(0.5f * (dx * dx + dy * dy + dz * dz), (floatv)(1.0f));
+#endif
+}
+
+// Specular part of the light that the viewer receives.
+static inline floatv highlight(__global const Light* light, const Incident* in, const Surface* s) {
+  return s->specular * pow_unit(mirror_gap(light, in, s), s->shininess);
 }
 #endif
 
-// Radiance that leaves the surface against the rays' direction, without bounces: ambient + sum over lights of diffuse and specular parts.
-static inline floatv phong(const SceneArrays* scene, const Rays* rays, const Surface* s, float ambient_light, float bias, float reach,
+// Radiance that leaves the surface towards where it is seen from, without bounces: ambient + sum over lights of diffuse and specular parts.
+static inline floatv phong(const SceneArrays* scene, const Surface* s, float ambient_light, float bias, float reach,
                            intv active) {
   floatv radiance = s->ambient * ambient_light;
 #if RAYWAVE_LIGHTS > 0
-#if RAYWAVE_SPECULAR
-  const floatv toward_viewer = -rsqrt(rays->dx * rays->dx + rays->dy * rays->dy + rays->dz * rays->dz);
-#endif
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
     const Incident in = incident(scene->lights, i, s, reach);
     const intv lit = lit_by(scene, &in, s, bias, active);
     if (!LANES_ANY(lit)) continue;
     floatv part = s->diffuse * in.facing;
 #if RAYWAVE_SPECULAR
-    part += highlight(&in, s, rays->dx * toward_viewer, rays->dy * toward_viewer, rays->dz * toward_viewer);
+    part += highlight(scene->lights + i, &in, s);
 #endif
     radiance += LANES_SELECT((floatv)(0.0f), part * in.intensity, lit);
   }

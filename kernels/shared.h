@@ -45,6 +45,7 @@ typedef struct {
   float reflectivity;
   float transparency;
   float ior;
+  float ior_low;  // what the float leaves over
   int texture;  // first texel, or -1
   int texture_width;
   int texture_height;
@@ -171,12 +172,15 @@ typedef struct {
   float view_half;  // half side of the window that views speak of, in half hologram windows
 } GatherPlane;
 
-// Directional light (is_point 0): xyz is the unit vector towards it. Point light (is_point 1): xyz is its position. Ambient light is a
-// constant.
+// Directional light (is_point 0): xyz is the unit vector towards it. Point light (is_point 1): xyz is its position. Low: what the floats
+// leave over. Ambient light is a constant.
 typedef struct {
   float x;
+  float x_low;
   float y;
+  float y_low;
   float z;
+  float z_low;
   float intensity;
   int is_point;
 } Light;

@@ -31,6 +31,7 @@
   MEMBER(Material, reflectivity)      \
   MEMBER(Material, transparency)      \
   MEMBER(Material, ior)               \
+  MEMBER(Material, ior_low)           \
   MEMBER(Material, texture)           \
   MEMBER(Material, texture_width)     \
   MEMBER(Material, texture_height)    \
@@ -138,8 +139,11 @@
   MEMBER(GatherPlane, room_y)         \
   MEMBER(GatherPlane, view_half)      \
   MEMBER(Light, x)                    \
+  MEMBER(Light, x_low)                \
   MEMBER(Light, y)                    \
+  MEMBER(Light, y_low)                \
   MEMBER(Light, z)                    \
+  MEMBER(Light, z_low)                \
   MEMBER(Light, intensity)            \
   MEMBER(Light, is_point)             \
   MEMBER(TracePlane, nx)              \

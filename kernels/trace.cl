@@ -23,47 +23,14 @@
 #ifndef RAYWAVE_SOURCE
 #define RAYWAVE_SOURCE SOURCE_HIT  // host/tracer.cpp
 #endif
-#define EXACT_HITS (RAYWAVE_SOURCE == SOURCE_HIT && RAYWAVE_BOUNCES == 0)
 
 // A place that light comes from, and the mask of lanes that have one.
 typedef struct {
-  floatv x, y, z;
+  Wide3 place;
   uintv key;
   floatv weight;
   intv found;
 } Source;
-
-#if EXACT_HITS
-// Distance along the ray to the plane of the triangle it has met: the tree's hits are as exact as floats, a hundredth of a turn at 50 mm.
-// Where rounding alone decided the hit, or the plane is seen edge-on, the float stays.
-static inline Wide exact_distance(__global const Triangle* triangles, const Hits* hits, Wide ox, Wide oy, Wide oz, Wide tx, Wide ty) {
-  int triangle[RAYWAVE_LANES];
-  float corners[9][RAYWAVE_LANES];
-  LANES_STORE(hits->triangle, triangle);
-  for (int i = 0; i < RAYWAVE_LANES; ++i) {
-    __global const Triangle* t = triangles + max(triangle[i], 0);
-    for (int axis = 0; axis < 3; ++axis) {
-      corners[axis][i] = t->a[axis];
-      corners[3 + axis][i] = t->b[axis];
-      corners[6 + axis][i] = t->c[axis];
-    }
-  }
-  Wide p[9];
-  for (int i = 0; i < 9; ++i) p[i] = wide(LANES_LOAD(corners[i]), 0.0f);
-  const Wide ux = wide_minus(p[3], p[0]), uy = wide_minus(p[4], p[1]), uz = wide_minus(p[5], p[2]);
-  const Wide vx = wide_minus(p[6], p[0]), vy = wide_minus(p[7], p[1]), vz = wide_minus(p[8], p[2]);
-  const Wide nx = wide_minus(wide_times(uy, vz), wide_times(uz, vy));
-  const Wide ny = wide_minus(wide_times(uz, vx), wide_times(ux, vz));
-  const Wide nz = wide_minus(wide_times(ux, vy), wide_times(uy, vx));
-  const Wide away = wide_plus(wide_plus(wide_times(nx, wide_minus(p[0], ox)), wide_times(ny, wide_minus(p[1], oy))),
-                              wide_times(nz, wide_minus(p[2], oz)));
-  const Wide along = wide_plus(wide_plus(wide_times(nx, tx), wide_times(ny, ty)), nz);
-  const floatv divisor = wide_high(along);
-  const Wide t = wide_over(away, wide(LANES_SELECT(divisor, (floatv)(1.0f), divisor == 0.0f), wide_low(along)));
-  const intv exact = fabs(wide_high(t) - hits->t) <= 0x1p-18f * hits->t;
-  return wide(LANES_SELECT(hits->t, wide_high(t), exact), LANES_SELECT((floatv)(0.0f), wide_low(t), exact));
-}
-#endif
 
 // Whole part of x towards minus infinity, for |x| < 2^31.
 static inline intv whole(floatv x) {
@@ -105,7 +72,8 @@ static inline Source table_source(__global const Sample* samples, __global const
       weights[lane] = 1.0f / sample->weight;  // the lattice widens with depth
     }
   }
-  const Source source = {LANES_LOAD(xs), LANES_LOAD(ys), LANES_LOAD(zs), LANES_LOAD(keys), LANES_LOAD(weights), LANES_LOAD(found) != 0};
+  const Source source = {wide3(LANES_LOAD(xs), LANES_LOAD(ys), LANES_LOAD(zs)), LANES_LOAD(keys), LANES_LOAD(weights),
+                         LANES_LOAD(found) != 0};
   return source;
 }
 #endif
@@ -130,9 +98,9 @@ static inline Source axis_source(const SceneArrays* scene, const Rays* rays, con
   line.active = hit;
   const Hits meets = bvh_nearest(scene->nodes, scene->triangles, &line);
   Source source;
-  source.x = line.ox + meets.t * line.dx;
-  source.y = line.oy + meets.t * line.dy;
-  source.z = line.oz + meets.t * line.dz;
+  const Line exact = {wide3(line.ox, line.oy, line.oz), wide3(line.dx, line.dy, line.dz)};
+  const Facets facets = facets_of(scene->triangles, meets.triangle);
+  source.place = wide3_along(exact.origin, exact.direction, exact_distance(&facets, &exact, meets.t));
   // Of the line and the material it meets: the third cell index of a flat surface would hang on rounding.
   int third[RAYWAVE_LANES];
   LANES_STORE(meets.triangle, third);
@@ -157,9 +125,7 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
 #endif
   const SceneArrays scene = {nodes, triangles, shading, materials, lights, texels};
   const intv column = first + LANES_INDEX;
-#if EXACT_HITS || RAYWAVE_SOURCE == SOURCE_SURFACE
   const Wide rate = wide(plane.turns_hi, plane.turns_lo), plane_z = wide(plane.z, plane.z_low);
-#endif
   const Wide pixel_x = wide_plus(wide(plane.left, plane.left_low), wide_steps(column, plane.pitch_x, plane.pitch_x_low));
   const Wide pixel_y = wide_plus(wide(plane.top, plane.top_low), wide_steps((intv)(-row), plane.pitch_y, plane.pitch_y_low));
   const floatv x = wide_high(pixel_x), y = wide_high(pixel_y);
@@ -177,14 +143,16 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
     // The SLM's pixels cannot show light that arrives steeper.
     const floatv slope = sqrt(1.0f + tx * tx + ty * ty);
     const intv shown = (column < plane.nx) & (fabs(tx) <= plane.sine_limit_x * slope) & (fabs(ty) <= plane.sine_limit_y * slope);
+    Line line = {{pixel_x, pixel_y, plane_z}, {tangent_x, tangent_y, wide(1.0f, 0.0f)}};
     Rays rays = {x, y, (floatv)(plane.z), tx, ty, (floatv)(1.0f), (floatv)(0.0f), (floatv)(plane.reach), shown};
 #if RAYWAVE_BOUNCES > 0
     Way ways[BOUNCE_WAYS];
-    ways[0] = way_from(&rays);
+    ways[0] = way_from(&line, shown);
     int pending = 1;
     while (pending > 0) {
       Way way = ways[--pending];
-      rays = way.rays;
+      line = way.line;
+      rays = rays_of(&way, plane.reach);
 #if RAYWAVE_SOURCE != SOURCE_HIT
       const bool bounced_before = way.bounces_left < RAYWAVE_BOUNCES;
 #endif
@@ -194,27 +162,26 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
       const Hits hits = bvh_nearest(nodes, triangles, &rays);
       const intv hit = hits.triangle >= 0;
       if (!LANES_ANY(hit)) continue;
-      const Surface surface = surface_at(&scene, &rays, &hits);
-      floatv radiance = phong(&scene, &rays, &surface, ambient_light, plane.bias, plane.reach, hit);
+      Surface surface = surface_at(&scene, &rays, &hits);
+#if EXACT_SURFACES
+      const Wide distance = exact_surface(&scene, &line, &hits, &surface);
+#else
+    const Facets facets = facets_of(triangles, hits.triangle);
+    const Wide distance = exact_distance(&facets, &line, hits.t);
+#endif
+      floatv radiance = phong(&scene, &surface, ambient_light, plane.bias, plane.reach, hit);
 #if RAYWAVE_BOUNCES > 0
-      way.rays.active = hit;
-      const floatv speed = sqrt(rays.dx * rays.dx + rays.dy * rays.dy + rays.dz * rays.dz);
-      const floatv segment = hits.t * speed;
-      way.length += segment / way.index;
-      way.turns = turns_reduced(way.turns + turns_of_length(segment * way.index, plane.turns_hi, plane.turns_lo));
+      way.active = hit;
+      way.length += wide_high(distance) / wide_high(way.index);
+      way.turns = turns_reduced(way.turns + wide_turns(wide_times(wide_times(distance, way.index), rate)));
       radiance *= own_share(&way, &surface);
       floatv length = way.length;
       floatv turns = way.turns;
-      pending = bounce(&way, &surface, plane.bias, plane.reach, ways, pending);
+      pending = bounce(&way, &surface, plane.bias, ways, pending);
 #else
     radiance *= 1.0f - surface.reflectivity - surface.transparency;
-#if EXACT_HITS
-    const Wide distance = exact_distance(triangles, &hits, pixel_x, pixel_y, plane_z, tangent_x, tangent_y);
     floatv length;
     floatv turns = path_turns(wide_times(distance, tangent_x), wide_times(distance, tangent_y), distance, rate, &length);
-#else
-    floatv length = hits.t * slope, turns = 0.0f;
-#endif
 #endif
 #if RAYWAVE_SOURCE == SOURCE_BOUNCED
       if (!bounced_before) continue;
@@ -231,21 +198,20 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
     if (!bounced_before) {
       source = table_source(samples, first_of_cell, &lattice, &surface, hit);
       // The way to the sample itself: all pixels that see it must agree on its place.
-      const floatv none = 0.0f;
-      turns = path_turns(wide_minus(wide(source.x, none), pixel_x), wide_minus(wide(source.y, none), pixel_y),
-                         wide_minus(wide(source.z, none), plane_z), rate, &length);
+      const Wide3 way_there = wide3_minus(source.place, line.origin);
+      turns = path_turns(way_there.x, way_there.y, way_there.z, rate, &length);
     }
 #endif
 #if RAYWAVE_BOUNCES > 0
     if (bounced_before) {
       source = axis_source(&scene, &rays, &surface, plane.sampling_rate, hit);
       // From the hit to the source: along the ray, and across it by the curvature of a wave of this length.
-      const floatv ex = source.x - surface.x, ey = source.y - surface.y, ez = source.z - surface.z;
-      const floatv along = (ex * rays.dx + ey * rays.dy + ez * rays.dz) * rsqrt(rays.dx * rays.dx + rays.dy * rays.dy + rays.dz * rays.dz);
-      const floatv across_squared = fmax(ex * ex + ey * ey + ez * ez - along * along, (floatv)(0.0f));
-      const floatv curved = across_squared / (2.0f * fmax(length, (floatv)(1e-12f)));
-      length += along / way.index;
-      turns += turns_of_length(way.index * along + curved, plane.turns_hi, plane.turns_lo);
+      const Wide3 off = wide3_minus(source.place, surface.place);
+      const Wide along = wide3_dot(off, line.direction);
+      const floatv across_squared = wide_high(wide_minus(wide3_dot(off, off), wide_times(along, along)));
+      const floatv curved = fmax(across_squared, (floatv)(0.0f)) / (2.0f * fmax(length, (floatv)(1e-12f)));
+      length += wide_high(along) / wide_high(way.index);
+      turns += wide_turns(wide_times(wide_plus(wide_times(along, way.index), wide(curved, 0.0f)), rate));
     }
 #endif
     source.weight *= length * length * plane.step_x * plane.step_y * plane.sampling_rate * plane.sampling_rate;

@@ -93,6 +93,46 @@ static inline Wide wide_sqrt(Wide a) {
 static inline floatv wide_turns(Wide turns) { return turns_reduced(turns_reduced(turns.hi)) + turns.lo; }
 #endif
 
+static inline Wide wide_select(Wide no, Wide yes, intv mask) {
+  return wide(LANES_SELECT(wide_high(no), wide_high(yes), mask), LANES_SELECT(wide_low(no), wide_low(yes), mask));
+}
+
+// Vectors.
+typedef struct {
+  Wide x, y, z;
+} Wide3;
+
+static inline Wide3 wide3(floatv x, floatv y, floatv z) {
+  const Wide3 v = {wide(x, 0.0f), wide(y, 0.0f), wide(z, 0.0f)};
+  return v;
+}
+
+static inline Wide3 wide3_minus(Wide3 a, Wide3 b) {
+  const Wide3 v = {wide_minus(a.x, b.x), wide_minus(a.y, b.y), wide_minus(a.z, b.z)};
+  return v;
+}
+
+static inline Wide3 wide3_scaled(Wide3 a, Wide s) {
+  const Wide3 v = {wide_times(a.x, s), wide_times(a.y, s), wide_times(a.z, s)};
+  return v;
+}
+
+// a + b s
+static inline Wide3 wide3_along(Wide3 a, Wide3 b, Wide s) {
+  const Wide3 v = {wide_plus(a.x, wide_times(b.x, s)), wide_plus(a.y, wide_times(b.y, s)), wide_plus(a.z, wide_times(b.z, s))};
+  return v;
+}
+
+static inline Wide wide3_dot(Wide3 a, Wide3 b) {
+  return wide_plus(wide_plus(wide_times(a.x, b.x), wide_times(a.y, b.y)), wide_times(a.z, b.z));
+}
+
+static inline Wide3 wide3_cross(Wide3 a, Wide3 b) {
+  const Wide3 v = {wide_minus(wide_times(a.y, b.z), wide_times(a.z, b.y)), wide_minus(wide_times(a.z, b.x), wide_times(a.x, b.z)),
+                   wide_minus(wide_times(a.x, b.y), wide_times(a.y, b.x))};
+  return v;
+}
+
 // Places i pitch.
 static inline Wide wide_steps(intv i, float pitch, float pitch_low) {
   return wide_times(wide(LANES_TO_FLOAT(i), 0.0f), wide(pitch, pitch_low));
@@ -100,7 +140,8 @@ static inline Wide wide_steps(intv i, float pitch, float pitch_low) {
 
 // Reduced turns of a straight path, `rate` turns per metre, and its length.
 static inline floatv path_turns(Wide dx, Wide dy, Wide dz, Wide rate, floatv* length) {
-  const Wide root = wide_sqrt(wide_plus(wide_plus(wide_times(dx, dx), wide_times(dy, dy)), wide_times(dz, dz)));
+  const Wide3 way = {dx, dy, dz};
+  const Wide root = wide_sqrt(wide3_dot(way, way));
   *length = wide_high(root);
   return wide_turns(wide_times(root, rate));
 }

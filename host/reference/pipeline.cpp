@@ -73,7 +73,8 @@ double amplitude(const Gathering& what, std::size_t index, dvec3 towards) {
     const auto l =
         light.type == LightType::point ? normalize(light.position_m - what.plan.origin_m - place(s)) : -normalize(light.direction);
     if (what.lit[index * what.light_words + number / 32] >> (number % 32) & 1u) {
-      const auto mirrored = 2 * dot(normal(s), l) * normal(s) - l;
+      const auto n = normalize(normal(s));  // whose length floats round: sharp highlights would see that as another direction
+      const auto mirrored = 2 * dot(n, l) * n - l;
       radiance += light.intensity * s.specular * power_of_cosine(dot(mirrored, normalize(towards)), s.shininess);
     }
     ++number;
