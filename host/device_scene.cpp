@@ -19,7 +19,8 @@ namespace {
 /// A tree whose boxes have grown by this much is built anew: a ray meets as many more of them.
 constexpr double worst_refit = 1.3;
 
-/// From this exponent on a highlight's shape asks for directions beyond floats: their error of 3e-7 costs sqrt(shininess / 2) times as much.
+/// From this exponent on a highlight's shape asks for directions beyond floats: their error of 3e-7 costs sqrt(shininess / 2) times as
+/// much.
 constexpr double sharp_shininess = 128;
 
 /// Into the buffer when the size fits, else into a new one.

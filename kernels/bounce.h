@@ -39,8 +39,8 @@ static inline Way way_from(const Line* line, intv active) {
 // What the tree is searched with.
 static inline Rays rays_of(const Way* way, float reach) {
   const Wide3 o = way->line.origin, d = way->line.direction;
-  const Rays rays = {wide_high(o.x), wide_high(o.y), wide_high(o.z), wide_high(d.x), wide_high(d.y), wide_high(d.z),
-                     way->nearest,   (floatv)(reach), way->active};
+  const Rays rays = {wide_high(o.x), wide_high(o.y), wide_high(o.z),  wide_high(d.x), wide_high(d.y),
+                     wide_high(d.z), way->nearest,   (floatv)(reach), way->active};
   return rays;
 }
 

@@ -255,7 +255,8 @@ static inline floatv mirror_gap(__global const Light* light, const Incident* in,
   if (light->is_point) from = wide3_minus(from, s->place);
   // None of the vectors has unit length to the last bit. The cross product keeps small angles exact.
   const Wide facing = wide3_dot(s->normal, from);
-  const Wide3 mirrored = wide3_minus(wide3_scaled(s->normal, wide_plus(facing, facing)), wide3_scaled(from, wide3_dot(s->normal, s->normal)));
+  const Wide3 mirrored =
+      wide3_minus(wide3_scaled(s->normal, wide_plus(facing, facing)), wide3_scaled(from, wide3_dot(s->normal, s->normal)));
   const Wide3 across = wide3_cross(mirrored, s->towards);
   const floatv rx = wide_high(mirrored.x), ry = wide_high(mirrored.y), rz = wide_high(mirrored.z);
   const floatv vx = wide_high(s->towards.x), vy = wide_high(s->towards.y), vz = wide_high(s->towards.z);
@@ -279,8 +280,7 @@ static inline floatv highlight(__global const Light* light, const Incident* in, 
 #endif
 
 // Radiance that leaves the surface towards where it is seen from, without bounces: ambient + sum over lights of diffuse and specular parts.
-static inline floatv phong(const SceneArrays* scene, const Surface* s, float ambient_light, float bias, float reach,
-                           intv active) {
+static inline floatv phong(const SceneArrays* scene, const Surface* s, float ambient_light, float bias, float reach, intv active) {
   floatv radiance = s->ambient * ambient_light;
 #if RAYWAVE_LIGHTS > 0
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {

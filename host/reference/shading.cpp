@@ -12,7 +12,7 @@
 namespace raywave::reference {
 namespace {
 
-constexpr double sideways = 2e-7;           // of the distance to a triangle: what single precision may move a ray by
+constexpr double sideways = 1e-6;           // of the distance to a triangle: how far beside it single precision may meet it (kernels/bvh.h)
 constexpr double cell_margin = 2e-5;        // of a phase cell
 constexpr double shortest_way = 0x1.2p-16;  // of the scene's size, off the last surface: the device may leave out a shorter one
 constexpr double cosine_margin = 1e-5;      // of the slope at which a light sets, or refraction becomes total
@@ -43,7 +43,12 @@ double texture_at(const Image& image, glm::dvec2 uv) {
 class Tracing {
 public:
   Tracing(const Scene& scene, const World& world, const Plan& plan, std::uint32_t seed)
-      : scene_(scene), world_(world), plan_(plan), seed_(seed), channel_(channel_of(scene.hologram.wavelength_m)) {
+      : scene_(scene),
+        world_(world),
+        plan_(plan),
+        seed_(seed),
+        channel_(channel_of(scene.hologram.wavelength_m)),
+        size_m_(distance(world.min_m, world.max_m)) {
     for (const auto& corners : world.triangles) {
       device::Triangle triangle{};
       float* const to[] = {triangle.a, triangle.b, triangle.c};
@@ -76,7 +81,7 @@ public:
     const auto hit = nearest(origin, direction, 1, from);
     if (hit.triangle < 0) return 0;
     ++result.hits;
-    if (from >= 0 && hit.t < shortest_way * distance(world_.min_m, world_.max_m) / std::max(slope, 1.0 / 64)) undecided = true;
+    if (from >= 0 && hit.t < shortest_way * size_m_ / std::max(slope, 1.0 / 64)) undecided = true;
     const auto surface = surface_at(origin, direction, hit);
     const auto& m = *surface.material;
     length.optical_m += hit.t * index;
@@ -169,6 +174,14 @@ private:
     return surface;
   }
 
+  /// Undecided where it hangs on how far off the surface the way to the light begins.
+  bool in_shadow(const Surface& surface, glm::dvec3 direction, double distance_m) {
+    const auto meets = [&](glm::dvec3 from) { return nearest(from, direction, distance_m, surface.triangle).triangle >= 0; };
+    const bool shadowed = meets(surface.point);
+    if (meets(surface.point + shortest_way * size_m_ * surface.normal) != shadowed) undecided = true;
+    return shadowed;
+  }
+
   double phong(const Surface& surface, glm::dvec3 to_viewer) {
     const auto& m = *surface.material;
     double radiance = m.ambient[channel_] * surface.texel * ambient_light_;
@@ -180,7 +193,7 @@ private:
       const double facing = dot(surface.normal, direction);
       if (std::abs(facing) < cosine_margin && m.specular[channel_] > 0) undecided = true;
       if (facing <= 0) continue;
-      if (scene_.trace.shadows && nearest(surface.point, direction, is_point ? length(to_light) : 1, surface.triangle).triangle >= 0) {
+      if (scene_.trace.shadows && in_shadow(surface, direction, is_point ? length(to_light) : 1)) {
         ++result.shadowed;
         continue;
       }
@@ -207,6 +220,7 @@ private:
   const Plan& plan_;
   std::uint32_t seed_;
   int channel_;
+  double size_m_;  // of the scene
   double ambient_light_ = 1;
   std::vector<device::Triangle> triangles_;
   std::vector<Image> textures_;

@@ -136,6 +136,9 @@ Finding gathered(const cl::Device& device, dvec3 centre_m) {
   return {result.dark_error > 0 ? INFINITY : result.error, result.dark_error > 0 ? "light where none should be" : ""};
 }
 
+/// Three times what is measured (docs/accuracy.md).
+constexpr double fan_bound = 1e-6;
+
 /// A WRP's fan of rays against the same rays followed in double, over the pixels that single precision can decide.
 Finding traced(const cl::Device& device, Stage stage, double reach) {
   auto& scene = stage.scene;
@@ -146,11 +149,11 @@ Finding traced(const cl::Device& device, Stage stage, double reach) {
   const auto plan = make_plan(scene, stage.world);
   Wrp wrp;
   wrp.centre_m = {0.031e-3, -0.017e-3, plan.distance_m};
-  // A little off a regular grid, so that none runs along an edge.
+  // Tangents as the device has them, a little off a regular grid, so that none runs along an edge.
   for (int j = 0; j < 5; ++j)
     for (int i = 0; i < 5; ++i)
-      wrp.fan.emplace_back(((i + 0.5 + 0.137 * std::sin(7 * j)) / 2.5 - 1) * reach,
-                           ((j + 0.5 + 0.119 * std::cos(5 * i)) / 2.5 - 1) * reach);
+      wrp.fan.emplace_back(
+          glm::vec2(((i + 0.5 + 0.137 * std::sin(7 * j)) / 2.5 - 1) * reach, ((j + 0.5 + 0.119 * std::cos(5 * i)) / 2.5 - 1) * reach));
   wrp.fan_step = dvec2(reach / 2.5);
   const DeviceScene arrays(device, scene, stage.world, plan);
   cl::ComplexBuffer field(device, pixels_of(plan), "field");
@@ -248,13 +251,13 @@ std::vector<SelfCheck> light_checks() {
                                        {"at the hologram", {0, 0, 0}}})
     checks.push_back({"gather", std::string("plane ") + name + ", against the direct sum", "relative L2", 2e-5,
                       [centre_m = centre_m](const cl::Device& device) { return gathered(device, centre_m); }});
-  checks.push_back({"Phong", "fan of rays, ball and wall, sun and lamp, shadows", "relative L2", 4e-3,
+  checks.push_back({"Phong", "fan of rays, ball and wall, sun and lamp, shadows", "relative L2", fan_bound,
                     [](const cl::Device& device) { return traced(device, ball_before_wall(30e-3), 0.2); }});
   for (const double exponent : {0.0, 1.0, 1e3, 1e6}) {
     char claim[64];
     std::snprintf(claim, sizeof claim, "fan of rays, highlight of shininess %g", exponent);
-    checks.push_back(
-        {"Phong", claim, "relative L2", 4e-3, [exponent](const cl::Device& device) { return traced(device, highlight(exponent), 0.3); }});
+    checks.push_back({"Phong", claim, "relative L2", fan_bound,
+                      [exponent](const cl::Device& device) { return traced(device, highlight(exponent), 0.3); }});
   }
   checks.push_back({"lens", "a matt wall in focus", "relative", 4e-7, lens});
   checks.push_back({"encode", "100,000 phases, zero, NaN and infinity", "wrong levels", 0, encoded});
