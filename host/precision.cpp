@@ -21,6 +21,10 @@ constexpr double near_turns = 3e-7;
 /// The transforms, and what propagate.cl leaves to floats.
 constexpr double propagation_floor_turns = 1e-7;
 
+/// A surface's plane, the place on it, the normal there and the direction onwards, in units of a path's own error; float_ulp: sums of
+/// turns.
+constexpr double bounce_steps = 16;
+
 /// Rows from a tile's middle.
 constexpr double tile_reach_rows = 8;
 
@@ -44,7 +48,7 @@ PhaseErrors predict_phase_errors(const Plan& plan) {
     e.waves_turns = wave_floor_turns + path_turns * (precision == Precision::doubles ? double_ulp : pair_ulp);
     if (plan.aimed && any_near) e.waves_turns += near_turns;
     if (plan.aimed && precision == Precision::floats) e.waves_turns += float_ulp * tile_reach_rows * row_turns;
-    if (plan.bounces > 0) e.bounces_turns = 4 * float_ulp * (plan.bounces + 1) * path_turns;
+    e.bounces_turns = plan.bounces * (float_ulp + bounce_steps * (precision == Precision::doubles ? double_ulp : pair_ulp) * path_turns);
     e.propagate_turns = propagated_m > 0 ? propagation_floor_turns + double_ulp * propagated_m / plan.wavelength_m : 0;
   }
   return errors;
