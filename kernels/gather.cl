@@ -97,9 +97,8 @@ typedef struct {
 } Towards;
 #endif
 
-// Amplitude with the highlights that the sample shows in a direction.
-static inline floatv shaded_amplitude(__global const Light* lights, __global const uint* lit, __global const Sample* sample,
-                                      Towards towards) {
+// What highlights need of a sample, but for where it is seen from.
+static inline Surface sample_surface(__global const Sample* sample) {
   Surface s;
   s.x = sample->x;
   s.y = sample->y;
@@ -110,30 +109,56 @@ static inline floatv shaded_amplitude(__global const Light* lights, __global con
 #if RAYWAVE_SHARP
   s.place = wide3((floatv)(sample->x), (floatv)(sample->y), (floatv)(sample->z));
   s.normal = wide3((floatv)(sample->nx), (floatv)(sample->ny), (floatv)(sample->nz));
+#endif
+  s.specular = sample->specular;
+  s.shininess = sample->shininess;
+  return s;
+}
+
+static inline bool is_lit(__global const uint* lit, int light) { return lit[light / 32] >> (light % 32) & 1u; }
+
+// Amplitude with the highlights that the sample shows in a direction.
+static inline floatv shaded_amplitude(__global const Light* lights, __global const uint* lit, __global const Sample* sample,
+                                      Towards towards) {
+  Surface s = sample_surface(sample);
+#if RAYWAVE_SHARP
   s.towards = towards;
 #else
   s.vx = towards.x;
   s.vy = towards.y;
   s.vz = towards.z;
 #endif
-  s.specular = sample->specular;
-  s.shininess = sample->shininess;
   floatv radiance = sample->radiance;
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
-    if (!(lit[i / 32] >> (i % 32) & 1u)) continue;
+    if (!is_lit(lit, i)) continue;
     const Incident in = incident(lights, i, &s, 0.0f);
     radiance += highlight(lights + i, &in, &s) * in.intensity;
   }
   return sqrt(radiance) * sample->weight;
 }
-#endif
 
-// Directions (tangents) from a sample towards the middles of RAYWAVE_LANES of the 4 x 4 parts of the hologram's window.
-static inline void part_directions(const Aim* a, int first_part, floatv* tx, floatv* ty) {
-  const intv part = first_part + LANES_INDEX;
-  *tx = a->tangent_x + (0.5f * LANES_TO_FLOAT(part & 3) - 0.75f) * a->half_tangent_x;
-  *ty = a->tangent_y + (0.5f * LANES_TO_FLOAT(part >> 2) - 0.75f) * a->half_tangent_y;
+// Directions (tangents) in which highlights of lights `first` and on are brightest, of all that the fan holds; the chief ray's where there
+// is none.
+static inline void highlight_directions(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
+                                        int first, float fan, floatv* tx, floatv* ty) {
+  const Surface s = sample_surface(sample);
+  float txs[RAYWAVE_LANES], tys[RAYWAVE_LANES];
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    const int light = first + lane;
+    txs[lane] = a->tangent_x;
+    tys[lane] = a->tangent_y;
+    if (light >= RAYWAVE_LIGHTS || !is_lit(lit, light)) continue;
+    const Incident in = incident(lights, light, &s, 0.0f);
+    const float twice = 2.0f * LANES_FIRST(in.facing);
+    const float x = twice * sample->nx - LANES_FIRST(in.x), y = twice * sample->ny - LANES_FIRST(in.y);
+    const float down = fmax(LANES_FIRST(in.z) - twice * sample->nz, 1e-6f);
+    txs[lane] = clamp(x / down, a->tangent_x - fan * a->half_tangent_x, a->tangent_x + fan * a->half_tangent_x);
+    tys[lane] = clamp(y / down, a->tangent_y - fan * a->half_tangent_y, a->tangent_y + fan * a->half_tangent_y);
+  }
+  *tx = LANES_LOAD(txs);
+  *ty = LANES_LOAD(tys);
 }
+#endif
 
 // Light closer to a pixel than this is taken to come from there.
 static inline float nearest_to(const GatherPlane* plane) { return 0x1p-10f * fmin(plane->pitch_x, plane->pitch_y); }
@@ -252,9 +277,9 @@ static inline void near_axes(__global const Light* lights, __global const uint* 
   float best_x = a->tangent_x, best_y = a->tangent_y;
   float best = LANES_FIRST(amplitude_towards(lights, lit, sample, a, (floatv)(best_x), (floatv)(best_y)));
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-  for (int first = 0; first < 16 && a->specular; first += RAYWAVE_LANES) {
+  for (int first = 0; first < RAYWAVE_LIGHTS && a->specular; first += RAYWAVE_LANES) {
     floatv tx, ty;
-    part_directions(a, first, &tx, &ty);
+    highlight_directions(lights, lit, sample, a, first, plane->fan, &tx, &ty);
     float amplitudes[RAYWAVE_LANES], txs[RAYWAVE_LANES], tys[RAYWAVE_LANES];
     LANES_STORE(amplitude_towards(lights, lit, sample, a, tx, ty), amplitudes);
     LANES_STORE(tx, txs);

@@ -195,6 +195,7 @@ TEST_CASE("kernels are built without what no object of the scene has") {
   const auto plain = kernel_options(scene, plan);
   CHECK(plain.at("RAYWAVE_TEXTURES") == "0");
   CHECK(plain.at("RAYWAVE_SPECULAR") == "0");
+  CHECK(plain.at("RAYWAVE_SHARP") == "0");
   CHECK(plain.at("RAYWAVE_SHADOWS") == "0");
   CHECK(plain.at("RAYWAVE_BOUNCES") == "0");
   CHECK(plain.at("RAYWAVE_LIGHTS") == "1");
@@ -203,11 +204,14 @@ TEST_CASE("kernels are built without what no object of the scene has") {
   const auto all = kernel_options(rich, plan_of(rich, build_world(rich)));
   CHECK(all.at("RAYWAVE_TEXTURES") == "1");
   CHECK(all.at("RAYWAVE_SPECULAR") == "1");
+  CHECK(all.at("RAYWAVE_SHARP") == "0");  // an exponent of 60
   CHECK(all.at("RAYWAVE_SHADOWS") == "1");
   CHECK(all.at("RAYWAVE_BOUNCES") == "2");
 
   rich.materials[static_cast<std::size_t>(rich.objects[0].material)].reflectivity = 0;
   CHECK(kernel_options(rich, plan_of(rich, build_world(rich))).at("RAYWAVE_BOUNCES") == "0");
+  rich.materials[static_cast<std::size_t>(rich.objects[0].material)].shininess = 1e3;
+  CHECK(kernel_options(rich, plan_of(rich, build_world(rich))).at("RAYWAVE_SHARP") == "1");
   rich.lights = {Light{LightType::ambient, {}, {}, 1}};
   CHECK(kernel_options(rich, plan_of(rich, build_world(rich))).at("RAYWAVE_SHADOWS") == "0");
 }

@@ -63,22 +63,33 @@ double seen_share(const Gathering& what, std::size_t index, int part_i, int part
   return static_cast<double>(seen) / (side * side);
 }
 
-/// Amplitude of a sample's light in a direction (z = -1), at unit distance.
-double amplitude(const Gathering& what, std::size_t index, dvec3 towards) {
+/// Where the highlight of a light on a sample is brightest.
+struct Highlight {
+  dvec3 direction;  // of unit length
+  double intensity;
+};
+
+std::vector<Highlight> highlights(const Gathering& what, std::size_t index) {
   const auto& s = what.samples[index];
-  double radiance = s.radiance;
+  const auto n = normalize(normal(s));  // whose length floats round: sharp highlights would see that as another direction
+  std::vector<Highlight> all;
   std::size_t number = 0;
   for (const auto& light : what.lights) {
     if (light.type == LightType::ambient) continue;
     const auto l =
         light.type == LightType::point ? normalize(light.position_m - what.plan.origin_m - place(s)) : -normalize(light.direction);
-    if (what.lit[index * what.light_words + number / 32] >> (number % 32) & 1u) {
-      const auto n = normalize(normal(s));  // whose length floats round: sharp highlights would see that as another direction
-      const auto mirrored = 2 * dot(n, l) * n - l;
-      radiance += light.intensity * s.specular * power_of_cosine(dot(mirrored, normalize(towards)), s.shininess);
-    }
+    if (what.lit[index * what.light_words + number / 32] >> (number % 32) & 1u) all.push_back({2 * dot(n, l) * n - l, light.intensity});
     ++number;
   }
+  return all;
+}
+
+/// Amplitude of a sample's light in a direction (z = -1), at unit distance.
+double amplitude(const Gathering& what, std::size_t index, dvec3 towards) {
+  const auto& s = what.samples[index];
+  double radiance = s.radiance;
+  for (const auto& h : highlights(what, index))
+    radiance += h.intensity * s.specular * power_of_cosine(dot(h.direction, normalize(towards)), s.shininess);
   // Of a surface that is turned away, less is seen.
   const double area = std::clamp(s.tilt_x * towards.x + s.tilt_y * towards.y - s.tilt_z, 0.0, 4.0);
   return s.weight * std::sqrt(radiance * area);
@@ -148,9 +159,13 @@ std::vector<Parts> near_sums(const Plan& plan, const Aimed& a, int parts, double
   return sums;
 }
 
-/// Towards the middle of part 0 to 15 of the hologram's window.
-dvec3 towards_part(const Aimed& x, const Aimed& y, int part) {
-  return {x.chief_tangent + (0.5 * (part % 4) - 0.75) * x.half_tangent, y.chief_tangent + (0.5 * (part / 4) - 0.75) * y.half_tangent, -1};
+/// The direction nearest to a highlight's that the fan holds.
+dvec3 within_fan(const Plan& plan, const Aimed& x, const Aimed& y, dvec3 direction) {
+  const auto nearest = [&](const Aimed& a, double part) {
+    const double reach = plan.fan * a.half_tangent;
+    return std::clamp(part / std::max(-direction.z, 1e-6), a.chief_tangent - reach, a.chief_tangent + reach);
+  };
+  return {nearest(x, direction.x), nearest(y, direction.y), -1};
 }
 
 /// Pixels of an axis within `half_m` of `centre_m`: [first, last].
@@ -202,8 +217,9 @@ private:
     // A product of amplitudes along the axes through the brightest direction.
     dvec3 best(x.chief_tangent, y.chief_tangent, -1);
     double most = amplitude(what_, index, best);
-    for (int part = 0; part < 16 && s.specular > 0; ++part) {
-      const auto towards = towards_part(x, y, part);
+    for (const auto& h : highlights(what_, index)) {
+      if (s.specular <= 0) break;
+      const auto towards = within_fan(plan_, x, y, h.direction);
       const double there = amplitude(what_, index, towards);
       if (there <= 1.01 * most) continue;  // as the kernel does, or rounding would choose among equals
       most = there;
