@@ -64,11 +64,12 @@ void Gatherer::draw_phases(std::uint32_t seed) {
 }
 
 void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
-  const glm::dvec2 pitch = plan_.pitch_m, half_window = glm::dvec2(plan_.size) * pitch / 2.0;
-  const glm::dvec2 corner = glm::dvec2(centre_m) + glm::dvec2(-1, 1) * glm::dvec2(plan_.size - 1) * pitch / 2.0;  // world, of pixel (0, 0)
+  const glm::ivec2 size = plan_.gathered_size();
+  const glm::dvec2 pitch = plan_.gathered_pitch_m(), half_window = glm::dvec2(plan_.size) * plan_.pitch_m / 2.0;
+  const glm::dvec2 corner = glm::dvec2(centre_m) + glm::dvec2(-1, 1) * glm::dvec2(size - 1) * pitch / 2.0;  // world, of pixel (0, 0)
   device::GatherPlane plane{};
-  plane.nx = plan_.size.x;
-  plane.ny = plan_.size.y;
+  plane.nx = size.x;
+  plane.ny = size.y;
   std::tie(plane.left, plane.left_low) = split(corner.x - plan_.origin_m.x);
   std::tie(plane.top, plane.top_low) = split(corner.y - plan_.origin_m.y);
   std::tie(plane.z, plane.z_low) = split(centre_m.z - plan_.origin_m.z);
@@ -105,7 +106,7 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
     if (any_near) {
       const auto room = [&](int axis) {
         const double half = std::min(widest_near_wave * spot[axis], widest * centre_m.z * half_window[axis] + near_tail * spot[axis]);
-        const int pixels = static_cast<int>(std::min(2 * half / pitch[axis] + 5, static_cast<double>(plan_.size[axis])));
+        const int pixels = static_cast<int>(std::min(2 * half / pitch[axis] + 5, static_cast<double>(size[axis])));
         return (pixels + lanes_ - 1) / lanes_ * lanes_ + 2 * lanes_;
       };
       plane.room_x = room(0);
@@ -140,7 +141,7 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
     if (count > 0 && profile_floats > 0)
       profile_.run({static_cast<std::size_t>(count)}, group, scene_.lights, table_.samples, table_.lit, aims_, first_of(row), first_profile,
                    count, plane, profiles_);
-    const auto tiles = [](int n, int size) { return static_cast<std::size_t>((n + size - 1) / size); };
+    const auto tiles = [](int n, int side) { return static_cast<std::size_t>((n + side - 1) / side); };
     const auto across = tiles(plane.nx, lanes_), strip = lanes_ == 1 ? across : std::min(across, strip_tiles);
     gather_.run({strip, tiles(plane.ny, tile_rows_), (across + strip - 1) / strip}, local, scene_.lights, table_.samples, table_.views,
                 table_.lit, aims_, stride, boxes_, profiles_, first_profile, phasors_, table_.first_of_cell, table_.count, row, end - 1,

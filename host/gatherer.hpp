@@ -23,8 +23,8 @@ public:
   /// Draws the random phases of frames seed, seed + 1, ... for the samples that the table holds now.
   void draw_phases(std::uint32_t seed);
 
-  /// Fills `field` (frames x ny x nx) with the field of all samples on a plane of the hologram's size at `centre_m` (world). A plane at the
-  /// hologram itself receives every sample at every pixel.
+  /// Fills `field` (frames x Plan::gathered_size()) with the field of all samples on a plane at `centre_m` (world). A plane at the hologram
+  /// itself receives every sample at every pixel.
   ///
   /// accuracy  docs/accuracy.md, "Gathering"
   void gather(glm::dvec3 centre_m, cl::ComplexBuffer& field);

@@ -11,8 +11,9 @@
 
 #include "host/error.hpp"
 #include "host/gatherer.hpp"
-#include "host/padding_error.hpp"
+#include "host/plane_errors.hpp"
 #include "host/propagator.hpp"
+#include "host/refiner.hpp"
 #include "host/text.hpp"
 
 namespace raywave {
@@ -356,6 +357,9 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
     plan.grid = {1, 1};
     plan.wrps = {plane_at_hologram(plan, {largest_tangent(0), largest_tangent(1)}, rays_per_axis)};
   }
+  plan.rows = {plan.size.y, plan.pitch_m.y, 0};
+  if (method == Method::wrp && plan.aimed && plan.bounces == 0 && scene.wrp.oversampling)
+    plan.rows = rows_for_band(plan, *scene.wrp.oversampling);
   for (const auto& wrp : plan.wrps) {
     if (!plan.aimed) plan.rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.size.x) * static_cast<std::uint64_t>(plan.size.y);
   }
@@ -365,8 +369,13 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.precision = choose_precision(scene.accuracy, plan.phase_errors, has_doubles);
 
   plan.padded = padded_size(plan.size, scene.wrp.padding);
-  if (method == Method::wrp)
-    plan.padding_error = moved_from ? moved_from->padding_error : predicted_padding_error(plan, world, plan.padded);
+  if (method == Method::wrp && moved_from) {
+    plan.padding_error = moved_from->padding_error;
+    plan.rows_error = moved_from->rows_error;
+  } else if (method == Method::wrp) {
+    plan.padding_error = predicted_padding_error(plan, world, plan.padded);
+    if (plan.refines()) plan.rows_error = predicted_rows_error(plan, world);
+  }
   return plan;
 }
 

@@ -39,6 +39,13 @@ struct LatticePlan {
   glm::ivec2 size{1, 1};
 };
 
+/// Rows that WRPs are gathered in (host/refiner.hpp). Those beyond the hologram's own rows' edges are for the sums that make these.
+struct WrpRows {
+  int count = 1;
+  double pitch_m = 1;
+  int half_taps = 0;  // half of the rows that a row of the hologram's pitch is made of; 0: they are gathered as they are
+};
+
 struct Plan {
   glm::ivec2 size{1, 1};  // pixels of the hologram and of every WRP
   glm::dvec2 pitch_m{1, 1};
@@ -47,6 +54,7 @@ struct Plan {
   double near_m = 0, far_m = 0;  // depths of the nearest and farthest surface, world z
   double distance_m = 0;         // from the WRPs to the hologram
   glm::ivec2 grid{1, 1};
+  WrpRows rows;
   std::vector<Wrp> wrps;  // row by row from the top left; when rays are aimed, without those that no light of the scene falls into
   bool aimed = true;      // rays are aimed at surface samples; else they form a fan
   int bounces = 0;        // of mirrors and glass: trace.depth where a material in the scene has them
@@ -59,15 +67,21 @@ struct Plan {
   glm::ivec2 padded{1, 1};          // size that is transformed
   Precision precision = Precision::floats;
   PhaseErrors phase_errors;  // predicted, by precision
-  double padding_error = 0;  // of the field at the hologram, predicted (host/padding_error.hpp); 0 where nothing is propagated
+  double padding_error = 0;  // of the field at the hologram, predicted (host/plane_errors.hpp); 0 where nothing is propagated
+  double rows_error = 0;     // the same, of gathering fewer rows
   std::uint64_t rays = 0;    // primary rays of a frame
+
+  bool refines() const { return rows.half_taps > 0; }
+  /// Of the fields that are gathered.
+  glm::ivec2 gathered_size() const { return {size.x, rows.count}; }
+  glm::dvec2 gathered_pitch_m() const { return {pitch_m.x, rows.pitch_m}; }
 };
 
 /// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through the hologram, more than 1024 WRPs)
 ///
 /// rays_per_axis  of Method::rays: directions across the cone that the SLM's pixels can show
 /// has_doubles    whether the device can compute in doubles, for accuracy.precision "auto"
-/// moved_from     the plan of the same scene before its objects moved, if any: its padding_error stands, which takes long to predict
+/// moved_from     the plan of the same scene before its objects moved, if any: its predicted errors stand, which take long
 Plan make_plan(const Scene& scene, const World& world, Method method = Method::wrp, int rays_per_axis = 100, bool has_doubles = false,
                const Plan* moved_from = nullptr);
 

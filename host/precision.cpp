@@ -39,7 +39,7 @@ PhaseErrors predict_phase_errors(const Plan& plan) {
     if (wrp.centre_m.z > 0) propagated_m = std::max(propagated_m, glm::length(wrp.centre_m));
   }
   const double path_turns = path_m / plan.wavelength_m;
-  const double row_turns = std::min(plan.largest_sine.y * plan.pitch_m.y / plan.wavelength_m, 0.5);
+  const double row_turns = plan.largest_sine.y * plan.rows.pitch_m / plan.wavelength_m;
   const bool any_near = plan.wrps[0].centre_m.z > 0;
 
   PhaseErrors errors;

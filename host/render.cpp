@@ -17,6 +17,7 @@
 #include "host/gatherer.hpp"
 #include "host/planning/memory.hpp"
 #include "host/propagator.hpp"
+#include "host/refiner.hpp"
 #include "host/text.hpp"
 #include "host/tracer.hpp"
 
@@ -205,6 +206,10 @@ struct Renderer::State {
     if (options.progress) options.progress(what, share);
   }
 
+  std::size_t gathered_pixels() const {
+    return static_cast<std::size_t>(plan.gathered_size().x) * static_cast<std::size_t>(plan.gathered_size().y);
+  }
+
   std::size_t pixels() const { return static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y); }
 
   void build_source() {
@@ -254,8 +259,10 @@ struct Renderer::State {
   std::unique_ptr<FieldSource> source;  // refers to plan and arrays
   std::unique_ptr<Propagator> propagator;
   PhaseEncoder encode;
-  int together = 1;  // frames gathered at once
-  std::vector<cl::ComplexBuffer> stacks;
+  int together = 1;                       // frames gathered at once
+  std::vector<cl::ComplexBuffer> stacks;  // as gathered
+  std::unique_ptr<Refiner> refiner;
+  cl::ComplexBuffer refined;  // one frame of a WRP
   cl::ComplexBuffer field;
   bool moved = false;
 };
@@ -265,9 +272,17 @@ RenderResult Renderer::State::render() {
   moved = false;
   const auto wrp_count = plan.wrps.size();
   // Frames gathered together wait for each other's WRPs; one frame alone needs one field at a time.
-  stacks.resize(std::min(stacks.size(), together > 1 ? wrp_count : 1));
-  while (stacks.size() < (together > 1 ? wrp_count : 1))
-    stacks.emplace_back(device, static_cast<std::size_t>(together) * pixels(), "fields of a WRP");
+  const std::size_t stack_size = static_cast<std::size_t>(together) * gathered_pixels();
+  stacks.resize(together > 1 ? wrp_count : 1);
+  for (auto& stack : stacks) {
+    if (stack.size() >= stack_size) continue;
+    stack = {};  // before the new one is asked for
+    stack = {device, stack_size, "fields of a WRP"};
+  }
+  if (plan.refines() && !refiner) {
+    refiner = std::make_unique<Refiner>(device);
+    refined = {device, pixels(), "field of a WRP"};
+  }
 
   RenderResult result;
   result.plan = plan;
@@ -297,19 +312,26 @@ RenderResult Renderer::State::render() {
         source->fill(wrp, stack);
         clock.wait();
       }
+      if (plan.refines()) {
+        const auto clock = stage("trace");
+        refiner->refine(plan, wrp, stack, within, refined);
+        clock.wait();
+      }
+      const auto& on_wrp = plan.refines() ? refined : stack;
+      const int place = plan.refines() ? 0 : within;
       if (options.keep_wrps) {
         std::vector<std::complex<float>> samples(pixels());
-        stack.read(samples, static_cast<std::size_t>(within) * pixels());
+        on_wrp.read(samples, static_cast<std::size_t>(place) * pixels());
         brighten(samples, arrays->radiance_unit, scene);
         result.wrps[i].samples.insert(result.wrps[i].samples.end(), samples.begin(), samples.end());
       }
       if (options.method != Method::wrp) {
-        field.copy_from(stack, static_cast<std::size_t>(within) * pixels());
+        field.copy_from(on_wrp, static_cast<std::size_t>(place) * pixels());
         continue;
       }
       const auto clock = stage("propagate");
       const Target hologram{{-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z};
-      propagator->load(stack, within, {&hologram, 1});
+      propagator->load(on_wrp, place, {&hologram, 1});
       propagator->add(hologram);
       clock.wait();
     }

@@ -55,6 +55,7 @@ Json json_of(const Scene& scene) {
                    {"pitch_m", json_of(scene.hologram.pitch_m)},
                    {"wavelength_m", scene.hologram.wavelength_m}};
   j["wrp"] = {{"padding", scene.wrp.padding}};
+  if (scene.wrp.oversampling) j["wrp"]["oversampling"] = *scene.wrp.oversampling;
   j["wrp"]["grid"] = scene.wrp.grid ? json_of(*scene.wrp.grid) : Json("auto");
   j["wrp"]["distance_m"] = scene.wrp.distance_m ? Json(*scene.wrp.distance_m) : Json("auto");
   j["sampling"] = {{"mode", scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
@@ -114,6 +115,7 @@ Json json_of(const AccuracySpec& accuracy, const Plan& plan) {
 Json json_of(const Plan& plan) {
   Json j{{"distance_m", plan.distance_m},  {"grid", json_of(plan.grid)},          {"near_m", plan.near_m}, {"far_m", plan.far_m},
          {"padded", json_of(plan.padded)}, {"padding_error", plan.padding_error}, {"rays", plan.rays}};
+  j["rows"] = {{"count", plan.rows.count}, {"pitch_m", plan.rows.pitch_m}, {"error", plan.rows_error}};
   for (const auto& w : plan.wrps) {
     j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}});
     if (!plan.aimed) j["wrps"].back()["rays_per_pixel"] = w.fan.size();
@@ -231,8 +233,10 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       << number(error) << " turn" << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
       << number(scene.accuracy.phase_turns) << "\n";
   out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding " << scene.wrp.padding << "), propagation error predicted "
-      << number(100 * plan.padding_error) << " %"
-      << "\n";
+      << number(100 * plan.padding_error) << " %\n";
+  if (plan.refines())
+    out << "rows      " << plan.rows.count << " of a WRP gathered, " << mm(plan.rows.pitch_m) << " apart, for " << plan.size.y
+        << " (oversampling " << *scene.wrp.oversampling << "), error predicted " << number(100 * plan.rows_error) << " %\n";
   const auto kernels = kernel_options(scene, plan);
   out << "kernels   with";
   for (const auto& [option, name] : {std::pair{"RAYWAVE_SPECULAR", "highlights"},

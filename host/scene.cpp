@@ -139,7 +139,8 @@ struct Value {
     return file;
   }
 
-  bool is_auto() const { return node->is_string() && node->as_string()->get() == "auto"; }
+  bool is(std::string_view text) const { return node->is_string() && node->as_string()->get() == text; }
+  bool is_auto() const { return is("auto"); }
   bool is_array() const { return node->is_array(); }
 
   /// `[a, b]` or `[a, b, c]`, each element converted; `shape` is what the message asks for.
@@ -295,6 +296,9 @@ WrpSpec read_wrp(Section section) {
   });
   section.read("padding", [&](const Value& v) {
     if (!v.is_auto()) spec.padding = v.number(between(1, 8));
+  });
+  section.read("oversampling", [&](const Value& v) {
+    if (!v.is_auto() && !v.is("full")) spec.oversampling = v.number(between(1.1, 100));
   });
   section.finish();
   return spec;

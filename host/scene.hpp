@@ -24,9 +24,10 @@ struct HologramSpec {
 };
 
 struct WrpSpec {
-  std::optional<glm::ivec2> grid;    // WRPs side by side; empty: as many as the scene projects to
-  std::optional<double> distance_m;  // from WRP to hologram, > 0; empty: close in front of the nearest surface
-  double padding = 2.0;              // side of the transformed plane over the side of the hologram, 1 to 8
+  std::optional<glm::ivec2> grid;      // WRPs side by side; empty: as many as the scene projects to
+  std::optional<double> distance_m;    // from WRP to hologram, > 0; empty: close in front of the nearest surface
+  std::optional<double> oversampling;  // rows gathered over those that the light's band needs; empty: all of the hologram's
+  double padding = 2.0;                // side of the transformed plane over the side of the hologram, 1 to 8
 };
 
 /// How a WRP pixel gathers light: rays aimed at the surface samples, or the paper's fan of rays.

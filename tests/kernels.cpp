@@ -9,6 +9,7 @@
 #include "host/bvh.hpp"
 #include "host/lens.hpp"
 #include "host/reconstruct.hpp"
+#include "host/refiner.hpp"
 #include "host/render.hpp"
 #include "kernels/shared_layout.h"
 #include "tests/support/catch.hpp"
@@ -122,6 +123,22 @@ void render_in_all_ways(const cl::Device& device, const Folder& folder) {
   check_render(device, scene);
 }
 
+/// Planes this small are never gathered in fewer rows.
+void refine(const cl::Device& device) {
+  Plan plan;
+  plan.size = {device.info().float_lanes + 3, 19};
+  plan.pitch_m = {8 * um, 8 * um};
+  plan.wavelength_m = 638e-9;
+  plan.distance_m = 10 * mm;
+  plan.rows = {11, 20 * um, 2};
+  plan.wrps = {{{0, 0, plan.distance_m}, {}, {0, 0}, 0}};
+  const auto pixels = [&](int rows) { return static_cast<std::size_t>(plan.size.x * rows); };
+  const cl::ComplexBuffer gathered(device, std::vector<std::complex<float>>(2 * pixels(plan.rows.count), {1, 0}), "gathered");
+  cl::ComplexBuffer field(device, pixels(plan.size.y), "refined");
+  Refiner(device).refine(plan, plan.wrps[0], gathered, 1, field);
+  CHECK(test::all_finite(field.read()));
+}
+
 void look(const cl::Device& device, const Folder& folder) {
   const auto scene = tiny_scene(device, folder);
   const auto world = build_world(scene);
@@ -232,6 +249,7 @@ TEST_CASE("every kernel is launched, and none writes behind its buffers") {
       {
         const cl::Device device(shape);
         render_in_all_ways(device, folder);
+        refine(device);
         look(device, folder);
         propagate(device);
         launch_tools(device);

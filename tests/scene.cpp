@@ -311,7 +311,7 @@ TEST_CASE("a wrong override is named in place of the line") {
   CHECK(refusal("light.0.direction=[0, 0, true]") ==
         "--set light.0.direction=[0, 0, true]: light 0: direction[2] must be a number, got true");
   CHECK(refusal("wrp.pading=1") ==
-        "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: grid, distance, padding)");
+        "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: grid, distance, padding, oversampling)");
   CHECK_THAT(refusal("wpr.padding=1"), Catch::Matchers::StartsWith("--set wpr.padding=1: unknown key \"wpr\"; did you mean \"wrp\"?"));
   CHECK(refusal("materials.iron.ior=2") == "--set materials.iron.ior=2: the scene has no \"materials.iron\"");
   CHECK(refusal("object.2.width=1") == "--set object.2.width=1: there are 2, counted from 0, so \"2\" is none of them");

@@ -48,7 +48,7 @@ Crossing crossing(const Plan& plan, int axis, double at_m, double z_m, double fi
   const bool near = cone < Gatherer::default_near_spots * spot;
   const double half = cone + (near ? Gatherer::near_tail * spot : 0);
   const double low = std::max(at_m - half, first_m), high = std::min(at_m + half, last_m);
-  return low < high ? Crossing{(high - low) / plan.pitch_m[axis], tile, near} : Crossing{};
+  return low < high ? Crossing{(high - low) / plan.gathered_pitch_m()[axis], tile, near} : Crossing{};
 }
 
 double count_butterflies(const Plan& plan, int frames) {

@@ -43,7 +43,7 @@ struct PicturePrediction {
   double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0;  // shares of the mean square error of all rows
 };
 
-/// padding_error  of the field, relative (host/padding_error.hpp)
+/// padding_error  of the field, relative (host/plane_errors.hpp)
 PicturePrediction predict_pictures(const PictureModel& model, double pitch_m, int frames, double padding_error);
 
 }  // namespace raywave

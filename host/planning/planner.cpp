@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "host/error.hpp"
-#include "host/padding_error.hpp"
+#include "host/plane_errors.hpp"
 #include "host/planning/memory.hpp"
 #include "host/planning/warnings.hpp"
 #include "host/propagator.hpp"
@@ -32,6 +32,9 @@ constexpr double no_gain_db = 0.5;
 
 /// The least accuracy.phase of a quality, where the scene gives none.
 constexpr double reference_phase_turns = 0.001;
+
+/// Of goals but reference: half a percent to two of the field (docs/accuracy.md) for half of the gathering.
+constexpr double planned_oversampling = 1.5;
 
 /// Fields that are more wrong than this show ghosts beside bright objects.
 constexpr double worst_padding_error = 0.15;
@@ -116,7 +119,7 @@ private:
     plan.lattice.step /= finer;
     plan.lattice.size = glm::ivec2(glm::ceil(glm::dvec2(plan.lattice.size) * finer));
     c.seconds = predict_times(count_work(scene, world_, plan, view_), device_.rates).total_s();
-    c.psnr_db = predict_pictures(*model_, c.pitch_m, c.frames, padding_error(c.padding)).mean_psnr_db;
+    c.psnr_db = predict_pictures(*model_, c.pitch_m, c.frames, std::hypot(padding_error(c.padding), plan_.rows_error)).mean_psnr_db;
     return c;
   }
 
@@ -203,6 +206,8 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   planned.scene = scene;
   auto& s = planned.scene;
   if (goal.quality == Quality::reference && !scene.given.contains("accuracy.phase")) s.accuracy.phase_turns = reference_phase_turns;
+  if (goal.any() && goal.quality != Quality::reference && !scene.given.contains("wrp.oversampling"))
+    s.wrp.oversampling = planned_oversampling;
   Planner planner(s, world, device);
   if (goal.any()) {
     if (!planner.model())
@@ -229,9 +234,11 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   prediction.work = count_work(s, world, plan, planner.view());
   prediction.times = predict_times(prediction.work, device.rates);
   prediction.rates_of = device.rates.device;
-  if (planner.model()) prediction.pictures = predict_pictures(*planner.model(), s.sampling.pitch_m, s.sampling.frames, plan.padding_error);
+  if (planner.model())
+    prediction.pictures =
+        predict_pictures(*planner.model(), s.sampling.pitch_m, s.sampling.frames, std::hypot(plan.padding_error, plan.rows_error));
   const double phase_error = 2 * std::numbers::pi * plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
-  prediction.field_error = std::hypot(plan.padding_error, phase_error);
+  prediction.field_error = std::hypot(plan.padding_error, plan.rows_error, phase_error);
   const auto largest = device.largest_buffer_bytes > 0 ? device.largest_buffer_bytes : std::numeric_limits<std::uint64_t>::max();
   const auto needs = memory_needs(s, world, plan, Method::wrp, largest);
   for (const auto& need : needs) {

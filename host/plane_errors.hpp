@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What wrp.padding costs: light that misses the hologram's window comes round to the other side of the padded plane, and into the window
-/// when the padding is small.
+/// What cheaper planes cost. Small wrp.padding: light that misses the hologram's window comes round to the other side of the padded plane,
+/// and into the window. Small wrp.oversampling: rows in between are not quite those that would have been gathered.
 #pragma once
 
 #include "host/mesh.hpp"
@@ -13,8 +13,13 @@ namespace raywave {
 /// and propagated twice, with the plan's padding and with a wide one. Takes milliseconds.
 ///
 /// padded    samples of the padded plane; plan.padded for the plan's own
-/// accuracy  within a factor of 1.6 of what the scene itself shows, measured from 0.003 to 0.9 (tests/padding_error.cpp); the scene is
+/// accuracy  within a factor of 1.6 of what the scene itself shows, measured from 0.003 to 0.9 (tests/plane_errors.cpp); the scene is
 ///           taken to fill its box
 double predicted_padding_error(const Plan& plan, const World& world, glm::ivec2 padded);
+
+/// The same of making the hologram's rows from plan.rows, against gathering all of them.
+///
+/// accuracy  within a factor of 2 of what the scene itself shows (tests/refiner.cpp)
+double predicted_rows_error(const Plan& plan, const World& world);
 
 }  // namespace raywave

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/padding_error.hpp"
+#include "host/plane_errors.hpp"
 
 #include <algorithm>
 

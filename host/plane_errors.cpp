@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/padding_error.hpp"
+#include "host/plane_errors.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <random>
 
 #include "cl/fft.hpp"
 #include "host/gatherer.hpp"
+#include "host/refiner.hpp"
 
 namespace raywave {
 namespace {
@@ -38,32 +40,28 @@ public:
 
   /// Adds what arrives in the hologram's window from the WRP at centre_m, rightly and with the plan's padding. WRPs side by side cut the
   /// same waves, so that their edges cancel.
-  void add(double centre_m) {
-    const auto size = fft_.size();
-    const auto count = static_cast<std::ptrdiff_t>(size);
-    const auto line = [&] { return cl::make_zero_lines(size, "line across the WRPs"); };
-    const auto light = line(), spectrum = line(), kept = line(), arrived = line(), arrived_kept = line();
-    fill(light.get(), centre_m);
-    fft_.forward(light.get(), spectrum.get());
-    const double reach_m = std::max(padded_ / 2.0, 1.0 * n_) * pitch_m_;
-    for (std::ptrdiff_t i = 0; i < count; ++i) {
-      const double u = static_cast<double>(i <= (count - 1) / 2 ? i : i - count) / (static_cast<double>(count) * pitch_m_);
-      const double w_squared = 1 / (plan_.wavelength_m * plan_.wavelength_m) - u * u, w = std::sqrt(std::max(w_squared, 0.0));
-      const double turns = plan_.distance_m * w - centre_m * u;
-      auto& value = spectrum[static_cast<std::size_t>(i)];
-      value = w_squared > 0 ? value * std::complex<float>(std::polar(1.0, 2 * pi * (turns - std::round(turns)))) : 0;
-      const bool reaches = w_squared > 0 && std::abs(-centre_m - plan_.distance_m * u / w) <= reach_m;
-      kept[static_cast<std::size_t>(i)] = reaches ? value : 0;
-    }
-    fft_.inverse(spectrum.get(), arrived.get());
-    fft_.inverse(kept.get(), arrived_kept.get());
+  void add_padded(double centre_m) {
+    const auto light = line();
+    fill(light.get() + first(), centre_m, n_, pitch_m_);
+    add(wanted_, arrived(light.get(), centre_m, std::numeric_limits<double>::infinity()), false);
+    add(got_, arrived(light.get(), centre_m, std::max(padded_ / 2.0, 1.0 * n_) * pitch_m_), true);
+  }
 
+  /// The same, with samples of the plane made from those that are gathered.
+  void add_refined(double centre_m) {
+    const auto light = line(), refined = line();
+    fill(light.get() + first(), centre_m, n_, pitch_m_);
+    std::vector<std::complex<float>> gathered(static_cast<std::size_t>(plan_.rows.count));
+    fill(gathered.data(), centre_m, plan_.rows.count, plan_.rows.pitch_m);
+    const auto r = refinement_of(plan_, -centre_m);  // rows count downwards
     for (int i = 0; i < n_; ++i) {
-      const std::ptrdiff_t here = first() + i;
-      wanted_[static_cast<std::size_t>(i)] += Complex(arrived[static_cast<std::size_t>(here)]);
-      for (std::ptrdiff_t j = here % padded_; j < count; j += padded_)
-        got_[static_cast<std::size_t>(i)] += Complex(arrived_kept[static_cast<std::size_t>(j)]);
+      for (int tap = 0; tap < r.taps; ++tap) {
+        const auto row = static_cast<std::size_t>(r.first[static_cast<std::size_t>(i)] + tap);
+        refined[static_cast<std::size_t>(first() + i)] += r.coefficients[static_cast<std::size_t>(i * r.taps + tap)] * gathered[row];
+      }
     }
+    add(wanted_, arrived(light.get(), centre_m, std::numeric_limits<double>::infinity()), false);
+    add(got_, arrived(refined.get(), centre_m, std::numeric_limits<double>::infinity()), false);
   }
 
   /// Square of the relative error; 0 without light.
@@ -77,6 +75,37 @@ public:
   }
 
 private:
+  cl::Lines line() const { return cl::make_zero_lines(fft_.size(), "line across the WRPs"); }
+
+  /// What arrives at the hologram of a line of light at centre_m that moves sideways no farther than reach_m.
+  cl::Lines arrived(const std::complex<float>* light, double centre_m, double reach_m) {
+    const auto size = fft_.size();
+    const auto count = static_cast<std::ptrdiff_t>(size);
+    auto spectrum = line(), result = line();
+    fft_.forward(light, spectrum.get());
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      const double u = static_cast<double>(i <= (count - 1) / 2 ? i : i - count) / (static_cast<double>(count) * pitch_m_);
+      const double w_squared = 1 / (plan_.wavelength_m * plan_.wavelength_m) - u * u, w = std::sqrt(std::max(w_squared, 0.0));
+      const bool reaches = w_squared > 0 && std::abs(-centre_m - plan_.distance_m * u / w) <= reach_m;
+      const double turns = plan_.distance_m * w - centre_m * u;
+      auto& value = spectrum[static_cast<std::size_t>(i)];
+      value = reaches ? value * std::complex<float>(std::polar(1.0, 2 * pi * (turns - std::round(turns)))) : 0;
+    }
+    fft_.inverse(spectrum.get(), result.get());
+    return result;
+  }
+
+  /// Adds the hologram's window of a line; with `round`, what comes round to it on a padded plane too.
+  void add(std::vector<Complex>& window, const cl::Lines& line, bool round) const {
+    const auto count = static_cast<std::ptrdiff_t>(fft_.size());
+    for (int i = 0; i < n_; ++i) {
+      const std::ptrdiff_t here = first() + i;
+      auto& sum = window[static_cast<std::size_t>(i)];
+      if (!round) sum += Complex(line[static_cast<std::size_t>(here)]);
+      for (std::ptrdiff_t j = here % padded_; round && j < count; j += padded_) sum += Complex(line[static_cast<std::size_t>(j)]);
+    }
+  }
+
   std::ptrdiff_t first() const { return (static_cast<std::ptrdiff_t>(fft_.size()) - n_) / 2; }
 
   /// How much of the light that lands at x on the hologram a pixel at `pixel_m` gathers.
@@ -91,8 +120,8 @@ private:
     return e * e * (3 - 2 * e);
   }
 
-  /// The waves of samples in the scene's box, with random phases, inside the WRP at centre_m.
-  void fill(std::complex<float>* light, double centre_m) const {
+  /// The waves of samples in the scene's box, with random phases, at `count` places around centre_m.
+  void fill(std::complex<float>* light, double centre_m, int count, double pitch_m) const {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform(0, 1);
     const double k = 2 * pi / plan_.wavelength_m;
@@ -103,8 +132,8 @@ private:
       const double half_m = plan_.fan * half_m_ * std::abs(depth_m) / z_m;  // of the footprint
       const double spot_m = plan_.wavelength_m * z_m / (2 * plan_.fan * half_m_);
       const bool is_near = plan_.aimed && half_m < Gatherer::default_near_spots * spot_m;
-      for (int p = 0; p < n_; ++p) {
-        const double pixel_m = centre_m + (p - (n_ - 1) / 2.0) * pitch_m_, across_m = pixel_m - x_m * plan_.distance_m / z_m;
+      for (int p = 0; p < count; ++p) {
+        const double pixel_m = centre_m + (p - (count - 1) / 2.0) * pitch_m, across_m = pixel_m - x_m * plan_.distance_m / z_m;
         Complex wave;
         if (is_near) {
           if (std::abs(across_m) > half_m + Gatherer::near_tail * spot_m) continue;
@@ -116,7 +145,7 @@ private:
           const double way_m = std::copysign(std::hypot(pixel_m - x_m, depth_m) - std::abs(depth_m), depth_m);
           wave = std::polar(amount / std::sqrt(std::abs(depth_m) * plan_.wavelength_m), k * way_m);
         }
-        light[static_cast<std::size_t>(first() + p)] += std::complex<float>(phasor * wave);
+        light[p] += std::complex<float>(phasor * wave);
       }
     }
   }
@@ -139,21 +168,32 @@ private:
   std::vector<Complex> wanted_, got_;
 };
 
+/// Middles of the plan's WRPs, or of the most_lines in the middle of them.
+std::vector<double> lines_along(const Plan& plan, int axis) {
+  std::vector<double> centres;
+  for (const auto& wrp : plan.wrps) centres.push_back(wrp.centre_m[axis]);
+  std::sort(centres.begin(), centres.end());
+  centres.erase(std::unique(centres.begin(), centres.end()), centres.end());
+  const std::size_t lines = std::min(centres.size(), most_lines), first = (centres.size() - lines) / 2;
+  return {centres.begin() + static_cast<std::ptrdiff_t>(first), centres.begin() + static_cast<std::ptrdiff_t>(first + lines)};
+}
+
 }  // namespace
 
 double predicted_padding_error(const Plan& plan, const World& world, glm::ivec2 padded) {
   double square = 0;
   for (int axis = 0; axis < 2; ++axis) {
-    std::vector<double> centres;
-    for (const auto& wrp : plan.wrps) centres.push_back(wrp.centre_m[axis]);
-    std::sort(centres.begin(), centres.end());
-    centres.erase(std::unique(centres.begin(), centres.end()), centres.end());
-    const std::size_t lines = std::min(centres.size(), most_lines), first = (centres.size() - lines) / 2;
     AxisOfPlan line(plan, world, axis, padded[axis]);
-    for (std::size_t i = 0; i < lines; ++i) line.add(centres[first + i]);
+    for (const double centre_m : lines_along(plan, axis)) line.add_padded(centre_m);
     square += line.square();
   }
   return std::sqrt(square);
+}
+
+double predicted_rows_error(const Plan& plan, const World& world) {
+  AxisOfPlan line(plan, world, 1, plan.size.y);
+  for (const double centre_m : lines_along(plan, 1)) line.add_refined(centre_m);
+  return std::sqrt(line.square());
 }
 
 }  // namespace raywave
