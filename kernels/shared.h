@@ -46,7 +46,7 @@ typedef struct {
   float transparency;
   float ior;
   float ior_low;  // what the float leaves over
-  int texture;  // first texel, or -1
+  int texture;    // first texel, or -1
   int texture_width;
   int texture_height;
 } Material;
