@@ -499,11 +499,11 @@ static inline void gather_far(__global const Light* lights, __global const uint*
     if (a->specular) {
 #if RAYWAVE_SHARP
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
-      const Wide up_there = wide_plus(from_y, wide((floatv)(step_y), 0.0f));
+      const Wide from_row = wide_plus(from_y, wide((floatv)(step_y), 0.0f));
 #else
-      const Wide up_there = from_y;
+      const Wide from_row = from_y;
 #endif
-      const Wide3 from_sample = {from_x, up_there, wide_minus(wide(0.0f, 0.0f), depth)};
+      const Wide3 from_sample = {from_x, from_row, wide_minus(wide(0.0f, 0.0f), depth)};
       const Towards towards = wide3_scaled(from_sample, wide((floatv)(sign), 0.0f));
 #else
       const floatv unit = sign * inverse_length;
