@@ -136,7 +136,7 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
     const auto room = std::max<std::size_t>(static_cast<std::size_t>(first_profile_of(end) - first_profile_of(row)) * profile_floats, 1);
     if (profiles_.size() < room) {
       profiles_ = {};
-      profiles_ = {device_, room, "profiles of samples"};
+      profiles_ = {device_, room + room / 8, "profiles of samples"};  // the next pose may need a little more
     }
     if (count > 0 && profile_floats > 0)
       profile_.run({static_cast<std::size_t>(count)}, group, scene_.lights, table_.samples, table_.lit, aims_, first_of(row), first_profile,

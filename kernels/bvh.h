@@ -250,6 +250,34 @@ BVH_INLINE void bvh_layers(__global const BvhNode* nodes, __global const Triangl
   bvh_traverse(nodes, triangles, rays, false, layers);
 }
 
+#if RAYWAVE_LANES > 1
+// Mask of the rays that meet anything in (t_min, t_max). What stopped a packet like this one is tried first: known[lane] is the triangle
+// that stopped that ray, or -1, and is overwritten.
+static inline intv bvh_occluded_again(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays, int* known) {
+  const floatv inverse[3] = {bvh_reciprocal(rays->dx), bvh_reciprocal(rays->dy), bvh_reciprocal(rays->dz)};
+  Rays left = *rays;
+  intv stopped_by = -1, untried = LANES_LOAD(known);
+  int candidates[RAYWAVE_LANES];
+  LANES_STORE(untried, candidates);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    const int triangle = candidates[lane];
+    if (triangle < 0) continue;
+    Hits any = {left.t_max, (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
+    const intv hit = bvh_triangle(triangles, triangle, &left, inverse, &any);
+    left.active &= !hit;
+    stopped_by = LANES_SELECT(stopped_by, (intv)(triangle), hit);
+    untried = LANES_SELECT(untried, (intv)(-1), (untried == triangle) | !left.active);
+    LANES_STORE(untried, candidates);
+  }
+  if (LANES_ANY(left.active)) {
+    const intv triangle = bvh_traverse(nodes, triangles, &left, true, 0).triangle;
+    stopped_by = LANES_SELECT(stopped_by, triangle, left.active);
+  }
+  LANES_STORE(stopped_by, known);
+  return stopped_by >= 0;
+}
+#endif
+
 // Mask of the rays that meet anything in (t_min, t_max).
 BVH_INLINE intv bvh_occluded(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays) {
   return bvh_traverse(nodes, triangles, rays, true, 0).triangle >= 0;

@@ -209,17 +209,23 @@ typedef struct {
   int hidden;         // of those that do
   int rank;           // of the next layer
   int packet_column;  // of the first cell whose parts share a packet with this one's
+  Hiders* hiders;     // by rank, HIDERS of them; deeper layers share the last
 } Cell;
+
+#define HIDERS 4
 
 // Adds the sample of a layer: `hit` of the ray with tangents (dx, dy), at the distance t of the centre ray. A sample shines for its whole
 // cell: `parts` are the hits of the layer's parts, `covered` of them. Without that, edges of objects, textures and shadows move by half a
 // cell.
+//
+// seen  what look_around_four says, of samples of the centre ray
 static inline void add_sample(const SceneArrays* scene, float ambient_light, const Lattice* lattice, int column, int row, const Hit* hit,
-                              float dx, float dy, float t, const Hits* parts, int covered, Cell* cell) {
+                              float dx, float dy, float t, const Hits* parts, int covered, int seen, Cell* cell) {
   uint keys[RAYWAVE_LANES];
   LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row), (intv)(cell->rank)), keys);
+  Hiders* hiders = cell->hiders + min(cell->rank, HIDERS - 1);
   ++cell->rank;
-  if (!RAYWAVE_KEEP_UNSEEN && covered == 0) return;
+  if (!RAYWAVE_KEEP_UNSEEN && (covered == 0 || seen == 0)) return;
   const float centre_dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step;
   const float centre_dy = ((float)(lattice->first_y + row) + 0.5f) * lattice->step;
 
@@ -236,9 +242,9 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
   sample.nz = first_lane(s.nz);
 
   uint view[VIEW_WORDS];
-  const int seen = look_around(scene, lattice, &sample, view);
-  if (!RAYWAVE_KEEP_UNSEEN && seen == 0) return;
-  sample.hidden = seen < VIEW_ALL;
+  const int parts_seen = look_around(scene, lattice, &sample, hiders, seen, view);
+  if (!RAYWAVE_KEEP_UNSEEN && parts_seen == 0) return;
+  sample.hidden = parts_seen < VIEW_ALL;
 
   uintv words[LIT_WORDS];
   float radiance = first_lane(scattered(scene, &s, ambient_light, lattice, LANES_INDEX == 0, words));
@@ -304,6 +310,89 @@ static inline void look_at_parts(const SceneArrays* scene, const Lattice* lattic
 }
 #endif
 
+// Parts hold more than one layer's radiance says: all of them are looked at.
+#define LOOK_AT_ALL_PARTS (RAYWAVE_ANTIALIAS != 4 || RAYWAVE_LANES < 8 || RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
+
+#if RAYWAVE_ANTIALIAS && !LOOK_AT_ALL_PARTS
+// Cells where the centre ray and half of the parts' meet the same layers, so that the other half would too. The half has rays in all four
+// rows and columns, against thin objects, and in the corners, against edges.
+static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lattice, int first, int row, const Layers* centres,
+                                    int* whole) {
+  const float across[16] = {0, 3, 0, 3, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 1, 2};
+  const float up[16] = {0, 0, 3, 3, 2, 1, 0, 3, 0, 0, 3, 3, 2, 1, 0, 3};
+  const floatv right = (0.5f + LANES_LOAD(across)) * 0.25f, upwards = (0.5f + LANES_LOAD(up)) * 0.25f;
+  float t[BVH_LAYERS][RAYWAVE_LANES];
+  int triangle[BVH_LAYERS][RAYWAVE_LANES];
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    LANES_STORE(centres->t[i], t[i]);
+    LANES_STORE(centres->triangle[i], triangle[i]);
+  }
+  for (int lane = 0; lane < RAYWAVE_LANES; lane += RAYWAVE_LANES / 8) {
+    const intv of_lane = LANES_INDEX / 8;  // from `lane` on
+    const Rays rays = lattice_rays(lattice, (LANES_TO_FLOAT(lattice->first_x + first + lane + of_lane) + right) * lattice->step,
+                                   ((float)(lattice->first_y + row) + upwards) * lattice->step, LANES_INDEX >= 0);
+    Layers parts;
+    bvh_layers(scene->nodes, scene->triangles, &rays, &parts);
+    intv differ = parts.triangle[BVH_LAYERS - 1] >= 0;
+    for (int i = 0; i < BVH_LAYERS; ++i) {
+      const floatv at = LANES_SELECT((floatv)(t[i][lane]), (floatv)(t[i][lane + RAYWAVE_LANES / 8 - 1]), of_lane == 1);
+      const intv hit = LANES_SELECT((intv)(triangle[i][lane]), (intv)(triangle[i][lane + RAYWAVE_LANES / 8 - 1]), of_lane == 1) >= 0;
+      const intv met = parts.triangle[i] >= 0;
+      if (!LANES_ANY(hit | met)) break;
+      const floatv reach = 4.0f * lattice->step * (at + (lattice->near_z - lattice->centre_z));
+      differ |= (hit != met) | (hit & (fabs(parts.t[i] - at) >= reach));
+    }
+    int differs[RAYWAVE_LANES];
+    LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), differ), differs);
+    for (int i = 0; i < RAYWAVE_LANES; ++i) {
+      if (i % 8 == 0) whole[lane + i / 8] = 1;
+      if (differs[i]) whole[lane + i / 8] = 0;
+    }
+  }
+}
+#endif
+
+// What look_around_four says of the samples of centre rays, by layer and lane; layers are first_centres.
+static inline void look_around_centres(const SceneArrays* scene, const Lattice* lattice, const Rays* centres, const Layers* first_centres,
+                                       Hiders* hiders, int (*seen)[RAYWAVE_LANES]) {
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    for (int lane = 0; lane < RAYWAVE_LANES; ++lane) seen[i][lane] = SEEN_UNKNOWN;
+  }
+#if RAYWAVE_LANES > 1 && RAYWAVE_VIEW_PARTS > 0
+  Layers layers = *first_centres;
+  keep_sources(&layers, scene, centres, lattice->layer_gap);
+  int rank = 0;
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    const Hits hits = {layers.t[i], layers.triangle[i], layers.u[i], layers.v[i]};
+    if (!LANES_ANY(hits.triangle >= 0)) continue;
+    const Surface s = surface_at(scene, centres, &hits);
+    float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES], nx[RAYWAVE_LANES], ny[RAYWAVE_LANES], nz[RAYWAVE_LANES];
+    float t[RAYWAVE_LANES];
+    int triangle[RAYWAVE_LANES];
+    LANES_STORE(s.x, x);
+    LANES_STORE(s.y, y);
+    LANES_STORE(s.z, z);
+    LANES_STORE(s.nx, nx);
+    LANES_STORE(s.ny, ny);
+    LANES_STORE(s.nz, nz);
+    LANES_STORE(hits.t, t);
+    LANES_STORE(hits.triangle, triangle);
+    for (int four = 0; four < RAYWAVE_LANES; four += 4) {
+      bool together = true;
+      for (int lane = four; lane < four + 4; ++lane)
+        together &= triangle[lane] >= 0 && fabs(t[lane] - t[four]) < layer_reach(lattice, t[four]);
+      if (!together) continue;
+      const int all =
+          look_around_four(scene, lattice, x + four, y + four, z + four, nx + four, ny + four, nz + four, hiders + min(rank, HIDERS - 1));
+      for (int lane = four; lane < four + 4; ++lane) seen[i][lane] = all;
+    }
+    ++rank;
+  }
+#else
+  (void)scene, (void)lattice, (void)centres, (void)first_centres, (void)hiders;
+#endif
+}
+
 __kernel void find_samples(__global const BvhNode* nodes, __global const Triangle* triangles, __global const TriangleShading* shading,
                            __global const Material* materials, __global const Light* lights, __global const float* texels,
                            float ambient_light, Lattice lattice, int first_row, int rows, int slots, __global int2* counts,
@@ -319,7 +408,20 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
 #if RAYWAVE_ANTIALIAS
   Layers packet_parts[PACKETS];
   floatv packet_from[PACKETS];
+  int whole[RAYWAVE_LANES];
+#if LOOK_AT_ALL_PARTS
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) whole[lane] = 0;
+#else
+  find_whole_cells(&scene, &lattice, first, row, &first_centres, whole);
 #endif
+#endif
+
+  Hiders hiders[HIDERS];
+  for (int rank = 0; rank < HIDERS; ++rank) {
+    for (int i = 0; i < 16; ++i) hiders[rank].triangle[i] = -1;
+  }
+  int seen[BVH_LAYERS][RAYWAVE_LANES];
+  look_around_centres(&scene, &lattice, &centres, &first_centres, hiders, seen);
 
   for (int lane = 0; lane < RAYWAVE_LANES && first + lane < lattice.nx; ++lane) {
     const int column = first + lane;
@@ -331,7 +433,8 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
                  0,
                  0,
                  0,
-                 column - lane % CELLS_OF_PACKET};
+                 column - lane % CELLS_OF_PACKET,
+                 hiders};
     const float centre_dx = ((float)(lattice.first_x + column) + 0.5f) * lattice.step;
     const float centre_dy = ((float)(lattice.first_y + row) + 0.5f) * lattice.step;
     Layers centre = first_centres;
@@ -340,7 +443,7 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
     const intv mine = LANES_INDEX / PARTS == lane % CELLS_OF_PACKET;
     Layers parts[PACKETS];
     floatv from[PACKETS];
-    for (int packet = 0; packet < PACKETS; ++packet) {
+    for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet) {
       if (lane % CELLS_OF_PACKET == 0) {
         packet_from[packet] = 0.0f;
         look_at_parts(&scene, &lattice, column, row, packet, packet_from + packet, packet_parts + packet);
@@ -351,8 +454,8 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
     }
 #endif
     // Rays that have met as many layers as one traversal keeps go on behind them.
-    bool more = true;
-    while (more) {
+    bool more = true, again = false;
+    for (; more; again = true) {
       more = false;
       const Hit last = hit_of_lane(&centre, BVH_LAYERS - 1, lane);
       keep_sources(&centre, &scene, &centres, lattice.layer_gap);
@@ -361,13 +464,14 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
         if (hit.triangle < 0) continue;
         int covered = PARTS;
 #if RAYWAVE_ANTIALIAS
-        covered = claim(parts, hit.t, layer_reach(&lattice, hit.t), claimed);
+        if (!whole[lane]) covered = claim(parts, hit.t, layer_reach(&lattice, hit.t), claimed);
 #endif
-        add_sample(&scene, ambient_light, &lattice, column, row, &hit, centre_dx, centre_dy, hit.t, claimed, covered, &cell);
+        add_sample(&scene, ambient_light, &lattice, column, row, &hit, centre_dx, centre_dy, hit.t, claimed, covered,
+                   again ? SEEN_UNKNOWN : seen[i][lane], &cell);
       }
 #if RAYWAVE_ANTIALIAS
       Hit hit;
-      for (int ray = unclaimed(parts, &hit); ray >= 0; ray = unclaimed(parts, &hit)) {
+      for (int ray = whole[lane] ? -1 : unclaimed(parts, &hit); ray >= 0; ray = unclaimed(parts, &hit)) {
         const Rays rays = part_rays(&lattice, cell.packet_column, row, ray / RAYWAVE_LANES, LANES_INDEX >= 0);
         float dx[RAYWAVE_LANES], dy[RAYWAVE_LANES];
         LANES_STORE(rays.dx, dx);
@@ -375,9 +479,10 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
         const int from_lane = ray % RAYWAVE_LANES;
         const float t = through_centre(&scene, &lattice, centre_dx, centre_dy, dx[from_lane], dy[from_lane], &hit);
         const int covered = claim(parts, hit.t, layer_reach(&lattice, hit.t), claimed);
-        add_sample(&scene, ambient_light, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], t, claimed, covered, &cell);
+        add_sample(&scene, ambient_light, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], t, claimed, covered, SEEN_UNKNOWN,
+                   &cell);
       }
-      for (int packet = 0; packet < PACKETS; ++packet) {
+      for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet) {
         if (!LANES_ANY(from[packet] < lattice.reach)) continue;
         look_at_parts(&scene, &lattice, cell.packet_column, row, packet, from + packet, parts + packet);
         more = true;
