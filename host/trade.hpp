@@ -76,7 +76,9 @@ double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device);
 struct TradePreset {
   Quality quality = Quality::balanced;
   std::size_t row = 0;
-  double predicted_time_s = 0, predicted_psnr_db = 0;
+  StageTimes predicted;
+  double predicted_psnr_db = 0;
+  std::uint64_t predicted_bytes = 0;  // of device memory
 };
 
 /// One knob at another value than the base's. The ways to gather (sampling.mode, source and shape) count as one.
@@ -102,6 +104,7 @@ struct Trade {
 
 struct TradeSpec {
   bool quick = false;       // fewer values of every knob
+  bool presets = false;     // nothing but the presets
   bool exhaustive = false;  // all values of pitch, padding, frames and antialias with each other, not only near the predicted frontier
   QualitySpec pictures;     // blur_m and square_px do not count; against_points: of thorough rows
   std::optional<cl::FftBackend> fft;  // empty: the device's default, and the others as a knob

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/trade.hpp"
 
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -90,7 +91,10 @@ void add_trade(CLI::App& app) {
       ->required();
   command->add_option("-o,--out", options->out, "Folder for trade.json, trade.csv and trade.png (.)");
   command->add_flag("--quick", trade.quick, "Fewer values of each knob");
-  command->add_flag("--exhaustive", trade.exhaustive, "All values of pitch, padding, frames and antialias with each other (hours)");
+  auto* presets = command->add_flag("--presets", trade.presets,
+                                    "Nothing but draft, balanced, accurate and reference, beside what plans predict of them");
+  command->add_flag("--exhaustive", trade.exhaustive, "All values of pitch, padding, frames and antialias with each other (hours)")
+      ->excludes(presets);
   command->add_option("--renders", trade.renders, "Renders timed per configuration; 3 to 15 in a second when not given")
       ->check(CLI::Range(1, 1000));
   command
@@ -101,8 +105,9 @@ void add_trade(CLI::App& app) {
   command->add_option("--window", options->window, "Size of the pictures, e.g. 14.36mmx8.08mm; what the WRPs cover when not given");
   command->add_option("--border", trade.pictures.border_px, "Pixels left out on every side after the blur (20)");
   command->add_option("--points", trade.pictures.lens_points, "Points on the lens that rays start from, per axis (8)");
-  command->add_flag("--against-points,!--no-against-points", options->against_points,
-                    "Presets and single knobs are compared with the sum of all points, or not (slow); up to 512 x 512 pixels they are");
+  command->add_flag_function(
+      "--against-points,!--no-against-points", [options](std::int64_t count) { options->against_points = count > 0; },
+      "Presets and single knobs are compared with the sum of all points, or not (slow); up to 512 x 512 pixels they are");
   command->add_option("--set", options->set, "Change a value of the scene: section.key=value")->allow_extra_args(false);
   command->add_flag("--quiet", options->quiet, "Print nothing but errors");
   options->device.add_to(*command);

@@ -177,10 +177,12 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   for (const auto quality : {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
     const auto planned = plan_scene(trade.scene, world, figures, {quality, {}, {}});
     const auto row = rows.add(knobs_of(planned.scene, planned.plan.precision, fft), true);
-    trade.presets.push_back({quality, row, planned.prediction.times.total_s(), planned.prediction.pictures->mean_psnr_db});
+    const auto& predicted = planned.prediction;
+    trade.presets.push_back({quality, row, predicted.times, predicted.pictures->mean_psnr_db, predicted.device_bytes});
     if (quality == Quality::balanced) trade.base = row;
   }
 
+  if (spec.presets) return;
   const auto all = choices(trade.scene, world, figures);
   std::vector<double> pitches_m;
   for (const auto& c : all) {

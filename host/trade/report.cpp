@@ -141,8 +141,14 @@ std::string trade_json(const Trade& trade) {
   for (const auto& preset : trade.presets) {
     Json one{{"quality", name_of(preset.quality)},
              {"row", preset.row},
-             {"predicted_time_s", preset.predicted_time_s},
-             {"predicted_psnr_db", preset.predicted_psnr_db}};
+             {"predicted",
+              {{"time_s", preset.predicted.total_s()},
+               {"samples_s", preset.predicted.samples_s},
+               {"trace_s", preset.predicted.trace_s},
+               {"propagate_s", preset.predicted.propagate_s},
+               {"encode_s", preset.predicted.encode_s},
+               {"psnr_db", preset.predicted_psnr_db},
+               {"device_bytes", preset.predicted_bytes}}}};
     const auto& row = trade.rows[preset.row];
     if (row.renders > 0) {
       const auto fastest = fastest_as_true(trade.rows, preset.row);
@@ -191,7 +197,7 @@ std::string trade_csv(const Trade& trade) {
     add_if(measured, row.contrast_hologram());
     add_if(row.correlation.has_value(), row.correlation.value_or(0));
     add_if(row.field_error.has_value(), row.field_error.value_or(0));
-    add_if(measured, row.samples);
+    csv += "," + (measured ? std::to_string(row.samples) : "");
     csv += "," + (measured ? std::to_string(row.device_bytes) : "") + "," + quoted(row.note) + "\n";
   }
   return csv;
@@ -214,7 +220,7 @@ std::string trade_text(const Trade& trade) {
     const auto& row = trade.rows[preset.row];
     add(name_of(preset.quality), row);
     if (row.renders == 0) continue;
-    text += format("%-10s  %8s     %6.2f     predicted\n", "", milliseconds(preset.predicted_time_s).c_str(), preset.predicted_psnr_db);
+    text += format("%-10s  %8s     %6.2f     predicted\n", "", milliseconds(preset.predicted.total_s()).c_str(), preset.predicted_psnr_db);
     const auto fastest = fastest_as_true(trade.rows, preset.row);
     if (fastest == preset.row) continue;
     text += format("%-10s  %.2f times the time of the fastest as true:\n", "", row.time_s / trade.rows[fastest].time_s);
@@ -222,7 +228,7 @@ std::string trade_text(const Trade& trade) {
   }
   text += "\nfrontier\n";
   for (const auto i : trade_frontier(trade.rows)) add("", trade.rows[i]);
-  text += format("\n%-20s  %-28s  %6s  %7s   alone, against balanced\n", "knob", "value", "time x", "dB");
+  if (!trade.steps.empty()) text += format("\n%-20s  %-28s  %6s  %7s   alone, against balanced\n", "knob", "value", "time x", "dB");
   for (const auto& step : trade.steps) {
     const auto& row = trade.rows[step.row];
     text += format("%-20s  %-28s  ", step.knob.c_str(), step.value.c_str());
