@@ -3,6 +3,7 @@
 /// and looked at (docs/trade.md).
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>

@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <tuple>
 
 #include "host/error.hpp"
 #include "tests/support/catch.hpp"

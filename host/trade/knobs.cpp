@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <stdexcept>
 
 #include "host/precision.hpp"
 #include "host/text.hpp"
@@ -31,7 +29,7 @@ TradeKnob named(const char* key, T TradeKnobs::*member, std::array<const char*, 
           }};
 }
 
-/// Every so many of them, and the last, when quick.
+/// So many of them, evenly spread, the first and the last among them.
 template <class T>
 std::vector<T> thinned(std::vector<T> values, std::size_t most) {
   if (values.size() <= most || most < 2) return values;

@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cl/cache.hpp"
 #include "host/bench.hpp"
 #include "host/bench/stopwatch.hpp"
 #include "host/error.hpp"
-#include "host/reconstruct.hpp"
 #include "host/report.hpp"
-#include "host/text.hpp"
 #include "host/trade/knobs.hpp"
 #include "raywave_version.hpp"
 
@@ -22,7 +18,7 @@ using Json = nlohmann::ordered_json;
 constexpr int fewest_renders = 3, most_renders = 15;
 constexpr double enough_s = 1, long_s = 4;
 
-/// A blur this wide hides what averaging over squares does.
+/// Squares a third as wide as the blur add a hundredth to its variance.
 constexpr double squares_in_blur = 3;
 
 template <class T>
