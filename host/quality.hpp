@@ -20,6 +20,7 @@ struct QualitySpec {
   std::optional<glm::dvec2> window_m;  // size of the pictures around the axis; empty: the hologram's times the grid of WRPs
   std::optional<double> blur_m;        // standard deviation of the Gaussian before comparing; empty: 0.6 of sampling.pitch
   int border_px = 20;                  // left out on every side after the blur
+  int square_px = 1;                   // pictures are averaged over squares of so many pixels before the blur: faster
   int lens_points = 24;                // per axis, of the lens that rays start from
   bool against_points = false;         // also compare the first frame's field with that of Method::points
 };
@@ -65,6 +66,19 @@ QualityResult assess(const cl::Device& device, const Scene& scene, RenderResult 
 QualityResult assess(const cl::Device& device, const Scene& scene, const World& world, RenderResult rendered, const RenderOptions& how,
                      const QualitySpec& what, std::vector<Image>& lens);
 
+/// The rows of the first n frames of a hologram for every n of `frame_counts`, which ascend: a result for each, without its render, whose
+/// seconds are those spent since the one before. No hologram is looked at twice.
+std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& scene, const World& world, const FieldStack& field,
+                                         const std::vector<int>& frame_counts, const RenderOptions& how, const QualitySpec& what,
+                                         std::vector<Image>& lens);
+
+/// The first frame's field of a hologram, rendered as `how` says, with that of Method::points.
+FieldComparison compare_with_points(const cl::Device& device, const Scene& scene, const World& world, const FieldStack& field,
+                                    const RenderOptions& how);
+
+/// Means over squares of `side` whole pixels, or what is left of them at the right and below.
+Image averaged(const Image& image, int side);
+
 /// 8-bit RGB, interleaved.
 struct ColourPicture {
   int width = 0, height = 0;
@@ -74,6 +88,10 @@ struct ColourPicture {
 constexpr int sheet_cell_px = 640;  // widest cell: larger pictures are averaged over squares of whole pixels
 constexpr int sheet_gap_px = 4;     // grey, between cells
 constexpr double sheet_full_difference = 0.25;
+
+/// Cells by row and column, all of one size, with grey between them; sRGB, with one exposure for all: 99.5 % of the pixels stay below
+/// white. Pictures wider than `cell_px` are averaged over squares of whole pixels.
+ColourPicture grey_sheet(const std::vector<std::vector<Image>>& rows, int cell_px = sheet_cell_px, double* white = nullptr);
 
 /// Rows as in the result; columns: lens, hologram, difference. One exposure serves all rows: 99.5 % of the pixels of lens and hologram stay
 /// below white. The difference is red where the hologram is brighter, blue where it is darker, full at sheet_full_difference of white.

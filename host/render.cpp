@@ -340,8 +340,10 @@ RenderResult Renderer::State::render() {
       propagator->collect(field);
       clock.wait();
     }
-    const auto clock = stage("encode");
-    result.levels.push_back(encode(field));
+    {
+      const auto clock = stage("encode");
+      result.levels.push_back(encode(field));
+    }
     if (options.keep_field) {
       const auto samples = std::span(result.field.samples).subspan(static_cast<std::size_t>(frame) * pixels(), pixels());
       field.read(samples);

@@ -154,6 +154,8 @@ std::uint64_t host_peak_bytes() {
 
 }  // namespace
 
+std::string scene_json(const Scene& scene) { return json_of(scene).dump(); }
+
 std::string render_report_json(const Scene& scene, const RenderResult& result, const cl::DeviceInfo& device, cl::FftBackend fft) {
   Json j;
   j["raywave"] = version;

@@ -11,6 +11,9 @@
 
 namespace raywave {
 
+/// The scene with every default filled in, lengths in metres.
+std::string scene_json(const Scene& scene);
+
 /// Everything that made a result: effective scene, plan, device, versions, seconds of each stage, peak memory.
 std::string render_report_json(const Scene& scene, const RenderResult& result, const cl::DeviceInfo& device, cl::FftBackend fft);
 

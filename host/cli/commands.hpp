@@ -39,5 +39,6 @@ void add_devices(CLI::App& app);
 void add_selftest(CLI::App& app);
 void add_kernels(CLI::App& app);
 void add_bench(CLI::App& app);
+void add_trade(CLI::App& app);
 
 }  // namespace raywave::cli

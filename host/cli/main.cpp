@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
   raywave::cli::add_selftest(app);
   raywave::cli::add_kernels(app);
   raywave::cli::add_bench(app);
+  raywave::cli::add_trade(app);
   try {
     app.parse(argc, argv);
     return 0;

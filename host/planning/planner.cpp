@@ -23,8 +23,6 @@ constexpr double arc_minute = std::numbers::pi / 180 / 60;
 
 /// What is tried. Coarser lattices than the resolution show their dots.
 constexpr std::array pitches_of_resolution{1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.3, 0.25};
-constexpr std::array frame_counts{1, 2, 3, 4, 6, 8, 12, 16};
-constexpr std::array paddings{1.0, 1.125, 1.25, 1.5, 2.0};
 
 /// How far up from the fastest to the truest choice a quality lies, in decibels; and what is no gain worth waiting for, but to reference.
 constexpr std::array shares_of_quality{0.0, 0.5, 0.85, 1.0};
@@ -38,12 +36,6 @@ constexpr double planned_oversampling = 1.5;
 
 /// Fields that are more wrong than this show ghosts beside bright objects.
 constexpr double worst_padding_error = 0.15;
-
-struct Candidate {
-  double pitch_m = 0, padding = 0;
-  int frames = 1;
-  double seconds = 0, psnr_db = 0;
-};
 
 /// Everything about the scene that the choice of pitch, padding and frames does not change.
 class Planner {
@@ -62,8 +54,12 @@ public:
   const FrontView& view() const { return view_; }
   const std::optional<PictureModel>& model() const { return model_; }
 
-  /// All choices that the scene leaves open.
-  std::vector<Candidate> candidates() {
+  /// throws  InputError when nothing can be predicted
+  std::vector<Choice> choices() {
+    if (!model_)
+      throw InputError(one_line(scene_.file.string()) +
+                       ": pictures of sampling.mode \"fan\" cannot be predicted; give sampling.pitch, sampling.frames and wrp.padding "
+                       "instead of a goal, or sampling.mode \"aimed\"");
     const double finest = std::max(plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.x * plan_.pitch_m.x),
                                    plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.y * plan_.pitch_m.y));
     std::vector<double> pitches, pads;
@@ -78,13 +74,13 @@ public:
     if (scene_.given.contains("wrp.padding")) {
       pads = {scene_.wrp.padding};
     } else {
-      for (const double padding : paddings) {
-        if (padding_error(padding) <= worst_padding_error || padding == paddings.back()) pads.push_back(padding);
+      for (const double padding : paddings_tried) {
+        if (padding_error(padding) <= worst_padding_error || padding == paddings_tried.back()) pads.push_back(padding);
       }
     }
     counts = scene_.given.contains("sampling.frames") ? std::vector{scene_.sampling.frames}
-                                                      : std::vector(frame_counts.begin(), frame_counts.end());
-    std::vector<Candidate> all;
+                                                      : std::vector(frames_tried.begin(), frames_tried.end());
+    std::vector<Choice> all;
     for (const double pitch_m : pitches) {
       for (const double padding : pads) {
         for (const int frames : counts) all.push_back(judged({pitch_m, padding, frames}));
@@ -109,7 +105,7 @@ private:
     return padding_errors_.back().second;
   }
 
-  Candidate judged(Candidate c) {
+  Choice judged(Choice c) {
     auto scene = scene_;
     scene.sampling.pitch_m = c.pitch_m;
     scene.sampling.frames = c.frames;
@@ -134,8 +130,8 @@ private:
 };
 
 /// The truest of those that take no longer; the fastest when all do.
-const Candidate& truest_within(const std::vector<Candidate>& all, double seconds) {
-  const Candidate* best = nullptr;
+const Choice& truest_within(const std::vector<Choice>& all, double seconds) {
+  const Choice* best = nullptr;
   for (const auto& c : all) {
     if (c.seconds <= seconds && (!best || c.psnr_db > best->psnr_db || (c.psnr_db == best->psnr_db && c.seconds < best->seconds)))
       best = &c;
@@ -144,15 +140,15 @@ const Candidate& truest_within(const std::vector<Candidate>& all, double seconds
 }
 
 /// The fastest of those that are as true; the truest when none is.
-const Candidate& fastest_reaching(const std::vector<Candidate>& all, double psnr_db) {
-  const Candidate* best = nullptr;
+const Choice& fastest_reaching(const std::vector<Choice>& all, double psnr_db) {
+  const Choice* best = nullptr;
   for (const auto& c : all) {
     if (c.psnr_db >= psnr_db && (!best || c.seconds < best->seconds)) best = &c;
   }
   return best ? *best : *std::max_element(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
 }
 
-const Candidate& chosen(const std::vector<Candidate>& all, const Goal& goal) {
+const Choice& chosen(const std::vector<Choice>& all, const Goal& goal) {
   if (goal.budget_s) return truest_within(all, *goal.budget_s);
   if (goal.psnr_db) return fastest_reaching(all, *goal.psnr_db);
   const auto least = truest_within(all, 0).psnr_db;  // of the fastest
@@ -201,6 +197,10 @@ double wanted_resolution_m(const Scene& scene, const Plan& plan) {
   return std::max(limit, scene.viewer.resolution_m.value_or(arc_minute * (scene.viewer.distance_m + plan.lattice.full_z_m)));
 }
 
+std::vector<Choice> choices(const Scene& scene, const World& world, const DeviceFigures& device) {
+  return Planner(scene, world, device).choices();
+}
+
 Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device, const Goal& goal) {
   Planned planned;
   planned.scene = scene;
@@ -210,11 +210,7 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
     s.wrp.oversampling = planned_oversampling;
   Planner planner(s, world, device);
   if (goal.any()) {
-    if (!planner.model())
-      throw InputError(one_line(scene.file.string()) +
-                       ": pictures of sampling.mode \"fan\" cannot be predicted; give sampling.pitch, sampling.frames and wrp.padding "
-                       "instead of a goal, or sampling.mode \"aimed\"");
-    const auto all = planner.candidates();
+    const auto all = planner.choices();
     const auto& c = chosen(all, goal);
     s.sampling.pitch_m = c.pitch_m;
     s.sampling.frames = c.frames;

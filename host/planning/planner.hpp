@@ -3,6 +3,7 @@
 /// A pure function, printed by `raywave plan` and followed by `raywave render`. docs/planning.md explains how it decides.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -56,6 +57,22 @@ struct Planned {
   std::vector<std::string> reasons;   // a line each: which value, why
   std::vector<std::string> warnings;  // a line each: what the user may not want, and what would change it
 };
+
+/// Values of what the scene leaves open, as goals choose them, and what is predicted.
+struct Choice {
+  double pitch_m = 0, padding = 0;
+  int frames = 1;
+  double seconds = 0, psnr_db = 0;
+};
+
+/// What is tried for sampling.frames and wrp.padding.
+inline constexpr std::array frames_tried{1, 2, 3, 4, 6, 8, 12, 16};
+inline constexpr std::array paddings_tried{1.0, 1.125, 1.25, 1.5, 2.0};
+
+/// All that goals choose among, the coarsest pitch first.
+///
+/// throws  InputError as make_plan, and when nothing can be predicted (sampling.mode "fan")
+std::vector<Choice> choices(const Scene& scene, const World& world, const DeviceFigures& device);
 
 /// throws  InputError as make_plan, and for a goal that nothing can be predicted for (sampling.mode "fan")
 Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device, const Goal& goal = {});
