@@ -122,8 +122,25 @@ static inline float layer_reach(const Lattice* lattice, float t) {
 }
 
 #if RAYWAVE_ANTIALIAS
-// Takes the hits of a layer at distance t out of the parts' hits, one of each ray; returns how many there are.
-static inline int claim(Layers* parts, float t, float reach, Hits* claimed) {
+// Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of something that the centre ray passes by. What lies
+// behind it there is hidden, and the sample of the layer behind, which the centre ray meets, cannot know.
+static inline void find_rims(const Lattice* lattice, const Layers* parts, const Layers* centre, int lane, floatv* rims) {
+  for (int packet = 0; packet < PACKETS; ++packet) rims[packet] = lattice->reach;
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    for (int packet = 0; packet < PACKETS; ++packet) {
+      const floatv t = parts[packet].t[i];
+      intv rim = (parts[packet].triangle[i] >= 0) & (t < rims[packet]);
+      for (int j = 0; j < BVH_LAYERS && LANES_ANY(rim); ++j) {
+        const Hit hit = hit_of_lane(centre, j, lane);
+        if (hit.triangle >= 0) rim &= fabs(t - hit.t) >= layer_reach(lattice, hit.t);
+      }
+      rims[packet] = LANES_SELECT(rims[packet], t, rim);
+    }
+  }
+}
+
+// Takes the hits of a layer at distance t out of the parts' hits, one of each ray; returns how many of them lie behind no rim.
+static inline int claim(Layers* parts, const floatv* rims, float t, float reach, Hits* claimed) {
   intv count = 0;
   for (int packet = 0; packet < PACKETS; ++packet) {
     Layers* layers = parts + packet;
@@ -137,6 +154,7 @@ static inline int claim(Layers* parts, float t, float reach, Hits* claimed) {
       hits.v = LANES_SELECT(hits.v, layers->v[i], take);
       layers->triangle[i] = LANES_SELECT(layers->triangle[i], (intv)(-1), take);
     }
+    hits.triangle = LANES_SELECT(hits.triangle, (intv)(-1), hits.t > rims[packet]);
     count += LANES_SELECT((intv)(0), (intv)(1), hits.triangle >= 0);
     claimed[packet] = hits;
   }
@@ -459,12 +477,16 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
       more = false;
       const Hit last = hit_of_lane(&centre, BVH_LAYERS - 1, lane);
       keep_sources(&centre, &scene, &centres, lattice.layer_gap);
+#if RAYWAVE_ANTIALIAS
+      floatv rims[PACKETS];
+      if (!whole[lane]) find_rims(&lattice, parts, &centre, lane, rims);
+#endif
       for (int i = 0; i < BVH_LAYERS; ++i) {
         const Hit hit = hit_of_lane(&centre, i, lane);
         if (hit.triangle < 0) continue;
         int covered = PARTS;
 #if RAYWAVE_ANTIALIAS
-        if (!whole[lane]) covered = claim(parts, hit.t, layer_reach(&lattice, hit.t), claimed);
+        if (!whole[lane]) covered = claim(parts, rims, hit.t, layer_reach(&lattice, hit.t), claimed);
 #endif
         add_sample(&scene, ambient_light, &lattice, column, row, &hit, centre_dx, centre_dy, hit.t, claimed, covered,
                    again ? SEEN_UNKNOWN : seen[i][lane], &cell);
@@ -478,7 +500,7 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
         LANES_STORE(rays.dy, dy);
         const int from_lane = ray % RAYWAVE_LANES;
         const float t = through_centre(&scene, &lattice, centre_dx, centre_dy, dx[from_lane], dy[from_lane], &hit);
-        const int covered = claim(parts, hit.t, layer_reach(&lattice, hit.t), claimed);
+        const int covered = claim(parts, rims, hit.t, layer_reach(&lattice, hit.t), claimed);
         add_sample(&scene, ambient_light, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], t, claimed, covered, SEEN_UNKNOWN,
                    &cell);
       }

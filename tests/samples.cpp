@@ -257,6 +257,32 @@ TEST_CASE("antialiased samples shine for the area that an object covers, whereve
   }
 }
 
+TEST_CASE("rims of open meshes shine no more than their cells' area, though two layers lie in each") {
+  Material glowing;
+  glowing.ambient = dvec3(1);
+  glowing.diffuse = dvec3(0);
+  for (const bool closed : {true, false}) {
+    Stage stage;
+    auto ball = sphere({0, 0, 20e-3}, 0.3e-3, 60);
+    ball.closed = closed;
+    stage.add(ball, glowing);
+    stage.scene.sampling.antialias = 4;
+    for (const auto& device : all_devices()) {
+      const Rig rig(device, stage);
+      double light = 0;
+      for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+        const int middle = rig.table.view_parts / 2;
+        if (rig.sees(i, middle, middle)) light += rig.samples[i].radiance;
+      }
+      // The cone that touches the ball, cut at the depth where cells are the pitch wide.
+      const double tangent = 0.3 / std::sqrt(20.0 * 20.0 - 0.3 * 0.3),
+                   disc = std::numbers::pi * std::pow(tangent / rig.plan.lattice.step, 2);
+      INFO(device.info().name << (closed ? ", closed: " : ", open: ") << light << " of " << disc << " cells");
+      CHECK(std::abs(light / disc - 1) < 0.01);
+    }
+  }
+}
+
 TEST_CASE("the sample set of a plane does not depend on its triangles: 2 or 20,000", "[slow]") {
   struct Case {
     const char* name;
