@@ -23,6 +23,7 @@ struct TradeKnobs {
   double pitch_m = 1e-4;
   int frames = 1;
   double padding = 2;
+  std::optional<double> oversampling;
   int antialias = 4, visibility = 8;
   SamplingMode mode = SamplingMode::aimed;
   FanSource source = FanSource::hit;

@@ -29,6 +29,7 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
         c.scene = load_scene(data / "teapot.toml");
         c.scene.wrp.grid = glm::ivec2(side);
         c.scene.wrp.padding = padding;
+        if (padding < 2 && pitch_m < 5e-5) c.scene.wrp.oversampling = 1.5;  // as plans with a goal choose
         c.scene.sampling.pitch_m = pitch_m;
         c.name = "teapot, " + wrps_text(glm::ivec2(side)) + ", p " + length_text(pitch_m) + ", padding " + number_text(padding);
         c.target = (pitch_m < 5e-5 ? targets.fine : targets.coarse)[side - 1];

@@ -93,7 +93,8 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   Work work;
   const double frames = scene.sampling.frames, pixels = static_cast<double>(plan.size.x) * plan.size.y;
   const double samples_of_a_cell = std::pow(view.step / plan.lattice.step, 2);
-  work.pixels = pixels * static_cast<double>(plan.wrps.size()) * frames;
+  const double gathered = static_cast<double>(plan.rows.count) / plan.size.y;
+  work.pixels = pixels * (plan.refines() ? gathered + 1 : 1) * static_cast<double>(plan.wrps.size()) * frames;
   work.levels = pixels * frames;
   work.butterflies = count_butterflies(plan, scene.sampling.frames);
   const double levels = levels_of_a_ray + std::log2(static_cast<double>(world.triangles.size()) + 1);

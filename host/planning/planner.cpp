@@ -13,6 +13,7 @@
 #include "host/planning/memory.hpp"
 #include "host/planning/warnings.hpp"
 #include "host/propagator.hpp"
+#include "host/refiner.hpp"
 #include "host/shared_types.hpp"
 #include "host/text.hpp"
 
@@ -31,7 +32,7 @@ constexpr double no_gain_db = 0.5;
 /// The least accuracy.phase of a quality, where the scene gives none.
 constexpr double reference_phase_turns = 0.001;
 
-/// Of goals but reference: half a percent to two of the field (docs/accuracy.md) for half of the gathering.
+/// What is tried beside all rows, but for reference: one or two per cent of the field (docs/accuracy.md) for half of the gathering.
 constexpr double planned_oversampling = 1.5;
 
 /// Fields that are more wrong than this show ghosts beside bright objects.
@@ -48,6 +49,11 @@ public:
         resolution_m_(wanted_resolution_m(scene, plan_)),
         view_(front_view(scene, world, load_textures(scene), plan_)) {
     if (plan_.aimed) model_ = picture_model(view_, plan_, resolution_m_);
+    few_rows_ = plan_;
+    if (!scene.given.contains("wrp.oversampling") && plan_.aimed && plan_.bounces == 0) {
+      few_rows_.rows = rows_for_band(plan_, planned_oversampling);
+      if (few_rows_.refines()) few_rows_.rows_error = predicted_rows_error(few_rows_, world);
+    }
   }
 
   double resolution_m() const { return resolution_m_; }
@@ -83,7 +89,11 @@ public:
     std::vector<Choice> all;
     for (const double pitch_m : pitches) {
       for (const double padding : pads) {
-        for (const int frames : counts) all.push_back(judged({pitch_m, padding, frames}));
+        for (const int frames : counts) {
+          all.push_back(judged({pitch_m, padding, frames}, plan_));
+          if (!few_rows_.refines() || plan_.refines()) continue;
+          all.push_back(judged({pitch_m, padding, frames, planned_oversampling}, few_rows_));
+        }
       }
     }
     return all;
@@ -105,24 +115,24 @@ private:
     return padding_errors_.back().second;
   }
 
-  Choice judged(Choice c) {
+  Choice judged(Choice c, const Plan& with_rows) {
     auto scene = scene_;
     scene.sampling.pitch_m = c.pitch_m;
     scene.sampling.frames = c.frames;
-    auto plan = plan_;
+    auto plan = with_rows;
     plan.padded = padded_size(plan.size, c.padding);
     const double finer = plan.lattice.step * plan.lattice.full_z_m / c.pitch_m;
     plan.lattice.step /= finer;
     plan.lattice.size = glm::ivec2(glm::ceil(glm::dvec2(plan.lattice.size) * finer));
     c.seconds = predict_times(count_work(scene, world_, plan, view_), device_.rates).total_s();
-    c.psnr_db = predict_pictures(*model_, c.pitch_m, c.frames, std::hypot(padding_error(c.padding), plan_.rows_error)).mean_psnr_db;
+    c.psnr_db = predict_pictures(*model_, c.pitch_m, c.frames, std::hypot(padding_error(c.padding), plan.rows_error)).mean_psnr_db;
     return c;
   }
 
   const Scene& scene_;
   const World& world_;
   const DeviceFigures& device_;
-  Plan plan_;
+  Plan plan_, few_rows_;
   double resolution_m_;
   FrontView view_;
   std::optional<PictureModel> model_;
@@ -206,8 +216,6 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   planned.scene = scene;
   auto& s = planned.scene;
   if (goal.quality == Quality::reference && !scene.given.contains("accuracy.phase")) s.accuracy.phase_turns = reference_phase_turns;
-  if (goal.any() && goal.quality != Quality::reference && !scene.given.contains("wrp.oversampling"))
-    s.wrp.oversampling = planned_oversampling;
   Planner planner(s, world, device);
   if (goal.any()) {
     const auto all = planner.choices();
@@ -215,6 +223,7 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
     s.sampling.pitch_m = c.pitch_m;
     s.sampling.frames = c.frames;
     s.wrp.padding = c.padding;
+    if (c.oversampling) s.wrp.oversampling = c.oversampling;
     if (goal.budget_s && c.seconds > *goal.budget_s)
       planned.warnings.push_back("nothing keeps " + seconds_text(*goal.budget_s) + ": the fastest takes " + seconds_text(c.seconds) +
                                  "; a smaller hologram.resolution or wrp.grid needs less");
@@ -254,7 +263,8 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   planned.reasons = {why_resolution(s, plan, planner.resolution_m()),
                      "sampling.pitch " + length_text(s.sampling.pitch_m) + " (" + fixed("sampling.pitch") + "), sampling.frames " +
                          std::to_string(s.sampling.frames) + " (" + fixed("sampling.frames") + "), wrp.padding " +
-                         number_text(s.wrp.padding) + " (" + fixed("wrp.padding") + ")"};
+                         number_text(s.wrp.padding) + " (" + fixed("wrp.padding") + "), wrp.oversampling " +
+                         (s.wrp.oversampling ? number_text(*s.wrp.oversampling) : "full") + " (" + fixed("wrp.oversampling") + ")"};
   for (auto& warning : warnings_of(s, world, plan, planner.view(), planner.resolution_m())) planned.warnings.push_back(std::move(warning));
   return planned;
 }

@@ -62,6 +62,7 @@ struct Planned {
 struct Choice {
   double pitch_m = 0, padding = 0;
   int frames = 1;
+  std::optional<double> oversampling{};  // empty: all rows, or what the scene gives
   double seconds = 0, psnr_db = 0;
 };
 

@@ -29,6 +29,14 @@ TradeKnob named(const char* key, T TradeKnobs::*member, std::array<const char*, 
           }};
 }
 
+TradeKnob oversampling_knob() {
+  return {"wrp.oversampling", [](const TradeKnobs& k) { return k.oversampling ? Json(*k.oversampling) : Json("full"); },
+          [](TradeKnobs& k, const Json& j) {
+            k.oversampling.reset();
+            if (j != "full") k.oversampling = j.get<double>();
+          }};
+}
+
 /// So many of them, evenly spread, the first and the last among them.
 template <class T>
 std::vector<T> thinned(std::vector<T> values, std::size_t most) {
@@ -87,6 +95,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m, c
   vary("sampling.pitch", {pitches_m.begin(), pitches_m.end()}, 3);
   vary("sampling.frames", {frames_tried.begin(), frames_tried.end()}, 3);
   vary("wrp.padding", {paddings_tried.begin(), paddings_tried.end()}, 3);
+  vary("wrp.oversampling", {"full", 1.25, 1.5, 2.0}, 2);
   vary("sampling.antialias", {0, 2, 4}, 3);
   vary("sampling.visibility", {0, 4, 8, 16}, 2);
   vary("sampling.fan", {1.0, 1.1, 1.2, 1.4}, 2);
@@ -126,13 +135,16 @@ Scene with_knobs(Scene scene, const TradeKnobs& knobs) {
   s.fan = knobs.fan;
   s.edge = knobs.edge;
   scene.wrp.padding = knobs.padding;
+  scene.wrp.oversampling = knobs.oversampling;
   scene.accuracy.precision = knobs.precision;
   return scene;
 }
 
 TradeKnobs knobs_of(const Scene& scene, Precision precision, cl::FftBackend fft) {
   const auto& s = scene.sampling;
-  return {s.pitch_m, s.frames, scene.wrp.padding, s.antialias, s.visibility, s.mode, s.source, s.shape, s.fan, s.edge, precision, fft};
+  return {
+      s.pitch_m, s.frames, scene.wrp.padding, scene.wrp.oversampling, s.antialias, s.visibility, s.mode, s.source, s.shape, s.fan, s.edge,
+      precision, fft};
 }
 
 const std::vector<TradeKnob>& trade_knobs() {
@@ -140,6 +152,7 @@ const std::vector<TradeKnob>& trade_knobs() {
       plain("sampling.pitch", &TradeKnobs::pitch_m),
       plain("sampling.frames", &TradeKnobs::frames),
       plain("wrp.padding", &TradeKnobs::padding),
+      oversampling_knob(),
       plain("sampling.antialias", &TradeKnobs::antialias),
       plain("sampling.visibility", &TradeKnobs::visibility),
       named("sampling.mode", &TradeKnobs::mode, std::array{"aimed", "fan"}),
@@ -191,18 +204,20 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   const auto base = trade.rows[trade.base].knobs;
   const auto is_given = [&](const char* key) { return trade.scene.given.contains(key); };
   auto antialiases = is_given("sampling.antialias") ? std::vector{base.antialias} : std::vector{4, 2, 0};
-  const auto add = [&](double pitch_m, double padding, int frames) {
+  const auto add = [&](double pitch_m, double padding, int frames, std::optional<double> oversampling) {
     for (const int antialias : antialiases) {
       auto knobs = base;
       knobs.pitch_m = pitch_m;
       knobs.padding = padding;
       knobs.frames = frames;
+      knobs.oversampling = oversampling;
       knobs.antialias = antialias;
       trade.together.push_back(rows.add(knobs, false));
     }
   };
   if (!spec.exhaustive) {
-    for (const auto& c : thinned(predicted_frontier(all), spec.quick ? 3 : 8)) add(c.pitch_m, c.padding, c.frames);
+    for (const auto& c : thinned(predicted_frontier(all), spec.quick ? 3 : 8))
+      add(c.pitch_m, c.padding, c.frames, c.oversampling ? c.oversampling : trade.scene.wrp.oversampling);
     return;
   }
   auto pads = is_given("wrp.padding") ? std::vector{base.padding} : std::vector(paddings_tried.begin(), paddings_tried.end());
@@ -214,7 +229,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   }
   for (const double pitch_m : pitches_m) {
     for (const double padding : pads) {
-      for (const int frames : counts) add(pitch_m, padding, frames);
+      for (const int frames : counts) add(pitch_m, padding, frames, base.oversampling);
     }
   }
 }
