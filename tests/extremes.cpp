@@ -97,7 +97,8 @@ std::vector<std::complex<double>> direct_sum(const cl::Device& device, const Sce
   const auto plan = make_plan(scene, world, Method::points);
   const DeviceScene arrays(device, scene, world, plan);
   const SampleTable table(device, plan, arrays);
-  const auto samples = table.samples.read();
+  auto samples = table.samples.read();
+  samples.resize(static_cast<std::size_t>(table.count));
   CHECK(table.count > 0);
   CHECK(test::all_finite_in(samples));
   std::vector<std::complex<double>> direct;
@@ -179,7 +180,6 @@ struct Place {
   const char* name;
   double wavelength_m, pitch_m, p_m, width_m;
   glm::dvec3 position_m;
-  double points_bound = 1e-4;
 };
 
 const Place places[] = {{"0.3 mm at 10 mm", 638e-9, 4e-6, 20e-6, 0.3e-3, {0, 0, 10e-3}},
@@ -191,8 +191,8 @@ const Place places[] = {{"0.3 mm at 10 mm", 638e-9, 4e-6, 20e-6, 0.3e-3, {0, 0, 
                         {"1 mm, pixels of a quarter wavelength, at 0.1 m", 1e-3, 0.25e-3, 1e-3, 20e-3, {0, 0, 0.1}},
                         {"1 mm, 100 um pixels, at 0.1 m", 1e-3, 100e-6, 1e-3, 20e-3, {0, 0, 0.1}},
                         {"1 m, 100 um pixels of 1 mm light, at 1 m", 1e-3, 100e-6, 20e-3, 1, {0, 0, 1}},
-                        {"0.2 m at 10 m, 1 m off the axis", 638e-9, 2e-6, 10e-3, 0.2, {1, 0, 10}, 0.1},
-                        {"1 m at 100 m", 638e-9, 8e-6, 50e-3, 1, {0, 0, 100}, 3e-3},
+                        {"0.2 m at 10 m, 1 m off the axis", 638e-9, 2e-6, 10e-3, 0.2, {1, 0, 10}},
+                        {"1 m at 100 m", 638e-9, 8e-6, 50e-3, 1, {0, 0, 100}},
                         {"100 um pixels, 3 mm at 1 m", 638e-9, 100e-6, 0.1e-3, 3e-3, {0, 0, 1}}};
 
 Scene scene_at(const Place& place, const std::filesystem::path& mesh) {
@@ -216,7 +216,9 @@ TEST_CASE("the sum of all points is the direct sum at every end of wavelength, p
       const auto scene = scene_at(place, mesh);
       const auto field = field_of(device, scene, ways[3]);
       const auto direct = direct_sum(device, scene);
-      CHECK(test::relative_l2(field, direct) <= place.points_bound);  // measured 3e-7 to 5e-5; 0.05 and 1.1e-3 where a bound says so
+      const double error = test::relative_l2(field, direct);
+      INFO("error " << error);
+      CHECK(error <= 1e-5);  // measured 1.9e-7 to 2.2e-6
     }
   }
 }

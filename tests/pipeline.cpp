@@ -329,7 +329,9 @@ TEST_CASE("samples lie on the surface, one to each ray of the lattice") {
     // 0.3 mm / 8 um = 37.5 samples a side.
     CHECK(table.count >= 37 * 37);
     CHECK(table.count <= 38 * 38);
-    for (const auto& s : table.samples.read()) {
+    auto samples = table.samples.read();
+    samples.resize(static_cast<std::size_t>(table.count));
+    for (const auto& s : samples) {
       CHECK(std::abs(s.z + plan.origin_m.z - 10 * mm) < 1e-9);
       const glm::dvec2 lattice = (glm::dvec2(s.x, s.y) + glm::dvec2(plan.origin_m)) / (10 * mm * plan.lattice.step) - 0.5;
       CHECK(std::abs(lattice.x - std::round(lattice.x)) < 1e-3);
