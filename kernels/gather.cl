@@ -272,8 +272,8 @@ static inline floatv amplitude_towards(__global const Light* lights, __global co
 // axes through its brightest direction: right to first order for surfaces that turn away, and for highlights that fall off like a Gaussian.
 static inline void near_axes(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
                              const GatherPlane* plane, NearWaves* x, NearWaves* y) {
-  near_waves(x, a->tangent_x, a->half_tangent_x, a->half_x, a->depth, plane->sine_limit_x, plane);
-  near_waves(y, a->tangent_y, a->half_tangent_y, a->half_y, a->depth, plane->sine_limit_y, plane);
+  near_waves(x, a->hidden, a->tangent_x, a->half_tangent_x, a->half_x, a->depth, plane->sine_limit_x, plane);
+  near_waves(y, a->hidden, a->tangent_y, a->half_tangent_y, a->half_y, a->depth, plane->sine_limit_y, plane);
   float best_x = a->tangent_x, best_y = a->tangent_y;
   float best = LANES_FIRST(amplitude_towards(lights, lit, sample, a, (floatv)(best_x), (floatv)(best_y)));
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0

@@ -52,9 +52,9 @@ typedef struct {
   int begin[NEAR_PARTS + 1];  // first wave of each part of the window
 } NearWaves;
 
-// centre_tangent: towards the hologram's centre.
-static inline void near_waves(NearWaves* waves, float centre_tangent, float half_tangent, float half_extent, float depth, float sine_limit,
-                              const GatherPlane* plane) {
+// centre_tangent: towards the hologram's centre; in_parts: `begin` is wanted.
+static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tangent, float half_tangent, float half_extent, float depth,
+                              float sine_limit, const GatherPlane* plane) {
   waves->count = min(near_count(half_extent, near_spot(half_tangent, plane)), NEAR_WAVES);
   const float low = near_sine_step(centre_tangent, -plane->fan * half_tangent);
   const float step = (near_sine_step(centre_tangent, plane->fan * half_tangent) - low) / (float)waves->count;
@@ -78,6 +78,7 @@ static inline void near_waves(NearWaves* waves, float centre_tangent, float half
     LANES_STORE(weight * c, waves->re + n);
     LANES_STORE(weight * s, waves->im + n);
     LANES_STORE(sine / cosine, waves->tangent + n);
+    if (!in_parts) continue;
     float ats[RAYWAVE_LANES];
     LANES_STORE(at, ats);
     for (int i = 0; i < RAYWAVE_LANES && n + i < waves->count; ++i) {
@@ -88,20 +89,33 @@ static inline void near_waves(NearWaves* waves, float centre_tangent, float half
   }
 }
 
-// What waves `from` to before `to` add to g at offset_m from the chief ray; `turns`: of the chief ray there.
+// What waves `from` to before `to` add to g at offset_m from the chief ray; `turns`: of the chief ray there. Two recurrences, of every
+// other wave, since one alone waits for its own products.
 static inline void near_sum(const NearWaves* waves, int from, int to, floatv offset_m, floatv turns, floatv* re, floatv* im) {
-  floatv wave_re, wave_im, turn_re, turn_im, sum_re = 0.0f, sum_im = 0.0f;
-  cos_sin_turns((waves->first + (float)from * waves->step) * offset_m + turns, &wave_re, &wave_im);
-  cos_sin_turns(waves->step * offset_m, &turn_re, &turn_im);
-  for (int n = from; n < to; ++n) {
-    sum_re += wave_re * waves->re[n] - wave_im * waves->im[n];
-    sum_im += wave_re * waves->im[n] + wave_im * waves->re[n];
-    const floatv turned = wave_re * turn_re - wave_im * turn_im;
-    wave_im = wave_re * turn_im + wave_im * turn_re;
-    wave_re = turned;
+  floatv even_re, even_im, step_re, step_im;
+  cos_sin_turns((waves->first + (float)from * waves->step) * offset_m + turns, &even_re, &even_im);
+  cos_sin_turns(waves->step * offset_m, &step_re, &step_im);
+  floatv odd_re = even_re * step_re - even_im * step_im, odd_im = even_re * step_im + even_im * step_re;
+  const floatv turn_re = step_re * step_re - step_im * step_im, turn_im = 2.0f * step_re * step_im;
+  floatv sum_even_re = 0.0f, sum_even_im = 0.0f, sum_odd_re = 0.0f, sum_odd_im = 0.0f;
+  int n = from;
+  for (; n + 1 < to; n += 2) {
+    sum_even_re += even_re * waves->re[n] - even_im * waves->im[n];
+    sum_even_im += even_re * waves->im[n] + even_im * waves->re[n];
+    sum_odd_re += odd_re * waves->re[n + 1] - odd_im * waves->im[n + 1];
+    sum_odd_im += odd_re * waves->im[n + 1] + odd_im * waves->re[n + 1];
+    const floatv turned_even = even_re * turn_re - even_im * turn_im, turned_odd = odd_re * turn_re - odd_im * turn_im;
+    even_im = even_re * turn_im + even_im * turn_re;
+    odd_im = odd_re * turn_im + odd_im * turn_re;
+    even_re = turned_even;
+    odd_re = turned_odd;
   }
-  *re = sum_re;
-  *im = sum_im;
+  if (n < to) {
+    sum_even_re += even_re * waves->re[n] - even_im * waves->im[n];
+    sum_even_im += even_re * waves->im[n] + even_im * waves->re[n];
+  }
+  *re = sum_even_re + sum_odd_re;
+  *im = sum_even_im + sum_odd_im;
 }
 
 #endif
