@@ -149,6 +149,7 @@ static inline void highlight_directions(__global const Light* lights, __global c
     tys[lane] = a->tangent_y;
     if (light >= RAYWAVE_LIGHTS || !is_lit(lit, light)) continue;
     const Incident in = incident(lights, light, &s, 0.0f);
+    if (!(in.intensity > 0.0f)) continue;
     const float twice = 2.0f * LANES_FIRST(in.facing);
     const float x = twice * sample->nx - LANES_FIRST(in.x), y = twice * sample->ny - LANES_FIRST(in.y);
     const float down = fmax(LANES_FIRST(in.z) - twice * sample->nz, 1e-6f);

@@ -78,7 +78,8 @@ std::vector<Highlight> highlights(const Gathering& what, std::size_t index) {
     if (light.type == LightType::ambient) continue;
     const auto l =
         light.type == LightType::point ? normalize(light.position_m - what.plan.origin_m - place(s)) : -normalize(light.direction);
-    if (what.lit[index * what.light_words + number / 32] >> (number % 32) & 1u) all.push_back({2 * dot(n, l) * n - l, light.intensity});
+    const bool is_lit = what.lit[index * what.light_words + number / 32] >> (number % 32) & 1u;
+    if (is_lit && light.intensity > 0) all.push_back({2 * dot(n, l) * n - l, light.intensity});
     ++number;
   }
   return all;
