@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <limits>
 #include <numbers>
 #include <random>
 
@@ -43,8 +42,10 @@ public:
   void add_padded(double centre_m) {
     const auto light = line();
     fill(light.get() + first(), centre_m, n_, pitch_m_);
-    add(wanted_, arrived(light.get(), centre_m, std::numeric_limits<double>::infinity()), false);
-    add(got_, arrived(light.get(), centre_m, std::max(padded_ / 2.0, 1.0 * n_) * pitch_m_), true);
+    auto spectrum = propagated(light, centre_m);
+    add(wanted_, transformed_back(spectrum), false);
+    drop_beyond(spectrum, centre_m, std::max(padded_ / 2.0, 1.0 * n_) * pitch_m_);
+    add(got_, transformed_back(spectrum), true);
   }
 
   /// The same, with samples of the plane made from those that are gathered.
@@ -60,8 +61,8 @@ public:
         refined[static_cast<std::size_t>(first() + i)] += r.coefficients[static_cast<std::size_t>(i * r.taps + tap)] * gathered[row];
       }
     }
-    add(wanted_, arrived(light.get(), centre_m, std::numeric_limits<double>::infinity()), false);
-    add(got_, arrived(refined.get(), centre_m, std::numeric_limits<double>::infinity()), false);
+    add(wanted_, transformed_back(propagated(light, centre_m)), false);
+    add(got_, transformed_back(propagated(refined, centre_m)), false);
   }
 
   /// Square of the relative error; 0 without light.
@@ -77,20 +78,36 @@ public:
 private:
   cl::Lines line() const { return cl::make_zero_lines(fft_.size(), "line across the WRPs"); }
 
-  /// What arrives at the hologram of a line of light at centre_m that moves sideways no farther than reach_m.
-  cl::Lines arrived(const std::complex<float>* light, double centre_m, double reach_m) {
-    const auto size = fft_.size();
-    const auto count = static_cast<std::ptrdiff_t>(size);
-    auto spectrum = line(), result = line();
-    fft_.forward(light, spectrum.get());
-    for (std::ptrdiff_t i = 0; i < count; ++i) {
-      const double u = static_cast<double>(i <= (count - 1) / 2 ? i : i - count) / (static_cast<double>(count) * pitch_m_);
-      const double w_squared = 1 / (plan_.wavelength_m * plan_.wavelength_m) - u * u, w = std::sqrt(std::max(w_squared, 0.0));
-      const bool reaches = w_squared > 0 && std::abs(-centre_m - plan_.distance_m * u / w) <= reach_m;
-      const double turns = plan_.distance_m * w - centre_m * u;
+  /// Frequency of number i of a transform, in cycles per metre.
+  double frequency(std::ptrdiff_t i) const {
+    const auto count = static_cast<std::ptrdiff_t>(fft_.size());
+    return static_cast<double>(i <= (count - 1) / 2 ? i : i - count) / (static_cast<double>(count) * pitch_m_);
+  }
+  /// The other component of the wave's direction, over the wavelength; 0 of waves that do not travel.
+  double along_axis(double u) const { return std::sqrt(std::max(1 / (plan_.wavelength_m * plan_.wavelength_m) - u * u, 0.0)); }
+
+  /// Spectrum at the hologram of a line of light at centre_m.
+  cl::Lines propagated(const cl::Lines& light, double centre_m) {
+    auto spectrum = line();
+    fft_.forward(light.get(), spectrum.get());
+    for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
+      const double u = frequency(i), w = along_axis(u), turns = plan_.distance_m * w - centre_m * u;
       auto& value = spectrum[static_cast<std::size_t>(i)];
-      value = reaches ? value * std::complex<float>(std::polar(1.0, 2 * pi * (turns - std::round(turns)))) : 0;
+      value = w > 0 ? value * std::complex<float>(std::polar(1.0, 2 * pi * (turns - std::round(turns)))) : 0;
     }
+    return spectrum;
+  }
+
+  /// Waves that move sideways farther than reach_m.
+  void drop_beyond(cl::Lines& spectrum, double centre_m, double reach_m) const {
+    for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
+      const double u = frequency(i), w = along_axis(u);
+      if (!(w > 0) || std::abs(-centre_m - plan_.distance_m * u / w) > reach_m) spectrum[static_cast<std::size_t>(i)] = 0;
+    }
+  }
+
+  cl::Lines transformed_back(const cl::Lines& spectrum) {
+    auto result = line();
     fft_.inverse(spectrum.get(), result.get());
     return result;
   }
