@@ -30,8 +30,13 @@ struct OpenclSpy {
   int watched = 0;                   // buffers, until their end
   std::vector<std::size_t> overrun;  // sizes in bytes of buffers whose canary died
 
+  struct Watched {
+    std::size_t bytes = 0;
+    int owners = 1;  // in the program; a driver's own references may outlive the launches that took them
+  };
+
   std::mutex mutex;
-  std::map<cl_mem, std::size_t> live;
+  std::map<cl_mem, Watched> live;
   std::map<cl_context, cl_command_queue> queues;
   std::map<void*, std::pair<std::size_t, std::size_t>> maps;  // for writing: offset and size in bytes
 };
@@ -49,23 +54,20 @@ F* hidden(F*, const char* name) {
   return address;
 }
 
-/// Called before the last reference goes.
+/// Called before one of the program's references goes.
 inline void check_canary(cl_mem memory) {
   auto& spy = opencl_spy();
   const auto it = spy.live.find(memory);
-  if (it == spy.live.end()) return;
+  if (it == spy.live.end() || --it->second.owners > 0) return;
+  const std::size_t bytes = it->second.bytes;
   cl_context context = nullptr;
   clGetMemObjectInfo(memory, CL_MEM_CONTEXT, sizeof context, &context, nullptr);
   const auto queue = spy.queues.find(context);
-  if (queue != spy.queues.end()) clFinish(queue->second);  // launches hold references too
-  cl_uint references = 0;
-  clGetMemObjectInfo(memory, CL_MEM_REFERENCE_COUNT, sizeof references, &references, nullptr);
-  if (references != 1) return;
-  std::vector<unsigned char> bytes(OpenclSpy::canary_bytes);
-  if (queue == spy.queues.end() ||
-      clEnqueueReadBuffer(queue->second, memory, CL_TRUE, it->second, bytes.size(), bytes.data(), 0, nullptr, nullptr) != CL_SUCCESS ||
-      std::any_of(bytes.begin(), bytes.end(), [](unsigned char b) { return b != OpenclSpy::canary; }))
-    spy.overrun.push_back(it->second);
+  std::vector<unsigned char> behind(OpenclSpy::canary_bytes);
+  if (queue == spy.queues.end() || clFinish(queue->second) != CL_SUCCESS ||
+      clEnqueueReadBuffer(queue->second, memory, CL_TRUE, bytes, behind.size(), behind.data(), 0, nullptr, nullptr) != CL_SUCCESS ||
+      std::any_of(behind.begin(), behind.end(), [](unsigned char b) { return b != OpenclSpy::canary; }))
+    spy.overrun.push_back(bytes);
   ++spy.watched;
   spy.live.erase(it);
 }
@@ -90,8 +92,18 @@ cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void*
     std::fill_n(bytes.begin(), size, OpenclSpy::junk);
   const cl_mem memory = real(context, flags | CL_MEM_COPY_HOST_PTR, bytes.size(), bytes.data(), error);
   const std::lock_guard lock(spy.mutex);
-  if (memory) spy.live[memory] = size;
+  if (memory) spy.live[memory] = {size};
   return memory;
+}
+
+cl_int clRetainMemObject(cl_mem memory) {
+  using namespace raywave::test;
+  static auto* const real = hidden(&clRetainMemObject, "clRetainMemObject");
+  {
+    const std::lock_guard lock(opencl_spy().mutex);
+    if (const auto it = opencl_spy().live.find(memory); it != opencl_spy().live.end()) ++it->second.owners;
+  }
+  return real(memory);
 }
 
 cl_int clReleaseMemObject(cl_mem memory) {
