@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <glm/common.hpp>
 #include <numbers>
 #include <random>
 
@@ -22,17 +23,18 @@ constexpr int samples_of_a_line = 64;   // enough that the error's own scatter i
 constexpr int waves_of_a_sample = 192;  // near ones
 constexpr int wide = 4;                 // windows: what goes astray farther is taken to be lost
 
-/// One axis of the plan, everything along it seen from the hologram's centre.
-class AxisOfPlan {
+/// One axis of a slab, everything along it seen from the hologram's centre.
+class AxisOfSlab {
 public:
-  AxisOfPlan(const Plan& plan, const World& world, int axis, int padded)
+  AxisOfSlab(const Plan& plan, const Slab& slab, int axis, int padded)
       : plan_(plan),
+        slab_(slab),
         padded_(padded),
         n_(plan.size[axis]),
         pitch_m_(plan.pitch_m[axis]),
         half_m_(n_ * pitch_m_ / 2),
-        low_m_(world.min_m[axis]),
-        high_m_(world.max_m[axis]),
+        low_m_(slab.min_m[axis]),
+        high_m_(slab.max_m[axis]),
         fft_(cl::next_fast_size(static_cast<std::size_t>(std::max(wide * n_, 2 * padded))), false),
         wanted_(static_cast<std::size_t>(n_)),
         got_(wanted_.size()) {}
@@ -52,9 +54,9 @@ public:
   void add_refined(double centre_m) {
     const auto light = line(), refined = line();
     fill(light.get() + first(), centre_m, n_, pitch_m_);
-    std::vector<std::complex<float>> gathered(static_cast<std::size_t>(plan_.rows.count));
-    fill(gathered.data(), centre_m, plan_.rows.count, plan_.rows.pitch_m);
-    const auto r = refinement_of(plan_, -centre_m);  // rows count downwards
+    std::vector<std::complex<float>> gathered(static_cast<std::size_t>(slab_.rows.count));
+    fill(gathered.data(), centre_m, slab_.rows.count, slab_.rows.pitch_m);
+    const auto r = refinement_of(plan_, slab_, -centre_m);  // rows count downwards
     for (int i = 0; i < n_; ++i) {
       for (int tap = 0; tap < r.taps; ++tap) {
         const auto row = static_cast<std::size_t>(r.first[static_cast<std::size_t>(i)] + tap);
@@ -91,7 +93,7 @@ private:
     auto spectrum = line();
     fft_.forward(light.get(), spectrum.get());
     for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
-      const double u = frequency(i), w = along_axis(u), turns = plan_.distance_m * w - centre_m * u;
+      const double u = frequency(i), w = along_axis(u), turns = slab_.distance_m * w - centre_m * u;
       auto& value = spectrum[static_cast<std::size_t>(i)];
       value = w > 0 ? value * std::complex<float>(std::polar(1.0, 2 * pi * (turns - std::round(turns)))) : 0;
     }
@@ -102,7 +104,7 @@ private:
   void drop_beyond(cl::Lines& spectrum, double centre_m, double reach_m) const {
     for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
       const double u = frequency(i), w = along_axis(u);
-      if (!(w > 0) || std::abs(-centre_m - plan_.distance_m * u / w) > reach_m) spectrum[static_cast<std::size_t>(i)] = 0;
+      if (!(w > 0) || std::abs(-centre_m - slab_.distance_m * u / w) > reach_m) spectrum[static_cast<std::size_t>(i)] = 0;
     }
   }
 
@@ -137,20 +139,20 @@ private:
     return e * e * (3 - 2 * e);
   }
 
-  /// The waves of samples in the scene's box, with random phases, at `count` places around centre_m.
+  /// The waves of samples in the slab's box, with random phases, at `count` places around centre_m.
   void fill(std::complex<float>* light, double centre_m, int count, double pitch_m) const {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform(0, 1);
     const double k = 2 * pi / plan_.wavelength_m;
     for (int i = 0; i < samples_of_a_line; ++i) {
-      const double z_m = plan_.near_m + (plan_.far_m - plan_.near_m) * uniform(random), depth_m = z_m - plan_.distance_m;
+      const double z_m = slab_.min_m.z + (slab_.max_m.z - slab_.min_m.z) * uniform(random), depth_m = z_m - slab_.distance_m;
       const double x_m = low_m_ + (high_m_ - low_m_) * (i + uniform(random)) / samples_of_a_line;
       const Complex phasor = std::polar(1.0, 2 * pi * uniform(random));
       const double half_m = plan_.fan * half_m_ * std::abs(depth_m) / z_m;  // of the footprint
       const double spot_m = plan_.wavelength_m * z_m / (2 * plan_.fan * half_m_);
       const bool is_near = plan_.aimed && half_m < Gatherer::default_near_spots * spot_m;
       for (int p = 0; p < count; ++p) {
-        const double pixel_m = centre_m + (p - (count - 1) / 2.0) * pitch_m, across_m = pixel_m - x_m * plan_.distance_m / z_m;
+        const double pixel_m = centre_m + (p - (count - 1) / 2.0) * pitch_m, across_m = pixel_m - x_m * slab_.distance_m / z_m;
         Complex wave;
         if (is_near) {
           if (std::abs(across_m) > half_m + Gatherer::near_tail * spot_m) continue;
@@ -179,38 +181,58 @@ private:
   }
 
   const Plan& plan_;
+  const Slab& slab_;
   int padded_, n_;
   double pitch_m_, half_m_, low_m_, high_m_;
   cl::LineFft fft_;
   std::vector<Complex> wanted_, got_;
 };
 
-/// Middles of the plan's WRPs, or of the most_lines in the middle of them.
-std::vector<double> lines_along(const Plan& plan, int axis) {
+/// Middles of a slab's WRPs, or of the most_lines in the middle of them.
+std::vector<double> lines_along(const Plan& plan, const Slab& slab, int axis) {
   std::vector<double> centres;
-  for (const auto& wrp : plan.wrps) centres.push_back(wrp.centre_m[axis]);
+  for (const auto& wrp : plan.wrps) {
+    if (&plan.slab_of(wrp) == &slab) centres.push_back(wrp.centre_m[axis]);
+  }
   std::sort(centres.begin(), centres.end());
   centres.erase(std::unique(centres.begin(), centres.end()), centres.end());
   const std::size_t lines = std::min(centres.size(), most_lines), first = (centres.size() - lines) / 2;
   return {centres.begin() + static_cast<std::ptrdiff_t>(first), centres.begin() + static_cast<std::ptrdiff_t>(first + lines)};
 }
 
-}  // namespace
-
-double predicted_padding_error(const Plan& plan, const World& world, glm::ivec2 padded) {
-  double square = 0;
-  for (int axis = 0; axis < 2; ++axis) {
-    AxisOfPlan line(plan, world, axis, padded[axis]);
-    for (const double centre_m : lines_along(plan, axis)) line.add_padded(centre_m);
-    square += line.square();
+/// The error of all slabs from the squares of each: the more of the hologram's view a slab's box fills, the more samples it has.
+template <class Square>
+double error_of_slabs(const Plan& plan, Square square_of) {
+  double sum = 0, all = 0;
+  for (const auto& slab : plan.slabs) {
+    const auto side = glm::max(glm::dvec2(slab.max_m - slab.min_m), plan.pitch_m) / slab.min_m.z;
+    sum += side.x * side.y * square_of(slab);
+    all += side.x * side.y;
   }
-  return std::sqrt(square);
+  return std::sqrt(sum / all);
 }
 
-double predicted_rows_error(const Plan& plan, const World& world) {
-  AxisOfPlan line(plan, world, 1, plan.size.y);
-  for (const double centre_m : lines_along(plan, 1)) line.add_refined(centre_m);
-  return std::sqrt(line.square());
+}  // namespace
+
+double predicted_padding_error(const Plan& plan, glm::ivec2 padded) {
+  return error_of_slabs(plan, [&](const Slab& slab) {
+    double square = 0;
+    for (int axis = 0; axis < 2; ++axis) {
+      AxisOfSlab line(plan, slab, axis, padded[axis]);
+      for (const double centre_m : lines_along(plan, slab, axis)) line.add_padded(centre_m);
+      square += line.square();
+    }
+    return square;
+  });
+}
+
+double predicted_rows_error(const Plan& plan) {
+  return error_of_slabs(plan, [&](const Slab& slab) {
+    if (!slab.refines()) return 0.0;
+    AxisOfSlab line(plan, slab, 1, plan.size.y);
+    for (const double centre_m : lines_along(plan, slab, 1)) line.add_refined(centre_m);
+    return line.square();
+  });
 }
 
 }  // namespace raywave

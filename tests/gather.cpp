@@ -38,7 +38,7 @@ Fields gathered(const raywave::cl::Device& device, const Rig& rig, dvec3 centre,
   gatherer.draw_phases(seed);
   const auto pixels = static_cast<std::size_t>(rig.plan.size.x) * static_cast<std::size_t>(rig.plan.size.y);
   raywave::cl::ComplexBuffer field(device, Fields(static_cast<std::size_t>(frames) * pixels, {7, 7}), "field");
-  gatherer.gather(centre, field);
+  gatherer.gather(Wrp{centre}, field);
   return field.read();
 }
 
@@ -343,7 +343,7 @@ TEST_CASE("a pixel of the study scene gathers at most 30 rays, and most of its l
     stage.world = build_world(scene);
     const Rig rig(device, stage);
     const auto& plan = rig.plan;
-    const double z_wrp = plan.distance_m;
+    const double z_wrp = plan.slabs[0].distance_m;
     double pairs = 0, asked = 0;
     for (const auto& s : rig.samples) {
       const auto p = place(s) + plan.origin_m;
@@ -409,12 +409,12 @@ FieldStack hologram_of(const raywave::cl::Device& device, const Stage& stage, bo
   if (!bounces_only) {
     Gatherer gatherer(device, plan, rig.arrays, rig.table, 1);
     gatherer.draw_phases(1);
-    gatherer.gather(plan.wrps[0].centre_m, field);
+    gatherer.gather(plan.wrps[0], field);
   }
   if (plan.bounces > 0) Tracer(device, rig.scene, plan, rig.arrays, HitSource::bounced).trace(plan.wrps[0], 1, field);
   Propagator propagator(device, {plan.size, plan.pitch_m, plan.wavelength_m, 2});
   propagator.load(field);
-  propagator.add({{-plan.wrps[0].centre_m.x, -plan.wrps[0].centre_m.y}, plan.distance_m});
+  propagator.add({{-plan.wrps[0].centre_m.x, -plan.wrps[0].centre_m.y}, plan.slabs[0].distance_m});
   propagator.collect(field);
   return {plan.size.x, plan.size.y, 1, field.read()};
 }
@@ -424,7 +424,7 @@ Stage bench() {
   stage.scene.hologram = {{160, 160}, {8e-6, 8e-6}, 638e-9};
   stage.scene.sampling.pitch_m = 20e-6;
   stage.scene.wrp.grid = glm::ivec2(1, 1);
-  stage.scene.wrp.distance_m = 18e-3;
+  stage.scene.wrp.distances_m = {18e-3};
   return stage;
 }
 

@@ -78,7 +78,7 @@ TEST_CASE("a bright point in any quadrant focuses within a pixel and a depth of 
         scene.objects = {test::object_at(mesh, 3 * um, {xy, z}, 0), test::object_at(mesh, 3 * um, {xy + 4 * um, z}, 1)};
         if (mode == SamplingMode::fan) {
           scene.sampling.pitch_m = 4 * um;
-          scene.wrp.distance_m = z - 3 * mm;
+          scene.wrp.distances_m = {z - 3 * mm};
         } else {
           scene.sampling.pitch_m = 0.5 * um;
           scene.sampling.frames = 4;  // their mean does not depend on how the samples interfere
@@ -208,7 +208,7 @@ Scene square_scene(const Folder& folder, SamplingMode mode) {
   scene.hologram.pitch_m = {4 * um, 4 * um};
   scene.sampling.mode = mode;
   scene.sampling.pitch_m = 8 * um;
-  scene.wrp.distance_m = 9.8 * mm;
+  scene.wrp.distances_m = {9.8 * mm};
   scene.materials = {test::glowing()};
   scene.objects = {test::object_at(folder.write("square.obj", test::square_obj()), 0.3 * mm, {0, 0, 10 * mm})};
   return scene;
@@ -251,7 +251,7 @@ TEST_CASE("WRPs before and amid the objects give nearly the same hologram as the
     scene.objects = {test::object_at(scene.objects[0].mesh, 0.8 * mm, {-0.5 * mm, 0.1 * mm, 17 * mm}),
                      test::object_at(scene.objects[0].mesh, 0.8 * mm, {0.5 * mm, -0.1 * mm, 23 * mm})};
     const auto at = [&](double z_m) {
-      scene.wrp.distance_m = z_m;
+      scene.wrp.distances_m = {z_m};
       return rendered(device, scene).field.samples;
     };
     const auto points = rendered(device, scene, Method::points).field.samples;
@@ -273,7 +273,7 @@ TEST_CASE("a WRP that cuts through a surface loses some of the light next to it"
     scene.objects[0].rotation_deg = {10, 60, 0};  // 3.5 mm deep
     const auto points = rendered(device, scene, Method::points).field.samples;
     const auto alike = [&](double z_m) {
-      scene.wrp.distance_m = z_m;
+      scene.wrp.distances_m = {z_m};
       return test::correlation(rendered(device, scene).field.samples, points);
     };
     CHECK(alike(17 * mm) >= 0.97);  // measured 0.978

@@ -81,7 +81,7 @@ TEST_CASE("every ray of a plan's fans reaches the hologram and is one that the S
   scene.wrp.grid = glm::ivec2(3, 3);
   const auto plan = plan_of(scene, square_world(20 * mm, {0, 0, 200 * mm}));
   REQUIRE(plan.largest_sine.x == Approx(0.039875));
-  const double half_width = 960 * 8 * um / plan.distance_m / 2;
+  const double half_width = 960 * 8 * um / plan.slabs[0].distance_m / 2;
   std::size_t fewest = SIZE_MAX, most = 0;
   for (const auto& wrp : plan.wrps) {
     REQUIRE_FALSE(wrp.fan.empty());
@@ -91,7 +91,7 @@ TEST_CASE("every ray of a plan's fans reaches the hologram and is one that the S
       const double length = std::sqrt(1 + t.x * t.x + t.y * t.y);
       CHECK(std::abs(t.x) / length <= plan.largest_sine.x);
       CHECK(std::abs(t.y) / length <= plan.largest_sine.y);
-      CHECK(std::abs(t.x - wrp.centre_m.x / plan.distance_m) <= half_width);
+      CHECK(std::abs(t.x - wrp.centre_m.x / plan.slabs[0].distance_m) <= half_width);
     }
   }
   CHECK(fewest < most);  // the outer WRPs, turned by 0.04, lose steep rays
@@ -108,10 +108,10 @@ TEST_CASE("a perspective fan's rays converge on the hologram, whichever pixel an
   for (const auto& wrp : plan.wrps) {
     for (const auto& t : wrp.fan) {
       for (const glm::dvec2 pixel_m : {glm::dvec2(wrp.centre_m), glm::dvec2(wrp.centre_m) + window / 2.0}) {
-        const auto at_hologram = pixel_m - (t + wrp.convergence_per_m * pixel_m) * plan.distance_m;
+        const auto at_hologram = pixel_m - (t + wrp.convergence_per_m * pixel_m) * plan.slabs[0].distance_m;
         CHECK(std::abs(at_hologram.x) <= window.x / 2);
         CHECK(std::abs(at_hologram.y) <= window.y / 2);
-        CHECK(at_hologram.x == Approx(-t.x * plan.distance_m).margin(1e-12));  // the same point for every pixel
+        CHECK(at_hologram.x == Approx(-t.x * plan.slabs[0].distance_m).margin(1e-12));  // the same point for every pixel
       }
     }
   }
@@ -126,16 +126,16 @@ TEST_CASE(
         scene.sampling.pitch_m = p;
         const auto plan = plan_of(scene, square_world(z / 100, {0, 0, z}, z / 10));
         CHECK(plan.near_m == Approx(0.95 * z));
-        CHECK(plan.distance_m > 0);
+        CHECK(plan.slabs[0].distance_m > 0);
         if (mode == SamplingMode::fan)
-          CHECK(plan.distance_m < plan.near_m);
+          CHECK(plan.slabs[0].distance_m < plan.near_m);
         else
-          CHECK((plan.distance_m > plan.near_m && plan.distance_m < plan.far_m));
+          CHECK((plan.slabs[0].distance_m > plan.near_m && plan.slabs[0].distance_m < plan.far_m));
       }
     }
     auto scene = paper_scene(mode);
-    scene.wrp.distance_m = 99 * mm;  // inside the scene
-    CHECK(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm}, 4 * mm)).distance_m == 99 * mm);
+    scene.wrp.distances_m = {99 * mm};  // inside the scene
+    CHECK(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm}, 4 * mm)).slabs[0].distance_m == 99 * mm);
   }
 }
 
@@ -148,12 +148,12 @@ TEST_CASE("a sampling pitch that would take too many rays or samples is refused"
 
 TEST_CASE("WRPs placed behind the whole scene are refused where rays form a fan, which goes forwards, and serve aimed rays") {
   auto scene = paper_scene();
-  scene.wrp.distance_m = 102 * mm;
+  scene.wrp.distances_m = {102 * mm};
   scene.sampling.mode = SamplingMode::aimed;
-  CHECK(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})).distance_m == 102 * mm);
+  CHECK(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})).slabs[0].distance_m == 102 * mm);
   scene.sampling.mode = SamplingMode::fan;
   for (const double z_m : {100 * mm, 102 * mm, 1.0}) {
-    scene.wrp.distance_m = z_m;
+    scene.wrp.distances_m = {z_m};
     CHECK_THROWS_AS(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})), InputError);
   }
   CHECK_THROWS_WITH(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})), Catch::Matchers::ContainsSubstring("100 mm"));
@@ -178,7 +178,7 @@ TEST_CASE("an automatic grid holds all light on its way from the scene into the 
         const glm::dvec3 to((unit() - 0.5) * window.x, (unit() - 0.5) * window.y, 0);
         const auto way = to - from;
         if (glm::any(glm::greaterThan(glm::abs(glm::dvec2(way)), plan.largest_sine * glm::length(way)))) continue;  // cannot be shown
-        const glm::dvec2 crossing(from + way * ((from.z - plan.distance_m) / from.z));
+        const glm::dvec2 crossing(from + way * ((from.z - plan.slabs[0].distance_m) / from.z));
         least = glm::min(least, crossing);
         most = glm::max(most, crossing);
       }
@@ -197,7 +197,7 @@ TEST_CASE("a square of 20 mm at 100 mm needs 3 x 5 WRPs of 7.18 mm x 4.04 mm") {
   // At the WRPs' depth of 95.8 mm the light from its edge at 10 mm into the hologram's edge at 3.59 mm (2.02 mm) passes 9.73 mm (9.67 mm)
   // from the axis: 2.71 and 4.79 WRPs.
   const auto plan = plan_of(paper_scene(), square_world(20 * mm, {0, 0, 100 * mm}));
-  CHECK(plan.distance_m == Approx(95.82 * mm).epsilon(1e-4));
+  CHECK(plan.slabs[0].distance_m == Approx(95.82 * mm).epsilon(1e-4));
   CHECK(plan.grid == glm::ivec2(3, 5));
 }
 

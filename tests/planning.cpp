@@ -96,7 +96,7 @@ TEST_CASE("leaving out dark WRPs leaves the hologram as it is") {
   for (auto& p : world.positions) p = {(p.x + 0.5 * mm) * 0.2 - 0.5 * mm, (p.y + 0.4 * mm) * 0.2 - 0.4 * mm, 0.02};
   world.min_m = world.positions[0];
   world.max_m = world.positions[2];
-  scene.wrp.distance_m = 19.9 * mm;
+  scene.wrp.distances_m = {19.9 * mm};
   for (const auto& info : cl::list_devices()) {
     INFO(info.name);
     const cl::Device device(info);

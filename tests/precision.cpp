@@ -40,7 +40,7 @@ Stage stage_of(const Extreme& e) {
   stage.scene.file = "extreme.toml";
   stage.scene.hologram = e.hologram;
   stage.scene.sampling.pitch_m = e.sampling_pitch_m;
-  stage.scene.wrp.distance_m = e.wrp_m;
+  if (e.wrp_m) stage.scene.wrp.distances_m = {*e.wrp_m};
   if (e.method == Method::points) stage.scene.wrp.grid = glm::ivec2(1, 1);
   Material shiny;
   shiny.specular = dvec3(2.0);
@@ -100,7 +100,7 @@ Oracle oracle_of(const Rig& rig) {
   Oracle oracle;
   std::vector<reference::Field> planes;
   for (const auto& wrp : rig.plan.wrps) {
-    oracle.planes.push_back(reference::gather(gathering, wrp.centre_m, 1));
+    oracle.planes.push_back(reference::gather(gathering, wrp, 1));
     planes.push_back(oracle.planes.back().field);
     const auto& unsure = oracle.planes.back().unsure;
     oracle.unsure |= std::find(unsure.begin(), unsure.end(), true) != unsure.end();
@@ -125,7 +125,7 @@ Outcome outcome_of(const raywave::cl::Device& device, const Rig& rig, const Orac
   std::vector<reference::Field> wanted;
   for (std::size_t n = 0; n < plan.wrps.size(); ++n) {
     const auto centre_m = plan.wrps[n].centre_m;
-    gatherer.gather(centre_m, field);
+    gatherer.gather(Wrp{centre_m}, field);
     const auto got = reference::to_double(field.read());
     auto want = oracle.planes[n].field;
     for (std::size_t i = 0; i < pixels; ++i) {
@@ -150,7 +150,7 @@ Stage highlights(const HologramSpec& hologram, double distance_m, double width_m
   stage.scene.file = "highlights.toml";
   stage.scene.hologram = hologram;
   stage.scene.sampling.pitch_m = width_m / 25;
-  stage.scene.wrp.distance_m = distance_m - 0.5 * width_m;
+  stage.scene.wrp.distances_m = {distance_m - 0.5 * width_m};
   stage.scene.wrp.grid = glm::ivec2(1, 1);
   Material shiny;
   shiny.ambient = shiny.diffuse = dvec3(0);

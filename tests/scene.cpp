@@ -94,7 +94,8 @@ TEST_CASE("every key of a scene arrives in metres, at its place") {
   CHECK(scene.hologram.pitch_m.y == 4e-6);
   CHECK_THAT(scene.hologram.wavelength_m, Catch::Matchers::WithinRel(532e-9, 1e-15));
   CHECK(scene.wrp.grid == glm::ivec2(3, 2));
-  CHECK_THAT(scene.wrp.distance_m.value(), Catch::Matchers::WithinRel(0.095, 1e-15));
+  REQUIRE(scene.wrp.distances_m.size() == 1);
+  CHECK_THAT(scene.wrp.distances_m[0], Catch::Matchers::WithinRel(0.095, 1e-15));
   CHECK(scene.wrp.padding == 1.5);
   CHECK_THAT(scene.sampling.pitch_m, Catch::Matchers::WithinRel(5e-5, 1e-15));
   CHECK(scene.sampling.seed == 4294967295u);
@@ -141,7 +142,8 @@ TEST_CASE("keys left out have the documented defaults") {
   CHECK(scene.hologram.pitch_m == glm::dvec2(3.74e-6));
   CHECK(scene.hologram.wavelength_m == 638e-9);
   CHECK_FALSE(scene.wrp.grid.has_value());
-  CHECK_FALSE(scene.wrp.distance_m.has_value());
+  CHECK(scene.wrp.distances_m.empty());
+  CHECK(scene.wrp.slabs == 1);
   CHECK(scene.wrp.padding == 2);
   CHECK(scene.sampling.pitch_m == 1e-4);
   CHECK(scene.sampling.seed == 1);
@@ -264,7 +266,8 @@ TEST_CASE("overrides take TOML values and bare strings, and the last one wins") 
   CHECK_THAT(scene.hologram.pitch_m.y, Catch::Matchers::WithinRel(8e-6, 1e-15));
   CHECK(scene.hologram.resolution == glm::ivec2(64, 32));
   CHECK_FALSE(scene.wrp.grid.has_value());
-  CHECK_THAT(scene.wrp.distance_m.value(), Catch::Matchers::WithinRel(0.2, 1e-15));
+  REQUIRE(scene.wrp.distances_m.size() == 1);
+  CHECK_THAT(scene.wrp.distances_m[0], Catch::Matchers::WithinRel(0.2, 1e-15));
   CHECK(scene.sampling.frames == 3);
   CHECK_FALSE(scene.trace.shadows);
   CHECK(scene.materials[2].shininess == 40);
@@ -311,7 +314,7 @@ TEST_CASE("a wrong override is named in place of the line") {
   CHECK(refusal("light.0.direction=[0, 0, true]") ==
         "--set light.0.direction=[0, 0, true]: light 0: direction[2] must be a number, got true");
   CHECK(refusal("wrp.pading=1") ==
-        "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: grid, distance, padding, oversampling)");
+        "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: grid, distance, slabs, padding, oversampling)");
   CHECK_THAT(refusal("wpr.padding=1"), Catch::Matchers::StartsWith("--set wpr.padding=1: unknown key \"wpr\"; did you mean \"wrp\"?"));
   CHECK(refusal("materials.iron.ior=2") == "--set materials.iron.ior=2: the scene has no \"materials.iron\"");
   CHECK(refusal("object.2.width=1") == "--set object.2.width=1: there are 2, counted from 0, so \"2\" is none of them");
