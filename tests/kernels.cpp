@@ -99,7 +99,7 @@ void render_in_all_ways(const cl::Device& device, const Folder& folder) {
   check_render(device, scene);
   check_render(device, scene, Method::points);
 
-  scene.wrp.distances_m = {9.9 * mm};  // between the two: samples near the plane, and before it
+  scene.wrp.distances_m = {9.9 * mm, 10.2 * mm};  // samples near the planes, and before them
   scene.sampling.antialias = false;
   scene.lights.resize(1);
   scene.lights.resize(40, scene.lights[0]);  // more than a word of bits

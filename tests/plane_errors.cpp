@@ -39,6 +39,7 @@ TEST_CASE("the error of every padding is predicted from the scene within a facto
       {"3 mm, soft edge", {"wrp.distance=15.55 mm", "sampling.fan=1.1", "sampling.edge=0.2"}},
       {"1 mm, hard edge", {"sampling.fan=1", "sampling.edge=0"}},
       {"narrow hologram, 2 x 2 WRPs", {"hologram.resolution=[240, 192]", "wrp.grid=[2, 2]"}},
+      {"two slabs", {"wrp.distance=['18.3 mm', '19.2 mm']"}},
       {"fan of parallel rays", {"sampling.mode=fan", "sampling.source=surface"}},
   };
   const auto found = test::all_devices();

@@ -90,7 +90,7 @@ TEST_CASE("rows are as many as the light's band needs, and all of the hologram's
 }
 
 TEST_CASE("what fewer rows cost the hologram is predicted within a factor of 2") {
-  for (const char* distance : {"17.55 mm", "18.6 mm", "15.55 mm"}) {
+  for (const char* distance : {"17.55 mm", "18.6 mm", "15.55 mm", "['17.55 mm', '19.2 mm']"}) {
     const std::vector<std::string> common{"sampling.frames=2", "hologram.resolution=[400, 200]", "wrp.grid=[2, 1]", "wrp.padding=1.5",
                                           std::string("wrp.distance=") + distance};
     const auto scene_with = [&](const char* oversampling) {

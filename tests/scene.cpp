@@ -192,6 +192,13 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {6, "grid = \"large\"", "wrp: grid must be two whole numbers [x, y], got \"large\""},
       {7, "distance = \"far\"",
        "wrp: distance must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for metres), got \"far\""},
+      {7, "distance = []", "wrp: distance must be a length, or 1 to 16 of them, got an array of 0"},
+      {7, "distance = [0.1, true]",
+       "wrp: distance[1] must be a length: a number in metres, or a string such as \"3.74 um\", got true"},
+      {7, "distance = [\"95 mm\", 0.095]", "wrp: distance[1] must be more than the one before, 95 mm, got 0.095"},
+      {7, "distance = [0.095, 0.1, 0]", "wrp: distance[2] must be 1 nm to 10000 m, got 0"},
+      {7, "slabs = 0", "wrp: slabs must be 1 to 16, got 0"},
+      {7, "slabs = \"many\"", "wrp: slabs must be a whole number, 1 to 16, got \"many\""},
       {8, "padding = 0.5", "wrp: padding must be 1 to 8, got 0.5"},
       {8, "padding = \"2\"", "wrp: padding must be a number, got \"2\""},
       {10, "mode = \"fen\"", "sampling: mode must be \"aimed\" or \"fan\", got \"fen\""},
@@ -254,6 +261,23 @@ TEST_CASE("tables of the wrong kind are refused with the heading they need") {
         "scene.toml:3: object 0: material must be one of [materials.NAME], of which there is none, got \"gold\"");
   CHECK(workshop.refusal("[[light]]\ntype = \"ambient\"\ndirection = [0, 0, 1]\n") ==
         "scene.toml:3: light 0: unknown key \"direction\" (keys here: type, intensity)");
+}
+
+TEST_CASE("WRPs stand at as many distances as are given, or in as many slabs as are wanted") {
+  const Workshop workshop;
+  const auto both = workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]"});
+  REQUIRE(both.wrp.distances_m.size() == 2);
+  CHECK_THAT(both.wrp.distances_m[0], Catch::Matchers::WithinRel(0.075, 1e-15));
+  CHECK(both.wrp.distances_m[1] == 0.125);
+  CHECK(both.wrp.slabs == 2);
+  CHECK(workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]", "wrp.slabs=2"}).wrp.slabs == 2);
+  const auto planned = workshop.load(kScene, {"wrp.distance=auto", "wrp.slabs=3"});
+  CHECK(planned.wrp.distances_m.empty());
+  CHECK(planned.wrp.slabs == 3);
+  CHECK(planned.given.contains("wrp.slabs"));
+  CHECK_FALSE(workshop.load(kScene, {"wrp.slabs=auto"}).given.contains("wrp.slabs"));
+  CHECK_THROWS_WITH(workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]", "wrp.slabs=3"}),
+                    "--set wrp.slabs=3: wrp: slabs must be the number of distances given, 2, got 3");
 }
 
 TEST_CASE("overrides take TOML values and bare strings, and the last one wins") {
