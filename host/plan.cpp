@@ -35,6 +35,9 @@ constexpr double tail_spots = Gatherer::near_tail;
 /// Mirrors show things up to this many times as deep as the scene: rays are spaced for it.
 constexpr double deepest_virtual_picture = 2;
 
+/// Of a scene's depth, for the choice of slabs.
+constexpr int depth_bins = 256;
+
 constexpr double largest_lattice = 1 << 28;
 constexpr double farthest_lattice_ray = 1 << 22;  // from the axis: floats count no farther and still tell places within a cell
 constexpr std::size_t largest_fan = 1 << 24;
@@ -168,42 +171,50 @@ void add_chief_tangents(const Plan& plan, const Slab& slab, glm::dvec2 middle, s
 /// Area of surfaces by depth, in bins of equal depth: how much of it, and its mean depth times that.
 class DepthHistogram {
 public:
-  DepthHistogram(double near_m, double far_m) : near_m_(near_m), bin_m_((far_m - near_m) / bins) {}
+  DepthHistogram(double near_m, double far_m, int bins)
+      : bins_(bins),
+        near_m_(near_m),
+        bin_m_((far_m - near_m) / bins),
+        area_(static_cast<std::size_t>(bins)),
+        area_depth_(static_cast<std::size_t>(bins)) {}
 
   /// A triangle of that area, evenly lit: its share beyond a depth falls as the square of what is left to its ends.
   void add(std::array<double, 3> z_m, double area) {
     std::sort(z_m.begin(), z_m.end());
-    const auto bin = [&](double z) { return bin_m_ > 0 ? std::clamp(static_cast<int>((z - near_m_) / bin_m_), 0, bins - 1) : 0; };
+    const auto bin = [&](double z) { return bin_m_ > 0 ? std::clamp(static_cast<int>((z - near_m_) / bin_m_), 0, bins_ - 1) : 0; };
     const int first = bin(z_m[0]), last = bin(z_m[2]);
     std::pair<double, double> before{0, 0};
     for (int i = first; i <= last; ++i) {
       const auto up_to = i == last ? std::pair{1.0, (z_m[0] + z_m[1] + z_m[2]) / 3} : moments_before(z_m, near_m_ + (i + 1) * bin_m_);
-      area_[static_cast<std::size_t>(i)] += area * (up_to.first - before.first);
-      area_depth_[static_cast<std::size_t>(i)] += area * (up_to.second - before.second);
+      const double share = std::max(0.0, up_to.first - before.first), begin_m = near_m_ + i * bin_m_;
+      area_[static_cast<std::size_t>(i)] += area * share;
+      // Of next to nothing, rounding would put the mean anywhere.
+      area_depth_[static_cast<std::size_t>(i)] +=
+          area * std::clamp(up_to.second - before.second, share * begin_m, share * (begin_m + bin_m_));
       before = up_to;
     }
   }
 
   void add(const DepthHistogram& other) {
-    for (std::size_t i = 0; i < bins; ++i) {
+    for (std::size_t i = 0; i < area_.size(); ++i) {
       area_[i] += other.area_[i];
       area_depth_[i] += other.area_depth_[i];
     }
   }
 
   /// Infinite without any area.
-  double mean() const { return mean_between(0, bins); }
+  double mean() const { return mean_between(0, bins_); }
 
   /// Means of `count` slabs, or of as many as have area, between which the sum of area times squared distance to the mean is least.
   std::vector<double> means(int count) const {
     // least[i]: of the first i bins in as many slabs as the round says; from[round][i]: where the last of these begins.
-    std::vector<double> least(bins + 1, std::numeric_limits<double>::infinity());
+    std::vector<double> least(static_cast<std::size_t>(bins_) + 1, std::numeric_limits<double>::infinity());
     least[0] = 0;
     std::vector<std::vector<int>> from;
     for (int round = 0; round < count; ++round) {
-      std::vector<double> next(bins + 1, std::numeric_limits<double>::infinity());
-      from.emplace_back(bins + 1, 0);
-      for (int end = round + 1 < count ? 1 : bins; end <= bins; ++end) {
+      std::vector<double> next(least.size(), std::numeric_limits<double>::infinity());
+      from.emplace_back(least.size(), 0);
+      for (int end = round + 1 < count ? 1 : bins_; end <= bins_; ++end) {
         Sums slab;
         for (int begin = end - 1; begin >= 0; --begin) {
           slab.add(area_[static_cast<std::size_t>(begin)], area_depth_[static_cast<std::size_t>(begin)]);
@@ -216,7 +227,7 @@ public:
       least = std::move(next);
     }
     std::vector<double> all;
-    for (int end = bins, round = count - 1; round >= 0; --round) {
+    for (int end = bins_, round = count - 1; round >= 0; --round) {
       const int begin = from[static_cast<std::size_t>(round)][static_cast<std::size_t>(end)];
       if (const double mean = mean_between(begin, end); std::isfinite(mean)) all.insert(all.begin(), mean);
       end = begin;
@@ -225,8 +236,6 @@ public:
   }
 
 private:
-  static constexpr int bins = 256;
-
   /// Of the bins of a slab, around the first's mean.
   struct Sums {
     double origin = 0, area = 0, depth = 0, squared = 0;
@@ -263,14 +272,15 @@ private:
     return area > 0 ? depth / area : std::numeric_limits<double>::infinity();
   }
 
+  int bins_;
   double near_m_, bin_m_;
-  std::array<double, bins> area_{}, area_depth_{};
+  std::vector<double> area_, area_depth_;
 };
 
 /// Where aimed gathering costs least: footprints grow with the distance of a sample from its WRP, so the middles, by area as the hologram
 /// sees it, of the objects' near sides, in so many slabs of depth. Either winding may be the outside.
 std::vector<double> middles_of_surfaces(const World& world, int slabs) {
-  const DepthHistogram none(world.min_m.z, world.max_m.z);
+  const DepthHistogram none(world.min_m.z, world.max_m.z, slabs == 1 ? 1 : depth_bins);
   std::vector<std::array<DepthHistogram, 2>> sides(world.object_closed.size(), {none, none});
   for (std::size_t i = 0; i < world.triangles.size(); ++i) {
     const auto t = world.triangles[i];

@@ -37,6 +37,9 @@ constexpr double planned_oversampling = 1.5;
 
 constexpr int most_slabs_tried = 8;
 
+/// Predictions are no better: what saves less is not tried.
+constexpr double least_saving = 0.1;
+
 /// Fields that are more wrong than this show ghosts beside bright objects.
 constexpr double worst_padding_error = 0.15;
 
@@ -137,7 +140,7 @@ private:
       if (more.all_rows.slabs.size() == layouts_.back().all_rows.slabs.size()) return;
       const auto saves = [&](int frames) {
         const Choice c{.pitch_m = finest_pitch_m, .padding = 1, .frames = frames};
-        return seconds_of(c, fastest_rows(more)) < seconds_of(c, fastest_rows(layouts_.back()));
+        return seconds_of(c, fastest_rows(more)) < (1 - least_saving) * seconds_of(c, fastest_rows(layouts_.back()));
       };
       if (!saves(counts.front()) && !saves(counts.back())) return;
       layouts_.push_back(std::move(more));
