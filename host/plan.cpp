@@ -503,7 +503,8 @@ std::array<Interval, 2> place_wrps(const Scene& scene, const World& world, glm::
       middle[axis] = along.middle();
       const double wanted = std::max(1.0, std::ceil(along.extent() / window[axis] - 0.01));
       slab.grid[axis] = scene.wrp.grid ? (*scene.wrp.grid)[axis] : static_cast<int>(std::min(wanted, largest_grid + 1.0));
-      for (const double side : {-0.5, 0.5}) covered[static_cast<std::size_t>(axis)].add(middle[axis] + side * slab.grid[axis] * window[axis]);
+      for (const double side : {-0.5, 0.5})
+        covered[static_cast<std::size_t>(axis)].add(middle[axis] + side * slab.grid[axis] * window[axis]);
     }
     count += static_cast<double>(slab.grid.x) * slab.grid.y;
     if (count > largest_grid) {

@@ -26,11 +26,11 @@ enum class Method {
 
 /// One wavefront recording plane: as large as the hologram and parallel to it.
 struct Wrp {
-  glm::dvec3 centre_m{0};       // world
+  glm::dvec3 centre_m{0};         // world
   std::vector<glm::dvec2> fan{};  // tangents (dx/dz, dy/dz) of the rays that start at its centre
-  glm::dvec2 fan_step{0, 0};    // tangents between neighbours
+  glm::dvec2 fan_step{0, 0};      // tangents between neighbours
   double convergence_per_m =
-      0;  // added to the tangents per metre of a pixel's place: 0 for parallel views, 1 / distance for perspective ones
+      0;                 // added to the tangents per metre of a pixel's place: 0 for parallel views, 1 / distance for perspective ones
   std::size_t slab = 0;  // of Plan::slabs
 };
 
@@ -69,9 +69,9 @@ struct Plan {
   double near_m = 0, far_m = 0;  // depths of the nearest and farthest surface, world z
   std::vector<Slab> slabs;       // front to back; every depth belongs to one of them
   glm::ivec2 grid{1, 1};         // holograms side by side that cover the WRPs of all slabs
-  std::vector<Wrp> wrps;  // slab by slab, row by row from the top left; when rays are aimed, without those that no light falls into
-  bool aimed = true;      // rays are aimed at surface samples; else they form a fan
-  int bounces = 0;        // of mirrors and glass: trace.depth where a material in the scene has them
+  std::vector<Wrp> wrps;         // slab by slab, row by row from the top left; when rays are aimed, without those that no light falls into
+  bool aimed = true;             // rays are aimed at surface samples; else they form a fan
+  int bounces = 0;               // of mirrors and glass: trace.depth where a material in the scene has them
   LatticePlan lattice;
   int antialias = 4;                // rays per side of a sample's cell; 0: one through its centre
   int view_parts = 8;               // per side of the hologram's window, whose sight of each sample is looked at; 0: nothing hides anything

@@ -114,8 +114,7 @@ Json json_of(const AccuracySpec& accuracy, const Plan& plan) {
 }
 
 Json json_of(const Plan& plan) {
-  Json j{{"grid", json_of(plan.grid)},     {"near_m", plan.near_m},
-         {"far_m", plan.far_m},            {"padded", json_of(plan.padded)},
+  Json j{{"grid", json_of(plan.grid)},          {"near_m", plan.near_m},         {"far_m", plan.far_m}, {"padded", json_of(plan.padded)},
          {"padding_error", plan.padding_error}, {"rows_error", plan.rows_error}, {"rays", plan.rays}};
   for (const auto& s : plan.slabs) {
     j["slabs"].push_back({{"distance_m", s.distance_m},

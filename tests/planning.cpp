@@ -121,7 +121,8 @@ TEST_CASE("the same teapot alone in one corner costs at most 0.4 of a scene that
 }
 
 TEST_CASE("a value that the file fixes is kept whatever the goal", "[slow]") {
-  for (const auto& [key, value] : {std::pair{"sampling.pitch", "83 um"}, {"sampling.frames", "5"}, {"wrp.padding", "1.75"}, {"wrp.slabs", "3"}}) {
+  for (const auto& [key, value] :
+       {std::pair{"sampling.pitch", "83 um"}, {"sampling.frames", "5"}, {"wrp.padding", "1.75"}, {"wrp.slabs", "3"}}) {
     INFO(key);
     const auto fixed = data_scene("teapot.toml", {std::string(key) + "=" + value});
     const auto open = data_scene("teapot.toml", {std::string(key) + "=auto"});
@@ -195,7 +196,7 @@ TEST_CASE("two objects far apart get WRPs at each, and take a fraction of the ti
   const auto p = plan_scene(scene, world, {}, {Quality::balanced, {}, {}});
   CHECK(p.scene.wrp.slabs == 2);
   REQUIRE(p.plan.slabs.size() == 2);
-  CHECK(p.plan.slabs[0].distance_m == Approx(75 * mm).margin(2 * mm));   // a ball of 4 mm
+  CHECK(p.plan.slabs[0].distance_m == Approx(75 * mm).margin(2 * mm));     // a ball of 4 mm
   CHECK(p.plan.slabs[1].distance_m == Approx(125 * mm).margin(2.5 * mm));  // a teapot 5 mm deep
   auto one = p.scene;
   one.wrp.slabs = 1;

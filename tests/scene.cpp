@@ -193,8 +193,7 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {7, "distance = \"far\"",
        "wrp: distance must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for metres), got \"far\""},
       {7, "distance = []", "wrp: distance must be a length, or 1 to 16 of them, got an array of 0"},
-      {7, "distance = [0.1, true]",
-       "wrp: distance[1] must be a length: a number in metres, or a string such as \"3.74 um\", got true"},
+      {7, "distance = [0.1, true]", "wrp: distance[1] must be a length: a number in metres, or a string such as \"3.74 um\", got true"},
       {7, "distance = [\"95 mm\", 0.095]", "wrp: distance[1] must be more than the one before, 95 mm, got 0.095"},
       {7, "distance = [0.095, 0.1, 0]", "wrp: distance[2] must be 1 nm to 10000 m, got 0"},
       {7, "slabs = 0", "wrp: slabs must be 1 to 16, got 0"},
@@ -338,7 +337,8 @@ TEST_CASE("a wrong override is named in place of the line") {
   CHECK(refusal("light.0.direction=[0, 0, true]") ==
         "--set light.0.direction=[0, 0, true]: light 0: direction[2] must be a number, got true");
   CHECK(refusal("wrp.pading=1") ==
-        "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: grid, distance, slabs, padding, oversampling)");
+        "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: grid, distance, slabs, padding, "
+        "oversampling)");
   CHECK_THAT(refusal("wpr.padding=1"), Catch::Matchers::StartsWith("--set wpr.padding=1: unknown key \"wpr\"; did you mean \"wrp\"?"));
   CHECK(refusal("materials.iron.ior=2") == "--set materials.iron.ior=2: the scene has no \"materials.iron\"");
   CHECK(refusal("object.2.width=1") == "--set object.2.width=1: there are 2, counted from 0, so \"2\" is none of them");

@@ -325,8 +325,7 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   prediction.times = predict_times(prediction.work, device.rates);
   prediction.rates_of = device.rates.device;
   if (const auto& model = planner.model_of(s.wrp.slabs))
-    prediction.pictures =
-        predict_pictures(*model, s.sampling.pitch_m, s.sampling.frames, std::hypot(plan.padding_error, plan.rows_error));
+    prediction.pictures = predict_pictures(*model, s.sampling.pitch_m, s.sampling.frames, std::hypot(plan.padding_error, plan.rows_error));
   const double phase_error = 2 * std::numbers::pi * plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
   prediction.field_error = std::hypot(plan.padding_error, plan.rows_error, phase_error);
   const auto largest = device.largest_buffer_bytes > 0 ? device.largest_buffer_bytes : std::numeric_limits<std::uint64_t>::max();

@@ -146,8 +146,8 @@ Scene with_knobs(Scene scene, const TradeKnobs& knobs) {
 TradeKnobs knobs_of(const Scene& scene, Precision precision, cl::FftBackend fft) {
   const auto& s = scene.sampling;
   const auto& w = scene.wrp;
-  return {s.pitch_m, s.frames, w.padding, w.oversampling, w.slabs, s.antialias, s.visibility, s.mode, s.source, s.shape, s.fan, s.edge,
-          precision, fft};
+  return {s.pitch_m, s.frames, w.padding, w.oversampling, w.slabs, s.antialias, s.visibility,
+          s.mode,    s.source, s.shape,   s.fan,          s.edge,  precision,   fft};
 }
 
 const std::vector<TradeKnob>& trade_knobs() {
