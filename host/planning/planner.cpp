@@ -94,12 +94,18 @@ public:
 
     std::vector<Choice> all;
     for (const double pitch_m : pitches) {
-      for (auto& layout : layouts_) {
-        for (const int frames : counts) {
-          add_paddings({.pitch_m = pitch_m, .frames = frames, .slabs = layout.slabs}, layout, layout.all_rows, all);
+      for (const int frames : counts) {
+        double least_s = std::numeric_limits<double>::infinity();
+        for (auto& layout : layouts_) {
+          const Choice c{.pitch_m = pitch_m, .padding = 1, .frames = frames, .slabs = layout.slabs};
+          const double seconds = seconds_of(c, fastest_rows(layout));
+          if (!(seconds < (1 - least_saving) * least_s)) continue;
+          least_s = seconds;
+          add_paddings(c, layout, layout.all_rows, all);
           if (!layout.has_few_rows) continue;
-          add_paddings({.pitch_m = pitch_m, .frames = frames, .oversampling = planned_oversampling, .slabs = layout.slabs}, layout,
-                       layout.few_rows, all);
+          auto few = c;
+          few.oversampling = planned_oversampling;
+          add_paddings(few, layout, layout.few_rows, all);
         }
       }
     }
