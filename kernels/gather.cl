@@ -178,7 +178,7 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   if (index >= sample_count) return;
   const Sample s = samples[index];
   if (!(plane.begin_z <= s.z && s.z < plane.end_z)) {  // it shines on another slab's planes
-    aims[index].columns = 0;
+    aims[index].near = aims[index].columns = 0;
     boxes[index] = boxes[2 * stride + index] = 0;
     boxes[stride + index] = boxes[3 * stride + index] = -1;
     return;
