@@ -622,7 +622,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
     plan.padding_error = moved_from->padding_error;
     plan.rows_error = moved_from->rows_error;
   } else if (method == Method::wrp) {
-    plan.padding_error = predicted_padding_error(plan, plan.padded);
+    plan.padding_error = predicted_padding_errors(plan, {plan.padded})[0];
     plan.rows_error = predicted_rows_error(plan);
   }
   return plan;

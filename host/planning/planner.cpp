@@ -48,8 +48,8 @@ struct Layout {
   int slabs = 1;
   Plan all_rows, few_rows;  // as the scene has it; planned_oversampling, where that is open and saves any
   bool has_few_rows = false;
-  std::optional<PictureModel> model;                            // of aimed sampling
-  std::vector<std::pair<glm::ivec2, double>> padding_errors{};  // by size that is transformed
+  std::optional<PictureModel> model;                  // of aimed sampling
+  std::vector<std::pair<double, double>> paddings{};  // what is tried, and its error
 };
 
 /// Everything about the scene that the choice of slabs, pitch, padding and frames does not change.
@@ -62,7 +62,7 @@ public:
         plan_(make_plan(scene, world, Method::wrp, 100, device.has_doubles)),
         resolution_m_(wanted_resolution_m(scene, plan_)),
         view_(front_view(scene, world, load_textures(scene), plan_)) {
-    layouts_.push_back(layout(scene.wrp.slabs, plan_));
+    add(layout(scene.wrp.slabs, plan_));
   }
 
   double resolution_m() const { return resolution_m_; }
@@ -91,12 +91,13 @@ public:
     const auto counts = scene_.given.contains("sampling.frames") ? std::vector{scene_.sampling.frames}
                                                                  : std::vector(frames_tried.begin(), frames_tried.end());
     add_slabs(pitches.back(), counts);
+    for (auto& layout : layouts_) predict_errors(layout);
 
     std::vector<Choice> all;
     for (const double pitch_m : pitches) {
       for (const int frames : counts) {
         double least_s = std::numeric_limits<double>::infinity();
-        for (auto& layout : layouts_) {
+        for (const auto& layout : layouts_) {
           const Choice c{.pitch_m = pitch_m, .padding = 1, .frames = frames, .slabs = layout.slabs};
           const double seconds = seconds_of(c, fastest_rows(layout));
           if (!(seconds < (1 - least_saving) * least_s)) continue;
@@ -119,20 +120,24 @@ private:
     return std::floor(p / digit + 1e-9) * digit;
   }
 
+  /// Without predictions of errors and pictures.
   Layout layout(int slabs, const Plan& plan) const {
     Layout l{slabs, plan, plan, false, {}};
-    if (plan.aimed) {
-      auto seen = plan;
-      seen.grid = plan_.grid;  // pictures of one size are compared
-      l.model = picture_model(view_, seen, resolution_m_);
-    }
     if (scene_.given.contains("wrp.oversampling") || !plan.aimed || plan.bounces > 0) return l;
     for (auto& slab : l.few_rows.slabs) {
       slab.rows = rows_for_band(l.few_rows, slab, planned_oversampling);
       l.has_few_rows |= slab.refines();
     }
-    l.few_rows.rows_error = predicted_rows_error(l.few_rows);
     return l;
+  }
+
+  void add(Layout layout) {
+    if (plan_.aimed) {
+      auto seen = layout.all_rows;
+      seen.grid = plan_.grid;  // pictures of one size are compared
+      layout.model = picture_model(view_, seen, resolution_m_);
+    }
+    layouts_.push_back(std::move(layout));
   }
 
   /// More and more slabs, as long as they save time on the finest lattice, with the fewest frames or the most, and there are surfaces in
@@ -149,40 +154,35 @@ private:
         return seconds_of(c, fastest_rows(more)) < (1 - least_saving) * seconds_of(c, fastest_rows(layouts_.back()));
       };
       if (!saves(counts.front()) && !saves(counts.back())) return;
-      layouts_.push_back(std::move(more));
+      add(std::move(more));
     }
   }
 
   static const Plan& fastest_rows(const Layout& layout) { return layout.has_few_rows ? layout.few_rows : layout.all_rows; }
 
-  double padding_error(Layout& layout, double padding) const {
-    const auto padded = padded_size(plan_.size, padding);
-    for (const auto& [size, error] : layout.padding_errors) {
-      if (size == padded) return error;
+  /// Errors of rows, and of the paddings that are tried.
+  void predict_errors(Layout& layout) const {
+    if (layout.has_few_rows) layout.few_rows.rows_error = predicted_rows_error(layout.few_rows);
+    const auto given = scene_.given.contains("wrp.padding");
+    const auto tried = given ? std::vector{scene_.wrp.padding} : std::vector(paddings_tried.begin(), paddings_tried.end());
+    std::vector<glm::ivec2> sizes;
+    for (const double padding : tried) sizes.push_back(padded_size(plan_.size, padding));
+    const auto errors = predicted_padding_errors(layout.all_rows, sizes);
+    for (std::size_t i = 0; i < tried.size(); ++i) {
+      if (errors[i] <= worst_padding_error || i + 1 == tried.size()) layout.paddings.emplace_back(tried[i], errors[i]);
     }
-    layout.padding_errors.emplace_back(padded, predicted_padding_error(layout.all_rows, padded));
-    return layout.padding_errors.back().second;
   }
 
   /// Appends a choice with each padding that is tried.
-  void add_paddings(const Choice& without, Layout& layout, const Plan& with_rows, std::vector<Choice>& all) const {
-    std::vector<double> pads;
-    if (scene_.given.contains("wrp.padding")) {
-      pads = {scene_.wrp.padding};
-    } else {
-      for (const double padding : paddings_tried) {
-        if (padding_error(layout, padding) <= worst_padding_error || padding == paddings_tried.back()) pads.push_back(padding);
-      }
-    }
+  void add_paddings(const Choice& without, const Layout& layout, const Plan& with_rows, std::vector<Choice>& all) const {
     auto [plan, work] = worked_out(without, with_rows);
-    for (const double padding : pads) {
+    for (const auto& [padding, error] : layout.paddings) {
       auto c = without;
       c.padding = padding;
       plan.padded = padded_size(plan.size, padding);
       work.butterflies = count_butterflies(plan, c.frames);
       c.seconds = predict_times(work, device_.rates).total_s();
-      c.psnr_db =
-          predict_pictures(*layout.model, c.pitch_m, c.frames, std::hypot(padding_error(layout, padding), plan.rows_error)).mean_psnr_db;
+      c.psnr_db = predict_pictures(*layout.model, c.pitch_m, c.frames, std::hypot(error, plan.rows_error)).mean_psnr_db;
       all.push_back(c);
     }
   }
