@@ -63,9 +63,12 @@ void Gatherer::draw_phases(std::uint32_t seed) {
                      table_.count, frames_, seed, phasors_);
 }
 
-void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
-  const glm::ivec2 size = plan_.gathered_size();
-  const glm::dvec2 pitch = plan_.gathered_pitch_m(), half_window = glm::dvec2(plan_.size) * plan_.pitch_m / 2.0;
+void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
+  const auto& slab = plan_.slab_of(wrp);
+  const auto centre_m = wrp.centre_m;
+  const double near_m = slab.min_m.z, far_m = slab.max_m.z;
+  const glm::ivec2 size = plan_.gathered_size(slab);
+  const glm::dvec2 pitch = plan_.gathered_pitch_m(slab), half_window = glm::dvec2(plan_.size) * plan_.pitch_m / 2.0;
   const glm::dvec2 corner = glm::dvec2(centre_m) + glm::dvec2(-1, 1) * glm::dvec2(size - 1) * pitch / 2.0;  // world, of pixel (0, 0)
   device::GatherPlane plane{};
   plane.nx = size.x;
@@ -79,6 +82,7 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
   std::tie(plane.hologram_y, plane.hologram_y_low) = split(-plan_.origin_m.y);
   std::tie(plane.hologram_z, plane.hologram_z_low) = split(-plan_.origin_m.z);
   std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
+  std::tie(plane.begin_z, plane.end_z) = slab_bounds(plan_, slab);
   const bool at_hologram = centre_m.z <= 0;
   // At the hologram itself the window is the plane: there is no cone to soften, and each pixel sees every sample.
   plane.fan = at_hologram ? 1.0f : static_cast<float>(plan_.fan);
@@ -89,14 +93,14 @@ void Gatherer::gather(glm::dvec3 centre_m, cl::ComplexBuffer& field) {
     plane.window_x = plane.window_y = 1e6f;
   } else {
     const auto narrowed = [&](double z) { return std::abs(z - centre_m.z) / z; };
-    const double widest = plan_.fan * std::max(narrowed(plan_.near_m), narrowed(plan_.far_m)) / centre_m.z;
+    const double widest = plan_.fan * std::max(narrowed(near_m), narrowed(far_m)) / centre_m.z;
     plane.tangent_x = static_cast<float>(corner.x / centre_m.z);
     plane.tangent_y = static_cast<float>(corner.y / centre_m.z);
     plane.tangent_step_x = static_cast<float>(pitch.x / centre_m.z);
     plane.tangent_step_y = static_cast<float>(pitch.y / centre_m.z);
-    const auto spot = plan_.wavelength_m * plan_.far_m / (2 * std::max(plan_.fan, 1e-3) * half_window);
-    const double nearest = std::max({0.0, plan_.near_m - centre_m.z, centre_m.z - plan_.far_m});
-    const auto narrowest = plan_.fan * half_window * (nearest / plan_.far_m);
+    const auto spot = plan_.wavelength_m * far_m / (2 * std::max(plan_.fan, 1e-3) * half_window);
+    const double nearest = std::max({0.0, near_m - centre_m.z, centre_m.z - far_m});
+    const auto narrowest = plan_.fan * half_window * (nearest / far_m);
     const bool any_near = narrowest.x < near_spots_ * spot.x || narrowest.y < near_spots_ * spot.y;
     const auto tail = (any_near ? near_tail : 0.0) * spot / centre_m.z;
     plane.near_spots = static_cast<float>(near_spots_);

@@ -23,11 +23,11 @@ public:
   /// Draws the random phases of frames seed, seed + 1, ... for the samples that the table holds now.
   void draw_phases(std::uint32_t seed);
 
-  /// Fills `field` (frames x Plan::gathered_size()) with the field of all samples on a plane at `centre_m` (world). A plane at the hologram
-  /// itself receives every sample at every pixel.
+  /// Fills `field` (frames x Plan::gathered_size of its slab) with the field of the slab's samples on a WRP. One at the hologram itself
+  /// receives every sample at every pixel.
   ///
   /// accuracy  docs/accuracy.md, "Gathering"
-  void gather(glm::dvec3 centre_m, cl::ComplexBuffer& field);
+  void gather(const Wrp& wrp, cl::ComplexBuffer& field);
 
 private:
   const Plan& plan_;

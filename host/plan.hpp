@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "cl/fft.hpp"
@@ -24,11 +26,12 @@ enum class Method {
 
 /// One wavefront recording plane: as large as the hologram and parallel to it.
 struct Wrp {
-  glm::dvec3 centre_m{0};       // world
-  std::vector<glm::dvec2> fan;  // tangents (dx/dz, dy/dz) of the rays that start at its centre
-  glm::dvec2 fan_step{0, 0};    // tangents between neighbours
+  glm::dvec3 centre_m{0};         // world
+  std::vector<glm::dvec2> fan{};  // tangents (dx/dz, dy/dz) of the rays that start at its centre
+  glm::dvec2 fan_step{0, 0};      // tangents between neighbours
   double convergence_per_m =
-      0;  // added to the tangents per metre of a pixel's place: 0 for parallel views, 1 / distance for perspective ones
+      0;                 // added to the tangents per metre of a pixel's place: 0 for parallel views, 1 / distance for perspective ones
+  std::size_t slab = 0;  // of Plan::slabs
 };
 
 /// The rays from the hologram's centre whose hits are the surface samples: ray (i, j) has the tangents ((first + (i, j) + 1/2) step).
@@ -46,18 +49,29 @@ struct WrpRows {
   int half_taps = 0;  // half of the rows that a row of the hologram's pitch is made of; 0: they are gathered as they are
 };
 
+/// A slab of depth, and the WRPs side by side at one distance that collect the light of its surface samples.
+struct Slab {
+  double distance_m = 0;  // from the WRPs to the hologram
+  double begin_m = -std::numeric_limits<double>::infinity(),
+         end_m = std::numeric_limits<double>::infinity();  // depths of its samples, world z: begin <= z < end
+  glm::dvec3 min_m{0}, max_m{0};                           // box of the surfaces in it, world
+  glm::ivec2 grid{1, 1};
+  WrpRows rows{};
+
+  bool refines() const { return rows.half_taps > 0; }
+};
+
 struct Plan {
   glm::ivec2 size{1, 1};  // pixels of the hologram and of every WRP
   glm::dvec2 pitch_m{1, 1};
   double wavelength_m = 1;
   glm::dvec3 origin_m{0};        // of the scene frame, in world coordinates: middle of the scene
   double near_m = 0, far_m = 0;  // depths of the nearest and farthest surface, world z
-  double distance_m = 0;         // from the WRPs to the hologram
-  glm::ivec2 grid{1, 1};
-  WrpRows rows;
-  std::vector<Wrp> wrps;  // row by row from the top left; when rays are aimed, without those that no light of the scene falls into
-  bool aimed = true;      // rays are aimed at surface samples; else they form a fan
-  int bounces = 0;        // of mirrors and glass: trace.depth where a material in the scene has them
+  std::vector<Slab> slabs;       // front to back; every depth belongs to one of them
+  glm::ivec2 grid{1, 1};         // holograms side by side that cover the WRPs of all slabs
+  std::vector<Wrp> wrps;         // slab by slab, row by row from the top left; when rays are aimed, without those that no light falls into
+  bool aimed = true;             // rays are aimed at surface samples; else they form a fan
+  int bounces = 0;               // of mirrors and glass: trace.depth where a material in the scene has them
   LatticePlan lattice;
   int antialias = 4;                // rays per side of a sample's cell; 0: one through its centre
   int view_parts = 8;               // per side of the hologram's window, whose sight of each sample is looked at; 0: nothing hides anything
@@ -71,11 +85,24 @@ struct Plan {
   double rows_error = 0;     // the same, of gathering fewer rows
   std::uint64_t rays = 0;    // primary rays of a frame
 
-  bool refines() const { return rows.half_taps > 0; }
-  /// Of the fields that are gathered.
-  glm::ivec2 gathered_size() const { return {size.x, rows.count}; }
-  glm::dvec2 gathered_pitch_m() const { return {pitch_m.x, rows.pitch_m}; }
+  const Slab& slab_of(const Wrp& wrp) const { return slabs[wrp.slab]; }
+  /// The one that a surface at this depth belongs to.
+  const Slab& slab_at(double z_m) const;
+  /// Of the fields that are gathered on a slab's WRPs.
+  glm::ivec2 gathered_size(const Slab& slab) const { return {size.x, slab.rows.count}; }
+  glm::dvec2 gathered_pitch_m(const Slab& slab) const { return {pitch_m.x, slab.rows.pitch_m}; }
+  /// Of the largest of them.
+  std::size_t gathered_pixels() const;
 };
+
+/// Edges of what the WRPs of a slab cover; `first` beyond `last` where it has none.
+struct WrpsExtent {
+  glm::dvec2 first, last;
+};
+WrpsExtent wrps_extent(const Plan& plan, const Slab& slab);
+
+/// Depths of a slab's samples as devices compare them, scene frame.
+std::pair<float, float> slab_bounds(const Plan& plan, const Slab& slab);
 
 /// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through the hologram, more than 1024 WRPs)
 ///

@@ -2,8 +2,10 @@
 #include "host/plane_errors.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
+#include <glm/common.hpp>
 #include <numbers>
 #include <random>
 
@@ -22,54 +24,59 @@ constexpr int samples_of_a_line = 64;   // enough that the error's own scatter i
 constexpr int waves_of_a_sample = 192;  // near ones
 constexpr int wide = 4;                 // windows: what goes astray farther is taken to be lost
 
-/// One axis of the plan, everything along it seen from the hologram's centre.
-class AxisOfPlan {
+/// One axis of a slab, everything along it seen from the hologram's centre.
+class AxisOfSlab {
 public:
-  AxisOfPlan(const Plan& plan, const World& world, int axis, int padded)
+  /// padded  sizes of padded planes, along this axis
+  AxisOfSlab(const Plan& plan, const Slab& slab, int axis, std::vector<int> padded)
       : plan_(plan),
-        padded_(padded),
+        slab_(slab),
+        padded_(std::move(padded)),
         n_(plan.size[axis]),
         pitch_m_(plan.pitch_m[axis]),
         half_m_(n_ * pitch_m_ / 2),
-        low_m_(world.min_m[axis]),
-        high_m_(world.max_m[axis]),
-        fft_(cl::next_fast_size(static_cast<std::size_t>(std::max(wide * n_, 2 * padded))), false),
+        low_m_(slab.min_m[axis]),
+        high_m_(slab.max_m[axis]),
+        fft_(cl::next_fast_size(static_cast<std::size_t>(std::max(wide * n_, 2 * *std::max_element(padded_.begin(), padded_.end())))),
+             false),
         wanted_(static_cast<std::size_t>(n_)),
-        got_(wanted_.size()) {}
+        got_(padded_.size(), wanted_) {}
 
-  /// Adds what arrives in the hologram's window from the WRP at centre_m, rightly and with the plan's padding. WRPs side by side cut the
-  /// same waves, so that their edges cancel.
+  /// Adds what arrives in the hologram's window from the WRP at centre_m, rightly and with every padding. WRPs side by side cut the same
+  /// waves, so that their edges cancel.
   void add_padded(double centre_m) {
     const auto light = line();
     fill(light.get() + first(), centre_m, n_, pitch_m_);
-    auto spectrum = propagated(light, centre_m);
-    add(wanted_, transformed_back(spectrum), false);
-    drop_beyond(spectrum, centre_m, std::max(padded_ / 2.0, 1.0 * n_) * pitch_m_);
-    add(got_, transformed_back(spectrum), true);
+    const auto spectrum = propagated(light, centre_m);
+    add(wanted_, transformed_back(spectrum));
+    for (std::size_t i = 0; i < padded_.size(); ++i) {
+      const auto kept = kept_within(std::max(padded_[i] / 2.0, 1.0 * n_) * pitch_m_, spectrum, centre_m);
+      add(got_[i], transformed_back(kept), padded_[i]);
+    }
   }
 
   /// The same, with samples of the plane made from those that are gathered.
   void add_refined(double centre_m) {
     const auto light = line(), refined = line();
     fill(light.get() + first(), centre_m, n_, pitch_m_);
-    std::vector<std::complex<float>> gathered(static_cast<std::size_t>(plan_.rows.count));
-    fill(gathered.data(), centre_m, plan_.rows.count, plan_.rows.pitch_m);
-    const auto r = refinement_of(plan_, -centre_m);  // rows count downwards
+    std::vector<std::complex<float>> gathered(static_cast<std::size_t>(slab_.rows.count));
+    fill(gathered.data(), centre_m, slab_.rows.count, slab_.rows.pitch_m);
+    const auto r = refinement_of(plan_, slab_, -centre_m);  // rows count downwards
     for (int i = 0; i < n_; ++i) {
       for (int tap = 0; tap < r.taps; ++tap) {
         const auto row = static_cast<std::size_t>(r.first[static_cast<std::size_t>(i)] + tap);
         refined[static_cast<std::size_t>(first() + i)] += r.coefficients[static_cast<std::size_t>(i * r.taps + tap)] * gathered[row];
       }
     }
-    add(wanted_, transformed_back(propagated(light, centre_m)), false);
-    add(got_, transformed_back(propagated(refined, centre_m)), false);
+    add(wanted_, transformed_back(propagated(light, centre_m)));
+    add(got_[0], transformed_back(propagated(refined, centre_m)));
   }
 
-  /// Square of the relative error; 0 without light.
-  double square() const {
+  /// Square of the relative error with a padding; 0 without light.
+  double square(std::size_t padding = 0) const {
     double wrong = 0, all = 0;
     for (std::size_t i = 0; i < wanted_.size(); ++i) {
-      wrong += std::norm(got_[i] - wanted_[i]);
+      wrong += std::norm(got_[padding][i] - wanted_[i]);
       all += std::norm(wanted_[i]);
     }
     return all > 0 ? wrong / all : 0;
@@ -91,19 +98,22 @@ private:
     auto spectrum = line();
     fft_.forward(light.get(), spectrum.get());
     for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
-      const double u = frequency(i), w = along_axis(u), turns = plan_.distance_m * w - centre_m * u;
+      const double u = frequency(i), w = along_axis(u), turns = slab_.distance_m * w - centre_m * u;
       auto& value = spectrum[static_cast<std::size_t>(i)];
       value = w > 0 ? value * std::complex<float>(std::polar(1.0, 2 * pi * (turns - std::round(turns)))) : 0;
     }
     return spectrum;
   }
 
-  /// Waves that move sideways farther than reach_m.
-  void drop_beyond(cl::Lines& spectrum, double centre_m, double reach_m) const {
+  /// Without the waves that move sideways farther than reach_m.
+  cl::Lines kept_within(double reach_m, const cl::Lines& spectrum, double centre_m) const {
+    auto kept = line();
     for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
       const double u = frequency(i), w = along_axis(u);
-      if (!(w > 0) || std::abs(-centre_m - plan_.distance_m * u / w) > reach_m) spectrum[static_cast<std::size_t>(i)] = 0;
+      if (w > 0 && std::abs(-centre_m - slab_.distance_m * u / w) <= reach_m)
+        kept[static_cast<std::size_t>(i)] = spectrum[static_cast<std::size_t>(i)];
     }
+    return kept;
   }
 
   cl::Lines transformed_back(const cl::Lines& spectrum) {
@@ -112,14 +122,13 @@ private:
     return result;
   }
 
-  /// Adds the hologram's window of a line; with `round`, what comes round to it on a padded plane too.
-  void add(std::vector<Complex>& window, const cl::Lines& line, bool round) const {
+  /// Adds the hologram's window of a line, and what comes round to it on a plane of `padded` samples.
+  void add(std::vector<Complex>& window, const cl::Lines& line, std::ptrdiff_t padded = 0) const {
     const auto count = static_cast<std::ptrdiff_t>(fft_.size());
+    if (padded == 0) padded = count;
     for (int i = 0; i < n_; ++i) {
-      const std::ptrdiff_t here = first() + i;
-      auto& sum = window[static_cast<std::size_t>(i)];
-      if (!round) sum += Complex(line[static_cast<std::size_t>(here)]);
-      for (std::ptrdiff_t j = here % padded_; round && j < count; j += padded_) sum += Complex(line[static_cast<std::size_t>(j)]);
+      for (std::ptrdiff_t j = (first() + i) % padded; j < count; j += padded)
+        window[static_cast<std::size_t>(i)] += Complex(line[static_cast<std::size_t>(j)]);
     }
   }
 
@@ -137,80 +146,127 @@ private:
     return e * e * (3 - 2 * e);
   }
 
-  /// The waves of samples in the scene's box, with random phases, at `count` places around centre_m.
+  /// The waves of samples in the slab's box, with random phases, at `count` places around centre_m.
   void fill(std::complex<float>* light, double centre_m, int count, double pitch_m) const {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform(0, 1);
     const double k = 2 * pi / plan_.wavelength_m;
     for (int i = 0; i < samples_of_a_line; ++i) {
-      const double z_m = plan_.near_m + (plan_.far_m - plan_.near_m) * uniform(random), depth_m = z_m - plan_.distance_m;
+      const double z_m = slab_.min_m.z + (slab_.max_m.z - slab_.min_m.z) * uniform(random), depth_m = z_m - slab_.distance_m;
       const double x_m = low_m_ + (high_m_ - low_m_) * (i + uniform(random)) / samples_of_a_line;
       const Complex phasor = std::polar(1.0, 2 * pi * uniform(random));
       const double half_m = plan_.fan * half_m_ * std::abs(depth_m) / z_m;  // of the footprint
       const double spot_m = plan_.wavelength_m * z_m / (2 * plan_.fan * half_m_);
       const bool is_near = plan_.aimed && half_m < Gatherer::default_near_spots * spot_m;
-      for (int p = 0; p < count; ++p) {
-        const double pixel_m = centre_m + (p - (count - 1) / 2.0) * pitch_m, across_m = pixel_m - x_m * plan_.distance_m / z_m;
-        Complex wave;
-        if (is_near) {
-          if (std::abs(across_m) > half_m + Gatherer::near_tail * spot_m) continue;
-          wave = near_wave(pixel_m - x_m, x_m, z_m, depth_m) / spot_m;
-        } else {
-          if (plan_.aimed && std::abs(across_m) > half_m) continue;
-          const double amount = cone(x_m + (pixel_m - x_m) * z_m / depth_m, pixel_m, centre_m);
-          if (amount == 0) continue;
-          const double way_m = std::copysign(std::hypot(pixel_m - x_m, depth_m) - std::abs(depth_m), depth_m);
-          wave = std::polar(amount / std::sqrt(std::abs(depth_m) * plan_.wavelength_m), k * way_m);
-        }
-        light[p] += std::complex<float>(phasor * wave);
+      const double reach_m = is_near ? half_m + Gatherer::near_tail * spot_m : half_m, middle_m = x_m * slab_.distance_m / z_m;
+      int first = 0, last = count - 1;
+      if (plan_.aimed) {
+        const auto place = [&](double at_m) { return std::clamp((at_m - centre_m) / pitch_m + (count - 1) / 2.0, -1.0, 1.0 * count); };
+        first = static_cast<int>(std::max(std::ceil(place(middle_m - reach_m)), 0.0));
+        last = static_cast<int>(std::min(std::floor(place(middle_m + reach_m)), count - 1.0));
+      }
+      const double first_m = centre_m + (first - (count - 1) / 2.0) * pitch_m;
+      if (is_near) {
+        add_near(light + first, last - first + 1, first_m - x_m, pitch_m, {x_m, z_m, depth_m}, phasor / spot_m);
+        continue;
+      }
+      for (int p = first; p <= last; ++p) {
+        const double pixel_m = first_m + (p - first) * pitch_m, across_m = pixel_m - x_m;
+        const double amount = cone(x_m + across_m * z_m / depth_m, pixel_m, centre_m);
+        if (amount == 0) continue;
+        const double way_m = std::copysign(std::sqrt(across_m * across_m + depth_m * depth_m) - std::abs(depth_m), depth_m);
+        light[p] += std::complex<float>(phasor * std::polar(amount / std::sqrt(std::abs(depth_m) * plan_.wavelength_m), k * way_m));
       }
     }
   }
 
-  /// kernels/near.h in its plain form: plane waves towards the window.
-  Complex near_wave(double offset_m, double x_m, double z_m, double depth_m) const {
-    Complex sum = 0;
-    for (int i = 0; i < waves_of_a_sample; ++i) {
-      const double at_m = ((i + 0.5) / waves_of_a_sample * 2 - 1) * plan_.fan * half_m_, tangent = (at_m - x_m) / z_m;
-      const double cosine = 1 / std::hypot(1, tangent), turns = tangent * cosine * offset_m - depth_m * (1 - cosine);
-      sum += std::polar(cone(at_m, 0, 0), 2 * pi / plan_.wavelength_m * turns);
+  struct Point {
+    double x_m, z_m, depth_m;
+  };
+
+  /// kernels/near.h in its plain form: plane waves towards the window, at `count` pixels from offset_m beside the point on. Each wave is
+  /// turned on from pixel to pixel.
+  void add_near(std::complex<float>* light, int count, double offset_m, double pitch_m, Point point, Complex factor) const {
+    std::array<double, waves_of_a_sample> re, im, step_re, step_im;
+    for (std::size_t i = 0; i < waves_of_a_sample; ++i) {
+      const double at_m = ((static_cast<double>(i) + 0.5) / waves_of_a_sample * 2 - 1) * plan_.fan * half_m_;
+      const double tangent = (at_m - point.x_m) / point.z_m, cosine = 1 / std::sqrt(1 + tangent * tangent), sine = tangent * cosine;
+      const double way_m = sine * offset_m - point.depth_m * (1 - cosine), k = 2 * pi / plan_.wavelength_m;
+      const double amount = cone(at_m, 0, 0) / waves_of_a_sample;
+      re[i] = amount * std::cos(k * way_m);
+      im[i] = amount * std::sin(k * way_m);
+      step_re[i] = std::cos(k * sine * pitch_m);
+      step_im[i] = std::sin(k * sine * pitch_m);
     }
-    return sum / static_cast<double>(waves_of_a_sample);
+    for (int p = 0; p < count; ++p) {
+      double sum_re = 0, sum_im = 0;
+      for (std::size_t i = 0; i < waves_of_a_sample; ++i) {
+        sum_re += re[i];
+        sum_im += im[i];
+        const double turned = re[i] * step_re[i] - im[i] * step_im[i];
+        im[i] = re[i] * step_im[i] + im[i] * step_re[i];
+        re[i] = turned;
+      }
+      light[p] += std::complex<float>(factor * Complex(sum_re, sum_im));
+    }
   }
 
   const Plan& plan_;
-  int padded_, n_;
+  const Slab& slab_;
+  std::vector<int> padded_;
+  int n_;
   double pitch_m_, half_m_, low_m_, high_m_;
   cl::LineFft fft_;
-  std::vector<Complex> wanted_, got_;
+  std::vector<Complex> wanted_;
+  std::vector<std::vector<Complex>> got_;  // with each padding
 };
 
-/// Middles of the plan's WRPs, or of the most_lines in the middle of them.
-std::vector<double> lines_along(const Plan& plan, int axis) {
+/// Middles of a slab's WRPs, or of the most_lines in the middle of them.
+std::vector<double> lines_along(const Plan& plan, const Slab& slab, int axis) {
   std::vector<double> centres;
-  for (const auto& wrp : plan.wrps) centres.push_back(wrp.centre_m[axis]);
+  for (const auto& wrp : plan.wrps) {
+    if (&plan.slab_of(wrp) == &slab) centres.push_back(wrp.centre_m[axis]);
+  }
   std::sort(centres.begin(), centres.end());
   centres.erase(std::unique(centres.begin(), centres.end()), centres.end());
   const std::size_t lines = std::min(centres.size(), most_lines), first = (centres.size() - lines) / 2;
   return {centres.begin() + static_cast<std::ptrdiff_t>(first), centres.begin() + static_cast<std::ptrdiff_t>(first + lines)};
 }
 
-}  // namespace
-
-double predicted_padding_error(const Plan& plan, const World& world, glm::ivec2 padded) {
-  double square = 0;
-  for (int axis = 0; axis < 2; ++axis) {
-    AxisOfPlan line(plan, world, axis, padded[axis]);
-    for (const double centre_m : lines_along(plan, axis)) line.add_padded(centre_m);
-    square += line.square();
-  }
-  return std::sqrt(square);
+/// How much of the samples a slab has: the more, the more of the hologram's view its box fills.
+double share_of(const Plan& plan, const Slab& slab) {
+  const auto side = [&](const Slab& s) { return glm::max(glm::dvec2(s.max_m - s.min_m), plan.pitch_m) / s.min_m.z; };
+  double all = 0;
+  for (const auto& each : plan.slabs) all += side(each).x * side(each).y;
+  return side(slab).x * side(slab).y / all;
 }
 
-double predicted_rows_error(const Plan& plan, const World& world) {
-  AxisOfPlan line(plan, world, 1, plan.size.y);
-  for (const double centre_m : lines_along(plan, 1)) line.add_refined(centre_m);
-  return std::sqrt(line.square());
+}  // namespace
+
+std::vector<double> predicted_padding_errors(const Plan& plan, const std::vector<glm::ivec2>& padded) {
+  std::vector<double> errors(padded.size());  // squares, at first
+  for (const auto& slab : plan.slabs) {
+    for (int axis = 0; axis < 2; ++axis) {
+      std::vector<int> sizes;
+      for (const auto& size : padded) sizes.push_back(size[axis]);
+      AxisOfSlab line(plan, slab, axis, sizes);
+      for (const double centre_m : lines_along(plan, slab, axis)) line.add_padded(centre_m);
+      for (std::size_t i = 0; i < padded.size(); ++i) errors[i] += share_of(plan, slab) * line.square(i);
+    }
+  }
+  for (auto& error : errors) error = std::sqrt(error);
+  return errors;
+}
+
+double predicted_rows_error(const Plan& plan) {
+  double square = 0;
+  for (const auto& slab : plan.slabs) {
+    if (!slab.refines()) continue;
+    AxisOfSlab line(plan, slab, 1, {plan.size.y});
+    for (const double centre_m : lines_along(plan, slab, 1)) line.add_refined(centre_m);
+    square += share_of(plan, slab) * line.square();
+  }
+  return std::sqrt(square);
 }
 
 }  // namespace raywave

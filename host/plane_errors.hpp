@@ -3,23 +3,23 @@
 /// and into the window. Small wrp.oversampling: rows in between are not quite those that would have been gathered.
 #pragma once
 
-#include "host/mesh.hpp"
 #include "host/plan.hpp"
 
 namespace raywave {
 
 /// Relative L2 error of the field at the hologram against an endless padding, predicted: along each axis, a line of every WRP (of 32 at
-/// most) is filled with the waves of some samples spread through the scene's box, cut by cone, soft edge and WRP as the gathering does,
-/// and propagated twice, with the plan's padding and with a wide one. Takes milliseconds.
+/// most) is filled with the waves of some samples spread through the box of its slab's surfaces, cut by cone, soft edge and WRP as the
+/// gathering does, and propagated with each padding and with a wide one. Takes milliseconds.
 ///
-/// padded    samples of the padded plane; plan.padded for the plan's own
+/// padded    samples of the padded planes; {plan.padded} for the plan's own
+/// returns   an error for each
 /// accuracy  within a factor of 1.6 of what the scene itself shows, measured from 0.003 to 0.9 (tests/plane_errors.cpp); the scene is
 ///           taken to fill its box
-double predicted_padding_error(const Plan& plan, const World& world, glm::ivec2 padded);
+std::vector<double> predicted_padding_errors(const Plan& plan, const std::vector<glm::ivec2>& padded);
 
-/// The same of making the hologram's rows from plan.rows, against gathering all of them.
+/// The same of making the hologram's rows from those of the slabs, against gathering all of them.
 ///
 /// accuracy  within a factor of 2 of what the scene itself shows (tests/refiner.cpp)
-double predicted_rows_error(const Plan& plan, const World& world);
+double predicted_rows_error(const Plan& plan);
 
 }  // namespace raywave

@@ -32,26 +32,27 @@ double window_at(double share) {
 }
 
 /// Turns by which light from y to the hologram's centre is ahead of that from the axis.
-double converging_turns(const Plan& plan, double y_m) {
-  const double length_m = std::hypot(y_m, plan.distance_m);
-  return -y_m * y_m / (length_m + plan.distance_m) / plan.wavelength_m;
+double converging_turns(double wavelength_m, double distance_m, double y_m) {
+  const double length_m = std::hypot(y_m, distance_m);
+  return -y_m * y_m / (length_m + distance_m) / wavelength_m;
 }
 
-/// Largest frequency along y, in cycles per metre, of light from the WRPs to the hologram's window, its cone's soft edge included, without
-/// the wave that converges to the hologram's centre.
-double largest_frequency(const Plan& plan) {
+/// Largest frequency along y, in cycles per metre, of light from a slab's WRPs to the hologram's window, its cone's soft edge included,
+/// without the wave that converges to the hologram's centre.
+double largest_frequency(const Plan& plan, const Slab& slab) {
   const auto half_window = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
   const auto reach = plan.fan * half_window;
   double largest = 0;
   for (const auto& wrp : plan.wrps) {
+    if (&plan.slab_of(wrp) != &slab) continue;
     const double least_x = std::max(0.0, std::abs(wrp.centre_m.x) - half_window.x - reach.x),
                  most_x = std::abs(wrp.centre_m.x) + half_window.x + reach.x;
     for (int i = 0; i <= 8; ++i) {
       const double y = wrp.centre_m.y + (i / 4.0 - 1) * half_window.y;
-      const double taken_out = y / std::hypot(y, plan.distance_m);
+      const double taken_out = y / std::hypot(y, slab.distance_m);
       for (const double to : {-reach.y, reach.y}) {
         for (const double x : {least_x, most_x})
-          largest = std::max(largest, std::abs((y - to) / std::hypot(x, y - to, plan.distance_m) - taken_out) / plan.wavelength_m);
+          largest = std::max(largest, std::abs((y - to) / std::hypot(x, y - to, slab.distance_m) - taken_out) / plan.wavelength_m);
       }
     }
   }
@@ -60,18 +61,20 @@ double largest_frequency(const Plan& plan) {
 
 }  // namespace
 
-WrpRows rows_for_band(const Plan& plan, double oversampling) {
+WrpRows rows_for_band(const Plan& plan, const Slab& slab, double oversampling) {
   const WrpRows all{plan.size.y, plan.pitch_m.y, 0};
-  const double pitch_m = 1 / (2 * oversampling * largest_frequency(plan));
+  const double frequency = largest_frequency(plan, slab);
+  if (!(frequency > 0)) return all;  // no WRP
+  const double pitch_m = 1 / (2 * oversampling * frequency);
   const int half = half_taps(oversampling);
   const double rows = std::ceil((plan.size.y - 1) * plan.pitch_m.y / pitch_m) + 1 + 2 * half;  // those beyond the edges are for taps
   return rows <= worthwhile * plan.size.y ? WrpRows{static_cast<int>(rows), pitch_m, half} : all;
 }
 
-Refinement refinement_of(const Plan& plan, double centre_y_m) {
-  const auto& rows = plan.rows;
+Refinement refinement_of(const Plan& plan, const Slab& slab, double centre_y_m) {
+  const auto& rows = slab.rows;
   const auto converging_at = [&](int row, int count, double pitch_m) {
-    const double turns = converging_turns(plan, centre_y_m - (row - (count - 1) / 2.0) * pitch_m);
+    const double turns = converging_turns(plan.wavelength_m, slab.distance_m, centre_y_m - (row - (count - 1) / 2.0) * pitch_m);
     return std::polar(1.0, 2 * pi * (turns - std::round(turns)));
   };
   std::vector<std::complex<double>> taken_out;
@@ -107,7 +110,8 @@ Refiner::Refiner(const cl::Device& device)
               .kernel("refine")) {}
 
 void Refiner::refine(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& coarse, int frame, cl::ComplexBuffer& fine) {
-  const auto r = refinement_of(plan, wrp.centre_m.y);
+  const auto& slab = plan.slab_of(wrp);
+  const auto r = refinement_of(plan, slab, wrp.centre_m.y);
   if (first_.size() != r.first.size()) first_ = {device_, r.first.size(), "rows of a WRP"};
   if (coefficients_.size() != r.coefficients.size()) coefficients_ = {device_, r.coefficients.size(), "rows of a WRP"};
   first_.write(r.first);
@@ -115,7 +119,7 @@ void Refiner::refine(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& 
   const auto groups = [](int n, int size) { return static_cast<std::size_t>((n + size - 1) / size); };
   const bool wide = lanes_ > 1;
   refine_.run({groups(plan.size.x, lanes_), groups(plan.size.y, wide ? 16 : 1)}, wide ? cl::Range{1, 1} : cl::Range{64, 1}, coarse,
-              plan.rows.count, frame, plan.size.x, plan.size.y, r.taps, first_, coefficients_, fine);
+              slab.rows.count, frame, plan.size.x, plan.size.y, r.taps, first_, coefficients_, fine);
 }
 
 }  // namespace raywave

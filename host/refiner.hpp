@@ -13,11 +13,12 @@
 
 namespace raywave {
 
-/// Rows as far apart as `oversampling` times what the light's band needs allows; those of the hologram where that gains less than a
-/// quarter.
+/// Rows of a slab's WRPs, as far apart as `oversampling` times what their light's band needs allows; those of the hologram where that
+/// gains less than a quarter.
 ///
 /// plan  with its WRPs
-WrpRows rows_for_band(const Plan& plan, double oversampling);
+/// slab  of plan.slabs
+WrpRows rows_for_band(const Plan& plan, const Slab& slab, double oversampling);
 
 /// Rows of the hologram's pitch as sums of the WRP's: row i is the sum over j < taps of
 /// coefficients[i * taps + j] times row first[i] + j. A windowed sinc between the converging wave taken out and put back.
@@ -27,15 +28,16 @@ struct Refinement {
   std::vector<std::complex<float>> coefficients;
 };
 
+/// slab        with its rows
 /// centre_y_m  of the WRP
-/// accuracy    see predicted_oversampling_error
-Refinement refinement_of(const Plan& plan, double centre_y_m);
+/// accuracy    see predicted_rows_error
+Refinement refinement_of(const Plan& plan, const Slab& slab, double centre_y_m);
 
 class Refiner {
 public:
   explicit Refiner(const cl::Device& device);
 
-  /// Frame `frame` of `coarse` (frames x plan.rows.count x nx), gathered on the WRP, into `fine` (ny x nx).
+  /// Frame `frame` of `coarse` (frames x rows of the slab x nx), gathered on the WRP, into `fine` (ny x nx).
   void refine(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& coarse, int frame, cl::ComplexBuffer& fine);
 
 private:

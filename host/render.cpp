@@ -80,7 +80,7 @@ public:
   }
 
   void fill(const Wrp& wrp, cl::ComplexBuffer& stack) {
-    if (gatherer_) gatherer_->gather(wrp.centre_m, stack);
+    if (gatherer_) gatherer_->gather(wrp, stack);
     if (tracer_) tracer_->trace(wrp, seed_, stack);
   }
 
@@ -206,10 +206,6 @@ struct Renderer::State {
     if (options.progress) options.progress(what, share);
   }
 
-  std::size_t gathered_pixels() const {
-    return static_cast<std::size_t>(plan.gathered_size().x) * static_cast<std::size_t>(plan.gathered_size().y);
-  }
-
   std::size_t pixels() const { return static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y); }
 
   void build_source() {
@@ -272,22 +268,22 @@ RenderResult Renderer::State::render() {
   moved = false;
   const auto wrp_count = plan.wrps.size();
   // Frames gathered together wait for each other's WRPs; one frame alone needs one field at a time.
-  const std::size_t stack_size = static_cast<std::size_t>(together) * gathered_pixels();
+  const std::size_t stack_size = static_cast<std::size_t>(together) * plan.gathered_pixels();
   stacks.resize(together > 1 ? wrp_count : 1);
   for (auto& stack : stacks) {
     if (stack.size() >= stack_size) continue;
     stack = {};  // before the new one is asked for
     stack = {device, stack_size, "fields of a WRP"};
   }
-  if (plan.refines() && !refiner) {
+  if (!refiner && std::any_of(plan.slabs.begin(), plan.slabs.end(), [](const Slab& slab) { return slab.refines(); })) {
     refiner = std::make_unique<Refiner>(device);
     refined = {device, pixels(), "field of a WRP"};
   }
 
   RenderResult result;
   result.plan = plan;
-  if (propagator && plan.distance_m > propagator->farthest_m())
-    result.notes.push_back("from " + length_text(plan.distance_m) +
+  if (const double farthest_m = plan.slabs.back().distance_m; propagator && farthest_m > propagator->farthest_m())
+    result.notes.push_back("from " + length_text(farthest_m) +
                            " away light gets lost: a padded plane this small samples enough directions up to " +
                            length_text(propagator->farthest_m()) + "; --method points has no such limit");
   result.samples = source->samples();
@@ -312,13 +308,14 @@ RenderResult Renderer::State::render() {
         source->fill(wrp, stack);
         clock.wait();
       }
-      if (plan.refines()) {
+      const bool refines = plan.slab_of(wrp).refines();
+      if (refines) {
         const auto clock = stage("trace");
         refiner->refine(plan, wrp, stack, within, refined);
         clock.wait();
       }
-      const auto& on_wrp = plan.refines() ? refined : stack;
-      const int place = plan.refines() ? 0 : within;
+      const auto& on_wrp = refines ? refined : stack;
+      const int place = refines ? 0 : within;
       if (options.keep_wrps) {
         std::vector<std::complex<float>> samples(pixels());
         on_wrp.read(samples, static_cast<std::size_t>(place) * pixels());

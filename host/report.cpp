@@ -57,7 +57,8 @@ Json json_of(const Scene& scene) {
   j["wrp"] = {{"padding", scene.wrp.padding}};
   if (scene.wrp.oversampling) j["wrp"]["oversampling"] = *scene.wrp.oversampling;
   j["wrp"]["grid"] = scene.wrp.grid ? json_of(*scene.wrp.grid) : Json("auto");
-  j["wrp"]["distance_m"] = scene.wrp.distance_m ? Json(*scene.wrp.distance_m) : Json("auto");
+  j["wrp"]["distance_m"] = scene.wrp.distances_m.empty() ? Json("auto") : Json(scene.wrp.distances_m);
+  j["wrp"]["slabs"] = scene.wrp.slabs;
   j["sampling"] = {{"mode", scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
                    {"source", scene.sampling.source == FanSource::hit ? "hit" : "surface"},
                    {"shape", scene.sampling.shape == FanShape::orthographic ? "orthographic" : "perspective"},
@@ -113,11 +114,17 @@ Json json_of(const AccuracySpec& accuracy, const Plan& plan) {
 }
 
 Json json_of(const Plan& plan) {
-  Json j{{"distance_m", plan.distance_m},  {"grid", json_of(plan.grid)},          {"near_m", plan.near_m}, {"far_m", plan.far_m},
-         {"padded", json_of(plan.padded)}, {"padding_error", plan.padding_error}, {"rays", plan.rays}};
-  j["rows"] = {{"count", plan.rows.count}, {"pitch_m", plan.rows.pitch_m}, {"error", plan.rows_error}};
+  Json j{{"grid", json_of(plan.grid)},          {"near_m", plan.near_m},         {"far_m", plan.far_m}, {"padded", json_of(plan.padded)},
+         {"padding_error", plan.padding_error}, {"rows_error", plan.rows_error}, {"rays", plan.rays}};
+  for (const auto& s : plan.slabs) {
+    j["slabs"].push_back({{"distance_m", s.distance_m},
+                          {"near_m", s.min_m.z},
+                          {"far_m", s.max_m.z},
+                          {"grid", json_of(s.grid)},
+                          {"rows", {{"count", s.rows.count}, {"pitch_m", s.rows.pitch_m}}}});
+  }
   for (const auto& w : plan.wrps) {
-    j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}});
+    j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}, {"slab", w.slab}});
     if (!plan.aimed) j["wrps"].back()["rays_per_pixel"] = w.fan.size();
   }
   return j;
@@ -216,14 +223,21 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   }
   out << "scene     " << world.triangles.size() << " triangles, " << mm(extent.x) << " x " << mm(extent.y) << " x " << mm(extent.z) << ", "
       << mm(plan.near_m) << " to " << mm(plan.far_m) << " from the hologram\n";
-  out << "WRPs      " << plan.grid.x << " x " << plan.grid.y;
-  if (const auto dark = static_cast<std::size_t>(plan.grid.x) * static_cast<std::size_t>(plan.grid.y) - plan.wrps.size(); dark > 0)
-    out << " less " << dark << " that no light falls into";
-  out << " at " << mm(plan.distance_m) << ", " << mm(plan.near_m - plan.distance_m) << " in front of the nearest surface\n";
-  for (const auto& w : plan.wrps) {
-    out << "          centre (" << mm(w.centre_m.x) << ", " << mm(w.centre_m.y) << ")";
-    if (!plan.aimed) out << ": " << w.fan.size() << " rays per pixel";
-    out << "\n";
+  for (const auto& slab : plan.slabs) {
+    const auto lit = std::count_if(plan.wrps.begin(), plan.wrps.end(), [&](const Wrp& w) { return &plan.slab_of(w) == &slab; });
+    out << "WRPs      " << slab.grid.x << " x " << slab.grid.y;
+    if (const auto dark = std::ptrdiff_t{slab.grid.x} * slab.grid.y - lit; dark > 0) out << " less " << dark << " that no light falls into";
+    out << " at " << mm(slab.distance_m);
+    if (plan.slabs.size() == 1)
+      out << ", " << mm(plan.near_m - slab.distance_m) << " in front of the nearest surface\n";
+    else
+      out << ", for surfaces from " << mm(slab.min_m.z) << " to " << mm(slab.max_m.z) << "\n";
+    for (const auto& w : plan.wrps) {
+      if (&plan.slab_of(w) != &slab) continue;
+      out << "          centre (" << mm(w.centre_m.x) << ", " << mm(w.centre_m.y) << ")";
+      if (!plan.aimed) out << ": " << w.fan.size() << " rays per pixel";
+      out << "\n";
+    }
   }
   if (plan.aimed)
     out << "samples   a lattice of " << plan.lattice.size.x << " x " << plan.lattice.size.y << " rays, " << mm(scene.sampling.pitch_m)
@@ -236,9 +250,13 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       << number(scene.accuracy.phase_turns) << "\n";
   out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding " << scene.wrp.padding << "), propagation error predicted "
       << number(100 * plan.padding_error) << " %\n";
-  if (plan.refines())
-    out << "rows      " << plan.rows.count << " of a WRP gathered, " << mm(plan.rows.pitch_m) << " apart, for " << plan.size.y
-        << " (oversampling " << *scene.wrp.oversampling << "), error predicted " << number(100 * plan.rows_error) << " %\n";
+  for (const auto& slab : plan.slabs) {
+    if (!slab.refines()) continue;
+    out << "rows      " << slab.rows.count << " of a WRP";
+    if (plan.slabs.size() > 1) out << " at " << mm(slab.distance_m);
+    out << " gathered, " << mm(slab.rows.pitch_m) << " apart, for " << plan.size.y << " (oversampling " << *scene.wrp.oversampling
+        << "), error predicted " << number(100 * plan.rows_error) << " %\n";
+  }
   const auto kernels = kernel_options(scene, plan);
   out << "kernels   with";
   for (const auto& [option, name] : {std::pair{"RAYWAVE_SPECULAR", "highlights"},

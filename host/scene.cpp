@@ -36,6 +36,7 @@ constexpr Range between(double min, double max) { return {min, max}; }
 constexpr Range at_least(double min) { return {min, kLargest, true}; }
 
 constexpr Range kAnyPosition = between(-1e4, 1e4);
+constexpr int kMostSlabs = 16;
 
 bool contains(const Range& range, double value) {
   return value >= range.min && value <= range.max;  // false for NaN
@@ -159,6 +160,19 @@ struct Value {
   }
   glm::dvec3 lengths_m(const Range& range) const {
     return vector<glm::dvec3>("three lengths [x, y, z]", [&](const Value& v) { return v.length_m(range); });
+  }
+  /// A length, or an array of them.
+  std::vector<double> ascending_lengths_m(const Range& range, int most) const {
+    if (!is_array()) return {length_m(range)};
+    const auto& array = *node->as_array();
+    std::vector<double> lengths;
+    for (std::size_t i = 0; i < array.size(); ++i) {
+      const Value one{document, array.get(i), path, label + "[" + std::to_string(i) + "]"};
+      lengths.push_back(one.length_m(range));
+      if (i > 0 && !(lengths[i] > lengths[i - 1])) one.fail("more than the one before, " + length_text(lengths[i - 1]));
+    }
+    if (lengths.empty() || lengths.size() > static_cast<std::size_t>(most)) fail("a length, or 1 to " + std::to_string(most) + " of them");
+    return lengths;
   }
   glm::dvec3 colour(const Range& range) const {
     if (node->is_number()) return glm::dvec3(number(range));
@@ -292,7 +306,14 @@ WrpSpec read_wrp(Section section) {
     if (!v.is_auto()) spec.grid = v.integers(1024);
   });
   section.read("distance", [&](const Value& v) {
-    if (!v.is_auto()) spec.distance_m = v.length_m(between(1e-9, 1e4));
+    if (!v.is_auto()) spec.distances_m = v.ascending_lengths_m(between(1e-9, 1e4), kMostSlabs);
+    spec.slabs = std::max(1, static_cast<int>(spec.distances_m.size()));
+  });
+  section.read("slabs", [&](const Value& v) {
+    if (v.is_auto()) return;
+    const int slabs = v.integer(1, kMostSlabs);
+    if (!spec.distances_m.empty() && slabs != spec.slabs) v.fail("the number of distances given, " + std::to_string(spec.slabs));
+    spec.slabs = slabs;
   });
   section.read("padding", [&](const Value& v) {
     if (!v.is_auto()) spec.padding = v.number(between(1, 8));

@@ -45,7 +45,7 @@ void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field)
   plane.step_y = static_cast<float>(wrp.fan_step.y);
   plane.sampling_rate = static_cast<float>(1 / sampling_pitch_m_);
   plane.bias = scene_.bias_m;
-  plane.reach = 4 * (scene_.diameter_m + static_cast<float>(plan_.far_m - plan_.distance_m) + static_cast<float>(glm::length(centre)));
+  plane.reach = 4 * (scene_.diameter_m + static_cast<float>(plan_.far_m - wrp.centre_m.z) + static_cast<float>(glm::length(centre)));
   plane.seed = seed;
 
   const auto packets = static_cast<std::size_t>((plan_.size.x + lanes_ - 1) / lanes_);

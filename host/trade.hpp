@@ -24,6 +24,7 @@ struct TradeKnobs {
   int frames = 1;
   double padding = 2;
   std::optional<double> oversampling;
+  int slabs = 1;
   int antialias = 4, visibility = 8;
   SamplingMode mode = SamplingMode::aimed;
   FanSource source = FanSource::hit;

@@ -177,6 +177,12 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   const int index = (int)get_global_id(0);
   if (index >= sample_count) return;
   const Sample s = samples[index];
+  if (!(plane.begin_z <= s.z && s.z < plane.end_z)) {  // it shines on another slab's planes
+    aims[index].near = aims[index].columns = 0;
+    boxes[index] = boxes[2 * stride + index] = 0;
+    boxes[stride + index] = boxes[3 * stride + index] = -1;
+    return;
+  }
   Aim a;
   const Wide sample_x = wide(s.x, 0.0f), sample_y = wide(s.y, 0.0f), sample_z = wide(s.z, 0.0f);
   const Wide x = wide_minus(sample_x, wide(plane.left, plane.left_low)), y = wide_minus(sample_y, wide(plane.top, plane.top_low));

@@ -142,6 +142,8 @@ typedef struct {
   float top_low;
   float z;
   float z_low;
+  float begin_z;  // depths of the samples that it gathers: begin_z <= z < end_z
+  float end_z;
   float pitch_x;
   float pitch_x_low;
   float pitch_y;

@@ -111,6 +111,8 @@
   MEMBER(GatherPlane, top_low)        \
   MEMBER(GatherPlane, z)              \
   MEMBER(GatherPlane, z_low)          \
+  MEMBER(GatherPlane, begin_z)        \
+  MEMBER(GatherPlane, end_z)          \
   MEMBER(GatherPlane, pitch_x)        \
   MEMBER(GatherPlane, pitch_x_low)    \
   MEMBER(GatherPlane, pitch_y)        \

@@ -261,7 +261,7 @@ TEST_CASE("a WRP that touches, cuts or coincides with a surface gives finite lig
       scene.objects[0].width_m = 0.1 * mm;
       for (const double z_m : {9.75 * mm, 9.7500001 * mm, 9.8 * mm, 9.85 * mm, 9.9999999 * mm, 10 * mm}) {
         INFO(way.name << ", WRP at " << z_m << " m");
-        scene.wrp.distance_m = z_m;
+        scene.wrp.distances_m = {z_m};
         RenderResult result;
         const auto refusal = input_error_of([&] { result = rendered(device, scene, way); });
         if (!refusal.empty()) {
@@ -480,14 +480,14 @@ TEST_CASE("slivers, triangles seen edge-on and edges of three triangles behind a
       // Cells of edges name their layers in another order when something stands behind: the wall alone has none before the needles.
       scene.objects[0] = test::object_at(scene.objects[1].mesh, 0.02 * mm, {0, 0, 10.6 * mm}, 0);  // both scenes end here
       scene.objects[1].rotation_deg = {0, 0, 0};
-      scene.wrp.distance_m = 9.65 * mm;  // a planned one minds what is hidden too
+      scene.wrp.distances_m = {9.65 * mm};  // a planned one minds what is hidden too
       const auto without = field_of(device, scene, way);
       scene.objects.push_back(test::object_at(mesh, 0.2 * mm, {0, 0, 10.3 * mm}, 0));
       const auto with = field_of(device, scene, way);
       CHECK(test::relative_l2(with, without) <= 1e-5);
       // And in the light.
       scene.objects[2].position_m = {0, 0, 9.9 * mm};
-      scene.wrp.distance_m = 9.9 * mm;
+      scene.wrp.distances_m = {9.9 * mm};
       scene.trace.shadows = true;
       CHECK(energy(field_of(device, scene, way)) > 0);
     }
@@ -634,7 +634,7 @@ TEST_CASE("lattices and fans of absurd numbers of rays are refused with figures"
   CHECK_THAT(refusal(ways[0]), ContainsSubstring("sampling.pitch 1e-06 mm needs ") &&
                                    ContainsSubstring("lattice cells or more, at most 268435456 are allowed; give a larger pitch"));
   scene.sampling.pitch_m = 10 * um;
-  scene.wrp.distance_m = 1e-9;
+  scene.wrp.distances_m = {1e-9};
   scene.wrp.grid = glm::ivec2(1, 1);
   // Rays p = 10 um apart over a window of 256 x 192 um seen from 1 nm, at a depth of 10.03 mm.
   CHECK_THAT(refusal(ways[1]), ContainsSubstring("sampling.pitch 0.01 mm needs 256") && ContainsSubstring(" x 192") &&

@@ -33,12 +33,12 @@ using reference::phase_turns_of_key;
 
 /// near_spots  as Gatherer has it; 0: all samples geometrically
 Fields gathered(const raywave::cl::Device& device, const Rig& rig, dvec3 centre, double near_spots = 0, int frames = 1,
-                std::uint32_t seed = 1) {
+                std::uint32_t seed = 1, std::size_t slab = 0) {
   Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, frames, near_spots);
   gatherer.draw_phases(seed);
   const auto pixels = static_cast<std::size_t>(rig.plan.size.x) * static_cast<std::size_t>(rig.plan.size.y);
   raywave::cl::ComplexBuffer field(device, Fields(static_cast<std::size_t>(frames) * pixels, {7, 7}), "field");
-  gatherer.gather(centre, field);
+  gatherer.gather(Wrp{.centre_m = centre, .slab = slab}, field);
   return field.read();
 }
 
@@ -335,6 +335,47 @@ TEST_CASE("geometric footprints and plane waves agree where one takes over from 
   }
 }
 
+TEST_CASE("every sample is gathered in one slab, also on the boundary of two, before the first and behind the last") {
+  for (const auto& device : all_devices()) {
+    Stage stage;
+    stage.scene.hologram = {{61, 47}, {8e-6, 8e-6}, 638e-9};
+    stage.scene.sampling.pitch_m = 30e-6;
+    for (int i = 0; i < 5; ++i)  // 18.8 to 20 mm
+      stage.add(rectangle({(i - 2) * 40e-6, 0, 18.8e-3 + i * 0.3e-3}, {18e-6, 0, 2e-6 * i}, {0, 18e-6, 0}));
+    Rig rig(device, stage);
+    std::vector<float> depths;
+    for (const auto& s : rig.samples) depths.push_back(s.z);
+    std::sort(depths.begin(), depths.end());
+    depths.erase(std::unique(depths.begin(), depths.end()), depths.end());
+    REQUIRE(depths.size() >= 5);
+    auto& slabs = rig.plan.slabs;
+    REQUIRE(slabs.size() == 1);
+    const auto whole = slabs[0];
+    const dvec3 centre(10e-6, -5e-6, 19.3e-3);
+    const auto all = gathered(device, rig, centre), all_near = gathered(device, rig, centre, 12);
+    // Slabs that begin at a sample's own depth, a float's step behind it, and beyond all of them.
+    const double z0 = rig.plan.origin_m.z, first = z0 + double{depths[1]}, second = z0 + double{std::nextafter(depths[3], 1.0f)};
+    slabs.assign(4, whole);
+    slabs[0].end_m = slabs[1].begin_m = first;
+    slabs[1].end_m = slabs[2].begin_m = second;
+    slabs[2].end_m = slabs[3].begin_m = 1;
+    REQUIRE(slab_bounds(rig.plan, slabs[1]) == std::pair(depths[1], std::nextafter(depths[3], 1.0f)));
+    const auto sum_of_slabs = [&](double near_spots) {
+      std::vector<Complex> sum(all.size());
+      for (std::size_t slab = 0; slab < 4; ++slab) {
+        const auto part = gathered(device, rig, centre, near_spots, 1, 1, slab);
+        if (slab == 3) CHECK(energy_of(part) == 0);
+        if (slab < 3) CHECK(energy_of(part) > 0);
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += Complex(part[i]);
+      }
+      return sum;
+    };
+    // Sums in another order.
+    CHECK(reference::relative_error(sum_of_slabs(0), reference::to_double(all)) < 1e-6);
+    CHECK(reference::relative_error(sum_of_slabs(12), reference::to_double(all_near)) < 1e-6);
+  }
+}
+
 TEST_CASE("a pixel of the study scene gathers at most 30 rays, and most of its light reaches the hologram", "[slow]") {
   for (const auto& device : all_devices()) {
     const auto scene = study({"sampling.fan=1.0", "sampling.edge=0"});
@@ -343,7 +384,7 @@ TEST_CASE("a pixel of the study scene gathers at most 30 rays, and most of its l
     stage.world = build_world(scene);
     const Rig rig(device, stage);
     const auto& plan = rig.plan;
-    const double z_wrp = plan.distance_m;
+    const double z_wrp = plan.slabs[0].distance_m;
     double pairs = 0, asked = 0;
     for (const auto& s : rig.samples) {
       const auto p = place(s) + plan.origin_m;
@@ -409,12 +450,12 @@ FieldStack hologram_of(const raywave::cl::Device& device, const Stage& stage, bo
   if (!bounces_only) {
     Gatherer gatherer(device, plan, rig.arrays, rig.table, 1);
     gatherer.draw_phases(1);
-    gatherer.gather(plan.wrps[0].centre_m, field);
+    gatherer.gather(plan.wrps[0], field);
   }
   if (plan.bounces > 0) Tracer(device, rig.scene, plan, rig.arrays, HitSource::bounced).trace(plan.wrps[0], 1, field);
   Propagator propagator(device, {plan.size, plan.pitch_m, plan.wavelength_m, 2});
   propagator.load(field);
-  propagator.add({{-plan.wrps[0].centre_m.x, -plan.wrps[0].centre_m.y}, plan.distance_m});
+  propagator.add({{-plan.wrps[0].centre_m.x, -plan.wrps[0].centre_m.y}, plan.slabs[0].distance_m});
   propagator.collect(field);
   return {plan.size.x, plan.size.y, 1, field.read()};
 }
@@ -424,7 +465,7 @@ Stage bench() {
   stage.scene.hologram = {{160, 160}, {8e-6, 8e-6}, 638e-9};
   stage.scene.sampling.pitch_m = 20e-6;
   stage.scene.wrp.grid = glm::ivec2(1, 1);
-  stage.scene.wrp.distance_m = 18e-3;
+  stage.scene.wrp.distances_m = {18e-3};
   return stage;
 }
 

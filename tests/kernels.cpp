@@ -99,7 +99,7 @@ void render_in_all_ways(const cl::Device& device, const Folder& folder) {
   check_render(device, scene);
   check_render(device, scene, Method::points);
 
-  scene.wrp.distance_m = 9.9 * mm;  // between the two: samples near the plane, and before it
+  scene.wrp.distances_m = {9.9 * mm, 10.2 * mm};  // samples near the planes, and before them
   scene.sampling.antialias = false;
   scene.lights.resize(1);
   scene.lights.resize(40, scene.lights[0]);  // more than a word of bits
@@ -108,7 +108,7 @@ void render_in_all_ways(const cl::Device& device, const Folder& folder) {
   scene.lights.resize(1);
 
   scene.sampling.frames = 1;
-  scene.wrp.distance_m.reset();
+  scene.wrp.distances_m.clear();
   scene.sampling.mode = SamplingMode::fan;
   check_render(device, scene);
   scene.sampling.source = FanSource::surface;
@@ -129,11 +129,11 @@ void refine(const cl::Device& device) {
   plan.size = {device.info().float_lanes + 3, 19};
   plan.pitch_m = {8 * um, 8 * um};
   plan.wavelength_m = 638e-9;
-  plan.distance_m = 10 * mm;
-  plan.rows = {11, 20 * um, 2};
-  plan.wrps = {{{0, 0, plan.distance_m}, {}, {0, 0}, 0}};
+  plan.slabs = {{.distance_m = 10 * mm}};
+  plan.slabs[0].rows = {11, 20 * um, 2};
+  plan.wrps = {{{0, 0, plan.slabs[0].distance_m}, {}, {0, 0}, 0}};
   const auto pixels = [&](int rows) { return static_cast<std::size_t>(plan.size.x * rows); };
-  const cl::ComplexBuffer gathered(device, std::vector<std::complex<float>>(2 * pixels(plan.rows.count), {1, 0}), "gathered");
+  const cl::ComplexBuffer gathered(device, std::vector<std::complex<float>>(2 * pixels(plan.slabs[0].rows.count), {1, 0}), "gathered");
   cl::ComplexBuffer field(device, pixels(plan.size.y), "refined");
   Refiner(device).refine(plan, plan.wrps[0], gathered, 1, field);
   CHECK(test::all_finite(field.read()));

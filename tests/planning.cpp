@@ -96,7 +96,7 @@ TEST_CASE("leaving out dark WRPs leaves the hologram as it is") {
   for (auto& p : world.positions) p = {(p.x + 0.5 * mm) * 0.2 - 0.5 * mm, (p.y + 0.4 * mm) * 0.2 - 0.4 * mm, 0.02};
   world.min_m = world.positions[0];
   world.max_m = world.positions[2];
-  scene.wrp.distance_m = 19.9 * mm;
+  scene.wrp.distances_m = {19.9 * mm};
   for (const auto& info : cl::list_devices()) {
     INFO(info.name);
     const cl::Device device(info);
@@ -121,7 +121,8 @@ TEST_CASE("the same teapot alone in one corner costs at most 0.4 of a scene that
 }
 
 TEST_CASE("a value that the file fixes is kept whatever the goal", "[slow]") {
-  for (const auto& [key, value] : {std::pair{"sampling.pitch", "83 um"}, {"sampling.frames", "5"}, {"wrp.padding", "1.75"}}) {
+  for (const auto& [key, value] :
+       {std::pair{"sampling.pitch", "83 um"}, {"sampling.frames", "5"}, {"wrp.padding", "1.75"}, {"wrp.slabs", "3"}}) {
     INFO(key);
     const auto fixed = data_scene("teapot.toml", {std::string(key) + "=" + value});
     const auto open = data_scene("teapot.toml", {std::string(key) + "=auto"});
@@ -131,6 +132,7 @@ TEST_CASE("a value that the file fixes is kept whatever the goal", "[slow]") {
       const auto p = planned(fixed, goal);
       CHECK(p.scene.sampling.pitch_m == (fixed.given.contains("sampling.pitch") ? 83 * um : p.scene.sampling.pitch_m));
       CHECK(p.scene.sampling.frames == (fixed.given.contains("sampling.frames") ? 5 : p.scene.sampling.frames));
+      CHECK((!fixed.given.contains("wrp.slabs") || p.scene.wrp.slabs == 3));
       CHECK(p.scene.wrp.padding == (fixed.given.contains("wrp.padding") ? 1.75 : p.scene.wrp.padding));
     }
   }
@@ -186,6 +188,29 @@ TEST_CASE("qualities follow each other in time and truth, and reference samples 
       if (quality == Quality::reference) CHECK(p.scene.accuracy.phase_turns == 0.001);
     }
   }
+}
+
+TEST_CASE("two objects far apart get WRPs at each, and take a fraction of the time of one depth") {
+  const auto scene = data_scene("apart.toml");
+  const auto world = build_world(scene);
+  const auto p = plan_scene(scene, world, {}, {Quality::balanced, {}, {}});
+  CHECK(p.scene.wrp.slabs == 2);
+  REQUIRE(p.plan.slabs.size() == 2);
+  CHECK(p.plan.slabs[0].distance_m == Approx(75 * mm).margin(2 * mm));     // a ball of 4 mm
+  CHECK(p.plan.slabs[1].distance_m == Approx(125 * mm).margin(2.5 * mm));  // a teapot 5 mm deep
+  auto one = p.scene;
+  one.wrp.slabs = 1;
+  one.given.insert("wrp.slabs");
+  CHECK(p.prediction.times.total_s() < 0.3 * plan_scene(one, world, {}).prediction.times.total_s());
+  CHECK(std::any_of(p.reasons.begin(), p.reasons.end(), [](const auto& r) { return r.find("slabs of depth: predicted 1 takes") == 0; }));
+}
+
+TEST_CASE("scenes that gain nothing from slabs have one, and so has every scene without a goal") {
+  for (const char* name : {"study.toml", "teapot.toml", "wire.toml"}) {
+    const auto scene = data_scene(name, {"sampling.pitch=auto", "sampling.frames=auto", "wrp.padding=auto", "wrp.distance=auto"});
+    CHECK(planned(scene, {Quality::balanced, {}, {}}).scene.wrp.slabs == 1);
+  }
+  CHECK(planned(data_scene("apart.toml")).plan.slabs.size() == 1);
 }
 
 TEST_CASE("kernels are built without what no object of the scene has") {

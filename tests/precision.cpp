@@ -30,7 +30,7 @@ struct Extreme {
   dvec3 centre_m;           // of the scene
   double width_m, depth_m;  // of the scene
   double sampling_pitch_m;
-  std::optional<double> wrp_m = {};
+  std::vector<double> wrps_m = {};
   Method method = Method::wrp;
   double aside = 0.1;  // of the sphere, in widths; at 0.1 it hides a part of the square
 };
@@ -40,7 +40,7 @@ Stage stage_of(const Extreme& e) {
   stage.scene.file = "extreme.toml";
   stage.scene.hologram = e.hologram;
   stage.scene.sampling.pitch_m = e.sampling_pitch_m;
-  stage.scene.wrp.distance_m = e.wrp_m;
+  stage.scene.wrp.distances_m = e.wrps_m;
   if (e.method == Method::points) stage.scene.wrp.grid = glm::ivec2(1, 1);
   Material shiny;
   shiny.specular = dvec3(2.0);
@@ -67,16 +67,17 @@ std::vector<Extreme> extremes() {
       {"wavelength 10 nm", hologram(small, 1 * um, 10 * nm), {0, 0, 10 * mm}, 0.08 * mm, 1 * mm, 3 * um},
       {"wavelength 1 mm", hologram(small, 0.5 * mm, 1 * mm), {0, 0, 200 * mm}, 60 * mm, 60 * mm, 2 * mm},
       {"pitch lambda/4", hologram(small, 638 * nm / 4), {0, 0, 20 * um}, 20 * um, 8 * um, 0.5 * um},
-      {"pitch lambda/4, WRPs at 1 um", hologram(small, 638 * nm / 4), {0, 0, 20 * um}, 10 * um, 8 * um, 0.5 * um, 1 * um},
+      {"pitch lambda/4, WRPs at 1 um", hologram(small, 638 * nm / 4), {0, 0, 20 * um}, 10 * um, 8 * um, 0.5 * um, {1 * um}},
       {"pitch 100 um", hologram(small, 100 * um), {0, 0, 1}, 6 * mm, 6 * mm, 0.2 * mm},
-      {"WRPs at 1 um", hologram(small, 3.74 * um), {0, 0, 20 * mm}, 1 * mm, 1 * mm, 40 * um, 1 * um},
-      {"WRPs at 5 m", hologram(small, 50 * um), {0, 0, 5.3}, 20 * mm, 0.2, 0.6 * mm, 5.0},
-      {"scene of 1 um", hologram(small, 0.32 * um), {0, 0, 20 * um}, 1 * um, 1 * um, 40 * nm, 18.8 * um},
-      {"scene 1 m wide, 10 m away", hologram(small, 3.74 * um), {0, 0, 10}, 1, 0.1, 30 * mm, 1 * mm},
-      {"scene 1 m deep", hologram(small, 20 * um), {0, 0, 0.9}, 6 * mm, 1, 0.3 * mm, 0.3, Method::wrp, 0.9},
-      {"1 m off the axis, 10 m away", hologram(small, 3 * um), {1, 0, 10}, 50 * mm, 50 * mm, 2 * mm, 0.2},
-      {"10 m away", hologram(small, 20 * um), {0, 0, 10}, 6 * mm, 6 * mm, 0.3 * mm, 9.5},
-      {"WRP cuts a surface", hologram(small, 3.74 * um), {0, 0, 6 * mm}, 0.5 * mm, 0.4 * mm, 15 * um, 6.1 * mm},
+      {"WRPs at 1 um", hologram(small, 3.74 * um), {0, 0, 20 * mm}, 1 * mm, 1 * mm, 40 * um, {1 * um}},
+      {"WRPs at 5 m", hologram(small, 50 * um), {0, 0, 5.3}, 20 * mm, 0.2, 0.6 * mm, {5.0}},
+      {"scene of 1 um", hologram(small, 0.32 * um), {0, 0, 20 * um}, 1 * um, 1 * um, 40 * nm, {18.8 * um}},
+      {"scene 1 m wide, 10 m away", hologram(small, 3.74 * um), {0, 0, 10}, 1, 0.1, 30 * mm, {1 * mm}},
+      {"scene 1 m deep", hologram(small, 20 * um), {0, 0, 0.9}, 6 * mm, 1, 0.3 * mm, {0.3}, Method::wrp, 0.9},
+      {"1 m off the axis, 10 m away", hologram(small, 3 * um), {1, 0, 10}, 50 * mm, 50 * mm, 2 * mm, {0.2}},
+      {"10 m away", hologram(small, 20 * um), {0, 0, 10}, 6 * mm, 6 * mm, 0.3 * mm, {9.5}},
+      {"WRP cuts a surface", hologram(small, 3.74 * um), {0, 0, 6 * mm}, 0.5 * mm, 0.4 * mm, 15 * um, {6.1 * mm}},
+      {"two slabs", hologram(small, 3.74 * um), {0, 0, 6 * mm}, 0.5 * mm, 0.4 * mm, 15 * um, {5.9 * mm, 6.1 * mm}},
       {"points, 1 m away", hologram(small, 3.74 * um), {0, 0, 1}, 50 * mm, 50 * mm, 2 * mm, {}, Method::points},
       {"points, wavelength 10 nm", hologram(small, 1 * um, 10 * nm), {0, 0, 1}, 1 * mm, 10 * mm, 40 * um, {}, Method::points, 0.9},
   };
@@ -100,7 +101,7 @@ Oracle oracle_of(const Rig& rig) {
   Oracle oracle;
   std::vector<reference::Field> planes;
   for (const auto& wrp : rig.plan.wrps) {
-    oracle.planes.push_back(reference::gather(gathering, wrp.centre_m, 1));
+    oracle.planes.push_back(reference::gather(gathering, wrp, 1));
     planes.push_back(oracle.planes.back().field);
     const auto& unsure = oracle.planes.back().unsure;
     oracle.unsure |= std::find(unsure.begin(), unsure.end(), true) != unsure.end();
@@ -125,7 +126,7 @@ Outcome outcome_of(const raywave::cl::Device& device, const Rig& rig, const Orac
   std::vector<reference::Field> wanted;
   for (std::size_t n = 0; n < plan.wrps.size(); ++n) {
     const auto centre_m = plan.wrps[n].centre_m;
-    gatherer.gather(centre_m, field);
+    gatherer.gather(plan.wrps[n], field);
     const auto got = reference::to_double(field.read());
     auto want = oracle.planes[n].field;
     for (std::size_t i = 0; i < pixels; ++i) {
@@ -150,7 +151,7 @@ Stage highlights(const HologramSpec& hologram, double distance_m, double width_m
   stage.scene.file = "highlights.toml";
   stage.scene.hologram = hologram;
   stage.scene.sampling.pitch_m = width_m / 25;
-  stage.scene.wrp.distance_m = distance_m - 0.5 * width_m;
+  stage.scene.wrp.distances_m = {distance_m - 0.5 * width_m};
   stage.scene.wrp.grid = glm::ivec2(1, 1);
   Material shiny;
   shiny.ambient = shiny.diffuse = dvec3(0);

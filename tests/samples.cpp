@@ -330,7 +330,7 @@ TEST_CASE("the sample set of a plane does not depend on its triangles: 2 or 20,0
           Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
           gatherer.draw_phases(5);
           raywave::cl::ComplexBuffer field(device, 96 * 80, "field");
-          gatherer.gather({0, 0, 0}, field);
+          gatherer.gather(Wrp{{0, 0, 0}}, field);
           return field.read();
         };
         const auto x = hologram(a), y = hologram(b);
@@ -551,7 +551,7 @@ TEST_CASE("a lattice whose rays pierce nothing gives an empty table") {
     Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
     gatherer.draw_phases(1);
     raywave::cl::ComplexBuffer field(device, std::vector<std::complex<float>>(96 * 80, {7, 7}), "field");
-    gatherer.gather({0, 0, 19e-3}, field);
+    gatherer.gather(Wrp{{0, 0, 19e-3}}, field);
     const auto values = field.read();
     CHECK(std::all_of(values.begin(), values.end(), [](auto v) { return v == std::complex<float>(0); }));
   }

@@ -94,7 +94,8 @@ TEST_CASE("every key of a scene arrives in metres, at its place") {
   CHECK(scene.hologram.pitch_m.y == 4e-6);
   CHECK_THAT(scene.hologram.wavelength_m, Catch::Matchers::WithinRel(532e-9, 1e-15));
   CHECK(scene.wrp.grid == glm::ivec2(3, 2));
-  CHECK_THAT(scene.wrp.distance_m.value(), Catch::Matchers::WithinRel(0.095, 1e-15));
+  REQUIRE(scene.wrp.distances_m.size() == 1);
+  CHECK_THAT(scene.wrp.distances_m[0], Catch::Matchers::WithinRel(0.095, 1e-15));
   CHECK(scene.wrp.padding == 1.5);
   CHECK_THAT(scene.sampling.pitch_m, Catch::Matchers::WithinRel(5e-5, 1e-15));
   CHECK(scene.sampling.seed == 4294967295u);
@@ -141,7 +142,8 @@ TEST_CASE("keys left out have the documented defaults") {
   CHECK(scene.hologram.pitch_m == glm::dvec2(3.74e-6));
   CHECK(scene.hologram.wavelength_m == 638e-9);
   CHECK_FALSE(scene.wrp.grid.has_value());
-  CHECK_FALSE(scene.wrp.distance_m.has_value());
+  CHECK(scene.wrp.distances_m.empty());
+  CHECK(scene.wrp.slabs == 1);
   CHECK(scene.wrp.padding == 2);
   CHECK(scene.sampling.pitch_m == 1e-4);
   CHECK(scene.sampling.seed == 1);
@@ -190,6 +192,12 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {6, "grid = \"large\"", "wrp: grid must be two whole numbers [x, y], got \"large\""},
       {7, "distance = \"far\"",
        "wrp: distance must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for metres), got \"far\""},
+      {7, "distance = []", "wrp: distance must be a length, or 1 to 16 of them, got an array of 0"},
+      {7, "distance = [0.1, true]", "wrp: distance[1] must be a length: a number in metres, or a string such as \"3.74 um\", got true"},
+      {7, "distance = [\"95 mm\", 0.095]", "wrp: distance[1] must be more than the one before, 95 mm, got 0.095"},
+      {7, "distance = [0.095, 0.1, 0]", "wrp: distance[2] must be 1 nm to 10000 m, got 0"},
+      {7, "slabs = 0", "wrp: slabs must be 1 to 16, got 0"},
+      {7, "slabs = \"many\"", "wrp: slabs must be a whole number, 1 to 16, got \"many\""},
       {8, "padding = 0.5", "wrp: padding must be 1 to 8, got 0.5"},
       {8, "padding = \"2\"", "wrp: padding must be a number, got \"2\""},
       {10, "mode = \"fen\"", "sampling: mode must be \"aimed\" or \"fan\", got \"fen\""},
@@ -254,6 +262,23 @@ TEST_CASE("tables of the wrong kind are refused with the heading they need") {
         "scene.toml:3: light 0: unknown key \"direction\" (keys here: type, intensity)");
 }
 
+TEST_CASE("WRPs stand at as many distances as are given, or in as many slabs as are wanted") {
+  const Workshop workshop;
+  const auto both = workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]"});
+  REQUIRE(both.wrp.distances_m.size() == 2);
+  CHECK_THAT(both.wrp.distances_m[0], Catch::Matchers::WithinRel(0.075, 1e-15));
+  CHECK(both.wrp.distances_m[1] == 0.125);
+  CHECK(both.wrp.slabs == 2);
+  CHECK(workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]", "wrp.slabs=2"}).wrp.slabs == 2);
+  const auto planned = workshop.load(kScene, {"wrp.distance=auto", "wrp.slabs=3"});
+  CHECK(planned.wrp.distances_m.empty());
+  CHECK(planned.wrp.slabs == 3);
+  CHECK(planned.given.contains("wrp.slabs"));
+  CHECK_FALSE(workshop.load(kScene, {"wrp.slabs=auto"}).given.contains("wrp.slabs"));
+  CHECK_THROWS_WITH(workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]", "wrp.slabs=3"}),
+                    "--set wrp.slabs=3: wrp: slabs must be the number of distances given, 2, got 3");
+}
+
 TEST_CASE("overrides take TOML values and bare strings, and the last one wins") {
   const Workshop workshop;
   const Scene scene = workshop.load(
@@ -264,7 +289,8 @@ TEST_CASE("overrides take TOML values and bare strings, and the last one wins") 
   CHECK_THAT(scene.hologram.pitch_m.y, Catch::Matchers::WithinRel(8e-6, 1e-15));
   CHECK(scene.hologram.resolution == glm::ivec2(64, 32));
   CHECK_FALSE(scene.wrp.grid.has_value());
-  CHECK_THAT(scene.wrp.distance_m.value(), Catch::Matchers::WithinRel(0.2, 1e-15));
+  REQUIRE(scene.wrp.distances_m.size() == 1);
+  CHECK_THAT(scene.wrp.distances_m[0], Catch::Matchers::WithinRel(0.2, 1e-15));
   CHECK(scene.sampling.frames == 3);
   CHECK_FALSE(scene.trace.shadows);
   CHECK(scene.materials[2].shininess == 40);
@@ -311,7 +337,8 @@ TEST_CASE("a wrong override is named in place of the line") {
   CHECK(refusal("light.0.direction=[0, 0, true]") ==
         "--set light.0.direction=[0, 0, true]: light 0: direction[2] must be a number, got true");
   CHECK(refusal("wrp.pading=1") ==
-        "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: grid, distance, padding, oversampling)");
+        "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: grid, distance, slabs, padding, "
+        "oversampling)");
   CHECK_THAT(refusal("wpr.padding=1"), Catch::Matchers::StartsWith("--set wpr.padding=1: unknown key \"wpr\"; did you mean \"wrp\"?"));
   CHECK(refusal("materials.iron.ior=2") == "--set materials.iron.ior=2: the scene has no \"materials.iron\"");
   CHECK(refusal("object.2.width=1") == "--set object.2.width=1: there are 2, counted from 0, so \"2\" is none of them");

@@ -28,7 +28,7 @@ Scene small_scene() {
   Scene scene;
   scene.hologram.resolution = {33, 17};
   scene.hologram.pitch_m = {1 * um, 1 * um};
-  scene.wrp.distance_m = distance_m;
+  scene.wrp.distances_m = {distance_m};
   scene.wrp.grid = glm::ivec2(1, 1);
   scene.sampling.mode = SamplingMode::fan;
   scene.materials = {test::glowing()};

@@ -93,8 +93,9 @@ TEST_CASE("a PSNR is the mean over the whole views, and the sides' that over the
 /// How many values differ; the ways to gather are one.
 int differing(const TradeKnobs& a, const TradeKnobs& b) {
   return (a.pitch_m != b.pitch_m) + (a.frames != b.frames) + (a.padding != b.padding) + (a.oversampling != b.oversampling) +
-         (a.antialias != b.antialias) + (a.visibility != b.visibility) + (a.mode != b.mode || a.source != b.source || a.shape != b.shape) +
-         (a.fan != b.fan) + (a.edge != b.edge) + (a.precision != b.precision) + (a.fft != b.fft);
+         (a.slabs != b.slabs) + (a.antialias != b.antialias) + (a.visibility != b.visibility) +
+         (a.mode != b.mode || a.source != b.source || a.shape != b.shape) + (a.fan != b.fan) + (a.edge != b.edge) +
+         (a.precision != b.precision) + (a.fft != b.fft);
 }
 
 TEST_CASE("a knob alone changes one value of balanced's, and no configuration is there twice") {
@@ -114,7 +115,7 @@ TEST_CASE("a knob alone changes one value of balanced's, and no configuration is
       CHECK(differing(trade.rows[step.row].knobs, trade.rows[trade.base].knobs) == 1);
       knobs.insert(step.knob);
     }
-    for (const char* knob : {"sampling.pitch", "sampling.frames", "wrp.padding", "wrp.oversampling", "sampling.antialias",
+    for (const char* knob : {"sampling.pitch", "sampling.frames", "wrp.padding", "wrp.oversampling", "wrp.slabs", "sampling.antialias",
                              "sampling.visibility", "sampling.fan", "sampling.edge", "sampling.mode"})
       CHECK(knobs.contains(knob));
     CHECK(knobs.contains("fft") == (test::backends_of(device).size() > 1));

@@ -35,33 +35,20 @@ constexpr double profile_of_a_pixel = 12;
 /// Passes over a pixel beside the transforms, in butterflies; and the share of a transform that the way back takes.
 constexpr double butterflies_of_a_pixel = 9, way_back = 0.5;
 
-/// Pixels of all WRPs that light of a sample in the plane z crosses, along one axis, and the rim of the tiles that they lie in.
+/// Pixels of all of a slab's WRPs that light of a sample in the plane z crosses, along one axis, and the rim of the tiles that they lie in.
 struct Crossing {
   double pixels = 0, rim = 0;
   bool near = false;  // the sample's wave is made of plane waves
 };
 
 /// at_m  where the sample's chief ray crosses the WRPs, which reach from first to last
-Crossing crossing(const Plan& plan, int axis, double at_m, double z_m, double first_m, double last_m, double tile) {
+Crossing crossing(const Plan& plan, const Slab& slab, int axis, double at_m, double z_m, double first_m, double last_m, double tile) {
   const double window = plan.size[axis] * plan.pitch_m[axis], spot = plan.wavelength_m * z_m / (std::max(plan.fan, 1e-3) * window);
-  const double cone = plan.fan * window / 2 * std::abs(1 - plan.distance_m / z_m);
+  const double cone = plan.fan * window / 2 * std::abs(1 - slab.distance_m / z_m);
   const bool near = cone < Gatherer::default_near_spots * spot;
   const double half = cone + (near ? Gatherer::near_tail * spot : 0);
   const double low = std::max(at_m - half, first_m), high = std::min(at_m + half, last_m);
-  return low < high ? Crossing{(high - low) / plan.gathered_pitch_m()[axis], tile, near} : Crossing{};
-}
-
-double count_butterflies(const Plan& plan, int frames) {
-  const glm::dvec2 padded(plan.padded), size(plan.size);
-  double forward = 0, widest = 0;
-  for (const auto& wrp : plan.wrps) {
-    const double rows = rows_kept(plan, wrp).count();
-    forward += size.x * padded.y * std::log2(padded.y) + rows * padded.x * std::log2(padded.x) + butterflies_of_a_pixel * size.x * size.y;
-    widest = std::max(widest, rows);
-  }
-  const double back =
-      size.x * padded.y * std::log2(padded.y) + widest * padded.x * std::log2(padded.x) + butterflies_of_a_pixel * size.x * size.y;
-  return frames * (forward + way_back * back);
+  return low < high ? Crossing{(high - low) / plan.gathered_pitch_m(slab)[axis], tile, near} : Crossing{};
 }
 
 std::string cache_name(const cl::DeviceInfo& device) {
@@ -89,12 +76,27 @@ constexpr std::array ball_in_wall_s{0.024, 0.125, 0.25, 0.0095};
 
 }  // namespace
 
+double count_butterflies(const Plan& plan, int frames) {
+  const glm::dvec2 padded(plan.padded), size(plan.size);
+  double forward = 0, widest = 0;
+  for (const auto& wrp : plan.wrps) {
+    const double rows = rows_kept(plan, wrp).count();
+    forward += size.x * padded.y * std::log2(padded.y) + rows * padded.x * std::log2(padded.x) + butterflies_of_a_pixel * size.x * size.y;
+    widest = std::max(widest, rows);
+  }
+  const double back =
+      size.x * padded.y * std::log2(padded.y) + widest * padded.x * std::log2(padded.x) + butterflies_of_a_pixel * size.x * size.y;
+  return frames * (forward + way_back * back);
+}
+
 Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view) {
   Work work;
   const double frames = scene.sampling.frames, pixels = static_cast<double>(plan.size.x) * plan.size.y;
   const double samples_of_a_cell = std::pow(view.step / plan.lattice.step, 2);
-  const double gathered = static_cast<double>(plan.rows.count) / plan.size.y;
-  work.pixels = pixels * (plan.refines() ? gathered + 1 : 1) * static_cast<double>(plan.wrps.size()) * frames;
+  for (const auto& wrp : plan.wrps) {
+    const auto& slab = plan.slab_of(wrp);
+    work.pixels += pixels * (slab.refines() ? static_cast<double>(slab.rows.count) / plan.size.y + 1 : 1) * frames;
+  }
   work.levels = pixels * frames;
   work.butterflies = count_butterflies(plan, scene.sampling.frames);
   const double levels = levels_of_a_ray + std::log2(static_cast<double>(world.triangles.size()) + 1);
@@ -106,14 +108,8 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   work.rays = levels * (static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y * (1 + plan.antialias * plan.antialias) +
                         view.pierced * samples_of_a_cell * (plan.view_parts > 0 ? views_of_a_sample : 0));
   const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / Gatherer::most_frames);
-  glm::dvec2 first(plan.wrps[0].centre_m), last = first;
-  for (const auto& wrp : plan.wrps) {
-    first = glm::min(first, glm::dvec2(wrp.centre_m));
-    last = glm::max(last, glm::dvec2(wrp.centre_m));
-  }
-  const auto half_window = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
-  first -= half_window;
-  last += half_window;
+  std::vector<WrpsExtent> extents;
+  for (const auto& slab : plan.slabs) extents.push_back(wrps_extent(plan, slab));
   const auto lights = static_cast<double>(
       std::count_if(scene.lights.begin(), scene.lights.end(), [](const Light& l) { return l.type != LightType::ambient; }));
   const double tile_height = std::clamp(tile_pixels_high * gatherings / frames, 2.0, 16.0);
@@ -122,9 +118,11 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
       const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) + static_cast<std::size_t>(x);
       const double z = view.depth_m[cell];
       if (z == 0) continue;
-      const auto at = view.tangent(x, y) * plan.distance_m;
-      const auto across = crossing(plan, 0, at.x, z, first.x, last.x, tile_width),
-                 up = crossing(plan, 1, at.y, z, first.y, last.y, tile_height);
+      const auto& slab = plan.slab_at(z);
+      const auto& [first, last] = extents[static_cast<std::size_t>(&slab - plan.slabs.data())];
+      const auto at = view.tangent(x, y) * slab.distance_m;
+      const auto across = crossing(plan, slab, 0, at.x, z, first.x, last.x, tile_width),
+                 up = crossing(plan, slab, 1, at.y, z, first.y, last.y, tile_height);
       const double pairs = (across.pixels + across.rim) * (up.pixels + up.rim);
       work.pairs += pairs * (view.shiny[cell] ? 1 + highlight * lights : 1);
       work.more_pairs += pairs;

@@ -27,6 +27,9 @@ struct Work {
 
 Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view);
 
+/// Work::butterflies, all that the padding changes.
+double count_butterflies(const Plan& plan, int frames);
+
 /// Seconds that a device takes per operation, all of its compute units together.
 struct DeviceRates {
   std::string device;  // "default" for figures that no measurement stands behind

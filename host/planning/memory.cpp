@@ -9,7 +9,7 @@ namespace raywave {
 
 int frames_together(const Scene& scene, const Plan& plan, std::uint64_t largest_buffer_bytes) {
   if (!plan.aimed || plan.bounces > 0) return 1;
-  const double plane = 8.0 * plan.gathered_size().x * plan.gathered_size().y, half_a_gigabyte = 512.0 * 1024 * 1024;
+  const double plane = 8.0 * static_cast<double>(plan.gathered_pixels()), half_a_gigabyte = 512.0 * 1024 * 1024;
   const double fitting =
       std::min(half_a_gigabyte / (plane * static_cast<double>(plan.wrps.size())), static_cast<double>(largest_buffer_bytes) / plane);
   return static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(std::min(scene.sampling.frames, Gatherer::most_frames))));
@@ -24,8 +24,9 @@ std::vector<cl::MemoryNeed> memory_needs(const Scene& scene, const World& world,
   std::vector<cl::MemoryNeed> needs;
   if (method == Method::wrp) needs = {{"padded plane", 8 * padded, planes}, {"sum of spectra", 8 * padded, planes}};
   for (std::size_t i = 0; i < (together > 1 ? plan.wrps.size() : 1); ++i)
-    needs.push_back({"fields of a WRP", 8 * size(together) * size(plan.gathered_size().x) * size(plan.gathered_size().y), planes});
-  if (plan.refines()) needs.push_back({"field of a WRP", 8 * pixels, planes});
+    needs.push_back({"fields of a WRP", 8 * size(together) * size(plan.gathered_pixels()), planes});
+  if (std::any_of(plan.slabs.begin(), plan.slabs.end(), [](const Slab& slab) { return slab.refines(); }))
+    needs.push_back({"field of a WRP", 8 * pixels, planes});
   needs.push_back({"field at the hologram", 8 * pixels, planes});
   needs.push_back({"hologram levels", pixels, planes});
   if (plan.aimed || scene.sampling.source == FanSource::surface)

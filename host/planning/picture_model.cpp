@@ -50,20 +50,20 @@ void blur_gaussian(Raster& raster, glm::ivec2 size, double sigma) {
   for (int i = 0; i < 3; ++i) blur_box(raster, size, glm::dvec2(half));
 }
 
-/// What a lens of the hologram's size focused on z_m sees, every depth on its own: what hides what is the front view's.
-Raster lens_view(const FrontView& view, const Plan& plan, double z_m) {
+/// What a lens of the hologram's size focused on z_m sees of the front view's cells, every depth on its own: what hides what is the view's.
+Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan, double z_m) {
   constexpr int layers = 12;
   const auto window = glm::dvec2(plan.size) * plan.pitch_m;
   const double span = std::max(plan.far_m - plan.near_m, 1e-12);
-  Raster sum(view.radiance.size(), 0);
+  Raster sum(radiance.size(), 0);
   for (int layer = 0; layer < layers; ++layer) {
-    Raster one(view.radiance.size(), 0);
+    Raster one(radiance.size(), 0);
     bool any = false;
     for (std::size_t i = 0; i < one.size(); ++i) {
       if (view.depth_m[i] == 0) continue;
       const auto at = static_cast<int>((static_cast<double>(view.depth_m[i]) - plan.near_m) / span * layers);
       if (std::clamp(at, 0, layers - 1) != layer) continue;
-      one[i] = view.radiance[i];
+      one[i] = radiance[i];
       any = true;
     }
     if (!any) continue;
@@ -75,20 +75,25 @@ Raster lens_view(const FrontView& view, const Plan& plan, double z_m) {
   return sum;
 }
 
-PictureRow row_of(const FrontView& view, const Plan& plan, double z_m, double blur_m, double edges) {
-  PictureRow row;
-  row.z_m = z_m;
-  auto lens = lens_view(view, plan, z_m);
-  Raster shown(lens.size());
-  std::vector<double> seen_x, seen_y;
-  for (int x = 0; x < view.size.x; ++x) seen_x.push_back(share_seen(plan, 0, view.tangent(x, 0).x * z_m, z_m));
-  for (int y = 0; y < view.size.y; ++y) seen_y.push_back(share_seen(plan, 1, view.tangent(0, y).y * z_m, z_m));
+/// What hologram and WRPs show of the cells' radiance.
+Raster radiance_shown(const FrontView& view, const Plan& plan) {
+  Raster shown(view.radiance);
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) + static_cast<std::size_t>(x);
-      shown[i] = static_cast<float>(lens[i] * seen_x[static_cast<std::size_t>(x)] * seen_y[static_cast<std::size_t>(y)]);
+      const double z = view.depth_m[i];
+      if (z == 0) continue;
+      const auto at = view.tangent(x, y) * z;
+      shown[i] *= static_cast<float>(share_seen(plan, 0, at.x, z) * share_seen(plan, 1, at.y, z));
     }
   }
+  return shown;
+}
+
+PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Plan& plan, double z_m, double blur_m, double edges) {
+  PictureRow row;
+  row.z_m = z_m;
+  auto lens = lens_view(view, view.radiance, plan, z_m), shown = lens_view(view, radiance_shown, plan, z_m);
   blur_gaussian(lens, view.size, blur_m / z_m / view.step);
   blur_gaussian(shown, view.size, blur_m / z_m / view.step);
   const auto window = glm::dvec2(plan.size * plan.grid) * plan.pitch_m;
@@ -130,13 +135,10 @@ double share_within_pixels(const Plan& plan, int axis, double x_m, double z_m) {
 double share_seen(const Plan& plan, int axis, double x_m, double z_m) {
   auto [low, high] = within_pixels(plan, axis, x_m, z_m);
   const double half = plan.size[axis] * plan.pitch_m[axis] / 2;
-  double first = plan.wrps[0].centre_m[axis], last = first;
-  for (const auto& wrp : plan.wrps) {
-    first = std::min(first, wrp.centre_m[axis]);
-    last = std::max(last, wrp.centre_m[axis]);
-  }
+  const auto& slab = plan.slab_at(z_m);
+  const auto [first, last] = wrps_extent(plan, slab);
   // The line from h on the hologram through x crosses the WRPs at h + (x - h) distance / z.
-  const double share = plan.distance_m / z_m, left = first - half - x_m * share, right = last + half - x_m * share;
+  const double share = slab.distance_m / z_m, left = first[axis] - x_m * share, right = last[axis] - x_m * share;
   if (std::abs(1 - share) < 1e-9) {
     if (left > 0 || right < 0) return 0;
   } else {
@@ -160,7 +162,9 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
       if (y + 1 < view.size.y) edges += std::pow(here - view.radiance[i + static_cast<std::size_t>(view.size.x)], 2);
     }
   }
-  for (const double z_m : quality_depths_m(plan)) model.rows.push_back(row_of(view, plan, z_m, blur_of_resolution * resolution_m, edges));
+  const auto shown = radiance_shown(view, plan);
+  for (const double z_m : quality_depths_m(plan))
+    model.rows.push_back(row_of(view, shown, plan, z_m, blur_of_resolution * resolution_m, edges));
   return model;
 }
 

@@ -35,10 +35,24 @@ constexpr double reference_phase_turns = 0.001;
 /// What is tried beside all rows, but for reference: one or two per cent of the field (docs/accuracy.md) for half of the gathering.
 constexpr double planned_oversampling = 1.5;
 
+constexpr int most_slabs_tried = 8;
+
+/// Predictions are no better: what saves less is not tried.
+constexpr double least_saving = 0.1;
+
 /// Fields that are more wrong than this show ghosts beside bright objects.
 constexpr double worst_padding_error = 0.15;
 
-/// Everything about the scene that the choice of pitch, padding and frames does not change.
+/// A number of slabs, and what is known of it whatever the pitch, the frames and the padding.
+struct Layout {
+  int slabs = 1;
+  Plan all_rows, few_rows;  // as the scene has it; planned_oversampling, where that is open and saves any
+  bool has_few_rows = false;
+  std::optional<PictureModel> model;                  // of aimed sampling
+  std::vector<std::pair<double, double>> paddings{};  // what is tried, and its error
+};
+
+/// Everything about the scene that the choice of slabs, pitch, padding and frames does not change.
 class Planner {
 public:
   Planner(const Scene& scene, const World& world, const DeviceFigures& device)
@@ -48,28 +62,25 @@ public:
         plan_(make_plan(scene, world, Method::wrp, 100, device.has_doubles)),
         resolution_m_(wanted_resolution_m(scene, plan_)),
         view_(front_view(scene, world, load_textures(scene), plan_)) {
-    if (plan_.aimed) model_ = picture_model(view_, plan_, resolution_m_);
-    few_rows_ = plan_;
-    if (!scene.given.contains("wrp.oversampling") && plan_.aimed && plan_.bounces == 0) {
-      few_rows_.rows = rows_for_band(plan_, planned_oversampling);
-      if (few_rows_.refines()) few_rows_.rows_error = predicted_rows_error(few_rows_, world);
-    }
+    add(layout(scene.wrp.slabs, plan_));
   }
 
   double resolution_m() const { return resolution_m_; }
   const FrontView& view() const { return view_; }
-  const std::optional<PictureModel>& model() const { return model_; }
+  const std::optional<PictureModel>& model_of(int slabs) const {
+    const auto found = std::find_if(layouts_.begin(), layouts_.end(), [&](const Layout& l) { return l.slabs == slabs; });
+    return found->model;
+  }
 
   /// throws  InputError when nothing can be predicted
   std::vector<Choice> choices() {
-    if (!model_)
+    if (!plan_.aimed)
       throw InputError(one_line(scene_.file.string()) +
                        ": pictures of sampling.mode \"fan\" cannot be predicted; give sampling.pitch, sampling.frames and wrp.padding "
                        "instead of a goal, or sampling.mode \"aimed\"");
     const double finest = std::max(plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.x * plan_.pitch_m.x),
                                    plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.y * plan_.pitch_m.y));
-    std::vector<double> pitches, pads;
-    std::vector<int> counts;
+    std::vector<double> pitches;
     if (scene_.given.contains("sampling.pitch")) {
       pitches = {scene_.sampling.pitch_m};
     } else {
@@ -77,22 +88,25 @@ public:
         if (const double p = round_pitch(share * resolution_m_); pitches.empty() || p >= finest) pitches.push_back(p);
       }
     }
-    if (scene_.given.contains("wrp.padding")) {
-      pads = {scene_.wrp.padding};
-    } else {
-      for (const double padding : paddings_tried) {
-        if (padding_error(padding) <= worst_padding_error || padding == paddings_tried.back()) pads.push_back(padding);
-      }
-    }
-    counts = scene_.given.contains("sampling.frames") ? std::vector{scene_.sampling.frames}
-                                                      : std::vector(frames_tried.begin(), frames_tried.end());
+    const auto counts = scene_.given.contains("sampling.frames") ? std::vector{scene_.sampling.frames}
+                                                                 : std::vector(frames_tried.begin(), frames_tried.end());
+    add_slabs(pitches.back(), counts);
+    for (auto& layout : layouts_) predict_errors(layout);
+
     std::vector<Choice> all;
     for (const double pitch_m : pitches) {
-      for (const double padding : pads) {
-        for (const int frames : counts) {
-          all.push_back(judged({pitch_m, padding, frames}, plan_));
-          if (!few_rows_.refines() || plan_.refines()) continue;
-          all.push_back(judged({pitch_m, padding, frames, planned_oversampling}, few_rows_));
+      for (const int frames : counts) {
+        double least_s = std::numeric_limits<double>::infinity();
+        for (const auto& layout : layouts_) {
+          const Choice c{.pitch_m = pitch_m, .padding = 1, .frames = frames, .slabs = layout.slabs};
+          const double seconds = seconds_of(c, fastest_rows(layout));
+          if (!(seconds < (1 - least_saving) * least_s)) continue;
+          least_s = seconds;
+          add_paddings(c, layout, layout.all_rows, all);
+          if (!layout.has_few_rows) continue;
+          auto few = c;
+          few.oversampling = planned_oversampling;
+          add_paddings(few, layout, layout.few_rows, all);
         }
       }
     }
@@ -106,37 +120,97 @@ private:
     return std::floor(p / digit + 1e-9) * digit;
   }
 
-  double padding_error(double padding) {
-    const auto padded = padded_size(plan_.size, padding);
-    for (const auto& [size, error] : padding_errors_) {
-      if (size == padded) return error;
+  /// Without predictions of errors and pictures.
+  Layout layout(int slabs, const Plan& plan) const {
+    Layout l{slabs, plan, plan, false, {}};
+    if (scene_.given.contains("wrp.oversampling") || !plan.aimed || plan.bounces > 0) return l;
+    for (auto& slab : l.few_rows.slabs) {
+      slab.rows = rows_for_band(l.few_rows, slab, planned_oversampling);
+      l.has_few_rows |= slab.refines();
     }
-    padding_errors_.emplace_back(padded, predicted_padding_error(plan_, world_, padded));
-    return padding_errors_.back().second;
+    return l;
   }
 
-  Choice judged(Choice c, const Plan& with_rows) {
+  void add(Layout layout) {
+    if (plan_.aimed) {
+      auto seen = layout.all_rows;
+      seen.grid = plan_.grid;  // pictures of one size are compared
+      layout.model = picture_model(view_, seen, resolution_m_);
+    }
+    layouts_.push_back(std::move(layout));
+  }
+
+  /// More and more slabs, as long as they save time on the finest lattice, with the fewest frames or the most, and there are surfaces in
+  /// them.
+  void add_slabs(double finest_pitch_m, const std::vector<int>& counts) {
+    if (scene_.given.contains("wrp.slabs") || scene_.given.contains("wrp.distance") || plan_.bounces > 0) return;
+    for (int slabs = layouts_.back().slabs + 1; slabs <= most_slabs_tried; ++slabs) {
+      auto scene = scene_;
+      scene.wrp.slabs = slabs;
+      auto more = layout(slabs, make_plan(scene, world_, Method::wrp, 100, device_.has_doubles));
+      if (more.all_rows.slabs.size() == layouts_.back().all_rows.slabs.size()) return;
+      const auto saves = [&](int frames) {
+        const Choice c{.pitch_m = finest_pitch_m, .padding = 1, .frames = frames};
+        return seconds_of(c, fastest_rows(more)) < (1 - least_saving) * seconds_of(c, fastest_rows(layouts_.back()));
+      };
+      if (!saves(counts.front()) && !saves(counts.back())) return;
+      add(std::move(more));
+    }
+  }
+
+  static const Plan& fastest_rows(const Layout& layout) { return layout.has_few_rows ? layout.few_rows : layout.all_rows; }
+
+  /// Errors of rows, and of the paddings that are tried.
+  void predict_errors(Layout& layout) const {
+    if (layout.has_few_rows) layout.few_rows.rows_error = predicted_rows_error(layout.few_rows);
+    const auto given = scene_.given.contains("wrp.padding");
+    const auto tried = given ? std::vector{scene_.wrp.padding} : std::vector(paddings_tried.begin(), paddings_tried.end());
+    std::vector<glm::ivec2> sizes;
+    for (const double padding : tried) sizes.push_back(padded_size(plan_.size, padding));
+    const auto errors = predicted_padding_errors(layout.all_rows, sizes);
+    for (std::size_t i = 0; i < tried.size(); ++i) {
+      if (errors[i] <= worst_padding_error || i + 1 == tried.size()) layout.paddings.emplace_back(tried[i], errors[i]);
+    }
+  }
+
+  /// Appends a choice with each padding that is tried.
+  void add_paddings(const Choice& without, const Layout& layout, const Plan& with_rows, std::vector<Choice>& all) const {
+    auto [plan, work] = worked_out(without, with_rows);
+    for (const auto& [padding, error] : layout.paddings) {
+      auto c = without;
+      c.padding = padding;
+      plan.padded = padded_size(plan.size, padding);
+      work.butterflies = count_butterflies(plan, c.frames);
+      c.seconds = predict_times(work, device_.rates).total_s();
+      c.psnr_db = predict_pictures(*layout.model, c.pitch_m, c.frames, std::hypot(error, plan.rows_error)).mean_psnr_db;
+      all.push_back(c);
+    }
+  }
+
+  /// A plan with a choice's pitch, and its work.
+  std::pair<Plan, Work> worked_out(const Choice& c, Plan plan) const {
     auto scene = scene_;
     scene.sampling.pitch_m = c.pitch_m;
     scene.sampling.frames = c.frames;
-    auto plan = with_rows;
-    plan.padded = padded_size(plan.size, c.padding);
     const double finer = plan.lattice.step * plan.lattice.full_z_m / c.pitch_m;
     plan.lattice.step /= finer;
     plan.lattice.size = glm::ivec2(glm::ceil(glm::dvec2(plan.lattice.size) * finer));
-    c.seconds = predict_times(count_work(scene, world_, plan, view_), device_.rates).total_s();
-    c.psnr_db = predict_pictures(*model_, c.pitch_m, c.frames, std::hypot(padding_error(c.padding), plan.rows_error)).mean_psnr_db;
-    return c;
+    return {plan, count_work(scene, world_, plan, view_)};
+  }
+
+  double seconds_of(const Choice& c, const Plan& with_rows) const {
+    auto plan = with_rows;
+    plan.padded = padded_size(plan.size, c.padding);
+    return predict_times(worked_out(c, plan).second, device_.rates).total_s();
   }
 
   const Scene& scene_;
   const World& world_;
   const DeviceFigures& device_;
-  Plan plan_, few_rows_;
+  Plan plan_;
   double resolution_m_;
   FrontView view_;
-  std::optional<PictureModel> model_;
-  std::vector<std::pair<glm::ivec2, double>> padding_errors_;
+  std::vector<Layout> layouts_;  // fewest slabs first
 };
 
 /// The truest of those that take no longer; the fastest when all do.
@@ -180,6 +254,20 @@ std::string why_resolution(const Scene& scene, const Plan& plan, double resoluti
   return text + "the hologram's own limit, wavelength z / width";
 }
 
+/// Predicted times of the choice with other numbers of slabs, where any was tried.
+std::string why_so_many_slabs(const std::vector<Choice>& all, const Choice& choice) {
+  std::vector<std::pair<int, double>> least;
+  for (const auto& c : all) {
+    if (c.pitch_m != choice.pitch_m || c.padding != choice.padding || c.frames != choice.frames) continue;
+    if (least.empty() || least.back().first != c.slabs) least.emplace_back(c.slabs, c.seconds);
+    least.back().second = std::min(least.back().second, c.seconds);
+  }
+  if (least.size() < 2) return "";
+  std::string text;
+  for (const auto& [slabs, seconds] : least) text += (text.empty() ? "" : ", ") + std::to_string(slabs) + " takes " + seconds_text(seconds);
+  return "slabs of depth: predicted " + text;
+}
+
 }  // namespace
 
 Quality quality_of(const std::string& name) {
@@ -217,12 +305,15 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   auto& s = planned.scene;
   if (goal.quality == Quality::reference && !scene.given.contains("accuracy.phase")) s.accuracy.phase_turns = reference_phase_turns;
   Planner planner(s, world, device);
+  std::string why_slabs;
   if (goal.any()) {
     const auto all = planner.choices();
     const auto& c = chosen(all, goal);
+    why_slabs = why_so_many_slabs(all, c);
     s.sampling.pitch_m = c.pitch_m;
     s.sampling.frames = c.frames;
     s.wrp.padding = c.padding;
+    s.wrp.slabs = c.slabs;
     if (c.oversampling) s.wrp.oversampling = c.oversampling;
     if (goal.budget_s && c.seconds > *goal.budget_s)
       planned.warnings.push_back("nothing keeps " + seconds_text(*goal.budget_s) + ": the fastest takes " + seconds_text(c.seconds) +
@@ -239,9 +330,8 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   prediction.work = count_work(s, world, plan, planner.view());
   prediction.times = predict_times(prediction.work, device.rates);
   prediction.rates_of = device.rates.device;
-  if (planner.model())
-    prediction.pictures =
-        predict_pictures(*planner.model(), s.sampling.pitch_m, s.sampling.frames, std::hypot(plan.padding_error, plan.rows_error));
+  if (const auto& model = planner.model_of(s.wrp.slabs))
+    prediction.pictures = predict_pictures(*model, s.sampling.pitch_m, s.sampling.frames, std::hypot(plan.padding_error, plan.rows_error));
   const double phase_error = 2 * std::numbers::pi * plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
   prediction.field_error = std::hypot(plan.padding_error, plan.rows_error, phase_error);
   const auto largest = device.largest_buffer_bytes > 0 ? device.largest_buffer_bytes : std::numeric_limits<std::uint64_t>::max();
@@ -264,7 +354,10 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
                      "sampling.pitch " + length_text(s.sampling.pitch_m) + " (" + fixed("sampling.pitch") + "), sampling.frames " +
                          std::to_string(s.sampling.frames) + " (" + fixed("sampling.frames") + "), wrp.padding " +
                          number_text(s.wrp.padding) + " (" + fixed("wrp.padding") + "), wrp.oversampling " +
-                         (s.wrp.oversampling ? number_text(*s.wrp.oversampling) : "full") + " (" + fixed("wrp.oversampling") + ")"};
+                         (s.wrp.oversampling ? number_text(*s.wrp.oversampling) : "full") + " (" + fixed("wrp.oversampling") +
+                         "), wrp.slabs " + std::to_string(s.wrp.slabs) + " (" +
+                         fixed(scene.given.contains("wrp.distance") ? "wrp.distance" : "wrp.slabs") + ")"};
+  if (!why_slabs.empty()) planned.reasons.push_back(why_slabs);
   for (auto& warning : warnings_of(s, world, plan, planner.view(), planner.resolution_m())) planned.warnings.push_back(std::move(warning));
   return planned;
 }

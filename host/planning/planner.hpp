@@ -63,6 +63,7 @@ struct Choice {
   double pitch_m = 0, padding = 0;
   int frames = 1;
   std::optional<double> oversampling{};  // empty: all rows, or what the scene gives
+  int slabs = 1;                         // wrp.slabs
   double seconds = 0, psnr_db = 0;
 };
 

@@ -178,15 +178,22 @@ std::pair<int, int> pixels_within(double first_m, double step_m, int count, doub
 
 class Plane {
 public:
-  Plane(const Gathering& what, dvec3 centre_m, std::uint32_t seed)
-      : what_(what), plan_(what.plan), centre_(centre_m), corner_(reference::pixel_m(plan_, centre_m, 0)), seed_(seed) {
+  Plane(const Gathering& what, const Wrp& wrp, std::uint32_t seed)
+      : what_(what),
+        plan_(what.plan),
+        centre_(wrp.centre_m),
+        corner_(reference::pixel_m(plan_, centre_, 0)),
+        bounds_(slab_bounds(plan_, plan_.slab_of(wrp))),
+        seed_(seed) {
     const auto pixels = static_cast<std::size_t>(plan_.size.x) * static_cast<std::size_t>(plan_.size.y);
     result_.field.resize(pixels);
     result_.unsure.resize(pixels);
   }
 
   GatheredField gathered() {
-    for (std::size_t i = 0; i < what_.samples.size(); ++i) add(i);
+    for (std::size_t i = 0; i < what_.samples.size(); ++i) {
+      if (bounds_.first <= what_.samples[i].z && what_.samples[i].z < bounds_.second) add(i);
+    }
     return std::move(result_);
   }
 
@@ -284,6 +291,7 @@ private:
   const Gathering& what_;
   const Plan& plan_;
   dvec3 centre_, corner_;
+  std::pair<float, float> bounds_;
   std::uint32_t seed_;
   GatheredField result_;
 };
@@ -331,7 +339,7 @@ glm::dvec3 pixel_m(const Plan& plan, glm::dvec3 centre_m, std::size_t index) {
   return centre_m + dvec3(from_middle.x * plan.pitch_m.x, -from_middle.y * plan.pitch_m.y, 0);
 }
 
-GatheredField gather(const Gathering& what, glm::dvec3 centre_m, std::uint32_t seed) { return Plane(what, centre_m, seed).gathered(); }
+GatheredField gather(const Gathering& what, const Wrp& wrp, std::uint32_t seed) { return Plane(what, wrp, seed).gathered(); }
 
 Field hologram(const Plan& plan, std::span<const Field> wrps) {
   Field sum(static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y));

@@ -35,10 +35,10 @@ struct AimedRay {
 AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m);
 
 struct GatheredField {
-  Field field;               // as Gatherer::gather fills it
+  Field field;               // of the samples of the WRP's slab, as Gatherer::gather fills it
   std::vector<bool> unsure;  // pixels at which floats may decide otherwise whether some sample is seen or gathered, and how
 };
-GatheredField gather(const Gathering& what, glm::dvec3 centre_m, std::uint32_t seed);
+GatheredField gather(const Gathering& what, const Wrp& wrp, std::uint32_t seed);
 
 /// Centre of pixel `index` of a plane of the hologram's size.
 glm::dvec3 pixel_m(const Plan& plan, glm::dvec3 centre_m, std::size_t index);

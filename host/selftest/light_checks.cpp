@@ -128,7 +128,7 @@ Finding gathered(const cl::Device& device, dvec3 centre_m) {
   Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1, 0);
   gatherer.draw_phases(1);
   cl::ComplexBuffer field(device, pixels_of(rig.plan), "field");
-  gatherer.gather(centre_m, field);
+  gatherer.gather(Wrp{centre_m}, field);
   const auto got = field.read();
   require_finite(got, "gathered field");
   const auto result = reference::against_direct_sum(rig, got, 1, 1, centre_m, pixels);
@@ -144,11 +144,11 @@ Finding traced(const cl::Device& device, Stage stage, double reach) {
   auto& scene = stage.scene;
   scene.hologram = {{17, 13}, {1e-6, 1e-6}, 638e-9};
   scene.sampling.mode = SamplingMode::fan;
-  scene.wrp.distance_m = stage.world.min_m.z - 0.5e-3;
+  scene.wrp.distances_m = {stage.world.min_m.z - 0.5e-3};
   scene.wrp.grid = glm::ivec2(1, 1);
   const auto plan = make_plan(scene, stage.world);
   Wrp wrp;
-  wrp.centre_m = {0.031e-3, -0.017e-3, plan.distance_m};
+  wrp.centre_m = {0.031e-3, -0.017e-3, plan.slabs[0].distance_m};
   // Tangents as the device has them, a little off a regular grid, so that none runs along an edge.
   for (int j = 0; j < 5; ++j)
     for (int i = 0; i < 5; ++i)

@@ -49,7 +49,7 @@ Stage plate(const Extreme& e) {
   stage.scene.hologram = {e.resolution, {e.pitch_m, e.pitch_m}, e.wavelength_m};
   stage.scene.sampling.pitch_m = e.width_m / 20;
   stage.scene.wrp.grid = glm::ivec2(1, 1);
-  stage.scene.wrp.distance_m = e.wrp_m;
+  if (e.wrp_m) stage.scene.wrp.distances_m = {*e.wrp_m};
   return stage;
 }
 

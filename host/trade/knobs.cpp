@@ -96,6 +96,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m, c
   vary("sampling.frames", {frames_tried.begin(), frames_tried.end()}, 3);
   vary("wrp.padding", {paddings_tried.begin(), paddings_tried.end()}, 3);
   vary("wrp.oversampling", {"full", 1.25, 1.5, 2.0}, 2);
+  if (!trade.scene.given.contains("wrp.distance")) vary("wrp.slabs", {1, 2, 3, 4}, 2);
   vary("sampling.antialias", {0, 2, 4}, 3);
   vary("sampling.visibility", {0, 4, 8, 16}, 2);
   vary("sampling.fan", {1.0, 1.1, 1.2, 1.4}, 2);
@@ -115,6 +116,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m, c
       knobs.mode = SamplingMode::fan;
       knobs.source = source;
       knobs.shape = shape;
+      knobs.slabs = 1;  // rays pass from slab to slab
       const auto json = json_of(knobs);
       step("sampling.mode", "fan, " + json["sampling.source"].get<std::string>() + ", " + json["sampling.shape"].get<std::string>(), knobs);
     }
@@ -136,15 +138,16 @@ Scene with_knobs(Scene scene, const TradeKnobs& knobs) {
   s.edge = knobs.edge;
   scene.wrp.padding = knobs.padding;
   scene.wrp.oversampling = knobs.oversampling;
+  scene.wrp.slabs = knobs.slabs;
   scene.accuracy.precision = knobs.precision;
   return scene;
 }
 
 TradeKnobs knobs_of(const Scene& scene, Precision precision, cl::FftBackend fft) {
   const auto& s = scene.sampling;
-  return {
-      s.pitch_m, s.frames, scene.wrp.padding, scene.wrp.oversampling, s.antialias, s.visibility, s.mode, s.source, s.shape, s.fan, s.edge,
-      precision, fft};
+  const auto& w = scene.wrp;
+  return {s.pitch_m, s.frames, w.padding, w.oversampling, w.slabs, s.antialias, s.visibility,
+          s.mode,    s.source, s.shape,   s.fan,          s.edge,  precision,   fft};
 }
 
 const std::vector<TradeKnob>& trade_knobs() {
@@ -153,6 +156,7 @@ const std::vector<TradeKnob>& trade_knobs() {
       plain("sampling.frames", &TradeKnobs::frames),
       plain("wrp.padding", &TradeKnobs::padding),
       oversampling_knob(),
+      plain("wrp.slabs", &TradeKnobs::slabs),
       plain("sampling.antialias", &TradeKnobs::antialias),
       plain("sampling.visibility", &TradeKnobs::visibility),
       named("sampling.mode", &TradeKnobs::mode, std::array{"aimed", "fan"}),
@@ -204,20 +208,21 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   const auto base = trade.rows[trade.base].knobs;
   const auto is_given = [&](const char* key) { return trade.scene.given.contains(key); };
   auto antialiases = is_given("sampling.antialias") ? std::vector{base.antialias} : std::vector{4, 2, 0};
-  const auto add = [&](double pitch_m, double padding, int frames, std::optional<double> oversampling) {
+  const auto add = [&](double pitch_m, double padding, int frames, std::optional<double> oversampling, int slabs) {
     for (const int antialias : antialiases) {
       auto knobs = base;
       knobs.pitch_m = pitch_m;
       knobs.padding = padding;
       knobs.frames = frames;
       knobs.oversampling = oversampling;
+      knobs.slabs = slabs;
       knobs.antialias = antialias;
       trade.together.push_back(rows.add(knobs, false));
     }
   };
   if (!spec.exhaustive) {
     for (const auto& c : thinned(predicted_frontier(all), spec.quick ? 3 : 8))
-      add(c.pitch_m, c.padding, c.frames, c.oversampling ? c.oversampling : trade.scene.wrp.oversampling);
+      add(c.pitch_m, c.padding, c.frames, c.oversampling ? c.oversampling : trade.scene.wrp.oversampling, c.slabs);
     return;
   }
   auto pads = is_given("wrp.padding") ? std::vector{base.padding} : std::vector(paddings_tried.begin(), paddings_tried.end());
@@ -229,7 +234,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   }
   for (const double pitch_m : pitches_m) {
     for (const double padding : pads) {
-      for (const int frames : counts) add(pitch_m, padding, frames, base.oversampling);
+      for (const int frames : counts) add(pitch_m, padding, frames, base.oversampling, base.slabs);
     }
   }
 }
