@@ -224,7 +224,8 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   out << "scene     " << world.triangles.size() << " triangles, " << mm(extent.x) << " x " << mm(extent.y) << " x " << mm(extent.z) << ", "
       << mm(plan.near_m) << " to " << mm(plan.far_m) << " from the hologram\n";
   for (const auto& slab : plan.slabs) {
-    const auto lit = std::count_if(plan.wrps.begin(), plan.wrps.end(), [&](const Wrp& w) { return &plan.slab_of(w) == &slab; });
+    const auto lit =
+        std::count_if(plan.wrps.begin(), plan.wrps.end(), [&plan = plan, &slab](const Wrp& w) { return &plan.slab_of(w) == &slab; });
     out << "WRPs      " << slab.grid.x << " x " << slab.grid.y;
     if (const auto dark = std::ptrdiff_t{slab.grid.x} * slab.grid.y - lit; dark > 0) out << " less " << dark << " that no light falls into";
     out << " at " << mm(slab.distance_m);
