@@ -60,7 +60,12 @@ Meshes load_meshes(const Scene& scene);
 /// throws  InputError when a width is asked of a mesh without x extent, or an object touches or lies behind the hologram plane (z <= 0)
 World place_objects(const Scene& scene, const Meshes& meshes);
 
-/// Both.
+/// Moves all objects of a world that place_objects has made of these meshes to where the scene has them now.
+///
+/// throws  as place_objects; the world is then worth nothing until it has been moved again
+void move_objects(const Scene& scene, const Meshes& meshes, World& world);
+
+/// Reads the meshes and places all objects.
 World build_world(const Scene& scene);
 
 }  // namespace raywave

@@ -16,12 +16,9 @@
   MEMBER(Triangle, a)                 \
   MEMBER(Triangle, b)                 \
   MEMBER(Triangle, c)                 \
-  MEMBER(TriangleShading, normal_a)   \
-  MEMBER(TriangleShading, normal_b)   \
-  MEMBER(TriangleShading, normal_c)   \
-  MEMBER(TriangleShading, uv_a)       \
-  MEMBER(TriangleShading, uv_b)       \
-  MEMBER(TriangleShading, uv_c)       \
+  MEMBER(TriangleShading, corner_a)   \
+  MEMBER(TriangleShading, corner_b)   \
+  MEMBER(TriangleShading, corner_c)   \
   MEMBER(TriangleShading, material)   \
   MEMBER(TriangleShading, side)       \
   MEMBER(Material, ambient)           \
