@@ -18,6 +18,9 @@
 namespace raywave {
 namespace {
 
+/// Half as many nodes as with two, to be fitted in every frame; rays take as long.
+constexpr int triangles_of_leaf = 4;
+
 /// A tree whose boxes have grown by this much is built anew: a ray meets as many more of them.
 constexpr double worst_refit = 1.3;
 
@@ -199,7 +202,7 @@ void DeviceScene::place(const Scene& scene, const World& world, const Plan& plan
 }
 
 void DeviceScene::build_tree(const Scene& scene, const World& world, const Plan& plan) {
-  const auto bvh = build_bvh(world.positions, world.triangles, plan.origin_m);
+  const auto bvh = build_bvh(world.positions, world.triangles, plan.origin_m, triangles_of_leaf);
   depth_ = bvh.depth;
   const auto shading = shading_in_leaf_order(scene, world, bvh, sides_);
   if (tree.shading.size() == shading.size())

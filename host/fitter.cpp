@@ -11,7 +11,8 @@ namespace {
 
 /// Nodes in runs: the upper part of a subtree, as high as work-items are to go, children first. Those of a pass need earlier passes only.
 struct Runs {
-  std::vector<std::int32_t> order, first_of_run, first_run_of_pass;
+  std::vector<device::FitStep> steps;
+  std::vector<std::int32_t> first_of_run, first_run_of_pass;
 };
 
 Runs runs_of(const Bvh& bvh, int levels) {
@@ -53,10 +54,13 @@ Runs runs_of(const Bvh& bvh, int levels) {
   }
   for (std::size_t r = 0; r < size.size(); ++r) runs.first_of_run[r + 1] += runs.first_of_run[r];
   auto next = runs.first_of_run;
-  runs.order.resize(count);
+  runs.steps.resize(count);
   for (auto n = count; n-- > 0;) {
     auto& at = next[static_cast<std::size_t>(place[static_cast<std::size_t>(run[n])])];
-    runs.order[static_cast<std::size_t>(at++)] = static_cast<std::int32_t>(n);
+    const auto& node = bvh.nodes[n];
+    const bool lone = node.right_min[0] > node.right_max[0];  // a tree of one leaf
+    runs.steps[static_cast<std::size_t>(at++)] = {static_cast<std::int32_t>(n), node.left_child, node.left_count, node.right_child,
+                                                  lone ? -1 : node.right_count};
   }
   return runs;
 }
@@ -86,7 +90,7 @@ void Fitter::take(const Bvh& bvh, DeviceTree& tree) {
   const auto runs = runs_of(bvh, lanes_for(device_.info()) > 1 ? 8 : 2);
   write(device_, tree.nodes, bvh.nodes, "tree");
   if (tree.triangles.size() != bvh.triangles.size()) tree.triangles = {device_, bvh.triangles.size(), "triangles"};
-  write(device_, order_, runs.order, "order of nodes");
+  write(device_, steps_, runs.steps, "steps of fitting");
   write(device_, first_of_run_, runs.first_of_run, "runs of nodes");
   surfaces_ = {device_, runs.first_of_run.size() - 1, "surfaces of boxes"};
   first_run_of_pass_ = runs.first_run_of_pass;
@@ -97,7 +101,7 @@ double Fitter::fit(DeviceTree& tree, const cl::Buffer<float>& places, double rea
   const auto margin = static_cast<float>(box_margin_m(reach_m));
   for (std::size_t pass = 0; pass + 1 < first_run_of_pass_.size(); ++pass) {
     const auto first = first_run_of_pass_[pass], runs = first_run_of_pass_[pass + 1] - first;
-    fit_tree_.run({static_cast<std::size_t>(runs)}, {local}, tree.nodes, tree.triangles, tree.shading, places, order_, first_of_run_, first,
+    fit_tree_.run({static_cast<std::size_t>(runs)}, {local}, tree.nodes, tree.triangles, tree.shading, places, steps_, first_of_run_, first,
                   runs, margin, eye_m.x, eye_m.y, eye_m.z, surfaces_);
   }
   double sum = 0, whole = 0;

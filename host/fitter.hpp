@@ -24,7 +24,7 @@ class Fitter {
 public:
   explicit Fitter(const cl::Device& device);
 
-  /// The tree that is fitted from now on: its nodes and `order` go to the device; shading is the caller's.
+  /// The tree that is fitted from now on: its nodes go to the device; shading is the caller's.
   void take(const Bvh& bvh, DeviceTree& tree);
 
   /// places   3 floats per vertex, scene frame
@@ -36,7 +36,8 @@ public:
 private:
   cl::Device device_;
   cl::Kernel fit_tree_;
-  cl::Buffer<std::int32_t> order_, first_of_run_;
+  cl::Buffer<device::FitStep> steps_;
+  cl::Buffer<std::int32_t> first_of_run_;
   cl::Buffer<float> surfaces_;
   std::vector<std::int32_t> first_run_of_pass_;
 };

@@ -11,6 +11,7 @@
 
 #include "host/error.hpp"
 #include "host/gatherer.hpp"
+#include "host/outline.hpp"
 #include "host/plane_errors.hpp"
 #include "host/propagator.hpp"
 #include "host/refiner.hpp"
@@ -58,35 +59,10 @@ double fan_count(double window_m, double distance_m, double depth_m, double pitc
   return std::max(1.0, std::ceil(window_m / distance_m * depth_m / pitch_m - 1e-9));
 }
 
-struct Interval {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  void add(double x) {
-    low = std::min(low, x);
-    high = std::max(high, x);
-  }
-  double middle() const { return (low + high) / 2; }
-  double extent() const { return high - low; }
-};
-
-/// Where, along one axis of the WRP plane, light passes on its way from the scene into the hologram.
-Interval footprint(const World& world, int axis, double window_m, double distance_m, double largest_tangent) {
-  Interval passed;
-  for (const auto& p : world.positions) {
-    const double share = (p.z - distance_m) / p.z;  // of the way from the surface to the hologram
-    for (const double edge : {-window_m / 2, window_m / 2}) {
-      passed.add(p[axis] + (edge - p[axis]) * share);
-    }
-  }
-  const double reach = window_m / 2 + distance_m * largest_tangent;
-  passed.low = std::clamp(passed.low, -reach, reach);
-  passed.high = std::clamp(passed.high, -reach, reach);
-  return passed;
-}
-
 /// Rays of the sample lattice towards everything in the scene whose light the hologram can show.
 ///
 /// lit  tangents of the chief rays (to the hologram's centre) of whatever light can fall onto a WRP, low and high per axis
-LatticePlan lattice_over(const Scene& scene, const World& world, const Plan& plan, glm::dvec2 largest_tangent,
+LatticePlan lattice_over(const Scene& scene, const Outline& outline, const Plan& plan, glm::dvec2 largest_tangent,
                          const std::array<Interval, 2>& lit) {
   LatticePlan lattice;
   lattice.full_z_m = (plan.near_m + plan.far_m) / 2;
@@ -94,8 +70,7 @@ LatticePlan lattice_over(const Scene& scene, const World& world, const Plan& pla
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
   double cells = 1;
   for (int axis = 0; axis < 2; ++axis) {
-    Interval tangents;
-    for (const auto& p : world.positions) tangents.add(p[axis] / p.z);
+    const auto& tangents = outline.tangents[axis];
     const double reach = largest_tangent[axis] + std::max(1.0, plan.fan) * window[axis] / (2 * plan.near_m);
     const double low = std::max(-reach, lit[axis].low), high = std::max(low, std::min(reach, lit[axis].high));
     const double first = std::floor(std::clamp(tangents.low, low, high) / lattice.step - 0.5);
@@ -143,33 +118,6 @@ std::array<Interval, 2> chief_tangents(const Plan& plan, glm::dvec2 middle) {
   return lit;
 }
 
-/// Where aimed gathering costs least: footprints grow with the distance of a sample from the WRP, so the middle, by area as the hologram
-/// sees it, of the objects' near sides. Either winding may be the outside.
-double middle_of_surfaces(const World& world) {
-  struct Side {
-    double sum = 0, weight = 0;
-    double middle() const { return weight > 0 ? sum / weight : std::numeric_limits<double>::infinity(); }
-  };
-  std::vector<std::array<Side, 2>> sides(world.object_closed.size());
-  for (std::size_t i = 0; i < world.triangles.size(); ++i) {
-    const auto t = world.triangles[i];
-    const auto &a = world.positions[t.x], &b = world.positions[t.y], &c = world.positions[t.z];
-    const auto n = glm::cross(b - a, c - a), centre = (a + b + c) / 3.0;
-    const double seen = glm::dot(n, centre) / (centre.z * centre.z);
-    auto& side = sides[static_cast<std::size_t>(world.triangle_object[i])][seen < 0];
-    side.sum += std::abs(seen) * centre.z;
-    side.weight += std::abs(seen);
-  }
-  Side all;
-  for (const auto& [one, other] : sides) {
-    const auto& near = one.middle() < other.middle() ? one : other;
-    all.sum += near.sum;
-    all.weight += near.weight;
-  }
-  const double middle = all.middle();
-  return std::isfinite(middle) ? middle : (world.min_m.z + world.max_m.z) / 2;
-}
-
 /// Whether a rectangle around `middle` meets the triangle, by the separating axes of both.
 bool meets(glm::dvec2 middle, glm::dvec2 half, const std::array<glm::dvec2, 3>& triangle) {
   const auto apart = [&](glm::dvec2 axis) {
@@ -195,8 +143,7 @@ std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp>
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
   std::vector<bool> lit(wrps.size(), false);
   std::size_t dark = wrps.size();
-  for (const auto& corners : world.triangles) {
-    if (dark == 0) return wrps;
+  const auto look_at = [&](glm::uvec3 corners) {
     std::array<glm::dvec2, 3> crossing;  // of the chief rays with the WRPs
     glm::dvec2 half = window / 2.0;
     for (int i = 0; i < 3; ++i) {
@@ -210,6 +157,13 @@ std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp>
       if (lit[i] || !meets(wrps[i].centre_m, half, crossing)) continue;
       lit[i] = true;
       --dark;
+    }
+  };
+  // A few from everywhere first: mostly they light all.
+  for (const std::size_t step : {std::size_t{64}, std::size_t{1}}) {
+    for (std::size_t i = 0; i < world.triangles.size(); i += step) {
+      if (dark == 0) return wrps;
+      look_at(world.triangles[i]);
     }
   }
   if (dark == wrps.size()) return wrps;
@@ -328,9 +282,15 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
     plan.distance_m = plan.near_m - std::min(across / cone, plan.near_m / 2);
   }
 
+  const glm::dvec2 tangents{largest_tangent(0), largest_tangent(1)};
+  const auto outline = outline_of(world, plan.distance_m, window, std::max(1.0, plan.fan), 0.99 * tangents);
+  plan.beyond_diffraction = outline.steepest[0] > 0 || outline.steepest[1] > 0;
   glm::dvec2 middle;
   for (int axis = 0; axis < 2; ++axis) {
-    const auto passed = footprint(world, axis, window[axis], plan.distance_m, largest_tangent(axis));
+    auto passed = outline.passed[axis];
+    const double reach = window[axis] / 2 + plan.distance_m * tangents[axis];
+    passed.low = std::clamp(passed.low, -reach, reach);
+    passed.high = std::clamp(passed.high, -reach, reach);
     middle[axis] = passed.middle();
     const double wanted = std::max(1.0, std::ceil(passed.extent() / window[axis] - 0.01));
     plan.grid[axis] = scene.wrp.grid ? (*scene.wrp.grid)[axis] : static_cast<int>(std::min(wanted, largest_grid + 1.0));
@@ -344,18 +304,13 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
 
   std::array<Interval, 2> lit = {Interval{-1e9, 1e9}, Interval{-1e9, 1e9}};
   if (method == Method::wrp && plan.aimed && plan.bounces == 0) lit = chief_tangents(plan, middle);
-  plan.lattice = lattice_over(scene, world, plan, {largest_tangent(0), largest_tangent(1)}, lit);
-  for (int axis = 0; axis < 2; ++axis) {
-    for (const auto& p : world.positions)
-      plan.beyond_diffraction |= std::abs(p[axis]) + std::max(1.0, plan.fan) * window[axis] / 2 > 0.99 * largest_tangent(axis) * p.z;
-  }
-
+  plan.lattice = lattice_over(scene, outline, plan, tangents, lit);
   if (method == Method::wrp) {
     plan.wrps = wrps_side_by_side(scene, plan, middle);
     if (plan.aimed && plan.bounces == 0) plan.wrps = lit_wrps(plan, world, std::move(plan.wrps));
   } else {
     plan.grid = {1, 1};
-    plan.wrps = {plane_at_hologram(plan, {largest_tangent(0), largest_tangent(1)}, rays_per_axis)};
+    plan.wrps = {plane_at_hologram(plan, tangents, rays_per_axis)};
   }
   plan.rows = {plan.size.y, plan.pitch_m.y, 0};
   if (method == Method::wrp && plan.aimed && plan.bounces == 0 && scene.wrp.oversampling)

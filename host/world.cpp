@@ -20,6 +20,7 @@ namespace {
 
 constexpr double kSmallestObject_m = 1e-10, kLargestObject_m = 1e4;
 constexpr std::size_t kMaxTriangles = 500'000'000;
+constexpr std::size_t most_facets = 1 << 16;
 constexpr std::size_t vertices_at_once = 1 << 13;  // that a thread takes
 
 struct Box {
@@ -56,6 +57,35 @@ double scale_of(const Object& object, const Box& rotated) {
   return scale;
 }
 
+/// Triangles that stand for all of a mesh, drawn by area at even steps through the list; all of them where they are few.
+std::vector<Facet> facets_of(const Mesh& mesh) {
+  const auto count = mesh.triangles.size();
+  std::vector<double> area(count, 1);
+  double whole = static_cast<double>(count);
+  if (count > most_facets) {
+    whole = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto t = mesh.triangles[i];
+      const auto& a = mesh.positions[t.x];
+      area[i] = glm::length(glm::cross(mesh.positions[t.y] - a, mesh.positions[t.z] - a));
+      whole += area[i];
+    }
+  }
+  const auto wanted = std::min(count, most_facets);
+  const double step = whole / static_cast<double>(wanted);
+  std::vector<Facet> facets;
+  double reached = 0;
+  std::size_t drawn = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    reached += area[i];
+    const auto last = std::min(static_cast<std::size_t>(reached / step + 0.5), wanted);
+    if (last <= drawn) continue;
+    facets.push_back({static_cast<std::uint32_t>(i), static_cast<double>(last - drawn) * step / area[i]});
+    drawn = last;
+  }
+  return facets;
+}
+
 /// Adds an object's vertices and triangles, its vertices nowhere yet.
 void add(std::int32_t index, const Object& object, const Mesh& mesh, World& world) {
   if (world.triangles.size() + mesh.triangles.size() > kMaxTriangles)
@@ -63,6 +93,8 @@ void add(std::int32_t index, const Object& object, const Mesh& mesh, World& worl
   const auto first = static_cast<glm::uint>(world.positions.size());
   world.positions.resize(first + mesh.positions.size());
   world.normals.resize(world.positions.size());
+  for (const auto& facet : facets_of(mesh))
+    world.facets.push_back({static_cast<std::uint32_t>(world.triangles.size()) + facet.triangle, facet.share});
   world.uvs.insert(world.uvs.end(), mesh.uvs.begin(), mesh.uvs.end());
   for (const glm::uvec3& triangle : mesh.triangles) world.triangles.push_back(triangle + first);
   world.triangle_object.resize(world.triangles.size(), index);

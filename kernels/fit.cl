@@ -2,97 +2,87 @@
 // Fits a flattened tree to the places that its vertices have moved to. Which triangles share a leaf stays.
 //
 // fit_tree  of the nodes in runs [first_run, first_run + runs), one run per work-item: triangles, boxes, and which parts turn away from
-//           `eye`. Run r is the nodes order[first_of_run[r]] and on, children before parents; what else lies below them must be fitted.
+//           `eye`. Run r is steps[first_of_run[r]] and on, children before parents; what else lies below them must be fitted.
 //
-// places    3 floats per vertex, scene frame; infinite or NaN nowhere
+// places    3 floats per vertex, scene frame, finite
 // margin    that boxes are widened by
 // surfaces  surfaces[r]: half the surfaces of all boxes of run r, in square metres
 // OpenCL C 1.2.
 #include "bvh.h"
 #include "shared.h"
 
+// Of the terms of a triple product: more than they can round. What is seen edge-on, or is a sliver, does not turn away.
+#define ROUNDING 0x1p-20f
+
 typedef struct {
-  float min[3], max[3];
+  float3 min, max;
   int away;  // BVH_AWAY or 0
 } Fit;
 
-// Sixteen roundings of a triple product of lengths: what is seen edge-on, or is a sliver, does not turn away.
-#define EDGE_ON 0x1p-20f
+// Whether a triangle shows the eye its inner side. side 0: it has none.
+BVH_INLINE bool turns_away(float3 a, float3 b, float3 c, int side, float3 eye) {
+  const float3 u = b - a, v = c - a, way = a - eye;
+  const float3 one = u.yzx * v.zxy, other = u.zxy * v.yzx;
+  return dot(one - other, way) * (float)side > ROUNDING * dot(fabs(one) + fabs(other), fabs(way));
+}
 
-static inline Fit fit_leaf(__global Triangle* triangles, __global const TriangleShading* shading, __global const float* places, int first,
-                           int count, float margin, const float* eye) {
-  Fit fit = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, BVH_AWAY};
+BVH_INLINE Fit fit_leaf(__global Triangle* triangles, __global const TriangleShading* shading, __global const float* places, int first,
+                        int count, float margin, float3 eye) {
+  Fit fit = {(float3)(INFINITY), (float3)(-INFINITY), BVH_AWAY};
   for (int i = first; i < first + count; ++i) {
-    __global const float* a = places + 3 * (size_t)shading[i].corner_a;
-    __global const float* b = places + 3 * (size_t)shading[i].corner_b;
-    __global const float* c = places + 3 * (size_t)shading[i].corner_c;
-    const float side = (float)shading[i].side;
-    Triangle t;
-    for (int axis = 0; axis < 3; ++axis) {
-      t.a[axis] = a[axis];
-      t.b[axis] = b[axis];
-      t.c[axis] = c[axis];
-      fit.min[axis] = fmin(fit.min[axis], bvh_min3(t.a[axis], t.b[axis], t.c[axis]));
-      fit.max[axis] = fmax(fit.max[axis], -bvh_min3(-t.a[axis], -t.b[axis], -t.c[axis]));
-    }
-    triangles[i] = t;
-    const float ux = t.b[0] - t.a[0], uy = t.b[1] - t.a[1], uz = t.b[2] - t.a[2];
-    const float vx = t.c[0] - t.a[0], vy = t.c[1] - t.a[1], vz = t.c[2] - t.a[2];
-    const float nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
-    const float wx = t.a[0] - eye[0], wy = t.a[1] - eye[1], wz = t.a[2] - eye[2];
-    const float room = EDGE_ON * (fabs(ux) + fabs(uy) + fabs(uz)) * (fabs(vx) + fabs(vy) + fabs(vz)) * (fabs(wx) + fabs(wy) + fabs(wz));
-    if (!((nx * wx + ny * wy + nz * wz) * side > room)) fit.away = 0;
+    __global const TriangleShading* s = shading + i;
+    const float3 a = vload3((size_t)s->corner_a, places), b = vload3((size_t)s->corner_b, places);
+    const float3 c = vload3((size_t)s->corner_c, places);
+    vstore3(a, 0, triangles[i].a);
+    vstore3(b, 0, triangles[i].b);
+    vstore3(c, 0, triangles[i].c);
+    fit.min = min(fit.min, min(a, min(b, c)));
+    fit.max = max(fit.max, max(a, max(b, c)));
+    if (fit.away && !turns_away(a, b, c, s->side, eye)) fit.away = 0;
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    fit.min[axis] -= margin;
-    fit.max[axis] += margin;
-  }
+  fit.min -= margin;
+  fit.max += margin;
   return fit;
 }
 
-static inline Fit fit_inner(__global const BvhNode* node) {
-  Fit fit;
-  for (int axis = 0; axis < 3; ++axis) {
-    fit.min[axis] = fmin(node->left_min[axis], node->right_min[axis]);
-    fit.max[axis] = fmax(node->left_max[axis], node->right_max[axis]);
-  }
-  fit.away = node->left_child & node->right_child & BVH_AWAY;
+BVH_INLINE Fit fit_inner(__global const BvhNode* node) {
+  const Fit fit = {min(vload3(0, node->left_min), vload3(0, node->right_min)), max(vload3(0, node->left_max), vload3(0, node->right_max)),
+                   node->left_child & node->right_child & BVH_AWAY};
   return fit;
 }
 
-static inline float half_surface(const Fit* fit) {
-  const float x = fit->max[0] - fit->min[0], y = fit->max[1] - fit->min[1], z = fit->max[2] - fit->min[2];
-  return x * y + y * z + z * x;
+BVH_INLINE float half_surface(const Fit* fit) {
+  const float3 size = fit->max - fit->min;
+  return dot(size, size.yzx);
+}
+
+BVH_INLINE Fit fit_child(__global const BvhNode* nodes, __global Triangle* triangles, __global const TriangleShading* shading,
+                         __global const float* places, int child, int count, float margin, float3 eye) {
+  return count > 0 ? fit_leaf(triangles, shading, places, child, count, margin, eye) : fit_inner(nodes + child);
 }
 
 __kernel void fit_tree(__global BvhNode* nodes, __global Triangle* triangles, __global const TriangleShading* shading,
-                       __global const float* places, __global const int* order, __global const int* first_of_run, int first_run, int runs,
-                       float margin, float eye_x, float eye_y, float eye_z, __global float* surfaces) {
+                       __global const float* places, __global const FitStep* steps, __global const int* first_of_run, int first_run,
+                       int runs, float margin, float eye_x, float eye_y, float eye_z, __global float* surfaces) {
   const int index = (int)get_global_id(0);
   if (index >= runs) return;
   const int run = first_run + index;
-  const float eye[3] = {eye_x, eye_y, eye_z};
+  const float3 eye = (float3)(eye_x, eye_y, eye_z);
   float surface = 0.0f;
   for (int i = first_of_run[run]; i < first_of_run[run + 1]; ++i) {
-    __global BvhNode* node = nodes + order[i];
-    const int left = node->left_child & ~BVH_AWAY, right = node->right_child & ~BVH_AWAY;
-    const Fit fit =
-        node->left_count > 0 ? fit_leaf(triangles, shading, places, left, node->left_count, margin, eye) : fit_inner(nodes + left);
-    for (int axis = 0; axis < 3; ++axis) {
-      node->left_min[axis] = fit.min[axis];
-      node->left_max[axis] = fit.max[axis];
-    }
-    node->left_child = left | fit.away;
-    surface += half_surface(&fit);
-    if (node->right_min[0] > node->right_max[0]) continue;  // a tree of one leaf
-    const Fit other =
-        node->right_count > 0 ? fit_leaf(triangles, shading, places, right, node->right_count, margin, eye) : fit_inner(nodes + right);
-    for (int axis = 0; axis < 3; ++axis) {
-      node->right_min[axis] = other.min[axis];
-      node->right_max[axis] = other.max[axis];
-    }
-    node->right_child = right | other.away;
-    surface += half_surface(&other);
+    const FitStep step = steps[i];
+    __global BvhNode* node = nodes + step.node;
+    const Fit left = fit_child(nodes, triangles, shading, places, step.left_child, step.left_count, margin, eye);
+    vstore3(left.min, 0, node->left_min);
+    node->left_child = step.left_child | left.away;
+    vstore3(left.max, 0, node->left_max);
+    surface += half_surface(&left);
+    if (step.right_count < 0) continue;
+    const Fit right = fit_child(nodes, triangles, shading, places, step.right_child, step.right_count, margin, eye);
+    vstore3(right.min, 0, node->right_min);
+    node->right_child = step.right_child | right.away;
+    vstore3(right.max, 0, node->right_max);
+    surface += half_surface(&right);
   }
   surfaces[run] = surface;
 }

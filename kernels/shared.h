@@ -19,6 +19,15 @@ typedef struct {
   int right_count;
 } BvhNode;
 
+// What fitting a tree does at one of its nodes (fit.cl): its number, and its children as BvhNode has them; right_count -1: there is none.
+typedef struct {
+  int node;
+  int left_child;
+  int left_count;
+  int right_child;
+  int right_count;
+} FitStep;
+
 // Corners of a triangle, in the order of the tree's leaves.
 typedef struct {
   float a[3];

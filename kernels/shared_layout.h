@@ -13,6 +13,11 @@
   MEMBER(BvhNode, right_child)        \
   MEMBER(BvhNode, right_max)          \
   MEMBER(BvhNode, right_count)        \
+  MEMBER(FitStep, node)               \
+  MEMBER(FitStep, left_child)         \
+  MEMBER(FitStep, left_count)         \
+  MEMBER(FitStep, right_child)        \
+  MEMBER(FitStep, right_count)        \
   MEMBER(Triangle, a)                 \
   MEMBER(Triangle, b)                 \
   MEMBER(Triangle, c)                 \
