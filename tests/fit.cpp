@@ -56,7 +56,7 @@ private:
   std::pair<int, int> visit(int place, const std::function<void(const float*, const float*, bool, int, int)>& f) const {
     const auto& n = nodes[static_cast<std::size_t>(place)];
     std::pair<int, int> all{INT32_MAX, 0};
-    const auto child = [&](const float* min, const float* max, int child, int count) {
+    const auto look_at = [&](const float* min, const float* max, int child, int count) {
       if (min[0] > max[0]) return;
       const bool away = (child & BVH_AWAY) != 0;
       const int number = child & ~BVH_AWAY;
@@ -64,8 +64,8 @@ private:
       f(min, max, away, range.first, range.second);
       all = {std::min(all.first, range.first), all.second + range.second};
     };
-    child(n.left_min, n.left_max, n.left_child, n.left_count);
-    child(n.right_min, n.right_max, n.right_child, n.right_count);
+    look_at(n.left_min, n.left_max, n.left_child, n.left_count);
+    look_at(n.right_min, n.right_max, n.right_child, n.right_count);
     return all;
   }
 };

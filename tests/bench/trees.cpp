@@ -384,7 +384,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: bench_trees TEAPOT.ply [DEVICE]\n");
     return 2;
   }
-  const cl::Device device(cl::list_devices().at(argc > 2 ? static_cast<std::size_t>(std::stoul(argv[2])) : 0));
+  const raywave::cl::Device device(raywave::cl::list_devices().at(argc > 2 ? static_cast<std::size_t>(std::stoul(argv[2])) : 0));
   std::printf("| scene | builder | build, s | boxes | triangles | cost | nearest, ns | any, ns |\n|---|---|---|---|---|---|---|---|\n");
   const auto teapot = load_mesh(argv[1], Normals::smooth, "bench_trees");
   compare(device, "teapot, 16 thousand", fitted(teapot.positions, teapot.triangles));
