@@ -2,6 +2,7 @@
 /// Threads of the host that wait for work, so that a pass of a few milliseconds need not start any.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <functional>
@@ -36,6 +37,15 @@ public:
         for (std::size_t i = first; i < std::min(first + grain, count); ++i) work(thread, i);
       }
     });
+  }
+
+  /// Calls work(thread, first, last) for the ranges of `grain` numbers that 0, ..., count - 1 fall into, on as many threads as are worth
+  /// it.
+  template <class F>
+  void for_ranges(std::size_t count, std::size_t grain, const F& work) {
+    const auto ranges = (count + grain - 1) / grain;
+    for_each(std::min(ranges, this->count()), ranges, 1,
+             [&](std::size_t thread, std::size_t range) { work(thread, range * grain, std::min((range + 1) * grain, count)); });
   }
 
 private:

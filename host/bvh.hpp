@@ -25,11 +25,8 @@ struct Bvh {
 /// throws       InputError when there is no triangle or more than 2^30
 Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles, glm::dvec3 origin_m, int leaf_size = 2);
 
-/// Fits the boxes of a tree to its triangles at other places; which triangles share a leaf stays. Several times faster than a new tree,
-/// which is worth its time once cost_of has grown.
-void refit_bvh(Bvh& bvh, const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles, glm::dvec3 origin_m);
-
-/// Boxes that a random ray through the scene meets: the surfaces of all, over that of the whole.
-double cost_of(const Bvh& bvh);
+/// What boxes are widened by on every side, for coordinates up to reach_m: enough for what kernels/bvh.h does to direction components of
+/// zero, and for boxes rounded to nearest; too little to cost time.
+double box_margin_m(double reach_m);
 
 }  // namespace raywave

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <glm/common.hpp>
 #include <limits>
 #include <string>
 #include <type_traits>
@@ -135,10 +134,9 @@ private:
   Bvh bvh_;
 };
 
-/// Wide enough for what kernels/bvh.h does to direction components of zero, too small to cost time.
-double margin_of(double reach_m) { return reach_m * 0x1p-22; }
-
 }  // namespace
+
+double box_margin_m(double reach_m) { return reach_m * 0x1.4p-22; }
 
 Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles, glm::dvec3 origin_m, int leaf_size) {
   if (triangles.empty()) throw InputError("the scene has no triangle");
@@ -155,76 +153,12 @@ Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm:
   corners.reserve(triangles.size());
   for (const auto& t : triangles) corners.emplace_back(corner(t.x), corner(t.y), corner(t.z));
 
-  Flattener flattener(corners, margin_of(reach_m), leaf_size);
+  Flattener flattener(corners, box_margin_m(reach_m), leaf_size);
   const Primitive first(corners.begin());
   if (corners.size() == 1) return flattener.flatten({nullptr, &first, 1});
   Tree tree(corners.begin(), corners.end());
   tree.build();
   return flattener.flatten({tree.root_node(), nullptr, corners.size()});
-}
-
-void refit_bvh(Bvh& bvh, const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles, glm::dvec3 origin_m) {
-  struct Box {
-    glm::dvec3 min{std::numeric_limits<double>::infinity()}, max{-std::numeric_limits<double>::infinity()};
-    void add(const Box& other) {
-      min = glm::min(min, other.min);
-      max = glm::max(max, other.max);
-    }
-  };
-  std::vector<Box> boxes(bvh.triangles.size());
-  double reach_m = 0;
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const auto corners = triangles[bvh.order[i]];
-    float(*const rounded[])[3] = {&bvh.triangles[i].a, &bvh.triangles[i].b, &bvh.triangles[i].c};
-    for (int corner = 0; corner < 3; ++corner) {
-      const auto p = positions_m[corners[corner]] - origin_m;
-      boxes[i].add({p, p});
-      reach_m = std::max({reach_m, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-      for (int axis = 0; axis < 3; ++axis) (*rounded[corner])[axis] = static_cast<float>(p[axis]);
-    }
-  }
-  const double margin_m = margin_of(reach_m);
-  const auto put = [&](const Box& box, float(&min)[3], float(&max)[3]) {
-    for (int axis = 0; axis < 3; ++axis) {
-      min[axis] = rounded_down(box.min[axis] - margin_m);
-      max[axis] = rounded_up(box.max[axis] + margin_m);
-    }
-  };
-  // Children come behind their parents.
-  std::vector<Box> of_node(bvh.nodes.size());
-  for (auto n = bvh.nodes.size(); n-- > 0;) {
-    auto& node = bvh.nodes[n];
-    const auto child_box = [&](int child, int count) {
-      Box box;
-      if (count == 0) return of_node[static_cast<std::size_t>(child)];
-      for (int i = child; i < child + count; ++i) box.add(boxes[static_cast<std::size_t>(i)]);
-      return box;
-    };
-    const bool lone = node.right_min[0] > node.right_max[0];  // a tree of one leaf
-    const Box left = child_box(node.left_child, node.left_count);
-    put(left, node.left_min, node.left_max);
-    of_node[n] = left;
-    if (lone) continue;
-    const Box right = child_box(node.right_child, node.right_count);
-    put(right, node.right_min, node.right_max);
-    of_node[n].add(right);
-  }
-}
-
-double cost_of(const Bvh& bvh) {
-  const auto surface = [](const float(&min)[3], const float(&max)[3]) {
-    const double x = std::max(0.0, double(max[0]) - min[0]), y = std::max(0.0, double(max[1]) - min[1]),
-                 z = std::max(0.0, double(max[2]) - min[2]);
-    return std::isfinite(x) ? x * y + y * z + z * x : 0.0;
-  };
-  double sum = 0, whole = 0;
-  for (std::size_t n = 0; n < bvh.nodes.size(); ++n) {
-    const auto& node = bvh.nodes[n];
-    const double left = surface(node.left_min, node.left_max), right = surface(node.right_min, node.right_max);
-    sum += left + right;
-    if (n == 0) whole = std::max(left, right);
-  }
-  return whole > 0 ? sum / whole : 1;
 }
 
 }  // namespace raywave

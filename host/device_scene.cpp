@@ -5,9 +5,11 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <tuple>
 
+#include "cl/threads.hpp"
 #include "host/bvh.hpp"
 #include "host/error.hpp"
 #include "host/image.hpp"
@@ -16,6 +18,9 @@
 namespace raywave {
 namespace {
 
+/// Half as many nodes as with two, to be fitted in every frame; rays take as long.
+constexpr int triangles_of_leaf = 4;
+
 /// A tree whose boxes have grown by this much is built anew: a ray meets as many more of them.
 constexpr double worst_refit = 1.3;
 
@@ -23,17 +28,12 @@ constexpr double worst_refit = 1.3;
 /// much.
 constexpr double sharp_shininess = 128;
 
-/// Into the buffer when the size fits, else into a new one.
-template <class T>
-void write(const cl::Device& device, cl::Buffer<T>& buffer, std::span<const T> data, const char* name) {
-  if (buffer.size() == data.size())
-    buffer.write(data);
-  else
-    buffer = {device, data, name};
-}
+constexpr std::size_t vertices_at_once = 1 << 13;  // that a thread takes
 
-void put(float (&target)[3], glm::vec3 v) { std::copy_n(&v.x, 3, target); }
-void put(float (&target)[2], glm::vec2 v) { std::copy_n(&v.x, 2, target); }
+template <class Vector>
+std::span<const float> floats_of(const std::vector<Vector>& vectors) {
+  return {reinterpret_cast<const float*>(vectors.data()), vectors.size() * sizeof(Vector) / sizeof(float)};
+}
 
 /// Per object: 1 when its triangles wind counter-clockwise seen from outside, -1 when clockwise, 0 when it has no inside.
 std::vector<std::int32_t> sides_of(const World& world) {
@@ -55,16 +55,9 @@ std::vector<device::TriangleShading> shading_in_leaf_order(const Scene& scene, c
                                                            const std::vector<std::int32_t>& sides) {
   std::vector<device::TriangleShading> shading(bvh.order.size());
   for (std::size_t i = 0; i < shading.size(); ++i) {
-    const auto corners = world.triangles[bvh.order[i]];
-    auto& s = shading[i];
-    put(s.normal_a, world.normals[corners.x]);
-    put(s.normal_b, world.normals[corners.y]);
-    put(s.normal_c, world.normals[corners.z]);
-    put(s.uv_a, world.uvs[corners.x]);
-    put(s.uv_b, world.uvs[corners.y]);
-    put(s.uv_c, world.uvs[corners.z]);
-    s.side = sides[static_cast<std::size_t>(world.triangle_object[bvh.order[i]])];
-    s.material = scene.objects[static_cast<std::size_t>(world.triangle_object[bvh.order[i]])].material;
+    const auto corners = glm::ivec3(world.triangles[bvh.order[i]]);
+    const auto object = static_cast<std::size_t>(world.triangle_object[bvh.order[i]]);
+    shading[i] = {corners.x, corners.y, corners.z, scene.objects[object].material, sides[object]};
   }
   return shading;
 }
@@ -182,43 +175,73 @@ cl::Options kernel_options(const Scene& scene, const Plan& plan) {
 }
 
 DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan)
-    : device_(device), sides_(sides_of(world)) {
-  const auto start = std::chrono::steady_clock::now();
-  bvh_ = build_bvh(world.positions, world.triangles, plan.origin_m);
-  built_cost_ = cost_of(bvh_);
-  tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    : device_(device), fitter_(device), places_(device, 3 * world.positions.size(), "vertices"), sides_(sides_of(world)) {
   const auto made = materials_of(scene);
   material_unit_ = made.unit;
   materials = {device, std::span<const device::Material>(made.materials), "materials"};
   texels = {device, std::span<const float>(made.texels), "textures"};
-  upload(scene, world, plan);
+  normals = {device, 3 * world.positions.size(), "normals"};
+  uvs = {device, floats_of(world.uvs), "places on textures"};
+  upload_vertices(world, plan);
+  const auto start = std::chrono::steady_clock::now();
+  build_tree(scene, world, plan);
+  tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  upload_lights(scene, world, plan);
 
   options = cl::with(kernel_options(scene, plan),
                      {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))},
-                      {"RAYWAVE_BVH_DEPTH", std::to_string((bvh_.depth + 15) / 16 * 16)}});  // scenes alike in size share kernels
+                      {"RAYWAVE_BVH_DEPTH", std::to_string((depth_ + 15) / 16 * 16)}});  // scenes alike in size share kernels
 }
 
 void DeviceScene::place(const Scene& scene, const World& world, const Plan& plan) {
   const auto start = std::chrono::steady_clock::now();
-  refit_bvh(bvh_, world.positions, world.triangles, plan.origin_m);
-  if (cost_of(bvh_) > worst_refit * built_cost_) {
-    bvh_ = build_bvh(world.positions, world.triangles, plan.origin_m);
-    built_cost_ = cost_of(bvh_);
-  }
+  upload_vertices(world, plan);
+  if (fitter_.fit(tree, places_, reach_m_, -plan.origin_m) > worst_refit * built_cost_) build_tree(scene, world, plan);
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  upload(scene, world, plan);
+  upload_lights(scene, world, plan);
 }
 
-void DeviceScene::upload(const Scene& scene, const World& world, const Plan& plan) {
-  write(device_, nodes, std::span<const device::BvhNode>(bvh_.nodes), "tree");
-  write(device_, triangles, std::span<const device::Triangle>(bvh_.triangles), "triangles");
-  const auto shading_data = shading_in_leaf_order(scene, world, bvh_, sides_);
-  write(device_, shading, std::span<const device::TriangleShading>(shading_data), "normals");
+void DeviceScene::build_tree(const Scene& scene, const World& world, const Plan& plan) {
+  const auto bvh = build_bvh(world.positions, world.triangles, plan.origin_m, triangles_of_leaf);
+  depth_ = bvh.depth;
+  const auto shading = shading_in_leaf_order(scene, world, bvh, sides_);
+  if (tree.shading.size() == shading.size())
+    tree.shading.write(shading);
+  else
+    tree.shading = {device_, std::span<const device::TriangleShading>(shading), "corners"};
+  fitter_.take(bvh, tree);
+  built_cost_ = fitter_.fit(tree, places_, reach_m_, -plan.origin_m);
+}
+
+void DeviceScene::upload_vertices(const World& world, const Plan& plan) {
+  auto& threads = cl::Threads::shared();
+  std::vector<double> reach_m(threads.count(), 0.0);
+  places_.on_host(
+      [&](std::span<float> places) {
+        threads.for_ranges(world.positions.size(), vertices_at_once, [&](std::size_t thread, std::size_t from, std::size_t to) {
+          glm::dvec3 farthest(0);
+          for (std::size_t i = from; i < to; ++i) {
+            const auto p = world.positions[i] - plan.origin_m;
+            farthest = glm::max(farthest, glm::abs(p));
+            for (int axis = 0; axis < 3; ++axis) places[3 * i + static_cast<std::size_t>(axis)] = static_cast<float>(p[axis]);
+          }
+          reach_m[thread] = std::max({reach_m[thread], farthest.x, farthest.y, farthest.z});
+        });
+      },
+      CL_MAP_WRITE_INVALIDATE_REGION);
+  reach_m_ = *std::max_element(reach_m.begin(), reach_m.end());
+  normals.write(floats_of(world.normals));
+}
+
+void DeviceScene::upload_lights(const Scene& scene, const World& world, const Plan& plan) {
   double brightest_light = ambient_light_of(scene);
   for (const auto& l : scene.lights) brightest_light = std::max(brightest_light, l.intensity);
   const double light_unit = unit_of(brightest_light);
   const auto light_data = lights_in_scene_frame(scene, plan.origin_m, light_unit);
-  write(device_, lights, std::span<const device::Light>(light_data), "lights");
+  if (lights.size() == light_data.size())
+    lights.write(light_data);
+  else
+    lights = {device_, std::span<const device::Light>(light_data), "lights"};
   ambient_light = in_units(ambient_light_of(scene), light_unit);
   radiance_unit = material_unit_ * light_unit;
   diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "cl/program.hpp"
-#include "host/bvh.hpp"
+#include "host/fitter.hpp"
 #include "host/mesh.hpp"
 #include "host/plan.hpp"
 #include "host/scene.hpp"
@@ -25,9 +25,8 @@ public:
   /// The same meshes and materials at other places, or under other lights (as many as before).
   void place(const Scene& scene, const World& world, const Plan& plan);
 
-  cl::Buffer<device::BvhNode> nodes;
-  cl::Buffer<device::Triangle> triangles;
-  cl::Buffer<device::TriangleShading> shading;
+  DeviceTree tree;
+  cl::Buffer<float> normals, uvs;  // of the vertices: kernels/shade.h
   cl::Buffer<device::Material> materials;
   cl::Buffer<device::Light> lights;
   cl::Buffer<float> texels;
@@ -42,10 +41,15 @@ public:
   std::size_t light_words() const { return lights.size() > 32 ? (lights.size() + 31) / 32 : 1; }
 
 private:
-  void upload(const Scene& scene, const World& world, const Plan& plan);
+  void build_tree(const Scene& scene, const World& world, const Plan& plan);
+  void upload_vertices(const World& world, const Plan& plan);
+  void upload_lights(const Scene& scene, const World& world, const Plan& plan);
 
   cl::Device device_;
-  Bvh bvh_;
+  Fitter fitter_;
+  cl::Buffer<float> places_;  // of the vertices, scene frame
+  double reach_m_ = 0;        // the largest coordinate among them
+  int depth_ = 0;             // Bvh::depth
   double material_unit_ = 1;
   double built_cost_ = 0;            // of the tree when it was built
   std::vector<std::int32_t> sides_;  // of the objects

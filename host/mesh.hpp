@@ -30,6 +30,12 @@ Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::st
 /// corner given its normal, and corners that agree in everything joined.
 Mesh finish_mesh(Mesh raw, Normals normals);
 
+/// A triangle that stands for a part of an object's surface: so many times its own area.
+struct Facet {
+  std::uint32_t triangle = 0;
+  double share = 1;
+};
+
 /// Every object placed in the world (metres), one after the other. All vectors of a vertex are as long as `positions`.
 struct World {
   std::vector<glm::dvec3> positions;
@@ -39,6 +45,7 @@ struct World {
   std::vector<std::int32_t> triangle_object;  // index into Scene::objects
   std::vector<bool>
       object_closed;  // per object: every edge shared by exactly two triangles in opposite directions (after welding equal positions)
+  std::vector<Facet> facets;      // stand for all surfaces in sums over them; none: every triangle stands for itself
   glm::dvec3 min_m{0}, max_m{0};  // bounding box
 };
 
@@ -60,7 +67,12 @@ Meshes load_meshes(const Scene& scene);
 /// throws  InputError when a width is asked of a mesh without x extent, or an object touches or lies behind the hologram plane (z <= 0)
 World place_objects(const Scene& scene, const Meshes& meshes);
 
-/// Both.
+/// Moves all objects of a world that place_objects has made of these meshes to where the scene has them now.
+///
+/// throws  as place_objects; the world is then worth nothing until it has been moved again
+void move_objects(const Scene& scene, const Meshes& meshes, World& world);
+
+/// Reads the meshes and places all objects.
 World build_world(const Scene& scene);
 
 }  // namespace raywave

@@ -9,9 +9,11 @@
 #include <limits>
 #include <span>
 #include <sstream>
+#include <tuple>
 
 #include "host/error.hpp"
 #include "host/gatherer.hpp"
+#include "host/outline.hpp"
 #include "host/plane_errors.hpp"
 #include "host/propagator.hpp"
 #include "host/refiner.hpp"
@@ -34,9 +36,6 @@ constexpr double tail_spots = Gatherer::near_tail;
 
 /// Mirrors show things up to this many times as deep as the scene: rays are spaced for it.
 constexpr double deepest_virtual_picture = 2;
-
-/// Of a scene's depth, for the choice of slabs.
-constexpr int depth_bins = 256;
 
 constexpr double largest_lattice = 1 << 28;
 constexpr double farthest_lattice_ray = 1 << 22;  // from the axis: floats count no farther and still tell places within a cell
@@ -62,58 +61,30 @@ double fan_count(double window_m, double distance_m, double depth_m, double pitc
   return std::max(1.0, std::ceil(window_m / distance_m * depth_m / pitch_m - 1e-9));
 }
 
-struct Interval {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  void add(double x) {
-    low = std::min(low, x);
-    high = std::max(high, x);
-  }
-  double middle() const { return (low + high) / 2; }
-  double extent() const { return high - low; }
-};
-
 bool holds(const Slab& slab, double z_m) { return slab.begin_m <= z_m && z_m < slab.end_m; }
 
-/// Calls `use` with the corners of all surfaces in a slab: vertices of the meshes, and where edges enter or leave it.
-template <class Use>
-void each_corner(const World& world, const Slab& slab, Use use) {
+/// The corners of all surfaces in a slab that has an end: vertices of the meshes, and where edges enter or leave it.
+std::vector<glm::dvec3> corners_in(const World& world, const Slab& slab) {
+  std::vector<glm::dvec3> all;
   for (const auto& p : world.positions) {
-    if (holds(slab, p.z)) use(p);
+    if (holds(slab, p.z)) all.push_back(p);
   }
   for (const double at : {slab.begin_m, slab.end_m}) {
     if (!std::isfinite(at)) continue;
     for (const auto& corners : world.triangles) {
       for (int i = 0; i < 3; ++i) {
         const auto &a = world.positions[corners[i]], &b = world.positions[corners[(i + 1) % 3]];
-        if ((a.z < at) != (b.z < at)) use(glm::mix(a, b, (at - a.z) / (b.z - a.z)));
+        if ((a.z < at) != (b.z < at)) all.push_back(glm::mix(a, b, (at - a.z) / (b.z - a.z)));
       }
     }
   }
-}
-
-/// Where, along both axes of a slab's plane, light of its surfaces passes on its way into the hologram.
-std::array<Interval, 2> footprint(const World& world, const Slab& slab, glm::dvec2 window_m, glm::dvec2 largest_tangent) {
-  std::array<Interval, 2> passed;
-  each_corner(world, slab, [&](const glm::dvec3& p) {
-    const double share = (p.z - slab.distance_m) / p.z;  // of the way from the surface to the hologram
-    for (int axis = 0; axis < 2; ++axis) {
-      for (const double edge : {-window_m[axis] / 2, window_m[axis] / 2})
-        passed[static_cast<std::size_t>(axis)].add(p[axis] + (edge - p[axis]) * share);
-    }
-  });
-  for (int axis = 0; axis < 2; ++axis) {
-    auto& along = passed[static_cast<std::size_t>(axis)];
-    const double reach = window_m[axis] / 2 + slab.distance_m * largest_tangent[axis];
-    along.low = std::clamp(along.low, -reach, reach);
-    along.high = std::clamp(along.high, -reach, reach);
-  }
-  return passed;
+  return all;
 }
 
 /// Rays of the sample lattice towards everything in the scene whose light the hologram can show.
 ///
 /// lit  tangents of the chief rays (to the hologram's centre) of whatever light can fall onto a WRP, low and high per axis
-LatticePlan lattice_over(const Scene& scene, const World& world, const Plan& plan, glm::dvec2 largest_tangent,
+LatticePlan lattice_over(const Scene& scene, const Outline& outline, const Plan& plan, glm::dvec2 largest_tangent,
                          const std::array<Interval, 2>& lit) {
   LatticePlan lattice;
   lattice.full_z_m = (plan.near_m + plan.far_m) / 2;
@@ -121,8 +92,7 @@ LatticePlan lattice_over(const Scene& scene, const World& world, const Plan& pla
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
   double cells = 1;
   for (int axis = 0; axis < 2; ++axis) {
-    Interval tangents;
-    for (const auto& p : world.positions) tangents.add(p[axis] / p.z);
+    const auto& tangents = outline.tangents[axis];
     const double reach = largest_tangent[axis] + std::max(1.0, plan.fan) * window[axis] / (2 * plan.near_m);
     const double low = std::max(-reach, lit[axis].low), high = std::max(low, std::min(reach, lit[axis].high));
     const double first = std::floor(std::clamp(tangents.low, low, high) / lattice.step - 0.5);
@@ -168,133 +138,6 @@ void add_chief_tangents(const Plan& plan, const Slab& slab, glm::dvec2 middle, s
   }
 }
 
-/// Area of surfaces by depth, in bins of equal depth: how much of it, and its mean depth times that.
-class DepthHistogram {
-public:
-  DepthHistogram(double near_m, double far_m, int bins)
-      : bins_(bins),
-        near_m_(near_m),
-        bin_m_((far_m - near_m) / bins),
-        area_(static_cast<std::size_t>(bins)),
-        area_depth_(static_cast<std::size_t>(bins)) {}
-
-  /// A triangle of that area, evenly lit: its share beyond a depth falls as the square of what is left to its ends.
-  void add(std::array<double, 3> z_m, double area) {
-    std::sort(z_m.begin(), z_m.end());
-    const auto bin = [&](double z) { return bin_m_ > 0 ? std::clamp(static_cast<int>((z - near_m_) / bin_m_), 0, bins_ - 1) : 0; };
-    const int first = bin(z_m[0]), last = bin(z_m[2]);
-    std::pair<double, double> before{0, 0};
-    for (int i = first; i <= last; ++i) {
-      const auto up_to = i == last ? std::pair{1.0, (z_m[0] + z_m[1] + z_m[2]) / 3} : moments_before(z_m, near_m_ + (i + 1) * bin_m_);
-      const double share = std::max(0.0, up_to.first - before.first), begin_m = near_m_ + i * bin_m_;
-      area_[static_cast<std::size_t>(i)] += area * share;
-      // Of next to nothing, rounding would put the mean anywhere.
-      area_depth_[static_cast<std::size_t>(i)] +=
-          area * std::clamp(up_to.second - before.second, share * begin_m, share * (begin_m + bin_m_));
-      before = up_to;
-    }
-  }
-
-  void add(const DepthHistogram& other) {
-    for (std::size_t i = 0; i < area_.size(); ++i) {
-      area_[i] += other.area_[i];
-      area_depth_[i] += other.area_depth_[i];
-    }
-  }
-
-  /// Infinite without any area.
-  double mean() const { return mean_between(0, bins_); }
-
-  /// Means of `count` slabs, or of as many as have area, between which the sum of area times squared distance to the mean is least.
-  std::vector<double> means(int count) const {
-    // least[i]: of the first i bins in as many slabs as the round says; from[round][i]: where the last of these begins.
-    std::vector<double> least(static_cast<std::size_t>(bins_) + 1, std::numeric_limits<double>::infinity());
-    least[0] = 0;
-    std::vector<std::vector<int>> from;
-    for (int round = 0; round < count; ++round) {
-      std::vector<double> next(least.size(), std::numeric_limits<double>::infinity());
-      from.emplace_back(least.size(), 0);
-      for (int end = round + 1 < count ? 1 : bins_; end <= bins_; ++end) {
-        Sums slab;
-        for (int begin = end - 1; begin >= 0; --begin) {
-          slab.add(area_[static_cast<std::size_t>(begin)], area_depth_[static_cast<std::size_t>(begin)]);
-          const double sum = least[static_cast<std::size_t>(begin)] + slab.square();
-          if (!(sum < next[static_cast<std::size_t>(end)])) continue;
-          next[static_cast<std::size_t>(end)] = sum;
-          from.back()[static_cast<std::size_t>(end)] = begin;
-        }
-      }
-      least = std::move(next);
-    }
-    std::vector<double> all;
-    for (int end = bins_, round = count - 1; round >= 0; --round) {
-      const int begin = from[static_cast<std::size_t>(round)][static_cast<std::size_t>(end)];
-      if (const double mean = mean_between(begin, end); std::isfinite(mean)) all.insert(all.begin(), mean);
-      end = begin;
-    }
-    return all;
-  }
-
-private:
-  /// Of the bins of a slab, around the first's mean.
-  struct Sums {
-    double origin = 0, area = 0, depth = 0, squared = 0;
-    void add(double more, double more_depth) {
-      if (more <= 0) return;
-      if (area == 0) origin = more_depth / more;
-      const double away = more_depth / more - origin;
-      area += more;
-      depth += more * away;
-      squared += more * away * away;
-    }
-    double square() const { return area > 0 ? std::max(0.0, squared - depth * depth / area) : 0; }
-  };
-
-  /// Of a triangle of unit area: the part before `at`, and the integral of its depth.
-  static std::pair<double, double> moments_before(const std::array<double, 3>& z, double at) {
-    const auto corner = [](double end, double middle, double other, double to) {  // between `end` and `to`, which lies before `middle`
-      const double reach = to - end, share = reach * reach / ((other - end) * (middle - end));
-      return std::pair{share, share * (end + reach * 2 / 3)};
-    };
-    if (at <= z[0]) return {0, 0};
-    if (at <= z[1]) return corner(z[0], z[1], z[2], at);
-    if (at >= z[2]) return {1, (z[0] + z[1] + z[2]) / 3};
-    const auto beyond = corner(z[2], z[1], z[0], at);
-    return {1 - beyond.first, (z[0] + z[1] + z[2]) / 3 - beyond.second};
-  }
-
-  double mean_between(int begin, int end) const {
-    double area = 0, depth = 0;
-    for (int i = begin; i < end; ++i) {
-      area += area_[static_cast<std::size_t>(i)];
-      depth += area_depth_[static_cast<std::size_t>(i)];
-    }
-    return area > 0 ? depth / area : std::numeric_limits<double>::infinity();
-  }
-
-  int bins_;
-  double near_m_, bin_m_;
-  std::vector<double> area_, area_depth_;
-};
-
-/// Where aimed gathering costs least: footprints grow with the distance of a sample from its WRP, so the middles, by area as the hologram
-/// sees it, of the objects' near sides, in so many slabs of depth. Either winding may be the outside.
-std::vector<double> middles_of_surfaces(const World& world, int slabs) {
-  const DepthHistogram none(world.min_m.z, world.max_m.z, slabs == 1 ? 1 : depth_bins);
-  std::vector<std::array<DepthHistogram, 2>> sides(world.object_closed.size(), {none, none});
-  for (std::size_t i = 0; i < world.triangles.size(); ++i) {
-    const auto t = world.triangles[i];
-    const auto &a = world.positions[t.x], &b = world.positions[t.y], &c = world.positions[t.z];
-    const auto n = glm::cross(b - a, c - a), centre = (a + b + c) / 3.0;
-    const double seen = glm::dot(n, centre) / (centre.z * centre.z);
-    sides[static_cast<std::size_t>(world.triangle_object[i])][seen < 0].add({a.z, b.z, c.z}, std::abs(seen));
-  }
-  auto all = none;
-  for (const auto& [one, other] : sides) all.add(one.mean() < other.mean() ? one : other);
-  const auto means = all.means(slabs);
-  return means.empty() ? std::vector{(world.min_m.z + world.max_m.z) / 2} : means;
-}
-
 /// Slabs around these distances, without those in which there is no surface; every sample belongs to the one whose WRPs its cone meets
 /// with the smallest footprint, which is as wide as 1 - distance / depth.
 std::vector<Slab> slabs_around(std::vector<double> distances_m, const World& world) {
@@ -313,10 +156,10 @@ std::vector<Slab> slabs_around(std::vector<double> distances_m, const World& wor
     for (auto& slab : slabs) {
       slab.min_m = glm::dvec3(std::numeric_limits<double>::infinity());
       slab.max_m = -slab.min_m;
-      each_corner(world, slab, [&](const glm::dvec3& p) {
+      for (const auto& p : corners_in(world, slab)) {
         slab.min_m = glm::min(slab.min_m, p);
         slab.max_m = glm::max(slab.max_m, p);
-      });
+      }
       if (slab.min_m.z <= slab.max_m.z) kept.push_back(slab.distance_m);
     }
     if (kept.size() == distances_m.size()) return slabs;
@@ -371,8 +214,7 @@ std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp>
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
   std::vector<bool> lit(wrps.size(), false);
   std::size_t dark = wrps.size();
-  for (const auto& corners : world.triangles) {
-    if (dark == 0) return wrps;
+  const auto look_at = [&](glm::uvec3 corners) {
     for (std::size_t s = 0; s < plan.slabs.size(); ++s) {
       const auto& slab = plan.slabs[s];
       const auto part = within(slab, {world.positions[corners.x], world.positions[corners.y], world.positions[corners.z]});
@@ -391,6 +233,13 @@ std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp>
         lit[i] = true;
         --dark;
       }
+    }
+  };
+  // A few from everywhere first: mostly they light all.
+  for (const std::size_t step : {std::size_t{64}, std::size_t{1}}) {
+    for (std::size_t i = 0; i < world.triangles.size(); i += step) {
+      if (dark == 0) return wrps;
+      look_at(world.triangles[i]);
     }
   }
   if (dark == wrps.size()) return wrps;
@@ -486,20 +335,32 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
   return {plan.near_m - std::min(across / cone, plan.near_m / 2)};
 }
 
+/// What the hologram sees of surfaces through a plane at distance_m.
+Outline seen_through(std::span<const glm::dvec3> points, double distance_m, glm::dvec2 largest_tangent, const Plan& plan) {
+  return outline_of(points, distance_m, glm::dvec2(plan.size) * plan.pitch_m, std::max(1.0, plan.fan), 0.99 * largest_tangent);
+}
+
 /// Places the WRPs of all slabs: Plan::slabs, grid and wrps.
 ///
-/// returns  chief rays of the light that falls onto them
-std::array<Interval, 2> place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_tangent, Plan& plan) {
+/// returns  all of the scene's outline; chief rays of the light that falls onto the WRPs
+std::pair<Outline, std::array<Interval, 2>> place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_tangent, Plan& plan) {
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  Outline all;
   plan.slabs = slabs_around(distances_of(scene, world, plan), world);
   std::vector<glm::dvec2> middles;
   std::array<Interval, 2> covered, lit;
   double count = 0;
   for (auto& slab : plan.slabs) {
-    const auto passed = footprint(world, slab, window, largest_tangent);
+    const auto corners = plan.slabs.size() > 1 ? corners_in(world, slab) : std::vector<glm::dvec3>();
+    auto outline =
+        seen_through(plan.slabs.size() > 1 ? std::span(corners) : std::span(world.positions), slab.distance_m, largest_tangent, plan);
+    all.add(outline);
     glm::dvec2& middle = middles.emplace_back();
     for (int axis = 0; axis < 2; ++axis) {
-      const auto& along = passed[static_cast<std::size_t>(axis)];
+      auto& along = outline.passed[static_cast<std::size_t>(axis)];
+      const double reach = window[axis] / 2 + slab.distance_m * largest_tangent[axis];
+      along.low = std::clamp(along.low, -reach, reach);
+      along.high = std::clamp(along.high, -reach, reach);
       middle[axis] = along.middle();
       const double wanted = std::max(1.0, std::ceil(along.extent() / window[axis] - 0.01));
       slab.grid[axis] = scene.wrp.grid ? (*scene.wrp.grid)[axis] : static_cast<int>(std::min(wanted, largest_grid + 1.0));
@@ -518,9 +379,9 @@ std::array<Interval, 2> place_wrps(const Scene& scene, const World& world, glm::
     plan.grid[axis] = scene.wrp.grid ? (*scene.wrp.grid)[axis]
                                      : static_cast<int>(std::ceil(covered[static_cast<std::size_t>(axis)].extent() / window[axis] - 0.01));
   for (std::size_t i = 0; i < plan.slabs.size(); ++i) add_wrps_side_by_side(scene, plan, i, middles[i], plan.wrps);
-  if (!plan.aimed || plan.bounces > 0) return {Interval{-1e9, 1e9}, Interval{-1e9, 1e9}};
+  if (!plan.aimed || plan.bounces > 0) return {all, {Interval{-1e9, 1e9}, Interval{-1e9, 1e9}}};
   plan.wrps = lit_wrps(plan, world, std::move(plan.wrps));
-  return lit;
+  return {all, lit};
 }
 
 }  // namespace
@@ -572,7 +433,6 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.near_m = world.min_m.z;
   plan.far_m = world.max_m.z;
 
-  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
   for (int axis = 0; axis < 2; ++axis) plan.largest_sine[axis] = std::min(1.0, plan.wavelength_m / (2 * plan.pitch_m[axis]));
   const auto largest_tangent = [&](int axis) {
     const double sine = std::min(plan.largest_sine[axis], 0.999);
@@ -591,18 +451,17 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
 
   const glm::dvec2 steepest(largest_tangent(0), largest_tangent(1));
   std::array<Interval, 2> lit = {Interval{-1e9, 1e9}, Interval{-1e9, 1e9}};
+  Outline outline;
   if (method == Method::wrp) {
-    lit = place_wrps(scene, world, steepest, plan);
+    std::tie(outline, lit) = place_wrps(scene, world, steepest, plan);
   } else {
+    outline = seen_through(world.positions, 0, steepest, plan);
     plan.slabs = {{.distance_m = 0, .min_m = world.min_m, .max_m = world.max_m}};
     plan.wrps = {plane_at_hologram(plan, steepest, rays_per_axis)};
   }
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2, (plan.near_m + plan.far_m) / 2};
-  plan.lattice = lattice_over(scene, world, plan, steepest, lit);
-  for (int axis = 0; axis < 2; ++axis) {
-    for (const auto& p : world.positions)
-      plan.beyond_diffraction |= std::abs(p[axis]) + std::max(1.0, plan.fan) * window[axis] / 2 > 0.99 * largest_tangent(axis) * p.z;
-  }
+  plan.lattice = lattice_over(scene, outline, plan, steepest, lit);
+  plan.beyond_diffraction = outline.steepest[0] > 0 || outline.steepest[1] > 0;
 
   for (auto& slab : plan.slabs) {
     slab.rows = {plan.size.y, plan.pitch_m.y, 0};

@@ -220,7 +220,7 @@ struct Renderer::State {
   void place() {
     {
       const auto clock = stage("meshes");
-      world = place_objects(scene, meshes);
+      move_objects(scene, meshes, world);
     }
     const auto before = plan;
     {

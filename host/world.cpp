@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "cl/threads.hpp"
 #include "host/error.hpp"
 #include "host/mesh.hpp"
 #include "host/text.hpp"
@@ -19,12 +20,18 @@ namespace {
 
 constexpr double kSmallestObject_m = 1e-10, kLargestObject_m = 1e4;
 constexpr std::size_t kMaxTriangles = 500'000'000;
+constexpr std::size_t most_facets = 1 << 16;
+constexpr std::size_t vertices_at_once = 1 << 13;  // that a thread takes
 
 struct Box {
   glm::dvec3 min{INFINITY}, max{-INFINITY};
   void add(const glm::dvec3& p) {
     min = glm::min(min, p);
     max = glm::max(max, p);
+  }
+  void add(const Box& other) {
+    min = glm::min(min, other.min);
+    max = glm::max(max, other.max);
   }
   glm::dvec3 size() const { return max - min; }
   glm::dvec3 centre() const { return min + 0.5 * size(); }
@@ -50,30 +57,79 @@ double scale_of(const Object& object, const Box& rotated) {
   return scale;
 }
 
-void place(const Object& object, std::int32_t index, const Mesh& mesh, World& world) {
+/// Triangles that stand for all of a mesh, drawn by area at even steps through the list; all of them where they are few.
+std::vector<Facet> facets_of(const Mesh& mesh) {
+  const auto count = mesh.triangles.size();
+  std::vector<double> area(count, 1);
+  double whole = static_cast<double>(count);
+  if (count > most_facets) {
+    whole = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto t = mesh.triangles[i];
+      const auto& a = mesh.positions[t.x];
+      area[i] = glm::length(glm::cross(mesh.positions[t.y] - a, mesh.positions[t.z] - a));
+      whole += area[i];
+    }
+  }
+  const auto wanted = std::min(count, most_facets);
+  const double step = whole / static_cast<double>(wanted);
+  std::vector<Facet> facets;
+  double reached = 0;
+  std::size_t drawn = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    reached += area[i];
+    const auto last = std::min(static_cast<std::size_t>(reached / step + 0.5), wanted);
+    if (last <= drawn) continue;
+    facets.push_back({static_cast<std::uint32_t>(i), static_cast<double>(last - drawn) * step / area[i]});
+    drawn = last;
+  }
+  return facets;
+}
+
+/// Adds an object's vertices and triangles, its vertices nowhere yet.
+void add(std::int32_t index, const Object& object, const Mesh& mesh, World& world) {
   if (world.triangles.size() + mesh.triangles.size() > kMaxTriangles)
     throw InputError(object.where + ": with it the scene has more than " + std::to_string(kMaxTriangles) + " triangles");
-  const glm::dmat3 rotation = rotation_xyz(object.rotation_deg);
-  Box rotated, placed;
-  for (const glm::dvec3& p : mesh.positions) rotated.add(rotation * p);
-  const double scale = scale_of(object, rotated);
-
   const auto first = static_cast<glm::uint>(world.positions.size());
-  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-    // Differences first: a mesh far from its own origin keeps its shape.
-    const glm::dvec3 p = object.position_m + (rotation * mesh.positions[i] - rotated.centre()) * scale;
-    placed.add(p);
-    world.positions.push_back(p);
-    world.normals.emplace_back(rotation * mesh.normals[i]);
-    world.uvs.emplace_back(mesh.uvs[i]);
-  }
-  if (!(placed.min.z > 0))
-    throw InputError(object.where + ": lies behind or touches the hologram plane: its z runs from " + length_text(placed.min.z) + " to " +
-                     length_text(placed.max.z) + ", and must be > 0");
+  world.positions.resize(first + mesh.positions.size());
+  world.normals.resize(world.positions.size());
+  for (const auto& facet : facets_of(mesh))
+    world.facets.push_back({static_cast<std::uint32_t>(world.triangles.size()) + facet.triangle, facet.share});
+  world.uvs.insert(world.uvs.end(), mesh.uvs.begin(), mesh.uvs.end());
   for (const glm::uvec3& triangle : mesh.triangles) world.triangles.push_back(triangle + first);
   world.triangle_object.resize(world.triangles.size(), index);
-  world.min_m = index == 0 ? placed.min : glm::min(world.min_m, placed.min);
-  world.max_m = index == 0 ? placed.max : glm::max(world.max_m, placed.max);
+}
+
+/// Puts an object's vertices, those of the world from `first` on, where they belong; returns their box.
+Box move(const Object& object, const Mesh& mesh, std::size_t first, World& world) {
+  auto& threads = cl::Threads::shared();
+  const glm::dmat3 rotation = rotation_xyz(object.rotation_deg);
+  std::vector<Box> boxes(threads.count());
+  threads.for_ranges(mesh.positions.size(), vertices_at_once, [&](std::size_t thread, std::size_t from, std::size_t to) {
+    Box box;
+    for (std::size_t i = from; i < to; ++i) {
+      const glm::dvec3 p = rotation * mesh.positions[i];
+      box.add(p);
+      world.positions[first + i] = p;
+      world.normals[first + i] = rotation * mesh.normals[i];
+    }
+    boxes[thread].add(box);
+  });
+  Box rotated;
+  for (const auto& box : boxes) rotated.add(box);
+
+  const double scale = scale_of(object, rotated);
+  const glm::dvec3 centre = rotated.centre();
+  // Differences first: a mesh far from its own origin keeps its shape.
+  const auto placed = [&](const glm::dvec3& p) { return object.position_m + (p - centre) * scale; };
+  const Box box{placed(rotated.min), placed(rotated.max)};
+  if (!(box.min.z > 0))
+    throw InputError(object.where + ": lies behind or touches the hologram plane: its z runs from " + length_text(box.min.z) + " to " +
+                     length_text(box.max.z) + ", and must be > 0");
+  threads.for_ranges(mesh.positions.size(), vertices_at_once, [&](std::size_t, std::size_t from, std::size_t to) {
+    for (std::size_t i = first + from; i < first + to; ++i) world.positions[i] = placed(world.positions[i]);
+  });
+  return box;
 }
 
 }  // namespace
@@ -111,10 +167,23 @@ World place_objects(const Scene& scene, const Meshes& meshes) {
   World world;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto mesh = meshes.of_object[i];
-    place(scene.objects[i], static_cast<std::int32_t>(i), meshes.meshes[mesh], world);
+    add(static_cast<std::int32_t>(i), scene.objects[i], meshes.meshes[mesh], world);
     world.object_closed.push_back(meshes.closed[mesh]);
   }
+  move_objects(scene, meshes, world);
   return world;
+}
+
+void move_objects(const Scene& scene, const Meshes& meshes, World& world) {
+  Box all;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Mesh& mesh = meshes.meshes[meshes.of_object[i]];
+    all.add(move(scene.objects[i], mesh, first, world));
+    first += mesh.positions.size();
+  }
+  world.min_m = all.min;
+  world.max_m = all.max;
 }
 
 World build_world(const Scene& scene) { return place_objects(scene, load_meshes(scene)); }

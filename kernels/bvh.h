@@ -123,7 +123,9 @@ BVH_INLINE intv bvh_triangle(__global const Triangle* triangles, int index, cons
 
   // On slivers and on triangles seen edge-on rounding alone decides. Then weights may be anything, so keep the point on the triangle; and
   // the widened sides reach far past a sharp corner, so keep the ray in the triangle's box.
-  hit &= bvh_box_of(t, rays, inverse);
+  const intv clear =
+      ((side_a > bound_a) & (side_b > bound_b) & (side_c > bound_c)) | ((side_a < -bound_a) & (side_b < -bound_b) & (side_c < -bound_c));
+  if (LANES_ANY(hit & !clear)) hit &= clear | bvh_box_of(t, rays, inverse);
   const floatv zero = 0.0f, one = 1.0f;
   const floatv u = bvh_min(bvh_max(side_b / volume, zero), one);
   const floatv v = bvh_min(bvh_max(side_c / volume, zero), 1.0f - u);
@@ -162,6 +164,8 @@ BVH_INLINE void bvh_insert(Layers* layers, const Hits* hits, intv hit) {
     layers->triangle[i] = LANES_SELECT(old_triangle, triangle, nearer);
     layers->u[i] = LANES_SELECT(old_u, u, nearer);
     layers->v[i] = LANES_SELECT(old_v, v, nearer);
+    hit &= !nearer | (old_triangle >= 0);
+    if (!LANES_ANY(hit)) return;  // the places behind are empty
     t = LANES_SELECT(t, old_t, nearer);
     triangle = LANES_SELECT(triangle, old_triangle, nearer);
     u = LANES_SELECT(u, old_u, nearer);
@@ -180,7 +184,8 @@ BVH_INLINE intv bvh_leaf_layers(__global const Triangle* triangles, int first, i
   return 0;
 }
 
-// Nearest hits of all rays; with any_hit, rays that have met something stop; with `layers`, the nearest BVH_LAYERS of each go there.
+// Nearest hits of all rays; with any_hit, rays that have met something stop; with `layers`, the nearest BVH_LAYERS of each go there, but
+// for those that turn away.
 BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* given, bool any_hit,
                              Layers* layers) {
   Rays rays = *given;
@@ -199,32 +204,40 @@ BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Trian
   int place = 0;
   for (;;) {
     __global const BvhNode* node = nodes + place;
-    floatv enter_left, enter_right;
-    const intv in_left = bvh_child(node->left_min, node->left_max, &rays, inverse, best.t, &enter_left);
-    bool left = LANES_ANY(in_left);
+    const int left_child = node->left_child & ~BVH_AWAY, right_child = node->right_child & ~BVH_AWAY;
+    floatv enter_left = 0.0f, enter_right = 0.0f;
+    intv in_left = 0, in_right = 0;
+    bool left = !layers || left_child == node->left_child;
+    if (left) {
+      in_left = bvh_child(node->left_min, node->left_max, &rays, inverse, best.t, &enter_left);
+      left = LANES_ANY(in_left);
+    }
     if (left && node->left_count > 0) {
-      const intv hit = layers ? bvh_leaf_layers(triangles, node->left_child, node->left_count, &rays, inverse, &best, layers)
-                              : bvh_leaf(triangles, node->left_child, node->left_count, &rays, inverse, &best);
+      const intv hit = layers ? bvh_leaf_layers(triangles, left_child, node->left_count, &rays, inverse, &best, layers)
+                              : bvh_leaf(triangles, left_child, node->left_count, &rays, inverse, &best);
       if (any_hit) rays.active &= !hit;
       left = false;
     }
-    const intv in_right = bvh_child(node->right_min, node->right_max, &rays, inverse, best.t, &enter_right);
-    bool right = LANES_ANY(in_right);
+    bool right = !layers || right_child == node->right_child;
+    if (right) {
+      in_right = bvh_child(node->right_min, node->right_max, &rays, inverse, best.t, &enter_right);
+      right = LANES_ANY(in_right);
+    }
     if (right && node->right_count > 0) {
-      const intv hit = layers ? bvh_leaf_layers(triangles, node->right_child, node->right_count, &rays, inverse, &best, layers)
-                              : bvh_leaf(triangles, node->right_child, node->right_count, &rays, inverse, &best);
+      const intv hit = layers ? bvh_leaf_layers(triangles, right_child, node->right_count, &rays, inverse, &best, layers)
+                              : bvh_leaf(triangles, right_child, node->right_count, &rays, inverse, &best);
       if (any_hit) rays.active &= !hit;
       right = false;
     }
     if (left && right) {
       // Nearest first. Rays of a packet rarely disagree; where they do, order costs time only.
       const bool left_first = LANES_ANY(in_left & in_right & (enter_left < enter_right));
-      waiting_node[waiting] = left_first ? node->right_child : node->left_child;
+      waiting_node[waiting] = left_first ? right_child : left_child;
       waiting_enter[waiting] = left_first ? enter_right : enter_left;
       ++waiting;
-      place = left_first ? node->left_child : node->right_child;
+      place = left_first ? left_child : right_child;
     } else if (left || right) {
-      place = left ? node->left_child : node->right_child;
+      place = left ? left_child : right_child;
     } else {
       do {
         if (waiting == 0) return best;
@@ -240,7 +253,8 @@ BVH_INLINE Hits bvh_nearest(__global const BvhNode* nodes, __global const Triang
   return bvh_traverse(nodes, triangles, rays, false, 0);
 }
 
-// The nearest BVH_LAYERS hits in (t_min, t_max).
+// The nearest BVH_LAYERS hits in (t_min, t_max) of rays that come from the hologram's centre, without those in parts of the tree that turn
+// away from it (BVH_AWAY): inner sides of closed meshes are no sources of light.
 BVH_INLINE void bvh_layers(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays, Layers* layers) {
   for (int i = 0; i < BVH_LAYERS; ++i) {
     layers->t[i] = rays->t_max;

@@ -54,16 +54,17 @@ static inline Wide exact_distance(const Facets* f, const Line* line, floatv t) {
 
 // Normals of unit length at places on facets, as the mesh says. (u, v): the places' weights to floats, which stay where the facet is so
 // narrow that they are all there is.
-static inline Wide3 exact_normal(__global const TriangleShading* shading, intv index, const Facets* f, Wide3 place, floatv u, floatv v) {
+static inline Wide3 exact_normal(__global const TriangleShading* shading, __global const float* vertex_normals, intv index, const Facets* f,
+                                 Wide3 place, floatv u, floatv v) {
   int triangle[RAYWAVE_LANES];
   float normals[9][RAYWAVE_LANES];
   LANES_STORE(index, triangle);
   for (int i = 0; i < RAYWAVE_LANES; ++i) {
     __global const TriangleShading* s = shading + max(triangle[i], 0);
     for (int axis = 0; axis < 3; ++axis) {
-      normals[axis][i] = s->normal_a[axis];
-      normals[3 + axis][i] = s->normal_b[axis];
-      normals[6 + axis][i] = s->normal_c[axis];
+      normals[axis][i] = vertex_normals[3 * (size_t)s->corner_a + (size_t)axis];
+      normals[3 + axis][i] = vertex_normals[3 * (size_t)s->corner_b + (size_t)axis];
+      normals[6 + axis][i] = vertex_normals[3 * (size_t)s->corner_c + (size_t)axis];
     }
   }
   const Wide3 a = wide3(LANES_LOAD(normals[0]), LANES_LOAD(normals[1]), LANES_LOAD(normals[2]));

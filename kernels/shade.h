@@ -33,6 +33,8 @@ typedef struct {
   __global const BvhNode* nodes;
   __global const Triangle* triangles;
   __global const TriangleShading* shading;
+  __global const float* normals;  // 3 per vertex, unit length, outwards as the mesh says
+  __global const float* uvs;      // 2 per vertex; (0, 0) is the bottom left of the texture
   __global const Material* materials;
   __global const Light* lights;
   __global const float* texels;
@@ -125,9 +127,11 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     __global const TriangleShading* s = scene->shading + triangle[i];
     __global const Material* m = scene->materials + s->material;
     const float b = u[i], c = v[i], a = 1.0f - b - c;
-    nx[i] = a * s->normal_a[0] + b * s->normal_b[0] + c * s->normal_c[0];
-    ny[i] = a * s->normal_a[1] + b * s->normal_b[1] + c * s->normal_c[1];
-    nz[i] = a * s->normal_a[2] + b * s->normal_b[2] + c * s->normal_c[2];
+    const float3 at_a = vload3((size_t)s->corner_a, scene->normals), at_b = vload3((size_t)s->corner_b, scene->normals);
+    const float3 at_c = vload3((size_t)s->corner_c, scene->normals);
+    nx[i] = a * at_a.x + b * at_b.x + c * at_c.x;
+    ny[i] = a * at_a.y + b * at_b.y + c * at_c.y;
+    nz[i] = a * at_a.z + b * at_b.z + c * at_c.z;
     const float3 face = triangle_cross(scene->triangles + triangle[i]);
     gx[i] = face.x;
     gy[i] = face.y;
@@ -142,8 +146,9 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     ior_low[i] = m->ior_low;
 #if RAYWAVE_TEXTURES
     if (m->texture >= 0) {
-      const float texel =
-          texture_at(scene->texels, m, a * s->uv_a[0] + b * s->uv_b[0] + c * s->uv_c[0], a * s->uv_a[1] + b * s->uv_b[1] + c * s->uv_c[1]);
+      const float2 uv = a * vload2((size_t)s->corner_a, scene->uvs) + b * vload2((size_t)s->corner_b, scene->uvs) +
+                        c * vload2((size_t)s->corner_c, scene->uvs);
+      const float texel = texture_at(scene->texels, m, uv.x, uv.y);
       ambient[i] *= texel;
       diffuse[i] *= texel;
     }
@@ -187,7 +192,8 @@ static inline Wide exact_surface(const SceneArrays* scene, const Line* line, con
   const Wide distance = exact_distance(&facets, line, hits->t);
   const floatv side = LANES_SELECT((floatv)(-1.0f), (floatv)(1.0f), s->entering), away = -1.0f;
   s->place = wide3_along(line->origin, line->direction, distance);
-  s->normal = wide3_scaled(exact_normal(scene->shading, hits->triangle, &facets, s->place, hits->u, hits->v), wide(side, 0.0f));
+  s->normal =
+      wide3_scaled(exact_normal(scene->shading, scene->normals, hits->triangle, &facets, s->place, hits->u, hits->v), wide(side, 0.0f));
   s->towards = wide3_scaled(line->direction, wide(away, 0.0f));
   s->x = wide_high(s->place.x);
   s->y = wide_high(s->place.y);

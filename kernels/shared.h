@@ -5,7 +5,9 @@
 #define RAYWAVE_SHARED_H
 
 // Inner node of the flattened tree: the boxes of both children. A child with count 0 is node number `child`; one with count > 0 is a leaf
-// of the triangles [child, child + count).
+// of the triangles [child, child + count). BVH_AWAY is added to `child` where all that lies in the box is the inner side of closed meshes,
+// looked at from the hologram's centre (fit.cl).
+#define BVH_AWAY (1 << 30)
 typedef struct {
   float left_min[3];
   int left_child;
@@ -17,6 +19,15 @@ typedef struct {
   int right_count;
 } BvhNode;
 
+// What fitting a tree does at one of its nodes (fit.cl): its number, and its children as BvhNode has them; right_count -1: there is none.
+typedef struct {
+  int node;
+  int left_child;
+  int left_count;
+  int right_child;
+  int right_count;
+} FitStep;
+
 // Corners of a triangle, in the order of the tree's leaves.
 typedef struct {
   float a[3];
@@ -24,14 +35,11 @@ typedef struct {
   float c[3];
 } Triangle;
 
-// What shading needs of the same triangle.
+// What stays of the same triangle when it moves: its corners' numbers among the vertices, and what shading needs.
 typedef struct {
-  float normal_a[3];  // unit length, outwards as the mesh says
-  float normal_b[3];
-  float normal_c[3];
-  float uv_a[2];  // (0, 0) is the bottom left of the texture
-  float uv_b[2];
-  float uv_c[2];
+  int corner_a;
+  int corner_b;
+  int corner_c;
   int material;
   int side;  // of a closed mesh: 1 when (b - a) x (c - a) points outwards, -1 when inwards; 0 for open meshes
 } TriangleShading;

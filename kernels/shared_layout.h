@@ -13,15 +13,17 @@
   MEMBER(BvhNode, right_child)        \
   MEMBER(BvhNode, right_max)          \
   MEMBER(BvhNode, right_count)        \
+  MEMBER(FitStep, node)               \
+  MEMBER(FitStep, left_child)         \
+  MEMBER(FitStep, left_count)         \
+  MEMBER(FitStep, right_child)        \
+  MEMBER(FitStep, right_count)        \
   MEMBER(Triangle, a)                 \
   MEMBER(Triangle, b)                 \
   MEMBER(Triangle, c)                 \
-  MEMBER(TriangleShading, normal_a)   \
-  MEMBER(TriangleShading, normal_b)   \
-  MEMBER(TriangleShading, normal_c)   \
-  MEMBER(TriangleShading, uv_a)       \
-  MEMBER(TriangleShading, uv_b)       \
-  MEMBER(TriangleShading, uv_c)       \
+  MEMBER(TriangleShading, corner_a)   \
+  MEMBER(TriangleShading, corner_b)   \
+  MEMBER(TriangleShading, corner_c)   \
   MEMBER(TriangleShading, material)   \
   MEMBER(TriangleShading, side)       \
   MEMBER(Material, ambient)           \

@@ -69,8 +69,8 @@ Rig::Rig(const cl::Device& device, const Stage& stage, Method method, bool keep_
       first_of_cell(table.first_of_cell.read()),
       views(table.views.read()),
       lit(table.lit.read()),
-      triangles(arrays.triangles.read()),
-      shading(arrays.shading.read()) {
+      triangles(arrays.tree.triangles.read()),
+      shading(arrays.tree.shading.read()) {
   samples.resize(static_cast<std::size_t>(table.count));
   views.resize(samples.size() * table.view_words());
   lit.resize(samples.size() * arrays.light_words());

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What plans must know of every vertex and triangle of a world.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <glm/vec2.hpp>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "host/mesh.hpp"
+
+namespace raywave {
+
+struct Interval {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void add(double x) {
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+  double middle() const { return (low + high) / 2; }
+  double extent() const { return high - low; }
+};
+
+/// Surfaces as the hologram's window sees them through a plane at distance_m.
+struct Outline {
+  std::array<Interval, 2> tangents;                                     // of chief rays, to the hologram's centre
+  std::array<Interval, 2> passed;                                       // where light passes through the plane on its way into the window
+  std::array<double, 2> steepest = {-Interval{}.low, -Interval{}.low};  // of light into the window, `wider` times as large: by how much
+                                                                        // it is beyond largest_tangent, m
+  void add(const Outline& other);
+};
+
+/// points  all corners of the surfaces
+Outline outline_of(std::span<const glm::dvec3> points, double distance_m, glm::dvec2 window_m, double wider, glm::dvec2 largest_tangent);
+
+/// Where aimed gathering costs least: footprints grow with the distance of a sample from its WRP, so the middles, by area as the hologram
+/// sees it, of the objects' near sides, in so many slabs of depth (or as many as have surfaces). Either winding may be the outside.
+std::vector<double> middles_of_surfaces(const World& world, int slabs);
+
+}  // namespace raywave
