@@ -228,7 +228,7 @@ Scene mirrors_and_glass(const Folder& folder, double scale) {
   return scene;
 }
 
-TEST_CASE("mirrors and glass are followed to depth 3 as by the oracle, through total reflection too") {
+TEST_CASE("mirrors and glass are followed to depth 3 as by the oracle, through total reflection too", "[slow]") {
   const Folder folder;
   auto scene = mirrors_and_glass(folder, 1);
   std::complex<double> last = 0;

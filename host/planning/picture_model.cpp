@@ -26,19 +26,18 @@ void blur_box(Raster& raster, glm::ivec2 size, glm::dvec2 half) {
   for (int axis = 0; axis < 2; ++axis) {
     if (half[axis] <= 0) continue;
     const int n = size[axis], stride = axis == 0 ? 1 : size.x, lines = size[1 - axis], next = axis == 0 ? size.x : 1;
-    const int whole = static_cast<int>(half[axis]);
-    const double part = half[axis] - whole, weight = 1 / (2 * half[axis] + 1);
-    std::vector<double> sums(static_cast<std::size_t>(n) + 1);
+    const int whole = static_cast<int>(std::min(half[axis], 1.0 * n)), margin = whole + 1;
+    const double part = half[axis] - std::floor(half[axis]), weight = 1 / (2 * half[axis] + 1);
+    std::vector<double> sums(static_cast<std::size_t>(n + 2 * margin + 1));  // of the cells before each, the margins' dark ones first
     for (int line = 0; line < lines; ++line) {
       float* const cells = raster.data() + std::ptrdiff_t{line} * next;
-      for (int i = 0; i < n; ++i)
-        sums[static_cast<std::size_t>(i) + 1] = sums[static_cast<std::size_t>(i)] + cells[std::ptrdiff_t{i} * stride];
-      const auto sum_to = [&](int i) { return sums[static_cast<std::size_t>(std::clamp(i, 0, n))]; };
-      const auto cell = [&](int i) { return sum_to(i + 1) - sum_to(i); };
+      double* const before = sums.data() + margin;
+      for (int i = 0; i < n; ++i) before[i + 1] = before[i] + cells[std::ptrdiff_t{i} * stride];
+      std::fill(before + n + 1, before + n + margin + 1, before[n]);
       for (int i = 0; i < n; ++i) {
-        const double inner = sum_to(i + whole + 1) - sum_to(i - whole);
-        const double outer = i - whole - 1 >= 0 ? cell(i - whole - 1) : 0, other = i + whole + 1 < n ? cell(i + whole + 1) : 0;
-        cells[std::ptrdiff_t{i} * stride] = static_cast<float>((inner + part * (outer + other)) * weight);
+        const double* const at = before + i;
+        const double inner = at[whole + 1] - at[-whole], ends = at[-whole] - at[-whole - 1] + at[whole + 2] - at[whole + 1];
+        cells[std::ptrdiff_t{i} * stride] = static_cast<float>((inner + part * ends) * weight);
       }
     }
   }
