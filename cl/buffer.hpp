@@ -109,6 +109,15 @@ private:
   std::size_t size_ = 0;
 };
 
+/// Writes into the buffer when the size fits, else into a new one.
+template <class T>
+void put(const Device& device, Buffer<T>& buffer, const std::vector<T>& data, const std::string& name) {
+  if (buffer.size() == data.size())
+    buffer.write(data);
+  else
+    buffer = {device, std::span<const T>(data), name};
+}
+
 using ComplexBuffer = Buffer<std::complex<float>>;
 
 }  // namespace raywave::cl

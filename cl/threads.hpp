@@ -39,13 +39,15 @@ public:
     });
   }
 
-  /// Calls work(thread, first, last) for the ranges of `grain` numbers that 0, ..., count - 1 fall into, on as many threads as are worth
-  /// it.
+  /// Vertices or triangles that a thread takes at a time.
+  static constexpr std::size_t range = 1 << 13;
+
+  /// Calls work(thread, first, last) for the ranges that 0, ..., count - 1 fall into, on as many threads as are worth it.
   template <class F>
-  void for_ranges(std::size_t count, std::size_t grain, const F& work) {
-    const auto ranges = (count + grain - 1) / grain;
+  void for_ranges(std::size_t count, const F& work) {
+    const auto ranges = (count + range - 1) / range;
     for_each(std::min(ranges, this->count()), ranges, 1,
-             [&](std::size_t thread, std::size_t range) { work(thread, range * grain, std::min((range + 1) * grain, count)); });
+             [&](std::size_t thread, std::size_t r) { work(thread, r * range, std::min((r + 1) * range, count)); });
   }
 
 private:

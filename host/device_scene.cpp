@@ -28,8 +28,6 @@ constexpr double worst_refit = 1.3;
 /// much.
 constexpr double sharp_shininess = 128;
 
-constexpr std::size_t vertices_at_once = 1 << 13;  // that a thread takes
-
 template <class Vector>
 std::span<const float> floats_of(const std::vector<Vector>& vectors) {
   return {reinterpret_cast<const float*>(vectors.data()), vectors.size() * sizeof(Vector) / sizeof(float)};
@@ -205,10 +203,7 @@ void DeviceScene::build_tree(const Scene& scene, const World& world, const Plan&
   const auto bvh = build_bvh(world.positions, world.triangles, plan.origin_m, triangles_of_leaf);
   depth_ = bvh.depth;
   const auto shading = shading_in_leaf_order(scene, world, bvh, sides_);
-  if (tree.shading.size() == shading.size())
-    tree.shading.write(shading);
-  else
-    tree.shading = {device_, std::span<const device::TriangleShading>(shading), "corners"};
+  cl::put(device_, tree.shading, shading, "corners");
   fitter_.take(bvh, tree);
   built_cost_ = fitter_.fit(tree, places_, reach_m_, -plan.origin_m);
 }
@@ -218,7 +213,7 @@ void DeviceScene::upload_vertices(const World& world, const Plan& plan) {
   std::vector<double> reach_m(threads.count(), 0.0);
   places_.on_host(
       [&](std::span<float> places) {
-        threads.for_ranges(world.positions.size(), vertices_at_once, [&](std::size_t thread, std::size_t from, std::size_t to) {
+        threads.for_ranges(world.positions.size(), [&](std::size_t thread, std::size_t from, std::size_t to) {
           glm::dvec3 farthest(0);
           for (std::size_t i = from; i < to; ++i) {
             const auto p = world.positions[i] - plan.origin_m;
@@ -238,10 +233,7 @@ void DeviceScene::upload_lights(const Scene& scene, const World& world, const Pl
   for (const auto& l : scene.lights) brightest_light = std::max(brightest_light, l.intensity);
   const double light_unit = unit_of(brightest_light);
   const auto light_data = lights_in_scene_frame(scene, plan.origin_m, light_unit);
-  if (lights.size() == light_data.size())
-    lights.write(light_data);
-  else
-    lights = {device_, std::span<const device::Light>(light_data), "lights"};
+  cl::put(device_, lights, light_data, "lights");
   ambient_light = in_units(ambient_light_of(scene), light_unit);
   radiance_unit = material_unit_ * light_unit;
   diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));

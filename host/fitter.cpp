@@ -65,15 +65,6 @@ Runs runs_of(const Bvh& bvh, int levels) {
   return runs;
 }
 
-/// Into the buffer when the size fits, else into a new one.
-template <class T>
-void write(const cl::Device& device, cl::Buffer<T>& buffer, const std::vector<T>& data, const char* name) {
-  if (buffer.size() == data.size())
-    buffer.write(data);
-  else
-    buffer = {device, std::span<const T>(data), name};
-}
-
 double surface_of(const device::BvhNode& root) {
   double side[3];
   for (int axis = 0; axis < 3; ++axis)
@@ -88,10 +79,10 @@ Fitter::Fitter(const cl::Device& device) : device_(device), fit_tree_(cl::Progra
 void Fitter::take(const Bvh& bvh, DeviceTree& tree) {
   // CPUs start few work-items, GPUs many.
   const auto runs = runs_of(bvh, lanes_for(device_.info()) > 1 ? 8 : 2);
-  write(device_, tree.nodes, bvh.nodes, "tree");
+  cl::put(device_, tree.nodes, bvh.nodes, "tree");
   if (tree.triangles.size() != bvh.triangles.size()) tree.triangles = {device_, bvh.triangles.size(), "triangles"};
-  write(device_, steps_, runs.steps, "steps of fitting");
-  write(device_, first_of_run_, runs.first_of_run, "runs of nodes");
+  cl::put(device_, steps_, runs.steps, "steps of fitting");
+  cl::put(device_, first_of_run_, runs.first_of_run, "runs of nodes");
   surfaces_ = {device_, runs.first_of_run.size() - 1, "surfaces of boxes"};
   first_run_of_pass_ = runs.first_run_of_pass;
 }

@@ -20,8 +20,6 @@ namespace raywave {
 namespace {
 
 constexpr std::size_t lanes = 8;
-constexpr std::size_t at_once = 1 << 13;  // vertices or triangles that a thread takes, a multiple of lanes
-
 constexpr int depth_bins = 256;  // of a scene's depth, for the choice of slabs
 
 /// Numbers side by side.
@@ -38,7 +36,7 @@ struct Lanes {
 };
 
 struct Seen {
-  double distance_m, half_m[2], steepest[2];  // steepest: tangents
+  double distance_m, half_m[2], largest_tangent[2];
   double wider;
 };
 
@@ -60,7 +58,7 @@ RAYWAVE_FOR_SEVERAL_CPUS Outline outline_of_range(const glm::dvec3* positions, s
         const double x = p[axis][i], z = p[2][i], tangent = x / z;
         const double share = (z - seen.distance_m) / z;  // of the way from the surface to the hologram
         const double centre = x - x * share, reach = seen.half_m[axis] * std::abs(share);
-        const double beyond = std::abs(x) + seen.wider * seen.half_m[axis] - seen.steepest[axis] * z;
+        const double beyond = std::abs(x) + seen.wider * seen.half_m[axis] - seen.largest_tangent[axis] * z;
         const double from = centre - reach, to = centre + reach;
         double &tangent_low = low[axis].v[i], &tangent_high = high[axis].v[i], &from_low = low[2 + axis].v[i],
                &to_high = high[2 + axis].v[i], &most_beyond = high[4 + axis].v[i];
@@ -76,7 +74,7 @@ RAYWAVE_FOR_SEVERAL_CPUS Outline outline_of_range(const glm::dvec3* positions, s
   for (std::size_t axis = 0; axis < 2; ++axis) {
     outline.tangents[axis] = {low[axis].smallest(), high[axis].largest()};
     outline.passed[axis] = {low[2 + axis].smallest(), high[2 + axis].largest()};
-    outline.steepest[axis] = high[4 + axis].largest();
+    outline.beyond_m[axis] = high[4 + axis].largest();
   }
   return outline;
 }
@@ -137,14 +135,14 @@ double middle_of_surfaces(const World& world) {
     Sides sides;
   };
   const auto count = facet_count(world);
-  std::vector<std::vector<Part>> ranges((count + at_once - 1) / at_once);
+  std::vector<std::vector<Part>> ranges((count + cl::Threads::range - 1) / cl::Threads::range);
   const auto object_at = [&](std::size_t i) { return static_cast<std::size_t>(world.triangle_object[facet_of(world, i).triangle]); };
-  cl::Threads::shared().for_ranges(count, at_once, [&](std::size_t, std::size_t from, std::size_t to) {
+  cl::Threads::shared().for_ranges(count, [&](std::size_t, std::size_t from, std::size_t to) {
     while (from < to) {
       const auto object = object_at(from);
       auto end = from + 1;
       while (end < to && object_at(end) == object) ++end;
-      ranges[from / at_once].push_back({object, sides_of_range(world, from, end)});
+      ranges[from / cl::Threads::range].push_back({object, sides_of_range(world, from, end)});
       from = end;
     }
   });
@@ -170,17 +168,12 @@ double middle_of_surfaces(const World& world) {
 /// Area of surfaces by depth, in bins of equal depth: how much of it, and its mean depth times that.
 class DepthHistogram {
 public:
-  DepthHistogram(double near_m, double far_m, int bins)
-      : bins_(bins),
-        near_m_(near_m),
-        bin_m_((far_m - near_m) / bins),
-        area_(static_cast<std::size_t>(bins)),
-        area_depth_(static_cast<std::size_t>(bins)) {}
+  DepthHistogram(double near_m, double far_m) : near_m_(near_m), bin_m_((far_m - near_m) / depth_bins) {}
 
   /// A triangle of that area, evenly lit: its share beyond a depth falls as the square of what is left to its ends.
   void add(std::array<double, 3> z_m, double area) {
     std::sort(z_m.begin(), z_m.end());
-    const auto bin = [&](double z) { return bin_m_ > 0 ? std::clamp(static_cast<int>((z - near_m_) / bin_m_), 0, bins_ - 1) : 0; };
+    const auto bin = [&](double z) { return bin_m_ > 0 ? std::clamp(static_cast<int>((z - near_m_) / bin_m_), 0, depth_bins - 1) : 0; };
     const int first = bin(z_m[0]), last = bin(z_m[2]);
     std::pair<double, double> before{0, 0};
     for (int i = first; i <= last; ++i) {
@@ -202,18 +195,18 @@ public:
   }
 
   /// Infinite without any area.
-  double mean() const { return mean_between(0, bins_); }
+  double mean() const { return mean_between(0, depth_bins); }
 
   /// Means of `count` slabs, or of as many as have area, between which the sum of area times squared distance to the mean is least.
   std::vector<double> means(int count) const {
     // least[i]: of the first i bins in as many slabs as the round says; from[round][i]: where the last of these begins.
-    std::vector<double> least(static_cast<std::size_t>(bins_) + 1, std::numeric_limits<double>::infinity());
+    std::vector<double> least(static_cast<std::size_t>(depth_bins) + 1, std::numeric_limits<double>::infinity());
     least[0] = 0;
     std::vector<std::vector<int>> from;
     for (int round = 0; round < count; ++round) {
       std::vector<double> next(least.size(), std::numeric_limits<double>::infinity());
       from.emplace_back(least.size(), 0);
-      for (int end = round + 1 < count ? 1 : bins_; end <= bins_; ++end) {
+      for (int end = round + 1 < count ? 1 : depth_bins; end <= depth_bins; ++end) {
         Sums slab;
         for (int begin = end - 1; begin >= 0; --begin) {
           slab.add(area_[static_cast<std::size_t>(begin)], area_depth_[static_cast<std::size_t>(begin)]);
@@ -226,7 +219,7 @@ public:
       least = std::move(next);
     }
     std::vector<double> all;
-    for (int end = bins_, round = count - 1; round >= 0; --round) {
+    for (int end = depth_bins, round = count - 1; round >= 0; --round) {
       const int begin = from[static_cast<std::size_t>(round)][static_cast<std::size_t>(end)];
       if (const double mean = mean_between(begin, end); std::isfinite(mean)) all.insert(all.begin(), mean);
       end = begin;
@@ -271,9 +264,8 @@ private:
     return area > 0 ? depth / area : std::numeric_limits<double>::infinity();
   }
 
-  int bins_;
   double near_m_, bin_m_;
-  std::vector<double> area_, area_depth_;
+  std::array<double, depth_bins> area_{}, area_depth_{};
 };
 
 }  // namespace
@@ -284,15 +276,15 @@ void Outline::add(const Outline& other) {
       whole->low = std::min(whole->low, part->low);
       whole->high = std::max(whole->high, part->high);
     }
-    steepest[axis] = std::max(steepest[axis], other.steepest[axis]);
+    beyond_m[axis] = std::max(beyond_m[axis], other.beyond_m[axis]);
   }
 }
 
 Outline outline_of(std::span<const glm::dvec3> points, double distance_m, glm::dvec2 window_m, double wider, glm::dvec2 largest_tangent) {
   const Seen seen{distance_m, {window_m.x / 2, window_m.y / 2}, {largest_tangent.x, largest_tangent.y}, wider};
-  std::vector<Outline> ranges((points.size() + at_once - 1) / at_once);
-  cl::Threads::shared().for_ranges(points.size(), at_once, [&](std::size_t, std::size_t from, std::size_t to) {
-    ranges[from / at_once] = outline_of_range(points.data() + from, to - from, seen);
+  std::vector<Outline> ranges((points.size() + cl::Threads::range - 1) / cl::Threads::range);
+  cl::Threads::shared().for_ranges(points.size(), [&](std::size_t, std::size_t from, std::size_t to) {
+    ranges[from / cl::Threads::range] = outline_of_range(points.data() + from, to - from, seen);
   });
   Outline all;
   for (const auto& range : ranges) all.add(range);
@@ -301,7 +293,7 @@ Outline outline_of(std::span<const glm::dvec3> points, double distance_m, glm::d
 
 std::vector<double> middles_of_surfaces(const World& world, int slabs) {
   if (slabs == 1) return {middle_of_surfaces(world)};
-  const DepthHistogram none(world.min_m.z, world.max_m.z, depth_bins);
+  const DepthHistogram none(world.min_m.z, world.max_m.z);
   std::vector<std::array<DepthHistogram, 2>> sides(world.object_closed.size(), {none, none});
   for (std::size_t i = 0; i < facet_count(world); ++i) {
     const auto facet = facet_of(world, i);

@@ -25,10 +25,10 @@ struct Interval {
 
 /// Surfaces as the hologram's window sees them through a plane at distance_m.
 struct Outline {
-  std::array<Interval, 2> tangents;                                     // of chief rays, to the hologram's centre
-  std::array<Interval, 2> passed;                                       // where light passes through the plane on its way into the window
-  std::array<double, 2> steepest = {-Interval{}.low, -Interval{}.low};  // of light into the window, `wider` times as large: by how much
-                                                                        // it is beyond largest_tangent, m
+  std::array<Interval, 2> tangents;  // of chief rays, to the hologram's centre
+  std::array<Interval, 2> passed;    // where light passes through the plane on its way into the window
+  // How far surfaces lie beyond where the window, `wider` times as large, receives their light below largest_tangent; > 0: some do.
+  std::array<double, 2> beyond_m{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   void add(const Outline& other);
 };
 

@@ -461,7 +461,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   }
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2, (plan.near_m + plan.far_m) / 2};
   plan.lattice = lattice_over(scene, outline, plan, steepest, lit);
-  plan.beyond_diffraction = outline.steepest[0] > 0 || outline.steepest[1] > 0;
+  plan.beyond_diffraction = outline.beyond_m[0] > 0 || outline.beyond_m[1] > 0;
 
   for (auto& slab : plan.slabs) {
     slab.rows = {plan.size.y, plan.pitch_m.y, 0};

@@ -21,7 +21,6 @@ namespace {
 constexpr double kSmallestObject_m = 1e-10, kLargestObject_m = 1e4;
 constexpr std::size_t kMaxTriangles = 500'000'000;
 constexpr std::size_t most_facets = 1 << 16;
-constexpr std::size_t vertices_at_once = 1 << 13;  // that a thread takes
 
 struct Box {
   glm::dvec3 min{INFINITY}, max{-INFINITY};
@@ -105,7 +104,7 @@ Box move(const Object& object, const Mesh& mesh, std::size_t first, World& world
   auto& threads = cl::Threads::shared();
   const glm::dmat3 rotation = rotation_xyz(object.rotation_deg);
   std::vector<Box> boxes(threads.count());
-  threads.for_ranges(mesh.positions.size(), vertices_at_once, [&](std::size_t thread, std::size_t from, std::size_t to) {
+  threads.for_ranges(mesh.positions.size(), [&](std::size_t thread, std::size_t from, std::size_t to) {
     Box box;
     for (std::size_t i = from; i < to; ++i) {
       const glm::dvec3 p = rotation * mesh.positions[i];
@@ -126,7 +125,7 @@ Box move(const Object& object, const Mesh& mesh, std::size_t first, World& world
   if (!(box.min.z > 0))
     throw InputError(object.where + ": lies behind or touches the hologram plane: its z runs from " + length_text(box.min.z) + " to " +
                      length_text(box.max.z) + ", and must be > 0");
-  threads.for_ranges(mesh.positions.size(), vertices_at_once, [&](std::size_t, std::size_t from, std::size_t to) {
+  threads.for_ranges(mesh.positions.size(), [&](std::size_t, std::size_t from, std::size_t to) {
     for (std::size_t i = first + from; i < first + to; ++i) world.positions[i] = placed(world.positions[i]);
   });
   return box;

@@ -214,6 +214,17 @@ Scene square_scene(const Folder& folder, SamplingMode mode) {
   return scene;
 }
 
+/// Two of 0.8 mm, 17 and 23 mm away, before 400 x 300 pixels.
+Scene two_squares_scene(const Folder& folder, double left_m, double right_m) {
+  auto scene = square_scene(folder, SamplingMode::aimed);
+  scene.hologram.resolution = {400, 300};
+  scene.sampling.pitch_m = 40 * um;
+  const auto mesh = scene.objects[0].mesh;
+  scene.objects = {test::object_at(mesh, 0.8 * mm, {left_m, 0.1 * mm, 17 * mm}),
+                   test::object_at(mesh, 0.8 * mm, {right_m, -0.1 * mm, 23 * mm})};
+  return scene;
+}
+
 double mean_of_columns(const Image& image, int first, int count) {
   double sum = 0;
   for (int y = image.height / 4; y < image.height * 3 / 4; ++y)
@@ -245,11 +256,7 @@ TEST_CASE("two WRPs side by side show no seam where they meet") {
 TEST_CASE("WRPs before and amid the objects give nearly the same hologram as the points themselves") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
-    auto scene = square_scene(folder, SamplingMode::aimed);
-    scene.hologram.resolution = {400, 300};
-    scene.sampling.pitch_m = 40 * um;
-    scene.objects = {test::object_at(scene.objects[0].mesh, 0.8 * mm, {-0.5 * mm, 0.1 * mm, 17 * mm}),
-                     test::object_at(scene.objects[0].mesh, 0.8 * mm, {0.5 * mm, -0.1 * mm, 23 * mm})};
+    auto scene = two_squares_scene(folder, -0.5 * mm, 0.5 * mm);
     const auto at = [&](double z_m) {
       scene.wrp.distances_m = {z_m};
       return rendered(device, scene).field.samples;
@@ -265,12 +272,7 @@ TEST_CASE("WRPs before and amid the objects give nearly the same hologram as the
 TEST_CASE("WRPs at two distances give the hologram of the points as well as those at one") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
-    auto scene = square_scene(folder, SamplingMode::aimed);
-    scene.hologram.resolution = {400, 300};
-    scene.sampling.pitch_m = 40 * um;
-    // The one in front hides a part of the one behind.
-    scene.objects = {test::object_at(scene.objects[0].mesh, 0.8 * mm, {-0.2 * mm, 0.1 * mm, 17 * mm}),
-                     test::object_at(scene.objects[0].mesh, 0.8 * mm, {0.3 * mm, -0.1 * mm, 23 * mm})};
+    auto scene = two_squares_scene(folder, -0.2 * mm, 0.3 * mm);  // the one in front hides a part of the one behind
     const auto at = [&](const std::vector<double>& z_m) {
       scene.wrp.distances_m = z_m;
       return rendered(device, scene);
