@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
+#include <numbers>
 #include <random>
 
 #include "host/error.hpp"
@@ -334,6 +336,47 @@ TEST_CASE("planned distances are the means of the slabs that spread their surfac
     const auto plan = plan_of(aimed_scene({}, 3), squares_at_depths(squares));
     REQUIRE(plan.slabs.size() == 3);
     for (std::size_t i = 0; i < 3; ++i) CHECK(plan.slabs[i].distance_m == Approx(wanted[i]).margin(40 * mm / 256));
+  }
+}
+
+TEST_CASE("WRPs amid a mesh of many triangles stand where all of its triangles put them") {
+  // A ball whose triangles are hundreds of times smaller at its poles, more of them than planning looks at.
+  const int around = 512, up = 256;
+  Mesh ball;
+  for (int j = 0; j <= up; ++j) {
+    for (int i = 0; i <= around; ++i) {
+      const double longitude = 2 * std::numbers::pi * i / around, latitude = std::numbers::pi * (1.0 * j / up - 0.5);
+      const glm::dvec3 p(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude), std::sin(latitude));
+      ball.positions.emplace_back(p);
+      ball.normals.emplace_back(p);
+      ball.uvs.emplace_back(0);
+    }
+  }
+  for (int j = 0; j < up; ++j) {
+    for (int i = 0; i < around; ++i) {
+      const auto a = static_cast<glm::uint>(j * (around + 1) + i), b = a + 1, c = a + around + 1, d = c + 1;
+      ball.triangles.emplace_back(a, b, d);
+      ball.triangles.emplace_back(a, d, c);
+    }
+  }
+  auto scene = paper_scene(SamplingMode::aimed);
+  for (const glm::dvec3 rotation : {glm::dvec3(0), {50, 20, 0}}) {
+    scene.objects = {test::object_at("", 8 * mm, {3 * mm, 0, 60 * mm})};
+    scene.objects[0].rotation_deg = rotation;
+    const auto world = place_objects(scene, {{ball}, {true}, {0}});
+    REQUIRE(world.facets.size() < world.triangles.size() / 2);
+    double area[2] = {0, 0}, depth_m[2] = {0, 0};  // as the hologram sees them, of either side
+    for (const auto& t : world.triangles) {
+      const auto &a = world.positions[t.x], &b = world.positions[t.y], &c = world.positions[t.z];
+      const auto middle = (a + b + c) / 3.0;
+      const double seen = glm::dot(glm::cross(b - a, c - a), middle) / (middle.z * middle.z);
+      area[seen < 0] += std::abs(seen);
+      depth_m[seen < 0] += std::abs(seen) * middle.z;
+    }
+    const double near_m = std::min(depth_m[0] / area[0], depth_m[1] / area[1]);
+    const auto plan = plan_of(scene, world);
+    INFO("stands at " << plan.slabs[0].distance_m << ", all triangles say " << near_m);
+    CHECK(std::abs(plan.slabs[0].distance_m - near_m) < 0.1 * um);  // measured 8 nm
   }
 }
 
