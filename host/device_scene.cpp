@@ -18,7 +18,7 @@
 namespace raywave {
 namespace {
 
-/// Half as many nodes as with two, to be fitted in every frame; rays take as long.
+/// More only where rays gain: half as many nodes as with two are to be fitted in every frame.
 constexpr int triangles_of_leaf = 4;
 
 /// A tree whose boxes have grown by this much is built anew: a ray meets as many more of them.
@@ -49,15 +49,15 @@ std::vector<std::int32_t> sides_of(const World& world) {
   return sides;
 }
 
-std::vector<device::TriangleShading> shading_in_leaf_order(const Scene& scene, const World& world, const Bvh& bvh,
-                                                           const std::vector<std::int32_t>& sides) {
-  std::vector<device::TriangleShading> shading(bvh.order.size());
-  for (std::size_t i = 0; i < shading.size(); ++i) {
+std::vector<device::Triangle> triangles_in_leaf_order(const Scene& scene, const World& world, const Bvh& bvh,
+                                                      const std::vector<std::int32_t>& sides) {
+  std::vector<device::Triangle> triangles(bvh.order.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
     const auto corners = glm::ivec3(world.triangles[bvh.order[i]]);
     const auto object = static_cast<std::size_t>(world.triangle_object[bvh.order[i]]);
-    shading[i] = {corners.x, corners.y, corners.z, scene.objects[object].material, sides[object]};
+    triangles[i] = {corners.x, corners.y, corners.z, scene.objects[object].material, sides[object]};
   }
-  return shading;
+  return triangles;
 }
 
 /// A power of four near the brightest number, 1 where floats have room anyway: dividing by it changes no digit.
@@ -173,11 +173,12 @@ cl::Options kernel_options(const Scene& scene, const Plan& plan) {
 }
 
 DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan)
-    : device_(device), fitter_(device), places_(device, 3 * world.positions.size(), "vertices"), sides_(sides_of(world)) {
+    : device_(device), fitter_(device), sides_(sides_of(world)) {
   const auto made = materials_of(scene);
   material_unit_ = made.unit;
   materials = {device, std::span<const device::Material>(made.materials), "materials"};
   texels = {device, std::span<const float>(made.texels), "textures"};
+  tree.positions = {device, 3 * world.positions.size(), "vertices"};
   normals = {device, 3 * world.positions.size(), "normals"};
   uvs = {device, floats_of(world.uvs), "places on textures"};
   upload_vertices(world, plan);
@@ -194,7 +195,7 @@ DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const Wor
 void DeviceScene::place(const Scene& scene, const World& world, const Plan& plan) {
   const auto start = std::chrono::steady_clock::now();
   upload_vertices(world, plan);
-  if (fitter_.fit(tree, places_, reach_m_, -plan.origin_m) > worst_refit * built_cost_) build_tree(scene, world, plan);
+  if (fitter_.fit(tree, reach_m_, -plan.origin_m) > worst_refit * built_cost_) build_tree(scene, world, plan);
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   upload_lights(scene, world, plan);
 }
@@ -202,23 +203,22 @@ void DeviceScene::place(const Scene& scene, const World& world, const Plan& plan
 void DeviceScene::build_tree(const Scene& scene, const World& world, const Plan& plan) {
   const auto bvh = build_bvh(world.positions, world.triangles, plan.origin_m, triangles_of_leaf);
   depth_ = bvh.depth;
-  const auto shading = shading_in_leaf_order(scene, world, bvh, sides_);
-  cl::put(device_, tree.shading, shading, "corners");
+  cl::put(device_, tree.triangles, triangles_in_leaf_order(scene, world, bvh, sides_), "triangles");
   fitter_.take(bvh, tree);
-  built_cost_ = fitter_.fit(tree, places_, reach_m_, -plan.origin_m);
+  built_cost_ = fitter_.fit(tree, reach_m_, -plan.origin_m);
 }
 
 void DeviceScene::upload_vertices(const World& world, const Plan& plan) {
   auto& threads = cl::Threads::shared();
   std::vector<double> reach_m(threads.count(), 0.0);
-  places_.on_host(
-      [&](std::span<float> places) {
+  tree.positions.on_host(
+      [&](std::span<float> positions) {
         threads.for_ranges(world.positions.size(), [&](std::size_t thread, std::size_t from, std::size_t to) {
           glm::dvec3 farthest(0);
           for (std::size_t i = from; i < to; ++i) {
             const auto p = world.positions[i] - plan.origin_m;
             farthest = glm::max(farthest, glm::abs(p));
-            for (int axis = 0; axis < 3; ++axis) places[3 * i + static_cast<std::size_t>(axis)] = static_cast<float>(p[axis]);
+            for (int axis = 0; axis < 3; ++axis) positions[3 * i + static_cast<std::size_t>(axis)] = static_cast<float>(p[axis]);
           }
           reach_m[thread] = std::max({reach_m[thread], farthest.x, farthest.y, farthest.z});
         });

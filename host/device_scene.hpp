@@ -47,9 +47,8 @@ private:
 
   cl::Device device_;
   Fitter fitter_;
-  cl::Buffer<float> places_;  // of the vertices, scene frame
-  double reach_m_ = 0;        // the largest coordinate among them
-  int depth_ = 0;             // Bvh::depth
+  double reach_m_ = 0;  // the largest coordinate among the vertices
+  int depth_ = 0;       // Bvh::depth
   double material_unit_ = 1;
   double built_cost_ = 0;            // of the tree when it was built
   std::vector<std::int32_t> sides_;  // of the objects

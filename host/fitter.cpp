@@ -11,9 +11,25 @@ namespace {
 
 /// Nodes in runs: the upper part of a subtree, as high as work-items are to go, children first. Those of a pass need earlier passes only.
 struct Runs {
-  std::vector<device::FitStep> steps;
-  std::vector<std::int32_t> first_of_run, first_run_of_pass;
+  std::vector<std::int32_t> nodes, first_of_run, first_run_of_pass;
 };
+
+/// All nodes, from the leftmost leaf on: triangles are then read one after the other.
+std::vector<std::size_t> children_first(const Bvh& bvh) {
+  // Parents first, from the right, turned round.
+  std::vector<std::size_t> order, waiting{0};
+  order.reserve(bvh.nodes.size());
+  while (!waiting.empty()) {
+    const auto n = waiting.back();
+    waiting.pop_back();
+    order.push_back(n);
+    const auto& node = bvh.nodes[n];
+    if (node.left_count == 0) waiting.push_back(static_cast<std::size_t>(node.left_child));
+    if (node.right_count == 0) waiting.push_back(static_cast<std::size_t>(node.right_child));
+  }
+  std::reverse(order.begin(), order.end());
+  return order;
+}
 
 Runs runs_of(const Bvh& bvh, int levels) {
   const auto count = bvh.nodes.size();
@@ -54,13 +70,10 @@ Runs runs_of(const Bvh& bvh, int levels) {
   }
   for (std::size_t r = 0; r < size.size(); ++r) runs.first_of_run[r + 1] += runs.first_of_run[r];
   auto next = runs.first_of_run;
-  runs.steps.resize(count);
-  for (auto n = count; n-- > 0;) {
+  runs.nodes.resize(count);
+  for (const auto n : children_first(bvh)) {
     auto& at = next[static_cast<std::size_t>(place[static_cast<std::size_t>(run[n])])];
-    const auto& node = bvh.nodes[n];
-    const bool lone = node.right_min[0] > node.right_max[0];  // a tree of one leaf
-    runs.steps[static_cast<std::size_t>(at++)] = {static_cast<std::int32_t>(n), node.left_child, node.left_count, node.right_child,
-                                                  lone ? -1 : node.right_count};
+    runs.nodes[static_cast<std::size_t>(at++)] = static_cast<std::int32_t>(n);
   }
   return runs;
 }
@@ -80,20 +93,19 @@ void Fitter::take(const Bvh& bvh, DeviceTree& tree) {
   // CPUs start few work-items, GPUs many.
   const auto runs = runs_of(bvh, lanes_for(device_.info()) > 1 ? 8 : 2);
   cl::put(device_, tree.nodes, bvh.nodes, "tree");
-  if (tree.triangles.size() != bvh.triangles.size()) tree.triangles = {device_, bvh.triangles.size(), "triangles"};
-  cl::put(device_, steps_, runs.steps, "steps of fitting");
+  cl::put(device_, nodes_of_runs_, runs.nodes, "nodes by run");
   cl::put(device_, first_of_run_, runs.first_of_run, "runs of nodes");
   surfaces_ = {device_, runs.first_of_run.size() - 1, "surfaces of boxes"};
   first_run_of_pass_ = runs.first_run_of_pass;
 }
 
-double Fitter::fit(DeviceTree& tree, const cl::Buffer<float>& places, double reach_m, glm::vec3 eye_m) {
+double Fitter::fit(DeviceTree& tree, double reach_m, glm::vec3 eye_m) {
   const std::size_t local = lanes_for(device_.info()) > 1 ? 1 : 64;
   const auto margin = static_cast<float>(box_margin_m(reach_m));
   for (std::size_t pass = 0; pass + 1 < first_run_of_pass_.size(); ++pass) {
     const auto first = first_run_of_pass_[pass], runs = first_run_of_pass_[pass + 1] - first;
-    fit_tree_.run({static_cast<std::size_t>(runs)}, {local}, tree.nodes, tree.triangles, tree.shading, places, steps_, first_of_run_, first,
-                  runs, margin, eye_m.x, eye_m.y, eye_m.z, surfaces_);
+    fit_tree_.run({static_cast<std::size_t>(runs)}, {local}, tree.nodes, tree.triangles, tree.positions, nodes_of_runs_, first_of_run_,
+                  first, runs, margin, eye_m.x, eye_m.y, eye_m.z, surfaces_);
   }
   double sum = 0, whole = 0;
   surfaces_.on_host(

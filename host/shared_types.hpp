@@ -12,9 +12,7 @@ using uint = std::uint32_t;
 }  // namespace raywave::device
 
 RAYWAVE_CL_TYPE(raywave::device::BvhNode, "BvhNode");
-RAYWAVE_CL_TYPE(raywave::device::FitStep, "FitStep");
 RAYWAVE_CL_TYPE(raywave::device::Triangle, "Triangle");
-RAYWAVE_CL_TYPE(raywave::device::TriangleShading, "TriangleShading");
 RAYWAVE_CL_TYPE(raywave::device::Material, "Material");
 RAYWAVE_CL_TYPE(raywave::device::Light, "Light");
 RAYWAVE_CL_TYPE(raywave::device::TracePlane, "TracePlane");

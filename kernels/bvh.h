@@ -15,6 +15,18 @@
 #define RAYWAVE_BVH_DEPTH 64  // nodes from the root to a leaf; the host passes Bvh::depth
 #endif
 
+// The tree, and the triangles of its leaves.
+typedef struct {
+  __global const BvhNode* nodes;
+  __global const Triangle* triangles;
+  __global const float* positions;  // 3 per vertex, scene frame
+} Tree;
+
+// Places of a triangle's corners, 3 floats each.
+typedef struct {
+  __global const float *a, *b, *c;
+} Corners;
+
 // Points origin + t direction with 0 <= t_min < t < t_max, scene frame. Directions are finite and not zero, but need not be unit vectors.
 // Lanes outside the mask `active` meet nothing.
 typedef struct {
@@ -41,6 +53,13 @@ typedef struct {
 
 // PoCL else keeps the rays in memory.
 #define BVH_INLINE static inline __attribute__((always_inline))
+
+BVH_INLINE Corners corners_of(const Tree* tree, int index) {
+  __global const Triangle* t = tree->triangles + index;
+  const Corners corners = {tree->positions + 3 * (size_t)t->corner_a, tree->positions + 3 * (size_t)t->corner_b,
+                           tree->positions + 3 * (size_t)t->corner_c};
+  return corners;
+}
 
 BVH_INLINE floatv bvh_min(floatv a, floatv b) { return LANES_SELECT(b, a, a < b); }
 BVH_INLINE floatv bvh_max(floatv a, floatv b) { return LANES_SELECT(b, a, a > b); }
@@ -92,7 +111,7 @@ BVH_INLINE float bvh_min3(float a, float b, float c) {
 }
 
 // Mask of the rays that meet the triangle's own box, widened as the boxes of the tree are.
-BVH_INLINE intv bvh_box_of(__global const Triangle* t, const Rays* rays, const floatv* inverse) {
+BVH_INLINE intv bvh_box_of(const Corners* t, const Rays* rays, const floatv* inverse) {
   const float min_x = bvh_min3(t->a[0], t->b[0], t->c[0]), max_x = -bvh_min3(-t->a[0], -t->b[0], -t->c[0]);
   const float min_y = bvh_min3(t->a[1], t->b[1], t->c[1]), max_y = -bvh_min3(-t->a[1], -t->b[1], -t->c[1]);
   const float min_z = bvh_min3(t->a[2], t->b[2], t->c[2]), max_z = -bvh_min3(-t->a[2], -t->b[2], -t->c[2]);
@@ -102,8 +121,8 @@ BVH_INLINE intv bvh_box_of(__global const Triangle* t, const Rays* rays, const f
 }
 
 // Mask of the rays that meet the triangle in (t_min, best->t); those lanes of `best` take the hit.
-BVH_INLINE intv bvh_triangle(__global const Triangle* triangles, int index, const Rays* rays, const floatv* inverse, Hits* best) {
-  __global const Triangle* t = triangles + index;
+BVH_INLINE intv bvh_triangle(const Tree* tree, int index, const Rays* rays, const floatv* inverse, Hits* best) {
+  const Corners corners = corners_of(tree, index), *t = &corners;
   const floatv side_a = bvh_side(t->b, t->c, rays);
   const floatv side_b = bvh_side(t->c, t->a, rays);
   const floatv side_c = bvh_side(t->a, t->b, rays);
@@ -146,9 +165,9 @@ BVH_INLINE intv bvh_triangle(__global const Triangle* triangles, int index, cons
   return hit;
 }
 
-BVH_INLINE intv bvh_leaf(__global const Triangle* triangles, int first, int count, const Rays* rays, const floatv* inverse, Hits* best) {
+BVH_INLINE intv bvh_leaf(const Tree* tree, int first, int count, const Rays* rays, const floatv* inverse, Hits* best) {
   intv hit = 0;
-  for (int i = first; i < first + count; ++i) hit |= bvh_triangle(triangles, i, rays, inverse, best);
+  for (int i = first; i < first + count; ++i) hit |= bvh_triangle(tree, i, rays, inverse, best);
   return hit;
 }
 
@@ -173,11 +192,11 @@ BVH_INLINE void bvh_insert(Layers* layers, const Hits* hits, intv hit) {
   }
 }
 
-BVH_INLINE intv bvh_leaf_layers(__global const Triangle* triangles, int first, int count, const Rays* rays, const floatv* inverse,
-                                Hits* farthest, Layers* layers) {
+BVH_INLINE intv bvh_leaf_layers(const Tree* tree, int first, int count, const Rays* rays, const floatv* inverse, Hits* farthest,
+                                Layers* layers) {
   for (int i = first; i < first + count; ++i) {
     Hits one = *farthest;
-    const intv hit = bvh_triangle(triangles, i, rays, inverse, &one);
+    const intv hit = bvh_triangle(tree, i, rays, inverse, &one);
     if (LANES_ANY(hit)) bvh_insert(layers, &one, hit);
     farthest->t = layers->t[BVH_LAYERS - 1];
   }
@@ -186,8 +205,7 @@ BVH_INLINE intv bvh_leaf_layers(__global const Triangle* triangles, int first, i
 
 // Nearest hits of all rays; with any_hit, rays that have met something stop; with `layers`, the nearest BVH_LAYERS of each go there, but
 // for those that turn away.
-BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* given, bool any_hit,
-                             Layers* layers) {
+BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* given, bool any_hit, Layers* layers) {
   Rays rays = *given;
   const floatv inverse[3] = {bvh_reciprocal(rays.dx), bvh_reciprocal(rays.dy), bvh_reciprocal(rays.dz)};
   Hits best;
@@ -203,7 +221,7 @@ BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Trian
   int waiting = 0;
   int place = 0;
   for (;;) {
-    __global const BvhNode* node = nodes + place;
+    __global const BvhNode* node = tree->nodes + place;
     const int left_child = node->left_child & ~BVH_AWAY, right_child = node->right_child & ~BVH_AWAY;
     floatv enter_left = 0.0f, enter_right = 0.0f;
     intv in_left = 0, in_right = 0;
@@ -213,8 +231,8 @@ BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Trian
       left = LANES_ANY(in_left);
     }
     if (left && node->left_count > 0) {
-      const intv hit = layers ? bvh_leaf_layers(triangles, left_child, node->left_count, &rays, inverse, &best, layers)
-                              : bvh_leaf(triangles, left_child, node->left_count, &rays, inverse, &best);
+      const intv hit = layers ? bvh_leaf_layers(tree, left_child, node->left_count, &rays, inverse, &best, layers)
+                              : bvh_leaf(tree, left_child, node->left_count, &rays, inverse, &best);
       if (any_hit) rays.active &= !hit;
       left = false;
     }
@@ -224,8 +242,8 @@ BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Trian
       right = LANES_ANY(in_right);
     }
     if (right && node->right_count > 0) {
-      const intv hit = layers ? bvh_leaf_layers(triangles, right_child, node->right_count, &rays, inverse, &best, layers)
-                              : bvh_leaf(triangles, right_child, node->right_count, &rays, inverse, &best);
+      const intv hit = layers ? bvh_leaf_layers(tree, right_child, node->right_count, &rays, inverse, &best, layers)
+                              : bvh_leaf(tree, right_child, node->right_count, &rays, inverse, &best);
       if (any_hit) rays.active &= !hit;
       right = false;
     }
@@ -249,25 +267,23 @@ BVH_INLINE Hits bvh_traverse(__global const BvhNode* nodes, __global const Trian
 }
 
 // The nearest hits in (t_min, t_max).
-BVH_INLINE Hits bvh_nearest(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays) {
-  return bvh_traverse(nodes, triangles, rays, false, 0);
-}
+BVH_INLINE Hits bvh_nearest(const Tree* tree, const Rays* rays) { return bvh_traverse(tree, rays, false, 0); }
 
 // The nearest BVH_LAYERS hits in (t_min, t_max) of rays that come from the hologram's centre, without those in parts of the tree that turn
 // away from it (BVH_AWAY): inner sides of closed meshes are no sources of light.
-BVH_INLINE void bvh_layers(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays, Layers* layers) {
+BVH_INLINE void bvh_layers(const Tree* tree, const Rays* rays, Layers* layers) {
   for (int i = 0; i < BVH_LAYERS; ++i) {
     layers->t[i] = rays->t_max;
     layers->triangle[i] = -1;
     layers->u[i] = layers->v[i] = 0.0f;
   }
-  bvh_traverse(nodes, triangles, rays, false, layers);
+  bvh_traverse(tree, rays, false, layers);
 }
 
 #if RAYWAVE_LANES > 1
 // Mask of the rays that meet anything in (t_min, t_max). What stopped a packet like this one is tried first: known[lane] is the triangle
 // that stopped that ray, or -1, and is overwritten.
-static inline intv bvh_occluded_again(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays, int* known) {
+static inline intv bvh_occluded_again(const Tree* tree, const Rays* rays, int* known) {
   const floatv inverse[3] = {bvh_reciprocal(rays->dx), bvh_reciprocal(rays->dy), bvh_reciprocal(rays->dz)};
   Rays left = *rays;
   intv stopped_by = -1, untried = LANES_LOAD(known);
@@ -277,14 +293,14 @@ static inline intv bvh_occluded_again(__global const BvhNode* nodes, __global co
     const int triangle = candidates[lane];
     if (triangle < 0) continue;
     Hits any = {left.t_max, (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
-    const intv hit = bvh_triangle(triangles, triangle, &left, inverse, &any);
+    const intv hit = bvh_triangle(tree, triangle, &left, inverse, &any);
     left.active &= !hit;
     stopped_by = LANES_SELECT(stopped_by, (intv)(triangle), hit);
     untried = LANES_SELECT(untried, (intv)(-1), (untried == triangle) | !left.active);
     LANES_STORE(untried, candidates);
   }
   if (LANES_ANY(left.active)) {
-    const intv triangle = bvh_traverse(nodes, triangles, &left, true, 0).triangle;
+    const intv triangle = bvh_traverse(tree, &left, true, 0).triangle;
     stopped_by = LANES_SELECT(stopped_by, triangle, left.active);
   }
   LANES_STORE(stopped_by, known);
@@ -293,8 +309,6 @@ static inline intv bvh_occluded_again(__global const BvhNode* nodes, __global co
 #endif
 
 // Mask of the rays that meet anything in (t_min, t_max).
-BVH_INLINE intv bvh_occluded(__global const BvhNode* nodes, __global const Triangle* triangles, const Rays* rays) {
-  return bvh_traverse(nodes, triangles, rays, true, 0).triangle >= 0;
-}
+BVH_INLINE intv bvh_occluded(const Tree* tree, const Rays* rays) { return bvh_traverse(tree, rays, true, 0).triangle >= 0; }
 
 #endif

@@ -19,25 +19,29 @@ typedef struct {
   Wide3 a, ab, ac, across;
 } Facets;
 
-// Lanes without a triangle (index < 0) receive the first one.
-static inline Facets facets_of(__global const Triangle* triangles, intv index) {
+// What vertices have 3 floats of, at the three corners of a triangle in each lane. Lanes without one (index < 0) receive the first one's.
+static inline void at_corners(__global const Triangle* triangles, __global const float* of_vertices, intv index, Wide3* at) {
   int triangle[RAYWAVE_LANES];
-  float corners[9][RAYWAVE_LANES];
+  float values[9][RAYWAVE_LANES];
   LANES_STORE(index, triangle);
   for (int i = 0; i < RAYWAVE_LANES; ++i) {
     __global const Triangle* t = triangles + max(triangle[i], 0);
     for (int axis = 0; axis < 3; ++axis) {
-      corners[axis][i] = t->a[axis];
-      corners[3 + axis][i] = t->b[axis];
-      corners[6 + axis][i] = t->c[axis];
+      values[axis][i] = of_vertices[3 * (size_t)t->corner_a + (size_t)axis];
+      values[3 + axis][i] = of_vertices[3 * (size_t)t->corner_b + (size_t)axis];
+      values[6 + axis][i] = of_vertices[3 * (size_t)t->corner_c + (size_t)axis];
     }
   }
-  const Wide3 b = wide3(LANES_LOAD(corners[3]), LANES_LOAD(corners[4]), LANES_LOAD(corners[5]));
-  const Wide3 c = wide3(LANES_LOAD(corners[6]), LANES_LOAD(corners[7]), LANES_LOAD(corners[8]));
+  for (int c = 0; c < 3; ++c) at[c] = wide3(LANES_LOAD(values[3 * c]), LANES_LOAD(values[3 * c + 1]), LANES_LOAD(values[3 * c + 2]));
+}
+
+static inline Facets facets_of(const Tree* tree, intv index) {
+  Wide3 corners[3];
+  at_corners(tree->triangles, tree->positions, index, corners);
   Facets f;
-  f.a = wide3(LANES_LOAD(corners[0]), LANES_LOAD(corners[1]), LANES_LOAD(corners[2]));
-  f.ab = wide3_minus(b, f.a);
-  f.ac = wide3_minus(c, f.a);
+  f.a = corners[0];
+  f.ab = wide3_minus(corners[1], f.a);
+  f.ac = wide3_minus(corners[2], f.a);
   f.across = wide3_cross(f.ab, f.ac);
   return f;
 }
@@ -54,22 +58,10 @@ static inline Wide exact_distance(const Facets* f, const Line* line, floatv t) {
 
 // Normals of unit length at places on facets, as the mesh says. (u, v): the places' weights to floats, which stay where the facet is so
 // narrow that they are all there is.
-static inline Wide3 exact_normal(__global const TriangleShading* shading, __global const float* vertex_normals, intv index, const Facets* f,
+static inline Wide3 exact_normal(__global const Triangle* triangles, __global const float* vertex_normals, intv index, const Facets* f,
                                  Wide3 place, floatv u, floatv v) {
-  int triangle[RAYWAVE_LANES];
-  float normals[9][RAYWAVE_LANES];
-  LANES_STORE(index, triangle);
-  for (int i = 0; i < RAYWAVE_LANES; ++i) {
-    __global const TriangleShading* s = shading + max(triangle[i], 0);
-    for (int axis = 0; axis < 3; ++axis) {
-      normals[axis][i] = vertex_normals[3 * (size_t)s->corner_a + (size_t)axis];
-      normals[3 + axis][i] = vertex_normals[3 * (size_t)s->corner_b + (size_t)axis];
-      normals[6 + axis][i] = vertex_normals[3 * (size_t)s->corner_c + (size_t)axis];
-    }
-  }
-  const Wide3 a = wide3(LANES_LOAD(normals[0]), LANES_LOAD(normals[1]), LANES_LOAD(normals[2]));
-  const Wide3 b = wide3(LANES_LOAD(normals[3]), LANES_LOAD(normals[4]), LANES_LOAD(normals[5]));
-  const Wide3 c = wide3(LANES_LOAD(normals[6]), LANES_LOAD(normals[7]), LANES_LOAD(normals[8]));
+  Wide3 normals[3];
+  at_corners(triangles, vertex_normals, index, normals);
   // The square of a small area would leave no room for the lower halves.
   const floatv nx = wide_high(f->across.x), ny = wide_high(f->across.y), nz = wide_high(f->across.z);
   const Wide3 facing = wide3_scaled(f->across, wide(rsqrt(fmax(nx * nx + ny * ny + nz * nz, (floatv)(1e-37f))), 0.0f));
@@ -81,7 +73,8 @@ static inline Wide3 exact_normal(__global const TriangleShading* shading, __glob
   const floatv off = fmax(fabs(wide_high(at_b) - u), fabs(wide_high(at_c) - v));
   const intv agree = off <= 0x1p-6f;
   const Wide weight_b = wide_select(wide(u, 0.0f), at_b, agree), weight_c = wide_select(wide(v, 0.0f), at_c, agree);
-  const Wide3 normal = wide3_along(wide3_along(a, wide3_minus(b, a), weight_b), wide3_minus(c, a), weight_c);
+  const Wide3 normal =
+      wide3_along(wide3_along(normals[0], wide3_minus(normals[1], normals[0]), weight_b), wide3_minus(normals[2], normals[0]), weight_c);
   const Wide squared = wide3_dot(normal, normal);
   const Wide length = wide_sqrt(wide_select(squared, wide(1.0f, 0.0f), wide_high(squared) <= 1e-30f));
   return wide3_scaled(normal, wide_over(wide(1.0f, 0.0f), length));

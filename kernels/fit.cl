@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fits a flattened tree to the places that its vertices have moved to. Which triangles share a leaf stays.
 //
-// fit_tree  of the nodes in runs [first_run, first_run + runs), one run per work-item: triangles, boxes, and which parts turn away from
-//           `eye`. Run r is steps[first_of_run[r]] and on, children before parents; what else lies below them must be fitted.
+// fit_tree  of the nodes in runs [first_run, first_run + runs), one run per work-item: boxes, and which parts turn away from
+//           `eye`. Run r is nodes_of_runs[first_of_run[r]] and on, children before parents; what else lies below them must be fitted.
 //
-// places    3 floats per vertex, scene frame, finite
-// margin    that boxes are widened by
-// surfaces  surfaces[r]: half the surfaces of all boxes of run r, in square metres
+// positions  3 floats per vertex, scene frame, finite
+// margin     that boxes are widened by
+// surfaces   surfaces[r]: half the surfaces of all boxes of run r, in square metres
 // OpenCL C 1.2.
 #include "bvh.h"
 #include "shared.h"
@@ -26,19 +26,16 @@ BVH_INLINE bool turns_away(float3 a, float3 b, float3 c, int side, float3 eye) {
   return dot(one - other, way) * (float)side > ROUNDING * dot(fabs(one) + fabs(other), fabs(way));
 }
 
-BVH_INLINE Fit fit_leaf(__global Triangle* triangles, __global const TriangleShading* shading, __global const float* places, int first,
-                        int count, float margin, float3 eye) {
+BVH_INLINE Fit fit_leaf(__global const Triangle* triangles, __global const float* positions, int first, int count, float margin,
+                        float3 eye) {
   Fit fit = {(float3)(INFINITY), (float3)(-INFINITY), BVH_AWAY};
   for (int i = first; i < first + count; ++i) {
-    __global const TriangleShading* s = shading + i;
-    const float3 a = vload3((size_t)s->corner_a, places), b = vload3((size_t)s->corner_b, places);
-    const float3 c = vload3((size_t)s->corner_c, places);
-    vstore3(a, 0, triangles[i].a);
-    vstore3(b, 0, triangles[i].b);
-    vstore3(c, 0, triangles[i].c);
+    __global const Triangle* t = triangles + i;
+    const float3 a = vload3((size_t)t->corner_a, positions), b = vload3((size_t)t->corner_b, positions);
+    const float3 c = vload3((size_t)t->corner_c, positions);
     fit.min = min(fit.min, min(a, min(b, c)));
     fit.max = max(fit.max, max(a, max(b, c)));
-    if (fit.away && !turns_away(a, b, c, s->side, eye)) fit.away = 0;
+    if (fit.away && !turns_away(a, b, c, t->side, eye)) fit.away = 0;
   }
   fit.min -= margin;
   fit.max += margin;
@@ -56,31 +53,31 @@ BVH_INLINE float half_surface(const Fit* fit) {
   return dot(size, size.yzx);
 }
 
-BVH_INLINE Fit fit_child(__global const BvhNode* nodes, __global Triangle* triangles, __global const TriangleShading* shading,
-                         __global const float* places, int child, int count, float margin, float3 eye) {
-  return count > 0 ? fit_leaf(triangles, shading, places, child, count, margin, eye) : fit_inner(nodes + child);
+BVH_INLINE Fit fit_child(__global const BvhNode* nodes, __global const Triangle* triangles, __global const float* positions, int child,
+                         int count, float margin, float3 eye) {
+  return count > 0 ? fit_leaf(triangles, positions, child, count, margin, eye) : fit_inner(nodes + child);
 }
 
-__kernel void fit_tree(__global BvhNode* nodes, __global Triangle* triangles, __global const TriangleShading* shading,
-                       __global const float* places, __global const FitStep* steps, __global const int* first_of_run, int first_run,
-                       int runs, float margin, float eye_x, float eye_y, float eye_z, __global float* surfaces) {
+__kernel void fit_tree(__global BvhNode* nodes, __global const Triangle* triangles, __global const float* positions,
+                       __global const int* nodes_of_runs, __global const int* first_of_run, int first_run, int runs, float margin,
+                       float eye_x, float eye_y, float eye_z, __global float* surfaces) {
   const int index = (int)get_global_id(0);
   if (index >= runs) return;
   const int run = first_run + index;
   const float3 eye = (float3)(eye_x, eye_y, eye_z);
   float surface = 0.0f;
   for (int i = first_of_run[run]; i < first_of_run[run + 1]; ++i) {
-    const FitStep step = steps[i];
-    __global BvhNode* node = nodes + step.node;
-    const Fit left = fit_child(nodes, triangles, shading, places, step.left_child, step.left_count, margin, eye);
+    __global BvhNode* node = nodes + nodes_of_runs[i];
+    const int left_child = node->left_child & ~BVH_AWAY, right_child = node->right_child & ~BVH_AWAY;
+    const Fit left = fit_child(nodes, triangles, positions, left_child, node->left_count, margin, eye);
     vstore3(left.min, 0, node->left_min);
-    node->left_child = step.left_child | left.away;
+    node->left_child = left_child | left.away;
     vstore3(left.max, 0, node->left_max);
     surface += half_surface(&left);
-    if (step.right_count < 0) continue;
-    const Fit right = fit_child(nodes, triangles, shading, places, step.right_child, step.right_count, margin, eye);
+    if (node->right_min[0] > node->right_max[0]) continue;  // a tree of one leaf
+    const Fit right = fit_child(nodes, triangles, positions, right_child, node->right_count, margin, eye);
     vstore3(right.min, 0, node->right_min);
-    node->right_child = step.right_child | right.away;
+    node->right_child = right_child | right.away;
     vstore3(right.max, 0, node->right_max);
     surface += half_surface(&right);
   }

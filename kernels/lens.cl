@@ -11,7 +11,7 @@
 #include "shade.h"
 #include "shared.h"
 
-__kernel void see(__global const BvhNode* nodes, __global const Triangle* triangles, __global const TriangleShading* shading,
+__kernel void see(__global const BvhNode* nodes, __global const Triangle* triangles, __global const float* positions,
                   __global const float* normals, __global const float* uvs, __global const Material* materials,
                   __global const Light* lights, __global const float* texels, float ambient_light, LensPlane lens, int first_packet,
                   int packet_count, __global float* picture) {
@@ -22,7 +22,7 @@ __kernel void see(__global const BvhNode* nodes, __global const Triangle* triang
   const int row = packet / packets_per_row;
   const int first = (packet - row * packets_per_row) * RAYWAVE_LANES;
   if (row >= lens.ny) return;
-  const SceneArrays scene = {nodes, triangles, shading, normals, uvs, materials, lights, texels};
+  const SceneArrays scene = {{nodes, triangles, positions}, normals, uvs, materials, lights, texels};
   const intv column = first + LANES_INDEX;
   const floatv x = lens.left + lens.pitch_x * LANES_TO_FLOAT(column);
   const float y = lens.top - lens.pitch_y * (float)row;
@@ -56,7 +56,7 @@ __kernel void see(__global const BvhNode* nodes, __global const Triangle* triang
         line = way.line;
         rays = rays_of(&way, lens.reach);
 #endif
-        const Hits hits = bvh_nearest(nodes, triangles, &rays);
+        const Hits hits = bvh_nearest(&scene.tree, &rays);
         const intv hit = hits.triangle >= 0;
         if (!LANES_ANY(hit)) continue;
         Surface surface = surface_at(&scene, &rays, &hits);

@@ -89,9 +89,9 @@ static inline void keep_sources(Layers* layers, const SceneArrays* scene, const 
     for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
       keep[lane] = triangle[lane];
       if (triangle[lane] < 0) continue;
-      const int side = scene->shading[triangle[lane]].side;
+      const int side = scene->tree.triangles[triangle[lane]].side;
       if (side == 0) continue;
-      const float3 n = triangle_cross(scene->triangles + triangle[lane]);
+      const float3 n = triangle_cross(&scene->tree, triangle[lane]);
       if ((n.x * dx[lane] + n.y * dy[lane] + n.z) * (float)side >= 0.0f) keep[lane] = -1;
     }
     layers->triangle[i] = LANES_LOAD(keep);
@@ -184,7 +184,7 @@ static inline int unclaimed(const Layers* parts, Hit* hit) {
 // whichever ray has found them.
 static inline float through_centre(const SceneArrays* scene, const Lattice* lattice, float centre_dx, float centre_dy, float dx, float dy,
                                    const Hit* hit) {
-  const float3 n = normalize(triangle_cross(scene->triangles + hit->triangle));
+  const float3 n = normalize(triangle_cross(&scene->tree, hit->triangle));
   // From the hit to the centre ray at the same depth, then along it to the plane.
   const float away = hit->t + (lattice->near_z - lattice->centre_z);
   const float along = n.x * centre_dx + n.y * centre_dy + n.z;
@@ -295,7 +295,7 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
   sample.profile = 0;
   const float3 to_centre = (float3)((lattice->centre_x - sample.x) / (sample.z - lattice->centre_z),
                                     (lattice->centre_y - sample.y) / (sample.z - lattice->centre_z), -1.0f);
-  float3 face = normalize(triangle_cross(scene->triangles + hit->triangle));
+  float3 face = normalize(triangle_cross(&scene->tree, hit->triangle));
   if (dot(face, to_centre) < 0.0f) face = -face;
   face /= fmax(dot(face, to_centre), 1e-6f);
   sample.tilt_x = face.x;
@@ -321,7 +321,7 @@ static inline void look_at_parts(const SceneArrays* scene, const Lattice* lattic
                                  Layers* layers) {
   Rays rays = part_rays(lattice, column, row, packet, *from < lattice->reach);
   rays.t_min = *from;
-  bvh_layers(scene->nodes, scene->triangles, &rays, layers);
+  bvh_layers(&scene->tree, &rays, layers);
   const intv full = layers->triangle[BVH_LAYERS - 1] >= 0;
   *from = LANES_SELECT((floatv)(lattice->reach), layers->t[BVH_LAYERS - 1] + lattice->layer_gap, full);
   keep_sources(layers, scene, &rays, lattice->layer_gap);
@@ -350,7 +350,7 @@ static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lat
     const Rays rays = lattice_rays(lattice, (LANES_TO_FLOAT(lattice->first_x + first + lane + of_lane) + right) * lattice->step,
                                    ((float)(lattice->first_y + row) + upwards) * lattice->step, LANES_INDEX >= 0);
     Layers parts;
-    bvh_layers(scene->nodes, scene->triangles, &rays, &parts);
+    bvh_layers(&scene->tree, &rays, &parts);
     intv differ = parts.triangle[BVH_LAYERS - 1] >= 0;
     for (int i = 0; i < BVH_LAYERS; ++i) {
       const floatv at = LANES_SELECT((floatv)(t[i][lane]), (floatv)(t[i][lane + RAYWAVE_LANES / 8 - 1]), of_lane == 1);
@@ -411,7 +411,7 @@ static inline void look_around_centres(const SceneArrays* scene, const Lattice* 
 #endif
 }
 
-__kernel void find_samples(__global const BvhNode* nodes, __global const Triangle* triangles, __global const TriangleShading* shading,
+__kernel void find_samples(__global const BvhNode* nodes, __global const Triangle* triangles, __global const float* positions,
                            __global const float* normals, __global const float* uvs, __global const Material* materials,
                            __global const Light* lights, __global const float* texels, float ambient_light, Lattice lattice, int first_row,
                            int rows, int slots, __global int2* counts, __global Sample* samples, __global uint* views, __global uint* lit) {
@@ -419,10 +419,10 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
   const int band_row = (int)get_global_id(1);
   const int row = first_row + band_row;
   if (first >= lattice.nx || band_row >= rows || row >= lattice.ny) return;
-  const SceneArrays scene = {nodes, triangles, shading, normals, uvs, materials, lights, texels};
+  const SceneArrays scene = {{nodes, triangles, positions}, normals, uvs, materials, lights, texels};
   const Rays centres = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
   Layers first_centres;
-  bvh_layers(nodes, triangles, &centres, &first_centres);
+  bvh_layers(&scene.tree, &centres, &first_centres);
 #if RAYWAVE_ANTIALIAS
   Layers packet_parts[PACKETS];
   floatv packet_from[PACKETS];
@@ -513,7 +513,7 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
       if (last.triangle >= 0) {
         Rays further = centre_rays(&lattice, first, row, LANES_INDEX == lane);
         further.t_min = last.t + lattice.layer_gap;
-        bvh_layers(nodes, triangles, &further, &centre);
+        bvh_layers(&scene.tree, &further, &centre);
         more = true;
       } else if (more) {
         for (int i = 0; i < BVH_LAYERS; ++i) centre.triangle[i] = -1;

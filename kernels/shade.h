@@ -30,9 +30,7 @@
 
 // The scene's arrays, as every kernel that shades receives them.
 typedef struct {
-  __global const BvhNode* nodes;
-  __global const Triangle* triangles;
-  __global const TriangleShading* shading;
+  Tree tree;
   __global const float* normals;  // 3 per vertex, unit length, outwards as the mesh says
   __global const float* uvs;      // 2 per vertex; (0, 0) is the bottom left of the texture
   __global const Material* materials;
@@ -41,9 +39,9 @@ typedef struct {
 } SceneArrays;
 
 // Normal of a triangle, as long as twice its area, in the sense of its winding.
-static inline float3 triangle_cross(__global const Triangle* t) {
-  const float3 ab = (float3)(t->b[0] - t->a[0], t->b[1] - t->a[1], t->b[2] - t->a[2]);
-  const float3 ac = (float3)(t->c[0] - t->a[0], t->c[1] - t->a[1], t->c[2] - t->a[2]);
+static inline float3 triangle_cross(const Tree* tree, int index) {
+  const Corners t = corners_of(tree, index);
+  const float3 a = vload3(0, t.a), ab = vload3(0, t.b) - a, ac = vload3(0, t.c) - a;
   return (float3)(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x);
 }
 
@@ -124,7 +122,7 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     ambient[i] = diffuse[i] = specular[i] = shininess[i] = reflectivity[i] = transparency[i] = ior_low[i] = 0.0f;
     ior[i] = 1.0f;
     if (triangle[i] < 0) continue;
-    __global const TriangleShading* s = scene->shading + triangle[i];
+    __global const Triangle* s = scene->tree.triangles + triangle[i];
     __global const Material* m = scene->materials + s->material;
     const float b = u[i], c = v[i], a = 1.0f - b - c;
     const float3 at_a = vload3((size_t)s->corner_a, scene->normals), at_b = vload3((size_t)s->corner_b, scene->normals);
@@ -132,7 +130,7 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     nx[i] = a * at_a.x + b * at_b.x + c * at_c.x;
     ny[i] = a * at_a.y + b * at_b.y + c * at_c.y;
     nz[i] = a * at_a.z + b * at_b.z + c * at_c.z;
-    const float3 face = triangle_cross(scene->triangles + triangle[i]);
+    const float3 face = triangle_cross(&scene->tree, triangle[i]);
     gx[i] = face.x;
     gy[i] = face.y;
     gz[i] = face.z;
@@ -188,12 +186,12 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
 #if EXACT_SURFACES
 // The surface's place and normal beyond floats, where a line, the hits' ray, has met it; their distance along it.
 static inline Wide exact_surface(const SceneArrays* scene, const Line* line, const Hits* hits, Surface* s) {
-  const Facets facets = facets_of(scene->triangles, hits->triangle);
+  const Facets facets = facets_of(&scene->tree, hits->triangle);
   const Wide distance = exact_distance(&facets, line, hits->t);
   const floatv side = LANES_SELECT((floatv)(-1.0f), (floatv)(1.0f), s->entering), away = -1.0f;
   s->place = wide3_along(line->origin, line->direction, distance);
-  s->normal =
-      wide3_scaled(exact_normal(scene->shading, scene->normals, hits->triangle, &facets, s->place, hits->u, hits->v), wide(side, 0.0f));
+  s->normal = wide3_scaled(exact_normal(scene->tree.triangles, scene->normals, hits->triangle, &facets, s->place, hits->u, hits->v),
+                           wide(side, 0.0f));
   s->towards = wide3_scaled(line->direction, wide(away, 0.0f));
   s->x = wide_high(s->place.x);
   s->y = wide_high(s->place.y);
@@ -246,7 +244,7 @@ static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Su
   if (LANES_ANY(lit)) {
     const Rays shadow = {
         s->x + bias * s->nx, s->y + bias * s->ny, s->z + bias * s->nz, in->x, in->y, in->z, (floatv)(0.0f), in->distance, lit};
-    lit &= !bvh_occluded(scene->nodes, scene->triangles, &shadow);
+    lit &= !bvh_occluded(&scene->tree, &shadow);
   }
 #endif
   return lit;

@@ -19,30 +19,14 @@ typedef struct {
   int right_count;
 } BvhNode;
 
-// What fitting a tree does at one of its nodes (fit.cl): its number, and its children as BvhNode has them; right_count -1: there is none.
-typedef struct {
-  int node;
-  int left_child;
-  int left_count;
-  int right_child;
-  int right_count;
-} FitStep;
-
-// Corners of a triangle, in the order of the tree's leaves.
-typedef struct {
-  float a[3];
-  float b[3];
-  float c[3];
-} Triangle;
-
-// What stays of the same triangle when it moves: its corners' numbers among the vertices, and what shading needs.
+// A triangle, in the order of the tree's leaves: its corners' numbers among the vertices, and what shading needs.
 typedef struct {
   int corner_a;
   int corner_b;
   int corner_c;
   int material;
   int side;  // of a closed mesh: 1 when (b - a) x (c - a) points outwards, -1 when inwards; 0 for open meshes
-} TriangleShading;
+} Triangle;
 
 // Phong material for the hologram's wavelength.
 typedef struct {

@@ -13,19 +13,11 @@
   MEMBER(BvhNode, right_child)        \
   MEMBER(BvhNode, right_max)          \
   MEMBER(BvhNode, right_count)        \
-  MEMBER(FitStep, node)               \
-  MEMBER(FitStep, left_child)         \
-  MEMBER(FitStep, left_count)         \
-  MEMBER(FitStep, right_child)        \
-  MEMBER(FitStep, right_count)        \
-  MEMBER(Triangle, a)                 \
-  MEMBER(Triangle, b)                 \
-  MEMBER(Triangle, c)                 \
-  MEMBER(TriangleShading, corner_a)   \
-  MEMBER(TriangleShading, corner_b)   \
-  MEMBER(TriangleShading, corner_c)   \
-  MEMBER(TriangleShading, material)   \
-  MEMBER(TriangleShading, side)       \
+  MEMBER(Triangle, corner_a)          \
+  MEMBER(Triangle, corner_b)          \
+  MEMBER(Triangle, corner_c)          \
+  MEMBER(Triangle, material)          \
+  MEMBER(Triangle, side)              \
   MEMBER(Material, ambient)           \
   MEMBER(Material, diffuse)           \
   MEMBER(Material, specular)          \

@@ -96,15 +96,15 @@ static inline Source axis_source(const SceneArrays* scene, const Rays* rays, con
   line.t_min = 0.0f;
   line.t_max = 4.0f * p;
   line.active = hit;
-  const Hits meets = bvh_nearest(scene->nodes, scene->triangles, &line);
+  const Hits meets = bvh_nearest(&scene->tree, &line);
   Source source;
   const Line exact = {wide3(line.ox, line.oy, line.oz), wide3(line.dx, line.dy, line.dz)};
-  const Facets facets = facets_of(scene->triangles, meets.triangle);
+  const Facets facets = facets_of(&scene->tree, meets.triangle);
   source.place = wide3_along(exact.origin, exact.direction, exact_distance(&facets, &exact, meets.t));
   // Of the line and the material it meets: the third cell index of a flat surface would hang on rounding.
   int third[RAYWAVE_LANES];
   LANES_STORE(meets.triangle, third);
-  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) third[lane] = third[lane] < 0 ? 0 : 3 * scene->shading[third[lane]].material;
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) third[lane] = third[lane] < 0 ? 0 : 3 * scene->tree.triangles[third[lane]].material;
   source.key = cell_key(LANES_SELECT(i, j, along_x), LANES_SELECT(j, k, !along_z),
                         LANES_LOAD(third) + LANES_SELECT(LANES_SELECT((intv)(0), (intv)(1), along_y), (intv)(2), along_x));
   source.weight = 1.0f;
@@ -113,7 +113,7 @@ static inline Source axis_source(const SceneArrays* scene, const Rays* rays, con
 }
 #endif
 
-__kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* triangles, __global const TriangleShading* shading,
+__kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* triangles, __global const float* positions,
                         __global const float* normals, __global const float* uvs, __global const Material* materials,
                         __global const Light* lights, __global const float* texels, float ambient_light, __global const float2* fan,
                         int fan_size, TracePlane plane, __global const Sample* samples, __global const int* first_of_cell, Lattice lattice,
@@ -124,7 +124,7 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
 #if RAYWAVE_SOURCE != SOURCE_SURFACE
   (void)samples, (void)first_of_cell, (void)lattice;
 #endif
-  const SceneArrays scene = {nodes, triangles, shading, normals, uvs, materials, lights, texels};
+  const SceneArrays scene = {{nodes, triangles, positions}, normals, uvs, materials, lights, texels};
   const intv column = first + LANES_INDEX;
   const Wide rate = wide(plane.turns_hi, plane.turns_lo), plane_z = wide(plane.z, plane.z_low);
   const Wide pixel_x = wide_plus(wide(plane.left, plane.left_low), wide_steps(column, plane.pitch_x, plane.pitch_x_low));
@@ -160,14 +160,14 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
 #elif RAYWAVE_SOURCE == SOURCE_SURFACE
     const bool bounced_before = false;
 #endif
-      const Hits hits = bvh_nearest(nodes, triangles, &rays);
+      const Hits hits = bvh_nearest(&scene.tree, &rays);
       const intv hit = hits.triangle >= 0;
       if (!LANES_ANY(hit)) continue;
       Surface surface = surface_at(&scene, &rays, &hits);
 #if EXACT_SURFACES
       const Wide distance = exact_surface(&scene, &line, &hits, &surface);
 #else
-    const Facets facets = facets_of(triangles, hits.triangle);
+    const Facets facets = facets_of(&scene.tree, hits.triangle);
     const Wide distance = exact_distance(&facets, &line, hits.t);
 #endif
       floatv radiance = phong(&scene, &surface, ambient_light, plane.bias, plane.reach, hit);

@@ -43,10 +43,10 @@ static inline Rays rays_to_parts(const Lattice* lattice, floatv x, floatv y, flo
 // How many of RAYWAVE_LANES rays, numbers `first` and on of the sixteen, are hidden.
 static inline int hidden_of(const SceneArrays* scene, const Rays* rays, Hiders* hiders, int first) {
 #if RAYWAVE_LANES > 1
-  const intv hidden = bvh_occluded_again(scene->nodes, scene->triangles, rays, hiders->triangle + first);
+  const intv hidden = bvh_occluded_again(&scene->tree, rays, hiders->triangle + first);
 #else
   (void)hiders, (void)first;
-  const intv hidden = bvh_occluded(scene->nodes, scene->triangles, rays);
+  const intv hidden = bvh_occluded(&scene->tree, rays);
 #endif
   return lanes_sum(LANES_SELECT((intv)(0), (intv)(1), hidden));
 }
@@ -114,7 +114,7 @@ static inline int look_around(const SceneArrays* scene, const Lattice* lattice, 
     const intv part = first + LANES_INDEX;
     const Rays rays = rays_to_parts(lattice, (floatv)(s->x), (floatv)(s->y), (floatv)(s->z), (floatv)(s->nx), (floatv)(s->ny),
                                     (floatv)(s->nz), part % RAYWAVE_VIEW_PARTS, part / RAYWAVE_VIEW_PARTS);
-    const intv hidden = bvh_occluded(scene->nodes, scene->triangles, &rays);
+    const intv hidden = bvh_occluded(&scene->tree, &rays);
     seen += lanes_sum(LANES_SELECT((intv)(1), (intv)(0), hidden));
     view[first / 32] |= (uint)lanes_sum(LANES_SELECT((intv)(1) << (part % 32), (intv)(0), hidden));
   }

@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <numeric>
 #include <random>
 
 #include "host/error.hpp"
@@ -120,6 +122,56 @@ TEST_CASE("the flat tree holds every triangle once, inside all its boxes, and st
       });
       CHECK(std::all_of(seen.begin(), seen.end(), [](int n) { return n == 1; }));
     }
+  }
+}
+
+TEST_CASE("the boxes of long triangles are far smaller than halves at the median make them") {
+  Random random(6);
+  Soup soup;
+  for (int i = 0; i < 2000; ++i) {
+    const auto from = in_box(random, 1);
+    soup.triangle(from, from + in_box(random, 1), from + in_box(random, 1e-3));
+  }
+  // Halves of the longest axis, down to leaves of as many.
+  const auto box_of = [&](std::uint32_t i, glm::dvec3& low, glm::dvec3& high) {
+    for (int c = 0; c < 3; ++c) {
+      low = min(low, soup.positions[soup.triangles[i][c]]);
+      high = max(high, soup.positions[soup.triangles[i][c]]);
+    }
+  };
+  const auto half_surface = [](glm::dvec3 size) { return size.x * size.y + size.y * size.z + size.z * size.x; };
+  std::vector<std::uint32_t> order(soup.triangles.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const std::function<double(std::size_t, std::size_t)> halves = [&](std::size_t from, std::size_t to) {
+    glm::dvec3 low(INFINITY), high(-INFINITY);
+    for (auto i = from; i < to; ++i) box_of(order[i], low, high);
+    const double own = from == 0 && to == order.size() ? 0 : half_surface(high - low);
+    if (to - from <= 4) return own;
+    const auto size = high - low;
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const auto at = [&](std::size_t i) { return order.begin() + static_cast<std::ptrdiff_t>(i); };
+    const auto middle = (from + to) / 2;
+    std::nth_element(at(from), at(middle), at(to), [&](std::uint32_t a, std::uint32_t b) {
+      return soup.positions[soup.triangles[a].x][axis] < soup.positions[soup.triangles[b].x][axis];
+    });
+    return own + halves(from, middle) + halves(middle, to);
+  };
+  double surfaces = 0;
+  visit(build_bvh(soup.positions, soup.triangles, {}, 4), 0, [&](const float* low, const float* high, int, int) {
+    surfaces += half_surface({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+  });
+  CHECK(surfaces < 0.7 * halves(0, order.size()));
+}
+
+TEST_CASE("triangles that crowd together, or lie on each other, make no deep tree") {
+  for (const double ratio : {0.9, 1.0}) {
+    Soup soup;
+    double x = 1;
+    for (int i = 0; i < 600; ++i, x *= ratio) soup.triangle({x, 0, 0}, {x * 0.95, 0.1 * x, 0}, {x * 0.95, 0, 0.1 * x});
+    const auto bvh = build_bvh(soup.positions, soup.triangles, {});
+    INFO("each " << ratio << " of the one before");
+    CHECK(bvh.depth <= 20);
+    CHECK(bvh.depth == real_depth(bvh));
   }
 }
 

@@ -44,10 +44,10 @@ World moved(World world, double degrees, dvec3 by_m) {
 struct Fitted {
   std::vector<device::BvhNode> nodes;
   std::vector<device::Triangle> triangles;
-  std::vector<device::TriangleShading> shading;
+  std::vector<Corners> corners;  // theirs
 
   explicit Fitted(const DeviceScene& arrays)
-      : nodes(arrays.tree.nodes.read()), triangles(arrays.tree.triangles.read()), shading(arrays.tree.shading.read()) {}
+      : nodes(arrays.tree.nodes.read()), triangles(arrays.tree.triangles.read()), corners(reference::corners_of(arrays.tree)) {}
 
   /// Calls f(min, max, away, first, count) for every box that is there, with the triangles below it, which lie side by side.
   void visit(const std::function<void(const float*, const float*, bool, int, int)>& f) const { visit(0, f); }
@@ -70,21 +70,21 @@ private:
   }
 };
 
-dvec3 corner(const device::Triangle& t, int i) {
+dvec3 corner(const Corners& t, int i) {
   const float* p = i == 0 ? t.a : i == 1 ? t.b : t.c;
   return {p[0], p[1], p[2]};
 }
 
 /// Positive where a triangle of a closed mesh shows its inner side to `eye`.
 double inner_side(const Fitted& tree, int triangle, dvec3 eye) {
-  const auto& t = tree.triangles[static_cast<std::size_t>(triangle)];
+  const auto& t = tree.corners[static_cast<std::size_t>(triangle)];
   const auto a = corner(t, 0), n = glm::cross(corner(t, 1) - a, corner(t, 2) - a);
-  return tree.shading[static_cast<std::size_t>(triangle)].side * glm::dot(glm::normalize(n), glm::normalize(a - eye));
+  return tree.triangles[static_cast<std::size_t>(triangle)].side * glm::dot(glm::normalize(n), glm::normalize(a - eye));
 }
 
 }  // namespace
 
-TEST_CASE("a fitted tree has its triangles where the world has them") {
+TEST_CASE("the triangles of a placed tree are where the world has them") {
   for (const auto& device : all_devices()) {
     const auto stage = stage_of_three();
     const auto plan = make_plan(stage.scene, stage.world);
@@ -95,10 +95,10 @@ TEST_CASE("a fitted tree has its triangles where the world has them") {
       arrays.place(stage.scene, world, now);
       const Fitted tree(arrays);
       for (std::size_t i = 0; i < tree.triangles.size(); ++i) {
-        const auto& s = tree.shading[i];
-        const int corners[] = {s.corner_a, s.corner_b, s.corner_c};
+        const auto& t = tree.triangles[i];
+        const int vertices[] = {t.corner_a, t.corner_b, t.corner_c};
         for (int c = 0; c < 3; ++c)
-          REQUIRE(corner(tree.triangles[i], c) == dvec3(glm::vec3(world.positions[static_cast<std::size_t>(corners[c])] - now.origin_m)));
+          REQUIRE(corner(tree.corners[i], c) == dvec3(glm::vec3(world.positions[static_cast<std::size_t>(vertices[c])] - now.origin_m)));
       }
     }
   }
@@ -113,7 +113,7 @@ TEST_CASE("the boxes of a fitted tree hold what lies below them, with a margin o
       arrays.place(stage.scene, world, make_plan(stage.scene, world));
       const Fitted tree(arrays);
       double reach = 0;
-      for (const auto& t : tree.triangles) {
+      for (const auto& t : tree.corners) {
         for (int c = 0; c < 3; ++c) reach = std::max({reach, std::abs(corner(t, c).x), std::abs(corner(t, c).y), std::abs(corner(t, c).z)});
       }
       std::size_t seen = 0;
@@ -121,8 +121,8 @@ TEST_CASE("the boxes of a fitted tree hold what lies below them, with a margin o
         dvec3 low(INFINITY), high(-INFINITY);
         for (int i = first; i < first + count; ++i) {
           for (int c = 0; c < 3; ++c) {
-            low = glm::min(low, corner(tree.triangles[static_cast<std::size_t>(i)], c));
-            high = glm::max(high, corner(tree.triangles[static_cast<std::size_t>(i)], c));
+            low = glm::min(low, corner(tree.corners[static_cast<std::size_t>(i)], c));
+            high = glm::max(high, corner(tree.corners[static_cast<std::size_t>(i)], c));
           }
         }
         for (int axis = 0; axis < 3; ++axis) {
@@ -169,24 +169,25 @@ TEST_CASE("the cost of a fitted tree is the surface of its boxes over that of th
   for (const auto& device : all_devices()) {
     const auto stage = stage_of_three();
     const auto bvh = build_bvh(stage.world.positions, stage.world.triangles, {0, 0, 10e-3}, 3);
-    std::vector<device::TriangleShading> shading;
-    std::vector<float> places;
+    std::vector<device::Triangle> triangles;
+    std::vector<float> positions;
     for (const auto i : bvh.order) {
       const auto t = glm::ivec3(stage.world.triangles[i]);
-      shading.push_back({t.x, t.y, t.z, 0, 0});
+      triangles.push_back({t.x, t.y, t.z, 0, 0});
     }
     double reach = 0;
     for (const auto& p : stage.world.positions) {
       for (int axis = 0; axis < 3; ++axis) {
-        places.push_back(static_cast<float>(p[axis] - (axis == 2 ? 10e-3 : 0)));
-        reach = std::max<double>(reach, std::abs(places.back()));
+        positions.push_back(static_cast<float>(p[axis] - (axis == 2 ? 10e-3 : 0)));
+        reach = std::max<double>(reach, std::abs(positions.back()));
       }
     }
     DeviceTree tree;
-    tree.shading = {device, std::span<const device::TriangleShading>(shading), "corners"};
+    tree.triangles = {device, std::span<const device::Triangle>(triangles), "triangles"};
+    tree.positions = {device, std::span<const float>(positions), "vertices"};
     Fitter fitter(device);
     fitter.take(bvh, tree);
-    const double cost = fitter.fit(tree, {device, std::span<const float>(places), "vertices"}, reach, {0, 0, -1});
+    const double cost = fitter.fit(tree, reach, {0, 0, -1});
     double sum = 0;
     dvec3 low(INFINITY), high(-INFINITY);
     for (const auto& node : tree.nodes.read()) {

@@ -11,6 +11,7 @@
 #include "host/reconstruct.hpp"
 #include "host/refiner.hpp"
 #include "host/render.hpp"
+#include "host/selftest/ray_caster.hpp"
 #include "kernels/shared_layout.h"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
@@ -223,14 +224,13 @@ void launch_tools(const cl::Device& device) {
   for (const float value : {0.25f, 0.5f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 9.0f})
     planes.insert(planes.end(), static_cast<std::size_t>(rays), value);
   const cl::Program intersect(device, "intersect.cl", options);
-  const cl::Buffer<device::BvhNode> nodes(device, std::span<const device::BvhNode>(bvh.nodes), "tree");
-  const cl::Buffer<device::Triangle> triangles(device, std::span<const device::Triangle>(bvh.triangles), "triangles");
+  const auto tree = selftest::upload(device, bvh);
   const cl::Buffer<float> ray_planes(device, std::span<const float>(planes), "rays");
   cl::Buffer<std::int32_t> hit(device, static_cast<std::size_t>(rays), "hits"),
       occluded(device, static_cast<std::size_t>(rays), "occluded");
   cl::Buffer<float> t_u_v(device, static_cast<std::size_t>(3 * rays), "t, u, v");
-  intersect.kernel("intersect_nearest").run({2}, {8}, nodes, triangles, ray_planes, rays, hit, t_u_v);
-  intersect.kernel("intersect_any").run({2}, {8}, nodes, triangles, ray_planes, rays, occluded);
+  intersect.kernel("intersect_nearest").run({2}, {8}, tree.nodes, tree.triangles, tree.positions, ray_planes, rays, hit, t_u_v);
+  intersect.kernel("intersect_any").run({2}, {8}, tree.nodes, tree.triangles, tree.positions, ray_planes, rays, occluded);
   CHECK(occluded.read() == std::vector<std::int32_t>(static_cast<std::size_t>(rays), 1));
   const auto distances = t_u_v.read();
   for (int i = 0; i < rays; ++i) CHECK(distances[static_cast<std::size_t>(i)] == Catch::Approx(1));

@@ -33,7 +33,6 @@ std::vector<cl::MemoryNeed> memory_needs(const Scene& scene, const World& world,
     needs.push_back(
         {"sample lattice", 4 * (size(plan.lattice.size.x) * size(plan.lattice.size.y) + 1), "a larger sampling.pitch needs less"});
   needs.push_back({"triangles", sizeof(device::Triangle) * world.triangles.size(), mesh});
-  needs.push_back({"corners", sizeof(device::TriangleShading) * world.triangles.size(), mesh});
   needs.push_back({"vertices", 8 * sizeof(float) * world.positions.size(), mesh});
   return needs;
 }

@@ -13,7 +13,7 @@ glm::dvec3 vec(const float* p) { return {p[0], p[1], p[2]}; }
 
 }  // namespace
 
-Hit intersect(const device::Triangle& triangle, const Ray& ray, double sideways) {
+Hit intersect(const Corners& triangle, const Ray& ray, double sideways) {
   const auto& d = ray.direction;
   const auto a = vec(triangle.a) - ray.origin, b = vec(triangle.b) - ray.origin, c = vec(triangle.c) - ray.origin;
   const double side_a = dot(d, cross(b, c)), side_b = dot(d, cross(c, a)), side_c = dot(d, cross(a, b));
@@ -40,7 +40,7 @@ Hit intersect(const device::Triangle& triangle, const Ray& ray, double sideways)
   return hit.t > ray.t_min - hit.t_uncertainty && hit.t < ray.t_max + hit.t_uncertainty ? hit : Hit{};
 }
 
-Hit nearest_hit(std::span<const device::Triangle> triangles, const Ray& ray) {
+Hit nearest_hit(std::span<const Corners> triangles, const Ray& ray) {
   Hit best{.t = ray.t_max};
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     auto hit = intersect(triangles[i], ray);
@@ -51,11 +51,11 @@ Hit nearest_hit(std::span<const device::Triangle> triangles, const Ray& ray) {
   return best;
 }
 
-bool occluded(std::span<const device::Triangle> triangles, const Ray& ray) {
+bool occluded(std::span<const Corners> triangles, const Ray& ray) {
   return std::any_of(triangles.begin(), triangles.end(), [&](const auto& t) { return intersect(t, ray).triangle >= 0; });
 }
 
-Verdict judge(const Hit& hit, const Ray& ray, std::span<const device::Triangle> triangles) {
+Verdict judge(const Hit& hit, const Ray& ray, std::span<const Corners> triangles) {
   constexpr double u24 = 0x1p-24;  // rounding of a float
   const auto exact = nearest_hit(triangles, ray);
   // Distances to planes through a triangle are sums of terms as large as the distance to its corners.
@@ -86,7 +86,7 @@ Verdict judge(const Hit& hit, const Ray& ray, std::span<const device::Triangle> 
   return {fault.str(), exact.triangle == hit.triangle || (exact.triangle >= 0 && std::abs(exact.t - hit.t) <= 16 * u24 * exact.t)};
 }
 
-Seen free_way(std::span<const device::Triangle> triangles, glm::dvec3 from, glm::dvec3 off_surface, double bias_m, glm::dvec3 to) {
+Seen free_way(std::span<const Corners> triangles, glm::dvec3 from, glm::dvec3 off_surface, double bias_m, glm::dvec3 to) {
   const Ray rays[] = {{from + bias_m * off_surface, to - from, 0, 1},
                       {from + 0.5 * bias_m * off_surface, to - from, 0, 1},
                       {from + 1.5 * bias_m * off_surface, to - from, 0, 1}};

@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "host/shared_types.hpp"
+#include "host/bvh.hpp"
 
 namespace raywave::reference {
 
@@ -27,13 +27,13 @@ struct Hit {
 ///
 /// sideways  grows the triangle by this fraction of the summed distances from the ray's origin to its corners; the hit is then cut to the
 ///           triangle's own range of t, and a triangle of no area may be hit
-Hit intersect(const device::Triangle& triangle, const Ray& ray, double sideways = 0);
+Hit intersect(const Corners& triangle, const Ray& ray, double sideways = 0);
 
 /// Nearest of all hits.
-Hit nearest_hit(std::span<const device::Triangle> triangles, const Ray& ray);
+Hit nearest_hit(std::span<const Corners> triangles, const Ray& ray);
 
 /// Whether anything lies in (t_min, t_max).
-bool occluded(std::span<const device::Triangle> triangles, const Ray& ray);
+bool occluded(std::span<const Corners> triangles, const Ray& ray);
 
 /// What single precision may move a ray by, of the summed distances to a triangle's corners: no less than the widening in bvh_triangle
 /// (20 2^-24 in the 1-norm, of up to 3 x 3 x the distance).
@@ -46,11 +46,11 @@ struct Verdict {
   bool exact = false;  // it is the exact hit itself
 };
 
-Verdict judge(const Hit& hit, const Ray& ray, std::span<const device::Triangle> triangles);
+Verdict judge(const Hit& hit, const Ray& ray, std::span<const Corners> triangles);
 
 enum class Seen { no, yes, unsure };  // unsure: an edge passes closer than floats tell
 
 /// Whether the way from `from` to `to`, beginning `bias_m` off the surface, is free.
-Seen free_way(std::span<const device::Triangle> triangles, glm::dvec3 from, glm::dvec3 off_surface, double bias_m, glm::dvec3 to);
+Seen free_way(std::span<const Corners> triangles, glm::dvec3 from, glm::dvec3 off_surface, double bias_m, glm::dvec3 to);
 
 }  // namespace raywave::reference

@@ -50,7 +50,7 @@ public:
         channel_(channel_of(scene.hologram.wavelength_m)),
         size_m_(distance(world.min_m, world.max_m)) {
     for (const auto& corners : world.triangles) {
-      device::Triangle triangle{};
+      Corners triangle{};
       float* const to[] = {triangle.a, triangle.b, triangle.c};
       for (int corner = 0; corner < 3; ++corner) {
         const auto p = world.positions[corners[corner]] - plan.origin_m;
@@ -137,7 +137,7 @@ private:
   }
 
   /// The hit, unless it lies as near to an edge as single precision may move it.
-  static Hit intersect_narrow(const device::Triangle& triangle, const Ray& ray) {
+  static Hit intersect_narrow(const Corners& triangle, const Ray& ray) {
     const auto hit = intersect(triangle, ray);
     if (hit.triangle < 0) return hit;
     const auto corner = [](const float* p) { return glm::dvec3(p[0], p[1], p[2]); };
@@ -222,7 +222,7 @@ private:
   int channel_;
   double size_m_;  // of the scene
   double ambient_light_ = 1;
-  std::vector<device::Triangle> triangles_;
+  std::vector<Corners> triangles_;
   std::vector<Image> textures_;
 };
 

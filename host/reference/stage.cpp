@@ -60,6 +60,21 @@ Stage ball_before_wall(double z_m) {
   return stage;
 }
 
+std::vector<Corners> corners_of(const DeviceTree& tree) {
+  const auto positions = tree.positions.read();
+  std::vector<Corners> all;
+  for (const auto& t : tree.triangles.read()) {
+    Corners corners{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      corners.a[axis] = positions[3 * static_cast<std::size_t>(t.corner_a) + axis];
+      corners.b[axis] = positions[3 * static_cast<std::size_t>(t.corner_b) + axis];
+      corners.c[axis] = positions[3 * static_cast<std::size_t>(t.corner_c) + axis];
+    }
+    all.push_back(corners);
+  }
+  return all;
+}
+
 Rig::Rig(const cl::Device& device, const Stage& stage, Method method, bool keep_unseen)
     : scene(stage.scene),
       plan(make_plan(scene, stage.world, method)),
@@ -70,7 +85,7 @@ Rig::Rig(const cl::Device& device, const Stage& stage, Method method, bool keep_
       views(table.views.read()),
       lit(table.lit.read()),
       triangles(arrays.tree.triangles.read()),
-      shading(arrays.tree.shading.read()) {
+      corners(corners_of(arrays.tree)) {
   samples.resize(static_cast<std::size_t>(table.count));
   views.resize(samples.size() * table.view_words());
   lit.resize(samples.size() * arrays.light_words());

@@ -29,6 +29,9 @@ struct Stage {
 /// 50 um apart, with shadows.
 Stage ball_before_wall(double z_m);
 
+/// Where the triangles of a tree on a device are, in leaf order.
+std::vector<Corners> corners_of(const DeviceTree& tree);
+
 /// The stage on a device, its sample table read back, and the triangles as the device has them.
 struct Rig {
   Scene scene;
@@ -39,7 +42,7 @@ struct Rig {
   std::vector<std::int32_t> first_of_cell;
   std::vector<std::uint32_t> views, lit;
   std::vector<device::Triangle> triangles;
-  std::vector<device::TriangleShading> shading;
+  std::vector<Corners> corners;  // theirs
 
   /// keep_unseen  as SampleTable has it
   Rig(const cl::Device& device, const Stage& stage, Method method = Method::wrp, bool keep_unseen = true);
@@ -52,7 +55,7 @@ struct Rig {
     return views[sample * table.view_words() + bit / 32] >> (bit % 32) & 1u;
   }
 
-  int object_of(const device::Sample& s) const { return shading[static_cast<std::size_t>(s.triangle)].material; }
+  int object_of(const device::Sample& s) const { return triangles[static_cast<std::size_t>(s.triangle)].material; }
 };
 
 /// Scene frame.

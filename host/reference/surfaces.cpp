@@ -153,7 +153,7 @@ std::vector<Ray> random_rays(Random& random, int count, double size) {
   return rays;
 }
 
-std::vector<Ray> rays_at_edges(Random& random, std::span<const device::Triangle> triangles, std::size_t count, double size) {
+std::vector<Ray> rays_at_edges(Random& random, std::span<const Corners> triangles, std::size_t count, double size) {
   std::vector<Ray> rays;
   rays.reserve(count);
   while (rays.size() < count) {

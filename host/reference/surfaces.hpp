@@ -53,7 +53,7 @@ std::vector<Ray> random_rays(Random& random, int count, double size);
 
 /// Rays from three times `size` away at random points of random edges, and at random vertices, of a closed mesh about the origin. None
 /// is so nearly tangential that it may rightly pass outside.
-std::vector<Ray> rays_at_edges(Random& random, std::span<const device::Triangle> triangles, std::size_t count, double size);
+std::vector<Ray> rays_at_edges(Random& random, std::span<const Corners> triangles, std::size_t count, double size);
 
 /// The rays as floats hold them.
 std::vector<Ray> as_float(std::vector<Ray> rays);

@@ -44,8 +44,8 @@ Finding layers(const cl::Device& device) {
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const auto ray = lattice_ray(rig, cell);
     const auto meets = [&](int object, double sideways) {
-      for (std::size_t i = 0; i < rig.triangles.size(); ++i)
-        if (rig.shading[i].material == object && reference::intersect(rig.triangles[i], ray, sideways).triangle >= 0) return true;
+      for (std::size_t i = 0; i < rig.corners.size(); ++i)
+        if (rig.triangles[i].material == object && reference::intersect(rig.corners[i], ray, sideways).triangle >= 0) return true;
       return false;
     };
     int expected = 0;
@@ -69,7 +69,7 @@ Finding places(const cl::Device& device) {
     const auto ray = lattice_ray(rig, cell);
     for (auto i = rig.first_of_cell[cell]; i < rig.first_of_cell[cell + 1]; ++i) {
       const auto& s = rig.samples[static_cast<std::size_t>(i)];
-      const auto& t = rig.triangles[static_cast<std::size_t>(s.triangle)];
+      const auto& t = rig.corners[static_cast<std::size_t>(s.triangle)];
       const dvec3 a(t.a[0], t.a[1], t.a[2]), b(t.b[0], t.b[1], t.b[2]), c(t.c[0], t.c[1], t.c[2]);
       const auto from_eye = place(s) - ray.origin;
       const double off_ray = length(dvec2(from_eye) - dvec2(ray.direction) * from_eye.z);
@@ -91,7 +91,7 @@ Finding lit(const cl::Device& device) {
       const auto& light = rig.scene.lights[number];
       const auto way = light.type == LightType::point ? light.position_m - rig.plan.origin_m - place(s) : -normalize(light.direction) * 0.1;
       const double facing = dot(normal(s), normalize(way));
-      const auto seen = reference::free_way(rig.triangles, place(s), normal(s), rig.arrays.bias_m, place(s) + way);
+      const auto seen = reference::free_way(rig.corners, place(s), normal(s), rig.arrays.bias_m, place(s) + way);
       if (std::abs(facing) < 1e-5 || (facing > 0 && seen == reference::Seen::unsure)) continue;
       const bool said = rig.lit[i * rig.arrays.light_words() + number / 32] >> (number % 32) & 1u;
       finding.measured += said != (facing > 0 && seen == reference::Seen::yes);

@@ -39,12 +39,22 @@ std::vector<float> planes_of(std::span<const reference::Ray> rays) {
 
 }  // namespace
 
+DeviceTree upload(const cl::Device& device, const Bvh& bvh) {
+  std::vector<device::Triangle> triangles;
+  std::vector<float> positions;
+  for (const auto& t : bvh.triangles) {
+    const int first = static_cast<int>(3 * triangles.size());
+    triangles.push_back({first, first + 1, first + 2, 0, 0});
+    for (const auto* corner : {t.a, t.b, t.c}) positions.insert(positions.end(), corner, corner + 3);
+  }
+  return {{device, bvh.nodes, "nodes"}, {device, triangles, "triangles"}, {device, positions, "vertices"}};
+}
+
 RayCaster::RayCaster(const cl::Device& device, int lanes, const Bvh& bvh, int depth)
     : device_(device),
       lanes_(static_cast<std::size_t>(lanes)),
       program_(device, "intersect.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}, {"RAYWAVE_BVH_DEPTH", std::to_string(depth)}}),
-      nodes_(device, bvh.nodes, "nodes"),
-      triangles_(device, bvh.triangles, "triangles") {}
+      tree_(upload(device, bvh)) {}
 
 std::vector<reference::Hit> RayCaster::nearest(std::span<const reference::Ray> rays) {
   const auto n = rays.size();
@@ -52,7 +62,8 @@ std::vector<reference::Hit> RayCaster::nearest(std::span<const reference::Ray> r
   const auto triangle = guarded<std::int32_t>(device_, n, "triangle");
   const auto t_u_v = guarded<float>(device_, 3 * n, "t, u, v");
   program_.kernel("intersect_nearest")
-      .run({(n + lanes_ - 1) / lanes_}, {8}, nodes_, triangles_, planes, static_cast<std::int32_t>(n), triangle, t_u_v);
+      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions, planes, static_cast<std::int32_t>(n), triangle,
+           t_u_v);
   const auto ids = read(triangle, n);
   const auto values = read(t_u_v, 3 * n);
   std::vector<reference::Hit> hits(n);
@@ -64,7 +75,8 @@ std::vector<int> RayCaster::occluded(std::span<const reference::Ray> rays) {
   const auto n = rays.size();
   const cl::Buffer<float> planes(device_, planes_of(rays), "rays");
   const auto result = guarded<std::int32_t>(device_, n, "occluded");
-  program_.kernel("intersect_any").run({(n + lanes_ - 1) / lanes_}, {8}, nodes_, triangles_, planes, static_cast<std::int32_t>(n), result);
+  program_.kernel("intersect_any")
+      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions, planes, static_cast<std::int32_t>(n), result);
   return read(result, n);
 }
 

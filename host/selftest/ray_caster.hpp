@@ -7,9 +7,13 @@
 
 #include "cl/program.hpp"
 #include "host/bvh.hpp"
+#include "host/fitter.hpp"
 #include "host/reference/rays.hpp"
 
 namespace raywave::selftest {
+
+/// A tree and its triangles, none of which shares a vertex.
+DeviceTree upload(const cl::Device& device, const Bvh& bvh);
 
 class RayCaster {
 public:
@@ -28,8 +32,7 @@ private:
   cl::Device device_;
   std::size_t lanes_;
   cl::Program program_;
-  cl::Buffer<device::BvhNode> nodes_;
-  cl::Buffer<device::Triangle> triangles_;
+  DeviceTree tree_;
 };
 
 }  // namespace raywave::selftest

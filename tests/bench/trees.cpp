@@ -26,6 +26,7 @@
 #include "host/device_scene.hpp"
 #include "host/mesh.hpp"
 #include "host/reference/surfaces.hpp"
+#include "host/selftest/ray_caster.hpp"
 
 namespace raywave {
 namespace {
@@ -230,7 +231,7 @@ private:
       result.child = static_cast<int>(bvh_.triangles.size());
       for (unsigned i = 0; i < node.count; ++i) {
         const auto corners = soup_.triangles[node.triangles[i]];
-        device::Triangle t;
+        Corners t;
         for (int axis = 0; axis < 3; ++axis) {
           t.a[axis] = static_cast<float>(soup_.positions[corners.x][axis]);
           t.b[axis] = static_cast<float>(soup_.positions[corners.y][axis]);
@@ -289,8 +290,7 @@ constexpr std::size_t side = 1024;
 std::pair<double, double> ray_ns(const cl::Device& device, const Bvh& bvh) {
   const auto lanes = static_cast<std::size_t>(lanes_for(device.info()));
   const cl::Program program(device, "intersect.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}, {"RAYWAVE_BVH_DEPTH", "64"}});
-  const cl::Buffer<device::BvhNode> nodes(device, bvh.nodes, "nodes");
-  const cl::Buffer<device::Triangle> triangles(device, bvh.triangles, "triangles");
+  const auto tree = selftest::upload(device, bvh);
   constexpr std::size_t count = side * side;
   std::vector<float> rays(8 * count), back(8 * count);
   const auto put = [&](std::vector<float>& all, std::size_t i, dvec3 from, dvec3 to, double t_max) {
@@ -308,7 +308,8 @@ std::pair<double, double> ray_ns(const cl::Device& device, const Bvh& bvh) {
     std::vector<double> ns;
     for (int i = 0; i < 6; ++i) {
       const Stopwatch watch;
-      program.kernel(kernel).run({count / lanes}, {8}, nodes, triangles, planes, static_cast<std::int32_t>(count), out...);
+      program.kernel(kernel).run({count / lanes}, {8}, tree.nodes, tree.triangles, tree.positions, planes, static_cast<std::int32_t>(count),
+                                 out...);
       device.finish();
       if (i > 0) ns.push_back(1e9 * watch.processor_s() / count);
     }
