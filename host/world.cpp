@@ -43,6 +43,35 @@ glm::dmat3 rotation_xyz(const glm::dvec3& degrees) {
   return about(degrees.z, {0, 0, 1}) * about(degrees.y, {0, 1, 0}) * about(degrees.x, {1, 0, 0});
 }
 
+/// Of points after a turn. Side by side, which the compiler makes vectors of: frames of a scene that moves wait for it.
+Box turned_box(const glm::dmat3& rotation, const glm::dvec3* points, std::size_t count) {
+  constexpr std::size_t lanes = 8;
+  double low[3][lanes], high[3][lanes];
+  std::fill_n(&low[0][0], 3 * lanes, INFINITY);
+  std::fill_n(&high[0][0], 3 * lanes, -INFINITY);
+  for (std::size_t first = 0; first < count; first += lanes) {
+    double p[3][lanes];
+    for (std::size_t i = 0; i < lanes; ++i) {
+      const auto& point = points[std::min(first + i, count - 1)];
+      for (int axis = 0; axis < 3; ++axis) p[axis][i] = point[axis];
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      const double x = rotation[0][axis], y = rotation[1][axis], z = rotation[2][axis];
+      for (std::size_t i = 0; i < lanes; ++i) {
+        const double at = x * p[0][i] + y * p[1][i] + z * p[2][i];
+        low[axis][i] = at < low[axis][i] ? at : low[axis][i];
+        high[axis][i] = at > high[axis][i] ? at : high[axis][i];
+      }
+    }
+  }
+  Box box;
+  for (int axis = 0; axis < 3; ++axis) {
+    box.min[axis] = *std::min_element(low[axis], low[axis] + lanes);
+    box.max[axis] = *std::max_element(high[axis], high[axis] + lanes);
+  }
+  return box;
+}
+
 /// Metres per mesh unit.
 double scale_of(const Object& object, const Box& rotated) {
   const glm::dvec3 size = rotated.size();
@@ -105,14 +134,7 @@ Box move(const Object& object, const Mesh& mesh, std::size_t first, World& world
   const glm::dmat3 rotation = rotation_xyz(object.rotation_deg);
   std::vector<Box> boxes(threads.count());
   threads.for_ranges(mesh.positions.size(), [&](std::size_t thread, std::size_t from, std::size_t to) {
-    Box box;
-    for (std::size_t i = from; i < to; ++i) {
-      const glm::dvec3 p = rotation * mesh.positions[i];
-      box.add(p);
-      world.positions[first + i] = p;
-      world.normals[first + i] = rotation * mesh.normals[i];
-    }
-    boxes[thread].add(box);
+    boxes[thread].add(turned_box(rotation, mesh.positions.data() + from, to - from));
   });
   Box rotated;
   for (const auto& box : boxes) rotated.add(box);
@@ -126,7 +148,10 @@ Box move(const Object& object, const Mesh& mesh, std::size_t first, World& world
     throw InputError(object.where + ": lies behind or touches the hologram plane: its z runs from " + length_text(box.min.z) + " to " +
                      length_text(box.max.z) + ", and must be > 0");
   threads.for_ranges(mesh.positions.size(), [&](std::size_t, std::size_t from, std::size_t to) {
-    for (std::size_t i = first + from; i < first + to; ++i) world.positions[i] = placed(world.positions[i]);
+    for (std::size_t i = from; i < to; ++i) {
+      world.positions[first + i] = placed(rotation * mesh.positions[i]);
+      world.normals[first + i] = rotation * mesh.normals[i];
+    }
   });
   return box;
 }
