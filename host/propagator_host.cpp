@@ -36,33 +36,59 @@ std::size_t size(int n) { return static_cast<std::size_t>(n); }
 /// cl::Lines from one line to the next in scratch memory: whole cache lines, an odd number, so that lines do not contend for one place.
 std::size_t pitch_of(std::size_t line) { return ((line + 7) / 8 | 1) * 8; }
 
-/// to[c][r] = from[r][c].
-void transpose(const Sample* from, std::size_t from_pitch, std::size_t rows, std::size_t columns, Sample* to, std::size_t to_pitch) {
-  using Pair = double __attribute__((vector_size(16)));  // two samples
-  const auto load = [](const Sample* at) {
-    Pair pair;
-    std::memcpy(&pair, at, sizeof pair);
-    return pair;
-  };
-  const auto store = [](const Pair& pair, Sample* at) { std::memcpy(static_cast<void*>(at), &pair, sizeof pair); };
-  std::size_t r = 0;
-  for (; r + 2 <= rows; r += 2) {
-    const Sample* row = from + r * from_pitch;
-    std::size_t c = 0;
-    for (; c + 2 <= columns; c += 2) {
-      const Pair a = load(row + c), b = load(row + from_pitch + c);
-      const Pair left = __builtin_shufflevector(a, b, 0, 2), right = __builtin_shufflevector(a, b, 1, 3);
-      store(left, to + c * to_pitch + r);
-      store(right, to + (c + 1) * to_pitch + r);
-    }
-    if (c < columns) {
-      to[c * to_pitch + r] = row[c];
-      to[c * to_pitch + r + 1] = row[from_pitch + c];
+/// to[c][r] = from[r][c], block by block: of 8 x 8 samples each line in the cache is read and written once. Rows of the field lie farther
+/// apart than what the processor fetches ahead by itself.
+[[gnu::always_inline]] inline void transpose(const Sample* from, std::size_t from_pitch, std::size_t rows, std::size_t columns, Sample* to,
+                                             std::size_t to_pitch) {
+  using Quad = double __attribute__((vector_size(32)));  // four samples
+  using QuadAt = double __attribute__((vector_size(32), aligned(8), may_alias));
+  constexpr std::size_t block = 8, quad = 4;
+  for (std::size_t r0 = 0; r0 < rows; r0 += block) {
+    for (std::size_t c0 = 0; c0 < columns; c0 += block) {
+      if (r0 + block > rows || c0 + block > columns) {
+        for (std::size_t r = r0; r < std::min(rows, r0 + block); ++r)
+          for (std::size_t c = c0; c < std::min(columns, c0 + block); ++c) to[c * to_pitch + r] = from[r * from_pitch + c];
+        continue;
+      }
+      for (std::size_t i = 0; i < block; ++i) {
+        __builtin_prefetch(from + (r0 + 2 * block + i) * from_pitch + c0);
+        __builtin_prefetch(to + (c0 + 2 * block + i) * to_pitch + r0, 1);
+      }
+      for (std::size_t r = r0; r < r0 + block; r += quad) {
+        for (std::size_t c = c0; c < c0 + block; c += quad) {
+          const Sample* in = from + r * from_pitch + c;
+          Sample* out = to + c * to_pitch + r;
+          const Quad a = *reinterpret_cast<const QuadAt*>(in), b = *reinterpret_cast<const QuadAt*>(in + from_pitch);
+          const Quad d = *reinterpret_cast<const QuadAt*>(in + 2 * from_pitch), e = *reinterpret_cast<const QuadAt*>(in + 3 * from_pitch);
+          const Quad even_ab = __builtin_shufflevector(a, b, 0, 4, 2, 6), odd_ab = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+          const Quad even_de = __builtin_shufflevector(d, e, 0, 4, 2, 6), odd_de = __builtin_shufflevector(d, e, 1, 5, 3, 7);
+          *reinterpret_cast<QuadAt*>(out) = __builtin_shufflevector(even_ab, even_de, 0, 1, 4, 5);
+          *reinterpret_cast<QuadAt*>(out + to_pitch) = __builtin_shufflevector(odd_ab, odd_de, 0, 1, 4, 5);
+          *reinterpret_cast<QuadAt*>(out + 2 * to_pitch) = __builtin_shufflevector(even_ab, even_de, 2, 3, 6, 7);
+          *reinterpret_cast<QuadAt*>(out + 3 * to_pitch) = __builtin_shufflevector(odd_ab, odd_de, 2, 3, 6, 7);
+        }
+      }
     }
   }
-  if (r < rows) {
-    for (std::size_t c = 0; c < columns; ++c) to[c * to_pitch + r] = from[r * from_pitch + c];
-  }
+}
+
+using Transpose = void (*)(const Sample*, std::size_t, std::size_t, std::size_t, Sample*, std::size_t);
+
+void transpose_any(const Sample* from, std::size_t from_pitch, std::size_t rows, std::size_t columns, Sample* to, std::size_t to_pitch) {
+  transpose(from, from_pitch, rows, columns, to, to_pitch);
+}
+#if defined(__x86_64__)
+[[gnu::target("avx2")]] void transpose_avx2(const Sample* from, std::size_t from_pitch, std::size_t rows, std::size_t columns, Sample* to,
+                                            std::size_t to_pitch) {
+  transpose(from, from_pitch, rows, columns, to, to_pitch);
+}
+#endif
+
+Transpose transpose_here() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2")) return transpose_avx2;
+#endif
+  return transpose_any;
 }
 
 /// What multiply_add needs of one row for `count` columns from one on: tables from that column on.
@@ -236,12 +262,12 @@ private:
     cl::Threads::shared().for_each(threads_, tiles_, 1, [&](std::size_t thread, std::size_t tile) {
       auto& s = scratch_[thread];
       const std::size_t columns = columns_of(tile);
-      transpose(field + tile * tile_width, nx_, ny_, columns, s.field_columns.get(), pitch);
+      transpose_(field + tile * tile_width, nx_, ny_, columns, s.field_columns.get(), pitch);
       for (std::size_t c = 0; c < columns; ++c)
         column_fft_.forward(s.field_columns.get() + c * pitch, s.columns_transformed.get() + c * pitch);
       for_each_run(rows.band, [&](int first, std::size_t at, std::size_t count) {
-        transpose(s.columns_transformed.get() + at, pitch, columns, count, rows.tile(tile) + size(first - rows.band.first) * tile_width,
-                  tile_width);
+        transpose_(s.columns_transformed.get() + at, pitch, columns, count, rows.tile(tile) + size(first - rows.band.first) * tile_width,
+                   tile_width);
       });
     });
   }
@@ -252,12 +278,12 @@ private:
       auto& s = scratch_[thread];
       const std::size_t columns = columns_of(tile);
       for_each_run(arrived_.band, [&](int first, std::size_t at, std::size_t count) {
-        transpose(arrived_.tile(tile) + size(first - arrived_.band.first) * tile_width, tile_width, count, columns,
-                  s.band_columns.get() + at, pitch);
+        transpose_(arrived_.tile(tile) + size(first - arrived_.band.first) * tile_width, tile_width, count, columns,
+                   s.band_columns.get() + at, pitch);
       });
       for (std::size_t c = 0; c < columns; ++c)
         column_fft_.inverse(s.band_columns.get() + c * pitch, s.columns_transformed.get() + c * pitch);
-      transpose(s.columns_transformed.get(), pitch, columns, ny_, field + tile * tile_width, nx_);
+      transpose_(s.columns_transformed.get(), pitch, columns, ny_, field + tile * tile_width, nx_);
     });
   }
 
@@ -322,6 +348,7 @@ private:
   std::size_t nx_, ny_, padded_nx_, padded_ny_, tiles_;
   cl::LineFft row_fft_, column_fft_;
   std::size_t threads_;
+  Transpose transpose_ = transpose_here();
   void (*multiply_add_float_)(const RowPart&) = multiply_add_here<false>();
   void (*multiply_add_two_floats_)(const RowPart&) = multiply_add_here<true>();
   std::vector<Scratch> scratch_;  // one per thread
