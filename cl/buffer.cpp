@@ -30,7 +30,7 @@ void require_memory(const Device& device, std::span<const MemoryNeed> needs) {
 Memory::Memory(const Device& device, std::size_t bytes, const std::string& name) : device_(std::make_unique<Device>(device)) {
   bytes = std::max<std::size_t>(bytes, 1);
   const auto& info = device.info();
-  const std::string less = "a smaller hologram.resolution or wrp.padding, or a larger sampling.pitch, needs less";
+  const std::string less = "a smaller hologram.resolution or wrp.padding, more hologram.tiles or a larger sampling.pitch need less";
   if (bytes > info.largest_buffer_bytes) throw too_large(info, name, bytes, less);
   // Not every driver keeps count: some begin to swap, or fail at a launch.
   if (device.allocated_bytes() + bytes > info.memory_bytes) {
@@ -66,6 +66,14 @@ void Memory::write(const void* data, std::size_t bytes) {
 
 void Memory::read(void* data, std::size_t bytes, std::size_t offset_bytes) const {
   if (bytes) checked(device_->info(), [&] { device_->queue().enqueueReadBuffer(handle_, CL_TRUE, offset_bytes, bytes, data); });
+}
+
+void Memory::read_rows(void* data, std::size_t bytes, std::size_t row_bytes, std::size_t stride_bytes) const {
+  if (row_bytes == stride_bytes || bytes == 0) return read(data, bytes, 0);
+  checked(device_->info(), [&] {
+    device_->queue().enqueueReadBufferRect(handle_, CL_TRUE, {0, 0, 0}, {0, 0, 0}, {row_bytes, bytes / row_bytes, 1}, row_bytes, 0,
+                                           stride_bytes, 0, data);
+  });
 }
 
 void Memory::copy_from(const Memory& other, std::size_t bytes, std::size_t offset_bytes) {

@@ -41,6 +41,7 @@ protected:
   Device device() const { return *device_; }
   void write(const void* data, std::size_t bytes);
   void read(void* data, std::size_t bytes, std::size_t offset_bytes) const;
+  void read_rows(void* data, std::size_t bytes, std::size_t row_bytes, std::size_t stride_bytes) const;
   void copy_from(const Memory& other, std::size_t bytes, std::size_t offset_bytes);
   void fill_zero(std::size_t bytes);
   void* map(std::size_t bytes, cl_map_flags flags, std::size_t offset_bytes = 0) const;
@@ -68,6 +69,10 @@ public:
     std::vector<T> data(size_);
     read(data);
     return data;
+  }
+  /// Waits, then copies all: rows of `width` elements, from the first on, to places `stride` elements apart.
+  void read_rows(T* to, std::size_t width, std::size_t stride) const {
+    Memory::read_rows(to, size_ * sizeof(T), width * sizeof(T), stride * sizeof(T));
   }
   /// Takes size() elements of `other`, from element `first` on, without the host.
   void copy_from(const Buffer& other, std::size_t first) { copy_from(other, first, size_); }

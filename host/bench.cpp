@@ -60,7 +60,7 @@ double propagation_operations(const Plan& plan, cl::FftBackend backend) {
   const double nx = plan.padded.x, ny = plan.padded.y;
   const auto wrps = static_cast<double>(plan.wrps.size());
   if (backend != cl::FftBackend::host) return (wrps + 1) * transform_operations(nx * ny);
-  const double columns = plan.size.x * transform_operations(ny);
+  const double columns = plan.tile_size.x * transform_operations(ny);
   Band back;
   double operations = 0;
   for (const auto& wrp : plan.wrps) {

@@ -14,7 +14,9 @@ namespace raywave {
 class PhaseEncoder {
 public:
   explicit PhaseEncoder(const cl::Device& device);
-  std::vector<std::uint8_t> operator()(const cl::ComplexBuffer& field);
+  std::vector<std::uint8_t> operator()(const cl::ComplexBuffer& field) { return levels_of(field).read(); }
+  /// The same on the device, until the next field is encoded.
+  const cl::Buffer<std::uint8_t>& levels_of(const cl::ComplexBuffer& field);
 
 private:
   cl::Device device_;

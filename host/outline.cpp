@@ -36,7 +36,7 @@ struct Lanes {
 };
 
 struct Seen {
-  double distance_m, half_m[2], largest_tangent[2];
+  double distance_m, centre_m[2], half_m[2], largest_tangent[2];
   double wider;
 };
 
@@ -57,8 +57,8 @@ RAYWAVE_FOR_SEVERAL_CPUS Outline outline_of_range(const glm::dvec3* positions, s
       for (std::size_t i = 0; i < lanes; ++i) {
         const double x = p[axis][i], z = p[2][i], tangent = x / z;
         const double share = (z - seen.distance_m) / z;  // of the way from the surface to the hologram
-        const double centre = x - x * share, reach = seen.half_m[axis] * std::abs(share);
-        const double beyond = std::abs(x) + seen.wider * seen.half_m[axis] - seen.largest_tangent[axis] * z;
+        const double off_centre = x - seen.centre_m[axis], centre = x - off_centre * share, reach = seen.half_m[axis] * std::abs(share);
+        const double beyond = std::abs(off_centre) + seen.wider * seen.half_m[axis] - seen.largest_tangent[axis] * z;
         const double from = centre - reach, to = centre + reach;
         double &tangent_low = low[axis].v[i], &tangent_high = high[axis].v[i], &from_low = low[2 + axis].v[i],
                &to_high = high[2 + axis].v[i], &most_beyond = high[4 + axis].v[i];
@@ -280,8 +280,9 @@ void Outline::add(const Outline& other) {
   }
 }
 
-Outline outline_of(std::span<const glm::dvec3> points, double distance_m, glm::dvec2 window_m, double wider, glm::dvec2 largest_tangent) {
-  const Seen seen{distance_m, {window_m.x / 2, window_m.y / 2}, {largest_tangent.x, largest_tangent.y}, wider};
+Outline outline_of(std::span<const glm::dvec3> points, double distance_m, glm::dvec2 centre_m, glm::dvec2 window_m, double wider,
+                   glm::dvec2 largest_tangent) {
+  const Seen seen{distance_m, {centre_m.x, centre_m.y}, {window_m.x / 2, window_m.y / 2}, {largest_tangent.x, largest_tangent.y}, wider};
   std::vector<Outline> ranges((points.size() + cl::Threads::range - 1) / cl::Threads::range);
   cl::Threads::shared().for_ranges(points.size(), [&](std::size_t, std::size_t from, std::size_t to) {
     ranges[from / cl::Threads::range] = outline_of_range(points.data() + from, to - from, seen);

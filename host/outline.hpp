@@ -32,8 +32,10 @@ struct Outline {
   void add(const Outline& other);
 };
 
-/// points  all corners of the surfaces
-Outline outline_of(std::span<const glm::dvec3> points, double distance_m, glm::dvec2 window_m, double wider, glm::dvec2 largest_tangent);
+/// points    all corners of the surfaces
+/// centre_m  of the window in the hologram's plane
+Outline outline_of(std::span<const glm::dvec3> points, double distance_m, glm::dvec2 centre_m, glm::dvec2 window_m, double wider,
+                   glm::dvec2 largest_tangent);
 
 /// Where aimed gathering costs least: footprints grow with the distance of a sample from its WRP, so the middles, by area as the hologram
 /// sees it, of the objects' near sides, in so many slabs of depth (or as many as have surfaces). Either winding may be the outside.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <iterator>
 #include <limits>
 #include <span>
 #include <sstream>
@@ -89,7 +90,7 @@ LatticePlan lattice_over(const Scene& scene, const Outline& outline, const Plan&
   LatticePlan lattice;
   lattice.full_z_m = (plan.near_m + plan.far_m) / 2;
   lattice.step = scene.sampling.pitch_m / lattice.full_z_m;
-  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  const auto window = plan.window_m();
   double cells = 1;
   for (int axis = 0; axis < 2; ++axis) {
     const auto& tangents = outline.tangents[axis];
@@ -125,16 +126,25 @@ std::vector<glm::dvec2> fan_of(const std::vector<double>& across, const std::vec
   return fan;
 }
 
-/// Adds the chief rays of the light that falls onto a slab's WRPs around `middle`, diffraction at its edges included.
-void add_chief_tangents(const Plan& plan, const Slab& slab, glm::dvec2 middle, std::array<Interval, 2>& lit) {
+/// WRPs side by side.
+struct Planes {
+  glm::ivec2 grid{1, 1};
+  glm::dvec2 middle_m{0, 0};
+};
+
+/// Adds the chief rays, of the sample lattice, of the light that falls onto a tile's WRPs, diffraction at their edges included.
+void add_chief_tangents(const Plan& plan, const Slab& slab, const Tile& tile, const Planes& planes, std::array<Interval, 2>& lit) {
   for (int axis = 0; axis < 2; ++axis) {
-    const double window = plan.size[axis] * plan.pitch_m[axis];
+    const double window = plan.tile_window_m()[axis], middle = planes.middle_m[axis] - tile.centre_m[axis];
     const auto narrowed = [&](double z) { return std::abs(z - slab.distance_m) / z; };
-    const double spot = plan.wavelength_m * slab.max_m.z / (std::max(plan.fan, 1e-3) * window);
-    const double footprint = plan.fan * window / 2 * std::max(narrowed(slab.min_m.z), narrowed(slab.max_m.z)) + 16 * spot;
-    const double half = slab.grid[axis] * window / 2 + footprint;
-    lit[static_cast<std::size_t>(axis)].add((middle[axis] - half) / slab.distance_m);
-    lit[static_cast<std::size_t>(axis)].add((middle[axis] + half) / slab.distance_m);
+    const double fan = plan.tile_fan[axis], spot = plan.wavelength_m * slab.max_m.z / (std::max(fan, 1e-3) * window);
+    const double footprint = fan * window / 2 * std::max(narrowed(slab.min_m.z), narrowed(slab.max_m.z)) + 16 * spot;
+    const double half = planes.grid[axis] * window / 2 + footprint;
+    // A way to the tile's centre that crosses the plane at x comes from the tangent (x - centre) / distance + centre / z.
+    for (const double z : {slab.min_m.z, slab.max_m.z}) {
+      for (const double side : {-half, half})
+        lit[static_cast<std::size_t>(axis)].add((middle + side) / slab.distance_m + tile.centre_m[axis] / z);
+    }
   }
 }
 
@@ -208,10 +218,16 @@ bool meets(glm::dvec2 middle, glm::dvec2 half, std::span<const glm::dvec2> polyg
   return true;
 }
 
+/// How far from a WRP's middle, along each axis, chief rays of samples at these depths cross it or leave light on it.
+glm::dvec2 reach_of_light(const Plan& plan, const Slab& slab, double z_m) {
+  const auto window = plan.tile_window_m();
+  const auto spot = plan.wavelength_m * z_m / (glm::max(plan.tile_fan, 1e-3) * window);
+  return window / 2.0 + glm::max(plan.tile_fan, 1.0) * window / 2.0 * std::abs(1 - slab.distance_m / z_m) + tail_spots * spot;
+}
+
 /// The WRPs into which light of some triangle falls on its way to the hologram; all of them when there is none at all, so that whoever
 /// looks at them finds out why.
 std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp> wrps) {
-  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
   std::vector<bool> lit(wrps.size(), false);
   std::size_t dark = wrps.size();
   const auto look_at = [&](glm::uvec3 corners) {
@@ -219,17 +235,20 @@ std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp>
       const auto& slab = plan.slabs[s];
       const auto part = within(slab, {world.positions[corners.x], world.positions[corners.y], world.positions[corners.z]});
       if (part.count == 0) continue;
-      std::array<glm::dvec2, 5> crossing;  // of the chief rays with the WRPs
-      glm::dvec2 half = window / 2.0;
-      for (std::size_t i = 0; i < part.count; ++i) {
-        const auto& p = part.corners[i];
-        crossing[i] = glm::dvec2(p) * (slab.distance_m / p.z);
-        const auto spot = plan.wavelength_m * p.z / (std::max(plan.fan, 1e-3) * window);
-        half =
-            glm::max(half, window / 2.0 + std::max(plan.fan, 1.0) * window / 2.0 * std::abs(1 - slab.distance_m / p.z) + tail_spots * spot);
-      }
+      glm::dvec2 half(0);
+      for (std::size_t i = 0; i < part.count; ++i) half = glm::max(half, reach_of_light(plan, slab, part.corners[i].z));
+      std::array<glm::dvec2, 5> crossing;  // of the chief rays with the WRPs of the tile that they go to
+      const Tile* to = nullptr;
       for (std::size_t i = 0; i < wrps.size(); ++i) {
-        if (lit[i] || wrps[i].slab != s || !meets(wrps[i].centre_m, half, std::span(crossing).first(part.count))) continue;
+        if (lit[i] || wrps[i].slab != s) continue;
+        if (const auto* tile = &plan.tile_of(wrps[i]); tile != to) {
+          to = tile;
+          for (std::size_t j = 0; j < part.count; ++j) {
+            const auto& p = part.corners[j];
+            crossing[j] = to->centre_m + (glm::dvec2(p) - to->centre_m) * (slab.distance_m / p.z);
+          }
+        }
+        if (!meets(wrps[i].centre_m, half, std::span(crossing).first(part.count))) continue;
         lit[i] = true;
         --dark;
       }
@@ -250,21 +269,26 @@ std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp>
   return kept;
 }
 
-/// Appends those of a slab, around `middle`.
-void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t number, glm::dvec2 middle, std::vector<Wrp>& wrps) {
+bool is_within(double x, const Interval& interval, double margin) { return interval.low - margin <= x && x <= interval.high + margin; }
+
+/// Appends those of a tile in a slab; when rays are aimed, without those too far from where its light passes.
+void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t tile, std::size_t number, const Planes& planes,
+                           const std::array<Interval, 2>& passed, std::vector<Wrp>& wrps) {
   const auto& slab = plan.slabs[number];
-  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  const auto window = plan.tile_window_m();
+  const auto reach = glm::max(reach_of_light(plan, slab, slab.min_m.z), reach_of_light(plan, slab, slab.max_m.z));
   // Aimed gathering uses its fan for what mirrors and glass show.
   const bool perspective = plan.aimed || scene.sampling.shape == FanShape::perspective;
   const double depth = (plan.far_m - slab.distance_m) * (plan.bounces > 0 ? deepest_virtual_picture : 1);
-  for (int row = 0; row < slab.grid.y; ++row) {
-    for (int column = 0; column < slab.grid.x; ++column) {
+  for (int row = 0; row < planes.grid.y; ++row) {
+    for (int column = 0; column < planes.grid.x; ++column) {
       Wrp wrp;
       wrp.slab = number;
-      wrp.centre_m = {middle.x + (column - (slab.grid.x - 1) / 2.0) * window.x, middle.y - (row - (slab.grid.y - 1) / 2.0) * window.y,
-                      slab.distance_m};
+      wrp.tile = tile;
+      wrp.centre_m = {planes.middle_m.x + (column - (planes.grid.x - 1) / 2.0) * window.x,
+                      planes.middle_m.y - (row - (planes.grid.y - 1) / 2.0) * window.y, slab.distance_m};
       if (plan.aimed && plan.bounces == 0) {
-        wrps.push_back(std::move(wrp));
+        if (is_within(wrp.centre_m.x, passed[0], reach.x) && is_within(wrp.centre_m.y, passed[1], reach.y)) wrps.push_back(std::move(wrp));
         continue;
       }
       const double p = scene.sampling.pitch_m;
@@ -287,8 +311,10 @@ void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t num
   }
 }
 
-Wrp plane_at_hologram(const Plan& plan, glm::dvec2 largest_tangent, int rays_per_axis) {
+Wrp plane_at_hologram(const Plan& plan, std::size_t tile, glm::dvec2 largest_tangent, int rays_per_axis) {
   Wrp plane;
+  plane.tile = tile;
+  plane.centre_m = {plan.tiles[tile].centre_m, 0};
   std::array<std::vector<double>, 2> tangents;
   for (int axis = 0; axis < 2; ++axis) {
     plane.fan_step[axis] = 2 * largest_tangent[axis] / rays_per_axis;
@@ -328,57 +354,97 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
     return given;
   }
   if (!gathers_fans) return middles_of_surfaces(world, scene.wrp.slabs);
-  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  const auto window = plan.window_m();
   const double cone = std::max(window.x, window.y) / plan.near_m;
   const double across =
       std::max(samples_across_nearest * scene.sampling.pitch_m, pixels_across_nearest * std::max(plan.pitch_m.x, plan.pitch_m.y));
   return {plan.near_m - std::min(across / cone, plan.near_m / 2)};
 }
 
-/// What the hologram sees of surfaces through a plane at distance_m.
-Outline seen_through(std::span<const glm::dvec3> points, double distance_m, glm::dvec2 largest_tangent, const Plan& plan) {
-  return outline_of(points, distance_m, glm::dvec2(plan.size) * plan.pitch_m, std::max(1.0, plan.fan), 0.99 * largest_tangent);
+/// What a tile sees of surfaces through a plane at distance_m.
+Outline seen_through(std::span<const glm::dvec3> points, double distance_m, glm::dvec2 largest_tangent, const Plan& plan,
+                     const Tile& tile) {
+  const double wider = std::max({1.0, plan.tile_fan.x, plan.tile_fan.y});
+  return outline_of(points, distance_m, tile.centre_m, plan.tile_window_m(), wider, 0.99 * largest_tangent);
 }
 
-/// Places the WRPs of all slabs: Plan::slabs, grid and wrps.
+/// The part of where a tile's light passes through a slab's plane that is no steeper than the pixels can show.
+std::array<Interval, 2> shown_part(std::array<Interval, 2> passed, const Plan& plan, const Tile& tile, double distance_m,
+                                   glm::dvec2 largest_tangent) {
+  for (int axis = 0; axis < 2; ++axis) {
+    auto& along = passed[static_cast<std::size_t>(axis)];
+    const double reach = plan.tile_window_m()[axis] / 2 + distance_m * largest_tangent[axis], centre = tile.centre_m[axis];
+    along.low = std::clamp(along.low, centre - reach, centre + reach);
+    along.high = std::clamp(along.high, centre - reach, centre + reach);
+  }
+  return passed;
+}
+
+/// The WRPs side by side that a tile needs for a slab. A given grid is the hologram's: the same area, divided like the hologram.
+///
+/// tile  where its light passes; all: that of all tiles
+Planes planes_of(const Scene& scene, const Plan& plan, const std::array<Interval, 2>& tile, const std::array<Interval, 2>& all) {
+  Planes planes;
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    planes.middle_m[axis] = scene.wrp.grid ? all[i].middle() : tile[i].middle();
+    const double wanted = std::max(1.0, std::ceil(tile[i].extent() / plan.tile_window_m()[axis] - 0.01));
+    planes.grid[axis] =
+        scene.wrp.grid ? (*scene.wrp.grid)[axis] * plan.tile_grid[axis] : static_cast<int>(std::min(wanted, largest_grid + 1.0));
+  }
+  return planes;
+}
+
+/// Places the WRPs of all tiles and slabs: Plan::slabs, grid and wrps.
 ///
 /// returns  all of the scene's outline; chief rays of the light that falls onto the WRPs
 std::pair<Outline, std::array<Interval, 2>> place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_tangent, Plan& plan) {
-  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
-  Outline all;
   plan.slabs = slabs_around(distances_of(scene, world, plan), world);
-  std::vector<glm::dvec2> middles;
+  Outline all;
   std::array<Interval, 2> covered, lit;
+  std::vector<std::vector<Wrp>> of_tiles(plan.tiles.size());
   double count = 0;
-  for (auto& slab : plan.slabs) {
+  for (std::size_t number = 0; number < plan.slabs.size(); ++number) {
+    auto& slab = plan.slabs[number];
     const auto corners = plan.slabs.size() > 1 ? corners_in(world, slab) : std::vector<glm::dvec3>();
-    auto outline =
-        seen_through(plan.slabs.size() > 1 ? std::span(corners) : std::span(world.positions), slab.distance_m, largest_tangent, plan);
-    all.add(outline);
-    glm::dvec2& middle = middles.emplace_back();
-    for (int axis = 0; axis < 2; ++axis) {
-      auto& along = outline.passed[static_cast<std::size_t>(axis)];
-      const double reach = window[axis] / 2 + slab.distance_m * largest_tangent[axis];
-      along.low = std::clamp(along.low, -reach, reach);
-      along.high = std::clamp(along.high, -reach, reach);
-      middle[axis] = along.middle();
-      const double wanted = std::max(1.0, std::ceil(along.extent() / window[axis] - 0.01));
-      slab.grid[axis] = scene.wrp.grid ? (*scene.wrp.grid)[axis] : static_cast<int>(std::min(wanted, largest_grid + 1.0));
-      for (const double side : {-0.5, 0.5})
-        covered[static_cast<std::size_t>(axis)].add(middle[axis] + side * slab.grid[axis] * window[axis]);
+    const auto points = plan.slabs.size() > 1 ? std::span(corners) : std::span(world.positions);
+    std::vector<std::array<Interval, 2>> passed, shown;
+    std::array<Interval, 2> all_shown;
+    for (const auto& tile : plan.tiles) {
+      const auto outline = seen_through(points, slab.distance_m, largest_tangent, plan, tile);
+      all.add(outline);
+      passed.push_back(outline.passed);
+      shown.push_back(shown_part(outline.passed, plan, tile, slab.distance_m, largest_tangent));
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        all_shown[axis].add(shown.back()[axis].low);
+        all_shown[axis].add(shown.back()[axis].high);
+      }
     }
-    count += static_cast<double>(slab.grid.x) * slab.grid.y;
-    if (count > largest_grid) {
-      throw InputError(scene.file.string() + ": the scene needs " + std::to_string(slab.grid.x) + " x " + std::to_string(slab.grid.y) +
-                       " or more WRPs of the hologram's size, " + std::to_string(largest_grid) +
-                       " are allowed; give wrp.grid, a larger hologram or a smaller scene");
+    double most = 0;
+    for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
+      const auto planes = planes_of(scene, plan, shown[i], all_shown);
+      const auto grid = scene.wrp.grid.value_or(planes.grid);
+      most = std::max(most, static_cast<double>(grid.x) * grid.y);
+      if (count + most > largest_grid) {
+        throw InputError(scene.file.string() + ": the scene needs " + std::to_string(grid.x) + " x " + std::to_string(grid.y) +
+                         " or more WRPs of the hologram's size, " + std::to_string(largest_grid) +
+                         " are allowed; give wrp.grid, a larger hologram or a smaller scene");
+      }
+      slab.grid = glm::max(slab.grid, planes.grid);
+      for (int axis = 0; axis < 2; ++axis) {
+        for (const double side : {-0.5, 0.5})
+          covered[static_cast<std::size_t>(axis)].add(planes.middle_m[axis] + side * planes.grid[axis] * plan.tile_window_m()[axis]);
+      }
+      add_chief_tangents(plan, slab, plan.tiles[i], planes, lit);
+      add_wrps_side_by_side(scene, plan, i, number, planes, passed[i], of_tiles[i]);
     }
-    add_chief_tangents(plan, slab, middle, lit);
+    count += most;
   }
   for (int axis = 0; axis < 2; ++axis)
-    plan.grid[axis] = scene.wrp.grid ? (*scene.wrp.grid)[axis]
-                                     : static_cast<int>(std::ceil(covered[static_cast<std::size_t>(axis)].extent() / window[axis] - 0.01));
-  for (std::size_t i = 0; i < plan.slabs.size(); ++i) add_wrps_side_by_side(scene, plan, i, middles[i], plan.wrps);
+    plan.grid[axis] = scene.wrp.grid
+                          ? (*scene.wrp.grid)[axis]
+                          : static_cast<int>(std::ceil(covered[static_cast<std::size_t>(axis)].extent() / plan.window_m()[axis] - 0.01));
+  for (auto& wrps : of_tiles) std::move(wrps.begin(), wrps.end(), std::back_inserter(plan.wrps));
   if (!plan.aimed || plan.bounces > 0) return {all, {Interval{-1e9, 1e9}, Interval{-1e9, 1e9}}};
   plan.wrps = lit_wrps(plan, world, std::move(plan.wrps));
   return {all, lit};
@@ -399,15 +465,21 @@ const Slab& Plan::slab_at(double z_m) const {
   return *std::find_if(slabs.begin(), slabs.end() - 1, [&](const Slab& slab) { return z_m < slab.end_m; });
 }
 
+std::size_t Plan::most_wrps_of_a_tile() const {
+  std::vector<std::size_t> counts(tiles.size(), 0);
+  for (const auto& wrp : wrps) ++counts[wrp.tile];
+  return *std::max_element(counts.begin(), counts.end());
+}
+
 std::size_t Plan::gathered_pixels() const {
   int rows = 0;
   for (const auto& slab : slabs) rows = std::max(rows, slab.rows.count);
-  return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(rows);
+  return static_cast<std::size_t>(tile_size.x) * static_cast<std::size_t>(rows);
 }
 
 WrpsExtent wrps_extent(const Plan& plan, const Slab& slab) {
   WrpsExtent extent{glm::dvec2(std::numeric_limits<double>::infinity()), glm::dvec2(-std::numeric_limits<double>::infinity())};
-  const auto half_window = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
+  const auto half_window = plan.tile_window_m() / 2.0;
   for (const auto& wrp : plan.wrps) {
     if (&plan.slab_of(wrp) != &slab) continue;
     extent.first = glm::min(extent.first, glm::dvec2(wrp.centre_m) - half_window);
@@ -422,6 +494,35 @@ std::pair<float, float> slab_bounds(const Plan& plan, const Slab& slab) {
     return static_cast<float>(std::clamp(z_m - plan.origin_m.z, -largest, largest));
   };
   return {in_frame(slab.begin_m), in_frame(slab.end_m)};
+}
+
+std::string why_in_one_piece(const Plan& plan, Method method) {
+  if (method != Method::wrp) return "";
+  if (!plan.aimed || plan.bounces > 0) return "the rays of fans, mirrors and glass hang on the whole hologram's window";
+  if (plan.fan - plan.edge < 1 - 1e-9) return "sampling.fan less sampling.edge is below 1, which would darken the tiles' borders";
+  return "";
+}
+
+void divide(Plan& plan, glm::ivec2 tile_grid, double padding) {
+  plan.tile_grid = tile_grid;
+  plan.tile_size = (plan.size + tile_grid - 1) / tile_grid;
+  plan.tiles.clear();
+  for (int row = 0; row < tile_grid.y; ++row) {
+    for (int column = 0; column < tile_grid.x; ++column) {
+      Tile tile;
+      tile.first = glm::ivec2(column, row) * (plan.size - plan.tile_size) / glm::max(tile_grid - 1, 1);
+      const auto off_middle = glm::dvec2(tile.first) + glm::dvec2(plan.tile_size - plan.size) / 2.0;
+      tile.centre_m = off_middle * plan.pitch_m * glm::dvec2(1, -1);  // rows count downwards
+      plan.tiles.push_back(tile);
+    }
+  }
+  plan.padded = padded_size(plan.tile_size, padding);
+  // Light beyond comes round into the tile.
+  const auto held = glm::max(2.0 * glm::dvec2(plan.padded) / glm::dvec2(plan.tile_size) - 1.0, plan.fan);
+  const auto smaller = glm::dvec2(plan.size) / glm::dvec2(plan.tile_size);
+  const auto wanted = plan.fan + (plan.fan - 1) * (smaller - 1.0);
+  plan.tile_fan = glm::min(wanted, held);
+  plan.tile_edge = plan.edge * smaller - (wanted - plan.tile_fan);
 }
 
 Plan make_plan(const Scene& scene, const World& world, Method method, int rays_per_axis, bool has_doubles, const Plan* moved_from) {
@@ -449,35 +550,45 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.fan = scene.sampling.fan;
   plan.edge = scene.sampling.edge;
 
+  const auto tiles = scene.hologram.tiles.value_or(glm::ivec2(1));
+  if (const auto why = why_in_one_piece(plan, method); tiles != glm::ivec2(1) && !why.empty()) {
+    throw InputError(one_line(scene.file.string()) + ": hologram.tiles " + std::to_string(tiles.x) + " x " + std::to_string(tiles.y) +
+                     ": " + why + "; give hologram.tiles [1, 1]");
+  }
+  divide(plan, tiles, scene.wrp.padding);
+
   const glm::dvec2 steepest(largest_tangent(0), largest_tangent(1));
   std::array<Interval, 2> lit = {Interval{-1e9, 1e9}, Interval{-1e9, 1e9}};
   Outline outline;
   if (method == Method::wrp) {
     std::tie(outline, lit) = place_wrps(scene, world, steepest, plan);
   } else {
-    outline = seen_through(world.positions, 0, steepest, plan);
     plan.slabs = {{.distance_m = 0, .min_m = world.min_m, .max_m = world.max_m}};
-    plan.wrps = {plane_at_hologram(plan, steepest, rays_per_axis)};
+    for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
+      outline.add(seen_through(world.positions, 0, steepest, plan, plan.tiles[i]));
+      plan.wrps.push_back(plane_at_hologram(plan, i, steepest, rays_per_axis));
+    }
   }
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2, (plan.near_m + plan.far_m) / 2};
   plan.lattice = lattice_over(scene, outline, plan, steepest, lit);
   plan.beyond_diffraction = outline.beyond_m[0] > 0 || outline.beyond_m[1] > 0;
 
   for (auto& slab : plan.slabs) {
-    slab.rows = {plan.size.y, plan.pitch_m.y, 0};
+    slab.rows = {plan.tile_size.y, plan.pitch_m.y, 0};
     if (method == Method::wrp && plan.aimed && plan.bounces == 0 && scene.wrp.oversampling)
       slab.rows = rows_for_band(plan, slab, *scene.wrp.oversampling);
   }
   for (const auto& wrp : plan.wrps) {
-    if (!plan.aimed) plan.rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.size.x) * static_cast<std::uint64_t>(plan.size.y);
+    if (!plan.aimed)
+      plan.rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.tile_size.x) * static_cast<std::uint64_t>(plan.tile_size.y);
   }
   if (plan.aimed) plan.rays = aimed_rays(plan);
 
   plan.phase_errors = predict_phase_errors(plan);
   plan.precision = choose_precision(scene.accuracy, plan.phase_errors, has_doubles);
 
-  plan.padded = padded_size(plan.size, scene.wrp.padding);
   if (method == Method::wrp && moved_from) {
+    plan.why_tiles = moved_from->why_tiles;
     plan.padding_error = moved_from->padding_error;
     plan.rows_error = moved_from->rows_error;
   } else if (method == Method::wrp) {

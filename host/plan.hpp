@@ -7,6 +7,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -24,7 +25,13 @@ enum class Method {
   rays,    // rays cast from each hologram pixel
 };
 
-/// One wavefront recording plane: as large as the hologram and parallel to it.
+/// A window of the hologram that is computed on its own. All are of one size, and overlap where that does not divide the hologram's.
+struct Tile {
+  glm::ivec2 first{0, 0};     // its top left pixel
+  glm::dvec2 centre_m{0, 0};  // world
+};
+
+/// One wavefront recording plane: parallel to the hologram, and as large as the tile that its light goes to.
 struct Wrp {
   glm::dvec3 centre_m{0};         // world
   std::vector<glm::dvec2> fan{};  // tangents (dx/dz, dy/dz) of the rays that start at its centre
@@ -32,6 +39,7 @@ struct Wrp {
   double convergence_per_m =
       0;                 // added to the tangents per metre of a pixel's place: 0 for parallel views, 1 / distance for perspective ones
   std::size_t slab = 0;  // of Plan::slabs
+  std::size_t tile = 0;  // of Plan::tiles
 };
 
 /// The rays from the hologram's centre whose hits are the surface samples: ray (i, j) has the tangents ((first + (i, j) + 1/2) step).
@@ -49,33 +57,40 @@ struct WrpRows {
   int half_taps = 0;  // half of the rows that a row of the hologram's pitch is made of; 0: they are gathered as they are
 };
 
-/// A slab of depth, and the WRPs side by side at one distance that collect the light of its surface samples.
+/// A slab of depth, and the WRPs side by side at one distance that collect the light of its surface samples, for each tile some.
 struct Slab {
   double distance_m = 0;  // from the WRPs to the hologram
   double begin_m = -std::numeric_limits<double>::infinity(),
          end_m = std::numeric_limits<double>::infinity();  // depths of its samples, world z: begin <= z < end
   glm::dvec3 min_m{0}, max_m{0};                           // box of the surfaces in it, world
-  glm::ivec2 grid{1, 1};
+  glm::ivec2 grid{1, 1};                                   // of a tile's WRPs, at most
   WrpRows rows{};
 
   bool refines() const { return rows.half_taps > 0; }
 };
 
 struct Plan {
-  glm::ivec2 size{1, 1};  // pixels of the hologram and of every WRP
+  glm::ivec2 size{1, 1};       // pixels of the hologram
+  glm::ivec2 tile_grid{1, 1};  // {1, 1}: it is computed in one piece
+  glm::ivec2 tile_size{1, 1};  // pixels of a tile and of every WRP
+  std::vector<Tile> tiles{1};  // row by row from the top left
+  std::string why_tiles;       // as many; empty: in one piece it fits
   glm::dvec2 pitch_m{1, 1};
   double wavelength_m = 1;
   glm::dvec3 origin_m{0};        // of the scene frame, in world coordinates: middle of the scene
   double near_m = 0, far_m = 0;  // depths of the nearest and farthest surface, world z
   std::vector<Slab> slabs;       // front to back; every depth belongs to one of them
   glm::ivec2 grid{1, 1};         // holograms side by side that cover the WRPs of all slabs
-  std::vector<Wrp> wrps;         // slab by slab, row by row from the top left; when rays are aimed, without those that no light falls into
+  std::vector<Wrp> wrps;         // tile by tile, slab by slab, row by row from the top left; when rays are aimed, without those that no
+                                 // light falls into
   bool aimed = true;             // rays are aimed at surface samples; else they form a fan
   int bounces = 0;               // of mirrors and glass: trace.depth where a material in the scene has them
   LatticePlan lattice;
-  int antialias = 4;                // rays per side of a sample's cell; 0: one through its centre
-  int view_parts = 8;               // per side of the hologram's window, whose sight of each sample is looked at; 0: nothing hides anything
-  double fan = 1, edge = 0;         // half width and soft edge of the cone that a pixel gathers, in half holograms
+  int antialias = 4;          // rays per side of a sample's cell; 0: one through its centre
+  int view_parts = 8;         // per side of the hologram's window, whose sight of each sample is looked at; 0: nothing hides anything
+  double fan = 1, edge = 0;   // half width and soft edge of the cone that a pixel gathers, in half holograms
+  glm::dvec2 tile_fan{1, 1};  // the same in half tiles: as far beyond a tile's borders, where the padding holds it
+  glm::dvec2 tile_edge{0, 0};
   glm::dvec2 largest_sine{1, 1};    // of a ray to the optical axis, per axis, that the SLM's pixels can show
   bool beyond_diffraction = false;  // some light of the scene would be steeper
   glm::ivec2 padded{1, 1};          // size that is transformed
@@ -86,10 +101,15 @@ struct Plan {
   std::uint64_t rays = 0;    // primary rays of a frame
 
   const Slab& slab_of(const Wrp& wrp) const { return slabs[wrp.slab]; }
+  const Tile& tile_of(const Wrp& wrp) const { return tiles[wrp.tile]; }
+  glm::dvec2 window_m() const { return glm::dvec2(size) * pitch_m; }            // sides of the hologram
+  glm::dvec2 tile_window_m() const { return glm::dvec2(tile_size) * pitch_m; }  // of a tile
+  /// WRPs of the tile that has most.
+  std::size_t most_wrps_of_a_tile() const;
   /// The one that a surface at this depth belongs to.
   const Slab& slab_at(double z_m) const;
   /// Of the fields that are gathered on a slab's WRPs.
-  glm::ivec2 gathered_size(const Slab& slab) const { return {size.x, slab.rows.count}; }
+  glm::ivec2 gathered_size(const Slab& slab) const { return {tile_size.x, slab.rows.count}; }
   glm::dvec2 gathered_pitch_m(const Slab& slab) const { return {pitch_m.x, slab.rows.pitch_m}; }
   /// Of the largest of them.
   std::size_t gathered_pixels() const;
@@ -104,13 +124,21 @@ WrpsExtent wrps_extent(const Plan& plan, const Slab& slab);
 /// Depths of a slab's samples as devices compare them, scene frame.
 std::pair<float, float> slab_bounds(const Plan& plan, const Slab& slab);
 
-/// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through the hologram, more than 1024 WRPs)
+/// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through the hologram, more than 1024 WRPs, tiles
+///         that would not add up to the hologram)
 ///
+/// hologram.tiles "auto" is one here; fitting_plan (host/planning/memory.hpp) knows how many fit.
 /// rays_per_axis  of Method::rays: directions across the cone that the SLM's pixels can show
 /// has_doubles    whether the device can compute in doubles, for accuracy.precision "auto"
 /// moved_from     the plan of the same scene before its objects moved, if any: its predicted errors stand, which take long
 Plan make_plan(const Scene& scene, const World& world, Method method = Method::wrp, int rays_per_axis = 100, bool has_doubles = false,
                const Plan* moved_from = nullptr);
+
+/// Why the hologram can only be computed in one piece; empty: it can be divided.
+std::string why_in_one_piece(const Plan& plan, Method method);
+
+/// Divides a plan's hologram into tiles: Plan::tile_grid, tile_size, tiles, padded, tile_fan and tile_edge.
+void divide(Plan& plan, glm::ivec2 tile_grid, double padding);
 
 /// Rows or columns of a fan (paper, Eq. 4-7): tangents across an aperture `window_m` wide seen from `distance_m` away, turned by shift /
 /// distance, spaced so that neighbours lie `pitch_m` apart at `depth_m` behind the plane.

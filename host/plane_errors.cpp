@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <glm/common.hpp>
+#include <map>
 #include <numbers>
 #include <random>
 
@@ -24,25 +25,39 @@ constexpr int samples_of_a_line = 64;   // enough that the error's own scatter i
 constexpr int waves_of_a_sample = 192;  // near ones
 constexpr int wide = 4;                 // windows: what goes astray farther is taken to be lost
 
-/// One axis of a slab, everything along it seen from the hologram's centre.
+/// Of light, what is wrong in a window and what there is.
+struct Squares {
+  double wrong = 0, all = 0;
+  void add(const Squares& other) {
+    wrong += other.wrong;
+    all += other.all;
+  }
+  double relative() const { return all > 0 ? wrong / all : 0; }
+};
+
+/// One axis of a slab, everything along it seen from a tile's centre.
 class AxisOfSlab {
 public:
-  /// padded  sizes of padded planes, along this axis
-  AxisOfSlab(const Plan& plan, const Slab& slab, int axis, std::vector<int> padded)
+  /// tile_m  the tile's centre, along this axis
+  /// padded  sizes of padded planes, likewise
+  AxisOfSlab(const Plan& plan, const Slab& slab, int axis, double tile_m, std::vector<int> padded)
       : plan_(plan),
         slab_(slab),
         padded_(std::move(padded)),
-        n_(plan.size[axis]),
+        n_(plan.tile_size[axis]),
         pitch_m_(plan.pitch_m[axis]),
         half_m_(n_ * pitch_m_ / 2),
-        low_m_(slab.min_m[axis]),
-        high_m_(slab.max_m[axis]),
+        largest_sine_(plan.largest_sine[axis]),
+        fan_(plan.tile_fan[axis]),
+        edge_(plan.tile_edge[axis]),
+        low_m_(slab.min_m[axis] - tile_m),
+        high_m_(slab.max_m[axis] - tile_m),
         fft_(cl::next_fast_size(static_cast<std::size_t>(std::max(wide * n_, 2 * *std::max_element(padded_.begin(), padded_.end())))),
              false),
         wanted_(static_cast<std::size_t>(n_)),
         got_(padded_.size(), wanted_) {}
 
-  /// Adds what arrives in the hologram's window from the WRP at centre_m, rightly and with every padding. WRPs side by side cut the same
+  /// Adds what arrives in the tile's window from the WRP at centre_m, rightly and with every padding. WRPs side by side cut the same
   /// waves, so that their edges cancel.
   void add_padded(double centre_m) {
     const auto light = line();
@@ -72,14 +87,11 @@ public:
     add(got_[0], transformed_back(propagated(refined, centre_m)));
   }
 
-  /// Square of the relative error with a padding; 0 without light.
-  double square(std::size_t padding = 0) const {
-    double wrong = 0, all = 0;
-    for (std::size_t i = 0; i < wanted_.size(); ++i) {
-      wrong += std::norm(got_[padding][i] - wanted_[i]);
-      all += std::norm(wanted_[i]);
-    }
-    return all > 0 ? wrong / all : 0;
+  /// With a padding.
+  Squares squares(std::size_t padding = 0) const {
+    Squares sum;
+    for (std::size_t i = 0; i < wanted_.size(); ++i) sum.add({std::norm(got_[padding][i] - wanted_[i]), std::norm(wanted_[i])});
+    return sum;
   }
 
 private:
@@ -122,7 +134,7 @@ private:
     return result;
   }
 
-  /// Adds the hologram's window of a line, and what comes round to it on a plane of `padded` samples.
+  /// Adds the tile's window of a line, and what comes round to it on a plane of `padded` samples.
   void add(std::vector<Complex>& window, const cl::Lines& line, std::ptrdiff_t padded = 0) const {
     const auto count = static_cast<std::ptrdiff_t>(fft_.size());
     if (padded == 0) padded = count;
@@ -134,15 +146,15 @@ private:
 
   std::ptrdiff_t first() const { return (static_cast<std::ptrdiff_t>(fft_.size()) - n_) / 2; }
 
-  /// How much of the light that lands at x on the hologram a pixel at `pixel_m` gathers.
+  /// How much of the light that lands at x on the tile a pixel at `pixel_m` gathers.
   double cone(double x_m, double pixel_m, double centre_m) const {
     if (!plan_.aimed) {
       const bool perspective = plan_.wrps[0].convergence_per_m > 0;
       return std::abs(perspective ? x_m : x_m - (pixel_m - centre_m)) <= half_m_;
     }
-    const double inside = plan_.fan - std::abs(x_m) / half_m_;
-    if (plan_.edge <= 0) return inside >= 0;
-    const double e = std::clamp(inside / plan_.edge, 0.0, 1.0);
+    const double inside = fan_ - std::abs(x_m) / half_m_;
+    if (edge_ <= 0) return inside >= 0;
+    const double e = std::clamp(inside / edge_, 0.0, 1.0);
     return e * e * (3 - 2 * e);
   }
 
@@ -155,8 +167,8 @@ private:
       const double z_m = slab_.min_m.z + (slab_.max_m.z - slab_.min_m.z) * uniform(random), depth_m = z_m - slab_.distance_m;
       const double x_m = low_m_ + (high_m_ - low_m_) * (i + uniform(random)) / samples_of_a_line;
       const Complex phasor = std::polar(1.0, 2 * pi * uniform(random));
-      const double half_m = plan_.fan * half_m_ * std::abs(depth_m) / z_m;  // of the footprint
-      const double spot_m = plan_.wavelength_m * z_m / (2 * plan_.fan * half_m_);
+      const double half_m = fan_ * half_m_ * std::abs(depth_m) / z_m;  // of the footprint
+      const double spot_m = plan_.wavelength_m * z_m / (2 * fan_ * half_m_);
       const bool is_near = plan_.aimed && half_m < Gatherer::default_near_spots * spot_m;
       const double reach_m = is_near ? half_m + Gatherer::near_tail * spot_m : half_m, middle_m = x_m * slab_.distance_m / z_m;
       int first = 0, last = count - 1;
@@ -172,9 +184,9 @@ private:
       }
       for (int p = first; p <= last; ++p) {
         const double pixel_m = first_m + (p - first) * pitch_m, across_m = pixel_m - x_m;
-        const double amount = cone(x_m + across_m * z_m / depth_m, pixel_m, centre_m);
-        if (amount == 0) continue;
-        const double way_m = std::copysign(std::sqrt(across_m * across_m + depth_m * depth_m) - std::abs(depth_m), depth_m);
+        const double amount = cone(x_m + across_m * z_m / depth_m, pixel_m, centre_m), length_m = std::hypot(across_m, depth_m);
+        if (amount == 0 || std::abs(across_m) > largest_sine_ * length_m) continue;
+        const double way_m = std::copysign(length_m - std::abs(depth_m), depth_m);
         light[p] += std::complex<float>(phasor * std::polar(amount / std::sqrt(std::abs(depth_m) * plan_.wavelength_m), k * way_m));
       }
     }
@@ -189,10 +201,10 @@ private:
   void add_near(std::complex<float>* light, int count, double offset_m, double pitch_m, Point point, Complex factor) const {
     std::array<double, waves_of_a_sample> re, im, step_re, step_im;
     for (std::size_t i = 0; i < waves_of_a_sample; ++i) {
-      const double at_m = ((static_cast<double>(i) + 0.5) / waves_of_a_sample * 2 - 1) * plan_.fan * half_m_;
+      const double at_m = ((static_cast<double>(i) + 0.5) / waves_of_a_sample * 2 - 1) * fan_ * half_m_;
       const double tangent = (at_m - point.x_m) / point.z_m, cosine = 1 / std::sqrt(1 + tangent * tangent), sine = tangent * cosine;
       const double way_m = sine * offset_m - point.depth_m * (1 - cosine), k = 2 * pi / plan_.wavelength_m;
-      const double amount = cone(at_m, 0, 0) / waves_of_a_sample;
+      const double amount = std::abs(sine) <= largest_sine_ ? cone(at_m, 0, 0) / waves_of_a_sample : 0;
       re[i] = amount * std::cos(k * way_m);
       im[i] = amount * std::sin(k * way_m);
       step_re[i] = std::cos(k * sine * pitch_m);
@@ -215,22 +227,26 @@ private:
   const Slab& slab_;
   std::vector<int> padded_;
   int n_;
-  double pitch_m_, half_m_, low_m_, high_m_;
+  double pitch_m_, half_m_, largest_sine_, fan_, edge_, low_m_, high_m_;
   cl::LineFft fft_;
   std::vector<Complex> wanted_;
   std::vector<std::vector<Complex>> got_;  // with each padding
 };
 
-/// Middles of a slab's WRPs, or of the most_lines in the middle of them.
-std::vector<double> lines_along(const Plan& plan, const Slab& slab, int axis) {
-  std::vector<double> centres;
+/// Middles of a slab's WRPs, or of the most_lines in the middle of them, from that of the tiles whose light they carry: by the tiles' own.
+std::map<double, std::vector<double>> lines_along(const Plan& plan, const Slab& slab, int axis) {
+  std::map<double, std::vector<double>> lines;
   for (const auto& wrp : plan.wrps) {
-    if (&plan.slab_of(wrp) == &slab) centres.push_back(wrp.centre_m[axis]);
+    const double tile_m = plan.tile_of(wrp).centre_m[axis];
+    if (&plan.slab_of(wrp) == &slab) lines[tile_m].push_back(wrp.centre_m[axis] - tile_m);
   }
-  std::sort(centres.begin(), centres.end());
-  centres.erase(std::unique(centres.begin(), centres.end()), centres.end());
-  const std::size_t lines = std::min(centres.size(), most_lines), first = (centres.size() - lines) / 2;
-  return {centres.begin() + static_cast<std::ptrdiff_t>(first), centres.begin() + static_cast<std::ptrdiff_t>(first + lines)};
+  for (auto& [tile_m, centres] : lines) {
+    std::sort(centres.begin(), centres.end());
+    centres.erase(std::unique(centres.begin(), centres.end()), centres.end());
+    const std::size_t count = std::min(centres.size(), most_lines), first = (centres.size() - count) / 2;
+    centres = {centres.begin() + static_cast<std::ptrdiff_t>(first), centres.begin() + static_cast<std::ptrdiff_t>(first + count)};
+  }
+  return lines;
 }
 
 /// How much of the samples a slab has: the more, the more of the hologram's view its box fills.
@@ -249,9 +265,13 @@ std::vector<double> predicted_padding_errors(const Plan& plan, const std::vector
     for (int axis = 0; axis < 2; ++axis) {
       std::vector<int> sizes;
       for (const auto& size : padded) sizes.push_back(size[axis]);
-      AxisOfSlab line(plan, slab, axis, sizes);
-      for (const double centre_m : lines_along(plan, slab, axis)) line.add_padded(centre_m);
-      for (std::size_t i = 0; i < padded.size(); ++i) errors[i] += share_of(plan, slab) * line.square(i);
+      std::vector<Squares> squares(padded.size());
+      for (const auto& [tile_m, centres] : lines_along(plan, slab, axis)) {
+        AxisOfSlab line(plan, slab, axis, tile_m, sizes);
+        for (const double centre_m : centres) line.add_padded(centre_m);
+        for (std::size_t i = 0; i < padded.size(); ++i) squares[i].add(line.squares(i));
+      }
+      for (std::size_t i = 0; i < padded.size(); ++i) errors[i] += share_of(plan, slab) * squares[i].relative();
     }
   }
   for (auto& error : errors) error = std::sqrt(error);
@@ -262,9 +282,13 @@ double predicted_rows_error(const Plan& plan) {
   double square = 0;
   for (const auto& slab : plan.slabs) {
     if (!slab.refines()) continue;
-    AxisOfSlab line(plan, slab, 1, {plan.size.y});
-    for (const double centre_m : lines_along(plan, slab, 1)) line.add_refined(centre_m);
-    square += share_of(plan, slab) * line.square();
+    Squares squares;
+    for (const auto& [tile_m, centres] : lines_along(plan, slab, 1)) {
+      AxisOfSlab line(plan, slab, 1, tile_m, {plan.tile_size.y});
+      for (const double centre_m : centres) line.add_refined(centre_m);
+      squares.add(line.squares());
+    }
+    square += share_of(plan, slab) * squares.relative();
   }
   return std::sqrt(square);
 }

@@ -40,15 +40,16 @@ double converging_turns(double wavelength_m, double distance_m, double y_m) {
 /// Largest frequency along y, in cycles per metre, of light from a slab's WRPs to the hologram's window, its cone's soft edge included,
 /// without the wave that converges to the hologram's centre.
 double largest_frequency(const Plan& plan, const Slab& slab) {
-  const auto half_window = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
-  const auto reach = plan.fan * half_window;
+  const auto half_window = plan.tile_window_m() / 2.0;
+  const auto reach = plan.tile_fan * half_window;
   double largest = 0;
   for (const auto& wrp : plan.wrps) {
     if (&plan.slab_of(wrp) != &slab) continue;
-    const double least_x = std::max(0.0, std::abs(wrp.centre_m.x) - half_window.x - reach.x),
-                 most_x = std::abs(wrp.centre_m.x) + half_window.x + reach.x;
+    const auto centre = glm::dvec2(wrp.centre_m) - plan.tile_of(wrp).centre_m;
+    const double least_x = std::max(0.0, std::abs(centre.x) - half_window.x - reach.x),
+                 most_x = std::abs(centre.x) + half_window.x + reach.x;
     for (int i = 0; i <= 8; ++i) {
-      const double y = wrp.centre_m.y + (i / 4.0 - 1) * half_window.y;
+      const double y = centre.y + (i / 4.0 - 1) * half_window.y;
       const double taken_out = y / std::hypot(y, slab.distance_m);
       for (const double to : {-reach.y, reach.y}) {
         for (const double x : {least_x, most_x})
@@ -62,13 +63,13 @@ double largest_frequency(const Plan& plan, const Slab& slab) {
 }  // namespace
 
 WrpRows rows_for_band(const Plan& plan, const Slab& slab, double oversampling) {
-  const WrpRows all{plan.size.y, plan.pitch_m.y, 0};
+  const WrpRows all{plan.tile_size.y, plan.pitch_m.y, 0};
   const double frequency = largest_frequency(plan, slab);
   if (!(frequency > 0)) return all;  // no WRP
   const double pitch_m = 1 / (2 * oversampling * frequency);
   const int half = half_taps(oversampling);
-  const double rows = std::ceil((plan.size.y - 1) * plan.pitch_m.y / pitch_m) + 1 + 2 * half;  // those beyond the edges are for taps
-  return rows <= worthwhile * plan.size.y ? WrpRows{static_cast<int>(rows), pitch_m, half} : all;
+  const double rows = std::ceil((plan.tile_size.y - 1) * plan.pitch_m.y / pitch_m) + 1 + 2 * half;  // those beyond the edges are for taps
+  return rows <= worthwhile * plan.tile_size.y ? WrpRows{static_cast<int>(rows), pitch_m, half} : all;
 }
 
 Refinement refinement_of(const Plan& plan, const Slab& slab, double centre_y_m) {
@@ -83,8 +84,8 @@ Refinement refinement_of(const Plan& plan, const Slab& slab, double centre_y_m) 
   Refinement r;
   r.taps = 2 * rows.half_taps;
   std::vector<double> weights(static_cast<std::size_t>(r.taps));
-  for (int i = 0; i < plan.size.y; ++i) {
-    const double place = (i - (plan.size.y - 1) / 2.0) * plan.pitch_m.y / rows.pitch_m + (rows.count - 1) / 2.0;
+  for (int i = 0; i < plan.tile_size.y; ++i) {
+    const double place = (i - (plan.tile_size.y - 1) / 2.0) * plan.pitch_m.y / rows.pitch_m + (rows.count - 1) / 2.0;
     const int first = static_cast<int>(std::floor(place)) - rows.half_taps + 1;
     const double sine = std::sin(pi * (place - std::floor(place))) / pi;
     double sum = 0;
@@ -95,7 +96,7 @@ Refinement refinement_of(const Plan& plan, const Slab& slab, double centre_y_m) 
       sum += weights[static_cast<std::size_t>(tap)] = sinc * window_at(away / rows.half_taps);
     }
     r.first.push_back(first);
-    const auto put_back = converging_at(i, plan.size.y, plan.pitch_m.y) / sum;  // a constant stays as it is
+    const auto put_back = converging_at(i, plan.tile_size.y, plan.pitch_m.y) / sum;  // a constant stays as it is
     for (int tap = 0; tap < r.taps; ++tap)
       r.coefficients.emplace_back(put_back * taken_out[static_cast<std::size_t>(first + tap)] * weights[static_cast<std::size_t>(tap)]);
   }
@@ -111,15 +112,15 @@ Refiner::Refiner(const cl::Device& device)
 
 void Refiner::refine(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& coarse, int frame, cl::ComplexBuffer& fine) {
   const auto& slab = plan.slab_of(wrp);
-  const auto r = refinement_of(plan, slab, wrp.centre_m.y);
+  const auto r = refinement_of(plan, slab, wrp.centre_m.y - plan.tile_of(wrp).centre_m.y);
   if (first_.size() != r.first.size()) first_ = {device_, r.first.size(), "rows of a WRP"};
   if (coefficients_.size() != r.coefficients.size()) coefficients_ = {device_, r.coefficients.size(), "rows of a WRP"};
   first_.write(r.first);
   coefficients_.write(r.coefficients);
   const auto groups = [](int n, int size) { return static_cast<std::size_t>((n + size - 1) / size); };
   const bool wide = lanes_ > 1;
-  refine_.run({groups(plan.size.x, lanes_), groups(plan.size.y, wide ? 16 : 1)}, wide ? cl::Range{1, 1} : cl::Range{64, 1}, coarse,
-              slab.rows.count, frame, plan.size.x, plan.size.y, r.taps, first_, coefficients_, fine);
+  refine_.run({groups(plan.tile_size.x, lanes_), groups(plan.tile_size.y, wide ? 16 : 1)}, wide ? cl::Range{1, 1} : cl::Range{64, 1},
+              coarse, slab.rows.count, frame, plan.tile_size.x, plan.tile_size.y, r.taps, first_, coefficients_, fine);
 }
 
 }  // namespace raywave

@@ -29,7 +29,7 @@ struct Refinement {
 };
 
 /// slab        with its rows
-/// centre_y_m  of the WRP
+/// centre_y_m  of the WRP, from its tile's
 /// accuracy    see predicted_rows_error
 Refinement refinement_of(const Plan& plan, const Slab& slab, double centre_y_m);
 

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/render.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <fstream>
 #include <memory>
 #include <numbers>
 #include <utility>
@@ -110,28 +107,15 @@ void require_rays(const Scene& scene, const Plan& plan) {
                    " off the axis; give a smaller sampling.pitch or hologram.pitch, or bring the scene to the axis");
 }
 
-/// What this process may use: the machine's memory, or what a container leaves of it.
-std::uint64_t host_memory_bytes() {
-  auto bytes = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
-  std::uint64_t limit = 0;
-  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit) bytes = std::min(bytes, limit);  // it may read "max"
-  return bytes;
-}
-
 /// Refuses what device or host have no memory for before any is taken. Surface samples are not known yet.
-void require_memory(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan, Method method) {
-  const auto needs = memory_needs(scene, world, plan, method, device.info().largest_buffer_bytes);
-  cl::require_memory(device, needs);
-
-  const auto pixels = static_cast<std::uint64_t>(plan.size.x) * static_cast<std::uint64_t>(plan.size.y);
-  auto host = 9 * static_cast<std::uint64_t>(scene.sampling.frames) * pixels;  // fields and levels
-  if (device.info().kind == cl::DeviceKind::cpu) {
-    for (const auto& need : needs) host += need.bytes;
-  }
-  if (const auto allowed = host_memory_bytes(); host > allowed) {
-    throw InputError(scene.file.string() + ": " + std::to_string(scene.sampling.frames) + " frames of " + std::to_string(plan.size.x) +
-                     " x " + std::to_string(plan.size.y) + " pixels need " + cl::format_bytes(host) + " of memory, there are " +
-                     cl::format_bytes(allowed) + "; give fewer sampling.frames or a smaller hologram.resolution");
+void require_memory(const cl::Device& device, const Scene& scene, const MemoryNeeds& needs, const MemoryLimits& limits) {
+  cl::require_memory(device, needs.device);
+  if (const auto bytes = needs.host_bytes + (limits.device_on_host ? needs.device_bytes() : 0); bytes > limits.host_bytes) {
+    const auto& size = scene.hologram.resolution;
+    throw InputError(scene.file.string() + ": " + std::to_string(scene.sampling.frames) + " frames of " + std::to_string(size.x) + " x " +
+                     std::to_string(size.y) + " pixels need " + cl::format_bytes(bytes) + " of memory, there are " +
+                     cl::format_bytes(limits.host_bytes) +
+                     "; give fewer sampling.frames, a smaller hologram.resolution or more hologram.tiles");
   }
 }
 
@@ -167,14 +151,17 @@ struct Renderer::State {
   }
 
   void prepare() {
-    plan = make_plan(scene, world, options.method, options.rays_per_axis, device.info().fp64);
+    const auto limits = limits_of(device.info());
+    const MemoryUse use{options.method, options.fft, options.keep_field};
+    plan = fitting_plan(scene, world, limits, use, options.rays_per_axis, device.info().fp64);
+    scene.hologram.tiles = plan.tile_grid;  // when the scene moves, too
     require_rays(scene, plan);
     together = frames_together(scene, plan, device.info().largest_buffer_bytes);
-    require_memory(device, scene, world, plan, options.method);
+    require_memory(device, scene, memory_needs(scene, world, plan, use, limits.largest_buffer_bytes), limits);
     if (options.method == Method::wrp) {
       const auto clock = stage("prepare");
-      propagator =
-          std::make_unique<Propagator>(device, PropagatorSpec{plan.size, plan.pitch_m, plan.wavelength_m, scene.wrp.padding, options.fft});
+      propagator = std::make_unique<Propagator>(
+          device, PropagatorSpec{plan.tile_size, plan.pitch_m, plan.wavelength_m, scene.wrp.padding, options.fft});
       require_reach();
     }
     report("tree and kernels", 0);
@@ -185,14 +172,14 @@ struct Renderer::State {
     seconds["tree"] = arrays->tree_seconds;
     seconds["prepare"] -= arrays->tree_seconds;
     build_source();
-    field = {device, pixels(), "field at the hologram"};
+    field = {device, tile_pixels(), "field at the hologram"};
   }
 
   /// throws  InputError when no light of a WRP arrives at the hologram
   void require_reach() const {
     for (const auto& wrp : plan.wrps) {
       try {
-        propagator->require_reach({{-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z});
+        propagator->require_reach(target_of(wrp));
       } catch (const InputError& error) {
         throw InputError(scene.file.string() + ": WRPs " + std::to_string(plan.grid.x) + " x " + std::to_string(plan.grid.y) + ": " +
                          error.what());
@@ -207,6 +194,17 @@ struct Renderer::State {
   }
 
   std::size_t pixels() const { return static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y); }
+  std::size_t tile_pixels() const { return static_cast<std::size_t>(plan.tile_size.x) * static_cast<std::size_t>(plan.tile_size.y); }
+
+  /// The tile, seen from a WRP.
+  Target target_of(const Wrp& wrp) const { return {plan.tile_of(wrp).centre_m - glm::dvec2(wrp.centre_m), wrp.centre_m.z}; }
+
+  /// Copies the pixels of a tile into those of the hologram.
+  template <class T>
+  void read_tile(const cl::Buffer<T>& from, const Tile& tile, std::span<T> hologram) const {
+    const auto at = static_cast<std::size_t>(tile.first.y) * static_cast<std::size_t>(plan.size.x) + static_cast<std::size_t>(tile.first.x);
+    from.read_rows(hologram.data() + at, static_cast<std::size_t>(plan.tile_size.x), static_cast<std::size_t>(plan.size.x));
+  }
 
   void build_source() {
     const auto clock = stage("samples");
@@ -243,6 +241,8 @@ struct Renderer::State {
   }
 
   RenderResult render();
+  void prepare_planes();
+  void add_wrps(std::size_t first, std::size_t end, std::size_t frame, RenderResult& result);
 
   cl::Device device;
   Scene scene;
@@ -266,19 +266,7 @@ struct Renderer::State {
 RenderResult Renderer::State::render() {
   if (moved) place();
   moved = false;
-  const auto wrp_count = plan.wrps.size();
-  // Frames gathered together wait for each other's WRPs; one frame alone needs one field at a time.
-  const std::size_t stack_size = static_cast<std::size_t>(together) * plan.gathered_pixels();
-  stacks.resize(together > 1 ? wrp_count : 1);
-  for (auto& stack : stacks) {
-    if (stack.size() >= stack_size) continue;
-    stack = {};  // before the new one is asked for
-    stack = {device, stack_size, "fields of a WRP"};
-  }
-  if (!refiner && std::any_of(plan.slabs.begin(), plan.slabs.end(), [](const Slab& slab) { return slab.refines(); })) {
-    refiner = std::make_unique<Refiner>(device);
-    refined = {device, pixels(), "field of a WRP"};
-  }
+  prepare_planes();
 
   RenderResult result;
   result.plan = plan;
@@ -288,65 +276,32 @@ RenderResult Renderer::State::render() {
                            length_text(propagator->farthest_m()) + "; --method points has no such limit");
   result.samples = source->samples();
   result.hidden_samples = source->hidden_samples();
-  const auto frames = scene.sampling.frames;
+  const auto frames = static_cast<std::size_t>(scene.sampling.frames);
+  result.levels.assign(frames, std::vector<std::uint8_t>(pixels()));
   if (options.keep_field)
-    result.field = {plan.size.x, plan.size.y, frames, std::vector<std::complex<float>>(static_cast<std::size_t>(frames) * pixels())};
-  if (options.keep_wrps) result.wrps.assign(wrp_count, {plan.size.x, plan.size.y, frames, {}});
+    result.field = {plan.size.x, plan.size.y, scene.sampling.frames, std::vector<std::complex<float>>(frames * pixels())};
+  if (options.keep_wrps) result.wrps.assign(plan.wrps.size(), {plan.tile_size.x, plan.tile_size.y, scene.sampling.frames, {}});
 
-  for (int frame = 0; frame < frames; ++frame) {
-    const int within = frame % together;
-    if (within == 0) source->start(scene.sampling.seed + static_cast<std::uint32_t>(frame));
-    for (std::size_t i = 0; i < wrp_count; ++i) {
-      const auto& wrp = plan.wrps[i];
-      auto& stack = stacks[together > 1 ? i : 0];
-      report(
-          "WRP " + std::to_string(i + 1) + " of " + std::to_string(wrp_count) + (frames > 1 ? ", frame " + std::to_string(frame + 1) : ""),
-          static_cast<double>(static_cast<std::size_t>(frame) * wrp_count + i) /
-              static_cast<double>(static_cast<std::size_t>(frames) * wrp_count));
-      if (within == 0) {
-        const auto clock = stage("trace");
-        source->fill(wrp, stack);
+  std::size_t first_wrp = 0;
+  for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
+    auto end = first_wrp;
+    while (end < plan.wrps.size() && plan.wrps[end].tile == i) ++end;
+    for (std::size_t frame = 0; frame < frames; ++frame) {
+      add_wrps(first_wrp, end, frame, result);
+      if (propagator) {
+        const auto clock = stage("propagate");
+        propagator->collect(field);
         clock.wait();
       }
-      const bool refines = plan.slab_of(wrp).refines();
-      if (refines) {
-        const auto clock = stage("trace");
-        refiner->refine(plan, wrp, stack, within, refined);
-        clock.wait();
+      {
+        const auto clock = stage("encode");
+        read_tile(encode.levels_of(field), plan.tiles[i], std::span(result.levels[frame]));
       }
-      const auto& on_wrp = refines ? refined : stack;
-      const int place = refines ? 0 : within;
-      if (options.keep_wrps) {
-        std::vector<std::complex<float>> samples(pixels());
-        on_wrp.read(samples, static_cast<std::size_t>(place) * pixels());
-        brighten(samples, arrays->radiance_unit, scene);
-        result.wrps[i].samples.insert(result.wrps[i].samples.end(), samples.begin(), samples.end());
-      }
-      if (options.method != Method::wrp) {
-        field.copy_from(on_wrp, static_cast<std::size_t>(place) * pixels());
-        continue;
-      }
-      const auto clock = stage("propagate");
-      const Target hologram{{-wrp.centre_m.x, -wrp.centre_m.y}, wrp.centre_m.z};
-      propagator->load(on_wrp, place, {&hologram, 1});
-      propagator->add(hologram);
-      clock.wait();
+      if (options.keep_field) read_tile(field, plan.tiles[i], std::span(result.field.samples).subspan(frame * pixels(), pixels()));
     }
-    if (options.method == Method::wrp) {
-      const auto clock = stage("propagate");
-      propagator->collect(field);
-      clock.wait();
-    }
-    {
-      const auto clock = stage("encode");
-      result.levels.push_back(encode(field));
-    }
-    if (options.keep_field) {
-      const auto samples = std::span(result.field.samples).subspan(static_cast<std::size_t>(frame) * pixels(), pixels());
-      field.read(samples);
-      brighten(samples, arrays->radiance_unit, scene);
-    }
+    first_wrp = end;
   }
+  brighten(result.field.samples, arrays->radiance_unit, scene);
   if (const auto& samples = result.field.samples;
       options.keep_field && std::all_of(samples.begin(), samples.end(), [](const auto& z) { return z == std::complex<float>(); }))
     result.notes.emplace_back("the hologram is dark: no light comes from the scene at angles that its pixels can show");
@@ -355,6 +310,64 @@ RenderResult Renderer::State::render() {
   result.seconds = std::exchange(seconds, {});
   result.processor_seconds = std::exchange(processor_seconds, {});
   return result;
+}
+
+/// Memory for the fields on WRPs.
+void Renderer::State::prepare_planes() {
+  // Frames gathered together wait for each other's WRPs; one frame alone needs one field at a time.
+  const std::size_t stack_size = static_cast<std::size_t>(together) * plan.gathered_pixels();
+  stacks.resize(together > 1 ? plan.most_wrps_of_a_tile() : 1);
+  for (auto& stack : stacks) {
+    if (stack.size() >= stack_size) continue;
+    stack = {};  // before the new one is asked for
+    stack = {device, stack_size, "fields of a WRP"};
+  }
+  if (!refiner && std::any_of(plan.slabs.begin(), plan.slabs.end(), [](const Slab& slab) { return slab.refines(); })) {
+    refiner = std::make_unique<Refiner>(device);
+    refined = {device, tile_pixels(), "field of a WRP"};
+  }
+}
+
+/// Traces a tile's WRPs, numbers `first` to before `end`, and loads them into the propagator; without one, the only one into `field`.
+void Renderer::State::add_wrps(std::size_t first, std::size_t end, std::size_t frame, RenderResult& result) {
+  const auto frames = static_cast<std::size_t>(scene.sampling.frames);
+  const int within = static_cast<int>(frame) % together;
+  if (within == 0) source->start(scene.sampling.seed + static_cast<std::uint32_t>(frame));
+  for (std::size_t i = first; i < end; ++i) {
+    const auto& wrp = plan.wrps[i];
+    auto& stack = stacks[together > 1 ? i - first : 0];
+    report("WRP " + std::to_string(i + 1) + " of " + std::to_string(plan.wrps.size()) +
+               (frames > 1 ? ", frame " + std::to_string(frame + 1) : ""),
+           static_cast<double>(frames * first + frame * (end - first) + (i - first)) / static_cast<double>(frames * plan.wrps.size()));
+    if (within == 0) {
+      const auto clock = stage("trace");
+      source->fill(wrp, stack);
+      clock.wait();
+    }
+    const bool refines = plan.slab_of(wrp).refines();
+    if (refines) {
+      const auto clock = stage("trace");
+      refiner->refine(plan, wrp, stack, within, refined);
+      clock.wait();
+    }
+    const auto& on_wrp = refines ? refined : stack;
+    const int place = refines ? 0 : within;
+    if (options.keep_wrps) {
+      std::vector<std::complex<float>> samples(tile_pixels());
+      on_wrp.read(samples, static_cast<std::size_t>(place) * tile_pixels());
+      brighten(samples, arrays->radiance_unit, scene);
+      result.wrps[i].samples.insert(result.wrps[i].samples.end(), samples.begin(), samples.end());
+    }
+    if (!propagator) {
+      field.copy_from(on_wrp, static_cast<std::size_t>(place) * tile_pixels());
+      continue;
+    }
+    const auto clock = stage("propagate");
+    const auto tile = target_of(wrp);
+    propagator->load(on_wrp, place, {&tile, 1});
+    propagator->add(tile);
+    clock.wait();
+  }
 }
 
 Renderer::Renderer(const cl::Device& device, Scene scene, RenderOptions options)

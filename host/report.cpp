@@ -53,7 +53,8 @@ Json json_of(const Scene& scene) {
   j["file"] = scene.file.string();
   j["hologram"] = {{"resolution", json_of(scene.hologram.resolution)},
                    {"pitch_m", json_of(scene.hologram.pitch_m)},
-                   {"wavelength_m", scene.hologram.wavelength_m}};
+                   {"wavelength_m", scene.hologram.wavelength_m},
+                   {"tiles", scene.hologram.tiles ? json_of(*scene.hologram.tiles) : Json("auto")}};
   j["wrp"] = {{"padding", scene.wrp.padding}};
   if (scene.wrp.oversampling) j["wrp"]["oversampling"] = *scene.wrp.oversampling;
   j["wrp"]["grid"] = scene.wrp.grid ? json_of(*scene.wrp.grid) : Json("auto");
@@ -114,8 +115,16 @@ Json json_of(const AccuracySpec& accuracy, const Plan& plan) {
 }
 
 Json json_of(const Plan& plan) {
-  Json j{{"grid", json_of(plan.grid)},          {"near_m", plan.near_m},         {"far_m", plan.far_m}, {"padded", json_of(plan.padded)},
-         {"padding_error", plan.padding_error}, {"rows_error", plan.rows_error}, {"rays", plan.rays}};
+  Json j{{"tiles", json_of(plan.tile_grid)},
+         {"tile_size", json_of(plan.tile_size)},
+         {"why_tiles", plan.why_tiles},
+         {"grid", json_of(plan.grid)},
+         {"near_m", plan.near_m},
+         {"far_m", plan.far_m},
+         {"padded", json_of(plan.padded)},
+         {"padding_error", plan.padding_error},
+         {"rows_error", plan.rows_error},
+         {"rays", plan.rays}};
   for (const auto& s : plan.slabs) {
     j["slabs"].push_back({{"distance_m", s.distance_m},
                           {"near_m", s.min_m.z},
@@ -124,7 +133,7 @@ Json json_of(const Plan& plan) {
                           {"rows", {{"count", s.rows.count}, {"pitch_m", s.rows.pitch_m}}}});
   }
   for (const auto& w : plan.wrps) {
-    j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}, {"slab", w.slab}});
+    j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}, {"slab", w.slab}, {"tile", w.tile}});
     if (!plan.aimed) j["wrps"].back()["rays_per_pixel"] = w.fan.size();
   }
   return j;
@@ -223,6 +232,9 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   }
   out << "scene     " << world.triangles.size() << " triangles, " << mm(extent.x) << " x " << mm(extent.y) << " x " << mm(extent.z) << ", "
       << mm(plan.near_m) << " to " << mm(plan.far_m) << " from the hologram\n";
+  if (plan.tiles.size() > 1)
+    out << "tiles     " << plan.tile_grid.x << " x " << plan.tile_grid.y << " of " << plan.tile_size.x << " x " << plan.tile_size.y
+        << " pixels, one after another\n";
   for (const auto& slab : plan.slabs) {
     const auto lit =
         std::count_if(plan.wrps.begin(), plan.wrps.end(), [&plan = plan, &slab](const Wrp& w) { return &plan.slab_of(w) == &slab; });

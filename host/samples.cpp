@@ -9,7 +9,11 @@
 namespace raywave {
 namespace {
 
-constexpr std::size_t band_bytes = std::size_t{64} << 20;  // of a band's samples, about
+/// Of a band's samples, about, on devices that have as much.
+std::size_t band_bytes(const cl::DeviceInfo& device) {
+  return static_cast<std::size_t>(std::min({std::uint64_t{64} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16}));
+}
+
 constexpr int most_samples = 1 << 28;
 
 device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
@@ -79,7 +83,8 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   std::int64_t total = 0;
   hidden = 0;
   for (std::size_t row = 0; row < ny;) {
-    const auto rows = std::clamp<std::size_t>(band_bytes / (nx * bytes_per_slot * static_cast<std::size_t>(slots_)), 1, ny - row);
+    const auto rows =
+        std::clamp<std::size_t>(band_bytes(device_.info()) / (nx * bytes_per_slot * static_cast<std::size_t>(slots_)), 1, ny - row);
     const auto cells = rows * nx, room = cells * static_cast<std::size_t>(slots_);
     make_room(device_, band_.counts, cells, "samples of each cell");
     make_room(device_, band_.samples, room, "samples");

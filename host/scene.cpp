@@ -296,6 +296,9 @@ HologramSpec read_hologram(Section section) {
     spec.pitch_m = v.is_array() ? v.vector<glm::dvec2>("a length or two [x, y]", length) : glm::dvec2(length(v));
   });
   section.read("wavelength", [&](const Value& v) { spec.wavelength_m = v.length_m(between(1e-9, 1e-2)); });
+  section.read("tiles", [&](const Value& v) {
+    if (!v.is_auto()) spec.tiles = v.integers(64);
+  });
   section.finish();
   return spec;
 }

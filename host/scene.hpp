@@ -21,6 +21,7 @@ struct HologramSpec {
   glm::ivec2 resolution{1920, 1080};  // pixels, x and y, >= 1
   glm::dvec2 pitch_m{3.74e-6, 3.74e-6};
   double wavelength_m = 638e-9;
+  std::optional<glm::ivec2> tiles{};  // windows computed one after another, x and y; empty: as few as memory holds
 };
 
 struct WrpSpec {

@@ -28,10 +28,10 @@ void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field)
 
   const glm::dvec3 centre = wrp.centre_m - plan_.origin_m;
   device::TracePlane plane{};
-  plane.nx = plan_.size.x;
-  plane.ny = plan_.size.y;
-  std::tie(plane.left, plane.left_low) = split(centre.x - (plan_.size.x - 1) / 2.0 * plan_.pitch_m.x);
-  std::tie(plane.top, plane.top_low) = split(centre.y + (plan_.size.y - 1) / 2.0 * plan_.pitch_m.y);
+  plane.nx = plan_.tile_size.x;
+  plane.ny = plan_.tile_size.y;
+  std::tie(plane.left, plane.left_low) = split(centre.x - (plan_.tile_size.x - 1) / 2.0 * plan_.pitch_m.x);
+  std::tie(plane.top, plane.top_low) = split(centre.y + (plan_.tile_size.y - 1) / 2.0 * plan_.pitch_m.y);
   std::tie(plane.z, plane.z_low) = split(centre.z);
   std::tie(plane.pitch_x, plane.pitch_x_low) = split(plan_.pitch_m.x);
   std::tie(plane.pitch_y, plane.pitch_y_low) = split(plan_.pitch_m.y);
@@ -48,11 +48,11 @@ void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field)
   plane.reach = 4 * (scene_.diameter_m + static_cast<float>(plan_.far_m - wrp.centre_m.z) + static_cast<float>(glm::length(centre)));
   plane.seed = seed;
 
-  const auto packets = static_cast<std::size_t>((plan_.size.x + lanes_ - 1) / lanes_);
+  const auto packets = static_cast<std::size_t>((plan_.tile_size.x + lanes_ - 1) / lanes_);
   const cl::Range local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
-  trace_fan_.run({packets, static_cast<std::size_t>(plan_.size.y)}, local, scene_.tree.nodes, scene_.tree.triangles, scene_.tree.positions,
-                 scene_.normals, scene_.uvs, scene_.materials, scene_.lights, scene_.texels, scene_.ambient_light, fan,
-                 static_cast<std::int32_t>(tangents.size()), plane, table_ ? table_->samples : no_samples_,
+  trace_fan_.run({packets, static_cast<std::size_t>(plan_.tile_size.y)}, local, scene_.tree.nodes, scene_.tree.triangles,
+                 scene_.tree.positions, scene_.normals, scene_.uvs, scene_.materials, scene_.lights, scene_.texels, scene_.ambient_light,
+                 fan, static_cast<std::int32_t>(tangents.size()), plane, table_ ? table_->samples : no_samples_,
                  table_ ? table_->first_of_cell : no_cells_, table_ ? table_->lattice : device::Lattice{}, field);
 }
 

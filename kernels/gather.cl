@@ -61,7 +61,7 @@ static inline uint view_row(__global const uint* view, int j) {
   return view[bit / 32] >> (bit % 32) & ((1u << RAYWAVE_VIEW_PARTS) - 1u);
 }
 
-// What is seen from a box of the hologram's window, in half windows of the view.
+// What is seen from a box of the hologram's window, in half sides of the window that the view speaks of.
 static inline int view_state(__global const uint* view, float x0, float x1, float y0, float y1) {
   const int left = view_part(x0), right = view_part(x1);
   const uint columns = (2u << right) - (1u << left);
@@ -140,7 +140,7 @@ static inline floatv shaded_amplitude(__global const Light* lights, __global con
 // Directions (tangents) in which highlights of lights `first` and on are brightest, of all that the fan holds; the chief ray's where there
 // is none.
 static inline void highlight_directions(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
-                                        int first, float fan, floatv* tx, floatv* ty) {
+                                        int first, const GatherPlane* plane, floatv* tx, floatv* ty) {
   const Surface s = sample_surface(sample);
   float txs[RAYWAVE_LANES], tys[RAYWAVE_LANES];
   for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
@@ -153,8 +153,8 @@ static inline void highlight_directions(__global const Light* lights, __global c
     const float twice = 2.0f * LANES_FIRST(in.facing);
     const float x = twice * sample->nx - LANES_FIRST(in.x), y = twice * sample->ny - LANES_FIRST(in.y);
     const float down = fmax(LANES_FIRST(in.z) - twice * sample->nz, 1e-6f);
-    txs[lane] = clamp(x / down, a->tangent_x - fan * a->half_tangent_x, a->tangent_x + fan * a->half_tangent_x);
-    tys[lane] = clamp(y / down, a->tangent_y - fan * a->half_tangent_y, a->tangent_y + fan * a->half_tangent_y);
+    txs[lane] = clamp(x / down, a->tangent_x - plane->fan_x * a->half_tangent_x, a->tangent_x + plane->fan_x * a->half_tangent_x);
+    tys[lane] = clamp(y / down, a->tangent_y - plane->fan_y * a->half_tangent_y, a->tangent_y + plane->fan_y * a->half_tangent_y);
   }
   *tx = LANES_LOAD(txs);
   *ty = LANES_LOAD(tys);
@@ -202,8 +202,8 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   const float narrowed = distance / from_hologram;
   a.scale_x = 1.0f / (lattice.half_width * narrowed);
   a.scale_y = 1.0f / (lattice.half_height * narrowed);
-  a.half_x = plane.fan * lattice.half_width * narrowed;
-  a.half_y = plane.fan * lattice.half_height * narrowed;
+  a.half_x = plane.fan_x * lattice.half_width * narrowed;
+  a.half_y = plane.fan_y * lattice.half_height * narrowed;
   a.amplitude = sqrt(s.radiance) * s.weight;
   a.tilt_x = s.tilt_x * a.inverse_depth;
   a.tilt_y = s.tilt_y * a.inverse_depth;
@@ -216,7 +216,8 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   a.tangent_y = LANES_FIRST(wide_high(tangent_y));
   a.half_tangent_x = lattice.half_width / from_hologram;
   a.half_tangent_y = lattice.half_height / from_hologram;
-  const float spot_x = near_spot(a.half_tangent_x, &plane), spot_y = near_spot(a.half_tangent_y, &plane);
+  const float spot_x = near_spot(a.half_tangent_x, plane.fan_x, plane.turns_hi),
+              spot_y = near_spot(a.half_tangent_y, plane.fan_y, plane.turns_hi);
   const float extent_x = a.half_x + plane.near_tail * spot_x, extent_y = a.half_y + plane.near_tail * spot_y;
   a.near = (a.half_x < plane.near_spots * spot_x || a.half_y < plane.near_spots * spot_y) && near_count(extent_x, spot_x) <= NEAR_WAVES &&
            near_count(extent_y, spot_y) <= NEAR_WAVES;
@@ -279,14 +280,14 @@ static inline floatv amplitude_towards(__global const Light* lights, __global co
 // axes through its brightest direction: right to first order for surfaces that turn away, and for highlights that fall off like a Gaussian.
 static inline void near_axes(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
                              const GatherPlane* plane, NearWaves* x, NearWaves* y) {
-  near_waves(x, a->hidden, a->tangent_x, a->half_tangent_x, a->half_x, a->depth, plane->sine_limit_x, plane);
-  near_waves(y, a->hidden, a->tangent_y, a->half_tangent_y, a->half_y, a->depth, plane->sine_limit_y, plane);
+  near_waves(x, a->hidden, a->tangent_x, a->half_tangent_x, a->half_x, a->depth, gathered_x(plane), plane->turns_hi);
+  near_waves(y, a->hidden, a->tangent_y, a->half_tangent_y, a->half_y, a->depth, gathered_y(plane), plane->turns_hi);
   float best_x = a->tangent_x, best_y = a->tangent_y;
   float best = LANES_FIRST(amplitude_towards(lights, lit, sample, a, (floatv)(best_x), (floatv)(best_y)));
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
   for (int first = 0; first < RAYWAVE_LIGHTS && a->specular; first += RAYWAVE_LANES) {
     floatv tx, ty;
-    highlight_directions(lights, lit, sample, a, first, plane->fan, &tx, &ty);
+    highlight_directions(lights, lit, sample, a, first, plane, &tx, &ty);
     float amplitudes[RAYWAVE_LANES], txs[RAYWAVE_LANES], tys[RAYWAVE_LANES];
     LANES_STORE(amplitude_towards(lights, lit, sample, a, tx, ty), amplitudes);
     LANES_STORE(tx, txs);
@@ -437,26 +438,27 @@ static inline void gather_far(__global const Light* lights, __global const uint*
   const floatv dx = wide_high(from_x);
   const floatv off_chief = wide_high(wide_minus(x, wide(a->centre_x, a->centre_x_low)));
   const floatv across = fabs(off_chief * a->scale_x);  // where the pixel's light meets the hologram, in half windows
-  intv inside_x = (across <= plane->fan) & (column < plane->nx);
+  intv inside_x = (across <= plane->fan_x) & (column < plane->nx);
   floatv edge_x = 1.0f;
-  if (plane->edge_rate > 0.0f) {
-    const floatv e = clamp((plane->fan - across) * plane->edge_rate, (floatv)(0.0f), (floatv)(1.0f));
+  if (plane->edge_rate_x > 0.0f) {
+    const floatv e = clamp((plane->fan_x - across) * plane->edge_rate_x, (floatv)(0.0f), (floatv)(1.0f));
     edge_x = e * e * (3.0f - 2.0f * e);
   }
   const float sign = a->depth < 0.0f ? -1.0f : 1.0f;
 #if RAYWAVE_VIEW_PARTS > 0
   int state = VIEW_CLEAR;
-  const float to_window_x = sign * a->scale_x / plane->view_half;
-  const float to_window_y = sign * a->scale_y / plane->view_half;
+  const float to_view_x = sign * a->scale_x * plane->view_scale_x;
+  const float to_view_y = sign * a->scale_y * plane->view_scale_y;
   intv part = 0;
   if (a->hidden) {
-    const float u0 = (fmax(left_x, a->centre_x - a->half_x) - a->centre_x) * to_window_x;
-    const float u1 = (fmin(right_x, a->centre_x + a->half_x) - a->centre_x) * to_window_x;
-    const float v0 = (fmax(bottom_y, a->centre_y - a->half_y) - a->centre_y) * to_window_y;
-    const float v1 = (fmin(top_y, a->centre_y + a->half_y) - a->centre_y) * to_window_y;
+    const float u0 = (fmax(left_x, a->centre_x - a->half_x) - a->centre_x) * to_view_x + plane->view_shift_x;
+    const float u1 = (fmin(right_x, a->centre_x + a->half_x) - a->centre_x) * to_view_x + plane->view_shift_x;
+    const float v0 = (fmax(bottom_y, a->centre_y - a->half_y) - a->centre_y) * to_view_y + plane->view_shift_y;
+    const float v1 = (fmin(top_y, a->centre_y + a->half_y) - a->centre_y) * to_view_y + plane->view_shift_y;
     state = view_state(view, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1));
     if (state == VIEW_CLOSED) return;
-    part = clamp(LANES_TO_INT((off_chief * to_window_x + 1.0f) * (0.5f * RAYWAVE_VIEW_PARTS)), (intv)(0), (intv)(RAYWAVE_VIEW_PARTS - 1));
+    part = clamp(LANES_TO_INT((off_chief * to_view_x + plane->view_shift_x + 1.0f) * (0.5f * RAYWAVE_VIEW_PARTS)), (intv)(0),
+                 (intv)(RAYWAVE_VIEW_PARTS - 1));
   }
 #endif
   const floatv squared_x = dx * dx + a->depth * a->depth;
@@ -481,10 +483,10 @@ static inline void gather_far(__global const Light* lights, __global const uint*
     const float off_chief_y = LANES_FIRST(wide_high(wide_minus(y, wide(a->centre_y, a->centre_y_low))));
 #endif
     const float up = fabs(off_chief_y * a->scale_y);
-    if (up > plane->fan) continue;
+    if (up > plane->fan_y) continue;
     float edge_y = 1.0f;
-    if (plane->edge_rate > 0.0f) {
-      const float e = clamp((plane->fan - up) * plane->edge_rate, 0.0f, 1.0f);
+    if (plane->edge_rate_y > 0.0f) {
+      const float e = clamp((plane->fan_y - up) * plane->edge_rate_y, 0.0f, 1.0f);
       edge_y = e * e * (3.0f - 2.0f * e);
     }
     const floatv length = sqrt(squared_x + dy * dy);
@@ -495,7 +497,7 @@ static inline void gather_far(__global const Light* lights, __global const uint*
 #endif
 #if RAYWAVE_VIEW_PARTS > 0
     if (state == VIEW_MIXED) {
-      const uint seen = view_row(view, view_part(off_chief_y * to_window_y));
+      const uint seen = view_row(view, view_part(off_chief_y * to_view_y + plane->view_shift_y));
       counts &= ((intv)((int)seen) >> part & 1) != 0;
       if (!LANES_ANY(counts)) continue;
     }

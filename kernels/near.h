@@ -21,9 +21,24 @@
 
 #define NEAR_WAVES 96  // per axis at most, a multiple of RAYWAVE_LANES
 
-// Width of the bright spot that the whole fan makes of a point: one axis, `half_tangent` is of half the hologram window as the sample sees
+// What a plane gathers along one axis: GatherPlane's figures of it.
+typedef struct {
+  float fan, edge_rate, sine_limit, view_scale, view_shift;
+} Gathered;
+static inline Gathered gathered_x(const GatherPlane* plane) {
+  const Gathered x = {plane->fan_x, plane->edge_rate_x, plane->sine_limit_x, plane->view_scale_x, plane->view_shift_x};
+  return x;
+}
+static inline Gathered gathered_y(const GatherPlane* plane) {
+  const Gathered y = {plane->fan_y, plane->edge_rate_y, plane->sine_limit_y, plane->view_scale_y, plane->view_shift_y};
+  return y;
+}
+
+// Width of the bright spot that the whole fan makes of a point: one axis, `half_tangent` is of half the tile's window as the sample sees
 // it.
-static inline float near_spot(float half_tangent, const GatherPlane* plane) { return 0.5f / (plane->turns_hi * plane->fan * half_tangent); }
+static inline float near_spot(float half_tangent, float fan, float turns_per_metre) {
+  return 0.5f / (turns_per_metre * fan * half_tangent);
+}
 
 // Waves that an axis needs: a sum of evenly spaced waves repeats itself after as many spots, and edges ring for about 12. A multiple of 8,
 // so that none lies between two parts of the window.
@@ -54,13 +69,13 @@ typedef struct {
 
 // centre_tangent: towards the hologram's centre; in_parts: `begin` is wanted.
 static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tangent, float half_tangent, float half_extent, float depth,
-                              float sine_limit, const GatherPlane* plane) {
-  waves->count = min(near_count(half_extent, near_spot(half_tangent, plane)), NEAR_WAVES);
-  const float low = near_sine_step(centre_tangent, -plane->fan * half_tangent);
-  const float step = (near_sine_step(centre_tangent, plane->fan * half_tangent) - low) / (float)waves->count;
+                              Gathered axis, float turns_per_metre) {
+  waves->count = min(near_count(half_extent, near_spot(half_tangent, axis.fan, turns_per_metre)), NEAR_WAVES);
+  const float low = near_sine_step(centre_tangent, -axis.fan * half_tangent);
+  const float step = (near_sine_step(centre_tangent, axis.fan * half_tangent) - low) / (float)waves->count;
   const float c0 = 1.0f / sqrt(1.0f + centre_tangent * centre_tangent), s0 = centre_tangent * c0;
-  waves->first = (low + 0.5f * step) * plane->turns_hi;
-  waves->step = step * plane->turns_hi;
+  waves->first = (low + 0.5f * step) * turns_per_metre;
+  waves->step = step * turns_per_metre;
   for (int i = 0; i <= NEAR_PARTS; ++i) waves->begin[i] = i == 0 ? 0 : waves->count;
   for (int n = 0; n < waves->count; n += RAYWAVE_LANES) {
     const floatv d = low + (LANES_TO_FLOAT(n + LANES_INDEX) + 0.5f) * step, sine = s0 + d;
@@ -68,13 +83,13 @@ static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tang
     const floatv bend = c0 + s0 * (s0 + sine) / (c0 + cosine);
     const floatv at = d * bend / (c0 * cosine * half_tangent);  // on the hologram, in half windows
     floatv weight = step / cosine;
-    if (plane->edge_rate > 0.0f) {
-      const floatv e = clamp((plane->fan - fabs(at)) * plane->edge_rate, (floatv)(0.0f), (floatv)(1.0f));
+    if (axis.edge_rate > 0.0f) {
+      const floatv e = clamp((axis.fan - fabs(at)) * axis.edge_rate, (floatv)(0.0f), (floatv)(1.0f));
       weight *= e * e * (3.0f - 2.0f * e);
     }
-    weight = LANES_SELECT((floatv)(0.0f), weight, fabs(sine) <= sine_limit);
+    weight = LANES_SELECT((floatv)(0.0f), weight, fabs(sine) <= axis.sine_limit);
     floatv c, s;
-    cos_sin_turns(-depth * plane->turns_hi * d * d * bend / (c0 * (c0 + cosine)), &c, &s);
+    cos_sin_turns(-depth * turns_per_metre * d * d * bend / (c0 * (c0 + cosine)), &c, &s);
     LANES_STORE(weight * c, waves->re + n);
     LANES_STORE(weight * s, waves->im + n);
     LANES_STORE(sine / cosine, waves->tangent + n);
@@ -83,7 +98,8 @@ static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tang
     LANES_STORE(at, ats);
     for (int i = 0; i < RAYWAVE_LANES && n + i < waves->count; ++i) {
       for (int part = 1; part < NEAR_PARTS; ++part) {
-        if (ats[i] >= ((float)part * (2.0f / NEAR_PARTS) - 1.0f) * plane->view_half) waves->begin[part] = min(waves->begin[part], n + i);
+        if (ats[i] * axis.view_scale + axis.view_shift >= (float)part * (2.0f / NEAR_PARTS) - 1.0f)
+          waves->begin[part] = min(waves->begin[part], n + i);
       }
     }
   }

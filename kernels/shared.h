@@ -79,7 +79,7 @@ typedef struct {
   float layer_gap;  // layers closer than this along z are one
   float bias;
   float reach;
-  float half_width;  // of the hologram's window that samples are looked at from
+  float half_width;  // of the window that samples are looked at from, or whose light is gathered
   float half_height;
 } Lattice;
 
@@ -99,7 +99,7 @@ typedef struct {
   float centre_y_low;
   float half_x;  // half the footprint on the plane
   float half_y;
-  float scale_x;  // half hologram windows per metre of the plane
+  float scale_x;  // half windows of the tile per metre of the plane
   float scale_y;
   float amplitude;  // of the part that does not depend on direction
   float tilt_x;     // Sample::tilt, for offsets on the plane in place of tangents
@@ -112,7 +112,7 @@ typedef struct {
   float chief_y_low;
   float tangent_x;  // of the chief ray, towards the hologram
   float tangent_y;
-  float half_tangent_x;  // of half the hologram's window
+  float half_tangent_x;  // of half the tile's window
   float half_tangent_y;
   int specular;
   int hidden;  // as in Sample
@@ -140,7 +140,7 @@ typedef struct {
   float pitch_x_low;
   float pitch_y;
   float pitch_y_low;
-  float hologram_x;  // centre of the hologram, scene frame
+  float hologram_x;  // centre of the hologram, or of its tile that the plane's light goes to, scene frame
   float hologram_x_low;
   float hologram_y;
   float hologram_y_low;
@@ -148,8 +148,10 @@ typedef struct {
   float hologram_z_low;
   float turns_hi;  // 1 / wavelength as the sum of two floats
   float turns_lo;
-  float fan;           // half width of the fan in half hologram windows
-  float edge_rate;     // 1 / width of its soft edge; 0: hard
+  float fan_x;  // half width of the fan in half windows of the tile
+  float fan_y;
+  float edge_rate_x;  // 1 / width of its soft edge; 0: hard
+  float edge_rate_y;
   float sine_limit_x;  // largest sine that the SLM's pixels can show
   float sine_limit_y;
   float tangent_x;  // lattice tangent of the first column's centre, and of one pixel further; window: how far from its own tangent a pixel
@@ -163,7 +165,10 @@ typedef struct {
   float near_tail;   // of their light beyond the footprint, in diffraction spots
   int room_x;        // of a profile, in pixels; gather.cl
   int room_y;
-  float view_half;  // half side of the window that views speak of, in half hologram windows
+  float view_scale_x;  // half sides of the tile's window over those of the window that views speak of
+  float view_scale_y;
+  float view_shift_x;  // from that one's centre to the tile's, in half sides of it
+  float view_shift_y;
 } GatherPlane;
 
 // Directional light (is_point 0): xyz is the unit vector towards it. Point light (is_point 1): xyz is its position. Low: what the floats

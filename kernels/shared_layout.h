@@ -119,8 +119,10 @@
   MEMBER(GatherPlane, hologram_z_low) \
   MEMBER(GatherPlane, turns_hi)       \
   MEMBER(GatherPlane, turns_lo)       \
-  MEMBER(GatherPlane, fan)            \
-  MEMBER(GatherPlane, edge_rate)      \
+  MEMBER(GatherPlane, fan_x)          \
+  MEMBER(GatherPlane, fan_y)          \
+  MEMBER(GatherPlane, edge_rate_x)    \
+  MEMBER(GatherPlane, edge_rate_y)    \
   MEMBER(GatherPlane, sine_limit_x)   \
   MEMBER(GatherPlane, sine_limit_y)   \
   MEMBER(GatherPlane, tangent_x)      \
@@ -133,7 +135,10 @@
   MEMBER(GatherPlane, near_tail)      \
   MEMBER(GatherPlane, room_x)         \
   MEMBER(GatherPlane, room_y)         \
-  MEMBER(GatherPlane, view_half)      \
+  MEMBER(GatherPlane, view_scale_x)   \
+  MEMBER(GatherPlane, view_scale_y)   \
+  MEMBER(GatherPlane, view_shift_x)   \
+  MEMBER(GatherPlane, view_shift_y)   \
   MEMBER(Light, x)                    \
   MEMBER(Light, x_low)                \
   MEMBER(Light, y)                    \

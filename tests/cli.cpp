@@ -77,6 +77,17 @@ TEST_CASE("frames and WRPs are written when asked for") {
   CHECK(load_npy(desk.out("wrp_2.npy")).frames == 2);
 }
 
+TEST_CASE("a hologram in tiles is reported as such, and no field is written where none is wanted") {
+  const Desk desk;
+  REQUIRE(desk.render({"--set", "hologram.tiles=[2, 3]", "--no-field", "--quiet"}).code == 0);
+  CHECK_FALSE(std::filesystem::exists(desk.out("field.npy")));
+  CHECK(std::filesystem::exists(desk.out("hologram.png")));
+  const auto plan = Json::parse(bytes_of(desk.out("report.json")))["plan"];
+  CHECK(plan["tiles"] == Json::array({2, 3}));
+  CHECK(plan["why_tiles"] == "given");
+  CHECK(plan["wrps"].back()["tile"] == 5);
+}
+
 TEST_CASE("--set changes what is computed and what is reported") {
   const Desk desk;
   REQUIRE(desk.render({"--set", "sampling.seed=7", "--set", "wrp.padding=1.5", "--set", "object.0.width=0.1 mm", "--quiet"}).code == 0);

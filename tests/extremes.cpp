@@ -593,9 +593,11 @@ TEST_CASE("what device or host have no memory for is refused before any is taken
     auto scene = small_scene(folder);
     const auto side = static_cast<int>(std::sqrt(static_cast<double>(info.largest_buffer_bytes) / 32)) + 512;
     scene.hologram.resolution = {side, side};
-    scene.wrp.grid = glm::ivec2(1, 1);
+    scene.hologram.tiles = scene.wrp.grid = glm::ivec2(1, 1);
+    RenderOptions on_device;
+    on_device.fft = cl::FftBackend::clfft;
     try {
-      render(device, scene);
+      render(device, scene, on_device);
       FAIL("a padded plane larger than the largest buffer was not refused");
     } catch (const cl::DeviceError& error) {
       CHECK_THAT(error.what(), ContainsSubstring("padded plane: ") && ContainsSubstring(" asked in one buffer") &&

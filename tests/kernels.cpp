@@ -127,7 +127,7 @@ void render_in_all_ways(const cl::Device& device, const Folder& folder) {
 /// Planes this small are never gathered in fewer rows.
 void refine(const cl::Device& device) {
   Plan plan;
-  plan.size = {device.info().float_lanes + 3, 19};
+  plan.size = plan.tile_size = {device.info().float_lanes + 3, 19};
   plan.pitch_m = {8 * um, 8 * um};
   plan.wavelength_m = 638e-9;
   plan.slabs = {{.distance_m = 10 * mm}};

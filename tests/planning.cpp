@@ -282,15 +282,51 @@ TEST_CASE("a goal for a fan, whose pictures cannot be predicted, is refused") {
                     ContainsSubstring("cannot be predicted"));
 }
 
-TEST_CASE("memory that the device does not have is foretold, with what needs less") {
-  const auto scene = data_scene("teapot.toml");
+DeviceFigures small_device() {
   DeviceFigures small;
   small.name = "small";
-  small.memory_bytes = 64 << 20;
-  small.largest_buffer_bytes = 16 << 20;
-  const auto p = plan_scene(scene, build_world(scene), small, {});
-  CHECK(warns(p, "padded plane: 63.3 MiB in one buffer, small allows 16.0 MiB; a smaller hologram.resolution or wrp.padding needs less"));
+  small.memory.device_bytes = 64 << 20;
+  small.memory.largest_buffer_bytes = 16 << 20;
+  small.fft = cl::FftBackend::clfft;
+  return small;
+}
+
+TEST_CASE("memory that the device does not have is foretold, with what needs less") {
+  const auto scene = data_scene("teapot.toml", {"hologram.tiles=[1, 1]"});
+  const auto p = plan_scene(scene, build_world(scene), small_device(), {});
+  CHECK(warns(p,
+              "padded plane: 63.3 MiB in one buffer, small allows 16.0 MiB; a smaller hologram.resolution or wrp.padding, or more "
+              "hologram.tiles, needs less"));
   CHECK(warns(p, "small has 64.0 MiB"));
+}
+
+TEST_CASE("a hologram that does not fit is planned in the fewest tiles that do, and the plan says why") {
+  auto small = small_device();
+  const auto scene = data_scene("teapot.toml");
+  const auto world = build_world(scene);
+  const auto needs_of = [&](const Plan& plan) {
+    return memory_needs(scene, world, plan, {Method::wrp, small.fft}, small.memory.largest_buffer_bytes);
+  };
+  const auto p = plan_scene(scene, world, small);
+  CHECK(p.plan.tile_grid == glm::ivec2(3, 2));
+  CHECK(p.plan.tile_size == glm::ivec2(640, 540));
+  CHECK(p.plan.why_tiles == "in one piece padded plane 63.3 MiB in one buffer, the device allows 16.0 MiB");
+  CHECK(std::any_of(p.reasons.begin(), p.reasons.end(), [](const auto& r) { return r.starts_with("hologram.tiles 3 x 2: in one piece"); }));
+  for (const auto& need : needs_of(p.plan).device) CHECK(need.bytes <= small.memory.largest_buffer_bytes);
+  CHECK(needs_of(p.plan).device_bytes() <= small.memory.device_bytes);
+  CHECK_FALSE(warns(p, "small"));
+
+  small.memory.largest_buffer_bytes = 1 << 30;
+  const auto by_total = plan_scene(scene, world, small).plan;
+  CHECK(by_total.tile_grid == glm::ivec2(3, 2));
+  CHECK(by_total.why_tiles.find("the device has 64.0 MiB") != std::string::npos);
+  small.memory.device_bytes = 1 << 30;
+  CHECK(plan_scene(scene, world, small).plan.tile_grid == glm::ivec2(1, 1));
+  small.memory.host_bytes = 90 << 20;  // 18 MiB of field and levels, planes of 158 MiB
+  CHECK(plan_scene(scene, world, small).plan.tile_grid == glm::ivec2(2, 2));
+  small.memory.host_bytes = 1 << 20;  // what the results take does not depend on tiles: the smallest, so that what is refused says so
+  const auto none = plan_scene(scene, world, small).plan;
+  CHECK(std::max(none.tile_size.x, none.tile_size.y) < 2 * least_tile);
 }
 
 TEST_CASE("rates are kept per device, and a damaged file counts as none") {

@@ -19,11 +19,12 @@ using reference::to_double;
 /// A WRP off the axis, 60 mm before a hologram of 61 x 400 pixels.
 Plan small_plan() {
   Plan plan;
-  plan.size = {61, 400};
+  plan.size = plan.tile_size = {61, 400};
   plan.pitch_m = {4e-6, 4e-6};
   plan.wavelength_m = 638e-9;
   plan.slabs = {{.distance_m = 60e-3}};
   plan.fan = 1.2;
+  plan.tile_fan = glm::dvec2(1.2);
   plan.wrps = {{{0.2e-3, -0.7e-3, 60e-3}, {}, {0, 0}, 0}};
   return plan;
 }

@@ -184,8 +184,8 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {4, "wavelength = 9007199254740993",
        "hologram: wavelength must be a length: a number in metres, or a string such as \"3.74 um\", got 9007199254740993"},
       {4, "wavelenght = 5e-7",
-       "hologram: unknown key \"wavelenght\"; did you mean \"wavelength\"? (keys here: resolution, pitch, wavelength)"},
-      {4, "colour = 5e-7", "hologram: unknown key \"colour\" (keys here: resolution, pitch, wavelength)"},
+       "hologram: unknown key \"wavelenght\"; did you mean \"wavelength\"? (keys here: resolution, pitch, wavelength, tiles)"},
+      {4, "colour = 5e-7", "hologram: unknown key \"colour\" (keys here: resolution, pitch, wavelength, tiles)"},
       {5, "[wpr]",
        "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, wrp, sampling, trace, accuracy, viewer, light, materials, "
        "object)"},

@@ -51,7 +51,7 @@ struct Options {
   int rays = 100;
   DeviceOptions device;
   GoalOptions goal;
-  bool json = false, quiet = false, save_wrps = false;
+  bool json = false, quiet = false, save_wrps = false, no_field = false;
 };
 
 std::string numbered(const char* stem, std::size_t number, const char* extension) {
@@ -68,6 +68,7 @@ void run(const Options& options) {
   if (goal.any() && how.method != Method::wrp) throw InputError("--quality, --budget and --psnr plan --method wrp alone");
   how.rays_per_axis = options.rays;
   how.keep_wrps = options.save_wrps;
+  how.keep_field = !options.no_field;
   RenderResult result;
   std::vector<std::string> warnings;
   {
@@ -94,13 +95,13 @@ void run(const Options& options) {
   std::vector<std::string> written;
   for (std::size_t frame = 0; frame < result.levels.size(); ++frame) {
     written.push_back(numbered("hologram", frame + 1, ".png"));
-    save_png(out / written.back(), result.field.nx, result.field.ny, result.levels[frame]);
+    save_png(out / written.back(), result.plan.size.x, result.plan.size.y, result.levels[frame]);
   }
   const auto save_field = [&](const std::string& name, const FieldStack& field) {
     save_npy(out / name, field.nx, field.ny, field.frames, field.samples);
     written.push_back(name);
   };
-  save_field("field.npy", result.field);
+  if (how.keep_field) save_field("field.npy", result.field);
   for (std::size_t i = 0; i < result.wrps.size(); ++i) save_field("wrp_" + std::to_string(i + 1) + ".npy", result.wrps[i]);
   const auto report = render_report_json(scene, result, device.info(), how.fft);
   write_text(out / "report.json", report);
@@ -111,7 +112,7 @@ void run(const Options& options) {
   } else if (!options.quiet) {
     double total = 0;
     for (const auto& [stage, seconds] : result.seconds) total += seconds;
-    std::printf("%d x %d hologram of %zu WRPs in %.2f s (trace %.2f s, propagate %.2f s) on %s\n", result.field.nx, result.field.ny,
+    std::printf("%d x %d hologram of %zu WRPs in %.2f s (trace %.2f s, propagate %.2f s) on %s\n", result.plan.size.x, result.plan.size.y,
                 result.plan.wrps.size(), total, result.seconds["trace"], result.seconds["propagate"], device.info().name.c_str());
     for (const auto& name : written) std::printf("  %s\n", (out / name).c_str());
   }
@@ -130,6 +131,7 @@ void add_render(CLI::App& app) {
       "wrp: rays to WRPs, carried to the hologram; points: every surface sample to every pixel; rays: rays from every hologram pixel");
   command->add_option("--rays", options->rays, "Rays per axis and pixel of --method rays")->check(CLI::Range(1, 1000));
   command->add_flag("--save-wrps", options->save_wrps, "Also write the field of every WRP (wrp_1.npy, ...)");
+  command->add_flag("--no-field", options->no_field, "Do not keep the field: no field.npy, and an eighth of the host's memory for results");
   command->add_flag("--json", options->json, "Print the report instead of a summary");
   command->add_flag("--quiet", options->quiet, "Print nothing but errors");
   options->goal.add_to(*command);

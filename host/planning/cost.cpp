@@ -41,10 +41,11 @@ struct Crossing {
   bool near = false;  // the sample's wave is made of plane waves
 };
 
-/// at_m  where the sample's chief ray crosses the WRPs, which reach from first to last
+/// at_m  where the sample's ray to a tile's centre crosses the WRPs, which reach from first to last
 Crossing crossing(const Plan& plan, const Slab& slab, int axis, double at_m, double z_m, double first_m, double last_m, double tile) {
-  const double window = plan.size[axis] * plan.pitch_m[axis], spot = plan.wavelength_m * z_m / (std::max(plan.fan, 1e-3) * window);
-  const double cone = plan.fan * window / 2 * std::abs(1 - slab.distance_m / z_m);
+  const double window = plan.tile_window_m()[axis], fan = plan.tile_fan[axis];
+  const double spot = plan.wavelength_m * z_m / (std::max(fan, 1e-3) * window),
+               cone = fan * window / 2 * std::abs(1 - slab.distance_m / z_m);
   const bool near = cone < Gatherer::default_near_spots * spot;
   const double half = cone + (near ? Gatherer::near_tail * spot : 0);
   const double low = std::max(at_m - half, first_m), high = std::min(at_m + half, last_m);
@@ -77,7 +78,7 @@ constexpr std::array ball_in_wall_s{0.024, 0.125, 0.25, 0.0095};
 }  // namespace
 
 double count_butterflies(const Plan& plan, int frames) {
-  const glm::dvec2 padded(plan.padded), size(plan.size);
+  const glm::dvec2 padded(plan.padded), size(plan.tile_size);
   double forward = 0, widest = 0;
   for (const auto& wrp : plan.wrps) {
     const double rows = rows_kept(plan, wrp).count();
@@ -86,16 +87,17 @@ double count_butterflies(const Plan& plan, int frames) {
   }
   const double back =
       size.x * padded.y * std::log2(padded.y) + widest * padded.x * std::log2(padded.x) + butterflies_of_a_pixel * size.x * size.y;
-  return frames * (forward + way_back * back);
+  return frames * (forward + static_cast<double>(plan.tiles.size()) * way_back * back);
 }
 
 Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view) {
   Work work;
   const double frames = scene.sampling.frames, pixels = static_cast<double>(plan.size.x) * plan.size.y;
   const double samples_of_a_cell = std::pow(view.step / plan.lattice.step, 2);
+  const double tile_pixels = static_cast<double>(plan.tile_size.x) * plan.tile_size.y;
   for (const auto& wrp : plan.wrps) {
     const auto& slab = plan.slab_of(wrp);
-    work.pixels += pixels * (slab.refines() ? static_cast<double>(slab.rows.count) / plan.size.y + 1 : 1) * frames;
+    work.pixels += tile_pixels * (slab.refines() ? static_cast<double>(slab.rows.count) / plan.tile_size.y + 1 : 1) * frames;
   }
   work.levels = pixels * frames;
   work.butterflies = count_butterflies(plan, scene.sampling.frames);
@@ -120,13 +122,15 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
       if (z == 0) continue;
       const auto& slab = plan.slab_at(z);
       const auto& [first, last] = extents[static_cast<std::size_t>(&slab - plan.slabs.data())];
-      const auto at = view.tangent(x, y) * slab.distance_m;
-      const auto across = crossing(plan, slab, 0, at.x, z, first.x, last.x, tile_width),
-                 up = crossing(plan, slab, 1, at.y, z, first.y, last.y, tile_height);
-      const double pairs = (across.pixels + across.rim) * (up.pixels + up.rim);
-      work.pairs += pairs * (view.shiny[cell] ? 1 + highlight * lights : 1);
-      work.more_pairs += pairs;
-      if (across.near || up.near) work.pairs += profile_of_a_pixel * (across.pixels + up.pixels);
+      for (const auto& tile : plan.tiles) {
+        const auto at = tile.centre_m + (view.tangent(x, y) * z - tile.centre_m) * (slab.distance_m / z);
+        const auto across = crossing(plan, slab, 0, at.x, z, first.x, last.x, tile_width),
+                   up = crossing(plan, slab, 1, at.y, z, first.y, last.y, tile_height);
+        const double pairs = (across.pixels + across.rim) * (up.pixels + up.rim);
+        work.pairs += pairs * (view.shiny[cell] ? 1 + highlight * lights : 1);
+        work.more_pairs += pairs;
+        if (across.near || up.near) work.pairs += profile_of_a_pixel * (across.pixels + up.pixels);
+      }
     }
   }
   work.pairs *= samples_of_a_cell * gatherings;
@@ -191,8 +195,9 @@ DeviceRates measure_rates(const cl::DeviceInfo& info, cl::FftBackend backend) {
 }
 
 Band rows_kept(const Plan& plan, const Wrp& wrp) {
-  const Axis axis{plan.padded.y, plan.pitch_m.y, plan.size.y};
-  return axis.sampled(band_m(plan.wavelength_m, wrp.centre_m.z, wrp.centre_m.y, axis.reach_m()));  // rows count downwards
+  const Axis axis{plan.padded.y, plan.pitch_m.y, plan.tile_size.y};
+  return axis.sampled(
+      band_m(plan.wavelength_m, wrp.centre_m.z, wrp.centre_m.y - plan.tile_of(wrp).centre_m.y, axis.reach_m()));  // rows count downwards
 }
 
 StageTimes predict_times(const Work& work, const DeviceRates& rates) {

@@ -10,7 +10,6 @@
 
 #include "host/error.hpp"
 #include "host/plane_errors.hpp"
-#include "host/planning/memory.hpp"
 #include "host/planning/warnings.hpp"
 #include "host/propagator.hpp"
 #include "host/refiner.hpp"
@@ -166,7 +165,7 @@ private:
     const auto given = scene_.given.contains("wrp.padding");
     const auto tried = given ? std::vector{scene_.wrp.padding} : std::vector(paddings_tried.begin(), paddings_tried.end());
     std::vector<glm::ivec2> sizes;
-    for (const double padding : tried) sizes.push_back(padded_size(plan_.size, padding));
+    for (const double padding : tried) sizes.push_back(padded_size(plan_.tile_size, padding));
     const auto errors = predicted_padding_errors(layout.all_rows, sizes);
     for (std::size_t i = 0; i < tried.size(); ++i) {
       if (errors[i] <= worst_padding_error || i + 1 == tried.size()) layout.paddings.emplace_back(tried[i], errors[i]);
@@ -179,7 +178,7 @@ private:
     for (const auto& [padding, error] : layout.paddings) {
       auto c = without;
       c.padding = padding;
-      plan.padded = padded_size(plan.size, padding);
+      plan.padded = padded_size(plan.tile_size, padding);
       work.butterflies = count_butterflies(plan, c.frames);
       c.seconds = predict_times(work, device_.rates).total_s();
       c.psnr_db = predict_pictures(*layout.model, c.pitch_m, c.frames, std::hypot(error, plan.rows_error)).mean_psnr_db;
@@ -200,7 +199,7 @@ private:
 
   double seconds_of(const Choice& c, const Plan& with_rows) const {
     auto plan = with_rows;
-    plan.padded = padded_size(plan.size, c.padding);
+    plan.padded = padded_size(plan.tile_size, c.padding);
     return predict_times(worked_out(c, plan).second, device_.rates).total_s();
   }
 
@@ -283,7 +282,7 @@ const char* name_of(Quality quality) {
 }
 
 DeviceFigures figures_of(const cl::DeviceInfo& device) {
-  DeviceFigures figures{device.name, device.fp64, device.memory_bytes, device.largest_buffer_bytes, default_rates()};
+  DeviceFigures figures{device.name, device.fp64, limits_of(device), cl::default_backend(device), default_rates()};
   if (const auto rates = load_rates(device)) figures.rates = *rates;
   return figures;
 }
@@ -322,7 +321,7 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
       planned.warnings.push_back("nothing reaches " + decibels_text(*goal.psnr_db) + ": the truest has " + decibels_text(c.psnr_db) +
                                  "; a larger viewer.resolution asks for less detail");
   }
-  planned.plan = make_plan(s, world, Method::wrp, 100, device.has_doubles);
+  planned.plan = fitting_plan(s, world, device.memory, {Method::wrp, device.fft}, 100, device.has_doubles);
   const auto& plan = planned.plan;
 
   auto& prediction = planned.prediction;
@@ -334,20 +333,20 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
     prediction.pictures = predict_pictures(*model, s.sampling.pitch_m, s.sampling.frames, std::hypot(plan.padding_error, plan.rows_error));
   const double phase_error = 2 * std::numbers::pi * plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
   prediction.field_error = std::hypot(plan.padding_error, plan.rows_error, phase_error);
-  const auto largest = device.largest_buffer_bytes > 0 ? device.largest_buffer_bytes : std::numeric_limits<std::uint64_t>::max();
-  const auto needs = memory_needs(s, world, plan, Method::wrp, largest);
-  for (const auto& need : needs) {
-    prediction.device_bytes += need.bytes;
-    if (device.memory_bytes > 0 && need.bytes > largest)
+  const auto largest = device.memory.largest_buffer_bytes;
+  const auto needs = memory_needs(s, world, plan, {Method::wrp, device.fft}, largest);
+  prediction.device_bytes = needs.device_bytes();
+  for (const auto& need : needs.device) {
+    if (need.bytes > largest)
       planned.warnings.push_back(need.name + ": " + cl::format_bytes(need.bytes) + " in one buffer, " + device.name + " allows " +
                                  cl::format_bytes(largest) + "; " + need.advice);
   }
   prediction.device_bytes +=
       static_cast<std::uint64_t>(prediction.work.samples * (sizeof(device::Sample) + sizeof(device::Aim) + 16 + 8 * s.sampling.frames));
-  if (device.memory_bytes > 0 && prediction.device_bytes > device.memory_bytes)
+  if (prediction.device_bytes > device.memory.device_bytes)
     planned.warnings.push_back("needs " + cl::format_bytes(prediction.device_bytes) + ", " + device.name + " has " +
-                               cl::format_bytes(device.memory_bytes) +
-                               "; a smaller hologram.resolution or wrp.padding, or a larger sampling.pitch, needs less");
+                               cl::format_bytes(device.memory.device_bytes) +
+                               "; a smaller hologram.resolution or wrp.padding, more hologram.tiles or a larger sampling.pitch need less");
 
   const auto fixed = [&](const char* key) { return scene.given.contains(key) ? "given" : goal.any() ? "chosen" : "default"; };
   planned.reasons = {why_resolution(s, plan, planner.resolution_m()),
@@ -358,6 +357,9 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
                          "), wrp.slabs " + std::to_string(s.wrp.slabs) + " (" +
                          fixed(scene.given.contains("wrp.distance") ? "wrp.distance" : "wrp.slabs") + ")"};
   if (!why_slabs.empty()) planned.reasons.push_back(why_slabs);
+  if (!plan.why_tiles.empty())
+    planned.reasons.push_back("hologram.tiles " + std::to_string(plan.tile_grid.x) + " x " + std::to_string(plan.tile_grid.y) + ": " +
+                              plan.why_tiles);
   for (auto& warning : warnings_of(s, world, plan, planner.view(), planner.resolution_m())) planned.warnings.push_back(std::move(warning));
   return planned;
 }

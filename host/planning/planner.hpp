@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/planning/cost.hpp"
+#include "host/planning/memory.hpp"
 #include "host/planning/picture_model.hpp"
 
 namespace raywave {
@@ -33,7 +34,8 @@ struct Goal {
 struct DeviceFigures {
   std::string name;  // empty: none is known
   bool has_doubles = false;
-  std::uint64_t memory_bytes = 0, largest_buffer_bytes = 0;  // 0: not known
+  MemoryLimits memory;  // without limits where nothing is known of it
+  cl::FftBackend fft = cl::FftBackend::host;
   DeviceRates rates = default_rates();
 };
 
