@@ -476,6 +476,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.phase_errors = predict_phase_errors(plan);
   plan.precision = choose_precision(scene.accuracy, plan.phase_errors, has_doubles);
 
+  if (method == Method::wrp && plan.aimed) plan.cone_error = plan.cone().field_error();
   plan.padded = padded_size(plan.size, scene.wrp.padding);
   if (method == Method::wrp && moved_from) {
     plan.padding_error = moved_from->padding_error;

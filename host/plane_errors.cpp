@@ -140,10 +140,7 @@ private:
       const bool perspective = plan_.wrps[0].convergence_per_m > 0;
       return std::abs(perspective ? x_m : x_m - (pixel_m - centre_m)) <= half_m_;
     }
-    const double inside = plan_.fan - std::abs(x_m) / half_m_;
-    if (plan_.edge <= 0) return inside >= 0;
-    const double e = std::clamp(inside / plan_.edge, 0.0, 1.0);
-    return e * e * (3 - 2 * e);
+    return plan_.cone().passed(x_m / half_m_);
   }
 
   /// The waves of samples in the slab's box, with random phases, at `count` places around centre_m.

@@ -114,8 +114,10 @@ Json json_of(const AccuracySpec& accuracy, const Plan& plan) {
 }
 
 Json json_of(const Plan& plan) {
-  Json j{{"grid", json_of(plan.grid)},          {"near_m", plan.near_m},         {"far_m", plan.far_m}, {"padded", json_of(plan.padded)},
-         {"padding_error", plan.padding_error}, {"rows_error", plan.rows_error}, {"rays", plan.rays}};
+  Json j{{"grid", json_of(plan.grid)},    {"near_m", plan.near_m},
+         {"far_m", plan.far_m},           {"padded", json_of(plan.padded)},
+         {"cone_error", plan.cone_error}, {"padding_error", plan.padding_error},
+         {"rows_error", plan.rows_error}, {"rays", plan.rays}};
   for (const auto& s : plan.slabs) {
     j["slabs"].push_back({{"distance_m", s.distance_m},
                           {"near_m", s.min_m.z},
@@ -249,6 +251,9 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   out << "precision " << name_of(plan.precision) << (scene.accuracy.precision ? "" : " (auto)") << ", predicted phase error "
       << number(error) << " turn" << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
       << number(scene.accuracy.phase_turns) << "\n";
+  if (plan.aimed)
+    out << "cone      " << plan.fan << " half holograms to each side, soft edge " << plan.edge << ", error predicted "
+        << number(100 * plan.cone_error) << " %\n";
   out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding " << scene.wrp.padding << "), propagation error predicted "
       << number(100 * plan.padding_error) << " %\n";
   for (const auto& slab : plan.slabs) {

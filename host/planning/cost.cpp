@@ -35,20 +35,20 @@ constexpr double profile_of_a_pixel = 12;
 /// Passes over a pixel beside the transforms, in butterflies; and the share of a transform that the way back takes.
 constexpr double butterflies_of_a_pixel = 9, way_back = 0.5;
 
-/// Pixels of all of a slab's WRPs that light of a sample in the plane z crosses, along one axis, and the rim of the tiles that they lie in.
+/// Pixels of all of a slab's WRPs that light of a sample in the plane z crosses, along one axis.
 struct Crossing {
-  double pixels = 0, rim = 0;
+  double pixels = 0;
   bool near = false;  // the sample's wave is made of plane waves
 };
 
 /// at_m  where the sample's chief ray crosses the WRPs, which reach from first to last
-Crossing crossing(const Plan& plan, const Slab& slab, int axis, double at_m, double z_m, double first_m, double last_m, double tile) {
+Crossing crossing(const Plan& plan, const Slab& slab, int axis, double at_m, double z_m, double first_m, double last_m) {
   const double window = plan.size[axis] * plan.pitch_m[axis], spot = plan.wavelength_m * z_m / (std::max(plan.fan, 1e-3) * window);
   const double cone = plan.fan * window / 2 * std::abs(1 - slab.distance_m / z_m);
   const bool near = cone < Gatherer::default_near_spots * spot;
   const double half = cone + (near ? Gatherer::near_tail * spot : 0);
   const double low = std::max(at_m - half, first_m), high = std::min(at_m + half, last_m);
-  return low < high ? Crossing{(high - low) / plan.gathered_pitch_m(slab)[axis], tile, near} : Crossing{};
+  return low < high ? Crossing{(high - low) / plan.gathered_pitch_m(slab)[axis], near} : Crossing{};
 }
 
 std::string cache_name(const cl::DeviceInfo& device) {
@@ -89,7 +89,34 @@ double count_butterflies(const Plan& plan, int frames) {
   return frames * (forward + way_back * back);
 }
 
-Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view) {
+Footprints footprints_of(const Plan& plan, const FrontView& view) {
+  Footprints footprints;
+  if (!plan.aimed) return footprints;
+  std::vector<WrpsExtent> extents;
+  for (const auto& slab : plan.slabs) extents.push_back(wrps_extent(plan, slab));
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x) {
+      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) + static_cast<std::size_t>(x);
+      const double z = view.depth_m[cell];
+      if (z == 0) continue;
+      const auto& slab = plan.slab_at(z);
+      const auto& [first, last] = extents[static_cast<std::size_t>(&slab - plan.slabs.data())];
+      const auto at = view.tangent(x, y) * slab.distance_m;
+      const auto across = crossing(plan, slab, 0, at.x, z, first.x, last.x), up = crossing(plan, slab, 1, at.y, z, first.y, last.y);
+      if (across.near || up.near) footprints.profile_pixels += across.pixels + up.pixels;
+      if (across.pixels == 0 || up.pixels == 0) continue;
+      const double width = across.pixels + tile_width;
+      footprints.pixels += width * up.pixels;
+      footprints.rims += width;
+      if (!view.shiny[cell]) continue;
+      footprints.shiny_pixels += width * up.pixels;
+      footprints.shiny_rims += width;
+    }
+  }
+  return footprints;
+}
+
+Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view, const Footprints& footprints) {
   Work work;
   const double frames = scene.sampling.frames, pixels = static_cast<double>(plan.size.x) * plan.size.y;
   const double samples_of_a_cell = std::pow(view.step / plan.lattice.step, 2);
@@ -108,27 +135,12 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   work.rays = levels * (static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y * (1 + plan.antialias * plan.antialias) +
                         view.pierced * samples_of_a_cell * (plan.view_parts > 0 ? views_of_a_sample : 0));
   const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / Gatherer::most_frames);
-  std::vector<WrpsExtent> extents;
-  for (const auto& slab : plan.slabs) extents.push_back(wrps_extent(plan, slab));
   const auto lights = static_cast<double>(
       std::count_if(scene.lights.begin(), scene.lights.end(), [](const Light& l) { return l.type != LightType::ambient; }));
   const double tile_height = std::clamp(tile_pixels_high * gatherings / frames, 2.0, 16.0);
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x) {
-      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) + static_cast<std::size_t>(x);
-      const double z = view.depth_m[cell];
-      if (z == 0) continue;
-      const auto& slab = plan.slab_at(z);
-      const auto& [first, last] = extents[static_cast<std::size_t>(&slab - plan.slabs.data())];
-      const auto at = view.tangent(x, y) * slab.distance_m;
-      const auto across = crossing(plan, slab, 0, at.x, z, first.x, last.x, tile_width),
-                 up = crossing(plan, slab, 1, at.y, z, first.y, last.y, tile_height);
-      const double pairs = (across.pixels + across.rim) * (up.pixels + up.rim);
-      work.pairs += pairs * (view.shiny[cell] ? 1 + highlight * lights : 1);
-      work.more_pairs += pairs;
-      if (across.near || up.near) work.pairs += profile_of_a_pixel * (across.pixels + up.pixels);
-    }
-  }
+  work.more_pairs = footprints.pixels + tile_height * footprints.rims;
+  work.pairs = work.more_pairs + highlight * lights * (footprints.shiny_pixels + tile_height * footprints.shiny_rims) +
+               profile_of_a_pixel * footprints.profile_pixels;
   work.pairs *= samples_of_a_cell * gatherings;
   work.more_pairs *= samples_of_a_cell * (frames - gatherings);
   if (plan.bounces > 0) {

@@ -25,7 +25,16 @@ struct Work {
   double levels = 0;       // pixels of all holograms
 };
 
-Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view);
+/// Pixels of WRPs that the front view's cells light, one sample in each; what neither pitch nor frames change.
+struct Footprints {
+  double pixels = 0, rims = 0;              // within them; around them, per row of a tile's height
+  double shiny_pixels = 0, shiny_rims = 0;  // of these, where highlights are shaded
+  double profile_pixels = 0;                // width and height of those that are near their WRPs
+};
+Footprints footprints_of(const Plan& plan, const FrontView& view);
+
+/// footprints  of this plan, or of one with another lattice
+Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view, const Footprints& footprints);
 
 /// Work::butterflies, all that the padding changes.
 double count_butterflies(const Plan& plan, int frames);
