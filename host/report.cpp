@@ -150,7 +150,7 @@ Json json_of(const Prediction& prediction) {
                        {"dots", p->dots},
                        {"padding", p->padding}}}};
   const auto& w = prediction.work;
-  j["work"] = {{"samples", w.samples},         {"rays", w.rays},    {"pairs", w.pairs}, {"more_pairs", w.more_pairs}, {"pixels", w.pixels},
+  j["work"] = {{"samples", w.samples},         {"rays", w.rays},    {"pairs", w.pairs}, {"pixels", w.pixels},
                {"butterflies", w.butterflies}, {"levels", w.levels}};
   return j;
 }
