@@ -82,7 +82,7 @@ reference::Stage ball_in_wall() {
 }
 
 /// What its samples, trace, propagate and encode take where the default rates hold.
-constexpr std::array ball_in_wall_s{0.024, 0.125, 0.25, 0.0095};
+constexpr std::array ball_in_wall_s{0.0148, 0.108, 0.285, 0.0083};
 
 }  // namespace
 

@@ -246,7 +246,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   const auto best = !spec.exhaustive ? predicted_frontier(all)
                     : spec.quick     ? near_frontier(all, balanced_s)
                                      : near_frontier(all, std::numeric_limits<double>::infinity());
-  const std::size_t most = !spec.exhaustive ? (spec.quick ? 3 : 8) : spec.quick ? 24 : best.size();
+  const std::size_t most = !spec.exhaustive ? (spec.quick ? 3 : 8) : spec.quick ? 12 : best.size();
   for (const auto& c : thinned(best, most)) {
     for (const auto& [antialias, visibility] : finishes_of(trade.scene, base, spec)) {
       auto knobs = base;
