@@ -587,6 +587,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.phase_errors = predict_phase_errors(plan);
   plan.precision = choose_precision(scene.accuracy, plan.phase_errors, has_doubles);
 
+  if (method == Method::wrp && plan.aimed) plan.cone_error = plan.cone().field_error();
   if (method == Method::wrp && moved_from) {
     plan.why_tiles = moved_from->why_tiles;
     plan.padding_error = moved_from->padding_error;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "cl/fft.hpp"
+#include "host/cone.hpp"
 #include "host/mesh.hpp"
 #include "host/precision.hpp"
 #include "host/scene.hpp"
@@ -98,8 +99,10 @@ struct Plan {
   PhaseErrors phase_errors;  // predicted, by precision
   double padding_error = 0;  // of the field at the hologram, predicted (host/plane_errors.hpp); 0 where nothing is propagated
   double rows_error = 0;     // the same, of gathering fewer rows
+  double cone_error = 0;     // the same, of what the cone leaves out of each sample's wave (host/cone.hpp); 0 where rays are not aimed
   std::uint64_t rays = 0;    // primary rays of a frame
 
+  Cone cone() const { return {fan, edge}; }
   const Slab& slab_of(const Wrp& wrp) const { return slabs[wrp.slab]; }
   const Tile& tile_of(const Wrp& wrp) const { return tiles[wrp.tile]; }
   glm::dvec2 window_m() const { return glm::dvec2(size) * pitch_m; }            // sides of the hologram

@@ -152,10 +152,7 @@ private:
       const bool perspective = plan_.wrps[0].convergence_per_m > 0;
       return std::abs(perspective ? x_m : x_m - (pixel_m - centre_m)) <= half_m_;
     }
-    const double inside = fan_ - std::abs(x_m) / half_m_;
-    if (edge_ <= 0) return inside >= 0;
-    const double e = std::clamp(inside / edge_, 0.0, 1.0);
-    return e * e * (3 - 2 * e);
+    return Cone{fan_, edge_}.passed(x_m / half_m_);
   }
 
   /// The waves of samples in the slab's box, with random phases, at `count` places around centre_m.

@@ -122,6 +122,7 @@ Json json_of(const Plan& plan) {
          {"near_m", plan.near_m},
          {"far_m", plan.far_m},
          {"padded", json_of(plan.padded)},
+         {"cone_error", plan.cone_error},
          {"padding_error", plan.padding_error},
          {"rows_error", plan.rows_error},
          {"rays", plan.rays}};
@@ -157,7 +158,7 @@ Json json_of(const Prediction& prediction) {
                        {"dots", p->dots},
                        {"padding", p->padding}}}};
   const auto& w = prediction.work;
-  j["work"] = {{"samples", w.samples},         {"rays", w.rays},    {"pairs", w.pairs}, {"more_pairs", w.more_pairs}, {"pixels", w.pixels},
+  j["work"] = {{"samples", w.samples},         {"rays", w.rays},    {"pairs", w.pairs}, {"pixels", w.pixels},
                {"butterflies", w.butterflies}, {"levels", w.levels}};
   return j;
 }
@@ -261,6 +262,9 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   out << "precision " << name_of(plan.precision) << (scene.accuracy.precision ? "" : " (auto)") << ", predicted phase error "
       << number(error) << " turn" << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
       << number(scene.accuracy.phase_turns) << "\n";
+  if (plan.aimed)
+    out << "cone      " << plan.fan << " half holograms to each side, soft edge " << plan.edge << ", error predicted "
+        << number(100 * plan.cone_error) << " %\n";
   out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding " << scene.wrp.padding << "), propagation error predicted "
       << number(100 * plan.padding_error) << " %\n";
   for (const auto& slab : plan.slabs) {

@@ -336,8 +336,11 @@ SamplingSpec read_sampling(Section section) {
   section.read("pitch", [&](const Value& v) {
     if (!v.is_auto()) spec.pitch_m = v.length_m(between(1e-9, 1));
   });
-  section.read("fan", [&](const Value& v) { spec.fan = v.number(between(0.01, 4)); });
+  section.read("fan", [&](const Value& v) {
+    if (!v.is_auto()) spec.fan = v.number(between(0.01, 4));
+  });
   section.read("edge", [&](const Value& v) {
+    if (v.is_auto()) return;
     spec.edge = v.number(between(0, 4));
     if (spec.edge > spec.fan) v.fail("<= fan (" + number_text(spec.fan) + ")");
   });

@@ -108,7 +108,8 @@ struct Trade {
 struct TradeSpec {
   bool quick = false;       // fewer values of every knob
   bool presets = false;     // nothing but the presets
-  bool exhaustive = false;  // all values of pitch, padding, frames and antialias with each other, not only near the predicted frontier
+  bool exhaustive = false;  // all that goals choose among but what is predicted to be far from the frontier, with antialias and visibility;
+                            // quick: some of what takes about as long as "balanced" or less
   QualitySpec pictures;     // blur_m and square_px do not count; against_points: of thorough rows
   std::optional<cl::FftBackend> fft;  // empty: the device's default, and the others as a knob
   int renders = 0;                    // timed per row; 0: 3 to 15, as many as a second holds, 1 of what takes 4 seconds

@@ -93,7 +93,9 @@ void add_trade(CLI::App& app) {
   command->add_flag("--quick", trade.quick, "Fewer values of each knob");
   auto* presets = command->add_flag("--presets", trade.presets,
                                     "Nothing but draft, balanced, accurate and reference, beside what plans predict of them");
-  command->add_flag("--exhaustive", trade.exhaustive, "All values of pitch, padding, frames and antialias with each other (hours)")
+  command
+      ->add_flag("--exhaustive", trade.exhaustive,
+                 "All that plans choose among, but what is predicted to be far from the frontier (hours; with --quick, some)")
       ->excludes(presets);
   command->add_option("--renders", trade.renders, "Renders timed per configuration; 3 to 15 in a second when not given")
       ->check(CLI::Range(1, 1000));

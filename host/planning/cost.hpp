@@ -18,14 +18,22 @@ namespace raywave {
 struct Work {
   double samples = 0;      // surface samples that the hologram sees
   double rays = 0;         // of the sample lattice, and of what the hologram's parts see of each sample, times the depth of the tree
-  double pairs = 0;        // of a WRP's pixel and a sample that it gathers, or a fan's ray; the first frame's
-  double more_pairs = 0;   // the further frames', which share rays and shading
+  double pairs = 0;        // of a WRP's pixel and a sample far from it, or a fan's ray; the rest of the gathering in as many of these
   double pixels = 0;       // of all WRPs and frames
   double butterflies = 0;  // of all transforms: points times the binary logarithm of their lines, as far as window and band need them
   double levels = 0;       // pixels of all holograms
 };
 
-Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view);
+/// Pixels of WRPs that the front view's cells light, one sample in each: what neither pitch nor frames change. Tiles' width is filled up.
+struct Footprints {
+  double near_pixels = 0, near_sides = 0;     // of samples that are near their WRPs; their widths and heights
+  double far_pixels = 0, far_widths = 0;      // of the others
+  double shiny_pixels = 0, shiny_widths = 0;  // of these, where highlights are shaded
+};
+Footprints footprints_of(const Plan& plan, const FrontView& view);
+
+/// footprints  of this plan, or of one with another lattice
+Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view, const Footprints& footprints);
 
 /// Work::butterflies, all that the padding changes.
 double count_butterflies(const Plan& plan, int frames);

@@ -5,17 +5,26 @@
 
 #include <vector>
 
+#include "host/cone.hpp"
 #include "host/planning/front_view.hpp"
 
 namespace raywave {
+
+/// What lies at one depth, in a picture that is focused elsewhere.
+struct PictureLayer {
+  double defocus_per_m = 0;  // 1 / depth in focus less 1 / its own depth
+  double share = 0;          // of the mean square of the picture, what other layers add to it included
+};
 
 /// One depth that is looked at, as `raywave quality` does, after the blur. Squares are means over the picture, in squares of the brightest
 /// point that a lens sees.
 struct PictureRow {
   double z_m = 0;
   double light = 0;    // mean square of the lens's picture
+  double sharp = 0;    // the same before the blur
   double missing = 0;  // mean square of what hologram and WRPs cannot show: light too steep for the pixels or beyond the planes
   double edges_m = 0;  // length of the edges of front surfaces and textures, times the square of their step, over the picture's area: 1/m
+  std::vector<PictureLayer> layers{};
 };
 
 /// Share, along one axis, of the hologram's window from which the point at `x_m` in the plane z_m is seen no more steeply than the pixels
@@ -27,6 +36,9 @@ double share_seen(const Plan& plan, int axis, double x_m, double z_m);
 
 struct PictureModel {
   double resolution_m = 0;  // pictures are blurred by blur_of_resolution of it
+  double wavelength_m = 0;
+  glm::dvec2 window_m{0, 0};  // size of the hologram
+  Cone cone;
   glm::dvec2 spot_m{0, 0};  // the hologram's limit, wavelength z / width, at the scene's middle
   std::vector<PictureRow> rows;
 };
@@ -34,7 +46,17 @@ struct PictureModel {
 /// Standard deviation of the Gaussian that stands for a viewer who resolves no more, as in `raywave quality` at sampling.pitch.
 inline constexpr double blur_of_resolution = 0.6;
 
+/// plan  its fan and edge are the cone
 PictureModel picture_model(const FrontView& view, const Plan& plan, double resolution_m);
+
+/// What the lattice of samples makes of the pictures, before the light's amount counts: mean squares over that of the picture, by row.
+struct LatticePattern {
+  double pitch_m = 0;
+  std::vector<double> speckle;  // of one frame: samples interfere
+  std::vector<double> cut;      // the same as if every sample's wave were cut off hard at the hologram's rim
+  std::vector<double> dots;     // what the blur leaves of the lattice
+};
+LatticePattern lattice_pattern(const PictureModel& model, double pitch_m);
 
 /// What a choice of samples, frames and padding makes of it.
 struct PicturePrediction {
@@ -44,6 +66,6 @@ struct PicturePrediction {
 };
 
 /// padding_error  of the field, relative (host/plane_errors.hpp)
-PicturePrediction predict_pictures(const PictureModel& model, double pitch_m, int frames, double padding_error);
+PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern, int frames, double padding_error);
 
 }  // namespace raywave

@@ -34,6 +34,9 @@ constexpr double reference_phase_turns = 0.001;
 /// What is tried beside all rows, but for reference: one or two per cent of the field (docs/accuracy.md) for half of the gathering.
 constexpr double planned_oversampling = 1.5;
 
+/// The largest error of a cone that a quality accepts: draft and balanced are for pictures, accurate and reference for the wavefront.
+constexpr std::array cone_errors_of_quality{0.25, 0.25, 0.06, 0.0};
+
 constexpr int most_slabs_tried = 8;
 
 /// Predictions are no better: what saves less is not tried.
@@ -42,16 +45,22 @@ constexpr double least_saving = 0.1;
 /// Fields that are more wrong than this show ghosts beside bright objects.
 constexpr double worst_padding_error = 0.15;
 
-/// A number of slabs, and what is known of it whatever the pitch, the frames and the padding.
+/// A plan without pitch, padding and frames.
+struct Rows {
+  Plan plan;
+  Footprints footprints;
+};
+
+/// A number of slabs and a cone, and what is known of them whatever the pitch, the frames and the padding.
 struct Layout {
   int slabs = 1;
-  Plan all_rows, few_rows;  // as the scene has it; planned_oversampling, where that is open and saves any
-  bool has_few_rows = false;
+  Rows all_rows;                                      // as the scene has them
+  std::optional<Rows> few_rows;                       // planned_oversampling, where that is open and saves any
   std::optional<PictureModel> model;                  // of aimed sampling
   std::vector<std::pair<double, double>> paddings{};  // what is tried, and its error
 };
 
-/// Everything about the scene that the choice of slabs, pitch, padding and frames does not change.
+/// Everything about the scene that the choice of slabs, cone, pitch, padding and frames does not change.
 class Planner {
 public:
   Planner(const Scene& scene, const World& world, const DeviceFigures& device)
@@ -66,13 +75,15 @@ public:
 
   double resolution_m() const { return resolution_m_; }
   const FrontView& view() const { return view_; }
-  const std::optional<PictureModel>& model_of(int slabs) const {
-    const auto found = std::find_if(layouts_.begin(), layouts_.end(), [&](const Layout& l) { return l.slabs == slabs; });
+  const std::optional<PictureModel>& model_of(int slabs, const Cone& cone) const {
+    const auto found =
+        std::find_if(layouts_.begin(), layouts_.end(), [&](const Layout& l) { return l.slabs == slabs && l.all_rows.plan.cone() == cone; });
     return found->model;
   }
 
-  /// throws  InputError when nothing can be predicted
-  std::vector<Choice> choices() {
+  /// most_cone_error  of the cones that are tried, besides the scene's own
+  /// throws           InputError when nothing can be predicted
+  std::vector<Choice> choices(double most_cone_error) {
     if (!plan_.aimed)
       throw InputError(one_line(scene_.file.string()) +
                        ": pictures of sampling.mode \"fan\" cannot be predicted; give sampling.pitch, sampling.frames and wrp.padding "
@@ -90,23 +101,32 @@ public:
     const auto counts = scene_.given.contains("sampling.frames") ? std::vector{scene_.sampling.frames}
                                                                  : std::vector(frames_tried.begin(), frames_tried.end());
     add_slabs(pitches.back(), counts);
+    add_cones(most_cone_error);
     for (auto& layout : layouts_) predict_errors(layout);
 
     std::vector<Choice> all;
     for (const double pitch_m : pitches) {
-      for (const int frames : counts) {
-        double least_s = std::numeric_limits<double>::infinity();
-        for (const auto& layout : layouts_) {
-          const Choice c{.pitch_m = pitch_m, .padding = 1, .frames = frames, .slabs = layout.slabs};
-          const double seconds = seconds_of(c, fastest_rows(layout));
-          if (!(seconds < (1 - least_saving) * least_s)) continue;
-          least_s = seconds;
-          add_paddings(c, layout, layout.all_rows, all);
-          if (!layout.has_few_rows) continue;
-          auto few = c;
-          few.oversampling = planned_oversampling;
-          add_paddings(few, layout, layout.few_rows, all);
+      for (std::size_t first = 0; first < layouts_.size();) {
+        const auto cone = layouts_[first].all_rows.plan.cone();
+        auto end = first;
+        while (end < layouts_.size() && layouts_[end].all_rows.plan.cone() == cone) ++end;
+        const auto pattern = lattice_pattern(*layouts_[first].model, pitch_m);
+        for (const int frames : counts) {
+          double least_s = std::numeric_limits<double>::infinity();
+          for (auto i = first; i < end; ++i) {
+            const auto& layout = layouts_[i];
+            const Choice c{.pitch_m = pitch_m, .padding = 1, .frames = frames, .slabs = layout.slabs, .cone = cone};
+            const double seconds = seconds_of(c, fastest_rows(layout));
+            if (!(seconds < (1 - least_saving) * least_s)) continue;
+            least_s = seconds;
+            add_paddings(c, layout, layout.all_rows, pattern, all);
+            if (!layout.few_rows) continue;
+            auto few = c;
+            few.oversampling = planned_oversampling;
+            add_paddings(few, layout, *layout.few_rows, pattern, all);
+          }
         }
+        first = end;
       }
     }
     return all;
@@ -121,18 +141,23 @@ private:
 
   /// Without predictions of errors and pictures.
   Layout layout(int slabs, const Plan& plan) const {
-    Layout l{slabs, plan, plan, false, {}};
+    Layout l{slabs, rows_of(plan), {}, {}};
     if (scene_.given.contains("wrp.oversampling") || !plan.aimed || plan.bounces > 0) return l;
-    for (auto& slab : l.few_rows.slabs) {
-      slab.rows = rows_for_band(l.few_rows, slab, planned_oversampling);
-      l.has_few_rows |= slab.refines();
+    auto few = plan;
+    bool any = false;
+    for (auto& slab : few.slabs) {
+      slab.rows = rows_for_band(few, slab, planned_oversampling);
+      any |= slab.refines();
     }
+    if (any) l.few_rows = rows_of(few);
     return l;
   }
 
+  Rows rows_of(const Plan& plan) const { return {plan, footprints_of(plan, view_)}; }
+
   void add(Layout layout) {
     if (plan_.aimed) {
-      auto seen = layout.all_rows;
+      auto seen = layout.all_rows.plan;
       seen.grid = plan_.grid;  // pictures of one size are compared
       layout.model = picture_model(view_, seen, resolution_m_);
     }
@@ -147,7 +172,7 @@ private:
       auto scene = scene_;
       scene.wrp.slabs = slabs;
       auto more = layout(slabs, make_plan(scene, world_, Method::wrp, 100, device_.has_doubles));
-      if (more.all_rows.slabs.size() == layouts_.back().all_rows.slabs.size()) return;
+      if (more.all_rows.plan.slabs.size() == layouts_.back().all_rows.plan.slabs.size()) return;
       const auto saves = [&](int frames) {
         const Choice c{.pitch_m = finest_pitch_m, .padding = 1, .frames = frames};
         return seconds_of(c, fastest_rows(more)) < (1 - least_saving) * seconds_of(c, fastest_rows(layouts_.back()));
@@ -157,50 +182,73 @@ private:
     }
   }
 
-  static const Plan& fastest_rows(const Layout& layout) { return layout.has_few_rows ? layout.few_rows : layout.all_rows; }
+  /// The same slabs with other cones, which change neither planes nor lattice enough to count.
+  void add_cones(double most_error) {
+    const auto slabs = layouts_.size();
+    auto tried = std::vector{plan_.cone()};
+    for (auto cone : cones_tried) {
+      if (scene_.given.contains("sampling.fan")) cone.fan = plan_.fan;
+      if (scene_.given.contains("sampling.edge")) cone.edge = plan_.edge;
+      if (cone.edge > cone.fan || cone.field_error() > most_error || std::find(tried.begin(), tried.end(), cone) != tried.end()) continue;
+      tried.push_back(cone);
+      for (std::size_t i = 0; i < slabs; ++i) {
+        auto plan = layouts_[i].all_rows.plan;
+        plan.fan = cone.fan;
+        plan.edge = cone.edge;
+        plan.cone_error = cone.field_error();
+        add(layout(layouts_[i].slabs, plan));
+      }
+    }
+  }
+
+  static const Rows& fastest_rows(const Layout& layout) { return layout.few_rows ? *layout.few_rows : layout.all_rows; }
 
   /// Errors of rows, and of the paddings that are tried.
   void predict_errors(Layout& layout) const {
-    if (layout.has_few_rows) layout.few_rows.rows_error = predicted_rows_error(layout.few_rows);
+    if (layout.few_rows) layout.few_rows->plan.rows_error = predicted_rows_error(layout.few_rows->plan);
     const auto given = scene_.given.contains("wrp.padding");
     const auto tried = given ? std::vector{scene_.wrp.padding} : std::vector(paddings_tried.begin(), paddings_tried.end());
     std::vector<glm::ivec2> sizes;
     for (const double padding : tried) sizes.push_back(padded_size(plan_.tile_size, padding));
-    const auto errors = predicted_padding_errors(layout.all_rows, sizes);
+    const auto errors = predicted_padding_errors(layout.all_rows.plan, sizes);
     for (std::size_t i = 0; i < tried.size(); ++i) {
       if (errors[i] <= worst_padding_error || i + 1 == tried.size()) layout.paddings.emplace_back(tried[i], errors[i]);
     }
   }
 
   /// Appends a choice with each padding that is tried.
-  void add_paddings(const Choice& without, const Layout& layout, const Plan& with_rows, std::vector<Choice>& all) const {
-    auto [plan, work] = worked_out(without, with_rows);
+  void add_paddings(const Choice& without, const Layout& layout, const Rows& rows, const LatticePattern& pattern,
+                    std::vector<Choice>& all) const {
+    auto plan = with_pitch(rows.plan, without.pitch_m);
+    auto work = work_of(without, plan, rows);
     for (const auto& [padding, error] : layout.paddings) {
       auto c = without;
       c.padding = padding;
       plan.padded = padded_size(plan.tile_size, padding);
       work.butterflies = count_butterflies(plan, c.frames);
       c.seconds = predict_times(work, device_.rates).total_s();
-      c.psnr_db = predict_pictures(*layout.model, c.pitch_m, c.frames, std::hypot(error, plan.rows_error)).mean_psnr_db;
+      c.psnr_db = predict_pictures(*layout.model, pattern, c.frames, std::hypot(error, plan.rows_error)).mean_psnr_db;
       all.push_back(c);
     }
   }
 
-  /// A plan with a choice's pitch, and its work.
-  std::pair<Plan, Work> worked_out(const Choice& c, Plan plan) const {
-    auto scene = scene_;
-    scene.sampling.pitch_m = c.pitch_m;
-    scene.sampling.frames = c.frames;
-    const double finer = plan.lattice.step * plan.lattice.full_z_m / c.pitch_m;
+  static Plan with_pitch(Plan plan, double pitch_m) {
+    const double finer = plan.lattice.step * plan.lattice.full_z_m / pitch_m;
     plan.lattice.step /= finer;
     plan.lattice.size = glm::ivec2(glm::ceil(glm::dvec2(plan.lattice.size) * finer));
-    return {plan, count_work(scene, world_, plan, view_)};
+    return plan;
   }
 
-  double seconds_of(const Choice& c, const Plan& with_rows) const {
-    auto plan = with_rows;
+  Work work_of(const Choice& c, const Plan& plan, const Rows& rows) const {
+    auto scene = scene_;
+    scene.sampling.frames = c.frames;
+    return count_work(scene, world_, plan, view_, rows.footprints);
+  }
+
+  double seconds_of(const Choice& c, const Rows& rows) const {
+    auto plan = with_pitch(rows.plan, c.pitch_m);
     plan.padded = padded_size(plan.tile_size, c.padding);
-    return predict_times(worked_out(c, plan).second, device_.rates).total_s();
+    return predict_times(work_of(c, plan, rows), device_.rates).total_s();
   }
 
   const Scene& scene_;
@@ -209,7 +257,7 @@ private:
   Plan plan_;
   double resolution_m_;
   FrontView view_;
-  std::vector<Layout> layouts_;  // fewest slabs first
+  std::vector<Layout> layouts_;  // cone by cone, fewest slabs first
 };
 
 /// The truest of those that take no longer; the fastest when all do.
@@ -257,7 +305,7 @@ std::string why_resolution(const Scene& scene, const Plan& plan, double resoluti
 std::string why_so_many_slabs(const std::vector<Choice>& all, const Choice& choice) {
   std::vector<std::pair<int, double>> least;
   for (const auto& c : all) {
-    if (c.pitch_m != choice.pitch_m || c.padding != choice.padding || c.frames != choice.frames) continue;
+    if (c.pitch_m != choice.pitch_m || c.padding != choice.padding || c.frames != choice.frames || c.cone != choice.cone) continue;
     if (least.empty() || least.back().first != c.slabs) least.emplace_back(c.slabs, c.seconds);
     least.back().second = std::min(least.back().second, c.seconds);
   }
@@ -287,6 +335,10 @@ DeviceFigures figures_of(const cl::DeviceInfo& device) {
   return figures;
 }
 
+double largest_cone_error(const Goal& goal) {
+  return cone_errors_of_quality[static_cast<std::size_t>(goal.quality.value_or(Quality::balanced))];
+}
+
 double wanted_resolution_m(const Scene& scene, const Plan& plan) {
   double limit = 0;
   for (int axis = 0; axis < 2; ++axis)
@@ -295,7 +347,7 @@ double wanted_resolution_m(const Scene& scene, const Plan& plan) {
 }
 
 std::vector<Choice> choices(const Scene& scene, const World& world, const DeviceFigures& device) {
-  return Planner(scene, world, device).choices();
+  return Planner(scene, world, device).choices(std::numeric_limits<double>::infinity());
 }
 
 Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device, const Goal& goal) {
@@ -306,13 +358,15 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   Planner planner(s, world, device);
   std::string why_slabs;
   if (goal.any()) {
-    const auto all = planner.choices();
+    const auto all = planner.choices(largest_cone_error(goal));
     const auto& c = chosen(all, goal);
     why_slabs = why_so_many_slabs(all, c);
     s.sampling.pitch_m = c.pitch_m;
     s.sampling.frames = c.frames;
     s.wrp.padding = c.padding;
     s.wrp.slabs = c.slabs;
+    s.sampling.fan = c.cone.fan;
+    s.sampling.edge = c.cone.edge;
     if (c.oversampling) s.wrp.oversampling = c.oversampling;
     if (goal.budget_s && c.seconds > *goal.budget_s)
       planned.warnings.push_back("nothing keeps " + seconds_text(*goal.budget_s) + ": the fastest takes " + seconds_text(c.seconds) +
@@ -326,13 +380,14 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
 
   auto& prediction = planned.prediction;
   prediction.resolution_m = planner.resolution_m();
-  prediction.work = count_work(s, world, plan, planner.view());
+  prediction.work = count_work(s, world, plan, planner.view(), footprints_of(plan, planner.view()));
   prediction.times = predict_times(prediction.work, device.rates);
   prediction.rates_of = device.rates.device;
-  if (const auto& model = planner.model_of(s.wrp.slabs))
-    prediction.pictures = predict_pictures(*model, s.sampling.pitch_m, s.sampling.frames, std::hypot(plan.padding_error, plan.rows_error));
+  if (const auto& model = planner.model_of(s.wrp.slabs, plan.cone()))
+    prediction.pictures = predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
+                                           std::hypot(plan.padding_error, plan.rows_error));
   const double phase_error = 2 * std::numbers::pi * plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
-  prediction.field_error = std::hypot(plan.padding_error, plan.rows_error, phase_error);
+  prediction.field_error = std::hypot(plan.cone_error, std::hypot(plan.padding_error, plan.rows_error, phase_error));
   const auto largest = device.memory.largest_buffer_bytes;
   const auto needs = memory_needs(s, world, plan, {Method::wrp, device.fft}, largest);
   prediction.device_bytes = needs.device_bytes();
@@ -354,8 +409,9 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
                          std::to_string(s.sampling.frames) + " (" + fixed("sampling.frames") + "), wrp.padding " +
                          number_text(s.wrp.padding) + " (" + fixed("wrp.padding") + "), wrp.oversampling " +
                          (s.wrp.oversampling ? number_text(*s.wrp.oversampling) : "full") + " (" + fixed("wrp.oversampling") +
-                         "), wrp.slabs " + std::to_string(s.wrp.slabs) + " (" +
-                         fixed(scene.given.contains("wrp.distance") ? "wrp.distance" : "wrp.slabs") + ")"};
+                         "), sampling.fan " + number_text(s.sampling.fan) + " (" + fixed("sampling.fan") + "), sampling.edge " +
+                         number_text(s.sampling.edge) + " (" + fixed("sampling.edge") + "), wrp.slabs " + std::to_string(s.wrp.slabs) +
+                         " (" + fixed(scene.given.contains("wrp.distance") ? "wrp.distance" : "wrp.slabs") + ")"};
   if (!why_slabs.empty()) planned.reasons.push_back(why_slabs);
   if (!plan.why_tiles.empty())
     planned.reasons.push_back("hologram.tiles " + std::to_string(plan.tile_grid.x) + " x " + std::to_string(plan.tile_grid.y) + ": " +

@@ -49,7 +49,7 @@ struct Prediction {
   std::uint64_t device_bytes = 0;
   std::optional<PicturePrediction> pictures;  // of aimed sampling
   double resolution_m = 0;                    // detail that they are judged at
-  double field_error = 0;                     // relative L2, of padding and phases
+  double field_error = 0;                     // relative L2, of cone, padding, rows and phases
 };
 
 struct Planned {
@@ -66,12 +66,20 @@ struct Choice {
   int frames = 1;
   std::optional<double> oversampling{};  // empty: all rows, or what the scene gives
   int slabs = 1;                         // wrp.slabs
+  Cone cone{};                           // sampling.fan and sampling.edge
   double seconds = 0, psnr_db = 0;
 };
 
 /// What is tried for sampling.frames and wrp.padding.
 inline constexpr std::array frames_tried{1, 2, 3, 4, 6, 8, 12, 16};
 inline constexpr std::array paddings_tried{1.0, 1.125, 1.25, 1.5, 2.0};
+
+/// What is tried for sampling.fan and sampling.edge: all of the wave, nearly all, and a cone that lets go of the hologram's rim, of which
+/// pictures have the least speckle.
+inline constexpr std::array cones_tried{Cone{1.2, 0.2}, Cone{1.2, 0.3}, Cone{1.1, 0.3}};
+
+/// The largest Cone::field_error that a goal accepts.
+double largest_cone_error(const Goal& goal);
 
 /// All that goals choose among, the coarsest pitch first.
 ///

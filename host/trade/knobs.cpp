@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "host/precision.hpp"
 #include "host/text.hpp"
@@ -74,6 +75,41 @@ std::vector<Choice> predicted_frontier(std::vector<Choice> all) {
   return best;
 }
 
+/// Those that may be on the frontier where predictions are wrong by as much as they are known to be: none that is as true is predicted to
+/// take less than 1 / margin of the time; the fastest first.
+///
+/// about_s  those that are predicted to take much longer than this are left out
+std::vector<Choice> near_frontier(std::vector<Choice> all, double about_s) {
+  constexpr double margin = 1.3;
+  std::stable_sort(all.begin(), all.end(), [](const Choice& a, const Choice& b) { return a.seconds < b.seconds; });
+  const auto best = predicted_frontier(all);
+  std::erase_if(all, [&](const Choice& c) {
+    return c.seconds > margin * about_s ||
+           std::any_of(best.begin(), best.end(), [&](const Choice& b) { return b.psnr_db >= c.psnr_db && b.seconds * margin < c.seconds; });
+  });
+  return all;
+}
+
+/// Knobs about which nothing is predicted.
+struct Finish {
+  int antialias, visibility;
+  bool operator==(const Finish&) const = default;
+};
+
+/// What is tried of them with each choice of the others.
+std::vector<Finish> finishes_of(const Scene& scene, const TradeKnobs& base, const TradeSpec& spec) {
+  std::vector<Finish> finishes{{4, 8}, {2, 8}, {0, 8}};
+  if (spec.exhaustive && spec.quick) finishes = {{4, 8}, {0, 8}, {4, 4}};
+  if (spec.exhaustive && !spec.quick) finishes.insert(finishes.end(), {{4, 4}, {2, 4}, {0, 4}});
+  std::vector<Finish> some;
+  for (auto finish : finishes) {
+    if (scene.given.contains("sampling.antialias")) finish.antialias = base.antialias;
+    if (scene.given.contains("sampling.visibility")) finish.visibility = base.visibility;
+    if (std::find(some.begin(), some.end(), finish) == some.end()) some.push_back(finish);
+  }
+  return some;
+}
+
 /// Every value of each knob that the scene leaves open, the others as in the base.
 void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m, const TradeSpec& spec) {
   const auto base = trade.rows[trade.base].knobs;
@@ -100,7 +136,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m, c
   vary("sampling.antialias", {0, 2, 4}, 3);
   vary("sampling.visibility", {0, 4, 8, 16}, 2);
   vary("sampling.fan", {1.0, 1.1, 1.2, 1.4}, 2);
-  vary("sampling.edge", {0.0, 0.1, 0.2, 0.4}, 2);
+  vary("sampling.edge", {0.0, 0.1, 0.2, 0.3, 0.4}, 2);
   vary("accuracy.precision", {"float", "extended"}, 2);
   if (trade.device.fp64) vary("accuracy.precision", {"double"}, 1);
   if (!spec.fft) {
@@ -206,35 +242,24 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   add_steps(trade, rows, pitches_m, spec);
 
   const auto base = trade.rows[trade.base].knobs;
-  const auto is_given = [&](const char* key) { return trade.scene.given.contains(key); };
-  auto antialiases = is_given("sampling.antialias") ? std::vector{base.antialias} : std::vector{4, 2, 0};
-  const auto add = [&](double pitch_m, double padding, int frames, std::optional<double> oversampling, int slabs) {
-    for (const int antialias : antialiases) {
+  const double balanced_s = trade.presets[static_cast<std::size_t>(Quality::balanced)].predicted.total_s();
+  const auto best = !spec.exhaustive ? predicted_frontier(all)
+                    : spec.quick     ? near_frontier(all, balanced_s)
+                                     : near_frontier(all, std::numeric_limits<double>::infinity());
+  const std::size_t most = !spec.exhaustive ? (spec.quick ? 3 : 8) : spec.quick ? 12 : best.size();
+  for (const auto& c : thinned(best, most)) {
+    for (const auto& [antialias, visibility] : finishes_of(trade.scene, base, spec)) {
       auto knobs = base;
-      knobs.pitch_m = pitch_m;
-      knobs.padding = padding;
-      knobs.frames = frames;
-      knobs.oversampling = oversampling;
-      knobs.slabs = slabs;
+      knobs.pitch_m = c.pitch_m;
+      knobs.padding = c.padding;
+      knobs.frames = c.frames;
+      knobs.oversampling = c.oversampling ? c.oversampling : trade.scene.wrp.oversampling;
+      knobs.slabs = c.slabs;
+      knobs.fan = c.cone.fan;
+      knobs.edge = c.cone.edge;
       knobs.antialias = antialias;
+      knobs.visibility = visibility;
       trade.together.push_back(rows.add(knobs, false));
-    }
-  };
-  if (!spec.exhaustive) {
-    for (const auto& c : thinned(predicted_frontier(all), spec.quick ? 3 : 8))
-      add(c.pitch_m, c.padding, c.frames, c.oversampling ? c.oversampling : trade.scene.wrp.oversampling, c.slabs);
-    return;
-  }
-  auto pads = is_given("wrp.padding") ? std::vector{base.padding} : std::vector(paddings_tried.begin(), paddings_tried.end());
-  auto counts = is_given("sampling.frames") ? std::vector{base.frames} : std::vector(frames_tried.begin(), frames_tried.end());
-  if (spec.quick) {
-    pitches_m = thinned(pitches_m, 3);
-    pads = thinned(pads, 3);
-    counts = thinned(counts, 4);
-  }
-  for (const double pitch_m : pitches_m) {
-    for (const double padding : pads) {
-      for (const int frames : counts) add(pitch_m, padding, frames, base.oversampling, base.slabs);
     }
   }
 }
