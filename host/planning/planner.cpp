@@ -196,6 +196,7 @@ private:
         plan.fan = cone.fan;
         plan.edge = cone.edge;
         plan.cone_error = cone.field_error();
+        divide(plan, plan.tile_grid, scene_.wrp.padding);  // tiles have cones of their own
         add(layout(layouts_[i].slabs, plan));
       }
     }
