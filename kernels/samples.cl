@@ -122,32 +122,90 @@ static inline float layer_reach(const Lattice* lattice, float t) {
 }
 
 #if RAYWAVE_ANTIALIAS
+// A layer, as a ray of its cell has met it: what hits of the parts' rays are compared with.
+typedef struct {
+  float t;
+  float reach;
+  bool steep;              // seen so nearly edge-on that a cell spans more than `reach` of it
+  float3 at, normal;       // of a steep one
+  int packet_column, row;  // of the parts' rays
+} Sheet;
+
+// Of surfaces this steep, and their like by the cosine between their normals.
+#define STEEP 0.25f
+#define ALIKE 0.9f
+
+// hit: of the ray with tangents (dx, dy)
+static inline Sheet sheet_of(const SceneArrays* scene, const Lattice* lattice, const Hit* hit, float dx, float dy, int packet_column,
+                             int row) {
+  Sheet sheet;
+  sheet.t = hit->t;
+  sheet.reach = layer_reach(lattice, hit->t);
+  sheet.normal = normalize(triangle_cross(&scene->tree, hit->triangle));
+  sheet.steep = fabs(sheet.normal.x * dx + sheet.normal.y * dy + sheet.normal.z) < STEEP;
+  const float depth = hit->t + (lattice->near_z - lattice->centre_z);
+  sheet.at = (float3)(lattice->centre_x + depth * dx, lattice->centre_y + depth * dy, lattice->centre_z + depth);
+  sheet.packet_column = packet_column;
+  sheet.row = row;
+  return sheet;
+}
+
+// Mask of the hits of a packet's rays that belong to a layer: those about as far, and, of a steep one, those in the same plane.
+static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, const Sheet* sheet, int packet, floatv t, intv triangle) {
+  const intv near = fabs(t - sheet->t) < sheet->reach, far = (triangle >= 0) & !near;
+  if (!sheet->steep || !LANES_ANY(far)) return near;
+  const Rays rays = part_rays(lattice, sheet->packet_column, sheet->row, packet, LANES_INDEX >= 0);
+  float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES];
+  int candidate[RAYWAVE_LANES], same[RAYWAVE_LANES];
+  LANES_STORE(rays.ox + t * rays.dx, x);
+  LANES_STORE(rays.oy + t * rays.dy, y);
+  LANES_STORE(rays.oz + t, z);
+  LANES_STORE(LANES_SELECT((intv)(-1), triangle, far), candidate);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    same[lane] = 0;
+    if (candidate[lane] < 0) continue;
+    const float3 normal = normalize(triangle_cross(&scene->tree, candidate[lane]));
+    const float off = dot(sheet->normal, (float3)(x[lane], y[lane], z[lane]) - sheet->at);
+    same[lane] = fabs(dot(sheet->normal, normal)) > ALIKE && fabs(off) < 0.25f * sheet->reach;
+  }
+  return near | (LANES_LOAD(same) != 0);
+}
+
 // Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of something that the centre ray passes by. What lies
 // behind it there is hidden, and the sample of the layer behind, which the centre ray meets, cannot know.
-static inline void find_rims(const Lattice* lattice, const Layers* parts, const Layers* centre, int lane, floatv* rims) {
+static inline void find_rims(const SceneArrays* scene, const Lattice* lattice, const Layers* parts, const Layers* centre, int lane,
+                             int column, int row, int packet_column, floatv* rims) {
+  Sheet sheets[BVH_LAYERS];
+  int count = 0;
+  const float dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step,
+              dy = ((float)(lattice->first_y + row) + 0.5f) * lattice->step;
+  for (int j = 0; j < BVH_LAYERS; ++j) {
+    const Hit hit = hit_of_lane(centre, j, lane);
+    if (hit.triangle >= 0) sheets[count++] = sheet_of(scene, lattice, &hit, dx, dy, packet_column, row);
+  }
   for (int packet = 0; packet < PACKETS; ++packet) rims[packet] = lattice->reach;
   for (int i = 0; i < BVH_LAYERS; ++i) {
     for (int packet = 0; packet < PACKETS; ++packet) {
       const floatv t = parts[packet].t[i];
       intv rim = (parts[packet].triangle[i] >= 0) & (t < rims[packet]);
-      for (int j = 0; j < BVH_LAYERS && LANES_ANY(rim); ++j) {
-        const Hit hit = hit_of_lane(centre, j, lane);
-        if (hit.triangle >= 0) rim &= fabs(t - hit.t) >= layer_reach(lattice, hit.t);
-      }
+      for (int j = 0; j < count && LANES_ANY(rim); ++j)
+        rim &= !belongs(scene, lattice, sheets + j, packet, t, LANES_SELECT((intv)(-1), parts[packet].triangle[i], rim));
       rims[packet] = LANES_SELECT(rims[packet], t, rim);
     }
   }
 }
 
-// Takes the hits of a layer at distance t out of the parts' hits, one of each ray; returns how many of them lie behind no rim.
-static inline int claim(Layers* parts, const floatv* rims, float t, float reach, Hits* claimed) {
+// Takes the hits of a layer out of the parts' hits, one of each ray; returns how many of them lie behind no rim.
+static inline int claim(const SceneArrays* scene, const Lattice* lattice, Layers* parts, const floatv* rims, const Sheet* sheet,
+                        Hits* claimed) {
   intv count = 0;
   for (int packet = 0; packet < PACKETS; ++packet) {
     Layers* layers = parts + packet;
-    Hits hits = {(floatv)(t), (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
+    Hits hits = {(floatv)(sheet->t), (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
     for (int i = 0; i < BVH_LAYERS; ++i) {
-      if (!LANES_ANY(layers->triangle[i] >= 0)) continue;
-      const intv take = (layers->triangle[i] >= 0) & (fabs(layers->t[i] - t) < reach) & (hits.triangle < 0);
+      const intv open = (layers->triangle[i] >= 0) & (hits.triangle < 0);
+      if (!LANES_ANY(open)) continue;
+      const intv take = open & belongs(scene, lattice, sheet, packet, layers->t[i], LANES_SELECT((intv)(-1), layers->triangle[i], open));
       hits.t = LANES_SELECT(hits.t, layers->t[i], take);
       hits.triangle = LANES_SELECT(hits.triangle, layers->triangle[i], take);
       hits.u = LANES_SELECT(hits.u, layers->u[i], take);
@@ -479,14 +537,17 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
       keep_sources(&centre, &scene, &centres, lattice.layer_gap);
 #if RAYWAVE_ANTIALIAS
       floatv rims[PACKETS];
-      if (!whole[lane]) find_rims(&lattice, parts, &centre, lane, rims);
+      if (!whole[lane]) find_rims(&scene, &lattice, parts, &centre, lane, column, row, cell.packet_column, rims);
 #endif
       for (int i = 0; i < BVH_LAYERS; ++i) {
         const Hit hit = hit_of_lane(&centre, i, lane);
         if (hit.triangle < 0) continue;
         int covered = PARTS;
 #if RAYWAVE_ANTIALIAS
-        if (!whole[lane]) covered = claim(parts, rims, hit.t, layer_reach(&lattice, hit.t), claimed);
+        if (!whole[lane]) {
+          const Sheet sheet = sheet_of(&scene, &lattice, &hit, centre_dx, centre_dy, cell.packet_column, row);
+          covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
+        }
 #endif
         add_sample(&scene, ambient_light, &lattice, column, row, &hit, centre_dx, centre_dy, hit.t, claimed, covered,
                    again ? SEEN_UNKNOWN : seen[i][lane], &cell);
@@ -500,7 +561,8 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
         LANES_STORE(rays.dy, dy);
         const int from_lane = ray % RAYWAVE_LANES;
         const float t = through_centre(&scene, &lattice, centre_dx, centre_dy, dx[from_lane], dy[from_lane], &hit);
-        const int covered = claim(parts, rims, hit.t, layer_reach(&lattice, hit.t), claimed);
+        const Sheet sheet = sheet_of(&scene, &lattice, &hit, dx[from_lane], dy[from_lane], cell.packet_column, row);
+        const int covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
         add_sample(&scene, ambient_light, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], t, claimed, covered, SEEN_UNKNOWN,
                    &cell);
       }

@@ -257,6 +257,37 @@ TEST_CASE("antialiased samples shine for the area that an object covers, whereve
   }
 }
 
+TEST_CASE("of a wall seen nearly edge-on, one sample in each cell shines for all of the cell") {
+  Material glowing;
+  glowing.ambient = dvec3(1);
+  glowing.diffuse = dvec3(0);
+  for (const double slope_deg : {75.0, 84.0, 87.0}) {
+    const double slope = slope_deg * std::numbers::pi / 180;
+    Stage stage;
+    stage.add(rectangle({0, 0, 20e-3}, dvec3(std::cos(slope), 0, std::sin(slope)) * 4e-3, {0, 0.4e-3, 0}), glowing);
+    stage.scene.sampling.antialias = 4;
+    for (const auto& device : all_devices()) {
+      const Rig rig(device, stage);
+      const auto size = rig.plan.lattice.size;
+      const auto at = [&](int x, int y) { return samples_of(rig, static_cast<std::size_t>(y * size.x + x)); };
+      int inner = 0;
+      double light = 0;
+      for (int y = 2; y + 2 < size.y; ++y) {
+        for (int x = 2; x + 2 < size.x; ++x) {  // away from edges
+          if (at(x - 2, y).empty() || at(x + 2, y).empty() || at(x, y - 2).empty() || at(x, y + 2).empty()) continue;
+          INFO(device.info().name << ", slope " << slope_deg << ", cell " << x << ", " << y);
+          const auto samples = at(x, y);
+          CHECK(samples[0].radiance == Catch::Approx(1).epsilon(1e-5));
+          for (const auto& sample : samples) light += sample.radiance;
+          ++inner;
+        }
+      }
+      CHECK(inner >= 40);
+      CHECK(light / inner == Catch::Approx(1).margin(0.01));  // rays through the edge between the triangles may meet both
+    }
+  }
+}
+
 TEST_CASE("rims of open meshes shine no more than their cells' area, though two layers lie in each") {
   Material glowing;
   glowing.ambient = dvec3(1);
