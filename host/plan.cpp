@@ -271,7 +271,7 @@ std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp>
 
 bool is_within(double x, const Interval& interval, double margin) { return interval.low - margin <= x && x <= interval.high + margin; }
 
-/// Appends those of a tile in a slab; when rays are aimed, without those too far from where its light passes.
+/// Appends those of a tile in a slab; when rays are aimed, without those too far from where its light passes, unless all are.
 void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t tile, std::size_t number, const Planes& planes,
                            const std::array<Interval, 2>& passed, std::vector<Wrp>& wrps) {
   const auto& slab = plan.slabs[number];
@@ -280,6 +280,8 @@ void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t til
   // Aimed gathering uses its fan for what mirrors and glass show.
   const bool perspective = plan.aimed || scene.sampling.shape == FanShape::perspective;
   const double depth = (plan.far_m - slab.distance_m) * (plan.bounces > 0 ? deepest_virtual_picture : 1);
+  const bool aims = plan.aimed && plan.bounces == 0;
+  std::vector<Wrp> all;
   for (int row = 0; row < planes.grid.y; ++row) {
     for (int column = 0; column < planes.grid.x; ++column) {
       Wrp wrp;
@@ -287,8 +289,8 @@ void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t til
       wrp.tile = tile;
       wrp.centre_m = {planes.middle_m.x + (column - (planes.grid.x - 1) / 2.0) * window.x,
                       planes.middle_m.y - (row - (planes.grid.y - 1) / 2.0) * window.y, slab.distance_m};
-      if (plan.aimed && plan.bounces == 0) {
-        if (is_within(wrp.centre_m.x, passed[0], reach.x) && is_within(wrp.centre_m.y, passed[1], reach.y)) wrps.push_back(std::move(wrp));
+      if (aims) {
+        all.push_back(std::move(wrp));
         continue;
       }
       const double p = scene.sampling.pitch_m;
@@ -306,9 +308,14 @@ void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t til
       }
       wrp.fan = fan_of(tangents[0], tangents[1], perspective ? glm::dvec2(1) : plan.largest_sine);
       if (perspective) wrp.convergence_per_m = 1 / slab.distance_m;
-      wrps.push_back(std::move(wrp));
+      all.push_back(std::move(wrp));
     }
   }
+  const auto is_near = [&](const Wrp& wrp) {
+    return is_within(wrp.centre_m.x, passed[0], reach.x) && is_within(wrp.centre_m.y, passed[1], reach.y);
+  };
+  if (aims && std::any_of(all.begin(), all.end(), is_near)) std::erase_if(all, [&](const Wrp& wrp) { return !is_near(wrp); });
+  std::move(all.begin(), all.end(), std::back_inserter(wrps));
 }
 
 Wrp plane_at_hologram(const Plan& plan, std::size_t tile, glm::dvec2 largest_tangent, int rays_per_axis) {

@@ -704,6 +704,10 @@ TEST_CASE("a hologram that can show nothing says so") {
     const auto dark = rendered(device, scene);
     REQUIRE(!dark.notes.empty());
     CHECK_THAT(dark.notes.back(), ContainsSubstring("the hologram is dark"));
+    scene.hologram.tiles = glm::ivec2(2, 2);
+    const auto dark_tiles = rendered(device, scene);
+    REQUIRE(!dark_tiles.notes.empty());
+    CHECK_THAT(dark_tiles.notes.back(), ContainsSubstring("the hologram is dark"));
     CHECK(rendered(device, small_scene(folder)).notes.empty());
     scene = small_scene(folder);
     scene.hologram.resolution = {8, 5};
