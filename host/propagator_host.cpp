@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Propagation by the host's threads. Memory is what bounds it, so every pass makes its lines in the cache and writes only what the next
 // one reads:
-//   load     columns of the field, zeros below it -> transform -> the rows that the targets' bands keep
+//   load     columns of the field with any light, zeros below it -> transform -> the rows that the targets' bands keep
 //   collect  each of these rows, zeros right of it -> transform -> times the transfer function, summed over the sources -> transform
 //            back -> its part inside the window; then columns of these rows, zeros elsewhere -> transform back -> the field
 // Rows between the passes lie in tiles: 16 columns of each row next to each other, so that passes over columns read and write a tile from
@@ -257,12 +257,25 @@ private:
     }
   }
 
+  /// WRPs reach beyond the light; a look that ends at the first sample costs little.
+  bool is_dark(const Sample* field_columns, std::size_t columns, std::size_t pitch) const {
+    for (std::size_t c = 0; c < columns; ++c) {
+      const Sample* column = field_columns + c * pitch;
+      if (!std::all_of(column, column + ny_, [](const Sample& sample) { return sample == Sample{}; })) return false;
+    }
+    return true;
+  }
+
   void columns_forward(const Sample* field, Rows& rows) {
     const std::size_t pitch = pitch_of(padded_ny_);
     cl::Threads::shared().for_each(threads_, tiles_, 1, [&](std::size_t thread, std::size_t tile) {
       auto& s = scratch_[thread];
       const std::size_t columns = columns_of(tile);
       transpose_(field + tile * tile_width, nx_, ny_, columns, s.field_columns.get(), pitch);
+      if (is_dark(s.field_columns.get(), columns, pitch)) {
+        std::fill_n(rows.tile(tile), size(rows.band.count()) * tile_width, Sample{});
+        return;
+      }
       for (std::size_t c = 0; c < columns; ++c)
         column_fft_.forward(s.field_columns.get() + c * pitch, s.columns_transformed.get() + c * pitch);
       for_each_run(rows.band, [&](int first, std::size_t at, std::size_t count) {

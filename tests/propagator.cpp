@@ -358,6 +358,28 @@ TEST_CASE("more sources than wait for the inverse transform still add up") {
   }
 }
 
+TEST_CASE("columns without light hide nothing of what was there before them") {
+  const Setup s{{75, 44}, {4 * um, 4 * um}, red_m, {}, 10 * mm};
+  const auto part = [&](int first, int last) {  // columns of noise
+    auto field = noise(s.size, 5);
+    for (std::size_t i = 0; i < field.size(); ++i) {
+      const int column = static_cast<int>(i) % s.size.x;
+      if (column < first || column >= last) field[i] = 0;
+    }
+    return field;
+  };
+  for (const auto& device : test::all_devices()) {
+    Propagator used(device, spec_of(s));
+    for (const auto& source : {part(0, 75), part(33, 40), part(0, 16), part(0, 0), part(70, 75)})
+      CHECK(propagate(device, used, source, s.shift_m, s.distance_m) == propagate(device, source, s));
+    const auto left = propagate(device, used, part(0, 37), s.shift_m, s.distance_m),
+               right = propagate(device, used, part(37, 75), s.shift_m, s.distance_m);
+    auto sum = left;
+    std::transform(sum.begin(), sum.end(), right.begin(), sum.begin(), std::plus<>());
+    CHECK(relative_error(sum, propagate(device, part(0, 75), s)) < 1e-6);
+  }
+}
+
 TEST_CASE("a source loaded for its targets arrives as one loaded for any, and others are refused") {
   const Setup s{{61, 44}, {4 * um, 4 * um}, red_m, {}, 10 * mm};
   for (const auto& device : test::all_devices()) {
