@@ -41,7 +41,6 @@ std::size_t pitch_of(std::size_t line) { return ((line + 7) / 8 | 1) * 8; }
 [[gnu::always_inline]] inline void transpose(const Sample* from, std::size_t from_pitch, std::size_t rows, std::size_t columns, Sample* to,
                                              std::size_t to_pitch) {
   using Quad = double __attribute__((vector_size(32)));  // four samples
-  using QuadAt = double __attribute__((vector_size(32), aligned(8), may_alias));
   constexpr std::size_t block = 8, quad = 4;
   for (std::size_t r0 = 0; r0 < rows; r0 += block) {
     for (std::size_t c0 = 0; c0 < columns; c0 += block) {
@@ -58,14 +57,21 @@ std::size_t pitch_of(std::size_t line) { return ((line + 7) / 8 | 1) * 8; }
         for (std::size_t c = c0; c < c0 + block; c += quad) {
           const Sample* in = from + r * from_pitch + c;
           Sample* out = to + c * to_pitch + r;
-          const Quad a = *reinterpret_cast<const QuadAt*>(in), b = *reinterpret_cast<const QuadAt*>(in + from_pitch);
-          const Quad d = *reinterpret_cast<const QuadAt*>(in + 2 * from_pitch), e = *reinterpret_cast<const QuadAt*>(in + 3 * from_pitch);
+          Quad a, b, d, e;
+          std::memcpy(&a, in, sizeof a);
+          std::memcpy(&b, in + from_pitch, sizeof b);
+          std::memcpy(&d, in + 2 * from_pitch, sizeof d);
+          std::memcpy(&e, in + 3 * from_pitch, sizeof e);
           const Quad even_ab = __builtin_shufflevector(a, b, 0, 4, 2, 6), odd_ab = __builtin_shufflevector(a, b, 1, 5, 3, 7);
           const Quad even_de = __builtin_shufflevector(d, e, 0, 4, 2, 6), odd_de = __builtin_shufflevector(d, e, 1, 5, 3, 7);
-          *reinterpret_cast<QuadAt*>(out) = __builtin_shufflevector(even_ab, even_de, 0, 1, 4, 5);
-          *reinterpret_cast<QuadAt*>(out + to_pitch) = __builtin_shufflevector(odd_ab, odd_de, 0, 1, 4, 5);
-          *reinterpret_cast<QuadAt*>(out + 2 * to_pitch) = __builtin_shufflevector(even_ab, even_de, 2, 3, 6, 7);
-          *reinterpret_cast<QuadAt*>(out + 3 * to_pitch) = __builtin_shufflevector(odd_ab, odd_de, 2, 3, 6, 7);
+          a = __builtin_shufflevector(even_ab, even_de, 0, 1, 4, 5);
+          b = __builtin_shufflevector(odd_ab, odd_de, 0, 1, 4, 5);
+          d = __builtin_shufflevector(even_ab, even_de, 2, 3, 6, 7);
+          e = __builtin_shufflevector(odd_ab, odd_de, 2, 3, 6, 7);
+          std::memcpy(static_cast<void*>(out), &a, sizeof a);
+          std::memcpy(static_cast<void*>(out + to_pitch), &b, sizeof b);
+          std::memcpy(static_cast<void*>(out + 2 * to_pitch), &d, sizeof d);
+          std::memcpy(static_cast<void*>(out + 3 * to_pitch), &e, sizeof e);
         }
       }
     }
