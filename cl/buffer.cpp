@@ -27,6 +27,24 @@ void require_memory(const Device& device, std::span<const MemoryNeed> needs) {
                     "; most goes to: " + largest->name + ", " + format_bytes(largest->bytes) + "; " + largest->advice);
 }
 
+Copy& Copy::operator=(Copy&& other) noexcept {
+  std::swap(device_, other.device_);
+  std::swap(done_, other.done_);
+  return *this;
+}
+
+Copy::~Copy() {
+  try {
+    wait();
+  } catch (const DeviceError&) {
+    // Who wants the data waits for it; whoever left without waiting has an error of his own.
+  }
+}
+
+void Copy::wait() {
+  if (const auto device = std::move(device_)) checked(device->info(), [&] { done_.wait(); });
+}
+
 Memory::Memory(const Device& device, std::size_t bytes, const std::string& name) : device_(std::make_unique<Device>(device)) {
   bytes = std::max<std::size_t>(bytes, 1);
   const auto& info = device.info();
@@ -68,12 +86,22 @@ void Memory::read(void* data, std::size_t bytes, std::size_t offset_bytes) const
   if (bytes) checked(device_->info(), [&] { device_->queue().enqueueReadBuffer(handle_, CL_TRUE, offset_bytes, bytes, data); });
 }
 
-void Memory::read_rows(void* data, std::size_t bytes, std::size_t row_bytes, std::size_t stride_bytes) const {
-  if (row_bytes == stride_bytes || bytes == 0) return read(data, bytes, 0);
+Copy Memory::start_reading_rows(void* data, std::size_t bytes, std::size_t row_bytes, std::size_t stride_bytes) const {
+  if (bytes == 0) return {};
+  ::cl::Event done;
   checked(device_->info(), [&] {
-    device_->queue().enqueueReadBufferRect(handle_, CL_TRUE, {0, 0, 0}, {0, 0, 0}, {row_bytes, bytes / row_bytes, 1}, row_bytes, 0,
-                                           stride_bytes, 0, data);
+    std::vector<::cl::Event> launched(1);
+    device_->queue().enqueueMarkerWithWaitList(nullptr, &launched[0]);
+    device_->queue().flush();  // what another queue waits for has to be under way
+    const auto& queue = device_->copy_queue();
+    if (row_bytes == stride_bytes)
+      queue.enqueueReadBuffer(handle_, CL_FALSE, 0, bytes, data, &launched, &done);
+    else
+      queue.enqueueReadBufferRect(handle_, CL_FALSE, {0, 0, 0}, {0, 0, 0}, {row_bytes, bytes / row_bytes, 1}, row_bytes, 0, stride_bytes, 0,
+                                  data, &launched, &done);
+    queue.flush();
   });
+  return {*device_, std::move(done)};
 }
 
 void Memory::copy_from(const Memory& other, std::size_t bytes, std::size_t offset_bytes) {

@@ -24,6 +24,26 @@ struct MemoryNeed {
 /// throws  DeviceError when one need is larger than the device's largest buffer, or all together are more than its memory
 void require_memory(const Device& device, std::span<const MemoryNeed> needs);
 
+/// A copy to the host that is under way. The memory that it writes to, and the buffer that it reads from, stay until it has ended: it is
+/// waited for at the latest when this goes. Movable, not copyable.
+class [[nodiscard]] Copy {
+public:
+  Copy() = default;
+  Copy(const Device& device, ::cl::Event done) : device_(std::make_unique<Device>(device)), done_(std::move(done)) {}
+  Copy(Copy&& other) noexcept { *this = std::move(other); }
+  Copy& operator=(Copy&& other) noexcept;
+  ~Copy();
+
+  /// Returns when the host has the data; at once when there is nothing to wait for.
+  ///
+  /// throws  DeviceError when the copy, or the work before it, has failed
+  void wait();
+
+private:
+  std::unique_ptr<Device> device_;  // none: nothing is under way
+  ::cl::Event done_;
+};
+
 /// Bytes on a device, counted by it. Movable, not copyable.
 class Memory {
 public:
@@ -41,7 +61,7 @@ protected:
   Device device() const { return *device_; }
   void write(const void* data, std::size_t bytes);
   void read(void* data, std::size_t bytes, std::size_t offset_bytes) const;
-  void read_rows(void* data, std::size_t bytes, std::size_t row_bytes, std::size_t stride_bytes) const;
+  Copy start_reading_rows(void* data, std::size_t bytes, std::size_t row_bytes, std::size_t stride_bytes) const;
   void copy_from(const Memory& other, std::size_t bytes, std::size_t offset_bytes);
   void fill_zero(std::size_t bytes);
   void* map(std::size_t bytes, cl_map_flags flags, std::size_t offset_bytes = 0) const;
@@ -70,9 +90,10 @@ public:
     read(data);
     return data;
   }
-  /// Waits, then copies all: rows of `width` elements, from the first on, to places `stride` elements apart.
-  void read_rows(T* to, std::size_t width, std::size_t stride) const {
-    Memory::read_rows(to, size_ * sizeof(T), width * sizeof(T), stride * sizeof(T));
+  /// Begins to copy all, as the work launched so far leaves it: rows of `width` elements, from the first on, to places `stride` elements
+  /// apart. Work launched later goes on beside the copy and must not write to this buffer.
+  Copy start_reading_rows(T* to, std::size_t width, std::size_t stride) const {
+    return Memory::start_reading_rows(to, size_ * sizeof(T), width * sizeof(T), stride * sizeof(T));
   }
   /// Takes size() elements of `other`, from element `first` on, without the host.
   void copy_from(const Buffer& other, std::size_t first) { copy_from(other, first, size_); }

@@ -117,6 +117,11 @@ Device::Device(const DeviceInfo& info) : info_(info) {
     context_ = ::cl::Context(handle_);
     queue_ = ::cl::CommandQueue(context_, handle_);
   });
+  try {
+    copy_queue_ = ::cl::CommandQueue(context_, handle_);
+  } catch (const ::cl::Error&) {
+    copy_queue_ = queue_;  // copies then take their turn
+  }
 }
 
 void Device::finish() const {

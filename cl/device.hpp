@@ -42,7 +42,8 @@ std::vector<DeviceInfo> list_devices();
 /// throws  DeviceError listing what there is when nothing, or more than one, fits
 DeviceInfo find_device(std::string_view choice = {});
 
-/// A device opened for work: context and one in-order queue. Copies share both.
+/// A device opened for work: context, one in-order queue for the work, and one for copies to the host that go on beside it. Copies of this
+/// share all three.
 class Device {
 public:
   explicit Device(const DeviceInfo& info);
@@ -50,8 +51,11 @@ public:
   const DeviceInfo& info() const { return info_; }
   const ::cl::Context& context() const { return context_; }
   const ::cl::CommandQueue& queue() const { return queue_; }
+  /// The same as queue() on devices that give only one.
+  const ::cl::CommandQueue& copy_queue() const { return copy_queue_; }
   const ::cl::Device& handle() const { return handle_; }
 
+  /// Waits for queue().
   void finish() const;
 
   std::uint64_t allocated_bytes() const { return meter_->now; }
@@ -65,7 +69,7 @@ private:
   DeviceInfo info_;
   ::cl::Device handle_;
   ::cl::Context context_;
-  ::cl::CommandQueue queue_;
+  ::cl::CommandQueue queue_, copy_queue_;
   std::shared_ptr<Meter> meter_ = std::make_shared<Meter>();
 };
 

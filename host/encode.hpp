@@ -2,6 +2,7 @@
 /// From a complex field to the levels of a phase-only SLM.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -15,13 +16,16 @@ class PhaseEncoder {
 public:
   explicit PhaseEncoder(const cl::Device& device);
   std::vector<std::uint8_t> operator()(const cl::ComplexBuffer& field) { return levels_of(field).read(); }
-  /// The same on the device, until the next field is encoded.
-  const cl::Buffer<std::uint8_t>& levels_of(const cl::ComplexBuffer& field);
+  /// The same on the device, until the next field is encoded into that buffer.
+  ///
+  /// buffer  0 to buffers - 1: while one is copied to the host, the next field is encoded into another
+  const cl::Buffer<std::uint8_t>& levels_of(const cl::ComplexBuffer& field, std::size_t buffer = 0);
+  static constexpr std::size_t buffers = 2;
 
 private:
   cl::Device device_;
   cl::Program program_;
-  cl::Buffer<std::uint8_t> levels_;
+  std::array<cl::Buffer<std::uint8_t>, buffers> levels_;
 };
 
 }  // namespace raywave

@@ -2,6 +2,7 @@
 #include "host/render.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -199,11 +200,11 @@ struct Renderer::State {
   /// The tile, seen from a WRP.
   Target target_of(const Wrp& wrp) const { return {plan.tile_of(wrp).centre_m - glm::dvec2(wrp.centre_m), wrp.centre_m.z}; }
 
-  /// Copies the pixels of a tile into those of the hologram.
+  /// Begins to copy the pixels of a tile into those of the hologram.
   template <class T>
-  void read_tile(const cl::Buffer<T>& from, const Tile& tile, std::span<T> hologram) const {
+  cl::Copy start_reading_tile(const cl::Buffer<T>& from, const Tile& tile, std::span<T> hologram) const {
     const auto at = static_cast<std::size_t>(tile.first.y) * static_cast<std::size_t>(plan.size.x) + static_cast<std::size_t>(tile.first.x);
-    from.read_rows(hologram.data() + at, static_cast<std::size_t>(plan.tile_size.x), static_cast<std::size_t>(plan.size.x));
+    return from.start_reading_rows(hologram.data() + at, static_cast<std::size_t>(plan.tile_size.x), static_cast<std::size_t>(plan.size.x));
   }
 
   void build_source() {
@@ -282,7 +283,9 @@ RenderResult Renderer::State::render() {
     result.field = {plan.size.x, plan.size.y, scene.sampling.frames, std::vector<std::complex<float>>(frames * pixels())};
   if (options.keep_wrps) result.wrps.assign(plan.wrps.size(), {plan.tile_size.x, plan.tile_size.y, scene.sampling.frames, {}});
 
-  std::size_t first_wrp = 0;
+  // The levels of a frame come to the host while the next one is computed. They write into the result, so they go before it.
+  std::array<cl::Copy, PhaseEncoder::buffers> copies;
+  std::size_t encoded = 0, first_wrp = 0;
   for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
     auto end = first_wrp;
     while (end < plan.wrps.size() && plan.wrps[end].tile == i) ++end;
@@ -295,11 +298,19 @@ RenderResult Renderer::State::render() {
       }
       {
         const auto clock = stage("encode");
-        read_tile(encode.levels_of(field), plan.tiles[i], std::span(result.levels[frame]));
+        const auto buffer = encoded++ % copies.size();
+        copies[buffer].wait();
+        copies[buffer] = start_reading_tile(encode.levels_of(field, buffer), plan.tiles[i], std::span(result.levels[frame]));
+        clock.wait();
       }
-      if (options.keep_field) read_tile(field, plan.tiles[i], std::span(result.field.samples).subspan(frame * pixels(), pixels()));
+      if (options.keep_field)
+        start_reading_tile(field, plan.tiles[i], std::span(result.field.samples).subspan(frame * pixels(), pixels())).wait();
     }
     first_wrp = end;
+  }
+  {
+    const auto clock = stage("encode");
+    for (auto& copy : copies) copy.wait();
   }
   brighten(result.field.samples, arrays->radiance_unit, scene);
   if (const auto& samples = result.field.samples;

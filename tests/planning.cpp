@@ -443,6 +443,21 @@ TEST_CASE("a hologram that does not fit is planned in the fewest tiles that do, 
   CHECK(std::max(none.tile_size.x, none.tile_size.y) < 2 * least_tile);
 }
 
+TEST_CASE("a second buffer of levels is counted where there is a second frame or tile") {
+  const auto buffers_of = [](const std::vector<std::string>& set) {
+    const auto scene = data_scene("teapot.toml", set);
+    const auto world = build_world(scene);
+    const auto plan = fitting_plan(scene, world, {});
+    const auto needs = memory_needs(scene, world, plan, {}, MemoryLimits::none);
+    return std::count_if(needs.device.begin(), needs.device.end(), [&](const auto& need) {
+      return need.name == "hologram levels" && need.bytes == static_cast<std::uint64_t>(plan.tile_size.x * plan.tile_size.y);
+    });
+  };
+  CHECK(buffers_of({}) == 1);
+  CHECK(buffers_of({"sampling.frames=2"}) == 2);
+  CHECK(buffers_of({"hologram.tiles=[2, 2]"}) == 2);
+}
+
 TEST_CASE("rates are kept per device, and a damaged file counts as none") {
   const Folder folder;
   setenv("RAYWAVE_CACHE_DIR", (folder / "").c_str(), 1);

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <numeric>
 
+#include "host/encode.hpp"
 #include "host/gatherer.hpp"
 
 namespace raywave {
@@ -90,7 +91,9 @@ MemoryNeeds memory_needs(const Scene& scene, const World& world, const Plan& pla
   if (std::any_of(plan.slabs.begin(), plan.slabs.end(), [](const Slab& slab) { return slab.refines(); }))
     needs.push_back({"field of a WRP", 8 * pixels, planes});
   needs.push_back({"field at the hologram", 8 * pixels, planes});
-  needs.push_back({"hologram levels", pixels, planes});
+  const auto pictures = size(scene.sampling.frames) * plan.tiles.size();
+  for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, PhaseEncoder::buffers); ++i)
+    needs.push_back({"hologram levels", pixels, planes});
   if (plan.aimed || scene.sampling.source == FanSource::surface)
     needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1), "a larger sampling.pitch needs less"});
   needs.push_back({"triangles", sizeof(device::Triangle) * world.triangles.size(), mesh});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Stands between a test and OpenCL: canaries behind every buffer, the names of the kernels launched, and a compiler that can be refused.
-/// For one .cpp of a test program; its definitions go before those of the OpenCL library, for raywave and clFFT alike.
+/// Stands between a test and OpenCL: canaries behind every buffer, the names of the kernels launched, copies to the host, and a compiler or
+/// a second queue that can be refused. For one .cpp of a test program; its definitions go before those of the OpenCL library, for raywave
+/// and clFFT alike.
 #pragma once
 
 #include <dlfcn.h>
@@ -25,10 +26,21 @@ struct OpenclSpy {
   /// through a map for reading and writing, and all of a buffer that has the number of one given back: so fills and maps become plain
   /// writes here, and no number comes back.
   bool canaries = true;
-  bool refuse_compiler = false;  // programs only from binaries
+  bool refuse_compiler = false;      // programs only from binaries
+  bool refuse_second_queue = false;  // of a context
   std::set<std::string> launched;
   int watched = 0;                   // buffers, until their end
   std::vector<std::size_t> overrun;  // sizes in bytes of buffers whose canary died
+
+  /// A copy to the host of a whole buffer, or of its rows.
+  struct Read {
+    cl_command_queue queue;
+    std::size_t bytes;
+    bool blocking;
+    cl_uint waits;  // for so many events
+  };
+  std::vector<Read> reads;
+  std::set<cl_command_queue> launched_on;
 
   struct Watched {
     std::size_t bytes = 0;
@@ -37,7 +49,7 @@ struct OpenclSpy {
 
   std::mutex mutex;
   std::map<cl_mem, Watched> live;
-  std::map<cl_context, cl_command_queue> queues;
+  std::map<cl_context, std::set<cl_command_queue>> queues;
   std::map<void*, std::pair<std::size_t, std::size_t>> maps;  // for writing: offset and size in bytes
 };
 
@@ -54,6 +66,16 @@ F* hidden(F*, const char* name) {
   return address;
 }
 
+inline auto* real_read_buffer() {
+  static auto* const real = hidden(&clEnqueueReadBuffer, "clEnqueueReadBuffer");
+  return real;
+}
+
+inline void note_read(cl_command_queue queue, std::size_t bytes, cl_bool blocking, cl_uint waits) {
+  const std::lock_guard lock(opencl_spy().mutex);
+  opencl_spy().reads.push_back({queue, bytes, blocking != CL_FALSE, waits});
+}
+
 /// Called before one of the program's references goes.
 inline void check_canary(cl_mem memory) {
   auto& spy = opencl_spy();
@@ -62,10 +84,12 @@ inline void check_canary(cl_mem memory) {
   const std::size_t bytes = it->second.bytes;
   cl_context context = nullptr;
   clGetMemObjectInfo(memory, CL_MEM_CONTEXT, sizeof context, &context, nullptr);
-  const auto queue = spy.queues.find(context);
+  const auto found = spy.queues.find(context);
+  const auto queues = found == spy.queues.end() ? std::set<cl_command_queue>() : found->second;
+  const bool finished = std::all_of(queues.begin(), queues.end(), [](auto queue) { return clFinish(queue) == CL_SUCCESS; });
   std::vector<unsigned char> behind(OpenclSpy::canary_bytes);
-  if (queue == spy.queues.end() || clFinish(queue->second) != CL_SUCCESS ||
-      clEnqueueReadBuffer(queue->second, memory, CL_TRUE, bytes, behind.size(), behind.data(), 0, nullptr, nullptr) != CL_SUCCESS ||
+  if (queues.empty() || !finished ||
+      real_read_buffer()(*queues.begin(), memory, CL_TRUE, bytes, behind.size(), behind.data(), 0, nullptr, nullptr) != CL_SUCCESS ||
       std::any_of(behind.begin(), behind.end(), [](unsigned char b) { return b != OpenclSpy::canary; }))
     spy.overrun.push_back(bytes);
   ++spy.watched;
@@ -156,13 +180,44 @@ cl_int clEnqueueUnmapMemObject(cl_command_queue queue, cl_mem memory, void* poin
   return clEnqueueWriteBuffer(queue, memory, CL_TRUE, offset, bytes.size(), bytes.data(), 0, nullptr, nullptr);
 }
 
+cl_context clCreateContext(const cl_context_properties* properties, cl_uint count, const cl_device_id* devices,
+                           void(CL_CALLBACK* notify)(const char*, const void*, size_t, void*), void* data, cl_int* error) {
+  using namespace raywave::test;
+  static auto* const real = hidden(&clCreateContext, "clCreateContext");
+  const cl_context context = real(properties, count, devices, notify, data, error);
+  const std::lock_guard lock(opencl_spy().mutex);
+  opencl_spy().queues[context].clear();  // of one that had this number before
+  return context;
+}
+
 cl_command_queue clCreateCommandQueue(cl_context context, cl_device_id device, cl_command_queue_properties properties, cl_int* error) {
   using namespace raywave::test;
   static auto* const real = hidden(&clCreateCommandQueue, "clCreateCommandQueue");
-  const cl_command_queue queue = real(context, device, properties, error);
   const std::lock_guard lock(opencl_spy().mutex);
-  opencl_spy().queues[context] = queue;
+  auto& queues = opencl_spy().queues[context];
+  if (opencl_spy().refuse_second_queue && !queues.empty()) {
+    if (error) *error = CL_OUT_OF_RESOURCES;
+    return nullptr;
+  }
+  const cl_command_queue queue = real(context, device, properties, error);
+  queues.insert(queue);
   return queue;
+}
+
+cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocking, size_t offset, size_t size, void* to, cl_uint events,
+                           const cl_event* wait, cl_event* event) {
+  using namespace raywave::test;
+  note_read(queue, size, blocking, events);
+  return real_read_buffer()(queue, memory, blocking, offset, size, to, events, wait, event);
+}
+
+cl_int clEnqueueReadBufferRect(cl_command_queue queue, cl_mem memory, cl_bool blocking, const size_t* offset, const size_t* host_offset,
+                               const size_t* region, size_t row, size_t slice, size_t host_row, size_t host_slice, void* to, cl_uint events,
+                               const cl_event* wait, cl_event* event) {
+  using namespace raywave::test;
+  static auto* const real = hidden(&clEnqueueReadBufferRect, "clEnqueueReadBufferRect");
+  note_read(queue, region[0] * region[1] * region[2], blocking, events);
+  return real(queue, memory, blocking, offset, host_offset, region, row, slice, host_row, host_slice, to, events, wait, event);
 }
 
 cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const size_t* offset, const size_t* global,
@@ -174,6 +229,7 @@ cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint 
   {
     const std::lock_guard lock(opencl_spy().mutex);
     opencl_spy().launched.insert(name);
+    opencl_spy().launched_on.insert(queue);
   }
   return real(queue, kernel, dimensions, offset, global, local, events, wait, event);
 }
