@@ -8,6 +8,7 @@
 #include <CL/opencl.hpp>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -22,6 +23,14 @@ struct DeviceError : std::runtime_error {
 
 enum class DeviceKind { gpu, accelerator, cpu, other };
 
+/// How kernels share out the pixels of a plane among work-items.
+struct WorkShape {
+  int lanes = 1;        // neighbouring pixels that a work-item handles side by side
+  int tile_rows = 1;    // rows of pixels, of all frames together, that a work-item fills
+  int strip_tiles = 0;  // work-items side by side before the next rows begin; 0: as many as the plane is wide
+  bool operator==(const WorkShape&) const = default;
+};
+
 struct DeviceInfo {
   std::string index;  // "0:1": platform and device within it
   std::string platform, name, vendor, version, driver;
@@ -29,8 +38,9 @@ struct DeviceInfo {
   unsigned compute_units = 0;
   std::uint64_t memory_bytes = 0, largest_buffer_bytes = 0, local_bytes = 0;
   bool fp64 = false;
-  bool online_compiler = false;  // and RAYWAVE_PROGRAM_DIR does not forbid its use
-  int float_lanes = 1;           // native SIMD width in floats, 1 on GPUs
+  bool online_compiler = false;   // and RAYWAVE_PROGRAM_DIR does not forbid its use
+  int float_lanes = 1;            // native SIMD width in floats, 1 on GPUs
+  std::optional<WorkShape> work;  // as measured; none: what suits devices of this kind
 };
 
 /// Every device of every platform, in the order of the ICD loader; empty when there is none.

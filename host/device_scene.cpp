@@ -14,6 +14,7 @@
 #include "host/error.hpp"
 #include "host/image.hpp"
 #include "host/text.hpp"
+#include "host/work_shape.hpp"
 
 namespace raywave {
 namespace {
@@ -150,12 +151,7 @@ std::pair<float, float> split(double value) {
   return {high, static_cast<float>(value - high)};
 }
 
-int lanes_for(const cl::DeviceInfo& device) {
-  for (const int lanes : {16, 8, 4}) {
-    if (device.float_lanes >= lanes) return lanes;
-  }
-  return 1;
-}
+int lanes_for(const cl::DeviceInfo& device) { return work_shape(device).lanes; }
 
 cl::Options kernel_options(const Scene& scene, const Plan& plan) {
   const auto any = [&](auto&& test) {

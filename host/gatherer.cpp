@@ -5,14 +5,10 @@
 #include <cmath>
 #include <glm/common.hpp>
 
+#include "host/work_shape.hpp"
+
 namespace raywave {
 namespace {
-
-/// Rows of a tile: enough that a sample's set-up is shared by many pixels, few enough that all sums stay in the first cache.
-int tile_rows(int lanes, int frames) { return lanes == 1 ? 1 : std::clamp(16 / frames, 2, 16); }
-
-/// A CPU fills the plane strip by strip, so narrow that the profiles it needs stay in the second cache.
-constexpr std::size_t strip_tiles = 8;
 
 /// Of the scene's options those that gather.cl reads: scenes that differ in others share its kernels, which take longest to compile.
 cl::Options options_of(const DeviceScene& scene) {
@@ -38,7 +34,8 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
       table_(table),
       frames_(frames),
       lanes_(lanes_for(device.info())),
-      tile_rows_(tile_rows(lanes_, frames)),
+      tile_rows_(rows_of_tile(work_shape(device.info()), frames)),
+      strip_tiles_(work_shape(device.info()).strip_tiles),
       near_spots_(near_spots),
       program_(device, "gather.cl",
                cl::with(options_of(scene), {{"RAYWAVE_FRAMES", std::to_string(frames)},
@@ -160,7 +157,8 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
       profile_.run({static_cast<std::size_t>(count)}, group, scene_.lights, table_.samples, table_.lit, aims_, first_of(row), first_profile,
                    count, plane, profiles_);
     const auto tiles = [](int n, int side) { return static_cast<std::size_t>((n + side - 1) / side); };
-    const auto across = tiles(plane.nx, lanes_), strip = lanes_ == 1 ? across : std::min(across, strip_tiles);
+    const auto across = tiles(plane.nx, lanes_),
+               strip = strip_tiles_ == 0 ? across : std::min(across, static_cast<std::size_t>(strip_tiles_));
     gather_.run({strip, tiles(plane.ny, tile_rows_), (across + strip - 1) / strip}, local, scene_.lights, table_.samples, table_.views,
                 table_.lit, aims_, stride, boxes_, profiles_, first_profile, phasors_, table_.first_of_cell, table_.count, row, end - 1,
                 std::int32_t{row > 0}, lattice, plane, field);

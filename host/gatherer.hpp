@@ -35,7 +35,7 @@ private:
   const SampleTable& table_;
   int frames_;
   int lanes_;
-  int tile_rows_;
+  int tile_rows_, strip_tiles_;
   double near_spots_;
   cl::Program program_;
   cl::Kernel aim_, draw_phases_, profile_, gather_;

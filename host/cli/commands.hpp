@@ -19,6 +19,8 @@ struct DeviceOptions {
 
   void add_device_to(CLI::App& command);
   void add_to(CLI::App& command);  // and --fft
+  /// In the work shape that `raywave tune` has stored for it, if any.
+  /// throws  InputError when that file is damaged, DeviceError when there is no such device
   cl::DeviceInfo info() const;
   /// throws  InputError when the named back end is unknown, DeviceError when it does not serve the device
   cl::FftBackend backend(const cl::DeviceInfo& device) const;

@@ -8,6 +8,7 @@
 #include "host/encode.hpp"
 #include "host/error.hpp"
 #include "host/lens.hpp"
+#include "host/planning/tuning.hpp"
 #include "host/reconstruct.hpp"
 #include "host/render.hpp"
 #include "host/text.hpp"
@@ -53,6 +54,8 @@ void run(const Options& options) {
     info.float_lanes = 1;
   } else if (!info.online_compiler) {
     throw cl::DeviceError(info.name + " has no online compiler; --sources writes what its offline compiler needs");
+  } else {
+    info = tuned(info);  // as it will be asked for
   }
   const cl::Device device(info);
   std::vector<Scene> scenes;

@@ -42,22 +42,6 @@ DeviceFigures figures(const DeviceOptions& options) {
   return figures_of(options.info());
 }
 
-void tune(const DeviceOptions& options, bool json) {
-  const auto info = options.info();
-  const auto rates = measure_rates(info, options.backend(info));
-  store_rates(info, rates);
-  if (json) {
-    std::printf("{\"device\": \"%s\", \"ray_s\": %.4g, \"pair_s\": %.4g, \"pixel_s\": %.4g, \"butterfly_s\": %.4g, \"level_s\": %.4g}\n",
-                rates.device.c_str(), rates.ray_s, rates.pair_s, rates.pixel_s, rates.butterfly_s, rates.level_s);
-    return;
-  }
-  std::printf(
-      "%s\n  rays        %.3g ns a level of the tree\n  pairs       %.3g ns\n  pixels      %.3g ns\n  transforms  %.3g ns a butterfly\n  "
-      "levels      %.3g ns\n  %s\n",
-      rates.device.c_str(), rates.ray_s * 1e9, rates.pair_s * 1e9, rates.pixel_s * 1e9, rates.butterfly_s * 1e9, rates.level_s * 1e9,
-      rates_file(info).c_str());
-}
-
 }  // namespace
 
 void add_plan(CLI::App& app) {
@@ -74,16 +58,6 @@ void add_plan(CLI::App& app) {
     const auto planned = plan_scene(scene, world, figures(options->device), options->goal.goal());
     std::fputs((options->json ? plan_report_json(planned, world) : plan_report_text(planned, world)).c_str(), stdout);
   });
-}
-
-void add_tune(CLI::App& app) {
-  auto* command =
-      app.add_subcommand("tune", "Measure a device's rates, for the times that plans predict (some seconds; kept in the cache folder)");
-  auto device = std::make_shared<DeviceOptions>();
-  auto json = std::make_shared<bool>(false);
-  device->add_to(*command);
-  command->add_flag("--json", *json, "Print JSON");
-  command->callback([device, json] { tune(*device, *json); });
 }
 
 }  // namespace raywave::cli

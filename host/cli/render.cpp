@@ -10,6 +10,7 @@
 #include "host/error.hpp"
 #include "host/image.hpp"
 #include "host/output.hpp"
+#include "host/planning/tuning.hpp"
 #include "host/report.hpp"
 
 namespace raywave::cli {
@@ -23,7 +24,7 @@ void DeviceOptions::add_to(CLI::App& command) {
   command.add_option("--fft", fft, "FFT back end: host, clfft or vkfft; chosen by device when not given");
 }
 
-cl::DeviceInfo DeviceOptions::info() const { return cl::find_device(device); }
+cl::DeviceInfo DeviceOptions::info() const { return tuned(cl::find_device(device)); }
 
 cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
   if (fft.empty()) return cl::default_backend(info);

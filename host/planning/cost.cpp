@@ -2,18 +2,11 @@
 #include "host/planning/cost.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <fstream>
 #include <glm/common.hpp>
-#include <nlohmann/json.hpp>
 
-#include "cl/cache.hpp"
 #include "host/gatherer.hpp"
-#include "host/output.hpp"
 #include "host/propagator.hpp"
-#include "host/reference/stage.hpp"
-#include "host/render.hpp"
 
 namespace raywave {
 namespace {
@@ -61,29 +54,6 @@ Crossing crossing(const Plan& plan, const Slab& slab, int axis, double at_m, dou
   const double low = std::max(at_m - half, first_m), high = std::min(at_m + half, last_m);
   return low < high ? Crossing{(high - low) / plan.gathered_pitch_m(slab)[axis], near} : Crossing{};
 }
-
-std::string cache_name(const cl::DeviceInfo& device) {
-  return "rates_" + cl::hash_name(device.platform + "\n" + device.name + "\n" + device.driver) + ".json";
-}
-
-/// A ball 8 mm wide, half sunk into a wall of 14 mm x 8 mm, 100 mm away: samples at all distances from the WRPs.
-reference::Stage ball_in_wall() {
-  reference::Stage stage;
-  stage.scene = {};
-  stage.scene.file = "tune";
-  stage.scene.sampling.pitch_m = 100e-6;
-  stage.scene.sampling.frames = 4;
-  stage.scene.wrp.grid = glm::ivec2(2, 2);
-  stage.scene.lights.emplace_back();
-  Material shiny;
-  shiny.specular = glm::dvec3(0.5);
-  stage.add(reference::sphere({0, 0, 0.1}, 4e-3, 48), shiny);
-  stage.add(reference::rectangle({0, 0, 0.101}, {7e-3, 0, 0}, {0, 4e-3, 0}));
-  return stage;
-}
-
-/// What its samples, trace, propagate and encode take where the default rates hold.
-constexpr std::array ball_in_wall_s{0.0148, 0.108, 0.285, 0.0083};
 
 }  // namespace
 
@@ -172,57 +142,6 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
 }
 
 DeviceRates default_rates() { return {"default", 1.85e-9, 1.55e-9, 1.24e-9, 0.125e-9, 1e-9}; }
-
-std::filesystem::path rates_file(const cl::DeviceInfo& device) { return cl::cache_folder() / cache_name(device); }
-
-std::optional<DeviceRates> load_rates(const cl::DeviceInfo& device) {
-  std::ifstream in(rates_file(device));
-  if (!in) return {};
-  try {
-    const auto j = nlohmann::json::parse(in);
-    DeviceRates rates{device.name, j.at("ray_s"), j.at("pair_s"), j.at("pixel_s"), j.at("butterfly_s"), j.at("level_s")};
-    for (const double rate : {rates.ray_s, rates.pair_s, rates.pixel_s, rates.butterfly_s, rates.level_s}) {
-      if (!(rate > 0 && rate < 1)) return {};
-    }
-    return rates;
-  } catch (const nlohmann::json::exception&) {
-    return {};  // a damaged file is as good as none
-  }
-}
-
-void store_rates(const cl::DeviceInfo& device, const DeviceRates& rates) {
-  const nlohmann::ordered_json j{{"device", rates.device},  {"driver", device.driver},  {"ray_s", rates.ray_s},
-                                 {"pair_s", rates.pair_s},  {"pixel_s", rates.pixel_s}, {"butterfly_s", rates.butterfly_s},
-                                 {"level_s", rates.level_s}};
-  write_text(rates_file(device), j.dump(2) + "\n");
-}
-
-DeviceRates measure_rates(const cl::DeviceInfo& info, cl::FftBackend backend) {
-  const cl::Device device(info);
-  const auto ball = ball_in_wall();
-  const bool on_processor = info.kind == cl::DeviceKind::cpu;
-  RenderOptions how;
-  how.fft = backend;
-  std::array<double, 4> least{};
-  for (int turn = 0; turn < 6; ++turn) {
-    const auto result = render(device, ball.scene, ball.world, how);
-    if (turn == 0) continue;  // kernels are compiled
-    const auto& seconds = on_processor ? result.processor_seconds : result.seconds;
-    for (std::size_t i = 0; i < least.size(); ++i) {
-      constexpr std::array stages{"samples", "trace", "propagate", "encode"};
-      const double now = seconds.at(stages[i]) / (on_processor ? std::max(1u, info.compute_units) : 1);
-      least[i] = turn == 1 ? now : std::min(least[i], now);
-    }
-  }
-  const auto scaled = [&](std::size_t stage, double rate_s) { return std::max(1e-15, rate_s * least[stage] / ball_in_wall_s[stage]); };
-  const auto defaults = default_rates();
-  return {info.name,
-          scaled(0, defaults.ray_s),
-          scaled(1, defaults.pair_s),
-          scaled(1, defaults.pixel_s),
-          scaled(2, defaults.butterfly_s),
-          scaled(3, defaults.level_s)};
-}
 
 Band rows_kept(const Plan& plan, const Wrp& wrp) {
   const Axis axis{plan.padded.y, plan.pitch_m.y, plan.tile_size.y};

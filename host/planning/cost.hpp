@@ -3,8 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
-#include <optional>
 #include <string>
 
 #include "cl/device.hpp"
@@ -46,15 +44,6 @@ struct DeviceRates {
 
 /// Of PoCL on two cores of a server processor.
 DeviceRates default_rates();
-
-/// What `raywave tune` has stored for the device, if anything.
-std::optional<DeviceRates> load_rates(const cl::DeviceInfo& device);
-void store_rates(const cl::DeviceInfo& device, const DeviceRates& rates);
-std::filesystem::path rates_file(const cl::DeviceInfo& device);
-
-/// Measures the rates: renders a built-in scene, a ball in a wall, a few times; each stage scales its default rates. On CPUs in processor
-/// seconds over the compute units, so that other programs do not count; else by the wall's clock.
-DeviceRates measure_rates(const cl::DeviceInfo& device, cl::FftBackend backend);
 
 struct StageTimes {
   double samples_s = 0, trace_s = 0, propagate_s = 0, encode_s = 0;

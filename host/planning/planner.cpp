@@ -10,6 +10,7 @@
 
 #include "host/error.hpp"
 #include "host/plane_errors.hpp"
+#include "host/planning/tuning.hpp"
 #include "host/planning/warnings.hpp"
 #include "host/propagator.hpp"
 #include "host/refiner.hpp"
@@ -332,7 +333,7 @@ const char* name_of(Quality quality) {
 
 DeviceFigures figures_of(const cl::DeviceInfo& device) {
   DeviceFigures figures{device.name, device.fp64, limits_of(device), cl::default_backend(device), default_rates()};
-  if (const auto rates = load_rates(device)) figures.rates = *rates;
+  if (const auto tuning = load_tuning(device)) figures.rates = tuning->rates;
   return figures;
 }
 

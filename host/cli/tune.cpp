@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/tune.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "host/bench.hpp"
+#include "host/cli/commands.hpp"
+#include "host/device_json.hpp"
+#include "host/work_shape.hpp"
+
+namespace raywave::cli {
+namespace {
+
+/// "lanes 16, tile_rows 16, strip_tiles 8"
+std::string text_of(const cl::WorkShape& shape) {
+  std::string text;
+  for (const auto& knob : work_knobs) text += (text.empty() ? "" : ", ") + std::string(knob.name) + " " + std::to_string(shape.*knob.value);
+  return text;
+}
+
+void print_trial(const ShapeTrial& trial) {
+  if (!trial.refused.empty()) {
+    std::printf("  %-38s  refused: %s\n", text_of(trial.shape).c_str(), trial.refused.substr(0, trial.refused.find('\n')).c_str());
+    return;
+  }
+  const auto tried = spread_of(trial.tried), best = spread_of(trial.best);
+  std::printf("  %-38s  %6.2f ms (%.2f - %.2f), best so far %6.2f (%.2f - %.2f)%s\n", text_of(trial.shape).c_str(), 1e3 * tried.median,
+              1e3 * tried.low, 1e3 * tried.high, 1e3 * best.median, 1e3 * best.low, 1e3 * best.high, trial.kept ? ": kept" : "");
+  std::fflush(stdout);
+}
+
+nlohmann::ordered_json json_of(const ShapeTrial& trial) {
+  nlohmann::ordered_json j{{"knob", trial.knob}, {"work", raywave::json_of(trial.shape)}, {"kept", trial.kept}};
+  if (!trial.refused.empty()) {
+    j["refused"] = trial.refused;
+  } else {
+    j["seconds"] = trial.tried;
+    j["best_seconds"] = trial.best;
+  }
+  return j;
+}
+
+void tune(const DeviceOptions& options, bool json) {
+  auto info = cl::find_device(options.device);  // whatever is stored of it
+  const auto backend = options.backend(info);
+  const auto start = std::chrono::steady_clock::now();
+  auto trials = nlohmann::ordered_json::array();
+  if (!json) std::printf("%s\nsamples and gathering of a picture, median (quartiles)\n", info.name.c_str());
+  info.work = choose_work(info, backend, [&](const ShapeTrial& trial) {
+    if (json)
+      trials.push_back(json_of(trial));
+    else
+      print_trial(trial);
+  });
+  const auto rates = measure_rates(info, backend);
+  store_tuning(info, {rates, *info.work});
+  if (json) {
+    const nlohmann::ordered_json all{{"device", rates.device},
+                                     {"ray_s", rates.ray_s},
+                                     {"pair_s", rates.pair_s},
+                                     {"pixel_s", rates.pixel_s},
+                                     {"butterfly_s", rates.butterfly_s},
+                                     {"level_s", rates.level_s},
+                                     {"work", raywave::json_of(*info.work)},
+                                     {"trials", trials}};
+    std::printf("%s\n", all.dump(2).c_str());
+    return;
+  }
+  std::printf("work        %s\n", text_of(*info.work).c_str());
+  std::printf(
+      "rays        %.3g ns a level of the tree\npairs       %.3g ns\npixels      %.3g ns\ntransforms  %.3g ns a butterfly\n"
+      "levels      %.3g ns\n%s, in %.0f s\n",
+      rates.ray_s * 1e9, rates.pair_s * 1e9, rates.pixel_s * 1e9, rates.butterfly_s * 1e9, rates.level_s * 1e9, tuning_file(info).c_str(),
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+}
+
+}  // namespace
+
+void add_tune(CLI::App& app) {
+  auto* command = app.add_subcommand("tune",
+                                     "Measure how a device works fastest, and its rates for the times that plans predict (a minute or "
+                                     "more while kernels compile; kept in the cache folder)");
+  auto device = std::make_shared<DeviceOptions>();
+  auto json = std::make_shared<bool>(false);
+  device->add_to(*command);
+  command->add_flag("--json", *json, "Print JSON");
+  command->callback([device, json] { tune(*device, *json); });
+}
+
+}  // namespace raywave::cli
