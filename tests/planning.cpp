@@ -458,25 +458,5 @@ TEST_CASE("a second buffer of levels is counted where there is a second frame or
   CHECK(buffers_of({"hologram.tiles=[2, 2]"}) == 2);
 }
 
-TEST_CASE("rates are kept per device, and a damaged file counts as none") {
-  const Folder folder;
-  setenv("RAYWAVE_CACHE_DIR", (folder / "").c_str(), 1);
-  cl::DeviceInfo info;
-  info.name = "a device";
-  CHECK_FALSE(load_rates(info).has_value());
-  store_rates(info, {"a device", 1e-9, 2e-9, 3e-9, 4e-9, 5e-9});
-  REQUIRE(load_rates(info).has_value());
-  CHECK(load_rates(info)->pair_s == 2e-9);
-  auto other = info;
-  other.driver = "another";
-  CHECK_FALSE(load_rates(other).has_value());
-  for (const char* damaged :
-       {"", "{", "[]", "{\"ray_s\": 1e-9}", "{\"ray_s\": -1, \"pair_s\": 1, \"pixel_s\": 1, \"butterfly_s\": 1, \"level_s\": 1}"}) {
-    folder.write(rates_file(info).filename().string(), damaged);
-    CHECK_FALSE(load_rates(info).has_value());
-  }
-  unsetenv("RAYWAVE_CACHE_DIR");
-}
-
 }  // namespace
 }  // namespace raywave
