@@ -9,7 +9,10 @@
 
 #include "host/image.hpp"
 #include "host/npy.hpp"
+#include "host/planning/tuning.hpp"
+#include "host/work_shape.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/environment.hpp"
 #include "tests/support/program.hpp"
 
 namespace raywave {
@@ -21,6 +24,22 @@ using namespace test;
 
 std::size_t files_in(const std::filesystem::path& folder) {
   return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()));
+}
+
+TEST_CASE("a damaged file of what tune has found stops a render and names itself, and reports state the shape of a sound one") {
+  const Desk desk;
+  const Folder cache;
+  const Environment variable("RAYWAVE_CACHE_DIR", (cache / "").string());
+  const auto info = cl::find_device();
+  auto shape = work_shape(info);
+  shape.tile_rows = 4;
+  store_tuning(info, {{info.name, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9}, shape});
+  REQUIRE(desk.render().code == 0);
+  CHECK(Json::parse(bytes_of(desk.out("report.json")))["device"]["work"]["tile_rows"] == 4);
+
+  shape.lanes = 3;
+  store_tuning(info, {{info.name, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9}, shape});
+  check_refused(desk.render(), 2, tuning_file(info).filename().string() + ": work.lanes: must be ");
 }
 
 TEST_CASE("render writes the hologram, the field and the report, and nothing else") {

@@ -41,25 +41,24 @@ Scene ball_scene(const Folder& folder) {
 TEST_CASE("fields do not depend on the work shape beyond rounding") {
   const Folder folder;
   const auto scene = ball_scene(folder);
-  for (auto info : cl::list_devices()) {
-    const auto by_kind = work_shape(info);
-    const auto expected = render(cl::Device(info), scene);
-    std::vector<WorkShape> shapes{by_kind};
-    shapes.back().tile_rows *= 2;
-    if (by_kind.lanes > 1) {
-      shapes.push_back({by_kind.lanes, 6, 3});
-      shapes.push_back({by_kind.lanes == 4 ? 8 : by_kind.lanes / 2, 16, 1});
-    } else {
-      shapes.push_back({1, 5, 0});
-    }
-    for (const auto& shape : shapes) {
-      INFO(info.name << ": " << shape.lanes << " lanes, " << shape.tile_rows << " rows, strips of " << shape.strip_tiles);
-      REQUIRE(why_unfit(shape, info).empty());
-      info.work = shape;
-      const auto result = render(cl::Device(info), scene);
-      CHECK(result.samples == expected.samples);
-      CHECK(result.hidden_samples == expected.hidden_samples);
-      CHECK(test::relative_l2(result.field.samples, expected.field.samples) <= 1e-5);
+  for (const auto& device : cl::list_devices()) {
+    auto as_gpu = device;
+    as_gpu.kind = cl::DeviceKind::gpu;
+    as_gpu.float_lanes = 1;
+    for (auto info : {device, as_gpu}) {
+      const auto by_kind = work_shape(info);
+      const auto expected = render(cl::Device(info), scene);
+      std::vector<WorkShape> shapes{{1, 2, 0}, {1, 5, 0}};
+      if (by_kind.lanes > 1) shapes = {{by_kind.lanes, 32, 8}, {by_kind.lanes, 6, 3}, {by_kind.lanes == 4 ? 8 : by_kind.lanes / 2, 16, 1}};
+      for (const auto& shape : shapes) {
+        INFO(info.name << ": " << shape.lanes << " lanes, " << shape.tile_rows << " rows, strips of " << shape.strip_tiles);
+        REQUIRE(why_unfit(shape, info).empty());
+        info.work = shape;
+        const auto result = render(cl::Device(info), scene);
+        CHECK(result.samples == expected.samples);
+        CHECK(result.hidden_samples == expected.hidden_samples);
+        CHECK(test::relative_l2(result.field.samples, expected.field.samples) <= 1e-5);
+      }
     }
   }
 }
