@@ -479,9 +479,12 @@ std::size_t Plan::most_wrps_of_a_tile() const {
 }
 
 std::size_t Plan::gathered_pixels() const {
-  int rows = 0;
-  for (const auto& slab : slabs) rows = std::max(rows, slab.rows.count);
-  return static_cast<std::size_t>(tile_size.x) * static_cast<std::size_t>(rows);
+  std::size_t largest = 0;
+  for (const auto& slab : slabs) {
+    const auto gathered = gathered_size(slab);
+    largest = std::max(largest, static_cast<std::size_t>(gathered.x) * static_cast<std::size_t>(gathered.y));
+  }
+  return largest;
 }
 
 WrpsExtent wrps_extent(const Plan& plan, const Slab& slab) {
@@ -581,9 +584,9 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.beyond_diffraction = outline.beyond_m[0] > 0 || outline.beyond_m[1] > 0;
 
   for (auto& slab : plan.slabs) {
-    slab.rows = {plan.tile_size.y, plan.pitch_m.y, 0};
+    for (int axis = 0; axis < 2; ++axis) slab.axes[static_cast<std::size_t>(axis)] = {plan.tile_size[axis], plan.pitch_m[axis], 0};
     if (method == Method::wrp && plan.aimed && plan.bounces == 0 && scene.wrp.oversampling)
-      slab.rows = rows_for_band(plan, slab, *scene.wrp.oversampling);
+      slab.axes = axes_for_band(plan, slab, *scene.wrp.oversampling);
   }
   for (const auto& wrp : plan.wrps) {
     if (!plan.aimed)
@@ -598,10 +601,10 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   if (method == Method::wrp && moved_from) {
     plan.why_tiles = moved_from->why_tiles;
     plan.padding_error = moved_from->padding_error;
-    plan.rows_error = moved_from->rows_error;
+    plan.oversampling_error = moved_from->oversampling_error;
   } else if (method == Method::wrp) {
     plan.padding_error = predicted_padding_errors(plan, {plan.padded})[0];
-    plan.rows_error = predicted_rows_error(plan);
+    plan.oversampling_error = predicted_oversampling_error(plan);
   }
   return plan;
 }

@@ -3,6 +3,7 @@
 /// `raywave plan` and followed by `raywave render`.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -51,12 +52,16 @@ struct LatticePlan {
   glm::ivec2 size{1, 1};
 };
 
-/// Rows that WRPs are gathered in (host/refiner.hpp). Those beyond the hologram's own rows' edges are for the sums that make these.
-struct WrpRows {
+/// Columns or rows that WRPs are gathered in (host/refiner.hpp). Those beyond the hologram's own edges are for the sums that make these.
+struct WrpAxis {
   int count = 1;
   double pitch_m = 1;
-  int half_taps = 0;  // half of the rows that a row of the hologram's pitch is made of; 0: they are gathered as they are
+  int half_taps = 0;  // half of those that one of the hologram's pitch is made of; 0: they are gathered as they are
+
+  bool refines() const { return half_taps > 0; }
 };
+/// Columns, rows.
+using WrpAxes = std::array<WrpAxis, 2>;
 
 /// A slab of depth, and the WRPs side by side at one distance that collect the light of its surface samples, for each tile some.
 struct Slab {
@@ -65,9 +70,9 @@ struct Slab {
          end_m = std::numeric_limits<double>::infinity();  // depths of its samples, world z: begin <= z < end
   glm::dvec3 min_m{0}, max_m{0};                           // box of the surfaces in it, world
   glm::ivec2 grid{1, 1};                                   // of a tile's WRPs, at most
-  WrpRows rows{};
+  WrpAxes axes{};
 
-  bool refines() const { return rows.half_taps > 0; }
+  bool refines() const { return axes[0].refines() || axes[1].refines(); }
 };
 
 struct Plan {
@@ -96,11 +101,11 @@ struct Plan {
   bool beyond_diffraction = false;  // some light of the scene would be steeper
   glm::ivec2 padded{1, 1};          // size that is transformed
   Precision precision = Precision::floats;
-  PhaseErrors phase_errors;  // predicted, by precision
-  double padding_error = 0;  // of the field at the hologram, predicted (host/plane_errors.hpp); 0 where nothing is propagated
-  double rows_error = 0;     // the same, of gathering fewer rows
-  double cone_error = 0;     // the same, of what the cone leaves out of each sample's wave (host/cone.hpp); 0 where rays are not aimed
-  std::uint64_t rays = 0;    // primary rays of a frame
+  PhaseErrors phase_errors;       // predicted, by precision
+  double padding_error = 0;       // of the field at the hologram, predicted (host/plane_errors.hpp); 0 where nothing is propagated
+  double oversampling_error = 0;  // the same, of gathering fewer columns and rows
+  double cone_error = 0;          // the same, of what the cone leaves out of each sample's wave (host/cone.hpp); 0 where rays are not aimed
+  std::uint64_t rays = 0;         // primary rays of a frame
 
   Cone cone() const { return {fan, edge}; }
   const Slab& slab_of(const Wrp& wrp) const { return slabs[wrp.slab]; }
@@ -112,8 +117,8 @@ struct Plan {
   /// The one that a surface at this depth belongs to.
   const Slab& slab_at(double z_m) const;
   /// Of the fields that are gathered on a slab's WRPs.
-  glm::ivec2 gathered_size(const Slab& slab) const { return {tile_size.x, slab.rows.count}; }
-  glm::dvec2 gathered_pitch_m(const Slab& slab) const { return {pitch_m.x, slab.rows.pitch_m}; }
+  glm::ivec2 gathered_size(const Slab& slab) const { return {slab.axes[0].count, slab.axes[1].count}; }
+  glm::dvec2 gathered_pitch_m(const Slab& slab) const { return {slab.axes[0].pitch_m, slab.axes[1].pitch_m}; }
   /// Of the largest of them.
   std::size_t gathered_pixels() const;
 };

@@ -43,6 +43,7 @@ public:
   AxisOfSlab(const Plan& plan, const Slab& slab, int axis, double tile_m, std::vector<int> padded)
       : plan_(plan),
         slab_(slab),
+        axis_(axis),
         padded_(std::move(padded)),
         n_(plan.tile_size[axis]),
         pitch_m_(plan.pitch_m[axis]),
@@ -74,13 +75,14 @@ public:
   void add_refined(double centre_m) {
     const auto light = line(), refined = line();
     fill(light.get() + first(), centre_m, n_, pitch_m_);
-    std::vector<std::complex<float>> gathered(static_cast<std::size_t>(slab_.rows.count));
-    fill(gathered.data(), centre_m, slab_.rows.count, slab_.rows.pitch_m);
-    const auto r = refinement_of(plan_, slab_, -centre_m);  // rows count downwards
+    const auto& few = slab_.axes[static_cast<std::size_t>(axis_)];
+    std::vector<std::complex<float>> gathered(static_cast<std::size_t>(few.count));
+    fill(gathered.data(), centre_m, few.count, few.pitch_m);
+    const auto r = refinement_of(plan_, slab_, axis_, centre_m);
     for (int i = 0; i < n_; ++i) {
       for (int tap = 0; tap < r.taps; ++tap) {
-        const auto row = static_cast<std::size_t>(r.first[static_cast<std::size_t>(i)] + tap);
-        refined[static_cast<std::size_t>(first() + i)] += r.coefficients[static_cast<std::size_t>(i * r.taps + tap)] * gathered[row];
+        const auto from = static_cast<std::size_t>(r.first[static_cast<std::size_t>(i)] + tap);
+        refined[static_cast<std::size_t>(first() + i)] += r.coefficients[static_cast<std::size_t>(i * r.taps + tap)] * gathered[from];
       }
     }
     add(wanted_, transformed_back(propagated(light, centre_m)));
@@ -222,6 +224,7 @@ private:
 
   const Plan& plan_;
   const Slab& slab_;
+  int axis_;
   std::vector<int> padded_;
   int n_;
   double pitch_m_, half_m_, largest_sine_, fan_, edge_, low_m_, high_m_;
@@ -275,17 +278,19 @@ std::vector<double> predicted_padding_errors(const Plan& plan, const std::vector
   return errors;
 }
 
-double predicted_rows_error(const Plan& plan) {
+double predicted_oversampling_error(const Plan& plan) {
   double square = 0;
   for (const auto& slab : plan.slabs) {
-    if (!slab.refines()) continue;
-    Squares squares;
-    for (const auto& [tile_m, centres] : lines_along(plan, slab, 1)) {
-      AxisOfSlab line(plan, slab, 1, tile_m, {plan.tile_size.y});
-      for (const double centre_m : centres) line.add_refined(centre_m);
-      squares.add(line.squares());
+    for (int axis = 0; axis < 2; ++axis) {
+      if (!slab.axes[static_cast<std::size_t>(axis)].refines()) continue;
+      Squares squares;
+      for (const auto& [tile_m, centres] : lines_along(plan, slab, axis)) {
+        AxisOfSlab line(plan, slab, axis, tile_m, {plan.tile_size[axis]});
+        for (const double centre_m : centres) line.add_refined(centre_m);
+        squares.add(line.squares());
+      }
+      square += share_of(plan, slab) * squares.relative();
     }
-    square += share_of(plan, slab) * squares.relative();
   }
   return std::sqrt(square);
 }

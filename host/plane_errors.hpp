@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What cheaper planes cost. Small wrp.padding: light that misses the hologram's window comes round to the other side of the padded plane,
-/// and into the window. Small wrp.oversampling: rows in between are not quite those that would have been gathered.
+/// and into the window. Small wrp.oversampling: columns and rows in between are not quite those that would have been gathered.
 #pragma once
 
 #include "host/plan.hpp"
@@ -17,9 +17,9 @@ namespace raywave {
 ///           taken to fill its box
 std::vector<double> predicted_padding_errors(const Plan& plan, const std::vector<glm::ivec2>& padded);
 
-/// The same of making the hologram's rows from those of the slabs, against gathering all of them.
+/// The same of making the hologram's columns and rows from those of the slabs, against gathering all of them.
 ///
 /// accuracy  within a factor of 2 of what the scene itself shows (tests/refiner.cpp)
-double predicted_rows_error(const Plan& plan);
+double predicted_oversampling_error(const Plan& plan);
 
 }  // namespace raywave

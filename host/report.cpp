@@ -124,14 +124,15 @@ Json json_of(const Plan& plan) {
          {"padded", json_of(plan.padded)},
          {"cone_error", plan.cone_error},
          {"padding_error", plan.padding_error},
-         {"rows_error", plan.rows_error},
+         {"oversampling_error", plan.oversampling_error},
          {"rays", plan.rays}};
   for (const auto& s : plan.slabs) {
     j["slabs"].push_back({{"distance_m", s.distance_m},
                           {"near_m", s.min_m.z},
                           {"far_m", s.max_m.z},
                           {"grid", json_of(s.grid)},
-                          {"rows", {{"count", s.rows.count}, {"pitch_m", s.rows.pitch_m}}}});
+                          {"columns", {{"count", s.axes[0].count}, {"pitch_m", s.axes[0].pitch_m}}},
+                          {"rows", {{"count", s.axes[1].count}, {"pitch_m", s.axes[1].pitch_m}}}});
   }
   for (const auto& w : plan.wrps) {
     j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}, {"slab", w.slab}, {"tile", w.tile}});
@@ -269,10 +270,12 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       << number(100 * plan.padding_error) << " %\n";
   for (const auto& slab : plan.slabs) {
     if (!slab.refines()) continue;
-    out << "rows      " << slab.rows.count << " of a WRP";
+    const auto few = plan.gathered_size(slab);
+    const auto apart = plan.gathered_pitch_m(slab);
+    out << "gathered  " << few.x << " x " << few.y << " pixels of a WRP";
     if (plan.slabs.size() > 1) out << " at " << mm(slab.distance_m);
-    out << " gathered, " << mm(slab.rows.pitch_m) << " apart, for " << plan.size.y << " (oversampling " << *scene.wrp.oversampling
-        << "), error predicted " << number(100 * plan.rows_error) << " %\n";
+    out << ", " << mm(apart.x) << " x " << mm(apart.y) << " apart, for " << plan.tile_size.x << " x " << plan.tile_size.y
+        << " (oversampling " << *scene.wrp.oversampling << "), error predicted " << number(100 * plan.oversampling_error) << " %\n";
   }
   const auto kernels = kernel_options(scene, plan);
   out << "kernels   with";

@@ -28,7 +28,7 @@ struct WrpSpec {
   std::optional<glm::ivec2> grid;      // WRPs side by side; empty: as many as the scene projects to
   std::vector<double> distances_m;     // from WRPs to hologram, > 0, ascending; empty: as many as `slabs`, amid the surfaces
   int slabs = 1;                       // distances at most where none is given, >= 1
-  std::optional<double> oversampling;  // rows gathered over those that the light's band needs; empty: all of the hologram's
+  std::optional<double> oversampling;  // columns and rows gathered over those that the light's band needs; empty: all of the hologram's
   double padding = 2.0;                // side of the transformed plane over the side of the hologram, 1 to 8
 };
 

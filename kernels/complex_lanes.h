@@ -6,6 +6,17 @@
 
 #include "lanes.h"
 
+// Samples that two vectors hold as they lie in memory.
+static inline void split_complex(floatv first, floatv second, floatv* re, floatv* im) {
+#if RAYWAVE_LANES == 1
+  *re = first;
+  *im = second;
+#else
+  *re = (floatv)(first.even, second.even);
+  *im = (floatv)(first.odd, second.odd);
+#endif
+}
+
 #if RAYWAVE_LANES == 1
 static inline void load_complex(const __global float2* p, floatv* re, floatv* im) {
   *re = p->x;
@@ -14,10 +25,7 @@ static inline void load_complex(const __global float2* p, floatv* re, floatv* im
 static inline void store_complex(floatv re, floatv im, __global float2* p) { *p = (float2)(re, im); }
 #elif RAYWAVE_LANES == 16
 static inline void load_complex(const __global float2* p, floatv* re, floatv* im) {
-  const float16 a = vload16(0, (const __global float*)p);
-  const float16 b = vload16(1, (const __global float*)p);
-  *re = (float16)(a.even, b.even);
-  *im = (float16)(a.odd, b.odd);
+  split_complex(vload16(0, (const __global float*)p), vload16(1, (const __global float*)p), re, im);
 }
 static inline void store_complex(floatv re, floatv im, __global float2* p) {
   float16 a, b;
@@ -50,5 +58,17 @@ static inline void store_complex(floatv re, floatv im, __global float2* p) {
   COMPLEX_STORE(z, 0, (__global float*)p);
 }
 #endif
+
+// The first `count` of them at most.
+static inline void store_some_complex(floatv re, floatv im, __global float2* p, int count) {
+  if (count >= RAYWAVE_LANES) {
+    store_complex(re, im, p);
+    return;
+  }
+  float res[RAYWAVE_LANES], ims[RAYWAVE_LANES];
+  LANES_STORE(re, res);
+  LANES_STORE(im, ims);
+  for (int i = 0; i < count; ++i) p[i] = (float2)(res[i], ims[i]);
+}
 
 #endif

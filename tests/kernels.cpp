@@ -124,18 +124,17 @@ void render_in_all_ways(const cl::Device& device, const Folder& folder) {
   check_render(device, scene);
 }
 
-/// Planes this small are never gathered in fewer rows.
+/// Planes this small are never gathered in fewer columns and rows.
 void refine(const cl::Device& device) {
   Plan plan;
   plan.size = plan.tile_size = {device.info().float_lanes + 3, 19};
   plan.pitch_m = {8 * um, 8 * um};
   plan.wavelength_m = 638e-9;
   plan.slabs = {{.distance_m = 10 * mm}};
-  plan.slabs[0].rows = {11, 20 * um, 2};
+  for (int axis = 0; axis < 2; ++axis) plan.slabs[0].axes[static_cast<std::size_t>(axis)] = {(2 * plan.size[axis] + 2) / 5 + 5, 20 * um, 2};
   plan.wrps = {{{0, 0, plan.slabs[0].distance_m}, {}, {0, 0}, 0}};
-  const auto pixels = [&](int rows) { return static_cast<std::size_t>(plan.size.x * rows); };
-  const cl::ComplexBuffer gathered(device, std::vector<std::complex<float>>(2 * pixels(plan.slabs[0].rows.count), {1, 0}), "gathered");
-  cl::ComplexBuffer field(device, pixels(plan.size.y), "refined");
+  const cl::ComplexBuffer gathered(device, std::vector<std::complex<float>>(2 * plan.gathered_pixels(), {1, 0}), "gathered");
+  cl::ComplexBuffer field(device, static_cast<std::size_t>(plan.size.x * plan.size.y), "refined");
   Refiner(device).refine(plan, plan.wrps[0], gathered, 1, field);
   CHECK(test::all_finite(field.read()));
 }

@@ -125,7 +125,7 @@ TEST_CASE("tiles give the field of one piece within the predicted error of the p
       scene.wrp.oversampling = c.oversampling;
       RenderResult divided;
       const auto off = apart(device, scene, c.tiles, divided);
-      const double predicted = std::hypot(divided.plan.padding_error, divided.plan.rows_error);
+      const double predicted = std::hypot(divided.plan.padding_error, divided.plan.oversampling_error);
       INFO(c.tiles.x << " x " << c.tiles.y << ", padding " << c.padding << ", " << c.distances_m.size() << " distances: from the points "
                      << off.tiles_points << ", in one piece " << off.whole_points << "; from each other " << off.tiles_whole
                      << ", predicted " << predicted);
@@ -145,7 +145,7 @@ TEST_CASE("with highlights, occluders, slabs and few rows, tiles are no farther 
         if (slabs == 1) scene.wrp.oversampling = 1.5;
         RenderResult divided;
         const auto off = apart(device, scene, tiles, divided);
-        const double predicted = std::hypot(divided.plan.padding_error, divided.plan.rows_error);
+        const double predicted = std::hypot(divided.plan.padding_error, divided.plan.oversampling_error);
         INFO(tiles.x << " x " << tiles.y << ", " << divided.plan.slabs.size() << " slabs: " << off.tiles_points << ", one piece "
                      << off.whole_points << ", predicted " << predicted);
         CHECK(divided.hidden_samples > 50);

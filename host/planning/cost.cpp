@@ -20,8 +20,8 @@ constexpr double levels_of_a_ray = 4;
 /// sample.
 constexpr double rays_of_an_empty_cell = 2.6, views_of_a_sample = 16;
 
-/// Placing a triangle and fitting the tree to it, and the launches of a picture, in levels of rays.
-constexpr double levels_of_a_triangle = 17, levels_of_a_picture = 9e5;
+/// The launches of a picture, in levels of rays.
+constexpr double levels_of_a_picture = 9e5;
 
 /// What a further frame costs of a pair, and what a light's highlight adds to it.
 constexpr double further_frame = 0.08, highlight = 0.65;
@@ -53,6 +53,12 @@ Crossing crossing(const Plan& plan, const Slab& slab, int axis, double at_m, dou
   const double half = cone + (near ? Gatherer::near_tail * spot : 0);
   const double low = std::max(at_m - half, first_m), high = std::min(at_m + half, last_m);
   return low < high ? Crossing{(high - low) / plan.gathered_pitch_m(slab)[axis], near} : Crossing{};
+}
+
+/// Pixels of a WRP, one for each that a pass writes: gathered, and with all columns, and with all rows.
+double pixels_written(const Plan& plan, const Slab& slab) {
+  const glm::dvec2 few = plan.gathered_size(slab), all = plan.tile_size;
+  return few.x * few.y + (slab.axes[0].refines() ? all.x * few.y : 0) + (slab.axes[1].refines() ? all.x * all.y : 0);
 }
 
 }  // namespace
@@ -107,11 +113,7 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   Work work;
   const double frames = scene.sampling.frames, pixels = static_cast<double>(plan.size.x) * plan.size.y;
   const double samples_of_a_cell = std::pow(view.step / plan.lattice.step, 2);
-  const double tile_pixels = static_cast<double>(plan.tile_size.x) * plan.tile_size.y;
-  for (const auto& wrp : plan.wrps) {
-    const auto& slab = plan.slab_of(wrp);
-    work.pixels += tile_pixels * (slab.refines() ? static_cast<double>(slab.rows.count) / plan.tile_size.y + 1 : 1) * frames;
-  }
+  for (const auto& wrp : plan.wrps) work.pixels += pixels_written(plan, plan.slab_of(wrp)) * frames;
   work.levels = pixels * frames;
   work.butterflies = count_butterflies(plan, scene.sampling.frames);
   const double levels = levels_of_a_ray + std::log2(static_cast<double>(world.triangles.size()) + 1);
@@ -123,7 +125,7 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   const double cells = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y, parts = 1 + plan.antialias * plan.antialias;
   work.rays = levels * (std::max(0.0, cells - work.samples) * std::min(rays_of_an_empty_cell, parts) + work.samples * parts +
                         view.pierced * samples_of_a_cell * (plan.view_parts > 0 ? views_of_a_sample : 0)) +
-              levels_of_a_triangle * static_cast<double>(world.triangles.size()) + levels_of_a_picture;
+              levels_of_a_picture;
   const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / Gatherer::most_frames);
   const auto lights = static_cast<double>(
       std::count_if(scene.lights.begin(), scene.lights.end(), [](const Light& l) { return l.type != LightType::ambient; }));

@@ -32,7 +32,8 @@ constexpr double no_gain_db = 0.5;
 /// The least accuracy.phase of a quality, where the scene gives none.
 constexpr double reference_phase_turns = 0.001;
 
-/// What is tried beside all rows, but for reference: one or two per cent of the field (docs/accuracy.md) for half of the gathering.
+/// What is tried beside all columns and rows, but for reference: one or two per cent of the field (docs/accuracy.md) for half of the
+/// gathering.
 constexpr double planned_oversampling = 1.5;
 
 /// The largest error of a cone that a quality accepts: draft and balanced are for pictures, accurate and reference for the wavefront.
@@ -47,7 +48,7 @@ constexpr double least_saving = 0.1;
 constexpr double worst_padding_error = 0.15;
 
 /// A plan without pitch, padding and frames.
-struct Rows {
+struct Gathering {
   Plan plan;
   Footprints footprints;
 };
@@ -55,8 +56,8 @@ struct Rows {
 /// A number of slabs and a cone, and what is known of them whatever the pitch, the frames and the padding.
 struct Layout {
   int slabs = 1;
-  Rows all_rows;                                      // as the scene has them
-  std::optional<Rows> few_rows;                       // planned_oversampling, where that is open and saves any
+  Gathering all_pixels;                               // as the scene has them
+  std::optional<Gathering> few_pixels;                // planned_oversampling, where that is open and saves any
   std::optional<PictureModel> model;                  // of aimed sampling
   std::vector<std::pair<double, double>> paddings{};  // what is tried, and its error
 };
@@ -77,8 +78,8 @@ public:
   double resolution_m() const { return resolution_m_; }
   const FrontView& view() const { return view_; }
   const std::optional<PictureModel>& model_of(int slabs, const Cone& cone) const {
-    const auto found =
-        std::find_if(layouts_.begin(), layouts_.end(), [&](const Layout& l) { return l.slabs == slabs && l.all_rows.plan.cone() == cone; });
+    const auto found = std::find_if(layouts_.begin(), layouts_.end(),
+                                    [&](const Layout& l) { return l.slabs == slabs && l.all_pixels.plan.cone() == cone; });
     return found->model;
   }
 
@@ -108,23 +109,23 @@ public:
     std::vector<Choice> all;
     for (const double pitch_m : pitches) {
       for (std::size_t first = 0; first < layouts_.size();) {
-        const auto cone = layouts_[first].all_rows.plan.cone();
+        const auto cone = layouts_[first].all_pixels.plan.cone();
         auto end = first;
-        while (end < layouts_.size() && layouts_[end].all_rows.plan.cone() == cone) ++end;
+        while (end < layouts_.size() && layouts_[end].all_pixels.plan.cone() == cone) ++end;
         const auto pattern = lattice_pattern(*layouts_[first].model, pitch_m);
         for (const int frames : counts) {
           double least_s = std::numeric_limits<double>::infinity();
           for (auto i = first; i < end; ++i) {
             const auto& layout = layouts_[i];
             const Choice c{.pitch_m = pitch_m, .padding = 1, .frames = frames, .slabs = layout.slabs, .cone = cone};
-            const double seconds = seconds_of(c, fastest_rows(layout));
+            const double seconds = seconds_of(c, fastest_of(layout));
             if (!(seconds < (1 - least_saving) * least_s)) continue;
             least_s = seconds;
-            add_paddings(c, layout, layout.all_rows, pattern, all);
-            if (!layout.few_rows) continue;
+            add_paddings(c, layout, layout.all_pixels, pattern, all);
+            if (!layout.few_pixels) continue;
             auto few = c;
             few.oversampling = planned_oversampling;
-            add_paddings(few, layout, *layout.few_rows, pattern, all);
+            add_paddings(few, layout, *layout.few_pixels, pattern, all);
           }
         }
         first = end;
@@ -142,23 +143,23 @@ private:
 
   /// Without predictions of errors and pictures.
   Layout layout(int slabs, const Plan& plan) const {
-    Layout l{slabs, rows_of(plan), {}, {}};
+    Layout l{slabs, gathering_of(plan), {}, {}};
     if (scene_.given.contains("wrp.oversampling") || !plan.aimed || plan.bounces > 0) return l;
     auto few = plan;
     bool any = false;
     for (auto& slab : few.slabs) {
-      slab.rows = rows_for_band(few, slab, planned_oversampling);
+      slab.axes = axes_for_band(few, slab, planned_oversampling);
       any |= slab.refines();
     }
-    if (any) l.few_rows = rows_of(few);
+    if (any) l.few_pixels = gathering_of(few);
     return l;
   }
 
-  Rows rows_of(const Plan& plan) const { return {plan, footprints_of(plan, view_)}; }
+  Gathering gathering_of(const Plan& plan) const { return {plan, footprints_of(plan, view_)}; }
 
   void add(Layout layout) {
     if (plan_.aimed) {
-      auto seen = layout.all_rows.plan;
+      auto seen = layout.all_pixels.plan;
       seen.grid = plan_.grid;  // pictures of one size are compared
       layout.model = picture_model(view_, seen, resolution_m_);
     }
@@ -173,10 +174,10 @@ private:
       auto scene = scene_;
       scene.wrp.slabs = slabs;
       auto more = layout(slabs, make_plan(scene, world_, Method::wrp, 100, device_.has_doubles));
-      if (more.all_rows.plan.slabs.size() == layouts_.back().all_rows.plan.slabs.size()) return;
+      if (more.all_pixels.plan.slabs.size() == layouts_.back().all_pixels.plan.slabs.size()) return;
       const auto saves = [&](int frames) {
         const Choice c{.pitch_m = finest_pitch_m, .padding = 1, .frames = frames};
-        return seconds_of(c, fastest_rows(more)) < (1 - least_saving) * seconds_of(c, fastest_rows(layouts_.back()));
+        return seconds_of(c, fastest_of(more)) < (1 - least_saving) * seconds_of(c, fastest_of(layouts_.back()));
       };
       if (!saves(counts.front()) && !saves(counts.back())) return;
       add(std::move(more));
@@ -193,7 +194,7 @@ private:
       if (cone.edge > cone.fan || cone.field_error() > most_error || std::find(tried.begin(), tried.end(), cone) != tried.end()) continue;
       tried.push_back(cone);
       for (std::size_t i = 0; i < slabs; ++i) {
-        auto plan = layouts_[i].all_rows.plan;
+        auto plan = layouts_[i].all_pixels.plan;
         plan.fan = cone.fan;
         plan.edge = cone.edge;
         plan.cone_error = cone.field_error();
@@ -203,33 +204,33 @@ private:
     }
   }
 
-  static const Rows& fastest_rows(const Layout& layout) { return layout.few_rows ? *layout.few_rows : layout.all_rows; }
+  static const Gathering& fastest_of(const Layout& layout) { return layout.few_pixels ? *layout.few_pixels : layout.all_pixels; }
 
-  /// Errors of rows, and of the paddings that are tried.
+  /// Errors of few pixels, and of the paddings that are tried.
   void predict_errors(Layout& layout) const {
-    if (layout.few_rows) layout.few_rows->plan.rows_error = predicted_rows_error(layout.few_rows->plan);
+    if (layout.few_pixels) layout.few_pixels->plan.oversampling_error = predicted_oversampling_error(layout.few_pixels->plan);
     const auto given = scene_.given.contains("wrp.padding");
     const auto tried = given ? std::vector{scene_.wrp.padding} : std::vector(paddings_tried.begin(), paddings_tried.end());
     std::vector<glm::ivec2> sizes;
     for (const double padding : tried) sizes.push_back(padded_size(plan_.tile_size, padding));
-    const auto errors = predicted_padding_errors(layout.all_rows.plan, sizes);
+    const auto errors = predicted_padding_errors(layout.all_pixels.plan, sizes);
     for (std::size_t i = 0; i < tried.size(); ++i) {
       if (errors[i] <= worst_padding_error || i + 1 == tried.size()) layout.paddings.emplace_back(tried[i], errors[i]);
     }
   }
 
   /// Appends a choice with each padding that is tried.
-  void add_paddings(const Choice& without, const Layout& layout, const Rows& rows, const LatticePattern& pattern,
+  void add_paddings(const Choice& without, const Layout& layout, const Gathering& gathering, const LatticePattern& pattern,
                     std::vector<Choice>& all) const {
-    auto plan = with_pitch(rows.plan, without.pitch_m);
-    auto work = work_of(without, plan, rows);
+    auto plan = with_pitch(gathering.plan, without.pitch_m);
+    auto work = work_of(without, plan, gathering);
     for (const auto& [padding, error] : layout.paddings) {
       auto c = without;
       c.padding = padding;
       plan.padded = padded_size(plan.tile_size, padding);
       work.butterflies = count_butterflies(plan, c.frames);
       c.seconds = predict_times(work, device_.rates).total_s();
-      c.psnr_db = predict_pictures(*layout.model, pattern, c.frames, std::hypot(error, plan.rows_error)).mean_psnr_db;
+      c.psnr_db = predict_pictures(*layout.model, pattern, c.frames, std::hypot(error, plan.oversampling_error)).mean_psnr_db;
       all.push_back(c);
     }
   }
@@ -241,16 +242,16 @@ private:
     return plan;
   }
 
-  Work work_of(const Choice& c, const Plan& plan, const Rows& rows) const {
+  Work work_of(const Choice& c, const Plan& plan, const Gathering& gathering) const {
     auto scene = scene_;
     scene.sampling.frames = c.frames;
-    return count_work(scene, world_, plan, view_, rows.footprints);
+    return count_work(scene, world_, plan, view_, gathering.footprints);
   }
 
-  double seconds_of(const Choice& c, const Rows& rows) const {
-    auto plan = with_pitch(rows.plan, c.pitch_m);
+  double seconds_of(const Choice& c, const Gathering& gathering) const {
+    auto plan = with_pitch(gathering.plan, c.pitch_m);
     plan.padded = padded_size(plan.tile_size, c.padding);
-    return predict_times(work_of(c, plan, rows), device_.rates).total_s();
+    return predict_times(work_of(c, plan, gathering), device_.rates).total_s();
   }
 
   const Scene& scene_;
@@ -387,9 +388,9 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   prediction.rates_of = device.rates.device;
   if (const auto& model = planner.model_of(s.wrp.slabs, plan.cone()))
     prediction.pictures = predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
-                                           std::hypot(plan.padding_error, plan.rows_error));
+                                           std::hypot(plan.padding_error, plan.oversampling_error));
   const double phase_error = 2 * std::numbers::pi * plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
-  prediction.field_error = std::hypot(plan.cone_error, std::hypot(plan.padding_error, plan.rows_error, phase_error));
+  prediction.field_error = std::hypot(plan.cone_error, std::hypot(plan.padding_error, plan.oversampling_error, phase_error));
   const auto largest = device.memory.largest_buffer_bytes;
   const auto needs = memory_needs(s, world, plan, {Method::wrp, device.fft}, largest);
   prediction.device_bytes = needs.device_bytes();

@@ -49,7 +49,7 @@ struct Prediction {
   std::uint64_t device_bytes = 0;
   std::optional<PicturePrediction> pictures;  // of aimed sampling
   double resolution_m = 0;                    // detail that they are judged at
-  double field_error = 0;                     // relative L2, of cone, padding, rows and phases
+  double field_error = 0;                     // relative L2, of cone, padding, oversampling and phases
 };
 
 struct Planned {
@@ -64,7 +64,7 @@ struct Planned {
 struct Choice {
   double pitch_m = 0, padding = 0;
   int frames = 1;
-  std::optional<double> oversampling{};  // empty: all rows, or what the scene gives
+  std::optional<double> oversampling{};  // empty: all columns and rows, or what the scene gives
   int slabs = 1;                         // wrp.slabs
   Cone cone{};                           // sampling.fan and sampling.edge
   double seconds = 0, psnr_db = 0;
