@@ -231,10 +231,11 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
     put(wide_times(wide_over(tangent_y, wide_plus(over_y, wide(1.0f, 0.0f))), rate), &a.chief_y, &a.chief_y_low);
   }
   const float across = 1.0f / plane.pitch_x, down = -1.0f / plane.pitch_y;
-  a.left = pixel_near((a.centre_x - a.half_x) * across - 1.0f, plane.nx);
-  a.columns = pixel_near((a.centre_x + a.half_x) * across + 2.0f, plane.nx) - a.left;
-  a.top = pixel_near((a.centre_y + a.half_y) * down - 1.0f, plane.ny);
-  a.rows = pixel_near((a.centre_y - a.half_y) * down + 2.0f, plane.ny) - a.top;
+  // Whole pixels within the footprint, and within a sixteenth of one beside it against rounding.
+  a.left = pixel_near((a.centre_x - a.half_x) * across + 0.9375f, plane.nx);
+  a.columns = pixel_near((a.centre_x + a.half_x) * across + 1.0625f, plane.nx) - a.left;
+  a.top = pixel_near((a.centre_y + a.half_y) * down + 0.9375f, plane.ny);
+  a.rows = pixel_near((a.centre_y - a.half_y) * down + 1.0625f, plane.ny) - a.top;
   aims[index] = a;
   boxes[index] = a.left;
   boxes[stride + index] = a.columns > 0 && a.rows > 0 ? a.left + a.columns - 1 : -1;
