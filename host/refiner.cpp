@@ -2,6 +2,7 @@
 #include "host/refiner.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -15,8 +16,8 @@ using std::numbers::pi;
 /// What the sinc's window leaves of frequencies outside the band, in decibels.
 constexpr double stop_db = 66;
 
-/// Fewer columns or rows than this share of the hologram's are worth another pass.
-constexpr double worthwhile = 0.8;
+/// Fewer columns, and rows, than these shares of the hologram's are worth another pass (docs/performance.md).
+constexpr std::array worthwhile{2.0 / 3, 0.8};
 
 /// Half of the samples that make one (Kaiser's formula): the passband ends at 1 / (2 oversampling) of their rate, its first picture
 /// begins at 1 less that.
@@ -70,7 +71,8 @@ WrpAxis axis_for_band(const Plan& plan, const Slab& slab, int axis, double overs
   const double pitch_m = 1 / (2 * oversampling * frequency);
   const int half = half_taps(oversampling);
   const double count = std::ceil((all - 1) * plan.pitch_m[axis] / pitch_m) + 1 + 2 * half;  // those beyond the edges are for taps
-  return count <= worthwhile * all ? WrpAxis{static_cast<int>(count), pitch_m, half} : WrpAxis{all, plan.pitch_m[axis], 0};
+  return count <= worthwhile[static_cast<std::size_t>(axis)] * all ? WrpAxis{static_cast<int>(count), pitch_m, half}
+                                                                   : WrpAxis{all, plan.pitch_m[axis], 0};
 }
 
 /// A refinement of columns of which vectors of `lanes` are made together: number v is the sum over j < width of column first[v] + j times
