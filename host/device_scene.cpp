@@ -197,7 +197,7 @@ void DeviceScene::place(const Scene& scene, const World& world, const Plan& plan
 }
 
 void DeviceScene::build_tree(const Scene& scene, const World& world, const Plan& plan) {
-  const auto bvh = build_bvh(world.positions, world.triangles, plan.origin_m, triangles_of_leaf);
+  const auto bvh = build_bvh(positions_now(world), world.triangles, plan.origin_m, triangles_of_leaf);
   depth_ = bvh.depth;
   cl::put(device_, tree.triangles, triangles_in_leaf_order(scene, world, bvh, sides_), "triangles");
   fitter_.take(bvh, tree);
@@ -206,13 +206,14 @@ void DeviceScene::build_tree(const Scene& scene, const World& world, const Plan&
 
 void DeviceScene::upload_vertices(const World& world, const Plan& plan) {
   auto& threads = cl::Threads::shared();
+  const auto now_m = positions_now(world);
   std::vector<double> reach_m(threads.count(), 0.0);
   tree.positions.on_host(
       [&](std::span<float> positions) {
-        threads.for_ranges(world.positions.size(), [&](std::size_t thread, std::size_t from, std::size_t to) {
+        threads.for_ranges(now_m.size(), [&](std::size_t thread, std::size_t from, std::size_t to) {
           glm::dvec3 farthest(0);
           for (std::size_t i = from; i < to; ++i) {
-            const auto p = world.positions[i] - plan.origin_m;
+            const auto p = now_m[i] - plan.origin_m;
             farthest = glm::max(farthest, glm::abs(p));
             for (int axis = 0; axis < 3; ++axis) positions[3 * i + static_cast<std::size_t>(axis)] = static_cast<float>(p[axis]);
           }
@@ -221,7 +222,7 @@ void DeviceScene::upload_vertices(const World& world, const Plan& plan) {
       },
       CL_MAP_WRITE_INVALIDATE_REGION);
   reach_m_ = *std::max_element(reach_m.begin(), reach_m.end());
-  normals.write(floats_of(world.normals));
+  normals.write(floats_of(normals_now(world)));
 }
 
 void DeviceScene::upload_lights(const Scene& scene, const World& world, const Plan& plan) {

@@ -2,12 +2,17 @@
 /// Meshes as read, and the one world mesh that all of a scene's objects become.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <vector>
 
+#include "host/clusters.hpp"
+#include "host/lanes.hpp"
+#include "host/motion.hpp"
 #include "host/scene.hpp"
 
 namespace raywave {
@@ -30,13 +35,26 @@ Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::st
 /// corner given its normal, and corners that agree in everything joined.
 Mesh finish_mesh(Mesh raw, Normals normals);
 
-/// A triangle that stands for a part of an object's surface: so many times its own area.
-struct Facet {
-  std::uint32_t triangle = 0;
-  double share = 1;
+/// Triangles that each stand for a part of an object's surface.
+struct Facets {
+  std::int32_t object = 0;  // index into Scene::objects
+  std::size_t count = 0;    // lanes beyond have no share
+  Lanes share{0};           // of the surface: so many times the triangle's area
+  Places corners[3];        // as the object was placed
 };
 
-/// Every object placed in the world (metres), one after the other. All vectors of a vertex are as long as `positions`.
+/// An object's vertices, which follow each other, and how place_objects has placed them.
+struct Body {
+  std::size_t first_vertex = 0, vertices = 0;
+  glm::dvec3 position_m{0}, rotation_deg{0};
+  std::optional<double> width_m;
+  double unit_m = 1;  // length of a mesh unit
+  glm::dvec3 min_m{0}, max_m{0};
+  Clusters clusters;
+};
+
+/// Every object placed in the world (metres), one after the other. All vectors of a vertex are as long as `positions`. Vertices and normals
+/// stay where they were placed; `motions` says where they are now.
 struct World {
   std::vector<glm::dvec3> positions;
   std::vector<glm::vec3> normals;  // unit length, as oriented by the mesh; of the face where a vertex has none
@@ -45,9 +63,24 @@ struct World {
   std::vector<std::int32_t> triangle_object;  // index into Scene::objects
   std::vector<bool>
       object_closed;  // per object: every edge shared by exactly two triangles in opposite directions (after welding equal positions)
-  std::vector<Facet> facets;      // stand for all surfaces in sums over them; none: every triangle stands for itself
-  glm::dvec3 min_m{0}, max_m{0};  // bounding box
+  std::vector<Facets> facets;     // stand for all surfaces in sums over them; none: every triangle stands for itself
+  std::vector<Body> bodies;       // per object; none in worlds that place_objects has not made
+  std::vector<Motion> motions;    // per object; none: nothing has moved
+  glm::dvec3 min_m{0}, max_m{0};  // bounding box, as everything is now
+
+  Motion motion_of(std::int32_t object) const { return motions.empty() ? Motion{} : motions[static_cast<std::size_t>(object)]; }
+  /// Where a triangle's corners are now.
+  std::array<glm::dvec3, 3> corners_m(std::size_t triangle) const;
 };
+
+/// Adds one of the world's triangles to those that stand for surfaces.
+void add_facet(const World& world, std::size_t triangle, double share, std::vector<Facets>& facets);
+
+/// Where all vertices are now.
+std::vector<glm::dvec3> positions_now(const World& world);
+
+/// The vertices' normals as they point now.
+std::vector<glm::vec3> normals_now(const World& world);
 
 /// Whether every edge is shared by exactly two triangles in opposite directions, after welding equal positions.
 bool is_closed(const Mesh& mesh);
@@ -67,10 +100,11 @@ Meshes load_meshes(const Scene& scene);
 /// throws  InputError when a width is asked of a mesh without x extent, or an object touches or lies behind the hologram plane (z <= 0)
 World place_objects(const Scene& scene, const Meshes& meshes);
 
-/// Moves all objects of a world that place_objects has made of these meshes to where the scene has them now.
+/// Moves all objects of a world that place_objects has made to where the scene has them now: its motions and its box.
 ///
-/// throws  as place_objects; the world is then worth nothing until it has been moved again
-void move_objects(const Scene& scene, const Meshes& meshes, World& world);
+/// throws    as place_objects; the world is then worth nothing until it has been moved again
+/// accuracy  places are those of a world placed there to a few roundings of the objects' sizes and distances
+void move_objects(const Scene& scene, World& world);
 
 /// Reads the meshes and places all objects.
 World build_world(const Scene& scene);

@@ -1,82 +1,78 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over lanes, which the compiler makes vectors of: frames of a scene that moves wait for these passes.
+// Loops over lanes: frames of a scene that moves wait for these passes.
 #include "host/outline.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <utility>
 #include <vector>
 
 #include "cl/threads.hpp"
-
-// The binary is not built for the CPU that it runs on. Results are the same on all: nothing is contracted.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define RAYWAVE_FOR_SEVERAL_CPUS [[gnu::target_clones("avx512f", "avx2", "default")]]
-#else
-#define RAYWAVE_FOR_SEVERAL_CPUS
-#endif
+#include "host/clusters.hpp"
+#include "host/lanes.hpp"
 
 namespace raywave {
 namespace {
 
-constexpr std::size_t lanes = 8;
 constexpr int depth_bins = 256;  // of a scene's depth, for the choice of slabs
 
-/// Numbers side by side.
-struct Lanes {
-  double v[lanes];
-  explicit Lanes(double value) { std::fill_n(v, lanes, value); }
-  double smallest() const { return *std::min_element(v, v + lanes); }
-  double largest() const { return *std::max_element(v, v + lanes); }
-  double sum() const {
-    double all = 0;
-    for (const double one : v) all += one;
-    return all;
-  }
-};
+constexpr double infinite = std::numeric_limits<double>::infinity();
 
-struct Seen {
-  double distance_m, centre_m[2], half_m[2], largest_tangent[2];
-  double wider;
-};
+/// What an outline is made of, per axis: functions of place that, over a convex body before the hologram, are largest at one of its
+/// corners.
+enum Function : std::size_t { tangent_low, tangent_high, passed_low, passed_high, beyond, functions };
+using Largest = std::array<double, 2 * functions>;
 
-/// Of the vertices, and the last of them in place of those that are missing to whole lanes.
-RAYWAVE_FOR_SEVERAL_CPUS Outline outline_of_range(const glm::dvec3* positions, std::size_t count, const Seen& seen) {
-  constexpr double infinite = std::numeric_limits<double>::infinity();
-  Lanes low[4] = {Lanes(infinite), Lanes(infinite), Lanes(infinite), Lanes(infinite)};
-  Lanes high[6] = {Lanes(-infinite), Lanes(-infinite), Lanes(-infinite), Lanes(-infinite), Lanes(-infinite), Lanes(-infinite)};
-  for (std::size_t first = 0; first < count; first += lanes) {
-    double p[3][lanes];
-    for (std::size_t i = 0; i < lanes; ++i) {
-      const auto& vertex = positions[std::min(first + i, count - 1)];
-      p[0][i] = vertex.x;
-      p[1][i] = vertex.y;
-      p[2][i] = vertex.z;
-    }
+/// Infinite where a place is not before the hologram.
+RAYWAVE_FOR_SEVERAL_CPUS void raise_outline(const Places* places, std::size_t count, const SeenThrough& seen, Lanes* largest) {
+  Lanes nearest(infinite);
+  for (std::size_t n = 0; n < count; ++n) {
+    const auto& z_m = places[n].at_m[2].v;
+    for (std::size_t i = 0; i < Lanes::count; ++i) nearest.v[i] = z_m[i] < nearest.v[i] ? z_m[i] : nearest.v[i];
     for (int axis = 0; axis < 2; ++axis) {
-      for (std::size_t i = 0; i < lanes; ++i) {
-        const double x = p[axis][i], z = p[2][i], tangent = x / z;
+      const auto& x_m = places[n].at_m[axis].v;
+      Lanes* const of_axis = largest + axis * functions;
+      for (std::size_t i = 0; i < Lanes::count; ++i) {
+        const double x = x_m[i], z = z_m[i], tangent = x / z;
         const double share = (z - seen.distance_m) / z;  // of the way from the surface to the hologram
         const double off_centre = x - seen.centre_m[axis], centre = x - off_centre * share, reach = seen.half_m[axis] * std::abs(share);
-        const double beyond = std::abs(off_centre) + seen.wider * seen.half_m[axis] - seen.largest_tangent[axis] * z;
-        const double from = centre - reach, to = centre + reach;
-        double &tangent_low = low[axis].v[i], &tangent_high = high[axis].v[i], &from_low = low[2 + axis].v[i],
-               &to_high = high[2 + axis].v[i], &most_beyond = high[4 + axis].v[i];
-        tangent_low = tangent < tangent_low ? tangent : tangent_low;
-        tangent_high = tangent > tangent_high ? tangent : tangent_high;
-        from_low = from < from_low ? from : from_low;
-        to_high = to > to_high ? to : to_high;
-        most_beyond = beyond > most_beyond ? beyond : most_beyond;
+        const double values[functions] = {-tangent, tangent, reach - centre, centre + reach,
+                                          std::abs(off_centre) + seen.wider * seen.half_m[axis] - seen.largest_tangent[axis] * z};
+        for (std::size_t f = 0; f < functions; ++f) of_axis[f].v[i] = values[f] > of_axis[f].v[i] ? values[f] : of_axis[f].v[i];
       }
     }
   }
+  for (std::size_t f = 0; f < 2 * functions; ++f) {
+    for (std::size_t i = 0; i < Lanes::count; ++i) largest[f].v[i] = nearest.v[i] > 0 ? largest[f].v[i] : infinite;
+  }
+}
+
+Outline outline_from(const Largest& largest) {
   Outline outline;
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    outline.tangents[axis] = {low[axis].smallest(), high[axis].largest()};
-    outline.passed[axis] = {low[2 + axis].smallest(), high[2 + axis].largest()};
-    outline.beyond_m[axis] = high[4 + axis].largest();
+    const auto of = [&](Function f) { return largest[axis * functions + f]; };
+    outline.tangents[axis] = {-of(tangent_low), of(tangent_high)};
+    outline.passed[axis] = {-of(passed_low), of(passed_high)};
+    outline.beyond_m[axis] = of(beyond);
   }
   return outline;
+}
+
+/// Of some points, all looked at.
+Largest largest_among(std::span<const glm::dvec3> points, const SeenThrough& seen) {
+  std::array<Lanes, 2 * functions> largest;
+  largest.fill(Lanes(-infinite));
+  std::array<Places, 16> room;
+  for (std::size_t first = 0; first < points.size(); first += room.size() * Lanes::count) {
+    const auto count = std::min(room.size() * Lanes::count, points.size() - first);
+    const auto places = side_by_side(
+        count, [&](std::size_t i) { return points[first + i]; }, room);
+    raise_outline(places.data(), places.size(), seen, largest.data());
+  }
+  Largest all;
+  std::transform(largest.begin(), largest.end(), all.begin(), [](const Lanes& one) { return one.largest(); });
+  return all;
 }
 
 /// Of an object's surfaces: one side, or the other. Areas as the hologram sees them, and depths weighted with them.
@@ -85,31 +81,19 @@ struct Sides {
   double middle(int side) const { return weight[side] > 0 ? sum[side] / weight[side] : std::numeric_limits<double>::infinity(); }
 };
 
-std::size_t facet_count(const World& world) { return world.facets.empty() ? world.triangles.size() : world.facets.size(); }
-Facet facet_of(const World& world, std::size_t i) {
-  return world.facets.empty() ? Facet{static_cast<std::uint32_t>(i), 1} : world.facets[i];
-}
-
-RAYWAVE_FOR_SEVERAL_CPUS Sides sides_of_range(const World& world, std::size_t from, std::size_t to) {
+/// Of facets of an object that has moved so.
+RAYWAVE_FOR_SEVERAL_CPUS Sides sides_of(const Facets* facets, std::size_t count, const Motion& motion) {
   Lanes weight[2] = {Lanes(0), Lanes(0)}, sum[2] = {Lanes(0), Lanes(0)};
-  for (std::size_t first = from; first < to; first += lanes) {
-    double a[3][lanes], b[3][lanes], c[3][lanes], share[lanes];
-    for (std::size_t i = 0; i < lanes; ++i) {
-      const auto facet = facet_of(world, std::min(first + i, to - 1));
-      const auto t = world.triangles[facet.triangle];
-      const auto &pa = world.positions[t.x], &pb = world.positions[t.y], &pc = world.positions[t.z];
-      share[i] = first + i < to ? facet.share : 0;
-      for (int axis = 0; axis < 3; ++axis) {
-        a[axis][i] = pa[axis];
-        b[axis][i] = pb[axis];
-        c[axis][i] = pc[axis];
-      }
-    }
-    for (std::size_t i = 0; i < lanes; ++i) {
-      const double ux = b[0][i] - a[0][i], uy = b[1][i] - a[1][i], uz = b[2][i] - a[2][i];
-      const double vx = c[0][i] - a[0][i], vy = c[1][i] - a[1][i], vz = c[2][i] - a[2][i];
-      const double x = a[0][i] + b[0][i] + c[0][i], y = a[1][i] + b[1][i] + c[1][i],
-                   z = a[2][i] + b[2][i] + c[2][i];  // of the centre, tripled
+  for (std::size_t n = 0; n < count; ++n) {
+    const auto& share = facets[n].share.v;
+    Places corners[3] = {facets[n].corners[0], facets[n].corners[1], facets[n].corners[2]};
+    for (auto& corner : corners) corner.move(motion);
+    const auto &a = corners[0].at_m, &b = corners[1].at_m, &c = corners[2].at_m;
+    for (std::size_t i = 0; i < Lanes::count; ++i) {
+      const double ux = b[0].v[i] - a[0].v[i], uy = b[1].v[i] - a[1].v[i], uz = b[2].v[i] - a[2].v[i];
+      const double vx = c[0].v[i] - a[0].v[i], vy = c[1].v[i] - a[1].v[i], vz = c[2].v[i] - a[2].v[i];
+      const double x = a[0].v[i] + b[0].v[i] + c[0].v[i], y = a[1].v[i] + b[1].v[i] + c[1].v[i],
+                   z = a[2].v[i] + b[2].v[i] + c[2].v[i];  // of the centre, tripled
       const double toward = (uy * vz - uz * vy) * x + (uz * vx - ux * vz) * y + (ux * vy - uy * vx) * z;
       const double depth_weight = share[i] * std::abs(toward) / z, area = depth_weight / z;
       const bool other = toward < 0;
@@ -128,21 +112,20 @@ RAYWAVE_FOR_SEVERAL_CPUS Sides sides_of_range(const World& world, std::size_t fr
 }
 
 /// Middle of the near sides of all objects.
-double middle_of_surfaces(const World& world) {
+double middle_of_surfaces(const World& world, std::span<const Facets> facets) {
   // Parts of ranges that belong to one object; added in order, for the same sum every time.
   struct Part {
     std::size_t object;
     Sides sides;
   };
-  const auto count = facet_count(world);
-  std::vector<std::vector<Part>> ranges((count + cl::Threads::range - 1) / cl::Threads::range);
-  const auto object_at = [&](std::size_t i) { return static_cast<std::size_t>(world.triangle_object[facet_of(world, i).triangle]); };
-  cl::Threads::shared().for_ranges(count, [&](std::size_t, std::size_t from, std::size_t to) {
+  std::vector<std::vector<Part>> ranges((facets.size() + cl::Threads::range - 1) / cl::Threads::range);
+  cl::Threads::shared().for_ranges(facets.size(), [&](std::size_t, std::size_t from, std::size_t to) {
+    auto& parts = ranges[from / cl::Threads::range];
     while (from < to) {
-      const auto object = object_at(from);
+      const auto object = facets[from].object;
       auto end = from + 1;
-      while (end < to && object_at(end) == object) ++end;
-      ranges[from / cl::Threads::range].push_back({object, sides_of_range(world, from, end)});
+      while (end < to && facets[end].object == object) ++end;
+      parts.push_back({static_cast<std::size_t>(object), sides_of(&facets[from], end - from, world.motion_of(object))});
       from = end;
     }
   });
@@ -280,29 +263,48 @@ void Outline::add(const Outline& other) {
   }
 }
 
-Outline outline_of(std::span<const glm::dvec3> points, double distance_m, glm::dvec2 centre_m, glm::dvec2 window_m, double wider,
-                   glm::dvec2 largest_tangent) {
-  const Seen seen{distance_m, {centre_m.x, centre_m.y}, {window_m.x / 2, window_m.y / 2}, {largest_tangent.x, largest_tangent.y}, wider};
+Outline outline_of(std::span<const glm::dvec3> points, const SeenThrough& seen) {
   std::vector<Outline> ranges((points.size() + cl::Threads::range - 1) / cl::Threads::range);
   cl::Threads::shared().for_ranges(points.size(), [&](std::size_t, std::size_t from, std::size_t to) {
-    ranges[from / cl::Threads::range] = outline_of_range(points.data() + from, to - from, seen);
+    ranges[from / cl::Threads::range] = outline_from(largest_among(points.subspan(from, to - from), seen));
   });
   Outline all;
   for (const auto& range : ranges) all.add(range);
   return all;
 }
 
+Outline outline_of(const World& world, const SeenThrough& seen) {
+  if (world.bodies.empty()) return outline_of(world.positions, seen);
+  Largest largest;
+  largest.fill(-infinite);
+  const auto raise = [&](std::span<const Places> places, std::span<Lanes> to) {
+    raise_outline(places.data(), places.size(), seen, to.data());
+  };
+  for (std::size_t i = 0; i < world.bodies.size(); ++i) {
+    const auto& body = world.bodies[i];
+    raise_to_largest(body.clusters, std::span(world.positions).subspan(body.first_vertex, body.vertices), world.motions[i], raise, 0,
+                     largest);
+  }
+  return outline_from(largest);
+}
+
 std::vector<double> middles_of_surfaces(const World& world, int slabs) {
-  if (slabs == 1) return {middle_of_surfaces(world)};
+  std::vector<Facets> every;
+  if (world.facets.empty()) {
+    for (std::size_t i = 0; i < world.triangles.size(); ++i) add_facet(world, i, 1, every);
+  }
+  const auto& facets = world.facets.empty() ? every : world.facets;
+  if (slabs == 1) return {middle_of_surfaces(world, facets)};
   const DepthHistogram none(world.min_m.z, world.max_m.z);
   std::vector<std::array<DepthHistogram, 2>> sides(world.object_closed.size(), {none, none});
-  for (std::size_t i = 0; i < facet_count(world); ++i) {
-    const auto facet = facet_of(world, i);
-    const auto t = world.triangles[facet.triangle];
-    const auto &a = world.positions[t.x], &b = world.positions[t.y], &c = world.positions[t.z];
-    const auto n = glm::cross(b - a, c - a), centre = (a + b + c) / 3.0;
-    const double seen = glm::dot(n, centre) / (centre.z * centre.z);
-    sides[static_cast<std::size_t>(world.triangle_object[facet.triangle])][seen < 0].add({a.z, b.z, c.z}, facet.share * std::abs(seen));
+  for (auto group : facets) {
+    for (auto& corner : group.corners) corner.move(world.motion_of(group.object));
+    for (std::size_t i = 0; i < group.count; ++i) {
+      const auto a = group.corners[0].get(i), b = group.corners[1].get(i), c = group.corners[2].get(i);
+      const auto n = glm::cross(b - a, c - a), centre = (a + b + c) / 3.0;
+      const double seen = glm::dot(n, centre) / (centre.z * centre.z);
+      sides[static_cast<std::size_t>(group.object)][seen < 0].add({a.z, b.z, c.z}, group.share.v[i] * std::abs(seen));
+    }
   }
   auto all = none;
   for (const auto& [one, other] : sides) all.add(one.mean() < other.mean() ? one : other);

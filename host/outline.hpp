@@ -32,10 +32,20 @@ struct Outline {
   void add(const Outline& other);
 };
 
-/// points    all corners of the surfaces
-/// centre_m  of the window in the hologram's plane
-Outline outline_of(std::span<const glm::dvec3> points, double distance_m, glm::dvec2 centre_m, glm::dvec2 window_m, double wider,
-                   glm::dvec2 largest_tangent);
+/// The hologram's window, or a tile's, and what a plane before it shows of surfaces.
+struct SeenThrough {
+  double distance_m;    // from the plane to the hologram
+  glm::dvec2 centre_m;  // of the window
+  glm::dvec2 half_m;    // of its sides
+  glm::dvec2 largest_tangent;
+  double wider;
+};
+
+/// points  all corners of the surfaces
+Outline outline_of(std::span<const glm::dvec3> points, const SeenThrough& seen);
+
+/// Of all surfaces, to a few roundings.
+Outline outline_of(const World& world, const SeenThrough& seen);
 
 /// Where aimed gathering costs least: footprints grow with the distance of a sample from its WRP, so the middles, by area as the hologram
 /// sees it, of the objects' near sides, in so many slabs of depth (or as many as have surfaces). Either winding may be the outside.

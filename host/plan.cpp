@@ -65,16 +65,18 @@ double fan_count(double window_m, double distance_m, double depth_m, double pitc
 bool holds(const Slab& slab, double z_m) { return slab.begin_m <= z_m && z_m < slab.end_m; }
 
 /// The corners of all surfaces in a slab that has an end: vertices of the meshes, and where edges enter or leave it.
-std::vector<glm::dvec3> corners_in(const World& world, const Slab& slab) {
+///
+/// positions_m  of all vertices
+std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec3> positions_m, const Slab& slab) {
   std::vector<glm::dvec3> all;
-  for (const auto& p : world.positions) {
+  for (const auto& p : positions_m) {
     if (holds(slab, p.z)) all.push_back(p);
   }
   for (const double at : {slab.begin_m, slab.end_m}) {
     if (!std::isfinite(at)) continue;
     for (const auto& corners : world.triangles) {
       for (int i = 0; i < 3; ++i) {
-        const auto &a = world.positions[corners[i]], &b = world.positions[corners[(i + 1) % 3]];
+        const auto &a = positions_m[corners[i]], &b = positions_m[corners[(i + 1) % 3]];
         if ((a.z < at) != (b.z < at)) all.push_back(glm::mix(a, b, (at - a.z) / (b.z - a.z)));
       }
     }
@@ -150,7 +152,9 @@ void add_chief_tangents(const Plan& plan, const Slab& slab, const Tile& tile, co
 
 /// Slabs around these distances, without those in which there is no surface; every sample belongs to the one whose WRPs its cone meets
 /// with the smallest footprint, which is as wide as 1 - distance / depth.
-std::vector<Slab> slabs_around(std::vector<double> distances_m, const World& world) {
+///
+/// positions_m  of all vertices; one slab needs none
+std::vector<Slab> slabs_around(std::vector<double> distances_m, const World& world, std::span<const glm::dvec3> positions_m) {
   for (;;) {
     std::vector<Slab> slabs(distances_m.size());
     for (std::size_t i = 0; i < slabs.size(); ++i) {
@@ -166,7 +170,7 @@ std::vector<Slab> slabs_around(std::vector<double> distances_m, const World& wor
     for (auto& slab : slabs) {
       slab.min_m = glm::dvec3(std::numeric_limits<double>::infinity());
       slab.max_m = -slab.min_m;
-      for (const auto& p : corners_in(world, slab)) {
+      for (const auto& p : corners_in(world, positions_m, slab)) {
         slab.min_m = glm::min(slab.min_m, p);
         slab.max_m = glm::max(slab.max_m, p);
       }
@@ -230,10 +234,11 @@ glm::dvec2 reach_of_light(const Plan& plan, const Slab& slab, double z_m) {
 std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp> wrps) {
   std::vector<bool> lit(wrps.size(), false);
   std::size_t dark = wrps.size();
-  const auto look_at = [&](glm::uvec3 corners) {
+  const auto look_at = [&](std::size_t triangle) {
+    const auto corners = world.corners_m(triangle);
     for (std::size_t s = 0; s < plan.slabs.size(); ++s) {
       const auto& slab = plan.slabs[s];
-      const auto part = within(slab, {world.positions[corners.x], world.positions[corners.y], world.positions[corners.z]});
+      const auto part = within(slab, corners);
       if (part.count == 0) continue;
       glm::dvec2 half(0);
       for (std::size_t i = 0; i < part.count; ++i) half = glm::max(half, reach_of_light(plan, slab, part.corners[i].z));
@@ -254,11 +259,11 @@ std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp>
       }
     }
   };
-  // A few from everywhere first: mostly they light all.
-  for (const std::size_t step : {std::size_t{64}, std::size_t{1}}) {
+  // A few from everywhere first: mostly they light all. Primes keep out of step with the rows of meshes.
+  for (const std::size_t step : {10007, 1009, 101, 1}) {
     for (std::size_t i = 0; i < world.triangles.size(); i += step) {
       if (dark == 0) return wrps;
-      look_at(world.triangles[i]);
+      look_at(i);
     }
   }
   if (dark == wrps.size()) return wrps;
@@ -368,11 +373,10 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
   return {plan.near_m - std::min(across / cone, plan.near_m / 2)};
 }
 
-/// What a tile sees of surfaces through a plane at distance_m.
-Outline seen_through(std::span<const glm::dvec3> points, double distance_m, glm::dvec2 largest_tangent, const Plan& plan,
-                     const Tile& tile) {
+/// Of a tile, through a plane at distance_m.
+SeenThrough seen_through(double distance_m, glm::dvec2 largest_tangent, const Plan& plan, const Tile& tile) {
   const double wider = std::max({1.0, plan.tile_fan.x, plan.tile_fan.y});
-  return outline_of(points, distance_m, tile.centre_m, plan.tile_window_m(), wider, 0.99 * largest_tangent);
+  return {distance_m, tile.centre_m, plan.tile_window_m() / 2.0, 0.99 * largest_tangent, wider};
 }
 
 /// The part of where a tile's light passes through a slab's plane that is no steeper than the pixels can show.
@@ -406,19 +410,21 @@ Planes planes_of(const Scene& scene, const Plan& plan, const std::array<Interval
 ///
 /// returns  all of the scene's outline; chief rays of the light that falls onto the WRPs
 std::pair<Outline, std::array<Interval, 2>> place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_tangent, Plan& plan) {
-  plan.slabs = slabs_around(distances_of(scene, world, plan), world);
+  auto distances_m = distances_of(scene, world, plan);
+  const auto positions_m = distances_m.size() > 1 ? positions_now(world) : std::vector<glm::dvec3>();
+  plan.slabs = slabs_around(std::move(distances_m), world, positions_m);
   Outline all;
   std::array<Interval, 2> covered, lit;
   std::vector<std::vector<Wrp>> of_tiles(plan.tiles.size());
   double count = 0;
   for (std::size_t number = 0; number < plan.slabs.size(); ++number) {
     auto& slab = plan.slabs[number];
-    const auto corners = plan.slabs.size() > 1 ? corners_in(world, slab) : std::vector<glm::dvec3>();
-    const auto points = plan.slabs.size() > 1 ? std::span(corners) : std::span(world.positions);
+    const auto corners = plan.slabs.size() > 1 ? corners_in(world, positions_m, slab) : std::vector<glm::dvec3>();
     std::vector<std::array<Interval, 2>> passed, shown;
     std::array<Interval, 2> all_shown;
     for (const auto& tile : plan.tiles) {
-      const auto outline = seen_through(points, slab.distance_m, largest_tangent, plan, tile);
+      const auto seen = seen_through(slab.distance_m, largest_tangent, plan, tile);
+      const auto outline = plan.slabs.size() > 1 ? outline_of(corners, seen) : outline_of(world, seen);
       all.add(outline);
       passed.push_back(outline.passed);
       shown.push_back(shown_part(outline.passed, plan, tile, slab.distance_m, largest_tangent));
@@ -575,7 +581,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   } else {
     plan.slabs = {{.distance_m = 0, .min_m = world.min_m, .max_m = world.max_m}};
     for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
-      outline.add(seen_through(world.positions, 0, steepest, plan, plan.tiles[i]));
+      outline.add(outline_of(world, seen_through(0, steepest, plan, plan.tiles[i])));
       plan.wrps.push_back(plane_at_hologram(plan, i, steepest, rays_per_axis));
     }
   }

@@ -134,17 +134,13 @@ struct Renderer::State {
     report("meshes", 0);
     {
       const auto clock = stage("meshes");
-      meshes = load_meshes(scene);
-      world = place_objects(scene, meshes);
+      world = build_world(scene);
     }
     prepare();
   }
 
-  State(const cl::Device& the_device, Scene the_scene, Meshes the_meshes, RenderOptions the_options)
-      : device(the_device), scene(std::move(the_scene)), options(std::move(the_options)), meshes(std::move(the_meshes)), encode(device) {
-    world = place_objects(scene, meshes);
-    prepare();
-  }
+  State(const cl::Device& the_device, Scene the_scene, const Meshes& meshes, RenderOptions the_options)
+      : State(the_device, the_scene, place_objects(the_scene, meshes), std::move(the_options)) {}
 
   State(const cl::Device& the_device, Scene the_scene, World the_world, RenderOptions the_options)
       : device(the_device), scene(std::move(the_scene)), options(std::move(the_options)), world(std::move(the_world)), encode(device) {
@@ -219,7 +215,7 @@ struct Renderer::State {
   void place() {
     {
       const auto clock = stage("meshes");
-      move_objects(scene, meshes, world);
+      move_objects(scene, world);
     }
     const auto before = plan;
     {
@@ -248,7 +244,6 @@ struct Renderer::State {
   cl::Device device;
   Scene scene;
   RenderOptions options;
-  Meshes meshes;
   World world;
   Plan plan;
   std::map<std::string, double> seconds, processor_seconds;
@@ -383,8 +378,8 @@ void Renderer::State::add_wrps(std::size_t first, std::size_t end, std::size_t f
 
 Renderer::Renderer(const cl::Device& device, Scene scene, RenderOptions options)
     : state_(std::make_unique<State>(device, std::move(scene), std::move(options))) {}
-Renderer::Renderer(const cl::Device& device, Scene scene, Meshes meshes, RenderOptions options)
-    : state_(std::make_unique<State>(device, std::move(scene), std::move(meshes), std::move(options))) {}
+Renderer::Renderer(const cl::Device& device, Scene scene, const Meshes& meshes, RenderOptions options)
+    : state_(std::make_unique<State>(device, std::move(scene), meshes, std::move(options))) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 

@@ -63,7 +63,7 @@ public:
   /// throws  InputError for the scene, DeviceError for the device
   Renderer(const cl::Device& device, Scene scene, RenderOptions options = {});
   /// The same of meshes that are there already, as finish_mesh makes them; no mesh file is read.
-  Renderer(const cl::Device& device, Scene scene, Meshes meshes, RenderOptions options = {});
+  Renderer(const cl::Device& device, Scene scene, const Meshes& meshes, RenderOptions options = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
 

@@ -83,10 +83,9 @@ FrontView front_view(const Scene& scene, const World& world, const std::vector<I
   std::vector<std::uint32_t> nearest(cells, 0);
 
   for (std::size_t t = 0; t < world.triangles.size(); ++t) {
-    const auto corners = world.triangles[t];
-    const glm::dvec3 p[] = {world.positions[corners.x], world.positions[corners.y], world.positions[corners.z]};
+    const auto p = world.corners_m(t);
     glm::dvec2 at[3];  // cells from the corner
-    for (int i = 0; i < 3; ++i) at[i] = (glm::dvec2(p[i]) / p[i].z - view.low) / view.step - 0.5;
+    for (std::size_t i = 0; i < 3; ++i) at[i] = (glm::dvec2(p[i]) / p[i].z - view.low) / view.step - 0.5;
     const auto cross = [](glm::dvec2 a, glm::dvec2 b) { return a.x * b.y - a.y * b.x; };
     const double area = cross(at[1] - at[0], at[2] - at[0]);
     if (!(std::abs(area) > 1e-12)) continue;
@@ -119,14 +118,15 @@ FrontView front_view(const Scene& scene, const World& world, const std::vector<I
       return values[corners.x] * typename Value::value_type(hit[cell].x) + values[corners.y] * typename Value::value_type(hit[cell].y) +
              values[corners.z] * typename Value::value_type(hit[cell].z);
     };
-    const glm::dvec3 place = mix(world.positions);
-    const auto face =
-        glm::cross(world.positions[corners.y] - world.positions[corners.x], world.positions[corners.z] - world.positions[corners.x]);
-    const glm::dvec3 smooth(mix(world.normals));
+    const auto p = world.corners_m(nearest[cell]);
+    const glm::dvec3 place = double{hit[cell].x} * p[0] + double{hit[cell].y} * p[1] + double{hit[cell].z} * p[2];
+    const auto face = glm::cross(p[1] - p[0], p[2] - p[0]);
+    const auto object = world.triangle_object[nearest[cell]];
+    const auto smooth = world.motion_of(object).turn * glm::dvec3(mix(world.normals));
     const double length = glm::length(smooth);
     auto normal = length > 0 ? smooth / length : glm::normalize(face);
     if ((glm::dot(face, place) > 0) == (glm::dot(face, normal) > 0)) normal = -normal;
-    const int material = scene.objects[static_cast<std::size_t>(world.triangle_object[nearest[cell]])].material;
+    const int material = scene.objects[static_cast<std::size_t>(object)].material;
     view.shiny[cell] = scene.materials[static_cast<std::size_t>(material)].specular[channel_of(scene.hologram.wavelength_m)] > 0;
     view.radiance[cell] = static_cast<float>(shading.radiance(material, place, normal, glm::dvec2(mix(world.uvs))));
   }

@@ -49,11 +49,12 @@ public:
         seed_(seed),
         channel_(channel_of(scene.hologram.wavelength_m)),
         size_m_(distance(world.min_m, world.max_m)) {
-    for (const auto& corners : world.triangles) {
+    for (std::size_t i = 0; i < world.triangles.size(); ++i) {
+      const auto corners = world.corners_m(i);
       Corners triangle{};
       float* const to[] = {triangle.a, triangle.b, triangle.c};
-      for (int corner = 0; corner < 3; ++corner) {
-        const auto p = world.positions[corners[corner]] - plan.origin_m;
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        const auto p = corners[corner] - plan.origin_m;
         for (int axis = 0; axis < 3; ++axis) to[corner][axis] = static_cast<float>(p[axis]);
       }
       triangles_.push_back(triangle);
@@ -151,7 +152,8 @@ private:
   }
 
   Surface surface_at(glm::dvec3 origin, glm::dvec3 direction, const Hit& hit) const {
-    const auto corners = world_.triangles[static_cast<std::size_t>(hit.triangle)];
+    const auto triangle = static_cast<std::size_t>(hit.triangle);
+    const auto corners = world_.triangles[triangle];
     const double weights[] = {1 - hit.u - hit.v, hit.u, hit.v};
     glm::dvec3 normal(0);
     glm::dvec2 uv(0);
@@ -159,14 +161,15 @@ private:
       normal += weights[i] * glm::dvec3(world_.normals[corners[i]]);
       uv += weights[i] * glm::dvec2(world_.uvs[corners[i]]);
     }
-    const auto& p = world_.positions;
-    auto face = cross(p[corners[1]] - p[corners[0]], p[corners[2]] - p[corners[0]]);
+    normal = world_.motion_of(world_.triangle_object[triangle]).turn * normal;
+    const auto p = world_.corners_m(triangle);
+    auto face = cross(p[1] - p[0], p[2] - p[0]);
     if (dot(face, normal) < 0) face = -face;
     Surface surface;
     surface.entering = dot(face, direction) <= 0;
     surface.point = origin + hit.t * direction;
     surface.normal = normalize(surface.entering ? normal : -normal);
-    const auto object = static_cast<std::size_t>(world_.triangle_object[static_cast<std::size_t>(hit.triangle)]);
+    const auto object = static_cast<std::size_t>(world_.triangle_object[triangle]);
     const auto material = static_cast<std::size_t>(scene_.objects[object].material);
     surface.material = &scene_.materials[material];
     surface.triangle = hit.triangle;

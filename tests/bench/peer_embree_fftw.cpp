@@ -53,8 +53,9 @@ public:
 
   void place(const World& world, glm::dvec3 origin_m) {
     if (!geometry_) make_room(world);
-    for (std::size_t i = 0; i < world.positions.size(); ++i) {
-      const glm::vec3 p(world.positions[i] - origin_m);
+    const auto positions_m = positions_now(world);
+    for (std::size_t i = 0; i < positions_m.size(); ++i) {
+      const glm::vec3 p(positions_m[i] - origin_m);
       for (int axis = 0; axis < 3; ++axis) vertices_[3 * i + axis] = p[axis];
     }
     rtcUpdateGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0);
@@ -106,9 +107,9 @@ struct Sun {
 
 class Peer {
 public:
-  explicit Peer(Scene scene) : scene_(std::move(scene)), meshes_(load_meshes(scene_)) {
+  explicit Peer(Scene scene) : scene_(std::move(scene)), world_(build_world(scene_)) {
     scene_.sampling.mode = SamplingMode::fan;
-    plan_ = make_plan(scene_, place_objects(scene_, meshes_));
+    plan_ = make_plan(scene_, world_);
     padded_ = 2 * plan_.size;
     const int channel = channel_of(plan_.wavelength_m);
     double ambient = 0;
@@ -150,7 +151,8 @@ public:
     };
     auto turned = scene_;
     for (auto& object : turned.objects) object.rotation_deg.y += turn_deg;
-    world_ = place_objects(turned, meshes_);
+    move_objects(turned, world_);
+    normals_ = normals_now(world_);
     stage("meshes");
     surfaces_.place(world_, plan_.wrps[0].centre_m);
     stage("tree");
@@ -280,7 +282,7 @@ private:
       const auto triangle = rays.hit.primID[lane];
       const auto& corners = world_.triangles[triangle];
       const float u = rays.hit.u[lane], v = rays.hit.v[lane];
-      const auto normal = (1 - u - v) * world_.normals[corners.x] + u * world_.normals[corners.y] + v * world_.normals[corners.z];
+      const auto normal = (1 - u - v) * normals_[corners.x] + u * normals_[corners.y] + v * normals_[corners.z];
       // The side that the ray comes from, as the triangle says.
       const auto face = glm::vec3(rays.hit.Ng_x[lane], rays.hit.Ng_y[lane], rays.hit.Ng_z[lane]);
       const float sign = (glm::dot(face, way) > 0) == (glm::dot(face, normal) > 0) ? -1.0f : 1.0f;
@@ -346,9 +348,9 @@ private:
   }
 
   Scene scene_;
-  Meshes meshes_;
-  Plan plan_;
   World world_;
+  std::vector<glm::vec3> normals_;  // as they point now
+  Plan plan_;
   Surfaces surfaces_;
   std::vector<Sun> suns_;
   std::vector<Phong> phongs_;
