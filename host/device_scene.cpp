@@ -9,8 +9,6 @@
 #include <glm/geometric.hpp>
 #include <tuple>
 
-#include "cl/threads.hpp"
-#include "host/bvh.hpp"
 #include "host/error.hpp"
 #include "host/image.hpp"
 #include "host/text.hpp"
@@ -19,12 +17,6 @@
 namespace raywave {
 namespace {
 
-/// More only where rays gain: half as many nodes as with two are to be fitted in every frame.
-constexpr int triangles_of_leaf = 4;
-
-/// A tree whose boxes have grown by this much is built anew: a ray meets as many more of them.
-constexpr double worst_refit = 1.3;
-
 /// From this exponent on a highlight's shape asks for directions beyond floats: their error of 3e-7 costs sqrt(shininess / 2) times as
 /// much.
 constexpr double sharp_shininess = 128;
@@ -32,33 +24,6 @@ constexpr double sharp_shininess = 128;
 template <class Vector>
 std::span<const float> floats_of(const std::vector<Vector>& vectors) {
   return {reinterpret_cast<const float*>(vectors.data()), vectors.size() * sizeof(Vector) / sizeof(float)};
-}
-
-/// Per object: 1 when its triangles wind counter-clockwise seen from outside, -1 when clockwise, 0 when it has no inside.
-std::vector<std::int32_t> sides_of(const World& world) {
-  std::vector<double> volume(world.object_closed.size(), 0.0);
-  for (std::size_t i = 0; i < world.triangles.size(); ++i) {
-    const auto corners = world.triangles[i];
-    const auto object = static_cast<std::size_t>(world.triangle_object[i]);
-    // From a corner of the scene, so that the sum does not drown in the distance to the hologram.
-    const auto a = world.positions[corners.x] - world.min_m, b = world.positions[corners.y] - world.min_m,
-               c = world.positions[corners.z] - world.min_m;
-    volume[object] += glm::dot(a, glm::cross(b, c));
-  }
-  std::vector<std::int32_t> sides;
-  for (std::size_t i = 0; i < volume.size(); ++i) sides.push_back(!world.object_closed[i] || volume[i] == 0 ? 0 : volume[i] > 0 ? 1 : -1);
-  return sides;
-}
-
-std::vector<device::Triangle> triangles_in_leaf_order(const Scene& scene, const World& world, const Bvh& bvh,
-                                                      const std::vector<std::int32_t>& sides) {
-  std::vector<device::Triangle> triangles(bvh.order.size());
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const auto corners = glm::ivec3(world.triangles[bvh.order[i]]);
-    const auto object = static_cast<std::size_t>(world.triangle_object[bvh.order[i]]);
-    triangles[i] = {corners.x, corners.y, corners.z, scene.objects[object].material, sides[object]};
-  }
-  return triangles;
 }
 
 /// A power of four near the brightest number, 1 where floats have room anyway: dividing by it changes no digit.
@@ -169,60 +134,24 @@ cl::Options kernel_options(const Scene& scene, const Plan& plan) {
 }
 
 DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan)
-    : device_(device), fitter_(device), sides_(sides_of(world)) {
+    : device_(device), bodies_(device, world, plan.origin_m, tree) {
   const auto made = materials_of(scene);
   material_unit_ = made.unit;
   materials = {device, std::span<const device::Material>(made.materials), "materials"};
   texels = {device, std::span<const float>(made.texels), "textures"};
-  tree.positions = {device, 3 * world.positions.size(), "vertices"};
-  normals = {device, 3 * world.positions.size(), "normals"};
+  normals = {device, floats_of(world.normals), "normals"};
   uvs = {device, floats_of(world.uvs), "places on textures"};
-  upload_vertices(world, plan);
-  const auto start = std::chrono::steady_clock::now();
-  build_tree(scene, world, plan);
-  tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  upload_lights(scene, world, plan);
-
-  options = cl::with(kernel_options(scene, plan),
-                     {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))},
-                      {"RAYWAVE_BVH_DEPTH", std::to_string((depth_ + 15) / 16 * 16)}});  // scenes alike in size share kernels
+  options = cl::with(kernel_options(scene, plan), {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))}});
+  place(scene, world, plan);
 }
 
 void DeviceScene::place(const Scene& scene, const World& world, const Plan& plan) {
   const auto start = std::chrono::steady_clock::now();
-  upload_vertices(world, plan);
-  if (fitter_.fit(tree, reach_m_, -plan.origin_m) > worst_refit * built_cost_) build_tree(scene, world, plan);
+  bodies_.place(scene, world, plan.origin_m, tree);
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  options =
+      cl::with(options, {{"RAYWAVE_BVH_DEPTH", std::to_string((bodies_.depth() + 15) / 16 * 16)}});  // scenes alike in size share kernels
   upload_lights(scene, world, plan);
-}
-
-void DeviceScene::build_tree(const Scene& scene, const World& world, const Plan& plan) {
-  const auto bvh = build_bvh(positions_now(world), world.triangles, plan.origin_m, triangles_of_leaf);
-  depth_ = bvh.depth;
-  cl::put(device_, tree.triangles, triangles_in_leaf_order(scene, world, bvh, sides_), "triangles");
-  fitter_.take(bvh, tree);
-  built_cost_ = fitter_.fit(tree, reach_m_, -plan.origin_m);
-}
-
-void DeviceScene::upload_vertices(const World& world, const Plan& plan) {
-  auto& threads = cl::Threads::shared();
-  const auto now_m = positions_now(world);
-  std::vector<double> reach_m(threads.count(), 0.0);
-  tree.positions.on_host(
-      [&](std::span<float> positions) {
-        threads.for_ranges(now_m.size(), [&](std::size_t thread, std::size_t from, std::size_t to) {
-          glm::dvec3 farthest(0);
-          for (std::size_t i = from; i < to; ++i) {
-            const auto p = now_m[i] - plan.origin_m;
-            farthest = glm::max(farthest, glm::abs(p));
-            for (int axis = 0; axis < 3; ++axis) positions[3 * i + static_cast<std::size_t>(axis)] = static_cast<float>(p[axis]);
-          }
-          reach_m[thread] = std::max({reach_m[thread], farthest.x, farthest.y, farthest.z});
-        });
-      },
-      CL_MAP_WRITE_INVALIDATE_REGION);
-  reach_m_ = *std::max_element(reach_m.begin(), reach_m.end());
-  normals.write(floats_of(normals_now(world)));
 }
 
 void DeviceScene::upload_lights(const Scene& scene, const World& world, const Plan& plan) {

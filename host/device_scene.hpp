@@ -3,9 +3,10 @@
 #pragma once
 
 #include <utility>
+#include <vector>
 
 #include "cl/program.hpp"
-#include "host/fitter.hpp"
+#include "host/bodies.hpp"
 #include "host/mesh.hpp"
 #include "host/plan.hpp"
 #include "host/scene.hpp"
@@ -16,13 +17,16 @@ namespace raywave {
 /// Which lights, highlights, textures, shadows and bounces kernels are built with: what some object of the scene has, nothing else.
 cl::Options kernel_options(const Scene& scene, const Plan& plan);
 
-/// The scene as the kernels see it: tree, triangles, materials for the hologram's wavelength, lights and textures in device memory, in the
-/// scene frame (world minus Plan::origin_m, subtracted in double).
+/// The scene as the kernels see it: trees, triangles, materials for the hologram's wavelength, lights and textures in device memory. Scene
+/// frame: the world minus Plan::origin_m, subtracted in double.
+///
+/// Vertices and trees stay as they were made, in the first plan's scene frame (host/bodies.hpp).
 class DeviceScene {
 public:
   DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan);
 
-  /// The same meshes and materials at other places, or under other lights (as many as before).
+  /// The same meshes and materials at other places (World::motions), or under other lights (as many as before). `options` may change where
+  /// objects part that were one body.
   void place(const Scene& scene, const World& world, const Plan& plan);
 
   DeviceTree tree;
@@ -35,23 +39,17 @@ public:
   float diameter_m = 0;      // of the scene's bounding box
   float bias_m = 0;          // distance that secondary rays start off a surface: far above rounding, far below anything visible
   cl::Options options;       // leave out of the kernels what this scene does not use
-  double tree_seconds = 0;   // of the last build or refit
+  double tree_seconds = 0;   // for trees and bodies, of the last time
 
   /// 32-bit words that hold a bit for each light.
   std::size_t light_words() const { return lights.size() > 32 ? (lights.size() + 31) / 32 : 1; }
 
 private:
-  void build_tree(const Scene& scene, const World& world, const Plan& plan);
-  void upload_vertices(const World& world, const Plan& plan);
   void upload_lights(const Scene& scene, const World& world, const Plan& plan);
 
   cl::Device device_;
-  Fitter fitter_;
-  double reach_m_ = 0;  // the largest coordinate among the vertices
-  int depth_ = 0;       // Bvh::depth
+  Bodies bodies_;
   double material_unit_ = 1;
-  double built_cost_ = 0;            // of the tree when it was built
-  std::vector<std::int32_t> sides_;  // of the objects
 };
 
 /// Pixels that one work-item handles side by side: the SIMD width on CPUs, one on GPUs.

@@ -44,7 +44,7 @@ struct Facets {
 };
 
 /// An object's vertices, which follow each other, and how place_objects has placed them.
-struct Body {
+struct PlacedObject {
   std::size_t first_vertex = 0, vertices = 0;
   glm::dvec3 position_m{0}, rotation_deg{0};
   std::optional<double> width_m;
@@ -63,10 +63,10 @@ struct World {
   std::vector<std::int32_t> triangle_object;  // index into Scene::objects
   std::vector<bool>
       object_closed;  // per object: every edge shared by exactly two triangles in opposite directions (after welding equal positions)
-  std::vector<Facets> facets;     // stand for all surfaces in sums over them; none: every triangle stands for itself
-  std::vector<Body> bodies;       // per object; none in worlds that place_objects has not made
-  std::vector<Motion> motions;    // per object; none: nothing has moved
-  glm::dvec3 min_m{0}, max_m{0};  // bounding box, as everything is now
+  std::vector<Facets> facets;        // stand for all surfaces in sums over them; none: every triangle stands for itself
+  std::vector<PlacedObject> placed;  // per object; none in worlds that place_objects has not made
+  std::vector<Motion> motions;       // per object; none: nothing has moved
+  glm::dvec3 min_m{0}, max_m{0};     // bounding box, as everything is now
 
   Motion motion_of(std::int32_t object) const { return motions.empty() ? Motion{} : motions[static_cast<std::size_t>(object)]; }
   /// Where a triangle's corners are now.

@@ -274,15 +274,15 @@ Outline outline_of(std::span<const glm::dvec3> points, const SeenThrough& seen) 
 }
 
 Outline outline_of(const World& world, const SeenThrough& seen) {
-  if (world.bodies.empty()) return outline_of(world.positions, seen);
+  if (world.placed.empty()) return outline_of(world.positions, seen);
   Largest largest;
   largest.fill(-infinite);
   const auto raise = [&](std::span<const Places> places, std::span<Lanes> to) {
     raise_outline(places.data(), places.size(), seen, to.data());
   };
-  for (std::size_t i = 0; i < world.bodies.size(); ++i) {
-    const auto& body = world.bodies[i];
-    raise_to_largest(body.clusters, std::span(world.positions).subspan(body.first_vertex, body.vertices), world.motions[i], raise, 0,
+  for (std::size_t i = 0; i < world.placed.size(); ++i) {
+    const auto& placed = world.placed[i];
+    raise_to_largest(placed.clusters, std::span(world.positions).subspan(placed.first_vertex, placed.vertices), world.motions[i], raise, 0,
                      largest);
   }
   return outline_from(largest);

@@ -224,11 +224,13 @@ struct Renderer::State {
     }
     require_rays(scene, plan);
     if (propagator) require_reach();
+    const auto options_before = arrays->options;
     {
       const auto clock = stage("tree");
       arrays->place(scene, world, plan);
     }
-    if (same_kernels(before, plan) && frames_together(scene, plan, device.info().largest_buffer_bytes) == together) {
+    if (same_kernels(before, plan) && arrays->options == options_before &&
+        frames_together(scene, plan, device.info().largest_buffer_bytes) == together) {
       const auto clock = stage("samples");
       source->find_samples(plan, *arrays);
       clock.wait();

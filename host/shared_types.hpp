@@ -8,11 +8,13 @@
 
 namespace raywave::device {
 using uint = std::uint32_t;
+#include "kernels/facing.h"
 #include "kernels/shared.h"
 }  // namespace raywave::device
 
 RAYWAVE_CL_TYPE(raywave::device::BvhNode, "BvhNode");
 RAYWAVE_CL_TYPE(raywave::device::Triangle, "Triangle");
+RAYWAVE_CL_TYPE(raywave::device::Body, "Body");
 RAYWAVE_CL_TYPE(raywave::device::Material, "Material");
 RAYWAVE_CL_TYPE(raywave::device::Light, "Light");
 RAYWAVE_CL_TYPE(raywave::device::TracePlane, "TracePlane");

@@ -46,7 +46,7 @@ glm::dmat3 rotation_xyz(const glm::dvec3& degrees) {
 }
 
 /// Of an object's vertices after a turn, to a few roundings of its size.
-Box turned_box(const World& world, const Body& body, const glm::dmat3& turn) {
+Box turned_box(const World& world, const PlacedObject& placed, const glm::dmat3& turn) {
   const auto raise = [](std::span<const Places> all, std::span<Lanes> largest) {
     for (const auto& places : all) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -62,9 +62,9 @@ Box turned_box(const World& world, const Body& body, const glm::dmat3& turn) {
   std::array<double, 6> largest;
   largest.fill(-INFINITY);
   // A flat side that faces an axis promises more by no more than rounding, everywhere.
-  const double least = 0x1p-50 * glm::length(body.max_m - body.min_m);
-  raise_to_largest(body.clusters, std::span(world.positions).subspan(body.first_vertex, body.vertices),
-                   {turn, 1, body.position_m, glm::dvec3(0), true}, raise, least, largest);
+  const double least = 0x1p-50 * glm::length(placed.max_m - placed.min_m);
+  raise_to_largest(placed.clusters, std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
+                   {turn, 1, placed.position_m, glm::dvec3(0), true}, raise, least, largest);
   return {{-largest[3], -largest[4], -largest[5]}, {largest[0], largest[1], largest[2]}};
 }
 
@@ -145,7 +145,7 @@ void add(std::int32_t index, const Object& object, const Mesh& mesh, World& worl
 }
 
 /// Puts an object's vertices where they belong.
-Body place(const Object& object, const Mesh& mesh, std::size_t first_vertex, World& world) {
+PlacedObject place(const Object& object, const Mesh& mesh, std::size_t first_vertex, World& world) {
   const glm::dmat3 rotation = rotation_xyz(object.rotation_deg);
   Box box, turned;
   for (const auto& p : mesh.positions) box.add(p);
@@ -170,11 +170,11 @@ Body place(const Object& object, const Mesh& mesh, std::size_t first_vertex, Wor
               clusters_of(std::span(world.positions).subspan(first_vertex, count), std::span(world.normals).subspan(first_vertex, count))};
 }
 
-Placing placing_of(const Object& object, const World& world, const Body& body) {
-  if (object.position_m == body.position_m && object.rotation_deg == body.rotation_deg && object.width_m == body.width_m)
-    return {{}, {body.min_m, body.max_m}};
-  const auto turn = rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(body.rotation_deg));
-  return placing_of(object, turn, body.position_m, turned_box(world, body, turn), body.unit_m);
+Placing placing_of(const Object& object, const World& world, const PlacedObject& placed) {
+  if (object.position_m == placed.position_m && object.rotation_deg == placed.rotation_deg && object.width_m == placed.width_m)
+    return {{}, {placed.min_m, placed.max_m}};
+  const auto turn = rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
+  return placing_of(object, turn, placed.position_m, turned_box(world, placed, turn), placed.unit_m);
 }
 
 }  // namespace
@@ -215,7 +215,7 @@ World place_objects(const Scene& scene, const Meshes& meshes) {
     const auto first_vertex = world.positions.size(), first_triangle = world.triangles.size();
     add(static_cast<std::int32_t>(i), scene.objects[i], meshes.meshes[mesh], world);
     world.object_closed.push_back(meshes.closed[mesh]);
-    world.bodies.push_back(place(scene.objects[i], meshes.meshes[mesh], first_vertex, world));
+    world.placed.push_back(place(scene.objects[i], meshes.meshes[mesh], first_vertex, world));
     add_facets(first_triangle, world);
   }
   move_objects(scene, world);
@@ -225,8 +225,8 @@ World place_objects(const Scene& scene, const Meshes& meshes) {
 void move_objects(const Scene& scene, World& world) {
   Box all;
   world.motions.clear();
-  for (std::size_t i = 0; i < world.bodies.size(); ++i) {
-    const auto placing = placing_of(scene.objects[i], world, world.bodies[i]);
+  for (std::size_t i = 0; i < world.placed.size(); ++i) {
+    const auto placing = placing_of(scene.objects[i], world, world.placed[i]);
     world.motions.push_back(placing.motion);
     all.add(placing.box);
   }
@@ -258,19 +258,19 @@ void add_facet(const World& world, std::size_t triangle, double share, std::vect
 
 std::vector<glm::dvec3> positions_now(const World& world) {
   auto positions = world.positions;
-  for (std::size_t i = 0; i < world.bodies.size(); ++i) {
-    const auto& body = world.bodies[i];
-    for (auto& p : std::span(positions).subspan(body.first_vertex, body.vertices)) p = world.motions[i](p);
+  for (std::size_t i = 0; i < world.placed.size(); ++i) {
+    const auto& placed = world.placed[i];
+    for (auto& p : std::span(positions).subspan(placed.first_vertex, placed.vertices)) p = world.motions[i](p);
   }
   return positions;
 }
 
 std::vector<glm::vec3> normals_now(const World& world) {
   auto normals = world.normals;
-  for (std::size_t i = 0; i < world.bodies.size(); ++i) {
+  for (std::size_t i = 0; i < world.placed.size(); ++i) {
     if (!world.motions[i].moved) continue;
-    const auto& body = world.bodies[i];
-    for (auto& n : std::span(normals).subspan(body.first_vertex, body.vertices)) n = world.motions[i].turn * glm::dvec3(n);
+    const auto& placed = world.placed[i];
+    for (auto& n : std::span(normals).subspan(placed.first_vertex, placed.vertices)) n = world.motions[i].turn * glm::dvec3(n);
   }
   return normals;
 }

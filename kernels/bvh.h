@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays against the flattened tree of host/bvh.hpp: RAYWAVE_LANES rays travel together through one shared traversal. OpenCL C 1.2.
+// Rays against the flattened trees of host/bvh.hpp: RAYWAVE_LANES rays travel together through one shared traversal. OpenCL C 1.2.
+//
+// Each body has a tree in its own frame, to which rays are turned: a body that moves costs nothing but that.
 //
 // Watertight: every test is widened by a bound on its own rounding, so a ray that meets a triangle in exact arithmetic (of the float
 // corners) meets it here, whether or not the compiler contracts to fma. A ray that passes an edge within that bound, about 1e-6 of the
@@ -8,6 +10,7 @@
 #ifndef RAYWAVE_BVH_H
 #define RAYWAVE_BVH_H
 
+#include "facing.h"
 #include "lanes.h"
 #include "shared.h"
 
@@ -15,20 +18,21 @@
 #define RAYWAVE_BVH_DEPTH 64  // nodes from the root to a leaf; the host passes Bvh::depth
 #endif
 
-// The tree, and the triangles of its leaves.
+// The trees of all bodies, and the triangles of their leaves.
 typedef struct {
   __global const BvhNode* nodes;
   __global const Triangle* triangles;
-  __global const float* positions;  // 3 per vertex, scene frame
+  __global const float* positions;  // 3 per vertex, frame of its body
+  __global const Body* bodies;
 } Tree;
 
-// Places of a triangle's corners, 3 floats each.
+// Places of a triangle's corners, 3 floats each, frame of its body.
 typedef struct {
   __global const float *a, *b, *c;
 } Corners;
 
-// Points origin + t direction with 0 <= t_min < t < t_max, scene frame. Directions are finite and not zero, but need not be unit vectors.
-// Lanes outside the mask `active` meet nothing.
+// Points origin + t direction with 0 <= t_min < t < t_max, scene frame or a body's. Directions are finite and not zero, but need not be
+// unit vectors. Lanes outside the mask `active` meet nothing.
 typedef struct {
   floatv ox, oy, oz;
   floatv dx, dy, dz;
@@ -61,6 +65,57 @@ BVH_INLINE Corners corners_of(const Tree* tree, int index) {
   return corners;
 }
 
+// row . (v + low), rounded once.
+BVH_INLINE floatv bvh_turned(__global const float* row, __global const float* row_low, const floatv* v, const floatv* low) {
+#pragma OPENCL FP_CONTRACT OFF
+  floatv sum = row[0] * v[0], rest = fma((floatv)(row[0]), v[0], -sum);
+  for (int i = 1; i < 3; ++i) {
+    const floatv product = row[i] * v[i], next = sum + product, part = next - sum;
+    rest += fma((floatv)(row[i]), v[i], -product) + ((sum - (next - part)) + (product - part));
+    sum = next;
+  }
+  for (int i = 0; i < 3; ++i) rest += row[i] * low[i] + row_low[i] * v[i];
+  return sum + rest;
+}
+
+// Rays of the scene in the frame of a body. Distances along them stay. With `exact` their origins are rounded once, which moves hits by
+// no more than the rounding of the corners does.
+BVH_INLINE Rays rays_of_body(__global const Body* body, const Rays* rays, bool exact) {
+#pragma OPENCL FP_CONTRACT OFF
+  Rays turned = *rays;
+  if (!body->moved) return turned;
+  __global const float* m = body->inward;
+  turned.dx = m[0] * rays->dx + m[1] * rays->dy + m[2] * rays->dz;
+  turned.dy = m[3] * rays->dx + m[4] * rays->dy + m[5] * rays->dz;
+  turned.dz = m[6] * rays->dx + m[7] * rays->dy + m[8] * rays->dz;
+  const floatv from[3] = {rays->ox, rays->oy, rays->oz};
+  floatv off[3], low[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const floatv centre = body->centre[axis];
+    off[axis] = from[axis] - centre;
+    const floatv part = off[axis] - from[axis];
+    low[axis] = ((from[axis] - (off[axis] - part)) - (centre + part)) - body->centre_low[axis];
+  }
+  if (exact) {
+    turned.ox = bvh_turned(m, body->inward_low, off, low);
+    turned.oy = bvh_turned(m + 3, body->inward_low + 3, off, low);
+    turned.oz = bvh_turned(m + 6, body->inward_low + 6, off, low);
+  } else {
+    turned.ox = m[0] * off[0] + m[1] * off[1] + m[2] * off[2];
+    turned.oy = m[3] * off[0] + m[4] * off[1] + m[5] * off[2];
+    turned.oz = m[6] * off[0] + m[7] * off[1] + m[8] * off[2];
+  }
+  return turned;
+}
+
+// A direction of a triangle's body in the scene, as long as the body's change of size makes it.
+BVH_INLINE float3 direction_in_scene(const Tree* tree, int triangle, float3 d) {
+  __global const Body* body = tree->bodies + tree->triangles[triangle].body;
+  if (!body->moved) return d;
+  __global const float* m = body->outward;
+  return (float3)(m[0] * d.x + m[1] * d.y + m[2] * d.z, m[3] * d.x + m[4] * d.y + m[5] * d.z, m[6] * d.x + m[7] * d.y + m[8] * d.z);
+}
+
 BVH_INLINE floatv bvh_min(floatv a, floatv b) { return LANES_SELECT(b, a, a < b); }
 BVH_INLINE floatv bvh_max(floatv a, floatv b) { return LANES_SELECT(b, a, a > b); }
 
@@ -80,12 +135,6 @@ BVH_INLINE intv bvh_box(float min_x, float min_y, float min_z, float max_x, floa
   // Each distance has a relative error of at most 3 * 2^-24: widen by twice what two of them need.
   const floatv leave = bvh_min(bvh_min(bvh_max(x0, x1), bvh_max(y0, y1)), bvh_max(z0, z1)) * (1.0f + 0xcp-24f);
   return *enter <= leave;
-}
-
-BVH_INLINE intv bvh_child(__global const float* box_min, __global const float* box_max, const Rays* rays, const floatv* inverse,
-                          floatv farthest, floatv* enter) {
-  const intv meets = bvh_box(box_min[0], box_min[1], box_min[2], box_max[0], box_max[1], box_max[2], rays, inverse, enter);
-  return rays->active & meets & (*enter < farthest);
 }
 
 // The side of the edge from p to q on which the rays pass: d . ((q - p) x (p' + q')), where ' is relative to the ray's origin. Differences
@@ -203,66 +252,85 @@ BVH_INLINE intv bvh_leaf_layers(const Tree* tree, int first, int count, const Ra
   return 0;
 }
 
-// Nearest hits of all rays; with any_hit, rays that have met something stop; with `layers`, the nearest BVH_LAYERS of each go there, but
-// for those that turn away.
-BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* given, bool any_hit, Layers* layers) {
-  Rays rays = *given;
-  const floatv inverse[3] = {bvh_reciprocal(rays.dx), bvh_reciprocal(rays.dy), bvh_reciprocal(rays.dz)};
-  Hits best;
-  best.t = rays.t_max;
-  best.triangle = -1;
-  best.u = 0.0f;
-  best.v = 0.0f;
+// Whether all that faces so shows the hologram's centre nothing but inner sides of closed meshes, wherever it lies in the body.
+BVH_INLINE bool bvh_turns_away(int facing, __global const Body* body) {
+  const int spread = facing_spread(facing);
+  const int along =
+      facing_axis(facing, 0) * body->view[0] + facing_axis(facing, 1) * body->view[1] + facing_axis(facing, 2) * body->view[2];
+  return spread > 0 && 2 * along > VIEW_STEPS * spread + body->view_margin;
+}
 
+// Mask of the rays that meet a child's box before `farthest`; none with `layers` where all in it turns away.
+BVH_INLINE intv bvh_child(__global const float* box_min, __global const float* box_max, int facing, const Rays* rays, const floatv* inverse,
+                          floatv farthest, __global const Body* body, const Layers* layers, floatv* enter) {
+  if (layers && bvh_turns_away(facing, body)) return 0;
+  const intv meets = bvh_box(box_min[0], box_min[1], box_min[2], box_max[0], box_max[1], box_max[2], rays, inverse, enter);
+  return rays->active & meets & (*enter < farthest);
+}
+
+// Nearest hits of all rays with a body, in its frame; with any_hit, rays that have met something stop; with `layers`, the nearest
+// BVH_LAYERS of each go there, but for those that turn away.
+BVH_INLINE void bvh_traverse_body(const Tree* tree, __global const Body* body, Rays* rays, bool any_hit, Hits* best, Layers* layers) {
+  const floatv inverse[3] = {bvh_reciprocal(rays->dx), bvh_reciprocal(rays->dy), bvh_reciprocal(rays->dz)};
   // Children yet to be visited. Only a node with two inner children pushes, and it pushes one, so the stack never holds more than one
   // child of each node on the way from the root: fewer than Bvh::depth.
   int waiting_node[RAYWAVE_BVH_DEPTH];
   floatv waiting_enter[RAYWAVE_BVH_DEPTH];
   int waiting = 0;
-  int place = 0;
+  int place = body->root;
   for (;;) {
     __global const BvhNode* node = tree->nodes + place;
-    const int left_child = node->left_child & ~BVH_AWAY, right_child = node->right_child & ~BVH_AWAY;
     floatv enter_left = 0.0f, enter_right = 0.0f;
-    intv in_left = 0, in_right = 0;
-    bool left = !layers || left_child == node->left_child;
-    if (left) {
-      in_left = bvh_child(node->left_min, node->left_max, &rays, inverse, best.t, &enter_left);
-      left = LANES_ANY(in_left);
-    }
-    if (left && node->left_count > 0) {
-      const intv hit = layers ? bvh_leaf_layers(tree, left_child, node->left_count, &rays, inverse, &best, layers)
-                              : bvh_leaf(tree, left_child, node->left_count, &rays, inverse, &best);
-      if (any_hit) rays.active &= !hit;
+    const intv in_left = bvh_child(node->left_min, node->left_max, node->left_count, rays, inverse, best->t, body, layers, &enter_left);
+    bool left = LANES_ANY(in_left);
+    if (left && BVH_COUNT(node->left_count) > 0) {
+      const intv hit = layers ? bvh_leaf_layers(tree, node->left_child, BVH_COUNT(node->left_count), rays, inverse, best, layers)
+                              : bvh_leaf(tree, node->left_child, BVH_COUNT(node->left_count), rays, inverse, best);
+      if (any_hit) rays->active &= !hit;
       left = false;
     }
-    bool right = !layers || right_child == node->right_child;
-    if (right) {
-      in_right = bvh_child(node->right_min, node->right_max, &rays, inverse, best.t, &enter_right);
-      right = LANES_ANY(in_right);
-    }
-    if (right && node->right_count > 0) {
-      const intv hit = layers ? bvh_leaf_layers(tree, right_child, node->right_count, &rays, inverse, &best, layers)
-                              : bvh_leaf(tree, right_child, node->right_count, &rays, inverse, &best);
-      if (any_hit) rays.active &= !hit;
+    const intv in_right =
+        bvh_child(node->right_min, node->right_max, node->right_count, rays, inverse, best->t, body, layers, &enter_right);
+    bool right = LANES_ANY(in_right);
+    if (right && BVH_COUNT(node->right_count) > 0) {
+      const intv hit = layers ? bvh_leaf_layers(tree, node->right_child, BVH_COUNT(node->right_count), rays, inverse, best, layers)
+                              : bvh_leaf(tree, node->right_child, BVH_COUNT(node->right_count), rays, inverse, best);
+      if (any_hit) rays->active &= !hit;
       right = false;
     }
     if (left && right) {
       // Nearest first. Rays of a packet rarely disagree; where they do, order costs time only.
       const bool left_first = LANES_ANY(in_left & in_right & (enter_left < enter_right));
-      waiting_node[waiting] = left_first ? right_child : left_child;
+      waiting_node[waiting] = left_first ? node->right_child : node->left_child;
       waiting_enter[waiting] = left_first ? enter_right : enter_left;
       ++waiting;
-      place = left_first ? left_child : right_child;
+      place = left_first ? node->left_child : node->right_child;
     } else if (left || right) {
-      place = left ? left_child : right_child;
+      place = left ? node->left_child : node->right_child;
     } else {
       do {
-        if (waiting == 0) return best;
+        if (waiting == 0) return;
         --waiting;
-      } while (!LANES_ANY(rays.active & (waiting_enter[waiting] < best.t)));
+      } while (!LANES_ANY(rays->active & (waiting_enter[waiting] < best->t)));
       place = waiting_node[waiting];
     }
+  }
+}
+
+// The same with all bodies, in the scene frame.
+BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, Layers* layers) {
+  Hits best;
+  best.t = rays->t_max;
+  best.triangle = -1;
+  best.u = 0.0f;
+  best.v = 0.0f;
+  intv active = rays->active;
+  for (__global const Body* body = tree->bodies;; ++body) {
+    Rays turned = rays_of_body(body, rays, !any_hit);
+    turned.active = active;
+    bvh_traverse_body(tree, body, &turned, any_hit, &best, layers);
+    active = turned.active;
+    if (body->last || !LANES_ANY(active)) return best;
   }
 }
 
@@ -270,7 +338,7 @@ BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* given, bool any_hit, 
 BVH_INLINE Hits bvh_nearest(const Tree* tree, const Rays* rays) { return bvh_traverse(tree, rays, false, 0); }
 
 // The nearest BVH_LAYERS hits in (t_min, t_max) of rays that come from the hologram's centre, without those in parts of the tree that turn
-// away from it (BVH_AWAY): inner sides of closed meshes are no sources of light.
+// away from it: inner sides of closed meshes are no sources of light.
 BVH_INLINE void bvh_layers(const Tree* tree, const Rays* rays, Layers* layers) {
   for (int i = 0; i < BVH_LAYERS; ++i) {
     layers->t[i] = rays->t_max;
@@ -284,16 +352,25 @@ BVH_INLINE void bvh_layers(const Tree* tree, const Rays* rays, Layers* layers) {
 // Mask of the rays that meet anything in (t_min, t_max). What stopped a packet like this one is tried first: known[lane] is the triangle
 // that stopped that ray, or -1, and is overwritten.
 static inline intv bvh_occluded_again(const Tree* tree, const Rays* rays, int* known) {
-  const floatv inverse[3] = {bvh_reciprocal(rays->dx), bvh_reciprocal(rays->dy), bvh_reciprocal(rays->dz)};
-  Rays left = *rays;
+  Rays left = *rays, turned = *rays;
+  floatv inverse[3];
+  int body = -1;
   intv stopped_by = -1, untried = LANES_LOAD(known);
   int candidates[RAYWAVE_LANES];
   LANES_STORE(untried, candidates);
   for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
     const int triangle = candidates[lane];
     if (triangle < 0) continue;
+    if (tree->triangles[triangle].body != body) {
+      body = tree->triangles[triangle].body;
+      turned = rays_of_body(tree->bodies + body, rays, false);
+      inverse[0] = bvh_reciprocal(turned.dx);
+      inverse[1] = bvh_reciprocal(turned.dy);
+      inverse[2] = bvh_reciprocal(turned.dz);
+    }
+    turned.active = left.active;
     Hits any = {left.t_max, (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
-    const intv hit = bvh_triangle(tree, triangle, &left, inverse, &any);
+    const intv hit = bvh_triangle(tree, triangle, &turned, inverse, &any);
     left.active &= !hit;
     stopped_by = LANES_SELECT(stopped_by, (intv)(triangle), hit);
     untried = LANES_SELECT(untried, (intv)(-1), (untried == triangle) | !left.active);

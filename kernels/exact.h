@@ -19,25 +19,46 @@ typedef struct {
   Wide3 a, ab, ac, across;
 } Facets;
 
-// What vertices have 3 floats of, at the three corners of a triangle in each lane. Lanes without one (index < 0) receive the first one's.
-static inline void at_corners(__global const Triangle* triangles, __global const float* of_vertices, intv index, Wide3* at) {
+// What vertices have 3 floats of, at the three corners of a triangle in each lane, turned from its body's frame to the scene's; `places`
+// are moved as well. Lanes without a triangle (index < 0) receive those of the first one.
+static inline void at_corners(const Tree* tree, __global const float* of_vertices, intv index, bool places, Wide3* at) {
   int triangle[RAYWAVE_LANES];
   float values[9][RAYWAVE_LANES];
+  bool moved = false;
   LANES_STORE(index, triangle);
   for (int i = 0; i < RAYWAVE_LANES; ++i) {
-    __global const Triangle* t = triangles + max(triangle[i], 0);
+    triangle[i] = max(triangle[i], 0);
+    __global const Triangle* t = tree->triangles + triangle[i];
     for (int axis = 0; axis < 3; ++axis) {
       values[axis][i] = of_vertices[3 * (size_t)t->corner_a + (size_t)axis];
       values[3 + axis][i] = of_vertices[3 * (size_t)t->corner_b + (size_t)axis];
       values[6 + axis][i] = of_vertices[3 * (size_t)t->corner_c + (size_t)axis];
     }
+    moved |= tree->bodies[t->body].moved;
   }
   for (int c = 0; c < 3; ++c) at[c] = wide3(LANES_LOAD(values[3 * c]), LANES_LOAD(values[3 * c + 1]), LANES_LOAD(values[3 * c + 2]));
+  if (!moved) return;
+
+  float high[12][RAYWAVE_LANES], low[12][RAYWAVE_LANES];  // outward, then centre
+  for (int i = 0; i < RAYWAVE_LANES; ++i) {
+    __global const Body* body = tree->bodies + tree->triangles[triangle[i]].body;
+    for (int k = 0; k < 12; ++k) {
+      high[k][i] = k < 9 ? body->outward[k] : body->centre[k - 9];
+      low[k][i] = k < 9 ? body->outward_low[k] : body->centre_low[k - 9];
+    }
+  }
+  Wide m[12];
+  for (int k = 0; k < 12; ++k) m[k] = wide(LANES_LOAD(high[k]), LANES_LOAD(low[k]));
+  const Wide zero = wide((floatv)(0.0f), (floatv)(0.0f));
+  const Wide3 centre = {places ? m[9] : zero, places ? m[10] : zero, places ? m[11] : zero};
+  const Wide3 columns[3] = {{m[0], m[3], m[6]}, {m[1], m[4], m[7]}, {m[2], m[5], m[8]}};
+  for (int c = 0; c < 3; ++c)
+    at[c] = wide3_along(wide3_along(wide3_along(centre, columns[0], at[c].x), columns[1], at[c].y), columns[2], at[c].z);
 }
 
 static inline Facets facets_of(const Tree* tree, intv index) {
   Wide3 corners[3];
-  at_corners(tree->triangles, tree->positions, index, corners);
+  at_corners(tree, tree->positions, index, true, corners);
   Facets f;
   f.a = corners[0];
   f.ab = wide3_minus(corners[1], f.a);
@@ -58,10 +79,10 @@ static inline Wide exact_distance(const Facets* f, const Line* line, floatv t) {
 
 // Normals of unit length at places on facets, as the mesh says. (u, v): the places' weights to floats, which stay where the facet is so
 // narrow that they are all there is.
-static inline Wide3 exact_normal(__global const Triangle* triangles, __global const float* vertex_normals, intv index, const Facets* f,
-                                 Wide3 place, floatv u, floatv v) {
+static inline Wide3 exact_normal(const Tree* tree, __global const float* vertex_normals, intv index, const Facets* f, Wide3 place, floatv u,
+                                 floatv v) {
   Wide3 normals[3];
-  at_corners(triangles, vertex_normals, index, normals);
+  at_corners(tree, vertex_normals, index, false, normals);
   // The square of a small area would leave no room for the lower halves.
   const floatv nx = wide_high(f->across.x), ny = wide_high(f->across.y), nz = wide_high(f->across.z);
   const Wide3 facing = wide3_scaled(f->across, wide(rsqrt(fmax(nx * nx + ny * ny + nz * nz, (floatv)(1e-37f))), 0.0f));

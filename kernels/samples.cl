@@ -470,14 +470,15 @@ static inline void look_around_centres(const SceneArrays* scene, const Lattice* 
 }
 
 __kernel void find_samples(__global const BvhNode* nodes, __global const Triangle* triangles, __global const float* positions,
-                           __global const float* normals, __global const float* uvs, __global const Material* materials,
-                           __global const Light* lights, __global const float* texels, float ambient_light, Lattice lattice, int first_row,
-                           int rows, int slots, __global int2* counts, __global Sample* samples, __global uint* views, __global uint* lit) {
+                           __global const Body* bodies, __global const float* normals, __global const float* uvs,
+                           __global const Material* materials, __global const Light* lights, __global const float* texels,
+                           float ambient_light, Lattice lattice, int first_row, int rows, int slots, __global int2* counts,
+                           __global Sample* samples, __global uint* views, __global uint* lit) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   const int band_row = (int)get_global_id(1);
   const int row = first_row + band_row;
   if (first >= lattice.nx || band_row >= rows || row >= lattice.ny) return;
-  const SceneArrays scene = {{nodes, triangles, positions}, normals, uvs, materials, lights, texels};
+  const SceneArrays scene = {{nodes, triangles, positions, bodies}, normals, uvs, materials, lights, texels};
   const Rays centres = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
   Layers first_centres;
   bvh_layers(&scene.tree, &centres, &first_centres);

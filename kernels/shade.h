@@ -31,18 +31,18 @@
 // The scene's arrays, as every kernel that shades receives them.
 typedef struct {
   Tree tree;
-  __global const float* normals;  // 3 per vertex, unit length, outwards as the mesh says
+  __global const float* normals;  // 3 per vertex, unit length, outwards as the mesh says, frame of its body
   __global const float* uvs;      // 2 per vertex; (0, 0) is the bottom left of the texture
   __global const Material* materials;
   __global const Light* lights;
   __global const float* texels;
 } SceneArrays;
 
-// Normal of a triangle, as long as twice its area, in the sense of its winding.
+// Direction of a triangle's normal, in the sense of its winding, scene frame. As long as twice its area where its body keeps its size.
 static inline float3 triangle_cross(const Tree* tree, int index) {
   const Corners t = corners_of(tree, index);
   const float3 a = vload3(0, t.a), ab = vload3(0, t.b) - a, ac = vload3(0, t.c) - a;
-  return (float3)(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x);
+  return direction_in_scene(tree, index, (float3)(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x));
 }
 
 #define EXACT_SURFACES (RAYWAVE_BOUNCES > 0 || (RAYWAVE_SHARP && RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0))
@@ -127,9 +127,10 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     const float b = u[i], c = v[i], a = 1.0f - b - c;
     const float3 at_a = vload3((size_t)s->corner_a, scene->normals), at_b = vload3((size_t)s->corner_b, scene->normals);
     const float3 at_c = vload3((size_t)s->corner_c, scene->normals);
-    nx[i] = a * at_a.x + b * at_b.x + c * at_c.x;
-    ny[i] = a * at_a.y + b * at_b.y + c * at_c.y;
-    nz[i] = a * at_a.z + b * at_b.z + c * at_c.z;
+    const float3 smooth = direction_in_scene(&scene->tree, triangle[i], a * at_a + b * at_b + c * at_c);
+    nx[i] = smooth.x;
+    ny[i] = smooth.y;
+    nz[i] = smooth.z;
     const float3 face = triangle_cross(&scene->tree, triangle[i]);
     gx[i] = face.x;
     gy[i] = face.y;
@@ -190,8 +191,8 @@ static inline Wide exact_surface(const SceneArrays* scene, const Line* line, con
   const Wide distance = exact_distance(&facets, line, hits->t);
   const floatv side = LANES_SELECT((floatv)(-1.0f), (floatv)(1.0f), s->entering), away = -1.0f;
   s->place = wide3_along(line->origin, line->direction, distance);
-  s->normal = wide3_scaled(exact_normal(scene->tree.triangles, scene->normals, hits->triangle, &facets, s->place, hits->u, hits->v),
-                           wide(side, 0.0f));
+  s->normal =
+      wide3_scaled(exact_normal(&scene->tree, scene->normals, hits->triangle, &facets, s->place, hits->u, hits->v), wide(side, 0.0f));
   s->towards = wide3_scaled(line->direction, wide(away, 0.0f));
   s->x = wide_high(s->place.x);
   s->y = wide_high(s->place.y);

@@ -4,10 +4,9 @@
 #ifndef RAYWAVE_SHARED_H
 #define RAYWAVE_SHARED_H
 
-// Inner node of the flattened tree: the boxes of both children. A child with count 0 is node number `child`; one with count > 0 is a leaf
-// of the triangles [child, child + count). BVH_AWAY is added to `child` where all that lies in the box is the inner side of closed meshes,
-// looked at from the hologram's centre (fit.cl).
-#define BVH_AWAY (1 << 30)
+// Inner node of a flattened tree: the boxes of both children. A child with BVH_COUNT(count) 0 is node number `child`; one with more is a
+// leaf of the triangles [child, child + BVH_COUNT(count)). The rest of `count` says which way what lies in the box faces (facing.h).
+#define BVH_COUNT(count) ((count)&15)
 typedef struct {
   float left_min[3];
   int left_child;
@@ -19,14 +18,32 @@ typedef struct {
   int right_count;
 } BvhNode;
 
-// A triangle, in the order of the tree's leaves: its corners' numbers among the vertices, and what shading needs.
+// A triangle, in the order of the trees' leaves: its corners' numbers among the vertices, and what shading needs.
 typedef struct {
   int corner_a;
   int corner_b;
   int corner_c;
   int material;
   int side;  // of a closed mesh: 1 when (b - a) x (c - a) points outwards, -1 when inwards; 0 for open meshes
+  int body;
 } Triangle;
+
+// What moves as one. Trees, vertices and normals stay in the body's frame: the scene's as it was when they were made. A place q of that
+// frame is centre + outward q in the scene, and a place p of the scene is inward (p - centre). Matrices row by row; low: what the floats
+// leave over.
+typedef struct {
+  float inward[9];
+  float inward_low[9];
+  float outward[9];  // a rotation times a change of size
+  float outward_low[9];
+  float centre[3];
+  float centre_low[3];
+  int view[3];      // direction from the hologram's centre to the body's middle, in the body's frame, VIEW_STEPS long
+  int view_margin;  // by which facing.h must exceed it, so that it holds for the directions to all of the body
+  int root;         // number of its tree's node
+  int moved;        // 0: both frames are the same
+  int last;         // 1: no body follows
+} Body;
 
 // Phong material for the hologram's wavelength.
 typedef struct {

@@ -18,6 +18,18 @@
   MEMBER(Triangle, corner_c)          \
   MEMBER(Triangle, material)          \
   MEMBER(Triangle, side)              \
+  MEMBER(Triangle, body)              \
+  MEMBER(Body, inward)                \
+  MEMBER(Body, inward_low)            \
+  MEMBER(Body, outward)               \
+  MEMBER(Body, outward_low)           \
+  MEMBER(Body, centre)                \
+  MEMBER(Body, centre_low)            \
+  MEMBER(Body, view)                  \
+  MEMBER(Body, view_margin)           \
+  MEMBER(Body, root)                  \
+  MEMBER(Body, moved)                 \
+  MEMBER(Body, last)                  \
   MEMBER(Material, ambient)           \
   MEMBER(Material, diffuse)           \
   MEMBER(Material, specular)          \

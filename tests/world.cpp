@@ -156,11 +156,11 @@ TEST_CASE("objects that have moved are where their definition puts them, to roun
     const auto now_m = positions_now(world);
     for (std::size_t i = 0; i < many.scene.objects.size(); ++i) {
       const auto wanted_m = placed(many.scene.objects[i], many.meshes.meshes[i]);
-      REQUIRE(world.bodies[i].vertices == wanted_m.size());
+      REQUIRE(world.placed[i].vertices == wanted_m.size());
       double size_m = 0, off_m = 0;
       for (std::size_t v = 0; v < wanted_m.size(); ++v) {
         size_m = std::max(size_m, largest(wanted_m[v] - wanted_m[0]));
-        off_m = std::max(off_m, largest(now_m[world.bodies[i].first_vertex + v] - wanted_m[v]));
+        off_m = std::max(off_m, largest(now_m[world.placed[i].first_vertex + v] - wanted_m[v]));
       }
       INFO("object " << i << ", pose " << n << ": off by " << off_m / size_m << " of its size");
       CHECK(off_m <= 1e-12 * size_m);

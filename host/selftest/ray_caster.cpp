@@ -2,6 +2,7 @@
 #include "host/selftest/ray_caster.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace raywave::selftest {
 namespace {
@@ -44,17 +45,23 @@ DeviceTree upload(const cl::Device& device, const Bvh& bvh) {
   std::vector<float> positions;
   for (const auto& t : bvh.triangles) {
     const int first = static_cast<int>(3 * triangles.size());
-    triangles.push_back({first, first + 1, first + 2, 0, 0});
+    triangles.push_back({first, first + 1, first + 2, 0, 0, 0});
     for (const auto* corner : {t.a, t.b, t.c}) positions.insert(positions.end(), corner, corner + 3);
   }
-  return {{device, bvh.nodes, "nodes"}, {device, triangles, "triangles"}, {device, positions, "vertices"}};
+  return {{device, bvh.nodes, "nodes"},
+          {device, triangles, "triangles"},
+          {device, positions, "vertices"},
+          {device, std::vector{body_at_rest()}, "bodies"}};
 }
 
 RayCaster::RayCaster(const cl::Device& device, int lanes, const Bvh& bvh, int depth)
+    : RayCaster(device, lanes, upload(device, bvh), depth) {}
+
+RayCaster::RayCaster(const cl::Device& device, int lanes, DeviceTree tree, int depth)
     : device_(device),
       lanes_(static_cast<std::size_t>(lanes)),
       program_(device, "intersect.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}, {"RAYWAVE_BVH_DEPTH", std::to_string(depth)}}),
-      tree_(upload(device, bvh)) {}
+      tree_(std::move(tree)) {}
 
 std::vector<reference::Hit> RayCaster::nearest(std::span<const reference::Ray> rays) {
   const auto n = rays.size();
@@ -62,8 +69,8 @@ std::vector<reference::Hit> RayCaster::nearest(std::span<const reference::Ray> r
   const auto triangle = guarded<std::int32_t>(device_, n, "triangle");
   const auto t_u_v = guarded<float>(device_, 3 * n, "t, u, v");
   program_.kernel("intersect_nearest")
-      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions, planes, static_cast<std::int32_t>(n), triangle,
-           t_u_v);
+      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions, tree_.bodies, planes,
+           static_cast<std::int32_t>(n), triangle, t_u_v);
   const auto ids = read(triangle, n);
   const auto values = read(t_u_v, 3 * n);
   std::vector<reference::Hit> hits(n);
@@ -76,7 +83,8 @@ std::vector<int> RayCaster::occluded(std::span<const reference::Ray> rays) {
   const cl::Buffer<float> planes(device_, planes_of(rays), "rays");
   const auto result = guarded<std::int32_t>(device_, n, "occluded");
   program_.kernel("intersect_any")
-      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions, planes, static_cast<std::int32_t>(n), result);
+      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions, tree_.bodies, planes,
+           static_cast<std::int32_t>(n), result);
   return read(result, n);
 }
 

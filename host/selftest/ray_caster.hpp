@@ -7,7 +7,7 @@
 
 #include "cl/program.hpp"
 #include "host/bvh.hpp"
-#include "host/fitter.hpp"
+#include "host/device_tree.hpp"
 #include "host/reference/rays.hpp"
 
 namespace raywave::selftest {
@@ -20,6 +20,7 @@ public:
   /// lanes  1, 4, 8 or 16
   /// depth  of the device's stack, at least the tree's
   RayCaster(const cl::Device& device, int lanes, const Bvh& bvh, int depth = 32);
+  RayCaster(const cl::Device& device, int lanes, DeviceTree tree, int depth = 32);
 
   /// Hits as the device found them (t_uncertainty stays 0); a miss has t = t_max. Rays are rounded to float.
   /// throws  DeviceError when the kernel wrote beyond its outputs
