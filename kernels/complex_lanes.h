@@ -11,6 +11,9 @@ static inline void split_complex(floatv first, floatv second, floatv* re, floatv
 #if RAYWAVE_LANES == 1
   *re = first;
   *im = second;
+#elif RAYWAVE_LANES == 4  // one by one: oclgrind 21.10 crashes where halves of vectors are joined
+  *re = (floatv)(first.s0, first.s2, second.s0, second.s2);
+  *im = (floatv)(first.s1, first.s3, second.s1, second.s3);
 #else
   *re = (floatv)(first.even, second.even);
   *im = (floatv)(first.odd, second.odd);
