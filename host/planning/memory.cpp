@@ -103,6 +103,7 @@ MemoryNeeds memory_needs(const Scene& scene, const World& world, const Plan& pla
   if (plan.aimed || scene.sampling.source == FanSource::surface)
     needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1), "a larger sampling.pitch needs less"});
   needs.push_back({"triangles", sizeof(device::Triangle) * world.triangles.size(), mesh});
+  needs.push_back({"trees", sizeof(device::BvhNode) * (world.triangles.size() / 3 + 1), mesh});  // leaves hold two triangles and more
   needs.push_back({"vertices", 8 * sizeof(float) * world.positions.size(), mesh});
   all.host_bytes += (use.keep_field ? 9 : 1) * size(scene.sampling.frames) * area(plan.size);
   return all;
