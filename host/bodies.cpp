@@ -152,7 +152,7 @@ void Bodies::build_trees(const Scene& scene, const World& world, DeviceTree& tre
   for (const auto place : roots_) root_nodes_.push_back(trees.nodes[static_cast<std::size_t>(place)]);
   cl::put(device_, tree.nodes, trees.nodes, "trees");
   cl::put(device_, tree.triangles, trees.triangles, "triangles");
-  depth_ = trees.depth;
+  depth_ = std::max(depth_, trees.depth);
 }
 
 }  // namespace raywave

@@ -32,7 +32,7 @@ public:
   /// origin_m  of the scene frame, world
   void place(const Scene& scene, const World& world, glm::dvec3 origin_m, DeviceTree& tree);
 
-  /// Bvh::depth of the deepest tree.
+  /// Bvh::depth of the deepest tree there has been: kernels made for it serve all.
   int depth() const { return depth_; }
 
 private:
