@@ -121,27 +121,33 @@ TEST_CASE("the same teapot alone in one corner costs at most 0.4 of a scene that
   CHECK(one.prediction.work.butterflies <= 0.4 * four.prediction.work.butterflies);
 }
 
-TEST_CASE("a value that the file fixes is kept whatever the goal", "[slow]") {
-  for (const auto& [key, value] : {std::pair{"sampling.pitch", "83 um"},
-                                   {"sampling.frames", "5"},
-                                   {"wrp.padding", "1.75"},
-                                   {"wrp.slabs", "3"},
-                                   {"sampling.fan", "1.05"},
-                                   {"sampling.edge", "0.25"}}) {
+TEST_CASE("values that the file fixes are kept whatever the goal, all or one alone", "[slow]") {
+  const std::vector<std::string> all{"sampling.pitch=83 um", "sampling.frames=5", "wrp.padding=1.75",
+                                     "wrp.slabs=3",          "sampling.fan=1.05", "sampling.edge=0.25"};
+  const auto world = build_world(data_scene("teapot.toml"));
+  const auto check = [&](const std::vector<std::string>& values, const Goal& goal) {
+    const auto fixed = data_scene("teapot.toml", values);
+    CHECK(fixed.given.size() >= values.size());
+    const auto p = plan_scene(fixed, world, {}, goal);
+    const auto keeps = [&](const char* key, bool kept) {
+      INFO(key);
+      CHECK((!fixed.given.contains(key) || kept));
+    };
+    keeps("sampling.pitch", p.scene.sampling.pitch_m == 83 * um);
+    keeps("sampling.frames", p.scene.sampling.frames == 5);
+    keeps("wrp.padding", p.scene.wrp.padding == 1.75);
+    keeps("wrp.slabs", p.scene.wrp.slabs == 3);
+    keeps("sampling.fan", p.scene.sampling.fan == 1.05);
+    keeps("sampling.edge", p.scene.sampling.edge == 0.25);
+  };
+  const Goal goals[] = {{Quality::draft, {}, {}}, {Quality::accurate, {}, {}}, {{}, 0.2, {}}, {{}, {}, 38}};
+  for (const Goal& goal : goals) check(all, goal);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto key = all[i].substr(0, all[i].find('='));
     INFO(key);
-    const auto fixed = data_scene("teapot.toml", {std::string(key) + "=" + value});
-    const auto open = data_scene("teapot.toml", {std::string(key) + "=auto"});
-    REQUIRE(fixed.given.contains(key));
-    REQUIRE_FALSE(open.given.contains(key));
-    for (const Goal& goal : {Goal{Quality::draft, {}, {}}, Goal{Quality::accurate, {}, {}}, Goal{{}, 0.2, {}}, Goal{{}, {}, 38}}) {
-      const auto p = planned(fixed, goal);
-      CHECK(p.scene.sampling.pitch_m == (fixed.given.contains("sampling.pitch") ? 83 * um : p.scene.sampling.pitch_m));
-      CHECK(p.scene.sampling.frames == (fixed.given.contains("sampling.frames") ? 5 : p.scene.sampling.frames));
-      CHECK((!fixed.given.contains("wrp.slabs") || p.scene.wrp.slabs == 3));
-      CHECK((!fixed.given.contains("sampling.fan") || p.scene.sampling.fan == 1.05));
-      CHECK((!fixed.given.contains("sampling.edge") || p.scene.sampling.edge == 0.25));
-      CHECK(p.scene.wrp.padding == (fixed.given.contains("wrp.padding") ? 1.75 : p.scene.wrp.padding));
-    }
+    CHECK(data_scene("teapot.toml", {all[i]}).given.contains(key));
+    CHECK_FALSE(data_scene("teapot.toml", {key + "=auto"}).given.contains(key));
+    check({all[i]}, goals[i % 4]);
   }
 }
 
