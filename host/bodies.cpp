@@ -66,16 +66,11 @@ std::vector<std::vector<std::size_t>> sets_of(const std::vector<bool>& apart) {
 
 void put_split(double value, float& high, float& low) { std::tie(high, low) = split(value); }
 
-}  // namespace
-
-device::Body body_at_rest(std::int32_t root) {
-  device::Body body{};
-  for (const int i : {0, 4, 8}) body.inward[i] = body.outward[i] = 1;
-  body.root = root;
-  body.last = 1;
-  return body;
-}
-
+/// A body whose vertices a motion has moved.
+///
+/// anchor_m  origin of the body's frame, world, before the motion
+/// origin_m  of the scene frame, world
+/// root      of its tree, node number `place`
 device::Body body_after(const Motion& motion, glm::dvec3 anchor_m, glm::dvec3 origin_m, const device::BvhNode& root, std::int32_t place) {
   auto body = body_at_rest(place);
   const auto outward = motion.scale * motion.turn, inward = glm::transpose(motion.turn) / motion.scale;
@@ -92,6 +87,16 @@ device::Body body_after(const Motion& motion, glm::dvec3 anchor_m, glm::dvec3 or
   }
   set_view(body, (low + high) / 2.0, glm::length(high - low) / 2, inward * (-origin_m - centre));
   body.moved = motion.moved || centre != glm::dvec3(0);
+  return body;
+}
+
+}  // namespace
+
+device::Body body_at_rest(std::int32_t root) {
+  device::Body body{};
+  for (const int i : {0, 4, 8}) body.inward[i] = body.outward[i] = 1;
+  body.root = root;
+  body.last = 1;
   return body;
 }
 

@@ -12,13 +12,6 @@
 
 namespace raywave {
 
-/// A body whose vertices a motion has moved.
-///
-/// anchor_m  origin of the body's frame, world, before the motion
-/// origin_m  of the scene frame, world
-/// root      its tree's, node number `place`
-device::Body body_after(const Motion& motion, glm::dvec3 anchor_m, glm::dvec3 origin_m, const device::BvhNode& root, std::int32_t place);
-
 /// A scene's objects as bodies: those that have not moved since the world was made are one, each of the others is one of its own.
 class Bodies {
 public:
@@ -43,8 +36,8 @@ private:
   std::vector<std::int32_t> sides_;                // of the objects: device::Triangle::side
   std::vector<bool> apart_;                        // objects that have moved
   std::vector<std::vector<std::size_t>> objects_;  // of each body
-  std::vector<device::BvhNode> root_nodes_;
-  std::vector<std::int32_t> roots_;  // of each body
+  std::vector<std::int32_t> roots_;                // of each body: the place of its tree's root among the nodes
+  std::vector<device::BvhNode> root_nodes_;        // these nodes
   int depth_ = 0;
 };
 

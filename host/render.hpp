@@ -52,7 +52,7 @@ RenderResult render(const cl::Device& device, const Scene& scene, const World& w
 
 /// The same for scenes that move: meshes, kernels, plans and memory stay from one picture to the next, and only what has changed is
 /// computed and uploaded. Rays are turned to what has moved (host/bodies.hpp); a field may therefore differ from render()'s as rays that
-/// pass an edge within rounding may (1e-4, up to 5e-3 where samples hang on one).
+/// pass an edge within rounding may (1e-4, up to 6e-3 where samples hang on one).
 ///
 ///     Renderer renderer(device, load_scene("scene.toml"));
 ///     for (double angle_deg = 0; angle_deg < 360; angle_deg += 5) {
