@@ -73,7 +73,7 @@ private:
   ::cl::Buffer handle_;
 };
 
-/// `size()` elements of T on the device. T is a scalar, std::complex<float> (float2 in kernels) or a struct of kernels/shared.h.
+/// `size()` elements of T on the device. T is a scalar, std::complex<float> (float2 in kernels) or a struct of kernels/common/shared.h.
 template <class T>
 class Buffer : public Memory {
 public:

@@ -50,7 +50,7 @@ Lines make_zero_lines(std::size_t samples, const std::string& name);
 /// Planning takes half a second for some thousand samples, once: FFTW's wisdom stays in the cache folder, and while it does, results
 /// repeat to the bit. Lines below 512 samples, and those that need not be fast, are planned without measuring.
 ///
-/// accuracy  relative L2 error <= 2^-24 * sqrt(1 + log2(size)) against direct sums in double (tests/fft.cpp)
+/// accuracy  relative L2 error <= 2^-24 * sqrt(1 + log2(size)) against direct sums in double (tests/cl/fft.cpp)
 class LineFft {
 public:
   static constexpr std::size_t alignment = 64;  // bytes, of the beginning of lines
@@ -82,7 +82,7 @@ struct FftShape {
 /// A plan for one shape on one device. Transforms are in place, not normalised: inverse(forward(f)) = nx ny f. A plan serves one thread at
 /// a time; different plans are independent.
 ///
-/// accuracy  relative L2 error <= 2^-24 * sqrt(1 + log2(nx ny)) against direct sums in double, all back ends (tests/fft.cpp)
+/// accuracy  relative L2 error <= 2^-24 * sqrt(1 + log2(nx ny)) against direct sums in double, all back ends (tests/cl/fft.cpp)
 class Fft {
 public:
   virtual ~Fft() = default;

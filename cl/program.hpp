@@ -28,7 +28,7 @@ struct Range {
   std::size_t x = 1, y = 0, z = 0;
 };
 
-/// The name OpenCL gives to T in a kernel's signature. Structs of kernels/shared.h name themselves in host/shared_types.hpp.
+/// The name OpenCL gives to T in a kernel's signature. Structs of kernels/common/shared.h name themselves in host/geometry/shared_types.hpp.
 template <class T>
 struct TypeName;
 #define RAYWAVE_CL_TYPE(T, text)               \

@@ -10,14 +10,14 @@
 #include <numbers>
 #include <utility>
 
-#include "host/encode.hpp"
-#include "host/error.hpp"
-#include "host/gatherer.hpp"
-#include "host/planning/memory.hpp"
-#include "host/propagator.hpp"
-#include "host/refiner.hpp"
-#include "host/text.hpp"
-#include "host/tracer.hpp"
+#include "host/encode/encode.hpp"
+#include "host/common/error.hpp"
+#include "host/trace/gatherer.hpp"
+#include "host/plan/memory.hpp"
+#include "host/propagate/propagator.hpp"
+#include "host/trace/interpolator.hpp"
+#include "host/common/text.hpp"
+#include "host/trace/fan_tracer.hpp"
 
 namespace raywave {
 namespace {

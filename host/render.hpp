@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "host/mesh.hpp"
-#include "host/npy.hpp"
-#include "host/plan.hpp"
-#include "host/scene.hpp"
+#include "host/geometry/world.hpp"
+#include "host/common/npy.hpp"
+#include "host/plan/plan.hpp"
+#include "host/scene/scene.hpp"
 
 namespace raywave {
 
@@ -51,7 +51,7 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
 RenderResult render(const cl::Device& device, const Scene& scene, const World& world, const RenderOptions& options = {});
 
 /// The same for scenes that move: meshes, kernels, plans and memory stay from one picture to the next, and only what has changed is
-/// computed and uploaded. Rays are turned to what has moved (host/bodies.hpp); a field may therefore differ from render()'s as rays that
+/// computed and uploaded. Rays are turned to what has moved (host/trace/instances.hpp); a field may therefore differ from render()'s as rays that
 /// pass an edge within rounding may (1e-4, up to 6e-3 where samples hang on one).
 ///
 ///     Renderer renderer(device, load_scene("scene.toml"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/bench.hpp"
+#include "host/evaluate/bench/bench.hpp"
 
 #include <unistd.h>
 
@@ -8,10 +8,10 @@
 #include <memory>
 
 #include "host/cli/commands.hpp"
-#include "host/error.hpp"
-#include "host/npy.hpp"
-#include "host/output.hpp"
-#include "host/text.hpp"
+#include "host/common/error.hpp"
+#include "host/common/npy.hpp"
+#include "host/common/output.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave::cli {
 namespace {

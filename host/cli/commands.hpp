@@ -8,7 +8,7 @@
 #include <string>
 
 #include "cl/fft.hpp"
-#include "host/plan.hpp"
+#include "host/plan/plan.hpp"
 
 namespace raywave::cli {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/compare.hpp"
+#include "host/view/compare.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "host/cli/commands.hpp"
-#include "host/error.hpp"
-#include "host/reconstruct.hpp"
-#include "host/text.hpp"
+#include "host/common/error.hpp"
+#include "host/view/reconstruct.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave::cli {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "host/planning/planner.hpp"
+#include "host/plan/planner.hpp"
 
 namespace raywave::cli {
 

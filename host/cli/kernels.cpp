@@ -5,13 +5,13 @@
 #include "cl/program_folder.hpp"
 #include "host/cli/commands.hpp"
 #include "host/cli/progress.hpp"
-#include "host/encode.hpp"
-#include "host/error.hpp"
-#include "host/lens.hpp"
-#include "host/planning/tuning.hpp"
-#include "host/reconstruct.hpp"
+#include "host/encode/encode.hpp"
+#include "host/common/error.hpp"
+#include "host/view/lens.hpp"
+#include "host/plan/rates.hpp"
+#include "host/view/reconstruct.hpp"
 #include "host/render.hpp"
-#include "host/text.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave::cli {
 

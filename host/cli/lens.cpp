@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/lens.hpp"
+#include "host/view/lens.hpp"
 
 #include <memory>
 

@@ -5,8 +5,8 @@
 
 #include "cl/device.hpp"
 #include "host/cli/commands.hpp"
-#include "host/error.hpp"
-#include "host/text.hpp"
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
 #include "raywave_version.hpp"
 
 namespace {

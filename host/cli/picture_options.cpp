@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "host/error.hpp"
-#include "host/reconstruct.hpp"
-#include "host/scene.hpp"
+#include "host/common/error.hpp"
+#include "host/view/reconstruct.hpp"
+#include "host/scene/scene.hpp"
 
 namespace raywave::cli {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "host/image.hpp"
+#include "host/scene/image.hpp"
 
 namespace raywave::cli {
 

@@ -4,9 +4,9 @@
 
 #include "host/cli/commands.hpp"
 #include "host/cli/goal_options.hpp"
-#include "host/error.hpp"
-#include "host/report.hpp"
-#include "host/text.hpp"
+#include "host/common/error.hpp"
+#include "host/evaluate/report.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave::cli {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/quality.hpp"
+#include "host/evaluate/quality.hpp"
 
 #include <cstdio>
 #include <filesystem>
@@ -8,10 +8,10 @@
 #include "host/cli/commands.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/progress.hpp"
-#include "host/error.hpp"
-#include "host/image.hpp"
-#include "host/output.hpp"
-#include "host/text.hpp"
+#include "host/common/error.hpp"
+#include "host/scene/image.hpp"
+#include "host/common/output.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave::cli {
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/reconstruct.hpp"
+#include "host/view/reconstruct.hpp"
 
 #include <memory>
 
 #include "host/cli/commands.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/progress.hpp"
-#include "host/error.hpp"
-#include "host/report.hpp"
+#include "host/common/error.hpp"
+#include "host/evaluate/report.hpp"
 
 namespace raywave::cli {
 

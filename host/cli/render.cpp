@@ -7,11 +7,11 @@
 #include "host/cli/commands.hpp"
 #include "host/cli/goal_options.hpp"
 #include "host/cli/progress.hpp"
-#include "host/error.hpp"
-#include "host/image.hpp"
-#include "host/output.hpp"
-#include "host/planning/tuning.hpp"
-#include "host/report.hpp"
+#include "host/common/error.hpp"
+#include "host/scene/image.hpp"
+#include "host/common/output.hpp"
+#include "host/plan/rates.hpp"
+#include "host/evaluate/report.hpp"
 
 namespace raywave::cli {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/selftest.hpp"
+#include "host/evaluate/selftest/selftest.hpp"
 
 #include <cstdio>
 #include <memory>
 
 #include "host/cli/commands.hpp"
-#include "host/error.hpp"
-#include "host/output.hpp"
+#include "host/common/error.hpp"
+#include "host/common/output.hpp"
 
 namespace raywave::cli {
 

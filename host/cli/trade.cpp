@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/trade.hpp"
+#include "host/evaluate/trade/trade.hpp"
 
 #include <cstdint>
 #include <cstdio>
@@ -12,8 +12,8 @@
 #include "host/cli/commands.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/progress.hpp"
-#include "host/image.hpp"
-#include "host/output.hpp"
+#include "host/scene/image.hpp"
+#include "host/common/output.hpp"
 
 namespace raywave::cli {
 namespace {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/tune.hpp"
+#include "host/evaluate/tune.hpp"
 
 #include <chrono>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "host/bench.hpp"
+#include "host/evaluate/bench/bench.hpp"
 #include "host/cli/commands.hpp"
-#include "host/device_json.hpp"
-#include "host/work_shape.hpp"
+#include "host/evaluate/device_json.hpp"
+#include "host/trace/work_shape.hpp"
 
 namespace raywave::cli {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a plane's pixels gather from a sample table, in double precision, sample by sample: what kernels/gather.cl is held against.
+/// What a plane's pixels gather from a sample table, in double precision, sample by sample: what kernels/gather/gather.cl is held against.
 #pragma once
 
 #include <complex>

@@ -21,8 +21,8 @@ using Complex = std::complex<double>;
 using std::numbers::pi;
 
 constexpr double undecided = 1e-5;   // of a float's comparisons, relative
-constexpr int most_near_waves = 96;  // kernels/near.h
-constexpr double near_tail = 4;      // host/gatherer.cpp
+constexpr int most_near_waves = 96;  // kernels/gather/plane_waves.h
+constexpr double near_tail = 4;      // host/trace/gatherer.cpp
 
 Complex turned(double turns) { return std::polar(1.0, 2 * pi * std::remainder(turns, 1.0)); }
 

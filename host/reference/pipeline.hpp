@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The field that aimed gathering puts on a plane, and the hologram made of such planes, in double precision from the sample table as the
-/// device has it: the same samples, phases, footprints, edges, visibility, padding and band. What kernels/gather.cl and the whole pipeline
+/// device has it: the same samples, phases, footprints, edges, visibility, padding and band. What kernels/gather/gather.cl and the whole pipeline
 /// are held against.
 #pragma once
 
@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "host/plan.hpp"
+#include "host/plan/plan.hpp"
 #include "host/reference/propagation.hpp"
-#include "host/scene.hpp"
-#include "host/shared_types.hpp"
+#include "host/scene/scene.hpp"
+#include "host/geometry/shared_types.hpp"
 
 namespace raywave::reference {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Propagation in double precision, written for plainness: the oracles of host/propagator.hpp. Same conventions: row 0 is the top,
+/// Propagation in double precision, written for plainness: the oracles of host/propagate/propagator.hpp. Same conventions: row 0 is the top,
 /// distances count along the direction of travel, shifts are of the target's centre relative to the source's (x right, y up).
 #pragma once
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Rays against triangles one by one in double precision: what kernels/bvh.h is held against.
+/// Rays against triangles one by one in double precision: what kernels/scene/bvh.h is held against.
 #pragma once
 
 #include <glm/vec3.hpp>
 #include <span>
 #include <string>
 
-#include "host/bvh.hpp"
+#include "host/geometry/bvh.hpp"
 
 namespace raywave::reference {
 

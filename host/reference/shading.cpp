@@ -6,13 +6,13 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "host/image.hpp"
+#include "host/scene/image.hpp"
 #include "host/reference/rays.hpp"
 
 namespace raywave::reference {
 namespace {
 
-constexpr double sideways = 1e-6;           // of the distance to a triangle: how far beside it single precision may meet it (kernels/bvh.h)
+constexpr double sideways = 1e-6;           // of the distance to a triangle: how far beside it single precision may meet it (kernels/scene/bvh.h)
 constexpr double cell_margin = 2e-5;        // of a phase cell
 constexpr double shortest_way = 0x1.2p-16;  // of the scene's size, off the last surface: the device may leave out a shorter one
 constexpr double cosine_margin = 1e-5;      // of the slope at which a light sets, or refraction becomes total

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What a pixel's fan of rays gathers, in double precision, ray by ray and triangle by triangle, followed by recursion: what
-/// kernels/trace.cl is held against.
+/// kernels/gather/fan.cl is held against.
 #pragma once
 
 #include <complex>
 #include <cstdint>
 #include <vector>
 
-#include "host/mesh.hpp"
-#include "host/plan.hpp"
-#include "host/scene.hpp"
+#include "host/geometry/world.hpp"
+#include "host/plan/plan.hpp"
+#include "host/scene/scene.hpp"
 
 namespace raywave::reference {
 
 /// c^m as shading uses it: 0 for c <= 0, but 0^0 = 1.
 double power_of_cosine(double cosine, double exponent);
 
-/// The random phase, in turns, of the cube (i, j, k), and of a sample's key: kernels/hash.h in host arithmetic.
+/// The random phase, in turns, of the cube (i, j, k), and of a sample's key: kernels/common/hash.h in host arithmetic.
 double phase_turns(std::int32_t i, std::int32_t j, std::int32_t k, std::uint32_t seed);
 double phase_turns_of_key(std::uint32_t key, std::uint32_t seed);
 

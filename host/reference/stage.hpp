@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "host/mesh.hpp"
-#include "host/plan.hpp"
+#include "host/geometry/world.hpp"
+#include "host/plan/plan.hpp"
 #include "host/reference/surfaces.hpp"
-#include "host/samples.hpp"
-#include "host/scene.hpp"
+#include "host/trace/samples.hpp"
+#include "host/scene/scene.hpp"
 
 namespace raywave::reference {
 

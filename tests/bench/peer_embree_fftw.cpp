@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The paper's method as one would write it for a CPU today, to be compared with raywave by `raywave bench`: every WRP pixel sends the same
-// fan of rays (host/plan.cpp, paper Eq. 4-7), in coherent packets of 16 neighbours, through Embree; what a ray hits is a source of light,
+// fan of rays (host/plan/plan.cpp, paper Eq. 4-7), in coherent packets of 16 neighbours, through Embree; what a ray hits is a source of light,
 // Phong's radiance, a random phase that belongs to the cell it lies in; each WRP is padded to twice its size and carried to the hologram by
 // one forward and one inverse transform of FFTW, planned by measuring, with a transfer function made beforehand. Objects turn, and Embree's
 // tree is built anew, in every frame. Textures, shadows, bounces and point lights are not there.
 //
 // usage: peer_embree_fftw SCENE [--set KEY=VALUE]... [--frames N] [--name TEXT] [--field FILE.npy]
-// Prints the frames as JSON for run_peer (host/bench.hpp). FILE.npy: the hologram's field in the scene's own pose.
+// Prints the frames as JSON for run_peer (host/evaluate/bench/bench.hpp). FILE.npy: the hologram's field in the scene's own pose.
 #if __has_include(<embree4/rtcore.h>)
 #include <embree4/rtcore.h>
 #else
@@ -21,11 +21,11 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "cl/threads.hpp"
-#include "host/bench.hpp"
-#include "host/bench/stopwatch.hpp"
-#include "host/error.hpp"
-#include "host/npy.hpp"
+#include "host/common/threads.hpp"
+#include "host/evaluate/bench/bench.hpp"
+#include "host/evaluate/bench/stopwatch.hpp"
+#include "host/common/error.hpp"
+#include "host/common/npy.hpp"
 
 namespace raywave {
 namespace {

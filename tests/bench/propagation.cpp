@@ -3,7 +3,7 @@
 // 2, forward and back for each WRP (the transforms alone: no padding, no transfer function, no sum, no crop). Both take turns in one
 // process. `raywave bench` runs it, too.
 //
-// usage: bench_propagation [--json] [--frames N]     --json: for run_peer (host/bench.hpp), in place of a table. RAYWAVE_DEVICE names the
+// usage: bench_propagation [--json] [--frames N]     --json: for run_peer (host/evaluate/bench/bench.hpp), in place of a table. RAYWAVE_DEVICE names the
 // device, N is the number of turns.
 #include <fftw3.h>
 
@@ -14,10 +14,10 @@
 #include <random>
 #include <thread>
 
-#include "host/bench.hpp"
-#include "host/bench/stopwatch.hpp"
-#include "host/propagator.hpp"
-#include "host/text.hpp"
+#include "host/evaluate/bench/bench.hpp"
+#include "host/evaluate/bench/stopwatch.hpp"
+#include "host/propagate/propagator.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave {
 namespace {

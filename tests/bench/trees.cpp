@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a tree's builder is worth to rays: CGAL's median split, which raywave uses, against a surface-area heuristic in 32 bins and, as a
-// yardstick, Embree's builder. All become the same flat tree, which the device walks in packets (kernels/bvh.h).
+// yardstick, Embree's builder. All become the same flat tree, which the device walks in packets (kernels/scene/bvh.h).
 //
 // usage: bench_trees TEAPOT.ply [DEVICE]
 // Prints a table in Markdown: seconds of processor time to build, the expected cost of a random line (boxes' pairs and triangles that it
@@ -21,12 +21,12 @@
 #include <random>
 
 #include "cl/program.hpp"
-#include "host/bench/stopwatch.hpp"
-#include "host/bvh.hpp"
-#include "host/device_scene.hpp"
-#include "host/mesh.hpp"
+#include "host/evaluate/bench/stopwatch.hpp"
+#include "host/geometry/bvh.hpp"
+#include "host/trace/device_scene.hpp"
+#include "host/geometry/world.hpp"
 #include "host/reference/surfaces.hpp"
-#include "host/selftest/ray_caster.hpp"
+#include "host/evaluate/selftest/ray_caster.hpp"
 
 namespace raywave {
 namespace {
@@ -289,7 +289,7 @@ constexpr std::size_t side = 1024;
 /// Processor nanoseconds per ray of primary and visibility rays.
 std::pair<double, double> ray_ns(const cl::Device& device, const Bvh& bvh) {
   const auto lanes = static_cast<std::size_t>(lanes_for(device.info()));
-  const cl::Program program(device, "intersect.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}, {"RAYWAVE_BVH_DEPTH", "64"}});
+  const cl::Program program(device, "kernels/instruments/intersect.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}, {"RAYWAVE_BVH_DEPTH", "64"}});
   const auto tree = selftest::upload(device, bvh);
   constexpr std::size_t count = side * side;
   std::vector<float> rays(8 * count), back(8 * count);

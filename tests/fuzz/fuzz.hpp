@@ -15,8 +15,8 @@
 #include <string>
 #include <string_view>
 
-#include "host/error.hpp"
-#include "host/mesh.hpp"
+#include "host/common/error.hpp"
+#include "host/geometry/world.hpp"
 
 namespace raywave::fuzz {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // load_npy reads in this process: whatever bytes come, a field of finite samples or an InputError.
-#include "host/npy.hpp"
+#include "host/common/npy.hpp"
 
 #include <cmath>
 

@@ -3,7 +3,7 @@
 // sends. The reader itself, in the child, is a library's; it may crash there, and targets mesh and texture call it so.
 #include <fcntl.h>
 
-#include "host/child_reply.hpp"
+#include "host/scene/reader_reply.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace raywave;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // load_scene reads in this process. What follows a zero byte is an override, as --set gives it.
-#include "host/scene.hpp"
+#include "host/scene/scene.hpp"
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // load_texture as the program calls it, OpenImageIO in a child under its limits, of which the fuzzer sees no coverage. What it looks for is
 // a way out: a crash or a hang here, or a picture that is none. The format shows in the first bytes, whatever the extension.
-#include "host/image.hpp"
+#include "host/scene/image.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace raywave;

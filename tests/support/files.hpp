@@ -12,7 +12,7 @@
 #include <string>
 #include <utility>
 
-#include "host/error.hpp"
+#include "host/common/error.hpp"
 
 /// A folder of its own, removed at the end.
 class Folder {

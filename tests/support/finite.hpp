@@ -9,10 +9,10 @@
 #include <span>
 #include <string>
 
-#include "host/image.hpp"
+#include "host/scene/image.hpp"
 #include "host/render.hpp"
-#include "host/report.hpp"
-#include "host/shared_types.hpp"
+#include "host/evaluate/report.hpp"
+#include "host/geometry/shared_types.hpp"
 
 namespace raywave::test {
 

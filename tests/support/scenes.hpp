@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene.hpp"
+#include "host/scene/scene.hpp"
 
 namespace raywave::test {
 

@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "host/gatherer.hpp"
+#include "host/trace/gatherer.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/stage.hpp"
 #include "host/reference/surfaces.hpp"

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/common/text.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <ctime>
+#include <utility>
+
+namespace raywave {
+
+std::string one_line(std::string_view text) {
+  constexpr std::size_t longest = 160;
+  std::string line(text.substr(0, longest));
+  for (char& c : line)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  return text.size() > longest ? line + "..." : line;
+}
+
+std::string in_quotes(std::string_view text) { return '"' + one_line(text) + '"'; }
+
+std::string number_text(double value) {
+  std::array<char, 32> digits;
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, 6).ptr;
+  return {digits.data(), end};
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 16> text;
+  std::strftime(text.data(), text.size(), "%Y-%m-%d", &utc);
+  return text.data();
+}
+
+std::string length_text(double length_m) {
+  constexpr std::array<std::pair<double, const char*>, 4> units{{{1, " m"}, {1e-3, " mm"}, {1e-6, " um"}, {1e-9, " nm"}}};
+  if (length_m == 0) return "0 m";
+  for (const auto& [unit_m, name] : units)
+    if (std::abs(length_m) >= unit_m) return number_text(length_m / unit_m) + name;
+  return std::abs(length_m) >= 1e-12 ? number_text(length_m * 1e9) + " nm" : number_text(length_m) + " m";
+}
+
+}  // namespace raywave

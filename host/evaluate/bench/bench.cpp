@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/evaluate/bench/bench.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <numeric>
+
+#include "host/evaluate/bench/stopwatch.hpp"
+#include "host/common/error.hpp"
+#include "host/plan/cost.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr int fewest_frames = 3, most_frames = 101;
+constexpr int poses = 16;  // that frames take in turn, so that medians do not hang on how many are measured
+constexpr double turn_deg = 0.25;
+constexpr double long_s = 4;  // one frame warms up enough where it takes as long
+
+std::uint64_t resident_bytes() {
+  std::uint64_t pages = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> pages >> resident;
+  return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
+}
+
+/// Seconds that the machine's processors have worked, and waited, since it started.
+struct MachineTime {
+  double busy_s = 0, all_s = 0;
+};
+
+MachineTime machine_time() {
+  std::ifstream stat("/proc/stat");
+  std::string cpu;
+  MachineTime time;
+  stat >> cpu;
+  double ticks = 0;  // user, nice, system, idle, iowait, irq, softirq, steal
+  for (int i = 0; i < 8 && stat >> ticks; ++i) {
+    const double seconds = ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
+    time.all_s += seconds;
+    if (i != 3 && i != 4) time.busy_s += seconds;
+  }
+  return time;
+}
+
+/// Share of the machine that others used between then and now, while this process used processor_s.
+double others_share(const MachineTime& then, double processor_s) {
+  const auto now = machine_time();
+  if (!(now.all_s > then.all_s)) return 0;
+  return std::clamp((now.busy_s - then.busy_s - processor_s) / (now.all_s - then.all_s), 0.0, 1.0);
+}
+
+double transform_operations(double samples) { return 5 * samples * std::log2(samples); }
+
+/// Of the transforms of one frame. The host's engine transforms the columns of the window and the rows of the band, line by line; those of
+/// the device transform whole planes.
+double propagation_operations(const Plan& plan, cl::FftBackend backend) {
+  const double nx = plan.padded.x, ny = plan.padded.y;
+  const auto wrps = static_cast<double>(plan.wrps.size());
+  if (backend != cl::FftBackend::host) return (wrps + 1) * transform_operations(nx * ny);
+  const double columns = plan.tile_size.x * transform_operations(ny);
+  Band back;
+  double operations = 0;
+  for (const auto& wrp : plan.wrps) {
+    const auto rows = rows_kept(plan, wrp);
+    operations += columns + rows.count() * transform_operations(nx);
+    back = back.joined(rows);
+  }
+  return operations + back.count() * transform_operations(nx) + columns;
+}
+
+std::map<std::string, StageWork> work_of(const Plan& plan, const BenchCase& what, cl::FftBackend backend) {
+  const double holograms = what.scene.sampling.frames;
+  const double pixels = static_cast<double>(plan.size.x) * plan.size.y, field = 8 * pixels * holograms;
+  const auto wrps = static_cast<double>(plan.wrps.size());
+  std::map<std::string, StageWork> work;
+  work["trace"].bytes = wrps * field;
+  if (what.method == Method::wrp) work["propagate"] = {holograms * propagation_operations(plan, backend), (wrps + 1) * field};
+  work["encode"].bytes = field + 3 * holograms * pixels;  // levels are written, read, and written into the host's memory
+  return work;
+}
+
+BenchFrame timed_frame(Renderer& renderer, const std::vector<Object>& objects, int number, RenderResult& result) {
+  BenchFrame frame;
+  const Stopwatch watch;
+  for (std::size_t i = 0; i < objects.size(); ++i)
+    renderer.set_pose(i, objects[i].position_m, objects[i].rotation_deg + glm::dvec3(0, turn_deg * (1 + number % poses), 0));
+  result = renderer.render();
+  frame.wall_s = watch.wall_s();
+  frame.processor_s = watch.processor_s();
+  frame.stages_s = result.seconds;
+  const auto sum = [](double s, const auto& stage) { return s + stage.second; };
+  frame.stages_s["rest"] = frame.wall_s - std::accumulate(frame.stages_s.begin(), frame.stages_s.end(), 0.0, sum);
+  return frame;
+}
+
+/// What the frame would have taken for all of the hologram's rows; what does not depend on them stays.
+BenchFrame scaled(BenchFrame frame, double factor) {
+  double more = 0;
+  for (const char* stage : {"trace", "propagate", "encode"}) {
+    if (!frame.stages_s.contains(stage)) continue;
+    more += (factor - 1) * frame.stages_s[stage];
+    frame.stages_s[stage] *= factor;
+  }
+  frame.processor_s *= (frame.wall_s + more) / frame.wall_s;
+  frame.wall_s += more;
+  return frame;
+}
+
+/// What tells one lens picture from another.
+std::string lens_key(const Scene& scene, glm::ivec2 grid, double z_m) {
+  std::string key = scene.file.string();
+  const auto add = [&](double value) { key += ' ' + std::to_string(1e6 * value); };
+  add(z_m);
+  for (const int n : {scene.hologram.resolution.x, scene.hologram.resolution.y, grid.x, grid.y}) add(n);
+  add(scene.hologram.pitch_m.x);
+  for (const auto& o : scene.objects) {
+    key += ' ' + o.mesh.string();
+    add(o.width_m.value_or(0));
+    for (int axis = 0; axis < 3; ++axis) {
+      add(o.position_m[axis]);
+      add(o.rotation_deg[axis]);
+    }
+  }
+  return key;
+}
+
+}  // namespace
+
+Spread spread_of(std::vector<double> values) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  const auto at = [&](double share) {
+    const double place = share * static_cast<double>(values.size() - 1);
+    const auto below = static_cast<std::size_t>(place);
+    return std::lerp(values[below], values[std::min(below + 1, values.size() - 1)], place - static_cast<double>(below));
+  };
+  return {at(0.5), at(0.25), at(0.75)};
+}
+
+Spread BenchRow::wall_s() const {
+  std::vector<double> values;
+  for (const auto& f : frames) values.push_back(f.wall_s);
+  return spread_of(std::move(values));
+}
+
+Spread BenchRow::processor_s() const {
+  std::vector<double> values;
+  for (const auto& f : frames) values.push_back(f.processor_s);
+  return spread_of(std::move(values));
+}
+
+Spread BenchRow::stage_s(const std::string& stage) const {
+  std::vector<double> values;
+  for (const auto& f : frames) {
+    const auto found = f.stages_s.find(stage);
+    values.push_back(found == f.stages_s.end() ? 0 : found->second);
+  }
+  return spread_of(std::move(values));
+}
+
+double BenchRow::part_s(const std::string& stage) const {
+  const auto all = wall_s();
+  double part = 0, whole = 0;
+  for (const auto& f : frames) {
+    if (f.wall_s < all.low || f.wall_s > all.high) continue;
+    const auto found = f.stages_s.find(stage);
+    part += found == f.stages_s.end() ? 0 : found->second;
+    whole += f.wall_s;
+  }
+  if (whole > 0) return all.median * part / whole;
+  return stage_s(stage).median;  // two frames: none lies between
+}
+
+double BenchRow::per_second() const { return frames.empty() ? 0 : scene.sampling.frames / wall_s().median; }
+
+Bench::Bench(const cl::DeviceInfo& device, BenchOptions options)
+    : device_(device), options_(options), limits_(device_limits(cl::Device(device), options.quick)) {}
+
+BenchRow Bench::run(const BenchCase& what) {
+  BenchRow row;
+  row.group = what.group;
+  row.name = what.name;
+  row.scene = what.scene;
+  row.method = what.method;
+  row.share = what.share;
+  row.target = what.target;
+  try {
+    measure(what, row);
+  } catch (const std::exception& error) {
+    row.note = error.what();
+    row.frames.clear();
+  }
+  return row;
+}
+
+void Bench::measure(const BenchCase& what, BenchRow& row) {
+  auto scene = what.scene;
+  const int rows = std::max(1, scene.hologram.resolution.y / what.share);
+  const double factor = static_cast<double>(scene.hologram.resolution.y) / rows;
+  scene.hologram.resolution.y = rows;
+  RenderOptions how;
+  how.method = what.method;
+  how.rays_per_axis = what.rays_per_axis;
+  how.fft = options_.fft;
+  how.keep_field = false;
+
+  RenderResult result;
+  {
+    const cl::Device device(device_);  // of its own: its peak of memory is the case's
+    const Stopwatch first;
+    auto renderer = what.meshes ? Renderer(device, scene, *what.meshes, how) : Renderer(device, scene, how);
+    for (int warm_up = 0; warm_up < 2; ++warm_up) {
+      const bool is_long = timed_frame(renderer, scene.objects, poses - 1 - warm_up, result).wall_s > long_s;
+      if (warm_up == 0) row.first_frame_s = first.wall_s();
+      if (is_long) break;
+    }
+    const auto then = machine_time();
+    const Stopwatch watch;
+    const auto wanted = [&](int done) {
+      if (options_.frames > 0) return done < options_.frames;
+      return done < fewest_frames || (done < most_frames && watch.wall_s() < options_.seconds);
+    };
+    for (int number = 0; wanted(number); ++number)
+      row.frames.push_back(scaled(timed_frame(renderer, scene.objects, number, result), factor));
+    row.others_share = others_share(then, watch.processor_s());
+    row.device_peak_bytes = result.device_peak_bytes;
+    row.resident_bytes = resident_bytes();
+  }
+  row.samples = result.samples;
+  row.hidden_samples = result.hidden_samples;
+  if (!result.plan.aimed) row.rays = static_cast<std::uint64_t>(std::llround(static_cast<double>(result.plan.rays) * factor));
+  row.grid = result.plan.grid;
+  row.padded = result.plan.padded;
+  if (what.share == 1) row.work = work_of(result.plan, what, options_.fft);
+
+  const auto meshes = what.meshes ? *what.meshes : load_meshes(what.scene);
+  const auto world = place_objects(what.scene, meshes);
+  row.triangles = world.triangles.size();
+  if (!options_.quality || what.share != 1) return;
+  how.keep_field = true;
+  row.quality = quality_of(what.scene, world, render(cl::Device(device_), what.scene, world, how).field);
+}
+
+BenchQuality Bench::quality_of(const Scene& scene, const World& world, FieldStack field) {
+  QualitySpec spec;
+  spec.depths_m = {(world.min_m.z + world.max_m.z) / 2};
+  spec.views = false;
+  spec.lens_points = options_.lens_points;
+  RenderOptions how;
+  how.fft = options_.fft;
+  RenderResult rendered;
+  rendered.field = std::move(field);
+  const auto grid = make_plan(scene, world).grid;
+  auto& lens = seen_by_lens_[lens_key(scene, grid, spec.depths_m[0])];
+  const auto result = assess(cl::Device(device_), scene, world, std::move(rendered), how, spec, lens);
+  const auto& figures = result.rows.at(0).figures;
+  return {figures.psnr_db, figures.ssim, spec.depths_m[0], result.blur_px * scene.hologram.pitch_m.x};
+}
+
+}  // namespace raywave

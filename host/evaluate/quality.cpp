@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/evaluate/quality.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "host/trace/device_scene.hpp"
+#include "host/view/lens.hpp"
+#include "host/view/reconstruct.hpp"
+#include "host/evaluate/report.hpp"
+#include "host/common/text.hpp"
+
+namespace raywave {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A part of the hologram, as in ReconstructSpec.
+struct View {
+  const char* name;
+  glm::dvec2 centre, aperture;
+};
+
+const View whole{"whole", {0, 0}, {1, 1}};
+const View parts[] = {
+    {"left", {-0.5, 0}, {0.5, 0.5}}, {"right", {0.5, 0}, {0.5, 0.5}}, {"top", {0, 0.5}, {0.5, 0.5}}, {"bottom", {0, -0.5}, {0.5, 0.5}}};
+
+/// Calls f and adds the seconds it takes.
+template <class F>
+auto timed(double& seconds, F&& f) {
+  const auto start = std::chrono::steady_clock::now();
+  auto result = f();
+  seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+Image without_border(const Image& image, int border) {
+  Image inner{image.width - 2 * border, image.height - 2 * border, {}};
+  for (int y = border; y < image.height - border; ++y) {
+    const auto row = image.pixels.begin() + std::ptrdiff_t{y} * image.width;
+    inner.pixels.insert(inner.pixels.end(), row + border, row + image.width - border);
+  }
+  return inner;
+}
+
+/// So that the picture fits into a cell.
+Image small(const Image& image, int cell_px = sheet_cell_px) { return averaged(image, (image.width + cell_px - 1) / cell_px); }
+
+ColourPicture empty_sheet(int columns, int rows, glm::ivec2 cell) {
+  ColourPicture sheet{columns * (cell.x + sheet_gap_px) - sheet_gap_px, rows * (cell.y + sheet_gap_px) - sheet_gap_px, {}};
+  sheet.rgb.assign(std::size_t{3} * sheet.width * sheet.height, 128);
+  return sheet;
+}
+
+void put_cell(ColourPicture& sheet, int column, int row, glm::ivec2 cell, const std::vector<std::uint8_t>& rgb) {
+  for (int y = 0; y < cell.y; ++y) {
+    const std::size_t left = std::size_t{1} * (row * (cell.y + sheet_gap_px) + y) * sheet.width + column * (cell.x + sheet_gap_px);
+    std::copy_n(&rgb[std::size_t{3} * y * cell.x], 3 * cell.x, &sheet.rgb[3 * left]);
+  }
+}
+
+Image scaled(Image image, double factor) {
+  for (float& v : image.pixels) v = static_cast<float>(v * factor);
+  return image;
+}
+
+/// Both pictures are blurred once, for the figures and for the sheet.
+QualityRow row_of(const View& view, double z_m, const Image& lens, const Image& hologram, double blur_px, int border_px) {
+  QualityRow row{view.name, z_m, {}, {}, {}, {}};
+  const auto seen = blurred(lens, blur_px), shown = blurred(hologram, blur_px);
+  row.figures = compare_pictures(seen, shown, {0, border_px, {}});
+  row.lens = small(without_border(seen, border_px));
+  row.hologram = scaled(small(without_border(shown, border_px)), row.figures.scale);
+  row.difference = small(row.figures.difference);
+  row.figures.difference = {};
+  return row;
+}
+
+FieldStack some_frames(const FieldStack& field, int first, int count) {
+  const auto start = field.samples.begin() + std::ptrdiff_t{first} * field.nx * field.ny;
+  return {field.nx, field.ny, count, {start, start + std::ptrdiff_t{count} * field.nx * field.ny}};
+}
+
+/// The mean of `count` and `more_count` frames from their means.
+void average_in(Image& mean, int count, const Image& more, int more_count) {
+  if (count == 0) {
+    mean = more;
+    return;
+  }
+  const double share = static_cast<double>(more_count) / (count + more_count);
+  for (std::size_t i = 0; i < mean.pixels.size(); ++i)
+    mean.pixels[i] = static_cast<float>(mean.pixels[i] + share * (more.pixels[i] - mean.pixels[i]));
+}
+
+}  // namespace
+
+Image averaged(const Image& image, int side) {
+  if (side == 1) return image;
+  Image result{(image.width + side - 1) / side, (image.height + side - 1) / side, {}};
+  for (int y = 0; y < image.height; y += side) {
+    for (int x = 0; x < image.width; x += side) {
+      const int right = std::min(x + side, image.width), below = std::min(y + side, image.height);
+      double sum = 0;
+      for (int j = y; j < below; ++j) {
+        for (int i = x; i < right; ++i) sum += image.pixels[std::size_t{1} * j * image.width + i];
+      }
+      result.pixels.push_back(static_cast<float>(sum / ((right - x) * (below - y))));
+    }
+  }
+  return result;
+}
+
+std::vector<double> quality_depths_m(const Plan& plan) {
+  std::vector<double> depths{plan.near_m};
+  if (plan.far_m - plan.near_m > 1e-6 * plan.near_m) depths.push_back(plan.far_m);
+  depths.push_back(plan.near_m - std::min(std::max(0.1 * (plan.far_m - plan.near_m), 0.01 * plan.near_m), 0.5 * plan.near_m));
+  return depths;
+}
+
+QualityResult assess(const cl::Device& device, const Scene& scene, const RenderOptions& how, const QualitySpec& what) {
+  double seconds = 0;
+  auto rendered = timed(seconds, [&] { return render(device, scene, how); });
+  auto result = assess(device, scene, std::move(rendered), how, what);
+  result.seconds["render"] = seconds;
+  return result;
+}
+
+QualityResult assess(const cl::Device& device, const Scene& scene, RenderResult rendered, const RenderOptions& how,
+                     const QualitySpec& what) {
+  std::vector<Image> lens;
+  return assess(device, scene, build_world(scene), std::move(rendered), how, what, lens);
+}
+
+QualityResult assess(const cl::Device& device, const Scene& scene, const World& world, RenderResult rendered, const RenderOptions& how,
+                     const QualitySpec& what, std::vector<Image>& lens) {
+  auto result = std::move(assess_frames(device, scene, world, rendered.field, {rendered.field.frames}, how, what, lens).front());
+  result.render = std::move(rendered);
+  if (what.against_points)
+    result.against_points =
+        timed(result.seconds["points"], [&] { return compare_with_points(device, scene, world, result.render.field, how); });
+  return result;
+}
+
+std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& scene, const World& world, const FieldStack& field,
+                                         const std::vector<int>& frame_counts, const RenderOptions& how, const QualitySpec& what,
+                                         std::vector<Image>& lens) {
+  // The lens sees the scene as WRPs do, whatever the method.
+  const auto plan = make_plan(scene, world);
+  const DeviceScene arrays(device, scene, world, plan);
+  const auto window_m = what.window_m.value_or(glm::dvec2(plan.size * plan.grid) * plan.pitch_m);
+  const auto depths_m = what.depths_m.empty() ? quality_depths_m(plan) : what.depths_m;
+
+  QualityResult empty;
+  empty.picture_size = picture_size(window_m, plan.size, plan.pitch_m);
+  empty.blur_px = what.blur_m.value_or(0.6 * scene.sampling.pitch_m) / plan.pitch_m.x;
+  empty.border_px = what.border_px;
+  std::vector<QualityResult> results(frame_counts.size(), empty);
+
+  std::size_t row = 0;
+  const auto add_row = [&](const View& view, double z_m) {
+    const auto progress_of = [&](const char* step) {
+      return [&how, name = std::string(step) + ", " + view.name + " at " + length_text(z_m)](double share) {
+        if (how.progress) how.progress(name, share);
+      };
+    };
+    if (row == lens.size()) {
+      const auto seen = timed(results.front().seconds["lens"], [&] {
+        return lens_picture(device, plan, arrays, {z_m, window_m, view.centre, view.aperture, what.lens_points}, progress_of("lens"));
+      });
+      lens.push_back(averaged(seen, what.square_px));
+    }
+    Image shown;
+    int frames = 0;
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      const int more_frames = frame_counts[i] - frames;
+      const auto more = timed(results[i].seconds["reconstruct"], [&] {
+        ReconstructSpec spec;
+        spec.z_m = z_m;
+        spec.window_m = window_m;
+        spec.view = view.centre;
+        spec.aperture = view.aperture;
+        const auto look = [&](const FieldStack& at) {
+          return reconstruct(device, how.fft, at, scene.hologram, spec, progress_of("hologram"));
+        };
+        return averaged(more_frames == field.frames ? look(field) : look(some_frames(field, frames, more_frames)), what.square_px);
+      });
+      average_in(shown, frames, more, more_frames);
+      frames = frame_counts[i];
+      results[i].rows.push_back(row_of(view, z_m, lens[row], shown, empty.blur_px / what.square_px, what.border_px / what.square_px));
+    }
+    ++row;
+  };
+  for (const double z_m : depths_m) add_row(whole, z_m);
+  if (what.views) {
+    for (const auto& view : parts) add_row(view, depths_m.front());
+  }
+  return results;
+}
+
+FieldComparison compare_with_points(const cl::Device& device, const Scene& scene, const World& world, const FieldStack& field,
+                                    const RenderOptions& how) {
+  auto one_frame = scene;
+  one_frame.sampling.frames = 1;
+  auto by_points = how;
+  by_points.method = Method::points;
+  by_points.keep_wrps = false;
+  by_points.keep_field = true;
+  return compare_fields(render(device, one_frame, world, by_points).field, some_frames(field, 0, 1));
+}
+
+ColourPicture grey_sheet(const std::vector<std::vector<Image>>& rows, int cell_px, double* white) {
+  Image all;  // one below the other, exposed as one picture
+  std::size_t columns = 0;
+  for (const auto& row : rows) {
+    columns = std::max(columns, row.size());
+    for (const auto& picture : row) {
+      const auto cell = small(picture, cell_px);
+      all.width = cell.width;
+      all.height += cell.height;
+      all.pixels.insert(all.pixels.end(), cell.pixels.begin(), cell.pixels.end());
+    }
+  }
+  const auto grey = expose(all, 99.5, white);
+  const int height = all.height / static_cast<int>(rows.size() * columns);
+  ColourPicture sheet = empty_sheet(static_cast<int>(columns), static_cast<int>(rows.size()), {all.width, height});
+  for (std::size_t cell = 0; cell < rows.size() * columns; ++cell) {
+    const auto first = grey.begin() + static_cast<std::ptrdiff_t>(cell) * all.width * height;
+    std::vector<std::uint8_t> rgb;
+    for (auto pixel = first; pixel != first + std::ptrdiff_t{all.width} * height; ++pixel) rgb.insert(rgb.end(), 3, *pixel);
+    put_cell(sheet, static_cast<int>(cell % columns), static_cast<int>(cell / columns), {all.width, height}, rgb);
+  }
+  return sheet;
+}
+
+ColourPicture contact_sheet(const QualityResult& result) {
+  std::vector<std::vector<Image>> pictures;
+  for (const auto& row : result.rows) pictures.push_back({row.lens, row.hologram});
+  double white = 0;
+  const auto grey = grey_sheet(pictures, sheet_cell_px, &white);
+
+  const glm::ivec2 cell(result.rows.at(0).lens.width, result.rows.at(0).lens.height);
+  const int count = static_cast<int>(result.rows.size());
+  auto sheet = empty_sheet(3, count, cell);
+  for (int y = 0; y < sheet.height; ++y)
+    std::copy_n(&grey.rgb[std::size_t{3} * y * grey.width], 3 * grey.width, &sheet.rgb[std::size_t{3} * y * sheet.width]);
+  for (int row = 0; row < count; ++row)
+    put_cell(sheet, 2, row, cell, diverging_colours(result.rows[row].difference, sheet_full_difference * white));
+  return sheet;
+}
+
+std::string quality_json(const Scene& scene, const QualityResult& result, const cl::DeviceInfo& device, const RenderOptions& how,
+                         const QualitySpec& what) {
+  constexpr const char* methods[] = {"wrp", "points", "rays"};
+  Json json{{"method", methods[static_cast<int>(how.method)]},
+            {"picture_size", {result.picture_size.x, result.picture_size.y}},
+            {"frames", result.render.field.frames},
+            {"blur_px", result.blur_px},
+            {"border_px", result.border_px},
+            {"lens_points_per_axis", what.lens_points}};
+  for (const auto& row : result.rows) {
+    json["rows"].push_back({{"z_m", row.z_m},
+                            {"view", row.view},
+                            {"psnr_db", row.figures.psnr_db},
+                            {"ssim", row.figures.ssim},
+                            {"scale", row.figures.scale},
+                            {"speckle_contrast", {{"lens", row.figures.contrast_a}, {"hologram", row.figures.contrast_b}}}});
+  }
+  if (result.against_points) {
+    json["against_points"] = {{"correlation", result.against_points->correlation},
+                              {"relative_error", result.against_points->error},
+                              {"relative_error_scaled", result.against_points->error_scaled},
+                              {"energy_ratio", result.against_points->energy_ratio}};
+  }
+  json["seconds"] = result.seconds;
+  json["render"] = Json::parse(render_report_json(scene, result.render, device, how.fft));
+  return json.dump(2) + "\n";
+}
+
+}  // namespace raywave

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The parts that make up self_checks(), a file each, and what they share. A check more is a line more in its part's list.
+#pragma once
+
+#include <complex>
+#include <span>
+
+#include "host/common/error.hpp"
+#include "host/evaluate/selftest/selftest.hpp"
+
+namespace raywave::selftest {
+
+std::vector<SelfCheck> device_checks(SelfTestSize size);
+std::vector<SelfCheck> fft_checks(const cl::DeviceInfo& device, SelfTestSize size);
+std::vector<SelfCheck> propagation_checks(SelfTestSize size);
+std::vector<SelfCheck> ray_checks(SelfTestSize size);
+std::vector<SelfCheck> light_checks();
+std::vector<SelfCheck> optics_extremes(SelfTestSize size);
+std::vector<SelfCheck> scene_extremes(SelfTestSize size);
+
+/// The finding of a check that wants `action` refused with these words.
+template <class Action>
+Finding refused(const std::string& words, Action&& action) {
+  std::string message;
+  try {
+    action();
+  } catch (const InputError& error) {
+    message = error.what();
+  } catch (const cl::DeviceError& error) {
+    message = error.what();
+  }
+  if (message.empty()) return {1, "not refused"};
+  return {message.find(words) == std::string::npos ? 1.0 : 0.0, "refused: " + message};
+}
+
+/// What `measure` finds, or 0 when it is refused with these words.
+template <class Measure>
+Finding exact_or_refused(const std::string& words, Measure&& measure) {
+  Finding found;
+  auto refusal = refused(words, [&] { found = measure(); });
+  return refusal.note == "not refused" ? found : refusal;
+}
+
+/// throws  std::runtime_error when a sample is NaN or infinite
+void require_finite(std::span<const std::complex<float>> field, const char* what);
+
+}  // namespace raywave::selftest

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/evaluate/trade/knobs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "host/plan/precision.hpp"
+#include "host/common/text.hpp"
+
+namespace raywave {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class T>
+TradeKnob plain(const char* key, T TradeKnobs::*member) {
+  return {key, [member](const TradeKnobs& k) { return Json(k.*member); },
+          [member](TradeKnobs& k, const Json& j) { k.*member = j.template get<T>(); }};
+}
+
+/// names  of the enumeration's values, in their order
+template <class T, std::size_t n>
+TradeKnob named(const char* key, T TradeKnobs::*member, std::array<const char*, n> names) {
+  return {key, [=](const TradeKnobs& k) { return Json(names[static_cast<std::size_t>(k.*member)]); },
+          [=](TradeKnobs& k, const Json& j) {
+            const auto found = std::find(names.begin(), names.end(), j.template get<std::string>());
+            if (found == names.end()) throw Json::other_error::create(501, "no such value of " + std::string(key), nullptr);
+            k.*member = static_cast<T>(found - names.begin());
+          }};
+}
+
+TradeKnob oversampling_knob() {
+  return {"wrp.oversampling", [](const TradeKnobs& k) { return k.oversampling ? Json(*k.oversampling) : Json("full"); },
+          [](TradeKnobs& k, const Json& j) {
+            k.oversampling.reset();
+            if (j != "full") k.oversampling = j.get<double>();
+          }};
+}
+
+/// So many of them, evenly spread, the first and the last among them.
+template <class T>
+std::vector<T> thinned(std::vector<T> values, std::size_t most) {
+  if (values.size() <= most || most < 2) return values;
+  std::vector<T> some;
+  for (std::size_t i = 0; i < most; ++i) some.push_back(values[i * (values.size() - 1) / (most - 1)]);
+  return some;
+}
+
+/// No configuration twice; the order is that of the first mention.
+class Rows {
+public:
+  explicit Rows(std::vector<TradeRow>& rows) : rows_(rows) {}
+
+  std::size_t add(const TradeKnobs& knobs, bool thorough) {
+    const auto found = std::find_if(rows_.begin(), rows_.end(), [&](const TradeRow& r) { return r.knobs == knobs; });
+    if (found != rows_.end()) return static_cast<std::size_t>(found - rows_.begin());
+    rows_.emplace_back();
+    rows_.back().knobs = knobs;
+    rows_.back().thorough = thorough;
+    return rows_.size() - 1;
+  }
+
+private:
+  std::vector<TradeRow>& rows_;
+};
+
+/// Predicted to be beaten by none in time and PSNR; the fastest first.
+std::vector<Choice> predicted_frontier(std::vector<Choice> all) {
+  std::stable_sort(all.begin(), all.end(), [](const Choice& a, const Choice& b) { return a.seconds < b.seconds; });
+  std::vector<Choice> best;
+  for (const auto& c : all) {
+    if (best.empty() || c.psnr_db > best.back().psnr_db) best.push_back(c);
+  }
+  return best;
+}
+
+/// Those that may be on the frontier where predictions are wrong by as much as they are known to be: none that is as true is predicted to
+/// take less than 1 / margin of the time; the fastest first.
+///
+/// about_s  those that are predicted to take much longer than this are left out
+std::vector<Choice> near_frontier(std::vector<Choice> all, double about_s) {
+  constexpr double margin = 1.3;
+  std::stable_sort(all.begin(), all.end(), [](const Choice& a, const Choice& b) { return a.seconds < b.seconds; });
+  const auto best = predicted_frontier(all);
+  std::erase_if(all, [&](const Choice& c) {
+    return c.seconds > margin * about_s ||
+           std::any_of(best.begin(), best.end(), [&](const Choice& b) { return b.psnr_db >= c.psnr_db && b.seconds * margin < c.seconds; });
+  });
+  return all;
+}
+
+/// Knobs about which nothing is predicted.
+struct Finish {
+  int antialias, visibility;
+  bool operator==(const Finish&) const = default;
+};
+
+/// What is tried of them with each choice of the others.
+std::vector<Finish> finishes_of(const Scene& scene, const TradeKnobs& base, const TradeSpec& spec) {
+  std::vector<Finish> finishes{{4, 8}, {2, 8}, {0, 8}};
+  if (spec.exhaustive && spec.quick) finishes = {{4, 8}, {0, 8}, {4, 4}};
+  if (spec.exhaustive && !spec.quick) finishes.insert(finishes.end(), {{4, 4}, {2, 4}, {0, 4}});
+  std::vector<Finish> some;
+  for (auto finish : finishes) {
+    if (scene.given.contains("sampling.antialias")) finish.antialias = base.antialias;
+    if (scene.given.contains("sampling.visibility")) finish.visibility = base.visibility;
+    if (std::find(some.begin(), some.end(), finish) == some.end()) some.push_back(finish);
+  }
+  return some;
+}
+
+/// Every value of each knob that the scene leaves open, the others as in the base.
+void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m, const TradeSpec& spec) {
+  const auto base = trade.rows[trade.base].knobs;
+  const auto step = [&](const std::string& knob, const std::string& value, const TradeKnobs& knobs) {
+    if (!(knobs == base)) trade.steps.push_back({knob, value, rows.add(knobs, true)});
+  };
+  const auto vary = [&](const char* key, const std::vector<Json>& values, std::size_t quick_values) {
+    const auto& all = trade_knobs();
+    const auto knob = std::find_if(all.begin(), all.end(), [&](const TradeKnob& k) { return k.key == key; });
+    if (trade.scene.given.contains(key)) return;
+    for (const auto& value : spec.quick ? thinned(values, quick_values) : values) {
+      auto knobs = base;
+      knob->set(knobs, value);
+      if (knobs.edge > knobs.fan) continue;
+      const std::string text = value.is_string() ? value.get<std::string>() : number_text(value.get<double>());
+      step(key, key == std::string("sampling.pitch") ? length_text(value.get<double>()) : text, knobs);
+    }
+  };
+  vary("sampling.pitch", {pitches_m.begin(), pitches_m.end()}, 3);
+  vary("sampling.frames", {frames_tried.begin(), frames_tried.end()}, 3);
+  vary("wrp.padding", {paddings_tried.begin(), paddings_tried.end()}, 3);
+  vary("wrp.oversampling", {"full", 1.25, 1.5, 2.0}, 2);
+  if (!trade.scene.given.contains("wrp.distance")) vary("wrp.slabs", {1, 2, 3, 4}, 2);
+  vary("sampling.antialias", {0, 2, 4}, 3);
+  vary("sampling.visibility", {0, 4, 8, 16}, 2);
+  vary("sampling.fan", {1.0, 1.1, 1.2, 1.4}, 2);
+  vary("sampling.edge", {0.0, 0.1, 0.2, 0.3, 0.4}, 2);
+  vary("accuracy.precision", {"float", "extended"}, 2);
+  if (trade.device.fp64) vary("accuracy.precision", {"double"}, 1);
+  if (!spec.fft) {
+    for (const auto backend : cl::all_backends) {
+      if (cl::serves(backend, trade.device)) vary("fft", {std::string(cl::name_of(backend))}, 1);
+    }
+  }
+  if (trade.scene.given.contains("sampling.mode")) return;
+  for (const auto source : {FanSource::hit, FanSource::surface}) {
+    for (const auto shape : {FanShape::orthographic, FanShape::perspective}) {
+      if (spec.quick && (source == FanSource::hit) != (shape == FanShape::orthographic)) continue;
+      auto knobs = base;
+      knobs.mode = SamplingMode::fan;
+      knobs.source = source;
+      knobs.shape = shape;
+      knobs.slabs = 1;  // rays pass from slab to slab
+      const auto json = json_of(knobs);
+      step("sampling.mode", "fan, " + json["sampling.source"].get<std::string>() + ", " + json["sampling.shape"].get<std::string>(), knobs);
+    }
+  }
+}
+
+}  // namespace
+
+Scene with_knobs(Scene scene, const TradeKnobs& knobs) {
+  auto& s = scene.sampling;
+  s.pitch_m = knobs.pitch_m;
+  s.frames = knobs.frames;
+  s.antialias = knobs.antialias;
+  s.visibility = knobs.visibility;
+  s.mode = knobs.mode;
+  s.source = knobs.source;
+  s.shape = knobs.shape;
+  s.fan = knobs.fan;
+  s.edge = knobs.edge;
+  scene.wrp.padding = knobs.padding;
+  scene.wrp.oversampling = knobs.oversampling;
+  scene.wrp.slabs = knobs.slabs;
+  scene.accuracy.precision = knobs.precision;
+  return scene;
+}
+
+TradeKnobs knobs_of(const Scene& scene, Precision precision, cl::FftBackend fft) {
+  const auto& s = scene.sampling;
+  const auto& w = scene.wrp;
+  return {s.pitch_m, s.frames, w.padding, w.oversampling, w.slabs, s.antialias, s.visibility,
+          s.mode,    s.source, s.shape,   s.fan,          s.edge,  precision,   fft};
+}
+
+const std::vector<TradeKnob>& trade_knobs() {
+  static const std::vector<TradeKnob> knobs{
+      plain("sampling.pitch", &TradeKnobs::pitch_m),
+      plain("sampling.frames", &TradeKnobs::frames),
+      plain("wrp.padding", &TradeKnobs::padding),
+      oversampling_knob(),
+      plain("wrp.slabs", &TradeKnobs::slabs),
+      plain("sampling.antialias", &TradeKnobs::antialias),
+      plain("sampling.visibility", &TradeKnobs::visibility),
+      named("sampling.mode", &TradeKnobs::mode, std::array{"aimed", "fan"}),
+      named("sampling.source", &TradeKnobs::source, std::array{"hit", "surface"}),
+      named("sampling.shape", &TradeKnobs::shape, std::array{"orthographic", "perspective"}),
+      plain("sampling.fan", &TradeKnobs::fan),
+      plain("sampling.edge", &TradeKnobs::edge),
+      named("accuracy.precision", &TradeKnobs::precision,
+            std::array{name_of(Precision::floats), name_of(Precision::extended), name_of(Precision::doubles)}),
+      named("fft", &TradeKnobs::fft,
+            std::array{cl::name_of(cl::FftBackend::host).data(), cl::name_of(cl::FftBackend::clfft).data(),
+                       cl::name_of(cl::FftBackend::vkfft).data()}),
+  };
+  return knobs;
+}
+
+Json json_of(const TradeKnobs& knobs) {
+  Json json;
+  for (const auto& knob : trade_knobs()) json[knob.key] = knob.get(knobs);
+  return json;
+}
+
+TradeKnobs knobs_of(const Json& json) {
+  TradeKnobs knobs;
+  for (const auto& knob : trade_knobs()) knob.set(knobs, json.at(knob.key));
+  return knobs;
+}
+
+void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
+  const auto figures = figures_of(trade.device);
+  const auto fft = spec.fft.value_or(cl::default_backend(trade.device));
+  Rows rows(trade.rows);
+  for (const auto quality : {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
+    const auto planned = plan_scene(trade.scene, world, figures, {quality, {}, {}});
+    const auto row = rows.add(knobs_of(planned.scene, planned.plan.precision, fft), true);
+    const auto& predicted = planned.prediction;
+    trade.presets.push_back({quality, row, predicted.times, predicted.pictures->mean_psnr_db, predicted.device_bytes});
+    if (quality == Quality::balanced) trade.base = row;
+  }
+
+  if (spec.presets) return;
+  const auto all = choices(trade.scene, world, figures);
+  std::vector<double> pitches_m;
+  for (const auto& c : all) {
+    if (std::find(pitches_m.begin(), pitches_m.end(), c.pitch_m) == pitches_m.end()) pitches_m.push_back(c.pitch_m);
+  }
+  add_steps(trade, rows, pitches_m, spec);
+
+  const auto base = trade.rows[trade.base].knobs;
+  const double balanced_s = trade.presets[static_cast<std::size_t>(Quality::balanced)].predicted.total_s();
+  const auto best = !spec.exhaustive ? predicted_frontier(all)
+                    : spec.quick     ? near_frontier(all, balanced_s)
+                                     : near_frontier(all, std::numeric_limits<double>::infinity());
+  const std::size_t most = !spec.exhaustive ? (spec.quick ? 3 : 8) : spec.quick ? 12 : best.size();
+  for (const auto& c : thinned(best, most)) {
+    for (const auto& [antialias, visibility] : finishes_of(trade.scene, base, spec)) {
+      auto knobs = base;
+      knobs.pitch_m = c.pitch_m;
+      knobs.padding = c.padding;
+      knobs.frames = c.frames;
+      knobs.oversampling = c.oversampling ? c.oversampling : trade.scene.wrp.oversampling;
+      knobs.slabs = c.slabs;
+      knobs.fan = c.cone.fan;
+      knobs.edge = c.cone.edge;
+      knobs.antialias = antialias;
+      knobs.visibility = visibility;
+      trade.together.push_back(rows.add(knobs, false));
+    }
+  }
+}
+
+}  // namespace raywave

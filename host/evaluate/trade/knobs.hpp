@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The knobs of a trade one by one, by the names that they have in the scene file.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host/evaluate/trade/trade.hpp"
+
+namespace raywave {
+
+struct TradeKnob {
+  std::string key;  // "sampling.pitch"; "fft" is no key of the scene
+  std::function<nlohmann::ordered_json(const TradeKnobs&)> get;
+  std::function<void(TradeKnobs&, const nlohmann::ordered_json&)> set;  // throws nlohmann's exceptions for what get never gives
+};
+
+const std::vector<TradeKnob>& trade_knobs();
+
+nlohmann::ordered_json json_of(const TradeKnobs& knobs);
+TradeKnobs knobs_of(const nlohmann::ordered_json& json);
+
+/// What the scene says; precision is the plan's.
+TradeKnobs knobs_of(const Scene& scene, Precision precision, cl::FftBackend fft);
+
+/// Rows, presets, steps and the rest of what to measure.
+void plan_rows(Trade& trade, const World& world, const TradeSpec& spec);
+
+/// A row as trade_json writes it, and read again.
+nlohmann::ordered_json json_of(const TradeRow& row);
+TradeRow row_of(const nlohmann::ordered_json& json);
+
+}  // namespace raywave

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "cl/cache.hpp"
+#include "host/evaluate/bench/bench.hpp"
+#include "host/evaluate/bench/stopwatch.hpp"
+#include "host/common/error.hpp"
+#include "host/evaluate/report.hpp"
+#include "host/evaluate/trade/knobs.hpp"
+#include "raywave_version.hpp"
+
+namespace raywave {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int fewest_renders = 3, most_renders = 15;
+constexpr double enough_s = 1, long_s = 4;
+
+/// Squares a third as wide as the blur add a hundredth to its variance.
+constexpr double squares_in_blur = 3;
+
+template <class T>
+void append_bytes(std::string& text, const std::vector<T>& values) {
+  text.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+}
+
+/// Everything that the figures of a configuration depend on, but the configuration.
+std::string digits_of(const Trade& trade, const World& world) {
+  auto scene = Json::parse(scene_json(with_knobs(trade.scene, {})));
+  scene.erase("file");
+  const auto& p = trade.pictures;
+  const Json pictures{p.depths_m,      {p.window_m->x, p.window_m->y}, *p.blur_m, p.square_px, p.border_px, p.lens_points, p.views,
+                      p.against_points};
+  const auto& d = trade.device;
+  std::string all = scene.dump() + pictures.dump() + d.platform + '\n' + d.name + '\n' + d.driver + '\n' + version;
+  append_bytes(all, world.positions);
+  append_bytes(all, world.normals);
+  append_bytes(all, world.uvs);
+  append_bytes(all, world.triangles);
+  for (const auto& texture : load_textures(trade.scene)) append_bytes(all, texture.pixels);
+  return cl::hash_name(all);
+}
+
+double mean(const std::vector<TradePicture>& pictures, bool sides, double TradePicture::*figure) {
+  double sum = 0;
+  int count = 0;
+  for (const auto& p : pictures) {
+    if ((p.view != "whole") != sides) continue;
+    sum += p.*figure;
+    ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+}  // namespace
+
+double TradeRow::psnr_db(bool sides) const { return mean(pictures, sides, &TradePicture::psnr_db); }
+double TradeRow::ssim() const { return mean(pictures, false, &TradePicture::ssim); }
+double TradeRow::contrast_hologram() const { return mean(pictures, false, &TradePicture::contrast_hologram); }
+double TradeRow::contrast_lens() const { return mean(pictures, false, &TradePicture::contrast_lens); }
+
+double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device) {
+  double sum = 0;
+  for (const char* stage : {"samples", "trace", "propagate", "encode"}) {
+    const auto found = row.stages.find(stage);
+    if (found == row.stages.end()) continue;
+    sum += device.kind == cl::DeviceKind::cpu ? found->second.processor_s / std::max(1u, device.compute_units) : found->second.wall_s;
+  }
+  return sum;
+}
+
+TradeBench::TradeBench(const cl::Device& device, const Scene& scene, const TradeSpec& spec)
+    : device_(device), spec_(spec), meshes_(load_meshes(scene)), world_(place_objects(scene, meshes_)) {
+  trade_.scene = scene;
+  trade_.device = device.info();
+  const auto plan = make_plan(scene, world_);
+  trade_.grid = plan.grid;
+  trade_.resolution_m = wanted_resolution_m(scene, plan);
+  auto& pictures = trade_.pictures;
+  pictures = spec.pictures;
+  if (pictures.depths_m.empty()) pictures.depths_m = quality_depths_m(plan);
+  if (!pictures.window_m) pictures.window_m = glm::dvec2(plan.size * plan.grid) * plan.pitch_m;
+  pictures.blur_m = blur_of_resolution * trade_.resolution_m;
+  pictures.square_px = std::max(1, static_cast<int>(*pictures.blur_m / plan.pitch_m.x / squares_in_blur));
+  trade_.of = digits_of(trade_, world_);
+  plan_rows(trade_, world_, spec_);
+}
+
+std::optional<int> TradeBench::resume(const std::string& text) {
+  std::vector<TradeRow> known;
+  try {
+    const auto json = Json::parse(text);
+    if (json.at("of") != trade_.of) return {};
+    for (const auto& row : json.at("rows")) known.push_back(row_of(row));
+  } catch (const Json::exception&) {
+    return {};
+  }
+  int count = 0;
+  for (auto& row : known) {
+    if (row.renders == 0) continue;  // what was impossible may be possible now
+    const auto mine = std::find_if(trade_.rows.begin(), trade_.rows.end(), [&](const TradeRow& r) { return r.knobs == row.knobs; });
+    if (mine == trade_.rows.end()) {
+      trade_.rows.push_back(std::move(row));
+    } else if (row.thorough || !mine->thorough) {
+      *mine = std::move(row);
+    } else {
+      continue;
+    }
+    ++count;
+  }
+  return count;
+}
+
+void TradeBench::measure(const std::function<void()>& after_some, const Progress& progress) {
+  auto& rows = trade_.rows;
+  for (std::size_t first = 0; first < rows.size(); ++first) {
+    if (rows[first].is_done()) continue;
+    if (progress) {
+      const auto done = std::count_if(rows.begin(), rows.end(), [](const TradeRow& r) { return r.is_done(); });
+      progress(std::to_string(done) + " of " + std::to_string(rows.size()) + ": " + trade_label(rows[first].knobs, rows[trade_.base].knobs),
+               static_cast<double>(done) / static_cast<double>(rows.size()));
+    }
+    const auto some = same_but_frames(first);
+    try {
+      measure_together(some);
+    } catch (const InputError& error) {
+      for (const auto i : some) rows[i].note = error.what();
+    } catch (const cl::DeviceError& error) {
+      for (const auto i : some) rows[i].note = error.what();
+    }
+    after_some();
+  }
+}
+
+/// Rows not done yet whose frames are the first of one another's; fewest frames first.
+std::vector<std::size_t> TradeBench::same_but_frames(std::size_t first) const {
+  std::vector<std::size_t> some;
+  for (std::size_t i = first; i < trade_.rows.size(); ++i) {
+    const auto& row = trade_.rows[i];
+    auto knobs = row.knobs;
+    knobs.frames = trade_.rows[first].knobs.frames;
+    if (!row.is_done() && row.thorough == trade_.rows[first].thorough && knobs == trade_.rows[first].knobs) some.push_back(i);
+  }
+  std::sort(some.begin(), some.end(), [&](auto a, auto b) { return trade_.rows[a].knobs.frames < trade_.rows[b].knobs.frames; });
+  return some;
+}
+
+void TradeBench::measure_together(const std::vector<std::size_t>& some) {
+  std::vector<TradeRow> rows;  // taken over when all are done
+  std::vector<int> frames;
+  for (const auto i : some) {
+    rows.push_back(trade_.rows[i]);
+    frames.push_back(rows.back().knobs.frames);
+  }
+  RenderOptions how;
+  how.fft = rows.back().knobs.fft;
+  const auto scene = with_knobs(trade_.scene, rows.back().knobs);
+  {
+    Renderer renderer(cl::Device(device_.info()), scene, meshes_, how);  // a device of its own: its peak of memory is the row's
+    const auto rendered = renderer.render();
+    auto pictures = trade_.pictures;
+    pictures.views &= rows.back().thorough;
+    const auto looks = assess_frames(device_, scene, world_, rendered.field, frames, how, pictures, seen_by_lens_);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      for (const auto& look : looks[i].rows) {
+        const auto& f = look.figures;
+        rows[i].pictures.push_back({look.view, look.z_m, f.psnr_db, f.ssim, f.contrast_a, f.contrast_b});
+      }
+    }
+    if (pictures.against_points && rows.back().thorough) {
+      const auto figures = compare_with_points(device_, scene, world_, rendered.field, how);
+      for (auto& row : rows) {
+        row.correlation = figures.correlation;
+        row.field_error = figures.error;
+      }
+    }
+    time(rows.back(), renderer);
+  }
+  how.keep_field = false;
+  for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
+    Renderer renderer(cl::Device(device_.info()), with_knobs(trade_.scene, rows[i].knobs), meshes_, how);
+    renderer.render();  // warms up
+    time(rows[i], renderer);
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) trade_.rows[some[i]] = std::move(rows[i]);
+}
+
+void TradeBench::time(TradeRow& row, Renderer& renderer) const {
+  std::map<std::string, std::vector<double>> wall_s, processor_s;
+  const Stopwatch watch;
+  const auto is_enough = [&](int renders) {
+    if (spec_.renders > 0) return renders >= spec_.renders;
+    if (watch.wall_s() > long_s) return true;
+    return renders >= most_renders || (renders >= fewest_renders && watch.wall_s() > enough_s);
+  };
+  RenderResult result;
+  do {
+    const auto& objects = trade_.scene.objects;
+    for (std::size_t i = 0; i < objects.size(); ++i) renderer.set_pose(i, objects[i].position_m, objects[i].rotation_deg);
+    result = renderer.render();
+    for (const auto& [stage, seconds] : result.seconds) wall_s[stage].push_back(seconds);
+    for (const auto& [stage, seconds] : result.processor_seconds) processor_s[stage].push_back(seconds);
+    ++row.renders;
+  } while (!is_enough(row.renders));
+  for (const auto& [stage, seconds] : wall_s) row.stages[stage] = {spread_of(seconds).median, spread_of(processor_s[stage]).median};
+  row.time_s = trade_time_s(row, trade_.device);
+  row.samples = result.samples;
+  row.device_bytes = result.device_peak_bytes;
+}
+
+ColourPicture TradeBench::sheet(const Progress& progress) {
+  const auto columns = sheet_rows(trade_);
+  const auto depths = trade_.pictures.depths_m.size();
+  auto what = trade_.pictures;
+  what.views = false;
+  std::vector<std::vector<Image>> cells(depths);  // by depth, then lens and columns
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const auto& knobs = trade_.rows[columns[i]].knobs;
+    if (progress)
+      progress("pictures of " + trade_label(knobs, trade_.rows[trade_.base].knobs),
+               static_cast<double>(i) / static_cast<double>(columns.size()));
+    RenderOptions how;
+    how.fft = knobs.fft;
+    const auto scene = with_knobs(trade_.scene, knobs);
+    const auto field = render(device_, scene, world_, how).field;
+    const auto look = assess_frames(device_, scene, world_, field, {field.frames}, how, what, seen_by_lens_).front();
+    for (std::size_t row = 0; row < depths; ++row) {
+      if (i == 0) cells[row].push_back(look.rows[row].lens);
+      cells[row].push_back(look.rows[row].hologram);
+    }
+  }
+  return grey_sheet(cells, trade_sheet_cell_px);
+}
+
+std::vector<std::size_t> trade_frontier(const std::vector<TradeRow>& rows) {
+  std::vector<std::size_t> order, best;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].renders > 0) order.push_back(i);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) {
+    return rows[a].time_s < rows[b].time_s || (rows[a].time_s == rows[b].time_s && rows[a].psnr_db() > rows[b].psnr_db());
+  });
+  for (const auto i : order) {
+    if (best.empty() || rows[i].psnr_db() > rows[best.back()].psnr_db()) best.push_back(i);
+  }
+  return best;
+}
+
+std::size_t fastest_as_true(const std::vector<TradeRow>& rows, std::size_t row) {
+  for (const auto i : trade_frontier(rows)) {
+    if (rows[i].psnr_db() >= rows[row].psnr_db() && rows[i].time_s < rows[row].time_s) return i;
+  }
+  return row;
+}
+
+std::vector<std::size_t> sheet_rows(const Trade& trade) {
+  const auto frontier = trade_frontier(trade.rows);
+  constexpr std::size_t most = 7;
+  if (frontier.size() <= most) return frontier;
+  std::vector<std::size_t> some;
+  for (std::size_t i = 0; i < most; ++i) some.push_back(frontier[i * (frontier.size() - 1) / (most - 1)]);
+  return some;
+}
+
+}  // namespace raywave

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/evaluate/tune.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "host/evaluate/bench/bench.hpp"
+#include "host/reference/stage.hpp"
+#include "host/render.hpp"
+#include "host/trace/work_shape.hpp"
+
+namespace raywave {
+namespace {
+
+/// A ball 8 mm wide, half sunk into a wall of 14 mm x 8 mm, 100 mm away: samples at all distances from the WRPs.
+reference::Stage ball_in_wall(int frames) {
+  reference::Stage stage;
+  stage.scene = {};
+  stage.scene.file = "tune";
+  stage.scene.sampling.pitch_m = 100e-6;
+  stage.scene.sampling.frames = frames;
+  stage.scene.wrp.grid = glm::ivec2(2, 2);
+  stage.scene.lights.emplace_back();
+  Material shiny;
+  shiny.specular = glm::dvec3(0.5);
+  stage.add(reference::sphere({0, 0, 0.1}, 4e-3, 48), shiny);
+  stage.add(reference::rectangle({0, 0, 0.101}, {7e-3, 0, 0}, {0, 4e-3, 0}));
+  return stage;
+}
+
+constexpr std::array stages{"samples", "trace", "propagate", "encode"};
+
+/// What these stages take of four frames of the ball in the wall where the default rates hold.
+constexpr std::array ball_in_wall_s{0.0148, 0.108, 0.285, 0.0083};
+
+/// Of a picture, in the order of `stages`.
+std::array<double, stages.size()> stages_s(const cl::Device& device, const reference::Stage& stage, cl::FftBackend backend) {
+  RenderOptions how;
+  how.fft = backend;
+  const auto result = render(device, stage.scene, stage.world, how);
+  const bool on_processor = device.info().kind == cl::DeviceKind::cpu;
+  const auto& seconds = on_processor ? result.processor_seconds : result.seconds;
+  std::array<double, stages.size()> now{};
+  for (std::size_t i = 0; i < now.size(); ++i)
+    now[i] = seconds.at(stages[i]) / (on_processor ? std::max(1u, device.info().compute_units) : 1);
+  return now;
+}
+
+bool clearly_faster(const ShapeRuns& runs, const ShapeRuns& best_runs) {
+  const auto tried = spread_of(runs), best = spread_of(best_runs);
+  return tried.median < 0.95 * best.median && tried.high < best.low;
+}
+
+}  // namespace
+
+cl::WorkShape choose_work(const cl::DeviceInfo& device,
+                          const std::function<std::pair<ShapeRuns, ShapeRuns>(const cl::WorkShape&, const cl::WorkShape&)>& run,
+                          const std::function<void(const ShapeTrial&)>& tell) {
+  auto kind = device;
+  kind.work = {};
+  auto best = work_shape(kind);
+  const auto better = [&](const WorkKnob& knob, int value) {
+    ShapeTrial trial{knob.name, best, {}, {}, "", false};
+    trial.shape.*knob.value = value;
+    if (value == best.*knob.value || !why_unfit(trial.shape, device).empty()) return false;
+    try {
+      std::tie(trial.best, trial.tried) = run(best, trial.shape);
+      trial.kept = clearly_faster(trial.tried, trial.best);
+    } catch (const cl::DeviceError& error) {
+      trial.refused = error.what();
+    }
+    if (trial.kept) best = trial.shape;
+    tell(trial);
+    return trial.kept;
+  };
+  for (const auto& knob : work_knobs) {
+    const int before = best.*knob.value;
+    while (better(knob, best.*knob.value / 2)) {
+    }
+    if (best.*knob.value != before) continue;
+    while (better(knob, best.*knob.value * 2)) {
+    }
+  }
+  return best;
+}
+
+cl::WorkShape choose_work(const cl::DeviceInfo& device, cl::FftBackend backend, const std::function<void(const ShapeTrial&)>& tell) {
+  const auto ball = ball_in_wall(1);
+  const auto in_shape = [&](const cl::WorkShape& shape) {
+    auto info = device;
+    info.work = shape;
+    return cl::Device(info);
+  };
+  const auto run = [&](const cl::WorkShape& best, const cl::WorkShape& tried) {
+    const std::array devices{in_shape(best), in_shape(tried)};
+    std::array<ShapeRuns, 2> runs;
+    for (int turn = 0; turn < 8; ++turn) {
+      for (std::size_t i = 0; i < devices.size(); ++i) {
+        const auto now = stages_s(devices[i], ball, backend);
+        if (turn > 0) runs[i].push_back(now[0] + now[1]);  // kernels are compiled
+      }
+    }
+    return std::pair(runs[0], runs[1]);
+  };
+  return choose_work(device, run, tell);
+}
+
+DeviceRates measure_rates(const cl::DeviceInfo& info, cl::FftBackend backend) {
+  const cl::Device device(info);
+  const auto ball = ball_in_wall(4);
+  std::array<double, stages.size()> least{};
+  for (int turn = 0; turn < 6; ++turn) {
+    const auto now = stages_s(device, ball, backend);
+    if (turn == 0) continue;  // kernels are compiled
+    for (std::size_t i = 0; i < least.size(); ++i) least[i] = turn == 1 ? now[i] : std::min(least[i], now[i]);
+  }
+  const auto scaled = [&](std::size_t stage, double rate_s) { return std::max(1e-15, rate_s * least[stage] / ball_in_wall_s[stage]); };
+  const auto defaults = default_rates();
+  return {info.name,
+          scaled(0, defaults.ray_s),
+          scaled(1, defaults.pair_s),
+          scaled(1, defaults.pixel_s),
+          scaled(2, defaults.butterfly_s),
+          scaled(3, defaults.level_s)};
+}
+
+}  // namespace raywave

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
+#include <CGAL/AABB_triangle_primitive.h>
+#include <CGAL/Simple_cartesian.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "host/geometry/bvh.hpp"
+#include "host/common/error.hpp"
+
+namespace raywave {
+namespace {
+
+using Cartesian = CGAL::Simple_cartesian<double>;
+using Triangles = std::vector<Cartesian::Triangle_3>;
+using Primitive = CGAL::AABB_triangle_primitive<Cartesian, Triangles::const_iterator>;
+using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Cartesian, Primitive>>;
+using TreeNode = std::remove_cvref_t<decltype(*std::declval<Tree>().root_node())>;
+
+/// A part of CGAL's tree: a node, or the one triangle that stands in place of a node. CGAL keeps no counts: half of a node's triangles,
+/// rounded down, lie to its left.
+struct Part {
+  const TreeNode* node = nullptr;
+  const Primitive* triangle = nullptr;
+  std::size_t count = 1;
+
+  Part left() const {
+    const auto half = count / 2;
+    return half == 1 ? Part{nullptr, &node->left_data(), 1} : Part{&node->left_child(), nullptr, half};
+  }
+  Part right() const {
+    const auto rest = count - count / 2;
+    return rest == 1 ? Part{nullptr, &node->right_data(), 1} : Part{&node->right_child(), nullptr, rest};
+  }
+};
+
+float rounded_down(double x) {
+  const auto f = static_cast<float>(x);
+  return f <= x ? f : std::nextafter(f, -std::numeric_limits<float>::infinity());
+}
+float rounded_up(double x) { return -rounded_down(-x); }
+
+/// Four numbers make whole vectors; the last is not used.
+using Lanes = std::array<float, 4>;
+
+struct Box {
+  Lanes min = filled(std::numeric_limits<float>::infinity()), max = filled(-std::numeric_limits<float>::infinity());
+
+  static Lanes filled(float x) { return {x, x, x, x}; }
+  void add(const Box& other) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      min[i] = other.min[i] < min[i] ? other.min[i] : min[i];
+      max[i] = other.max[i] > max[i] ? other.max[i] : max[i];
+    }
+  }
+  float half_surface() const {
+    const float x = max[0] - min[0], y = max[1] - min[1], z = max[2] - min[2];
+    return x * y + y * z + z * x;
+  }
+};
+
+/// What a node of the flat tree says of one child. As it stands: an empty box that no ray meets; its leaf is never opened.
+struct Child {
+  Box box;
+  int child = 0;
+  int count = 1;
+};
+
+device::BvhNode node_of(const Child& left, const Child& right) {
+  device::BvhNode node;
+  std::copy_n(left.box.min.begin(), 3, node.left_min);
+  std::copy_n(left.box.max.begin(), 3, node.left_max);
+  std::copy_n(right.box.min.begin(), 3, node.right_min);
+  std::copy_n(right.box.max.begin(), 3, node.right_max);
+  node.left_child = left.child;
+  node.left_count = left.count;
+  node.right_child = right.child;
+  node.right_count = right.count;
+  return node;
+}
+
+/// A triangle of a part that is divided by surface area.
+struct Item {
+  Box box;       // rounded outwards
+  Lanes centre;  // of it, doubled
+  std::size_t triangle;
+};
+
+/// Flattens CGAL's tree, depth first. CGAL halves at the median; its lowest parts, which hold most of the boxes, are divided anew, where
+/// the surfaces of the boxes times the triangles in them add up to least (Wald, IEEE Symposium on Interactive Ray Tracing, 33 (2007)).
+class Flattener {
+public:
+  Flattener(const Triangles& triangles, double margin_m, int leaf_size)
+      : triangles_(triangles), margin_m_(margin_m), leaf_size_(static_cast<std::size_t>(std::max(leaf_size, 1))) {}
+
+  Bvh flatten(const Part& whole) {
+    const auto root = flatten(whole, 1);
+    if (root.count > 0) {
+      bvh_.nodes.push_back(node_of(root, Child{}));
+      bvh_.depth = 1;
+    }
+    return std::move(bvh_);
+  }
+
+private:
+  /// Triangles of the parts that are divided anew, and levels that this may take: twice as many as halves need.
+  static constexpr std::size_t divided_anew = 512;
+  static constexpr int most_levels = 18;
+  static constexpr std::size_t bins = 16;
+  /// Time to test a triangle, in those to test the boxes of two children. Rays are as fast with 0.6, fitting a moving tree is not.
+  static constexpr float triangle_cost = 0.35f;
+
+  Child flatten(const Part& part, int depth) {
+    if (part.count > divided_anew)
+      return inner(
+          depth, [&] { return flatten(part.left(), depth + 1); }, [&] { return flatten(part.right(), depth + 1); });
+    items_.clear();
+    collect(part);
+    return divide(0, items_.size(), depth, most_levels);
+  }
+
+  Child inner(int depth, const auto& make_left, const auto& make_right) {
+    const auto place = bvh_.nodes.size();
+    bvh_.nodes.emplace_back();
+    bvh_.depth = std::max(bvh_.depth, depth);
+    const Child left = make_left(), right = make_right();
+    bvh_.nodes[place] = node_of(left, right);
+    Child whole{left.box, static_cast<int>(place), 0};
+    whole.box.add(right.box);
+    return whole;
+  }
+
+  void collect(const Part& part) {
+    if (part.node) {
+      collect(part.left());
+      collect(part.right());
+      return;
+    }
+    const auto box = part.triangle->datum().bbox();
+    Item item{{}, {}, static_cast<std::size_t>(part.triangle->id() - triangles_.begin())};
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      item.box.min[i] = rounded_down(box.min(axis) - margin_m_);
+      item.box.max[i] = rounded_up(box.max(axis) + margin_m_);
+      item.centre[i] = item.box.min[i] + item.box.max[i];
+    }
+    items_.push_back(item);
+  }
+
+  Child divide(std::size_t from, std::size_t to, int depth, int levels) {
+    const auto middle = split(from, to, levels);
+    if (middle == from) return leaf(from, to);
+    return inner(
+        depth, [&] { return divide(from, middle, depth + 1, levels - 1); }, [&] { return divide(middle, to, depth + 1, levels - 1); });
+  }
+
+  /// Where the items from..to, then in that order, are best divided; `from`: not at all.
+  std::size_t split(std::size_t from, std::size_t to, int levels) {
+    const auto count = to - from;
+    if (count == 1) return from;
+    Box whole, centres;
+    for (auto i = from; i < to; ++i) {
+      whole.add(items_[i].box);
+      centres.add({items_[i].centre, items_[i].centre});
+    }
+    float least =
+        count <= leaf_size_ ? triangle_cost * static_cast<float>(count) * whole.half_surface() : std::numeric_limits<float>::infinity();
+    std::size_t best_axis = 3, best_bin = 0;
+    const auto bin_of = [&](const Item& item, std::size_t axis, float rate) {
+      return std::min(static_cast<std::size_t>((item.centre[axis] - centres.min[axis]) * rate), bins - 1);
+    };
+    const auto rate_of = [&](std::size_t axis) { return bins / (centres.max[axis] - centres.min[axis]); };
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float rate = rate_of(axis);
+      if (!(rate < std::numeric_limits<float>::infinity())) continue;
+      std::array<Box, bins> boxes;
+      std::array<std::size_t, bins> counts{};
+      for (auto i = from; i < to; ++i) {
+        const auto bin = bin_of(items_[i], axis, rate);
+        boxes[bin].add(items_[i].box);
+        ++counts[bin];
+      }
+      std::array<float, bins> right_cost{};  // of the bins from each on
+      Box box;
+      std::size_t in_box = 0;
+      for (auto bin = bins; bin-- > 1;) {
+        box.add(boxes[bin]);
+        in_box += counts[bin];
+        right_cost[bin] = in_box > 0 ? static_cast<float>(in_box) * box.half_surface() : 0;
+      }
+      box = {};
+      in_box = 0;
+      for (std::size_t bin = 0; bin + 1 < bins; ++bin) {
+        box.add(boxes[bin]);
+        in_box += counts[bin];
+        if (in_box == 0 || in_box == count) continue;
+        const float cost = whole.half_surface() + triangle_cost * (static_cast<float>(in_box) * box.half_surface() + right_cost[bin + 1]);
+        if (!(cost < least)) continue;
+        least = cost;
+        best_axis = axis;
+        best_bin = bin;
+      }
+    }
+    const auto at = [&](std::size_t i) { return items_.begin() + static_cast<std::ptrdiff_t>(i); };
+    const bool halve = count > leaf_size_ && (best_axis == 3 || count > std::size_t{1} << (levels - 1));
+    if (halve) {
+      std::size_t longest = 0;
+      for (std::size_t axis = 1; axis < 3; ++axis)
+        if (centres.max[axis] - centres.min[axis] > centres.max[longest] - centres.min[longest]) longest = axis;
+      const auto middle = from + count / 2;
+      std::nth_element(at(from), at(middle), at(to), [&](const Item& a, const Item& b) { return a.centre[longest] < b.centre[longest]; });
+      return middle;
+    }
+    if (best_axis == 3) return from;
+    const float rate = rate_of(best_axis);
+    const auto middle = std::partition(at(from), at(to), [&](const Item& item) { return bin_of(item, best_axis, rate) <= best_bin; });
+    return static_cast<std::size_t>(middle - items_.begin());
+  }
+
+  Child leaf(std::size_t from, std::size_t to) {
+    Child result{{}, static_cast<int>(bvh_.triangles.size()), static_cast<int>(to - from)};
+    for (auto i = from; i < to; ++i) {
+      result.box.add(items_[i].box);
+      const auto& triangle = triangles_[items_[i].triangle];
+      Corners rounded;
+      for (int axis = 0; axis < 3; ++axis) {
+        rounded.a[axis] = static_cast<float>(triangle[0][axis]);
+        rounded.b[axis] = static_cast<float>(triangle[1][axis]);
+        rounded.c[axis] = static_cast<float>(triangle[2][axis]);
+      }
+      bvh_.triangles.push_back(rounded);
+      bvh_.order.push_back(static_cast<std::uint32_t>(items_[i].triangle));
+    }
+    return result;
+  }
+
+  const Triangles& triangles_;
+  double margin_m_;
+  std::size_t leaf_size_;
+  std::vector<Item> items_;
+  Bvh bvh_;
+};
+
+}  // namespace
+
+double box_margin_m(double reach_m) { return reach_m * 0x1.4p-22; }
+
+Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles, glm::dvec3 origin_m, int leaf_size) {
+  if (triangles.empty()) throw InputError("the scene has no triangle");
+  if (triangles.size() > std::size_t{1} << 30)
+    throw InputError("the scene has " + std::to_string(triangles.size()) + " triangles; at most 2^30 are possible");
+
+  double reach_m = 0;
+  const auto corner = [&](std::uint32_t i) {
+    const auto p = positions_m[i] - origin_m;
+    reach_m = std::max({reach_m, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+    return Cartesian::Point_3(p.x, p.y, p.z);
+  };
+  Triangles corners;
+  corners.reserve(triangles.size());
+  for (const auto& t : triangles) corners.emplace_back(corner(t.x), corner(t.y), corner(t.z));
+
+  Flattener flattener(corners, box_margin_m(reach_m), leaf_size);
+  const Primitive first(corners.begin());
+  if (corners.size() == 1) return flattener.flatten({nullptr, &first, 1});
+  Tree tree(corners.begin(), corners.end());
+  tree.build();
+  return flattener.flatten({tree.root_node(), nullptr, corners.size()});
+}
+
+}  // namespace raywave

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The structs of kernels/common/shared.h on the host, named for the launch checks.
+#pragma once
+
+#include <glm/vec2.hpp>
+
+#include "cl/program.hpp"
+
+namespace raywave::device {
+using uint = std::uint32_t;
+#include "kernels/scene/normal_cones.h"
+#include "kernels/common/shared.h"
+}  // namespace raywave::device
+
+RAYWAVE_CL_TYPE(raywave::device::BvhNode, "BvhNode");
+RAYWAVE_CL_TYPE(raywave::device::Triangle, "Triangle");
+RAYWAVE_CL_TYPE(raywave::device::Body, "Body");
+RAYWAVE_CL_TYPE(raywave::device::Material, "Material");
+RAYWAVE_CL_TYPE(raywave::device::Light, "Light");
+RAYWAVE_CL_TYPE(raywave::device::TracePlane, "TracePlane");
+RAYWAVE_CL_TYPE(raywave::device::Sample, "Sample");
+RAYWAVE_CL_TYPE(raywave::device::Lattice, "Lattice");
+RAYWAVE_CL_TYPE(raywave::device::Aim, "Aim");
+RAYWAVE_CL_TYPE(raywave::device::GatherPlane, "GatherPlane");
+RAYWAVE_CL_TYPE(raywave::device::LensPlane, "LensPlane");
+RAYWAVE_CL_TYPE(glm::ivec2, "int2");

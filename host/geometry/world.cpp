@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/matrix.hpp>
+#include <map>
+#include <span>
+#include <utility>
+
+#include "host/geometry/clusters.hpp"
+#include "host/common/error.hpp"
+#include "host/geometry/world.hpp"
+#include "host/common/text.hpp"
+#include "host/scene/weld.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr double kSmallestObject_m = 1e-10, kLargestObject_m = 1e4;
+constexpr std::size_t kMaxTriangles = 500'000'000;
+constexpr std::size_t most_facets = 1 << 14;
+
+struct Box {
+  glm::dvec3 min{INFINITY}, max{-INFINITY};
+  void add(const glm::dvec3& p) {
+    min = glm::min(min, p);
+    max = glm::max(max, p);
+  }
+  void add(const Box& other) {
+    min = glm::min(min, other.min);
+    max = glm::max(max, other.max);
+  }
+  glm::dvec3 size() const { return max - min; }
+  glm::dvec3 centre() const { return min + 0.5 * size(); }
+};
+
+glm::dmat3 rotation_xyz(const glm::dvec3& degrees) {
+  const auto about = [](double angle_deg, const glm::dvec3& axis) {
+    return glm::dmat3(glm::rotate(glm::dmat4(1), glm::radians(std::remainder(angle_deg, 360.0)), axis));
+  };
+  return about(degrees.z, {0, 0, 1}) * about(degrees.y, {0, 1, 0}) * about(degrees.x, {1, 0, 0});
+}
+
+/// Of an object's vertices after a turn, to a few roundings of its size.
+Box turned_box(const World& world, const PlacedObject& placed, const glm::dmat3& turn) {
+  const auto raise = [](std::span<const Places> all, std::span<Lanes> largest) {
+    for (const auto& places : all) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto& at = places.at_m[axis].v;
+        auto &high = largest[axis].v, &low = largest[3 + axis].v;
+        for (std::size_t i = 0; i < Lanes::count; ++i) {
+          high[i] = at[i] > high[i] ? at[i] : high[i];
+          low[i] = -at[i] > low[i] ? -at[i] : low[i];
+        }
+      }
+    }
+  };
+  std::array<double, 6> largest;
+  largest.fill(-INFINITY);
+  // A flat side that faces an axis promises more by no more than rounding, everywhere.
+  const double least = 0x1p-50 * glm::length(placed.max_m - placed.min_m);
+  raise_to_largest(placed.clusters, std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
+                   {turn, 1, placed.position_m, glm::dvec3(0), true}, raise, least, largest);
+  return {{-largest[3], -largest[4], -largest[5]}, {largest[0], largest[1], largest[2]}};
+}
+
+/// Metres per unit.
+///
+/// turned     box of the vertices after rotation, in units
+/// mesh_unit  how many of them a mesh unit is
+double scale_of(const Object& object, const Box& turned, double mesh_unit) {
+  const glm::dvec3 size = turned.size();
+  const double largest = std::max({size.x, size.y, size.z});
+  if (object.width_m && size.x <= 1e-9 * largest)
+    throw InputError(object.where + ": width cannot be reached, because the mesh has no extent in x after rotation; turn it or omit width");
+  const double scale = object.width_m ? *object.width_m / size.x : 1 / mesh_unit;
+  if (const double largest_m = largest * scale; !(largest_m >= kSmallestObject_m && largest_m <= kLargestObject_m))
+    throw InputError(object.where + ": the mesh would be " + length_text(largest_m) + " large, and must be " +
+                     length_text(kSmallestObject_m) + " to " + length_text(kLargestObject_m) + "; give a width");
+  return scale;
+}
+
+/// What takes an object's vertices to where it belongs, and their box there.
+struct Placing {
+  Motion motion;
+  Box box;
+};
+
+/// turned     box of the vertices after `turn` about `from`
+/// mesh_unit  of the vertices' units
+Placing placing_of(const Object& object, const glm::dmat3& turn, const glm::dvec3& from, const Box& turned, double mesh_unit) {
+  const double scale = scale_of(object, turned, mesh_unit);
+  const glm::dvec3 centre = turned.centre();
+  const auto placed = [&](const glm::dvec3& p) { return object.position_m + (p - centre) * scale; };
+  const Box box{placed(turned.min), placed(turned.max)};
+  if (!(box.min.z > 0))
+    throw InputError(object.where + ": lies behind or touches the hologram plane: its z runs from " + length_text(box.min.z) + " to " +
+                     length_text(box.max.z) + ", and must be > 0");
+  return {{turn, scale, from, placed(glm::dvec3(0)), true}, box};
+}
+
+/// Adds triangles that stand for all of an object, drawn by area at even steps through the list; all of them where they are few.
+///
+/// first  of its triangles, which are the world's last
+void add_facets(std::size_t first, World& world) {
+  const auto count = world.triangles.size() - first;
+  std::vector<double> area(count, 1);
+  double whole = static_cast<double>(count);
+  if (count > most_facets) {
+    whole = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto t = world.triangles[first + i];
+      const auto& a = world.positions[t.x];
+      area[i] = glm::length(glm::cross(world.positions[t.y] - a, world.positions[t.z] - a));
+      whole += area[i];
+    }
+  }
+  const auto wanted = std::min(count, most_facets);
+  const double step = whole / static_cast<double>(wanted);
+  double reached = 0;
+  std::size_t drawn = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    reached += area[i];
+    const auto last = std::min(static_cast<std::size_t>(reached / step + 0.5), wanted);
+    if (last <= drawn) continue;
+    add_facet(world, first + i, static_cast<double>(last - drawn) * step / area[i], world.facets);
+    drawn = last;
+  }
+}
+
+/// Adds an object's vertices and triangles, its vertices nowhere yet.
+void add(std::int32_t index, const Object& object, const Mesh& mesh, World& world) {
+  if (world.triangles.size() + mesh.triangles.size() > kMaxTriangles)
+    throw InputError(object.where + ": with it the scene has more than " + std::to_string(kMaxTriangles) + " triangles");
+  const auto first = static_cast<glm::uint>(world.positions.size());
+  world.positions.resize(first + mesh.positions.size());
+  world.normals.resize(world.positions.size());
+  world.uvs.insert(world.uvs.end(), mesh.uvs.begin(), mesh.uvs.end());
+  for (const glm::uvec3& triangle : mesh.triangles) world.triangles.push_back(triangle + first);
+  world.triangle_object.resize(world.triangles.size(), index);
+}
+
+/// Puts an object's vertices where they belong.
+PlacedObject place(const Object& object, const Mesh& mesh, std::size_t first_vertex, World& world) {
+  const glm::dmat3 rotation = rotation_xyz(object.rotation_deg);
+  Box box, turned;
+  for (const auto& p : mesh.positions) box.add(p);
+  // Differences first: a mesh far from its own origin keeps its shape.
+  const auto middle = box.centre();
+  for (const auto& p : mesh.positions) turned.add(rotation * (p - middle));
+  const auto placing = placing_of(object, rotation, middle, turned, 1);
+  const auto count = mesh.positions.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    world.positions[first_vertex + i] = placing.motion(mesh.positions[i]);
+    world.normals[first_vertex + i] = rotation * mesh.normals[i];
+  }
+  return {.first_vertex = first_vertex,
+          .vertices = count,
+          .position_m = object.position_m,
+          .rotation_deg = object.rotation_deg,
+          .width_m = object.width_m,
+          .unit_m = placing.motion.scale,
+          .min_m = placing.box.min,
+          .max_m = placing.box.max,
+          .clusters =
+              clusters_of(std::span(world.positions).subspan(first_vertex, count), std::span(world.normals).subspan(first_vertex, count))};
+}
+
+Placing placing_of(const Object& object, const World& world, const PlacedObject& placed) {
+  if (object.position_m == placed.position_m && object.rotation_deg == placed.rotation_deg && object.width_m == placed.width_m)
+    return {{}, {placed.min_m, placed.max_m}};
+  const auto turn = rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
+  return placing_of(object, turn, placed.position_m, turned_box(world, placed, turn), placed.unit_m);
+}
+
+}  // namespace
+
+bool is_closed(const Mesh& mesh) {
+  const std::vector<std::uint32_t> weld = weld_positions(mesh.positions);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges, reversed;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const glm::uvec3& triangle : mesh.triangles)
+    for (int i = 0; i < 3; ++i) edges.emplace_back(weld[triangle[i]], weld[triangle[(i + 1) % 3]]);
+  for (const auto& [from, to] : edges) reversed.emplace_back(to, from);
+  std::sort(edges.begin(), edges.end());
+  std::sort(reversed.begin(), reversed.end());
+  return edges == reversed && std::adjacent_find(edges.begin(), edges.end()) == edges.end();
+}
+
+Meshes load_meshes(const Scene& scene) {
+  if (scene.objects.empty()) throw InputError(one_line(scene.file.string()) + ": there is no object: add [[object]] with mesh = \"FILE\"");
+  Meshes loaded;
+  std::map<std::pair<std::filesystem::path, Normals>, std::size_t> known;
+  for (const Object& object : scene.objects) {
+    std::error_code error;
+    const auto [found, is_new] =
+        known.try_emplace({std::filesystem::weakly_canonical(object.mesh, error), object.normals}, loaded.meshes.size());
+    if (is_new) {
+      loaded.meshes.push_back(load_mesh(object.mesh, object.normals, object.where));
+      loaded.closed.push_back(is_closed(loaded.meshes.back()));
+    }
+    loaded.of_object.push_back(found->second);
+  }
+  return loaded;
+}
+
+World place_objects(const Scene& scene, const Meshes& meshes) {
+  World world;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto mesh = meshes.of_object[i];
+    const auto first_vertex = world.positions.size(), first_triangle = world.triangles.size();
+    add(static_cast<std::int32_t>(i), scene.objects[i], meshes.meshes[mesh], world);
+    world.object_closed.push_back(meshes.closed[mesh]);
+    world.placed.push_back(place(scene.objects[i], meshes.meshes[mesh], first_vertex, world));
+    add_facets(first_triangle, world);
+  }
+  move_objects(scene, world);
+  return world;
+}
+
+void move_objects(const Scene& scene, World& world) {
+  Box all;
+  world.motions.clear();
+  for (std::size_t i = 0; i < world.placed.size(); ++i) {
+    const auto placing = placing_of(scene.objects[i], world, world.placed[i]);
+    world.motions.push_back(placing.motion);
+    all.add(placing.box);
+  }
+  world.min_m = all.min;
+  world.max_m = all.max;
+}
+
+std::array<glm::dvec3, 3> World::corners_m(std::size_t triangle) const {
+  const auto corners = triangles[triangle];
+  const auto motion = motion_of(triangle_object[triangle]);
+  return {motion(positions[corners.x]), motion(positions[corners.y]), motion(positions[corners.z])};
+}
+
+void add_facet(const World& world, std::size_t triangle, double share, std::vector<Facets>& facets) {
+  const auto object = world.triangle_object[triangle];
+  const auto t = world.triangles[triangle];
+  if (facets.empty() || facets.back().object != object || facets.back().count == Lanes::count) {
+    facets.emplace_back().object = object;
+    // A triangle of no share in every lane.
+    for (int corner = 0; corner < 3; ++corner) {
+      for (std::size_t lane = 0; lane < Lanes::count; ++lane) facets.back().corners[corner].set(lane, world.positions[t[corner]]);
+    }
+  }
+  auto& last = facets.back();
+  last.share.v[last.count] = share;
+  for (int corner = 0; corner < 3; ++corner) last.corners[corner].set(last.count, world.positions[t[corner]]);
+  ++last.count;
+}
+
+std::vector<glm::dvec3> positions_now(const World& world) {
+  auto positions = world.positions;
+  for (std::size_t i = 0; i < world.placed.size(); ++i) {
+    const auto& placed = world.placed[i];
+    for (auto& p : std::span(positions).subspan(placed.first_vertex, placed.vertices)) p = world.motions[i](p);
+  }
+  return positions;
+}
+
+std::vector<glm::vec3> normals_now(const World& world) {
+  auto normals = world.normals;
+  for (std::size_t i = 0; i < world.placed.size(); ++i) {
+    if (!world.motions[i].moved) continue;
+    const auto& placed = world.placed[i];
+    for (auto& n : std::span(normals).subspan(placed.first_vertex, placed.vertices)) n = world.motions[i].turn * glm::dvec3(n);
+  }
+  return normals;
+}
+
+World build_world(const Scene& scene) { return place_objects(scene, load_meshes(scene)); }
+
+}  // namespace raywave

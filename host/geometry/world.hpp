@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Meshes as read, and the one world mesh that all of a scene's objects become.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <vector>
+
+#include "host/geometry/clusters.hpp"
+#include "host/geometry/lanes.hpp"
+#include "host/geometry/motion.hpp"
+#include "host/scene/scene.hpp"
+
+namespace raywave {
+
+/// Triangles that index vertices; `normals` and `uvs` are empty or as long as `positions`.
+struct Mesh {
+  std::vector<glm::dvec3> positions;
+  std::vector<glm::dvec3> normals;
+  std::vector<glm::dvec2> uvs;  // (0, 0) is the bottom left of the texture
+  std::vector<glm::uvec3> triangles;
+};
+
+/// Reads any format Assimp reads; all parts of the file merged, polygons triangulated, points, lines and triangles of no area dropped, node
+/// transforms applied, vertices that agree in everything joined. Axes and numbers stay as in the file (in float, as Assimp keeps them).
+///
+/// throws  InputError, starting with `where`, when the file cannot be read, holds no triangle, or a vertex is NaN or infinite
+Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where);
+
+/// The last step of load_mesh, on a mesh as a file has it, with zero for a normal that is missing: triangles of no area dropped, every
+/// corner given its normal, and corners that agree in everything joined.
+Mesh finish_mesh(Mesh raw, Normals normals);
+
+/// Triangles that each stand for a part of an object's surface.
+struct Facets {
+  std::int32_t object = 0;  // index into Scene::objects
+  std::size_t count = 0;    // lanes beyond have no share
+  Lanes share{0};           // of the surface: so many times the triangle's area
+  Places corners[3];        // as the object was placed
+};
+
+/// An object's vertices, which follow each other, and how place_objects has placed them.
+struct PlacedObject {
+  std::size_t first_vertex = 0, vertices = 0;
+  glm::dvec3 position_m{0}, rotation_deg{0};
+  std::optional<double> width_m;
+  double unit_m = 1;  // length of a mesh unit
+  glm::dvec3 min_m{0}, max_m{0};
+  Clusters clusters;
+};
+
+/// Every object placed in the world (metres), one after the other. All vectors of a vertex are as long as `positions`. Vertices and normals
+/// stay where they were placed; `motions` says where they are now.
+struct World {
+  std::vector<glm::dvec3> positions;
+  std::vector<glm::vec3> normals;  // unit length, as oriented by the mesh; of the face where a vertex has none
+  std::vector<glm::vec2> uvs;      // (0, 0) where a mesh has none
+  std::vector<glm::uvec3> triangles;
+  std::vector<std::int32_t> triangle_object;  // index into Scene::objects
+  std::vector<bool>
+      object_closed;  // per object: every edge shared by exactly two triangles in opposite directions (after welding equal positions)
+  std::vector<Facets> facets;        // stand for all surfaces in sums over them; none: every triangle stands for itself
+  std::vector<PlacedObject> placed;  // per object; none in worlds that place_objects has not made
+  std::vector<Motion> motions;       // per object; none: nothing has moved
+  glm::dvec3 min_m{0}, max_m{0};     // bounding box, as everything is now
+
+  Motion motion_of(std::int32_t object) const { return motions.empty() ? Motion{} : motions[static_cast<std::size_t>(object)]; }
+  /// Where a triangle's corners are now.
+  std::array<glm::dvec3, 3> corners_m(std::size_t triangle) const;
+};
+
+/// Adds one of the world's triangles to those that stand for surfaces.
+void add_facet(const World& world, std::size_t triangle, double share, std::vector<Facets>& facets);
+
+/// Where all vertices are now.
+std::vector<glm::dvec3> positions_now(const World& world);
+
+/// The vertices' normals as they point now.
+std::vector<glm::vec3> normals_now(const World& world);
+
+/// Whether every edge is shared by exactly two triangles in opposite directions, after welding equal positions.
+bool is_closed(const Mesh& mesh);
+
+/// The meshes of a scene's objects, as read. Objects that name the same file and normals share one.
+struct Meshes {
+  std::vector<Mesh> meshes;
+  std::vector<bool> closed;
+  std::vector<std::size_t> of_object;  // index into `meshes`
+};
+
+/// throws  InputError when a mesh is unusable, or when the scene has no object
+Meshes load_meshes(const Scene& scene);
+
+/// Rotates, scales and places all objects.
+///
+/// throws  InputError when a width is asked of a mesh without x extent, or an object touches or lies behind the hologram plane (z <= 0)
+World place_objects(const Scene& scene, const Meshes& meshes);
+
+/// Moves all objects of a world that place_objects has made to where the scene has them now: its motions and its box.
+///
+/// throws    as place_objects; the world is then worth nothing until it has been moved again
+/// accuracy  places are those of a world placed there to a few roundings of the objects' sizes and distances
+void move_objects(const Scene& scene, World& world);
+
+/// Reads the meshes and places all objects.
+World build_world(const Scene& scene);
+
+}  // namespace raywave

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What a plan takes: operations, counted from the scene, and how long a device needs for them. `raywave tune` measures its rates.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "cl/device.hpp"
+#include "cl/fft.hpp"
+#include "host/plan/front_view.hpp"
+#include "host/propagate/propagator_engine.hpp"
+
+namespace raywave {
+
+/// Operations of one picture: all frames of a scene that has been read, from its samples to its levels.
+struct Work {
+  double samples = 0;      // surface samples that the hologram sees
+  double rays = 0;         // of the sample lattice, and of what the hologram's parts see of each sample, times the depth of the tree
+  double pairs = 0;        // of a WRP's pixel and a sample far from it, or a fan's ray; the rest of the gathering in as many of these
+  double pixels = 0;       // of all WRPs and frames
+  double butterflies = 0;  // of all transforms: points times the binary logarithm of their lines, as far as window and band need them
+  double levels = 0;       // pixels of all holograms
+};
+
+/// Pixels of WRPs that the front view's cells light, one sample in each: what neither pitch nor frames change. Tiles' width is filled up.
+struct Footprints {
+  double near_pixels = 0, near_sides = 0;     // of samples that are near their WRPs; their widths and heights
+  double far_pixels = 0, far_widths = 0;      // of the others
+  double shiny_pixels = 0, shiny_widths = 0;  // of these, where highlights are shaded
+};
+Footprints footprints_of(const Plan& plan, const FrontView& view);
+
+/// footprints  of this plan, or of one with another lattice
+Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view, const Footprints& footprints);
+
+/// Work::butterflies, all that the padding changes.
+double count_butterflies(const Plan& plan, int frames);
+
+/// Seconds that a device takes per operation, all of its compute units together.
+struct DeviceRates {
+  std::string device;  // "default" for figures that no measurement stands behind
+  double ray_s = 0, pair_s = 0, pixel_s = 0, butterfly_s = 0, level_s = 0;
+};
+
+/// Of PoCL on two cores of a server processor.
+DeviceRates default_rates();
+
+struct StageTimes {
+  double samples_s = 0, trace_s = 0, propagate_s = 0, encode_s = 0;
+  double total_s() const { return samples_s + trace_s + propagate_s + encode_s; }
+};
+
+/// Rows of the padded plane that the band keeps of a WRP.
+Band rows_kept(const Plan& plan, const Wrp& wrp);
+
+StageTimes predict_times(const Work& work, const DeviceRates& rates);
+
+}  // namespace raywave

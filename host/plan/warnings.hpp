@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What a user may not have meant, or may not see, before anything is computed.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host/plan/front_view.hpp"
+
+namespace raywave {
+
+/// A line each: what, how much, and which setting changes it.
+std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan, const FrontView& view, double resolution_m);
+
+}  // namespace raywave

@@ -1,0 +1,386 @@
+// SPDX-License-Identifier: Apache-2.0
+// Propagation by the host's threads. Memory is what bounds it, so every pass makes its lines in the cache and writes only what the next
+// one reads:
+//   load     columns of the field with any light, zeros below it -> transform -> the rows that the targets' bands keep
+//   collect  each of these rows, zeros right of it -> transform -> times the transfer function, summed over the sources -> transform
+//            back -> its part inside the window; then columns of these rows, zeros elsewhere -> transform back -> the field
+// Rows between the passes lie in tiles: 16 columns of each row next to each other, so that passes over columns read and write a tile from
+// beginning to end. Sources wait until `collect`, or until they fill the memory of two padded planes; their sum is then kept by rows.
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <type_traits>
+
+#include "host/common/threads.hpp"
+#include "host/propagate/propagator_engine.hpp"
+
+// kernels/propagate/transfer.h as C++: one lane, vectorised by the compiler.
+namespace raywave::kernel {
+using std::copysign, std::fabs, std::fma, std::sqrt;
+using uint = std::uint32_t;
+inline float fmin(float a, float b) { return a < b ? a : b; }
+inline float fmax(float a, float b) { return a > b ? a : b; }
+#include "kernels/propagate/transfer.h"
+}  // namespace raywave::kernel
+
+namespace raywave {
+namespace {
+
+using Sample = std::complex<float>;
+
+constexpr std::size_t tile_width = 16;                       // columns: two cache lines
+constexpr std::size_t small_plane = std::size_t{256} * 256;  // samples; per thread, less is not worth waking one
+
+std::size_t size(int n) { return static_cast<std::size_t>(n); }
+
+/// cl::Lines from one line to the next in scratch memory: whole cache lines, an odd number, so that lines do not contend for one place.
+std::size_t pitch_of(std::size_t line) { return ((line + 7) / 8 | 1) * 8; }
+
+/// to[c][r] = from[r][c], block by block: of 8 x 8 samples each line in the cache is read and written once. Rows of the field lie farther
+/// apart than what the processor fetches ahead by itself.
+[[gnu::always_inline]] inline void transpose(const Sample* from, std::size_t from_pitch, std::size_t rows, std::size_t columns, Sample* to,
+                                             std::size_t to_pitch) {
+  using Quad = double __attribute__((vector_size(32)));  // four samples
+  constexpr std::size_t block = 8, quad = 4;
+  for (std::size_t r0 = 0; r0 < rows; r0 += block) {
+    for (std::size_t c0 = 0; c0 < columns; c0 += block) {
+      if (r0 + block > rows || c0 + block > columns) {
+        for (std::size_t r = r0; r < std::min(rows, r0 + block); ++r)
+          for (std::size_t c = c0; c < std::min(columns, c0 + block); ++c) to[c * to_pitch + r] = from[r * from_pitch + c];
+        continue;
+      }
+      for (std::size_t i = 0; i < block; ++i) {
+        __builtin_prefetch(from + (r0 + 2 * block + i) * from_pitch + c0);
+        __builtin_prefetch(to + (c0 + 2 * block + i) * to_pitch + r0, 1);
+      }
+      for (std::size_t r = r0; r < r0 + block; r += quad) {
+        for (std::size_t c = c0; c < c0 + block; c += quad) {
+          const Sample* in = from + r * from_pitch + c;
+          Sample* out = to + c * to_pitch + r;
+          Quad a, b, d, e;
+          std::memcpy(&a, in, sizeof a);
+          std::memcpy(&b, in + from_pitch, sizeof b);
+          std::memcpy(&d, in + 2 * from_pitch, sizeof d);
+          std::memcpy(&e, in + 3 * from_pitch, sizeof e);
+          const Quad even_ab = __builtin_shufflevector(a, b, 0, 4, 2, 6), odd_ab = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+          const Quad even_de = __builtin_shufflevector(d, e, 0, 4, 2, 6), odd_de = __builtin_shufflevector(d, e, 1, 5, 3, 7);
+          a = __builtin_shufflevector(even_ab, even_de, 0, 1, 4, 5);
+          b = __builtin_shufflevector(odd_ab, odd_de, 0, 1, 4, 5);
+          d = __builtin_shufflevector(even_ab, even_de, 2, 3, 6, 7);
+          e = __builtin_shufflevector(odd_ab, odd_de, 2, 3, 6, 7);
+          std::memcpy(static_cast<void*>(out), &a, sizeof a);
+          std::memcpy(static_cast<void*>(out + to_pitch), &b, sizeof b);
+          std::memcpy(static_cast<void*>(out + 2 * to_pitch), &d, sizeof d);
+          std::memcpy(static_cast<void*>(out + 3 * to_pitch), &e, sizeof e);
+        }
+      }
+    }
+  }
+}
+
+using Transpose = void (*)(const Sample*, std::size_t, std::size_t, std::size_t, Sample*, std::size_t);
+
+void transpose_any(const Sample* from, std::size_t from_pitch, std::size_t rows, std::size_t columns, Sample* to, std::size_t to_pitch) {
+  transpose(from, from_pitch, rows, columns, to, to_pitch);
+}
+#if defined(__x86_64__)
+[[gnu::target("avx2")]] void transpose_avx2(const Sample* from, std::size_t from_pitch, std::size_t rows, std::size_t columns, Sample* to,
+                                            std::size_t to_pitch) {
+  transpose(from, from_pitch, rows, columns, to, to_pitch);
+}
+#endif
+
+Transpose transpose_here() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2")) return transpose_avx2;
+#endif
+  return transpose_any;
+}
+
+/// What multiply_add needs of one row for `count` columns from one on: tables from that column on.
+struct RowPart {
+  const Sample* line;
+  Sample* sum;
+  const float *phase_x, *power_hi, *power_lo;
+  const std::int32_t *first_row, *last_row;
+  int count, row;
+  float phase_y, v_hi, v_lo, depth_hi, depth_lo, scale;
+};
+
+/// sum += scale * line * H inside the band, as multiply_add in kernels/propagate/propagate.cl.
+template <bool two_floats>
+[[gnu::always_inline]] inline void multiply_add(const RowPart& p) {
+  const float* __restrict line = reinterpret_cast<const float*>(p.line);
+  float* __restrict sum = reinterpret_cast<float*>(p.sum);
+  for (int i = 0; i < p.count; ++i) {
+    const float remainder = two_floats
+                                ? kernel::remainder_turns_two_floats(p.power_hi[i], p.power_lo[i], p.v_hi, p.v_lo, p.depth_hi, p.depth_lo)
+                                : kernel::remainder_turns_float(p.power_hi[i], p.v_hi, p.depth_hi);
+    float c, s;
+    kernel::transfer_function(p.phase_x[i], p.phase_y, remainder, &c, &s);
+    const float scale = (p.first_row[i] <= p.row) & (p.row <= p.last_row[i]) ? p.scale : 0.0f;
+    c *= scale;
+    s *= scale;
+    const float re = line[2 * i], im = line[2 * i + 1];
+    sum[2 * i] += re * c - im * s;
+    sum[2 * i + 1] += re * s + im * c;
+  }
+}
+
+// Built for several kinds of CPU, since the binary is not built for the one it runs on.
+template <bool two_floats>
+void multiply_add_any(const RowPart& p) {
+  multiply_add<two_floats>(p);
+}
+#if defined(__x86_64__)
+template <bool two_floats>
+[[gnu::target("avx2,fma"), gnu::flatten]] void multiply_add_avx2(const RowPart& p) {
+  multiply_add<two_floats>(p);
+}
+template <bool two_floats>
+[[gnu::target("avx512f,avx512vl,avx512dq,avx512bw,fma,prefer-vector-width=512"), gnu::flatten]] void multiply_add_avx512(const RowPart& p) {
+  multiply_add<two_floats>(p);
+}
+#endif
+
+template <bool two_floats>
+auto multiply_add_here() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
+      __builtin_cpu_supports("avx512bw"))
+    return multiply_add_avx512<two_floats>;
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return multiply_add_avx2<two_floats>;
+#endif
+  return multiply_add_any<two_floats>;
+}
+
+/// Rows of a plane between the passes, in tiles.
+struct Rows {
+  Band band;
+  cl::Lines tiles;
+  std::size_t capacity = 0;  // samples
+
+  Sample* tile(std::size_t number) const { return tiles.get() + number * size(band.count()) * tile_width; }
+
+  void reserve(const Band& rows, std::size_t tile_count) {
+    band = rows;
+    const std::size_t wanted = tile_count * size(band.count()) * tile_width;
+    if (wanted <= capacity) return;
+    capacity = 0;
+    tiles.reset();
+    tiles = cl::make_lines(wanted, "rows of a padded plane");
+    capacity = wanted;
+  }
+};
+
+class HostEngine final : public PropagationEngine {
+public:
+  explicit HostEngine(const PropagationPlan& plan)
+      : plan_(plan),
+        nx_(size(plan.spec.size.x)),
+        ny_(size(plan.spec.size.y)),
+        padded_nx_(size(plan.x.padded)),
+        padded_ny_(size(plan.y.padded)),
+        tiles_((nx_ + tile_width - 1) / tile_width),
+        row_fft_(padded_nx_),
+        column_fft_(padded_ny_),
+        threads_(std::clamp<std::size_t>(padded_nx_ * padded_ny_ / small_plane, 1, cl::Threads::shared().count())) {
+    for (std::size_t i = 0; i < threads_; ++i) {
+      Scratch s;
+      const char* what = "lines of a padded plane";
+      for (auto* row : {&s.row, &s.row_transformed, &s.row_sum}) *row = cl::make_zero_lines(padded_nx_, what);
+      for (auto* columns : {&s.field_columns, &s.band_columns, &s.columns_transformed})
+        *columns = cl::make_zero_lines(tile_width * pitch_of(padded_ny_), what);
+      scratch_.push_back(std::move(s));
+    }
+  }
+
+  void load(const cl::ComplexBuffer& field, int frame, const Band& rows) override {
+    if (pending_.empty())
+      source_ = 0;
+    else if (pending_.back().source == source_)
+      ++source_;
+    if (source_ > 0 && size(rows.count()) * nx_ * (source_ + 1) > 2 * padded_nx_ * padded_ny_) {
+      transform_rows(pending_rows(), false);
+      source_ = 0;
+    }
+    if (source_ == sources_.size()) sources_.emplace_back();
+    auto& source = sources_[source_];
+    source.reserve(rows, tiles_);
+    if (rows.empty()) return;
+    field.on_host([&](std::span<const Sample> samples) { columns_forward(samples.data(), source); }, size(frame) * nx_ * ny_, nx_ * ny_);
+  }
+
+  void add(const std::shared_ptr<const Transfer>& transfer) override { pending_.push_back({source_, transfer}); }
+
+  void collect(cl::ComplexBuffer& field) override {
+    const Band rows = pending_rows().joined(sum_rows_);
+    if (rows.empty()) return field.fill_zero();
+    if (!(rows.first == arrived_.band.first && rows.last == arrived_.band.last)) {
+      for (auto& s : scratch_) std::fill_n(s.band_columns.get(), tile_width * pitch_of(padded_ny_), Sample{});
+    }
+    arrived_.reserve(rows, tiles_);
+    transform_rows(rows, true);
+    field.on_host([&](std::span<Sample> samples) { columns_inverse(samples.data()); }, CL_MAP_WRITE_INVALIDATE_REGION);
+  }
+
+private:
+  /// Of one thread: lines of the padded plane. What is right of the field in `row` and below it in `field_columns` stays zero, so does
+  /// what is outside the band in `band_columns`.
+  struct Scratch {
+    cl::Lines row, row_transformed, row_sum;
+    cl::Lines field_columns, band_columns, columns_transformed;
+  };
+
+  struct Pending {
+    std::size_t source;
+    std::shared_ptr<const Transfer> transfer;
+  };
+
+  Band pending_rows() const {
+    Band rows;
+    for (const auto& p : pending_) rows = rows.joined(p.transfer->rows);
+    return rows;
+  }
+
+  std::size_t columns_of(std::size_t tile) const { return std::min(tile_width, nx_ - tile * tile_width); }
+
+  /// Calls f(frequency of the first, place of the first in a transform, count) for the rows below and above zero frequency.
+  void for_each_run(const Band& rows, const auto& f) const {
+    if (rows.first < 0) f(rows.first, size(plan_.y.index(rows.first)), size(std::min(rows.last, -1) - rows.first + 1));
+    if (rows.last >= 0) f(std::max(rows.first, 0), size(std::max(rows.first, 0)), size(rows.last - std::max(rows.first, 0) + 1));
+  }
+
+  /// Calls f(part of row k in its tile, its first column, columns) for all its parts; copies of constant size are quicker.
+  void for_each_part(const Rows& rows, int k, const auto& f) const {
+    for (std::size_t tile = 0; tile < tiles_; ++tile) {
+      Sample* in_tile = rows.tile(tile) + size(k - rows.band.first) * tile_width;
+      if (columns_of(tile) == tile_width) {
+        f(in_tile, tile * tile_width, std::integral_constant<std::size_t, tile_width>());
+      } else {
+        f(in_tile, tile * tile_width, columns_of(tile));
+      }
+    }
+  }
+
+  /// WRPs reach beyond the light; a look that ends at the first sample costs little.
+  bool is_dark(const Sample* field_columns, std::size_t columns, std::size_t pitch) const {
+    for (std::size_t c = 0; c < columns; ++c) {
+      const Sample* column = field_columns + c * pitch;
+      if (!std::all_of(column, column + ny_, [](const Sample& sample) { return sample == Sample{}; })) return false;
+    }
+    return true;
+  }
+
+  void columns_forward(const Sample* field, Rows& rows) {
+    const std::size_t pitch = pitch_of(padded_ny_);
+    cl::Threads::shared().for_each(threads_, tiles_, 1, [&](std::size_t thread, std::size_t tile) {
+      auto& s = scratch_[thread];
+      const std::size_t columns = columns_of(tile);
+      transpose_(field + tile * tile_width, nx_, ny_, columns, s.field_columns.get(), pitch);
+      if (is_dark(s.field_columns.get(), columns, pitch)) {
+        std::fill_n(rows.tile(tile), size(rows.band.count()) * tile_width, Sample{});
+        return;
+      }
+      for (std::size_t c = 0; c < columns; ++c)
+        column_fft_.forward(s.field_columns.get() + c * pitch, s.columns_transformed.get() + c * pitch);
+      for_each_run(rows.band, [&](int first, std::size_t at, std::size_t count) {
+        transpose_(s.columns_transformed.get() + at, pitch, columns, count, rows.tile(tile) + size(first - rows.band.first) * tile_width,
+                   tile_width);
+      });
+    });
+  }
+
+  void columns_inverse(Sample* field) {
+    const std::size_t pitch = pitch_of(padded_ny_);
+    cl::Threads::shared().for_each(threads_, tiles_, 1, [&](std::size_t thread, std::size_t tile) {
+      auto& s = scratch_[thread];
+      const std::size_t columns = columns_of(tile);
+      for_each_run(arrived_.band, [&](int first, std::size_t at, std::size_t count) {
+        transpose_(arrived_.tile(tile) + size(first - arrived_.band.first) * tile_width, tile_width, count, columns,
+                   s.band_columns.get() + at, pitch);
+      });
+      for (std::size_t c = 0; c < columns; ++c)
+        column_fft_.inverse(s.band_columns.get() + c * pitch, s.columns_transformed.get() + c * pitch);
+      transpose_(s.columns_transformed.get(), pitch, columns, ny_, field + tile * tile_width, nx_);
+    });
+  }
+
+  /// Pending sources and the sum so far, row by row: back to `arrived_`, or into the sum.
+  void transform_rows(const Band& rows, bool back) {
+    if (!back && !sum_) sum_ = cl::make_lines(padded_nx_ * padded_ny_, "sum of spectra");
+    const auto sum_row = [&](int k) { return sum_.get() + size(plan_.y.index(k)) * padded_nx_; };
+    const Band whole = rows.joined(sum_rows_);
+    cl::Threads::shared().for_each(threads_, size(whole.count()), 4, [&](std::size_t thread, std::size_t i) {
+      auto& s = scratch_[thread];
+      const int k = whole.first + static_cast<int>(i);
+      Sample* sum = back ? s.row_sum.get() : sum_row(k);
+      if (back && sum_rows_.contains(k)) {
+        std::copy_n(sum_row(k), padded_nx_, sum);
+      } else if (!sum_rows_.contains(k)) {
+        std::fill_n(sum, padded_nx_, Sample{});
+      }
+      for (const auto& p : pending_) add_row(s, p, k, sum);
+      if (!back) return;
+      row_fft_.inverse(sum, s.row_transformed.get());
+      for_each_part(arrived_, k,
+                    [&](Sample* in_tile, std::size_t x, auto columns) { std::copy_n(s.row_transformed.get() + x, columns, in_tile); });
+    });
+    pending_.clear();
+    sum_rows_ = back ? Band{} : whole;
+  }
+
+  /// Row k of one source, transformed and multiplied by its transfer function, onto `sum`.
+  void add_row(Scratch& s, const Pending& p, int k, Sample* sum) const {
+    const auto& t = *p.transfer;
+    const int row = plan_.y.index(k);
+    const Band kept = t.columns_of(row);
+    if (kept.empty()) return;
+    for_each_part(sources_[p.source], k,
+                  [&](const Sample* in_tile, std::size_t x, auto columns) { std::copy_n(in_tile, columns, s.row.get() + x); });
+    row_fft_.forward(s.row.get(), s.row_transformed.get());
+
+    const auto part = [&](int first, int last) {
+      const int i = plan_.x.index(first);
+      const RowPart work{s.row_transformed.get() + i,
+                         sum + i,
+                         t.phase_x.data() + i,
+                         plan_.power_x.data() + i,
+                         plan_.power_x.data() + padded_nx_ + i,
+                         t.band_x.data() + i,
+                         t.band_x.data() + padded_nx_ + i,
+                         last - first + 1,
+                         k,
+                         t.phase_y[row],
+                         plan_.power_y[row],
+                         plan_.power_y[padded_ny_ + row],
+                         t.depth_hi,
+                         t.depth_lo,
+                         static_cast<float>(plan_.scale)};
+      (t.two_floats ? multiply_add_two_floats_ : multiply_add_float_)(work);
+    };
+    if (kept.first < 0) part(kept.first, std::min(kept.last, -1));
+    if (kept.last >= 0) part(std::max(kept.first, 0), kept.last);
+  }
+
+  PropagationPlan plan_;
+  std::size_t nx_, ny_, padded_nx_, padded_ny_, tiles_;
+  cl::LineFft row_fft_, column_fft_;
+  std::size_t threads_;
+  Transpose transpose_ = transpose_here();
+  void (*multiply_add_float_)(const RowPart&) = multiply_add_here<false>();
+  void (*multiply_add_two_floats_)(const RowPart&) = multiply_add_here<true>();
+  std::vector<Scratch> scratch_;  // one per thread
+  std::vector<Rows> sources_;     // loaded since the last `collect`, the last being number source_
+  std::size_t source_ = 0;
+  std::vector<Pending> pending_;  // added, not summed
+  Rows arrived_;
+  cl::Lines sum_;  // spectra of the rows sum_rows_; only where sources did not fit
+  Band sum_rows_;
+};
+
+}  // namespace
+
+std::unique_ptr<PropagationEngine> make_host_engine(const PropagationPlan& plan) { return std::make_unique<HostEngine>(plan); }
+
+}  // namespace raywave

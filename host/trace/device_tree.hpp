@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "cl/program.hpp"
+#include "host/geometry/shared_types.hpp"
+
+namespace raywave {
+
+/// Trees in device memory, one for each body.
+struct DeviceTree {
+  cl::Buffer<device::BvhNode> nodes;
+  cl::Buffer<device::Triangle> triangles;
+  cl::Buffer<float> positions;  // 3 per vertex, frame of its body
+  cl::Buffer<device::Body> bodies;
+};
+
+/// A body that has not moved, the root of its tree at node `root`.
+device::Body body_at_rest(std::int32_t root = 0);
+
+}  // namespace raywave

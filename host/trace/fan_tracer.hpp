@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Fields on the WRPs by backward ray tracing on the device (kernels/gather/fan.cl).
+#pragma once
+
+#include <cstdint>
+
+#include "cl/program.hpp"
+#include "host/geometry/world.hpp"
+#include "host/plan/plan.hpp"
+#include "host/trace/samples.hpp"
+#include "host/scene/scene.hpp"
+#include "host/geometry/shared_types.hpp"
+
+namespace raywave {
+
+/// What a ray's hit stands for (kernels/gather/fan.cl, RAYWAVE_SOURCE).
+enum class HitSource { hit = 0, surface = 1, bounced = 2 };
+
+class Tracer {
+public:
+  /// table  the surface samples, needed by HitSource::surface; outlives the tracer like `plan` and `arrays`
+  Tracer(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays, HitSource source,
+         const SampleTable* table = nullptr);
+
+  /// Fills `field` (ny x nx) with the field of one WRP; HitSource::bounced adds to it.
+  ///
+  /// seed      of the random phases; equal for all WRPs of a frame
+  /// accuracy  docs/accuracy.md, "Tracing"
+  void trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field);
+
+private:
+  cl::Device device_;
+  const Plan& plan_;
+  double sampling_pitch_m_;
+  const DeviceScene& scene_;
+  const SampleTable* table_;
+  int lanes_;
+  cl::Program program_;
+  cl::Kernel trace_fan_;
+  cl::Buffer<device::Sample> no_samples_;  // stand in where there is no table
+  cl::Buffer<std::int32_t> no_cells_;
+};
+
+}  // namespace raywave

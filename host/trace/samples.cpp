@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/trace/samples.hpp"
+
+#include <cstdint>
+#include <vector>
+
+#include "host/common/error.hpp"
+
+namespace raywave {
+namespace {
+
+/// Of a band's samples, about, on devices that have as much.
+std::size_t band_bytes(const cl::DeviceInfo& device) {
+  return static_cast<std::size_t>(std::min({std::uint64_t{64} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16}));
+}
+
+constexpr int most_samples = 1 << 28;
+
+device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
+  const auto& wanted = plan.lattice;
+  const glm::dvec3 centre = -plan.origin_m;
+  device::Lattice lattice{};
+  lattice.first_x = wanted.first.x;
+  lattice.first_y = wanted.first.y;
+  lattice.nx = wanted.size.x;
+  lattice.ny = wanted.size.y;
+  lattice.step = static_cast<float>(wanted.step);
+  lattice.centre_x = static_cast<float>(centre.x);
+  lattice.centre_y = static_cast<float>(centre.y);
+  lattice.centre_z = static_cast<float>(centre.z);
+  lattice.near_z = static_cast<float>(plan.near_m - plan.origin_m.z) - 0.01f * scene.diameter_m;
+  lattice.full_z = static_cast<float>(wanted.full_z_m);
+  lattice.layer_gap = static_cast<float>(1e-3 * wanted.step * wanted.full_z_m);
+  lattice.bias = scene.bias_m;
+  lattice.reach = static_cast<float>(plan.far_m * 2);
+  lattice.half_width = static_cast<float>(plan.size.x * plan.pitch_m.x / 2 * std::max(1.0, plan.fan));
+  lattice.half_height = static_cast<float>(plan.size.y * plan.pitch_m.y / 2 * std::max(1.0, plan.fan));
+  return lattice;
+}
+
+/// With an eighth to spare: a scene that moves needs a little more now and then, and new memory is slow at first.
+template <class T>
+void make_room(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t size, const char* name) {
+  if (buffer.size() < size) {
+    buffer = {};  // before the new one is asked for
+    buffer = {device, size + size / 8, name};
+  }
+}
+
+/// Room for `wanted` elements, of which the first `kept` stay.
+template <class T>
+void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std::size_t wanted, const char* name) {
+  if (buffer.size() >= wanted) return;
+  cl::Buffer<T> larger(device, wanted + wanted / (kept > 0 ? 2 : 8), name);
+  if (kept > 0) larger.copy_from(buffer, 0, kept);
+  buffer = std::move(larger);
+}
+
+}  // namespace
+
+SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene, bool keep_unseen)
+    : view_parts(plan.view_parts),
+      device_(device),
+      program_(device, "kernels/samples/samples.cl",
+               cl::with(scene.options, {{"RAYWAVE_ANTIALIAS", std::to_string(plan.antialias)},
+                                        {"RAYWAVE_VIEW_PARTS", std::to_string(view_parts)},
+                                        {"RAYWAVE_KEEP_UNSEEN", keep_unseen ? "1" : "0"}})),
+      find_samples_(program_.kernel("find_samples")),
+      pack_samples_(program_.kernel("pack_samples")) {
+  find(plan, scene);
+}
+
+void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
+  lattice = lattice_of(plan, scene);
+  const auto nx = static_cast<std::size_t>(lattice.nx), ny = static_cast<std::size_t>(lattice.ny);
+  const auto lights = static_cast<std::size_t>(scene.light_words());
+  const auto bytes_per_slot = sizeof(device::Sample) + 4 * (view_words() + lights);
+  const int lanes = lanes_for(device_.info());
+  const cl::Range local = lanes == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
+  const cl::Range group{lanes == 1 ? std::size_t{64} : std::size_t{1}};
+
+  std::vector<glm::ivec2> first(nx * ny + 1, {0, 0});
+  std::int64_t total = 0;
+  hidden = 0;
+  for (std::size_t row = 0; row < ny;) {
+    const auto rows =
+        std::clamp<std::size_t>(band_bytes(device_.info()) / (nx * bytes_per_slot * static_cast<std::size_t>(slots_)), 1, ny - row);
+    const auto cells = rows * nx, room = cells * static_cast<std::size_t>(slots_);
+    make_room(device_, band_.counts, cells, "samples of each cell");
+    make_room(device_, band_.samples, room, "samples");
+    make_room(device_, band_.views, room * view_words(), "views of samples");
+    make_room(device_, band_.lit, room * lights, "lights on samples");
+    find_samples_.run({(nx + static_cast<std::size_t>(lanes) - 1) / static_cast<std::size_t>(lanes), rows}, local, scene.tree.nodes,
+                      scene.tree.triangles, scene.tree.positions, scene.tree.bodies, scene.normals, scene.uvs, scene.materials,
+                      scene.lights, scene.texels, scene.ambient_light, lattice, static_cast<std::int32_t>(row),
+                      static_cast<std::int32_t>(rows), slots_, band_.counts, band_.samples, band_.views, band_.lit);
+    int most = 0;
+    const auto total_before = total;
+    const auto hidden_before = hidden;
+    band_.counts.on_host(
+        [&](std::span<glm::ivec2> counts) {
+          for (std::size_t cell = 0; cell < cells; ++cell) {
+            most = std::max(most, counts[cell].x);
+            total += counts[cell].x;
+            hidden += counts[cell].y;
+            first[row * nx + cell + 1] = {static_cast<std::int32_t>(std::min<std::int64_t>(total, INT32_MAX)), hidden};
+          }
+        },
+        CL_MAP_READ);
+    if (most > slots_) {
+      slots_ = most;
+      total = total_before;
+      hidden = hidden_before;
+      continue;
+    }
+    if (total > most_samples)
+      throw InputError("sampling.pitch: " + std::to_string(total) +
+                       " surface samples or more, at most 268435456 are allowed; give a larger pitch");
+
+    const auto kept = static_cast<std::size_t>(total_before), wanted = static_cast<std::size_t>(std::max<std::int64_t>(total, 1));
+    grow(device_, samples, kept, wanted, "samples");
+    grow(device_, views, kept * view_words(), wanted * view_words(), "views of samples");
+    grow(device_, lit, kept * lights, wanted * lights, "lights on samples");
+    make_room(device_, band_.first, cells, "samples of each cell");
+    band_.first.write(std::span<const glm::ivec2>(first).subspan(row * nx, cells));
+    pack_samples_.run({cells}, group, band_.counts, band_.first, static_cast<std::int32_t>(cells), slots_, band_.samples, band_.views,
+                      band_.lit, samples, views, lit);
+    row += rows;
+  }
+  count = static_cast<int>(total);
+  std::vector<std::int32_t> cells;
+  for (const auto& at : first) cells.push_back(at.x);
+  if (first_of_cell.size() != cells.size()) first_of_cell = {device_, cells.size(), "sample lattice"};
+  first_of_cell.write(cells);
+  first_of_row.clear();
+  first_profile_of_row.clear();
+  for (std::size_t row = 0; row <= ny; ++row) {
+    const auto at = first[row * nx];
+    first_of_row.push_back(at.x);
+    first_profile_of_row.push_back(at.x + std::int64_t{near_parts() - 1} * at.y);
+  }
+}
+
+}  // namespace raywave

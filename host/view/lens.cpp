@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/view/lens.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <glm/common.hpp>
+
+#include "host/common/error.hpp"
+#include "host/view/reconstruct.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr int most_points = 4096;
+
+/// Launches are made so long that progress shows and no driver's watchdog wakes.
+constexpr double launch_seconds = 0.2;
+
+void check(const LensSpec& what) {
+  const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
+  if (!positive(what.z_m)) throw InputError("lens: z must be > 0, on the object's side of the hologram");
+  if (!std::isfinite(what.view.x) || !std::isfinite(what.view.y)) throw InputError("lens: view must be two finite numbers");
+  if (!positive(what.aperture.x) || !positive(what.aperture.y)) throw InputError("lens: aperture must be > 0");
+  if (what.points < 1 || what.points > most_points)
+    throw InputError("lens: rays per axis must be 1 to " + std::to_string(most_points) + ", got " + std::to_string(what.points));
+}
+
+device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const LensSpec& what, glm::ivec2 size) {
+  // The part of the hologram that is open, in half holograms.
+  const glm::dvec2 low = glm::max(what.view - what.aperture, -1.0), high = glm::min(what.view + what.aperture, 1.0);
+  if (!(low.x < high.x && low.y < high.y)) throw InputError("lens: view and aperture leave no part of the hologram open");
+  const glm::dvec2 half_m = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
+  const glm::dvec2 step_m = (high - low) * half_m / static_cast<double>(what.points);
+  const glm::dvec2 origin_m(plan.origin_m);
+  // A hair in front of the scene: from the hologram itself rounding would grow with its distance.
+  const double start_m = std::max(0.0, plan.near_m - 0x1p-10 * static_cast<double>(scene.diameter_m));
+
+  device::LensPlane lens{};
+  lens.nx = size.x;
+  lens.ny = size.y;
+  lens.left = static_cast<float>(-(size.x - 1) / 2.0 * plan.pitch_m.x - origin_m.x);
+  lens.top = static_cast<float>((size.y - 1) / 2.0 * plan.pitch_m.y - origin_m.y);
+  lens.pitch_x = static_cast<float>(plan.pitch_m.x);
+  lens.pitch_y = static_cast<float>(plan.pitch_m.y);
+  lens.inverse_focus = static_cast<float>(1 / what.z_m);
+  lens.points = what.points;
+  lens.lens_left = static_cast<float>(low.x * half_m.x + step_m.x / 2 - origin_m.x);
+  lens.lens_top = static_cast<float>(high.y * half_m.y - step_m.y / 2 - origin_m.y);
+  lens.lens_pitch_x = static_cast<float>(step_m.x);
+  lens.lens_pitch_y = static_cast<float>(step_m.y);
+  lens.start = static_cast<float>(start_m);
+  lens.start_z = static_cast<float>(start_m - plan.origin_m.z);
+  lens.bias = scene.bias_m;
+  lens.reach = 4 * (scene.diameter_m + static_cast<float>(plan.far_m));
+  return lens;
+}
+
+}  // namespace
+
+Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene& scene, const LensSpec& what,
+                   const std::function<void(double)>& progress) {
+  check(what);
+  const auto size = picture_size(what.window_m, plan.size, plan.pitch_m);
+  const auto lens = lens_plane(plan, scene, what, size);
+  cl::Buffer<float> picture(device, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), "picture");
+  auto see = cl::Program(device, "kernels/view/lens.cl", scene.options).kernel("see");
+
+  const int lanes = lanes_for(device.info());
+  const std::int64_t packets = static_cast<std::int64_t>((size.x + lanes - 1) / lanes) * size.y;
+  const std::size_t local = lanes == 1 ? 64 : 1;
+  std::int64_t count = 1024 / lanes;
+  for (std::int64_t done = 0; done < packets;) {
+    count = std::min(count, packets - done);
+    const auto start = std::chrono::steady_clock::now();
+    see.run({static_cast<std::size_t>(count)}, {local}, scene.tree.nodes, scene.tree.triangles, scene.tree.positions, scene.tree.bodies,
+            scene.normals, scene.uvs, scene.materials, scene.lights, scene.texels, scene.ambient_light, lens,
+            static_cast<std::int32_t>(done), static_cast<std::int32_t>(count), picture);
+    device.finish();
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    done += count;
+    const double growth = std::clamp(launch_seconds / std::max(seconds, 1e-6), 1.0 / 16, 4.0);
+    count = std::max<std::int64_t>(1, std::llround(static_cast<double>(count) * growth));
+    if (progress) progress(static_cast<double>(done) / static_cast<double>(packets));
+  }
+  Image image{size.x, size.y, picture.read()};
+  for (float& radiance : image.pixels) {
+    radiance = static_cast<float>(radiance * scene.radiance_unit);
+    if (!std::isfinite(radiance)) throw InputError("lens: the picture is brighter than a float holds; give a smaller light.intensity");
+  }
+  return image;
+}
+
+}  // namespace raywave

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lanes: one work-item handles RAYWAVE_LANES neighbours side by side. CPUs want their SIMD width (PoCL vectorises no divergent loop by
+// itself), GPUs want 1. Masks come from comparisons: combine them with !, & and | only, since true is -1 in a vector and 1 in a scalar.
+#ifndef RAYWAVE_LANES_H
+#define RAYWAVE_LANES_H
+
+#ifndef RAYWAVE_LANES
+#define RAYWAVE_LANES 1  // 1, 4, 8 or 16; host/trace/fan_tracer.cpp sets it from the device
+#endif
+
+#if RAYWAVE_LANES == 1
+typedef float floatv;
+typedef int intv;
+typedef uint uintv;
+#define LANES_ANY(mask) ((mask) != 0)
+#define LANES_SELECT(no, yes, mask) ((mask) ? (yes) : (no))
+#define LANES_LOAD(p) (*(p))
+#define LANES_STORE(v, p) (*(p) = (v))
+#define LANES_INDEX 0
+#define LANES_FIRST(v) (v)
+#define LANES_AS_INT(v) as_int(v)
+#define LANES_AS_UINT(v) as_uint(v)
+#define LANES_AS_FLOAT(v) as_float(v)
+#define LANES_TO_FLOAT(v) convert_float(v)
+#define LANES_TO_INT(v) convert_int(v)
+#else
+#define LANES_PASTE_(a, b) a##b
+#define LANES_PASTE(a, b) LANES_PASTE_(a, b)
+typedef LANES_PASTE(float, RAYWAVE_LANES) floatv;
+typedef LANES_PASTE(int, RAYWAVE_LANES) intv;
+typedef LANES_PASTE(uint, RAYWAVE_LANES) uintv;
+#define LANES_ANY(mask) lanes_any(mask)
+#define LANES_SELECT(no, yes, mask) select(no, yes, mask)
+#define LANES_FIRST(v) ((v).s0)
+#define LANES_LOAD(p) LANES_PASTE(vload, RAYWAVE_LANES)(0, p)
+#define LANES_STORE(v, p) LANES_PASTE(vstore, RAYWAVE_LANES)(v, 0, p)
+#define LANES_AS_INT(v) LANES_PASTE(as_int, RAYWAVE_LANES)(v)
+#define LANES_AS_UINT(v) LANES_PASTE(as_uint, RAYWAVE_LANES)(v)
+#define LANES_AS_FLOAT(v) LANES_PASTE(as_float, RAYWAVE_LANES)(v)
+#define LANES_TO_FLOAT(v) LANES_PASTE(convert_float, RAYWAVE_LANES)(v)
+#define LANES_TO_INT(v) LANES_PASTE(convert_int, RAYWAVE_LANES)(v)
+#if RAYWAVE_LANES == 4
+#define LANES_INDEX ((intv)(0, 1, 2, 3))
+#elif RAYWAVE_LANES == 8
+#define LANES_INDEX ((intv)(0, 1, 2, 3, 4, 5, 6, 7))
+#else
+#define LANES_INDEX ((intv)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
+#endif
+
+// True when any lane of the mask is. PoCL makes any(int16) 16 tests and branches; halving the vector is a few instructions.
+static inline bool lanes_any(intv mask) {
+#if RAYWAVE_LANES == 16
+  const int8 eight = mask.lo | mask.hi;
+  const int4 four = eight.lo | eight.hi;
+#elif RAYWAVE_LANES == 8
+  const int4 four = mask.lo | mask.hi;
+#else
+  const int4 four = mask;
+#endif
+  const long2 two = as_long2(four);
+  return (two.x | two.y) != 0;
+}
+#endif
+
+// Sum over the lanes; of words with different bits set, their union.
+static inline int lanes_sum(intv v) {
+#if RAYWAVE_LANES == 1
+  return v;
+#else
+#if RAYWAVE_LANES == 16
+  const int8 eight = v.lo + v.hi;
+  const int4 four = eight.lo + eight.hi;
+#elif RAYWAVE_LANES == 8
+  const int4 four = v.lo + v.hi;
+#else
+  const int4 four = v;
+#endif
+  return (four.x + four.y) + (four.z + four.w);
+#endif
+}
+
+#endif

@@ -1,0 +1,605 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sample table: every place where a ray of the lattice (shared.h) pierces a surface is one source of light. Pixels that see it all use
+// the same position and phase; that makes their sum a spherical wave (docs/pipeline.md).
+//
+// find_samples  of a band of `rows` rows of cells from first_row on: counts[cell] = number of samples of each cell (row by row), and how
+//               many of the first `slots` are hidden from some part; these go to samples[cell * slots] and on, their views and lights
+//               likewise, VIEW_WORDS and LIT_WORDS each
+// pack_samples  the same without gaps: those of cell c to packed[first[c].x] and on, after first[c].y hidden ones
+//
+// view  bit j * RAYWAVE_VIEW_PARTS + i: the middle of part (i, j) of the hologram's window, counted from the bottom left, is seen from the
+//       sample
+// lit   bit l: light l falls on the sample
+//
+// find_samples handles RAYWAVE_LANES cells of one row per work-item: global size (ceil(nx / lanes), rows). OpenCL C 1.2.
+#include "kernels/scene/bvh.h"
+#include "kernels/common/hash.h"
+#include "kernels/common/lanes.h"
+#include "kernels/scene/shade.h"
+#include "kernels/common/shared.h"
+#include "kernels/samples/visibility.h"
+
+#define LIT_WORDS (RAYWAVE_LIGHTS > 32 ? (RAYWAVE_LIGHTS + 31) / 32 : 1)
+
+#ifndef RAYWAVE_ANTIALIAS
+#define RAYWAVE_ANTIALIAS \
+  4  // rays per side of a cell that it is looked at with besides the one through its centre: 0, 2 or 4; host/trace/samples.cpp
+#endif
+#ifndef RAYWAVE_KEEP_UNSEEN
+#define RAYWAVE_KEEP_UNSEEN 0  // samples that no part of the hologram sees stay in the table; host/trace/samples.cpp
+#endif
+#define PARTS (RAYWAVE_ANTIALIAS > 0 ? RAYWAVE_ANTIALIAS * RAYWAVE_ANTIALIAS : 1)
+#define PACKETS (PARTS > RAYWAVE_LANES ? PARTS / RAYWAVE_LANES : 1)
+#define CELLS_OF_PACKET (RAYWAVE_LANES > PARTS ? RAYWAVE_LANES / PARTS : 1)
+
+// Rays with these tangents, one for each lane.
+static inline Rays lattice_rays(const Lattice* lattice, floatv tangent_x, floatv tangent_y, intv active) {
+  Rays rays;
+  rays.dx = tangent_x;
+  rays.dy = tangent_y;
+  rays.dz = 1.0f;
+  rays.ox = lattice->centre_x + (lattice->near_z - lattice->centre_z) * rays.dx;
+  rays.oy = lattice->centre_y + (lattice->near_z - lattice->centre_z) * rays.dy;
+  rays.oz = lattice->near_z;
+  rays.t_min = 0.0f;
+  rays.t_max = lattice->reach;
+  rays.active = active;
+  return rays;
+}
+
+// Through the centres of the cells (first + lane, row).
+static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv active) {
+  const intv column = first + LANES_INDEX;
+  return lattice_rays(lattice, (LANES_TO_FLOAT(lattice->first_x + column) + 0.5f) * lattice->step,
+                      (floatv)(((float)(lattice->first_y + row) + 0.5f) * lattice->step), active & (column < lattice->nx));
+}
+
+#if RAYWAVE_ANTIALIAS
+// Through the centres of RAYWAVE_LANES parts of a cell, the inner ones first, or of all parts of CELLS_OF_PACKET cells from it on.
+static inline Rays part_rays(const Lattice* lattice, int column, int row, int packet, intv active) {
+#if RAYWAVE_ANTIALIAS == 4
+  const float across[16] = {1, 2, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 0, 3, 0, 3};
+  const float up[16] = {1, 1, 2, 2, 0, 0, 1, 1, 2, 2, 3, 3, 0, 0, 3, 3};
+#else
+  const float across[16] = {0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1};
+  const float up[16] = {0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1};
+#endif
+  const float part = 1.0f / (float)RAYWAVE_ANTIALIAS;
+  const floatv right = (0.5f + LANES_LOAD(across + packet * RAYWAVE_LANES)) * part;
+  const floatv upwards = (0.5f + LANES_LOAD(up + packet * RAYWAVE_LANES)) * part;
+  const intv cell = lattice->first_x + column + LANES_INDEX / PARTS;
+  return lattice_rays(lattice, (LANES_TO_FLOAT(cell) + right) * lattice->step, ((float)(lattice->first_y + row) + upwards) * lattice->step,
+                      active);
+}
+#endif
+
+// Layers closer than `gap` to the one before are one; inner sides of closed meshes are no sources. What is left keeps its triangle.
+static inline void keep_sources(Layers* layers, const SceneArrays* scene, const Rays* rays, float gap) {
+  floatv last = -1e30f;
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    const intv hit = layers->triangle[i] >= 0;
+    if (!LANES_ANY(hit)) return;
+    const intv apart = hit & (layers->t[i] > last + gap);
+    last = LANES_SELECT(last, layers->t[i], apart);
+    int triangle[RAYWAVE_LANES], keep[RAYWAVE_LANES];
+    float dx[RAYWAVE_LANES], dy[RAYWAVE_LANES];
+    LANES_STORE(LANES_SELECT((intv)(-1), layers->triangle[i], apart), triangle);
+    LANES_STORE(rays->dx, dx);
+    LANES_STORE(rays->dy, dy);
+    for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+      keep[lane] = triangle[lane];
+      if (triangle[lane] < 0) continue;
+      const int side = scene->tree.triangles[triangle[lane]].side;
+      if (side == 0) continue;
+      const float3 n = triangle_cross(&scene->tree, triangle[lane]);
+      if ((n.x * dx[lane] + n.y * dy[lane] + n.z) * (float)side >= 0.0f) keep[lane] = -1;
+    }
+    layers->triangle[i] = LANES_LOAD(keep);
+  }
+}
+
+// One hit of one ray.
+typedef struct {
+  float t;
+  int triangle;
+  float u, v;
+} Hit;
+
+static inline Hit hit_of_lane(const Layers* layers, int layer, int lane) {
+  float t[RAYWAVE_LANES], u[RAYWAVE_LANES], v[RAYWAVE_LANES];
+  int triangle[RAYWAVE_LANES];
+  LANES_STORE(layers->t[layer], t);
+  LANES_STORE(layers->triangle[layer], triangle);
+  LANES_STORE(layers->u[layer], u);
+  LANES_STORE(layers->v[layer], v);
+  const Hit hit = {t[lane], triangle[lane], u[lane], v[lane]};
+  return hit;
+}
+
+// The same layer: within what a slope of 80 degrees spans in a cell.
+static inline float layer_reach(const Lattice* lattice, float t) {
+  return 4.0f * lattice->step * (t + (lattice->near_z - lattice->centre_z));
+}
+
+#if RAYWAVE_ANTIALIAS
+// A layer, as a ray of its cell has met it: what hits of the parts' rays are compared with.
+typedef struct {
+  float t;
+  float reach;
+  bool steep;              // seen so nearly edge-on that a cell spans more than `reach` of it
+  float3 at, normal;       // of a steep one
+  int packet_column, row;  // of the parts' rays
+} Sheet;
+
+// Of surfaces this steep, and their like by the cosine between their normals.
+#define STEEP 0.25f
+#define ALIKE 0.9f
+
+// hit: of the ray with tangents (dx, dy)
+static inline Sheet sheet_of(const SceneArrays* scene, const Lattice* lattice, const Hit* hit, float dx, float dy, int packet_column,
+                             int row) {
+  Sheet sheet;
+  sheet.t = hit->t;
+  sheet.reach = layer_reach(lattice, hit->t);
+  sheet.normal = normalize(triangle_cross(&scene->tree, hit->triangle));
+  sheet.steep = fabs(sheet.normal.x * dx + sheet.normal.y * dy + sheet.normal.z) < STEEP;
+  const float depth = hit->t + (lattice->near_z - lattice->centre_z);
+  sheet.at = (float3)(lattice->centre_x + depth * dx, lattice->centre_y + depth * dy, lattice->centre_z + depth);
+  sheet.packet_column = packet_column;
+  sheet.row = row;
+  return sheet;
+}
+
+// Mask of the hits of a packet's rays that belong to a layer: those about as far, and, of a steep one, those in the same plane.
+static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, const Sheet* sheet, int packet, floatv t, intv triangle) {
+  const intv near = fabs(t - sheet->t) < sheet->reach, far = (triangle >= 0) & !near;
+  if (!sheet->steep || !LANES_ANY(far)) return near;
+  const Rays rays = part_rays(lattice, sheet->packet_column, sheet->row, packet, LANES_INDEX >= 0);
+  float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES];
+  int candidate[RAYWAVE_LANES], same[RAYWAVE_LANES];
+  LANES_STORE(rays.ox + t * rays.dx, x);
+  LANES_STORE(rays.oy + t * rays.dy, y);
+  LANES_STORE(rays.oz + t, z);
+  LANES_STORE(LANES_SELECT((intv)(-1), triangle, far), candidate);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    same[lane] = 0;
+    if (candidate[lane] < 0) continue;
+    const float3 normal = normalize(triangle_cross(&scene->tree, candidate[lane]));
+    const float off = dot(sheet->normal, (float3)(x[lane], y[lane], z[lane]) - sheet->at);
+    same[lane] = fabs(dot(sheet->normal, normal)) > ALIKE && fabs(off) < 0.25f * sheet->reach;
+  }
+  return near | (LANES_LOAD(same) != 0);
+}
+
+// Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of something that the centre ray passes by. What lies
+// behind it there is hidden, and the sample of the layer behind, which the centre ray meets, cannot know.
+static inline void find_rims(const SceneArrays* scene, const Lattice* lattice, const Layers* parts, const Layers* centre, int lane,
+                             int column, int row, int packet_column, floatv* rims) {
+  Sheet sheets[BVH_LAYERS];
+  int count = 0;
+  const float dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step,
+              dy = ((float)(lattice->first_y + row) + 0.5f) * lattice->step;
+  for (int j = 0; j < BVH_LAYERS; ++j) {
+    const Hit hit = hit_of_lane(centre, j, lane);
+    if (hit.triangle >= 0) sheets[count++] = sheet_of(scene, lattice, &hit, dx, dy, packet_column, row);
+  }
+  for (int packet = 0; packet < PACKETS; ++packet) rims[packet] = lattice->reach;
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    for (int packet = 0; packet < PACKETS; ++packet) {
+      const floatv t = parts[packet].t[i];
+      intv rim = (parts[packet].triangle[i] >= 0) & (t < rims[packet]);
+      for (int j = 0; j < count && LANES_ANY(rim); ++j)
+        rim &= !belongs(scene, lattice, sheets + j, packet, t, LANES_SELECT((intv)(-1), parts[packet].triangle[i], rim));
+      rims[packet] = LANES_SELECT(rims[packet], t, rim);
+    }
+  }
+}
+
+// Takes the hits of a layer out of the parts' hits, one of each ray; returns how many of them lie behind no rim.
+static inline int claim(const SceneArrays* scene, const Lattice* lattice, Layers* parts, const floatv* rims, const Sheet* sheet,
+                        Hits* claimed) {
+  intv count = 0;
+  for (int packet = 0; packet < PACKETS; ++packet) {
+    Layers* layers = parts + packet;
+    Hits hits = {(floatv)(sheet->t), (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
+    for (int i = 0; i < BVH_LAYERS; ++i) {
+      const intv open = (layers->triangle[i] >= 0) & (hits.triangle < 0);
+      if (!LANES_ANY(open)) continue;
+      const intv take = open & belongs(scene, lattice, sheet, packet, layers->t[i], LANES_SELECT((intv)(-1), layers->triangle[i], open));
+      hits.t = LANES_SELECT(hits.t, layers->t[i], take);
+      hits.triangle = LANES_SELECT(hits.triangle, layers->triangle[i], take);
+      hits.u = LANES_SELECT(hits.u, layers->u[i], take);
+      hits.v = LANES_SELECT(hits.v, layers->v[i], take);
+      layers->triangle[i] = LANES_SELECT(layers->triangle[i], (intv)(-1), take);
+    }
+    hits.triangle = LANES_SELECT(hits.triangle, (intv)(-1), hits.t > rims[packet]);
+    count += LANES_SELECT((intv)(0), (intv)(1), hits.triangle >= 0);
+    claimed[packet] = hits;
+  }
+  return lanes_sum(count);
+}
+
+// The first ray with a hit that no layer has taken, or -1; that hit to *hit.
+static inline int unclaimed(const Layers* parts, Hit* hit) {
+  for (int packet = 0; packet < PACKETS; ++packet) {
+    intv any = 0;
+    for (int i = 0; i < BVH_LAYERS; ++i) any |= parts[packet].triangle[i] >= 0;
+    if (!LANES_ANY(any)) continue;
+    int left[RAYWAVE_LANES];
+    LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), any), left);
+    for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+      for (int i = 0; i < BVH_LAYERS && left[lane]; ++i) {
+        *hit = hit_of_lane(parts + packet, i, lane);
+        if (hit->triangle >= 0) return packet * RAYWAVE_LANES + lane;
+      }
+    }
+  }
+  return -1;
+}
+#endif
+
+// Where the centre ray meets the plane of the triangle that another ray of the cell has hit. Samples of edges then lie on the lattice too,
+// whichever ray has found them.
+static inline float through_centre(const SceneArrays* scene, const Lattice* lattice, float centre_dx, float centre_dy, float dx, float dy,
+                                   const Hit* hit) {
+  const float3 n = normalize(triangle_cross(&scene->tree, hit->triangle));
+  // From the hit to the centre ray at the same depth, then along it to the plane.
+  const float away = hit->t + (lattice->near_z - lattice->centre_z);
+  const float along = n.x * centre_dx + n.y * centre_dy + n.z;
+  const float further = -away * (n.x * (centre_dx - dx) + n.y * (centre_dy - dy)) / (fabs(along) < 1e-6f ? 1e-6f : along);
+  const float reach = layer_reach(lattice, hit->t);
+  return hit->t + clamp(further, -reach, reach);
+}
+
+// Radiance without highlights, and which lights it comes from.
+static inline floatv scattered(const SceneArrays* scene, const Surface* s, float ambient_light, const Lattice* lattice, intv active,
+                               uintv* words) {
+  floatv radiance = s->ambient * ambient_light;
+  for (int w = 0; w < LIT_WORDS; ++w) words[w] = 0;
+#if RAYWAVE_LIGHTS > 0
+  for (int l = 0; l < RAYWAVE_LIGHTS; ++l) {
+    const Incident in = incident(scene->lights, l, s, lattice->reach);
+    const intv lit = lit_by(scene, &in, s, lattice->bias, active);
+    radiance += LANES_SELECT((floatv)(0.0f), s->diffuse * in.facing * in.intensity, lit);
+    words[l / 32] |= LANES_AS_UINT(LANES_SELECT((intv)(0), (intv)(1), lit)) << (l % 32);
+  }
+#else
+  (void)scene, (void)lattice, (void)active;
+#endif
+  return radiance;
+}
+
+static inline float first_lane(floatv v) {
+  float lanes[RAYWAVE_LANES];
+  LANES_STORE(v, lanes);
+  return lanes[0];
+}
+
+// Where a cell's samples go.
+typedef struct {
+  __global Sample* samples;
+  __global uint* views;
+  __global uint* lit;
+  int slots;
+  int count;          // of all, whether they find a slot or not
+  int hidden;         // of those that do
+  int rank;           // of the next layer
+  int packet_column;  // of the first cell whose parts share a packet with this one's
+  Hiders* hiders;     // by rank, HIDERS of them; deeper layers share the last
+} Cell;
+
+#define HIDERS 4
+
+// Adds the sample of a layer: `hit` of the ray with tangents (dx, dy), at the distance t of the centre ray. A sample shines for its whole
+// cell: `parts` are the hits of the layer's parts, `covered` of them. Without that, edges of objects, textures and shadows move by half a
+// cell.
+//
+// seen  what look_around_four says, of samples of the centre ray
+static inline void add_sample(const SceneArrays* scene, float ambient_light, const Lattice* lattice, int column, int row, const Hit* hit,
+                              float dx, float dy, float t, const Hits* parts, int covered, int seen, Cell* cell) {
+  uint keys[RAYWAVE_LANES];
+  LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row), (intv)(cell->rank)), keys);
+  Hiders* hiders = cell->hiders + min(cell->rank, HIDERS - 1);
+  ++cell->rank;
+  if (!RAYWAVE_KEEP_UNSEEN && (covered == 0 || seen == 0)) return;
+  const float centre_dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step;
+  const float centre_dy = ((float)(lattice->first_y + row) + 0.5f) * lattice->step;
+
+  const Rays ray = lattice_rays(lattice, (floatv)(dx), (floatv)(dy), LANES_INDEX == 0);
+  const Hits hits = {(floatv)(hit->t), LANES_SELECT((intv)(-1), (intv)(hit->triangle), LANES_INDEX == 0), (floatv)(hit->u),
+                     (floatv)(hit->v)};
+  const Surface s = surface_at(scene, &ray, &hits);
+  Sample sample;
+  sample.x = lattice->centre_x + (lattice->near_z - lattice->centre_z) * centre_dx + t * centre_dx;
+  sample.y = lattice->centre_y + (lattice->near_z - lattice->centre_z) * centre_dy + t * centre_dy;
+  sample.z = lattice->near_z + t;
+  sample.nx = first_lane(s.nx);
+  sample.ny = first_lane(s.ny);
+  sample.nz = first_lane(s.nz);
+
+  uint view[VIEW_WORDS];
+  const int parts_seen = look_around(scene, lattice, &sample, hiders, seen, view);
+  if (!RAYWAVE_KEEP_UNSEEN && parts_seen == 0) return;
+  sample.hidden = parts_seen < VIEW_ALL;
+
+  uintv words[LIT_WORDS];
+  float radiance = first_lane(scattered(scene, &s, ambient_light, lattice, LANES_INDEX == 0, words));
+#if RAYWAVE_ANTIALIAS && (RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
+  if (covered > 0) {
+    float sum = 0.0f;
+    for (int packet = 0; packet < PACKETS; ++packet) {
+      const intv found = parts[packet].triangle >= 0;
+      if (!LANES_ANY(found)) continue;
+      const Rays rays = part_rays(lattice, cell->packet_column, row, packet, found);
+      const Surface part = surface_at(scene, &rays, parts + packet);
+      uintv unused[LIT_WORDS];
+      float radiances[RAYWAVE_LANES];
+      const floatv all = scattered(scene, &part, ambient_light, lattice, found, unused);
+      LANES_STORE(LANES_SELECT((floatv)(0.0f), all, found), radiances);
+      for (int lane = 0; lane < RAYWAVE_LANES; ++lane) sum += radiances[lane];
+    }
+    radiance = sum / (float)covered;
+  }
+#else
+  (void)parts;
+#endif
+  const float own = (RAYWAVE_ANTIALIAS ? (float)covered / (float)PARTS : 1.0f) * first_lane(1.0f - s.reflectivity - s.transparency);
+  sample.weight = (sample.z - lattice->centre_z) / lattice->full_z;
+  sample.radiance = radiance * own;
+  sample.specular = first_lane(s.specular) * own;
+  sample.shininess = first_lane(s.shininess);
+  sample.triangle = hit->triangle;
+  sample.key = keys[0];
+  sample.profile = 0;
+  const float3 to_centre = (float3)((lattice->centre_x - sample.x) / (sample.z - lattice->centre_z),
+                                    (lattice->centre_y - sample.y) / (sample.z - lattice->centre_z), -1.0f);
+  float3 face = normalize(triangle_cross(&scene->tree, hit->triangle));
+  if (dot(face, to_centre) < 0.0f) face = -face;
+  face /= fmax(dot(face, to_centre), 1e-6f);
+  sample.tilt_x = face.x;
+  sample.tilt_y = face.y;
+  sample.tilt_z = face.z;
+
+  const int slot = cell->count++;
+  if (slot >= cell->slots) return;
+  cell->hidden += sample.hidden;
+  cell->samples[slot] = sample;
+  for (int w = 0; w < VIEW_WORDS; ++w) cell->views[slot * VIEW_WORDS + w] = view[w];
+  for (int w = 0; w < LIT_WORDS; ++w) {
+    uint bits[RAYWAVE_LANES];
+    LANES_STORE(words[w], bits);
+    cell->lit[slot * LIT_WORDS + w] = bits[0];
+  }
+}
+
+#if RAYWAVE_ANTIALIAS
+// What rays through parts meet from `from` on; to *from, where those that have met all that one traversal keeps go on, reach for the
+// others.
+static inline void look_at_parts(const SceneArrays* scene, const Lattice* lattice, int column, int row, int packet, floatv* from,
+                                 Layers* layers) {
+  Rays rays = part_rays(lattice, column, row, packet, *from < lattice->reach);
+  rays.t_min = *from;
+  bvh_layers(&scene->tree, &rays, layers);
+  const intv full = layers->triangle[BVH_LAYERS - 1] >= 0;
+  *from = LANES_SELECT((floatv)(lattice->reach), layers->t[BVH_LAYERS - 1] + lattice->layer_gap, full);
+  keep_sources(layers, scene, &rays, lattice->layer_gap);
+}
+#endif
+
+// Parts hold more than one layer's radiance says: all of them are looked at.
+#define LOOK_AT_ALL_PARTS (RAYWAVE_ANTIALIAS != 4 || RAYWAVE_LANES < 8 || RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
+
+#if RAYWAVE_ANTIALIAS && !LOOK_AT_ALL_PARTS
+// Cells where the centre ray and half of the parts' meet the same layers, so that the other half would too. The half has rays in all four
+// rows and columns, against thin objects, and in the corners, against edges.
+static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lattice, int first, int row, const Layers* centres,
+                                    int* whole) {
+  const float across[16] = {0, 3, 0, 3, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 1, 2};
+  const float up[16] = {0, 0, 3, 3, 2, 1, 0, 3, 0, 0, 3, 3, 2, 1, 0, 3};
+  const floatv right = (0.5f + LANES_LOAD(across)) * 0.25f, upwards = (0.5f + LANES_LOAD(up)) * 0.25f;
+  float t[BVH_LAYERS][RAYWAVE_LANES];
+  int triangle[BVH_LAYERS][RAYWAVE_LANES];
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    LANES_STORE(centres->t[i], t[i]);
+    LANES_STORE(centres->triangle[i], triangle[i]);
+  }
+  for (int lane = 0; lane < RAYWAVE_LANES; lane += RAYWAVE_LANES / 8) {
+    const intv of_lane = LANES_INDEX / 8;  // from `lane` on
+    const Rays rays = lattice_rays(lattice, (LANES_TO_FLOAT(lattice->first_x + first + lane + of_lane) + right) * lattice->step,
+                                   ((float)(lattice->first_y + row) + upwards) * lattice->step, LANES_INDEX >= 0);
+    Layers parts;
+    bvh_layers(&scene->tree, &rays, &parts);
+    intv differ = parts.triangle[BVH_LAYERS - 1] >= 0;
+    for (int i = 0; i < BVH_LAYERS; ++i) {
+      const floatv at = LANES_SELECT((floatv)(t[i][lane]), (floatv)(t[i][lane + RAYWAVE_LANES / 8 - 1]), of_lane == 1);
+      const intv hit = LANES_SELECT((intv)(triangle[i][lane]), (intv)(triangle[i][lane + RAYWAVE_LANES / 8 - 1]), of_lane == 1) >= 0;
+      const intv met = parts.triangle[i] >= 0;
+      if (!LANES_ANY(hit | met)) break;
+      const floatv reach = 4.0f * lattice->step * (at + (lattice->near_z - lattice->centre_z));
+      differ |= (hit != met) | (hit & (fabs(parts.t[i] - at) >= reach));
+    }
+    int differs[RAYWAVE_LANES];
+    LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), differ), differs);
+    for (int i = 0; i < RAYWAVE_LANES; ++i) {
+      if (i % 8 == 0) whole[lane + i / 8] = 1;
+      if (differs[i]) whole[lane + i / 8] = 0;
+    }
+  }
+}
+#endif
+
+// What look_around_four says of the samples of centre rays, by layer and lane; layers are first_centres.
+static inline void look_around_centres(const SceneArrays* scene, const Lattice* lattice, const Rays* centres, const Layers* first_centres,
+                                       Hiders* hiders, int (*seen)[RAYWAVE_LANES]) {
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    for (int lane = 0; lane < RAYWAVE_LANES; ++lane) seen[i][lane] = SEEN_UNKNOWN;
+  }
+#if RAYWAVE_LANES > 1 && RAYWAVE_VIEW_PARTS > 0
+  Layers layers = *first_centres;
+  keep_sources(&layers, scene, centres, lattice->layer_gap);
+  int rank = 0;
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    const Hits hits = {layers.t[i], layers.triangle[i], layers.u[i], layers.v[i]};
+    if (!LANES_ANY(hits.triangle >= 0)) continue;
+    const Surface s = surface_at(scene, centres, &hits);
+    float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES], nx[RAYWAVE_LANES], ny[RAYWAVE_LANES], nz[RAYWAVE_LANES];
+    float t[RAYWAVE_LANES];
+    int triangle[RAYWAVE_LANES];
+    LANES_STORE(s.x, x);
+    LANES_STORE(s.y, y);
+    LANES_STORE(s.z, z);
+    LANES_STORE(s.nx, nx);
+    LANES_STORE(s.ny, ny);
+    LANES_STORE(s.nz, nz);
+    LANES_STORE(hits.t, t);
+    LANES_STORE(hits.triangle, triangle);
+    for (int four = 0; four < RAYWAVE_LANES; four += 4) {
+      bool together = true;
+      for (int lane = four; lane < four + 4; ++lane)
+        together &= triangle[lane] >= 0 && fabs(t[lane] - t[four]) < layer_reach(lattice, t[four]);
+      if (!together) continue;
+      const int all =
+          look_around_four(scene, lattice, x + four, y + four, z + four, nx + four, ny + four, nz + four, hiders + min(rank, HIDERS - 1));
+      for (int lane = four; lane < four + 4; ++lane) seen[i][lane] = all;
+    }
+    ++rank;
+  }
+#else
+  (void)scene, (void)lattice, (void)centres, (void)first_centres, (void)hiders;
+#endif
+}
+
+__kernel void find_samples(__global const BvhNode* nodes, __global const Triangle* triangles, __global const float* positions,
+                           __global const Body* bodies, __global const float* normals, __global const float* uvs,
+                           __global const Material* materials, __global const Light* lights, __global const float* texels,
+                           float ambient_light, Lattice lattice, int first_row, int rows, int slots, __global int2* counts,
+                           __global Sample* samples, __global uint* views, __global uint* lit) {
+  const int first = (int)get_global_id(0) * RAYWAVE_LANES;
+  const int band_row = (int)get_global_id(1);
+  const int row = first_row + band_row;
+  if (first >= lattice.nx || band_row >= rows || row >= lattice.ny) return;
+  const SceneArrays scene = {{nodes, triangles, positions, bodies}, normals, uvs, materials, lights, texels};
+  const Rays centres = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
+  Layers first_centres;
+  bvh_layers(&scene.tree, &centres, &first_centres);
+#if RAYWAVE_ANTIALIAS
+  Layers packet_parts[PACKETS];
+  floatv packet_from[PACKETS];
+  int whole[RAYWAVE_LANES];
+#if LOOK_AT_ALL_PARTS
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) whole[lane] = 0;
+#else
+  find_whole_cells(&scene, &lattice, first, row, &first_centres, whole);
+#endif
+#endif
+
+  Hiders hiders[HIDERS];
+  for (int rank = 0; rank < HIDERS; ++rank) {
+    for (int i = 0; i < 16; ++i) hiders[rank].triangle[i] = -1;
+  }
+  int seen[BVH_LAYERS][RAYWAVE_LANES];
+  look_around_centres(&scene, &lattice, &centres, &first_centres, hiders, seen);
+
+  for (int lane = 0; lane < RAYWAVE_LANES && first + lane < lattice.nx; ++lane) {
+    const int column = first + lane;
+    const size_t place = (size_t)band_row * (size_t)lattice.nx + (size_t)column;
+    Cell cell = {samples + place * (size_t)slots,
+                 views + place * (size_t)slots * VIEW_WORDS,
+                 lit + place * (size_t)slots * LIT_WORDS,
+                 slots,
+                 0,
+                 0,
+                 0,
+                 column - lane % CELLS_OF_PACKET,
+                 hiders};
+    const float centre_dx = ((float)(lattice.first_x + column) + 0.5f) * lattice.step;
+    const float centre_dy = ((float)(lattice.first_y + row) + 0.5f) * lattice.step;
+    Layers centre = first_centres;
+    Hits claimed[PACKETS];
+#if RAYWAVE_ANTIALIAS
+    const intv mine = LANES_INDEX / PARTS == lane % CELLS_OF_PACKET;
+    Layers parts[PACKETS];
+    floatv from[PACKETS];
+    for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet) {
+      if (lane % CELLS_OF_PACKET == 0) {
+        packet_from[packet] = 0.0f;
+        look_at_parts(&scene, &lattice, column, row, packet, packet_from + packet, packet_parts + packet);
+      }
+      parts[packet] = packet_parts[packet];
+      for (int i = 0; i < BVH_LAYERS; ++i) parts[packet].triangle[i] = LANES_SELECT((intv)(-1), parts[packet].triangle[i], mine);
+      from[packet] = LANES_SELECT((floatv)(lattice.reach), packet_from[packet], mine);
+    }
+#endif
+    // Rays that have met as many layers as one traversal keeps go on behind them.
+    bool more = true, again = false;
+    for (; more; again = true) {
+      more = false;
+      const Hit last = hit_of_lane(&centre, BVH_LAYERS - 1, lane);
+      keep_sources(&centre, &scene, &centres, lattice.layer_gap);
+#if RAYWAVE_ANTIALIAS
+      floatv rims[PACKETS];
+      if (!whole[lane]) find_rims(&scene, &lattice, parts, &centre, lane, column, row, cell.packet_column, rims);
+#endif
+      for (int i = 0; i < BVH_LAYERS; ++i) {
+        const Hit hit = hit_of_lane(&centre, i, lane);
+        if (hit.triangle < 0) continue;
+        int covered = PARTS;
+#if RAYWAVE_ANTIALIAS
+        if (!whole[lane]) {
+          const Sheet sheet = sheet_of(&scene, &lattice, &hit, centre_dx, centre_dy, cell.packet_column, row);
+          covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
+        }
+#endif
+        add_sample(&scene, ambient_light, &lattice, column, row, &hit, centre_dx, centre_dy, hit.t, claimed, covered,
+                   again ? SEEN_UNKNOWN : seen[i][lane], &cell);
+      }
+#if RAYWAVE_ANTIALIAS
+      Hit hit;
+      for (int ray = whole[lane] ? -1 : unclaimed(parts, &hit); ray >= 0; ray = unclaimed(parts, &hit)) {
+        const Rays rays = part_rays(&lattice, cell.packet_column, row, ray / RAYWAVE_LANES, LANES_INDEX >= 0);
+        float dx[RAYWAVE_LANES], dy[RAYWAVE_LANES];
+        LANES_STORE(rays.dx, dx);
+        LANES_STORE(rays.dy, dy);
+        const int from_lane = ray % RAYWAVE_LANES;
+        const float t = through_centre(&scene, &lattice, centre_dx, centre_dy, dx[from_lane], dy[from_lane], &hit);
+        const Sheet sheet = sheet_of(&scene, &lattice, &hit, dx[from_lane], dy[from_lane], cell.packet_column, row);
+        const int covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
+        add_sample(&scene, ambient_light, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], t, claimed, covered, SEEN_UNKNOWN,
+                   &cell);
+      }
+      for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet) {
+        if (!LANES_ANY(from[packet] < lattice.reach)) continue;
+        look_at_parts(&scene, &lattice, cell.packet_column, row, packet, from + packet, parts + packet);
+        more = true;
+      }
+#endif
+      if (last.triangle >= 0) {
+        Rays further = centre_rays(&lattice, first, row, LANES_INDEX == lane);
+        further.t_min = last.t + lattice.layer_gap;
+        bvh_layers(&scene.tree, &further, &centre);
+        more = true;
+      } else if (more) {
+        for (int i = 0; i < BVH_LAYERS; ++i) centre.triangle[i] = -1;
+      }
+    }
+    counts[place] = (int2)(cell.count, cell.hidden);
+  }
+}
+
+// One work-item per cell of a band.
+__kernel void pack_samples(__global const int2* counts, __global const int2* first_of_cell, int cell_count, int slots,
+                           __global const Sample* samples, __global const uint* views, __global const uint* lit, __global Sample* packed,
+                           __global uint* packed_views, __global uint* packed_lit) {
+  const int cell = (int)get_global_id(0);
+  if (cell >= cell_count) return;
+  const size_t from = (size_t)cell * (size_t)slots, to = (size_t)first_of_cell[cell].x;
+  int profile = first_of_cell[cell].x + (NEAR_PARTS - 1) * first_of_cell[cell].y;
+  for (size_t i = 0; i < (size_t)counts[cell].x; ++i) {
+    Sample sample = samples[from + i];
+    sample.profile = profile;
+    profile += sample.hidden ? NEAR_PARTS : 1;
+    packed[to + i] = sample;
+    for (int w = 0; w < VIEW_WORDS; ++w) packed_views[(to + i) * VIEW_WORDS + w] = views[(from + i) * VIEW_WORDS + w];
+    for (int w = 0; w < LIT_WORDS; ++w) packed_lit[(to + i) * LIT_WORDS + w] = lit[(from + i) * LIT_WORDS + w];
+  }
+}

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an ideal lens sees: rays from points spread evenly over the lens, through a pixel of the plane in focus, to the nearest hit. The
+// pixel is the mean radiance of all points' rays; a miss is black. Mirrors and glass are followed to RAYWAVE_BOUNCES further hits.
+//
+// Arrays: the scene's (shared.h); picture: lens.ny rows of lens.nx radiances, row 0 on top.
+// A work-item fills RAYWAVE_LANES neighbouring pixels of one row, a packet; packets are numbered row by row, ceil(nx / lanes) to a row, and
+// a launch fills [first_packet, first_packet + packet_count). Global size packet_count. OpenCL C 1.2.
+#include "kernels/scene/bounce.h"
+#include "kernels/scene/bvh.h"
+#include "kernels/common/lanes.h"
+#include "kernels/scene/shade.h"
+#include "kernels/common/shared.h"
+
+__kernel void see(__global const BvhNode* nodes, __global const Triangle* triangles, __global const float* positions,
+                  __global const Body* bodies, __global const float* normals, __global const float* uvs, __global const Material* materials,
+                  __global const Light* lights, __global const float* texels, float ambient_light, LensPlane lens, int first_packet,
+                  int packet_count, __global float* picture) {
+  const int index = (int)get_global_id(0);
+  if (index >= packet_count) return;
+  const int packet = first_packet + index;
+  const int packets_per_row = (lens.nx + RAYWAVE_LANES - 1) / RAYWAVE_LANES;
+  const int row = packet / packets_per_row;
+  const int first = (packet - row * packets_per_row) * RAYWAVE_LANES;
+  if (row >= lens.ny) return;
+  const SceneArrays scene = {{nodes, triangles, positions, bodies}, normals, uvs, materials, lights, texels};
+  const intv column = first + LANES_INDEX;
+  const floatv x = lens.left + lens.pitch_x * LANES_TO_FLOAT(column);
+  const float y = lens.top - lens.pitch_y * (float)row;
+
+  floatv sum = 0.0f;
+  for (int j = 0; j < lens.points; ++j) {
+    const float from_y = lens.lens_top - lens.lens_pitch_y * (float)j;
+    const floatv dy = (y - from_y) * lens.inverse_focus;  // per metre of depth
+    floatv sum_of_row = 0.0f;                             // two short sums round less than a long one
+    for (int i = 0; i < lens.points; ++i) {
+      const float from_x = lens.lens_left + lens.lens_pitch_x * (float)i;
+      const floatv dx = (x - from_x) * lens.inverse_focus;
+      Rays rays = {from_x + lens.start * dx,
+                   (floatv)(from_y) + lens.start * dy,
+                   (floatv)(lens.start_z),
+                   dx,
+                   dy,
+                   (floatv)(1.0f),
+                   (floatv)(0.0f),
+                   (floatv)(lens.reach),
+                   column < lens.nx};
+#if EXACT_SURFACES
+      Line line = {wide3(rays.ox, rays.oy, rays.oz), wide3(rays.dx, rays.dy, rays.dz)};
+#endif
+#if RAYWAVE_BOUNCES > 0
+      Way ways[BOUNCE_WAYS];
+      ways[0] = way_from(&line, rays.active);
+      int pending = 1;
+      while (pending > 0) {
+        Way way = ways[--pending];
+        line = way.line;
+        rays = rays_of(&way, lens.reach);
+#endif
+        const Hits hits = bvh_nearest(&scene.tree, &rays);
+        const intv hit = hits.triangle >= 0;
+        if (!LANES_ANY(hit)) continue;
+        Surface surface = surface_at(&scene, &rays, &hits);
+#if EXACT_SURFACES
+        exact_surface(&scene, &line, &hits, &surface);
+#endif
+        floatv radiance = phong(&scene, &surface, ambient_light, lens.bias, lens.reach, hit);
+#if RAYWAVE_BOUNCES > 0
+        way.active = hit;
+        radiance *= own_share(&way, &surface);
+        pending = bounce(&way, &surface, lens.bias, ways, pending);
+#endif
+        sum_of_row += LANES_SELECT((floatv)(0.0f), radiance, hit);
+#if RAYWAVE_BOUNCES > 0
+      }
+#endif
+    }
+    sum += sum_of_row;
+  }
+
+  float pixels[RAYWAVE_LANES];
+  LANES_STORE(sum / (float)(lens.points * lens.points), pixels);
+  __global float* out = picture + (size_t)row * (size_t)lens.nx;
+  for (int i = 0; i < RAYWAVE_LANES && first + i < lens.nx; ++i) out[first + i] = pixels[i];
+}

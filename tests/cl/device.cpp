@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cl/device.hpp"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <random>
+
+#include "cl/buffer.hpp"
+#include "cl/cache.hpp"
+#include "cl/program.hpp"
+#include "host/evaluate/selftest/selfcheck.hpp"
+#include "host/geometry/shared_types.hpp"
+#include "kernels/common/shared_layout.h"
+#include "tests/support/catch.hpp"
+#include "tests/support/environment.hpp"
+
+namespace raywave {
+namespace fs = std::filesystem;
+using Catch::Matchers::ContainsSubstring;
+using test::Environment;
+
+namespace {
+
+/// An empty cache folder of this process's own until the end of the scope.
+struct FreshCache {
+  fs::path folder = fs::temp_directory_path() / ("raywave-test-device-" + std::to_string(getpid()));
+  Environment variable{"RAYWAVE_CACHE_DIR", folder.string()};
+  FreshCache() { fs::remove_all(folder); }
+  ~FreshCache() { fs::remove_all(folder); }
+};
+
+std::vector<cl::DeviceInfo> all_devices() {
+  auto devices = cl::list_devices();
+  REQUIRE_FALSE(devices.empty());
+  return devices;
+}
+
+cl::Program selfcheck(const cl::Device& device, int lanes = 1) {
+  return cl::Program(device, "kernels/instruments/selfcheck.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}});
+}
+
+std::string message_of(const std::function<void()>& f) {
+  try {
+    f();
+  } catch (const cl::DeviceError& error) {
+    return error.what();
+  }
+  return "no DeviceError";
+}
+
+}  // namespace
+
+TEST_CASE("a device is found by its index, and by part of its name in letters of either case") {
+  const auto devices = all_devices();
+  std::map<std::string, int> names;
+  for (const auto& device : devices) ++names[device.platform + device.name];
+  for (const auto& device : devices) {
+    CHECK(cl::find_device(device.index).index == device.index);
+    if (names[device.platform + device.name] > 1) continue;
+    auto part = device.name.substr(device.name.size() / 3);
+    for (auto& c : part) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    int fitting = 0;
+    for (const auto& other : devices) fitting += other.name.find(device.name.substr(device.name.size() / 3)) != std::string::npos;
+    if (fitting == 1) CHECK(cl::find_device(part).index == device.index);
+  }
+}
+
+TEST_CASE("RAYWAVE_DEVICE decides when no device is named, and only then") {
+  const auto devices = all_devices();
+  {
+    const Environment variable("RAYWAVE_DEVICE", devices.back().index);
+    CHECK(cl::find_device().index == devices.back().index);
+  }
+  const Environment variable("RAYWAVE_DEVICE", "no such thing");
+  CHECK(cl::find_device(devices.front().index).index == devices.front().index);
+  CHECK_THROWS_AS(cl::find_device(), cl::DeviceError);
+}
+
+TEST_CASE("with nothing named, a GPU goes before an accelerator and that before a CPU") {
+  const Environment variable("RAYWAVE_DEVICE", "");
+  const auto chosen = cl::find_device();
+  for (const auto& device : all_devices()) CHECK(chosen.kind <= device.kind);
+}
+
+TEST_CASE("a device that is not there is an error that lists those that are") {
+  const auto message = message_of([] { cl::find_device("abacus"); });
+  CHECK_THAT(message, ContainsSubstring("\"abacus\""));
+  for (const auto& device : all_devices()) CHECK_THAT(message, ContainsSubstring(device.index + " " + device.name));
+}
+
+TEST_CASE("a buffer over the device's limit is an error that says what was asked and what is allowed") {
+  for (const auto& info : all_devices()) {
+    const cl::Device device(info);
+    const auto message = message_of([&] { cl::Buffer<std::uint8_t>(device, info.largest_buffer_bytes + 1, "WRP field"); });
+    CHECK_THAT(message, ContainsSubstring("WRP field") && ContainsSubstring(info.name) &&
+                            ContainsSubstring("allows " + cl::format_bytes(info.largest_buffer_bytes)));
+    CHECK(device.allocated_bytes() == 0);
+  }
+}
+
+TEST_CASE("device memory is counted while it lives") {
+  const cl::Device device(all_devices().front());
+  {
+    cl::Buffer<float> a(device, 1000, "a");
+    const cl::Buffer<float> b = std::move(a);
+    CHECK(device.allocated_bytes() == 4000);
+  }
+  CHECK(device.allocated_bytes() == 0);
+  CHECK(device.peak_bytes() == 4000);
+}
+
+TEST_CASE("a launch with wrong arguments is an error, for kernels from source and from the cache") {
+  for (const auto& info : all_devices()) {
+    const FreshCache cache;
+    const cl::Device device(info);
+    cl::Buffer<float> floats(device, 16, "floats");
+    cl::Buffer<std::int32_t> ints(device, 16, "ints");
+    const std::int32_t blocks = 1;
+    for (const std::string from : {"source", "cache"}) {
+      INFO(info.name << ", kernel from " << from);
+      auto kernel = selfcheck(device).kernel("cos_sin");
+      CHECK_NOTHROW(kernel.run({1}, {1}, floats, floats, floats, blocks));
+      CHECK_THAT(message_of([&] { kernel.run({1}, {1}, floats, floats, blocks); }),
+                 ContainsSubstring("cos_sin takes 4 arguments, 3 given"));
+      const bool tells = !kernel.argument_types()[0].empty();
+      CHECK((tells || (from == "cache" && info.platform.starts_with("Intel"))));  // of a program from a binary Intel's runtime does not
+      if (!tells) continue;
+      CHECK_THAT(message_of([&] { kernel.run({1}, {1}, ints, floats, floats, blocks); }),
+                 ContainsSubstring("argument 0 is float*, int* given"));
+      CHECK_THAT(message_of([&] { kernel.run({1}, {1}, floats, floats, floats, 1.0f); }),
+                 ContainsSubstring("argument 3 is int, float given"));
+    }
+    device.finish();
+  }
+}
+
+TEST_CASE("a damaged kernel in the cache is compiled again") {
+  for (const auto& info : all_devices()) {
+    const FreshCache cache;
+    const cl::Device device(info);
+    selfcheck(device);
+    const auto file = fs::directory_iterator(cache.folder)->path();
+    const auto size = fs::file_size(file);
+    for (const std::string damage : {"emptied", "cut", "overwritten"}) {
+      INFO(info.name << ", " << damage);
+      if (damage == "emptied") fs::resize_file(file, 0);
+      if (damage == "cut") fs::resize_file(file, size / 2);
+      if (damage == "overwritten") std::ofstream(file, std::ios::binary) << std::string(size, 'x');
+      CHECK(selftest::cos_sin_error(device, 1, std::vector<float>(64, 0.125f)) < 1e-6);
+      CHECK(cl::load_cached(file.filename()));
+    }
+  }
+}
+
+TEST_CASE("host and device lay out shared structs alike") {
+  std::map<std::string, std::pair<std::size_t, std::size_t>> listed;  // struct: bytes of the listed members, bytes of the struct
+#define MEMBER(T, member)                        \
+  listed[#T].first += sizeof(device::T::member); \
+  listed[#T].second = sizeof(device::T);
+  RAYWAVE_LAYOUT(MEMBER)
+#undef MEMBER
+  for (const auto& [name, bytes] : listed) {
+    INFO("members of " << name << " missing in kernels/common/shared_layout.h");
+    CHECK(bytes.first == bytes.second);
+  }
+  for (const auto& info : all_devices()) {
+    INFO(info.name);
+    CHECK(selftest::misplaced_members(cl::Device(info)).empty());
+  }
+}
+
+TEST_CASE("cosine and sine of a phase in turns are right to 1.7e-7") {
+  for (const auto& info : all_devices()) {
+    const cl::Device device(info);
+    for (const int lanes : {1, 4, 8, 16}) {
+      INFO(info.name << ", " << lanes << " lanes");
+      CHECK(selftest::cos_sin_error(device, lanes, selftest::cos_sin_arguments()) <= 1.7e-7);
+    }
+  }
+}
+
+TEST_CASE("cosine and sine of every float from -0.5 to 0.5 turns are right to 1.7e-7", "[.full]") {
+  for (const auto& info : all_devices()) {
+    const double error = selftest::cos_sin_error_everywhere(cl::Device(info), 1);
+    INFO(info.name << ": " << error);
+    CHECK(error <= 1.7e-7);
+  }
+}
+
+TEST_CASE("the phase of a length up to 1 m is right to 5e-8 turns") {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> exponent(-8, 0);
+  std::vector<float> lengths_m{0.0f, 1.0f, -1.0f, 0.1f};
+  while (lengths_m.size() < 1 << 18) lengths_m.push_back(std::pow(10.0f, exponent(random)));
+  for (const auto& info : all_devices()) {
+    const cl::Device device(info);
+    for (const int lanes : {1, 8, 16}) {
+      INFO(info.name << ", " << lanes << " lanes");
+      CHECK(selftest::length_turns_error(device, lanes, lengths_m, 638e-9) <= 5e-8);
+    }
+  }
+}
+
+}  // namespace raywave

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs built ahead, and runs without a compiler, as on an FPGA.
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+
+#include "cl/program_folder.hpp"
+#include "host/view/lens.hpp"
+#include "host/common/npy.hpp"
+#include "host/view/reconstruct.hpp"
+#include "host/render.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+#include "tests/support/environment.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/opencl_spy.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace raywave {
+namespace {
+
+namespace fs = std::filesystem;
+using Catch::Matchers::ContainsSubstring;
+using test::Environment;
+using test::mm;
+using test::um;
+
+constexpr const char* variable = "RAYWAVE_PROGRAM_DIR";
+
+/// No kernel is compiled while it lives.
+struct NoCompiler {
+  NoCompiler() { test::opencl_spy().refuse_compiler = true; }
+  ~NoCompiler() { test::opencl_spy().refuse_compiler = false; }
+};
+
+Scene small_scene(const Folder& folder) {
+  Scene scene;
+  scene.hologram = {{40, 24}, {8 * um, 8 * um}, 638e-9};
+  scene.sampling.pitch_m = 40 * um;
+  scene.sampling.frames = 2;
+  Material ball;
+  ball.specular = glm::dvec3(0.4);
+  scene.materials = {ball};
+  scene.objects = {test::object_at(folder.write("ball.obj", test::ball_obj(6, 4)), 0.2 * mm, {0, 0, 10 * mm})};
+  scene.lights = {Light{}};
+  return scene;
+}
+
+struct Results {
+  RenderResult hologram;
+  Image shown, seen;
+};
+
+Results all_of(const cl::DeviceInfo& info, const Scene& scene) {
+  const cl::Device device(info);
+  RenderOptions options;
+  options.fft = cl::FftBackend::host;
+  Results results{render(device, scene, options), {}, {}};
+  ReconstructSpec at;
+  at.z_m = 10 * mm;
+  results.shown = reconstruct(device, options.fft, results.hologram.field, scene.hologram, at);
+  LensSpec lens;
+  lens.z_m = 10 * mm;
+  lens.points = 2;
+  const auto world = build_world(scene);
+  const auto& plan = results.hologram.plan;
+  results.seen = lens_picture(device, plan, DeviceScene(device, scene, world, plan), lens);
+  return results;
+}
+
+std::string message_of(const std::function<void()>& f) {
+  try {
+    f();
+  } catch (const cl::DeviceError& error) {
+    return error.what();
+  }
+  return "no DeviceError";
+}
+
+}  // namespace
+
+TEST_CASE("with every program built ahead and no compiler, holograms and pictures are the same to the bit") {
+  const Folder folder;
+  const auto scene = small_scene(folder);
+  for (const auto& info : cl::list_devices()) {
+    INFO(info.name);
+    const auto programs = folder / ("programs-" + info.index);
+    const Results usual = [&] {
+      const cl::ProgramRecorder recorder(programs, true);
+      const auto results = all_of(info, scene);
+      CHECK(recorder.names().size() >= 5);
+      return results;
+    }();
+
+    const Environment cache("RAYWAVE_CACHE_DIR", (folder / "no-cache").string());
+    const NoCompiler none;
+    CHECK_THAT(message_of([&] { all_of(info, scene); }), ContainsSubstring("does not compile"));
+
+    const Environment ahead(variable, programs.string());
+    const auto offline = cl::find_device(info.index);
+    CHECK_FALSE(offline.online_compiler);
+    CHECK(cl::default_backend(offline) == cl::FftBackend::host);
+    const auto again = all_of(offline, scene);
+    CHECK(again.hologram.field.samples == usual.hologram.field.samples);
+    CHECK(again.hologram.levels == usual.hologram.levels);
+    CHECK(again.shown.pixels == usual.shown.pixels);
+    CHECK(again.seen.pixels == usual.seen.pixels);
+  }
+}
+
+TEST_CASE("a program that is missing, damaged or no program is an error that names the file and what to do") {
+  const Folder folder;
+  for (const auto& info : cl::list_devices()) {
+    INFO(info.name);
+    const auto programs = folder / ("programs-" + info.index);
+    const auto build = [&] { cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{"RAYWAVE_LANES", "1"}}); };
+    {
+      const cl::ProgramRecorder recorder(programs, true);
+      build();
+    }
+    const Environment ahead(variable, programs.string());
+    CHECK_NOTHROW(build());
+    const auto missing = message_of([&] { cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{"RAYWAVE_LANES", "4"}}); });
+    CHECK_THAT(missing, ContainsSubstring((programs / "encode-").string()) && ContainsSubstring(".bin is missing") &&
+                            ContainsSubstring("-DRAYWAVE_LANES=4") &&
+                            ContainsSubstring("raywave kernels --build " + programs.string() + " --device " + info.index));
+
+    fs::path binary;
+    for (const auto& entry : fs::directory_iterator(programs)) {
+      if (entry.path().extension() == ".bin") binary = entry.path();
+    }
+    REQUIRE_FALSE(binary.empty());
+    const auto whole = bytes_of(binary);
+    auto damaged = whole;
+    damaged[whole.size() / 2] = static_cast<char>(damaged[whole.size() / 2] ^ 1);
+    std::ofstream(binary, std::ios::binary) << damaged;
+    CHECK_THAT(message_of(build), ContainsSubstring(binary.string()) && ContainsSubstring("damaged"));
+    std::ofstream(binary, std::ios::binary) << whole;
+    CHECK_NOTHROW(build());
+    if (info.platform == "rusticl") continue;  // Mesa 22.3 aborts at what is no program
+    fs::remove(programs / "manifest.tsv");
+    std::ofstream(binary, std::ios::binary) << "no program at all";
+    CHECK_THAT(message_of(build), ContainsSubstring(binary.string()) && ContainsSubstring("does not load"));
+  }
+}
+
+TEST_CASE("raywave kernels --build makes all that raywave render needs, and without it render says what is missing") {
+  const Folder folder;
+  folder.write("square.obj", test::square_obj());
+  folder.write("scene.toml",
+               "[hologram]\nresolution = [32, 20]\npitch = \"4 um\"\n[sampling]\npitch = \"20 um\"\n[[light]]\ndirection = [0, 0, 1]\n"
+               "[[object]]\nmesh = \"square.obj\"\nwidth = \"0.1 mm\"\nposition = [0, 0, \"10 mm\"]\n");
+  const auto file = [&](const char* name) { return "'" + (folder / name).string() + "'"; };
+  const auto run = [&](const std::string& line) {
+    const int status = std::system((line + " >" + file("out.txt") + " 2>" + file("error.txt") + " </dev/null").c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  const std::string program = std::string("'") + RAYWAVE_PROGRAM + "'";
+  const std::string offline = "RAYWAVE_PROGRAM_DIR=" + file("programs") + " RAYWAVE_CACHE_DIR=" + file("cache") + " " + program;
+
+  CHECK(run(program + " render " + file("scene.toml") + " -o " + file("usual")) == 0);
+  CHECK(run(offline + " render " + file("scene.toml") + " -o " + file("none")) == 3);
+  CHECK_THAT(bytes_of(folder / "error.txt"), ContainsSubstring(".bin is missing"));
+  CHECK_FALSE(fs::exists(folder / "none"));
+
+  CHECK(run(program + " kernels --build " + file("programs") + " " + file("scene.toml")) == 0);
+  CHECK(run(offline + " render " + file("scene.toml") + " -o " + file("ahead")) == 0);
+  CHECK(bytes_of(folder / "ahead" / "field.npy") == bytes_of(folder / "usual" / "field.npy"));
+  CHECK(bytes_of(folder / "ahead" / "hologram.png") == bytes_of(folder / "usual" / "hologram.png"));
+  CHECK(run(offline + " reconstruct " + file("ahead/field.npy") + " -z 10mm -o " + file("ahead")) == 0);
+  CHECK(run(offline + " lens " + file("scene.toml") + " -z 10mm --rays 2 -o " + file("ahead")) == 0);
+  CHECK_FALSE(fs::exists(folder / "cache"));  // nothing was compiled or planned by a compiler of clFFT's
+  CHECK(run(offline + " render " + file("scene.toml") + " --fft clfft -o " + file("none")) == 3);
+  CHECK(run(offline + " kernels --build " + file("programs")) == 3);
+
+  CHECK(run(program + " kernels --sources --build " + file("sources") + " " + file("scene.toml")) == 0);
+  std::ifstream manifest(folder / "sources" / "manifest.tsv");
+  int lines = 0;
+  for (std::string line; std::getline(manifest, line); ++lines) {
+    CHECK_THAT(line, ContainsSubstring("\t-\t"));
+    const auto source = bytes_of(folder / "sources" / (line.substr(0, line.find('\t')) + ".cl"));
+    CHECK_THAT(source, ContainsSubstring("__kernel"));
+    CHECK_THAT(source, !ContainsSubstring("#include"));
+    CHECK((line.find("RAYWAVE_LANES") == std::string::npos || line.find("-DRAYWAVE_LANES=1") != std::string::npos));
+  }
+  CHECK(lines >= 5);
+}
+
+}  // namespace raywave

@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: Apache-2.0
+// The program as a person runs it: exit codes, messages, files.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host/scene/image.hpp"
+#include "host/common/npy.hpp"
+#include "host/plan/rates.hpp"
+#include "host/trace/work_shape.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/environment.hpp"
+#include "tests/support/program.hpp"
+
+namespace raywave {
+namespace {
+
+using Catch::Matchers::ContainsSubstring;
+using Json = nlohmann::json;
+using namespace test;
+
+std::size_t files_in(const std::filesystem::path& folder) {
+  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()));
+}
+
+TEST_CASE("a damaged file of what tune has found stops a render and names itself, and reports state the shape of a sound one") {
+  const Desk desk;
+  const Folder cache;
+  const Environment variable("RAYWAVE_CACHE_DIR", (cache / "").string());
+  const auto info = cl::find_device();
+  auto shape = work_shape(info);
+  shape.tile_rows = 4;
+  store_tuning(info, {{info.name, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9}, shape});
+  REQUIRE(desk.render().code == 0);
+  CHECK(Json::parse(bytes_of(desk.out("report.json")))["device"]["work"]["tile_rows"] == 4);
+
+  shape.lanes = 3;
+  store_tuning(info, {{info.name, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9}, shape});
+  check_refused(desk.render(), 2, tuning_file(info).filename().string() + ": work.lanes: must be ");
+}
+
+TEST_CASE("render writes the hologram, the field and the report, and nothing else") {
+  const Desk desk;
+  const auto outcome = desk.render();
+  REQUIRE(outcome.code == 0);
+  CHECK(outcome.err.empty());  // no progress where there is no terminal
+  CHECK_THAT(outcome.out, ContainsSubstring("48 x 32"));
+  CHECK_THAT(outcome.out, ContainsSubstring("hologram.png"));
+  CHECK(files_in(desk.out("")) == 3);
+
+  const auto png = bytes_of(desk.out("hologram.png"));
+  REQUIRE(png.size() > 26);
+  CHECK(png.substr(1, 3) == "PNG");
+  CHECK(png[24] == 8);  // bits
+  CHECK(png[25] == 0);  // grey
+  const auto levels = load_levels(desk.out("hologram.png"), "");
+  CHECK(levels.width == 48);
+  CHECK(levels.height == 32);
+
+  const auto field = load_npy(desk.out("field.npy"));
+  CHECK(field.nx == 48);
+  CHECK(field.ny == 32);
+  CHECK(field.frames == 1);
+  for (const std::size_t i : {std::size_t{0}, std::size_t{777}, field.samples.size() - 1}) {
+    const double turns = std::arg(field.samples[i]) / (2 * std::numbers::pi), level = levels.pixels[i] * 255.0;
+    CHECK(std::abs(std::remainder(turns * 256 - level, 256)) <= 0.501);
+  }
+
+  const auto report = Json::parse(bytes_of(desk.out("report.json")));
+  for (const char* key : {"raywave", "scene", "plan", "device", "seed", "seconds", "peak_memory"}) CHECK(report.contains(key));
+  CHECK(report["scene"]["hologram"]["resolution"] == Json{48, 32});
+  CHECK(report["scene"]["hologram"]["pitch_m"][0].get<double>() == Catch::Approx(4e-6));
+  CHECK(report["seed"] == 1);
+  for (const char* key : {"name", "platform", "driver", "version", "fft"}) CHECK_FALSE(report["device"][key].get<std::string>().empty());
+  for (const char* key : {"meshes", "tree", "prepare", "trace", "propagate", "encode"}) CHECK(report["seconds"][key].get<double>() >= 0);
+  CHECK(report["peak_memory"]["host_bytes"].get<double>() > 1e6);
+  CHECK(report["peak_memory"]["device_bytes"].get<double>() > 0);
+  CHECK(report["accuracy"]["precision"] == "float");
+  CHECK(report["accuracy"]["kept"] == true);
+  const auto& predicted = report["accuracy"]["predicted_phase_error_turns"];
+  CHECK(predicted["float"]["total"].get<double>() > 0);
+  CHECK(predicted["double"]["total"].get<double>() <= predicted["float"]["total"].get<double>());
+  CHECK(report["plan"]["wrps"].size() == report["plan"]["grid"][0].get<std::size_t>() * report["plan"]["grid"][1].get<std::size_t>());
+}
+
+TEST_CASE("frames and WRPs are written when asked for") {
+  const Desk desk;
+  REQUIRE(desk.render({"--set", "sampling.frames=2", "--set", "wrp.grid=[2, 1]", "--save-wrps", "--quiet"}).code == 0);
+  CHECK(load_npy(desk.out("field.npy")).frames == 2);
+  for (const char* name : {"hologram.png", "hologram_2.png", "wrp_1.npy", "wrp_2.npy", "report.json"})
+    CHECK(std::filesystem::exists(desk.out(name)));
+  CHECK(bytes_of(desk.out("hologram.png")) != bytes_of(desk.out("hologram_2.png")));
+  CHECK(load_npy(desk.out("wrp_2.npy")).frames == 2);
+}
+
+TEST_CASE("a hologram in tiles is reported as such, and no field is written where none is wanted") {
+  const Desk desk;
+  REQUIRE(desk.render({"--set", "hologram.tiles=[2, 3]", "--no-field", "--quiet"}).code == 0);
+  CHECK_FALSE(std::filesystem::exists(desk.out("field.npy")));
+  CHECK(std::filesystem::exists(desk.out("hologram.png")));
+  const auto plan = Json::parse(bytes_of(desk.out("report.json")))["plan"];
+  CHECK(plan["tiles"] == Json::array({2, 3}));
+  CHECK(plan["why_tiles"] == "given");
+  CHECK(plan["wrps"].back()["tile"] == 5);
+}
+
+TEST_CASE("--set changes what is computed and what is reported") {
+  const Desk desk;
+  REQUIRE(desk.render({"--set", "sampling.seed=7", "--set", "wrp.padding=1.5", "--set", "object.0.width=0.1 mm", "--quiet"}).code == 0);
+  const auto changed = bytes_of(desk.out("field.npy"));
+  const auto report = Json::parse(bytes_of(desk.out("report.json")));
+  CHECK(report["seed"] == 7);
+  CHECK(report["scene"]["wrp"]["padding"] == 1.5);
+  CHECK(report["scene"]["objects"][0]["width_m"].get<double>() == Catch::Approx(1e-4));
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  CHECK(bytes_of(desk.out("field.npy")) != changed);
+}
+
+TEST_CASE("--json prints the report, --quiet prints nothing") {
+  const Desk desk;
+  const auto json = desk.render({"--json"});
+  CHECK(json.code == 0);
+  CHECK(json.err.empty());
+  CHECK(json.out == bytes_of(desk.out("report.json")));
+  CHECK(Json::parse(json.out).contains("plan"));
+  const auto quiet = desk.render({"--quiet"});
+  CHECK(quiet.code == 0);
+  CHECK(quiet.out.empty());
+  CHECK(quiet.err.empty());
+}
+
+TEST_CASE("mistakes in a scene get one line with file and line, exit code 2, and nothing is written") {
+  Desk desk;
+  const auto scene = desk.file("scene.toml");
+  const auto refused = [&](const std::string& more, const std::string& says) {
+    desk.scene(more);
+    check_refused(desk.render(), 2, says);
+    CHECK_FALSE(desk.has_output());
+  };
+  refused("[wrp]\npading = 2\n", scene + ":13: ");
+  refused("[wrp]\npadding = \"much\"\n", scene + ":13: ");
+  refused("[wrp]\npadding = -1\n", scene + ":13: ");
+  refused("[[object]]\nmesh = \"none.obj\"\n", scene + ":13: ");
+  refused("[[object]]\nmesh = \"square.obj\"\nposition = [0, 0, \"-5 mm\"]\n", scene + ":12: ");
+  refused("this is no TOML\n", scene + ":12");
+  refused("[materials.x]\ntexture = \"none.png\"\n[[object]]\nmesh = \"square.obj\"\nmaterial = \"x\"\nposition = [0, 0, 1]\n",
+          scene + ":13: ");
+  desk.folder().write("empty.obj", "# nothing\n");
+  refused("[[object]]\nmesh = \"empty.obj\"\n", scene + ":12: ");
+  desk.folder().write("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  refused("[[object]]\nmesh = \"nan.obj\"\n", scene + ":12: ");
+  desk.scene("");
+  for (const auto& set :
+       {"hologram.pitch=-1 um", "hologram.wavelength=0", "sampling.nothing=1", "nonsense", "hologram.resolution=[0, 5]"}) {
+    check_refused(desk.render({"--set", set}), 2, "--set");
+    CHECK_FALSE(desk.has_output());
+  }
+  check_refused(desk.run({"render", desk.file("none.toml"), "-o", desk.file("out")}), 2, "none.toml");
+  CHECK_FALSE(desk.has_output());
+}
+
+TEST_CASE("mistakes on the command line get one line and exit code 2") {
+  const Desk desk;
+  check_refused(desk.run({}), 2, "subcommand");
+  check_refused(desk.run({"rendr"}), 2, "subcommand");
+  check_refused(desk.run({"render", desk.file("scene.toml")}), 2, "--out");
+  check_refused(desk.render({"--nonsense"}), 2, "--nonsense");
+  check_refused(desk.render({"--rays", "0"}), 2, "--rays");
+  check_refused(desk.render({"--method", "magic"}), 2, "magic");
+  check_refused(desk.render({"--fft", "magic"}), 2, "magic");
+  CHECK_FALSE(desk.has_output());
+  const auto help = desk.run({"--help"});
+  CHECK(help.code == 0);
+  CHECK(help.err.empty());
+  CHECK_THAT(help.out, ContainsSubstring("render") && ContainsSubstring("reconstruct") && ContainsSubstring("Exit codes"));
+}
+
+TEST_CASE("a device that is not there gets one line, exit code 3, and nothing is written") {
+  const Desk desk;
+  check_refused(desk.render({"--device", "no such device"}), 3, "no such device");
+  check_refused(desk.render({"--device", "99:0"}), 3, "99:0");
+  setenv("RAYWAVE_DEVICE", "not this one", 1);
+  check_refused(desk.render(), 3, "not this one");
+  unsetenv("RAYWAVE_DEVICE");
+  CHECK_FALSE(desk.has_output());
+}
+
+TEST_CASE("an output folder that cannot be written gets one line, exit code 2, and nothing is left half-written") {
+  const Desk desk;
+  desk.folder().write("taken", "a file");
+  const auto before = desk.folder().count();
+  check_refused(desk.run({"render", desk.file("scene.toml"), "-o", desk.file("taken")}), 2, "taken");
+  check_refused(desk.run({"render", desk.file("scene.toml"), "-o", desk.file("taken/sub")}), 2, "taken");
+  CHECK(bytes_of(desk.folder() / "taken") == "a file");
+  CHECK(desk.folder().count() <= before + 2);  // stdout and stderr of the runs
+  CHECK_FALSE(desk.has_output());
+}
+
+TEST_CASE("reconstruct shows field.npy and hologram.png at each depth, in any window, from any side") {
+  const Desk desk;
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  const auto reconstruct = [&](const std::string& what, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"reconstruct", desk.out(what).string(), "-o", desk.file("views")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return desk.run(arguments);
+  };
+  const auto picture = [&](const std::string& name) { return load_grey(desk.folder() / "views" / name, ""); };
+
+  const auto both = reconstruct("field.npy", {"-z", "9.5mm", "-z", "10 mm"});
+  CHECK(both.code == 0);
+  CHECK(both.err.empty());
+  CHECK_THAT(both.out, ContainsSubstring("reconstruction_9.5mm.png") && ContainsSubstring("reconstruction_10mm.png"));
+  for (const char* name : {"reconstruction_9.5mm.png", "reconstruction_9.5mm.exr", "reconstruction_10mm.png", "reconstruction_10mm.exr"}) {
+    const auto image = picture(name);
+    CHECK(image.width == 48);
+    CHECK(image.height == 32);
+    CHECK(*std::max_element(image.pixels.begin(), image.pixels.end()) > 0);
+  }
+  const auto from_field = picture("reconstruction_10mm.exr").pixels;
+  const auto quiet = reconstruct("hologram.png", {"-z", "10mm", "--quiet"});
+  CHECK(quiet.code == 0);
+  CHECK(quiet.out.empty());
+  CHECK(picture("reconstruction_10mm.exr").pixels != from_field);  // amplitude is lost
+
+  REQUIRE(reconstruct("field.npy", {"-z", "10mm", "--window", "0.4mmx0.2mm"}).code == 0);
+  const auto large = picture("reconstruction_10mm.exr");
+  CHECK(large.width == 100);
+  CHECK(large.height == 50);
+  REQUIRE(reconstruct("field.npy", {"-z", "10mm", "--view", "0.5,0"}).code == 0);
+  CHECK(picture("reconstruction_10mm.exr").pixels != from_field);
+}
+
+TEST_CASE("reconstructions that cannot be are refused with one line") {
+  const Desk desk;
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  const auto refused = [&](const std::string& file, const std::vector<std::string>& more, const std::string& says) {
+    std::vector<std::string> arguments{"reconstruct", file, "-o", desk.file("views")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    check_refused(desk.run(arguments), 2, says);
+    CHECK_FALSE(std::filesystem::exists(desk.folder() / "views"));
+  };
+  const auto field = desk.out("field.npy").string();
+  refused(field, {"-z", "-5mm"}, "-z");
+  refused(field, {"-z", "far"}, "-z");
+  refused(field, {"-z", "10mm", "--window", "3mm"}, "--window");
+  refused(field, {"-z", "10mm", "--view", "2,0"}, "--view");
+  refused(field, {"-z", "10mm", "--view", "nan,0"}, "--view");
+  refused(field, {"-z", "10mm", "--percentile", "0"}, "--percentile");
+  refused(desk.out("none.npy").string(), {"-z", "10mm"}, "none.npy");
+  std::filesystem::copy(field, desk.file("alone.npy"));
+  refused(desk.file("alone.npy"), {"-z", "10mm"}, "--pitch");
+  desk.folder().write("damaged.npy", bytes_of(field).substr(0, 1000));
+  refused(desk.file("damaged.npy"), {"-z", "10mm", "--pitch", "4um", "--wavelength", "638nm"}, "damaged.npy");
+}
+
+TEST_CASE("plan says what would be computed without computing it") {
+  const Desk desk;
+  const auto text = desk.run({"plan", desk.file("scene.toml"), "--set", "wrp.grid=[2, 2]"});
+  CHECK(text.code == 0);
+  CHECK(text.err.empty());
+  CHECK_THAT(text.out, ContainsSubstring("48 x 32") && ContainsSubstring("2 triangles") && ContainsSubstring("2 x 2"));
+  CHECK_THAT(text.out, ContainsSubstring("precision float (auto), predicted phase error"));
+  const auto strict =
+      desk.run({"plan", desk.file("scene.toml"), "--set", "accuracy.precision=extended", "--set", "accuracy.phase=1e-9"}).out;
+  CHECK_THAT(strict, ContainsSubstring("precision extended, predicted phase error") && ContainsSubstring("NOT below 1e-09"));
+  const auto json = Json::parse(desk.run({"plan", desk.file("scene.toml"), "--json"}).out);
+  CHECK(json["triangles"] == 2);
+  CHECK(json["plan"]["wrps"].size() >= 1);
+  check_refused(desk.run({"plan", desk.file("none.toml")}), 2, "none.toml");
+}
+
+TEST_CASE("render follows the plan of the same goal, and goals that are none are refused") {
+  const Desk desk;
+  const auto scene = desk.file("scene.toml");
+  const auto plan = Json::parse(desk.run({"plan", scene, "--quality", "draft", "--json", "--set", "sampling.pitch=auto"}).out);
+  REQUIRE(desk.render({"--quality", "draft", "--set", "sampling.pitch=auto", "--quiet"}).code == 0);
+  std::ifstream file(desk.out("report.json"));
+  const auto report = Json::parse(file);
+  for (const char* section : {"wrp", "sampling"}) CHECK(report["scene"][section] == plan["scene"][section]);
+  CHECK(report["plan"] == plan["plan"]);
+  check_refused(desk.run({"plan", scene, "--quality", "best"}), 2, "there are draft, balanced, accurate and reference");
+  check_refused(desk.run({"plan", scene, "--budget", "0 ms"}), 2, "must be a time such as");
+  check_refused(desk.run({"plan", scene, "--budget", "1 s", "--psnr", "30"}), 2, "at most 1");
+  check_refused(desk.render({"--quality", "draft", "--method", "points"}), 2, "plan --method wrp alone");
+}
+
+TEST_CASE("devices lists every device with what it can do, one of them the default") {
+  const Desk desk;
+  const auto text = desk.run({"devices"});
+  CHECK(text.code == 0);
+  CHECK(text.err.empty());
+  CHECK_THAT(text.out,
+             ContainsSubstring("(default)") && ContainsSubstring("fp64") && ContainsSubstring("driver") && ContainsSubstring("FFT"));
+  const auto list = Json::parse(desk.run({"devices", "--json"}).out);
+  REQUIRE(list.size() >= 1);
+  CHECK(std::count_if(list.begin(), list.end(), [](const Json& d) { return d["default"].get<bool>(); }) == 1);
+}
+
+TEST_CASE("selftest says by its exit code whether every row passed, and writes the table as JSON") {
+  const Desk desk;
+  const auto good = desk.run({"selftest", "--only", "phase ", "--json", desk.file("table.json")});
+  INFO(good.out << good.err);
+  CHECK(good.code == 0);
+  CHECK(good.err.empty());
+  CHECK_THAT(good.out, ContainsSubstring("driver") && ContainsSubstring("pass  phase") && !ContainsSubstring("FAIL"));
+  const auto table = Json::parse(bytes_of(desk.file("table.json")));
+  CHECK(table["passed"] == true);
+  CHECK(table["rows"].size() >= 3);
+
+  const auto bad = desk.run({"selftest", "--only", "phase ", "--strict", "1000", "--json", desk.file("table.json")});
+  CHECK(bad.code == 1);
+  CHECK(bad.err.empty());
+  CHECK_THAT(bad.out, ContainsSubstring("FAIL  phase"));
+  CHECK(Json::parse(bytes_of(desk.file("table.json")))["passed"] == false);
+
+  check_refused(desk.run({"selftest", "--only", "no such row"}), 2, "no such row");
+  check_refused(desk.run({"selftest", "--strict", "0"}), 2, "--strict");
+  check_refused(desk.run({"selftest", "--device", "no such device"}), 3, "no such device");
+}
+
+}  // namespace
+}  // namespace raywave

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/evaluate/quality.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "host/common/error.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr double um = 1e-6, mm = 1e-3;
+constexpr int border = 6;
+
+/// The study's scene made six times smaller: 64 x 64 pixels see the same angles.
+Scene small_study(const std::string& sphere_x = "0", const std::string& more = "sampling.frames=16") {
+  return load_scene(
+      std::filesystem::path(RAYWAVE_DATA_DIR) / "study.toml",
+      {"hologram.resolution=[64, 64]", "wrp.distance=2.99 mm", "sampling.pitch=6 um", "object.0.width=0.15 mm",
+       "object.0.position=['" + sphere_x + "', 0, '3.175 mm']", "object.1.width=0.2 mm", "object.1.position=[0, 0, '3.25 mm']", more});
+}
+
+QualitySpec small_spec() {
+  QualitySpec what;
+  what.blur_m = 15 * um;  // diffraction, which the lens does not know, spreads light over 8 um
+  what.border_px = border;
+  what.lens_points = 12;
+  return what;
+}
+
+TEST_CASE("a hologram shows what the lens sees, at every depth and from every side, and a shifted sphere's does not") {
+  for (const auto& device : test::all_devices()) {
+    const auto good = assess(device, small_study(), {}, small_spec());
+    const auto bad = assess(device, small_study(), render(device, small_study("0.03 mm")), {}, small_spec());
+    REQUIRE(good.rows.size() == 7);
+    REQUIRE(bad.rows.size() == 7);
+    for (std::size_t i = 0; i < good.rows.size(); ++i) {
+      const auto &row = good.rows[i], &shifted = bad.rows[i];
+      const bool whole = row.view == "whole";  // measured 30.5 to 31.3 dB
+      INFO(row.view << " at " << row.z_m / mm << " mm: " << row.figures.psnr_db << " dB, SSIM " << row.figures.ssim << "; shifted "
+                    << shifted.figures.psnr_db << " dB, SSIM " << shifted.figures.ssim);
+      CHECK(row.figures.psnr_db > (whole ? 29 : 24));
+      CHECK(row.figures.psnr_db > shifted.figures.psnr_db + 5);
+      CHECK(row.figures.ssim > shifted.figures.ssim + 0.05);
+      CHECK(row.figures.contrast_b == Catch::Approx(row.figures.contrast_a).epsilon(0.1));
+    }
+  }
+}
+
+TEST_CASE("rows are the depths through the whole hologram, then the sides at the first depth") {
+  const auto device = test::all_devices().front();
+  auto what = small_spec();
+  what.depths_m = {3.2 * mm, 3.1 * mm};
+  what.against_points = true;
+  const auto scene = small_study("0", "sampling.frames=2");
+  const auto result = assess(device, scene, {}, what);
+  std::vector<std::pair<std::string, double>> rows;
+  for (const auto& row : result.rows) rows.emplace_back(row.view, row.z_m);
+  CHECK(rows ==
+        std::vector<std::pair<std::string, double>>{
+            {"whole", 3.2 * mm}, {"whole", 3.1 * mm}, {"left", 3.2 * mm}, {"right", 3.2 * mm}, {"top", 3.2 * mm}, {"bottom", 3.2 * mm}});
+  REQUIRE(result.against_points);
+  CHECK(result.against_points->correlation > 0.85);  // measured 0.90
+
+  const auto json = nlohmann::json::parse(quality_json(scene, result, device.info(), {}, what));
+  REQUIRE(json["rows"].size() == 6);
+  CHECK(json["rows"][2]["view"] == "left");
+  CHECK(json["rows"][2]["psnr_db"] == result.rows[2].figures.psnr_db);
+  CHECK(json["frames"] == 2);
+  CHECK(json["against_points"]["correlation"] == result.against_points->correlation);
+  CHECK(json["render"]["scene"]["sampling"]["frames"] == 2);
+}
+
+TEST_CASE("depths not given are the nearest and the farthest surface, and one in front by a tenth of the range or 1 %") {
+  Plan plan;
+  plan.near_m = 0.09;
+  plan.far_m = 0.11;
+  CHECK(quality_depths_m(plan) == std::vector<double>{0.09, 0.11, 0.09 - 0.1 * (0.11 - 0.09)});
+  plan.far_m = plan.near_m;
+  CHECK(quality_depths_m(plan) == std::vector<double>{0.09, 0.09 - 0.01 * 0.09});
+}
+
+Image flat(int width, int height, float value) { return {width, height, std::vector<float>(std::size_t{1} * width * height, value)}; }
+
+TEST_CASE("the sheet has a row of three cells for each row of the table, with one exposure and grey between them") {
+  QualityResult result;
+  result.rows.resize(2);
+  result.rows[0].lens = flat(5, 3, 1.0f);
+  result.rows[0].hologram = flat(5, 3, 0.5f);
+  result.rows[0].difference = flat(5, 3, -0.5f);  // beyond a quarter of white: full blue
+  result.rows[1].lens = flat(5, 3, 0.0f);
+  result.rows[1].hologram = flat(5, 3, 0.25f);
+  result.rows[1].difference = flat(5, 3, 0.0f);
+  const auto sheet = contact_sheet(result);
+  REQUIRE(sheet.width == 3 * 5 + 2 * sheet_gap_px);
+  REQUIRE(sheet.height == 2 * 3 + sheet_gap_px);
+  REQUIRE(sheet.rgb.size() == std::size_t{3} * sheet.width * sheet.height);
+
+  using Rgb = std::array<int, 3>;
+  // sRGB codes of 1/2 and 1/4 are 188 and 137.
+  const std::vector<std::vector<Rgb>> cells{{{255, 255, 255}, {188, 188, 188}, {33, 102, 172}},
+                                            {{0, 0, 0}, {137, 137, 137}, {255, 255, 255}}};
+  int wrong = 0;
+  for (int y = 0; y < sheet.height; ++y) {
+    for (int x = 0; x < sheet.width; ++x) {
+      const int column = x / (5 + sheet_gap_px), row = y / (3 + sheet_gap_px);
+      const bool gap = x % (5 + sheet_gap_px) >= 5 || y % (3 + sheet_gap_px) >= 3;
+      const auto* got = &sheet.rgb[std::size_t{3} * (y * sheet.width + x)];
+      wrong += Rgb{got[0], got[1], got[2]} != (gap ? Rgb{128, 128, 128} : cells[row][column]);
+    }
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("wide pictures are made smaller for the sheet by averaging") {
+  const auto device = test::all_devices().front();
+  const auto scene = small_study("0", "sampling.frames=1");
+  QualitySpec what;
+  what.depths_m = {3.1 * mm};
+  what.views = false;
+  what.window_m = glm::dvec2(1400, 70) * 3.74 * um;
+  what.border_px = 0;
+  what.lens_points = 2;
+  const auto result = assess(device, scene, {}, what);
+  REQUIRE(result.rows.size() == 1);
+  const auto& row = result.rows[0];
+  CHECK(result.picture_size == glm::ivec2(1400, 70));
+  CHECK(row.lens.width == 467);  // squares of 3 pixels, the last one cut off
+  CHECK(row.lens.height == 24);
+  CHECK(contact_sheet(result).width == 3 * 467 + 2 * sheet_gap_px);
+  double worst = 0;
+  for (std::size_t i = 0; i < row.lens.pixels.size(); ++i)
+    worst = std::max(worst, std::abs(1.0 * row.hologram.pixels[i] - row.lens.pixels[i] - row.difference.pixels[i]));
+  CHECK(worst < 1e-5);
+  CHECK(*std::max_element(row.lens.pixels.begin(), row.lens.pixels.end()) > 0.3f);
+}
+
+TEST_CASE("pictures that cannot be compared are refused") {
+  const auto device = test::all_devices().front();
+  const auto scene = small_study("0", "sampling.frames=1");
+  const auto rendered = render(device, scene);
+  const auto refused = [&](auto&& change) {
+    auto what = small_spec();
+    change(what);
+    CHECK_THROWS_AS(assess(device, scene, rendered, {}, what), InputError);
+  };
+  refused([](QualitySpec& s) { s.depths_m = {-1 * mm}; });
+  refused([](QualitySpec& s) { s.border_px = 32; });
+  refused([](QualitySpec& s) { s.blur_m = -1 * um; });
+  refused([](QualitySpec& s) { s.lens_points = 0; });
+  refused([](QualitySpec& s) { s.window_m = glm::dvec2(0, 1 * mm); });
+}
+
+}  // namespace
+}  // namespace raywave

@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "host/geometry/clusters.hpp"
+#include "host/common/error.hpp"
+#include "host/geometry/world.hpp"
+#include "host/geometry/extents.hpp"
+#include "host/plan/plan.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/scenes.hpp"
+#include "tests/support/worlds.hpp"
+
+using namespace raywave;
+using namespace raywave::test;
+using glm::dvec3;
+using reference::in_box;
+using reference::unit_vector;
+
+namespace {
+
+Mesh mesh_of(const Surface& s, dvec3 away = dvec3(0)) {
+  Mesh raw;
+  raw.positions = s.positions;
+  for (auto& p : raw.positions) p += away;
+  raw.normals.assign(raw.positions.size(), dvec3(0));
+  raw.uvs.assign(raw.positions.size(), glm::dvec2(0));
+  raw.triangles = s.triangles;
+  return finish_mesh(std::move(raw), Normals::smooth);
+}
+
+/// Triangles with corners anywhere in a cube.
+Surface cloud(Random& random, int triangles, double half) {
+  Surface s;
+  for (int i = 0; i < triangles; ++i) s.triangle(in_box(random, half), in_box(random, half), in_box(random, half));
+  return s;
+}
+
+/// A thousand times as long as wide, of many triangles.
+Surface sliver() {
+  return grid(2000, 1, [](double s, double t) { return dvec3(s - 0.5, 1e-3 * (t - 0.5), 0.3 * s * s) * 9.0 * mm; });
+}
+
+/// Several objects, each with a mesh of its own.
+struct Fleet {
+  Scene scene;
+  Meshes meshes;
+
+  void add(Mesh mesh, std::optional<double> width_m) {
+    auto object = object_at("", 1, {0, 0, 0.1});
+    object.width_m = width_m;
+    scene.objects.push_back(object);
+    meshes.of_object.push_back(meshes.meshes.size());
+    meshes.closed.push_back(is_closed(mesh));
+    meshes.meshes.push_back(std::move(mesh));
+  }
+
+  void pose(Random& random) {
+    for (auto& object : scene.objects) {
+      object.rotation_deg = in_box(random, 180);
+      object.position_m = in_box(random, 10 * mm) + dvec3(0, 0, 0.1);
+    }
+  }
+};
+
+Fleet fleet(Random& random) {
+  Fleet fleet;
+  fleet.scene.file = "scene.toml";
+  fleet.scene.materials = {glowing()};
+  fleet.scene.sampling.mode = SamplingMode::aimed;
+  fleet.add(mesh_of(sphere({}, 4 * mm, 40)), {});
+  fleet.add(mesh_of(cloud(random, 3000, 1)), 7 * mm);
+  fleet.add(mesh_of(sliver()), {});
+  fleet.add(mesh_of(box({}, {1, 2, 0.5}), {3e3, -2e5, 1e4}), 3 * mm);  // far from its own origin
+  fleet.add(mesh_of(cloud(random, 40, 3 * mm)), 5 * mm);
+  fleet.pose(random);
+  return fleet;
+}
+
+using Long = glm::tvec3<long double>;
+
+/// Turned about x, then y, then z.
+Long turned(Long p, dvec3 degrees) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const long double angle = std::numbers::pi_v<long double> / 180 * static_cast<long double>(degrees[axis]);
+    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+    const auto pa = p[a], pb = p[b];
+    p[a] = std::cos(angle) * pa - std::sin(angle) * pb;
+    p[b] = std::sin(angle) * pa + std::cos(angle) * pb;
+  }
+  return p;
+}
+
+/// Where an object's vertices belong, by its definition.
+std::vector<dvec3> placed(const Object& object, const Mesh& mesh) {
+  std::vector<Long> all;
+  Long low(INFINITY), high(-INFINITY);
+  for (const auto& p : mesh.positions) {
+    all.push_back(turned(Long(p), object.rotation_deg));
+    low = glm::min(low, all.back());
+    high = glm::max(high, all.back());
+  }
+  const long double scale = object.width_m ? *object.width_m / (high.x - low.x) : 1;
+  std::vector<dvec3> places;
+  for (const auto& p : all) places.emplace_back(Long(object.position_m) + scale * (p - (low + high) / 2.0L));
+  return places;
+}
+
+double largest(const dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+/// A random lens's view: windows and planes of any size and place.
+SeenThrough any_view(Random& random) {
+  return {uniform(random, 0, 0.15), glm::dvec2(in_box(random, 5 * mm)), glm::dvec2(uniform(random, 1, 5), uniform(random, 1, 5)) * mm,
+          glm::dvec2(uniform(random, 0.02, 0.3), uniform(random, 0.02, 0.3)), uniform(random, 1, 2)};
+}
+
+/// What an Outline is, vertex by vertex, from the rays to the window's edges.
+Outline outline_by_hand(const std::vector<dvec3>& points, const SeenThrough& seen) {
+  Outline outline;
+  for (const auto& p : points) {
+    for (int axis = 0; axis < 2; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      outline.tangents[i].add(p[axis] / p.z);
+      for (const double side : {-1.0, 1.0}) {
+        const double edge = seen.centre_m[axis] + side * seen.half_m[axis];
+        outline.passed[i].add(edge + (p[axis] - edge) * seen.distance_m / p.z);
+        const double wide_edge = seen.centre_m[axis] + side * seen.wider * seen.half_m[axis];
+        outline.beyond_m[i] = std::max(outline.beyond_m[i], side * (wide_edge - p[axis]) - seen.largest_tangent[axis] * p.z);
+      }
+    }
+  }
+  return outline;
+}
+
+void check_alike(const Interval& a, const Interval& b, double within) {
+  CHECK(std::abs(a.low - b.low) <= within);
+  CHECK(std::abs(a.high - b.high) <= within);
+}
+
+}  // namespace
+
+TEST_CASE("objects that have moved are where their definition puts them, to rounding, near their mesh's origin or far") {
+  Random random(1);
+  auto many = fleet(random);
+  auto world = place_objects(many.scene, many.meshes);
+  for (int n = 0; n < 6; ++n) {
+    if (n > 0) many.pose(random);
+    if (n == 4) {  // from the mesh's own size to a width, and back
+      many.scene.objects[0].width_m = 6 * mm;
+      many.scene.objects[4].width_m = {};
+    }
+    move_objects(many.scene, world);
+    const auto now_m = positions_now(world);
+    for (std::size_t i = 0; i < many.scene.objects.size(); ++i) {
+      const auto wanted_m = placed(many.scene.objects[i], many.meshes.meshes[i]);
+      REQUIRE(world.placed[i].vertices == wanted_m.size());
+      double size_m = 0, off_m = 0;
+      for (std::size_t v = 0; v < wanted_m.size(); ++v) {
+        size_m = std::max(size_m, largest(wanted_m[v] - wanted_m[0]));
+        off_m = std::max(off_m, largest(now_m[world.placed[i].first_vertex + v] - wanted_m[v]));
+      }
+      INFO("object " << i << ", pose " << n << ": off by " << off_m / size_m << " of its size");
+      CHECK(off_m <= 1e-12 * size_m);
+    }
+  }
+}
+
+TEST_CASE("triangles and normals move with their objects") {
+  Random random(2);
+  auto many = fleet(random);
+  auto world = place_objects(many.scene, many.meshes);
+  many.pose(random);
+  move_objects(many.scene, world);
+  const auto fresh = place_objects(many.scene, many.meshes);
+  const auto normals = normals_now(world);
+  for (std::size_t v = 0; v < normals.size(); ++v) REQUIRE(largest(dvec3(normals[v]) - dvec3(fresh.normals[v])) <= 4 * 0x1p-24);
+  const auto now_m = positions_now(world);
+  for (std::size_t t = 0; t < world.triangles.size(); ++t) {
+    const auto corners_m = world.corners_m(t);
+    for (int c = 0; c < 3; ++c) REQUIRE(corners_m[static_cast<std::size_t>(c)] == now_m[world.triangles[t][c]]);
+  }
+}
+
+TEST_CASE("objects that have not moved, or have come back, are where they were, bit for bit") {
+  Random random(3);
+  auto many = fleet(random);
+  const auto home = many.scene;
+  auto world = place_objects(home, many.meshes);
+  const auto was = world;
+  CHECK(positions_now(world) == was.positions);
+  many.pose(random);
+  many.scene.objects[2] = home.objects[2];
+  move_objects(many.scene, world);
+  CHECK(world.motions[0].moved);
+  CHECK_FALSE(world.motions[2].moved);
+  CHECK(world.positions == was.positions);  // the placed ones stay
+  CHECK(positions_now(world) != was.positions);
+  move_objects(home, world);
+  CHECK(positions_now(world) == was.positions);
+  CHECK(normals_now(world) == was.normals);
+  CHECK(world.min_m == was.min_m);
+  CHECK(world.max_m == was.max_m);
+}
+
+TEST_CASE("box and outline of a moved world are those of all its vertices") {
+  Random random(4);
+  auto many = fleet(random);
+  auto world = place_objects(many.scene, many.meshes);
+  for (int n = 0; n < 40; ++n) {
+    if (n > 0) many.pose(random);
+    move_objects(many.scene, world);
+    const auto now_m = positions_now(world);
+    dvec3 low(INFINITY), high(-INFINITY);
+    for (const auto& p : now_m) {
+      low = glm::min(low, p);
+      high = glm::max(high, p);
+    }
+    CHECK(largest(world.min_m - low) < 1e-15);  // of 0.1 m: 10 roundings
+    CHECK(largest(world.max_m - high) < 1e-15);
+    const auto seen = any_view(random);
+    const auto found = outline_of(world, seen), wanted = outline_by_hand(now_m, seen), among_points = outline_of(now_m, seen);
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      check_alike(found.tangents[axis], wanted.tangents[axis], 1e-14);
+      check_alike(found.passed[axis], wanted.passed[axis], 1e-14);
+      CHECK(std::abs(found.beyond_m[axis] - wanted.beyond_m[axis]) < 1e-14);
+      check_alike(among_points.tangents[axis], wanted.tangents[axis], 1e-14);
+      check_alike(among_points.passed[axis], wanted.passed[axis], 1e-14);
+      CHECK(std::abs(among_points.beyond_m[axis] - wanted.beyond_m[axis]) < 1e-14);
+    }
+  }
+}
+
+/// Sums of places times each of these directions, as functions of place.
+RaiseInPlaces along(const std::vector<dvec3>& directions, std::size_t& looked_at) {
+  return [&](std::span<const Places> all, std::span<Lanes> to) {
+    for (const auto& places : all) {
+      for (std::size_t lane = 0; lane < Lanes::count; ++lane) {
+        ++looked_at;
+        for (std::size_t f = 0; f < directions.size(); ++f)
+          to[f].v[lane] = std::max(to[f].v[lane], glm::dot(places.get(lane), directions[f]));
+      }
+    }
+  };
+}
+
+TEST_CASE("the outermost of any number of vertices is found, whatever their normals") {
+  Random random(5);
+  for (const std::size_t count : {1, 2, 8, 63, 64, 65, 511, 512, 513, 1000, 5000, 40000}) {
+    std::vector<dvec3> positions;
+    std::vector<glm::vec3> normals;
+    for (std::size_t i = 0; i < count; ++i) {
+      positions.push_back(in_box(random, 1) + dvec3(0, 0, 5));
+      normals.emplace_back(i % 3 == 0 ? dvec3(0) : i % 3 == 1 ? unit_vector(random) : dvec3(NAN));
+    }
+    if (count == 1000) std::fill(positions.begin(), positions.end(), dvec3(1, 2, 3));  // all in one place
+    const auto clusters = clusters_of(positions, normals);
+    for (int n = 0; n < 10; ++n) {
+      std::vector<dvec3> directions;
+      for (int i = 0; i < 4; ++i) directions.push_back(unit_vector(random));
+      const Motion motion{glm::dmat3(uniform(random, 0.1, 3)), 0.5, in_box(random, 1), in_box(random, 1), n % 2 == 0};
+      std::vector<double> wanted(directions.size(), -INFINITY), found = wanted;
+      for (const auto& p : positions) {
+        for (std::size_t f = 0; f < directions.size(); ++f) wanted[f] = std::max(wanted[f], glm::dot(motion(p), directions[f]));
+      }
+      std::size_t looked_at = 0;
+      raise_to_largest(clusters, positions, motion, along(directions, looked_at), 0, found);
+      for (std::size_t f = 0; f < directions.size(); ++f) REQUIRE(std::abs(found[f] - wanted[f]) < 1e-14);
+    }
+  }
+}
+
+TEST_CASE("of a ball's vertices and boxes few are looked at") {
+  const auto ball = sphere({}, 1, 200);
+  const auto clusters = clusters_of(ball.positions, ball.normals);
+  Random random(6);
+  std::size_t looked_at = 0;
+  std::vector<double> found(4, -INFINITY);
+  std::vector<dvec3> directions;
+  for (int i = 0; i < 4; ++i) directions.push_back(unit_vector(random));
+  raise_to_largest(clusters, ball.positions, {}, along(directions, looked_at), 0, found);
+  INFO(looked_at << " corners of boxes and vertices of " << ball.positions.size());
+  CHECK(looked_at < ball.positions.size() / 4);
+}
+
+TEST_CASE("a move to where an object cannot be is refused as placing it there is, and a later one works") {
+  Fleet one;
+  one.add(mesh_of(grid(4, 4, [](double s, double t) { return dvec3(s, t, 0); })), 10 * mm);
+  auto world = place_objects(one.scene, one.meshes);
+  const auto home = one.scene;
+  const auto refusal = [&](const auto& ask) -> std::string {
+    try {
+      ask();
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const auto check_refused = [&](const std::string& why) {
+    const auto said = refusal([&] { move_objects(one.scene, world); });
+    CHECK_THAT(said, Catch::Matchers::ContainsSubstring(why));
+    CHECK(said == refusal([&] { place_objects(one.scene, one.meshes); }));
+    one.scene = home;
+  };
+  one.scene.objects[0].rotation_deg = {0, 90, 0};
+  check_refused("width cannot be reached");
+  one.scene.objects[0].position_m.z = -1;
+  check_refused("its z runs from -1 m");
+  one.scene.objects[0].width_m = 1e5;
+  check_refused("; give a width");
+  one.scene.objects[0].position_m.z = 0.2;
+  move_objects(one.scene, world);
+  CHECK(world.min_m.z == 0.2);
+}
+
+TEST_CASE("the plan of a moved world is that of a world placed there") {
+  Random random(7);
+  auto many = fleet(random);
+  auto world = place_objects(many.scene, many.meshes);
+  for (const int slabs : {1, 3}) {
+    for (const int tiles : {1, 2}) {
+      many.pose(random);
+      many.scene.wrp.slabs = slabs;
+      many.scene.hologram.tiles = glm::ivec2(tiles);
+      move_objects(many.scene, world);
+      const auto moved = make_plan(many.scene, world), fresh = make_plan(many.scene, place_objects(many.scene, many.meshes));
+      CHECK(moved.near_m == Catch::Approx(fresh.near_m).epsilon(1e-13));
+      CHECK(moved.far_m == Catch::Approx(fresh.far_m).epsilon(1e-13));
+      CHECK(moved.grid == fresh.grid);
+      CHECK(moved.lattice.size == fresh.lattice.size);
+      CHECK(moved.lattice.first == fresh.lattice.first);
+      REQUIRE(moved.slabs.size() == fresh.slabs.size());
+      for (std::size_t i = 0; i < moved.slabs.size(); ++i)
+        CHECK(moved.slabs[i].distance_m == Catch::Approx(fresh.slabs[i].distance_m).epsilon(1e-11));
+      REQUIRE(moved.wrps.size() == fresh.wrps.size());
+      for (std::size_t i = 0; i < moved.wrps.size(); ++i) CHECK(largest(moved.wrps[i].centre_m - fresh.wrps[i].centre_m) < 1e-12);
+    }
+  }
+}

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every kernel, launched on grids of a few pixels, with every number of lanes, as on a CPU and as on a GPU: none writes behind its buffers
+// or reads what nobody wrote. scripts/check_kernels runs the same under oclgrind, which sees races and reads out of bounds too.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <regex>
+
+#include "host/geometry/bvh.hpp"
+#include "host/view/lens.hpp"
+#include "host/view/reconstruct.hpp"
+#include "host/trace/interpolator.hpp"
+#include "host/render.hpp"
+#include "host/evaluate/selftest/ray_caster.hpp"
+#include "kernels/common/shared_layout.h"
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/opencl_spy.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace raywave {
+namespace {
+
+using test::mm;
+using test::um;
+using Names = std::set<std::string>;
+
+constexpr auto host = cl::FftBackend::host;
+bool under_oclgrind(const cl::DeviceInfo& device) { return device.platform == "Oclgrind"; }
+
+/// The device as itself, and as others: CPUs as a GPU; the simulator as CPUs of every number of lanes.
+std::vector<cl::DeviceInfo> shapes_of(const cl::DeviceInfo& device) {
+  std::vector<cl::DeviceInfo> shapes{device};
+  const auto add = [&](cl::DeviceKind kind, int lanes) {
+    auto shape = device;
+    shape.kind = kind;
+    shape.float_lanes = lanes;
+    shapes.push_back(shape);
+  };
+  if (under_oclgrind(device)) {
+    add(cl::DeviceKind::cpu, 4);
+    if (std::getenv("OCLGRIND_UNINITIALIZED")) return shapes;  // version 21.10 falls over vectors of 16 floats then
+    add(cl::DeviceKind::cpu, 8);
+    add(cl::DeviceKind::cpu, 16);
+  } else if (device.kind == cl::DeviceKind::cpu) {
+    add(cl::DeviceKind::gpu, 1);
+  }
+  return shapes;
+}
+
+Names declared_kernels() {
+  Names names;
+  const std::regex declaration(R"(__kernel\s+void\s+(\w+)\s*\()");
+  for (const auto& [file, text] : cl::kernel_files()) {
+    for (std::sregex_iterator it(text.begin(), text.end(), declaration), end; it != end; ++it) names.insert((*it)[1]);
+  }
+  return names;
+}
+
+/// No multiple of the lanes or of a tile's rows.
+glm::ivec2 size_on(const cl::Device& device) { return {device.info().float_lanes + 3, under_oclgrind(device.info()) ? 3 : 19}; }
+
+/// A shining ball before a textured wall.
+Scene tiny_scene(const cl::Device& device, const Folder& folder) {
+  Scene scene;
+  scene.hologram = {size_on(device), {8 * um, 8 * um}, 638e-9};
+  scene.sampling.pitch_m = 80 * um;
+  scene.sampling.frames = 2;
+  scene.wrp.grid = {1, 1};  // beside the axis so small a plane receives nothing
+  scene.trace.shadows = true;
+  save_png(folder / "grey.png", 4, 2, std::vector<std::uint8_t>{10, 60, 110, 160, 200, 220, 240, 250});
+  Material ball;
+  ball.specular = glm::dvec3(0.4);
+  Material wall = test::glowing();
+  wall.texture = folder / "grey.png";
+  scene.materials = {ball, wall};
+  scene.objects = {test::object_at(folder.write("ball.obj", test::ball_obj(3, 2)), 0.08 * mm, {10 * um, 0, 9.8 * mm}, 0),
+                   test::object_at(folder.write("wall.obj", test::square_obj()), 0.14 * mm, {0, 0, 10 * mm}, 1)};
+  scene.objects[1].rotation_deg = {5, -8, 0};
+  Light sun, lamp;
+  sun.direction = {0.4, -0.5, 0.8};
+  lamp.type = LightType::point;
+  lamp.position_m = {-1 * mm, 2 * mm, 8 * mm};
+  scene.lights = {sun, lamp};
+  return scene;
+}
+
+void check_render(const cl::Device& device, const Scene& scene, Method method = Method::wrp) {
+  RenderOptions options;
+  options.method = method;
+  options.rays_per_axis = 3;
+  const auto result = render(device, scene, options);
+  CHECK(test::all_finite(result.field.samples));
+  CHECK(std::any_of(result.field.samples.begin(), result.field.samples.end(), [](auto z) { return z != std::complex<float>(); }));
+}
+
+void render_in_all_ways(const cl::Device& device, const Folder& folder) {
+  auto scene = tiny_scene(device, folder);
+  check_render(device, scene);
+  check_render(device, scene, Method::points);
+
+  scene.wrp.distances_m = {9.9 * mm, 10.2 * mm};  // samples near the planes, and before them
+  scene.sampling.antialias = false;
+  scene.lights.resize(1);
+  scene.lights.resize(40, scene.lights[0]);  // more than a word of bits
+  scene.materials[0].shininess = 1e3;        // directions beyond floats from here on
+  check_render(device, scene);
+  scene.lights.resize(1);
+
+  scene.sampling.frames = 1;
+  scene.wrp.distances_m.clear();
+  scene.sampling.mode = SamplingMode::fan;
+  check_render(device, scene);
+  scene.sampling.source = FanSource::surface;
+  scene.sampling.shape = FanShape::perspective;
+  check_render(device, scene);
+  check_render(device, scene, Method::rays);
+
+  scene.sampling.mode = SamplingMode::aimed;
+  scene.trace.depth = 2;
+  scene.materials[0].transparency = 0.5;
+  scene.materials[1].reflectivity = 0.5;
+  check_render(device, scene);
+}
+
+/// Planes this small are never gathered in fewer columns and rows.
+void refine(const cl::Device& device) {
+  Plan plan;
+  plan.size = plan.tile_size = {device.info().float_lanes + 3, 19};
+  plan.pitch_m = {8 * um, 8 * um};
+  plan.wavelength_m = 638e-9;
+  plan.slabs = {{.distance_m = 10 * mm}};
+  for (int axis = 0; axis < 2; ++axis) plan.slabs[0].axes[static_cast<std::size_t>(axis)] = {(2 * plan.size[axis] + 2) / 5 + 5, 20 * um, 2};
+  plan.wrps = {{{0, 0, plan.slabs[0].distance_m}, {}, {0, 0}, 0}};
+  const cl::ComplexBuffer gathered(device, std::vector<std::complex<float>>(2 * plan.gathered_pixels(), {1, 0}), "gathered");
+  cl::ComplexBuffer field(device, static_cast<std::size_t>(plan.size.x * plan.size.y), "refined");
+  Refiner(device).refine(plan, plan.wrps[0], gathered, 1, field);
+  CHECK(test::all_finite(field.read()));
+}
+
+void look(const cl::Device& device, const Folder& folder) {
+  const auto scene = tiny_scene(device, folder);
+  const auto world = build_world(scene);
+  const auto plan = make_plan(scene, world);
+  LensSpec lens;
+  lens.z_m = 10 * mm;
+  lens.points = 2;
+  const auto seen = lens_picture(device, plan, DeviceScene(device, scene, world, plan), lens);
+  CHECK(std::all_of(seen.pixels.begin(), seen.pixels.end(), [](float v) { return std::isfinite(v) && v >= 0; }));
+
+  const auto size = size_on(device);
+  FieldStack hologram{size.x, size.y, 1, std::vector<std::complex<float>>(size.x * size.y, {1, 0})};
+  ReconstructSpec what;
+  what.z_m = 10 * mm;
+  what.window_m = glm::dvec2(size + 2) * 8.0 * um;
+  const auto shown = reconstruct(device, host, hologram, scene.hologram, what);
+  CHECK(std::all_of(shown.pixels.begin(), shown.pixels.end(), [](float v) { return std::isfinite(v) && v >= 0; }));
+}
+
+/// What the device's own FFTs need: the host's propagates without kernels.
+void propagate(const cl::Device& device) {
+  constexpr int nx = 21, ny = 3, padded_nx = 48, padded_ny = 6, frames = 2;
+  const auto floats = [&](int size, float value) {
+    return cl::Buffer<float>(device, std::vector<float>(static_cast<std::size_t>(size), value), "transfer function");
+  };
+  const auto band = [&](int size, int reach) {  // firsts, then lasts
+    std::vector<std::int32_t> limits(static_cast<std::size_t>(2 * size), -reach);
+    std::fill(limits.begin() + size, limits.end(), reach);
+    return cl::Buffer<std::int32_t>(device, limits, "band");
+  };
+  const auto phase_x = floats(padded_nx, 0.25f), phase_y = floats(padded_ny, 0.5f);
+  const auto power_x = floats(2 * padded_nx, 0), power_y = floats(2 * padded_ny, 0);
+  const auto band_x = band(padded_nx, 2), band_y = band(padded_ny, 17);
+  const cl::ComplexBuffer field(device, std::vector<std::complex<float>>(frames * nx * ny, {1, 0}), "field");
+  cl::ComplexBuffer padded(device, padded_nx * padded_ny, "padded plane"), sum(device, padded_nx * padded_ny, "sum of spectra"),
+      shown(device, nx * ny, "field");
+  for (const char* two_floats : {"0", "1"}) {
+    const cl::Program program(device, "kernels/propagate/propagate.cl",
+                              {{"RAYWAVE_LANES", std::to_string(device.info().float_lanes)}, {"RAYWAVE_TWO_FLOATS", two_floats}});
+    program.kernel("pad").run({1, padded_ny}, {1, 1}, field, padded, std::int32_t{1}, nx, ny, padded_nx, padded_ny);
+    for (const std::int32_t accumulate : {0, 1}) {
+      program.kernel("multiply_add")
+          .run({1, padded_ny}, {1, 1}, padded, sum, phase_x, phase_y, power_x, power_y, band_x, band_y, 1e3f, 0.0f, 0.5f, padded_nx,
+               padded_ny, accumulate);
+    }
+    program.kernel("crop").run({1, ny}, {1, 1}, sum, shown, nx, ny, padded_nx);
+    // A quarter and a half of a turn; columns 18 to 20 and beyond the last row are out of the band.
+    const auto field_shown = shown.read();
+    for (int row = 0; row < ny; ++row) {
+      for (int column = 0; column < nx; ++column) {
+        const auto value = field_shown[static_cast<std::size_t>(row * nx + column)];
+        CHECK(std::abs(value - std::complex<float>(0, column <= 17 ? -1.0f : 0.0f)) <= 1e-6f);
+      }
+    }
+  }
+}
+
+/// What no command launches.
+void launch_tools(const cl::Device& device) {
+  const int lanes = device.info().float_lanes;
+  const cl::Options options{{"RAYWAVE_LANES", std::to_string(lanes)}};
+  const cl::Program selfcheck(device, "kernels/instruments/selfcheck.cl", options);
+  std::size_t members = 0;
+#define COUNT(T, member) members += 3;
+  RAYWAVE_LAYOUT(COUNT)
+#undef COUNT
+  cl::Buffer<std::int32_t> layout(device, members, "layout");
+  selfcheck.kernel("struct_layout").run({1}, {1}, layout);
+  const std::int32_t blocks = 3;
+  const std::vector<float> numbers(static_cast<std::size_t>(blocks * lanes), 0.3f);
+  const cl::Buffer<float> in(device, std::span<const float>(numbers), "in");
+  cl::Buffer<float> out_a(device, numbers.size(), "out"), out_b(device, numbers.size(), "out");
+  selfcheck.kernel("cos_sin").run({3}, {64}, in, out_a, out_b, blocks);
+  selfcheck.kernel("length_turns").run({3}, {64}, in, out_a, 1.5e6f, 0.01f, blocks);
+  for (const float v : out_a.read()) CHECK(std::abs(v) <= 0.5f);
+
+  // Rays along z at a square, the last packet half empty.
+  const std::vector<glm::dvec3> corners{{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  const auto bvh = build_bvh(corners, {{0, 1, 2}, {0, 2, 3}}, {0, 0, 0}, 1);
+  const std::int32_t rays = lanes + 1;
+  std::vector<float> planes;
+  for (const float value : {0.25f, 0.5f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 9.0f})
+    planes.insert(planes.end(), static_cast<std::size_t>(rays), value);
+  const cl::Program intersect(device, "kernels/instruments/intersect.cl", options);
+  const auto tree = selftest::upload(device, bvh);
+  const cl::Buffer<float> ray_planes(device, std::span<const float>(planes), "rays");
+  cl::Buffer<std::int32_t> hit(device, static_cast<std::size_t>(rays), "hits"),
+      occluded(device, static_cast<std::size_t>(rays), "occluded");
+  cl::Buffer<float> t_u_v(device, static_cast<std::size_t>(3 * rays), "t, u, v");
+  intersect.kernel("intersect_nearest")
+      .run({2}, {8}, tree.nodes, tree.triangles, tree.positions, tree.bodies, ray_planes, rays, hit, t_u_v);
+  intersect.kernel("intersect_any").run({2}, {8}, tree.nodes, tree.triangles, tree.positions, tree.bodies, ray_planes, rays, occluded);
+  CHECK(occluded.read() == std::vector<std::int32_t>(static_cast<std::size_t>(rays), 1));
+  const auto distances = t_u_v.read();
+  for (int i = 0; i < rays; ++i) CHECK(distances[static_cast<std::size_t>(i)] == Catch::Approx(1));
+}
+
+TEST_CASE("every kernel is launched, and none writes behind its buffers") {
+  const Folder folder;
+  auto& spy = test::opencl_spy();
+  const auto infos = cl::list_devices();
+  REQUIRE_FALSE(infos.empty());
+  for (const auto& info : infos) {
+    for (const auto& shape : shapes_of(info)) {
+      INFO(shape.name << (shape.kind == cl::DeviceKind::gpu ? " as a GPU, " : ", ") << shape.float_lanes << " lanes");
+      spy.canaries = !under_oclgrind(info);
+      spy.launched.clear();
+      {
+        const cl::Device device(shape);
+        render_in_all_ways(device, folder);
+        refine(device);
+        look(device, folder);
+        propagate(device);
+        launch_tools(device);
+        device.finish();
+      }
+      CHECK(spy.launched == declared_kernels());
+      CHECK(spy.overrun.empty());
+      CHECK(spy.live.empty());
+      CHECK((spy.watched > 100 || !spy.canaries));
+    }
+  }
+}
+
+TEST_CASE("one pixel per work-item, as on GPUs, gives the hologram that packets of pixels give") {
+  for (const auto& info : cl::list_devices()) {
+    if (under_oclgrind(info)) continue;  // too slow
+    test::opencl_spy().canaries = true;
+    auto gpu = info, cpu = info;
+    gpu.kind = cl::DeviceKind::gpu;
+    gpu.float_lanes = 1;
+    cpu.kind = cl::DeviceKind::cpu;
+    cpu.float_lanes = std::max(info.float_lanes, 4);
+    const auto scene = load_scene(RAYWAVE_DATA_DIR "/study.toml", {"hologram.resolution=[64,48]", "sampling.frames=1"});
+    const auto packets = render(cl::Device(cpu), scene).field.samples, pixels = render(cl::Device(gpu), scene).field.samples;
+    INFO(info.name);
+    CHECK(test::relative_l2(pixels, packets) <= 1e-4);
+  }
+}
+
+TEST_CASE("a kernel that writes behind its buffer is noticed") {
+  auto& spy = test::opencl_spy();
+  for (const auto& info : cl::list_devices()) {
+    if (under_oclgrind(info)) continue;  // it would notice itself
+    spy.canaries = true;
+    {
+      const cl::Device device(info);
+      const cl::Buffer<float> in(device, std::vector<float>(8, 0.25f), "in");
+      cl::Buffer<float> cosines(device, 8, "cosines"), sines(device, 7, "sines");
+      cl::Program(device, "kernels/instruments/selfcheck.cl", {{"RAYWAVE_LANES", "1"}}).kernel("cos_sin").run({8}, {8}, in, cosines, sines, std::int32_t{8});
+    }
+    CHECK(spy.overrun == std::vector<std::size_t>{7 * sizeof(float)});
+    spy.overrun.clear();
+  }
+}
+
+}  // namespace
+}  // namespace raywave

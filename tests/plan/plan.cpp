@@ -1,0 +1,441 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
+#include <numbers>
+#include <random>
+
+#include "host/common/error.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace raywave {
+namespace {
+
+using Catch::Approx;
+using test::mm;
+using test::um;
+
+/// Square of this side that faces the hologram, centred at `centre_m`.
+World square_world(double side_m, glm::dvec3 centre_m, double depth_m = 0) {
+  World world;
+  for (const glm::dvec3 corner : {glm::dvec3(-1, -1, -1), {1, -1, -1}, {1, 1, 1}, {-1, 1, 1}})
+    world.positions.push_back(centre_m + glm::dvec3(corner.x * side_m, corner.y * side_m, corner.z * depth_m) / 2.0);
+  world.triangles = {{0, 1, 2}, {0, 2, 3}};
+  world.triangle_object = {0, 0};
+  world.object_closed = {false};
+  world.min_m = world.positions[0];
+  world.max_m = world.positions[2];
+  return world;
+}
+
+/// The paper's SLM: 1920 x 1080 pixels of 3.74 um, 638 nm.
+Scene paper_scene(SamplingMode mode = SamplingMode::fan) {
+  Scene scene;
+  scene.file = "scene.toml";
+  scene.sampling.mode = mode;
+  scene.materials = {test::glowing()};
+  scene.objects = {test::object_at("", 1, {})};
+  return scene;
+}
+
+Plan plan_of(const Scene& scene, const World& world) { return make_plan(scene, world); }
+
+TEST_CASE("a fan fills the hologram's angle, turned towards it, with rays a sampling pitch apart at the object") {
+  // Paper, Eq. 4-7 with W = 7.2 mm, z = 90 mm: width 0.08; at 10 mm behind the plane and p = 0.1 mm the step may be 0.01: 8 rays.
+  const auto straight = fan_tangents(7.2 * mm, 90 * mm, 0, 10 * mm, 0.1 * mm);
+  REQUIRE(straight.size() == 8);
+  CHECK(straight.front() == Approx(-0.035));
+  CHECK(straight.back() == Approx(0.035));
+  const auto turned = fan_tangents(7.2 * mm, 90 * mm, 3.6 * mm, 10 * mm, 0.1 * mm);
+  REQUIRE(turned.size() == 8);
+  for (std::size_t i = 0; i < 8; ++i) CHECK(turned[i] - straight[i] == Approx(0.04));
+
+  std::mt19937 random(1);
+  for (int n = 0; n < 200; ++n) {
+    const auto draw = [&](double low, double high) { return low * std::pow(high / low, std::uniform_real_distribution<>(0, 1)(random)); };
+    const double window = draw(0.1 * mm, 20 * mm), z = draw(1 * mm, 1), depth = draw(10 * um, 50 * mm), p = draw(20 * um, 1 * mm);
+    const double shift = draw(0.1 * mm, 50 * mm);
+    const auto fan = fan_tangents(window, z, shift, depth, p);
+    const auto count = static_cast<double>(fan.size());
+    const double width = window / z;
+    CHECK((fan.front() + fan.back()) / 2 == Approx(shift / z));
+    CHECK(width / count * depth <= p * (1 + 1e-6));                                                    // no wider than p at the object,
+    CHECK((fan.size() == 1 || width / (count - 1) * depth > p * (1 - 1e-6)));                          // and one ray fewer would be
+    for (std::size_t i = 1; i < fan.size(); ++i) CHECK(fan[i] - fan[i - 1] == Approx(width / count));  // evenly
+  }
+}
+
+TEST_CASE("a fan that a hair's breadth of rounding would give one ray more has none more") {
+  CHECK(fan_tangents(8 * mm, 80 * mm, 0, 3 * mm, 0.1 * mm).size() == 3);  // 0.1 * 3 mm / 0.1 mm is 3.0000000000000004 in double
+  CHECK(fan_tangents(8 * mm, 80 * mm, 0, 1e-12, 0.1 * mm).size() == 1);
+  CHECK(fan_tangents(8 * mm, 80 * mm, 0, -1 * mm, 0.1 * mm) == std::vector<double>{0});
+}
+
+TEST_CASE("every ray of a plan's fans reaches the hologram and is one that the SLM's pixels can show") {
+  auto scene = paper_scene();
+  scene.hologram.pitch_m = {8 * um, 8 * um};  // sine at most 638 nm / 16 um = 0.0399
+  scene.hologram.resolution = {960, 540};
+  scene.wrp.grid = glm::ivec2(3, 3);
+  const auto plan = plan_of(scene, square_world(20 * mm, {0, 0, 200 * mm}));
+  REQUIRE(plan.largest_sine.x == Approx(0.039875));
+  const double half_width = 960 * 8 * um / plan.slabs[0].distance_m / 2;
+  std::size_t fewest = SIZE_MAX, most = 0;
+  for (const auto& wrp : plan.wrps) {
+    REQUIRE_FALSE(wrp.fan.empty());
+    fewest = std::min(fewest, wrp.fan.size());
+    most = std::max(most, wrp.fan.size());
+    for (const auto& t : wrp.fan) {
+      const double length = std::sqrt(1 + t.x * t.x + t.y * t.y);
+      CHECK(std::abs(t.x) / length <= plan.largest_sine.x);
+      CHECK(std::abs(t.y) / length <= plan.largest_sine.y);
+      CHECK(std::abs(t.x - wrp.centre_m.x / plan.slabs[0].distance_m) <= half_width);
+    }
+  }
+  CHECK(fewest < most);  // the outer WRPs, turned by 0.04, lose steep rays
+  const auto centre = plan.wrps[4].fan;
+  CHECK(centre.size() == most);
+}
+
+TEST_CASE("a perspective fan's rays converge on the hologram, whichever pixel and WRP they start from") {
+  auto scene = paper_scene();
+  scene.sampling.shape = FanShape::perspective;
+  scene.wrp.grid = glm::ivec2(2, 2);
+  const auto plan = plan_of(scene, square_world(12.5 * mm, {0, 0, 100 * mm}, 2 * mm));
+  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  for (const auto& wrp : plan.wrps) {
+    for (const auto& t : wrp.fan) {
+      for (const glm::dvec2 pixel_m : {glm::dvec2(wrp.centre_m), glm::dvec2(wrp.centre_m) + window / 2.0}) {
+        const auto at_hologram = pixel_m - (t + wrp.convergence_per_m * pixel_m) * plan.slabs[0].distance_m;
+        CHECK(std::abs(at_hologram.x) <= window.x / 2);
+        CHECK(std::abs(at_hologram.y) <= window.y / 2);
+        CHECK(at_hologram.x == Approx(-t.x * plan.slabs[0].distance_m).margin(1e-12));  // the same point for every pixel
+      }
+    }
+  }
+}
+
+TEST_CASE(
+    "WRPs that gather fans stand in front of the nearest surface, those that gather samples amid the surfaces, both where they are told") {
+  for (const auto mode : {SamplingMode::fan, SamplingMode::aimed}) {
+    for (const double z : {3 * mm, 10 * mm, 100 * mm, 10.0}) {
+      for (const double p : {z / 3e3, z / 300, z}) {
+        auto scene = paper_scene(mode);
+        scene.sampling.pitch_m = p;
+        const auto plan = plan_of(scene, square_world(z / 100, {0, 0, z}, z / 10));
+        CHECK(plan.near_m == Approx(0.95 * z));
+        CHECK(plan.slabs[0].distance_m > 0);
+        if (mode == SamplingMode::fan)
+          CHECK(plan.slabs[0].distance_m < plan.near_m);
+        else
+          CHECK((plan.slabs[0].distance_m > plan.near_m && plan.slabs[0].distance_m < plan.far_m));
+      }
+    }
+    auto scene = paper_scene(mode);
+    scene.wrp.distances_m = {99 * mm};  // inside the scene
+    CHECK(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm}, 4 * mm)).slabs[0].distance_m == 99 * mm);
+  }
+}
+
+TEST_CASE("a sampling pitch that would take too many rays or samples is refused") {
+  auto scene = paper_scene();
+  scene.sampling.pitch_m = 1e-8;
+  CHECK_THROWS_WITH(plan_of(scene, square_world(0.1 * mm, {0, 0, 2 * mm}, 1 * mm)), Catch::Matchers::ContainsSubstring("rays per pixel"));
+  CHECK_THROWS_WITH(plan_of(scene, square_world(100 * mm, {0, 0, 100 * mm})), Catch::Matchers::ContainsSubstring("lattice cells"));
+}
+
+TEST_CASE("WRPs placed behind the whole scene are refused where rays form a fan, which goes forwards, and serve aimed rays") {
+  auto scene = paper_scene();
+  scene.wrp.distances_m = {102 * mm};
+  scene.sampling.mode = SamplingMode::aimed;
+  CHECK(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})).slabs[0].distance_m == 102 * mm);
+  scene.sampling.mode = SamplingMode::fan;
+  for (const double z_m : {100 * mm, 102 * mm, 1.0}) {
+    scene.wrp.distances_m = {z_m};
+    CHECK_THROWS_AS(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})), InputError);
+  }
+  CHECK_THROWS_WITH(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})), Catch::Matchers::ContainsSubstring("100 mm"));
+}
+
+TEST_CASE("an automatic grid holds all light on its way from the scene into the hologram, and is no larger than that takes") {
+  std::mt19937 random(1);
+  for (const glm::dvec3 centre : {glm::dvec3(0, 0, 100 * mm), {3 * mm, -2 * mm, 100 * mm}, {0, 0, 300 * mm}}) {
+    for (const double side : {2 * mm, 12.5 * mm, 20 * mm}) {
+      const auto world = square_world(side, centre, 2 * mm);
+      const auto plan = plan_of(paper_scene(), world);
+      const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+      const glm::dvec2 low = glm::dvec2(plan.wrps[0].centre_m) + glm::dvec2(-1, 1) * window / 2.0,
+                       high = glm::dvec2(plan.wrps.back().centre_m) + glm::dvec2(1, -1) * window / 2.0;
+      glm::dvec2 least(INFINITY), most(-INFINITY);
+      for (int i = 0; i < 20000; ++i) {
+        // Corners first, then anywhere.
+        const auto unit = [&] { return i < 4096 ? static_cast<double>(random() % 2) : std::uniform_real_distribution<>(0, 1)(random); };
+        const double s = unit(), t = unit();
+        const auto& a = world.positions;
+        const glm::dvec3 from = a[0] + s * (a[1] - a[0]) + t * (a[3] - a[0]);
+        const glm::dvec3 to((unit() - 0.5) * window.x, (unit() - 0.5) * window.y, 0);
+        const auto way = to - from;
+        if (glm::any(glm::greaterThan(glm::abs(glm::dvec2(way)), plan.largest_sine * glm::length(way)))) continue;  // cannot be shown
+        const glm::dvec2 crossing(from + way * ((from.z - plan.slabs[0].distance_m) / from.z));
+        least = glm::min(least, crossing);
+        most = glm::max(most, crossing);
+      }
+      // A hundredth of a WRP may be left out.
+      CHECK(least.x >= low.x - 0.01 * window.x);
+      CHECK(most.x <= high.x + 0.01 * window.x);
+      CHECK(least.y >= high.y - 0.01 * window.y);
+      CHECK(most.y <= low.y + 0.01 * window.y);
+      CHECK((plan.grid.x == 1 || (plan.grid.x - 1) * window.x < most.x - least.x));
+      CHECK((plan.grid.y == 1 || (plan.grid.y - 1) * window.y < most.y - least.y));
+    }
+  }
+}
+
+TEST_CASE("a square of 20 mm at 100 mm needs 3 x 5 WRPs of 7.18 mm x 4.04 mm") {
+  // At the WRPs' depth of 95.8 mm the light from its edge at 10 mm into the hologram's edge at 3.59 mm (2.02 mm) passes 9.73 mm (9.67 mm)
+  // from the axis: 2.71 and 4.79 WRPs.
+  const auto plan = plan_of(paper_scene(), square_world(20 * mm, {0, 0, 100 * mm}));
+  CHECK(plan.slabs[0].distance_m == Approx(95.82 * mm).epsilon(1e-4));
+  CHECK(plan.grid == glm::ivec2(3, 5));
+}
+
+TEST_CASE("WRPs of a given grid stand side by side from the top left without gap or overlap") {
+  auto scene = paper_scene();
+  scene.wrp.grid = glm::ivec2(3, 2);
+  const auto plan = plan_of(scene, square_world(5 * mm, {2 * mm, 1 * mm, 100 * mm}));
+  REQUIRE(plan.grid == glm::ivec2(3, 2));
+  REQUIRE(plan.wrps.size() == 6);
+  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  for (int row = 0; row < 2; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      const auto centre = plan.wrps[static_cast<std::size_t>(row * 3 + column)].centre_m - plan.wrps[0].centre_m;
+      CHECK(centre.x == Approx(column * window.x).margin(1e-15));
+      CHECK(centre.y == Approx(-row * window.y).margin(1e-15));
+      CHECK(centre.z == 0);
+    }
+  }
+}
+
+TEST_CASE("a grid of more than 1024 WRPs is refused") {
+  auto scene = paper_scene();
+  CHECK_THROWS_AS(plan_of(scene, square_world(500 * mm, {0, 0, 3})), InputError);
+  scene.wrp.grid = glm::ivec2(1024, 2);
+  CHECK_THROWS_AS(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})), InputError);
+}
+
+/// Squares of these sides that face the hologram, on its axis.
+World squares_at_depths(const std::vector<std::pair<double, double>>& sides_and_depths_m) {
+  World world;
+  for (const auto& [side_m, z_m] : sides_and_depths_m) {
+    auto one = square_world(side_m, {0, 0, z_m});
+    const auto first = static_cast<std::uint32_t>(world.positions.size());
+    for (auto t : one.triangles) world.triangles.push_back(t + first);
+    world.positions.insert(world.positions.end(), one.positions.begin(), one.positions.end());
+    const auto object = static_cast<std::int32_t>(world.object_closed.size());
+    world.triangle_object.insert(world.triangle_object.end(), {object, object});
+    world.object_closed.push_back(false);
+    world.min_m = first == 0 ? one.min_m : glm::min(world.min_m, one.min_m);
+    world.max_m = first == 0 ? one.max_m : glm::max(world.max_m, one.max_m);
+  }
+  return world;
+}
+
+Scene aimed_scene(std::vector<double> distances_m, int slabs = 1) {
+  auto scene = paper_scene(SamplingMode::aimed);
+  scene.wrp.distances_m = std::move(distances_m);
+  scene.wrp.slabs = slabs;
+  return scene;
+}
+
+TEST_CASE("every depth belongs to one slab, the one on whose WRPs its light's cone is smallest") {
+  const auto world = square_world(4 * mm, {0, 0, 100 * mm}, 60 * mm);
+  const auto plan = plan_of(aimed_scene({80 * mm, 95 * mm, 99 * mm, 120 * mm}), world);
+  REQUIRE(plan.slabs.size() == 4);
+  CHECK(plan.slabs.front().begin_m == -INFINITY);
+  CHECK(plan.slabs.back().end_m == INFINITY);
+  for (std::size_t i = 1; i < 4; ++i) CHECK(plan.slabs[i].begin_m == plan.slabs[i - 1].end_m);
+  std::mt19937 random(1);
+  for (int n = 0; n < 1000; ++n) {
+    const double z = std::uniform_real_distribution<>(60 * mm, 140 * mm)(random);
+    const auto cone = [&](const Slab& slab) { return std::abs(1 - slab.distance_m / z); };
+    const auto& own = plan.slab_at(z);
+    CHECK((own.begin_m <= z && z < own.end_m));
+    for (const auto& slab : plan.slabs) CHECK(cone(own) <= cone(slab) * (1 + 1e-12));
+  }
+  for (const auto& slab : plan.slabs) {  // as floats too
+    const auto [begin, end] = slab_bounds(plan, slab);
+    CHECK(begin < end);
+    if (&slab != &plan.slabs.back()) CHECK(end == slab_bounds(plan, *(&slab + 1)).first);
+  }
+}
+
+TEST_CASE("light of a slab's surfaces crosses that slab's WRPs on its way to the hologram") {
+  const auto scene = aimed_scene({}, 3);
+  const auto world = square_world(16 * mm, {2 * mm, -1 * mm, 100 * mm}, 30 * mm);
+  const auto plan = plan_of(scene, world);
+  REQUIRE(plan.slabs.size() == 3);
+  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  std::mt19937 random(1);
+  const auto unit = [&] { return std::uniform_real_distribution<>(0, 1)(random); };
+  int wanted = 0, caught = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const double s = unit(), t = unit();
+    const auto& a = world.positions;
+    const glm::dvec3 from = a[0] + s * (a[1] - a[0]) + t * (a[3] - a[0]);
+    const auto way = glm::dvec3((unit() - 0.5) * window.x, (unit() - 0.5) * window.y, 0) - from;
+    if (glm::any(glm::greaterThan(glm::abs(glm::dvec2(way)), plan.largest_sine * glm::length(way)))) continue;  // cannot be shown
+    const auto& slab = plan.slab_at(from.z);
+    CHECK((slab.min_m.z <= from.z && from.z <= slab.max_m.z));
+    const glm::dvec2 crossing(from + way * ((from.z - slab.distance_m) / from.z));
+    ++wanted;
+    caught += std::any_of(plan.wrps.begin(), plan.wrps.end(), [&](const Wrp& wrp) {
+      const auto off = glm::abs(crossing - glm::dvec2(wrp.centre_m)) - window / 2.0;
+      return &plan.slab_of(wrp) == &slab && std::max(off.x / window.x, off.y / window.y) <= 0.01;  // which may be left out
+    });
+  }
+  CHECK(caught == wanted);
+  CHECK(wanted > 1000);
+}
+
+TEST_CASE("planned distances are the means of the slabs that spread their surfaces' area least") {
+  std::mt19937 random(1);
+  for (int n = 0; n < 20; ++n) {
+    std::vector<std::pair<double, double>> squares;
+    for (int i = 0; i < 7; ++i) {
+      squares.emplace_back(std::uniform_real_distribution<>(0.1 * mm, 1 * mm)(random),
+                           std::uniform_real_distribution<>(80 * mm, 120 * mm)(random));
+    }
+    std::sort(squares.begin(), squares.end(), [](auto a, auto b) { return a.second < b.second; });
+    // All ways to cut seven squares into three slabs.
+    const auto slab = [&](int first, int last) {
+      double area = 0, depth = 0, squared = 0;
+      for (int i = first; i < last; ++i) {
+        const auto& [side_m, z_m] = squares[static_cast<std::size_t>(i)];
+        const double seen = side_m * side_m / (z_m * z_m) * z_m;  // as the hologram sees it
+        area += seen;
+        depth += seen * z_m;
+        squared += seen * z_m * z_m;
+      }
+      return std::pair{depth / area, squared - depth * depth / area};
+    };
+    double least = INFINITY;
+    std::vector<double> wanted;
+    for (int i = 1; i < 6; ++i) {
+      for (int j = i + 1; j < 7; ++j) {
+        const auto a = slab(0, i), b = slab(i, j), c = slab(j, 7);
+        if (const double sum = a.second + b.second + c.second; sum < least) {
+          least = sum;
+          wanted = {a.first, b.first, c.first};
+        }
+      }
+    }
+    const auto plan = plan_of(aimed_scene({}, 3), squares_at_depths(squares));
+    REQUIRE(plan.slabs.size() == 3);
+    for (std::size_t i = 0; i < 3; ++i) CHECK(plan.slabs[i].distance_m == Approx(wanted[i]).margin(40 * mm / 256));
+  }
+}
+
+TEST_CASE("WRPs amid a mesh of many triangles stand where all of its triangles put them") {
+  // A ball whose triangles are hundreds of times smaller at its poles, more of them than planning looks at.
+  const int around = 512, up = 256;
+  Mesh ball;
+  for (int j = 0; j <= up; ++j) {
+    for (int i = 0; i <= around; ++i) {
+      const double longitude = 2 * std::numbers::pi * i / around, latitude = std::numbers::pi * (1.0 * j / up - 0.5);
+      const glm::dvec3 p(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude), std::sin(latitude));
+      ball.positions.emplace_back(p);
+      ball.normals.emplace_back(p);
+      ball.uvs.emplace_back(0);
+    }
+  }
+  for (int j = 0; j < up; ++j) {
+    for (int i = 0; i < around; ++i) {
+      const auto a = static_cast<glm::uint>(j * (around + 1) + i), b = a + 1, c = a + around + 1, d = c + 1;
+      ball.triangles.emplace_back(a, b, d);
+      ball.triangles.emplace_back(a, d, c);
+    }
+  }
+  auto scene = paper_scene(SamplingMode::aimed);
+  for (const glm::dvec3 rotation : {glm::dvec3(0), {50, 20, 0}}) {
+    scene.objects = {test::object_at("", 8 * mm, {3 * mm, 0, 60 * mm})};
+    scene.objects[0].rotation_deg = rotation;
+    const auto world = place_objects(scene, {{ball}, {true}, {0}});
+    REQUIRE(world.facets.size() * Lanes::count < world.triangles.size() / 2);
+    double area[2] = {0, 0}, depth_m[2] = {0, 0};  // as the hologram sees them, of either side
+    for (const auto& t : world.triangles) {
+      const auto &a = world.positions[t.x], &b = world.positions[t.y], &c = world.positions[t.z];
+      const auto middle = (a + b + c) / 3.0;
+      const double seen = glm::dot(glm::cross(b - a, c - a), middle) / (middle.z * middle.z);
+      area[seen < 0] += std::abs(seen);
+      depth_m[seen < 0] += std::abs(seen) * middle.z;
+    }
+    const double near_m = std::min(depth_m[0] / area[0], depth_m[1] / area[1]);
+    const auto plan = plan_of(scene, world);
+    INFO("stands at " << plan.slabs[0].distance_m << ", all triangles say " << near_m);
+    CHECK(std::abs(plan.slabs[0].distance_m - near_m) < 0.1 * um);  // measured 8 nm
+  }
+}
+
+TEST_CASE("a tilted square's slabs divide it evenly") {
+  const auto plan = plan_of(aimed_scene({}, 4), square_world(0.1 * mm, {0, 0, 100 * mm}, 0.8 * mm));
+  REQUIRE(plan.slabs.size() == 4);
+  for (int i = 0; i < 4; ++i) CHECK(plan.slabs[static_cast<std::size_t>(i)].distance_m == Approx((99.7 + 0.2 * i) * mm).margin(0.01 * mm));
+  const auto one = plan_of(aimed_scene({}), square_world(0.1 * mm, {0, 0, 100 * mm}, 0.8 * mm));
+  CHECK(one.slabs[0].distance_m == Approx(100 * mm).margin(0.01 * mm));
+}
+
+TEST_CASE("slabs without a surface are left out, and all at one depth make one") {
+  const auto two = squares_at_depths({{1 * mm, 75 * mm}, {1 * mm, 125 * mm}});
+  const auto plan = plan_of(aimed_scene({76 * mm, 100 * mm, 124 * mm, 200 * mm}), two);
+  REQUIRE(plan.slabs.size() == 2);
+  CHECK(plan.slabs[0].distance_m == 76 * mm);
+  CHECK(plan.slabs[1].distance_m == 124 * mm);
+  CHECK(plan.slabs[0].max_m.z == 75 * mm);
+  CHECK(plan.slabs[1].min_m.z == 125 * mm);
+  CHECK(plan_of(aimed_scene({}, 5), two).slabs.size() == 2);
+  CHECK(plan_of(aimed_scene({}, 5), square_world(1 * mm, {0, 0, 100 * mm})).slabs.size() == 1);
+  CHECK(plan_of(aimed_scene({1 * mm, 2 * mm, 3 * mm}), two).slabs.size() == 1);
+}
+
+TEST_CASE("several slabs are refused where rays go from one to the other: fans, mirrors and glass") {
+  using Catch::Matchers::ContainsSubstring;
+  const auto world = square_world(1 * mm, {0, 0, 100 * mm}, 4 * mm);
+  auto scene = paper_scene();
+  scene.wrp.slabs = 2;
+  CHECK_THROWS_WITH(plan_of(scene, world), ContainsSubstring("scene.toml: wrp.slabs 2: ") && ContainsSubstring("give wrp.slabs 1"));
+  scene.wrp.slabs = 1;
+  scene.wrp.distances_m = {97 * mm, 99 * mm};
+  CHECK_THROWS_WITH(plan_of(scene, world), ContainsSubstring("give wrp.slabs 1 and one wrp.distance"));
+  scene = aimed_scene({}, 2);
+  scene.trace.depth = 1;
+  scene.materials[0].reflectivity = 0.5;
+  CHECK_THROWS_AS(plan_of(scene, world), InputError);
+  scene.materials[0].reflectivity = 0;
+  CHECK(plan_of(scene, world).slabs.size() == 2);
+}
+
+TEST_CASE("bounces are followed only when an object's material asks for them") {
+  auto scene = paper_scene();
+  scene.trace.depth = 3;
+  auto mirror = test::glowing(), glass = test::glowing();
+  mirror.reflectivity = 0.5;
+  glass.transparency = 0.5;
+  scene.materials = {test::glowing(), mirror, glass};
+  const auto world = square_world(1 * mm, {0, 0, 100 * mm});
+  const auto bounces = [&](int material, int depth) {
+    scene.objects[0].material = material;
+    scene.trace.depth = depth;
+    return plan_of(scene, world).bounces;
+  };
+  CHECK(bounces(0, 3) == 0);  // mirror and glass are there, but nothing is made of them
+  CHECK(bounces(1, 3) == 3);
+  CHECK(bounces(2, 16) == 16);
+  CHECK(bounces(1, 0) == 0);
+}
+
+}  // namespace
+}  // namespace raywave

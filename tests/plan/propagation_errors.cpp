@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/propagation_errors.hpp"
+
+#include <algorithm>
+
+#include "host/propagate/propagator.hpp"
+#include "host/reference/propagation.hpp"
+#include "host/render.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+
+namespace raywave {
+namespace {
+
+/// The field at the hologram from the WRPs, with the padding given.
+std::vector<std::complex<float>> at_hologram(const cl::Device& device, const RenderResult& result, double padding) {
+  const auto& plan = result.plan;
+  Propagator propagator(device, {plan.size, plan.pitch_m, plan.wavelength_m, padding});
+  cl::ComplexBuffer field(device, result.field.samples.size(), "field");
+  for (std::size_t i = 0; i < plan.wrps.size(); ++i) {
+    const auto& centre = plan.wrps[i].centre_m;
+    field.write(result.wrps[i].samples);
+    propagator.load(field);
+    propagator.add({{-centre.x, -centre.y}, centre.z});
+  }
+  propagator.collect(field);
+  return field.read();
+}
+
+}  // namespace
+
+TEST_CASE("the error of every padding is predicted from the scene within a factor of 1.6") {
+  struct Case {
+    const char* name;
+    std::vector<std::string> set;
+  };
+  const std::vector<Case> cases{
+      {"1 mm before the sphere", {}},
+      {"3 mm, soft edge", {"wrp.distance=15.55 mm", "sampling.fan=1.1", "sampling.edge=0.2"}},
+      {"1 mm, hard edge", {"sampling.fan=1", "sampling.edge=0"}},
+      {"narrow hologram, 2 x 2 WRPs", {"hologram.resolution=[240, 192]", "wrp.grid=[2, 2]"}},
+      {"two slabs", {"wrp.distance=['18.3 mm', '19.2 mm']"}},
+      {"fan of parallel rays", {"sampling.mode=fan", "sampling.source=surface"}},
+  };
+  const auto found = test::all_devices();
+  for (const auto& c : cases) {
+    auto set = c.set;
+    set.push_back("sampling.frames=1");
+    const auto scene = load_scene(RAYWAVE_DATA_DIR "/study.toml", set);
+    const auto world = build_world(scene);
+    for (const auto& device : found) {
+      RenderOptions options;
+      options.keep_wrps = true;
+      const auto result = render(device, scene, options);
+      const auto& plan = result.plan;
+      CHECK(plan.padding_error == predicted_padding_errors(plan, {plan.padded})[0]);
+      const auto exact = reference::to_double(at_hologram(device, result, 6));
+      for (const double padding : {1.0, 1.125, 1.25, 1.5, 2.0}) {
+        const double measured = reference::relative_error(reference::to_double(at_hologram(device, result, padding)), exact);
+        const double predicted = predicted_padding_errors(plan, {padded_size(plan.size, padding)})[0];
+        INFO(device.info().name << ", " << c.name << ", padding " << padding << ": measured " << measured << ", predicted " << predicted);
+        CHECK(predicted <= std::max(1.5 * measured, 0.003));
+        CHECK(predicted >= measured / 1.6);
+      }
+    }
+  }
+}
+
+}  // namespace raywave

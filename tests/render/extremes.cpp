@@ -1,0 +1,722 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes and holograms at the ends of what can be asked: a right result within a stated bound, or a refusal that says why.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <random>
+
+#include "host/view/compare.hpp"
+#include "host/view/lens.hpp"
+#include "host/propagate/propagator.hpp"
+#include "host/view/reconstruct.hpp"
+#include "host/reference/propagation.hpp"
+#include "host/reference/shading.hpp"
+#include "host/render.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/finite.hpp"
+#include "tests/support/scenes.hpp"
+#include "tests/support/worlds.hpp"
+
+namespace raywave {
+namespace {
+
+using Catch::Matchers::ContainsSubstring;
+using test::mm;
+using test::um;
+
+constexpr auto host = cl::FftBackend::host;
+
+/// One of the ways that a field comes about.
+struct Way {
+  const char* name;
+  Method method = Method::wrp;
+  SamplingMode mode = SamplingMode::aimed;
+  FanSource source = FanSource::hit;
+  FanShape shape = FanShape::orthographic;
+};
+
+const Way ways[] = {{"aimed"},
+                    {"fan of hits", Method::wrp, SamplingMode::fan},
+                    {"fan of surface samples", Method::wrp, SamplingMode::fan, FanSource::surface, FanShape::perspective},
+                    {"points", Method::points},
+                    {"rays", Method::rays, SamplingMode::fan}};
+
+RenderResult rendered(const cl::Device& device, Scene scene, const Way& way = ways[0]) {
+  scene.sampling.mode = way.mode;
+  scene.sampling.source = way.source;
+  scene.sampling.shape = way.shape;
+  RenderOptions options;
+  options.method = way.method;
+  options.rays_per_axis = 12;
+  options.keep_wrps = true;
+  auto result = render(device, scene, options);
+  INFO(way.name);
+  CHECK(test::not_finite(scene, result, device) == "");
+  CHECK(result.levels.at(0).size() == static_cast<std::size_t>(result.field.nx) * result.field.ny);
+  return result;
+}
+
+std::vector<std::complex<float>> field_of(const cl::Device& device, const Scene& scene, const Way& way = ways[0]) {
+  return rendered(device, scene, way).field.samples;
+}
+
+double energy(const std::vector<std::complex<float>>& field) {
+  double sum = 0;
+  for (const auto& z : field) sum += std::norm(std::complex<double>(z));
+  return sum;
+}
+
+/// A shiny ball before a wall, 10 mm from a hologram of 64 x 48 pixels of 4 um, all lengths times `scale`.
+Scene small_scene(const Folder& folder, double scale = 1) {
+  Scene scene;
+  scene.hologram.resolution = {64, 48};
+  scene.hologram.pitch_m = glm::dvec2(4 * um * scale);
+  scene.hologram.wavelength_m = 640e-9 * scale;
+  scene.sampling.pitch_m = 10 * um * scale;
+  Material ball;
+  ball.specular = glm::dvec3(0.4);
+  Material wall;
+  wall.diffuse = glm::dvec3(0.9);
+  scene.materials = {ball, wall};
+  scene.objects = {test::object_at(folder.write("ball.obj", test::ball_obj(12, 6)), 0.15 * mm * scale,
+                                   glm::dvec3(20 * um, 10 * um, 9.8 * mm) * scale, 0),
+                   test::object_at(folder.write("wall.obj", test::square_obj()), 0.3 * mm * scale, glm::dvec3(0, 0, 10 * mm) * scale, 1)};
+  scene.objects[1].rotation_deg = {5, -8, 0};
+  Light light;
+  light.direction = {0.4, -0.5, 0.8};
+  scene.lights = {light};
+  return scene;
+}
+
+/// The sum of all samples at every hologram pixel in double precision, nothing hidden.
+std::vector<std::complex<double>> direct_sum(const cl::Device& device, const Scene& scene) {
+  const auto world = build_world(scene);
+  const auto plan = make_plan(scene, world, Method::points);
+  const DeviceScene arrays(device, scene, world, plan);
+  const SampleTable table(device, plan, arrays);
+  auto samples = table.samples.read();
+  samples.resize(static_cast<std::size_t>(table.count));
+  CHECK(table.count > 0);
+  CHECK(test::all_finite_in(samples));
+  std::vector<std::complex<double>> direct;
+  for (int row = 0; row < plan.size.y; ++row) {
+    for (int column = 0; column < plan.size.x; ++column) {
+      const glm::dvec3 pixel_m((column - (plan.size.x - 1) / 2.0) * plan.pitch_m.x, ((plan.size.y - 1) / 2.0 - row) * plan.pitch_m.y, 0);
+      std::complex<double> sum = 0;
+      for (const auto& s : samples) {
+        const auto way = pixel_m - (glm::dvec3(s.x, s.y, s.z) + plan.origin_m);
+        const double r = length(way);
+        if (std::abs(way.x) > plan.largest_sine.x * r || std::abs(way.y) > plan.largest_sine.y * r) continue;
+        const double turns = std::remainder(r / plan.wavelength_m, 1) + reference::phase_turns_of_key(s.key, scene.sampling.seed);
+        const double area = std::clamp((s.tilt_x * way.x + s.tilt_y * way.y) / -way.z - s.tilt_z, 0.0, 4.0);
+        sum += std::polar(std::sqrt(s.radiance * area) * s.weight / r, 2 * std::numbers::pi * turns);
+      }
+      direct.push_back(sum);
+    }
+  }
+  return direct;
+}
+
+TEST_CASE("light of 10 nm and of 1.3 mm gives the field of a scene as many times smaller or larger") {
+  const Folder folder;
+  for (const auto& device : test::all_devices()) {
+    for (const auto& way : ways) {
+      const auto ordinary = field_of(device, small_scene(folder), way);
+      for (const double scale : {0x1p-6, 0x1p11}) {
+        auto scaled = field_of(device, small_scene(folder, scale), way);
+        for (auto& z : scaled) z *= static_cast<float>(scale);
+        const double error = test::relative_l2(scaled, ordinary);
+        INFO(way.name << ", lengths times " << scale);
+        CHECK(error <= 1e-4);  // measured 0
+      }
+    }
+  }
+}
+
+TEST_CASE("propagation at the ends of wavelength, pitch and distance is the discrete one, or refused with a reason") {
+  std::mt19937 random(1);
+  const glm::ivec2 size(36, 29);
+  std::vector<std::complex<float>> source(static_cast<std::size_t>(size.x) * size.y);
+  for (auto& z : source) z = {static_cast<float>(test::uniform(random, -1, 1)), static_cast<float>(test::uniform(random, -1, 1))};
+  for (const auto& device : test::all_devices()) {
+    int done = 0, refused = 0;
+    for (const double wavelength_m : {10e-9, 638e-9, 1e-3}) {
+      for (const double pitch_m : {wavelength_m / 4, 3.74e-6, 100e-6}) {
+        Propagator propagator(device, {size, {pitch_m, pitch_m}, wavelength_m, 2, host});
+        for (const double distance_m : {0.0, 1e-6, 1e-3, 0.1, 1.0, 100.0}) {
+          for (const double shift : {0.0, 0.7}) {
+            reference::Setup setup{size, {pitch_m, pitch_m}, wavelength_m, {shift * size.x * pitch_m, 0}, distance_m};
+            cl::ComplexBuffer field(device, source.size(), "field");
+            field.write(source);
+            propagator.load(field);
+            const auto error = input_error_of([&] { propagator.add({setup.shift_m, distance_m}); });
+            if (!error.empty()) {
+              CHECK_THAT(error, ContainsSubstring("no light arrives") || ContainsSubstring("too far for its phase"));
+              CHECK_THAT(error, !ContainsSubstring("inf"));
+              ++refused;
+              continue;
+            }
+            propagator.collect(field);
+            const auto expected = reference::shifted_angular_spectrum(reference::to_double(source), setup, propagator.padded_size());
+            const double relative = reference::relative_error(reference::to_double(field.read()), expected);
+            INFO(wavelength_m << " m, pitch " << pitch_m << " m, distance " << distance_m << " m, shift " << setup.shift_m.x << " m");
+            // Turns of d / lambda in double are the oracle's floor: 1.2e-5 at 1e10 of them.
+            CHECK(relative <= 1e-6 + 2e-15 * distance_m / wavelength_m);
+            ++done;
+          }
+        }
+      }
+    }
+    CHECK(done + refused == 108);
+    CHECK(done >= 100);
+  }
+}
+
+/// A square of two pitches p a side or more, in front of a hologram that sees all of it.
+struct Place {
+  const char* name;
+  double wavelength_m, pitch_m, p_m, width_m;
+  glm::dvec3 position_m;
+};
+
+const Place places[] = {{"0.3 mm at 10 mm", 638e-9, 4e-6, 20e-6, 0.3e-3, {0, 0, 10e-3}},
+                        {"1 um at 20 um", 638e-9, 0.16e-6, 0.1e-6, 1e-6, {1e-6, 0, 20e-6}},
+                        {"4 um at 1 um, pixels of a quarter wavelength", 638e-9, 0.1595e-6, 0.25e-6, 4e-6, {0, 0, 1e-6}},
+                        {"1 um at 10 mm", 638e-9, 4e-6, 0.1e-6, 1e-6, {50e-6, 0, 10e-3}},
+                        {"10 nm, pixels of a quarter wavelength", 10e-9, 2.5e-9, 20e-9, 200e-9, {0, 0, 1e-6}},
+                        {"10 nm, 4 um pixels, at 1 m", 10e-9, 4e-6, 20e-6, 0.2e-3, {0, 0, 1}},
+                        {"1 mm, pixels of a quarter wavelength, at 0.1 m", 1e-3, 0.25e-3, 1e-3, 20e-3, {0, 0, 0.1}},
+                        {"1 mm, 100 um pixels, at 0.1 m", 1e-3, 100e-6, 1e-3, 20e-3, {0, 0, 0.1}},
+                        {"1 m, 100 um pixels of 1 mm light, at 1 m", 1e-3, 100e-6, 20e-3, 1, {0, 0, 1}},
+                        {"0.2 m at 10 m, 1 m off the axis", 638e-9, 2e-6, 10e-3, 0.2, {1, 0, 10}},
+                        {"1 m at 100 m", 638e-9, 8e-6, 50e-3, 1, {0, 0, 100}},
+                        {"100 um pixels, 3 mm at 1 m", 638e-9, 100e-6, 0.1e-3, 3e-3, {0, 0, 1}}};
+
+Scene scene_at(const Place& place, const std::filesystem::path& mesh) {
+  Scene scene;
+  scene.hologram = {{40, 32}, glm::dvec2(place.pitch_m), place.wavelength_m};
+  scene.sampling.pitch_m = place.p_m;
+  scene.materials = {Material{}};
+  scene.objects = {test::object_at(mesh, place.width_m, place.position_m)};
+  Light light;
+  light.direction = {0.1, -0.2, 1};
+  scene.lights = {light};
+  return scene;
+}
+
+TEST_CASE("the sum of all points is the direct sum at every end of wavelength, pitch, size and distance") {
+  const Folder folder;
+  const auto mesh = folder.write("square.obj", test::square_obj());
+  for (const auto& device : test::all_devices()) {
+    for (const auto& place : places) {
+      INFO(place.name);
+      const auto scene = scene_at(place, mesh);
+      const auto field = field_of(device, scene, ways[3]);
+      const auto direct = direct_sum(device, scene);
+      const double error = test::relative_l2(field, direct);
+      INFO("error " << error);
+      CHECK(error <= 1e-5);  // measured 1.9e-7 to 2.2e-6
+    }
+  }
+}
+
+TEST_CASE("WRPs at every end of wavelength, pitch, size and distance: the field is the discrete propagation of theirs, or is refused") {
+  const Folder folder;
+  const auto mesh = folder.write("square.obj", test::square_obj());
+  for (const auto& device : test::all_devices()) {
+    for (const auto& place : places) {
+      INFO(place.name);
+      auto scene = scene_at(place, mesh);
+      RenderResult result;
+      const auto refusal = input_error_of([&] { result = rendered(device, scene); });
+      if (!refusal.empty()) {
+        CHECK_THAT(refusal, ContainsSubstring("no light arrives") || ContainsSubstring("more WRPs"));
+        continue;
+      }
+      reference::Field sum(result.field.samples.size());
+      for (std::size_t i = 0; i < result.wrps.size(); ++i) {
+        const auto centre_m = result.plan.wrps[i].centre_m;
+        const reference::Setup setup{result.plan.size, result.plan.pitch_m, result.plan.wavelength_m, -glm::dvec2(centre_m), centre_m.z};
+        const auto part = reference::shifted_angular_spectrum(reference::to_double(result.wrps[i].samples), setup, result.plan.padded);
+        for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += part[k];
+      }
+      const double error = reference::relative_error(reference::to_double(result.field.samples), sum);
+      const auto points = field_of(device, scene, ways[3]);
+      CHECK(error <= 1e-6);                                            // measured 2e-7
+      CHECK(test::correlation(result.field.samples, points) >= 0.85);  // 0.90 to 0.97: windows of 40 x 32 pixels have hard edges
+    }
+  }
+}
+
+TEST_CASE("a WRP that touches, cuts or coincides with a surface gives finite light, no spikes, in every mode") {
+  const Folder folder;
+  for (const auto& device : test::all_devices()) {
+    for (const auto& way : ways) {
+      if (way.method != Method::wrp) continue;
+      auto scene = small_scene(folder);
+      scene.objects[1].rotation_deg = {0, 0, 0};
+      scene.objects[0].width_m = 0.1 * mm;
+      for (const double z_m : {9.75 * mm, 9.7500001 * mm, 9.8 * mm, 9.85 * mm, 9.9999999 * mm, 10 * mm}) {
+        INFO(way.name << ", WRP at " << z_m << " m");
+        scene.wrp.distances_m = {z_m};
+        RenderResult result;
+        const auto refusal = input_error_of([&] { result = rendered(device, scene, way); });
+        if (!refusal.empty()) {
+          CHECK(z_m == 10 * mm);
+          CHECK_THAT(refusal, ContainsSubstring("puts the WRPs behind the whole scene"));
+          continue;
+        }
+        double largest = 0;
+        for (const auto& z : result.field.samples) largest = std::max(largest, static_cast<double>(std::abs(z)));
+        const double rms = std::sqrt(energy(result.field.samples) / static_cast<double>(result.field.samples.size()));
+        CHECK(rms > 0);
+        CHECK(largest <= 6 * rms);
+      }
+    }
+  }
+}
+
+TEST_CASE("light a power of four brighter or dimmer gives the same field, brighter or dimmer, to the last bit") {
+  const Folder folder;
+  for (const auto& device : test::all_devices()) {
+    for (const auto& way : ways) {
+      auto scene = small_scene(folder);
+      for (auto& m : scene.materials) m.ambient = glm::dvec3(0);
+      const auto ordinary = rendered(device, scene, way);
+      for (const double intensity : {0x1p98, 0x1p-98}) {
+        INFO(way.name << ", intensity " << intensity);
+        scene.lights[0].intensity = intensity;
+        const auto other = rendered(device, scene, way);
+        auto expected = ordinary.field.samples;
+        for (auto& z : expected) z *= static_cast<float>(std::sqrt(intensity));
+        CHECK(other.field.samples == expected);
+        CHECK(other.levels == ordinary.levels);
+        const auto picture = reconstruct(device, host, other.field, scene.hologram, {10 * mm, {}, {0, 0}, {1, 1}, 2});
+        CHECK(test::finite(picture));
+        if (intensity > 1) CHECK(*std::max_element(picture.pixels.begin(), picture.pixels.end()) > 0);
+      }
+    }
+  }
+}
+
+TEST_CASE("light and materials of 1e30 give the ordinary hologram, and what no float holds is refused") {
+  const Folder folder;
+  for (const auto& device : test::all_devices()) {
+    auto scene = small_scene(folder);
+    for (auto& m : scene.materials) m.ambient = glm::dvec3(0);
+    const auto ordinary = rendered(device, scene);
+    scene.lights[0].intensity = 1e30;
+    for (auto& m : scene.materials) m.diffuse *= 1e30, m.specular *= 1e30;
+    const auto bright = rendered(device, scene);
+    CHECK(test::correlation(bright.field.samples, ordinary.field.samples) >= 1 - 1e-6);
+    CHECK_THAT(input_error_of([&] {
+                 reconstruct(device, host, bright.field, scene.hologram, {10 * mm, {}, {0, 0}, {1, 1}, 2});
+               }),
+               ContainsSubstring("brighter than a float holds"));
+    const auto world = build_world(scene);
+    const auto plan = make_plan(scene, world);
+    const DeviceScene arrays(device, scene, world, plan);
+    LensSpec lens;
+    lens.z_m = 10 * mm;
+    lens.points = 2;
+    CHECK_THAT(input_error_of([&] { lens_picture(device, plan, arrays, lens); }), ContainsSubstring("brighter than a float holds"));
+    // The same fields, compared.
+    const auto same = compare_fields(bright.field, bright.field);
+    CHECK(same.correlation == Catch::Approx(1));
+    CHECK(test::finite(same.difference));
+    FieldStack largest = bright.field;
+    for (auto& z : largest.samples) z = {3.4e38f, -3.4e38f};
+    CHECK(test::finite(compare_fields(largest, bright.field).difference));
+  }
+}
+
+TEST_CASE("no light gives a dark hologram") {
+  const Folder folder;
+  for (const auto& device : test::all_devices()) {
+    for (const auto& way : ways) {
+      auto scene = small_scene(folder);
+      for (auto& m : scene.materials) m.ambient = glm::dvec3(0);
+      scene.lights[0].intensity = 0;
+      const auto result = rendered(device, scene, way);
+      CHECK(energy(result.field.samples) == 0);
+      const auto picture = reconstruct(device, host, result.field, scene.hologram, {10 * mm, {}, {0, 0}, {1, 1}, 2});
+      CHECK(expose(picture, 99.5) == std::vector<std::uint8_t>(64 * 48));
+      CHECK_THAT(input_error_of([&] { compare_fields(result.field, result.field); }), ContainsSubstring("zero everywhere"));
+    }
+  }
+}
+
+TEST_CASE("a highlight of shininess 0 is even, of 1e-3 nearly so, of 1e6 finite and no brighter") {
+  const Folder folder;
+  for (const auto& device : test::all_devices()) {
+    for (const auto& way : ways) {
+      auto scene = small_scene(folder);
+      const auto with = [&](double specular, double shininess) {
+        for (auto& m : scene.materials) {
+          m.ambient = glm::dvec3(1 - specular + 1e-9);
+          m.diffuse = glm::dvec3(0);
+          m.specular = glm::dvec3(specular > 0 ? specular : 1e-30);
+          m.shininess = shininess;
+        }
+        return field_of(device, scene, way);
+      };
+      scene.objects.erase(scene.objects.begin());  // all of the wall is lit
+      scene.objects[0].material = 1;
+      const auto even = with(0, 1), zero = with(0.75, 0), small = with(0.75, 1e-3), sharp = with(0.75, 1e6);
+      CHECK(test::relative_l2(zero, even) <= 1e-6);
+      CHECK(test::relative_l2(small, even) <= 1e-3);  // measured 1.3e-4
+      CHECK(energy(sharp) <= 1.01 * energy(even));
+    }
+  }
+}
+
+TEST_CASE("lights at, in and behind a surface, and of any direction's length") {
+  const Folder folder;
+  for (const auto& device : test::all_devices()) {
+    for (const auto& way : ways) {
+      auto scene = small_scene(folder);
+      scene.trace.shadows = true;
+      const auto field_with = [&](const Light& light) {
+        scene.lights = {light};
+        return field_of(device, scene, way);
+      };
+      Light none;
+      none.intensity = 0;
+      const auto ambient = field_with(none);
+      const auto point_at = [&](glm::dvec3 position_m) {
+        Light light;
+        light.type = LightType::point;
+        light.position_m = position_m;
+        return light;
+      };
+      INFO(way.name);
+      field_with(point_at({0, 0, 10 * mm}));                      // on the wall
+      field_with(point_at({20 * um, 10 * um, 9.8 * mm}));         // in the ball's middle
+      field_with(point_at({20 * um, 85 * um, 9.8 * mm}));         // on its pole, a vertex
+      field_with(point_at({0, 0, 0}));                            // in the hologram
+      const auto behind = field_with(point_at({0, 0, 20 * mm}));  // behind the wall
+      CHECK(behind == ambient);
+
+      Light light;
+      light.direction = glm::dvec3(0.25, -0.5, 0.75);
+      const auto unit = field_with(light);
+      for (const double length : {0x1p-28, 0x1p19}) {
+        light.direction = length * glm::dvec3(0.25, -0.5, 0.75);
+        CHECK(test::relative_l2(field_with(light), unit) <= 1e-6);
+      }
+    }
+  }
+}
+
+/// A mesh as OBJ text: "v" lines as given, then triangles that count from 1.
+std::string obj(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const auto& line : lines) text += line + "\n";
+  return text;
+}
+
+const std::vector<std::string> square_corners{"v -0.5 -0.5 0", "v -0.5 0.5 0", "v 0.5 0.5 0", "v 0.5 -0.5 0"};
+
+std::string square_with(std::vector<std::string> more) {
+  std::vector<std::string> lines = square_corners;
+  lines.insert(lines.end(), {"f 1 2 3", "f 1 3 4"});
+  lines.insert(lines.end(), more.begin(), more.end());
+  return obj(lines);
+}
+
+/// Only the wall, as `mesh` has it.
+Scene wall_of(const Folder& folder, const std::string& text) {
+  auto scene = small_scene(folder);
+  scene.objects[0] = test::object_at(folder.write("mesh.obj", text), 0.2 * mm, {20 * um, 10 * um, 9.9 * mm}, 0);
+  scene.objects[0].rotation_deg = {20, 15, 3};
+  return scene;
+}
+
+TEST_CASE("triangles without area, duplicates, coincident layers and useless normals leave the field as it is") {
+  const Folder folder;
+  const std::pair<const char*, std::string> meshes[] = {
+      {"duplicates", square_with({"f 1 2 3", "f 1 3 4", "f 2 3 1"})},
+      {"both windings", square_with({"f 3 2 1", "f 4 3 1"})},
+      {"flipped", obj({square_corners[0], square_corners[1], square_corners[2], square_corners[3], "f 3 2 1", "f 4 3 1"})},
+      {"no area", square_with({"v 0 0 0", "v 0.1 0.1 0", "v 0.2 0.2 0", "f 5 6 7", "f 1 1 2", "f 5 5 5"})},
+      {"normals of NaN and zero", obj({square_corners[0], square_corners[1], square_corners[2], square_corners[3], "vn nan nan nan",
+                                       "vn 0 0 0", "vn inf 0 0", "f 1//1 2//2 3//3", "f 1//3 3//2 4//1"})},
+      {"denormal normals", obj({square_corners[0], square_corners[1], square_corners[2], square_corners[3], "vn 0 0 -1e-42",
+                                "f 1//1 2//1 3//1", "f 1//1 3//1 4//1"})}};
+  for (const auto& device : test::all_devices()) {
+    for (const auto& way : ways) {
+      const auto plain = field_of(device, wall_of(folder, square_with({})), way);
+      for (const auto& [name, text] : meshes) {
+        INFO(way.name << ", " << name);
+        // Corners in another order move hits by their rounding; measured 3e-3 for rays from the hologram, 1e-3 else.
+        CHECK(test::relative_l2(field_of(device, wall_of(folder, text), way), plain) <= 6e-3);
+      }
+    }
+  }
+}
+
+TEST_CASE("slivers, triangles seen edge-on and edges of three triangles behind a wall change nothing") {
+  const Folder folder;
+  test::ObjText needles;
+  std::mt19937 random(1);
+  const auto at = [&](double depth) { return glm::dvec3(test::uniform(random, -0.5, 0.5), test::uniform(random, -0.5, 0.5), depth); };
+  for (int i = 0; i < 200; ++i) {
+    const auto a = at(test::uniform(random, -0.2, 0.2)), b = at(test::uniform(random, -0.2, 0.2));
+    const double thin = std::pow(10, test::uniform(random, -12, -4));
+    needles.triangle(a, b, (a + b) / 2.0 + thin * at(0));                          // slivers, some without area in float
+    needles.triangle(at(0), at(0), at(1e-9));                                      // nearly in a plane across
+    needles.triangle(a, a + glm::dvec3(0, 0, 0.3), a + glm::dvec3(thin, 0, 0.1));  // edge-on
+    for (const double turn : {0.0, 2.0, 4.0}) needles.triangle(a, b, a + 0.1 * glm::dvec3(std::cos(turn), std::sin(turn), 0));
+  }
+  const auto mesh = folder.write("needles.obj", needles.text());
+  for (const auto& device : test::all_devices()) {
+    for (const auto& way : ways) {
+      INFO(way.name);
+      auto scene = small_scene(folder);
+      scene.materials[1].specular = glm::dvec3(0.1);
+      // Cells of edges name their layers in another order when something stands behind: the wall alone has none before the needles.
+      scene.objects[0] = test::object_at(scene.objects[1].mesh, 0.02 * mm, {0, 0, 10.6 * mm}, 0);  // both scenes end here
+      scene.objects[1].rotation_deg = {0, 0, 0};
+      scene.wrp.distances_m = {9.65 * mm};  // a planned one minds what is hidden too
+      const auto without = field_of(device, scene, way);
+      scene.objects.push_back(test::object_at(mesh, 0.2 * mm, {0, 0, 10.3 * mm}, 0));
+      const auto with = field_of(device, scene, way);
+      CHECK(test::relative_l2(with, without) <= 1e-5);
+      // And in the light.
+      scene.objects[2].position_m = {0, 0, 9.9 * mm};
+      scene.wrp.distances_m = {9.9 * mm};
+      scene.trace.shadows = true;
+      CHECK(energy(field_of(device, scene, way)) > 0);
+    }
+  }
+}
+
+TEST_CASE("one triangle and a million: samples lie on the surface, as many as the lattice has rays for it") {
+  for (const auto& device : test::all_devices()) {
+    test::Stage stage;
+    stage.scene.sampling.pitch_m = 40 * um;
+    const double radius = 2 * mm;
+    const glm::dvec3 centre(0, 0, 100 * mm);
+    stage.add(test::sphere(centre, radius, 500));
+    REQUIRE(stage.world.triangles.size() > 990'000);
+    const test::Rig million(device, stage);
+    CHECK(test::all_finite_in(million.samples));
+    const double disc = std::numbers::pi * std::pow(radius / (40 * um), 2);
+    CHECK(million.samples.size() == Catch::Approx(disc).epsilon(0.02));
+    double farthest = 0;
+    for (const auto& s : million.samples)
+      farthest = std::max(farthest, std::abs(distance(test::place(s) + million.plan.origin_m, centre) - radius));
+    CHECK(farthest <= 60e-9);  // measured 20 nm: the sagitta of its triangles
+
+    test::Stage one;
+    test::Surface triangle;
+    triangle.triangle({-mm, -mm, 100 * mm}, {0, mm, 100 * mm}, {mm, -mm, 100 * mm});
+    one.add(triangle);
+    const test::Rig single(device, one);
+    CHECK(single.samples.size() == Catch::Approx(2 * mm * mm / std::pow(25 * um, 2)).epsilon(0.01));
+  }
+}
+
+TEST_CASE("numbers that are none are refused wherever a scene may have them") {
+  const Folder folder;
+  folder.write("square.obj", test::square_obj());
+  const auto file = folder.write("scene.toml",
+                                 "[[light]]\ndirection = [0, 0, 1]\n[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\n"
+                                 "[materials.m]\n[[object]]\nmesh = \"square.obj\"\nwidth = 0.001\n"
+                                 "position = [0, 0, 0.1]\nmaterial = \"m\"\n");
+  CHECK_NOTHROW(load_scene(file));
+  for (const char* bad : {"nan", "-nan", "inf", "-inf", "1e400", "-1e400"}) {
+    for (const char* key :
+         {"hologram.pitch", "hologram.wavelength", "wrp.distance", "wrp.padding", "sampling.pitch", "sampling.fan", "sampling.edge",
+          "sampling.seed", "light.0.intensity", "materials.m.ambient", "materials.m.diffuse", "materials.m.specular",
+          "materials.m.shininess", "materials.m.reflectivity", "materials.m.transparency", "materials.m.ior", "object.0.width"}) {
+      const auto message = input_error_of([&] { load_scene(file, {std::string(key) + "=" + bad}); });
+      CHECK_THAT(message, ContainsSubstring(std::string("--set ") + key + "="));
+    }
+    for (const char* key : {"light.0.direction", "light.1.position", "object.0.position", "object.0.rotation"}) {
+      const auto message = input_error_of([&] { load_scene(file, {std::string(key) + "=[0, " + bad + ", 1]"}); });
+      CHECK_THAT(message, ContainsSubstring(std::string("--set ") + key + "="));
+    }
+  }
+  CHECK_THAT(input_error_of([&] { load_scene(file, {"light.0.direction=[0, 0, 1e-10]"}); }), ContainsSubstring("longer than 0"));
+  // Denormals are numbers like others.
+  const auto scene = load_scene(
+      file, {"light.0.intensity=1e-320", "materials.m.ambient=1e-320", "materials.m.specular=1e-310", "materials.m.shininess=1e-320",
+             "object.0.rotation=[1e-320, 0, 0]", "wrp.grid=[1, 1]", "hologram.resolution=[16, 16]"});
+  for (const auto& device : test::all_devices()) rendered(device, scene);
+}
+
+TEST_CASE("vertices and texels that are no numbers are refused by name, texels below zero are black") {
+  const Folder folder;
+  for (const char* bad : {"nan", "inf", "-inf", "1e39"}) {
+    auto corners = square_with({});
+    corners.replace(corners.find("0.5 0.5"), 3, bad);
+    const auto mesh = folder.write("bad.obj", corners);
+    const auto refusal = input_error_of([&] { load_mesh(mesh, Normals::file, "here"); });
+    CHECK_THAT(refusal, ContainsSubstring("here: mesh") && ContainsSubstring("bad.obj"));
+    if (bad[0] != '-') CHECK_THAT(refusal, ContainsSubstring("vertex 1 is NaN or infinite"));  // Assimp itself refuses "-inf"
+  }
+  const auto texture = [&](float value) {
+    const auto file = folder / "texture.exr";
+    const std::vector<float> pixels{1, value, 0.5f, 2};
+    save_exr(file, 2, 2, pixels);
+    return file;
+  };
+  for (const float bad : {NAN, INFINITY, -INFINITY})
+    CHECK_THAT(input_error_of([&] { load_texture(texture(bad), 0, "here"); }), ContainsSubstring("holds NaN or infinity"));
+  for (const auto& device : test::all_devices()) {
+    auto scene = small_scene(folder);
+    scene.materials[1].where = "material";
+    const auto texels_with = [&](float value) {
+      scene.materials[1].texture = texture(value);
+      const auto world = build_world(scene);
+      return DeviceScene(device, scene, world, make_plan(scene, world)).texels.read();
+    };
+    CHECK_THAT(input_error_of([&] { texels_with(2e30f); }),
+               ContainsSubstring("material: picture") && ContainsSubstring("holds 2e+30, more than 1e+30"));
+    CHECK(texels_with(-3) == std::vector<float>{1, 0, 0.5f, 2});
+    CHECK(texels_with(1e-42f)[1] == 1e-42f);
+    texels_with(1e30f);
+    for (auto& m : scene.materials) m.diffuse = m.ambient = glm::dvec3(1e30);
+    scene.lights[0].intensity = 1e-30;
+    rendered(device, scene);
+  }
+}
+
+TEST_CASE("what device or host have no memory for is refused before any is taken, with asked and allowed sizes") {
+  const Folder folder;
+  for (const auto& info : cl::list_devices()) {
+    const cl::Device device(info);
+    auto scene = small_scene(folder);
+    const auto side = static_cast<int>(std::sqrt(static_cast<double>(info.largest_buffer_bytes) / 32)) + 512;
+    scene.hologram.resolution = {side, side};
+    scene.hologram.tiles = scene.wrp.grid = glm::ivec2(1, 1);
+    RenderOptions on_device;
+    on_device.fft = cl::FftBackend::clfft;
+    try {
+      render(device, scene, on_device);
+      FAIL("a padded plane larger than the largest buffer was not refused");
+    } catch (const cl::DeviceError& error) {
+      CHECK_THAT(error.what(), ContainsSubstring("padded plane: ") && ContainsSubstring(" asked in one buffer") &&
+                                   ContainsSubstring(" allows " + cl::format_bytes(info.largest_buffer_bytes)) &&
+                                   ContainsSubstring("wrp.padding"));
+    }
+    CHECK(device.peak_bytes() == 0);
+
+    const std::vector<cl::MemoryNeed> needs(info.memory_bytes / info.largest_buffer_bytes + 1,
+                                            {"plane", info.largest_buffer_bytes, "something less"});
+    try {
+      cl::require_memory(device, needs);
+      FAIL("more than all of the device's memory was not refused");
+    } catch (const cl::DeviceError& error) {
+      CHECK_THAT(error.what(), ContainsSubstring("has " + cl::format_bytes(info.memory_bytes)) && ContainsSubstring("something less"));
+    }
+    CHECK_NOTHROW(cl::require_memory(device, std::vector<cl::MemoryNeed>{{"plane", info.largest_buffer_bytes, ""}}));
+
+    scene.hologram.resolution = {8192, 8192};
+    scene.sampling.frames = 4096;  // 2.2 TiB
+    RenderOptions points;
+    points.method = Method::points;
+    CHECK_THAT(input_error_of([&] { render(device, scene, points); }), ContainsSubstring("4096 frames of 8192 x 8192 pixels need 2."));
+    CHECK(device.peak_bytes() == 0);
+  }
+}
+
+TEST_CASE("lattices and fans of absurd numbers of rays are refused with figures") {
+  const Folder folder;
+  auto scene = small_scene(folder);
+  const auto refusal = [&](const Way& way) {
+    scene.sampling.mode = way.mode;
+    return input_error_of([&] { make_plan(scene, build_world(scene), way.method); });
+  };
+  scene.sampling.pitch_m = 1e-9;
+  CHECK_THAT(refusal(ways[0]), ContainsSubstring("sampling.pitch 1e-06 mm needs ") &&
+                                   ContainsSubstring("lattice cells or more, at most 268435456 are allowed; give a larger pitch"));
+  scene.sampling.pitch_m = 10 * um;
+  scene.wrp.distances_m = {1e-9};
+  scene.wrp.grid = glm::ivec2(1, 1);
+  // Rays p = 10 um apart over a window of 256 x 192 um seen from 1 nm, at a depth of 10.03 mm.
+  CHECK_THAT(refusal(ways[1]), ContainsSubstring("sampling.pitch 0.01 mm needs 256") && ContainsSubstring(" x 192") &&
+                                   ContainsSubstring("rays per pixel, at most 16777216 are allowed; give a larger pitch"));
+  scene = small_scene(folder);
+  for (auto& o : scene.objects) o.width_m = um, o.position_m = {2, 0, 10};
+  scene.hologram.pitch_m = glm::dvec2(um);
+  scene.sampling.pitch_m = 1e-9;
+  CHECK_THAT(refusal(ways[3]), ContainsSubstring("pitches off the axis, at most 4194304 are allowed; give a larger pitch"));
+  scene = small_scene(folder);
+  scene.hologram.wavelength_m = 10e-9;
+  scene.sampling.mode = SamplingMode::fan;
+  const auto rendering = input_error_of([&] { render(cl::Device(cl::find_device()), scene); });
+  CHECK_THAT(rendering, ContainsSubstring("no ray of the fan is as flat as the hologram's pixels can show, 0.0716"));
+}
+
+TEST_CASE(
+    "WRPs that no light reaches are left out; propagation that loses all light is refused with the largest usable shift or distance") {
+  const Folder folder;
+  for (const auto& info : cl::list_devices()) {
+    const cl::Device device(info);
+    auto scene = small_scene(folder);
+    scene.wrp.grid = glm::ivec2(64, 1);
+    const auto result = render(device, scene);
+    CHECK(result.plan.wrps.size() < 8);
+    CHECK(std::any_of(result.field.samples.begin(), result.field.samples.end(), [](const auto& z) { return std::abs(z) > 0; }));
+
+    // With pixels of a quarter wavelength the plane's highest frequencies are evanescent.
+    for (const double pitch_m : {4e-6, 638e-9 / 4}) {
+      const Propagator propagator(device, {{512, 512}, {pitch_m, pitch_m}, 638e-9, 2, host});
+      const auto refusal = input_error_of([&] { propagator.require_reach({{1, 0}, 1e-3}); });
+      REQUIRE_THAT(refusal, ContainsSubstring("the largest usable shift is "));
+      const double largest_m = 1e-3 * std::stod(refusal.substr(refusal.find("largest usable shift is ") + 24));
+      INFO(refusal);
+      CHECK(propagator.reaches({{0.999 * largest_m, 0}, 1e-3}));
+      CHECK(!propagator.reaches({{1.001 * largest_m, 0}, 1e-3}));
+    }
+    const Propagator small(device, {{40, 40}, {4e-6, 4e-6}, 638e-9, 2, host});
+    for (int i = 0; i < 100; ++i) CHECK(small.reaches({{i * 6e-6, 0}, 0.9 * small.farthest_m()}));
+    CHECK_THAT(input_error_of([&] { small.require_reach({{0.011, 0}, 0.4}); }), ContainsSubstring("samples too few directions"));
+  }
+}
+
+TEST_CASE("pictures too far or too wide are refused") {
+  const Folder folder;
+  for (const auto& device : test::all_devices()) {
+    const auto result = rendered(device, small_scene(folder));
+    const auto refusal = [&](double z_m, std::optional<glm::dvec2> window_m) {
+      return input_error_of([&] {
+        reconstruct(device, host, result.field, small_scene(folder).hologram, {z_m, window_m, {0, 0}, {1, 1}, 2});
+      });
+    };
+    CHECK(refusal(100, {}).empty());
+    CHECK_THAT(refusal(1e300, {}), ContainsSubstring("too far for its phase to be exact"));
+    CHECK_THAT(refusal(10 * mm, glm::dvec2(100, 4 * um)), ContainsSubstring("a side of the window has more than 1e6 samples"));
+    CHECK_THAT(refusal(10 * mm, glm::dvec2(1, 1)), ContainsSubstring("the window has more than 1e9 samples"));
+  }
+}
+
+TEST_CASE("a hologram that can show nothing says so") {
+  const Folder folder;
+  for (const auto& device : test::all_devices()) {
+    auto scene = small_scene(folder);
+    for (auto& o : scene.objects) o.position_m = {5 * mm, 0, 10 * mm};
+    const auto dark = rendered(device, scene);
+    REQUIRE(!dark.notes.empty());
+    CHECK_THAT(dark.notes.back(), ContainsSubstring("the hologram is dark"));
+    scene.hologram.tiles = glm::ivec2(2, 2);
+    const auto dark_tiles = rendered(device, scene);
+    REQUIRE(!dark_tiles.notes.empty());
+    CHECK_THAT(dark_tiles.notes.back(), ContainsSubstring("the hologram is dark"));
+    CHECK(rendered(device, small_scene(folder)).notes.empty());
+    scene = small_scene(folder);
+    scene.hologram.resolution = {8, 5};
+    scene.wrp.grid = glm::ivec2(1, 1);
+    const auto lossy = rendered(device, scene);
+    REQUIRE(!lossy.notes.empty());
+    CHECK_THAT(lossy.notes[0], ContainsSubstring("light gets lost"));
+  }
+}
+
+}  // namespace
+}  // namespace raywave

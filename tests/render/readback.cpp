@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// Levels on their way to the host while the next frame is computed.
+#include <algorithm>
+
+#include "host/encode/encode.hpp"
+#include "host/render.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/opencl_spy.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace raywave {
+namespace {
+
+using test::mm;
+using test::um;
+
+constexpr glm::ivec2 size{120, 90};
+constexpr std::size_t pixels = 120 * 90;
+
+/// Tilted wall 10 mm from a hologram of 120 x 90 pixels of 4 um.
+Scene wall_scene(const Folder& folder, glm::ivec2 tiles, int frames) {
+  Scene scene;
+  scene.hologram.resolution = size;
+  scene.hologram.pitch_m = {4 * um, 4 * um};
+  scene.hologram.tiles = tiles;
+  scene.sampling.pitch_m = 20 * um;
+  scene.sampling.frames = frames;
+  scene.materials = {test::glowing()};
+  scene.objects = {test::object_at(folder.write("wall.obj", test::square_obj()), 0.4 * mm, {0, 0, 10 * mm})};
+  scene.objects[0].rotation_deg = {5, -8, 0};
+  return scene;
+}
+
+constexpr glm::ivec2 divisions[] = {{1, 1}, {2, 2}};
+
+TEST_CASE("the levels of every frame and tile are those of the field that is returned beside them") {
+  const Folder folder;
+  for (const auto& device : test::all_devices()) {
+    for (const auto tiles : divisions) {
+      Renderer renderer(device, wall_scene(folder, tiles, 5));
+      for (int picture = 0; picture < 2; ++picture) {
+        const auto result = renderer.render();
+        REQUIRE(result.plan.tiles.size() == static_cast<std::size_t>(tiles.x * tiles.y));
+        for (std::size_t frame = 0; frame < 5; ++frame) {
+          const auto from = result.field.samples.begin() + static_cast<std::ptrdiff_t>(frame * pixels);
+          const std::vector field(from, from + static_cast<std::ptrdiff_t>(pixels));
+          REQUIRE(std::any_of(field.begin(), field.end(), [](auto z) { return z != std::complex<float>(); }));
+          CHECK(result.levels[frame] == PhaseEncoder(device)(cl::ComplexBuffer(device, field, "field")));
+          if (frame > 0) CHECK(result.levels[frame] != result.levels[frame - 1]);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("levels are copied without blocking, after their frame's kernels, on a queue that launches nothing") {
+  const Folder folder;
+  auto& spy = test::opencl_spy();
+  for (const auto& info : cl::list_devices()) {
+    const cl::Device device(info);
+    RenderOptions options;
+    options.keep_field = false;
+    spy.reads.clear();
+    spy.launched_on.clear();
+    const auto result = render(device, wall_scene(folder, {2, 1}, 3), options);
+    const auto bytes = static_cast<std::size_t>(result.plan.tile_size.x * result.plan.tile_size.y);
+    int copies = 0;
+    for (const auto& read : spy.reads) {
+      if (read.bytes != bytes) continue;
+      ++copies;
+      CHECK_FALSE(read.blocking);
+      CHECK(read.waits == 1);
+      CHECK(spy.launched_on.count(read.queue) == 0);
+    }
+    CHECK(copies == 6);
+  }
+  CHECK(spy.overrun.empty());
+}
+
+TEST_CASE("a device that gives only one queue computes the same levels") {
+  const Folder folder;
+  auto& spy = test::opencl_spy();
+  const auto scene = wall_scene(folder, {2, 2}, 3);
+  for (const auto& info : cl::list_devices()) {
+    const auto two = render(cl::Device(info), scene);
+    spy.refuse_second_queue = true;
+    const cl::Device device(info);
+    spy.refuse_second_queue = false;
+    REQUIRE(device.copy_queue()() == device.queue()());
+    CHECK(render(device, scene).levels == two.levels);
+  }
+}
+
+TEST_CASE("what is launched after a copy has begun does not reach it, and a copy left behind ends with its handle") {
+  for (const auto& device : test::all_devices()) {
+    const std::vector<float> ones(1 << 20, 1.0f), twos(1 << 20, 2.0f);
+    std::vector<float> first(ones.size()), second(ones.size());
+    cl::Buffer<float> from(device, ones, "numbers"), other(device, twos, "other numbers");
+    cl::Buffer<float> turn[2] = {{device, ones.size(), "turn"}, {device, ones.size(), "turn"}};
+    turn[0].copy_from(from, 0);
+    auto copy = turn[0].start_reading_rows(first.data(), first.size(), first.size());
+    turn[1].copy_from(other, 0);
+    { const auto left = turn[1].start_reading_rows(second.data(), 1024, 1024); }
+    copy.wait();
+    copy.wait();  // nothing is left to wait for
+    CHECK(first == ones);
+    CHECK(second == twos);
+  }
+}
+
+}  // namespace
+}  // namespace raywave

@@ -1,0 +1,589 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/trace/samples.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+#include "tests/support/worlds.hpp"
+
+using namespace raywave;
+using namespace raywave::test;
+using glm::dvec2;
+using glm::dvec3;
+
+namespace {
+
+dvec3 hologram_centre(const Rig& rig) { return -rig.plan.origin_m; }
+
+/// Tangents of the lattice ray through cell number `cell`, in double precision.
+dvec2 tangents(const Rig& rig, std::size_t cell) {
+  const auto& l = rig.plan.lattice;
+  const auto nx = static_cast<std::size_t>(l.size.x);
+  return (dvec2(l.first) + dvec2(cell % nx, cell / nx) + 0.5) * l.step;
+}
+
+std::size_t cells(const Rig& rig) { return rig.first_of_cell.size() - 1; }
+
+std::span<const device::Sample> samples_of(const Rig& rig, std::size_t cell) {
+  return std::span(rig.samples)
+      .subspan(static_cast<std::size_t>(rig.first_of_cell[cell]),
+               static_cast<std::size_t>(rig.first_of_cell[cell + 1] - rig.first_of_cell[cell]));
+}
+
+/// kernels/common/hash.h on the host: every device must draw the same phases.
+std::uint32_t cell_key(std::int32_t i, std::int32_t j, std::int32_t k) {
+  const auto word = [](std::int32_t v) { return static_cast<std::uint32_t>(v); };
+  std::uint32_t h = (word(i) * 0x9e3779b1u) ^ (word(j) * 0x85ebca77u + 0x165667b1u);
+  h = (h ^ (h >> 15)) * 0x2c1b3c6du;
+  h ^= word(k) * 0xc2b2ae3du;
+  h = (h ^ (h >> 16)) * 0x7feb352du;
+  return h ^ (h >> 15);
+}
+
+/// What holds for every table: sums of counts, places on their rays, order, normals, weights and keys. `off_m`: how far floats may leave a
+/// sample from its ray.
+void check_table(const Rig& rig, double off_m) {
+  REQUIRE(rig.first_of_cell.size() ==
+          static_cast<std::size_t>(rig.plan.lattice.size.x) * static_cast<std::size_t>(rig.plan.lattice.size.y) + 1);
+  REQUIRE(rig.first_of_cell.front() == 0);
+  REQUIRE(rig.first_of_cell.back() == rig.table.count);
+  REQUIRE(std::is_sorted(rig.first_of_cell.begin(), rig.first_of_cell.end()));
+  const auto centre = hologram_centre(rig);
+  double off_ray = 0, off_unit = 0, off_weight = 0;
+  int away = 0, unordered = 0, other_keys = 0;
+  for (std::size_t cell = 0; cell < cells(rig); ++cell) {
+    const auto t = tangents(rig, cell);
+    const auto nx = rig.plan.lattice.size.x;
+    const auto layers = samples_of(rig, cell);
+    for (std::size_t layer = 0; layer < layers.size(); ++layer) {
+      const auto& s = layers[layer];
+      const auto p = place(s) - centre;
+      off_ray = std::max(off_ray, length(dvec2(p) - t * p.z));
+      off_unit = std::max(off_unit, std::abs(length(normal(s)) - 1));
+      off_weight = std::max(off_weight, std::abs(s.weight * rig.plan.lattice.full_z_m / p.z - 1));
+      away += dot(normal(s), p) >= 0;
+      unordered += layer > 0 && layers[layer - 1].z >= s.z;
+      const auto c = static_cast<int>(cell);
+      other_keys += s.key != cell_key(rig.plan.lattice.first.x + c % nx, rig.plan.lattice.first.y + c / nx, static_cast<int>(layer));
+    }
+  }
+  CHECK(off_ray < off_m);
+  CHECK(off_unit < 1e-6);
+  CHECK(off_weight < 1e-6);
+  CHECK(away == 0);
+  CHECK(unordered == 0);
+  CHECK(other_keys == 0);
+}
+
+struct Distance {
+  double across = 0;  // of the ray from a sphere's centre
+  double z = 0;       // of the first meeting
+};
+
+Distance ray_to_sphere(dvec2 t, dvec3 centre, double radius) {
+  const auto d = normalize(dvec3(t, 1));
+  const double along = dot(centre, d), across = length(centre - along * d);
+  return {across, across < radius ? (along - std::sqrt(radius * radius - across * across)) * d.z : 0};
+}
+
+/// Places, keys and lights of both tables agree.
+void check_same(const Rig& a, const Rig& b, double tolerance_m) {
+  REQUIRE((a.first_of_cell == b.first_of_cell));  // in brackets: millions of numbers are no message
+  double apart = 0;
+  int other_keys = 0;
+  for (std::size_t i = 0; i < a.samples.size(); ++i) {
+    apart = std::max(apart, length(place(a.samples[i]) - place(b.samples[i])));
+    other_keys += a.samples[i].key != b.samples[i].key;
+  }
+  CAPTURE(apart);
+  CHECK(apart < tolerance_m);
+  CHECK(other_keys == 0);
+  CHECK(a.lit == b.lit);
+}
+
+/// A frontal plane of n x n squares whose inner corners lie on lattice rays: pitch p at its own depth, corners at odd multiples of p / 2; n
+/// is even.
+Surface on_lattice(double z, double p, int n) {
+  return grid(n, n, [=](double s, double t) {
+    const auto at = [&](double share) {
+      const auto k = std::lround(share * n);
+      if (k == 0 || k == n) return (k == 0 ? -1 : 1) * (n / 2 - 0.3) * p;
+      return (static_cast<double>(k) - n / 2 + 0.5) * p;
+    };
+    return dvec3(at(s), at(t), z);
+  });
+}
+
+}  // namespace
+
+TEST_CASE("samples of a sphere before a plane lie where the lattice's rays pierce them, once each, near to far") {
+  const double radius = 0.45e-3, half = 0.6137e-3;
+  const dvec3 middle(0.1e-3, -0.05e-3, 19e-3);
+  const double plane_z = 19.5e-3;
+  Stage stage;
+  stage.add(sphere(middle, radius, 140)).add(rectangle({0, 0, plane_z}, {half, 0, 0}, {0, half, 0}));
+  for (const auto& device : all_devices()) {
+    const Rig rig(device, stage);
+    check_table(rig, 5e-9);
+    int wrong = 0, unsure = 0, on_sphere = 0, on_plane = 0;
+    double off_sphere = 0, off_plane = 0, off_depth = 0, off_normal = 0;
+    for (std::size_t cell = 0; cell < cells(rig); ++cell) {
+      const auto t = tangents(rig, cell);
+      const auto meets = ray_to_sphere(t, middle, radius);
+      const double edge = half - std::max(std::abs(t.x), std::abs(t.y)) * plane_z;
+      if (std::abs(meets.across - radius) < 3e-7 || std::abs(edge) < 1e-8) {
+        ++unsure;
+        continue;
+      }
+      const bool sphere_expected = meets.across<radius, plane_expected = edge> 0;
+      const auto layers = samples_of(rig, cell);
+      if (layers.size() != std::size_t(sphere_expected) + std::size_t(plane_expected)) {
+        ++wrong;
+        continue;
+      }
+      if (sphere_expected) {
+        const auto p = place(layers[0]) + rig.plan.origin_m;
+        const double cosine = std::sqrt(1 - std::pow(meets.across / radius, 2));
+        off_sphere = std::max(off_sphere, std::abs(length(p - middle) - radius));
+        off_depth = std::max(off_depth, std::abs(p.z - meets.z) * cosine);
+        off_normal = std::max(off_normal, length(normal(layers[0]) - (p - middle) / radius));
+        ++on_sphere;
+      }
+      if (plane_expected) {
+        off_plane = std::max(off_plane, std::abs(layers.back().z + rig.plan.origin_m.z - plane_z));
+        on_plane += layers.back().nz == -1;
+      }
+    }
+    CHECK(wrong == 0);
+    CHECK(unsure < 20);
+    CHECK(on_sphere > 800);
+    CHECK(on_plane > 2000);
+    // Facets lie within 2 R (1 - cos(pi / 280)) = 57 nm of the sphere.
+    CHECK(off_sphere < 6e-8);
+    CHECK(off_depth < 7e-8);
+    CHECK(off_normal < 2e-4);
+    CHECK(off_plane < 5e-9);
+  }
+}
+
+TEST_CASE("every layer of open meshes is kept, from closed ones the outsides only, for either winding") {
+  const double half = 0.31e-3;
+  const auto front = rectangle({0, 0, 20e-3}, {half, 0, 0}, {0, half, 0});
+  const auto back = rectangle({0, 0, 20.4e-3}, {half, 0, 0}, {0, half, 0});
+  const auto inner = box({0, 0, 20.8e-3}, dvec3(0.2e-3));
+  Stage stage, turned;
+  stage.add(front).add(back).add(inner);
+  turned.add(flipped(front)).add(flipped(back)).add(flipped(inner));
+  for (const auto& device : all_devices()) {
+    const Rig rig(device, stage), rig_turned(device, turned);
+    check_table(rig, 5e-9);
+    check_same(rig, rig_turned, 1e-9);
+    std::map<int, int> of_object;
+    for (const auto& s : rig.samples) {
+      ++of_object[rig.object_of(s)];
+      if (rig.object_of(s) == 2) CHECK(s.z + rig.plan.origin_m.z == Catch::Approx(20.6e-3).epsilon(1e-6));
+    }
+    // Rays inside the first plane's square meet both planes; the front of the box (0.2 mm at 20.6 mm) is the only outside seen.
+    const auto rays_within = [&](double half_m, double z) {
+      int n = 0;
+      for (std::size_t cell = 0; cell < cells(rig); ++cell) {
+        const auto t = abs(tangents(rig, cell)) * z;
+        n += t.x < half_m && t.y < half_m;
+      }
+      return n;
+    };
+    CHECK(of_object[0] == rays_within(half, 20e-3));
+    CHECK(of_object[1] == rays_within(half, 20.4e-3));
+    CHECK(of_object[2] == rays_within(0.2e-3, 20.6e-3));
+    CHECK(of_object[2] > 200);
+  }
+}
+
+TEST_CASE("one sample where a ray meets a shared edge or corner, and where layers coincide") {
+  const double p = 25e-6, z = 20e-3;
+  {
+    const int n = 20;
+    Stage cut, whole, doubled;
+    cut.add(on_lattice(z, p, n));
+    const double half = (n / 2 - 0.3) * p;
+    whole.add(rectangle({0, 0, z}, {half, 0, 0}, {0, half, 0}));
+    doubled.add(on_lattice(z, p, n)).add(on_lattice(z, p, n)).add(rectangle({0, 0, z}, {half, 0, 0}, {0, half, 0}));
+    for (const auto& device : all_devices()) {
+      const Rig a(device, cut), b(device, whole), c(device, doubled);
+      check_table(a, 5e-9);
+      int most = 0;
+      for (std::size_t cell = 0; cell < cells(a); ++cell) most = std::max(most, static_cast<int>(samples_of(a, cell).size()));
+      CHECK(most == 1);
+      CHECK(a.samples.size() > 300);
+      check_same(a, b, 1e-8);
+      check_same(a, c, 1e-8);
+    }
+  }
+}
+
+TEST_CASE("antialiased samples shine for the area that an object covers, wherever its edges lie, and lie on the lattice") {
+  Material glowing;
+  glowing.ambient = dvec3(1);
+  glowing.diffuse = dvec3(0);
+  for (const double half : {0.3e-3, 0.307e-3, 0.3123e-3}) {
+    Stage stage;
+    stage.add(rectangle({0, 0, 20e-3}, {half, 0, 0}, {0, half, 0}), glowing);
+    for (const int antialias : {2, 4})
+      for (const auto& device : all_devices()) {
+        stage.scene.sampling.antialias = antialias;
+        const Rig rig(device, stage);
+        double light = 0, off_ray = 0;
+        for (std::size_t cell = 0; cell + 1 < rig.first_of_cell.size(); ++cell) {
+          for (const auto& s : samples_of(rig, cell)) {
+            light += s.radiance;
+            const auto nx = rig.plan.lattice.size.x;
+            const auto c = static_cast<int>(cell);
+            const dvec2 t((rig.plan.lattice.first.x + c % nx + 0.5) * rig.plan.lattice.step,
+                          (rig.plan.lattice.first.y + c / nx + 0.5) * rig.plan.lattice.step);
+            const auto p = place(s) + rig.plan.origin_m;
+            off_ray = std::max(off_ray, length(dvec2(p) - t * p.z));
+          }
+        }
+        const double cells = std::pow(2 * half / (20e-3 * rig.plan.lattice.step), 2);
+        CAPTURE(half, light, cells, antialias);
+        // A part's width at most along each of four edges, to either side.
+        CHECK(std::abs(light / cells - 1) < 25e-6 / antialias / half);
+        CHECK(off_ray < 1e-8);
+      }
+  }
+}
+
+TEST_CASE("of a wall seen nearly edge-on, one sample in each cell shines for all of the cell") {
+  Material glowing;
+  glowing.ambient = dvec3(1);
+  glowing.diffuse = dvec3(0);
+  for (const double slope_deg : {75.0, 84.0, 87.0}) {
+    const double slope = slope_deg * std::numbers::pi / 180;
+    Stage stage;
+    stage.add(rectangle({0, 0, 20e-3}, dvec3(std::cos(slope), 0, std::sin(slope)) * 4e-3, {0, 0.4e-3, 0}), glowing);
+    stage.scene.sampling.antialias = 4;
+    for (const auto& device : all_devices()) {
+      const Rig rig(device, stage);
+      const auto size = rig.plan.lattice.size;
+      const auto at = [&](int x, int y) { return samples_of(rig, static_cast<std::size_t>(y * size.x + x)); };
+      int inner = 0;
+      double light = 0;
+      for (int y = 2; y + 2 < size.y; ++y) {
+        for (int x = 2; x + 2 < size.x; ++x) {  // away from edges
+          if (at(x - 2, y).empty() || at(x + 2, y).empty() || at(x, y - 2).empty() || at(x, y + 2).empty()) continue;
+          INFO(device.info().name << ", slope " << slope_deg << ", cell " << x << ", " << y);
+          const auto samples = at(x, y);
+          CHECK(samples[0].radiance == Catch::Approx(1).epsilon(1e-5));
+          for (const auto& sample : samples) light += sample.radiance;
+          ++inner;
+        }
+      }
+      CHECK(inner >= 40);
+      CHECK(light / inner == Catch::Approx(1).margin(0.01));  // rays through the edge between the triangles may meet both
+    }
+  }
+}
+
+TEST_CASE("rims of open meshes shine no more than their cells' area, though two layers lie in each") {
+  Material glowing;
+  glowing.ambient = dvec3(1);
+  glowing.diffuse = dvec3(0);
+  for (const bool closed : {true, false}) {
+    Stage stage;
+    auto ball = sphere({0, 0, 20e-3}, 0.3e-3, 60);
+    ball.closed = closed;
+    stage.add(ball, glowing);
+    stage.scene.sampling.antialias = 4;
+    for (const auto& device : all_devices()) {
+      const Rig rig(device, stage);
+      double light = 0;
+      for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+        const int middle = rig.table.view_parts / 2;
+        if (rig.sees(i, middle, middle)) light += rig.samples[i].radiance;
+      }
+      // The cone that touches the ball, cut at the depth where cells are the pitch wide.
+      const double tangent = 0.3 / std::sqrt(20.0 * 20.0 - 0.3 * 0.3),
+                   disc = std::numbers::pi * std::pow(tangent / rig.plan.lattice.step, 2);
+      INFO(device.info().name << (closed ? ", closed: " : ", open: ") << light << " of " << disc << " cells");
+      CHECK(std::abs(light / disc - 1) < 0.01);
+    }
+  }
+}
+
+TEST_CASE("the sample set of a plane does not depend on its triangles: 2 or 20,000", "[slow]") {
+  struct Case {
+    const char* name;
+    dvec3 u, v;
+  };
+  for (const auto& [name, u, v] :
+       {Case{"frontal", {0.6e-3, 0, 0}, {0, 0.5e-3, 0}}, Case{"tilted by 60 degrees", {0.3e-3, 0, 0.52e-3}, {0, 0.5e-3, 0}}}) {
+    CAPTURE(name);
+    // Edges away from all rays: one that a ray just touches changes its sample by a sixteenth.
+    const dvec3 centre(0.2013e-3, 0.1007e-3, 20e-3);
+    Random random(7);
+    Stage two, many;
+    Material shiny;
+    shiny.specular = dvec3(0.5);
+    two.add(rectangle(centre, u, v), shiny);
+    // Inner corners are moved about within the plane.
+    many.add(grid(100, 100,
+                  [&, u = u, v = v](double s, double t) {
+                    const auto inside = [](double x) { return x > 0.001 && x < 0.999; };
+                    const double a = s + (inside(s) ? uniform(random, -0.003, 0.003) : 0),
+                                 b = t + (inside(t) ? uniform(random, -0.003, 0.003) : 0);
+                    return centre + (2 * a - 1) * u + (2 * b - 1) * v;
+                  }),
+             shiny);
+    for (auto* stage : {&two, &many}) {
+      Light lamp;
+      lamp.direction = {0.3, -0.4, 0.8};
+      stage->scene.lights = {lamp};
+      stage->scene.trace.shadows = true;
+    }
+    REQUIRE(many.world.triangles.size() == 20000);
+    for (const int antialias : {0, 2, 4})
+      for (const auto& device : all_devices()) {
+        CAPTURE(antialias);
+        two.scene.sampling.antialias = many.scene.sampling.antialias = antialias;
+        const Rig a(device, two), b(device, many);
+        check_table(a, 1e-8);
+        check_table(b, 1e-8);
+        CHECK(a.samples.size() > 500);
+        check_same(a, b, 1e-8);
+        CHECK(a.table.hidden == 0);
+        CHECK(b.table.hidden == 0);
+
+        const auto hologram = [&](const Rig& rig) {
+          Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
+          gatherer.draw_phases(5);
+          raywave::cl::ComplexBuffer field(device, 96 * 80, "field");
+          gatherer.gather(Wrp{{0, 0, 0}}, field);
+          return field.read();
+        };
+        const auto x = hologram(a), y = hologram(b);
+        double difference = 0, energy = 0;
+        for (std::size_t i = 0; i < x.size(); ++i) {
+          difference += std::norm(x[i] - y[i]);
+          energy += std::norm(x[i]);
+        }
+        CAPTURE(std::sqrt(difference / energy));
+        CHECK(energy > 0);
+        CHECK(std::sqrt(difference / energy) < 1e-3);
+      }
+  }
+}
+
+TEST_CASE("far from the hologram, small objects keep their samples and are not hidden by themselves") {
+  for (const double z : {0.1, 1.0, 10.0}) {
+    CAPTURE(z);
+    Stage stage;
+    stage.scene.sampling.pitch_m = 20e-6;
+    stage.add(rectangle({0, 0, z}, {0.2e-3, 0, 0.05e-3}, {0, 0.2e-3, 0})).add(sphere({0.5e-3, 0, z}, 0.2e-3, 60));
+    Light lamp;
+    lamp.direction = {0.1, 0.2, 1};
+    stage.scene.lights = {lamp};
+    stage.scene.trace.shadows = true;
+    for (const auto& device : all_devices()) {
+      const Rig rig(device, stage);
+      int plane = 0, plane_lit = 0, plane_hidden = 0;
+      double off = 0;
+      for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+        const auto& s = rig.samples[i];
+        if (rig.object_of(s) != 0) continue;
+        const auto p = place(s) + rig.plan.origin_m;
+        off = std::max(off, std::abs(p.z - z - p.x / 4));
+        ++plane;
+        plane_lit += rig.lit[i] & 1u;
+        plane_hidden += s.hidden;
+      }
+      CAPTURE(off);
+      CHECK(plane == Catch::Approx(400).margin(45));
+      CHECK(plane_lit == plane);
+      CHECK(plane_hidden == 0);
+      CHECK(off < 2e-10);
+    }
+  }
+}
+
+TEST_CASE(
+    "a part of the hologram is called blind to a sample exactly where something stands between, and samples that none sees are left out") {
+  Random random(11);
+  std::vector<Stage> stages(3);
+  stages[0].add(sphere({0, 0, 19e-3}, 0.3e-3, 10)).add(rectangle({0, 0, 19.6e-3}, {0.6e-3, 0, 0}, {0, 0.6e-3, 0}));
+  for (std::size_t i = 1; i < stages.size(); ++i) {
+    Surface soup;
+    const auto corner = [&](double size) {
+      const double x = uniform(random, -size, size), y = uniform(random, -size, size), z = uniform(random, -size, size);
+      return dvec3(x, y, z);
+    };
+    for (int t = 0; t < 40; ++t) {
+      const auto a = dvec3(0, 0, 20e-3) + corner(0.6e-3);
+      soup.triangle(a, a + corner(0.4e-3), a + corner(0.4e-3));
+    }
+    stages[i].add(soup);
+  }
+  for (auto& stage : stages) stage.scene.sampling.pitch_m = 50e-6;
+  for (const auto& device : all_devices()) {
+    for (const auto& stage : stages) {
+      const Rig rig(device, stage);
+      const auto half = dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * std::max(1.0, rig.plan.fan);
+      const int parts = rig.table.view_parts;
+      int seen = 0, blind = 0, wrong = 0, hidden = 0, unseen = 0;
+      for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+        const auto& s = rig.samples[i];
+        const auto truth = [&](int part_x, int part_y) {
+          const dvec2 at = (dvec2(part_x, part_y) + 0.5) / (parts / 2.0) - 1.0;
+          return free_way(rig.corners, place(s), normal(s), rig.arrays.bias_m, hologram_centre(rig) + dvec3(at * half, 0));
+        };
+        // Sixteen parts, no two of a group of four in one row or column, speak for all when they agree.
+        int free = 0, unsure = 0;
+        for (int a = 0; a < 4; ++a) {
+          for (int b = 0; b < 4; ++b) {
+            const auto seen_there = truth(parts / 4 * a + b % (parts / 4), parts / 4 * b + a % (parts / 4));
+            free += seen_there == Seen::yes;
+            unsure += seen_there == Seen::unsure;
+          }
+        }
+        int seen_parts = 0;
+        for (int part = 0; part < parts * parts; ++part) {
+          const auto seen_there = free == 0 || free == 16 ? (free == 0 ? Seen::no : Seen::yes) : truth(part % parts, part / parts);
+          const bool said = rig.sees(i, part % parts, part / parts);
+          wrong += unsure == 0 && seen_there != Seen::unsure && said != (seen_there == Seen::yes);
+          seen_parts += said;
+        }
+        seen += seen_parts;
+        blind += parts * parts - seen_parts;
+        wrong += s.hidden != (seen_parts < parts * parts);
+        hidden += s.hidden != 0;
+        unseen += seen_parts == 0;
+      }
+      INFO("samples " << rig.samples.size() << ", hidden from a part " << hidden << ", from all " << unseen);
+      CHECK(wrong == 0);
+      CHECK(rig.table.hidden == hidden);
+      CHECK(seen > 3000);
+      CHECK(blind > 1000);
+      CHECK(hidden > unseen);
+      CHECK(unseen > 0);
+      CHECK(SampleTable(device, rig.plan, rig.arrays).count == rig.table.count - unseen);
+    }
+  }
+}
+
+TEST_CASE("nothing of a lone sphere is called hidden but its silhouette") {
+  Stage stage;
+  const dvec3 middle(0, 0, 19e-3);
+  stage.add(sphere(middle, 0.45e-3, 100));
+  stage.scene.hologram.pitch_m = {40e-6, 40e-6};
+  for (const auto& device : all_devices()) {
+    const Rig rig(device, stage);
+    const auto half = dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * rig.plan.fan;
+    int wrong = 0;
+    for (const auto& s : rig.samples) {
+      // Seen from all corners of the window by a margin of the facets' slope, 0.9 degrees.
+      const auto p = place(s) + rig.plan.origin_m;
+      double least = 1;
+      for (const double x : {-half.x, half.x})
+        for (const double y : {-half.y, half.y}) least = std::min(least, dot(normalize(dvec3(x, y, 0) - p), (p - middle) / 0.45e-3));
+      wrong += s.hidden && least > std::sin(1.8 * std::numbers::pi / 180);
+    }
+    INFO("called hidden " << rig.table.hidden << " of " << rig.samples.size());
+    CHECK(wrong == 0);
+    CHECK(rig.table.hidden < 0.15 * static_cast<double>(rig.samples.size()));
+    CHECK(rig.table.hidden > 0);
+  }
+}
+
+TEST_CASE("radiance and lights of samples are those of Phong's model in double precision, with shadows and 40 lights") {
+  Random random(3);
+  Stage stage;
+  Material matt, glass;
+  matt.ambient = dvec3(0.2);
+  matt.diffuse = dvec3(0.6);
+  glass = matt;
+  glass.reflectivity = 0.25;
+  glass.transparency = 0.35;
+  glass.specular = dvec3(0.5);
+  stage.add(sphere({0, 0, 19e-3}, 0.3e-3, 12), matt).add(rectangle({0, 0, 19.5e-3}, {0.6e-3, 0, 0.1e-3}, {0, 0.6e-3, 0}), glass);
+  Light ambient;
+  ambient.type = LightType::ambient;
+  ambient.intensity = 0.7;
+  stage.scene.lights = {ambient};
+  for (int i = 0; i < 40; ++i) {
+    Light l;
+    l.intensity = uniform(random, 0.01, 0.1);
+    const double x = uniform(random, -1, 1), y = uniform(random, -1, 1);
+    if (i % 2) {
+      l.type = LightType::point;
+      l.position_m = {2e-3 * x, 2e-3 * y, i % 4 == 1 ? 18e-3 : 20.5e-3};
+    } else {
+      l.direction = {x, y, i % 4 ? -0.5 : 1.0};
+    }
+    stage.scene.lights.push_back(l);
+  }
+  for (const bool shadows : {false, true}) {
+    CAPTURE(shadows);
+    stage.scene.trace.shadows = shadows;
+    for (const auto& device : all_devices()) {
+      const Rig rig(device, stage);
+      REQUIRE(rig.arrays.light_words() == 2);
+      int unsure = 0, wrong_bits = 0, lit_low = 0, lit_high = 0, shadowed = 0;
+      double error = 0;
+      for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+        const auto& s = rig.samples[i];
+        const bool on_plane = rig.object_of(s) == 1;
+        const double own = on_plane ? 1 - 0.25 - 0.35 : 1;
+        double radiance = 0.2 * 0.7;
+        for (int l = 0; l < 40; ++l) {
+          const auto& light = stage.scene.lights[static_cast<std::size_t>(l + 1)];
+          const auto way =
+              light.type == LightType::point ? light.position_m - rig.plan.origin_m - place(s) : -normalize(light.direction) * 0.1;
+          const double facing = dot(normalize(way), normal(s));
+          bool lit = facing > 0;
+          bool undecided = std::abs(facing) < 1e-5;
+          if (shadows && lit) {
+            const auto way_is = free_way(rig.corners, place(s), normal(s), rig.arrays.bias_m, place(s) + way);
+            undecided |= way_is == Seen::unsure;
+            shadowed += way_is == Seen::no;
+            lit = way_is == Seen::yes;
+          }
+          const bool bit = rig.lit[2 * i + static_cast<std::size_t>(l / 32)] >> (l % 32) & 1u;
+          wrong_bits += bit != lit && !undecided;
+          unsure += undecided;
+          if (undecided) lit = bit;
+          (l < 32 ? lit_low : lit_high) += lit;
+          if (lit) radiance += 0.6 * facing * light.intensity;
+        }
+        error = std::max(error, std::abs(s.radiance - radiance * own));
+        if (on_plane) CHECK(s.specular == Catch::Approx(0.5 * own));
+      }
+      CAPTURE(unsure, rig.samples.size(), shadowed, error);
+      CHECK(unsure < 0.1 * 40 * static_cast<double>(rig.samples.size()));
+      CHECK(wrong_bits == 0);
+      CHECK(lit_low > 1000);
+      CHECK(lit_high > 300);
+      CHECK((shadowed > 1000) == shadows);
+      CHECK(error < 2e-6);
+    }
+  }
+}
+
+TEST_CASE("a lattice whose rays pierce nothing gives an empty table") {
+  Stage stage;
+  stage.scene.sampling.pitch_m = 1e-3;
+  stage.add(rectangle({0.1e-3, 0.1e-3, 20e-3}, {0.05e-3, 0, 0}, {0, 0.05e-3, 0}));
+  for (const auto& device : all_devices()) {
+    const Rig rig(device, stage);
+    CHECK(rig.table.count == 0);
+    CHECK(rig.table.hidden == 0);
+    Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
+    gatherer.draw_phases(1);
+    raywave::cl::ComplexBuffer field(device, std::vector<std::complex<float>>(96 * 80, {7, 7}), "field");
+    gatherer.gather(Wrp{{0, 0, 19e-3}}, field);
+    const auto values = field.read();
+    CHECK(std::all_of(values.begin(), values.end(), [](auto v) { return v == std::complex<float>(0); }));
+  }
+}
