@@ -7,9 +7,10 @@ namespace raywave::cl {
 
 namespace {
 
-DeviceError too_large(const DeviceInfo& info, const std::string& name, std::uint64_t bytes, const std::string& advice) {
-  return DeviceError(name + ": " + format_bytes(bytes) + " asked in one buffer, " + info.name + " allows " +
-                     format_bytes(info.largest_buffer_bytes) + "; " + advice);
+DeviceError too_large(const DeviceInfo& info, const std::string& name, std::uint64_t bytes,
+                      const std::string& advice) {
+  return DeviceError(name + ": " + format_bytes(bytes) + " asked in one buffer, " + info.name +
+                     " allows " + format_bytes(info.largest_buffer_bytes) + "; " + advice);
 }
 
 }  // namespace
@@ -18,13 +19,16 @@ void require_memory(const Device& device, std::span<const MemoryNeed> needs) {
   const auto& info = device.info();
   std::uint64_t total = 0;
   for (const auto& need : needs) {
-    if (need.bytes > info.largest_buffer_bytes) throw too_large(info, need.name, need.bytes, need.advice);
+    if (need.bytes > info.largest_buffer_bytes)
+      throw too_large(info, need.name, need.bytes, need.advice);
     total += need.bytes;
   }
   if (total <= info.memory_bytes) return;
-  const auto largest = std::max_element(needs.begin(), needs.end(), [](const auto& a, const auto& b) { return a.bytes < b.bytes; });
-  throw DeviceError(format_bytes(total) + " of device memory asked, " + info.name + " has " + format_bytes(info.memory_bytes) +
-                    "; most goes to: " + largest->name + ", " + format_bytes(largest->bytes) + "; " + largest->advice);
+  const auto largest = std::max_element(
+      needs.begin(), needs.end(), [](const auto& a, const auto& b) { return a.bytes < b.bytes; });
+  throw DeviceError(format_bytes(total) + " of device memory asked, " + info.name + " has " +
+                    format_bytes(info.memory_bytes) + "; most goes to: " + largest->name + ", " +
+                    format_bytes(largest->bytes) + "; " + largest->advice);
 }
 
 Copy& Copy::operator=(Copy&& other) noexcept {
@@ -45,21 +49,26 @@ void Copy::wait() {
   if (const auto device = std::move(device_)) checked(device->info(), [&] { done_.wait(); });
 }
 
-Memory::Memory(const Device& device, std::size_t bytes, const std::string& name) : device_(std::make_unique<Device>(device)) {
+Memory::Memory(const Device& device, std::size_t bytes, const std::string& name)
+    : device_(std::make_unique<Device>(device)) {
   bytes = std::max<std::size_t>(bytes, 1);
   const auto& info = device.info();
-  const std::string less = "a smaller hologram.resolution or wrp.padding, more hologram.tiles or a larger sampling.pitch need less";
+  const std::string less =
+      "a smaller hologram.resolution or wrp.padding, more hologram.tiles or a larger "
+      "sampling.pitch need less";
   if (bytes > info.largest_buffer_bytes) throw too_large(info, name, bytes, less);
   // Not every driver keeps count: some begin to swap, or fail at a launch.
   if (device.allocated_bytes() + bytes > info.memory_bytes) {
-    throw DeviceError(name + ": " + format_bytes(bytes) + " asked, " + info.name + " has " + format_bytes(info.memory_bytes) +
-                      " of which " + format_bytes(device.allocated_bytes()) + " are taken; " + less);
+    throw DeviceError(name + ": " + format_bytes(bytes) + " asked, " + info.name + " has " +
+                      format_bytes(info.memory_bytes) + " of which " +
+                      format_bytes(device.allocated_bytes()) + " are taken; " + less);
   }
   try {
     handle_ = ::cl::Buffer(device.context(), CL_MEM_READ_WRITE, bytes);
   } catch (const ::cl::Error& error) {
-    throw DeviceError(name + ": " + format_bytes(bytes) + " asked, out of memory on " + info.name + " with " +
-                      format_bytes(device.allocated_bytes()) + " taken (" + std::to_string(error.err()) + "); " + less);
+    throw DeviceError(name + ": " + format_bytes(bytes) + " asked, out of memory on " + info.name +
+                      " with " + format_bytes(device.allocated_bytes()) + " taken (" +
+                      std::to_string(error.err()) + "); " + less);
   }
   bytes_ = bytes;
   auto& meter = *device_->meter_;
@@ -79,14 +88,20 @@ Memory::~Memory() {
 }
 
 void Memory::write(const void* data, std::size_t bytes) {
-  if (bytes) checked(device_->info(), [&] { device_->queue().enqueueWriteBuffer(handle_, CL_TRUE, 0, bytes, data); });
+  if (bytes)
+    checked(device_->info(),
+            [&] { device_->queue().enqueueWriteBuffer(handle_, CL_TRUE, 0, bytes, data); });
 }
 
 void Memory::read(void* data, std::size_t bytes, std::size_t offset_bytes) const {
-  if (bytes) checked(device_->info(), [&] { device_->queue().enqueueReadBuffer(handle_, CL_TRUE, offset_bytes, bytes, data); });
+  if (bytes)
+    checked(device_->info(), [&] {
+      device_->queue().enqueueReadBuffer(handle_, CL_TRUE, offset_bytes, bytes, data);
+    });
 }
 
-Copy Memory::start_reading_rows(void* data, std::size_t bytes, std::size_t row_bytes, std::size_t stride_bytes) const {
+Copy Memory::start_reading_rows(void* data, std::size_t bytes, std::size_t row_bytes,
+                                std::size_t stride_bytes) const {
   if (bytes == 0) return {};
   ::cl::Event done;
   checked(device_->info(), [&] {
@@ -97,7 +112,8 @@ Copy Memory::start_reading_rows(void* data, std::size_t bytes, std::size_t row_b
     if (row_bytes == stride_bytes)
       queue.enqueueReadBuffer(handle_, CL_FALSE, 0, bytes, data, &launched, &done);
     else
-      queue.enqueueReadBufferRect(handle_, CL_FALSE, {0, 0, 0}, {0, 0, 0}, {row_bytes, bytes / row_bytes, 1}, row_bytes, 0, stride_bytes, 0,
+      queue.enqueueReadBufferRect(handle_, CL_FALSE, {0, 0, 0}, {0, 0, 0},
+                                  {row_bytes, bytes / row_bytes, 1}, row_bytes, 0, stride_bytes, 0,
                                   data, &launched, &done);
     queue.flush();
   });
@@ -105,16 +121,23 @@ Copy Memory::start_reading_rows(void* data, std::size_t bytes, std::size_t row_b
 }
 
 void Memory::copy_from(const Memory& other, std::size_t bytes, std::size_t offset_bytes) {
-  if (bytes) checked(device_->info(), [&] { device_->queue().enqueueCopyBuffer(other.handle_, handle_, offset_bytes, 0, bytes); });
+  if (bytes)
+    checked(device_->info(), [&] {
+      device_->queue().enqueueCopyBuffer(other.handle_, handle_, offset_bytes, 0, bytes);
+    });
 }
 
 void Memory::fill_zero(std::size_t bytes) {
-  if (bytes) checked(device_->info(), [&] { device_->queue().enqueueFillBuffer(handle_, cl_uchar{0}, 0, bytes); });
+  if (bytes)
+    checked(device_->info(),
+            [&] { device_->queue().enqueueFillBuffer(handle_, cl_uchar{0}, 0, bytes); });
 }
 
 void* Memory::map(std::size_t bytes, cl_map_flags flags, std::size_t offset_bytes) const {
-  return checked(device_->info(),
-                 [&] { return device_->queue().enqueueMapBuffer(handle_, CL_TRUE, flags, offset_bytes, std::max<std::size_t>(bytes, 1)); });
+  return checked(device_->info(), [&] {
+    return device_->queue().enqueueMapBuffer(handle_, CL_TRUE, flags, offset_bytes,
+                                             std::max<std::size_t>(bytes, 1));
+  });
 }
 
 void Memory::unmap(void* pointer) const {

@@ -21,15 +21,18 @@ struct MemoryNeed {
 
 /// Refuses, before any is taken, what cannot fit.
 ///
-/// throws  DeviceError when one need is larger than the device's largest buffer, or all together are more than its memory
+/// throws  DeviceError when one need is larger than the device's largest buffer, or all together
+///         are more than its memory
 void require_memory(const Device& device, std::span<const MemoryNeed> needs);
 
-/// A copy to the host that is under way. The memory that it writes to, and the buffer that it reads from, stay until it has ended: it is
-/// waited for at the latest when this goes. Movable, not copyable.
+/// A copy to the host that is under way. The memory that it writes to, and the buffer that it reads
+/// from, stay until it has ended: it is waited for at the latest when this goes. Movable, not
+/// copyable.
 class [[nodiscard]] Copy {
 public:
   Copy() = default;
-  Copy(const Device& device, ::cl::Event done) : device_(std::make_unique<Device>(device)), done_(std::move(done)) {}
+  Copy(const Device& device, ::cl::Event done)
+      : device_(std::make_unique<Device>(device)), done_(std::move(done)) {}
   Copy(Copy&& other) noexcept { *this = std::move(other); }
   Copy& operator=(Copy&& other) noexcept;
   ~Copy();
@@ -49,7 +52,8 @@ class Memory {
 public:
   Memory() = default;
   /// name  for messages ("WRP field"); at least one byte is taken
-  /// throws DeviceError when it is larger than the device's largest buffer, or than what is left of the device's memory
+  /// throws DeviceError when it is larger than the device's largest buffer, or than what is left of
+  /// the device's memory
   Memory(const Device& device, std::size_t bytes, const std::string& name);
   Memory(Memory&& other) noexcept { *this = std::move(other); }
   Memory& operator=(Memory&& other) noexcept;
@@ -61,7 +65,8 @@ protected:
   Device device() const { return *device_; }
   void write(const void* data, std::size_t bytes);
   void read(void* data, std::size_t bytes, std::size_t offset_bytes) const;
-  Copy start_reading_rows(void* data, std::size_t bytes, std::size_t row_bytes, std::size_t stride_bytes) const;
+  Copy start_reading_rows(void* data, std::size_t bytes, std::size_t row_bytes,
+                          std::size_t stride_bytes) const;
   void copy_from(const Memory& other, std::size_t bytes, std::size_t offset_bytes);
   void fill_zero(std::size_t bytes);
   void* map(std::size_t bytes, cl_map_flags flags, std::size_t offset_bytes = 0) const;
@@ -73,25 +78,33 @@ private:
   ::cl::Buffer handle_;
 };
 
-/// `size()` elements of T on the device. T is a scalar, std::complex<float> (float2 in kernels) or a struct of kernels/common/shared.h.
+/// `size()` elements of T on the device. T is a scalar, std::complex<float> (float2 in kernels) or
+/// a struct of kernels/common/shared.h.
 template <class T>
 class Buffer : public Memory {
 public:
   Buffer() = default;
-  Buffer(const Device& device, std::size_t size, const std::string& name) : Memory(device, size * sizeof(T), name), size_(size) {}
-  Buffer(const Device& device, std::span<const T> data, const std::string& name) : Buffer(device, data.size(), name) { write(data); }
+  Buffer(const Device& device, std::size_t size, const std::string& name)
+      : Memory(device, size * sizeof(T), name), size_(size) {}
+  Buffer(const Device& device, std::span<const T> data, const std::string& name)
+      : Buffer(device, data.size(), name) {
+    write(data);
+  }
 
   std::size_t size() const { return size_; }
   void write(std::span<const T> data) { Memory::write(data.data(), data.size_bytes()); }
   /// Waits, then copies data.size() elements from element `first` on.
-  void read(std::span<T> data, std::size_t first = 0) const { Memory::read(data.data(), data.size_bytes(), first * sizeof(T)); }
+  void read(std::span<T> data, std::size_t first = 0) const {
+    Memory::read(data.data(), data.size_bytes(), first * sizeof(T));
+  }
   std::vector<T> read() const {
     std::vector<T> data(size_);
     read(data);
     return data;
   }
-  /// Begins to copy all, as the work launched so far leaves it: rows of `width` elements, from the first on, to places `stride` elements
-  /// apart. Work launched later goes on beside the copy and must not write to this buffer.
+  /// Begins to copy all, as the work launched so far leaves it: rows of `width` elements, from the
+  /// first on, to places `stride` elements apart. Work launched later goes on beside the copy and
+  /// must not write to this buffer.
   Copy start_reading_rows(T* to, std::size_t width, std::size_t stride) const {
     return Memory::start_reading_rows(to, size_ * sizeof(T), width * sizeof(T), stride * sizeof(T));
   }
@@ -104,7 +117,8 @@ public:
   }
   void fill_zero() { Memory::fill_zero(size_ * sizeof(T)); }
 
-  /// Waits, lends the elements to the host (no copy on CPU devices), and takes them back when `f` returns.
+  /// Waits, lends the elements to the host (no copy on CPU devices), and takes them back when `f`
+  /// returns.
   template <class F>
   void on_host(F&& f, cl_map_flags flags = CL_MAP_READ | CL_MAP_WRITE) {
     lend<T>(f, flags, 0, size_);
@@ -137,7 +151,8 @@ private:
 
 /// Writes into the buffer when the size fits, else into a new one.
 template <class T>
-void put(const Device& device, Buffer<T>& buffer, const std::vector<T>& data, const std::string& name) {
+void put(const Device& device, Buffer<T>& buffer, const std::vector<T>& data,
+         const std::string& name) {
   if (buffer.size() == data.size())
     buffer.write(data);
   else

@@ -25,7 +25,8 @@ fs::path cache_folder() {
   };
   if (const auto own = variable("RAYWAVE_CACHE_DIR"); !own.empty()) return own;
   if (const auto xdg = variable("XDG_CACHE_HOME"); !xdg.empty()) return fs::path(xdg) / "raywave";
-  if (const auto home = variable("HOME"); !home.empty()) return fs::path(home) / ".cache" / "raywave";
+  if (const auto home = variable("HOME"); !home.empty())
+    return fs::path(home) / ".cache" / "raywave";
   return fs::temp_directory_path() / "raywave-cache";
 }
 
@@ -64,7 +65,8 @@ std::string hash_name(std::string_view text) {
     b = (b ^ c ^ 0x55u) * 0x100000001b3u;
   }
   std::array<char, 33> hex;
-  std::snprintf(hex.data(), hex.size(), "%016llx%016llx", static_cast<unsigned long long>(a), static_cast<unsigned long long>(b));
+  std::snprintf(hex.data(), hex.size(), "%016llx%016llx", static_cast<unsigned long long>(a),
+                static_cast<unsigned long long>(b));
   return hex.data();
 }
 

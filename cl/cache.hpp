@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The folder where compiled kernels and FFT plans stay between runs. Losing it costs time, never a result.
+/// The folder where compiled kernels and FFT plans stay between runs. Losing it costs time, never a
+/// result.
 #pragma once
 
 #include <filesystem>
@@ -10,13 +11,15 @@
 
 namespace raywave::cl {
 
-/// RAYWAVE_CACHE_DIR, else raywave/ in XDG_CACHE_HOME, else in ~/.cache, else in the system's temporary folder.
+/// RAYWAVE_CACHE_DIR, else raywave/ in XDG_CACHE_HOME, else in ~/.cache, else in the system's
+/// temporary folder.
 std::filesystem::path cache_folder();
 
 /// The bytes stored under `name`, if any and undamaged.
 std::optional<std::vector<unsigned char>> load_cached(const std::string& name);
 
-/// Stores bytes under `name` (temporary name, then rename, so readers never see half). A folder that cannot be written is no error.
+/// Stores bytes under `name` (temporary name, then rename, so readers never see half). A folder
+/// that cannot be written is no error.
 void store_cached(const std::string& name, const void* data, std::size_t bytes);
 
 /// 32 hexadecimal digits that stand for `text` in a file name.

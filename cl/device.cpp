@@ -25,14 +25,17 @@ DeviceKind kind_of(cl_device_type type) {
 }
 
 std::string trimmed(std::string text) {
-  while (!text.empty() && (std::isspace(static_cast<unsigned char>(text.back())) || text.back() == '\0')) text.pop_back();
+  while (!text.empty() &&
+         (std::isspace(static_cast<unsigned char>(text.back())) || text.back() == '\0'))
+    text.pop_back();
   return text;
 }
 
 DeviceInfo describe(const ::cl::Device& device, const std::string& index) {
   DeviceInfo info;
   info.index = index;
-  info.platform = trimmed(::cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>());
+  info.platform =
+      trimmed(::cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>());
   info.name = trimmed(device.getInfo<CL_DEVICE_NAME>());
   info.vendor = trimmed(device.getInfo<CL_DEVICE_VENDOR>());
   info.version = trimmed(device.getInfo<CL_DEVICE_VERSION>());
@@ -44,7 +47,9 @@ DeviceInfo describe(const ::cl::Device& device, const std::string& index) {
   info.local_bytes = device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>();
   info.fp64 = device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() != 0;
   info.online_compiler = device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>() && !program_folder();
-  if (info.kind == DeviceKind::cpu) info.float_lanes = std::max(1, static_cast<int>(device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>()));
+  if (info.kind == DeviceKind::cpu)
+    info.float_lanes =
+        std::max(1, static_cast<int>(device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>()));
   return info;
 }
 
@@ -64,14 +69,16 @@ std::vector<Found> find_all() {
       continue;  // a platform without devices reports an error
     }
     for (std::size_t d = 0; d < devices.size(); ++d)
-      found.push_back({describe(devices[d], std::to_string(p) + ":" + std::to_string(d)), devices[d]});
+      found.push_back(
+          {describe(devices[d], std::to_string(p) + ":" + std::to_string(d)), devices[d]});
   }
   return found;
 }
 
 std::string lower(std::string_view text) {
   std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(result.begin(), result.end(), result.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return result;
 }
 
@@ -91,26 +98,32 @@ std::vector<DeviceInfo> list_devices() {
 
 DeviceInfo find_device(std::string_view choice) {
   const auto devices = list_devices();
-  if (devices.empty()) throw DeviceError("no OpenCL device found: install a vendor's driver, or PoCL (apt install pocl-opencl-icd)");
+  if (devices.empty())
+    throw DeviceError(
+        "no OpenCL device found: install a vendor's driver, or PoCL (apt install pocl-opencl-icd)");
   const char* environment = std::getenv("RAYWAVE_DEVICE");
   if (choice.empty() && environment) choice = environment;
   if (choice.empty()) {
-    return *std::min_element(devices.begin(), devices.end(), [](const auto& a, const auto& b) { return a.kind < b.kind; });
+    return *std::min_element(devices.begin(), devices.end(),
+                             [](const auto& a, const auto& b) { return a.kind < b.kind; });
   }
   std::vector<DeviceInfo> fitting;
   for (const auto& d : devices) {
     if (d.index == choice) return d;
-    if (lower(d.platform + " " + d.name).find(lower(choice)) != std::string::npos) fitting.push_back(d);
+    if (lower(d.platform + " " + d.name).find(lower(choice)) != std::string::npos)
+      fitting.push_back(d);
   }
   if (fitting.size() == 1) return fitting[0];
   const std::string asked = "device \"" + std::string(choice) + "\"";
-  if (fitting.empty()) throw DeviceError(asked + ": no such device; there are: " + listing(devices));
+  if (fitting.empty())
+    throw DeviceError(asked + ": no such device; there are: " + listing(devices));
   throw DeviceError(asked + " fits more than one, name its index: " + listing(fitting));
 }
 
 Device::Device(const DeviceInfo& info) : info_(info) {
   const auto devices = find_all();
-  const auto it = std::find_if(devices.begin(), devices.end(), [&](const Found& f) { return f.info.index == info.index; });
+  const auto it = std::find_if(devices.begin(), devices.end(),
+                               [&](const Found& f) { return f.info.index == info.index; });
   if (it == devices.end()) throw DeviceError("device " + info.index + " " + info.name + " is gone");
   checked(info_, [&] {
     handle_ = it->handle;
@@ -152,8 +165,10 @@ void throw_device_error(const ::cl::Error& error, const DeviceInfo& info) {
       Named{CL_COMPILER_NOT_AVAILABLE, "the device has no online compiler"},
       Named{CL_INVALID_WORK_GROUP_SIZE, "the work-group is larger than the device allows"},
   };
-  const auto it = std::find_if(names.begin(), names.end(), [&](const Named& n) { return n.code == error.err(); });
-  throw DeviceError(std::string(error.what()) + ": " + (it == names.end() ? "OpenCL error" : it->name) + " (" +
+  const auto it = std::find_if(names.begin(), names.end(),
+                               [&](const Named& n) { return n.code == error.err(); });
+  throw DeviceError(std::string(error.what()) + ": " +
+                    (it == names.end() ? "OpenCL error" : it->name) + " (" +
                     std::to_string(error.err()) + ") on " + info.name);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// OpenCL devices: which there are, what each can do, and one opened for work. Nothing in cl/ knows of optics.
+/// OpenCL devices: which there are, what each can do, and one opened for work. Nothing in cl/ knows
+/// of optics.
 #pragma once
 
 #define CL_HPP_ENABLE_EXCEPTIONS
@@ -16,7 +17,8 @@
 
 namespace raywave::cl {
 
-/// The device or its driver cannot do what was asked. The message says what was asked, what is allowed and what may help; exit code 3.
+/// The device or its driver cannot do what was asked. The message says what was asked, what is
+/// allowed and what may help; exit code 3.
 struct DeviceError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -25,9 +27,10 @@ enum class DeviceKind { gpu, accelerator, cpu, other };
 
 /// How kernels share out the pixels of a plane among work-items.
 struct WorkShape {
-  int lanes = 1;        // neighbouring pixels that a work-item handles side by side
-  int tile_rows = 1;    // rows of pixels, of all frames together, that a work-item fills
-  int strip_tiles = 0;  // work-items side by side before the next rows begin; 0: as many as the plane is wide
+  int lanes = 1;      // neighbouring pixels that a work-item handles side by side
+  int tile_rows = 1;  // rows of pixels, of all frames together, that a work-item fills
+  // Work-items side by side before the next rows begin; 0: as many as the plane is wide
+  int strip_tiles = 0;
   bool operator==(const WorkShape&) const = default;
 };
 
@@ -46,14 +49,15 @@ struct DeviceInfo {
 /// Every device of every platform, in the order of the ICD loader; empty when there is none.
 std::vector<DeviceInfo> list_devices();
 
-/// The device that `choice` names: an index ("0:1") or part of its name or platform, letters of either case. When `choice` is empty the
-/// environment's RAYWAVE_DEVICE decides, and when that is empty the first GPU, else accelerator, else CPU, else any.
+/// The device that `choice` names: an index ("0:1") or part of its name or platform, letters of
+/// either case. When `choice` is empty the environment's RAYWAVE_DEVICE decides, and when that is
+/// empty the first GPU, else accelerator, else CPU, else any.
 ///
 /// throws  DeviceError listing what there is when nothing, or more than one, fits
 DeviceInfo find_device(std::string_view choice = {});
 
-/// A device opened for work: context, one in-order queue for the work, and one for copies to the host that go on beside it. Copies of this
-/// share all three.
+/// A device opened for work: context, one in-order queue for the work, and one for copies to the
+/// host that go on beside it. Copies of this share all three.
 class Device {
 public:
   explicit Device(const DeviceInfo& info);

@@ -22,7 +22,9 @@ std::string_view name_of(FftBackend backend) {
   return "vkfft";
 }
 
-bool serves(FftBackend backend, const DeviceInfo& device) { return backend == FftBackend::host || device.online_compiler; }
+bool serves(FftBackend backend, const DeviceInfo& device) {
+  return backend == FftBackend::host || device.online_compiler;
+}
 
 FftBackend default_backend(const DeviceInfo& device) {
   const bool host = device.kind == DeviceKind::cpu || !serves(FftBackend::clfft, device);
@@ -44,11 +46,13 @@ std::size_t next_fast_size(std::size_t n) {
 }
 
 Lines make_lines(std::size_t samples, const std::string& name) {
-  const std::size_t bytes = (samples * sizeof(std::complex<float>) / LineFft::alignment + 1) * LineFft::alignment;
+  const std::size_t bytes =
+      (samples * sizeof(std::complex<float>) / LineFft::alignment + 1) * LineFft::alignment;
   Lines lines(static_cast<std::complex<float>*>(std::aligned_alloc(LineFft::alignment, bytes)));
   if (!lines)
-    throw DeviceError(name + ": " + format_bytes(bytes) +
-                      " asked, out of host memory; a smaller hologram.resolution or wrp.padding needs less");
+    throw DeviceError(
+        name + ": " + format_bytes(bytes) +
+        " asked, out of host memory; a smaller hologram.resolution or wrp.padding needs less");
   return lines;
 }
 
@@ -61,13 +65,18 @@ Lines make_zero_lines(std::size_t samples, const std::string& name) {
 std::unique_ptr<Fft> make_fft(const Device& device, FftBackend backend, const FftShape& shape) {
   const auto& info = device.info();
   const auto text = std::to_string(shape.nx) + " x " + std::to_string(shape.ny);
-  if (backend == FftBackend::host) throw std::invalid_argument("make_fft: the host transforms lines");
+  if (backend == FftBackend::host)
+    throw std::invalid_argument("make_fft: the host transforms lines");
   if (!serves(backend, info))
-    throw DeviceError("FFT back end " + std::string(name_of(backend)) + " needs an online compiler, which " + info.name +
+    throw DeviceError("FFT back end " + std::string(name_of(backend)) +
+                      " needs an online compiler, which " + info.name +
                       " has not; back end host serves it");
-  if (shape.nx < 1 || shape.ny < 1 || shape.live_nx < 1 || shape.live_ny < 1 || shape.live_nx > shape.nx || shape.live_ny > shape.ny)
-    throw DeviceError("FFT of " + text + " samples, of which " + std::to_string(shape.live_nx) + " x " + std::to_string(shape.live_ny) +
-                      " are live: sizes must be 1 or more, and the live part no larger than the plane");
+  if (shape.nx < 1 || shape.ny < 1 || shape.live_nx < 1 || shape.live_ny < 1 ||
+      shape.live_nx > shape.nx || shape.live_ny > shape.ny)
+    throw DeviceError(
+        "FFT of " + text + " samples, of which " + std::to_string(shape.live_nx) + " x " +
+        std::to_string(shape.live_ny) +
+        " are live: sizes must be 1 or more, and the live part no larger than the plane");
   return backend == FftBackend::vkfft ? make_vkfft(device, shape) : make_clfft(device, shape);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Complex FFTs: of planes in a device's memory, behind one type for every back end there, and of single lines on the host.
+/// Complex FFTs: of planes in a device's memory, behind one type for every back end there, and of
+/// single lines on the host.
 #pragma once
 
 #include <array>
@@ -28,8 +29,9 @@ bool serves(FftBackend backend, const DeviceInfo& device);
 /// host on CPUs and devices without an online compiler, else clfft.
 FftBackend default_backend(const DeviceInfo& device);
 
-/// The smallest size >= n that every back end transforms fast, so that all work on the same planes: a product of 2, 3, 5 and 7 and, above
-/// 32, a multiple of 16 (FFTW takes 1.6 us for 1440 samples, 2.5 to 4.2 us for 1350, 1372 and 1458).
+/// The smallest size >= n that every back end transforms fast, so that all work on the same planes:
+/// a product of 2, 3, 5 and 7 and, above 32, a multiple of 16 (FFTW takes 1.6 us for 1440 samples,
+/// 2.5 to 4.2 us for 1350, 1372 and 1458).
 std::size_t next_fast_size(std::size_t n);
 
 struct FreeLines {
@@ -44,13 +46,15 @@ using Lines = std::unique_ptr<std::complex<float>[], FreeLines>;
 Lines make_lines(std::size_t samples, const std::string& name);
 Lines make_zero_lines(std::size_t samples, const std::string& name);
 
-/// Transforms of one line of complex samples in the host's memory, not normalised: inverse(forward(f)) = size f. Any number of threads may
-/// use it at the same time.
+/// Transforms of one line of complex samples in the host's memory, not normalised:
+/// inverse(forward(f)) = size f. Any number of threads may use it at the same time.
 ///
-/// Planning takes half a second for some thousand samples, once: FFTW's wisdom stays in the cache folder, and while it does, results
-/// repeat to the bit. Lines below 512 samples, and those that need not be fast, are planned without measuring.
+/// Planning takes half a second for some thousand samples, once: FFTW's wisdom stays in the cache
+/// folder, and while it does, results repeat to the bit. Lines below 512 samples, and those that
+/// need not be fast, are planned without measuring.
 ///
-/// accuracy  relative L2 error <= 2^-24 * sqrt(1 + log2(size)) against direct sums in double (tests/cl/fft.cpp)
+/// accuracy  relative L2 error <= 2^-24 * sqrt(1 + log2(size)) against direct sums in double
+///           (tests/cl/fft.cpp)
 class LineFft {
 public:
   static constexpr std::size_t alignment = 64;  // bytes, of the beginning of lines
@@ -72,27 +76,30 @@ private:
   std::unique_ptr<Plans> plans_;
 };
 
-/// Plane of ny rows of nx samples, row-major. Only its first live_ny rows and live_nx columns hold anything before `forward`, and only they
-/// are wanted after `inverse`: a back end may leave out the rest of the work, and the rest of the plane is then undefined after `inverse`.
+/// Plane of ny rows of nx samples, row-major. Only its first live_ny rows and live_nx columns hold
+/// anything before `forward`, and only they are wanted after `inverse`: a back end may leave out
+/// the rest of the work, and the rest of the plane is then undefined after `inverse`.
 struct FftShape {
   std::size_t nx = 1, ny = 1;
   std::size_t live_nx = 1, live_ny = 1;
 };
 
-/// A plan for one shape on one device. Transforms are in place, not normalised: inverse(forward(f)) = nx ny f. A plan serves one thread at
-/// a time; different plans are independent.
+/// A plan for one shape on one device. Transforms are in place, not normalised: inverse(forward(f))
+/// = nx ny f. A plan serves one thread at a time; different plans are independent.
 ///
-/// accuracy  relative L2 error <= 2^-24 * sqrt(1 + log2(nx ny)) against direct sums in double, all back ends (tests/cl/fft.cpp)
+/// accuracy  relative L2 error <= 2^-24 * sqrt(1 + log2(nx ny)) against direct sums in double, all
+///           back ends (tests/cl/fft.cpp)
 class Fft {
 public:
   virtual ~Fft() = default;
   virtual void forward(
-      ComplexBuffer& plane) = 0;  // sum of f exp(-2 pi i (x u / nx + y v / ny)); samples outside the live part must be zero
+      // Sum of f exp(-2 pi i (x u / nx + y v / ny)); samples outside the live part must be zero
+      ComplexBuffer& plane) = 0;
   virtual void inverse(ComplexBuffer& plane) = 0;  // the same with +
 };
 
-/// Plans for FftBackend::clfft or vkfft. The first plan of a shape takes seconds (on PoCL 8 to 30 s and 2 s), later ones milliseconds,
-/// from the cache folder.
+/// Plans for FftBackend::clfft or vkfft. The first plan of a shape takes seconds (on PoCL 8 to 30 s
+/// and 2 s), later ones milliseconds, from the cache folder.
 ///
 /// throws  DeviceError when the back end cannot serve the device or the size
 std::unique_ptr<Fft> make_fft(const Device& device, FftBackend backend, const FftShape& shape);

@@ -15,15 +15,18 @@ namespace {
 
 [[noreturn]] void fail(const Device& device, const std::string& what, clfftStatus status) {
   if (status < 0) throw_device_error(::cl::Error(status, what.c_str()), device.info());
-  const char* meaning = status == CLFFT_NOTIMPLEMENTED        ? "not implemented: sizes must be products of 2, 3, 5, 7, 11 and 13"
-                        : status == CLFFT_DEVICE_MISMATCH     ? "the plan was made for another device"
-                        : status == CLFFT_VERSION_MISMATCH    ? "library and header differ in version"
+  const char* meaning = status == CLFFT_NOTIMPLEMENTED
+                            ? "not implemented: sizes must be products of 2, 3, 5, 7, 11 and 13"
+                        : status == CLFFT_DEVICE_MISMATCH  ? "the plan was made for another device"
+                        : status == CLFFT_VERSION_MISMATCH ? "library and header differ in version"
                         : status == CLFFT_FILE_CREATE_FAILURE ? "a file cannot be written"
                                                               : "error inside clFFT";
-  throw DeviceError(what + ": " + meaning + " (" + std::to_string(status) + ") on " + device.info().name);
+  throw DeviceError(what + ": " + meaning + " (" + std::to_string(status) + ") on " +
+                    device.info().name);
 }
 
-/// clFFT's process-wide state: set up once, taken down before the OpenCL driver, which was there first.
+/// clFFT's process-wide state: set up once, taken down before the OpenCL driver, which was there
+/// first.
 class Library {
 public:
   static void set_up(const Device& device) {
@@ -33,7 +36,8 @@ public:
 
 private:
   Library() {
-    // clFFT keeps the binaries of its kernels where this points; PoCL needs 10 to 30 s for a plan without.
+    // clFFT keeps the binaries of its kernels where this points; PoCL needs 10 to 30 s for a plan
+    // without.
     const auto folder = cache_folder() / "clfft";
     std::error_code ignored;
     std::filesystem::create_directories(folder, ignored);
@@ -59,11 +63,13 @@ public:
     if (axes == 0) return;
 
     Library::set_up(device);
-    const std::string size = "FFT of " + std::to_string(shape.nx) + " x " + std::to_string(shape.ny) + " by clFFT";
+    const std::string size =
+        "FFT of " + std::to_string(shape.nx) + " x " + std::to_string(shape.ny) + " by clFFT";
     const auto check = [&](clfftStatus status) {
       if (status != CLFFT_SUCCESS) fail(device, size, status);
     };
-    check(clfftCreateDefaultPlan(&plan_, device.context()(), axes == 1 ? CLFFT_1D : CLFFT_2D, lengths.data()));
+    check(clfftCreateDefaultPlan(&plan_, device.context()(), axes == 1 ? CLFFT_1D : CLFFT_2D,
+                                 lengths.data()));
     is_planned_ = true;
     try {
       check(clfftSetPlanPrecision(plan_, CLFFT_SINGLE));
@@ -95,7 +101,8 @@ private:
     if (!is_planned_) return;
     cl_command_queue queue = device_.queue()();
     cl_mem memory = plane.handle()();
-    const auto status = clfftEnqueueTransform(plan_, direction, 1, &queue, 0, nullptr, nullptr, &memory, nullptr, work_.handle()());
+    const auto status = clfftEnqueueTransform(plan_, direction, 1, &queue, 0, nullptr, nullptr,
+                                              &memory, nullptr, work_.handle()());
     if (status != CLFFT_SUCCESS) fail(device_, "FFT by clFFT", status);
   }
 
@@ -107,6 +114,8 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Fft> make_clfft(const Device& device, const FftShape& shape) { return std::make_unique<ClFft>(device, shape); }
+std::unique_ptr<Fft> make_clfft(const Device& device, const FftShape& shape) {
+  return std::make_unique<ClFft>(device, shape);
+}
 
 }  // namespace raywave::cl

@@ -10,7 +10,8 @@ namespace {
 
 class VkFft final : public Fft {
 public:
-  VkFft(const Device& device, const FftShape& shape) : device_(device), size_(std::to_string(shape.nx) + " x " + std::to_string(shape.ny)) {
+  VkFft(const Device& device, const FftShape& shape)
+      : device_(device), size_(std::to_string(shape.nx) + " x " + std::to_string(shape.ny)) {
     // An axis of length 1 is none.
     for (const auto n : {shape.nx, shape.ny}) {
       if (n > 1) configuration_.size[configuration_.FFTdim++] = n;
@@ -23,9 +24,11 @@ public:
     configuration_.context = &context_;
     configuration_.bufferSize = &bytes_;
 
-    // Its binaries are not kept: VkFFT 1.2 reads beyond them when it takes them back, and Mesa's rusticl aborts where it asks for them.
-    // Drivers keep their own.
-    if (const auto result = initializeVkFFT(application_.get(), configuration_); result != VKFFT_SUCCESS) fail(result);
+    // Its binaries are not kept: VkFFT 1.2 reads beyond them when it takes them back, and Mesa's
+    // rusticl aborts where it asks for them. Drivers keep their own.
+    if (const auto result = initializeVkFFT(application_.get(), configuration_);
+        result != VKFFT_SUCCESS)
+      fail(result);
     is_planned_ = true;
   }
   ~VkFft() override {
@@ -39,8 +42,8 @@ public:
 
 private:
   [[noreturn]] void fail(VkFFTResult result) const {
-    throw DeviceError("FFT of " + size_ + " by VkFFT: error " + std::to_string(result) + " on " + device_.info().name +
-                      "; --fft host or clfft may serve it");
+    throw DeviceError("FFT of " + size_ + " by VkFFT: error " + std::to_string(result) + " on " +
+                      device_.info().name + "; --fft host or clfft may serve it");
   }
 
   void enqueue(ComplexBuffer& plane, int sign) {
@@ -50,7 +53,8 @@ private:
     VkFFTLaunchParams launch{};
     launch.commandQueue = &queue;
     launch.buffer = &memory;
-    if (const auto result = VkFFTAppend(application_.get(), sign, &launch); result != VKFFT_SUCCESS) fail(result);
+    if (const auto result = VkFFTAppend(application_.get(), sign, &launch); result != VKFFT_SUCCESS)
+      fail(result);
   }
 
   Device device_;
@@ -65,6 +69,8 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Fft> make_vkfft(const Device& device, const FftShape& shape) { return std::make_unique<VkFft>(device, shape); }
+std::unique_ptr<Fft> make_vkfft(const Device& device, const FftShape& shape) {
+  return std::make_unique<VkFft>(device, shape);
+}
 
 }  // namespace raywave::cl

@@ -11,11 +11,13 @@
 namespace raywave::cl {
 namespace {
 
-/// The file with every #include "name" replaced by that file, each once: devices compile from one string without include folders.
+/// The file with every #include "name" replaced by that file, each once: devices compile from one
+/// string without include folders.
 std::string with_includes(const std::string& file, std::set<std::string>& seen) {
   seen.insert(file);
   const auto it = kernel_files().find(file);
-  if (it == kernel_files().end()) throw DeviceError("kernel file " + file + " is not part of this program");
+  if (it == kernel_files().end())
+    throw DeviceError("kernel file " + file + " is not part of this program");
   std::istringstream in(it->second);
   std::string text = "#line 1 \"" + file + "\"\n";
   int number = 0;
@@ -66,15 +68,17 @@ Program::Program(const Device& device, const std::string& file, const Options& o
       program_ = ::cl::Program(device.context(), devices, ::cl::Program::Binaries{binary});
       program_.build(devices, flags.c_str());
     } catch (const ::cl::Error& error) {
-      throw DeviceError((*folder / (program.name() + ".bin")).string() + " (" + std::to_string(error.err()) + ") does not load on " +
-                        info.name + ", driver " + info.driver + ": it was built for another");
+      throw DeviceError((*folder / (program.name() + ".bin")).string() + " (" +
+                        std::to_string(error.err()) + ") does not load on " + info.name +
+                        ", driver " + info.driver + ": it was built for another");
     }
     return;
   }
 
-  const auto cached =
-      "kernel-" + hash_name(source + '\n' + flags + '\n' + info.platform + '\n' + info.name + '\n' + info.version + '\n' + info.driver) +
-      ".bin";
+  const auto cached = "kernel-" +
+                      hash_name(source + '\n' + flags + '\n' + info.platform + '\n' + info.name +
+                                '\n' + info.version + '\n' + info.driver) +
+                      ".bin";
   if (const auto binary = load_cached(cached); binary && !binary->empty()) {
     try {
       program_ = ::cl::Program(device.context(), devices, ::cl::Program::Binaries{*binary});
@@ -93,8 +97,8 @@ Program::Program(const Device& device, const std::string& file, const Options& o
     if (program_()) {
       for (const auto& entry : program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>()) log += entry.second;
     }
-    throw DeviceError(file + " does not compile (" + std::to_string(error.err()) + ") on " + info.name + ", driver " + info.driver +
-                      ", options " + flags + "\n" + log);
+    throw DeviceError(file + " does not compile (" + std::to_string(error.err()) + ") on " +
+                      info.name + ", driver " + info.driver + ", options " + flags + "\n" + log);
   }
   const auto binaries = checked(info, [&] { return program_.getInfo<CL_PROGRAM_BINARIES>(); });
   if (binaries.empty()) return;
@@ -103,12 +107,15 @@ Program::Program(const Device& device, const std::string& file, const Options& o
 }
 
 Kernel Program::kernel(const std::string& name) const {
-  return Kernel(*device_, checked(device_->info(), [&] { return ::cl::Kernel(program_, name.c_str()); }), file_ + ": " + name);
+  return Kernel(*device_,
+                checked(device_->info(), [&] { return ::cl::Kernel(program_, name.c_str()); }),
+                file_ + ": " + name);
 }
 
 Kernel::Kernel(Device device, ::cl::Kernel kernel, std::string name)
     : device_(std::move(device)), kernel_(std::move(kernel)), name_(std::move(name)) {
-  argument_types_.resize(checked(device_.info(), [&] { return kernel_.getInfo<CL_KERNEL_NUM_ARGS>(); }));
+  argument_types_.resize(
+      checked(device_.info(), [&] { return kernel_.getInfo<CL_KERNEL_NUM_ARGS>(); }));
   for (cl_uint i = 0; i < argument_types_.size(); ++i) {
     try {
       auto& type = argument_types_[i];
@@ -123,23 +130,31 @@ Kernel::Kernel(Device device, ::cl::Kernel kernel, std::string name)
 
 void Kernel::check_count(std::size_t given) const {
   if (given != argument_types_.size())
-    throw DeviceError(name_ + " takes " + std::to_string(argument_types_.size()) + " arguments, " + std::to_string(given) + " given");
+    throw DeviceError(name_ + " takes " + std::to_string(argument_types_.size()) + " arguments, " +
+                      std::to_string(given) + " given");
 }
 
 void Kernel::check_type(cl_uint i, const std::string& given) const {
   const auto& wanted = argument_types_[i];
   if (!wanted.empty() && wanted != given)
-    throw DeviceError(name_ + ": argument " + std::to_string(i) + " is " + wanted + ", " + given + " given");
+    throw DeviceError(name_ + ": argument " + std::to_string(i) + " is " + wanted + ", " + given +
+                      " given");
 }
 
 void Kernel::enqueue(Range global, Range local) {
-  const auto round_up = [](std::size_t n, std::size_t step) { return (n + step - 1) / step * step; };
-  const auto range = [](Range r) { return r.z ? ::cl::NDRange(r.x, r.y, r.z) : r.y ? ::cl::NDRange(r.x, r.y) : ::cl::NDRange(r.x); };
-  const Range whole{round_up(global.x, local.x), global.y ? round_up(global.y, local.y) : 0, global.z ? round_up(global.z, local.z) : 0};
+  const auto round_up = [](std::size_t n, std::size_t step) {
+    return (n + step - 1) / step * step;
+  };
+  const auto range = [](Range r) {
+    return r.z ? ::cl::NDRange(r.x, r.y, r.z) : r.y ? ::cl::NDRange(r.x, r.y) : ::cl::NDRange(r.x);
+  };
+  const Range whole{round_up(global.x, local.x), global.y ? round_up(global.y, local.y) : 0,
+                    global.z ? round_up(global.z, local.z) : 0};
   try {
     device_.queue().enqueueNDRangeKernel(kernel_, ::cl::NullRange, range(whole), range(local));
   } catch (const ::cl::Error& error) {
-    throw DeviceError(name_ + ": launch failed (" + std::to_string(error.err()) + ") on " + device_.info().name);
+    throw DeviceError(name_ + ": launch failed (" + std::to_string(error.err()) + ") on " +
+                      device_.info().name);
   }
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Kernels: compiled from the files of kernels/ (or loaded from a cached binary) and launched with checked arguments.
+/// Kernels: compiled from the files of kernels/ (or loaded from a cached binary) and launched with
+/// checked arguments.
 #pragma once
 
 #include <array>
@@ -28,7 +29,8 @@ struct Range {
   std::size_t x = 1, y = 0, z = 0;
 };
 
-/// The name OpenCL gives to T in a kernel's signature. Structs of kernels/common/shared.h name themselves in host/geometry/shared_types.hpp.
+/// The name OpenCL gives to T in a kernel's signature. Structs of kernels/common/shared.h name
+/// themselves in host/geometry/shared_types.hpp.
 template <class T>
 struct TypeName;
 #define RAYWAVE_CL_TYPE(T, text)               \
@@ -41,13 +43,15 @@ class Kernel {
 public:
   Kernel(Device device, ::cl::Kernel kernel, std::string name);
 
-  /// As the kernel declares them, e.g. "float*"; empty where the driver does not tell (some do not of programs from binaries).
+  /// As the kernel declares them, e.g. "float*"; empty where the driver does not tell (some do not
+  /// of programs from binaries).
   const std::vector<std::string>& argument_types() const { return argument_types_; }
 
-  /// Enqueues the kernel over `global` work-items (rounded up to whole work-groups of `local`). Buffers pass their memory, everything else
-  /// its value.
+  /// Enqueues the kernel over `global` work-items (rounded up to whole work-groups of `local`).
+  /// Buffers pass their memory, everything else its value.
   ///
-  /// throws  DeviceError when the arguments do not fit the kernel in number or element type, or when the launch fails
+  /// throws  DeviceError when the arguments do not fit the kernel in number or element type, or
+  ///         when the launch fails
   template <class... Args>
   void run(Range global, Range local, const Args&... args) {
     check_count(sizeof...(Args));
@@ -80,7 +84,8 @@ private:
 class Program {
 public:
   Program() = default;
-  /// Compiles kernels/`file` with its includes, or loads it from RAYWAVE_PROGRAM_DIR (cl/program_folder.hpp).
+  /// Compiles kernels/`file` with its includes, or loads it from RAYWAVE_PROGRAM_DIR
+  /// (cl/program_folder.hpp).
   ///
   /// throws  DeviceError with device, driver, options and the compiler's log when that fails
   Program(const Device& device, const std::string& file, const Options& options);

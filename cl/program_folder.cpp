@@ -66,9 +66,12 @@ std::optional<fs::path> program_folder() {
   return folder;
 }
 
-std::string ProgramSource::name() const { return fs::path(file).stem().string() + "-" + hash_name(text + '\n' + flags); }
+std::string ProgramSource::name() const {
+  return fs::path(file).stem().string() + "-" + hash_name(text + '\n' + flags);
+}
 
-std::vector<unsigned char> load_program(const fs::path& folder, const ProgramSource& source, const DeviceInfo& device) {
+std::vector<unsigned char> load_program(const fs::path& folder, const ProgramSource& source,
+                                        const DeviceInfo& device) {
   const auto name = source.name();
   const auto file = folder / (name + ".bin");
   const auto remedy = "; raywave kernels --build " + folder.string() + " --device " + device.index +
@@ -82,16 +85,20 @@ std::vector<unsigned char> load_program(const fs::path& folder, const ProgramSou
   if (const auto it = entries.find(name); it != entries.end()) {
     const auto digest = it->second.substr(0, it->second.find('\t'));
     if (digest != "-" && digest != hash_name(*binary))
-      throw DeviceError(file.string() + " is not what " + manifest_name + " beside it lists: damaged, or from elsewhere" + remedy);
+      throw DeviceError(file.string() + " is not what " + manifest_name +
+                        " beside it lists: damaged, or from elsewhere" + remedy);
   }
   return {binary->begin(), binary->end()};
 }
 
-ProgramRecorder::ProgramRecorder(fs::path folder, bool binaries) : folder_(std::move(folder)), binaries_(binaries) {
-  if (recorder) throw DeviceError("programs are being written to " + recorder->folder_.string() + " already");
+ProgramRecorder::ProgramRecorder(fs::path folder, bool binaries)
+    : folder_(std::move(folder)), binaries_(binaries) {
+  if (recorder)
+    throw DeviceError("programs are being written to " + recorder->folder_.string() + " already");
   std::error_code error;
   fs::create_directories(folder_, error);
-  if (!fs::is_directory(folder_, error)) throw DeviceError(folder_.string() + ": no such folder, and it cannot be made");
+  if (!fs::is_directory(folder_, error))
+    throw DeviceError(folder_.string() + ": no such folder, and it cannot be made");
   recorder = this;
 }
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Programs built ahead, for devices without an online compiler (docs/fpga.md).
 ///
-/// A folder of them holds, for each kernel file and set of options that a run needs, NAME.bin, what the device loads, and NAME.cl, its
-/// source in one file, and lists all in manifest.tsv: NAME, digest of NAME.bin ("-" where there is none yet), kernel file, options. NAME is
-/// the kernel file's stem and a hash of source and options.
+/// A folder of them holds, for each kernel file and set of options that a run needs, NAME.bin, what
+/// the device loads, and NAME.cl, its source in one file, and lists all in manifest.tsv: NAME,
+/// digest of NAME.bin ("-" where there is none yet), kernel file, options. NAME is the kernel
+/// file's stem and a hash of source and options.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +16,8 @@
 
 namespace raywave::cl {
 
-/// The environment's RAYWAVE_PROGRAM_DIR. Where it is set nothing is compiled: programs come from there, and the FFT runs on the host.
+/// The environment's RAYWAVE_PROGRAM_DIR. Where it is set nothing is compiled: programs come from
+/// there, and the FFT runs on the host.
 std::optional<std::filesystem::path> program_folder();
 
 /// A program before it is built.
@@ -29,10 +31,13 @@ struct ProgramSource {
 
 /// Contents of NAME.bin in `folder`.
 ///
-/// throws  DeviceError naming the file, and the command that makes it, when it is not there or is not what the manifest says
-std::vector<unsigned char> load_program(const std::filesystem::path& folder, const ProgramSource& source, const DeviceInfo& device);
+/// throws  DeviceError naming the file, and the command that makes it, when it is not there or is
+///         not what the manifest says
+std::vector<unsigned char> load_program(const std::filesystem::path& folder,
+                                        const ProgramSource& source, const DeviceInfo& device);
 
-/// While it lives, every program that this process builds is written to a folder too, which is made when missing.
+/// While it lives, every program that this process builds is written to a folder too, which is made
+/// when missing.
 class ProgramRecorder {
 public:
   /// binaries  also NAME.bin; without, it is left to another compiler to make them from NAME.cl

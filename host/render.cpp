@@ -10,14 +10,14 @@
 #include <numbers>
 #include <utility>
 
-#include "host/encode/encode.hpp"
 #include "host/common/error.hpp"
-#include "host/trace/gatherer.hpp"
+#include "host/common/text.hpp"
+#include "host/encode/encode.hpp"
 #include "host/plan/memory.hpp"
 #include "host/propagate/propagator.hpp"
-#include "host/trace/interpolator.hpp"
-#include "host/common/text.hpp"
 #include "host/trace/fan_tracer.hpp"
+#include "host/trace/gatherer.hpp"
+#include "host/trace/interpolator.hpp"
 
 namespace raywave {
 namespace {
@@ -29,7 +29,8 @@ double processor_seconds_now() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Adds the seconds between its birth and its end to a stage, by the wall's clock and by the processor's.
+/// Adds the seconds between its birth and its end to a stage, by the wall's clock and by the
+/// processor's.
 class StageClock {
 public:
   StageClock(const cl::Device& device, double& seconds, double& processor_seconds)
@@ -54,13 +55,17 @@ private:
 /// The fields on the WRPs, by aimed samples or by fans of rays.
 class FieldSource {
 public:
-  FieldSource(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays, int frames) {
+  FieldSource(const cl::Device& device, const Scene& scene, const Plan& plan,
+              const DeviceScene& arrays, int frames) {
     const bool snapped = scene.sampling.source == FanSource::surface;
-    if (plan.aimed || snapped) table_ = std::make_unique<SampleTable>(device, plan, arrays, !plan.aimed);
+    if (plan.aimed || snapped)
+      table_ = std::make_unique<SampleTable>(device, plan, arrays, !plan.aimed);
     if (plan.aimed) gatherer_ = std::make_unique<Gatherer>(device, plan, arrays, *table_, frames);
-    if (plan.aimed && plan.bounces > 0) tracer_ = std::make_unique<Tracer>(device, scene, plan, arrays, HitSource::bounced);
+    if (plan.aimed && plan.bounces > 0)
+      tracer_ = std::make_unique<Tracer>(device, scene, plan, arrays, HitSource::bounced);
     if (!plan.aimed)
-      tracer_ = std::make_unique<Tracer>(device, scene, plan, arrays, snapped ? HitSource::surface : HitSource::hit, table_.get());
+      tracer_ = std::make_unique<Tracer>(
+          device, scene, plan, arrays, snapped ? HitSource::surface : HitSource::hit, table_.get());
   }
 
   int samples() const { return table_ ? table_->count : 0; }
@@ -96,41 +101,57 @@ void brighten(std::span<std::complex<float>> field, double radiance_unit, const 
   for (auto& sample : field) {
     sample = std::complex<float>(std::complex<double>(sample) * factor);
     if (!std::isfinite(sample.real()) || !std::isfinite(sample.imag()))
-      throw InputError(scene.file.string() + ": the hologram's field is brighter than a float holds; give a smaller light.intensity");
+      throw InputError(
+          scene.file.string() +
+          ": the hologram's field is brighter than a float holds; give a smaller light.intensity");
   }
 }
 
 void require_rays(const Scene& scene, const Plan& plan) {
-  if (plan.aimed || std::any_of(plan.wrps.begin(), plan.wrps.end(), [](const Wrp& wrp) { return !wrp.fan.empty(); })) return;
-  const auto degrees = [](double sine) { return number_text(std::asin(sine) * 180 / std::numbers::pi) + " degrees"; };
-  throw InputError(scene.file.string() + ": no ray of the fan is as flat as the hologram's pixels can show, " +
+  if (plan.aimed || std::any_of(plan.wrps.begin(), plan.wrps.end(),
+                                [](const Wrp& wrp) { return !wrp.fan.empty(); }))
+    return;
+  const auto degrees = [](double sine) {
+    return number_text(std::asin(sine) * 180 / std::numbers::pi) + " degrees";
+  };
+  throw InputError(scene.file.string() +
+                   ": no ray of the fan is as flat as the hologram's pixels can show, " +
                    degrees(plan.largest_sine.x) + " x " + degrees(plan.largest_sine.y) +
-                   " off the axis; give a smaller sampling.pitch or hologram.pitch, or bring the scene to the axis");
+                   " off the axis; give a smaller sampling.pitch or hologram.pitch, or bring the "
+                   "scene to the axis");
 }
 
-/// Refuses what device or host have no memory for before any is taken. Surface samples are not known yet.
-void require_memory(const cl::Device& device, const Scene& scene, const MemoryNeeds& needs, const MemoryLimits& limits) {
+/// Refuses what device or host have no memory for before any is taken. Surface samples are not
+/// known yet.
+void require_memory(const cl::Device& device, const Scene& scene, const MemoryNeeds& needs,
+                    const MemoryLimits& limits) {
   cl::require_memory(device, needs.device);
-  if (const auto bytes = needs.host_bytes + (limits.device_on_host ? needs.device_bytes() : 0); bytes > limits.host_bytes) {
+  if (const auto bytes = needs.host_bytes + (limits.device_on_host ? needs.device_bytes() : 0);
+      bytes > limits.host_bytes) {
     const auto& size = scene.hologram.resolution;
-    throw InputError(scene.file.string() + ": " + std::to_string(scene.sampling.frames) + " frames of " + std::to_string(size.x) + " x " +
-                     std::to_string(size.y) + " pixels need " + cl::format_bytes(bytes) + " of memory, there are " +
-                     cl::format_bytes(limits.host_bytes) +
-                     "; give fewer sampling.frames, a smaller hologram.resolution or more hologram.tiles");
+    throw InputError(
+        scene.file.string() + ": " + std::to_string(scene.sampling.frames) + " frames of " +
+        std::to_string(size.x) + " x " + std::to_string(size.y) + " pixels need " +
+        cl::format_bytes(bytes) + " of memory, there are " + cl::format_bytes(limits.host_bytes) +
+        "; give fewer sampling.frames, a smaller hologram.resolution or more hologram.tiles");
   }
 }
 
 /// What the kernels of a FieldSource are built for.
 bool same_kernels(const Plan& a, const Plan& b) {
-  return a.aimed == b.aimed && a.bounces == b.bounces && a.antialias == b.antialias && a.view_parts == b.view_parts &&
-         a.beyond_diffraction == b.beyond_diffraction && a.precision == b.precision;
+  return a.aimed == b.aimed && a.bounces == b.bounces && a.antialias == b.antialias &&
+         a.view_parts == b.view_parts && a.beyond_diffraction == b.beyond_diffraction &&
+         a.precision == b.precision;
 }
 
 }  // namespace
 
 struct Renderer::State {
   State(const cl::Device& the_device, Scene the_scene, RenderOptions the_options)
-      : device(the_device), scene(std::move(the_scene)), options(std::move(the_options)), encode(device) {
+      : device(the_device),
+        scene(std::move(the_scene)),
+        options(std::move(the_options)),
+        encode(device) {
     report("meshes", 0);
     {
       const auto clock = stage("meshes");
@@ -139,11 +160,16 @@ struct Renderer::State {
     prepare();
   }
 
-  State(const cl::Device& the_device, Scene the_scene, const Meshes& meshes, RenderOptions the_options)
+  State(const cl::Device& the_device, Scene the_scene, const Meshes& meshes,
+        RenderOptions the_options)
       : State(the_device, the_scene, place_objects(the_scene, meshes), std::move(the_options)) {}
 
   State(const cl::Device& the_device, Scene the_scene, World the_world, RenderOptions the_options)
-      : device(the_device), scene(std::move(the_scene)), options(std::move(the_options)), world(std::move(the_world)), encode(device) {
+      : device(the_device),
+        scene(std::move(the_scene)),
+        options(std::move(the_options)),
+        world(std::move(the_world)),
+        encode(device) {
     prepare();
   }
 
@@ -154,11 +180,13 @@ struct Renderer::State {
     scene.hologram.tiles = plan.tile_grid;  // when the scene moves, too
     require_rays(scene, plan);
     together = frames_together(scene, plan, device.info().largest_buffer_bytes);
-    require_memory(device, scene, memory_needs(scene, world, plan, use, limits.largest_buffer_bytes), limits);
+    require_memory(device, scene,
+                   memory_needs(scene, world, plan, use, limits.largest_buffer_bytes), limits);
     if (options.method == Method::wrp) {
       const auto clock = stage("prepare");
       propagator = std::make_unique<Propagator>(
-          device, PropagatorSpec{plan.tile_size, plan.pitch_m, plan.wavelength_m, scene.wrp.padding, options.fft});
+          device, PropagatorSpec{plan.tile_size, plan.pitch_m, plan.wavelength_m, scene.wrp.padding,
+                                 options.fft});
       require_reach();
     }
     report("tree and kernels", 0);
@@ -178,29 +206,40 @@ struct Renderer::State {
       try {
         propagator->require_reach(target_of(wrp));
       } catch (const InputError& error) {
-        throw InputError(scene.file.string() + ": WRPs " + std::to_string(plan.grid.x) + " x " + std::to_string(plan.grid.y) + ": " +
-                         error.what());
+        throw InputError(scene.file.string() + ": WRPs " + std::to_string(plan.grid.x) + " x " +
+                         std::to_string(plan.grid.y) + ": " + error.what());
       }
     }
   }
 
-  StageClock stage(const char* name) { return StageClock(device, seconds[name], processor_seconds[name]); }
+  StageClock stage(const char* name) {
+    return StageClock(device, seconds[name], processor_seconds[name]);
+  }
 
   void report(const std::string& what, double share) const {
     if (options.progress) options.progress(what, share);
   }
 
-  std::size_t pixels() const { return static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y); }
-  std::size_t tile_pixels() const { return static_cast<std::size_t>(plan.tile_size.x) * static_cast<std::size_t>(plan.tile_size.y); }
+  std::size_t pixels() const {
+    return static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y);
+  }
+  std::size_t tile_pixels() const {
+    return static_cast<std::size_t>(plan.tile_size.x) * static_cast<std::size_t>(plan.tile_size.y);
+  }
 
   /// The tile, seen from a WRP.
-  Target target_of(const Wrp& wrp) const { return {plan.tile_of(wrp).centre_m - glm::dvec2(wrp.centre_m), wrp.centre_m.z}; }
+  Target target_of(const Wrp& wrp) const {
+    return {plan.tile_of(wrp).centre_m - glm::dvec2(wrp.centre_m), wrp.centre_m.z};
+  }
 
   /// Begins to copy the pixels of a tile into those of the hologram.
   template <class T>
-  cl::Copy start_reading_tile(const cl::Buffer<T>& from, const Tile& tile, std::span<T> hologram) const {
-    const auto at = static_cast<std::size_t>(tile.first.y) * static_cast<std::size_t>(plan.size.x) + static_cast<std::size_t>(tile.first.x);
-    return from.start_reading_rows(hologram.data() + at, static_cast<std::size_t>(plan.tile_size.x), static_cast<std::size_t>(plan.size.x));
+  cl::Copy start_reading_tile(const cl::Buffer<T>& from, const Tile& tile,
+                              std::span<T> hologram) const {
+    const auto at = static_cast<std::size_t>(tile.first.y) * static_cast<std::size_t>(plan.size.x) +
+                    static_cast<std::size_t>(tile.first.x);
+    return from.start_reading_rows(hologram.data() + at, static_cast<std::size_t>(plan.tile_size.x),
+                                   static_cast<std::size_t>(plan.size.x));
   }
 
   void build_source() {
@@ -220,7 +259,8 @@ struct Renderer::State {
     const auto before = plan;
     {
       const auto clock = stage("plan");
-      plan = make_plan(scene, world, options.method, options.rays_per_axis, device.info().fp64, &before);
+      plan = make_plan(scene, world, options.method, options.rays_per_axis, device.info().fp64,
+                       &before);
     }
     require_rays(scene, plan);
     if (propagator) require_reach();
@@ -268,19 +308,25 @@ RenderResult Renderer::State::render() {
 
   RenderResult result;
   result.plan = plan;
-  if (const double farthest_m = plan.slabs.back().distance_m; propagator && farthest_m > propagator->farthest_m())
-    result.notes.push_back("from " + length_text(farthest_m) +
-                           " away light gets lost: a padded plane this small samples enough directions up to " +
-                           length_text(propagator->farthest_m()) + "; --method points has no such limit");
+  if (const double farthest_m = plan.slabs.back().distance_m;
+      propagator && farthest_m > propagator->farthest_m())
+    result.notes.push_back(
+        "from " + length_text(farthest_m) +
+        " away light gets lost: a padded plane this small samples enough directions up to " +
+        length_text(propagator->farthest_m()) + "; --method points has no such limit");
   result.samples = source->samples();
   result.hidden_samples = source->hidden_samples();
   const auto frames = static_cast<std::size_t>(scene.sampling.frames);
   result.levels.assign(frames, std::vector<std::uint8_t>(pixels()));
   if (options.keep_field)
-    result.field = {plan.size.x, plan.size.y, scene.sampling.frames, std::vector<std::complex<float>>(frames * pixels())};
-  if (options.keep_wrps) result.wrps.assign(plan.wrps.size(), {plan.tile_size.x, plan.tile_size.y, scene.sampling.frames, {}});
+    result.field = {plan.size.x, plan.size.y, scene.sampling.frames,
+                    std::vector<std::complex<float>>(frames * pixels())};
+  if (options.keep_wrps)
+    result.wrps.assign(plan.wrps.size(),
+                       {plan.tile_size.x, plan.tile_size.y, scene.sampling.frames, {}});
 
-  // The levels of a frame come to the host while the next one is computed. They write into the result, so they go before it.
+  // The levels of a frame come to the host while the next one is computed. They write into the
+  // result, so they go before it.
   std::array<cl::Copy, PhaseEncoder::buffers> copies;
   std::size_t encoded = 0, first_wrp = 0;
   for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
@@ -297,11 +343,14 @@ RenderResult Renderer::State::render() {
         const auto clock = stage("encode");
         const auto buffer = encoded++ % copies.size();
         copies[buffer].wait();
-        copies[buffer] = start_reading_tile(encode.levels_of(field, buffer), plan.tiles[i], std::span(result.levels[frame]));
+        copies[buffer] = start_reading_tile(encode.levels_of(field, buffer), plan.tiles[i],
+                                            std::span(result.levels[frame]));
         clock.wait();
       }
       if (options.keep_field)
-        start_reading_tile(field, plan.tiles[i], std::span(result.field.samples).subspan(frame * pixels(), pixels())).wait();
+        start_reading_tile(field, plan.tiles[i],
+                           std::span(result.field.samples).subspan(frame * pixels(), pixels()))
+            .wait();
     }
     first_wrp = end;
   }
@@ -311,8 +360,10 @@ RenderResult Renderer::State::render() {
   }
   brighten(result.field.samples, arrays->radiance_unit, scene);
   if (const auto& samples = result.field.samples;
-      options.keep_field && std::all_of(samples.begin(), samples.end(), [](const auto& z) { return z == std::complex<float>(); }))
-    result.notes.emplace_back("the hologram is dark: no light comes from the scene at angles that its pixels can show");
+      options.keep_field && std::all_of(samples.begin(), samples.end(),
+                                        [](const auto& z) { return z == std::complex<float>(); }))
+    result.notes.emplace_back(
+        "the hologram is dark: no light comes from the scene at angles that its pixels can show");
   report("done", 1);
   result.device_peak_bytes = device.peak_bytes();
   result.seconds = std::exchange(seconds, {});
@@ -330,14 +381,17 @@ void Renderer::State::prepare_planes() {
     stack = {};  // before the new one is asked for
     stack = {device, stack_size, "fields of a WRP"};
   }
-  if (!refiner && std::any_of(plan.slabs.begin(), plan.slabs.end(), [](const Slab& slab) { return slab.refines(); })) {
+  if (!refiner && std::any_of(plan.slabs.begin(), plan.slabs.end(),
+                              [](const Slab& slab) { return slab.refines(); })) {
     refiner = std::make_unique<Refiner>(device);
     refined = {device, tile_pixels(), "field of a WRP"};
   }
 }
 
-/// Traces a tile's WRPs, numbers `first` to before `end`, and loads them into the propagator; without one, the only one into `field`.
-void Renderer::State::add_wrps(std::size_t first, std::size_t end, std::size_t frame, RenderResult& result) {
+/// Traces a tile's WRPs, numbers `first` to before `end`, and loads them into the propagator;
+/// without one, the only one into `field`.
+void Renderer::State::add_wrps(std::size_t first, std::size_t end, std::size_t frame,
+                               RenderResult& result) {
   const auto frames = static_cast<std::size_t>(scene.sampling.frames);
   const int within = static_cast<int>(frame) % together;
   if (within == 0) source->start(scene.sampling.seed + static_cast<std::uint32_t>(frame));
@@ -346,7 +400,8 @@ void Renderer::State::add_wrps(std::size_t first, std::size_t end, std::size_t f
     auto& stack = stacks[together > 1 ? i - first : 0];
     report("WRP " + std::to_string(i + 1) + " of " + std::to_string(plan.wrps.size()) +
                (frames > 1 ? ", frame " + std::to_string(frame + 1) : ""),
-           static_cast<double>(frames * first + frame * (end - first) + (i - first)) / static_cast<double>(frames * plan.wrps.size()));
+           static_cast<double>(frames * first + frame * (end - first) + (i - first)) /
+               static_cast<double>(frames * plan.wrps.size()));
     if (within == 0) {
       const auto clock = stage("trace");
       source->fill(wrp, stack);
@@ -380,7 +435,8 @@ void Renderer::State::add_wrps(std::size_t first, std::size_t end, std::size_t f
 
 Renderer::Renderer(const cl::Device& device, Scene scene, RenderOptions options)
     : state_(std::make_unique<State>(device, std::move(scene), std::move(options))) {}
-Renderer::Renderer(const cl::Device& device, Scene scene, const Meshes& meshes, RenderOptions options)
+Renderer::Renderer(const cl::Device& device, Scene scene, const Meshes& meshes,
+                   RenderOptions options)
     : state_(std::make_unique<State>(device, std::move(scene), meshes, std::move(options))) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
@@ -397,7 +453,8 @@ void Renderer::set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 ro
 void Renderer::set_light(std::size_t light, const Light& value) {
   auto& l = state_->scene.lights.at(light);
   if ((l.type == LightType::ambient) != (value.type == LightType::ambient))
-    throw InputError("light " + std::to_string(light) + ": an ambient light cannot become another kind, nor another kind ambient");
+    throw InputError("light " + std::to_string(light) +
+                     ": an ambient light cannot become another kind, nor another kind ambient");
   l = value;
   state_->moved = true;
 }
@@ -412,7 +469,8 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
   return Renderer(device, scene, options).render();
 }
 
-RenderResult render(const cl::Device& device, const Scene& scene, const World& world, const RenderOptions& options) {
+RenderResult render(const cl::Device& device, const Scene& scene, const World& world,
+                    const RenderOptions& options) {
   return Renderer(std::make_unique<Renderer::State>(device, scene, world, options)).render();
 }
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "host/geometry/world.hpp"
 #include "host/common/npy.hpp"
+#include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
 #include "host/scene/scene.hpp"
 
@@ -29,30 +29,38 @@ struct RenderOptions {
 
 struct RenderResult {
   Plan plan;
-  FieldStack field;                                 // at the hologram, one per frame, when asked for
-  std::vector<std::vector<std::uint8_t>> levels;    // of the SLM, one per frame
-  std::vector<FieldStack> wrps;                     // one per WRP, when asked for
-  int samples = 0;                                  // surface samples (sampling.mode "aimed")
-  int hidden_samples = 0;                           // those that need visibility rays
-  std::vector<std::string> notes;                   // what the user should know of the result, a line each
-  std::map<std::string, double> seconds;            // of each stage: meshes, plan, tree, prepare, samples, trace, propagate, encode
-  std::map<std::string, double> processor_seconds;  // the same by the clock of all threads of this process; the tree counts as prepare
+  // At the hologram, one per frame, when asked for
+  FieldStack field;
+  std::vector<std::vector<std::uint8_t>> levels;  // of the SLM, one per frame
+  std::vector<FieldStack> wrps;                   // one per WRP, when asked for
+  int samples = 0;                                // surface samples (sampling.mode "aimed")
+  int hidden_samples = 0;                         // those that need visibility rays
+  // What the user should know of the result, a line each
+  std::vector<std::string> notes;
+  // Of each stage: meshes, plan, tree, prepare, samples, trace, propagate, encode
+  std::map<std::string, double> seconds;
+  // The same by the clock of all threads of this process; the tree counts as prepare
+  std::map<std::string, double> processor_seconds;
   std::uint64_t device_peak_bytes = 0;
 };
 
-/// Computes the holograms of a scene: for every frame, traces each WRP, carries it to the hologram and adds it there, and encodes the phase
-/// of the sum. Fields stay on the device from the first ray to the last level. Frames differ in their random phases only.
+/// Computes the holograms of a scene: for every frame, traces each WRP, carries it to the hologram
+/// and adds it there, and encodes the phase of the sum. Fields stay on the device from the first
+/// ray to the last level. Frames differ in their random phases only.
 ///
 /// Bit-identical for the same scene, seed and device.
 /// throws  InputError for the scene, DeviceError for the device
-RenderResult render(const cl::Device& device, const Scene& scene, const RenderOptions& options = {});
+RenderResult render(const cl::Device& device, const Scene& scene,
+                    const RenderOptions& options = {});
 
 /// The same of a world that is there already; no mesh file is read.
-RenderResult render(const cl::Device& device, const Scene& scene, const World& world, const RenderOptions& options = {});
+RenderResult render(const cl::Device& device, const Scene& scene, const World& world,
+                    const RenderOptions& options = {});
 
-/// The same for scenes that move: meshes, kernels, plans and memory stay from one picture to the next, and only what has changed is
-/// computed and uploaded. Rays are turned to what has moved (host/trace/instances.hpp); a field may therefore differ from render()'s as rays that
-/// pass an edge within rounding may (1e-4, up to 6e-3 where samples hang on one).
+/// The same for scenes that move: meshes, kernels, plans and memory stay from one picture to the
+/// next, and only what has changed is computed and uploaded. Rays are turned to what has moved
+/// (host/trace/instances.hpp); a field may therefore differ from render()'s as rays that pass an
+/// edge within rounding may (1e-4, up to 6e-3 where samples hang on one).
 ///
 ///     Renderer renderer(device, load_scene("scene.toml"));
 ///     for (double angle_deg = 0; angle_deg < 360; angle_deg += 5) {
@@ -73,21 +81,25 @@ public:
   /// Centre of an object's bounding box, and its turns about x, then y, then z.
   void set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg);
 
-  /// throws  std::out_of_range; InputError when the light becomes ambient, or was: that is another scene
+  /// throws  std::out_of_range; InputError when the light becomes ambient, or was: that is another
+  ///         scene
   void set_light(std::size_t light, const Light& value);
 
   /// Random phases of the next frames.
   void set_seed(std::uint32_t seed);
 
-  /// seconds, in the result, count from this call on; the first call's include what the constructor took.
+  /// seconds, in the result, count from this call on; the first call's include what the constructor
+  /// took.
   ///
-  /// throws  InputError when an object touches the hologram plane, or needs what cannot be computed; the renderer stays usable
+  /// throws  InputError when an object touches the hologram plane, or needs what cannot be
+  ///         computed; the renderer stays usable
   RenderResult render();
 
 private:
   struct State;
   explicit Renderer(std::unique_ptr<State> state);
-  friend RenderResult render(const cl::Device& device, const Scene& scene, const World& world, const RenderOptions& options);
+  friend RenderResult render(const cl::Device& device, const Scene& scene, const World& world,
+                             const RenderOptions& options);
   std::unique_ptr<State> state_;
 };
 

@@ -49,7 +49,9 @@ BenchSuite suite_of(const Options& options, const cl::DeviceInfo& device) {
     one.name = one_line(fs::path(options.scene).stem().string());
     return {"scene", {one}, {}, {}};
   }
-  const auto name = !options.suite.empty() ? options.suite : device.kind == cl::DeviceKind::gpu ? "gpu" : "cpu";
+  const auto name = !options.suite.empty()               ? options.suite
+                    : device.kind == cl::DeviceKind::gpu ? "gpu"
+                                                         : "cpu";
   return bench_suite(name, folder_of(options.data, {program_folder() / ".." / "data", "data"}));
 }
 
@@ -58,12 +60,16 @@ std::vector<BenchRow> rows_of(const BenchPeer& peer, const fs::path& folder, Ben
   const auto program = folder / peer.program;
   if (!fs::exists(program)) return {};
   auto arguments = peer.arguments;
-  arguments.insert(arguments.end(), {"--frames", std::to_string(bench.options().quick ? peer.quick_frames : peer.frames)});
+  arguments.insert(
+      arguments.end(),
+      {"--frames", std::to_string(bench.options().quick ? peer.quick_frames : peer.frames)});
   if (!peer.scene || !bench.options().quality) return run_peer(program, arguments);
-  const auto field = fs::temp_directory_path() / ("raywave-peer-" + std::to_string(getpid()) + ".npy");
+  const auto field =
+      fs::temp_directory_path() / ("raywave-peer-" + std::to_string(getpid()) + ".npy");
   arguments.insert(arguments.end(), {"--field", field.string()});
   auto rows = run_peer(program, arguments);
-  for (auto& row : rows) row.quality = bench.quality_of(*peer.scene, build_world(*peer.scene), load_npy(field));
+  for (auto& row : rows)
+    row.quality = bench.quality_of(*peer.scene, build_world(*peer.scene), load_npy(field));
   fs::remove(field);
   return rows;
 }
@@ -71,11 +77,14 @@ std::vector<BenchRow> rows_of(const BenchPeer& peer, const fs::path& folder, Ben
 void run(const Options& options) {
   const auto info = options.device.info();
   auto suite = suite_of(options, info);
-  const auto unwanted = [&](const std::string& name) { return name.find(options.only) == std::string::npos; };
+  const auto unwanted = [&](const std::string& name) {
+    return name.find(options.only) == std::string::npos;
+  };
   std::erase_if(suite.cases, [&](const BenchCase& c) { return unwanted(c.group + " " + c.name); });
   std::erase_if(suite.peers, [&](const BenchPeer& p) { return unwanted("peer " + p.name); });
   if (suite.cases.empty() && suite.peers.empty())
-    throw InputError("--only \"" + options.only + "\": no row's name holds this; without --only all are measured");
+    throw InputError("--only \"" + options.only +
+                     "\": no row's name holds this; without --only all are measured");
 
   auto how = options.bench;
   how.fft = options.device.backend(info);
@@ -93,11 +102,13 @@ void run(const Options& options) {
   for (const auto& c : suite.cases) add(bench.run(c));
   setenv("RAYWAVE_DEVICE", info.index.c_str(), 1);  // for the peers
   for (const auto& peer : suite.peers) {
-    for (auto& row : rows_of(peer, folder_of(options.peers, {program_folder() / "tests"}), bench)) add(std::move(row));
+    for (auto& row : rows_of(peer, folder_of(options.peers, {program_folder() / "tests"}), bench))
+      add(std::move(row));
   }
 
   const auto ratios = fill_ratios(suite.ratios, rows);
-  for (const auto& table : {bench_work_table(bench, rows, style), bench_ratio_table(ratios, style)}) {
+  for (const auto& table :
+       {bench_work_table(bench, rows, style), bench_ratio_table(ratios, style)}) {
     if (!table.empty()) std::fputs(("\n" + table).c_str(), stdout);
   }
   if (!options.json.empty()) write_text(options.json, bench_json(bench, suite.name, rows, ratios));
@@ -106,20 +117,30 @@ void run(const Options& options) {
 }  // namespace
 
 void add_bench(CLI::App& app) {
-  auto* command = app.add_subcommand("bench", "Measure frames of moving scenes: time by stage, memory, and quality beside it");
+  auto* command = app.add_subcommand(
+      "bench", "Measure frames of moving scenes: time by stage, memory, and quality beside it");
   auto options = std::make_shared<Options>();
   command->add_option("scene", options->scene, "Scene file (TOML), in place of a suite");
-  command->add_option("--suite", options->suite, "cpu, gpu, paper or scaling; cpu or gpu by device when not given");
-  command->add_option("--only", options->only, "Only rows whose group and name hold this text, e.g. \"1 WRP\"");
-  command->add_option("--frames", options->bench.frames, "Frames per row; as many as five seconds hold when not given, 3 to 101")
+  command->add_option("--suite", options->suite,
+                      "cpu, gpu, paper or scaling; cpu or gpu by device when not given");
+  command->add_option("--only", options->only,
+                      "Only rows whose group and name hold this text, e.g. \"1 WRP\"");
+  command
+      ->add_option("--frames", options->bench.frames,
+                   "Frames per row; as many as five seconds hold when not given, 3 to 101")
       ->check(CLI::Range(1, 100000));
   command->add_flag("--quick", options->bench.quick, "A second per row, without quality");
-  command->add_flag("--no-quality", options->no_quality, "Leave out the comparison with what a lens sees");
-  command->add_option("--points", options->bench.lens_points, "Points on that lens per axis (8)")->check(CLI::Range(1, 4096));
-  command->add_option("--set", options->set, "Change a value of the scene: section.key=value")->allow_extra_args(false);
-  command->add_option("--data", options->data, "Folder of the demo scenes; data/ beside the build or here when not given");
-  command->add_option("--peers", options->peers,
-                      "Folder of peer_embree_fftw and bench_propagation; tests/ beside the program when not given");
+  command->add_flag("--no-quality", options->no_quality,
+                    "Leave out the comparison with what a lens sees");
+  command->add_option("--points", options->bench.lens_points, "Points on that lens per axis (8)")
+      ->check(CLI::Range(1, 4096));
+  command->add_option("--set", options->set, "Change a value of the scene: section.key=value")
+      ->allow_extra_args(false);
+  command->add_option("--data", options->data,
+                      "Folder of the demo scenes; data/ beside the build or here when not given");
+  command->add_option(
+      "--peers", options->peers,
+      "Folder of peer_embree_fftw and bench_propagation; tests/ beside the program when not given");
   command->add_flag("--markdown", options->markdown, "Tables in Markdown");
   command->add_option("--json", options->json, "Also write everything to this file");
   options->device.add_to(*command);

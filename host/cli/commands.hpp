@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The commands of the program `raywave`. Each adds its options to the parser and runs when the parser has met it; errors leave as
-/// exceptions.
+/// The commands of the program `raywave`. Each adds its options to the parser and runs when the
+/// parser has met it; errors leave as exceptions.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -22,7 +22,8 @@ struct DeviceOptions {
   /// In the work shape that `raywave tune` has stored for it, if any.
   /// throws  InputError when that file is damaged, DeviceError when there is no such device
   cl::DeviceInfo info() const;
-  /// throws  InputError when the named back end is unknown, DeviceError when it does not serve the device
+  /// throws  InputError when the named back end is unknown, DeviceError when it does not serve the
+  ///         device
   cl::FftBackend backend(const cl::DeviceInfo& device) const;
 };
 

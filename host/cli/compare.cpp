@@ -8,8 +8,8 @@
 
 #include "host/cli/commands.hpp"
 #include "host/common/error.hpp"
-#include "host/view/reconstruct.hpp"
 #include "host/common/text.hpp"
+#include "host/view/reconstruct.hpp"
 
 namespace raywave::cli {
 
@@ -48,18 +48,22 @@ double blur_px(const Options& options) {
     } catch (const std::exception&) {
     }
     if (used == 0 || options.blur.find_first_not_of(' ', used) != options.blur.size() - 2)
-      throw InputError("--blur " + in_quotes(options.blur) + ": a number of pixels is needed, as in 4px");
+      throw InputError("--blur " + in_quotes(options.blur) +
+                       ": a number of pixels is needed, as in 4px");
     return pixels;
   }
   const double blur_m = parse_length_m(options.blur, "--blur");
-  if (options.pitch.empty()) throw InputError("--blur " + in_quotes(options.blur) + ": --pitch is needed too, or pixels, as in 4px");
+  if (options.pitch.empty())
+    throw InputError("--blur " + in_quotes(options.blur) +
+                     ": --pitch is needed too, or pixels, as in 4px");
   const double pitch_m = parse_length_m(options.pitch, "--pitch");
   if (!(pitch_m > 0)) throw InputError("--pitch " + in_quotes(options.pitch) + ": must be > 0");
   return blur_m / pitch_m;
 }
 
 void print_field_table(const FieldStack& a, const FieldComparison& c) {
-  std::printf("fields             %d x %d, %d %s\n", a.nx, a.ny, a.frames, a.frames == 1 ? "frame" : "frames, averaged");
+  std::printf("fields             %d x %d, %d %s\n", a.nx, a.ny, a.frames,
+              a.frames == 1 ? "frame" : "frames, averaged");
   std::printf("correlation        %.6f\n", c.correlation);
   std::printf("relative L2 error  %.4g\n", c.error);
   std::printf("  B scaled best    %.4g\n", c.error_scaled);
@@ -67,13 +71,15 @@ void print_field_table(const FieldStack& a, const FieldComparison& c) {
 }
 
 void print_picture_table(const Image& a, const PictureOptions& how, const PictureComparison& c) {
-  std::printf("pictures           %d x %d, blur %.4g px, border %d px\n", a.width, a.height, how.blur_px, how.border_px);
+  std::printf("pictures           %d x %d, blur %.4g px, border %d px\n", a.width, a.height,
+              how.blur_px, how.border_px);
   std::printf("PSNR               %.2f dB\n", c.psnr_db);
   std::printf("SSIM               %.4f\n", c.ssim);
   std::printf("scale of B to A    %.6g\n", c.scale);
   std::printf("speckle contrast   A %.4f, B %.4f", c.contrast_a, c.contrast_b);
   if (how.region)
-    std::printf(" in %d x %d pixels from (%d, %d)\n", how.region->width, how.region->height, how.region->x, how.region->y);
+    std::printf(" in %d x %d pixels from (%d, %d)\n", how.region->width, how.region->height,
+                how.region->x, how.region->y);
   else
     std::printf("\n");
 }
@@ -97,15 +103,17 @@ Json json_of(const Image& a, const PictureOptions& how, const PictureComparison&
             {"ssim", c.ssim},
             {"scale", c.scale},
             {"speckle_contrast", {{"a", c.contrast_a}, {"b", c.contrast_b}}}};
-  if (how.region) json["region"] = {how.region->x, how.region->y, how.region->width, how.region->height};
+  if (how.region)
+    json["region"] = {how.region->x, how.region->y, how.region->width, how.region->height};
   return json;
 }
 
 void run(const Options& options) {
   const Kind kind = kind_of(options.a, options.levels);
   if (kind_of(options.b, options.levels) != kind) {
-    throw InputError(in_quotes(options.a) + " and " + in_quotes(options.b) +
-                     ": a field and a picture cannot be compared (--levels: PNGs hold the levels of holograms)");
+    throw InputError(
+        in_quotes(options.a) + " and " + in_quotes(options.b) +
+        ": a field and a picture cannot be compared (--levels: PNGs hold the levels of holograms)");
   }
   Json json;
   Image difference;
@@ -119,7 +127,9 @@ void run(const Options& options) {
     difference = std::move(comparison.difference);
   } else {
     PictureOptions how{blur_px(options), options.border_px, {}};
-    if (!options.region.empty()) how.region = Region{options.region[0], options.region[1], options.region[2], options.region[3]};
+    if (!options.region.empty())
+      how.region =
+          Region{options.region[0], options.region[1], options.region[2], options.region[3]};
     const auto a = load_grey(options.a, ""), b = load_grey(options.b, "");
     auto comparison = compare_pictures(a, b, how);
     json = json_of(a, how, comparison);
@@ -132,8 +142,9 @@ void run(const Options& options) {
     save_png_rgb(file, difference.width, difference.height, diverging_colours(difference, full));
     json["difference"] = {{"file", file.string()}, {"full_colour", full}};
     if (!options.json) {
-      const char* meaning =
-          kind == Kind::field ? "white where scaled B equals A, full red at" : "red where scaled B is brighter, blue where darker, full at";
+      const char* meaning = kind == Kind::field
+                                ? "white where scaled B equals A, full red at"
+                                : "red where scaled B is brighter, blue where darker, full at";
       std::printf("difference         %s: %s %.4g\n", file.c_str(), meaning, full);
     }
   }
@@ -145,14 +156,23 @@ void run(const Options& options) {
 void add_compare(CLI::App& app) {
   auto* command = app.add_subcommand("compare", "Say how alike two fields or two pictures are");
   auto options = std::make_shared<Options>();
-  command->add_option("A", options->a, "Reference: field (.npy) or grey picture (.png in sRGB, .exr linear)")->required();
+  command
+      ->add_option("A", options->a,
+                   "Reference: field (.npy) or grey picture (.png in sRGB, .exr linear)")
+      ->required();
   command->add_option("B", options->b, "What is judged, of the same kind and size")->required();
-  command->add_flag("--levels", options->levels, "PNGs hold the levels of phase holograms: compare them as fields");
-  auto* blur = command->add_option("--blur", options->blur,
-                                   "Blur both pictures first: standard deviation in pixels (4px), or a length with --pitch");
-  command->add_option("--pitch", options->pitch, "Pixel pitch of the pictures, for --blur")->needs(blur);
-  command->add_option("--border", options->border_px, "Pixels left out on every side after the blur");
-  command->add_option("--region", options->region, "Part for the speckle contrast, in pixels: x,y,width,height")
+  command->add_flag("--levels", options->levels,
+                    "PNGs hold the levels of phase holograms: compare them as fields");
+  auto* blur = command->add_option(
+      "--blur", options->blur,
+      "Blur both pictures first: standard deviation in pixels (4px), or a length with --pitch");
+  command->add_option("--pitch", options->pitch, "Pixel pitch of the pictures, for --blur")
+      ->needs(blur);
+  command->add_option("--border", options->border_px,
+                      "Pixels left out on every side after the blur");
+  command
+      ->add_option("--region", options->region,
+                   "Part for the speckle contrast, in pixels: x,y,width,height")
       ->delimiter(',')
       ->expected(4);
   command->add_option("-o,--out", options->out, "Folder for difference.png");

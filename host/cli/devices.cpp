@@ -60,12 +60,15 @@ void print_devices(bool json) {
     }
     std::string fft;
     for (const auto& name : backends) fft += (fft.empty() ? "" : ", ") + name;
-    std::printf("%s  %s%s\n", d.index.c_str(), d.name.c_str(), d.index == chosen ? "  (default)" : "");
+    std::printf("%s  %s%s\n", d.index.c_str(), d.name.c_str(),
+                d.index == chosen ? "  (default)" : "");
     std::printf("     platform         %s\n", d.platform.c_str());
     std::printf("     kind             %s, %u compute units\n", name_of(d.kind), d.compute_units);
     std::printf("     version, driver  %s, %s\n", d.version.c_str(), d.driver.c_str());
-    std::printf("     memory           %s, largest buffer %s, local %s\n", cl::format_bytes(d.memory_bytes).c_str(),
-                cl::format_bytes(d.largest_buffer_bytes).c_str(), cl::format_bytes(d.local_bytes).c_str());
+    std::printf("     memory           %s, largest buffer %s, local %s\n",
+                cl::format_bytes(d.memory_bytes).c_str(),
+                cl::format_bytes(d.largest_buffer_bytes).c_str(),
+                cl::format_bytes(d.local_bytes).c_str());
     std::printf("     fp64             %s\n", d.fp64 ? "yes" : "no");
     std::printf("     online compiler  %s\n", d.online_compiler ? "yes" : "no");
     std::printf("     FFT              %s\n", fft.c_str());

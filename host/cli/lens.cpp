@@ -40,7 +40,8 @@ void run(const Options& options) {
     Image image;
     {
       ProgressBar bar(options.quiet);
-      image = lens_picture(device, plan, arrays, what, [&](double share) { bar.show(name, share); });
+      image =
+          lens_picture(device, plan, arrays, what, [&](double share) { bar.show(name, share); });
     }
     options.picture.save(image, name, "radiance", options.quiet);
   }
@@ -49,12 +50,15 @@ void run(const Options& options) {
 }  // namespace
 
 void add_lens(CLI::App& app) {
-  auto* command = app.add_subcommand("lens", "Show what an ideal lens in the hologram's place sees at given depths");
+  auto* command = app.add_subcommand(
+      "lens", "Show what an ideal lens in the hologram's place sees at given depths");
   auto options = std::make_shared<Options>();
   command->add_option("scene", options->scene, "Scene file (TOML)")->required();
   options->picture.add_to(*command);
-  command->add_option("--rays", options->rays, "Rays per pixel and axis, from a grid of points on the lens (24)");
-  command->add_option("--set", options->set, "Change a value of the scene: section.key=value")->allow_extra_args(false);
+  command->add_option("--rays", options->rays,
+                      "Rays per pixel and axis, from a grid of points on the lens (24)");
+  command->add_option("--set", options->set, "Change a value of the scene: section.key=value")
+      ->allow_extra_args(false);
   command->add_flag("--quiet", options->quiet, "Print nothing but errors");
   options->device.add_device_to(*command);
   command->callback([options] { run(*options); });

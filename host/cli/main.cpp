@@ -24,7 +24,9 @@ int main(int argc, char** argv) {
   CLI::App app{"raywave: photorealistic holograms of meshes for spatial light modulators"};
   app.set_version_flag("--version", raywave::version);
   app.require_subcommand(1);
-  app.footer("Exit codes: 0 done, 1 a self-test failed, 2 something given is wrong, 3 the device or its driver cannot do it.");
+  app.footer(
+      "Exit codes: 0 done, 1 a self-test failed, 2 something given is wrong, 3 the device or its "
+      "driver cannot do it.");
   raywave::cli::add_render(app);
   raywave::cli::add_reconstruct(app);
   raywave::cli::add_lens(app);
@@ -44,14 +46,19 @@ int main(int argc, char** argv) {
     return outcome.get_exit_code();  // a command that has said what there is to say
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    return fail(exit_input, (raywave::one_line(error.what()) + " (raywave --help lists what there is)").c_str());
+    return fail(
+        exit_input,
+        (raywave::one_line(error.what()) + " (raywave --help lists what there is)").c_str());
   } catch (const raywave::InputError& error) {
     return fail(exit_input, error.what());
   } catch (const raywave::cl::DeviceError& error) {
     return fail(exit_device, error.what());
   } catch (const std::bad_alloc&) {
-    return fail(exit_device, "out of host memory; a smaller hologram.resolution, sampling.frames or mesh needs less");
+    return fail(
+        exit_device,
+        "out of host memory; a smaller hologram.resolution, sampling.frames or mesh needs less");
   } catch (const std::exception& error) {
-    return fail(exit_bug, (std::string("unexpected: ") + error.what() + " (please report this)").c_str());
+    return fail(exit_bug,
+                (std::string("unexpected: ") + error.what() + " (please report this)").c_str());
   }
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Options of the commands that look at something from the hologram: which depths, how wide, through which part, how shown.
+/// Options of the commands that look at something from the hologram: which depths, how wide,
+/// through which part, how shown.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -27,7 +28,8 @@ struct PictureOptions {
   glm::dvec2 aperture() const;  // its size in holograms
   void check_percentile() const;
 
-  /// <name>.png, exposed, and <name>.exr in the output folder; prints a line about them unless quiet.
+  /// <name>.png, exposed, and <name>.exr in the output folder; prints a line about them unless
+  /// quiet.
   void save(const Image& image, const std::string& name, const char* quantity, bool quiet) const;
 };
 
@@ -37,6 +39,7 @@ std::string name_at_depth(const std::string& stem, double z_m);
 double positive_length_m(const std::string& text, const std::string& what);
 
 /// The parts of "a,b" before and after the separator.
-std::pair<std::string, std::string> two_parts(const std::string& text, char separator, const std::string& what);
+std::pair<std::string, std::string> two_parts(const std::string& text, char separator,
+                                              const std::string& what);
 
 }  // namespace raywave::cli

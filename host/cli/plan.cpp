@@ -5,16 +5,19 @@
 #include "host/cli/commands.hpp"
 #include "host/cli/goal_options.hpp"
 #include "host/common/error.hpp"
-#include "host/evaluate/report.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/report.hpp"
 
 namespace raywave::cli {
 
 void GoalOptions::add_to(CLI::App& command) {
-  auto* one = command.add_option_group("goal", "What the planner aims at; values that the scene gives stay as they are");
+  auto* one = command.add_option_group(
+      "goal", "What the planner aims at; values that the scene gives stay as they are");
   one->add_option("--quality", quality, "draft, balanced, accurate or reference");
   one->add_option("--budget", budget, "Time of a picture: 30ms, 2s");
-  one->add_option("--psnr", psnr_db, "PSNR of the pictures in dB, at the detail that the viewer makes out")->check(CLI::Range(0.0, 200.0));
+  one->add_option("--psnr", psnr_db,
+                  "PSNR of the pictures in dB, at the detail that the viewer makes out")
+      ->check(CLI::Range(0.0, 200.0));
   one->require_option(0, 1);
 }
 
@@ -45,10 +48,12 @@ DeviceFigures figures(const DeviceOptions& options) {
 }  // namespace
 
 void add_plan(CLI::App& app) {
-  auto* command = app.add_subcommand("plan", "Show what a scene is understood as, what would be computed and what to expect");
+  auto* command = app.add_subcommand(
+      "plan", "Show what a scene is understood as, what would be computed and what to expect");
   auto options = std::make_shared<Options>();
   command->add_option("scene", options->scene, "Scene file (TOML)")->required();
-  command->add_option("--set", options->set, "Change a value of the scene: section.key=value")->allow_extra_args(false);
+  command->add_option("--set", options->set, "Change a value of the scene: section.key=value")
+      ->allow_extra_args(false);
   command->add_flag("--json", options->json, "Print JSON");
   options->goal.add_to(*command);
   options->device.add_device_to(*command);
@@ -56,7 +61,9 @@ void add_plan(CLI::App& app) {
     const auto scene = load_scene(options->scene, options->set);
     const auto world = build_world(scene);
     const auto planned = plan_scene(scene, world, figures(options->device), options->goal.goal());
-    std::fputs((options->json ? plan_report_json(planned, world) : plan_report_text(planned, world)).c_str(), stdout);
+    std::fputs((options->json ? plan_report_json(planned, world) : plan_report_text(planned, world))
+                   .c_str(),
+               stdout);
   });
 }
 

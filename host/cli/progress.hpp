@@ -5,7 +5,8 @@
 
 namespace raywave::cli {
 
-/// One line on a terminal that shows what is going on and how far; nothing at all when standard error is no terminal.
+/// One line on a terminal that shows what is going on and how far; nothing at all when standard
+/// error is no terminal.
 class ProgressBar {
 public:
   explicit ProgressBar(bool quiet);

@@ -22,19 +22,24 @@ struct Options {
 
 HologramSpec spec_of(const Options& options, const std::filesystem::path& file) {
   HologramSpec spec;
-  if (options.pitch.empty() || options.wavelength.empty()) spec = hologram_of_report(file.parent_path() / "report.json");
+  if (options.pitch.empty() || options.wavelength.empty())
+    spec = hologram_of_report(file.parent_path() / "report.json");
   if (!options.pitch.empty()) {
     const bool two = options.pitch.find(',') != std::string::npos;
-    const auto [x, y] = two ? two_parts(options.pitch, ',', "--pitch") : std::pair(options.pitch, options.pitch);
+    const auto [x, y] =
+        two ? two_parts(options.pitch, ',', "--pitch") : std::pair(options.pitch, options.pitch);
     spec.pitch_m = {positive_length_m(x, "--pitch"), positive_length_m(y, "--pitch")};
   }
-  if (!options.wavelength.empty()) spec.wavelength_m = positive_length_m(options.wavelength, "--wavelength");
+  if (!options.wavelength.empty())
+    spec.wavelength_m = positive_length_m(options.wavelength, "--wavelength");
   return spec;
 }
 
 void run(const Options& options) {
   const std::filesystem::path file(options.hologram);
-  const auto hologram = file.extension() == ".npy" ? load_npy(file) : field_of_levels(load_levels(file, file.string()));
+  const auto hologram = file.extension() == ".npy"
+                            ? load_npy(file)
+                            : field_of_levels(load_levels(file, file.string()));
   auto spec = spec_of(options, file);
   spec.resolution = {hologram.nx, hologram.ny};
 
@@ -53,7 +58,8 @@ void run(const Options& options) {
     Image image;
     {
       ProgressBar bar(options.quiet);
-      image = reconstruct(device, backend, hologram, spec, what, [&](double share) { bar.show(name, share); });
+      image = reconstruct(device, backend, hologram, spec, what,
+                          [&](double share) { bar.show(name, share); });
     }
     options.picture.save(image, name, "intensity", options.quiet);
   }
@@ -64,10 +70,14 @@ void run(const Options& options) {
 void add_reconstruct(CLI::App& app) {
   auto* command = app.add_subcommand("reconstruct", "Show what a hologram shows at given depths");
   auto options = std::make_shared<Options>();
-  command->add_option("hologram", options->hologram, "field.npy, or hologram.png (phase levels)")->required();
+  command->add_option("hologram", options->hologram, "field.npy, or hologram.png (phase levels)")
+      ->required();
   options->picture.add_to(*command);
-  command->add_option("--pitch", options->pitch, "Pixel pitch (one, or x,y); from report.json beside the hologram when not given");
-  command->add_option("--wavelength", options->wavelength, "Wavelength; from report.json beside the hologram when not given");
+  command->add_option(
+      "--pitch", options->pitch,
+      "Pixel pitch (one, or x,y); from report.json beside the hologram when not given");
+  command->add_option("--wavelength", options->wavelength,
+                      "Wavelength; from report.json beside the hologram when not given");
   command->add_flag("--quiet", options->quiet, "Print nothing but errors");
   options->device.add_to(*command);
   command->callback([options] { run(*options); });

@@ -24,8 +24,12 @@ void run(const Options& options) {
   const auto& info = device.info();
   const auto size = options.full ? SelfTestSize::full : SelfTestSize::quick;
   auto checks = self_checks(info, size);
-  std::erase_if(checks, [&](const SelfCheck& c) { return (c.part + " " + c.claim).find(options.only) == std::string::npos; });
-  if (checks.empty()) throw InputError("--only \"" + options.only + "\": no row's name holds this; without --only all are shown");
+  std::erase_if(checks, [&](const SelfCheck& c) {
+    return (c.part + " " + c.claim).find(options.only) == std::string::npos;
+  });
+  if (checks.empty())
+    throw InputError("--only \"" + options.only +
+                     "\": no row's name holds this; without --only all are shown");
 
   std::fputs((self_test_header(info, size) + "\n").c_str(), stdout);
   std::vector<SelfTestRow> rows;
@@ -45,13 +49,18 @@ void run(const Options& options) {
 }  // namespace
 
 void add_selftest(CLI::App& app) {
-  auto* command = app.add_subcommand("selftest", "Check a device and its driver against double precision; exit code 1 when a row fails");
+  auto* command = app.add_subcommand(
+      "selftest",
+      "Check a device and its driver against double precision; exit code 1 when a row fails");
   auto options = std::make_shared<Options>();
   options->device.add_device_to(*command);
-  command->add_flag("--full", options->full, "Minutes in place of seconds: every float, millions of rays, large planes");
+  command->add_flag("--full", options->full,
+                    "Minutes in place of seconds: every float, millions of rays, large planes");
   command->add_option("--json", options->json, "Also write the table to this file");
-  command->add_option("--only", options->only, "Only rows whose part and name hold this text, e.g. FFT");
-  command->add_option("--strict", options->strict, "Divide every bound by this (1)")->check(CLI::PositiveNumber);
+  command->add_option("--only", options->only,
+                      "Only rows whose part and name hold this text, e.g. FFT");
+  command->add_option("--strict", options->strict, "Divide every bound by this (1)")
+      ->check(CLI::PositiveNumber);
   command->callback([options] { run(*options); });
 }
 

@@ -6,8 +6,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "host/evaluate/bench/bench.hpp"
 #include "host/cli/commands.hpp"
+#include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/device_json.hpp"
 #include "host/trace/work_shape.hpp"
 
@@ -17,23 +17,28 @@ namespace {
 /// "lanes 16, tile_rows 16, strip_tiles 8"
 std::string text_of(const cl::WorkShape& shape) {
   std::string text;
-  for (const auto& knob : work_knobs) text += (text.empty() ? "" : ", ") + std::string(knob.name) + " " + std::to_string(shape.*knob.value);
+  for (const auto& knob : work_knobs)
+    text += (text.empty() ? "" : ", ") + std::string(knob.name) + " " +
+            std::to_string(shape.*knob.value);
   return text;
 }
 
 void print_trial(const ShapeTrial& trial) {
   if (!trial.refused.empty()) {
-    std::printf("  %-38s  refused: %s\n", text_of(trial.shape).c_str(), trial.refused.substr(0, trial.refused.find('\n')).c_str());
+    std::printf("  %-38s  refused: %s\n", text_of(trial.shape).c_str(),
+                trial.refused.substr(0, trial.refused.find('\n')).c_str());
     return;
   }
   const auto tried = spread_of(trial.tried), best = spread_of(trial.best);
-  std::printf("  %-38s  %6.2f ms (%.2f - %.2f), best so far %6.2f (%.2f - %.2f)%s\n", text_of(trial.shape).c_str(), 1e3 * tried.median,
-              1e3 * tried.low, 1e3 * tried.high, 1e3 * best.median, 1e3 * best.low, 1e3 * best.high, trial.kept ? ": kept" : "");
+  std::printf("  %-38s  %6.2f ms (%.2f - %.2f), best so far %6.2f (%.2f - %.2f)%s\n",
+              text_of(trial.shape).c_str(), 1e3 * tried.median, 1e3 * tried.low, 1e3 * tried.high,
+              1e3 * best.median, 1e3 * best.low, 1e3 * best.high, trial.kept ? ": kept" : "");
   std::fflush(stdout);
 }
 
 nlohmann::ordered_json json_of(const ShapeTrial& trial) {
-  nlohmann::ordered_json j{{"knob", trial.knob}, {"work", raywave::json_of(trial.shape)}, {"kept", trial.kept}};
+  nlohmann::ordered_json j{
+      {"knob", trial.knob}, {"work", raywave::json_of(trial.shape)}, {"kept", trial.kept}};
   if (!trial.refused.empty()) {
     j["refused"] = trial.refused;
   } else {
@@ -48,7 +53,8 @@ void tune(const DeviceOptions& options, bool json) {
   const auto backend = options.backend(info);
   const auto start = std::chrono::steady_clock::now();
   auto trials = nlohmann::ordered_json::array();
-  if (!json) std::printf("%s\nsamples and gathering of a picture, median (quartiles)\n", info.name.c_str());
+  if (!json)
+    std::printf("%s\nsamples and gathering of a picture, median (quartiles)\n", info.name.c_str());
   info.work = choose_work(info, backend, [&](const ShapeTrial& trial) {
     if (json)
       trials.push_back(json_of(trial));
@@ -71,9 +77,11 @@ void tune(const DeviceOptions& options, bool json) {
   }
   std::printf("work        %s\n", text_of(*info.work).c_str());
   std::printf(
-      "rays        %.3g ns a level of the tree\npairs       %.3g ns\npixels      %.3g ns\ntransforms  %.3g ns a butterfly\n"
+      "rays        %.3g ns a level of the tree\npairs       %.3g ns\npixels      %.3g "
+      "ns\ntransforms  %.3g ns a butterfly\n"
       "levels      %.3g ns\n%s, in %.0f s\n",
-      rates.ray_s * 1e9, rates.pair_s * 1e9, rates.pixel_s * 1e9, rates.butterfly_s * 1e9, rates.level_s * 1e9, tuning_file(info).c_str(),
+      rates.ray_s * 1e9, rates.pair_s * 1e9, rates.pixel_s * 1e9, rates.butterfly_s * 1e9,
+      rates.level_s * 1e9, tuning_file(info).c_str(),
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 
@@ -81,7 +89,8 @@ void tune(const DeviceOptions& options, bool json) {
 
 void add_tune(CLI::App& app) {
   auto* command = app.add_subcommand("tune",
-                                     "Measure how a device works fastest, and its rates for the times that plans predict (a minute or "
+                                     "Measure how a device works fastest, and its rates for the "
+                                     "times that plans predict (a minute or "
                                      "more while kernels compile; kept in the cache folder)");
   auto device = std::make_shared<DeviceOptions>();
   auto json = std::make_shared<bool>(false);

@@ -19,13 +19,16 @@
 namespace raywave {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "samples go to and from the file as they lie in memory");
+static_assert(std::endian::native == std::endian::little,
+              "samples go to and from the file as they lie in memory");
 
 constexpr std::string_view kMagic = "\x93NUMPY";
 constexpr std::uint32_t kMaxHeaderBytes = 4096;
-constexpr std::uint64_t kMaxSide = 1 << 20, kMaxFrames = 1 << 16;  // their product times 16 bytes fits 64 bits
+// Their product times 16 bytes fits 64 bits
+constexpr std::uint64_t kMaxSide = 1 << 20, kMaxFrames = 1 << 16;
 
-/// The dictionary of the header, read from left to right. `take...` consume what they find, after blanks, or leave it.
+/// The dictionary of the header, read from left to right. `take...` consume what they find, after
+/// blanks, or leave it.
 class HeaderText {
 public:
   explicit HeaderText(std::string_view text) : rest_(text) {}
@@ -39,7 +42,9 @@ public:
 
   std::optional<std::string_view> take_quoted() {
     skip_blanks();
-    const auto end = rest_.empty() || (rest_[0] != '\'' && rest_[0] != '"') ? std::string_view::npos : rest_.find(rest_[0], 1);
+    const auto end = rest_.empty() || (rest_[0] != '\'' && rest_[0] != '"')
+                         ? std::string_view::npos
+                         : rest_.find(rest_[0], 1);
     if (end == std::string_view::npos) return std::nullopt;
     const std::string_view text = rest_.substr(1, end - 1);
     rest_.remove_prefix(end + 1);
@@ -72,7 +77,9 @@ public:
   }
 
 private:
-  void skip_blanks() { rest_.remove_prefix(std::min(rest_.find_first_not_of(" \n"), rest_.size())); }
+  void skip_blanks() {
+    rest_.remove_prefix(std::min(rest_.find_first_not_of(" \n"), rest_.size()));
+  }
   std::string_view rest_;
 };
 
@@ -82,7 +89,8 @@ struct Header {
   std::optional<std::vector<std::uint64_t>> shape;
 };
 
-/// {'descr': '<c8', 'fortran_order': False, 'shape': (1080, 1920), }, the keys in any order and each once.
+/// {'descr': '<c8', 'fortran_order': False, 'shape': (1080, 1920), }, the keys in any order and
+/// each once.
 std::optional<Header> parse_header(std::string_view text) {
   HeaderText in(text);
   Header header;
@@ -103,7 +111,8 @@ std::optional<Header> parse_header(std::string_view text) {
     header.fortran_order = in.take("True");
     return *header.fortran_order || in.take("False");
   };
-  const bool complete = in.take_list("{", "}", take_entry) && in.at_end() && header.descr && header.fortran_order && header.shape;
+  const bool complete = in.take_list("{", "}", take_entry) && in.at_end() && header.descr &&
+                        header.fortran_order && header.shape;
   return complete ? std::optional(header) : std::nullopt;
 }
 
@@ -112,7 +121,8 @@ std::optional<std::string> read_header_text(std::ifstream& stream) {
   std::array<char, 8> start{};  // magic, major and minor version
   stream.read(start.data(), start.size());
   const int major = start[6], minor = start[7];
-  if (!stream || !std::string_view(start.data(), start.size()).starts_with(kMagic) || major < 1 || major > 3 || minor != 0)
+  if (!stream || !std::string_view(start.data(), start.size()).starts_with(kMagic) || major < 1 ||
+      major > 3 || minor != 0)
     return std::nullopt;
   std::uint32_t length = 0;  // little-endian, of 2 bytes in version 1 and 4 bytes later
   stream.read(reinterpret_cast<char*>(&length), major == 1 ? 2 : 4);
@@ -124,12 +134,15 @@ std::optional<std::string> read_header_text(std::ifstream& stream) {
 
 /// Row by row, so that a file of doubles needs no second copy in memory.
 template <class Sample>
-bool read_samples(std::ifstream& stream, int row_length, std::vector<std::complex<float>>& samples) {
+bool read_samples(std::ifstream& stream, int row_length,
+                  std::vector<std::complex<float>>& samples) {
   std::vector<Sample> row(static_cast<std::size_t>(row_length));
   for (auto out = samples.begin(); out != samples.end(); out += row_length) {
-    stream.read(reinterpret_cast<char*>(row.data()), static_cast<std::streamsize>(row.size() * sizeof(Sample)));
+    stream.read(reinterpret_cast<char*>(row.data()),
+                static_cast<std::streamsize>(row.size() * sizeof(Sample)));
     if (!stream) return false;
-    std::transform(row.begin(), row.end(), out, [](const Sample& s) { return std::complex<float>(s); });
+    std::transform(row.begin(), row.end(), out,
+                   [](const Sample& s) { return std::complex<float>(s); });
   }
   return true;
 }
@@ -139,7 +152,8 @@ bool read_samples(std::ifstream& stream, int row_length, std::vector<std::comple
 FieldStack load_npy(const std::filesystem::path& file) {
   const std::string name = in_quotes(file.string());
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) throw InputError(name + ": there is no such file");
+  if (!std::filesystem::is_regular_file(file, error))
+    throw InputError(name + ": there is no such file");
   const std::uintmax_t file_bytes = std::filesystem::file_size(file, error);
   std::ifstream stream(file, std::ios::binary);
   if (error || !stream) throw InputError(name + ": cannot be read");
@@ -149,39 +163,52 @@ FieldStack load_npy(const std::filesystem::path& file) {
   if (!header) throw InputError(name + ": is no .npy file of format 1.0 to 3.0");
   const bool is_double = *header->descr == "<c16";
   if ((!is_double && *header->descr != "<c8") || *header->fortran_order)
-    throw InputError(name + ": must hold complex64 or complex128 samples, little-endian, in C order; its type is " +
-                     in_quotes(*header->descr) + (*header->fortran_order ? " in Fortran order" : ""));
+    throw InputError(
+        name +
+        ": must hold complex64 or complex128 samples, little-endian, in C order; its type is " +
+        in_quotes(*header->descr) + (*header->fortran_order ? " in Fortran order" : ""));
 
   std::vector<std::uint64_t> shape = *header->shape;
   if (shape.size() == 2) shape.insert(shape.begin(), 1);
   if (shape.size() != 3)
-    throw InputError(name + ": must have shape (ny, nx) or (frames, ny, nx), and has " + std::to_string(shape.size()) + " dimensions");
-  if (std::find(shape.begin(), shape.end(), 0) != shape.end() || shape[0] > kMaxFrames || shape[1] > kMaxSide || shape[2] > kMaxSide)
-    throw InputError(name + ": every side must be 1 to " + std::to_string(kMaxSide) + ", and frames 1 to " + std::to_string(kMaxFrames));
+    throw InputError(name + ": must have shape (ny, nx) or (frames, ny, nx), and has " +
+                     std::to_string(shape.size()) + " dimensions");
+  if (std::find(shape.begin(), shape.end(), 0) != shape.end() || shape[0] > kMaxFrames ||
+      shape[1] > kMaxSide || shape[2] > kMaxSide)
+    throw InputError(name + ": every side must be 1 to " + std::to_string(kMaxSide) +
+                     ", and frames 1 to " + std::to_string(kMaxFrames));
   const std::uint64_t count = shape[0] * shape[1] * shape[2], bytes = count * (is_double ? 16 : 8);
   if (const auto start = static_cast<std::uintmax_t>(stream.tellg()); file_bytes - start != bytes)
-    throw InputError(name + ": its shape asks for " + std::to_string(bytes) + " bytes of samples, and the file has " +
-                     std::to_string(file_bytes - start));
+    throw InputError(name + ": its shape asks for " + std::to_string(bytes) +
+                     " bytes of samples, and the file has " + std::to_string(file_bytes - start));
 
-  FieldStack field{static_cast<int>(shape[2]), static_cast<int>(shape[1]), static_cast<int>(shape[0]), {}};
+  FieldStack field{
+      static_cast<int>(shape[2]), static_cast<int>(shape[1]), static_cast<int>(shape[0]), {}};
   field.samples.resize(count);
   const bool whole = is_double ? read_samples<std::complex<double>>(stream, field.nx, field.samples)
                                : read_samples<std::complex<float>>(stream, field.nx, field.samples);
   if (!whole) throw InputError(name + ": cannot be read to its end");
-  const auto bad = std::find_if(field.samples.begin(), field.samples.end(),
-                                [](const std::complex<float>& s) { return !std::isfinite(s.real()) || !std::isfinite(s.imag()); });
+  const auto bad =
+      std::find_if(field.samples.begin(), field.samples.end(), [](const std::complex<float>& s) {
+        return !std::isfinite(s.real()) || !std::isfinite(s.imag());
+      });
   if (bad != field.samples.end())
-    throw InputError(name + ": sample " + std::to_string(bad - field.samples.begin()) + " is NaN or beyond float");
+    throw InputError(name + ": sample " + std::to_string(bad - field.samples.begin()) +
+                     " is NaN or beyond float");
   return field;
 }
 
-void save_npy(const std::filesystem::path& file, int nx, int ny, int frames, std::span<const std::complex<float>> samples) {
+void save_npy(const std::filesystem::path& file, int nx, int ny, int frames,
+              std::span<const std::complex<float>> samples) {
   if (nx < 1 || ny < 1 || frames < 1 || samples.size() != std::size_t{1} * nx * ny * frames)
     throw std::invalid_argument("save_npy: the samples do not fill nx * ny * frames");
-  const std::string shape = (frames > 1 ? std::to_string(frames) + ", " : "") + std::to_string(ny) + ", " + std::to_string(nx);
+  const std::string shape = (frames > 1 ? std::to_string(frames) + ", " : "") + std::to_string(ny) +
+                            ", " + std::to_string(nx);
   std::string header = "{'descr': '<c8', 'fortran_order': False, 'shape': (" + shape + "), }";
   constexpr std::size_t start_bytes = 10,
-                        alignment = 64;  // magic, version, length; samples begin at a multiple of 64, as NumPy writes them
+                        // Magic, version, length; samples begin at a multiple of 64, as NumPy
+      // writes them
+      alignment = 64;
   header.append(alignment - 1 - (start_bytes + header.size()) % alignment, ' ').push_back('\n');
 
   write_whole(file, [&](const std::filesystem::path& temporary) {
@@ -190,7 +217,8 @@ void save_npy(const std::filesystem::path& file, int nx, int ny, int frames, std
     stream << kMagic << '\1' << '\0';
     stream.write(reinterpret_cast<const char*>(&length), sizeof length);
     stream << header;
-    stream.write(reinterpret_cast<const char*>(samples.data()), static_cast<std::streamsize>(samples.size_bytes()));
+    stream.write(reinterpret_cast<const char*>(samples.data()),
+                 static_cast<std::streamsize>(samples.size_bytes()));
     stream.close();
     if (!stream) throw InputError(in_quotes(file.string()) + ": cannot be written");
   });

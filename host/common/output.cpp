@@ -24,17 +24,24 @@ struct Temporary {
 std::filesystem::path temporary_beside(const std::filesystem::path& file) {
   static std::atomic<unsigned> count{0};  // several at a time in one process
   std::string name = file.stem().string();
-  name.append(".").append(std::to_string(getpid())).append("-").append(std::to_string(count++)).append(".tmp");
+  name.append(".")
+      .append(std::to_string(getpid()))
+      .append("-")
+      .append(std::to_string(count++))
+      .append(".tmp");
   name.append(file.extension().string());
   return file.parent_path() / name;
 }
 
 }  // namespace
 
-void write_whole(const std::filesystem::path& file, const std::function<void(const std::filesystem::path& temporary)>& write) {
+void write_whole(const std::filesystem::path& file,
+                 const std::function<void(const std::filesystem::path& temporary)>& write) {
   std::error_code error;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
-  if (error) throw InputError(in_quotes(file.parent_path().string()) + ": the folder cannot be made: " + error.message());
+  if (error)
+    throw InputError(in_quotes(file.parent_path().string()) +
+                     ": the folder cannot be made: " + error.message());
 
   Temporary temporary{temporary_beside(file)};
   write(temporary.path);

@@ -8,11 +8,13 @@
 
 namespace raywave {
 
-/// Calls `write` with a temporary name beside `file` (same extension), then renames it to `file`. When `write` throws, the temporary file
-/// is removed and `file` stays as it was. Creates the parent folder.
+/// Calls `write` with a temporary name beside `file` (same extension), then renames it to `file`.
+/// When `write` throws, the temporary file is removed and `file` stays as it was. Creates the
+/// parent folder.
 ///
 /// throws  InputError when the folder or file cannot be written
-void write_whole(const std::filesystem::path& file, const std::function<void(const std::filesystem::path& temporary)>& write);
+void write_whole(const std::filesystem::path& file,
+                 const std::function<void(const std::filesystem::path& temporary)>& write);
 
 /// The same for a text.
 void write_text(const std::filesystem::path& file, const std::string& text);

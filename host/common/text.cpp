@@ -21,7 +21,9 @@ std::string in_quotes(std::string_view text) { return '"' + one_line(text) + '"'
 
 std::string number_text(double value) {
   std::array<char, 32> digits;
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, 6).ptr;
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value,
+                                 std::chars_format::general, 6)
+                       .ptr;
   return {digits.data(), end};
 }
 
@@ -35,11 +37,13 @@ std::string today() {
 }
 
 std::string length_text(double length_m) {
-  constexpr std::array<std::pair<double, const char*>, 4> units{{{1, " m"}, {1e-3, " mm"}, {1e-6, " um"}, {1e-9, " nm"}}};
+  constexpr std::array<std::pair<double, const char*>, 4> units{
+      {{1, " m"}, {1e-3, " mm"}, {1e-6, " um"}, {1e-9, " nm"}}};
   if (length_m == 0) return "0 m";
   for (const auto& [unit_m, name] : units)
     if (std::abs(length_m) >= unit_m) return number_text(length_m / unit_m) + name;
-  return std::abs(length_m) >= 1e-12 ? number_text(length_m * 1e9) + " nm" : number_text(length_m) + " m";
+  return std::abs(length_m) >= 1e-12 ? number_text(length_m * 1e9) + " nm"
+                                     : number_text(length_m) + " m";
 }
 
 }  // namespace raywave

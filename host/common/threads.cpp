@@ -11,7 +11,8 @@ Threads& Threads::shared() {
 }
 
 Threads::Threads(std::size_t count) {
-  for (std::size_t thread = 1; thread < count; ++thread) others_.emplace_back([this, thread] { wait_for_work(thread); });
+  for (std::size_t thread = 1; thread < count; ++thread)
+    others_.emplace_back([this, thread] { wait_for_work(thread); });
 }
 
 Threads::~Threads() {

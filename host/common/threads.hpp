@@ -12,7 +12,8 @@
 
 namespace raywave::cl {
 
-/// As many as the host has processors for this program, the calling thread among them. Calls from several threads take turns.
+/// As many as the host has processors for this program, the calling thread among them. Calls from
+/// several threads take turns.
 class Threads {
 public:
   /// The program's own.
@@ -25,7 +26,8 @@ public:
 
   std::size_t count() const { return others_.size() + 1; }
 
-  /// Calls work(0), ..., work(threads - 1) at the same time and waits for all. At most count() threads; `work` does not throw.
+  /// Calls work(0), ..., work(threads - 1) at the same time and waits for all. At most count()
+  /// threads; `work` does not throw.
   void run(std::size_t threads, const std::function<void(std::size_t)>& work);
 
   /// Calls work(thread, i) for i = 0, ..., count - 1, each thread taking `grain` of them at a time.
@@ -42,12 +44,14 @@ public:
   /// Vertices or triangles that a thread takes at a time.
   static constexpr std::size_t range = 1 << 13;
 
-  /// Calls work(thread, first, last) for the ranges that 0, ..., count - 1 fall into, on as many threads as are worth it.
+  /// Calls work(thread, first, last) for the ranges that 0, ..., count - 1 fall into, on as many
+  /// threads as are worth it.
   template <class F>
   void for_ranges(std::size_t count, const F& work) {
     const auto ranges = (count + range - 1) / range;
-    for_each(std::min(ranges, this->count()), ranges, 1,
-             [&](std::size_t thread, std::size_t r) { work(thread, r * range, std::min((r + 1) * range, count)); });
+    for_each(std::min(ranges, this->count()), ranges, 1, [&](std::size_t thread, std::size_t r) {
+      work(thread, r * range, std::min((r + 1) * range, count));
+    });
   }
 
 private:

@@ -16,8 +16,13 @@ inline nlohmann::ordered_json json_of(const cl::WorkShape& shape) {
 }
 
 inline nlohmann::ordered_json json_of(const cl::DeviceInfo& device) {
-  return {{"index", device.index},     {"name", device.name},     {"platform", device.platform},        {"vendor", device.vendor},
-          {"version", device.version}, {"driver", device.driver}, {"work", json_of(work_shape(device))}};
+  return {{"index", device.index},
+          {"name", device.name},
+          {"platform", device.platform},
+          {"vendor", device.vendor},
+          {"version", device.version},
+          {"driver", device.driver},
+          {"work", json_of(work_shape(device))}};
 }
 
 }  // namespace raywave

@@ -5,11 +5,11 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "host/common/text.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/trace/device_scene.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
-#include "host/evaluate/report.hpp"
-#include "host/common/text.hpp"
 
 namespace raywave {
 namespace {
@@ -23,8 +23,10 @@ struct View {
 };
 
 const View whole{"whole", {0, 0}, {1, 1}};
-const View parts[] = {
-    {"left", {-0.5, 0}, {0.5, 0.5}}, {"right", {0.5, 0}, {0.5, 0.5}}, {"top", {0, 0.5}, {0.5, 0.5}}, {"bottom", {0, -0.5}, {0.5, 0.5}}};
+const View parts[] = {{"left", {-0.5, 0}, {0.5, 0.5}},
+                      {"right", {0.5, 0}, {0.5, 0.5}},
+                      {"top", {0, 0.5}, {0.5, 0.5}},
+                      {"bottom", {0, -0.5}, {0.5, 0.5}}};
 
 /// Calls f and adds the seconds it takes.
 template <class F>
@@ -45,17 +47,23 @@ Image without_border(const Image& image, int border) {
 }
 
 /// So that the picture fits into a cell.
-Image small(const Image& image, int cell_px = sheet_cell_px) { return averaged(image, (image.width + cell_px - 1) / cell_px); }
+Image small(const Image& image, int cell_px = sheet_cell_px) {
+  return averaged(image, (image.width + cell_px - 1) / cell_px);
+}
 
 ColourPicture empty_sheet(int columns, int rows, glm::ivec2 cell) {
-  ColourPicture sheet{columns * (cell.x + sheet_gap_px) - sheet_gap_px, rows * (cell.y + sheet_gap_px) - sheet_gap_px, {}};
+  ColourPicture sheet{columns * (cell.x + sheet_gap_px) - sheet_gap_px,
+                      rows * (cell.y + sheet_gap_px) - sheet_gap_px,
+                      {}};
   sheet.rgb.assign(std::size_t{3} * sheet.width * sheet.height, 128);
   return sheet;
 }
 
-void put_cell(ColourPicture& sheet, int column, int row, glm::ivec2 cell, const std::vector<std::uint8_t>& rgb) {
+void put_cell(ColourPicture& sheet, int column, int row, glm::ivec2 cell,
+              const std::vector<std::uint8_t>& rgb) {
   for (int y = 0; y < cell.y; ++y) {
-    const std::size_t left = std::size_t{1} * (row * (cell.y + sheet_gap_px) + y) * sheet.width + column * (cell.x + sheet_gap_px);
+    const std::size_t left = std::size_t{1} * (row * (cell.y + sheet_gap_px) + y) * sheet.width +
+                             column * (cell.x + sheet_gap_px);
     std::copy_n(&rgb[std::size_t{3} * y * cell.x], 3 * cell.x, &sheet.rgb[3 * left]);
   }
 }
@@ -66,7 +74,8 @@ Image scaled(Image image, double factor) {
 }
 
 /// Both pictures are blurred once, for the figures and for the sheet.
-QualityRow row_of(const View& view, double z_m, const Image& lens, const Image& hologram, double blur_px, int border_px) {
+QualityRow row_of(const View& view, double z_m, const Image& lens, const Image& hologram,
+                  double blur_px, int border_px) {
   QualityRow row{view.name, z_m, {}, {}, {}, {}};
   const auto seen = blurred(lens, blur_px), shown = blurred(hologram, blur_px);
   row.figures = compare_pictures(seen, shown, {0, border_px, {}});
@@ -114,11 +123,14 @@ Image averaged(const Image& image, int side) {
 std::vector<double> quality_depths_m(const Plan& plan) {
   std::vector<double> depths{plan.near_m};
   if (plan.far_m - plan.near_m > 1e-6 * plan.near_m) depths.push_back(plan.far_m);
-  depths.push_back(plan.near_m - std::min(std::max(0.1 * (plan.far_m - plan.near_m), 0.01 * plan.near_m), 0.5 * plan.near_m));
+  depths.push_back(
+      plan.near_m -
+      std::min(std::max(0.1 * (plan.far_m - plan.near_m), 0.01 * plan.near_m), 0.5 * plan.near_m));
   return depths;
 }
 
-QualityResult assess(const cl::Device& device, const Scene& scene, const RenderOptions& how, const QualitySpec& what) {
+QualityResult assess(const cl::Device& device, const Scene& scene, const RenderOptions& how,
+                     const QualitySpec& what) {
   double seconds = 0;
   auto rendered = timed(seconds, [&] { return render(device, scene, how); });
   auto result = assess(device, scene, std::move(rendered), how, what);
@@ -126,24 +138,30 @@ QualityResult assess(const cl::Device& device, const Scene& scene, const RenderO
   return result;
 }
 
-QualityResult assess(const cl::Device& device, const Scene& scene, RenderResult rendered, const RenderOptions& how,
-                     const QualitySpec& what) {
+QualityResult assess(const cl::Device& device, const Scene& scene, RenderResult rendered,
+                     const RenderOptions& how, const QualitySpec& what) {
   std::vector<Image> lens;
   return assess(device, scene, build_world(scene), std::move(rendered), how, what, lens);
 }
 
-QualityResult assess(const cl::Device& device, const Scene& scene, const World& world, RenderResult rendered, const RenderOptions& how,
-                     const QualitySpec& what, std::vector<Image>& lens) {
-  auto result = std::move(assess_frames(device, scene, world, rendered.field, {rendered.field.frames}, how, what, lens).front());
+QualityResult assess(const cl::Device& device, const Scene& scene, const World& world,
+                     RenderResult rendered, const RenderOptions& how, const QualitySpec& what,
+                     std::vector<Image>& lens) {
+  auto result = std::move(
+      assess_frames(device, scene, world, rendered.field, {rendered.field.frames}, how, what, lens)
+          .front());
   result.render = std::move(rendered);
   if (what.against_points)
-    result.against_points =
-        timed(result.seconds["points"], [&] { return compare_with_points(device, scene, world, result.render.field, how); });
+    result.against_points = timed(result.seconds["points"], [&] {
+      return compare_with_points(device, scene, world, result.render.field, how);
+    });
   return result;
 }
 
-std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& scene, const World& world, const FieldStack& field,
-                                         const std::vector<int>& frame_counts, const RenderOptions& how, const QualitySpec& what,
+std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& scene,
+                                         const World& world, const FieldStack& field,
+                                         const std::vector<int>& frame_counts,
+                                         const RenderOptions& how, const QualitySpec& what,
                                          std::vector<Image>& lens) {
   // The lens sees the scene as WRPs do, whatever the method.
   const auto plan = make_plan(scene, world);
@@ -160,13 +178,16 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
   std::size_t row = 0;
   const auto add_row = [&](const View& view, double z_m) {
     const auto progress_of = [&](const char* step) {
-      return [&how, name = std::string(step) + ", " + view.name + " at " + length_text(z_m)](double share) {
+      return [&how, name = std::string(step) + ", " + view.name + " at " +
+                           length_text(z_m)](double share) {
         if (how.progress) how.progress(name, share);
       };
     };
     if (row == lens.size()) {
       const auto seen = timed(results.front().seconds["lens"], [&] {
-        return lens_picture(device, plan, arrays, {z_m, window_m, view.centre, view.aperture, what.lens_points}, progress_of("lens"));
+        return lens_picture(device, plan, arrays,
+                            {z_m, window_m, view.centre, view.aperture, what.lens_points},
+                            progress_of("lens"));
       });
       lens.push_back(averaged(seen, what.square_px));
     }
@@ -183,11 +204,14 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
         const auto look = [&](const FieldStack& at) {
           return reconstruct(device, how.fft, at, scene.hologram, spec, progress_of("hologram"));
         };
-        return averaged(more_frames == field.frames ? look(field) : look(some_frames(field, frames, more_frames)), what.square_px);
+        return averaged(more_frames == field.frames ? look(field)
+                                                    : look(some_frames(field, frames, more_frames)),
+                        what.square_px);
       });
       average_in(shown, frames, more, more_frames);
       frames = frame_counts[i];
-      results[i].rows.push_back(row_of(view, z_m, lens[row], shown, empty.blur_px / what.square_px, what.border_px / what.square_px));
+      results[i].rows.push_back(row_of(view, z_m, lens[row], shown, empty.blur_px / what.square_px,
+                                       what.border_px / what.square_px));
     }
     ++row;
   };
@@ -198,7 +222,8 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
   return results;
 }
 
-FieldComparison compare_with_points(const cl::Device& device, const Scene& scene, const World& world, const FieldStack& field,
+FieldComparison compare_with_points(const cl::Device& device, const Scene& scene,
+                                    const World& world, const FieldStack& field,
                                     const RenderOptions& how) {
   auto one_frame = scene;
   one_frame.sampling.frames = 1;
@@ -206,7 +231,8 @@ FieldComparison compare_with_points(const cl::Device& device, const Scene& scene
   by_points.method = Method::points;
   by_points.keep_wrps = false;
   by_points.keep_field = true;
-  return compare_fields(render(device, one_frame, world, by_points).field, some_frames(field, 0, 1));
+  return compare_fields(render(device, one_frame, world, by_points).field,
+                        some_frames(field, 0, 1));
 }
 
 ColourPicture grey_sheet(const std::vector<std::vector<Image>>& rows, int cell_px, double* white) {
@@ -223,12 +249,15 @@ ColourPicture grey_sheet(const std::vector<std::vector<Image>>& rows, int cell_p
   }
   const auto grey = expose(all, 99.5, white);
   const int height = all.height / static_cast<int>(rows.size() * columns);
-  ColourPicture sheet = empty_sheet(static_cast<int>(columns), static_cast<int>(rows.size()), {all.width, height});
+  ColourPicture sheet =
+      empty_sheet(static_cast<int>(columns), static_cast<int>(rows.size()), {all.width, height});
   for (std::size_t cell = 0; cell < rows.size() * columns; ++cell) {
     const auto first = grey.begin() + static_cast<std::ptrdiff_t>(cell) * all.width * height;
     std::vector<std::uint8_t> rgb;
-    for (auto pixel = first; pixel != first + std::ptrdiff_t{all.width} * height; ++pixel) rgb.insert(rgb.end(), 3, *pixel);
-    put_cell(sheet, static_cast<int>(cell % columns), static_cast<int>(cell / columns), {all.width, height}, rgb);
+    for (auto pixel = first; pixel != first + std::ptrdiff_t{all.width} * height; ++pixel)
+      rgb.insert(rgb.end(), 3, *pixel);
+    put_cell(sheet, static_cast<int>(cell % columns), static_cast<int>(cell / columns),
+             {all.width, height}, rgb);
   }
   return sheet;
 }
@@ -243,13 +272,16 @@ ColourPicture contact_sheet(const QualityResult& result) {
   const int count = static_cast<int>(result.rows.size());
   auto sheet = empty_sheet(3, count, cell);
   for (int y = 0; y < sheet.height; ++y)
-    std::copy_n(&grey.rgb[std::size_t{3} * y * grey.width], 3 * grey.width, &sheet.rgb[std::size_t{3} * y * sheet.width]);
+    std::copy_n(&grey.rgb[std::size_t{3} * y * grey.width], 3 * grey.width,
+                &sheet.rgb[std::size_t{3} * y * sheet.width]);
   for (int row = 0; row < count; ++row)
-    put_cell(sheet, 2, row, cell, diverging_colours(result.rows[row].difference, sheet_full_difference * white));
+    put_cell(sheet, 2, row, cell,
+             diverging_colours(result.rows[row].difference, sheet_full_difference * white));
   return sheet;
 }
 
-std::string quality_json(const Scene& scene, const QualityResult& result, const cl::DeviceInfo& device, const RenderOptions& how,
+std::string quality_json(const Scene& scene, const QualityResult& result,
+                         const cl::DeviceInfo& device, const RenderOptions& how,
                          const QualitySpec& what) {
   constexpr const char* methods[] = {"wrp", "points", "rays"};
   Json json{{"method", methods[static_cast<int>(how.method)]},
@@ -259,12 +291,14 @@ std::string quality_json(const Scene& scene, const QualityResult& result, const 
             {"border_px", result.border_px},
             {"lens_points_per_axis", what.lens_points}};
   for (const auto& row : result.rows) {
-    json["rows"].push_back({{"z_m", row.z_m},
-                            {"view", row.view},
-                            {"psnr_db", row.figures.psnr_db},
-                            {"ssim", row.figures.ssim},
-                            {"scale", row.figures.scale},
-                            {"speckle_contrast", {{"lens", row.figures.contrast_a}, {"hologram", row.figures.contrast_b}}}});
+    json["rows"].push_back(
+        {{"z_m", row.z_m},
+         {"view", row.view},
+         {"psnr_db", row.figures.psnr_db},
+         {"ssim", row.figures.ssim},
+         {"scale", row.figures.scale},
+         {"speckle_contrast",
+          {{"lens", row.figures.contrast_a}, {"hologram", row.figures.contrast_b}}}});
   }
   if (result.against_points) {
     json["against_points"] = {{"correlation", result.against_points->correlation},

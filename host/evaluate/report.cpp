@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "host/evaluate/device_json.hpp"
-#include "host/trace/device_scene.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/device_json.hpp"
+#include "host/trace/device_scene.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
@@ -58,23 +58,27 @@ Json json_of(const Scene& scene) {
   j["wrp"] = {{"padding", scene.wrp.padding}};
   if (scene.wrp.oversampling) j["wrp"]["oversampling"] = *scene.wrp.oversampling;
   j["wrp"]["grid"] = scene.wrp.grid ? json_of(*scene.wrp.grid) : Json("auto");
-  j["wrp"]["distance_m"] = scene.wrp.distances_m.empty() ? Json("auto") : Json(scene.wrp.distances_m);
+  j["wrp"]["distance_m"] =
+      scene.wrp.distances_m.empty() ? Json("auto") : Json(scene.wrp.distances_m);
   j["wrp"]["slabs"] = scene.wrp.slabs;
-  j["sampling"] = {{"mode", scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
-                   {"source", scene.sampling.source == FanSource::hit ? "hit" : "surface"},
-                   {"shape", scene.sampling.shape == FanShape::orthographic ? "orthographic" : "perspective"},
-                   {"pitch_m", scene.sampling.pitch_m},
-                   {"fan", scene.sampling.fan},
-                   {"edge", scene.sampling.edge},
-                   {"antialias", scene.sampling.antialias},
-                   {"visibility", scene.sampling.visibility},
-                   {"seed", scene.sampling.seed},
-                   {"frames", scene.sampling.frames}};
+  j["sampling"] = {
+      {"mode", scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
+      {"source", scene.sampling.source == FanSource::hit ? "hit" : "surface"},
+      {"shape", scene.sampling.shape == FanShape::orthographic ? "orthographic" : "perspective"},
+      {"pitch_m", scene.sampling.pitch_m},
+      {"fan", scene.sampling.fan},
+      {"edge", scene.sampling.edge},
+      {"antialias", scene.sampling.antialias},
+      {"visibility", scene.sampling.visibility},
+      {"seed", scene.sampling.seed},
+      {"frames", scene.sampling.frames}};
   j["trace"] = {{"depth", scene.trace.depth}, {"shadows", scene.trace.shadows}};
   j["viewer"] = {{"distance_m", scene.viewer.distance_m}};
-  j["viewer"]["resolution_m"] = scene.viewer.resolution_m ? Json(*scene.viewer.resolution_m) : Json("auto");
-  j["accuracy"] = {{"precision", scene.accuracy.precision ? name_of(*scene.accuracy.precision) : "auto"},
-                   {"phase", scene.accuracy.phase_turns}};
+  j["viewer"]["resolution_m"] =
+      scene.viewer.resolution_m ? Json(*scene.viewer.resolution_m) : Json("auto");
+  j["accuracy"] = {
+      {"precision", scene.accuracy.precision ? name_of(*scene.accuracy.precision) : "auto"},
+      {"phase", scene.accuracy.phase_turns}};
   for (const auto& l : scene.lights) {
     Json light{{"type", name_of(l.type)}, {"intensity", l.intensity}};
     if (l.type == LightType::directional) light["direction"] = json_of(l.direction);
@@ -82,9 +86,14 @@ Json json_of(const Scene& scene) {
     j["lights"].push_back(light);
   }
   for (const auto& m : scene.materials) {
-    Json material{
-        {"name", m.name},           {"ambient", json_of(m.ambient)},  {"diffuse", json_of(m.diffuse)},  {"specular", json_of(m.specular)},
-        {"shininess", m.shininess}, {"reflectivity", m.reflectivity}, {"transparency", m.transparency}, {"ior", m.ior}};
+    Json material{{"name", m.name},
+                  {"ambient", json_of(m.ambient)},
+                  {"diffuse", json_of(m.diffuse)},
+                  {"specular", json_of(m.specular)},
+                  {"shininess", m.shininess},
+                  {"reflectivity", m.reflectivity},
+                  {"transparency", m.transparency},
+                  {"ior", m.ior}};
     if (m.texture) material["texture"] = m.texture->string();
     j["materials"].push_back(material);
   }
@@ -104,8 +113,10 @@ Json json_of(const AccuracySpec& accuracy, const Plan& plan) {
   Json predicted;
   for (const auto p : {Precision::floats, Precision::extended, Precision::doubles}) {
     const auto& e = plan.phase_errors[static_cast<std::size_t>(p)];
-    predicted[name_of(p)] = {
-        {"waves", e.waves_turns}, {"bounces", e.bounces_turns}, {"propagation", e.propagate_turns}, {"total", e.total_turns()}};
+    predicted[name_of(p)] = {{"waves", e.waves_turns},
+                             {"bounces", e.bounces_turns},
+                             {"propagation", e.propagate_turns},
+                             {"total", e.total_turns()}};
   }
   const double error = plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
   return {{"precision", name_of(plan.precision)},
@@ -144,7 +155,11 @@ Json json_of(const Plan& plan) {
 Json json_of(const Prediction& prediction) {
   const auto& t = prediction.times;
   Json j{{"seconds",
-          {{"samples", t.samples_s}, {"trace", t.trace_s}, {"propagate", t.propagate_s}, {"encode", t.encode_s}, {"total", t.total_s()}}},
+          {{"samples", t.samples_s},
+           {"trace", t.trace_s},
+           {"propagate", t.propagate_s},
+           {"encode", t.encode_s},
+           {"total", t.total_s()}}},
          {"rates_of", prediction.rates_of},
          {"device_bytes", prediction.device_bytes},
          {"field_error", prediction.field_error},
@@ -159,8 +174,9 @@ Json json_of(const Prediction& prediction) {
                        {"dots", p->dots},
                        {"padding", p->padding}}}};
   const auto& w = prediction.work;
-  j["work"] = {{"samples", w.samples},         {"rays", w.rays},    {"pairs", w.pairs}, {"pixels", w.pixels},
-               {"butterflies", w.butterflies}, {"levels", w.levels}};
+  j["work"] = {
+      {"samples", w.samples},         {"rays", w.rays},    {"pairs", w.pairs}, {"pixels", w.pixels},
+      {"butterflies", w.butterflies}, {"levels", w.levels}};
   return j;
 }
 
@@ -174,7 +190,8 @@ std::uint64_t host_peak_bytes() {
 
 std::string scene_json(const Scene& scene) { return json_of(scene).dump(); }
 
-std::string render_report_json(const Scene& scene, const RenderResult& result, const cl::DeviceInfo& device, cl::FftBackend fft) {
+std::string render_report_json(const Scene& scene, const RenderResult& result,
+                               const cl::DeviceInfo& device, cl::FftBackend fft) {
   Json j;
   j["raywave"] = version;
   j["scene"] = json_of(scene);
@@ -187,7 +204,8 @@ std::string render_report_json(const Scene& scene, const RenderResult& result, c
   j["notes"] = result.notes;
   j["seconds"] = result.seconds;
   j["processor_seconds"] = result.processor_seconds;
-  j["peak_memory"] = {{"host_bytes", host_peak_bytes()}, {"device_bytes", result.device_peak_bytes}};
+  j["peak_memory"] = {{"host_bytes", host_peak_bytes()},
+                      {"device_bytes", result.device_peak_bytes}};
   return j.dump(2) + "\n";
 }
 
@@ -223,25 +241,29 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   };
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
   const glm::dvec3 extent = world.max_m - world.min_m;
-  out << "hologram  " << plan.size.x << " x " << plan.size.y << " pixels, " << mm(window.x) << " x " << mm(window.y) << ", wavelength "
-      << plan.wavelength_m * 1e9 << " nm\n";
+  out << "hologram  " << plan.size.x << " x " << plan.size.y << " pixels, " << mm(window.x) << " x "
+      << mm(window.y) << ", wavelength " << plan.wavelength_m * 1e9 << " nm\n";
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto& object = scene.objects[i];
-    const auto count = std::count(world.triangle_object.begin(), world.triangle_object.end(), static_cast<std::int32_t>(i));
+    const auto count = std::count(world.triangle_object.begin(), world.triangle_object.end(),
+                                  static_cast<std::int32_t>(i));
     out << "object    " << object.mesh.filename().string() << ": " << count << " triangles, "
-        << (world.object_closed[i] ? "closed" : "open") << ", material " << scene.materials[static_cast<std::size_t>(object.material)].name
-        << "\n";
+        << (world.object_closed[i] ? "closed" : "open") << ", material "
+        << scene.materials[static_cast<std::size_t>(object.material)].name << "\n";
   }
-  out << "scene     " << world.triangles.size() << " triangles, " << mm(extent.x) << " x " << mm(extent.y) << " x " << mm(extent.z) << ", "
-      << mm(plan.near_m) << " to " << mm(plan.far_m) << " from the hologram\n";
+  out << "scene     " << world.triangles.size() << " triangles, " << mm(extent.x) << " x "
+      << mm(extent.y) << " x " << mm(extent.z) << ", " << mm(plan.near_m) << " to "
+      << mm(plan.far_m) << " from the hologram\n";
   if (plan.tiles.size() > 1)
-    out << "tiles     " << plan.tile_grid.x << " x " << plan.tile_grid.y << " of " << plan.tile_size.x << " x " << plan.tile_size.y
-        << " pixels, one after another\n";
+    out << "tiles     " << plan.tile_grid.x << " x " << plan.tile_grid.y << " of "
+        << plan.tile_size.x << " x " << plan.tile_size.y << " pixels, one after another\n";
   for (const auto& slab : plan.slabs) {
     const auto lit =
-        std::count_if(plan.wrps.begin(), plan.wrps.end(), [&plan = plan, &slab](const Wrp& w) { return &plan.slab_of(w) == &slab; });
+        std::count_if(plan.wrps.begin(), plan.wrps.end(),
+                      [&plan = plan, &slab](const Wrp& w) { return &plan.slab_of(w) == &slab; });
     out << "WRPs      " << slab.grid.x << " x " << slab.grid.y;
-    if (const auto dark = std::ptrdiff_t{slab.grid.x} * slab.grid.y - lit; dark > 0) out << " less " << dark << " that no light falls into";
+    if (const auto dark = std::ptrdiff_t{slab.grid.x} * slab.grid.y - lit; dark > 0)
+      out << " less " << dark << " that no light falls into";
     out << " at " << mm(slab.distance_m);
     if (plan.slabs.size() == 1)
       out << ", " << mm(plan.near_m - slab.distance_m) << " in front of the nearest surface\n";
@@ -255,27 +277,31 @@ std::string plan_report_text(const Planned& planned, const World& world) {
     }
   }
   if (plan.aimed)
-    out << "samples   a lattice of " << plan.lattice.size.x << " x " << plan.lattice.size.y << " rays, " << mm(scene.sampling.pitch_m)
-        << " apart at " << mm(plan.lattice.full_z_m) << "\n";
-  out << "rays      " << (plan.aimed ? "about " : "") << plan.rays << " per frame, " << scene.sampling.frames
-      << (scene.sampling.frames == 1 ? " frame\n" : " frames\n");
+    out << "samples   a lattice of " << plan.lattice.size.x << " x " << plan.lattice.size.y
+        << " rays, " << mm(scene.sampling.pitch_m) << " apart at " << mm(plan.lattice.full_z_m)
+        << "\n";
+  out << "rays      " << (plan.aimed ? "about " : "") << plan.rays << " per frame, "
+      << scene.sampling.frames << (scene.sampling.frames == 1 ? " frame\n" : " frames\n");
   const double error = plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
-  out << "precision " << name_of(plan.precision) << (scene.accuracy.precision ? "" : " (auto)") << ", predicted phase error "
-      << number(error) << " turn" << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
+  out << "precision " << name_of(plan.precision) << (scene.accuracy.precision ? "" : " (auto)")
+      << ", predicted phase error " << number(error) << " turn"
+      << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
       << number(scene.accuracy.phase_turns) << "\n";
   if (plan.aimed)
-    out << "cone      " << plan.fan << " half holograms to each side, soft edge " << plan.edge << ", error predicted "
-        << number(100 * plan.cone_error) << " %\n";
-  out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding " << scene.wrp.padding << "), propagation error predicted "
-      << number(100 * plan.padding_error) << " %\n";
+    out << "cone      " << plan.fan << " half holograms to each side, soft edge " << plan.edge
+        << ", error predicted " << number(100 * plan.cone_error) << " %\n";
+  out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding "
+      << scene.wrp.padding << "), propagation error predicted " << number(100 * plan.padding_error)
+      << " %\n";
   for (const auto& slab : plan.slabs) {
     if (!slab.refines()) continue;
     const auto few = plan.gathered_size(slab);
     const auto apart = plan.gathered_pitch_m(slab);
     out << "gathered  " << few.x << " x " << few.y << " pixels of a WRP";
     if (plan.slabs.size() > 1) out << " at " << mm(slab.distance_m);
-    out << ", " << mm(apart.x) << " x " << mm(apart.y) << " apart, for " << plan.tile_size.x << " x " << plan.tile_size.y
-        << " (oversampling " << *scene.wrp.oversampling << "), error predicted " << number(100 * plan.oversampling_error) << " %\n";
+    out << ", " << mm(apart.x) << " x " << mm(apart.y) << " apart, for " << plan.tile_size.x
+        << " x " << plan.tile_size.y << " (oversampling " << *scene.wrp.oversampling
+        << "), error predicted " << number(100 * plan.oversampling_error) << " %\n";
   }
   const auto kernels = kernel_options(scene, plan);
   out << "kernels   with";
@@ -283,21 +309,30 @@ std::string plan_report_text(const Planned& planned, const World& world) {
                                      {"RAYWAVE_TEXTURES", "textures"},
                                      {"RAYWAVE_SHADOWS", "shadows"},
                                      {"RAYWAVE_BOUNCES", "bounces"}})
-    out << (option == std::string("RAYWAVE_SPECULAR") ? " " : ", ") << (kernels.at(option) == "0" ? "no " : "") << name;
+    out << (option == std::string("RAYWAVE_SPECULAR") ? " " : ", ")
+        << (kernels.at(option) == "0" ? "no " : "") << name;
   out << "\n";
   out << "memory    " << cl::format_bytes(prediction.device_bytes) << " on the device\n";
   const auto& t = prediction.times;
-  const auto seconds = [&](double value) { return value < 1 ? number(value * 1e3) + " ms" : number(value) + " s"; };
-  out << "time      " << seconds(t.total_s()) << " predicted: samples " << seconds(t.samples_s) << ", trace " << seconds(t.trace_s)
-      << ", propagate " << seconds(t.propagate_s) << ", encode " << seconds(t.encode_s) << " (rates of "
-      << (prediction.rates_of == "default" ? "two processor cores; raywave tune measures this device" : prediction.rates_of) << ")\n";
+  const auto seconds = [&](double value) {
+    return value < 1 ? number(value * 1e3) + " ms" : number(value) + " s";
+  };
+  out << "time      " << seconds(t.total_s()) << " predicted: samples " << seconds(t.samples_s)
+      << ", trace " << seconds(t.trace_s) << ", propagate " << seconds(t.propagate_s) << ", encode "
+      << seconds(t.encode_s) << " (rates of "
+      << (prediction.rates_of == "default"
+              ? "two processor cores; raywave tune measures this device"
+              : prediction.rates_of)
+      << ")\n";
   if (const auto& pictures = prediction.pictures) {
     std::array<char, 160> text;
     std::snprintf(text.data(), text.size(),
-                  "pictures  PSNR %.1f dB predicted at %s: speckle %.0f %%, cells and edges %.0f %%, light missing %.0f %%, dots %.0f %%, "
+                  "pictures  PSNR %.1f dB predicted at %s: speckle %.0f %%, cells and edges %.0f "
+                  "%%, light missing %.0f %%, dots %.0f %%, "
                   "padding %.0f %% of the error\n",
-                  pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(), 100 * pictures->speckle, 100 * pictures->edges,
-                  100 * pictures->missing, 100 * pictures->dots, 100 * pictures->padding);
+                  pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(),
+                  100 * pictures->speckle, 100 * pictures->edges, 100 * pictures->missing,
+                  100 * pictures->dots, 100 * pictures->padding);
     out << text.data();
   }
   out << "field     error " << number(100 * prediction.field_error) << " % predicted\n";
@@ -310,7 +345,8 @@ HologramSpec hologram_of_report(const std::filesystem::path& report) {
   std::ifstream in(report);
   if (!in)
     throw InputError(one_line(report.string()) +
-                     ": not found; it tells the hologram's pitch and wavelength (or give --pitch and --wavelength)");
+                     ": not found; it tells the hologram's pitch and wavelength (or give --pitch "
+                     "and --wavelength)");
   try {
     const auto j = Json::parse(in).at("scene").at("hologram");
     HologramSpec spec;

@@ -14,8 +14,10 @@ namespace raywave {
 /// The scene with every default filled in, lengths in metres.
 std::string scene_json(const Scene& scene);
 
-/// Everything that made a result: effective scene, plan, device, versions, seconds of each stage, peak memory.
-std::string render_report_json(const Scene& scene, const RenderResult& result, const cl::DeviceInfo& device, cl::FftBackend fft);
+/// Everything that made a result: effective scene, plan, device, versions, seconds of each stage,
+/// peak memory.
+std::string render_report_json(const Scene& scene, const RenderResult& result,
+                               const cl::DeviceInfo& device, cl::FftBackend fft);
 
 /// The same for a scene that has not been rendered.
 std::string plan_report_json(const Planned& planned, const World& world);

@@ -12,7 +12,8 @@
 namespace raywave {
 namespace {
 
-/// A ball 8 mm wide, half sunk into a wall of 14 mm x 8 mm, 100 mm away: samples at all distances from the WRPs.
+/// A ball 8 mm wide, half sunk into a wall of 14 mm x 8 mm, 100 mm away: samples at all distances
+/// from the WRPs.
 reference::Stage ball_in_wall(int frames) {
   reference::Stage stage;
   stage.scene = {};
@@ -34,7 +35,8 @@ constexpr std::array stages{"samples", "trace", "propagate", "encode"};
 constexpr std::array ball_in_wall_s{0.0148, 0.108, 0.285, 0.0083};
 
 /// Of a picture, in the order of `stages`.
-std::array<double, stages.size()> stages_s(const cl::Device& device, const reference::Stage& stage, cl::FftBackend backend) {
+std::array<double, stages.size()> stages_s(const cl::Device& device, const reference::Stage& stage,
+                                           cl::FftBackend backend) {
   RenderOptions how;
   how.fft = backend;
   const auto result = render(device, stage.scene, stage.world, how);
@@ -54,7 +56,8 @@ bool clearly_faster(const ShapeRuns& runs, const ShapeRuns& best_runs) {
 }  // namespace
 
 cl::WorkShape choose_work(const cl::DeviceInfo& device,
-                          const std::function<std::pair<ShapeRuns, ShapeRuns>(const cl::WorkShape&, const cl::WorkShape&)>& run,
+                          const std::function<std::pair<ShapeRuns, ShapeRuns>(
+                              const cl::WorkShape&, const cl::WorkShape&)>& run,
                           const std::function<void(const ShapeTrial&)>& tell) {
   auto kind = device;
   kind.work = {};
@@ -84,7 +87,8 @@ cl::WorkShape choose_work(const cl::DeviceInfo& device,
   return best;
 }
 
-cl::WorkShape choose_work(const cl::DeviceInfo& device, cl::FftBackend backend, const std::function<void(const ShapeTrial&)>& tell) {
+cl::WorkShape choose_work(const cl::DeviceInfo& device, cl::FftBackend backend,
+                          const std::function<void(const ShapeTrial&)>& tell) {
   const auto ball = ball_in_wall(1);
   const auto in_shape = [&](const cl::WorkShape& shape) {
     auto info = device;
@@ -112,9 +116,12 @@ DeviceRates measure_rates(const cl::DeviceInfo& info, cl::FftBackend backend) {
   for (int turn = 0; turn < 6; ++turn) {
     const auto now = stages_s(device, ball, backend);
     if (turn == 0) continue;  // kernels are compiled
-    for (std::size_t i = 0; i < least.size(); ++i) least[i] = turn == 1 ? now[i] : std::min(least[i], now[i]);
+    for (std::size_t i = 0; i < least.size(); ++i)
+      least[i] = turn == 1 ? now[i] : std::min(least[i], now[i]);
   }
-  const auto scaled = [&](std::size_t stage, double rate_s) { return std::max(1e-15, rate_s * least[stage] / ball_in_wall_s[stage]); };
+  const auto scaled = [&](std::size_t stage, double rate_s) {
+    return std::max(1e-15, rate_s * least[stage] / ball_in_wall_s[stage]);
+  };
   const auto defaults = default_rates();
   return {info.name,
           scaled(0, defaults.ray_s),

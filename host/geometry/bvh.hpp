@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Bounding volume hierarchy: CGAL builds it, the device walks a flattened copy (kernels/scene/bvh.h).
+/// Bounding volume hierarchy: CGAL builds it, the device walks a flattened copy
+/// (kernels/scene/bvh.h).
 #pragma once
 
 #include <cstdint>
@@ -20,19 +21,23 @@ struct Bvh {
   std::vector<device::BvhNode> nodes;
   std::vector<Corners> triangles;    // in leaf order, rounded
   std::vector<std::uint32_t> order;  // order[i]: index, in the input, of the triangle at place i
-  int depth = 0;                     // nodes on the longest way from the root to a leaf; the device's stack holds this many
+  // Nodes on the longest way from the root to a leaf; the device's stack holds this many
+  int depth = 0;
 };
 
-/// Builds CGAL's AABB tree (median split along the longest axis) and flattens it through CGAL's public interface. Parts of up to 512
-/// triangles are divided anew, by a surface-area heuristic, into leaves of up to `leaf_size`: rays take a quarter to two fifths less
-/// time (docs/performance.md). Boxes are rounded outwards to float.
+/// Builds CGAL's AABB tree (median split along the longest axis) and flattens it through CGAL's
+/// public interface. Parts of up to 512 triangles are divided anew, by a surface-area heuristic,
+/// into leaves of up to `leaf_size`: rays take a quarter to two fifths less time
+/// (docs/performance.md). Boxes are rounded outwards to float.
 ///
 /// positions_m  world; origin_m is subtracted in double before anything is rounded
 /// throws       InputError when there is no triangle or more than 2^30
-Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles, glm::dvec3 origin_m, int leaf_size = 2);
+Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles,
+              glm::dvec3 origin_m, int leaf_size = 2);
 
-/// What boxes are widened by on every side, for coordinates up to reach_m: enough for what kernels/scene/bvh.h does to direction components of
-/// zero, and for boxes rounded to nearest; too little to cost time.
+/// What boxes are widened by on every side, for coordinates up to reach_m: enough for what
+/// kernels/scene/bvh.h does to direction components of zero, and for boxes rounded to nearest; too
+/// little to cost time.
 double box_margin_m(double reach_m);
 
 }  // namespace raywave

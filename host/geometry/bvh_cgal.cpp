@@ -12,8 +12,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "host/geometry/bvh.hpp"
 #include "host/common/error.hpp"
+#include "host/geometry/bvh.hpp"
 
 namespace raywave {
 namespace {
@@ -24,8 +24,8 @@ using Primitive = CGAL::AABB_triangle_primitive<Cartesian, Triangles::const_iter
 using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Cartesian, Primitive>>;
 using TreeNode = std::remove_cvref_t<decltype(*std::declval<Tree>().root_node())>;
 
-/// A part of CGAL's tree: a node, or the one triangle that stands in place of a node. CGAL keeps no counts: half of a node's triangles,
-/// rounded down, lie to its left.
+/// A part of CGAL's tree: a node, or the one triangle that stands in place of a node. CGAL keeps no
+/// counts: half of a node's triangles, rounded down, lie to its left.
 struct Part {
   const TreeNode* node = nullptr;
   const Primitive* triangle = nullptr;
@@ -33,11 +33,13 @@ struct Part {
 
   Part left() const {
     const auto half = count / 2;
-    return half == 1 ? Part{nullptr, &node->left_data(), 1} : Part{&node->left_child(), nullptr, half};
+    return half == 1 ? Part{nullptr, &node->left_data(), 1}
+                     : Part{&node->left_child(), nullptr, half};
   }
   Part right() const {
     const auto rest = count - count / 2;
-    return rest == 1 ? Part{nullptr, &node->right_data(), 1} : Part{&node->right_child(), nullptr, rest};
+    return rest == 1 ? Part{nullptr, &node->right_data(), 1}
+                     : Part{&node->right_child(), nullptr, rest};
   }
 };
 
@@ -51,7 +53,8 @@ float rounded_up(double x) { return -rounded_down(-x); }
 using Lanes = std::array<float, 4>;
 
 struct Box {
-  Lanes min = filled(std::numeric_limits<float>::infinity()), max = filled(-std::numeric_limits<float>::infinity());
+  Lanes min = filled(std::numeric_limits<float>::infinity()),
+        max = filled(-std::numeric_limits<float>::infinity());
 
   static Lanes filled(float x) { return {x, x, x, x}; }
   void add(const Box& other) {
@@ -66,7 +69,8 @@ struct Box {
   }
 };
 
-/// What a node of the flat tree says of one child. As it stands: an empty box that no ray meets; its leaf is never opened.
+/// What a node of the flat tree says of one child. As it stands: an empty box that no ray meets;
+/// its leaf is never opened.
 struct Child {
   Box box;
   int child = 0;
@@ -93,12 +97,15 @@ struct Item {
   std::size_t triangle;
 };
 
-/// Flattens CGAL's tree, depth first. CGAL halves at the median; its lowest parts, which hold most of the boxes, are divided anew, where
-/// the surfaces of the boxes times the triangles in them add up to least (Wald, IEEE Symposium on Interactive Ray Tracing, 33 (2007)).
+/// Flattens CGAL's tree, depth first. CGAL halves at the median; its lowest parts, which hold most
+/// of the boxes, are divided anew, where the surfaces of the boxes times the triangles in them add
+/// up to least (Wald, IEEE Symposium on Interactive Ray Tracing, 33 (2007)).
 class Flattener {
 public:
   Flattener(const Triangles& triangles, double margin_m, int leaf_size)
-      : triangles_(triangles), margin_m_(margin_m), leaf_size_(static_cast<std::size_t>(std::max(leaf_size, 1))) {}
+      : triangles_(triangles),
+        margin_m_(margin_m),
+        leaf_size_(static_cast<std::size_t>(std::max(leaf_size, 1))) {}
 
   Bvh flatten(const Part& whole) {
     const auto root = flatten(whole, 1);
@@ -110,17 +117,20 @@ public:
   }
 
 private:
-  /// Triangles of the parts that are divided anew, and levels that this may take: twice as many as halves need.
+  /// Triangles of the parts that are divided anew, and levels that this may take: twice as many as
+  /// halves need.
   static constexpr std::size_t divided_anew = 512;
   static constexpr int most_levels = 18;
   static constexpr std::size_t bins = 16;
-  /// Time to test a triangle, in those to test the boxes of two children. Rays are as fast with 0.6, fitting a moving tree is not.
+  /// Time to test a triangle, in those to test the boxes of two children. Rays are as fast with
+  /// 0.6, fitting a moving tree is not.
   static constexpr float triangle_cost = 0.35f;
 
   Child flatten(const Part& part, int depth) {
     if (part.count > divided_anew)
       return inner(
-          depth, [&] { return flatten(part.left(), depth + 1); }, [&] { return flatten(part.right(), depth + 1); });
+          depth, [&] { return flatten(part.left(), depth + 1); },
+          [&] { return flatten(part.right(), depth + 1); });
     items_.clear();
     collect(part);
     return divide(0, items_.size(), depth, most_levels);
@@ -158,7 +168,8 @@ private:
     const auto middle = split(from, to, levels);
     if (middle == from) return leaf(from, to);
     return inner(
-        depth, [&] { return divide(from, middle, depth + 1, levels - 1); }, [&] { return divide(middle, to, depth + 1, levels - 1); });
+        depth, [&] { return divide(from, middle, depth + 1, levels - 1); },
+        [&] { return divide(middle, to, depth + 1, levels - 1); });
   }
 
   /// Where the items from..to, then in that order, are best divided; `from`: not at all.
@@ -170,13 +181,17 @@ private:
       whole.add(items_[i].box);
       centres.add({items_[i].centre, items_[i].centre});
     }
-    float least =
-        count <= leaf_size_ ? triangle_cost * static_cast<float>(count) * whole.half_surface() : std::numeric_limits<float>::infinity();
+    float least = count <= leaf_size_
+                      ? triangle_cost * static_cast<float>(count) * whole.half_surface()
+                      : std::numeric_limits<float>::infinity();
     std::size_t best_axis = 3, best_bin = 0;
     const auto bin_of = [&](const Item& item, std::size_t axis, float rate) {
-      return std::min(static_cast<std::size_t>((item.centre[axis] - centres.min[axis]) * rate), bins - 1);
+      return std::min(static_cast<std::size_t>((item.centre[axis] - centres.min[axis]) * rate),
+                      bins - 1);
     };
-    const auto rate_of = [&](std::size_t axis) { return bins / (centres.max[axis] - centres.min[axis]); };
+    const auto rate_of = [&](std::size_t axis) {
+      return bins / (centres.max[axis] - centres.min[axis]);
+    };
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const float rate = rate_of(axis);
       if (!(rate < std::numeric_limits<float>::infinity())) continue;
@@ -201,7 +216,9 @@ private:
         box.add(boxes[bin]);
         in_box += counts[bin];
         if (in_box == 0 || in_box == count) continue;
-        const float cost = whole.half_surface() + triangle_cost * (static_cast<float>(in_box) * box.half_surface() + right_cost[bin + 1]);
+        const float cost =
+            whole.half_surface() +
+            triangle_cost * (static_cast<float>(in_box) * box.half_surface() + right_cost[bin + 1]);
         if (!(cost < least)) continue;
         least = cost;
         best_axis = axis;
@@ -209,18 +226,24 @@ private:
       }
     }
     const auto at = [&](std::size_t i) { return items_.begin() + static_cast<std::ptrdiff_t>(i); };
-    const bool halve = count > leaf_size_ && (best_axis == 3 || count > std::size_t{1} << (levels - 1));
+    const bool halve =
+        count > leaf_size_ && (best_axis == 3 || count > std::size_t{1} << (levels - 1));
     if (halve) {
       std::size_t longest = 0;
       for (std::size_t axis = 1; axis < 3; ++axis)
-        if (centres.max[axis] - centres.min[axis] > centres.max[longest] - centres.min[longest]) longest = axis;
+        if (centres.max[axis] - centres.min[axis] > centres.max[longest] - centres.min[longest])
+          longest = axis;
       const auto middle = from + count / 2;
-      std::nth_element(at(from), at(middle), at(to), [&](const Item& a, const Item& b) { return a.centre[longest] < b.centre[longest]; });
+      std::nth_element(at(from), at(middle), at(to), [&](const Item& a, const Item& b) {
+        return a.centre[longest] < b.centre[longest];
+      });
       return middle;
     }
     if (best_axis == 3) return from;
     const float rate = rate_of(best_axis);
-    const auto middle = std::partition(at(from), at(to), [&](const Item& item) { return bin_of(item, best_axis, rate) <= best_bin; });
+    const auto middle = std::partition(at(from), at(to), [&](const Item& item) {
+      return bin_of(item, best_axis, rate) <= best_bin;
+    });
     return static_cast<std::size_t>(middle - items_.begin());
   }
 
@@ -252,10 +275,12 @@ private:
 
 double box_margin_m(double reach_m) { return reach_m * 0x1.4p-22; }
 
-Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles, glm::dvec3 origin_m, int leaf_size) {
+Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles,
+              glm::dvec3 origin_m, int leaf_size) {
   if (triangles.empty()) throw InputError("the scene has no triangle");
   if (triangles.size() > std::size_t{1} << 30)
-    throw InputError("the scene has " + std::to_string(triangles.size()) + " triangles; at most 2^30 are possible");
+    throw InputError("the scene has " + std::to_string(triangles.size()) +
+                     " triangles; at most 2^30 are possible");
 
   double reach_m = 0;
   const auto corner = [&](std::uint32_t i) {

@@ -24,8 +24,9 @@ struct Vertex {
   std::uint32_t index;
 };
 
-/// Puts neighbours next to each other: all vertices are halved along their longest side, again and again, down to single clusters. All
-/// parts but the last have a power of two of clusters, so that groups of clusters are neighbours, too.
+/// Puts neighbours next to each other: all vertices are halved along their longest side, again and
+/// again, down to single clusters. All parts but the last have a power of two of clusters, so that
+/// groups of clusters are neighbours, too.
 void arrange(std::span<Vertex> vertices) {
   if (vertices.size() <= Clusters::size) return;
   float low[3], high[3];
@@ -42,7 +43,8 @@ void arrange(std::span<Vertex> vertices) {
     if (high[axis] - low[axis] > high[longest] - low[longest]) longest = axis;
   }
   const auto half = Clusters::size * std::bit_floor((vertices.size() - 1) / Clusters::size);
-  std::nth_element(vertices.begin(), vertices.begin() + static_cast<std::ptrdiff_t>(half), vertices.end(),
+  std::nth_element(vertices.begin(), vertices.begin() + static_cast<std::ptrdiff_t>(half),
+                   vertices.end(),
                    [&](const Vertex& a, const Vertex& b) { return a.p[longest] < b.p[longest]; });
   arrange(vertices.first(half));
   arrange(vertices.subspan(half));
@@ -66,12 +68,14 @@ std::vector<std::uint32_t> arranged(std::span<const glm::dvec3> positions_m) {
 glm::dmat3 frame_along(glm::dvec3 normal) {
   const double length = glm::length(normal);
   const auto z = length > 0 && std::isfinite(length) ? normal / length : glm::dvec3(0, 0, 1);
-  const auto x = glm::normalize(glm::cross(std::abs(z.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0), z));
+  const auto x = glm::normalize(
+      glm::cross(std::abs(z.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0), z));
   return {x, glm::cross(z, x), z};
 }
 
 /// A box around points that lies flat along `normal`.
-void set_box(std::span<const glm::dvec3> points_m, const glm::dvec3& normal, std::size_t lane, BoxLanes& boxes) {
+void set_box(std::span<const glm::dvec3> points_m, const glm::dvec3& normal, std::size_t lane,
+             BoxLanes& boxes) {
   const auto frame = frame_along(normal);
   glm::dvec3 low(infinite), high(-infinite);
   for (const auto& point_m : points_m) {
@@ -80,7 +84,8 @@ void set_box(std::span<const glm::dvec3> points_m, const glm::dvec3& normal, std
     high = glm::max(high, p);
   }
   boxes.centre.set(lane, points_m[0] + frame * ((low + high) / 2.0));
-  for (int side = 0; side < 3; ++side) boxes.half[side].set(lane, (high[side] - low[side]) / 2 * frame[side]);
+  for (int side = 0; side < 3; ++side)
+    boxes.half[side].set(lane, (high[side] - low[side]) / 2 * frame[side]);
 }
 
 /// The corners of boxes after a motion: those of all boxes' first corner, of their second, ...
@@ -90,12 +95,13 @@ std::array<Places, corners_of_box> corners_of(BoxLanes boxes, const Motion& moti
   for (auto& half : boxes.half) half.move(direction);
   std::array<Places, corners_of_box> corners;
   for (int corner = 0; corner < corners_of_box; ++corner) {
-    const double sign[3] = {corner & 1 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0, corner & 4 ? 1.0 : -1.0};
+    const double sign[3] = {corner & 1 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0,
+                            corner & 4 ? 1.0 : -1.0};
     for (int axis = 0; axis < 3; ++axis) {
       auto& to = corners[static_cast<std::size_t>(corner)].at_m[axis];
       for (std::size_t i = 0; i < Lanes::count; ++i)
-        to.v[i] = boxes.centre.at_m[axis].v[i] + sign[0] * boxes.half[0].at_m[axis].v[i] + sign[1] * boxes.half[1].at_m[axis].v[i] +
-                  sign[2] * boxes.half[2].at_m[axis].v[i];
+        to.v[i] = boxes.centre.at_m[axis].v[i] + sign[0] * boxes.half[0].at_m[axis].v[i] +
+                  sign[1] * boxes.half[1].at_m[axis].v[i] + sign[2] * boxes.half[2].at_m[axis].v[i];
     }
   }
   return corners;
@@ -103,14 +109,18 @@ std::array<Places, corners_of_box> corners_of(BoxLanes boxes, const Motion& moti
 
 std::span<const std::uint32_t> vertices_of(const Clusters& clusters, std::size_t cluster) {
   const auto first = cluster * Clusters::size;
-  return std::span(clusters.vertices).subspan(first, std::min(Clusters::size, clusters.vertices.size() - first));
+  return std::span(clusters.vertices)
+      .subspan(first, std::min(Clusters::size, clusters.vertices.size() - first));
 }
 
-constexpr std::size_t groups_of(std::size_t count, std::size_t size) { return (count + size - 1) / size; }
+constexpr std::size_t groups_of(std::size_t count, std::size_t size) {
+  return (count + size - 1) / size;
+}
 
 /// What a box is to hold.
 struct Content {
-  std::array<glm::dvec3, std::max<std::size_t>(Clusters::size, Lanes::count* corners_of_box)> points_m;
+  std::array<glm::dvec3, std::max<std::size_t>(Clusters::size, Lanes::count* corners_of_box)>
+      points_m;
   std::size_t count = 0;
   glm::dvec3 normal{0};  // sum over the vertices
 };
@@ -119,7 +129,8 @@ struct Content {
 ///
 /// normals  of the boxes
 template <class F>
-std::vector<BoxLanes> boxes_around(std::size_t count, const F& content_of, std::vector<glm::dvec3>& normals) {
+std::vector<BoxLanes> boxes_around(std::size_t count, const F& content_of,
+                                   std::vector<glm::dvec3>& normals) {
   std::vector<BoxLanes> boxes(groups_of(count, Lanes::count));
   normals.resize(count);
   auto& threads = cl::Threads::shared();
@@ -134,11 +145,12 @@ std::vector<BoxLanes> boxes_around(std::size_t count, const F& content_of, std::
   return boxes;
 }
 
-/// Looks for the largest values among an object's vertices, from the boxes around all of them downwards.
+/// Looks for the largest values among an object's vertices, from the boxes around all of them
+/// downwards.
 class Search {
 public:
-  Search(const Clusters& clusters, std::span<const glm::dvec3> positions_m, const Motion& motion, const RaiseInPlaces& raise, double least,
-         std::span<double> largest)
+  Search(const Clusters& clusters, std::span<const glm::dvec3> positions_m, const Motion& motion,
+         const RaiseInPlaces& raise, double least, std::span<double> largest)
       : clusters_(clusters),
         positions_m_(positions_m),
         motion_(motion),
@@ -167,7 +179,8 @@ private:
     std::size_t box = 0;
     for (auto level = clusters_.levels.size(); level-- > 0;) {
       const auto& promised = bounds_of(level, box)[function].v;
-      const auto best = static_cast<std::size_t>(std::max_element(promised, promised + Lanes::count) - promised);
+      const auto best =
+          static_cast<std::size_t>(std::max_element(promised, promised + Lanes::count) - promised);
       if (!(promised[best] > largest_[function] + least_)) return;
       box = std::min(box * Lanes::count + best, box_count(level) - 1);
     }
@@ -176,11 +189,15 @@ private:
 
   void look_below(std::size_t level, std::size_t group) {
     const auto bounds = bounds_of(level, group);
-    const auto first = group * Lanes::count, count = std::min(Lanes::count, box_count(level) - first);
+    const auto first = group * Lanes::count,
+               count = std::min(Lanes::count, box_count(level) - first);
     for (std::size_t i = 0; i < count; ++i) {
-      const auto promises_more = [&](std::size_t function) { return bounds[function].v[i] > largest_[function] + least_; };
+      const auto promises_more = [&](std::size_t function) {
+        return bounds[function].v[i] > largest_[function] + least_;
+      };
       bool worth_it = false;
-      for (std::size_t function = 0; function < largest_.size(); ++function) worth_it = worth_it || promises_more(function);
+      for (std::size_t function = 0; function < largest_.size(); ++function)
+        worth_it = worth_it || promises_more(function);
       if (!worth_it) continue;
       if (level == 0)
         look_at(first + i);
@@ -202,7 +219,8 @@ private:
   }
 
   std::size_t box_count(std::size_t level) const {
-    return level == 0 ? groups_of(clusters_.vertices.size(), Clusters::size) : clusters_.levels[level - 1].size();
+    return level == 0 ? groups_of(clusters_.vertices.size(), Clusters::size)
+                      : clusters_.levels[level - 1].size();
   }
 
   const Clusters& clusters_;
@@ -239,9 +257,11 @@ Clusters clusters_of(std::span<const glm::dvec3> positions_m, std::span<const gl
         [&](std::size_t group) {
           Content content;
           for (const auto& corners : corners_of(below[group], {})) {
-            for (std::size_t lane = 0; lane < Lanes::count; ++lane) content.points_m[content.count++] = corners.get(lane);
+            for (std::size_t lane = 0; lane < Lanes::count; ++lane)
+              content.points_m[content.count++] = corners.get(lane);
           }
-          for (auto i = group * Lanes::count; i < std::min((group + 1) * Lanes::count, normals_below.size()); ++i)
+          for (auto i = group * Lanes::count;
+               i < std::min((group + 1) * Lanes::count, normals_below.size()); ++i)
             content.normal += normals_below[i];
           return content;
         },
@@ -252,8 +272,9 @@ Clusters clusters_of(std::span<const glm::dvec3> positions_m, std::span<const gl
   return clusters;
 }
 
-void raise_to_largest(const Clusters& clusters, std::span<const glm::dvec3> positions_m, const Motion& motion, const RaiseInPlaces& raise,
-                      double least, std::span<double> largest) {
+void raise_to_largest(const Clusters& clusters, std::span<const glm::dvec3> positions_m,
+                      const Motion& motion, const RaiseInPlaces& raise, double least,
+                      std::span<double> largest) {
   Search(clusters, positions_m, motion, raise, least, largest).run();
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Neighbouring vertices in clusters, so that what lies outermost is found without a look at every vertex.
+/// Neighbouring vertices in clusters, so that what lies outermost is found without a look at every
+/// vertex.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +24,9 @@ struct BoxLanes {
 struct Clusters {
   static constexpr std::size_t size = 64;
   std::vector<std::uint32_t> vertices;  // cluster by cluster
-  // First boxes around the clusters, then around as many of these as there are lanes, and so on, up to one group of boxes around all; the
-  // last box of a level also where some are missing to whole lanes.
+  // First boxes around the clusters, then around as many of these as there are lanes, and so on, up
+  // to one group of boxes around all; the last box of a level also where some are missing to whole
+  // lanes.
   std::vector<std::vector<BoxLanes>> levels;
 };
 
@@ -34,12 +36,14 @@ Clusters clusters_of(std::span<const glm::dvec3> positions_m, std::span<const gl
 /// Raises numbers, lane by lane, to what functions of place are in some places.
 using RaiseInPlaces = std::function<void(std::span<const Places>, std::span<Lanes>)>;
 
-/// Raises `largest` to the largest that functions are at the vertices of clusters. Over a convex body, each must be largest at a corner.
+/// Raises `largest` to the largest that functions are at the vertices of clusters. Over a convex
+/// body, each must be largest at a corner.
 ///
 /// positions_m  of the vertices that `clusters` was made of
 /// motion       takes them to where the functions are taken
 /// least        what is larger by less may be missed
-void raise_to_largest(const Clusters& clusters, std::span<const glm::dvec3> positions_m, const Motion& motion, const RaiseInPlaces& raise,
-                      double least, std::span<double> largest);
+void raise_to_largest(const Clusters& clusters, std::span<const glm::dvec3> positions_m,
+                      const Motion& motion, const RaiseInPlaces& raise, double least,
+                      std::span<double> largest);
 
 }  // namespace raywave

@@ -19,32 +19,46 @@ constexpr int depth_bins = 256;  // of a scene's depth, for the choice of slabs
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// What an outline is made of, per axis: functions of place that, over a convex body before the hologram, are largest at one of its
-/// corners.
-enum Function : std::size_t { tangent_low, tangent_high, passed_low, passed_high, beyond, functions };
+/// What an outline is made of, per axis: functions of place that, over a convex body before the
+/// hologram, are largest at one of its corners.
+enum Function : std::size_t {
+  tangent_low,
+  tangent_high,
+  passed_low,
+  passed_high,
+  beyond,
+  functions
+};
 using Largest = std::array<double, 2 * functions>;
 
 /// Infinite where a place is not before the hologram.
-RAYWAVE_FOR_SEVERAL_CPUS void raise_outline(const Places* places, std::size_t count, const SeenThrough& seen, Lanes* largest) {
+RAYWAVE_FOR_SEVERAL_CPUS void raise_outline(const Places* places, std::size_t count,
+                                            const SeenThrough& seen, Lanes* largest) {
   Lanes nearest(infinite);
   for (std::size_t n = 0; n < count; ++n) {
     const auto& z_m = places[n].at_m[2].v;
-    for (std::size_t i = 0; i < Lanes::count; ++i) nearest.v[i] = z_m[i] < nearest.v[i] ? z_m[i] : nearest.v[i];
+    for (std::size_t i = 0; i < Lanes::count; ++i)
+      nearest.v[i] = z_m[i] < nearest.v[i] ? z_m[i] : nearest.v[i];
     for (int axis = 0; axis < 2; ++axis) {
       const auto& x_m = places[n].at_m[axis].v;
       Lanes* const of_axis = largest + axis * functions;
       for (std::size_t i = 0; i < Lanes::count; ++i) {
         const double x = x_m[i], z = z_m[i], tangent = x / z;
-        const double share = (z - seen.distance_m) / z;  // of the way from the surface to the hologram
-        const double off_centre = x - seen.centre_m[axis], centre = x - off_centre * share, reach = seen.half_m[axis] * std::abs(share);
-        const double values[functions] = {-tangent, tangent, reach - centre, centre + reach,
-                                          std::abs(off_centre) + seen.wider * seen.half_m[axis] - seen.largest_tangent[axis] * z};
-        for (std::size_t f = 0; f < functions; ++f) of_axis[f].v[i] = values[f] > of_axis[f].v[i] ? values[f] : of_axis[f].v[i];
+        // Of the way from the surface to the hologram
+        const double share = (z - seen.distance_m) / z;
+        const double off_centre = x - seen.centre_m[axis], centre = x - off_centre * share,
+                     reach = seen.half_m[axis] * std::abs(share);
+        const double values[functions] = {
+            -tangent, tangent, reach - centre, centre + reach,
+            std::abs(off_centre) + seen.wider * seen.half_m[axis] - seen.largest_tangent[axis] * z};
+        for (std::size_t f = 0; f < functions; ++f)
+          of_axis[f].v[i] = values[f] > of_axis[f].v[i] ? values[f] : of_axis[f].v[i];
       }
     }
   }
   for (std::size_t f = 0; f < 2 * functions; ++f) {
-    for (std::size_t i = 0; i < Lanes::count; ++i) largest[f].v[i] = nearest.v[i] > 0 ? largest[f].v[i] : infinite;
+    for (std::size_t i = 0; i < Lanes::count; ++i)
+      largest[f].v[i] = nearest.v[i] > 0 ? largest[f].v[i] : infinite;
   }
 }
 
@@ -71,18 +85,23 @@ Largest largest_among(std::span<const glm::dvec3> points, const SeenThrough& see
     raise_outline(places.data(), places.size(), seen, largest.data());
   }
   Largest all;
-  std::transform(largest.begin(), largest.end(), all.begin(), [](const Lanes& one) { return one.largest(); });
+  std::transform(largest.begin(), largest.end(), all.begin(),
+                 [](const Lanes& one) { return one.largest(); });
   return all;
 }
 
-/// Of an object's surfaces: one side, or the other. Areas as the hologram sees them, and depths weighted with them.
+/// Of an object's surfaces: one side, or the other. Areas as the hologram sees them, and depths
+/// weighted with them.
 struct Sides {
   double weight[2] = {0, 0}, sum[2] = {0, 0};
-  double middle(int side) const { return weight[side] > 0 ? sum[side] / weight[side] : std::numeric_limits<double>::infinity(); }
+  double middle(int side) const {
+    return weight[side] > 0 ? sum[side] / weight[side] : std::numeric_limits<double>::infinity();
+  }
 };
 
 /// Of facets of an object that has moved so.
-RAYWAVE_FOR_SEVERAL_CPUS Sides sides_of(const Facets* facets, std::size_t count, const Motion& motion) {
+RAYWAVE_FOR_SEVERAL_CPUS Sides sides_of(const Facets* facets, std::size_t count,
+                                        const Motion& motion) {
   Lanes weight[2] = {Lanes(0), Lanes(0)}, sum[2] = {Lanes(0), Lanes(0)};
   for (std::size_t n = 0; n < count; ++n) {
     const auto& share = facets[n].share.v;
@@ -90,11 +109,14 @@ RAYWAVE_FOR_SEVERAL_CPUS Sides sides_of(const Facets* facets, std::size_t count,
     for (auto& corner : corners) corner.move(motion);
     const auto &a = corners[0].at_m, &b = corners[1].at_m, &c = corners[2].at_m;
     for (std::size_t i = 0; i < Lanes::count; ++i) {
-      const double ux = b[0].v[i] - a[0].v[i], uy = b[1].v[i] - a[1].v[i], uz = b[2].v[i] - a[2].v[i];
-      const double vx = c[0].v[i] - a[0].v[i], vy = c[1].v[i] - a[1].v[i], vz = c[2].v[i] - a[2].v[i];
+      const double ux = b[0].v[i] - a[0].v[i], uy = b[1].v[i] - a[1].v[i],
+                   uz = b[2].v[i] - a[2].v[i];
+      const double vx = c[0].v[i] - a[0].v[i], vy = c[1].v[i] - a[1].v[i],
+                   vz = c[2].v[i] - a[2].v[i];
       const double x = a[0].v[i] + b[0].v[i] + c[0].v[i], y = a[1].v[i] + b[1].v[i] + c[1].v[i],
                    z = a[2].v[i] + b[2].v[i] + c[2].v[i];  // of the centre, tripled
-      const double toward = (uy * vz - uz * vy) * x + (uz * vx - ux * vz) * y + (ux * vy - uy * vx) * z;
+      const double toward =
+          (uy * vz - uz * vy) * x + (uz * vx - ux * vz) * y + (ux * vy - uy * vx) * z;
       const double depth_weight = share[i] * std::abs(toward) / z, area = depth_weight / z;
       const bool other = toward < 0;
       weight[0].v[i] += other ? 0.0 : area;
@@ -118,17 +140,20 @@ double middle_of_surfaces(const World& world, std::span<const Facets> facets) {
     std::size_t object;
     Sides sides;
   };
-  std::vector<std::vector<Part>> ranges((facets.size() + cl::Threads::range - 1) / cl::Threads::range);
-  cl::Threads::shared().for_ranges(facets.size(), [&](std::size_t, std::size_t from, std::size_t to) {
-    auto& parts = ranges[from / cl::Threads::range];
-    while (from < to) {
-      const auto object = facets[from].object;
-      auto end = from + 1;
-      while (end < to && facets[end].object == object) ++end;
-      parts.push_back({static_cast<std::size_t>(object), sides_of(&facets[from], end - from, world.motion_of(object))});
-      from = end;
-    }
-  });
+  std::vector<std::vector<Part>> ranges((facets.size() + cl::Threads::range - 1) /
+                                        cl::Threads::range);
+  cl::Threads::shared().for_ranges(
+      facets.size(), [&](std::size_t, std::size_t from, std::size_t to) {
+        auto& parts = ranges[from / cl::Threads::range];
+        while (from < to) {
+          const auto object = facets[from].object;
+          auto end = from + 1;
+          while (end < to && facets[end].object == object) ++end;
+          parts.push_back({static_cast<std::size_t>(object),
+                           sides_of(&facets[from], end - from, world.motion_of(object))});
+          from = end;
+        }
+      });
   std::vector<Sides> objects(world.object_closed.size());
   for (const auto& range : ranges) {
     for (const auto& part : range) {
@@ -148,24 +173,33 @@ double middle_of_surfaces(const World& world, std::span<const Facets> facets) {
   return std::isfinite(middle) ? middle : (world.min_m.z + world.max_m.z) / 2;
 }
 
-/// Area of surfaces by depth, in bins of equal depth: how much of it, and its mean depth times that.
+/// Area of surfaces by depth, in bins of equal depth: how much of it, and its mean depth times
+/// that.
 class DepthHistogram {
 public:
-  DepthHistogram(double near_m, double far_m) : near_m_(near_m), bin_m_((far_m - near_m) / depth_bins) {}
+  DepthHistogram(double near_m, double far_m)
+      : near_m_(near_m), bin_m_((far_m - near_m) / depth_bins) {}
 
-  /// A triangle of that area, evenly lit: its share beyond a depth falls as the square of what is left to its ends.
+  /// A triangle of that area, evenly lit: its share beyond a depth falls as the square of what is
+  /// left to its ends.
   void add(std::array<double, 3> z_m, double area) {
     std::sort(z_m.begin(), z_m.end());
-    const auto bin = [&](double z) { return bin_m_ > 0 ? std::clamp(static_cast<int>((z - near_m_) / bin_m_), 0, depth_bins - 1) : 0; };
+    const auto bin = [&](double z) {
+      return bin_m_ > 0 ? std::clamp(static_cast<int>((z - near_m_) / bin_m_), 0, depth_bins - 1)
+                        : 0;
+    };
     const int first = bin(z_m[0]), last = bin(z_m[2]);
     std::pair<double, double> before{0, 0};
     for (int i = first; i <= last; ++i) {
-      const auto up_to = i == last ? std::pair{1.0, (z_m[0] + z_m[1] + z_m[2]) / 3} : moments_before(z_m, near_m_ + (i + 1) * bin_m_);
-      const double share = std::max(0.0, up_to.first - before.first), begin_m = near_m_ + i * bin_m_;
+      const auto up_to = i == last ? std::pair{1.0, (z_m[0] + z_m[1] + z_m[2]) / 3}
+                                   : moments_before(z_m, near_m_ + (i + 1) * bin_m_);
+      const double share = std::max(0.0, up_to.first - before.first),
+                   begin_m = near_m_ + i * bin_m_;
       area_[static_cast<std::size_t>(i)] += area * share;
       // Of next to nothing, rounding would put the mean anywhere.
       area_depth_[static_cast<std::size_t>(i)] +=
-          area * std::clamp(up_to.second - before.second, share * begin_m, share * (begin_m + bin_m_));
+          area *
+          std::clamp(up_to.second - before.second, share * begin_m, share * (begin_m + bin_m_));
       before = up_to;
     }
   }
@@ -180,10 +214,13 @@ public:
   /// Infinite without any area.
   double mean() const { return mean_between(0, depth_bins); }
 
-  /// Means of `count` slabs, or of as many as have area, between which the sum of area times squared distance to the mean is least.
+  /// Means of `count` slabs, or of as many as have area, between which the sum of area times
+  /// squared distance to the mean is least.
   std::vector<double> means(int count) const {
-    // least[i]: of the first i bins in as many slabs as the round says; from[round][i]: where the last of these begins.
-    std::vector<double> least(static_cast<std::size_t>(depth_bins) + 1, std::numeric_limits<double>::infinity());
+    // least[i]: of the first i bins in as many slabs as the round says; from[round][i]: where the
+    // last of these begins.
+    std::vector<double> least(static_cast<std::size_t>(depth_bins) + 1,
+                              std::numeric_limits<double>::infinity());
     least[0] = 0;
     std::vector<std::vector<int>> from;
     for (int round = 0; round < count; ++round) {
@@ -192,7 +229,8 @@ public:
       for (int end = round + 1 < count ? 1 : depth_bins; end <= depth_bins; ++end) {
         Sums slab;
         for (int begin = end - 1; begin >= 0; --begin) {
-          slab.add(area_[static_cast<std::size_t>(begin)], area_depth_[static_cast<std::size_t>(begin)]);
+          slab.add(area_[static_cast<std::size_t>(begin)],
+                   area_depth_[static_cast<std::size_t>(begin)]);
           const double sum = least[static_cast<std::size_t>(begin)] + slab.square();
           if (!(sum < next[static_cast<std::size_t>(end)])) continue;
           next[static_cast<std::size_t>(end)] = sum;
@@ -204,7 +242,8 @@ public:
     std::vector<double> all;
     for (int end = depth_bins, round = count - 1; round >= 0; --round) {
       const int begin = from[static_cast<std::size_t>(round)][static_cast<std::size_t>(end)];
-      if (const double mean = mean_between(begin, end); std::isfinite(mean)) all.insert(all.begin(), mean);
+      if (const double mean = mean_between(begin, end); std::isfinite(mean))
+        all.insert(all.begin(), mean);
       end = begin;
     }
     return all;
@@ -227,7 +266,8 @@ private:
 
   /// Of a triangle of unit area: the part before `at`, and the integral of its depth.
   static std::pair<double, double> moments_before(const std::array<double, 3>& z, double at) {
-    const auto corner = [](double end, double middle, double other, double to) {  // between `end` and `to`, which lies before `middle`
+    // Between `end` and `to`, which lies before `middle`
+    const auto corner = [](double end, double middle, double other, double to) {
       const double reach = to - end, share = reach * reach / ((other - end) * (middle - end));
       return std::pair{share, share * (end + reach * 2 / 3)};
     };
@@ -255,7 +295,8 @@ private:
 
 void Outline::add(const Outline& other) {
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    for (const auto& [whole, part] : {std::pair{&tangents[axis], &other.tangents[axis]}, {&passed[axis], &other.passed[axis]}}) {
+    for (const auto& [whole, part] : {std::pair{&tangents[axis], &other.tangents[axis]},
+                                      {&passed[axis], &other.passed[axis]}}) {
       whole->low = std::min(whole->low, part->low);
       whole->high = std::max(whole->high, part->high);
     }
@@ -265,9 +306,11 @@ void Outline::add(const Outline& other) {
 
 Outline outline_of(std::span<const glm::dvec3> points, const SeenThrough& seen) {
   std::vector<Outline> ranges((points.size() + cl::Threads::range - 1) / cl::Threads::range);
-  cl::Threads::shared().for_ranges(points.size(), [&](std::size_t, std::size_t from, std::size_t to) {
-    ranges[from / cl::Threads::range] = outline_from(largest_among(points.subspan(from, to - from), seen));
-  });
+  cl::Threads::shared().for_ranges(
+      points.size(), [&](std::size_t, std::size_t from, std::size_t to) {
+        ranges[from / cl::Threads::range] =
+            outline_from(largest_among(points.subspan(from, to - from), seen));
+      });
   Outline all;
   for (const auto& range : ranges) all.add(range);
   return all;
@@ -282,8 +325,9 @@ Outline outline_of(const World& world, const SeenThrough& seen) {
   };
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
     const auto& placed = world.placed[i];
-    raise_to_largest(placed.clusters, std::span(world.positions).subspan(placed.first_vertex, placed.vertices), world.motions[i], raise, 0,
-                     largest);
+    raise_to_largest(placed.clusters,
+                     std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
+                     world.motions[i], raise, 0, largest);
   }
   return outline_from(largest);
 }
@@ -300,10 +344,12 @@ std::vector<double> middles_of_surfaces(const World& world, int slabs) {
   for (auto group : facets) {
     for (auto& corner : group.corners) corner.move(world.motion_of(group.object));
     for (std::size_t i = 0; i < group.count; ++i) {
-      const auto a = group.corners[0].get(i), b = group.corners[1].get(i), c = group.corners[2].get(i);
+      const auto a = group.corners[0].get(i), b = group.corners[1].get(i),
+                 c = group.corners[2].get(i);
       const auto n = glm::cross(b - a, c - a), centre = (a + b + c) / 3.0;
       const double seen = glm::dot(n, centre) / (centre.z * centre.z);
-      sides[static_cast<std::size_t>(group.object)][seen < 0].add({a.z, b.z, c.z}, group.share.v[i] * std::abs(seen));
+      sides[static_cast<std::size_t>(group.object)][seen < 0].add(
+          {a.z, b.z, c.z}, group.share.v[i] * std::abs(seen));
     }
   }
   auto all = none;

@@ -26,9 +26,12 @@ struct Interval {
 /// Surfaces as the hologram's window sees them through a plane at distance_m.
 struct Outline {
   std::array<Interval, 2> tangents;  // of chief rays, to the hologram's centre
-  std::array<Interval, 2> passed;    // where light passes through the plane on its way into the window
-  // How far surfaces lie beyond where the window, `wider` times as large, receives their light below largest_tangent; > 0: some do.
-  std::array<double, 2> beyond_m{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  // Where light passes through the plane on its way into the window
+  std::array<Interval, 2> passed;
+  // How far surfaces lie beyond where the window, `wider` times as large, receives their light
+  // below largest_tangent; > 0: some do.
+  std::array<double, 2> beyond_m{-std::numeric_limits<double>::infinity(),
+                                 -std::numeric_limits<double>::infinity()};
   void add(const Outline& other);
 };
 
@@ -47,8 +50,9 @@ Outline outline_of(std::span<const glm::dvec3> points, const SeenThrough& seen);
 /// Of all surfaces, to a few roundings.
 Outline outline_of(const World& world, const SeenThrough& seen);
 
-/// Where aimed gathering costs least: footprints grow with the distance of a sample from its WRP, so the middles, by area as the hologram
-/// sees it, of the objects' near sides, in so many slabs of depth (or as many as have surfaces). Either winding may be the outside.
+/// Where aimed gathering costs least: footprints grow with the distance of a sample from its WRP,
+/// so the middles, by area as the hologram sees it, of the objects' near sides, in so many slabs of
+/// depth (or as many as have surfaces). Either winding may be the outside.
 std::vector<double> middles_of_surfaces(const World& world, int slabs);
 
 }  // namespace raywave

@@ -13,7 +13,9 @@ struct Motion {
   glm::dvec3 from_m{0}, to_m{0};  // `from_m` comes to `to_m`
   bool moved = false;             // otherwise every place stays as it is, bit for bit
 
-  glm::dvec3 operator()(const glm::dvec3& p_m) const { return moved ? to_m + scale * (turn * (p_m - from_m)) : p_m; }
+  glm::dvec3 operator()(const glm::dvec3& p_m) const {
+    return moved ? to_m + scale * (turn * (p_m - from_m)) : p_m;
+  }
 };
 
 }  // namespace raywave

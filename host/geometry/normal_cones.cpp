@@ -10,7 +10,8 @@
 namespace raywave {
 namespace {
 
-/// Of all triangles below a node: the sum of their normals, each as long as twice the area, and the facing.
+/// Of all triangles below a node: the sum of their normals, each as long as twice the area, and the
+/// facing.
 struct Normals {
   glm::dvec3 sum{0};
   Facing facing;
@@ -21,12 +22,14 @@ glm::dvec3 direction_of(const glm::dvec3& v) {
   return length > 0 ? v / length : glm::dvec3(0, 0, 1);
 }
 
-Normals normals_of_leaf(const Bvh& bvh, const std::vector<std::int32_t>& sides, std::size_t first, std::size_t count) {
+Normals normals_of_leaf(const Bvh& bvh, const std::vector<std::int32_t>& sides, std::size_t first,
+                        std::size_t count) {
   Normals leaf;
   std::array<glm::dvec3, BVH_COUNT(-1)> normals;
   for (std::size_t i = first; i < first + count; ++i) {
     const auto& t = bvh.triangles[i];
-    const glm::dvec3 a(t.a[0], t.a[1], t.a[2]), b(t.b[0], t.b[1], t.b[2]), c(t.c[0], t.c[1], t.c[2]);
+    const glm::dvec3 a(t.a[0], t.a[1], t.a[2]), b(t.b[0], t.b[1], t.b[2]),
+        c(t.c[0], t.c[1], t.c[2]);
     const auto normal = static_cast<double>(sides[i]) * glm::cross(b - a, c - a);
     if (glm::length(normal) == 0) return leaf;
     leaf.sum += normal;
@@ -41,8 +44,9 @@ Normals normals_of_leaf(const Bvh& bvh, const std::vector<std::int32_t>& sides, 
 Normals together(const Normals& one, const Normals& other) {
   Normals both{one.sum + other.sum, {}};
   both.facing.axis = direction_of(both.sum);
-  both.facing.spread = std::max(one.facing.spread + glm::length(one.facing.axis - both.facing.axis),
-                                other.facing.spread + glm::length(other.facing.axis - both.facing.axis));
+  both.facing.spread =
+      std::max(one.facing.spread + glm::length(one.facing.axis - both.facing.axis),
+               other.facing.spread + glm::length(other.facing.axis - both.facing.axis));
   return both;
 }
 
@@ -54,13 +58,17 @@ void mark_facing(Bvh& bvh, const std::vector<std::int32_t>& sides) {
     auto& node = bvh.nodes[i];
     const auto mark = [&](std::int32_t child, std::int32_t& count) {
       const auto number = static_cast<std::size_t>(child);
-      const auto normals = count > 0 ? normals_of_leaf(bvh, sides, number, static_cast<std::size_t>(count)) : of_nodes[number];
+      const auto normals =
+          count > 0 ? normals_of_leaf(bvh, sides, number, static_cast<std::size_t>(count))
+                    : of_nodes[number];
       count |= facing_bits(normals.facing);
       return normals;
     };
     const auto left = mark(node.left_child, node.left_count);
     // The missing half of a tree of one leaf.
-    of_nodes[i] = node.right_min[0] > node.right_max[0] ? left : together(left, mark(node.right_child, node.right_count));
+    of_nodes[i] = node.right_min[0] > node.right_max[0]
+                      ? left
+                      : together(left, mark(node.right_child, node.right_count));
   }
 }
 
@@ -71,7 +79,8 @@ std::int32_t facing_bits(const Facing& facing) {
     axis[i] = std::round(FACING_STEPS * facing.axis[i]);
     bits |= (static_cast<std::int32_t>(axis[i]) + FACING_STEPS) << (4 + 7 * i);
   }
-  const double spread = FACING_STEPS * facing.spread + glm::length(double{FACING_STEPS} * facing.axis - axis);
+  const double spread =
+      FACING_STEPS * facing.spread + glm::length(double{FACING_STEPS} * facing.axis - axis);
   const double halves = std::ceil(2 * spread * (1 + 1e-9));
   return halves < 127 ? bits | static_cast<std::int32_t>(halves) << 25 : 0;
 }
@@ -87,7 +96,8 @@ void set_view(device::Body& body, glm::dvec3 middle_m, double radius_m, glm::dve
     rounded[i] = std::round(view[i]);
     body.view[i] = static_cast<std::int32_t>(rounded[i]);
   }
-  // Unit vectors to points of a sphere are within radius / distance / sqrt(1 - 1/4) of that to its middle.
+  // Unit vectors to points of a sphere are within radius / distance / sqrt(1 - 1/4) of that to its
+  // middle.
   const double stray = 1.16 * VIEW_STEPS * radius_m / distance_m + glm::length(view - rounded);
   body.view_margin = static_cast<std::int32_t>(std::ceil(2 * FACING_STEPS * stray * (1 + 1e-9)));
 }

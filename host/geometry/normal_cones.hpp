@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which way the parts of a tree face, so that rays in search of samples pass by the inner sides of closed meshes (kernels/scene/normal_cones.h).
+/// Which way the parts of a tree face, so that rays in search of samples pass by the inner sides of
+/// closed meshes (kernels/scene/normal_cones.h).
 #pragma once
 
 #include <cstdint>
@@ -10,7 +11,8 @@
 
 namespace raywave {
 
-/// Directions of the outer normals below a node: of unit length, all within `spread` of an axis, a unit vector.
+/// Directions of the outer normals below a node: of unit length, all within `spread` of an axis, a
+/// unit vector.
 struct Facing {
   glm::dvec3 axis{0, 0, 1};
   double spread = 2;
@@ -18,7 +20,8 @@ struct Facing {
 
 /// Writes the facing of each child into the counts of a tree's nodes.
 ///
-/// sides  of bvh.triangles: device::Triangle::side; with an open mesh below it a child faces everywhere
+/// sides  of bvh.triangles: device::Triangle::side; with an open mesh below it a child faces
+///        everywhere
 void mark_facing(Bvh& bvh, const std::vector<std::int32_t>& sides);
 
 /// The bits of kernels/scene/normal_cones.h; 0 where the spread is too large for them.

@@ -8,8 +8,8 @@
 
 namespace raywave::device {
 using uint = std::uint32_t;
-#include "kernels/scene/normal_cones.h"
 #include "kernels/common/shared.h"
+#include "kernels/scene/normal_cones.h"
 }  // namespace raywave::device
 
 RAYWAVE_CL_TYPE(raywave::device::BvhNode, "BvhNode");

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "host/geometry/world.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -11,10 +13,9 @@
 #include <span>
 #include <utility>
 
-#include "host/geometry/clusters.hpp"
 #include "host/common/error.hpp"
-#include "host/geometry/world.hpp"
 #include "host/common/text.hpp"
+#include "host/geometry/clusters.hpp"
 #include "host/scene/weld.hpp"
 
 namespace raywave {
@@ -40,7 +41,8 @@ struct Box {
 
 glm::dmat3 rotation_xyz(const glm::dvec3& degrees) {
   const auto about = [](double angle_deg, const glm::dvec3& axis) {
-    return glm::dmat3(glm::rotate(glm::dmat4(1), glm::radians(std::remainder(angle_deg, 360.0)), axis));
+    return glm::dmat3(
+        glm::rotate(glm::dmat4(1), glm::radians(std::remainder(angle_deg, 360.0)), axis));
   };
   return about(degrees.z, {0, 0, 1}) * about(degrees.y, {0, 1, 0}) * about(degrees.x, {1, 0, 0});
 }
@@ -63,7 +65,8 @@ Box turned_box(const World& world, const PlacedObject& placed, const glm::dmat3&
   largest.fill(-INFINITY);
   // A flat side that faces an axis promises more by no more than rounding, everywhere.
   const double least = 0x1p-50 * glm::length(placed.max_m - placed.min_m);
-  raise_to_largest(placed.clusters, std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
+  raise_to_largest(placed.clusters,
+                   std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
                    {turn, 1, placed.position_m, glm::dvec3(0), true}, raise, least, largest);
   return {{-largest[3], -largest[4], -largest[5]}, {largest[0], largest[1], largest[2]}};
 }
@@ -76,11 +79,15 @@ double scale_of(const Object& object, const Box& turned, double mesh_unit) {
   const glm::dvec3 size = turned.size();
   const double largest = std::max({size.x, size.y, size.z});
   if (object.width_m && size.x <= 1e-9 * largest)
-    throw InputError(object.where + ": width cannot be reached, because the mesh has no extent in x after rotation; turn it or omit width");
+    throw InputError(object.where +
+                     ": width cannot be reached, because the mesh has no extent in x after "
+                     "rotation; turn it or omit width");
   const double scale = object.width_m ? *object.width_m / size.x : 1 / mesh_unit;
-  if (const double largest_m = largest * scale; !(largest_m >= kSmallestObject_m && largest_m <= kLargestObject_m))
-    throw InputError(object.where + ": the mesh would be " + length_text(largest_m) + " large, and must be " +
-                     length_text(kSmallestObject_m) + " to " + length_text(kLargestObject_m) + "; give a width");
+  if (const double largest_m = largest * scale;
+      !(largest_m >= kSmallestObject_m && largest_m <= kLargestObject_m))
+    throw InputError(object.where + ": the mesh would be " + length_text(largest_m) +
+                     " large, and must be " + length_text(kSmallestObject_m) + " to " +
+                     length_text(kLargestObject_m) + "; give a width");
   return scale;
 }
 
@@ -92,18 +99,21 @@ struct Placing {
 
 /// turned     box of the vertices after `turn` about `from`
 /// mesh_unit  of the vertices' units
-Placing placing_of(const Object& object, const glm::dmat3& turn, const glm::dvec3& from, const Box& turned, double mesh_unit) {
+Placing placing_of(const Object& object, const glm::dmat3& turn, const glm::dvec3& from,
+                   const Box& turned, double mesh_unit) {
   const double scale = scale_of(object, turned, mesh_unit);
   const glm::dvec3 centre = turned.centre();
   const auto placed = [&](const glm::dvec3& p) { return object.position_m + (p - centre) * scale; };
   const Box box{placed(turned.min), placed(turned.max)};
   if (!(box.min.z > 0))
-    throw InputError(object.where + ": lies behind or touches the hologram plane: its z runs from " + length_text(box.min.z) + " to " +
-                     length_text(box.max.z) + ", and must be > 0");
+    throw InputError(
+        object.where + ": lies behind or touches the hologram plane: its z runs from " +
+        length_text(box.min.z) + " to " + length_text(box.max.z) + ", and must be > 0");
   return {{turn, scale, from, placed(glm::dvec3(0)), true}, box};
 }
 
-/// Adds triangles that stand for all of an object, drawn by area at even steps through the list; all of them where they are few.
+/// Adds triangles that stand for all of an object, drawn by area at even steps through the list;
+/// all of them where they are few.
 ///
 /// first  of its triangles, which are the world's last
 void add_facets(std::size_t first, World& world) {
@@ -135,7 +145,8 @@ void add_facets(std::size_t first, World& world) {
 /// Adds an object's vertices and triangles, its vertices nowhere yet.
 void add(std::int32_t index, const Object& object, const Mesh& mesh, World& world) {
   if (world.triangles.size() + mesh.triangles.size() > kMaxTriangles)
-    throw InputError(object.where + ": with it the scene has more than " + std::to_string(kMaxTriangles) + " triangles");
+    throw InputError(object.where + ": with it the scene has more than " +
+                     std::to_string(kMaxTriangles) + " triangles");
   const auto first = static_cast<glm::uint>(world.positions.size());
   world.positions.resize(first + mesh.positions.size());
   world.normals.resize(world.positions.size());
@@ -166,15 +177,18 @@ PlacedObject place(const Object& object, const Mesh& mesh, std::size_t first_ver
           .unit_m = placing.motion.scale,
           .min_m = placing.box.min,
           .max_m = placing.box.max,
-          .clusters =
-              clusters_of(std::span(world.positions).subspan(first_vertex, count), std::span(world.normals).subspan(first_vertex, count))};
+          .clusters = clusters_of(std::span(world.positions).subspan(first_vertex, count),
+                                  std::span(world.normals).subspan(first_vertex, count))};
 }
 
 Placing placing_of(const Object& object, const World& world, const PlacedObject& placed) {
-  if (object.position_m == placed.position_m && object.rotation_deg == placed.rotation_deg && object.width_m == placed.width_m)
+  if (object.position_m == placed.position_m && object.rotation_deg == placed.rotation_deg &&
+      object.width_m == placed.width_m)
     return {{}, {placed.min_m, placed.max_m}};
-  const auto turn = rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
-  return placing_of(object, turn, placed.position_m, turned_box(world, placed, turn), placed.unit_m);
+  const auto turn =
+      rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
+  return placing_of(object, turn, placed.position_m, turned_box(world, placed, turn),
+                    placed.unit_m);
 }
 
 }  // namespace
@@ -192,13 +206,16 @@ bool is_closed(const Mesh& mesh) {
 }
 
 Meshes load_meshes(const Scene& scene) {
-  if (scene.objects.empty()) throw InputError(one_line(scene.file.string()) + ": there is no object: add [[object]] with mesh = \"FILE\"");
+  if (scene.objects.empty())
+    throw InputError(one_line(scene.file.string()) +
+                     ": there is no object: add [[object]] with mesh = \"FILE\"");
   Meshes loaded;
   std::map<std::pair<std::filesystem::path, Normals>, std::size_t> known;
   for (const Object& object : scene.objects) {
     std::error_code error;
     const auto [found, is_new] =
-        known.try_emplace({std::filesystem::weakly_canonical(object.mesh, error), object.normals}, loaded.meshes.size());
+        known.try_emplace({std::filesystem::weakly_canonical(object.mesh, error), object.normals},
+                          loaded.meshes.size());
     if (is_new) {
       loaded.meshes.push_back(load_mesh(object.mesh, object.normals, object.where));
       loaded.closed.push_back(is_closed(loaded.meshes.back()));
@@ -240,19 +257,22 @@ std::array<glm::dvec3, 3> World::corners_m(std::size_t triangle) const {
   return {motion(positions[corners.x]), motion(positions[corners.y]), motion(positions[corners.z])};
 }
 
-void add_facet(const World& world, std::size_t triangle, double share, std::vector<Facets>& facets) {
+void add_facet(const World& world, std::size_t triangle, double share,
+               std::vector<Facets>& facets) {
   const auto object = world.triangle_object[triangle];
   const auto t = world.triangles[triangle];
   if (facets.empty() || facets.back().object != object || facets.back().count == Lanes::count) {
     facets.emplace_back().object = object;
     // A triangle of no share in every lane.
     for (int corner = 0; corner < 3; ++corner) {
-      for (std::size_t lane = 0; lane < Lanes::count; ++lane) facets.back().corners[corner].set(lane, world.positions[t[corner]]);
+      for (std::size_t lane = 0; lane < Lanes::count; ++lane)
+        facets.back().corners[corner].set(lane, world.positions[t[corner]]);
     }
   }
   auto& last = facets.back();
   last.share.v[last.count] = share;
-  for (int corner = 0; corner < 3; ++corner) last.corners[corner].set(last.count, world.positions[t[corner]]);
+  for (int corner = 0; corner < 3; ++corner)
+    last.corners[corner].set(last.count, world.positions[t[corner]]);
   ++last.count;
 }
 
@@ -260,7 +280,8 @@ std::vector<glm::dvec3> positions_now(const World& world) {
   auto positions = world.positions;
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
     const auto& placed = world.placed[i];
-    for (auto& p : std::span(positions).subspan(placed.first_vertex, placed.vertices)) p = world.motions[i](p);
+    for (auto& p : std::span(positions).subspan(placed.first_vertex, placed.vertices))
+      p = world.motions[i](p);
   }
   return positions;
 }
@@ -270,7 +291,8 @@ std::vector<glm::vec3> normals_now(const World& world) {
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
     if (!world.motions[i].moved) continue;
     const auto& placed = world.placed[i];
-    for (auto& n : std::span(normals).subspan(placed.first_vertex, placed.vertices)) n = world.motions[i].turn * glm::dvec3(n);
+    for (auto& n : std::span(normals).subspan(placed.first_vertex, placed.vertices))
+      n = world.motions[i].turn * glm::dvec3(n);
   }
   return normals;
 }

@@ -25,14 +25,17 @@ struct Mesh {
   std::vector<glm::uvec3> triangles;
 };
 
-/// Reads any format Assimp reads; all parts of the file merged, polygons triangulated, points, lines and triangles of no area dropped, node
-/// transforms applied, vertices that agree in everything joined. Axes and numbers stay as in the file (in float, as Assimp keeps them).
+/// Reads any format Assimp reads; all parts of the file merged, polygons triangulated, points,
+/// lines and triangles of no area dropped, node transforms applied, vertices that agree in
+/// everything joined. Axes and numbers stay as in the file (in float, as Assimp keeps them).
 ///
-/// throws  InputError, starting with `where`, when the file cannot be read, holds no triangle, or a vertex is NaN or infinite
+/// throws  InputError, starting with `where`, when the file cannot be read, holds no triangle, or a
+///         vertex is NaN or infinite
 Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where);
 
-/// The last step of load_mesh, on a mesh as a file has it, with zero for a normal that is missing: triangles of no area dropped, every
-/// corner given its normal, and corners that agree in everything joined.
+/// The last step of load_mesh, on a mesh as a file has it, with zero for a normal that is missing:
+/// triangles of no area dropped, every corner given its normal, and corners that agree in
+/// everything joined.
 Mesh finish_mesh(Mesh raw, Normals normals);
 
 /// Triangles that each stand for a part of an object's surface.
@@ -53,22 +56,29 @@ struct PlacedObject {
   Clusters clusters;
 };
 
-/// Every object placed in the world (metres), one after the other. All vectors of a vertex are as long as `positions`. Vertices and normals
-/// stay where they were placed; `motions` says where they are now.
+/// Every object placed in the world (metres), one after the other. All vectors of a vertex are as
+/// long as `positions`. Vertices and normals stay where they were placed; `motions` says where they
+/// are now.
 struct World {
   std::vector<glm::dvec3> positions;
-  std::vector<glm::vec3> normals;  // unit length, as oriented by the mesh; of the face where a vertex has none
-  std::vector<glm::vec2> uvs;      // (0, 0) where a mesh has none
+  // Unit length, as oriented by the mesh; of the face where a vertex has none
+  std::vector<glm::vec3> normals;
+  std::vector<glm::vec2> uvs;  // (0, 0) where a mesh has none
   std::vector<glm::uvec3> triangles;
   std::vector<std::int32_t> triangle_object;  // index into Scene::objects
   std::vector<bool>
-      object_closed;  // per object: every edge shared by exactly two triangles in opposite directions (after welding equal positions)
-  std::vector<Facets> facets;        // stand for all surfaces in sums over them; none: every triangle stands for itself
+      // Per object: every edge shared by exactly two triangles in opposite directions (after
+      // welding equal positions)
+      object_closed;
+  // Stand for all surfaces in sums over them; none: every triangle stands for itself
+  std::vector<Facets> facets;
   std::vector<PlacedObject> placed;  // per object; none in worlds that place_objects has not made
   std::vector<Motion> motions;       // per object; none: nothing has moved
   glm::dvec3 min_m{0}, max_m{0};     // bounding box, as everything is now
 
-  Motion motion_of(std::int32_t object) const { return motions.empty() ? Motion{} : motions[static_cast<std::size_t>(object)]; }
+  Motion motion_of(std::int32_t object) const {
+    return motions.empty() ? Motion{} : motions[static_cast<std::size_t>(object)];
+  }
   /// Where a triangle's corners are now.
   std::array<glm::dvec3, 3> corners_m(std::size_t triangle) const;
 };
@@ -82,7 +92,8 @@ std::vector<glm::dvec3> positions_now(const World& world);
 /// The vertices' normals as they point now.
 std::vector<glm::vec3> normals_now(const World& world);
 
-/// Whether every edge is shared by exactly two triangles in opposite directions, after welding equal positions.
+/// Whether every edge is shared by exactly two triangles in opposite directions, after welding
+/// equal positions.
 bool is_closed(const Mesh& mesh);
 
 /// The meshes of a scene's objects, as read. Objects that name the same file and normals share one.
@@ -97,13 +108,16 @@ Meshes load_meshes(const Scene& scene);
 
 /// Rotates, scales and places all objects.
 ///
-/// throws  InputError when a width is asked of a mesh without x extent, or an object touches or lies behind the hologram plane (z <= 0)
+/// throws  InputError when a width is asked of a mesh without x extent, or an object touches or
+///         lies behind the hologram plane (z <= 0)
 World place_objects(const Scene& scene, const Meshes& meshes);
 
-/// Moves all objects of a world that place_objects has made to where the scene has them now: its motions and its box.
+/// Moves all objects of a world that place_objects has made to where the scene has them now: its
+/// motions and its box.
 ///
 /// throws    as place_objects; the world is then worth nothing until it has been moved again
-/// accuracy  places are those of a world placed there to a few roundings of the objects' sizes and distances
+/// accuracy  places are those of a world placed there to a few roundings of the objects' sizes and
+///           distances
 void move_objects(const Scene& scene, World& world);
 
 /// Reads the meshes and places all objects.

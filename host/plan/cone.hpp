@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How much of a surface sample's wave the WRPs gather on its way to each part of the hologram: sampling.fan and sampling.edge.
+/// How much of a surface sample's wave the WRPs gather on its way to each part of the hologram:
+/// sampling.fan and sampling.edge.
 #pragma once
 
 namespace raywave {
@@ -11,7 +12,8 @@ struct Cone {
 
   bool operator==(const Cone&) const = default;
 
-  /// Share of the amplitude that arrives `at` so many half holograms from the middle; as kernels/gather/gather.cl has it.
+  /// Share of the amplitude that arrives `at` so many half holograms from the middle; as
+  /// kernels/gather/gather.cl has it.
   double passed(double at) const;
 
   /// Relative L2 error of the hologram's field against the whole wave, which is 1 everywhere.

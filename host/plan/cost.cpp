@@ -5,8 +5,8 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "host/trace/gatherer.hpp"
 #include "host/propagate/propagator.hpp"
+#include "host/trace/gatherer.hpp"
 
 namespace raywave {
 namespace {
@@ -16,8 +16,8 @@ namespace {
 /// Work of a ray beside each level of the tree, in levels.
 constexpr double levels_of_a_ray = 4;
 
-/// Rays of a lattice's cell that meets nothing, most of them turned away near the tree's root; of what the hologram's parts see of a
-/// sample.
+/// Rays of a lattice's cell that meets nothing, most of them turned away near the tree's root; of
+/// what the hologram's parts see of a sample.
 constexpr double rays_of_an_empty_cell = 2.6, views_of_a_sample = 16;
 
 /// The launches of a picture, in levels of rays.
@@ -26,10 +26,12 @@ constexpr double levels_of_a_picture = 9e5;
 /// What a further frame costs of a pair, and what a light's highlight adds to it.
 constexpr double further_frame = 0.08, highlight = 0.65;
 
-/// Gathering goes by tiles, so many pixels wide and, of all frames together, high; a tile's rim costs as much as its middle.
+/// Gathering goes by tiles, so many pixels wide and, of all frames together, high; a tile's rim
+/// costs as much as its middle.
 constexpr double tile_width = 16, tile_pixels_high = 16;
 
-/// Samples near their WRP, in pairs: a pixel of each frame, and making the profiles, per pixel of their width and height.
+/// Samples near their WRP, in pairs: a pixel of each frame, and making the profiles, per pixel of
+/// their width and height.
 constexpr double near_pixel = 0.093, profile_of_a_pixel = 7;
 
 /// Aiming a sample at a WRP and looking for it from the tiles, each frame, in pairs.
@@ -45,7 +47,8 @@ struct Crossing {
 };
 
 /// at_m  where the sample's ray to a tile's centre crosses the WRPs, which reach from first to last
-Crossing crossing(const Plan& plan, const Slab& slab, int axis, double at_m, double z_m, double first_m, double last_m) {
+Crossing crossing(const Plan& plan, const Slab& slab, int axis, double at_m, double z_m,
+                  double first_m, double last_m) {
   const double window = plan.tile_window_m()[axis], fan = plan.tile_fan[axis];
   const double spot = plan.wavelength_m * z_m / (std::max(fan, 1e-3) * window),
                cone = fan * window / 2 * std::abs(1 - slab.distance_m / z_m);
@@ -55,10 +58,12 @@ Crossing crossing(const Plan& plan, const Slab& slab, int axis, double at_m, dou
   return low < high ? Crossing{(high - low) / plan.gathered_pitch_m(slab)[axis], near} : Crossing{};
 }
 
-/// Pixels of a WRP, one for each that a pass writes: gathered, and with all columns, and with all rows.
+/// Pixels of a WRP, one for each that a pass writes: gathered, and with all columns, and with all
+/// rows.
 double pixels_written(const Plan& plan, const Slab& slab) {
   const glm::dvec2 few = plan.gathered_size(slab), all = plan.tile_size;
-  return few.x * few.y + (slab.axes[0].refines() ? all.x * few.y : 0) + (slab.axes[1].refines() ? all.x * all.y : 0);
+  return few.x * few.y + (slab.axes[0].refines() ? all.x * few.y : 0) +
+         (slab.axes[1].refines() ? all.x * all.y : 0);
 }
 
 }  // namespace
@@ -68,11 +73,13 @@ double count_butterflies(const Plan& plan, int frames) {
   double forward = 0, widest = 0;
   for (const auto& wrp : plan.wrps) {
     const double rows = rows_kept(plan, wrp).count();
-    forward += size.x * padded.y * std::log2(padded.y) + rows * padded.x * std::log2(padded.x) + butterflies_of_a_pixel * size.x * size.y;
+    forward += size.x * padded.y * std::log2(padded.y) + rows * padded.x * std::log2(padded.x) +
+               butterflies_of_a_pixel * size.x * size.y;
     widest = std::max(widest, rows);
   }
-  const double back =
-      size.x * padded.y * std::log2(padded.y) + widest * padded.x * std::log2(padded.x) + butterflies_of_a_pixel * size.x * size.y;
+  const double back = size.x * padded.y * std::log2(padded.y) +
+                      widest * padded.x * std::log2(padded.x) +
+                      butterflies_of_a_pixel * size.x * size.y;
   return frames * (forward + static_cast<double>(plan.tiles.size()) * back);
 }
 
@@ -83,14 +90,17 @@ Footprints footprints_of(const Plan& plan, const FrontView& view) {
   for (const auto& slab : plan.slabs) extents.push_back(wrps_extent(plan, slab));
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) + static_cast<std::size_t>(x);
+      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                        static_cast<std::size_t>(x);
       const double z = view.depth_m[cell];
       if (z == 0) continue;
       const auto& slab = plan.slab_at(z);
       const auto& [first, last] = extents[static_cast<std::size_t>(&slab - plan.slabs.data())];
       for (const auto& tile : plan.tiles) {
-        const auto at = tile.centre_m + (view.tangent(x, y) * z - tile.centre_m) * (slab.distance_m / z);
-        const auto across = crossing(plan, slab, 0, at.x, z, first.x, last.x), up = crossing(plan, slab, 1, at.y, z, first.y, last.y);
+        const auto at =
+            tile.centre_m + (view.tangent(x, y) * z - tile.centre_m) * (slab.distance_m / z);
+        const auto across = crossing(plan, slab, 0, at.x, z, first.x, last.x),
+                   up = crossing(plan, slab, 1, at.y, z, first.y, last.y);
         if (across.pixels == 0 || up.pixels == 0) continue;
         const double width = across.pixels + tile_width;
         if (across.near || up.near) {
@@ -109,36 +119,47 @@ Footprints footprints_of(const Plan& plan, const FrontView& view) {
   return footprints;
 }
 
-Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view, const Footprints& footprints) {
+Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view,
+                const Footprints& footprints) {
   Work work;
-  const double frames = scene.sampling.frames, pixels = static_cast<double>(plan.size.x) * plan.size.y;
+  const double frames = scene.sampling.frames,
+               pixels = static_cast<double>(plan.size.x) * plan.size.y;
   const double samples_of_a_cell = std::pow(view.step / plan.lattice.step, 2);
   for (const auto& wrp : plan.wrps) work.pixels += pixels_written(plan, plan.slab_of(wrp)) * frames;
   work.levels = pixels * frames;
   work.butterflies = count_butterflies(plan, scene.sampling.frames);
-  const double levels = levels_of_a_ray + std::log2(static_cast<double>(world.triangles.size()) + 1);
+  const double levels =
+      levels_of_a_ray + std::log2(static_cast<double>(world.triangles.size()) + 1);
   if (!plan.aimed) {
     work.pairs = static_cast<double>(plan.rays) * levels * frames;
     return work;
   }
   work.samples = view.covered * samples_of_a_cell;
-  const double cells = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y, parts = 1 + plan.antialias * plan.antialias;
-  work.rays = levels * (std::max(0.0, cells - work.samples) * std::min(rays_of_an_empty_cell, parts) + work.samples * parts +
-                        view.pierced * samples_of_a_cell * (plan.view_parts > 0 ? views_of_a_sample : 0)) +
-              levels_of_a_picture;
+  const double cells = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y,
+               parts = 1 + plan.antialias * plan.antialias;
+  work.rays =
+      levels * (std::max(0.0, cells - work.samples) * std::min(rays_of_an_empty_cell, parts) +
+                work.samples * parts +
+                view.pierced * samples_of_a_cell * (plan.view_parts > 0 ? views_of_a_sample : 0)) +
+      levels_of_a_picture;
   const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / Gatherer::most_frames);
   const auto lights = static_cast<double>(
-      std::count_if(scene.lights.begin(), scene.lights.end(), [](const Light& l) { return l.type != LightType::ambient; }));
-  const double tile_height = std::clamp(std::floor(tile_pixels_high * gatherings / frames), 2.0, 16.0);
+      std::count_if(scene.lights.begin(), scene.lights.end(),
+                    [](const Light& l) { return l.type != LightType::ambient; }));
+  const double tile_height =
+      std::clamp(std::floor(tile_pixels_high * gatherings / frames), 2.0, 16.0);
   const double far_tiles = footprints.far_pixels + tile_height * footprints.far_widths;
   const double shiny_tiles = footprints.shiny_pixels + tile_height * footprints.shiny_widths;
-  const double wrps_of_a_sample = static_cast<double>(plan.wrps.size()) / static_cast<double>(plan.slabs.size());
-  work.pairs =
-      samples_of_a_cell * (gatherings * (far_tiles + highlight * lights * shiny_tiles + profile_of_a_pixel * footprints.near_sides) +
-                           (frames - gatherings) * further_frame * far_tiles + frames * near_pixel * footprints.near_pixels) +
-      frames * aim_of_a_sample * work.samples * wrps_of_a_sample;
+  const double wrps_of_a_sample =
+      static_cast<double>(plan.wrps.size()) / static_cast<double>(plan.slabs.size());
+  work.pairs = samples_of_a_cell * (gatherings * (far_tiles + highlight * lights * shiny_tiles +
+                                                  profile_of_a_pixel * footprints.near_sides) +
+                                    (frames - gatherings) * further_frame * far_tiles +
+                                    frames * near_pixel * footprints.near_pixels) +
+               frames * aim_of_a_sample * work.samples * wrps_of_a_sample;
   if (plan.bounces > 0) {
-    for (const auto& wrp : plan.wrps) work.pairs += static_cast<double>(wrp.fan.size()) * pixels * levels * frames;
+    for (const auto& wrp : plan.wrps)
+      work.pairs += static_cast<double>(wrp.fan.size()) * pixels * levels * frames;
   }
   return work;
 }
@@ -148,12 +169,14 @@ DeviceRates default_rates() { return {"default", 1.85e-9, 1.55e-9, 1.24e-9, 0.12
 Band rows_kept(const Plan& plan, const Wrp& wrp) {
   const Axis axis{plan.padded.y, plan.pitch_m.y, plan.tile_size.y};
   return axis.sampled(
-      band_m(plan.wavelength_m, wrp.centre_m.z, wrp.centre_m.y - plan.tile_of(wrp).centre_m.y, axis.reach_m()));  // rows count downwards
+      // Rows count downwards
+      band_m(plan.wavelength_m, wrp.centre_m.z, wrp.centre_m.y - plan.tile_of(wrp).centre_m.y,
+             axis.reach_m()));
 }
 
 StageTimes predict_times(const Work& work, const DeviceRates& rates) {
-  return {work.rays * rates.ray_s, work.pairs * rates.pair_s + work.pixels * rates.pixel_s, work.butterflies * rates.butterfly_s,
-          work.levels * rates.level_s};
+  return {work.rays * rates.ray_s, work.pairs * rates.pair_s + work.pixels * rates.pixel_s,
+          work.butterflies * rates.butterfly_s, work.levels * rates.level_s};
 }
 
 }  // namespace raywave

@@ -32,12 +32,16 @@ public:
     double sum = m.ambient[channel_] * texel * ambient_light_;
     for (const auto& light : scene_.lights) {
       if (light.type == LightType::ambient) continue;
-      const auto to_light = glm::normalize(light.type == LightType::point ? light.position_m - place : -light.direction);
+      const auto to_light = glm::normalize(light.type == LightType::point ? light.position_m - place
+                                                                          : -light.direction);
       const double facing = glm::dot(normal, to_light);
       if (facing <= 0) continue;
       const double mirrored = glm::dot(2 * facing * normal - to_light, to_viewer);
-      const double highlight = m.shininess == 0 ? 1 : mirrored > 0 ? std::pow(std::min(mirrored, 1.0), m.shininess) : 0;
-      sum += light.intensity * (m.diffuse[channel_] * texel * facing + m.specular[channel_] * highlight);
+      const double highlight = m.shininess == 0 ? 1
+                               : mirrored > 0   ? std::pow(std::min(mirrored, 1.0), m.shininess)
+                                                : 0;
+      sum += light.intensity *
+             (m.diffuse[channel_] * texel * facing + m.specular[channel_] * highlight);
     }
     return sum;
   }
@@ -49,8 +53,9 @@ private:
       return std::clamp(static_cast<int>((share - std::floor(share)) * count), 0, count - 1);
     };
     const int x = index(uv.x, texture.width), y = texture.height - 1 - index(uv.y, texture.height);
-    return std::max(0.0f,
-                    texture.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(texture.width) + static_cast<std::size_t>(x)]);
+    return std::max(
+        0.0f, texture.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(texture.width) +
+                             static_cast<std::size_t>(x)]);
   }
 
   const Scene& scene_;
@@ -64,11 +69,14 @@ private:
 std::vector<Image> load_textures(const Scene& scene) {
   std::vector<Image> textures;
   for (const auto& m : scene.materials)
-    textures.push_back(m.texture ? load_texture(*m.texture, channel_of(scene.hologram.wavelength_m), m.where) : Image{});
+    textures.push_back(
+        m.texture ? load_texture(*m.texture, channel_of(scene.hologram.wavelength_m), m.where)
+                  : Image{});
   return textures;
 }
 
-FrontView front_view(const Scene& scene, const World& world, const std::vector<Image>& textures, const Plan& plan, int longest) {
+FrontView front_view(const Scene& scene, const World& world, const std::vector<Image>& textures,
+                     const Plan& plan, int longest) {
   FrontView view;
   const auto range = glm::dvec2(plan.lattice.size) * plan.lattice.step;
   view.step = std::max(range.x, range.y) / longest;
@@ -85,20 +93,24 @@ FrontView front_view(const Scene& scene, const World& world, const std::vector<I
   for (std::size_t t = 0; t < world.triangles.size(); ++t) {
     const auto p = world.corners_m(t);
     glm::dvec2 at[3];  // cells from the corner
-    for (std::size_t i = 0; i < 3; ++i) at[i] = (glm::dvec2(p[i]) / p[i].z - view.low) / view.step - 0.5;
+    for (std::size_t i = 0; i < 3; ++i)
+      at[i] = (glm::dvec2(p[i]) / p[i].z - view.low) / view.step - 0.5;
     const auto cross = [](glm::dvec2 a, glm::dvec2 b) { return a.x * b.y - a.y * b.x; };
     const double area = cross(at[1] - at[0], at[2] - at[0]);
     if (!(std::abs(area) > 1e-12)) continue;
     const auto low = glm::max(glm::ceil(glm::min(glm::min(at[0], at[1]), at[2])), glm::dvec2(0));
-    const auto high = glm::min(glm::floor(glm::max(glm::max(at[0], at[1]), at[2])), glm::dvec2(view.size - 1));
+    const auto high =
+        glm::min(glm::floor(glm::max(glm::max(at[0], at[1]), at[2])), glm::dvec2(view.size - 1));
     const bool closed = world.object_closed[static_cast<std::size_t>(world.triangle_object[t])];
     for (double y = low.y; y <= high.y; ++y) {
       for (double x = low.x; x <= high.x; ++x) {
         const glm::dvec2 here(x, y);
-        const double a = cross(at[1] - here, at[2] - here) / area, b = cross(at[2] - here, at[0] - here) / area, c = 1 - a - b;
+        const double a = cross(at[1] - here, at[2] - here) / area,
+                     b = cross(at[2] - here, at[0] - here) / area, c = 1 - a - b;
         if (a < 0 || b < 0 || c < 0) continue;
         view.pierced += closed ? 0.5 : 1;
-        const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) + static_cast<std::size_t>(x);
+        const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                          static_cast<std::size_t>(x);
         const glm::dvec3 share = glm::dvec3(a / p[0].z, b / p[1].z, c / p[2].z);
         const double depth = 1 / (share.x + share.y + share.z);
         if (view.depth_m[cell] != 0 && view.depth_m[cell] <= static_cast<float>(depth)) continue;
@@ -115,11 +127,13 @@ FrontView front_view(const Scene& scene, const World& world, const std::vector<I
     const auto corners = world.triangles[nearest[cell]];
     const auto mix = [&](const auto& values) {
       using Value = std::decay_t<decltype(values[0])>;
-      return values[corners.x] * typename Value::value_type(hit[cell].x) + values[corners.y] * typename Value::value_type(hit[cell].y) +
+      return values[corners.x] * typename Value::value_type(hit[cell].x) +
+             values[corners.y] * typename Value::value_type(hit[cell].y) +
              values[corners.z] * typename Value::value_type(hit[cell].z);
     };
     const auto p = world.corners_m(nearest[cell]);
-    const glm::dvec3 place = double{hit[cell].x} * p[0] + double{hit[cell].y} * p[1] + double{hit[cell].z} * p[2];
+    const glm::dvec3 place =
+        double{hit[cell].x} * p[0] + double{hit[cell].y} * p[1] + double{hit[cell].z} * p[2];
     const auto face = glm::cross(p[1] - p[0], p[2] - p[0]);
     const auto object = world.triangle_object[nearest[cell]];
     const auto smooth = world.motion_of(object).turn * glm::dvec3(mix(world.normals));
@@ -127,8 +141,10 @@ FrontView front_view(const Scene& scene, const World& world, const std::vector<I
     auto normal = length > 0 ? smooth / length : glm::normalize(face);
     if ((glm::dot(face, place) > 0) == (glm::dot(face, normal) > 0)) normal = -normal;
     const int material = scene.objects[static_cast<std::size_t>(object)].material;
-    view.shiny[cell] = scene.materials[static_cast<std::size_t>(material)].specular[channel_of(scene.hologram.wavelength_m)] > 0;
-    view.radiance[cell] = static_cast<float>(shading.radiance(material, place, normal, glm::dvec2(mix(world.uvs))));
+    view.shiny[cell] = scene.materials[static_cast<std::size_t>(material)]
+                           .specular[channel_of(scene.hologram.wavelength_m)] > 0;
+    view.radiance[cell] =
+        static_cast<float>(shading.radiance(material, place, normal, glm::dvec2(mix(world.uvs))));
   }
   return view;
 }

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the middle of the hologram sees of a scene, coarsely: from it the planner counts samples and pairs, and predicts pictures.
+/// What the middle of the hologram sees of a scene, coarsely: from it the planner counts samples
+/// and pairs, and predicts pictures.
 #pragma once
 
 #include <glm/vec2.hpp>
 #include <vector>
 
-#include "host/scene/image.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
+#include "host/scene/image.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {
@@ -15,8 +16,8 @@ namespace raywave {
 /// Textures of a scene's materials, by material; empty pictures where there is none.
 std::vector<Image> load_textures(const Scene& scene);
 
-/// A raster of tangents (x/z, y/z) over the plan's lattice, row by row from the lowest y. Cells stand for equal solid angles, as samples
-/// do.
+/// A raster of tangents (x/z, y/z) over the plan's lattice, row by row from the lowest y. Cells
+/// stand for equal solid angles, as samples do.
 struct FrontView {
   glm::ivec2 size{0, 0};
   glm::dvec2 low{0, 0};         // tangents of the raster's corner
@@ -24,13 +25,16 @@ struct FrontView {
   std::vector<float> depth_m;   // of the nearest surface; 0 where there is none
   std::vector<float> radiance;  // of it, Phong without shadows, mirrors and glass
   std::vector<bool> shiny;      // it has highlights
-  double pierced = 0;           // surfaces met by a ray to each cell, summed over the cells: outsides of closed meshes, all of open ones
-  double covered = 0;           // cells with a surface
+  // Surfaces met by a ray to each cell, summed over the cells: outsides of closed meshes, all of
+  // open ones
+  double pierced = 0;
+  double covered = 0;  // cells with a surface
 
   glm::dvec2 tangent(int x, int y) const { return low + (glm::dvec2(x, y) + 0.5) * step; }
 };
 
 /// longest  cells of the raster's longer side; a surface smaller than a cell may be missed
-FrontView front_view(const Scene& scene, const World& world, const std::vector<Image>& textures, const Plan& plan, int longest = 512);
+FrontView front_view(const Scene& scene, const World& world, const std::vector<Image>& textures,
+                     const Plan& plan, int longest = 512);
 
 }  // namespace raywave

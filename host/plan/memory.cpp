@@ -23,12 +23,13 @@ std::uint64_t area(glm::ivec2 sides) { return size(sides.x) * size(sides.y); }
 std::uint64_t host_memory_bytes() {
   auto bytes = size(sysconf(_SC_PHYS_PAGES)) * size(sysconf(_SC_PAGE_SIZE));
   std::uint64_t limit = 0;
-  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit) bytes = std::min(bytes, limit);  // it may read "max"
+  // It may read "max"
+  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit) bytes = std::min(bytes, limit);
   return bytes;
 }
 
-/// Rows of padded planes that the host's transforms keep (host/propagate/propagator_host.cpp), at most: those of the WRPs up to two padded planes,
-/// what comes back, and the sum of what is more.
+/// Rows of padded planes that the host's transforms keep (host/propagate/propagator_host.cpp), at
+/// most: those of the WRPs up to two padded planes, what comes back, and the sum of what is more.
 std::uint64_t host_transform_bytes(const Plan& plan) {
   const auto padded = area(plan.padded), rows = size(plan.tile_size.x) * size(plan.padded.y);
   const auto waiting = rows * size(plan.most_wrps_of_a_tile());
@@ -47,9 +48,12 @@ std::string missing(const MemoryNeeds& needs, const MemoryLimits& limits) {
   };
   const std::string beside = " and surface samples, ";
   if (const auto bytes = needs.device_bytes(); !fits(bytes, limits.device_bytes))
-    return cl::format_bytes(bytes) + beside + "the device has " + cl::format_bytes(limits.device_bytes);
-  if (const auto bytes = needs.host_bytes + (limits.device_on_host ? needs.device_bytes() : 0); !fits(bytes, limits.host_bytes))
-    return cl::format_bytes(bytes) + beside + "the machine has " + cl::format_bytes(limits.host_bytes);
+    return cl::format_bytes(bytes) + beside + "the device has " +
+           cl::format_bytes(limits.device_bytes);
+  if (const auto bytes = needs.host_bytes + (limits.device_on_host ? needs.device_bytes() : 0);
+      !fits(bytes, limits.host_bytes))
+    return cl::format_bytes(bytes) + beside + "the machine has " +
+           cl::format_bytes(limits.host_bytes);
   return "";
 }
 
@@ -57,25 +61,32 @@ std::string missing(const MemoryNeeds& needs, const MemoryLimits& limits) {
 
 int frames_together(const Scene& scene, const Plan& plan, std::uint64_t largest_buffer_bytes) {
   if (!plan.aimed || plan.bounces > 0) return 1;
-  const double plane = 8.0 * static_cast<double>(plan.gathered_pixels()), half_a_gigabyte = 512.0 * 1024 * 1024;
-  const double fitting = std::min(half_a_gigabyte / (plane * static_cast<double>(std::max<std::size_t>(plan.most_wrps_of_a_tile(), 1))),
-                                  static_cast<double>(largest_buffer_bytes) / plane);
-  return static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(std::min(scene.sampling.frames, Gatherer::most_frames))));
+  const double plane = 8.0 * static_cast<double>(plan.gathered_pixels()),
+               half_a_gigabyte = 512.0 * 1024 * 1024;
+  const double fitting = std::min(
+      half_a_gigabyte /
+          (plane * static_cast<double>(std::max<std::size_t>(plan.most_wrps_of_a_tile(), 1))),
+      static_cast<double>(largest_buffer_bytes) / plane);
+  return static_cast<int>(std::clamp(
+      fitting, 1.0, static_cast<double>(std::min(scene.sampling.frames, Gatherer::most_frames))));
 }
 
 MemoryLimits limits_of(const cl::DeviceInfo& device) {
-  return {device.memory_bytes, device.largest_buffer_bytes, host_memory_bytes(), device.kind == cl::DeviceKind::cpu};
+  return {device.memory_bytes, device.largest_buffer_bytes, host_memory_bytes(),
+          device.kind == cl::DeviceKind::cpu};
 }
 
 std::uint64_t MemoryNeeds::device_bytes() const {
-  return std::accumulate(device.begin(), device.end(), std::uint64_t{0}, [](auto sum, const auto& need) { return sum + need.bytes; });
+  return std::accumulate(device.begin(), device.end(), std::uint64_t{0},
+                         [](auto sum, const auto& need) { return sum + need.bytes; });
 }
 
-MemoryNeeds memory_needs(const Scene& scene, const World& world, const Plan& plan, const MemoryUse& use,
-                         std::uint64_t largest_buffer_bytes) {
+MemoryNeeds memory_needs(const Scene& scene, const World& world, const Plan& plan,
+                         const MemoryUse& use, std::uint64_t largest_buffer_bytes) {
   const int together = frames_together(scene, plan, largest_buffer_bytes);
-  const std::string planes = "a smaller hologram.resolution or wrp.padding, or more hologram.tiles, needs less",
-                    mesh = "fewer triangles need less";
+  const std::string
+      planes = "a smaller hologram.resolution or wrp.padding, or more hologram.tiles, needs less",
+      mesh = "fewer triangles need less";
   const auto pixels = area(plan.tile_size), padded = area(plan.padded);
   MemoryNeeds all;
   auto& needs = all.device;
@@ -84,12 +95,14 @@ MemoryNeeds memory_needs(const Scene& scene, const World& world, const Plan& pla
       all.host_bytes += host_transform_bytes(plan);
     else
       needs = {{"padded plane", 8 * padded, planes}, {"sum of spectra", 8 * padded, planes}};
-    if (use.fft == cl::FftBackend::clfft) needs.push_back({"work space of the transform", 8 * padded, planes});
+    if (use.fft == cl::FftBackend::clfft)
+      needs.push_back({"work space of the transform", 8 * padded, planes});
   }
   std::uint64_t between = 0;  // host/trace/interpolator.hpp
   for (std::size_t i = 0; i < (together > 1 ? plan.most_wrps_of_a_tile() : 1); ++i)
     needs.push_back({"fields of a WRP", 8 * size(together) * size(plan.gathered_pixels()), planes});
-  if (std::any_of(plan.slabs.begin(), plan.slabs.end(), [](const Slab& slab) { return slab.refines(); }))
+  if (std::any_of(plan.slabs.begin(), plan.slabs.end(),
+                  [](const Slab& slab) { return slab.refines(); }))
     needs.push_back({"field of a WRP", 8 * pixels, planes});
   for (const auto& slab : plan.slabs) {
     if (slab.axes[0].refines() && slab.axes[1].refines())
@@ -101,16 +114,18 @@ MemoryNeeds memory_needs(const Scene& scene, const World& world, const Plan& pla
   for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, PhaseEncoder::buffers); ++i)
     needs.push_back({"hologram levels", pixels, planes});
   if (plan.aimed || scene.sampling.source == FanSource::surface)
-    needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1), "a larger sampling.pitch needs less"});
+    needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1),
+                     "a larger sampling.pitch needs less"});
   needs.push_back({"triangles", sizeof(device::Triangle) * world.triangles.size(), mesh});
-  needs.push_back({"trees", sizeof(device::BvhNode) * (world.triangles.size() / 3 + 1), mesh});  // leaves hold two triangles and more
+  // Leaves hold two triangles and more
+  needs.push_back({"trees", sizeof(device::BvhNode) * (world.triangles.size() / 3 + 1), mesh});
   needs.push_back({"vertices", 8 * sizeof(float) * world.positions.size(), mesh});
   all.host_bytes += (use.keep_field ? 9 : 1) * size(scene.sampling.frames) * area(plan.size);
   return all;
 }
 
-Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& limits, const MemoryUse& use, int rays_per_axis,
-                  bool has_doubles) {
+Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& limits,
+                  const MemoryUse& use, int rays_per_axis, bool has_doubles) {
   auto tried = scene;
   auto plan = make_plan(scene, world, use.method, rays_per_axis, has_doubles);
   if (scene.hologram.tiles) {
@@ -119,7 +134,8 @@ Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& li
   }
   std::string why;
   while (why_in_one_piece(plan, use.method).empty()) {
-    const auto lacking = missing(memory_needs(scene, world, plan, use, limits.largest_buffer_bytes), limits);
+    const auto lacking =
+        missing(memory_needs(scene, world, plan, use, limits.largest_buffer_bytes), limits);
     if (lacking.empty()) break;
     if (why.empty()) why = "in one piece " + lacking;
     const int longer = plan.tile_size.x >= plan.tile_size.y ? 0 : 1;

@@ -12,7 +12,8 @@
 
 namespace raywave {
 
-/// Frames whose fields are held at the same time: as many as share one gathering and fit into half a gigabyte, one WRP's into one buffer.
+/// Frames whose fields are held at the same time: as many as share one gathering and fit into half
+/// a gigabyte, one WRP's into one buffer.
 int frames_together(const Scene& scene, const Plan& plan, std::uint64_t largest_buffer_bytes);
 
 /// What there is.
@@ -33,18 +34,19 @@ struct MemoryUse {
 /// All but the surface samples, which only the device finds.
 struct MemoryNeeds {
   std::vector<cl::MemoryNeed> device;
-  std::uint64_t host_bytes = 0;  // beside what is on the device: what is returned, and transforms on the host
+  // Beside what is on the device: what is returned, and transforms on the host
+  std::uint64_t host_bytes = 0;
 
   std::uint64_t device_bytes() const;
 };
-MemoryNeeds memory_needs(const Scene& scene, const World& world, const Plan& plan, const MemoryUse& use,
-                         std::uint64_t largest_buffer_bytes);
+MemoryNeeds memory_needs(const Scene& scene, const World& world, const Plan& plan,
+                         const MemoryUse& use, std::uint64_t largest_buffer_bytes);
 
-/// make_plan of the scene, where hologram.tiles is open in the fewest tiles whose needs leave an eighth of what there is to the surface
-/// samples: sides are divided in turn, a tile's longer side first, down to least_tile pixels. Where none fits, the last plan tried: what it
-/// needs says why.
-Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& limits, const MemoryUse& use = {}, int rays_per_axis = 100,
-                  bool has_doubles = false);
+/// make_plan of the scene, where hologram.tiles is open in the fewest tiles whose needs leave an
+/// eighth of what there is to the surface samples: sides are divided in turn, a tile's longer side
+/// first, down to least_tile pixels. Where none fits, the last plan tried: what it needs says why.
+Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& limits,
+                  const MemoryUse& use = {}, int rays_per_axis = 100, bool has_doubles = false);
 
 /// Of a tile's longer side: smaller ones take more padding than they save.
 inline constexpr int least_tile = 256;

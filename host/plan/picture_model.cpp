@@ -17,7 +17,8 @@ using std::numbers::pi;
 
 /// Fitted to the demo scenes (docs/planning.md): what the formulas below leave out.
 constexpr double speckle_factor = 0.9;
-constexpr double cut_factor = 0.28;  // some waves are cut off hard whatever the cone: by the pixels' reach, by an occluder
+// Some waves are cut off hard whatever the cone: by the pixels' reach, by an occluder
+constexpr double cut_factor = 0.28;
 constexpr double edge_factor = 1e-3;
 constexpr double spot_factor = 4.3e-3;
 constexpr double cell_factor = 1.7e-4;
@@ -25,14 +26,17 @@ constexpr double background = 0.3;
 
 using Raster = std::vector<float>;
 
-/// Mean over a box of 2 half + 1 cells (a fraction of the outermost ones), along both axes; what lies outside is dark.
+/// Mean over a box of 2 half + 1 cells (a fraction of the outermost ones), along both axes; what
+/// lies outside is dark.
 void blur_box(Raster& raster, glm::ivec2 size, glm::dvec2 half) {
   for (int axis = 0; axis < 2; ++axis) {
     if (half[axis] <= 0) continue;
-    const int n = size[axis], stride = axis == 0 ? 1 : size.x, lines = size[1 - axis], next = axis == 0 ? size.x : 1;
+    const int n = size[axis], stride = axis == 0 ? 1 : size.x, lines = size[1 - axis],
+              next = axis == 0 ? size.x : 1;
     const int whole = static_cast<int>(std::min(half[axis], 1.0 * n)), margin = whole + 1;
     const double part = half[axis] - std::floor(half[axis]), weight = 1 / (2 * half[axis] + 1);
-    std::vector<double> sums(static_cast<std::size_t>(n + 2 * margin + 1));  // of the cells before each, the margins' dark ones first
+    // Of the cells before each, the margins' dark ones first
+    std::vector<double> sums(static_cast<std::size_t>(n + 2 * margin + 1));
     for (int line = 0; line < lines; ++line) {
       float* const cells = raster.data() + std::ptrdiff_t{line} * next;
       double* const before = sums.data() + margin;
@@ -40,7 +44,8 @@ void blur_box(Raster& raster, glm::ivec2 size, glm::dvec2 half) {
       std::fill(before + n + 1, before + n + margin + 1, before[n]);
       for (int i = 0; i < n; ++i) {
         const double* const at = before + i;
-        const double inner = at[whole + 1] - at[-whole], ends = at[-whole] - at[-whole - 1] + at[whole + 2] - at[whole + 1];
+        const double inner = at[whole + 1] - at[-whole],
+                     ends = at[-whole] - at[-whole - 1] + at[whole + 2] - at[whole + 1];
         cells[std::ptrdiff_t{i} * stride] = static_cast<float>((inner + part * ends) * weight);
       }
     }
@@ -53,10 +58,12 @@ void blur_gaussian(Raster& raster, glm::ivec2 size, double sigma) {
   for (int i = 0; i < 3; ++i) blur_box(raster, size, glm::dvec2(half));
 }
 
-/// What a lens of the hologram's size focused on z_m sees of the front view's cells, every depth on its own: what hides what is the view's.
+/// What a lens of the hologram's size focused on z_m sees of the front view's cells, every depth on
+/// its own: what hides what is the view's.
 ///
 /// layers  filled with what lies where, unless null
-Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan, double z_m, std::vector<PictureLayer>* layers = nullptr) {
+Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan, double z_m,
+                 std::vector<PictureLayer>* layers = nullptr) {
   constexpr int count = 12;
   const auto window = glm::dvec2(plan.size) * plan.pitch_m;
   const double span = std::max(plan.far_m - plan.near_m, 1e-12);
@@ -67,7 +74,8 @@ Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan
     bool any = false;
     for (std::size_t i = 0; i < one.size(); ++i) {
       if (view.depth_m[i] == 0) continue;
-      const auto at = static_cast<int>((static_cast<double>(view.depth_m[i]) - plan.near_m) / span * count);
+      const auto at =
+          static_cast<int>((static_cast<double>(view.depth_m[i]) - plan.near_m) / span * count);
       if (std::clamp(at, 0, count - 1) != layer) continue;
       one[i] = radiance[i];
       any = true;
@@ -88,10 +96,12 @@ Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan
   return sum;
 }
 
-/// The part of the hologram's window, from -half to half, from which the point at x_m in the plane z_m is not too steep for the pixels.
+/// The part of the hologram's window, from -half to half, from which the point at x_m in the plane
+/// z_m is not too steep for the pixels.
 std::pair<double, double> within_pixels(const Plan& plan, int axis, double x_m, double z_m) {
   const double half = plan.size[axis] * plan.pitch_m[axis] / 2;
-  const double sine = std::min(plan.largest_sine[axis], 0.999), reach = z_m * sine / std::sqrt(1 - sine * sine);
+  const double sine = std::min(plan.largest_sine[axis], 0.999),
+               reach = z_m * sine / std::sqrt(1 - sine * sine);
   return {std::max(-half, x_m - reach), std::min(half, x_m + reach)};
 }
 
@@ -101,7 +111,8 @@ std::pair<double, double> part_seen(const Plan& plan, int axis, double x_m, doub
   const auto& slab = plan.slab_at(z_m);
   const auto [first, last] = wrps_extent(plan, slab);
   // The line from h on the hologram through x crosses the WRPs at h + (x - h) distance / z.
-  const double share = slab.distance_m / z_m, left = first[axis] - x_m * share, right = last[axis] - x_m * share;
+  const double share = slab.distance_m / z_m, left = first[axis] - x_m * share,
+               right = last[axis] - x_m * share;
   if (std::abs(1 - share) < 1e-9) {
     if (left > 0 || right < 0) return {0, -1};
   } else {
@@ -123,7 +134,9 @@ public:
   }
 
   /// Share between two places, in half holograms.
-  double between(double low, double high) const { return high > low && sums_.back() > 0 ? (up_to(high) - up_to(low)) / sums_.back() : 0; }
+  double between(double low, double high) const {
+    return high > low && sums_.back() > 0 ? (up_to(high) - up_to(low)) / sums_.back() : 0;
+  }
 
 private:
   static constexpr std::size_t places = 512;
@@ -144,7 +157,8 @@ Raster radiance_shown(const FrontView& view, const Plan& plan) {
   const auto half = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) + static_cast<std::size_t>(x);
+      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                     static_cast<std::size_t>(x);
       const double z = view.depth_m[i];
       if (z == 0) continue;
       const auto at = view.tangent(x, y) * z;
@@ -157,7 +171,8 @@ Raster radiance_shown(const FrontView& view, const Plan& plan) {
   return shown;
 }
 
-PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Plan& plan, double z_m, double blur_m, const Raster& steps) {
+PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Plan& plan, double z_m,
+                  double blur_m, const Raster& steps) {
   PictureRow row;
   row.z_m = z_m;
   const auto sharp = lens_view(view, view.radiance, plan, z_m, &row.layers);
@@ -173,8 +188,10 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
   double peak = 0, ll = 0, ls = 0, ss = 0, before_blur = 0, edges = 0;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      if (glm::any(glm::greaterThan(glm::abs(view.tangent(x, y)) * z_m, window / 2.0 - border))) continue;
-      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) + static_cast<std::size_t>(x);
+      if (glm::any(glm::greaterThan(glm::abs(view.tangent(x, y)) * z_m, window / 2.0 - border)))
+        continue;
+      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                     static_cast<std::size_t>(x);
       const double l = lens[i], s = shown[i];
       peak = std::max(peak, l);
       ll += l * l;
@@ -185,7 +202,8 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
     }
   }
   if (peak == 0) return row;
-  const double cells = window.x * window.y / (z_m * view.step * z_m * view.step), unit = 1 / (cells * peak * peak);
+  const double cells = window.x * window.y / (z_m * view.step * z_m * view.step),
+               unit = 1 / (cells * peak * peak);
   row.light = ll * unit;
   row.sharp = before_blur * unit;
   row.missing = ss > 0 ? std::max(0.0, ll - ls * ls / ss) * unit : row.light;
@@ -193,12 +211,14 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
   return row;
 }
 
-/// How samples on an even lattice, each with a wave of its own phase, interfere along one axis of a picture that a Gaussian blurs. Lengths
-/// in spots (wavelength z / width), so that the hologram reaches from -1/2 to 1/2. Through a hologram that passes a(u) of a wave, two
-/// samples t apart and out of focus by c make fringes; their part of frequency f is, phases apart, r_f(t + c f), with
+/// How samples on an even lattice, each with a wave of its own phase, interfere along one axis of a
+/// picture that a Gaussian blurs. Lengths in spots (wavelength z / width), so that the hologram
+/// reaches from -1/2 to 1/2. Through a hologram that passes a(u) of a wave, two samples t apart and
+/// out of focus by c make fringes; their part of frequency f is, phases apart, r_f(t + c f), with
 ///   r_f(t) = integral of a(u) a(u + f) exp(2 pi i u t) du.
-/// Its square adds up over all f that the blur leaves and over all pairs. The sum over t = k pitch is one over the harmonics m / pitch of
-/// its spectrum (Poisson), the integral of a(u) a(u + f) a(u + v) a(u + v + f) du, of which few are not zero.
+/// Its square adds up over all f that the blur leaves and over all pairs. The sum over t = k pitch
+/// is one over the harmonics m / pitch of its spectrum (Poisson), the integral of a(u) a(u + f) a(u
+/// + v) a(u + v + f) du, of which few are not zero.
 class Interference {
 public:
   /// Mean squares of the blurred picture over the square of its mean.
@@ -208,7 +228,10 @@ public:
   };
 
   Interference(const Cone& cone, double pitch, double blur)
-      : cone_(cone), pitch_(pitch), blur_(blur), step_(std::min(1.0, deviations / (2 * std::sqrt(2.0) * pi * blur)) / frequencies) {
+      : cone_(cone),
+        pitch_(pitch),
+        blur_(blur),
+        step_(std::min(1.0, deviations / (2 * std::sqrt(2.0) * pi * blur)) / frequencies) {
     const double repeat = std::min(pitch, coarsest);
     for (std::size_t i = 0; i < frequencies; ++i) {
       const double f = frequency(i);
@@ -224,7 +247,9 @@ public:
     if (light_ <= 0) return sums;
     const double repeat = std::min(pitch_, coarsest);
     for (std::size_t i = 0; i < frequencies; ++i) {
-      const double f = frequency(i), weight = 2 * step_ * std::exp(-4 * pi * pi * blur_ * blur_ * f * f) / (light_ * light_);
+      const double f = frequency(i), weight = 2 * step_ *
+                                              std::exp(-4 * pi * pi * blur_ * blur_ * f * f) /
+                                              (light_ * light_);
       const auto& spectrum = spectra_[i];
       Cosines cosines(0, 2 * pi * defocus * f / repeat);
       double pairs = -spectrum[0];
@@ -239,21 +264,24 @@ public:
   double dots(double defocus) const {
     if (pitch_ <= 1 || light_ <= 0) return 0;
     const double f = 1 / pitch_;
-    const double ripple = 2 * std::exp(-2 * pi * pi * blur_ * blur_ * f * f) * transformed(passed_twice(f), f, defocus * f) / light_;
+    const double ripple = 2 * std::exp(-2 * pi * pi * blur_ * blur_ * f * f) *
+                          transformed(passed_twice(f), f, defocus * f) / light_;
     return ripple * ripple / 2;
   }
 
 private:
   static constexpr std::size_t frequencies = 96, places = 24;
-  static constexpr double deviations = 4.5;  // of the blur's spectrum, beyond which it leaves nothing
-  static constexpr double coarsest = 64;     // samples farther apart hardly interfere
+  // Of the blur's spectrum, beyond which it leaves nothing
+  static constexpr double deviations = 4.5;
+  static constexpr double coarsest = 64;  // samples farther apart hardly interfere
 
   using Places = std::array<double, places>;
 
   /// Cosines of first, first + step, first + 2 step ...
   class Cosines {
   public:
-    Cosines(double first, double step) : now_(std::cos(first)), before_(std::cos(first - step)), twice_(2 * std::cos(step)) {}
+    Cosines(double first, double step)
+        : now_(std::cos(first)), before_(std::cos(first - step)), twice_(2 * std::cos(step)) {}
     double next() {
       const double result = now_;
       now_ = twice_ * now_ - before_;
@@ -325,7 +353,8 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
   Raster steps(view.radiance.size(), 0);  // squared, to the next cells right and below
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) + static_cast<std::size_t>(x);
+      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                     static_cast<std::size_t>(x);
       const auto squared = [&](std::size_t next) {
         return (view.radiance[i] - view.radiance[next]) * (view.radiance[i] - view.radiance[next]);
       };
@@ -343,14 +372,16 @@ LatticePattern lattice_pattern(const PictureModel& model, double pitch_m) {
   LatticePattern pattern{pitch_m, {}, {}, {}};
   const auto pitch = pitch_m / model.spot_m;
   for (const auto& row : model.rows) {
-    const auto blur = blur_of_resolution * model.resolution_m * model.window_m / (model.wavelength_m * row.z_m);
+    const auto blur =
+        blur_of_resolution * model.resolution_m * model.window_m / (model.wavelength_m * row.z_m);
     const auto interference = [&](const Cone& cone) {
       return std::array{Interference(cone, pitch.x, blur.x), Interference(cone, pitch.y, blur.y)};
     };
     const auto soft = interference(model.cone), hard = interference(Cone{1, 0});
     double speckle = 0, cut = 0, dots = 0;
     for (const auto& layer : row.layers) {
-      const auto defocus = model.window_m * model.window_m * (layer.defocus_per_m / model.wavelength_m);
+      const auto defocus =
+          model.window_m * model.window_m * (layer.defocus_per_m / model.wavelength_m);
       const auto of_pairs = [&](const auto& axes) {
         const auto x = axes[0].at(defocus.x), y = axes[1].at(defocus.y);
         return std::max(0.0, x.pairs * y.pairs - x.alone * y.alone);
@@ -366,18 +397,22 @@ LatticePattern lattice_pattern(const PictureModel& model, double pitch_m) {
   return pattern;
 }
 
-PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern, int frames, double padding_error) {
+PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern,
+                                   int frames, double padding_error) {
   PicturePrediction prediction;
   const double blur_m = blur_of_resolution * model.resolution_m, p = pattern.pitch_m;
   const double spot2 = model.spot_m.x * model.spot_m.y;
-  // Light that comes round the padded plane: its own, spread over the picture, and where it interferes with the picture.
+  // Light that comes round the padded plane: its own, spread over the picture, and where it
+  // interferes with the picture.
   const double wrapped = std::min(1.0, padding_error * padding_error);
   const double grain = std::min(1.0, spot2 / (4 * pi * blur_m * blur_m));
   for (std::size_t i = 0; i < model.rows.size(); ++i) {
     const auto& row = model.rows[i];
     const double dots_here = row.light * std::min(pattern.dots[i], 4.0);
-    const double speckle_here = row.sharp * (speckle_factor * pattern.speckle[i] + cut_factor * pattern.cut[i]) / frames;
-    const double edges_here = row.edges_m * (edge_factor * std::pow(p, 4) / std::pow(blur_m, 3) + spot_factor * spot2 / blur_m) +
+    const double speckle_here =
+        row.sharp * (speckle_factor * pattern.speckle[i] + cut_factor * pattern.cut[i]) / frames;
+    const double edges_here = row.edges_m * (edge_factor * std::pow(p, 4) / std::pow(blur_m, 3) +
+                                             spot_factor * spot2 / blur_m) +
                               cell_factor * row.light * p / blur_m;
     const double padding_here = row.light * wrapped * (background * wrapped + 2 * grain / frames);
     const double error = dots_here + speckle_here + edges_here + row.missing + padding_here;
@@ -389,8 +424,10 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     prediction.missing += row.missing;
     prediction.padding += padding_here;
   }
-  const double all = prediction.dots + prediction.speckle + prediction.edges + prediction.missing + prediction.padding;
-  for (double* part : {&prediction.dots, &prediction.speckle, &prediction.edges, &prediction.missing, &prediction.padding})
+  const double all = prediction.dots + prediction.speckle + prediction.edges + prediction.missing +
+                     prediction.padding;
+  for (double* part : {&prediction.dots, &prediction.speckle, &prediction.edges,
+                       &prediction.missing, &prediction.padding})
     *part /= std::max(all, 1e-300);
   return prediction;
 }

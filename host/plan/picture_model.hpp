@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How true the pictures of a hologram will be, before it is computed. docs/planning.md gives the terms and compares them with
-/// measurements.
+/// How true the pictures of a hologram will be, before it is computed. docs/planning.md gives the
+/// terms and compares them with measurements.
 #pragma once
 
 #include <vector>
@@ -13,22 +13,27 @@ namespace raywave {
 /// What lies at one depth, in a picture that is focused elsewhere.
 struct PictureLayer {
   double defocus_per_m = 0;  // 1 / depth in focus less 1 / its own depth
-  double share = 0;          // of the mean square of the picture, what other layers add to it included
+  // Of the mean square of the picture, what other layers add to it included
+  double share = 0;
 };
 
-/// One depth that is looked at, as `raywave quality` does, after the blur. Squares are means over the picture, in squares of the brightest
-/// point that a lens sees.
+/// One depth that is looked at, as `raywave quality` does, after the blur. Squares are means over
+/// the picture, in squares of the brightest point that a lens sees.
 struct PictureRow {
   double z_m = 0;
-  double light = 0;    // mean square of the lens's picture
-  double sharp = 0;    // the same before the blur
-  double missing = 0;  // mean square of what hologram and WRPs cannot show: light too steep for the pixels or beyond the planes
-  double edges_m = 0;  // length of the edges of front surfaces and textures, times the square of their step, over the picture's area: 1/m
+  double light = 0;  // mean square of the lens's picture
+  double sharp = 0;  // the same before the blur
+  // Mean square of what hologram and WRPs cannot show: light too steep for the pixels or beyond the
+  // planes
+  double missing = 0;
+  // Length of the edges of front surfaces and textures, times the square of their step, over the
+  // picture's area: 1/m
+  double edges_m = 0;
   std::vector<PictureLayer> layers{};
 };
 
-/// Share, along one axis, of the hologram's window from which the point at `x_m` in the plane z_m is seen no more steeply than the pixels
-/// can show.
+/// Share, along one axis, of the hologram's window from which the point at `x_m` in the plane z_m
+/// is seen no more steeply than the pixels can show.
 double share_within_pixels(const Plan& plan, int axis, double x_m, double z_m);
 
 /// Of these, the share whose light also crosses the planned WRPs.
@@ -43,29 +48,34 @@ struct PictureModel {
   std::vector<PictureRow> rows;
 };
 
-/// Standard deviation of the Gaussian that stands for a viewer who resolves no more, as in `raywave quality` at sampling.pitch.
+/// Standard deviation of the Gaussian that stands for a viewer who resolves no more, as in `raywave
+/// quality` at sampling.pitch.
 inline constexpr double blur_of_resolution = 0.6;
 
 /// plan  its fan and edge are the cone
 PictureModel picture_model(const FrontView& view, const Plan& plan, double resolution_m);
 
-/// What the lattice of samples makes of the pictures, before the light's amount counts: mean squares over that of the picture, by row.
+/// What the lattice of samples makes of the pictures, before the light's amount counts: mean
+/// squares over that of the picture, by row.
 struct LatticePattern {
   double pitch_m = 0;
   std::vector<double> speckle;  // of one frame: samples interfere
-  std::vector<double> cut;      // the same as if every sample's wave were cut off hard at the hologram's rim
-  std::vector<double> dots;     // what the blur leaves of the lattice
+  // The same as if every sample's wave were cut off hard at the hologram's rim
+  std::vector<double> cut;
+  std::vector<double> dots;  // what the blur leaves of the lattice
 };
 LatticePattern lattice_pattern(const PictureModel& model, double pitch_m);
 
 /// What a choice of samples, frames and padding makes of it.
 struct PicturePrediction {
-  std::vector<double> psnr_db;                                        // of each row
-  double mean_psnr_db = 0;                                            // of the rows
-  double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0;  // shares of the mean square error of all rows
+  std::vector<double> psnr_db;  // of each row
+  double mean_psnr_db = 0;      // of the rows
+  // Shares of the mean square error of all rows
+  double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0;
 };
 
 /// padding_error  of the field, relative (host/plan/propagation_errors.hpp)
-PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern, int frames, double padding_error);
+PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern,
+                                   int frames, double padding_error);
 
 }  // namespace raywave

@@ -13,20 +13,21 @@
 #include <tuple>
 
 #include "host/common/error.hpp"
-#include "host/trace/gatherer.hpp"
+#include "host/common/text.hpp"
 #include "host/geometry/extents.hpp"
 #include "host/plan/propagation_errors.hpp"
 #include "host/propagate/propagator.hpp"
+#include "host/trace/gatherer.hpp"
 #include "host/trace/interpolator.hpp"
-#include "host/common/text.hpp"
 
 namespace raywave {
 namespace {
 
 constexpr int largest_grid = 1024;
 
-/// How many steps p lie, on the nearest surface, under the cone that a pixel sees. Three keep neighbouring samples apart in direction
-/// (docs/pipeline.md, "Where the WRPs stand"); more only cost rays.
+/// How many steps p lie, on the nearest surface, under the cone that a pixel sees. Three keep
+/// neighbouring samples apart in direction (docs/pipeline.md, "Where the WRPs stand"); more only
+/// cost rays.
 constexpr double samples_across_nearest = 3;
 
 /// The same in pixels: fewer do not resolve the cone.
@@ -39,7 +40,8 @@ constexpr double tail_spots = Gatherer::near_tail;
 constexpr double deepest_virtual_picture = 2;
 
 constexpr double largest_lattice = 1 << 28;
-constexpr double farthest_lattice_ray = 1 << 22;  // from the axis: floats count no farther and still tell places within a cell
+// From the axis: floats count no farther and still tell places within a cell
+constexpr double farthest_lattice_ray = 1 << 22;
 constexpr std::size_t largest_fan = 1 << 24;
 
 std::string millimetres(double metres) {
@@ -64,10 +66,12 @@ double fan_count(double window_m, double distance_m, double depth_m, double pitc
 
 bool holds(const Slab& slab, double z_m) { return slab.begin_m <= z_m && z_m < slab.end_m; }
 
-/// The corners of all surfaces in a slab that has an end: vertices of the meshes, and where edges enter or leave it.
+/// The corners of all surfaces in a slab that has an end: vertices of the meshes, and where edges
+/// enter or leave it.
 ///
 /// positions_m  of all vertices
-std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec3> positions_m, const Slab& slab) {
+std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec3> positions_m,
+                                   const Slab& slab) {
   std::vector<glm::dvec3> all;
   for (const auto& p : positions_m) {
     if (holds(slab, p.z)) all.push_back(p);
@@ -86,9 +90,10 @@ std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec
 
 /// Rays of the sample lattice towards everything in the scene whose light the hologram can show.
 ///
-/// lit  tangents of the chief rays (to the hologram's centre) of whatever light can fall onto a WRP, low and high per axis
-LatticePlan lattice_over(const Scene& scene, const Outline& outline, const Plan& plan, glm::dvec2 largest_tangent,
-                         const std::array<Interval, 2>& lit) {
+/// lit  tangents of the chief rays (to the hologram's centre) of whatever light can fall onto a
+///      WRP, low and high per axis
+LatticePlan lattice_over(const Scene& scene, const Outline& outline, const Plan& plan,
+                         glm::dvec2 largest_tangent, const std::array<Interval, 2>& lit) {
   LatticePlan lattice;
   lattice.full_z_m = (plan.near_m + plan.far_m) / 2;
   lattice.step = scene.sampling.pitch_m / lattice.full_z_m;
@@ -96,16 +101,21 @@ LatticePlan lattice_over(const Scene& scene, const Outline& outline, const Plan&
   double cells = 1;
   for (int axis = 0; axis < 2; ++axis) {
     const auto& tangents = outline.tangents[axis];
-    const double reach = largest_tangent[axis] + std::max(1.0, plan.fan) * window[axis] / (2 * plan.near_m);
-    const double low = std::max(-reach, lit[axis].low), high = std::max(low, std::min(reach, lit[axis].high));
+    const double reach =
+        largest_tangent[axis] + std::max(1.0, plan.fan) * window[axis] / (2 * plan.near_m);
+    const double low = std::max(-reach, lit[axis].low),
+                 high = std::max(low, std::min(reach, lit[axis].high));
     const double first = std::floor(std::clamp(tangents.low, low, high) / lattice.step - 0.5);
     const double last = std::ceil(std::clamp(tangents.high, low, high) / lattice.step - 0.5);
     cells *= last - first + 1;
-    const std::string asked = one_line(scene.file.string()) + ": sampling.pitch " + millimetres(scene.sampling.pitch_m);
+    const std::string asked =
+        one_line(scene.file.string()) + ": sampling.pitch " + millimetres(scene.sampling.pitch_m);
     if (!(cells <= largest_lattice))
-      throw InputError(asked + " needs " + count_text(cells) +
-                       " lattice cells or more, at most 268435456 are allowed; give a larger pitch");
-    if (const double farthest = std::max(std::abs(first), std::abs(last)); farthest > farthest_lattice_ray)
+      throw InputError(
+          asked + " needs " + count_text(cells) +
+          " lattice cells or more, at most 268435456 are allowed; give a larger pitch");
+    if (const double farthest = std::max(std::abs(first), std::abs(last));
+        farthest > farthest_lattice_ray)
       throw InputError(asked + " puts the scene " + count_text(farthest) +
                        " pitches off the axis, at most 4194304 are allowed; give a larger pitch");
     lattice.first[axis] = static_cast<int>(first);
@@ -115,7 +125,8 @@ LatticePlan lattice_over(const Scene& scene, const Outline& outline, const Plan&
 }
 
 /// Directions of a fan that the SLM's pixels can show; steeper ones are left out.
-std::vector<glm::dvec2> fan_of(const std::vector<double>& across, const std::vector<double>& up, glm::dvec2 largest_sine) {
+std::vector<glm::dvec2> fan_of(const std::vector<double>& across, const std::vector<double>& up,
+                               glm::dvec2 largest_sine) {
   std::vector<glm::dvec2> fan;
   for (const double ty : up) {
     for (const double tx : across) {
@@ -134,27 +145,36 @@ struct Planes {
   glm::dvec2 middle_m{0, 0};
 };
 
-/// Adds the chief rays, of the sample lattice, of the light that falls onto a tile's WRPs, diffraction at their edges included.
-void add_chief_tangents(const Plan& plan, const Slab& slab, const Tile& tile, const Planes& planes, std::array<Interval, 2>& lit) {
+/// Adds the chief rays, of the sample lattice, of the light that falls onto a tile's WRPs,
+/// diffraction at their edges included.
+void add_chief_tangents(const Plan& plan, const Slab& slab, const Tile& tile, const Planes& planes,
+                        std::array<Interval, 2>& lit) {
   for (int axis = 0; axis < 2; ++axis) {
-    const double window = plan.tile_window_m()[axis], middle = planes.middle_m[axis] - tile.centre_m[axis];
+    const double window = plan.tile_window_m()[axis],
+                 middle = planes.middle_m[axis] - tile.centre_m[axis];
     const auto narrowed = [&](double z) { return std::abs(z - slab.distance_m) / z; };
-    const double fan = plan.tile_fan[axis], spot = plan.wavelength_m * slab.max_m.z / (std::max(fan, 1e-3) * window);
-    const double footprint = fan * window / 2 * std::max(narrowed(slab.min_m.z), narrowed(slab.max_m.z)) + 16 * spot;
+    const double fan = plan.tile_fan[axis],
+                 spot = plan.wavelength_m * slab.max_m.z / (std::max(fan, 1e-3) * window);
+    const double footprint =
+        fan * window / 2 * std::max(narrowed(slab.min_m.z), narrowed(slab.max_m.z)) + 16 * spot;
     const double half = planes.grid[axis] * window / 2 + footprint;
-    // A way to the tile's centre that crosses the plane at x comes from the tangent (x - centre) / distance + centre / z.
+    // A way to the tile's centre that crosses the plane at x comes from the tangent (x - centre) /
+    // distance + centre / z.
     for (const double z : {slab.min_m.z, slab.max_m.z}) {
       for (const double side : {-half, half})
-        lit[static_cast<std::size_t>(axis)].add((middle + side) / slab.distance_m + tile.centre_m[axis] / z);
+        lit[static_cast<std::size_t>(axis)].add((middle + side) / slab.distance_m +
+                                                tile.centre_m[axis] / z);
     }
   }
 }
 
-/// Slabs around these distances, without those in which there is no surface; every sample belongs to the one whose WRPs its cone meets
-/// with the smallest footprint, which is as wide as 1 - distance / depth.
+/// Slabs around these distances, without those in which there is no surface; every sample belongs
+/// to the one whose WRPs its cone meets with the smallest footprint, which is as wide as 1 -
+/// distance / depth.
 ///
 /// positions_m  of all vertices; one slab needs none
-std::vector<Slab> slabs_around(std::vector<double> distances_m, const World& world, std::span<const glm::dvec3> positions_m) {
+std::vector<Slab> slabs_around(std::vector<double> distances_m, const World& world,
+                               std::span<const glm::dvec3> positions_m) {
   for (;;) {
     std::vector<Slab> slabs(distances_m.size());
     for (std::size_t i = 0; i < slabs.size(); ++i) {
@@ -197,7 +217,8 @@ Polygon within(const Slab& slab, const std::array<glm::dvec3, 3>& triangle) {
       const auto &a = before.corners[i], &b = before.corners[(i + 1) % before.count];
       const bool a_inside = side * a.z >= side * at, b_inside = side * b.z >= side * at;
       if (a_inside) part.corners[part.count++] = a;
-      if (a_inside != b_inside) part.corners[part.count++] = glm::mix(a, b, (at - a.z) / (b.z - a.z));
+      if (a_inside != b_inside)
+        part.corners[part.count++] = glm::mix(a, b, (at - a.z) / (b.z - a.z));
     }
   }
   return part;
@@ -222,15 +243,18 @@ bool meets(glm::dvec2 middle, glm::dvec2 half, std::span<const glm::dvec2> polyg
   return true;
 }
 
-/// How far from a WRP's middle, along each axis, chief rays of samples at these depths cross it or leave light on it.
+/// How far from a WRP's middle, along each axis, chief rays of samples at these depths cross it or
+/// leave light on it.
 glm::dvec2 reach_of_light(const Plan& plan, const Slab& slab, double z_m) {
   const auto window = plan.tile_window_m();
   const auto spot = plan.wavelength_m * z_m / (glm::max(plan.tile_fan, 1e-3) * window);
-  return window / 2.0 + glm::max(plan.tile_fan, 1.0) * window / 2.0 * std::abs(1 - slab.distance_m / z_m) + tail_spots * spot;
+  return window / 2.0 +
+         glm::max(plan.tile_fan, 1.0) * window / 2.0 * std::abs(1 - slab.distance_m / z_m) +
+         tail_spots * spot;
 }
 
-/// The WRPs into which light of some triangle falls on its way to the hologram; all of them when there is none at all, so that whoever
-/// looks at them finds out why.
+/// The WRPs into which light of some triangle falls on its way to the hologram; all of them when
+/// there is none at all, so that whoever looks at them finds out why.
 std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp> wrps) {
   std::vector<bool> lit(wrps.size(), false);
   std::size_t dark = wrps.size();
@@ -241,8 +265,10 @@ std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp>
       const auto part = within(slab, corners);
       if (part.count == 0) continue;
       glm::dvec2 half(0);
-      for (std::size_t i = 0; i < part.count; ++i) half = glm::max(half, reach_of_light(plan, slab, part.corners[i].z));
-      std::array<glm::dvec2, 5> crossing;  // of the chief rays with the WRPs of the tile that they go to
+      for (std::size_t i = 0; i < part.count; ++i)
+        half = glm::max(half, reach_of_light(plan, slab, part.corners[i].z));
+      // Of the chief rays with the WRPs of the tile that they go to
+      std::array<glm::dvec2, 5> crossing;
       const Tile* to = nullptr;
       for (std::size_t i = 0; i < wrps.size(); ++i) {
         if (lit[i] || wrps[i].slab != s) continue;
@@ -259,7 +285,8 @@ std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp>
       }
     }
   };
-  // A few from everywhere first: mostly they light all. Primes keep out of step with the rows of meshes.
+  // A few from everywhere first: mostly they light all. Primes keep out of step with the rows of
+  // meshes.
   for (const std::size_t step : {10007, 1009, 101, 1}) {
     for (std::size_t i = 0; i < world.triangles.size(); i += step) {
       if (dark == 0) return wrps;
@@ -274,17 +301,23 @@ std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp>
   return kept;
 }
 
-bool is_within(double x, const Interval& interval, double margin) { return interval.low - margin <= x && x <= interval.high + margin; }
+bool is_within(double x, const Interval& interval, double margin) {
+  return interval.low - margin <= x && x <= interval.high + margin;
+}
 
-/// Appends those of a tile in a slab; when rays are aimed, without those too far from where its light passes, unless all are.
-void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t tile, std::size_t number, const Planes& planes,
+/// Appends those of a tile in a slab; when rays are aimed, without those too far from where its
+/// light passes, unless all are.
+void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t tile,
+                           std::size_t number, const Planes& planes,
                            const std::array<Interval, 2>& passed, std::vector<Wrp>& wrps) {
   const auto& slab = plan.slabs[number];
   const auto window = plan.tile_window_m();
-  const auto reach = glm::max(reach_of_light(plan, slab, slab.min_m.z), reach_of_light(plan, slab, slab.max_m.z));
+  const auto reach =
+      glm::max(reach_of_light(plan, slab, slab.min_m.z), reach_of_light(plan, slab, slab.max_m.z));
   // Aimed gathering uses its fan for what mirrors and glass show.
   const bool perspective = plan.aimed || scene.sampling.shape == FanShape::perspective;
-  const double depth = (plan.far_m - slab.distance_m) * (plan.bounces > 0 ? deepest_virtual_picture : 1);
+  const double depth =
+      (plan.far_m - slab.distance_m) * (plan.bounces > 0 ? deepest_virtual_picture : 1);
   const bool aims = plan.aimed && plan.bounces == 0;
   std::vector<Wrp> all;
   for (int row = 0; row < planes.grid.y; ++row) {
@@ -293,23 +326,28 @@ void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t til
       wrp.slab = number;
       wrp.tile = tile;
       wrp.centre_m = {planes.middle_m.x + (column - (planes.grid.x - 1) / 2.0) * window.x,
-                      planes.middle_m.y - (row - (planes.grid.y - 1) / 2.0) * window.y, slab.distance_m};
+                      planes.middle_m.y - (row - (planes.grid.y - 1) / 2.0) * window.y,
+                      slab.distance_m};
       if (aims) {
         all.push_back(std::move(wrp));
         continue;
       }
       const double p = scene.sampling.pitch_m;
-      const auto rays = [&](int axis) { return fan_count(window[axis], slab.distance_m, depth, p); };
+      const auto rays = [&](int axis) {
+        return fan_count(window[axis], slab.distance_m, depth, p);
+      };
       if (!(rays(0) * rays(1) <= largest_fan)) {
-        throw InputError(one_line(scene.file.string()) + ": sampling.pitch " + millimetres(p) + " needs " + count_text(rays(0)) + " x " +
-                         count_text(rays(1)) + " rays per pixel, at most 16777216 are allowed; give a larger pitch");
+        throw InputError(one_line(scene.file.string()) + ": sampling.pitch " + millimetres(p) +
+                         " needs " + count_text(rays(0)) + " x " + count_text(rays(1)) +
+                         " rays per pixel, at most 16777216 are allowed; give a larger pitch");
       }
       std::array<std::vector<double>, 2> tangents;
       for (int axis = 0; axis < 2; ++axis) {
         // Perspective views turn with the pixel, parallel ones with the WRP.
         const double shift = perspective ? 0 : wrp.centre_m[axis];
         tangents[axis] = fan_tangents(window[axis], slab.distance_m, shift, depth, p);
-        wrp.fan_step[axis] = window[axis] / slab.distance_m / static_cast<double>(tangents[axis].size());
+        wrp.fan_step[axis] =
+            window[axis] / slab.distance_m / static_cast<double>(tangents[axis].size());
       }
       wrp.fan = fan_of(tangents[0], tangents[1], perspective ? glm::dvec2(1) : plan.largest_sine);
       if (perspective) wrp.convergence_per_m = 1 / slab.distance_m;
@@ -317,33 +355,41 @@ void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t til
     }
   }
   const auto is_near = [&](const Wrp& wrp) {
-    return is_within(wrp.centre_m.x, passed[0], reach.x) && is_within(wrp.centre_m.y, passed[1], reach.y);
+    return is_within(wrp.centre_m.x, passed[0], reach.x) &&
+           is_within(wrp.centre_m.y, passed[1], reach.y);
   };
-  if (aims && std::any_of(all.begin(), all.end(), is_near)) std::erase_if(all, [&](const Wrp& wrp) { return !is_near(wrp); });
+  if (aims && std::any_of(all.begin(), all.end(), is_near))
+    std::erase_if(all, [&](const Wrp& wrp) { return !is_near(wrp); });
   std::move(all.begin(), all.end(), std::back_inserter(wrps));
 }
 
-Wrp plane_at_hologram(const Plan& plan, std::size_t tile, glm::dvec2 largest_tangent, int rays_per_axis) {
+Wrp plane_at_hologram(const Plan& plan, std::size_t tile, glm::dvec2 largest_tangent,
+                      int rays_per_axis) {
   Wrp plane;
   plane.tile = tile;
   plane.centre_m = {plan.tiles[tile].centre_m, 0};
   std::array<std::vector<double>, 2> tangents;
   for (int axis = 0; axis < 2; ++axis) {
     plane.fan_step[axis] = 2 * largest_tangent[axis] / rays_per_axis;
-    for (int i = 0; i < rays_per_axis; ++i) tangents[axis].push_back((i - (rays_per_axis - 1) / 2.0) * plane.fan_step[axis]);
+    for (int i = 0; i < rays_per_axis; ++i)
+      tangents[axis].push_back((i - (rays_per_axis - 1) / 2.0) * plane.fan_step[axis]);
   }
   plane.fan = fan_of(tangents[0], tangents[1], plan.largest_sine);
   return plane;
 }
 
-/// About how many rays are aimed at samples: as if one surface filled the lattice, the slabs' middle depths in equal parts.
+/// About how many rays are aimed at samples: as if one surface filled the lattice, the slabs'
+/// middle depths in equal parts.
 std::uint64_t aimed_rays(const Plan& plan) {
   double rays = 0;
   for (const auto& slab : plan.slabs) {
-    const double middle = (slab.min_m.z + slab.max_m.z) / 2, narrowed = std::abs(middle - slab.distance_m) / middle;
-    double of_slab = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y / static_cast<double>(plan.slabs.size());
+    const double middle = (slab.min_m.z + slab.max_m.z) / 2,
+                 narrowed = std::abs(middle - slab.distance_m) / middle;
+    double of_slab = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y /
+                     static_cast<double>(plan.slabs.size());
     for (int axis = 0; axis < 2; ++axis)
-      of_slab *= std::max(1.0, std::min(narrowed * (slab.distance_m > 0 ? plan.fan : 1.0), 1.0) * plan.size[axis]);
+      of_slab *= std::max(
+          1.0, std::min(narrowed * (slab.distance_m > 0 ? plan.fan : 1.0), 1.0) * plan.size[axis]);
     rays += of_slab;
   }
   return static_cast<std::uint64_t>(rays);
@@ -353,55 +399,66 @@ std::uint64_t aimed_rays(const Plan& plan) {
 std::vector<double> distances_of(const Scene& scene, const World& world, const Plan& plan) {
   const auto& given = scene.wrp.distances_m;
   const bool gathers_fans = !plan.aimed || plan.bounces > 0;
-  if (const auto slabs = std::max(given.size(), static_cast<std::size_t>(scene.wrp.slabs)); gathers_fans && slabs > 1) {
+  if (const auto slabs = std::max(given.size(), static_cast<std::size_t>(scene.wrp.slabs));
+      gathers_fans && slabs > 1) {
     throw InputError(one_line(scene.file.string()) + ": wrp.slabs " + std::to_string(slabs) +
-                     ": rays of fans, mirrors and glass pass from slab to slab, which needs all WRPs at one distance; give wrp.slabs 1" +
+                     ": rays of fans, mirrors and glass pass from slab to slab, which needs all "
+                     "WRPs at one distance; give wrp.slabs 1" +
                      (given.empty() ? "" : " and one wrp.distance"));
   }
   if (!given.empty()) {
-    if (!plan.aimed && given[0] >= plan.far_m) {  // rays of a fan go forwards; aimed ones meet samples on either side
+    // Rays of a fan go forwards; aimed ones meet samples on either side
+    if (!plan.aimed && given[0] >= plan.far_m) {
       throw InputError(one_line(scene.file.string()) + ": wrp.distance " + millimetres(given[0]) +
-                       " puts the WRPs behind the whole scene, which ends at " + millimetres(plan.far_m) + "; give less, or \"auto\"");
+                       " puts the WRPs behind the whole scene, which ends at " +
+                       millimetres(plan.far_m) + "; give less, or \"auto\"");
     }
     return given;
   }
   if (!gathers_fans) return middles_of_surfaces(world, scene.wrp.slabs);
   const auto window = plan.window_m();
   const double cone = std::max(window.x, window.y) / plan.near_m;
-  const double across =
-      std::max(samples_across_nearest * scene.sampling.pitch_m, pixels_across_nearest * std::max(plan.pitch_m.x, plan.pitch_m.y));
+  const double across = std::max(samples_across_nearest * scene.sampling.pitch_m,
+                                 pixels_across_nearest * std::max(plan.pitch_m.x, plan.pitch_m.y));
   return {plan.near_m - std::min(across / cone, plan.near_m / 2)};
 }
 
 /// Of a tile, through a plane at distance_m.
-SeenThrough seen_through(double distance_m, glm::dvec2 largest_tangent, const Plan& plan, const Tile& tile) {
+SeenThrough seen_through(double distance_m, glm::dvec2 largest_tangent, const Plan& plan,
+                         const Tile& tile) {
   const double wider = std::max({1.0, plan.tile_fan.x, plan.tile_fan.y});
   return {distance_m, tile.centre_m, plan.tile_window_m() / 2.0, 0.99 * largest_tangent, wider};
 }
 
-/// The part of where a tile's light passes through a slab's plane that is no steeper than the pixels can show.
-std::array<Interval, 2> shown_part(std::array<Interval, 2> passed, const Plan& plan, const Tile& tile, double distance_m,
+/// The part of where a tile's light passes through a slab's plane that is no steeper than the
+/// pixels can show.
+std::array<Interval, 2> shown_part(std::array<Interval, 2> passed, const Plan& plan,
+                                   const Tile& tile, double distance_m,
                                    glm::dvec2 largest_tangent) {
   for (int axis = 0; axis < 2; ++axis) {
     auto& along = passed[static_cast<std::size_t>(axis)];
-    const double reach = plan.tile_window_m()[axis] / 2 + distance_m * largest_tangent[axis], centre = tile.centre_m[axis];
+    const double reach = plan.tile_window_m()[axis] / 2 + distance_m * largest_tangent[axis],
+                 centre = tile.centre_m[axis];
     along.low = std::clamp(along.low, centre - reach, centre + reach);
     along.high = std::clamp(along.high, centre - reach, centre + reach);
   }
   return passed;
 }
 
-/// The WRPs side by side that a tile needs for a slab. A given grid is the hologram's: the same area, divided like the hologram.
+/// The WRPs side by side that a tile needs for a slab. A given grid is the hologram's: the same
+/// area, divided like the hologram.
 ///
 /// tile  where its light passes; all: that of all tiles
-Planes planes_of(const Scene& scene, const Plan& plan, const std::array<Interval, 2>& tile, const std::array<Interval, 2>& all) {
+Planes planes_of(const Scene& scene, const Plan& plan, const std::array<Interval, 2>& tile,
+                 const std::array<Interval, 2>& all) {
   Planes planes;
   for (int axis = 0; axis < 2; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
     planes.middle_m[axis] = scene.wrp.grid ? all[i].middle() : tile[i].middle();
-    const double wanted = std::max(1.0, std::ceil(tile[i].extent() / plan.tile_window_m()[axis] - 0.01));
-    planes.grid[axis] =
-        scene.wrp.grid ? (*scene.wrp.grid)[axis] * plan.tile_grid[axis] : static_cast<int>(std::min(wanted, largest_grid + 1.0));
+    const double wanted =
+        std::max(1.0, std::ceil(tile[i].extent() / plan.tile_window_m()[axis] - 0.01));
+    planes.grid[axis] = scene.wrp.grid ? (*scene.wrp.grid)[axis] * plan.tile_grid[axis]
+                                       : static_cast<int>(std::min(wanted, largest_grid + 1.0));
   }
   return planes;
 }
@@ -409,9 +466,11 @@ Planes planes_of(const Scene& scene, const Plan& plan, const std::array<Interval
 /// Places the WRPs of all tiles and slabs: Plan::slabs, grid and wrps.
 ///
 /// returns  all of the scene's outline; chief rays of the light that falls onto the WRPs
-std::pair<Outline, std::array<Interval, 2>> place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_tangent, Plan& plan) {
+std::pair<Outline, std::array<Interval, 2>> place_wrps(const Scene& scene, const World& world,
+                                                       glm::dvec2 largest_tangent, Plan& plan) {
   auto distances_m = distances_of(scene, world, plan);
-  const auto positions_m = distances_m.size() > 1 ? positions_now(world) : std::vector<glm::dvec3>();
+  const auto positions_m =
+      distances_m.size() > 1 ? positions_now(world) : std::vector<glm::dvec3>();
   plan.slabs = slabs_around(std::move(distances_m), world, positions_m);
   Outline all;
   std::array<Interval, 2> covered, lit;
@@ -419,12 +478,14 @@ std::pair<Outline, std::array<Interval, 2>> place_wrps(const Scene& scene, const
   double count = 0;
   for (std::size_t number = 0; number < plan.slabs.size(); ++number) {
     auto& slab = plan.slabs[number];
-    const auto corners = plan.slabs.size() > 1 ? corners_in(world, positions_m, slab) : std::vector<glm::dvec3>();
+    const auto corners =
+        plan.slabs.size() > 1 ? corners_in(world, positions_m, slab) : std::vector<glm::dvec3>();
     std::vector<std::array<Interval, 2>> passed, shown;
     std::array<Interval, 2> all_shown;
     for (const auto& tile : plan.tiles) {
       const auto seen = seen_through(slab.distance_m, largest_tangent, plan, tile);
-      const auto outline = plan.slabs.size() > 1 ? outline_of(corners, seen) : outline_of(world, seen);
+      const auto outline =
+          plan.slabs.size() > 1 ? outline_of(corners, seen) : outline_of(world, seen);
       all.add(outline);
       passed.push_back(outline.passed);
       shown.push_back(shown_part(outline.passed, plan, tile, slab.distance_m, largest_tangent));
@@ -439,14 +500,16 @@ std::pair<Outline, std::array<Interval, 2>> place_wrps(const Scene& scene, const
       const auto grid = scene.wrp.grid.value_or(planes.grid);
       most = std::max(most, static_cast<double>(grid.x) * grid.y);
       if (count + most > largest_grid) {
-        throw InputError(scene.file.string() + ": the scene needs " + std::to_string(grid.x) + " x " + std::to_string(grid.y) +
-                         " or more WRPs of the hologram's size, " + std::to_string(largest_grid) +
+        throw InputError(scene.file.string() + ": the scene needs " + std::to_string(grid.x) +
+                         " x " + std::to_string(grid.y) + " or more WRPs of the hologram's size, " +
+                         std::to_string(largest_grid) +
                          " are allowed; give wrp.grid, a larger hologram or a smaller scene");
       }
       slab.grid = glm::max(slab.grid, planes.grid);
       for (int axis = 0; axis < 2; ++axis) {
         for (const double side : {-0.5, 0.5})
-          covered[static_cast<std::size_t>(axis)].add(planes.middle_m[axis] + side * planes.grid[axis] * plan.tile_window_m()[axis]);
+          covered[static_cast<std::size_t>(axis)].add(
+              planes.middle_m[axis] + side * planes.grid[axis] * plan.tile_window_m()[axis]);
       }
       add_chief_tangents(plan, slab, plan.tiles[i], planes, lit);
       add_wrps_side_by_side(scene, plan, i, number, planes, passed[i], of_tiles[i]);
@@ -454,9 +517,11 @@ std::pair<Outline, std::array<Interval, 2>> place_wrps(const Scene& scene, const
     count += most;
   }
   for (int axis = 0; axis < 2; ++axis)
-    plan.grid[axis] = scene.wrp.grid
-                          ? (*scene.wrp.grid)[axis]
-                          : static_cast<int>(std::ceil(covered[static_cast<std::size_t>(axis)].extent() / plan.window_m()[axis] - 0.01));
+    plan.grid[axis] =
+        scene.wrp.grid
+            ? (*scene.wrp.grid)[axis]
+            : static_cast<int>(std::ceil(
+                  covered[static_cast<std::size_t>(axis)].extent() / plan.window_m()[axis] - 0.01));
   for (auto& wrps : of_tiles) std::move(wrps.begin(), wrps.end(), std::back_inserter(plan.wrps));
   if (!plan.aimed || plan.bounces > 0) return {all, {Interval{-1e9, 1e9}, Interval{-1e9, 1e9}}};
   plan.wrps = lit_wrps(plan, world, std::move(plan.wrps));
@@ -465,17 +530,22 @@ std::pair<Outline, std::array<Interval, 2>> place_wrps(const Scene& scene, const
 
 }  // namespace
 
-std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m, double pitch_m) {
+std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m,
+                                 double pitch_m) {
   const double width = window_m / distance_m;
-  const auto count = static_cast<std::size_t>(std::min(fan_count(window_m, distance_m, depth_m, pitch_m), double{largest_fan}));
+  const auto count = static_cast<std::size_t>(
+      std::min(fan_count(window_m, distance_m, depth_m, pitch_m), double{largest_fan}));
   std::vector<double> tangents(count);
   for (std::size_t i = 0; i < count; ++i)
-    tangents[i] = shift_m / distance_m + (static_cast<double>(i) - static_cast<double>(count - 1) / 2) * width / static_cast<double>(count);
+    tangents[i] =
+        shift_m / distance_m + (static_cast<double>(i) - static_cast<double>(count - 1) / 2) *
+                                   width / static_cast<double>(count);
   return tangents;
 }
 
 const Slab& Plan::slab_at(double z_m) const {
-  return *std::find_if(slabs.begin(), slabs.end() - 1, [&](const Slab& slab) { return z_m < slab.end_m; });
+  return *std::find_if(slabs.begin(), slabs.end() - 1,
+                       [&](const Slab& slab) { return z_m < slab.end_m; });
 }
 
 std::size_t Plan::most_wrps_of_a_tile() const {
@@ -488,13 +558,15 @@ std::size_t Plan::gathered_pixels() const {
   std::size_t largest = 0;
   for (const auto& slab : slabs) {
     const auto gathered = gathered_size(slab);
-    largest = std::max(largest, static_cast<std::size_t>(gathered.x) * static_cast<std::size_t>(gathered.y));
+    largest = std::max(largest,
+                       static_cast<std::size_t>(gathered.x) * static_cast<std::size_t>(gathered.y));
   }
   return largest;
 }
 
 WrpsExtent wrps_extent(const Plan& plan, const Slab& slab) {
-  WrpsExtent extent{glm::dvec2(std::numeric_limits<double>::infinity()), glm::dvec2(-std::numeric_limits<double>::infinity())};
+  WrpsExtent extent{glm::dvec2(std::numeric_limits<double>::infinity()),
+                    glm::dvec2(-std::numeric_limits<double>::infinity())};
   const auto half_window = plan.tile_window_m() / 2.0;
   for (const auto& wrp : plan.wrps) {
     if (&plan.slab_of(wrp) != &slab) continue;
@@ -514,8 +586,10 @@ std::pair<float, float> slab_bounds(const Plan& plan, const Slab& slab) {
 
 std::string why_in_one_piece(const Plan& plan, Method method) {
   if (method != Method::wrp) return "";
-  if (!plan.aimed || plan.bounces > 0) return "the rays of fans, mirrors and glass hang on the whole hologram's window";
-  if (plan.fan - plan.edge < 1 - 1e-9) return "sampling.fan less sampling.edge is below 1, which would darken the tiles' borders";
+  if (!plan.aimed || plan.bounces > 0)
+    return "the rays of fans, mirrors and glass hang on the whole hologram's window";
+  if (plan.fan - plan.edge < 1 - 1e-9)
+    return "sampling.fan less sampling.edge is below 1, which would darken the tiles' borders";
   return "";
 }
 
@@ -526,7 +600,8 @@ void divide(Plan& plan, glm::ivec2 tile_grid, double padding) {
   for (int row = 0; row < tile_grid.y; ++row) {
     for (int column = 0; column < tile_grid.x; ++column) {
       Tile tile;
-      tile.first = glm::ivec2(column, row) * (plan.size - plan.tile_size) / glm::max(tile_grid - 1, 1);
+      tile.first =
+          glm::ivec2(column, row) * (plan.size - plan.tile_size) / glm::max(tile_grid - 1, 1);
       const auto off_middle = glm::dvec2(tile.first) + glm::dvec2(plan.tile_size - plan.size) / 2.0;
       tile.centre_m = off_middle * plan.pitch_m * glm::dvec2(1, -1);  // rows count downwards
       plan.tiles.push_back(tile);
@@ -534,14 +609,16 @@ void divide(Plan& plan, glm::ivec2 tile_grid, double padding) {
   }
   plan.padded = padded_size(plan.tile_size, padding);
   // Light beyond comes round into the tile.
-  const auto held = glm::max(2.0 * glm::dvec2(plan.padded) / glm::dvec2(plan.tile_size) - 1.0, plan.fan);
+  const auto held =
+      glm::max(2.0 * glm::dvec2(plan.padded) / glm::dvec2(plan.tile_size) - 1.0, plan.fan);
   const auto smaller = glm::dvec2(plan.size) / glm::dvec2(plan.tile_size);
   const auto wanted = plan.fan + (plan.fan - 1) * (smaller - 1.0);
   plan.tile_fan = glm::min(wanted, held);
   plan.tile_edge = plan.edge * smaller - (wanted - plan.tile_fan);
 }
 
-Plan make_plan(const Scene& scene, const World& world, Method method, int rays_per_axis, bool has_doubles, const Plan* moved_from) {
+Plan make_plan(const Scene& scene, const World& world, Method method, int rays_per_axis,
+               bool has_doubles, const Plan* moved_from) {
   const auto& hologram = scene.hologram;
   Plan plan;
   plan.size = hologram.resolution;
@@ -550,16 +627,19 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.near_m = world.min_m.z;
   plan.far_m = world.max_m.z;
 
-  for (int axis = 0; axis < 2; ++axis) plan.largest_sine[axis] = std::min(1.0, plan.wavelength_m / (2 * plan.pitch_m[axis]));
+  for (int axis = 0; axis < 2; ++axis)
+    plan.largest_sine[axis] = std::min(1.0, plan.wavelength_m / (2 * plan.pitch_m[axis]));
   const auto largest_tangent = [&](int axis) {
     const double sine = std::min(plan.largest_sine[axis], 0.999);
     return sine / std::sqrt(1 - sine * sine);
   };
-  plan.aimed = method == Method::points || (method == Method::wrp && scene.sampling.mode == SamplingMode::aimed);
-  const bool has_bounces = std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
-    const auto& m = scene.materials[static_cast<std::size_t>(o.material)];
-    return m.reflectivity > 0 || m.transparency > 0;
-  });
+  plan.aimed = method == Method::points ||
+               (method == Method::wrp && scene.sampling.mode == SamplingMode::aimed);
+  const bool has_bounces =
+      std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
+        const auto& m = scene.materials[static_cast<std::size_t>(o.material)];
+        return m.reflectivity > 0 || m.transparency > 0;
+      });
   plan.bounces = has_bounces ? scene.trace.depth : 0;
   plan.antialias = scene.sampling.antialias;
   plan.view_parts = scene.sampling.visibility;
@@ -568,8 +648,8 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
 
   const auto tiles = scene.hologram.tiles.value_or(glm::ivec2(1));
   if (const auto why = why_in_one_piece(plan, method); tiles != glm::ivec2(1) && !why.empty()) {
-    throw InputError(one_line(scene.file.string()) + ": hologram.tiles " + std::to_string(tiles.x) + " x " + std::to_string(tiles.y) +
-                     ": " + why + "; give hologram.tiles [1, 1]");
+    throw InputError(one_line(scene.file.string()) + ": hologram.tiles " + std::to_string(tiles.x) +
+                     " x " + std::to_string(tiles.y) + ": " + why + "; give hologram.tiles [1, 1]");
   }
   divide(plan, tiles, scene.wrp.padding);
 
@@ -585,18 +665,21 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
       plan.wrps.push_back(plane_at_hologram(plan, i, steepest, rays_per_axis));
     }
   }
-  plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2, (plan.near_m + plan.far_m) / 2};
+  plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,
+                   (plan.near_m + plan.far_m) / 2};
   plan.lattice = lattice_over(scene, outline, plan, steepest, lit);
   plan.beyond_diffraction = outline.beyond_m[0] > 0 || outline.beyond_m[1] > 0;
 
   for (auto& slab : plan.slabs) {
-    for (int axis = 0; axis < 2; ++axis) slab.axes[static_cast<std::size_t>(axis)] = {plan.tile_size[axis], plan.pitch_m[axis], 0};
+    for (int axis = 0; axis < 2; ++axis)
+      slab.axes[static_cast<std::size_t>(axis)] = {plan.tile_size[axis], plan.pitch_m[axis], 0};
     if (method == Method::wrp && plan.aimed && plan.bounces == 0 && scene.wrp.oversampling)
       slab.axes = axes_for_band(plan, slab, *scene.wrp.oversampling);
   }
   for (const auto& wrp : plan.wrps) {
     if (!plan.aimed)
-      plan.rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.tile_size.x) * static_cast<std::uint64_t>(plan.tile_size.y);
+      plan.rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.tile_size.x) *
+                   static_cast<std::uint64_t>(plan.tile_size.y);
   }
   if (plan.aimed) plan.rays = aimed_rays(plan);
 

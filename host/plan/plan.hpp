@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From a scene to what will be computed: where the WRPs stand, which rays start on them, what it takes. A pure function, printed by
-/// `raywave plan` and followed by `raywave render`.
+/// From a scene to what will be computed: where the WRPs stand, which rays start on them, what it
+/// takes. A pure function, printed by `raywave plan` and followed by `raywave render`.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "cl/fft.hpp"
-#include "host/plan/cone.hpp"
 #include "host/geometry/world.hpp"
+#include "host/plan/cone.hpp"
 #include "host/plan/precision.hpp"
 #include "host/scene/scene.hpp"
 
@@ -22,29 +22,36 @@ namespace raywave {
 
 /// How the field at the hologram comes about.
 enum class Method {
-  wrp,     // on wavefront recording planes, carried to the hologram: raywave's way
-  points,  // every surface sample to every hologram pixel, with visibility: point-based holography, the gold standard
-  rays,    // rays cast from each hologram pixel
+  wrp,  // on wavefront recording planes, carried to the hologram: raywave's way
+  // Every surface sample to every hologram pixel, with visibility: point-based holography, the gold
+  // standard
+  points,
+  rays,  // rays cast from each hologram pixel
 };
 
-/// A window of the hologram that is computed on its own. All are of one size, and overlap where that does not divide the hologram's.
+/// A window of the hologram that is computed on its own. All are of one size, and overlap where
+/// that does not divide the hologram's.
 struct Tile {
   glm::ivec2 first{0, 0};     // its top left pixel
   glm::dvec2 centre_m{0, 0};  // world
 };
 
-/// One wavefront recording plane: parallel to the hologram, and as large as the tile that its light goes to.
+/// One wavefront recording plane: parallel to the hologram, and as large as the tile that its light
+/// goes to.
 struct Wrp {
   glm::dvec3 centre_m{0};         // world
   std::vector<glm::dvec2> fan{};  // tangents (dx/dz, dy/dz) of the rays that start at its centre
   glm::dvec2 fan_step{0, 0};      // tangents between neighbours
   double convergence_per_m =
-      0;                 // added to the tangents per metre of a pixel's place: 0 for parallel views, 1 / distance for perspective ones
+      // Added to the tangents per metre of a pixel's place: 0 for parallel views, 1 / distance for
+      // perspective ones
+      0;
   std::size_t slab = 0;  // of Plan::slabs
   std::size_t tile = 0;  // of Plan::tiles
 };
 
-/// The rays from the hologram's centre whose hits are the surface samples: ray (i, j) has the tangents ((first + (i, j) + 1/2) step).
+/// The rays from the hologram's centre whose hits are the surface samples: ray (i, j) has the
+/// tangents ((first + (i, j) + 1/2) step).
 struct LatticePlan {
   double step = 1;      // tangent between neighbours
   double full_z_m = 1;  // depth at which they are the sampling pitch apart: the scene's middle
@@ -52,24 +59,28 @@ struct LatticePlan {
   glm::ivec2 size{1, 1};
 };
 
-/// Columns or rows that WRPs are gathered in (host/trace/interpolator.hpp). Those beyond the hologram's own edges are for the sums that make these.
+/// Columns or rows that WRPs are gathered in (host/trace/interpolator.hpp). Those beyond the
+/// hologram's own edges are for the sums that make these.
 struct WrpAxis {
   int count = 1;
   double pitch_m = 1;
-  int half_taps = 0;  // half of those that one of the hologram's pitch is made of; 0: they are gathered as they are
+  // Half of those that one of the hologram's pitch is made of; 0: they are gathered as they are
+  int half_taps = 0;
 
   bool refines() const { return half_taps > 0; }
 };
 /// Columns, rows.
 using WrpAxes = std::array<WrpAxis, 2>;
 
-/// A slab of depth, and the WRPs side by side at one distance that collect the light of its surface samples, for each tile some.
+/// A slab of depth, and the WRPs side by side at one distance that collect the light of its surface
+/// samples, for each tile some.
 struct Slab {
   double distance_m = 0;  // from the WRPs to the hologram
   double begin_m = -std::numeric_limits<double>::infinity(),
-         end_m = std::numeric_limits<double>::infinity();  // depths of its samples, world z: begin <= z < end
-  glm::dvec3 min_m{0}, max_m{0};                           // box of the surfaces in it, world
-  glm::ivec2 grid{1, 1};                                   // of a tile's WRPs, at most
+         // Depths of its samples, world z: begin <= z < end
+      end_m = std::numeric_limits<double>::infinity();
+  glm::dvec3 min_m{0}, max_m{0};  // box of the surfaces in it, world
+  glm::ivec2 grid{1, 1};          // of a tile's WRPs, at most
   WrpAxes axes{};
 
   bool refines() const { return axes[0].refines() || axes[1].refines(); }
@@ -87,38 +98,54 @@ struct Plan {
   double near_m = 0, far_m = 0;  // depths of the nearest and farthest surface, world z
   std::vector<Slab> slabs;       // front to back; every depth belongs to one of them
   glm::ivec2 grid{1, 1};         // holograms side by side that cover the WRPs of all slabs
-  std::vector<Wrp> wrps;         // tile by tile, slab by slab, row by row from the top left; when rays are aimed, without those that no
-                                 // light falls into
-  bool aimed = true;             // rays are aimed at surface samples; else they form a fan
-  int bounces = 0;               // of mirrors and glass: trace.depth where a material in the scene has them
+  // Tile by tile, slab by slab, row by row from the top left; when rays are aimed, without those
+  // that no light falls into
+  std::vector<Wrp> wrps;
+  bool aimed = true;  // rays are aimed at surface samples; else they form a fan
+  // Of mirrors and glass: trace.depth where a material in the scene has them
+  int bounces = 0;
   LatticePlan lattice;
-  int antialias = 4;          // rays per side of a sample's cell; 0: one through its centre
-  int view_parts = 8;         // per side of the hologram's window, whose sight of each sample is looked at; 0: nothing hides anything
-  double fan = 1, edge = 0;   // half width and soft edge of the cone that a pixel gathers, in half holograms
-  glm::dvec2 tile_fan{1, 1};  // the same in half tiles: as far beyond a tile's borders, where the padding holds it
+  int antialias = 4;  // rays per side of a sample's cell; 0: one through its centre
+  // Per side of the hologram's window, whose sight of each sample is looked at; 0: nothing hides
+  // anything
+  int view_parts = 8;
+  // Half width and soft edge of the cone that a pixel gathers, in half holograms
+  double fan = 1, edge = 0;
+  // The same in half tiles: as far beyond a tile's borders, where the padding holds it
+  glm::dvec2 tile_fan{1, 1};
   glm::dvec2 tile_edge{0, 0};
-  glm::dvec2 largest_sine{1, 1};    // of a ray to the optical axis, per axis, that the SLM's pixels can show
+  // Of a ray to the optical axis, per axis, that the SLM's pixels can show
+  glm::dvec2 largest_sine{1, 1};
   bool beyond_diffraction = false;  // some light of the scene would be steeper
   glm::ivec2 padded{1, 1};          // size that is transformed
   Precision precision = Precision::floats;
-  PhaseErrors phase_errors;       // predicted, by precision
-  double padding_error = 0;       // of the field at the hologram, predicted (host/plan/propagation_errors.hpp); 0 where nothing is propagated
+  PhaseErrors phase_errors;  // predicted, by precision
+  // Of the field at the hologram, predicted (host/plan/propagation_errors.hpp); 0 where nothing is
+  // propagated
+  double padding_error = 0;
   double oversampling_error = 0;  // the same, of gathering fewer columns and rows
-  double cone_error = 0;          // the same, of what the cone leaves out of each sample's wave (host/plan/cone.hpp); 0 where rays are not aimed
-  std::uint64_t rays = 0;         // primary rays of a frame
+  // The same, of what the cone leaves out of each sample's wave (host/plan/cone.hpp); 0 where rays
+  // are not aimed
+  double cone_error = 0;
+  std::uint64_t rays = 0;  // primary rays of a frame
 
   Cone cone() const { return {fan, edge}; }
   const Slab& slab_of(const Wrp& wrp) const { return slabs[wrp.slab]; }
   const Tile& tile_of(const Wrp& wrp) const { return tiles[wrp.tile]; }
-  glm::dvec2 window_m() const { return glm::dvec2(size) * pitch_m; }            // sides of the hologram
+  // Sides of the hologram
+  glm::dvec2 window_m() const { return glm::dvec2(size) * pitch_m; }
   glm::dvec2 tile_window_m() const { return glm::dvec2(tile_size) * pitch_m; }  // of a tile
   /// WRPs of the tile that has most.
   std::size_t most_wrps_of_a_tile() const;
   /// The one that a surface at this depth belongs to.
   const Slab& slab_at(double z_m) const;
   /// Of the fields that are gathered on a slab's WRPs.
-  glm::ivec2 gathered_size(const Slab& slab) const { return {slab.axes[0].count, slab.axes[1].count}; }
-  glm::dvec2 gathered_pitch_m(const Slab& slab) const { return {slab.axes[0].pitch_m, slab.axes[1].pitch_m}; }
+  glm::ivec2 gathered_size(const Slab& slab) const {
+    return {slab.axes[0].count, slab.axes[1].count};
+  }
+  glm::dvec2 gathered_pitch_m(const Slab& slab) const {
+    return {slab.axes[0].pitch_m, slab.axes[1].pitch_m};
+  }
   /// Of the largest of them.
   std::size_t gathered_pixels() const;
 };
@@ -132,24 +159,28 @@ WrpsExtent wrps_extent(const Plan& plan, const Slab& slab);
 /// Depths of a slab's samples as devices compare them, scene frame.
 std::pair<float, float> slab_bounds(const Plan& plan, const Slab& slab);
 
-/// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through the hologram, more than 1024 WRPs, tiles
-///         that would not add up to the hologram)
+/// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through
+///         the hologram, more than 1024 WRPs, tiles that would not add up to the hologram)
 ///
 /// hologram.tiles "auto" is one here; fitting_plan (host/plan/memory.hpp) knows how many fit.
 /// rays_per_axis  of Method::rays: directions across the cone that the SLM's pixels can show
 /// has_doubles    whether the device can compute in doubles, for accuracy.precision "auto"
-/// moved_from     the plan of the same scene before its objects moved, if any: its predicted errors stand, which take long
-Plan make_plan(const Scene& scene, const World& world, Method method = Method::wrp, int rays_per_axis = 100, bool has_doubles = false,
-               const Plan* moved_from = nullptr);
+/// moved_from     the plan of the same scene before its objects moved, if any: its predicted errors
+///                stand, which take long
+Plan make_plan(const Scene& scene, const World& world, Method method = Method::wrp,
+               int rays_per_axis = 100, bool has_doubles = false, const Plan* moved_from = nullptr);
 
 /// Why the hologram can only be computed in one piece; empty: it can be divided.
 std::string why_in_one_piece(const Plan& plan, Method method);
 
-/// Divides a plan's hologram into tiles: Plan::tile_grid, tile_size, tiles, padded, tile_fan and tile_edge.
+/// Divides a plan's hologram into tiles: Plan::tile_grid, tile_size, tiles, padded, tile_fan and
+/// tile_edge.
 void divide(Plan& plan, glm::ivec2 tile_grid, double padding);
 
-/// Rows or columns of a fan (paper, Eq. 4-7): tangents across an aperture `window_m` wide seen from `distance_m` away, turned by shift /
-/// distance, spaced so that neighbours lie `pitch_m` apart at `depth_m` behind the plane.
-std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m, double pitch_m);
+/// Rows or columns of a fan (paper, Eq. 4-7): tangents across an aperture `window_m` wide seen from
+/// `distance_m` away, turned by shift / distance, spaced so that neighbours lie `pitch_m` apart at
+/// `depth_m` behind the plane.
+std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m,
+                                 double pitch_m);
 
 }  // namespace raywave

@@ -9,13 +9,13 @@
 #include <numbers>
 
 #include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/geometry/shared_types.hpp"
 #include "host/plan/propagation_errors.hpp"
 #include "host/plan/rates.hpp"
 #include "host/plan/warnings.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/trace/interpolator.hpp"
-#include "host/geometry/shared_types.hpp"
-#include "host/common/text.hpp"
 
 namespace raywave {
 namespace {
@@ -25,18 +25,20 @@ constexpr double arc_minute = std::numbers::pi / 180 / 60;
 /// What is tried. Coarser lattices than the resolution show their dots.
 constexpr std::array pitches_of_resolution{1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.3, 0.25};
 
-/// How far up from the fastest to the truest choice a quality lies, in decibels; and what is no gain worth waiting for, but to reference.
+/// How far up from the fastest to the truest choice a quality lies, in decibels; and what is no
+/// gain worth waiting for, but to reference.
 constexpr std::array shares_of_quality{0.0, 0.5, 0.85, 1.0};
 constexpr double no_gain_db = 0.5;
 
 /// The least accuracy.phase of a quality, where the scene gives none.
 constexpr double reference_phase_turns = 0.001;
 
-/// What is tried beside all columns and rows, but for reference: one or two per cent of the field (docs/accuracy.md) for half of the
-/// gathering.
+/// What is tried beside all columns and rows, but for reference: one or two per cent of the field
+/// (docs/accuracy.md) for half of the gathering.
 constexpr double planned_oversampling = 1.5;
 
-/// The largest error of a cone that a quality accepts: draft and balanced are for pictures, accurate and reference for the wavefront.
+/// The largest error of a cone that a quality accepts: draft and balanced are for pictures,
+/// accurate and reference for the wavefront.
 constexpr std::array cone_errors_of_quality{0.25, 0.25, 0.06, 0.0};
 
 constexpr int most_slabs_tried = 8;
@@ -53,16 +55,19 @@ struct Gathering {
   Footprints footprints;
 };
 
-/// A number of slabs and a cone, and what is known of them whatever the pitch, the frames and the padding.
+/// A number of slabs and a cone, and what is known of them whatever the pitch, the frames and the
+/// padding.
 struct Layout {
   int slabs = 1;
-  Gathering all_pixels;                               // as the scene has them
-  std::optional<Gathering> few_pixels;                // planned_oversampling, where that is open and saves any
+  Gathering all_pixels;  // as the scene has them
+  // planned_oversampling, where that is open and saves any
+  std::optional<Gathering> few_pixels;
   std::optional<PictureModel> model;                  // of aimed sampling
   std::vector<std::pair<double, double>> paddings{};  // what is tried, and its error
 };
 
-/// Everything about the scene that the choice of slabs, cone, pitch, padding and frames does not change.
+/// Everything about the scene that the choice of slabs, cone, pitch, padding and frames does not
+/// change.
 class Planner {
 public:
   Planner(const Scene& scene, const World& world, const DeviceFigures& device)
@@ -78,8 +83,9 @@ public:
   double resolution_m() const { return resolution_m_; }
   const FrontView& view() const { return view_; }
   const std::optional<PictureModel>& model_of(int slabs, const Cone& cone) const {
-    const auto found = std::find_if(layouts_.begin(), layouts_.end(),
-                                    [&](const Layout& l) { return l.slabs == slabs && l.all_pixels.plan.cone() == cone; });
+    const auto found = std::find_if(layouts_.begin(), layouts_.end(), [&](const Layout& l) {
+      return l.slabs == slabs && l.all_pixels.plan.cone() == cone;
+    });
     return found->model;
   }
 
@@ -88,20 +94,24 @@ public:
   std::vector<Choice> choices(double most_cone_error) {
     if (!plan_.aimed)
       throw InputError(one_line(scene_.file.string()) +
-                       ": pictures of sampling.mode \"fan\" cannot be predicted; give sampling.pitch, sampling.frames and wrp.padding "
+                       ": pictures of sampling.mode \"fan\" cannot be predicted; give "
+                       "sampling.pitch, sampling.frames and wrp.padding "
                        "instead of a goal, or sampling.mode \"aimed\"");
-    const double finest = std::max(plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.x * plan_.pitch_m.x),
-                                   plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.y * plan_.pitch_m.y));
+    const double finest =
+        std::max(plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.x * plan_.pitch_m.x),
+                 plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.y * plan_.pitch_m.y));
     std::vector<double> pitches;
     if (scene_.given.contains("sampling.pitch")) {
       pitches = {scene_.sampling.pitch_m};
     } else {
       for (const double share : pitches_of_resolution) {
-        if (const double p = round_pitch(share * resolution_m_); pitches.empty() || p >= finest) pitches.push_back(p);
+        if (const double p = round_pitch(share * resolution_m_); pitches.empty() || p >= finest)
+          pitches.push_back(p);
       }
     }
-    const auto counts = scene_.given.contains("sampling.frames") ? std::vector{scene_.sampling.frames}
-                                                                 : std::vector(frames_tried.begin(), frames_tried.end());
+    const auto counts = scene_.given.contains("sampling.frames")
+                            ? std::vector{scene_.sampling.frames}
+                            : std::vector(frames_tried.begin(), frames_tried.end());
     add_slabs(pitches.back(), counts);
     add_cones(most_cone_error);
     for (auto& layout : layouts_) predict_errors(layout);
@@ -117,7 +127,11 @@ public:
           double least_s = std::numeric_limits<double>::infinity();
           for (auto i = first; i < end; ++i) {
             const auto& layout = layouts_[i];
-            const Choice c{.pitch_m = pitch_m, .padding = 1, .frames = frames, .slabs = layout.slabs, .cone = cone};
+            const Choice c{.pitch_m = pitch_m,
+                           .padding = 1,
+                           .frames = frames,
+                           .slabs = layout.slabs,
+                           .cone = cone};
             const double seconds = seconds_of(c, fastest_of(layout));
             if (!(seconds < (1 - least_saving) * least_s)) continue;
             least_s = seconds;
@@ -166,10 +180,12 @@ private:
     layouts_.push_back(std::move(layout));
   }
 
-  /// More and more slabs, as long as they save time on the finest lattice, with the fewest frames or the most, and there are surfaces in
-  /// them.
+  /// More and more slabs, as long as they save time on the finest lattice, with the fewest frames
+  /// or the most, and there are surfaces in them.
   void add_slabs(double finest_pitch_m, const std::vector<int>& counts) {
-    if (scene_.given.contains("wrp.slabs") || scene_.given.contains("wrp.distance") || plan_.bounces > 0) return;
+    if (scene_.given.contains("wrp.slabs") || scene_.given.contains("wrp.distance") ||
+        plan_.bounces > 0)
+      return;
     for (int slabs = layouts_.back().slabs + 1; slabs <= most_slabs_tried; ++slabs) {
       auto scene = scene_;
       scene.wrp.slabs = slabs;
@@ -177,7 +193,8 @@ private:
       if (more.all_pixels.plan.slabs.size() == layouts_.back().all_pixels.plan.slabs.size()) return;
       const auto saves = [&](int frames) {
         const Choice c{.pitch_m = finest_pitch_m, .padding = 1, .frames = frames};
-        return seconds_of(c, fastest_of(more)) < (1 - least_saving) * seconds_of(c, fastest_of(layouts_.back()));
+        return seconds_of(c, fastest_of(more)) <
+               (1 - least_saving) * seconds_of(c, fastest_of(layouts_.back()));
       };
       if (!saves(counts.front()) && !saves(counts.back())) return;
       add(std::move(more));
@@ -191,7 +208,9 @@ private:
     for (auto cone : cones_tried) {
       if (scene_.given.contains("sampling.fan")) cone.fan = plan_.fan;
       if (scene_.given.contains("sampling.edge")) cone.edge = plan_.edge;
-      if (cone.edge > cone.fan || cone.field_error() > most_error || std::find(tried.begin(), tried.end(), cone) != tried.end()) continue;
+      if (cone.edge > cone.fan || cone.field_error() > most_error ||
+          std::find(tried.begin(), tried.end(), cone) != tried.end())
+        continue;
       tried.push_back(cone);
       for (std::size_t i = 0; i < slabs; ++i) {
         auto plan = layouts_[i].all_pixels.plan;
@@ -204,24 +223,30 @@ private:
     }
   }
 
-  static const Gathering& fastest_of(const Layout& layout) { return layout.few_pixels ? *layout.few_pixels : layout.all_pixels; }
+  static const Gathering& fastest_of(const Layout& layout) {
+    return layout.few_pixels ? *layout.few_pixels : layout.all_pixels;
+  }
 
   /// Errors of few pixels, and of the paddings that are tried.
   void predict_errors(Layout& layout) const {
-    if (layout.few_pixels) layout.few_pixels->plan.oversampling_error = predicted_oversampling_error(layout.few_pixels->plan);
+    if (layout.few_pixels)
+      layout.few_pixels->plan.oversampling_error =
+          predicted_oversampling_error(layout.few_pixels->plan);
     const auto given = scene_.given.contains("wrp.padding");
-    const auto tried = given ? std::vector{scene_.wrp.padding} : std::vector(paddings_tried.begin(), paddings_tried.end());
+    const auto tried = given ? std::vector{scene_.wrp.padding}
+                             : std::vector(paddings_tried.begin(), paddings_tried.end());
     std::vector<glm::ivec2> sizes;
     for (const double padding : tried) sizes.push_back(padded_size(plan_.tile_size, padding));
     const auto errors = predicted_padding_errors(layout.all_pixels.plan, sizes);
     for (std::size_t i = 0; i < tried.size(); ++i) {
-      if (errors[i] <= worst_padding_error || i + 1 == tried.size()) layout.paddings.emplace_back(tried[i], errors[i]);
+      if (errors[i] <= worst_padding_error || i + 1 == tried.size())
+        layout.paddings.emplace_back(tried[i], errors[i]);
     }
   }
 
   /// Appends a choice with each padding that is tried.
-  void add_paddings(const Choice& without, const Layout& layout, const Gathering& gathering, const LatticePattern& pattern,
-                    std::vector<Choice>& all) const {
+  void add_paddings(const Choice& without, const Layout& layout, const Gathering& gathering,
+                    const LatticePattern& pattern, std::vector<Choice>& all) const {
     auto plan = with_pitch(gathering.plan, without.pitch_m);
     auto work = work_of(without, plan, gathering);
     for (const auto& [padding, error] : layout.paddings) {
@@ -230,7 +255,9 @@ private:
       plan.padded = padded_size(plan.tile_size, padding);
       work.butterflies = count_butterflies(plan, c.frames);
       c.seconds = predict_times(work, device_.rates).total_s();
-      c.psnr_db = predict_pictures(*layout.model, pattern, c.frames, std::hypot(error, plan.oversampling_error)).mean_psnr_db;
+      c.psnr_db = predict_pictures(*layout.model, pattern, c.frames,
+                                   std::hypot(error, plan.oversampling_error))
+                      .mean_psnr_db;
       all.push_back(c);
     }
   }
@@ -267,10 +294,13 @@ private:
 const Choice& truest_within(const std::vector<Choice>& all, double seconds) {
   const Choice* best = nullptr;
   for (const auto& c : all) {
-    if (c.seconds <= seconds && (!best || c.psnr_db > best->psnr_db || (c.psnr_db == best->psnr_db && c.seconds < best->seconds)))
+    if (c.seconds <= seconds && (!best || c.psnr_db > best->psnr_db ||
+                                 (c.psnr_db == best->psnr_db && c.seconds < best->seconds)))
       best = &c;
   }
-  return best ? *best : *std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.seconds < b.seconds; });
+  return best ? *best : *std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return a.seconds < b.seconds;
+  });
 }
 
 /// The fastest of those that are as true; the truest when none is.
@@ -279,7 +309,9 @@ const Choice& fastest_reaching(const std::vector<Choice>& all, double psnr_db) {
   for (const auto& c : all) {
     if (c.psnr_db >= psnr_db && (!best || c.seconds < best->seconds)) best = &c;
   }
-  return best ? *best : *std::max_element(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
+  return best ? *best : *std::max_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return a.psnr_db < b.psnr_db;
+  });
 }
 
 const Choice& chosen(const std::vector<Choice>& all, const Goal& goal) {
@@ -287,20 +319,24 @@ const Choice& chosen(const std::vector<Choice>& all, const Goal& goal) {
   if (goal.psnr_db) return fastest_reaching(all, *goal.psnr_db);
   const auto least = truest_within(all, 0).psnr_db;  // of the fastest
   const auto most = fastest_reaching(all, std::numeric_limits<double>::infinity()).psnr_db;
-  const double wanted = least + shares_of_quality[static_cast<std::size_t>(*goal.quality)] * (most - least);
+  const double wanted =
+      least + shares_of_quality[static_cast<std::size_t>(*goal.quality)] * (most - least);
   return fastest_reaching(all, wanted - (goal.quality == Quality::reference ? 1e-9 : no_gain_db));
 }
 
 std::string seconds_text(double seconds) {
-  return seconds < 1 ? number_text(std::round(seconds * 1e4) / 10) + " ms" : number_text(std::round(seconds * 100) / 100) + " s";
+  return seconds < 1 ? number_text(std::round(seconds * 1e4) / 10) + " ms"
+                     : number_text(std::round(seconds * 100) / 100) + " s";
 }
 std::string decibels_text(double db) { return number_text(std::round(db * 10) / 10) + " dB"; }
 
 std::string why_resolution(const Scene& scene, const Plan& plan, double resolution_m) {
   const std::string text = "resolution " + length_text(std::round(resolution_m * 1e8) / 1e8) + ": ";
   if (scene.viewer.resolution_m == resolution_m) return text + "viewer.resolution";
-  if (!scene.viewer.resolution_m && resolution_m == arc_minute * (scene.viewer.distance_m + plan.lattice.full_z_m))
-    return text + "1 arc minute for an eye " + length_text(scene.viewer.distance_m) + " from the hologram";
+  if (!scene.viewer.resolution_m &&
+      resolution_m == arc_minute * (scene.viewer.distance_m + plan.lattice.full_z_m))
+    return text + "1 arc minute for an eye " + length_text(scene.viewer.distance_m) +
+           " from the hologram";
   return text + "the hologram's own limit, wavelength z / width";
 }
 
@@ -308,23 +344,28 @@ std::string why_resolution(const Scene& scene, const Plan& plan, double resoluti
 std::string why_so_many_slabs(const std::vector<Choice>& all, const Choice& choice) {
   std::vector<std::pair<int, double>> least;
   for (const auto& c : all) {
-    if (c.pitch_m != choice.pitch_m || c.padding != choice.padding || c.frames != choice.frames || c.cone != choice.cone) continue;
+    if (c.pitch_m != choice.pitch_m || c.padding != choice.padding || c.frames != choice.frames ||
+        c.cone != choice.cone)
+      continue;
     if (least.empty() || least.back().first != c.slabs) least.emplace_back(c.slabs, c.seconds);
     least.back().second = std::min(least.back().second, c.seconds);
   }
   if (least.size() < 2) return "";
   std::string text;
-  for (const auto& [slabs, seconds] : least) text += (text.empty() ? "" : ", ") + std::to_string(slabs) + " takes " + seconds_text(seconds);
+  for (const auto& [slabs, seconds] : least)
+    text += (text.empty() ? "" : ", ") + std::to_string(slabs) + " takes " + seconds_text(seconds);
   return "slabs of depth: predicted " + text;
 }
 
 }  // namespace
 
 Quality quality_of(const std::string& name) {
-  for (const auto quality : {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
+  for (const auto quality :
+       {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
     if (name == name_of(quality)) return quality;
   }
-  throw InputError("--quality " + name + ": unknown; there are draft, balanced, accurate and reference");
+  throw InputError("--quality " + name +
+                   ": unknown; there are draft, balanced, accurate and reference");
 }
 
 const char* name_of(Quality quality) {
@@ -333,7 +374,8 @@ const char* name_of(Quality quality) {
 }
 
 DeviceFigures figures_of(const cl::DeviceInfo& device) {
-  DeviceFigures figures{device.name, device.fp64, limits_of(device), cl::default_backend(device), default_rates()};
+  DeviceFigures figures{device.name, device.fp64, limits_of(device), cl::default_backend(device),
+                        default_rates()};
   if (const auto tuning = load_tuning(device)) figures.rates = tuning->rates;
   return figures;
 }
@@ -345,19 +387,23 @@ double largest_cone_error(const Goal& goal) {
 double wanted_resolution_m(const Scene& scene, const Plan& plan) {
   double limit = 0;
   for (int axis = 0; axis < 2; ++axis)
-    limit = std::max(limit, plan.wavelength_m * plan.lattice.full_z_m / (plan.size[axis] * plan.pitch_m[axis]));
-  return std::max(limit, scene.viewer.resolution_m.value_or(arc_minute * (scene.viewer.distance_m + plan.lattice.full_z_m)));
+    limit = std::max(
+        limit, plan.wavelength_m * plan.lattice.full_z_m / (plan.size[axis] * plan.pitch_m[axis]));
+  return std::max(limit, scene.viewer.resolution_m.value_or(
+                             arc_minute * (scene.viewer.distance_m + plan.lattice.full_z_m)));
 }
 
 std::vector<Choice> choices(const Scene& scene, const World& world, const DeviceFigures& device) {
   return Planner(scene, world, device).choices(std::numeric_limits<double>::infinity());
 }
 
-Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device, const Goal& goal) {
+Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device,
+                   const Goal& goal) {
   Planned planned;
   planned.scene = scene;
   auto& s = planned.scene;
-  if (goal.quality == Quality::reference && !scene.given.contains("accuracy.phase")) s.accuracy.phase_turns = reference_phase_turns;
+  if (goal.quality == Quality::reference && !scene.given.contains("accuracy.phase"))
+    s.accuracy.phase_turns = reference_phase_turns;
   Planner planner(s, world, device);
   std::string why_slabs;
   if (goal.any()) {
@@ -372,13 +418,16 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
     s.sampling.edge = c.cone.edge;
     if (c.oversampling) s.wrp.oversampling = c.oversampling;
     if (goal.budget_s && c.seconds > *goal.budget_s)
-      planned.warnings.push_back("nothing keeps " + seconds_text(*goal.budget_s) + ": the fastest takes " + seconds_text(c.seconds) +
+      planned.warnings.push_back("nothing keeps " + seconds_text(*goal.budget_s) +
+                                 ": the fastest takes " + seconds_text(c.seconds) +
                                  "; a smaller hologram.resolution or wrp.grid needs less");
     if (goal.psnr_db && c.psnr_db < *goal.psnr_db)
-      planned.warnings.push_back("nothing reaches " + decibels_text(*goal.psnr_db) + ": the truest has " + decibels_text(c.psnr_db) +
+      planned.warnings.push_back("nothing reaches " + decibels_text(*goal.psnr_db) +
+                                 ": the truest has " + decibels_text(c.psnr_db) +
                                  "; a larger viewer.resolution asks for less detail");
   }
-  planned.plan = fitting_plan(s, world, device.memory, {Method::wrp, device.fft}, 100, device.has_doubles);
+  planned.plan =
+      fitting_plan(s, world, device.memory, {Method::wrp, device.fft}, 100, device.has_doubles);
   const auto& plan = planned.plan;
 
   auto& prediction = planned.prediction;
@@ -387,39 +436,53 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   prediction.times = predict_times(prediction.work, device.rates);
   prediction.rates_of = device.rates.device;
   if (const auto& model = planner.model_of(s.wrp.slabs, plan.cone()))
-    prediction.pictures = predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
-                                           std::hypot(plan.padding_error, plan.oversampling_error));
-  const double phase_error = 2 * std::numbers::pi * plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
-  prediction.field_error = std::hypot(plan.cone_error, std::hypot(plan.padding_error, plan.oversampling_error, phase_error));
+    prediction.pictures =
+        predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
+                         std::hypot(plan.padding_error, plan.oversampling_error));
+  const double phase_error =
+      2 * std::numbers::pi *
+      plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
+  prediction.field_error = std::hypot(
+      plan.cone_error, std::hypot(plan.padding_error, plan.oversampling_error, phase_error));
   const auto largest = device.memory.largest_buffer_bytes;
   const auto needs = memory_needs(s, world, plan, {Method::wrp, device.fft}, largest);
   prediction.device_bytes = needs.device_bytes();
   for (const auto& need : needs.device) {
     if (need.bytes > largest)
-      planned.warnings.push_back(need.name + ": " + cl::format_bytes(need.bytes) + " in one buffer, " + device.name + " allows " +
+      planned.warnings.push_back(need.name + ": " + cl::format_bytes(need.bytes) +
+                                 " in one buffer, " + device.name + " allows " +
                                  cl::format_bytes(largest) + "; " + need.advice);
   }
-  prediction.device_bytes +=
-      static_cast<std::uint64_t>(prediction.work.samples * (sizeof(device::Sample) + sizeof(device::Aim) + 16 + 8 * s.sampling.frames));
+  prediction.device_bytes += static_cast<std::uint64_t>(
+      prediction.work.samples *
+      (sizeof(device::Sample) + sizeof(device::Aim) + 16 + 8 * s.sampling.frames));
   if (prediction.device_bytes > device.memory.device_bytes)
-    planned.warnings.push_back("needs " + cl::format_bytes(prediction.device_bytes) + ", " + device.name + " has " +
+    planned.warnings.push_back("needs " + cl::format_bytes(prediction.device_bytes) + ", " +
+                               device.name + " has " +
                                cl::format_bytes(device.memory.device_bytes) +
-                               "; a smaller hologram.resolution or wrp.padding, more hologram.tiles or a larger sampling.pitch need less");
+                               "; a smaller hologram.resolution or wrp.padding, more "
+                               "hologram.tiles or a larger sampling.pitch need less");
 
-  const auto fixed = [&](const char* key) { return scene.given.contains(key) ? "given" : goal.any() ? "chosen" : "default"; };
-  planned.reasons = {why_resolution(s, plan, planner.resolution_m()),
-                     "sampling.pitch " + length_text(s.sampling.pitch_m) + " (" + fixed("sampling.pitch") + "), sampling.frames " +
-                         std::to_string(s.sampling.frames) + " (" + fixed("sampling.frames") + "), wrp.padding " +
-                         number_text(s.wrp.padding) + " (" + fixed("wrp.padding") + "), wrp.oversampling " +
-                         (s.wrp.oversampling ? number_text(*s.wrp.oversampling) : "full") + " (" + fixed("wrp.oversampling") +
-                         "), sampling.fan " + number_text(s.sampling.fan) + " (" + fixed("sampling.fan") + "), sampling.edge " +
-                         number_text(s.sampling.edge) + " (" + fixed("sampling.edge") + "), wrp.slabs " + std::to_string(s.wrp.slabs) +
-                         " (" + fixed(scene.given.contains("wrp.distance") ? "wrp.distance" : "wrp.slabs") + ")"};
+  const auto fixed = [&](const char* key) {
+    return scene.given.contains(key) ? "given" : goal.any() ? "chosen" : "default";
+  };
+  planned.reasons = {
+      why_resolution(s, plan, planner.resolution_m()),
+      "sampling.pitch " + length_text(s.sampling.pitch_m) + " (" + fixed("sampling.pitch") +
+          "), sampling.frames " + std::to_string(s.sampling.frames) + " (" +
+          fixed("sampling.frames") + "), wrp.padding " + number_text(s.wrp.padding) + " (" +
+          fixed("wrp.padding") + "), wrp.oversampling " +
+          (s.wrp.oversampling ? number_text(*s.wrp.oversampling) : "full") + " (" +
+          fixed("wrp.oversampling") + "), sampling.fan " + number_text(s.sampling.fan) + " (" +
+          fixed("sampling.fan") + "), sampling.edge " + number_text(s.sampling.edge) + " (" +
+          fixed("sampling.edge") + "), wrp.slabs " + std::to_string(s.wrp.slabs) + " (" +
+          fixed(scene.given.contains("wrp.distance") ? "wrp.distance" : "wrp.slabs") + ")"};
   if (!why_slabs.empty()) planned.reasons.push_back(why_slabs);
   if (!plan.why_tiles.empty())
-    planned.reasons.push_back("hologram.tiles " + std::to_string(plan.tile_grid.x) + " x " + std::to_string(plan.tile_grid.y) + ": " +
-                              plan.why_tiles);
-  for (auto& warning : warnings_of(s, world, plan, planner.view(), planner.resolution_m())) planned.warnings.push_back(std::move(warning));
+    planned.reasons.push_back("hologram.tiles " + std::to_string(plan.tile_grid.x) + " x " +
+                              std::to_string(plan.tile_grid.y) + ": " + plan.why_tiles);
+  for (auto& warning : warnings_of(s, world, plan, planner.view(), planner.resolution_m()))
+    planned.warnings.push_back(std::move(warning));
   return planned;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From scene, device figures and goal to what is computed: values that the scene leaves open are chosen, and what to expect is predicted.
-/// A pure function, printed by `raywave plan` and followed by `raywave render`. docs/planning.md explains how it decides.
+/// From scene, device figures and goal to what is computed: values that the scene leaves open are
+/// chosen, and what to expect is predicted. A pure function, printed by `raywave plan` and followed
+/// by `raywave render`. docs/planning.md explains how it decides.
 #pragma once
 
 #include <array>
@@ -25,8 +26,9 @@ const char* name_of(Quality quality);
 /// What is wanted. At most one; none: whatever the scene leaves open keeps its default.
 struct Goal {
   std::optional<Quality> quality;
-  std::optional<double> budget_s;  // time of a picture, from its samples to its levels: the truest that keeps it
-  std::optional<double> psnr_db;   // mean PSNR of its pictures: the fastest that reaches it
+  // Time of a picture, from its samples to its levels: the truest that keeps it
+  std::optional<double> budget_s;
+  std::optional<double> psnr_db;  // mean PSNR of its pictures: the fastest that reaches it
 
   bool any() const { return quality || budget_s || psnr_db; }
 };
@@ -49,15 +51,17 @@ struct Prediction {
   std::uint64_t device_bytes = 0;
   std::optional<PicturePrediction> pictures;  // of aimed sampling
   double resolution_m = 0;                    // detail that they are judged at
-  double field_error = 0;                     // relative L2, of cone, padding, oversampling and phases
+  // Relative L2, of cone, padding, oversampling and phases
+  double field_error = 0;
 };
 
 struct Planned {
   Scene scene;  // with the values chosen
   Plan plan;
   Prediction prediction;
-  std::vector<std::string> reasons;   // a line each: which value, why
-  std::vector<std::string> warnings;  // a line each: what the user may not want, and what would change it
+  std::vector<std::string> reasons;  // a line each: which value, why
+  // a line each: what the user may not want, and what would change it
+  std::vector<std::string> warnings;
 };
 
 /// Values of what the scene leaves open, as goals choose them, and what is predicted.
@@ -74,8 +78,8 @@ struct Choice {
 inline constexpr std::array frames_tried{1, 2, 3, 4, 6, 8, 12, 16};
 inline constexpr std::array paddings_tried{1.0, 1.125, 1.25, 1.5, 2.0};
 
-/// What is tried for sampling.fan and sampling.edge: all of the wave, nearly all, and a cone that lets go of the hologram's rim, of which
-/// pictures have the least speckle.
+/// What is tried for sampling.fan and sampling.edge: all of the wave, nearly all, and a cone that
+/// lets go of the hologram's rim, of which pictures have the least speckle.
 inline constexpr std::array cones_tried{Cone{1.2, 0.2}, Cone{1.2, 0.3}, Cone{1.1, 0.3}};
 
 /// The largest Cone::field_error that a goal accepts.
@@ -86,11 +90,14 @@ double largest_cone_error(const Goal& goal);
 /// throws  InputError as make_plan, and when nothing can be predicted (sampling.mode "fan")
 std::vector<Choice> choices(const Scene& scene, const World& world, const DeviceFigures& device);
 
-/// throws  InputError as make_plan, and for a goal that nothing can be predicted for (sampling.mode "fan")
-Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device, const Goal& goal = {});
+/// throws  InputError as make_plan, and for a goal that nothing can be predicted for (sampling.mode
+///         "fan")
+Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device,
+                   const Goal& goal = {});
 
-/// The smallest detail of the picture that counts: the coarsest of what the viewer wants or makes out (1 arc minute) and of what the
-/// hologram resolves (wavelength z / width), in the scene's middle.
+/// The smallest detail of the picture that counts: the coarsest of what the viewer wants or makes
+/// out (1 arc minute) and of what the hologram resolves (wavelength z / width), in the scene's
+/// middle.
 double wanted_resolution_m(const Scene& scene, const Plan& plan);
 
 }  // namespace raywave

@@ -10,19 +10,21 @@
 namespace raywave {
 namespace {
 
-constexpr double float_ulp = 0x1p-24, pair_ulp = 0x1p-45, double_ulp = 0x1p-50;  // relative errors of a few operations
+// Relative errors of a few operations
+constexpr double float_ulp = 0x1p-24, pair_ulp = 0x1p-45, double_ulp = 0x1p-50;
 
 /// Sine and cosine, amplitudes and sums of many waves, whatever the precision.
 constexpr double wave_floor_turns = 1e-7;
 
-/// Plane waves of near samples: up to 16 turns from the chief ray, in floats, and 96 steps of a recurrence.
+/// Plane waves of near samples: up to 16 turns from the chief ray, in floats, and 96 steps of a
+/// recurrence.
 constexpr double near_turns = 3e-7;
 
 /// The transforms, and what propagate.cl leaves to floats.
 constexpr double propagation_floor_turns = 1e-7;
 
-/// A surface's plane, the place on it, the normal there and the direction onwards, in units of a path's own error; float_ulp: sums of
-/// turns.
+/// A surface's plane, the place on it, the normal there and the direction onwards, in units of a
+/// path's own error; float_ulp: sums of turns.
 constexpr double bounce_steps = 16;
 
 /// Rows from a tile's middle.
@@ -34,8 +36,11 @@ PhaseErrors predict_phase_errors(const Plan& plan) {
   double path_m = 0, propagated_m = 0, rows_m = 0;
   for (const auto& wrp : plan.wrps) {
     const auto& slab = plan.slab_of(wrp);
-    const double depth_m = std::max(std::abs(slab.max_m.z - wrp.centre_m.z), std::abs(slab.min_m.z - wrp.centre_m.z));
-    const auto slope = plan.largest_sine / glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.largest_sine * plan.largest_sine));
+    const double depth_m =
+        std::max(std::abs(slab.max_m.z - wrp.centre_m.z), std::abs(slab.min_m.z - wrp.centre_m.z));
+    const auto slope =
+        plan.largest_sine /
+        glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.largest_sine * plan.largest_sine));
     path_m = std::max(path_m, depth_m * std::hypot(1.0, slope.x, slope.y));
     rows_m = std::max(rows_m, slab.axes[1].pitch_m);
     if (wrp.centre_m.z > 0) propagated_m = std::max(propagated_m, glm::length(wrp.centre_m));
@@ -47,11 +52,18 @@ PhaseErrors predict_phase_errors(const Plan& plan) {
   PhaseErrors errors;
   for (const auto precision : {Precision::floats, Precision::extended, Precision::doubles}) {
     auto& e = errors[static_cast<std::size_t>(precision)];
-    e.waves_turns = wave_floor_turns + path_turns * (precision == Precision::doubles ? double_ulp : pair_ulp);
+    e.waves_turns =
+        wave_floor_turns + path_turns * (precision == Precision::doubles ? double_ulp : pair_ulp);
     if (plan.aimed && any_near) e.waves_turns += near_turns;
-    if (plan.aimed && precision == Precision::floats) e.waves_turns += float_ulp * tile_reach_rows * row_turns;
-    e.bounces_turns = plan.bounces * (float_ulp + bounce_steps * (precision == Precision::doubles ? double_ulp : pair_ulp) * path_turns);
-    e.propagate_turns = propagated_m > 0 ? propagation_floor_turns + double_ulp * propagated_m / plan.wavelength_m : 0;
+    if (plan.aimed && precision == Precision::floats)
+      e.waves_turns += float_ulp * tile_reach_rows * row_turns;
+    e.bounces_turns =
+        plan.bounces *
+        (float_ulp +
+         bounce_steps * (precision == Precision::doubles ? double_ulp : pair_ulp) * path_turns);
+    e.propagate_turns =
+        propagated_m > 0 ? propagation_floor_turns + double_ulp * propagated_m / plan.wavelength_m
+                         : 0;
   }
   return errors;
 }
@@ -75,7 +87,9 @@ const char* name_of(Precision precision) {
 
 std::string precision_option(const cl::DeviceInfo& device, Precision precision) {
   if (precision == Precision::doubles && !device.fp64)
-    throw cl::DeviceError(device.name + " has no double precision; set accuracy.precision to \"extended\" or \"auto\"");
+    throw cl::DeviceError(
+        device.name +
+        " has no double precision; set accuracy.precision to \"extended\" or \"auto\"");
   return std::to_string(static_cast<int>(precision));
 }
 

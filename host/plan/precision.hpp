@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How far phases will be off, by precision, and which precision a scene needs. docs/accuracy.md, "Predicted phase error", derives it.
+/// How far phases will be off, by precision, and which precision a scene needs. docs/accuracy.md,
+/// "Predicted phase error", derives it.
 #pragma once
 
 #include <array>
@@ -12,7 +13,8 @@ namespace raywave {
 
 struct Plan;
 
-/// Predicted errors of phase in turns, root mean square over a field; 2 pi times their sum is the field's relative L2 error.
+/// Predicted errors of phase in turns, root mean square over a field; 2 pi times their sum is the
+/// field's relative L2 error.
 struct PhaseError {
   double waves_turns = 0;      // from samples, or hits, to the pixels of the WRPs
   double bounces_turns = 0;    // of ways over mirrors and through glass
@@ -26,7 +28,8 @@ using PhaseErrors = std::array<PhaseError, 3>;  // by Precision
 /// Of a plan whose planes and rays are set.
 PhaseErrors predict_phase_errors(const Plan& plan);
 
-/// What was asked for; else the cheapest that keeps the error below spec.phase_turns, or if none does the cheapest of the best.
+/// What was asked for; else the cheapest that keeps the error below spec.phase_turns, or if none
+/// does the cheapest of the best.
 ///
 /// has_doubles  whether the device can compute in doubles
 Precision choose_precision(const AccuracySpec& spec, const PhaseErrors& errors, bool has_doubles);

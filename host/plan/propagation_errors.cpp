@@ -53,20 +53,22 @@ public:
         edge_(plan.tile_edge[axis]),
         low_m_(slab.min_m[axis] - tile_m),
         high_m_(slab.max_m[axis] - tile_m),
-        fft_(cl::next_fast_size(static_cast<std::size_t>(std::max(wide * n_, 2 * *std::max_element(padded_.begin(), padded_.end())))),
+        fft_(cl::next_fast_size(static_cast<std::size_t>(
+                 std::max(wide * n_, 2 * *std::max_element(padded_.begin(), padded_.end())))),
              false),
         wanted_(static_cast<std::size_t>(n_)),
         got_(padded_.size(), wanted_) {}
 
-  /// Adds what arrives in the tile's window from the WRP at centre_m, rightly and with every padding. WRPs side by side cut the same
-  /// waves, so that their edges cancel.
+  /// Adds what arrives in the tile's window from the WRP at centre_m, rightly and with every
+  /// padding. WRPs side by side cut the same waves, so that their edges cancel.
   void add_padded(double centre_m) {
     const auto light = line();
     fill(light.get() + first(), centre_m, n_, pitch_m_);
     const auto spectrum = propagated(light, centre_m);
     add(wanted_, transformed_back(spectrum));
     for (std::size_t i = 0; i < padded_.size(); ++i) {
-      const auto kept = kept_within(std::max(padded_[i] / 2.0, 1.0 * n_) * pitch_m_, spectrum, centre_m);
+      const auto kept =
+          kept_within(std::max(padded_[i] / 2.0, 1.0 * n_) * pitch_m_, spectrum, centre_m);
       add(got_[i], transformed_back(kept), padded_[i]);
     }
   }
@@ -82,7 +84,8 @@ public:
     for (int i = 0; i < n_; ++i) {
       for (int tap = 0; tap < r.taps; ++tap) {
         const auto from = static_cast<std::size_t>(r.first[static_cast<std::size_t>(i)] + tap);
-        refined[static_cast<std::size_t>(first() + i)] += r.coefficients[static_cast<std::size_t>(i * r.taps + tap)] * gathered[from];
+        refined[static_cast<std::size_t>(first() + i)] +=
+            r.coefficients[static_cast<std::size_t>(i * r.taps + tap)] * gathered[from];
       }
     }
     add(wanted_, transformed_back(propagated(light, centre_m)));
@@ -92,7 +95,8 @@ public:
   /// With a padding.
   Squares squares(std::size_t padding = 0) const {
     Squares sum;
-    for (std::size_t i = 0; i < wanted_.size(); ++i) sum.add({std::norm(got_[padding][i] - wanted_[i]), std::norm(wanted_[i])});
+    for (std::size_t i = 0; i < wanted_.size(); ++i)
+      sum.add({std::norm(got_[padding][i] - wanted_[i]), std::norm(wanted_[i])});
     return sum;
   }
 
@@ -102,10 +106,14 @@ private:
   /// Frequency of number i of a transform, in cycles per metre.
   double frequency(std::ptrdiff_t i) const {
     const auto count = static_cast<std::ptrdiff_t>(fft_.size());
-    return static_cast<double>(i <= (count - 1) / 2 ? i : i - count) / (static_cast<double>(count) * pitch_m_);
+    return static_cast<double>(i <= (count - 1) / 2 ? i : i - count) /
+           (static_cast<double>(count) * pitch_m_);
   }
-  /// The other component of the wave's direction, over the wavelength; 0 of waves that do not travel.
-  double along_axis(double u) const { return std::sqrt(std::max(1 / (plan_.wavelength_m * plan_.wavelength_m) - u * u, 0.0)); }
+  /// The other component of the wave's direction, over the wavelength; 0 of waves that do not
+  /// travel.
+  double along_axis(double u) const {
+    return std::sqrt(std::max(1 / (plan_.wavelength_m * plan_.wavelength_m) - u * u, 0.0));
+  }
 
   /// Spectrum at the hologram of a line of light at centre_m.
   cl::Lines propagated(const cl::Lines& light, double centre_m) {
@@ -114,7 +122,9 @@ private:
     for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
       const double u = frequency(i), w = along_axis(u), turns = slab_.distance_m * w - centre_m * u;
       auto& value = spectrum[static_cast<std::size_t>(i)];
-      value = w > 0 ? value * std::complex<float>(std::polar(1.0, 2 * pi * (turns - std::round(turns)))) : 0;
+      value =
+          w > 0 ? value * std::complex<float>(std::polar(1.0, 2 * pi * (turns - std::round(turns))))
+                : 0;
     }
     return spectrum;
   }
@@ -163,30 +173,38 @@ private:
     std::uniform_real_distribution<double> uniform(0, 1);
     const double k = 2 * pi / plan_.wavelength_m;
     for (int i = 0; i < samples_of_a_line; ++i) {
-      const double z_m = slab_.min_m.z + (slab_.max_m.z - slab_.min_m.z) * uniform(random), depth_m = z_m - slab_.distance_m;
+      const double z_m = slab_.min_m.z + (slab_.max_m.z - slab_.min_m.z) * uniform(random),
+                   depth_m = z_m - slab_.distance_m;
       const double x_m = low_m_ + (high_m_ - low_m_) * (i + uniform(random)) / samples_of_a_line;
       const Complex phasor = std::polar(1.0, 2 * pi * uniform(random));
       const double half_m = fan_ * half_m_ * std::abs(depth_m) / z_m;  // of the footprint
       const double spot_m = plan_.wavelength_m * z_m / (2 * fan_ * half_m_);
       const bool is_near = plan_.aimed && half_m < Gatherer::default_near_spots * spot_m;
-      const double reach_m = is_near ? half_m + Gatherer::near_tail * spot_m : half_m, middle_m = x_m * slab_.distance_m / z_m;
+      const double reach_m = is_near ? half_m + Gatherer::near_tail * spot_m : half_m,
+                   middle_m = x_m * slab_.distance_m / z_m;
       int first = 0, last = count - 1;
       if (plan_.aimed) {
-        const auto place = [&](double at_m) { return std::clamp((at_m - centre_m) / pitch_m + (count - 1) / 2.0, -1.0, 1.0 * count); };
+        const auto place = [&](double at_m) {
+          return std::clamp((at_m - centre_m) / pitch_m + (count - 1) / 2.0, -1.0, 1.0 * count);
+        };
         first = static_cast<int>(std::max(std::ceil(place(middle_m - reach_m)), 0.0));
         last = static_cast<int>(std::min(std::floor(place(middle_m + reach_m)), count - 1.0));
       }
       const double first_m = centre_m + (first - (count - 1) / 2.0) * pitch_m;
       if (is_near) {
-        add_near(light + first, last - first + 1, first_m - x_m, pitch_m, {x_m, z_m, depth_m}, phasor / spot_m);
+        add_near(light + first, last - first + 1, first_m - x_m, pitch_m, {x_m, z_m, depth_m},
+                 phasor / spot_m);
         continue;
       }
       for (int p = first; p <= last; ++p) {
         const double pixel_m = first_m + (p - first) * pitch_m, across_m = pixel_m - x_m;
-        const double amount = cone(x_m + across_m * z_m / depth_m, pixel_m, centre_m), length_m = std::hypot(across_m, depth_m);
+        const double amount = cone(x_m + across_m * z_m / depth_m, pixel_m, centre_m),
+                     length_m = std::hypot(across_m, depth_m);
         if (amount == 0 || std::abs(across_m) > largest_sine_ * length_m) continue;
         const double way_m = std::copysign(length_m - std::abs(depth_m), depth_m);
-        light[p] += std::complex<float>(phasor * std::polar(amount / std::sqrt(std::abs(depth_m) * plan_.wavelength_m), k * way_m));
+        light[p] += std::complex<float>(
+            phasor *
+            std::polar(amount / std::sqrt(std::abs(depth_m) * plan_.wavelength_m), k * way_m));
       }
     }
   }
@@ -195,15 +213,20 @@ private:
     double x_m, z_m, depth_m;
   };
 
-  /// kernels/gather/plane_waves.h in its plain form: plane waves towards the window, at `count` pixels from offset_m beside the point on. Each wave is
-  /// turned on from pixel to pixel.
-  void add_near(std::complex<float>* light, int count, double offset_m, double pitch_m, Point point, Complex factor) const {
+  /// kernels/gather/plane_waves.h in its plain form: plane waves towards the window, at `count`
+  /// pixels from offset_m beside the point on. Each wave is turned on from pixel to pixel.
+  void add_near(std::complex<float>* light, int count, double offset_m, double pitch_m, Point point,
+                Complex factor) const {
     std::array<double, waves_of_a_sample> re, im, step_re, step_im;
     for (std::size_t i = 0; i < waves_of_a_sample; ++i) {
-      const double at_m = ((static_cast<double>(i) + 0.5) / waves_of_a_sample * 2 - 1) * fan_ * half_m_;
-      const double tangent = (at_m - point.x_m) / point.z_m, cosine = 1 / std::sqrt(1 + tangent * tangent), sine = tangent * cosine;
-      const double way_m = sine * offset_m - point.depth_m * (1 - cosine), k = 2 * pi / plan_.wavelength_m;
-      const double amount = std::abs(sine) <= largest_sine_ ? cone(at_m, 0, 0) / waves_of_a_sample : 0;
+      const double at_m =
+          ((static_cast<double>(i) + 0.5) / waves_of_a_sample * 2 - 1) * fan_ * half_m_;
+      const double tangent = (at_m - point.x_m) / point.z_m,
+                   cosine = 1 / std::sqrt(1 + tangent * tangent), sine = tangent * cosine;
+      const double way_m = sine * offset_m - point.depth_m * (1 - cosine),
+                   k = 2 * pi / plan_.wavelength_m;
+      const double amount =
+          std::abs(sine) <= largest_sine_ ? cone(at_m, 0, 0) / waves_of_a_sample : 0;
       re[i] = amount * std::cos(k * way_m);
       im[i] = amount * std::sin(k * way_m);
       step_re[i] = std::cos(k * sine * pitch_m);
@@ -233,7 +256,8 @@ private:
   std::vector<std::vector<Complex>> got_;  // with each padding
 };
 
-/// Middles of a slab's WRPs, or of the most_lines in the middle of them, from that of the tiles whose light they carry: by the tiles' own.
+/// Middles of a slab's WRPs, or of the most_lines in the middle of them, from that of the tiles
+/// whose light they carry: by the tiles' own.
 std::map<double, std::vector<double>> lines_along(const Plan& plan, const Slab& slab, int axis) {
   std::map<double, std::vector<double>> lines;
   for (const auto& wrp : plan.wrps) {
@@ -243,15 +267,19 @@ std::map<double, std::vector<double>> lines_along(const Plan& plan, const Slab& 
   for (auto& [tile_m, centres] : lines) {
     std::sort(centres.begin(), centres.end());
     centres.erase(std::unique(centres.begin(), centres.end()), centres.end());
-    const std::size_t count = std::min(centres.size(), most_lines), first = (centres.size() - count) / 2;
-    centres = {centres.begin() + static_cast<std::ptrdiff_t>(first), centres.begin() + static_cast<std::ptrdiff_t>(first + count)};
+    const std::size_t count = std::min(centres.size(), most_lines),
+                      first = (centres.size() - count) / 2;
+    centres = {centres.begin() + static_cast<std::ptrdiff_t>(first),
+               centres.begin() + static_cast<std::ptrdiff_t>(first + count)};
   }
   return lines;
 }
 
 /// How much of the samples a slab has: the more, the more of the hologram's view its box fills.
 double share_of(const Plan& plan, const Slab& slab) {
-  const auto side = [&](const Slab& s) { return glm::max(glm::dvec2(s.max_m - s.min_m), plan.pitch_m) / s.min_m.z; };
+  const auto side = [&](const Slab& s) {
+    return glm::max(glm::dvec2(s.max_m - s.min_m), plan.pitch_m) / s.min_m.z;
+  };
   double all = 0;
   for (const auto& each : plan.slabs) all += side(each).x * side(each).y;
   return side(slab).x * side(slab).y / all;
@@ -259,7 +287,8 @@ double share_of(const Plan& plan, const Slab& slab) {
 
 }  // namespace
 
-std::vector<double> predicted_padding_errors(const Plan& plan, const std::vector<glm::ivec2>& padded) {
+std::vector<double> predicted_padding_errors(const Plan& plan,
+                                             const std::vector<glm::ivec2>& padded) {
   std::vector<double> errors(padded.size());  // squares, at first
   for (const auto& slab : plan.slabs) {
     for (int axis = 0; axis < 2; ++axis) {
@@ -271,7 +300,8 @@ std::vector<double> predicted_padding_errors(const Plan& plan, const std::vector
         for (const double centre_m : centres) line.add_padded(centre_m);
         for (std::size_t i = 0; i < padded.size(); ++i) squares[i].add(line.squares(i));
       }
-      for (std::size_t i = 0; i < padded.size(); ++i) errors[i] += share_of(plan, slab) * squares[i].relative();
+      for (std::size_t i = 0; i < padded.size(); ++i)
+        errors[i] += share_of(plan, slab) * squares[i].relative();
     }
   }
   for (auto& error : errors) error = std::sqrt(error);

@@ -1,23 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What cheaper planes cost. Small wrp.padding: light that misses the hologram's window comes round to the other side of the padded plane,
-/// and into the window. Small wrp.oversampling: columns and rows in between are not quite those that would have been gathered.
+/// What cheaper planes cost. Small wrp.padding: light that misses the hologram's window comes round
+/// to the other side of the padded plane, and into the window. Small wrp.oversampling: columns and
+/// rows in between are not quite those that would have been gathered.
 #pragma once
 
 #include "host/plan/plan.hpp"
 
 namespace raywave {
 
-/// Relative L2 error of the field at the hologram against an endless padding, predicted: along each axis, a line of every WRP (of 32 at
-/// most) is filled with the waves of some samples spread through the box of its slab's surfaces, cut by cone, soft edge and WRP as the
-/// gathering does, and propagated with each padding and with a wide one. Takes milliseconds.
+/// Relative L2 error of the field at the hologram against an endless padding, predicted: along each
+/// axis, a line of every WRP (of 32 at most) is filled with the waves of some samples spread
+/// through the box of its slab's surfaces, cut by cone, soft edge and WRP as the gathering does,
+/// and propagated with each padding and with a wide one. Takes milliseconds.
 ///
 /// padded    samples of the padded planes; {plan.padded} for the plan's own
 /// returns   an error for each
-/// accuracy  within a factor of 1.6 of what the scene itself shows, measured from 0.003 to 0.9 (tests/plan/propagation_errors.cpp); the scene is
-///           taken to fill its box
-std::vector<double> predicted_padding_errors(const Plan& plan, const std::vector<glm::ivec2>& padded);
+/// accuracy  within a factor of 1.6 of what the scene itself shows, measured from 0.003 to 0.9
+///           (tests/plan/propagation_errors.cpp); the scene is taken to fill its box
+std::vector<double> predicted_padding_errors(const Plan& plan,
+                                             const std::vector<glm::ivec2>& padded);
 
-/// The same of making the hologram's columns and rows from those of the slabs, against gathering all of them.
+/// The same of making the hologram's columns and rows from those of the slabs, against gathering
+/// all of them.
 ///
 /// accuracy  within a factor of 2 of what the scene itself shows (tests/trace/interpolator.cpp)
 double predicted_oversampling_error(const Plan& plan);

@@ -28,7 +28,9 @@ constexpr RateKey rate_keys[] = {{"ray_s", &DeviceRates::ray_s},
 }  // namespace
 
 std::filesystem::path tuning_file(const cl::DeviceInfo& device) {
-  return cl::cache_folder() / ("rates_" + cl::hash_name(device.platform + "\n" + device.name + "\n" + device.driver) + ".json");
+  return cl::cache_folder() /
+         ("rates_" + cl::hash_name(device.platform + "\n" + device.name + "\n" + device.driver) +
+          ".json");
 }
 
 std::optional<Tuning> load_tuning(const cl::DeviceInfo& device) {
@@ -36,7 +38,8 @@ std::optional<Tuning> load_tuning(const cl::DeviceInfo& device) {
   std::ifstream in(file);
   if (!in) return {};
   const auto refuse = [&](const std::string& what) {
-    throw InputError(file.string() + ": " + what + "; raywave tune writes it anew, without it defaults hold");
+    throw InputError(file.string() + ": " + what +
+                     "; raywave tune writes it anew, without it defaults hold");
   };
   Tuning tuning{{device.name}, {}};
   try {
@@ -46,7 +49,8 @@ std::optional<Tuning> load_tuning(const cl::DeviceInfo& device) {
     for (const auto& key : rate_keys) {
       const double rate = tuning.rates.*key.value = rates.at(key.name);
       if (!(rate > 0 && rate < 1))
-        refuse(std::string("rates.") + key.name + ": must be seconds, above 0 and below 1, got " + number_text(rate));
+        refuse(std::string("rates.") + key.name + ": must be seconds, above 0 and below 1, got " +
+               number_text(rate));
     }
     const auto& work = j.at("work");
     for (const auto& knob : work_knobs) tuning.work.*knob.value = work.at(knob.name);

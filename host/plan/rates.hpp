@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What `raywave tune` has found out about a device: a small file in the cache folder, one per platform, device and driver.
+/// What `raywave tune` has found out about a device: a small file in the cache folder, one per
+/// platform, device and driver.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +17,8 @@ struct Tuning {
 
 std::filesystem::path tuning_file(const cl::DeviceInfo& device);
 
-/// What is stored for the device; none where nothing is, or where it has another layout, from another version of raywave.
+/// What is stored for the device; none where nothing is, or where it has another layout, from
+/// another version of raywave.
 ///
 /// throws  InputError naming file and key (or line) for what is damaged, or no device can do
 std::optional<Tuning> load_tuning(const cl::DeviceInfo& device);

@@ -6,8 +6,8 @@
 #include <glm/common.hpp>
 #include <numbers>
 
-#include "host/plan/picture_model.hpp"
 #include "host/common/text.hpp"
+#include "host/plan/picture_model.hpp"
 
 namespace raywave {
 namespace {
@@ -15,11 +15,15 @@ namespace {
 /// Below this share of the scene's light a loss is not worth a line.
 constexpr double least_loss = 0.005;
 
-std::string percent(double share) { return number_text(share < 0.1 ? std::round(share * 1e3) / 10 : std::round(share * 100)) + " %"; }
-std::string degrees(double sine) { return number_text(std::round(std::asin(sine) * 1800 / std::numbers::pi) / 10); }
+std::string percent(double share) {
+  return number_text(share < 0.1 ? std::round(share * 1e3) / 10 : std::round(share * 100)) + " %";
+}
+std::string degrees(double sine) {
+  return number_text(std::round(std::asin(sine) * 1800 / std::numbers::pi) / 10);
+}
 
-/// Sums of the light of the front surfaces: all, what the SLM's pixels can show of it, what passes the WRPs besides, and what falls where
-/// the light goes that the SLM leaves undiffracted.
+/// Sums of the light of the front surfaces: all, what the SLM's pixels can show of it, what passes
+/// the WRPs besides, and what falls where the light goes that the SLM leaves undiffracted.
 struct Light {
   double all = 0, within_pixels = 0, within_planes = 0, on_zero_order = 0;
 };
@@ -29,7 +33,8 @@ Light light_of(const Plan& plan, const FrontView& view) {
   Light light;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) + static_cast<std::size_t>(x);
+      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                        static_cast<std::size_t>(x);
       const double z = view.depth_m[cell], here = view.radiance[cell];
       if (z == 0) continue;
       const auto place = view.tangent(x, y) * z;
@@ -49,12 +54,14 @@ Light light_of(const Plan& plan, const FrontView& view) {
 
 }  // namespace
 
-std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan, const FrontView& view, double resolution_m) {
+std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
+                                     const FrontView& view, double resolution_m) {
   std::vector<std::string> warnings;
   const auto warn = [&](const std::string& text) { warnings.push_back(text); };
   const auto& hologram = scene.hologram;
   if (hologram.wavelength_m < 380e-9 || hologram.wavelength_m > 780e-9)
-    warn("hologram.wavelength " + length_text(hologram.wavelength_m) + " is no visible light, 380 nm to 780 nm");
+    warn("hologram.wavelength " + length_text(hologram.wavelength_m) +
+         " is no visible light, 380 nm to 780 nm");
   for (int axis = 0; axis < 2; ++axis) {
     if (const double pitch = hologram.pitch_m[axis]; pitch < 0.2e-6 || pitch > 100e-6) {
       warn("hologram.pitch " + length_text(pitch) + " is unlike any SLM's, 0.2 um to 100 um");
@@ -65,20 +72,28 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   const auto light = light_of(plan, view);
   if (light.all > 0) {
     if (const double lost = 1 - light.within_pixels / light.all; lost > least_loss)
-      warn(percent(lost) + " of the scene's light is steeper than the pixels can show, " + degrees(plan.largest_sine.x) + " x " +
-           degrees(plan.largest_sine.y) +
-           " degrees off the axis: bring the scene closer to the axis, farther away, or give a smaller hologram.pitch");
-    if (const double lost = (light.within_pixels - light.within_planes) / light.all; lost > least_loss)
-      warn(percent(lost) + " of the scene's light passes beside the WRPs: a larger wrp.grid, or \"auto\", catches it");
+      warn(percent(lost) + " of the scene's light is steeper than the pixels can show, " +
+           degrees(plan.largest_sine.x) + " x " + degrees(plan.largest_sine.y) +
+           " degrees off the axis: bring the scene closer to the axis, farther away, or give a "
+           "smaller hologram.pitch");
+    if (const double lost = (light.within_pixels - light.within_planes) / light.all;
+        lost > least_loss)
+      warn(percent(lost) +
+           " of the scene's light passes beside the WRPs: a larger wrp.grid, or \"auto\", catches "
+           "it");
     if (light.on_zero_order > 0)
-      warn("light that the SLM leaves undiffracted falls onto " + percent(light.on_zero_order / light.all) +
-           " of the picture: " + length_text(plan.size.x * plan.pitch_m.x) + " x " + length_text(plan.size.y * plan.pitch_m.y) +
+      warn("light that the SLM leaves undiffracted falls onto " +
+           percent(light.on_zero_order / light.all) +
+           " of the picture: " + length_text(plan.size.x * plan.pitch_m.x) + " x " +
+           length_text(plan.size.y * plan.pitch_m.y) +
            " around the axis; move the scene off the axis, or block it");
   }
   for (int axis = 0; axis < 2; ++axis) {
-    const double period = plan.wavelength_m * plan.far_m / plan.pitch_m[axis], extent = world.max_m[axis] - world.min_m[axis];
+    const double period = plan.wavelength_m * plan.far_m / plan.pitch_m[axis],
+                 extent = world.max_m[axis] - world.min_m[axis];
     if (extent > period) {
-      warn(std::string("the picture's replicas overlap it: its ") + (axis == 0 ? "width" : "height") + " of " + length_text(extent) +
+      warn(std::string("the picture's replicas overlap it: its ") +
+           (axis == 0 ? "width" : "height") + " of " + length_text(extent) +
            " is more than wavelength z / pitch, " + length_text(std::round(period * 1e7) / 1e7) +
            "; a smaller scene, a larger distance or a smaller hologram.pitch keeps them apart");
       break;
@@ -86,30 +101,40 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   }
 
   const double p = scene.sampling.pitch_m;
-  const double limit = plan.wavelength_m * plan.lattice.full_z_m / (std::min(plan.size.x * plan.pitch_m.x, plan.size.y * plan.pitch_m.y));
+  const double limit = plan.wavelength_m * plan.lattice.full_z_m /
+                       (std::min(plan.size.x * plan.pitch_m.x, plan.size.y * plan.pitch_m.y));
   if (p > 1.05 * resolution_m)
     warn("sampling.pitch " + length_text(p) + " shows single dots: the viewer makes out " +
          length_text(std::round(resolution_m * 1e7) / 1e7));
   else if (p < 0.8 * limit)
-    warn("sampling.pitch " + length_text(p) + " is finer than what the hologram resolves, " + length_text(std::round(limit * 1e8) / 1e8) +
-         ": it costs time and shows no more");
+    warn("sampling.pitch " + length_text(p) + " is finer than what the hologram resolves, " +
+         length_text(std::round(limit * 1e8) / 1e8) + ": it costs time and shows no more");
   if (!plan.aimed && scene.sampling.source == FanSource::hit) {
-    const double spread = (plan.far_m - plan.slabs[0].distance_m) * plan.size.x * plan.pitch_m.x / plan.slabs[0].distance_m;
+    const double spread = (plan.far_m - plan.slabs[0].distance_m) * plan.size.x * plan.pitch_m.x /
+                          plan.slabs[0].distance_m;
     if (spread > 2 * p)
-      warn("rays of the fan alias: they spread over " + length_text(std::round(spread * 1e7) / 1e7) +
-           " at the scene's far side, more than twice sampling.pitch; sampling.mode \"aimed\" does not");
+      warn("rays of the fan alias: they spread over " +
+           length_text(std::round(spread * 1e7) / 1e7) +
+           " at the scene's far side, more than twice sampling.pitch; sampling.mode \"aimed\" does "
+           "not");
   }
 
   const auto used = [&](auto&& test) {
-    return std::find_if(scene.objects.begin(), scene.objects.end(),
-                        [&](const Object& o) { return test(scene.materials[static_cast<std::size_t>(o.material)]); });
+    return std::find_if(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
+      return test(scene.materials[static_cast<std::size_t>(o.material)]);
+    });
   };
-  const auto bounces = used([](const Material& m) { return m.reflectivity > 0 || m.transparency > 0; });
+  const auto bounces =
+      used([](const Material& m) { return m.reflectivity > 0 || m.transparency > 0; });
   if (bounces != scene.objects.end() && scene.trace.depth == 0)
-    warn("material " + in_quotes(scene.materials[static_cast<std::size_t>(bounces->material)].name) +
+    warn("material " +
+         in_quotes(scene.materials[static_cast<std::size_t>(bounces->material)].name) +
          " is a mirror or glass, but trace.depth is 0: its reflections stay dark");
-  if (plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns() >= scene.accuracy.phase_turns)
-    warn("the predicted error of phase is not below accuracy.phase; accuracy.precision \"double\" has the least, on devices that can");
+  if (plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns() >=
+      scene.accuracy.phase_turns)
+    warn(
+        "the predicted error of phase is not below accuracy.phase; accuracy.precision \"double\" "
+        "has the least, on devices that can");
   return warnings;
 }
 

@@ -10,6 +10,7 @@
 namespace raywave {
 
 /// A line each: what, how much, and which setting changes it.
-std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan, const FrontView& view, double resolution_m);
+std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
+                                     const FrontView& view, double resolution_m);
 
 }  // namespace raywave

@@ -13,43 +13,56 @@
 namespace raywave {
 namespace {
 
-constexpr int packet = 16;                    // samples; rows of padded planes are whole packets of any device's lanes
-constexpr double float_remainder_turns = 2;   // more needs two floats; docs/accuracy.md, "Propagation"
+// Samples; rows of padded planes are whole packets of any device's lanes
+constexpr int packet = 16;
+// More needs two floats; docs/accuracy.md, "Propagation"
+constexpr double float_remainder_turns = 2;
 constexpr double most_remainder_turns = 2e6;  // two floats reduce turns below 2^22
 constexpr double most_turns = 1e13;           // of the distance: double tells them to a thousandth
 constexpr std::size_t most_transfers = 64;    // remembered, some 100 KB each
 
 double reduced(double turns) { return turns - std::round(turns); }
 
-/// band_m's closed form where the other frequency leaves `wave_number` = sqrt(1/lambda^2 - v^2) to this axis: |shift - z u/w| <= half.
-std::pair<double, double> band_of(double wave_number, double distance_m, double shift_m, double half_m) {
+/// band_m's closed form where the other frequency leaves `wave_number` = sqrt(1/lambda^2 - v^2) to
+/// this axis: |shift - z u/w| <= half.
+std::pair<double, double> band_of(double wave_number, double distance_m, double shift_m,
+                                  double half_m) {
   constexpr double all = std::numeric_limits<double>::infinity();
-  if (distance_m == 0) return std::abs(shift_m) <= half_m ? std::pair(-all, all) : std::pair(all, -all);
-  const auto limit = [&](double t) { return wave_number * t / std::copysign(std::hypot(t, distance_m), distance_m); };
+  if (distance_m == 0)
+    return std::abs(shift_m) <= half_m ? std::pair(-all, all) : std::pair(all, -all);
+  const auto limit = [&](double t) {
+    return wave_number * t / std::copysign(std::hypot(t, distance_m), distance_m);
+  };
   return std::minmax({limit(shift_m - half_m), limit(shift_m + half_m)});
 }
 
 /// The frequencies kept of `axis` for each element of the other axis' transform.
-std::vector<Band> bands_across(const Axis& axis, const Axis& other, double wavelength_m, double distance_m, double shift_m) {
+std::vector<Band> bands_across(const Axis& axis, const Axis& other, double wavelength_m,
+                               double distance_m, double shift_m) {
   std::vector<Band> bands(other.padded);
   for (int i = 0; i < other.padded; ++i) {
     const double f = other.frequency(other.signed_index(i));
     const double left = 1 / (wavelength_m * wavelength_m) - f * f;
     if (left <= 0 && distance_m != 0) continue;  // evanescent
-    bands[i] = axis.sampled(band_of(std::sqrt(std::max(left, 0.0)), distance_m, shift_m, axis.reach_m()));
+    bands[i] =
+        axis.sampled(band_of(std::sqrt(std::max(left, 0.0)), distance_m, shift_m, axis.reach_m()));
   }
   return bands;
 }
 
-/// Largest |shift| along `axis`, to the side of `shift_m`, at which a sampled frequency is left while the target is shifted by
-/// other_shift_m along the other axis: what arrives there has the steepest sampled frequencies of both.
-double largest_shift_m(const Axis& axis, double shift_m, const Axis& other, double other_shift_m, double wavelength_m, double distance_m) {
+/// Largest |shift| along `axis`, to the side of `shift_m`, at which a sampled frequency is left
+/// while the target is shifted by other_shift_m along the other axis: what arrives there has the
+/// steepest sampled frequencies of both.
+double largest_shift_m(const Axis& axis, double shift_m, const Axis& other, double other_shift_m,
+                       double wavelength_m, double distance_m) {
   if (distance_m == 0) return axis.reach_m();
-  const double steepest = std::ceil(1 / (wavelength_m * axis.frequency(1))) - 1;  // that is not evanescent
+  // That is not evanescent
+  const double steepest = std::ceil(1 / (wavelength_m * axis.frequency(1))) - 1;
   const int last = std::abs(shift_m * distance_m < 0 ? axis.lowest() : axis.highest());
   const double u = std::min<double>(last, steepest) * axis.frequency(1);
   const double left = 1 / (wavelength_m * wavelength_m) - u * u;
-  const auto band = other.sampled(band_of(std::sqrt(left), distance_m, other_shift_m, other.reach_m()));
+  const auto band =
+      other.sampled(band_of(std::sqrt(left), distance_m, other_shift_m, other.reach_m()));
   const double v = band.first <= band.last ? other.frequency(std::max(-band.first, band.last)) : 0;
   return axis.reach_m() + std::abs(distance_m) * u / std::sqrt(left - v * v);
 }
@@ -69,15 +82,19 @@ std::vector<std::int32_t> firsts_then_lasts(const std::vector<Band>& bands) {
   return table;
 }
 
-float low_part(double value) { return static_cast<float>(value - static_cast<double>(static_cast<float>(value))); }
+float low_part(double value) {
+  return static_cast<float>(value - static_cast<double>(static_cast<float>(value)));
+}
 
 Transfer transfer_of(const Axis& x, const Axis& y, double wavelength_m, const Target& target) {
-  const double distance_m = target.distance_m, right_m = target.shift_m.x, down_m = -target.shift_m.y;
+  const double distance_m = target.distance_m, right_m = target.shift_m.x,
+               down_m = -target.shift_m.y;
   const auto phases = [&](const Axis& axis, double shift, double constant) {
     std::vector<float> turns(axis.padded);
     for (int i = 0; i < axis.padded; ++i) {
       const double f = axis.frequency(axis.signed_index(i));
-      turns[i] = static_cast<float>(reduced(shift * f - distance_m * wavelength_m * f * f / 2 + constant));
+      turns[i] =
+          static_cast<float>(reduced(shift * f - distance_m * wavelength_m * f * f / 2 + constant));
     }
     return turns;
   };
@@ -105,7 +122,8 @@ Transfer transfer_of(const Axis& x, const Axis& y, double wavelength_m, const Ta
     const double u = x.frequency(std::max(-band.first, band.last)), v = y.frequency(k);
     const double a = std::min(1.0, wavelength_m * wavelength_m * (u * u + v * v));
     const double sagitta = 1 - std::sqrt(1 - a);
-    t.remainder_turns = std::max(t.remainder_turns, std::abs(distance_m) / (2 * wavelength_m) * sagitta * sagitta);
+    t.remainder_turns =
+        std::max(t.remainder_turns, std::abs(distance_m) / (2 * wavelength_m) * sagitta * sagitta);
   }
   t.band_x = firsts_then_lasts(bands_x);
   t.band_y = firsts_then_lasts(bands_y);
@@ -129,20 +147,26 @@ std::vector<float> powers(const Axis& axis, double wavelength_m) {
 
 void check(const PropagatorSpec& spec) {
   const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
-  if (spec.size.x < 1 || spec.size.y < 1) throw InputError("propagation: a plane needs at least 1 x 1 samples");
-  if (!positive(spec.pitch_m.x) || !positive(spec.pitch_m.y)) throw InputError("propagation: pitch must be > 0");
+  if (spec.size.x < 1 || spec.size.y < 1)
+    throw InputError("propagation: a plane needs at least 1 x 1 samples");
+  if (!positive(spec.pitch_m.x) || !positive(spec.pitch_m.y))
+    throw InputError("propagation: pitch must be > 0");
   if (!positive(spec.wavelength_m)) throw InputError("propagation: wavelength must be > 0");
-  if (!(spec.padding >= 1 && spec.padding <= 64)) throw InputError("propagation: padding must be 1 to 64");
+  if (!(spec.padding >= 1 && spec.padding <= 64))
+    throw InputError("propagation: padding must be 1 to 64");
 }
 
 }  // namespace
 
-std::pair<double, double> band_m(double wavelength_m, double distance_m, double shift_m, double half_m) {
+std::pair<double, double> band_m(double wavelength_m, double distance_m, double shift_m,
+                                 double half_m) {
   return band_of(1 / wavelength_m, distance_m, shift_m, half_m);
 }
 
 glm::ivec2 padded_size(glm::ivec2 size, double padding) {
-  const auto fast = [&](double samples) { return static_cast<int>(cl::next_fast_size(static_cast<std::size_t>(samples))); };
+  const auto fast = [&](double samples) {
+    return static_cast<int>(cl::next_fast_size(static_cast<std::size_t>(samples)));
+  };
   return {fast(packet * std::ceil(size.x * padding / packet)), fast(std::ceil(size.y * padding))};
 }
 
@@ -163,39 +187,53 @@ struct Propagator::State {
     plan.power_x = powers(plan.x, spec.wavelength_m);
     plan.power_y = powers(plan.y, spec.wavelength_m);
     plan.scale = 1 / (static_cast<double>(padded.x) * padded.y);
-    engine = spec.backend == cl::FftBackend::host ? make_host_engine(plan) : make_device_engine(device, plan);
+    engine = spec.backend == cl::FftBackend::host ? make_host_engine(plan)
+                                                  : make_device_engine(device, plan);
   }
 
   /// Targets come back frame after frame.
   std::shared_ptr<const Transfer> transfer(const Target& target) {
-    if (!std::isfinite(target.shift_m.x) || !std::isfinite(target.shift_m.y) || !std::isfinite(target.distance_m))
+    if (!std::isfinite(target.shift_m.x) || !std::isfinite(target.shift_m.y) ||
+        !std::isfinite(target.distance_m))
       throw InputError("propagation: shift and distance must be finite");
-    const auto known = std::find_if(transfers.begin(), transfers.end(), [&](const auto& entry) { return entry.first == target; });
+    const auto known = std::find_if(transfers.begin(), transfers.end(),
+                                    [&](const auto& entry) { return entry.first == target; });
     if (known != transfers.end()) return known->second;
     if (transfers.size() == most_transfers) transfers.erase(transfers.begin());
-    transfers.emplace_back(target, std::make_shared<Transfer>(transfer_of(plan.x, plan.y, plan.spec.wavelength_m, target)));
+    transfers.emplace_back(target, std::make_shared<Transfer>(transfer_of(
+                                       plan.x, plan.y, plan.spec.wavelength_m, target)));
     return transfers.back().second;
   }
 
-  double side_m() const { return std::min(plan.x.padded * plan.x.pitch_m, plan.y.padded * plan.y.pitch_m); }
+  double side_m() const {
+    return std::min(plan.x.padded * plan.x.pitch_m, plan.y.padded * plan.y.pitch_m);
+  }
 
   /// throws  InputError, as Propagator::add
   std::shared_ptr<const Transfer> checked_transfer(const Target& target) {
     const auto& [shift_m, distance_m] = target;
     const double wavelength_m = plan.spec.wavelength_m;
-    const std::string too_far = "propagation over " + millimetres(distance_m) + " is too far for its phase to be exact";
-    if (std::isfinite(distance_m) && std::abs(distance_m) / wavelength_m > most_turns) throw InputError(too_far);
+    const std::string too_far =
+        "propagation over " + millimetres(distance_m) + " is too far for its phase to be exact";
+    if (std::isfinite(distance_m) && std::abs(distance_m) / wavelength_m > most_turns)
+      throw InputError(too_far);
     auto result = transfer(target);
     if (result->rows.empty()) {
-      const double x_m = largest_shift_m(plan.x, shift_m.x, plan.y, -shift_m.y, wavelength_m, distance_m);
-      const double y_m = largest_shift_m(plan.y, -shift_m.y, plan.x, shift_m.x, wavelength_m, distance_m);
+      const double x_m =
+          largest_shift_m(plan.x, shift_m.x, plan.y, -shift_m.y, wavelength_m, distance_m);
+      const double y_m =
+          largest_shift_m(plan.y, -shift_m.y, plan.x, shift_m.x, wavelength_m, distance_m);
       const bool beyond = std::abs(shift_m.x) > x_m || std::abs(shift_m.y) > y_m;
-      throw InputError(
-          "propagation over " + millimetres(distance_m) + ": no light arrives at a plane shifted by " + millimetres(shift_m.x) + ", " +
-          millimetres(shift_m.y) +
-          (beyond ? "; the largest usable shift is " + millimetres(x_m) + " in x, " + millimetres(y_m) + " in y"
-                  : "; a padded plane " + millimetres(side_m()) + " wide samples too few directions to reach everywhere beyond " +
-                        millimetres(side_m() * side_m() / wavelength_m) + ": give a shorter distance, a larger hologram or more padding"));
+      throw InputError("propagation over " + millimetres(distance_m) +
+                       ": no light arrives at a plane shifted by " + millimetres(shift_m.x) + ", " +
+                       millimetres(shift_m.y) +
+                       (beyond
+                            ? "; the largest usable shift is " + millimetres(x_m) + " in x, " +
+                                  millimetres(y_m) + " in y"
+                            : "; a padded plane " + millimetres(side_m()) +
+                                  " wide samples too few directions to reach everywhere beyond " +
+                                  millimetres(side_m() * side_m() / wavelength_m) +
+                                  ": give a shorter distance, a larger hologram or more padding"));
     }
     if (result->remainder_turns > most_remainder_turns) throw InputError(too_far);
     return result;
@@ -204,7 +242,8 @@ struct Propagator::State {
   /// A stack of `frames` planes or more; one plane alone must be of that size.
   void check_field(const cl::ComplexBuffer& field, int frames = 1) const {
     const auto plane = static_cast<std::size_t>(plan.spec.size.x) * plan.spec.size.y;
-    if (frames < 1 || field.size() % plane != 0 || field.size() / plane < static_cast<std::size_t>(frames))
+    if (frames < 1 || field.size() % plane != 0 ||
+        field.size() / plane < static_cast<std::size_t>(frames))
       throw std::invalid_argument("Propagator: field of another size");
   }
 
@@ -214,15 +253,22 @@ struct Propagator::State {
   std::vector<std::pair<Target, std::shared_ptr<const Transfer>>> transfers;  // oldest first
 };
 
-Propagator::Propagator(const cl::Device& device, const PropagatorSpec& spec) : state_(std::make_unique<State>(device, spec)) {}
+Propagator::Propagator(const cl::Device& device, const PropagatorSpec& spec)
+    : state_(std::make_unique<State>(device, spec)) {}
 Propagator::~Propagator() = default;
 Propagator::Propagator(Propagator&&) noexcept = default;
 
-glm::ivec2 Propagator::padded_size() const { return {state_->plan.x.padded, state_->plan.y.padded}; }
+glm::ivec2 Propagator::padded_size() const {
+  return {state_->plan.x.padded, state_->plan.y.padded};
+}
 
-bool Propagator::reaches(const Target& target) const { return !state_->transfer(target)->rows.empty(); }
+bool Propagator::reaches(const Target& target) const {
+  return !state_->transfer(target)->rows.empty();
+}
 
-double Propagator::farthest_m() const { return state_->side_m() * state_->side_m() / state_->plan.spec.wavelength_m; }
+double Propagator::farthest_m() const {
+  return state_->side_m() * state_->side_m() / state_->plan.spec.wavelength_m;
+}
 
 void Propagator::require_reach(const Target& target) const { state_->checked_transfer(target); }
 
@@ -237,7 +283,8 @@ void Propagator::load(const cl::ComplexBuffer& field, int frame, std::span<const
 void Propagator::add(const Target& target) {
   auto& s = *state_;
   const auto transfer = s.checked_transfer(target);
-  if (!s.loaded_rows.contains(transfer->rows)) throw std::invalid_argument("Propagator: load was not told of this target");
+  if (!s.loaded_rows.contains(transfer->rows))
+    throw std::invalid_argument("Propagator: load was not told of this target");
   s.engine->add(transfer);
 }
 

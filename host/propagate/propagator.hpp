@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Band-limited shifted angular spectrum propagation between parallel planes (Matsushima, Opt. Express 18, 18453 (2010)).
+/// Band-limited shifted angular spectrum propagation between parallel planes (Matsushima, Opt.
+/// Express 18, 18453 (2010)).
 ///
-/// A wave that diverges is exp(+i k r). Light travels towards -z; `distance_m` counts along the direction of travel, so that a hologram at
-/// z = 0 lit from a WRP at z = 95 mm is +95 mm away and a reconstruction at z = 100 mm is -100 mm from the hologram.
+/// A wave that diverges is exp(+i k r). Light travels towards -z; `distance_m` counts along the
+/// direction of travel, so that a hologram at z = 0 lit from a WRP at z = 95 mm is +95 mm away and
+/// a reconstruction at z = 100 mm is -100 mm from the hologram.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -15,12 +17,16 @@
 
 namespace raywave {
 
-/// Frequencies (cycles per metre) that a plane `distance_m` away and shifted by `shift_m` can receive from the window along one axis, the
-/// other frequency being zero: [L(shift - half), L(shift + half)], L(t) = t / (wavelength sqrt(t^2 + z^2)). half_m is the larger of the
-/// window's side and half the padded plane's. No frequency (first > second) when the distance is zero and the shift larger than half_m.
+/// Frequencies (cycles per metre) that a plane `distance_m` away and shifted by `shift_m` can
+/// receive from the window along one axis, the other frequency being zero: [L(shift - half),
+/// L(shift + half)], L(t) = t / (wavelength sqrt(t^2 + z^2)). half_m is the larger of the window's
+/// side and half the padded plane's. No frequency (first > second) when the distance is zero and
+/// the shift larger than half_m.
 ///
-/// source  Matsushima's Table 1 without its case distinctions; the transfer function's local frequency |shift - z u/w| <= half_m
-std::pair<double, double> band_m(double wavelength_m, double distance_m, double shift_m, double half_m);
+/// source  Matsushima's Table 1 without its case distinctions; the transfer function's local
+///         frequency |shift - z u/w| <= half_m
+std::pair<double, double> band_m(double wavelength_m, double distance_m, double shift_m,
+                                 double half_m);
 
 struct PropagatorSpec {
   glm::ivec2 size{1, 1};  // samples of every plane in and out, x and y
@@ -30,22 +36,25 @@ struct PropagatorSpec {
   cl::FftBackend backend = cl::FftBackend::host;
 };
 
-/// Size of the padded plane: at least `padding` times `size`, rows of whole packets, and sizes that the FFT transforms fast.
+/// Size of the padded plane: at least `padding` times `size`, rows of whole packets, and sizes that
+/// the FFT transforms fast.
 glm::ivec2 padded_size(glm::ivec2 size, double padding);
 
-/// Where a plane's light is wanted: on a plane `distance_m` away along the direction of travel, its centre shifted by `shift_m` (x right, y
-/// up) from the source's.
+/// Where a plane's light is wanted: on a plane `distance_m` away along the direction of travel, its
+/// centre shifted by `shift_m` (x right, y up) from the source's.
 struct Target {
   glm::dvec2 shift_m{0, 0};
   double distance_m = 0;
   bool operator==(const Target&) const = default;
 };
 
-/// Carries fields from any number of planes to one target plane: load, add, load, add, ..., collect. The inverse transform is done once,
-/// and only what the targets' bands hold is transformed. Planes have equal size and pitch.
+/// Carries fields from any number of planes to one target plane: load, add, load, add, ...,
+/// collect. The inverse transform is done once, and only what the targets' bands hold is
+/// transformed. Planes have equal size and pitch.
 ///
-/// With FftBackend::host the host's threads do it all: each pass over columns or rows makes its lines in the cache from the field, or from
-/// the pass before, so that no padded plane is ever in memory. Else everything stays on the device.
+/// With FftBackend::host the host's threads do it all: each pass over columns or rows makes its
+/// lines in the cache from the field, or from the pass before, so that no padded plane is ever in
+/// memory. Else everything stays on the device.
 class Propagator {
 public:
   Propagator(const cl::Device& device, const PropagatorSpec& spec);
@@ -57,27 +66,30 @@ public:
   /// Whether any sampled frequency carries light to such a target.
   bool reaches(const Target& target) const;
 
-  /// Distance up to which the padded plane samples directions densely enough to reach everywhere: side^2 / wavelength.
+  /// Distance up to which the padded plane samples directions densely enough to reach everywhere:
+  /// side^2 / wavelength.
   double farthest_m() const;
 
   /// throws  InputError when `add` would
   void require_reach(const Target& target) const;
 
-  /// Takes over the source field (ny x nx, row 0 on top; frame `frame` of a stack of such) and transforms it, for these targets (any
-  /// when there are none: slower).
+  /// Takes over the source field (ny x nx, row 0 on top; frame `frame` of a stack of such) and
+  /// transforms it, for these targets (any when there are none: slower).
   void load(const cl::ComplexBuffer& field, int frame = 0, std::span<const Target> targets = {});
 
-  /// Adds the loaded source, as it arrives at the target, to the sum. May be called for several targets in turn with a `collect` after
-  /// each.
+  /// Adds the loaded source, as it arrives at the target, to the sum. May be called for several
+  /// targets in turn with a `collect` after each.
   ///
-  /// throws    InputError when no frequency survives the band limit; the message gives the largest usable shift, or the distance from
-  ///           which the padded plane samples too few directions
-  /// accuracy  relative L2 error, measured: <= 5e-7 against the same discrete propagation in double (1 m, shift 50 mm: 3.6e-7); <= 6e-7
-  ///           against the direct Rayleigh-Sommerfeld sum for fields inside window and band; 5e-3 for a hard-edged window of 240 x 220
-  ///           samples of 0.5 um at 150 um (band limit and padding)
+  /// throws    InputError when no frequency survives the band limit; the message gives the largest
+  ///           usable shift, or the distance from which the padded plane samples too few directions
+  /// accuracy  relative L2 error, measured: <= 5e-7 against the same discrete propagation in double
+  ///           (1 m, shift 50 mm: 3.6e-7); <= 6e-7 against the direct Rayleigh-Sommerfeld sum for
+  ///           fields inside window and band; 5e-3 for a hard-edged window of 240 x 220 samples of
+  ///           0.5 um at 150 um (band limit and padding)
   void add(const Target& target);
 
-  /// Transforms the sum back into `field` (ny x nx) and starts a new one. Zero when nothing was added.
+  /// Transforms the sum back into `field` (ny x nx) and starts a new one. Zero when nothing was
+  /// added.
   void collect(cl::ComplexBuffer& field);
 
 private:

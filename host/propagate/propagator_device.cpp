@@ -18,7 +18,8 @@ public:
         spectrum_(device, size(plan.x.padded) * size(plan.y.padded), "padded plane"),
         sum_(device, size(plan.x.padded) * size(plan.y.padded), "sum of spectra"),
         fft_(cl::make_fft(device, plan.spec.backend,
-                          {size(plan.x.padded), size(plan.y.padded), size(plan.spec.size.x), size(plan.spec.size.y)})),
+                          {size(plan.x.padded), size(plan.y.padded), size(plan.spec.size.x),
+                           size(plan.spec.size.y)})),
         program_(device, "kernels/propagate/propagate.cl", options(false)),
         phase_x_(device, size(plan.x.padded), "phases"),
         phase_y_(device, size(plan.y.padded), "phases"),
@@ -29,7 +30,8 @@ public:
 
   void load(const cl::ComplexBuffer& field, int frame, const Band&) override {
     const auto n = plan_.spec.size;
-    run_rows(program_.kernel("pad"), plan_.x.padded, plan_.y.padded, field, spectrum_, frame, n.x, n.y, plan_.x.padded, plan_.y.padded);
+    run_rows(program_.kernel("pad"), plan_.x.padded, plan_.y.padded, field, spectrum_, frame, n.x,
+             n.y, plan_.x.padded, plan_.y.padded);
     fft_->forward(spectrum_);
   }
 
@@ -43,9 +45,10 @@ public:
     phase_y_.write(t.phase_y);
     band_x_.write(t.band_x);
     band_y_.write(t.band_y);
-    run_rows((t.two_floats ? program_two_floats_ : program_).kernel("multiply_add"), plan_.x.padded, plan_.y.padded, spectrum_, sum_,
-             phase_x_, phase_y_, power_x_, power_y_, band_x_, band_y_, t.depth_hi, t.depth_lo, static_cast<float>(plan_.scale),
-             plan_.x.padded, plan_.y.padded, static_cast<std::int32_t>(sum_holds_spectra_));
+    run_rows((t.two_floats ? program_two_floats_ : program_).kernel("multiply_add"), plan_.x.padded,
+             plan_.y.padded, spectrum_, sum_, phase_x_, phase_y_, power_x_, power_y_, band_x_,
+             band_y_, t.depth_hi, t.depth_lo, static_cast<float>(plan_.scale), plan_.x.padded,
+             plan_.y.padded, static_cast<std::int32_t>(sum_holds_spectra_));
     sum_holds_spectra_ = true;
   }
 
@@ -59,7 +62,8 @@ public:
 
 private:
   cl::Options options(bool two_floats) const {
-    return {{"RAYWAVE_LANES", std::to_string(device_.info().float_lanes)}, {"RAYWAVE_TWO_FLOATS", two_floats ? "1" : "0"}};
+    return {{"RAYWAVE_LANES", std::to_string(device_.info().float_lanes)},
+            {"RAYWAVE_TWO_FLOATS", two_floats ? "1" : "0"}};
   }
 
   /// Kernels walk along a row: all of it on CPUs, one packet of it per work-item elsewhere.
@@ -82,7 +86,8 @@ private:
 
 }  // namespace
 
-std::unique_ptr<PropagationEngine> make_device_engine(const cl::Device& device, const PropagationPlan& plan) {
+std::unique_ptr<PropagationEngine> make_device_engine(const cl::Device& device,
+                                                      const PropagationPlan& plan) {
   return std::make_unique<DeviceEngine>(device, plan);
 }
 

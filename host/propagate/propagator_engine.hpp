@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the two ways of propagating share: FFTs on the host's threads, line by line, and FFTs of whole planes on the device.
+/// What the two ways of propagating share: FFTs on the host's threads, line by line, and FFTs of
+/// whole planes on the device.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +18,9 @@ struct Band {
   bool empty() const { return first > last; }
   int count() const { return empty() ? 0 : last - first + 1; }
   bool contains(int k) const { return first <= k && k <= last; }
-  bool contains(const Band& other) const { return other.empty() || (contains(other.first) && contains(other.last)); }
+  bool contains(const Band& other) const {
+    return other.empty() || (contains(other.first) && contains(other.last));
+  }
   /// The narrowest that contains both.
   Band joined(const Band& other) const {
     if (empty() || other.empty()) return empty() ? other : *this;
@@ -31,9 +34,10 @@ struct Axis {
   double pitch_m = 1;
   int window = 1;  // samples of the planes in and out
 
-  /// Light is kept that moves sideways no farther than this, seen from the target's shift: from any sample to any other of an unshifted
-  /// target, and to the edge of the padded plane. (The latter alone would cut light at paddings below 2 that stays inside the window and
-  /// comes out right, since the plane is periodic.)
+  /// Light is kept that moves sideways no farther than this, seen from the target's shift: from any
+  /// sample to any other of an unshifted target, and to the edge of the padded plane. (The latter
+  /// alone would cut light at paddings below 2 that stays inside the window and comes out right,
+  /// since the plane is periodic.)
   double reach_m() const { return std::max(padded / 2.0, static_cast<double>(window)) * pitch_m; }
   int lowest() const { return -(padded / 2); }
   int highest() const { return (padded - 1) / 2; }
@@ -45,12 +49,14 @@ struct Axis {
 
 /// One propagation's transfer function, as kernels/propagate/transfer.h needs it.
 struct Transfer {
-  std::vector<float> phase_x, phase_y;       // X and Y, reduced turns, in the order of the transform
-  std::vector<std::int32_t> band_x, band_y;  // per column the first and then the last row kept; per row those of the columns
-  Band rows;                                 // that any column keeps
-  float depth_hi = 0, depth_lo = 0;          // distance / (2 wavelength), in turns
-  double remainder_turns = 0;                // R at most, inside the band
-  bool two_floats = false;                   // R needs them
+  // X and Y, reduced turns, in the order of the transform
+  std::vector<float> phase_x, phase_y;
+  // Per column the first and then the last row kept; per row those of the columns
+  std::vector<std::int32_t> band_x, band_y;
+  Band rows;                         // that any column keeps
+  float depth_hi = 0, depth_lo = 0;  // distance / (2 wavelength), in turns
+  double remainder_turns = 0;        // R at most, inside the band
+  bool two_floats = false;           // R needs them
 
   Band columns_of(int row) const { return {band_y[row], band_y[band_y.size() / 2 + row]}; }
 };
@@ -68,11 +74,15 @@ class PropagationEngine {
 public:
   virtual ~PropagationEngine() = default;
   virtual void load(const cl::ComplexBuffer& field, int frame, const Band& rows) = 0;
-  virtual void add(const std::shared_ptr<const Transfer>& transfer) = 0;  // transfer->rows lie within those loaded
+  // Transfer->rows lie within those loaded
+  virtual void add(const std::shared_ptr<const Transfer>& transfer) = 0;
   virtual void collect(cl::ComplexBuffer& field) = 0;
 };
 
-std::unique_ptr<PropagationEngine> make_host_engine(const PropagationPlan& plan);                              // propagator_host.cpp
-std::unique_ptr<PropagationEngine> make_device_engine(const cl::Device& device, const PropagationPlan& plan);  // propagator_device.cpp
+// propagator_host.cpp
+std::unique_ptr<PropagationEngine> make_host_engine(const PropagationPlan& plan);
+// propagator_device.cpp
+std::unique_ptr<PropagationEngine> make_device_engine(const cl::Device& device,
+                                                      const PropagationPlan& plan);
 
 }  // namespace raywave

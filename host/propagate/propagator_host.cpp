@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Propagation by the host's threads. Memory is what bounds it, so every pass makes its lines in the cache and writes only what the next
-// one reads:
-//   load     columns of the field with any light, zeros below it -> transform -> the rows that the targets' bands keep
-//   collect  each of these rows, zeros right of it -> transform -> times the transfer function, summed over the sources -> transform
-//            back -> its part inside the window; then columns of these rows, zeros elsewhere -> transform back -> the field
-// Rows between the passes lie in tiles: 16 columns of each row next to each other, so that passes over columns read and write a tile from
-// beginning to end. Sources wait until `collect`, or until they fill the memory of two padded planes; their sum is then kept by rows.
+// Propagation by the host's threads. Memory is what bounds it, so every pass makes its lines in the
+// cache and writes only what the next one reads:
+//   load     columns of the field with any light, zeros below it -> transform -> the rows that the
+//            targets' bands keep
+//   collect  each of these rows, zeros right of it -> transform -> times the transfer function,
+//            summed over the sources -> transform back -> its part inside the window; then columns
+//            of these rows, zeros elsewhere -> transform back -> the field
+// Rows between the passes lie in tiles: 16 columns of each row next to each other, so that passes
+// over columns read and write a tile from beginning to end. Sources wait until `collect`, or until
+// they fill the memory of two padded planes; their sum is then kept by rows.
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -28,17 +31,21 @@ namespace {
 
 using Sample = std::complex<float>;
 
-constexpr std::size_t tile_width = 16;                       // columns: two cache lines
-constexpr std::size_t small_plane = std::size_t{256} * 256;  // samples; per thread, less is not worth waking one
+constexpr std::size_t tile_width = 16;  // columns: two cache lines
+// Samples; per thread, less is not worth waking one
+constexpr std::size_t small_plane = std::size_t{256} * 256;
 
 std::size_t size(int n) { return static_cast<std::size_t>(n); }
 
-/// cl::Lines from one line to the next in scratch memory: whole cache lines, an odd number, so that lines do not contend for one place.
+/// cl::Lines from one line to the next in scratch memory: whole cache lines, an odd number, so that
+/// lines do not contend for one place.
 std::size_t pitch_of(std::size_t line) { return ((line + 7) / 8 | 1) * 8; }
 
-/// to[c][r] = from[r][c], block by block: of 8 x 8 samples each line in the cache is read and written once. Rows of the field lie farther
-/// apart than what the processor fetches ahead by itself.
-[[gnu::always_inline]] inline void transpose(const Sample* from, std::size_t from_pitch, std::size_t rows, std::size_t columns, Sample* to,
+/// to[c][r] = from[r][c], block by block: of 8 x 8 samples each line in the cache is read and
+/// written once. Rows of the field lie farther apart than what the processor fetches ahead by
+/// itself.
+[[gnu::always_inline]] inline void transpose(const Sample* from, std::size_t from_pitch,
+                                             std::size_t rows, std::size_t columns, Sample* to,
                                              std::size_t to_pitch) {
   using Quad = double __attribute__((vector_size(32)));  // four samples
   constexpr std::size_t block = 8, quad = 4;
@@ -46,7 +53,8 @@ std::size_t pitch_of(std::size_t line) { return ((line + 7) / 8 | 1) * 8; }
     for (std::size_t c0 = 0; c0 < columns; c0 += block) {
       if (r0 + block > rows || c0 + block > columns) {
         for (std::size_t r = r0; r < std::min(rows, r0 + block); ++r)
-          for (std::size_t c = c0; c < std::min(columns, c0 + block); ++c) to[c * to_pitch + r] = from[r * from_pitch + c];
+          for (std::size_t c = c0; c < std::min(columns, c0 + block); ++c)
+            to[c * to_pitch + r] = from[r * from_pitch + c];
         continue;
       }
       for (std::size_t i = 0; i < block; ++i) {
@@ -62,8 +70,10 @@ std::size_t pitch_of(std::size_t line) { return ((line + 7) / 8 | 1) * 8; }
           std::memcpy(&b, in + from_pitch, sizeof b);
           std::memcpy(&d, in + 2 * from_pitch, sizeof d);
           std::memcpy(&e, in + 3 * from_pitch, sizeof e);
-          const Quad even_ab = __builtin_shufflevector(a, b, 0, 4, 2, 6), odd_ab = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-          const Quad even_de = __builtin_shufflevector(d, e, 0, 4, 2, 6), odd_de = __builtin_shufflevector(d, e, 1, 5, 3, 7);
+          const Quad even_ab = __builtin_shufflevector(a, b, 0, 4, 2, 6),
+                     odd_ab = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+          const Quad even_de = __builtin_shufflevector(d, e, 0, 4, 2, 6),
+                     odd_de = __builtin_shufflevector(d, e, 1, 5, 3, 7);
           a = __builtin_shufflevector(even_ab, even_de, 0, 1, 4, 5);
           b = __builtin_shufflevector(odd_ab, odd_de, 0, 1, 4, 5);
           d = __builtin_shufflevector(even_ab, even_de, 2, 3, 6, 7);
@@ -78,13 +88,16 @@ std::size_t pitch_of(std::size_t line) { return ((line + 7) / 8 | 1) * 8; }
   }
 }
 
-using Transpose = void (*)(const Sample*, std::size_t, std::size_t, std::size_t, Sample*, std::size_t);
+using Transpose = void (*)(const Sample*, std::size_t, std::size_t, std::size_t, Sample*,
+                           std::size_t);
 
-void transpose_any(const Sample* from, std::size_t from_pitch, std::size_t rows, std::size_t columns, Sample* to, std::size_t to_pitch) {
+void transpose_any(const Sample* from, std::size_t from_pitch, std::size_t rows,
+                   std::size_t columns, Sample* to, std::size_t to_pitch) {
   transpose(from, from_pitch, rows, columns, to, to_pitch);
 }
 #if defined(__x86_64__)
-[[gnu::target("avx2")]] void transpose_avx2(const Sample* from, std::size_t from_pitch, std::size_t rows, std::size_t columns, Sample* to,
+[[gnu::target("avx2")]] void transpose_avx2(const Sample* from, std::size_t from_pitch,
+                                            std::size_t rows, std::size_t columns, Sample* to,
                                             std::size_t to_pitch) {
   transpose(from, from_pitch, rows, columns, to, to_pitch);
 }
@@ -113,9 +126,10 @@ template <bool two_floats>
   const float* __restrict line = reinterpret_cast<const float*>(p.line);
   float* __restrict sum = reinterpret_cast<float*>(p.sum);
   for (int i = 0; i < p.count; ++i) {
-    const float remainder = two_floats
-                                ? kernel::remainder_turns_two_floats(p.power_hi[i], p.power_lo[i], p.v_hi, p.v_lo, p.depth_hi, p.depth_lo)
-                                : kernel::remainder_turns_float(p.power_hi[i], p.v_hi, p.depth_hi);
+    const float remainder =
+        two_floats ? kernel::remainder_turns_two_floats(p.power_hi[i], p.power_lo[i], p.v_hi,
+                                                        p.v_lo, p.depth_hi, p.depth_lo)
+                   : kernel::remainder_turns_float(p.power_hi[i], p.v_hi, p.depth_hi);
     float c, s;
     kernel::transfer_function(p.phase_x[i], p.phase_y, remainder, &c, &s);
     const float scale = (p.first_row[i] <= p.row) & (p.row <= p.last_row[i]) ? p.scale : 0.0f;
@@ -138,7 +152,8 @@ template <bool two_floats>
   multiply_add<two_floats>(p);
 }
 template <bool two_floats>
-[[gnu::target("avx512f,avx512vl,avx512dq,avx512bw,fma,prefer-vector-width=512"), gnu::flatten]] void multiply_add_avx512(const RowPart& p) {
+[[gnu::target("avx512f,avx512vl,avx512dq,avx512bw,fma,prefer-vector-width=512"), gnu::flatten]] void
+multiply_add_avx512(const RowPart& p) {
   multiply_add<two_floats>(p);
 }
 #endif
@@ -146,10 +161,11 @@ template <bool two_floats>
 template <bool two_floats>
 auto multiply_add_here() {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512bw"))
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw"))
     return multiply_add_avx512<two_floats>;
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return multiply_add_avx2<two_floats>;
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+    return multiply_add_avx2<two_floats>;
 #endif
   return multiply_add_any<two_floats>;
 }
@@ -160,7 +176,9 @@ struct Rows {
   cl::Lines tiles;
   std::size_t capacity = 0;  // samples
 
-  Sample* tile(std::size_t number) const { return tiles.get() + number * size(band.count()) * tile_width; }
+  Sample* tile(std::size_t number) const {
+    return tiles.get() + number * size(band.count()) * tile_width;
+  }
 
   void reserve(const Band& rows, std::size_t tile_count) {
     band = rows;
@@ -184,11 +202,13 @@ public:
         tiles_((nx_ + tile_width - 1) / tile_width),
         row_fft_(padded_nx_),
         column_fft_(padded_ny_),
-        threads_(std::clamp<std::size_t>(padded_nx_ * padded_ny_ / small_plane, 1, cl::Threads::shared().count())) {
+        threads_(std::clamp<std::size_t>(padded_nx_ * padded_ny_ / small_plane, 1,
+                                         cl::Threads::shared().count())) {
     for (std::size_t i = 0; i < threads_; ++i) {
       Scratch s;
       const char* what = "lines of a padded plane";
-      for (auto* row : {&s.row, &s.row_transformed, &s.row_sum}) *row = cl::make_zero_lines(padded_nx_, what);
+      for (auto* row : {&s.row, &s.row_transformed, &s.row_sum})
+        *row = cl::make_zero_lines(padded_nx_, what);
       for (auto* columns : {&s.field_columns, &s.band_columns, &s.columns_transformed})
         *columns = cl::make_zero_lines(tile_width * pitch_of(padded_ny_), what);
       scratch_.push_back(std::move(s));
@@ -208,25 +228,30 @@ public:
     auto& source = sources_[source_];
     source.reserve(rows, tiles_);
     if (rows.empty()) return;
-    field.on_host([&](std::span<const Sample> samples) { columns_forward(samples.data(), source); }, size(frame) * nx_ * ny_, nx_ * ny_);
+    field.on_host([&](std::span<const Sample> samples) { columns_forward(samples.data(), source); },
+                  size(frame) * nx_ * ny_, nx_ * ny_);
   }
 
-  void add(const std::shared_ptr<const Transfer>& transfer) override { pending_.push_back({source_, transfer}); }
+  void add(const std::shared_ptr<const Transfer>& transfer) override {
+    pending_.push_back({source_, transfer});
+  }
 
   void collect(cl::ComplexBuffer& field) override {
     const Band rows = pending_rows().joined(sum_rows_);
     if (rows.empty()) return field.fill_zero();
     if (!(rows.first == arrived_.band.first && rows.last == arrived_.band.last)) {
-      for (auto& s : scratch_) std::fill_n(s.band_columns.get(), tile_width * pitch_of(padded_ny_), Sample{});
+      for (auto& s : scratch_)
+        std::fill_n(s.band_columns.get(), tile_width * pitch_of(padded_ny_), Sample{});
     }
     arrived_.reserve(rows, tiles_);
     transform_rows(rows, true);
-    field.on_host([&](std::span<Sample> samples) { columns_inverse(samples.data()); }, CL_MAP_WRITE_INVALIDATE_REGION);
+    field.on_host([&](std::span<Sample> samples) { columns_inverse(samples.data()); },
+                  CL_MAP_WRITE_INVALIDATE_REGION);
   }
 
 private:
-  /// Of one thread: lines of the padded plane. What is right of the field in `row` and below it in `field_columns` stays zero, so does
-  /// what is outside the band in `band_columns`.
+  /// Of one thread: lines of the padded plane. What is right of the field in `row` and below it in
+  /// `field_columns` stays zero, so does what is outside the band in `band_columns`.
   struct Scratch {
     cl::Lines row, row_transformed, row_sum;
     cl::Lines field_columns, band_columns, columns_transformed;
@@ -243,15 +268,23 @@ private:
     return rows;
   }
 
-  std::size_t columns_of(std::size_t tile) const { return std::min(tile_width, nx_ - tile * tile_width); }
-
-  /// Calls f(frequency of the first, place of the first in a transform, count) for the rows below and above zero frequency.
-  void for_each_run(const Band& rows, const auto& f) const {
-    if (rows.first < 0) f(rows.first, size(plan_.y.index(rows.first)), size(std::min(rows.last, -1) - rows.first + 1));
-    if (rows.last >= 0) f(std::max(rows.first, 0), size(std::max(rows.first, 0)), size(rows.last - std::max(rows.first, 0) + 1));
+  std::size_t columns_of(std::size_t tile) const {
+    return std::min(tile_width, nx_ - tile * tile_width);
   }
 
-  /// Calls f(part of row k in its tile, its first column, columns) for all its parts; copies of constant size are quicker.
+  /// Calls f(frequency of the first, place of the first in a transform, count) for the rows below
+  /// and above zero frequency.
+  void for_each_run(const Band& rows, const auto& f) const {
+    if (rows.first < 0)
+      f(rows.first, size(plan_.y.index(rows.first)),
+        size(std::min(rows.last, -1) - rows.first + 1));
+    if (rows.last >= 0)
+      f(std::max(rows.first, 0), size(std::max(rows.first, 0)),
+        size(rows.last - std::max(rows.first, 0) + 1));
+  }
+
+  /// Calls f(part of row k in its tile, its first column, columns) for all its parts; copies of
+  /// constant size are quicker.
   void for_each_part(const Rows& rows, int k, const auto& f) const {
     for (std::size_t tile = 0; tile < tiles_; ++tile) {
       Sample* in_tile = rows.tile(tile) + size(k - rows.band.first) * tile_width;
@@ -267,7 +300,9 @@ private:
   bool is_dark(const Sample* field_columns, std::size_t columns, std::size_t pitch) const {
     for (std::size_t c = 0; c < columns; ++c) {
       const Sample* column = field_columns + c * pitch;
-      if (!std::all_of(column, column + ny_, [](const Sample& sample) { return sample == Sample{}; })) return false;
+      if (!std::all_of(column, column + ny_,
+                       [](const Sample& sample) { return sample == Sample{}; }))
+        return false;
     }
     return true;
   }
@@ -283,10 +318,11 @@ private:
         return;
       }
       for (std::size_t c = 0; c < columns; ++c)
-        column_fft_.forward(s.field_columns.get() + c * pitch, s.columns_transformed.get() + c * pitch);
+        column_fft_.forward(s.field_columns.get() + c * pitch,
+                            s.columns_transformed.get() + c * pitch);
       for_each_run(rows.band, [&](int first, std::size_t at, std::size_t count) {
-        transpose_(s.columns_transformed.get() + at, pitch, columns, count, rows.tile(tile) + size(first - rows.band.first) * tile_width,
-                   tile_width);
+        transpose_(s.columns_transformed.get() + at, pitch, columns, count,
+                   rows.tile(tile) + size(first - rows.band.first) * tile_width, tile_width);
       });
     });
   }
@@ -297,11 +333,12 @@ private:
       auto& s = scratch_[thread];
       const std::size_t columns = columns_of(tile);
       for_each_run(arrived_.band, [&](int first, std::size_t at, std::size_t count) {
-        transpose_(arrived_.tile(tile) + size(first - arrived_.band.first) * tile_width, tile_width, count, columns,
-                   s.band_columns.get() + at, pitch);
+        transpose_(arrived_.tile(tile) + size(first - arrived_.band.first) * tile_width, tile_width,
+                   count, columns, s.band_columns.get() + at, pitch);
       });
       for (std::size_t c = 0; c < columns; ++c)
-        column_fft_.inverse(s.band_columns.get() + c * pitch, s.columns_transformed.get() + c * pitch);
+        column_fft_.inverse(s.band_columns.get() + c * pitch,
+                            s.columns_transformed.get() + c * pitch);
       transpose_(s.columns_transformed.get(), pitch, columns, ny_, field + tile * tile_width, nx_);
     });
   }
@@ -311,21 +348,23 @@ private:
     if (!back && !sum_) sum_ = cl::make_lines(padded_nx_ * padded_ny_, "sum of spectra");
     const auto sum_row = [&](int k) { return sum_.get() + size(plan_.y.index(k)) * padded_nx_; };
     const Band whole = rows.joined(sum_rows_);
-    cl::Threads::shared().for_each(threads_, size(whole.count()), 4, [&](std::size_t thread, std::size_t i) {
-      auto& s = scratch_[thread];
-      const int k = whole.first + static_cast<int>(i);
-      Sample* sum = back ? s.row_sum.get() : sum_row(k);
-      if (back && sum_rows_.contains(k)) {
-        std::copy_n(sum_row(k), padded_nx_, sum);
-      } else if (!sum_rows_.contains(k)) {
-        std::fill_n(sum, padded_nx_, Sample{});
-      }
-      for (const auto& p : pending_) add_row(s, p, k, sum);
-      if (!back) return;
-      row_fft_.inverse(sum, s.row_transformed.get());
-      for_each_part(arrived_, k,
-                    [&](Sample* in_tile, std::size_t x, auto columns) { std::copy_n(s.row_transformed.get() + x, columns, in_tile); });
-    });
+    cl::Threads::shared().for_each(
+        threads_, size(whole.count()), 4, [&](std::size_t thread, std::size_t i) {
+          auto& s = scratch_[thread];
+          const int k = whole.first + static_cast<int>(i);
+          Sample* sum = back ? s.row_sum.get() : sum_row(k);
+          if (back && sum_rows_.contains(k)) {
+            std::copy_n(sum_row(k), padded_nx_, sum);
+          } else if (!sum_rows_.contains(k)) {
+            std::fill_n(sum, padded_nx_, Sample{});
+          }
+          for (const auto& p : pending_) add_row(s, p, k, sum);
+          if (!back) return;
+          row_fft_.inverse(sum, s.row_transformed.get());
+          for_each_part(arrived_, k, [&](Sample* in_tile, std::size_t x, auto columns) {
+            std::copy_n(s.row_transformed.get() + x, columns, in_tile);
+          });
+        });
     pending_.clear();
     sum_rows_ = back ? Band{} : whole;
   }
@@ -336,8 +375,9 @@ private:
     const int row = plan_.y.index(k);
     const Band kept = t.columns_of(row);
     if (kept.empty()) return;
-    for_each_part(sources_[p.source], k,
-                  [&](const Sample* in_tile, std::size_t x, auto columns) { std::copy_n(in_tile, columns, s.row.get() + x); });
+    for_each_part(sources_[p.source], k, [&](const Sample* in_tile, std::size_t x, auto columns) {
+      std::copy_n(in_tile, columns, s.row.get() + x);
+    });
     row_fft_.forward(s.row.get(), s.row_transformed.get());
 
     const auto part = [&](int first, int last) {
@@ -381,6 +421,8 @@ private:
 
 }  // namespace
 
-std::unique_ptr<PropagationEngine> make_host_engine(const PropagationPlan& plan) { return std::make_unique<HostEngine>(plan); }
+std::unique_ptr<PropagationEngine> make_host_engine(const PropagationPlan& plan) {
+  return std::make_unique<HostEngine>(plan);
+}
 
 }  // namespace raywave

@@ -10,14 +10,16 @@
 namespace raywave::reference {
 
 Gathering gathering(const Rig& rig, double near_spots) {
-  return {rig.plan, rig.scene.lights, rig.samples, rig.lit, rig.arrays.light_words(), near_spots, rig.views, rig.table.view_parts};
+  return {rig.plan,   rig.scene.lights, rig.samples,         rig.lit, rig.arrays.light_words(),
+          near_spots, rig.views,        rig.table.view_parts};
 }
 
-Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>> fields, int frames, std::uint32_t seed,
-                             glm::dvec3 centre_m, int count) {
+Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>> fields,
+                             int frames, std::uint32_t seed, glm::dvec3 centre_m, int count) {
   const auto what = gathering(rig);
   Random random(1);
-  const auto pixels = static_cast<std::size_t>(rig.plan.size.x) * static_cast<std::size_t>(rig.plan.size.y);
+  const auto pixels =
+      static_cast<std::size_t>(rig.plan.size.x) * static_cast<std::size_t>(rig.plan.size.y);
   Agreement result;
   double difference = 0, energy = 0;
   for (int n = 0; n < count; ++n) {
@@ -32,7 +34,9 @@ Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>
       for (int f = 0; f < frames; ++f)
         sums[static_cast<std::size_t>(f)] +=
             wave.wave *
-            std::polar(1.0, 2 * std::numbers::pi * phase_turns_of_key(rig.samples[i].key, seed + static_cast<std::uint32_t>(f)));
+            std::polar(1.0, 2 * std::numbers::pi *
+                                phase_turns_of_key(rig.samples[i].key,
+                                                   seed + static_cast<std::uint32_t>(f)));
     }
     if (unsure) {
       ++result.unsure;

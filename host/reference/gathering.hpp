@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a plane's pixels gather from a sample table, in double precision, sample by sample: what kernels/gather/gather.cl is held against.
+/// What a plane's pixels gather from a sample table, in double precision, sample by sample: what
+/// kernels/gather/gather.cl is held against.
 #pragma once
 
 #include <complex>
@@ -21,9 +22,9 @@ struct Agreement {
   double dark_error = 0;  // largest amplitude where no light should be
 };
 
-/// `count` pixels drawn at random from fields of the frames seed, seed + 1, ... on the plane around `centre_m`, against the direct sum of
-/// all samples, none of them near (Gatherer's near_spots 0).
-Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>> fields, int frames, std::uint32_t seed,
-                             glm::dvec3 centre_m, int count);
+/// `count` pixels drawn at random from fields of the frames seed, seed + 1, ... on the plane around
+/// `centre_m`, against the direct sum of all samples, none of them near (Gatherer's near_spots 0).
+Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>> fields,
+                             int frames, std::uint32_t seed, glm::dvec3 centre_m, int count);
 
 }  // namespace raywave::reference

@@ -38,10 +38,12 @@ double edge_weight(const Plan& plan, double at) {
   return e * e * (3 - 2 * e);
 }
 
-/// Part of the window's side, in half windows of the view from its middle, and whether a float may find another.
+/// Part of the window's side, in half windows of the view from its middle, and whether a float may
+/// find another.
 std::pair<int, bool> view_part(const Gathering& what, double at) {
   const double place = (at / std::max(1.0, what.plan.fan) + 1) / 2 * what.view_parts;
-  return {std::clamp(static_cast<int>(std::floor(place)), 0, what.view_parts - 1), std::abs(place - std::round(place)) < 1e-4};
+  return {std::clamp(static_cast<int>(std::floor(place)), 0, what.view_parts - 1),
+          std::abs(place - std::round(place)) < 1e-4};
 }
 
 bool is_seen(const Gathering& what, std::size_t index, int i, int j) {
@@ -59,7 +61,8 @@ double seen_share(const Gathering& what, std::size_t index, int part_i, int part
   const int side = what.view_parts / near_parts(what);
   int seen = 0;
   for (int j = 0; j < side; ++j)
-    for (int i = 0; i < side; ++i) seen += is_seen(what, index, part_i * side + i, part_j * side + j);
+    for (int i = 0; i < side; ++i)
+      seen += is_seen(what, index, part_i * side + i, part_j * side + j);
   return static_cast<double>(seen) / (side * side);
 }
 
@@ -71,13 +74,15 @@ struct Highlight {
 
 std::vector<Highlight> highlights(const Gathering& what, std::size_t index) {
   const auto& s = what.samples[index];
-  const auto n = normalize(normal(s));  // whose length floats round: sharp highlights would see that as another direction
+  // Whose length floats round: sharp highlights would see that as another direction
+  const auto n = normalize(normal(s));
   std::vector<Highlight> all;
   std::size_t number = 0;
   for (const auto& light : what.lights) {
     if (light.type == LightType::ambient) continue;
-    const auto l =
-        light.type == LightType::point ? normalize(light.position_m - what.plan.origin_m - place(s)) : -normalize(light.direction);
+    const auto l = light.type == LightType::point
+                       ? normalize(light.position_m - what.plan.origin_m - place(s))
+                       : -normalize(light.direction);
     const bool is_lit = what.lit[index * what.light_words + number / 32] >> (number % 32) & 1u;
     if (is_lit && light.intensity > 0) all.push_back({2 * dot(n, l) * n - l, light.intensity});
     ++number;
@@ -90,7 +95,8 @@ double amplitude(const Gathering& what, std::size_t index, dvec3 towards) {
   const auto& s = what.samples[index];
   double radiance = s.radiance;
   for (const auto& h : highlights(what, index))
-    radiance += h.intensity * s.specular * power_of_cosine(dot(h.direction, normalize(towards)), s.shininess);
+    radiance += h.intensity * s.specular *
+                power_of_cosine(dot(h.direction, normalize(towards)), s.shininess);
   // Of a surface that is turned away, less is seen.
   const double area = std::clamp(s.tilt_x * towards.x + s.tilt_y * towards.y - s.tilt_z, 0.0, 4.0);
   return s.weight * std::sqrt(radiance * area);
@@ -130,31 +136,39 @@ std::pair<int, bool> wave_count(const Aimed& a) {
 }
 
 Decision is_near(const Aimed& x, const Aimed& y, double near_spots) {
-  const auto narrow_x = is_less(x.half_m, near_spots * x.spot_m), narrow_y = is_less(y.half_m, near_spots * y.spot_m);
+  const auto narrow_x = is_less(x.half_m, near_spots * x.spot_m),
+             narrow_y = is_less(y.half_m, near_spots * y.spot_m);
   const auto [count_x, unsure_x] = wave_count(x);
   const auto [count_y, unsure_y] = wave_count(y);
   const bool fits = count_x <= most_near_waves && count_y <= most_near_waves;
-  return {(narrow_x.yes || narrow_y.yes) && fits, near_spots > 0 && (narrow_x.unsure || narrow_y.unsure || unsure_x || unsure_y)};
+  return {(narrow_x.yes || narrow_y.yes) && fits,
+          near_spots > 0 && (narrow_x.unsure || narrow_y.unsure || unsure_x || unsure_y)};
 }
 
 /// g of near.h in its parts, for each of `count` pixels from `first_m`, `step_m` apart.
 using Parts = std::array<Complex, 8>;
-std::vector<Parts> near_sums(const Plan& plan, const Aimed& a, int parts, double place_m, double depth_m, int axis, double first_m,
-                             double step_m, int pixels, const std::function<double(double tangent)>& amplitude_at) {
+std::vector<Parts> near_sums(const Plan& plan, const Aimed& a, int parts, double place_m,
+                             double depth_m, int axis, double first_m, double step_m, int pixels,
+                             const std::function<double(double tangent)>& amplitude_at) {
   const auto sine_of = [](double tangent) { return tangent / std::hypot(1.0, tangent); };
-  const double low = sine_of(a.chief_tangent - plan.fan * a.half_tangent), high = sine_of(a.chief_tangent + plan.fan * a.half_tangent);
+  const double low = sine_of(a.chief_tangent - plan.fan * a.half_tangent),
+               high = sine_of(a.chief_tangent + plan.fan * a.half_tangent);
   const int count = std::min(wave_count(a).first, most_near_waves);
   const double view_half = std::max(1.0, plan.fan);
   std::vector<Parts> sums(static_cast<std::size_t>(pixels));
   for (int n = 0; n < count; ++n) {
-    const double step = (high - low) / count, sine = low + (n + 0.5) * step, cosine = std::sqrt(1 - sine * sine);
+    const double step = (high - low) / count, sine = low + (n + 0.5) * step,
+                 cosine = std::sqrt(1 - sine * sine);
     if (std::abs(sine) > plan.largest_sine[axis]) continue;
     const double at = (sine / cosine - a.chief_tangent) / a.half_tangent;
-    const auto part = static_cast<std::size_t>(std::clamp(static_cast<int>(std::floor((at / view_half + 1) / 2 * parts)), 0, parts - 1));
-    const double weight = step / cosine * (plan.edge > 0 ? edge_weight(plan, at) : 1) * amplitude_at(sine / cosine);
+    const auto part = static_cast<std::size_t>(
+        std::clamp(static_cast<int>(std::floor((at / view_half + 1) / 2 * parts)), 0, parts - 1));
+    const double weight =
+        step / cosine * (plan.edge > 0 ? edge_weight(plan, at) : 1) * amplitude_at(sine / cosine);
     for (int i = 0; i < pixels; ++i) {
       const double offset_m = first_m + i * step_m - place_m;
-      sums[static_cast<std::size_t>(i)][part] += weight * turned((sine * offset_m - depth_m * (1 - cosine)) / plan.wavelength_m);
+      sums[static_cast<std::size_t>(i)][part] +=
+          weight * turned((sine * offset_m - depth_m * (1 - cosine)) / plan.wavelength_m);
     }
   }
   return sums;
@@ -164,14 +178,17 @@ std::vector<Parts> near_sums(const Plan& plan, const Aimed& a, int parts, double
 dvec3 within_fan(const Plan& plan, const Aimed& x, const Aimed& y, dvec3 direction) {
   const auto nearest = [&](const Aimed& a, double part) {
     const double reach = plan.fan * a.half_tangent;
-    return std::clamp(part / std::max(-direction.z, 1e-6), a.chief_tangent - reach, a.chief_tangent + reach);
+    return std::clamp(part / std::max(-direction.z, 1e-6), a.chief_tangent - reach,
+                      a.chief_tangent + reach);
   };
   return {nearest(x, direction.x), nearest(y, direction.y), -1};
 }
 
 /// Pixels of an axis within `half_m` of `centre_m`: [first, last].
-std::pair<int, int> pixels_within(double first_m, double step_m, int count, double centre_m, double half_m) {
-  const double a = (centre_m - half_m - first_m) / step_m, b = (centre_m + half_m - first_m) / step_m;
+std::pair<int, int> pixels_within(double first_m, double step_m, int count, double centre_m,
+                                  double half_m) {
+  const double a = (centre_m - half_m - first_m) / step_m,
+               b = (centre_m + half_m - first_m) / step_m;
   return {static_cast<int>(std::clamp(std::ceil(std::min(a, b)), 0.0, static_cast<double>(count))),
           static_cast<int>(std::clamp(std::floor(std::max(a, b)), -1.0, count - 1.0))};
 }
@@ -185,7 +202,8 @@ public:
         corner_(reference::pixel_m(plan_, centre_, 0)),
         bounds_(slab_bounds(plan_, plan_.slab_of(wrp))),
         seed_(seed) {
-    const auto pixels = static_cast<std::size_t>(plan_.size.x) * static_cast<std::size_t>(plan_.size.y);
+    const auto pixels =
+        static_cast<std::size_t>(plan_.size.x) * static_cast<std::size_t>(plan_.size.y);
     result_.field.resize(pixels);
     result_.unsure.resize(pixels);
   }
@@ -210,8 +228,8 @@ private:
       add_near(index, p, x, y, phasor);
     } else {
       const double margin = 1 + 10 * undecided;
-      each(x.centre_m, y.centre_m, centre_.z > 0 ? x.half_m * margin : INFINITY, centre_.z > 0 ? y.half_m * margin : INFINITY,
-           [&](std::size_t at) {
+      each(x.centre_m, y.centre_m, centre_.z > 0 ? x.half_m * margin : INFINITY,
+           centre_.z > 0 ? y.half_m * margin : INFINITY, [&](std::size_t at) {
              const auto ray = aimed_ray(what_, index, reference::pixel_m(plan_, centre_, at));
              result_.field[at] += ray.wave * phasor;
              if (ray.unsure) result_.unsure[at] = true;
@@ -229,33 +247,40 @@ private:
       if (s.specular <= 0) break;
       const auto towards = within_fan(plan_, x, y, h.direction);
       const double there = amplitude(what_, index, towards);
-      if (there <= 1.01 * most) continue;  // as the kernel does, or rounding would choose among equals
+      // As the kernel does, or rounding would choose among equals
+      if (there <= 1.01 * most) continue;
       most = there;
       best = towards;
     }
     if (most <= 0) return;
-    const auto [left, right] = pixels_within(corner_.x, plan_.pitch_m.x, plan_.size.x, x.centre_m, x.extent_m);
-    const auto [top, bottom] = pixels_within(corner_.y, -plan_.pitch_m.y, plan_.size.y, y.centre_m, y.extent_m);
+    const auto [left, right] =
+        pixels_within(corner_.x, plan_.pitch_m.x, plan_.size.x, x.centre_m, x.extent_m);
+    const auto [top, bottom] =
+        pixels_within(corner_.y, -plan_.pitch_m.y, plan_.size.y, y.centre_m, y.extent_m);
     if (left > right || top > bottom) return;
     const int parts = near_parts(what_);
     const auto across =
-        near_sums(plan_, x, parts, p.x, depth_m, 0, corner_.x + left * plan_.pitch_m.x, plan_.pitch_m.x, right - left + 1, [&](double t) {
-          return amplitude(what_, index, {t, best.y, -1});
-        });
-    const auto up =
-        near_sums(plan_, y, parts, p.y, depth_m, 1, corner_.y - top * plan_.pitch_m.y, -plan_.pitch_m.y, bottom - top + 1, [&](double t) {
-          return amplitude(what_, index, {best.x, t, -1});
-        });
-    const auto common = Complex(0, 1) * turned(depth_m / plan_.wavelength_m) * phasor / (most * plan_.wavelength_m);
+        near_sums(plan_, x, parts, p.x, depth_m, 0, corner_.x + left * plan_.pitch_m.x,
+                  plan_.pitch_m.x, right - left + 1, [&](double t) {
+                    return amplitude(what_, index, {t, best.y, -1});
+                  });
+    const auto up = near_sums(plan_, y, parts, p.y, depth_m, 1, corner_.y - top * plan_.pitch_m.y,
+                              -plan_.pitch_m.y, bottom - top + 1, [&](double t) {
+                                return amplitude(what_, index, {best.x, t, -1});
+                              });
+    const auto common =
+        Complex(0, 1) * turned(depth_m / plan_.wavelength_m) * phasor / (most * plan_.wavelength_m);
     std::array<double, 64> shares{};
     for (int part = 0; part < parts * parts; ++part)
       shares[static_cast<std::size_t>(part)] = seen_share(what_, index, part % parts, part / parts);
     for (int row = top; row <= bottom; ++row) {
       for (int column = left; column <= right; ++column) {
-        const auto &x_parts = across[static_cast<std::size_t>(column - left)], &y_parts = up[static_cast<std::size_t>(row - top)];
+        const auto &x_parts = across[static_cast<std::size_t>(column - left)],
+                   &y_parts = up[static_cast<std::size_t>(row - top)];
         Complex sum = 0;
         for (int part = 0; part < parts * parts; ++part)
-          sum += shares[static_cast<std::size_t>(part)] * x_parts[static_cast<std::size_t>(part % parts)] *
+          sum += shares[static_cast<std::size_t>(part)] *
+                 x_parts[static_cast<std::size_t>(part % parts)] *
                  y_parts[static_cast<std::size_t>(part / parts)];
         result_.field[index_of(column, row)] += common * sum;
       }
@@ -265,27 +290,33 @@ private:
   }
 
   std::size_t index_of(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(plan_.size.x) + static_cast<std::size_t>(column);
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(plan_.size.x) +
+           static_cast<std::size_t>(column);
   }
 
   template <class Use>
   void each(double x_m, double y_m, double half_x_m, double half_y_m, Use use) {
-    const auto [left, right] = pixels_within(corner_.x, plan_.pitch_m.x, plan_.size.x, x_m, half_x_m);
-    const auto [top, bottom] = pixels_within(corner_.y, -plan_.pitch_m.y, plan_.size.y, y_m, half_y_m);
+    const auto [left, right] =
+        pixels_within(corner_.x, plan_.pitch_m.x, plan_.size.x, x_m, half_x_m);
+    const auto [top, bottom] =
+        pixels_within(corner_.y, -plan_.pitch_m.y, plan_.size.y, y_m, half_y_m);
     for (int row = top; row <= bottom; ++row)
       for (int column = left; column <= right; ++column) use(index_of(column, row));
   }
 
   void doubt(double x_m, double y_m, double half_x_m, double half_y_m) {
-    each(x_m, y_m, half_x_m * (1 + undecided), half_y_m * (1 + undecided), [&](std::size_t at) { result_.unsure[at] = true; });
+    each(x_m, y_m, half_x_m * (1 + undecided), half_y_m * (1 + undecided),
+         [&](std::size_t at) { result_.unsure[at] = true; });
   }
 
   void doubt_rim(const Aimed& x, const Aimed& y) {
-    each(x.centre_m, y.centre_m, x.extent_m * (1 + undecided), y.extent_m * (1 + undecided), [&](std::size_t at) {
-      const auto pixel = reference::pixel_m(plan_, centre_, at);
-      if (std::abs(pixel.x - x.centre_m) > x.extent_m * (1 - undecided) || std::abs(pixel.y - y.centre_m) > y.extent_m * (1 - undecided))
-        result_.unsure[at] = true;
-    });
+    each(x.centre_m, y.centre_m, x.extent_m * (1 + undecided), y.extent_m * (1 + undecided),
+         [&](std::size_t at) {
+           const auto pixel = reference::pixel_m(plan_, centre_, at);
+           if (std::abs(pixel.x - x.centre_m) > x.extent_m * (1 - undecided) ||
+               std::abs(pixel.y - y.centre_m) > y.extent_m * (1 - undecided))
+             result_.unsure[at] = true;
+         });
   }
 
   const Gathering& what_;
@@ -308,7 +339,8 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
   if (pixel_m.z > 0) {
     for (int axis = 0; axis < 2; ++axis) {
       // Where the light meets the hologram, in half holograms.
-      const double at = (pixel_m[axis] - (p[axis] - pixel_m[axis]) * pixel_m.z / depth) / half_window(plan)[axis];
+      const double at =
+          (pixel_m[axis] - (p[axis] - pixel_m[axis]) * pixel_m.z / depth) / half_window(plan)[axis];
       if (plan.edge == 0 && std::abs(std::abs(at) - plan.fan) < 1e-3) ray.unsure = true;
       edges *= edge_weight(plan, at);
     }
@@ -329,7 +361,8 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
   }
   // Converging light turns by half a period at its focus.
   const double signed_r = std::copysign(length(pixel_m - p), depth);
-  ray.wave = edges * amplitude(what, sample, towards) / signed_r * turned(signed_r / plan.wavelength_m);
+  ray.wave =
+      edges * amplitude(what, sample, towards) / signed_r * turned(signed_r / plan.wavelength_m);
   return ray;
 }
 
@@ -339,14 +372,17 @@ glm::dvec3 pixel_m(const Plan& plan, glm::dvec3 centre_m, std::size_t index) {
   return centre_m + dvec3(from_middle.x * plan.pitch_m.x, -from_middle.y * plan.pitch_m.y, 0);
 }
 
-GatheredField gather(const Gathering& what, const Wrp& wrp, std::uint32_t seed) { return Plane(what, wrp, seed).gathered(); }
+GatheredField gather(const Gathering& what, const Wrp& wrp, std::uint32_t seed) {
+  return Plane(what, wrp, seed).gathered();
+}
 
 Field hologram(const Plan& plan, std::span<const Field> wrps) {
   Field sum(static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y));
   for (std::size_t i = 0; i < wrps.size(); ++i) {
     const auto centre_m = plan.wrps[i].centre_m;
-    const auto arrived =
-        shifted_angular_spectrum(wrps[i], {plan.size, plan.pitch_m, plan.wavelength_m, -dvec2(centre_m), centre_m.z}, plan.padded);
+    const auto arrived = shifted_angular_spectrum(
+        wrps[i], {plan.size, plan.pitch_m, plan.wavelength_m, -dvec2(centre_m), centre_m.z},
+        plan.padded);
     for (std::size_t at = 0; at < sum.size(); ++at) sum[at] += arrived[at];
   }
   return sum;

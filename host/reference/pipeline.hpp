@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The field that aimed gathering puts on a plane, and the hologram made of such planes, in double precision from the sample table as the
-/// device has it: the same samples, phases, footprints, edges, visibility, padding and band. What kernels/gather/gather.cl and the whole pipeline
-/// are held against.
+/// The field that aimed gathering puts on a plane, and the hologram made of such planes, in double
+/// precision from the sample table as the device has it: the same samples, phases, footprints,
+/// edges, visibility, padding and band. What kernels/gather/gather.cl and the whole pipeline are
+/// held against.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "host/geometry/shared_types.hpp"
 #include "host/plan/plan.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/scene/scene.hpp"
-#include "host/geometry/shared_types.hpp"
 
 namespace raywave::reference {
 
@@ -27,7 +28,8 @@ struct Gathering {
   int view_parts = 8;
 };
 
-/// One sample's light at one pixel of a plane, cut geometrically, without the random phase. pixel_m: world.
+/// One sample's light at one pixel of a plane, cut geometrically, without the random phase.
+/// pixel_m: world.
 struct AimedRay {
   std::complex<double> wave = 0;
   bool unsure = false;  // an edge passes closer than floats tell
@@ -35,8 +37,9 @@ struct AimedRay {
 AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m);
 
 struct GatheredField {
-  Field field;               // of the samples of the WRP's slab, as Gatherer::gather fills it
-  std::vector<bool> unsure;  // pixels at which floats may decide otherwise whether some sample is seen or gathered, and how
+  Field field;  // of the samples of the WRP's slab, as Gatherer::gather fills it
+  // Pixels at which floats may decide otherwise whether some sample is seen or gathered, and how
+  std::vector<bool> unsure;
 };
 GatheredField gather(const Gathering& what, const Wrp& wrp, std::uint32_t seed);
 

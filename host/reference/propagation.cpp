@@ -18,7 +18,8 @@ double position(int i, int n, double pitch) { return (i - (n - 1) / 2.0) * pitch
 // Frequency of element k of a transform of n samples.
 double frequency(int k, int n, double pitch) { return (k < (n + 1) / 2 ? k : k - n) / (n * pitch); }
 
-// Transform of n samples, `stride` apart, by splitting off the smallest prime factor; roots: of unity, n stride of them.
+// Transform of n samples, `stride` apart, by splitting off the smallest prime factor; roots: of
+// unity, n stride of them.
 void transform_strided(const Complex* in, int n, int stride, const Field& roots, Complex* out) {
   if (n == 1) {
     out[0] = in[0];
@@ -28,10 +29,12 @@ void transform_strided(const Complex* in, int n, int stride, const Field& roots,
   while (n % p != 0) ++p;
   const int m = n / p;
   Field parts(n);
-  for (int r = 0; r < p; ++r) transform_strided(in + r * stride, m, stride * p, roots, parts.data() + r * m);
+  for (int r = 0; r < p; ++r)
+    transform_strided(in + r * stride, m, stride * p, roots, parts.data() + r * m);
   for (int k = 0; k < n; ++k) {
     out[k] = 0;
-    for (int r = 0; r < p; ++r) out[k] += parts[r * m + k % m] * roots[static_cast<long long>(r) * k % n * stride];
+    for (int r = 0; r < p; ++r)
+      out[k] += parts[r * m + k % m] * roots[static_cast<long long>(r) * k % n * stride];
   }
 }
 
@@ -79,13 +82,16 @@ Field rayleigh_sommerfeld(const Field& source, const Setup& s, const std::vector
   for (const int ty : wanted) {
     for (int tx = 0; tx < s.size.x; ++tx) {
       const double x = s.shift_m.x + position(tx, s.size.x, s.pitch_m.x);
-      const double y = s.shift_m.y - position(ty, s.size.y, s.pitch_m.y);  // rows count downwards, y upwards
+      // Rows count downwards, y upwards
+      const double y = s.shift_m.y - position(ty, s.size.y, s.pitch_m.y);
       Complex sum = 0;
       for (int sy = 0; sy < s.size.y; ++sy) {
         for (int sx = 0; sx < s.size.x; ++sx) {
-          const double dx = x - position(sx, s.size.x, s.pitch_m.x), dy = y + position(sy, s.size.y, s.pitch_m.y);
+          const double dx = x - position(sx, s.size.x, s.pitch_m.x),
+                       dy = y + position(sy, s.size.y, s.pitch_m.y);
           const double r = std::sqrt(dx * dx + dy * dy + z * z);
-          sum += source[sy * s.size.x + sx] * std::polar(z / (2 * pi * r * r), k * r) * Complex(1 / r, -k);
+          sum += source[sy * s.size.x + sx] * std::polar(z / (2 * pi * r * r), k * r) *
+                 Complex(1 / r, -k);
         }
       }
       target.push_back(sum * s.pitch_m.x * s.pitch_m.y);
@@ -109,7 +115,8 @@ Field shifted_angular_spectrum(const Field& source, const Setup& s, glm::ivec2 p
       const double w_squared = 1 / (s.wavelength_m * s.wavelength_m) - u * u - v * v;
       const double w = std::sqrt(std::max(w_squared, 0.0));
       const auto within = [&](double shift, double f, double half) {
-        return z == 0 ? std::abs(shift) <= half : w_squared > 0 && std::abs(shift - z * f / w) <= half;
+        return z == 0 ? std::abs(shift) <= half
+                      : w_squared > 0 && std::abs(shift - z * f / w) <= half;
       };
       const bool kept = within(s.shift_m.x, u, half_x) && within(s.shift_m.y, v, half_y);
       const double turns = s.shift_m.x * u + s.shift_m.y * v + z * w;
@@ -132,7 +139,8 @@ Field direct_transform(const Field& plane, glm::ivec2 size, int sign) {
     for (int line = 0; line < count; ++line) {
       for (int u = 0; u < n; ++u) {
         Complex sum = 0;
-        for (int x = 0; x < n; ++x) sum += in[line * distance + x * stride] * factor[static_cast<long long>(x) * u % n];
+        for (int x = 0; x < n; ++x)
+          sum += in[line * distance + x * stride] * factor[static_cast<long long>(x) * u % n];
         out[line * distance + u * stride] = sum;
       }
     }
@@ -154,7 +162,8 @@ Field beam(const Setup& s, double waist_m, glm::dvec2 sine) {
   for (int j = 0; j < s.size.y; ++j) {
     for (int i = 0; i < s.size.x; ++i) {
       const double x = position(i, s.size.x, s.pitch_m.x), y = -position(j, s.size.y, s.pitch_m.y);
-      field.push_back(std::polar(std::exp(-(x * x + y * y) / (waist_m * waist_m)), 2 * pi / s.wavelength_m * (sine.x * x + sine.y * y)));
+      field.push_back(std::polar(std::exp(-(x * x + y * y) / (waist_m * waist_m)),
+                                 2 * pi / s.wavelength_m * (sine.x * x + sine.y * y)));
     }
   }
   return field;
@@ -169,7 +178,9 @@ double relative_error(const Field& a, const Field& b) {
   return std::sqrt(difference / size);
 }
 
-Field to_double(const std::vector<std::complex<float>>& field) { return {field.begin(), field.end()}; }
+Field to_double(const std::vector<std::complex<float>>& field) {
+  return {field.begin(), field.end()};
+}
 
 std::vector<std::complex<float>> to_float(const Field& field) {
   std::vector<std::complex<float>> result;

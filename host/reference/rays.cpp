@@ -15,29 +15,35 @@ glm::dvec3 vec(const float* p) { return {p[0], p[1], p[2]}; }
 
 Hit intersect(const Corners& triangle, const Ray& ray, double sideways) {
   const auto& d = ray.direction;
-  const auto a = vec(triangle.a) - ray.origin, b = vec(triangle.b) - ray.origin, c = vec(triangle.c) - ray.origin;
-  const double side_a = dot(d, cross(b, c)), side_b = dot(d, cross(c, a)), side_c = dot(d, cross(a, b));
+  const auto a = vec(triangle.a) - ray.origin, b = vec(triangle.b) - ray.origin,
+             c = vec(triangle.c) - ray.origin;
+  const double side_a = dot(d, cross(b, c)), side_b = dot(d, cross(c, a)),
+               side_c = dot(d, cross(a, b));
   const double volume = side_a + side_b + side_c;
   if (volume == 0 && sideways == 0) return {};
 
   const double reach = (length(a) + length(b) + length(c)) * sideways * length(d);
-  const double slack_a = reach * distance(b, c), slack_b = reach * distance(c, a), slack_c = reach * distance(a, b);
+  const double slack_a = reach * distance(b, c), slack_b = reach * distance(c, a),
+               slack_c = reach * distance(a, b);
   const bool front = side_a >= -slack_a && side_b >= -slack_b && side_c >= -slack_c;
   const bool back = side_a <= slack_a && side_b <= slack_b && side_c <= slack_c;
   if (!front && !back) return {};
 
-  const double t_a = dot(a, d) / dot(d, d), t_b = dot(b, d) / dot(d, d), t_c = dot(c, d) / dot(d, d);
+  const double t_a = dot(a, d) / dot(d, d), t_b = dot(b, d) / dot(d, d),
+               t_c = dot(c, d) / dot(d, d);
   const auto [nearest, farthest] = std::minmax({t_a, t_b, t_c});
   Hit hit{.triangle = 0};
   if (volume != 0) {
     hit.u = side_b / volume;
     hit.v = side_c / volume;
-    hit.t_uncertainty = std::min(1.0, (slack_a + slack_b + slack_c) / std::abs(volume)) * (farthest - nearest);
+    hit.t_uncertainty =
+        std::min(1.0, (slack_a + slack_b + slack_c) / std::abs(volume)) * (farthest - nearest);
   } else {
     hit.t_uncertainty = farthest - nearest;
   }
   hit.t = std::clamp(t_a + hit.u * (t_b - t_a) + hit.v * (t_c - t_a), nearest, farthest);
-  return hit.t > ray.t_min - hit.t_uncertainty && hit.t < ray.t_max + hit.t_uncertainty ? hit : Hit{};
+  return hit.t > ray.t_min - hit.t_uncertainty && hit.t < ray.t_max + hit.t_uncertainty ? hit
+                                                                                        : Hit{};
 }
 
 Hit nearest_hit(std::span<const Corners> triangles, const Ray& ray) {
@@ -52,26 +58,31 @@ Hit nearest_hit(std::span<const Corners> triangles, const Ray& ray) {
 }
 
 bool occluded(std::span<const Corners> triangles, const Ray& ray) {
-  return std::any_of(triangles.begin(), triangles.end(), [&](const auto& t) { return intersect(t, ray).triangle >= 0; });
+  return std::any_of(triangles.begin(), triangles.end(),
+                     [&](const auto& t) { return intersect(t, ray).triangle >= 0; });
 }
 
 Verdict judge(const Hit& hit, const Ray& ray, std::span<const Corners> triangles) {
   constexpr double u24 = 0x1p-24;  // rounding of a float
   const auto exact = nearest_hit(triangles, ray);
-  // Distances to planes through a triangle are sums of terms as large as the distance to its corners.
+  // Distances to planes through a triangle are sums of terms as large as the distance to its
+  // corners.
   const auto tolerance = [&](int i) {
     const auto& triangle = triangles[static_cast<std::size_t>(i)];
     const auto own = intersect(triangle, ray, float_sideways);
-    return own.t_uncertainty + 16 * u24 * (std::abs(own.t) + length(vec(triangle.a) - ray.origin) / length(ray.direction));
+    return own.t_uncertainty +
+           16 * u24 *
+               (std::abs(own.t) + length(vec(triangle.a) - ray.origin) / length(ray.direction));
   };
   std::ostringstream fault;
   if (hit.triangle < 0) {
-    const bool lost =
-        exact.triangle >= 0 && exact.t < ray.t_max - tolerance(exact.triangle) && exact.t > ray.t_min + tolerance(exact.triangle);
+    const bool lost = exact.triangle >= 0 && exact.t < ray.t_max - tolerance(exact.triangle) &&
+                      exact.t > ray.t_min + tolerance(exact.triangle);
     if (lost) fault << "lost: triangle " << exact.triangle << " at " << exact.t;
     return {fault.str(), exact.triangle < 0};
   }
-  const auto own = intersect(triangles[static_cast<std::size_t>(hit.triangle)], ray, float_sideways);
+  const auto own =
+      intersect(triangles[static_cast<std::size_t>(hit.triangle)], ray, float_sideways);
   if (own.triangle < 0) {
     fault << "phantom: triangle " << hit.triangle << " at " << hit.t;
   } else if (!(std::abs(hit.t - own.t) <= tolerance(hit.triangle))) {
@@ -80,13 +91,18 @@ Verdict judge(const Hit& hit, const Ray& ray, std::span<const Corners> triangles
     fault << "t " << hit.t << " outside its limits";
   } else if (!(hit.u >= 0 && hit.v >= 0 && hit.u + hit.v <= 1 + 2 * u24)) {
     fault << "weights " << hit.u << ", " << hit.v;
-  } else if (exact.triangle >= 0 && !(hit.t <= exact.t + tolerance(exact.triangle) + tolerance(hit.triangle))) {
-    fault << "triangle " << hit.triangle << " at " << hit.t << " behind " << exact.triangle << " at " << exact.t;
+  } else if (exact.triangle >= 0 &&
+             !(hit.t <= exact.t + tolerance(exact.triangle) + tolerance(hit.triangle))) {
+    fault << "triangle " << hit.triangle << " at " << hit.t << " behind " << exact.triangle
+          << " at " << exact.t;
   }
-  return {fault.str(), exact.triangle == hit.triangle || (exact.triangle >= 0 && std::abs(exact.t - hit.t) <= 16 * u24 * exact.t)};
+  return {fault.str(),
+          exact.triangle == hit.triangle ||
+              (exact.triangle >= 0 && std::abs(exact.t - hit.t) <= 16 * u24 * exact.t)};
 }
 
-Seen free_way(std::span<const Corners> triangles, glm::dvec3 from, glm::dvec3 off_surface, double bias_m, glm::dvec3 to) {
+Seen free_way(std::span<const Corners> triangles, glm::dvec3 from, glm::dvec3 off_surface,
+              double bias_m, glm::dvec3 to) {
   const Ray rays[] = {{from + bias_m * off_surface, to - from, 0, 1},
                       {from + 0.5 * bias_m * off_surface, to - from, 0, 1},
                       {from + 1.5 * bias_m * off_surface, to - from, 0, 1}};

@@ -18,15 +18,19 @@ struct Ray {
 
 struct Hit {
   double t = 0;
-  int triangle = -1;         // -1: miss
-  double u = 0, v = 0;       // the point is (1 - u - v) a + u b + v c
-  double t_uncertainty = 0;  // how far t may move when the ray moves sideways by `sideways` of its distance, given to intersect()
+  int triangle = -1;    // -1: miss
+  double u = 0, v = 0;  // the point is (1 - u - v) a + u b + v c
+  // How far t may move when the ray moves sideways by `sideways` of its distance, given to
+  // intersect()
+  double t_uncertainty = 0;
 };
 
-/// The ray against one triangle (number 0), both sides, edges and corners included; a triangle of no area is never hit.
+/// The ray against one triangle (number 0), both sides, edges and corners included; a triangle of
+/// no area is never hit.
 ///
-/// sideways  grows the triangle by this fraction of the summed distances from the ray's origin to its corners; the hit is then cut to the
-///           triangle's own range of t, and a triangle of no area may be hit
+/// sideways  grows the triangle by this fraction of the summed distances from the ray's origin to
+///           its corners; the hit is then cut to the triangle's own range of t, and a triangle of
+///           no area may be hit
 Hit intersect(const Corners& triangle, const Ray& ray, double sideways = 0);
 
 /// Nearest of all hits.
@@ -35,12 +39,12 @@ Hit nearest_hit(std::span<const Corners> triangles, const Ray& ray);
 /// Whether anything lies in (t_min, t_max).
 bool occluded(std::span<const Corners> triangles, const Ray& ray);
 
-/// What single precision may move a ray by, of the summed distances to a triangle's corners: no less than the widening in bvh_triangle
-/// (20 2^-24 in the 1-norm, of up to 3 x 3 x the distance).
+/// What single precision may move a ray by, of the summed distances to a triangle's corners: no
+/// less than the widening in bvh_triangle (20 2^-24 in the 1-norm, of up to 3 x 3 x the distance).
 constexpr double float_sideways = 250 * 0x1p-24;
 
-/// Rounding explains a device's hit when it lies on a triangle that the ray meets within rounding, at that triangle's distance, and no
-/// later than the nearest exact hit.
+/// Rounding explains a device's hit when it lies on a triangle that the ray meets within rounding,
+/// at that triangle's distance, and no later than the nearest exact hit.
 struct Verdict {
   std::string fault;   // what is wrong; empty when rounding explains the hit
   bool exact = false;  // it is the exact hit itself
@@ -51,6 +55,7 @@ Verdict judge(const Hit& hit, const Ray& ray, std::span<const Corners> triangles
 enum class Seen { no, yes, unsure };  // unsure: an edge passes closer than floats tell
 
 /// Whether the way from `from` to `to`, beginning `bias_m` off the surface, is free.
-Seen free_way(std::span<const Corners> triangles, glm::dvec3 from, glm::dvec3 off_surface, double bias_m, glm::dvec3 to);
+Seen free_way(std::span<const Corners> triangles, glm::dvec3 from, glm::dvec3 off_surface,
+              double bias_m, glm::dvec3 to);
 
 }  // namespace raywave::reference

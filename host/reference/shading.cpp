@@ -6,16 +6,20 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "host/scene/image.hpp"
 #include "host/reference/rays.hpp"
+#include "host/scene/image.hpp"
 
 namespace raywave::reference {
 namespace {
 
-constexpr double sideways = 1e-6;           // of the distance to a triangle: how far beside it single precision may meet it (kernels/scene/bvh.h)
-constexpr double cell_margin = 2e-5;        // of a phase cell
-constexpr double shortest_way = 0x1.2p-16;  // of the scene's size, off the last surface: the device may leave out a shorter one
-constexpr double cosine_margin = 1e-5;      // of the slope at which a light sets, or refraction becomes total
+// Of the distance to a triangle: how far beside it single precision may meet it
+// (kernels/scene/bvh.h)
+constexpr double sideways = 1e-6;
+constexpr double cell_margin = 2e-5;  // of a phase cell
+// Of the scene's size, off the last surface: the device may leave out a shorter one
+constexpr double shortest_way = 0x1.2p-16;
+// Of the slope at which a light sets, or refraction becomes total
+constexpr double cosine_margin = 1e-5;
 
 /// A surface where a ray meets it; the normal faces the side the ray came from.
 struct Surface {
@@ -30,13 +34,17 @@ struct Surface {
 double texture_at(const Image& image, glm::dvec2 uv) {
   const double x = uv.x * image.width - 0.5, y = (1 - uv.y) * image.height - 0.5;
   const auto texel = [&](double column, double row) {
-    const auto wrapped = [](double i, int n) { return static_cast<std::size_t>(i - n * std::floor(i / n)); };
-    return static_cast<double>(image.pixels[wrapped(row, image.height) * image.width + wrapped(column, image.width)]);
+    const auto wrapped = [](double i, int n) {
+      return static_cast<std::size_t>(i - n * std::floor(i / n));
+    };
+    return static_cast<double>(
+        image.pixels[wrapped(row, image.height) * image.width + wrapped(column, image.width)]);
   };
   const double left = std::floor(x), top = std::floor(y);
   double sum = 0;
   for (const double column : {left, left + 1})
-    for (const double row : {top, top + 1}) sum += (1 - std::abs(x - column)) * (1 - std::abs(y - row)) * texel(column, row);
+    for (const double row : {top, top + 1})
+      sum += (1 - std::abs(x - column)) * (1 - std::abs(y - row)) * texel(column, row);
   return sum;
 }
 
@@ -60,7 +68,8 @@ public:
       triangles_.push_back(triangle);
     }
     for (const auto& m : scene.materials)
-      textures_.push_back(m.texture ? load_texture(*m.texture, channel_, m.where) : Image{1, 1, {1.0f}});
+      textures_.push_back(m.texture ? load_texture(*m.texture, channel_, m.where)
+                                    : Image{1, 1, {1.0f}});
     bool has_ambient = false;
     double sum = 0;
     for (const auto& l : scene.lights) {
@@ -71,14 +80,17 @@ public:
     ambient_light_ = has_ambient ? sum : 1;
   }
 
-  /// How far light has come: its phase counts each segment times the index there, its spreading each divided by it.
+  /// How far light has come: its phase counts each segment times the index there, its spreading
+  /// each divided by it.
   struct Length {
     double optical_m = 0, spread_m = 0;
   };
 
-  /// What arrives along a ray that has come `length` before, and leaves triangle `from` at the cosine `slope` to its normal.
-  std::complex<double> gathered(glm::dvec3 origin, glm::dvec3 direction, double weight, Length length, double index, int bounces_left,
-                                int from = -1, double slope = 1) {
+  /// What arrives along a ray that has come `length` before, and leaves triangle `from` at the
+  /// cosine `slope` to its normal.
+  std::complex<double> gathered(glm::dvec3 origin, glm::dvec3 direction, double weight,
+                                Length length, double index, int bounces_left, int from = -1,
+                                double slope = 1) {
     const auto hit = nearest(origin, direction, 1, from);
     if (hit.triangle < 0) return 0;
     ++result.hits;
@@ -87,9 +99,13 @@ public:
     const auto& m = *surface.material;
     length.optical_m += hit.t * index;
     length.spread_m += hit.t / index;
-    const double radiance = weight * (1 - m.reflectivity - m.transparency) * phong(surface, -direction);
-    auto sum = std::polar(std::sqrt(std::max(radiance, 0.0)) / std::max(length.spread_m, std::min(plan_.pitch_m.x, plan_.pitch_m.y) / 4),
-                          2 * std::numbers::pi * (std::remainder(length.optical_m / plan_.wavelength_m, 1) + cell_phase(surface.point)));
+    const double radiance =
+        weight * (1 - m.reflectivity - m.transparency) * phong(surface, -direction);
+    auto sum = std::polar(
+        std::sqrt(std::max(radiance, 0.0)) /
+            std::max(length.spread_m, std::min(plan_.pitch_m.x, plan_.pitch_m.y) / 4),
+        2 * std::numbers::pi *
+            (std::remainder(length.optical_m / plan_.wavelength_m, 1) + cell_phase(surface.point)));
     if (bounces_left == 0 || (m.reflectivity == 0 && m.transparency == 0)) return sum;
 
     const double along = -dot(direction, surface.normal);
@@ -103,13 +119,13 @@ public:
     } else if (m.transparency > 0) {
       ++result.refracted;
       const auto refracted = ratio * direction + (ratio * along - std::sqrt(k)) * surface.normal;
-      sum += gathered(surface.point, refracted, weight * m.transparency, length, surface.entering ? m.ior : 1, bounces_left - 1,
-                      hit.triangle, std::sqrt(k));
+      sum += gathered(surface.point, refracted, weight * m.transparency, length,
+                      surface.entering ? m.ior : 1, bounces_left - 1, hit.triangle, std::sqrt(k));
     }
     if (mirrored > 0) {
       ++result.mirrored;
-      sum += gathered(surface.point, reflect(direction, surface.normal), weight * mirrored, length, index, bounces_left - 1, hit.triangle,
-                      along);
+      sum += gathered(surface.point, reflect(direction, surface.normal), weight * mirrored, length,
+                      index, bounces_left - 1, hit.triangle, along);
     }
     return sum;
   }
@@ -127,7 +143,8 @@ private:
       if (static_cast<int>(i) == from) continue;
       const auto wide = intersect(triangles_[i], ray, sideways);
       if (wide.triangle < 0) continue;
-      const auto exact = intersect(triangles_[i], ray), narrow = intersect_narrow(triangles_[i], ray);
+      const auto exact = intersect(triangles_[i], ray),
+                 narrow = intersect_narrow(triangles_[i], ray);
       if (narrow.triangle < 0) doubtful = std::min(doubtful, wide.t);
       if (exact.triangle < 0 || exact.t >= best.t) continue;
       best = exact;
@@ -144,10 +161,14 @@ private:
     const auto corner = [](const float* p) { return glm::dvec3(p[0], p[1], p[2]); };
     const auto a = corner(triangle.a), b = corner(triangle.b), c = corner(triangle.c);
     const double area = length(cross(b - a, c - a)), move = 3 * hit.t * sideways;
-    const double cosine = std::abs(dot(cross(b - a, c - a), ray.direction)) / (area * length(ray.direction));
-    const auto from_edge = [&](double weight, double edge) { return weight * area / edge * cosine; };
+    const double cosine =
+        std::abs(dot(cross(b - a, c - a), ray.direction)) / (area * length(ray.direction));
+    const auto from_edge = [&](double weight, double edge) {
+      return weight * area / edge * cosine;
+    };
     const double least =
-        std::min({from_edge(1 - hit.u - hit.v, distance(b, c)), from_edge(hit.u, distance(c, a)), from_edge(hit.v, distance(a, b))});
+        std::min({from_edge(1 - hit.u - hit.v, distance(b, c)), from_edge(hit.u, distance(c, a)),
+                  from_edge(hit.v, distance(a, b))});
     return least > move ? hit : Hit{};
   }
 
@@ -179,9 +200,12 @@ private:
 
   /// Undecided where it hangs on how far off the surface the way to the light begins.
   bool in_shadow(const Surface& surface, glm::dvec3 direction, double distance_m) {
-    const auto meets = [&](glm::dvec3 from) { return nearest(from, direction, distance_m, surface.triangle).triangle >= 0; };
+    const auto meets = [&](glm::dvec3 from) {
+      return nearest(from, direction, distance_m, surface.triangle).triangle >= 0;
+    };
     const bool shadowed = meets(surface.point);
-    if (meets(surface.point + shortest_way * size_m_ * surface.normal) != shadowed) undecided = true;
+    if (meets(surface.point + shortest_way * size_m_ * surface.normal) != shadowed)
+      undecided = true;
     return shadowed;
   }
 
@@ -201,8 +225,9 @@ private:
         continue;
       }
       const auto mirrored = 2 * facing * surface.normal - direction;
-      radiance += l.intensity * (m.diffuse[channel_] * surface.texel * facing +
-                                 m.specular[channel_] * power_of_cosine(dot(mirrored, to_viewer), m.shininess));
+      radiance += l.intensity *
+                  (m.diffuse[channel_] * surface.texel * facing +
+                   m.specular[channel_] * power_of_cosine(dot(mirrored, to_viewer), m.shininess));
     }
     return radiance;
   }
@@ -237,7 +262,8 @@ double power_of_cosine(double cosine, double exponent) {
 }
 
 double phase_turns(std::int32_t i, std::int32_t j, std::int32_t k, std::uint32_t seed) {
-  const auto x = static_cast<std::uint32_t>(i), y = static_cast<std::uint32_t>(j), z = static_cast<std::uint32_t>(k);
+  const auto x = static_cast<std::uint32_t>(i), y = static_cast<std::uint32_t>(j),
+             z = static_cast<std::uint32_t>(k);
   std::uint32_t h = x * 0x9e3779b1u ^ (y * 0x85ebca77u + 0x165667b1u);
   h = (h ^ (h >> 15)) * 0x2c1b3c6du;
   h ^= z * 0xc2b2ae3du;
@@ -252,18 +278,22 @@ double phase_turns_of_key(std::uint32_t key, std::uint32_t seed) {
   return (h >> 8) * 0x1p-24;
 }
 
-TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, const Wrp& wrp, std::uint32_t seed) {
+TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, const Wrp& wrp,
+                      std::uint32_t seed) {
   Tracing tracing(scene, world, plan, seed);
   for (int row = 0; row < plan.size.y; ++row) {
     for (int column = 0; column < plan.size.x; ++column) {
-      const glm::dvec2 off((column - (plan.size.x - 1) / 2.0) * plan.pitch_m.x, ((plan.size.y - 1) / 2.0 - row) * plan.pitch_m.y);
+      const glm::dvec2 off((column - (plan.size.x - 1) / 2.0) * plan.pitch_m.x,
+                           ((plan.size.y - 1) / 2.0 - row) * plan.pitch_m.y);
       const auto pixel_m = wrp.centre_m + glm::dvec3(off, 0);  // world
       std::complex<double> sum = 0;
       tracing.undecided = false;
       for (const auto& centre_tangent : wrp.fan) {
         const auto tangent = centre_tangent + wrp.convergence_per_m * glm::dvec2(pixel_m);
         const auto direction = normalize(glm::dvec3(tangent, 1));
-        if (std::abs(direction.x) > plan.largest_sine.x || std::abs(direction.y) > plan.largest_sine.y) continue;
+        if (std::abs(direction.x) > plan.largest_sine.x ||
+            std::abs(direction.y) > plan.largest_sine.y)
+          continue;
         sum += tracing.gathered(pixel_m - plan.origin_m, direction, 1, {}, 1, plan.bounces);
       }
       tracing.result.field.push_back(sum);

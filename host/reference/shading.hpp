@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a pixel's fan of rays gathers, in double precision, ray by ray and triangle by triangle, followed by recursion: what
-/// kernels/gather/fan.cl is held against.
+/// What a pixel's fan of rays gathers, in double precision, ray by ray and triangle by triangle,
+/// followed by recursion: what kernels/gather/fan.cl is held against.
 #pragma once
 
 #include <complex>
@@ -16,22 +16,25 @@ namespace raywave::reference {
 /// c^m as shading uses it: 0 for c <= 0, but 0^0 = 1.
 double power_of_cosine(double cosine, double exponent);
 
-/// The random phase, in turns, of the cube (i, j, k), and of a sample's key: kernels/common/hash.h in host arithmetic.
+/// The random phase, in turns, of the cube (i, j, k), and of a sample's key: kernels/common/hash.h
+/// in host arithmetic.
 double phase_turns(std::int32_t i, std::int32_t j, std::int32_t k, std::uint32_t seed);
 double phase_turns_of_key(std::uint32_t key, std::uint32_t seed);
 
 struct TracedField {
   std::vector<std::complex<double>> field;  // as Tracer::trace fills it with HitSource::hit
-  /// Pixels one of whose rays, moved by less than single precision resolves, would meet another triangle, phase cell or shadow: there two
-  /// right answers differ.
+  /// Pixels one of whose rays, moved by less than single precision resolves, would meet another
+  /// triangle, phase cell or shadow: there two right answers differ.
   std::vector<bool> undecided;
   /// What the rays met, to show that a test covers it.
   std::int64_t hits = 0, shadowed = 0, mirrored = 0, refracted = 0, totally_reflected = 0;
 };
 
-/// sum over the fan of sqrt(radiance) / r exp(2 pi i (r / wavelength + phase of the cell)), r the optical length from pixel to source
-/// in the phase, and in the amplitude the length in air that spreads light as much, a quarter of a pixel at least.
-/// Triangles have corners in single precision in the scene frame, as the device has them; all else is double.
-TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, const Wrp& wrp, std::uint32_t seed);
+/// sum over the fan of sqrt(radiance) / r exp(2 pi i (r / wavelength + phase of the cell)), r the
+/// optical length from pixel to source in the phase, and in the amplitude the length in air that
+/// spreads light as much, a quarter of a pixel at least. Triangles have corners in single precision
+/// in the scene frame, as the device has them; all else is double.
+TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, const Wrp& wrp,
+                      std::uint32_t seed);
 
 }  // namespace raywave::reference

@@ -19,7 +19,8 @@ Stage& Stage::add(const Surface& s, const Material& material) {
   if (normals.empty()) {
     normals.resize(s.positions.size());
     for (const auto& t : s.triangles) {
-      const auto n = normalize(cross(s.positions[t.y] - s.positions[t.x], s.positions[t.z] - s.positions[t.x]));
+      const auto n = normalize(
+          cross(s.positions[t.y] - s.positions[t.x], s.positions[t.z] - s.positions[t.x]));
       for (int i = 0; i < 3; ++i) normals[t[i]] = glm::vec3(n);
     }
   }

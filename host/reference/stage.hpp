@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Scenes made in code, without mesh files, and their sample tables: what tests and the self-test compute on.
+/// Scenes made in code, without mesh files, and their sample tables: what tests and the self-test
+/// compute on.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +9,8 @@
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
 #include "host/reference/surfaces.hpp"
-#include "host/trace/samples.hpp"
 #include "host/scene/scene.hpp"
+#include "host/trace/samples.hpp"
 
 namespace raywave::reference {
 
@@ -18,15 +19,16 @@ struct Stage {
   Scene scene;
   World world;
 
-  /// 96 x 80 pixels of 8 um, 638 nm, samples 25 um apart without antialiasing: closed forms speak of the rays through the cells' centres.
+  /// 96 x 80 pixels of 8 um, 638 nm, samples 25 um apart without antialiasing: closed forms speak
+  /// of the rays through the cells' centres.
   Stage();
 
   /// One more object of that material.
   Stage& add(const Surface& s, const Material& material = {});
 };
 
-/// A shiny ball before a tilted wall that lies 0.5 mm behind its centre, lit by a sun and a lamp: 61 x 47 pixels of 8 um x 10 um, samples
-/// 50 um apart, with shadows.
+/// A shiny ball before a tilted wall that lies 0.5 mm behind its centre, lit by a sun and a lamp:
+/// 61 x 47 pixels of 8 um x 10 um, samples 50 um apart, with shadows.
 Stage ball_before_wall(double z_m);
 
 /// Where the triangles of a tree on a device are, in leaf order.
@@ -45,7 +47,8 @@ struct Rig {
   std::vector<Corners> corners;  // theirs
 
   /// keep_unseen  as SampleTable has it
-  Rig(const cl::Device& device, const Stage& stage, Method method = Method::wrp, bool keep_unseen = true);
+  Rig(const cl::Device& device, const Stage& stage, Method method = Method::wrp,
+      bool keep_unseen = true);
   Rig(const Rig&) = delete;
   Rig& operator=(const Rig&) = delete;
 
@@ -55,7 +58,9 @@ struct Rig {
     return views[sample * table.view_words() + bit / 32] >> (bit % 32) & 1u;
   }
 
-  int object_of(const device::Sample& s) const { return triangles[static_cast<std::size_t>(s.triangle)].material; }
+  int object_of(const device::Sample& s) const {
+    return triangles[static_cast<std::size_t>(s.triangle)].material;
+  }
 };
 
 /// Scene frame.

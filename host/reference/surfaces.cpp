@@ -7,10 +7,13 @@
 
 namespace raywave::reference {
 
-double uniform(Random& random, double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
+double uniform(Random& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
 
 glm::dvec3 in_box(Random& random, double half) {
-  const double x = uniform(random, -half, half), y = uniform(random, -half, half), z = uniform(random, -half, half);
+  const double x = uniform(random, -half, half), y = uniform(random, -half, half),
+               z = uniform(random, -half, half);
   return {x, y, z};
 }
 
@@ -30,7 +33,8 @@ void Surface::triangle(glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
 Surface grid(int columns, int rows, const std::function<glm::dvec3(double s, double t)>& point) {
   Surface g;
   for (int j = 0; j <= rows; ++j)
-    for (int i = 0; i <= columns; ++i) g.positions.push_back(point(double(i) / columns, double(j) / rows));
+    for (int i = 0; i <= columns; ++i)
+      g.positions.push_back(point(double(i) / columns, double(j) / rows));
   const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(j * (columns + 1) + i); };
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
@@ -58,7 +62,9 @@ Surface sphere(glm::dvec3 centre, double radius, int rings) {
       s.normals.emplace_back(n);
     }
   }
-  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(j * sectors + i % sectors); };
+  const auto at = [&](int i, int j) {
+    return static_cast<std::uint32_t>(j * sectors + i % sectors);
+  };
   for (int j = 0; j < rings; ++j) {
     for (int i = 0; i < sectors; ++i) {
       if (j > 0) s.triangles.push_back({at(i, j), at(i + 1, j), at(i, j + 1)});
@@ -74,11 +80,14 @@ Surface torus(double size) {
   s.closed = true;
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
-      const double a = 2 * std::numbers::pi * i / columns, b = 2 * std::numbers::pi * j / rows, r = 0.7 + 0.3 * std::cos(b);
+      const double a = 2 * std::numbers::pi * i / columns, b = 2 * std::numbers::pi * j / rows,
+                   r = 0.7 + 0.3 * std::cos(b);
       s.positions.push_back(size * glm::dvec3(r * std::cos(a), r * std::sin(a), 0.3 * std::sin(b)));
     }
   }
-  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>((j % rows) * columns + i % columns); };
+  const auto at = [&](int i, int j) {
+    return static_cast<std::uint32_t>((j % rows) * columns + i % columns);
+  };
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
       s.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
@@ -113,7 +122,8 @@ Surface flipped(Surface s) {
 Surface soup(Random& random, int count, double size) {
   Surface s;
   for (int i = 0; i < count; ++i) {
-    const auto a = in_box(random, size), b = a + in_box(random, 0.3 * size), c = a + in_box(random, 0.3 * size);
+    const auto a = in_box(random, size), b = a + in_box(random, 0.3 * size),
+               c = a + in_box(random, 0.3 * size);
     switch (i % 16) {
       case 0:
         s.triangle(a, b, a + (b - a) * 0.4 + in_box(random, 1e-9 * size));
@@ -148,21 +158,25 @@ std::vector<Ray> random_rays(Random& random, int count, double size) {
       d[axis] = i % 2 ? 1 : -1;
     }
     const double scale = std::pow(10.0, uniform(random, -3, 3));
-    rays.push_back({in_box(random, size) - d * uniform(random, 0, 3 * size), d * scale, 0, 10 * size / scale});
+    rays.push_back(
+        {in_box(random, size) - d * uniform(random, 0, 3 * size), d * scale, 0, 10 * size / scale});
   }
   return rays;
 }
 
-std::vector<Ray> rays_at_edges(Random& random, std::span<const Corners> triangles, std::size_t count, double size) {
+std::vector<Ray> rays_at_edges(Random& random, std::span<const Corners> triangles,
+                               std::size_t count, double size) {
   std::vector<Ray> rays;
   rays.reserve(count);
   while (rays.size() < count) {
-    const auto& t = triangles[std::uniform_int_distribution<std::size_t>(0, triangles.size() - 1)(random)];
+    const auto& t =
+        triangles[std::uniform_int_distribution<std::size_t>(0, triangles.size() - 1)(random)];
     const glm::dvec3 a(t.a[0], t.a[1], t.a[2]), b(t.b[0], t.b[1], t.b[2]);
     const auto target = rays.size() % 2 ? a : a + (b - a) * uniform(random, 0, 1);
     const auto origin = 3 * size * unit_vector(random);
     const auto direction = target - origin;
-    // Nearly tangential rays may rightly pass outside: the mesh bulges less than the rounding of the ray there.
+    // Nearly tangential rays may rightly pass outside: the mesh bulges less than the rounding of
+    // the ray there.
     const auto outwards = normalize(cross(b - a, glm::dvec3(t.c[0], t.c[1], t.c[2]) - a));
     if (std::abs(dot(outwards, normalize(direction))) < 0.3) continue;
     rays.push_back({origin, direction, 0, 10});
@@ -172,7 +186,8 @@ std::vector<Ray> rays_at_edges(Random& random, std::span<const Corners> triangle
 
 std::vector<Ray> as_float(std::vector<Ray> rays) {
   for (auto& r : rays)
-    r = {glm::dvec3(glm::vec3(r.origin)), glm::dvec3(glm::vec3(r.direction)), double(float(r.t_min)), double(float(r.t_max))};
+    r = {glm::dvec3(glm::vec3(r.origin)), glm::dvec3(glm::vec3(r.direction)),
+         double(float(r.t_min)), double(float(r.t_max))};
   return rays;
 }
 

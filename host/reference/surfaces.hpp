@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Surfaces made in code, harmless and not, and rays at them: what tests and the self-test feed to a device.
+/// Surfaces made in code, harmless and not, and rays at them: what tests and the self-test feed to
+/// a device.
 #pragma once
 
 #include <functional>
@@ -33,7 +34,8 @@ Surface grid(int columns, int rows, const std::function<glm::dvec3(double s, dou
 /// A rectangle of two triangles, at `centre` with half axes `u` and `v`.
 Surface rectangle(glm::dvec3 centre, glm::dvec3 u, glm::dvec3 v);
 
-/// A closed sphere, longitude and latitude, with its true normals. It lies within radius (1 - cos(pi / 2 rings)) 2 of the true sphere.
+/// A closed sphere, longitude and latitude, with its true normals. It lies within radius (1 -
+/// cos(pi / 2 rings)) 2 of the true sphere.
 Surface sphere(glm::dvec3 centre, double radius, int rings);
 
 /// A closed ring around the z axis, 48 x 24 squares; its radii are 0.7 and 0.3 of `size`.
@@ -48,12 +50,14 @@ Surface flipped(Surface s);
 /// Random triangles, among them slivers, points, lines and triangles that are there twice.
 Surface soup(Random& random, int count, double size);
 
-/// Rays through the box of half edge `size`, whose directions are unit vectors times 1e-3 to 1e3, a third of them parallel to an axis.
+/// Rays through the box of half edge `size`, whose directions are unit vectors times 1e-3 to 1e3, a
+/// third of them parallel to an axis.
 std::vector<Ray> random_rays(Random& random, int count, double size);
 
-/// Rays from three times `size` away at random points of random edges, and at random vertices, of a closed mesh about the origin. None
-/// is so nearly tangential that it may rightly pass outside.
-std::vector<Ray> rays_at_edges(Random& random, std::span<const Corners> triangles, std::size_t count, double size);
+/// Rays from three times `size` away at random points of random edges, and at random vertices, of a
+/// closed mesh about the origin. None is so nearly tangential that it may rightly pass outside.
+std::vector<Ray> rays_at_edges(Random& random, std::span<const Corners> triangles,
+                               std::size_t count, double size);
 
 /// The rays as floats hold them.
 std::vector<Ray> as_float(std::vector<Ray> rays);

@@ -16,28 +16,34 @@ struct Image {
   std::vector<float> pixels;
 };
 
-/// Reads one channel (0 red, 1 green, 2 blue; a grey picture has one for all) as linear values: integer formats are decoded from sRGB,
-/// float formats are taken as they are.
+/// Reads one channel (0 red, 1 green, 2 blue; a grey picture has one for all) as linear values:
+/// integer formats are decoded from sRGB, float formats are taken as they are.
 ///
-/// throws  InputError, starting with `where`, when the file is unreadable, larger than 16384 x 16384, or holds NaN or infinity
+/// throws  InputError, starting with `where`, when the file is unreadable, larger than 16384 x
+///         16384, or holds NaN or infinity
 Image load_texture(const std::filesystem::path& file, int channel, const std::string& where);
 
-/// Reads a grey picture, as `raywave reconstruct` writes them, as linear values: integer formats are decoded from sRGB, float formats are
-/// taken as they are.
+/// Reads a grey picture, as `raywave reconstruct` writes them, as linear values: integer formats
+/// are decoded from sRGB, float formats are taken as they are.
 ///
 /// throws  InputError like load_texture, and when the picture has more than one channel
 Image load_grey(const std::filesystem::path& file, const std::string& where);
 
-/// Reads an 8-bit or 16-bit grey picture as stored numbers divided by the format's largest (no sRGB decoding): the levels of a hologram.
+/// Reads an 8-bit or 16-bit grey picture as stored numbers divided by the format's largest (no sRGB
+/// decoding): the levels of a hologram.
 Image load_levels(const std::filesystem::path& file, const std::string& where);
 
-/// Writes 8-bit grey, values as they are. The file appears whole or not at all (temporary name, then rename).
-void save_png(const std::filesystem::path& file, int width, int height, std::span<const std::uint8_t> pixels);
+/// Writes 8-bit grey, values as they are. The file appears whole or not at all (temporary name,
+/// then rename).
+void save_png(const std::filesystem::path& file, int width, int height,
+              std::span<const std::uint8_t> pixels);
 
 /// The same for 8-bit RGB, interleaved.
-void save_png_rgb(const std::filesystem::path& file, int width, int height, std::span<const std::uint8_t> pixels);
+void save_png_rgb(const std::filesystem::path& file, int width, int height,
+                  std::span<const std::uint8_t> pixels);
 
 /// Writes a one-channel 32-bit float OpenEXR picture of linear values.
-void save_exr(const std::filesystem::path& file, int width, int height, std::span<const float> pixels);
+void save_exr(const std::filesystem::path& file, int width, int height,
+              std::span<const float> pixels);
 
 }  // namespace raywave

@@ -19,10 +19,10 @@
 #include <string_view>
 #include <utility>
 
-#include "host/scene/reader_reply.hpp"
 #include "host/common/error.hpp"
-#include "host/geometry/world.hpp"
 #include "host/common/text.hpp"
+#include "host/geometry/world.hpp"
+#include "host/scene/reader_reply.hpp"
 #include "host/scene/weld.hpp"
 
 namespace raywave {
@@ -32,16 +32,20 @@ constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{2} << 30;
 constexpr std::size_t kMaxNodes = 1'000'000;
 
 glm::dmat4 to_glm(const aiMatrix4x4& m) {  // Assimp stores rows, glm columns
-  return {m.a1, m.b1, m.c1, m.d1, m.a2, m.b2, m.c2, m.d2, m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4, m.d4};
+  return {m.a1, m.b1, m.c1, m.d1, m.a2, m.b2, m.c2, m.d2,
+          m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4, m.d4};
 }
 
 glm::dvec3 to_glm(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 
-bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool is_finite(const glm::dvec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
 
 glm::dvec3 unit_or_zero(const glm::dvec3& v) {
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-  return largest > 0 && is_finite(v) ? glm::normalize(v / largest) : glm::dvec3(0);  // no square under- or overflows
+  // No square under- or overflows
+  return largest > 0 && is_finite(v) ? glm::normalize(v / largest) : glm::dvec3(0);
 }
 
 /// Appends one part of the file. `raw` keeps a normal of zero where the file has none.
@@ -50,14 +54,20 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, Mesh& raw) {
   const glm::dmat3 linear(world_from_part);
   const double orientation = glm::determinant(linear) < 0 ? -1 : 1;
   // The cofactor matrix turns normals also where the transform has no inverse.
-  const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]), glm::cross(linear[0], linear[1]));
+  const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
+                            glm::cross(linear[0], linear[1]));
 
   for (unsigned i = 0; i < part.mNumVertices; ++i) {
-    const glm::dvec3 position = glm::dvec3(world_from_part * glm::dvec4(to_glm(part.mVertices[i]), 1));
-    if (!is_finite(position)) throw InputError("vertex " + std::to_string(i) + " is NaN or infinite");
+    const glm::dvec3 position =
+        glm::dvec3(world_from_part * glm::dvec4(to_glm(part.mVertices[i]), 1));
+    if (!is_finite(position))
+      throw InputError("vertex " + std::to_string(i) + " is NaN or infinite");
     raw.positions.push_back(position);
-    raw.normals.push_back(part.HasNormals() ? unit_or_zero(orientation * (cofactor * to_glm(part.mNormals[i]))) : glm::dvec3(0));
-    const glm::dvec3 uv = part.HasTextureCoords(0) ? to_glm(part.mTextureCoords[0][i]) : glm::dvec3(0);
+    raw.normals.push_back(part.HasNormals()
+                              ? unit_or_zero(orientation * (cofactor * to_glm(part.mNormals[i])))
+                              : glm::dvec3(0));
+    const glm::dvec3 uv =
+        part.HasTextureCoords(0) ? to_glm(part.mTextureCoords[0][i]) : glm::dvec3(0);
     raw.uvs.push_back(is_finite(uv) ? glm::dvec2(uv) : glm::dvec2(0));
   }
   for (unsigned i = 0; i < part.mNumFaces; ++i) {
@@ -71,7 +81,8 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, Mesh& raw) {
   }
 }
 
-/// All parts as the file places them, without recursion: a file may nest its nodes as deep as it likes.
+/// All parts as the file places them, without recursion: a file may nest its nodes as deep as it
+/// likes.
 Mesh flatten(const aiScene& scene) {
   Mesh raw;
   std::vector<std::pair<const aiNode*, glm::dmat4>> pending{{scene.mRootNode, glm::dmat4(1)}};
@@ -86,7 +97,8 @@ Mesh flatten(const aiScene& scene) {
         throw InputError("more than " + std::to_string(most_triangles_of_file) + " triangles");
       append(part, world_from_node, raw);
     }
-    for (unsigned i = 0; i < node->mNumChildren; ++i) pending.emplace_back(node->mChildren[i], world_from_node);
+    for (unsigned i = 0; i < node->mNumChildren; ++i)
+      pending.emplace_back(node->mChildren[i], world_from_node);
   }
   return raw;
 }
@@ -95,14 +107,17 @@ std::array<glm::dvec3, 3> corners(const Mesh& mesh, const glm::uvec3& triangle) 
   return {mesh.positions[triangle.x], mesh.positions[triangle.y], mesh.positions[triangle.z]};
 }
 
-/// Twice the area along the normal. Scaled by the longest edge first, so that no finite mesh under- or overflows.
+/// Twice the area along the normal. Scaled by the longest edge first, so that no finite mesh under-
+/// or overflows.
 glm::dvec3 face_normal(const std::array<glm::dvec3, 3>& p) {
   const glm::dvec3 a = p[1] - p[0], b = p[2] - p[0];
-  const double longest = std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y), std::abs(b.z)});
+  const double longest = std::max(
+      {std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y), std::abs(b.z)});
   return longest > 0 ? unit_or_zero(glm::cross(a / longest, b / longest)) : glm::dvec3(0);
 }
 
-/// Normals at the welded positions: face normals weighted by the angle of the corner, which does not depend on how a polygon was cut.
+/// Normals at the welded positions: face normals weighted by the angle of the corner, which does
+/// not depend on how a polygon was cut.
 std::vector<glm::dvec3> smooth_normals(const Mesh& mesh) {
   const std::vector<std::uint32_t> weld = weld_positions(mesh.positions);
   std::vector<glm::dvec3> sum(mesh.positions.size(), glm::dvec3(0));
@@ -110,7 +125,8 @@ std::vector<glm::dvec3> smooth_normals(const Mesh& mesh) {
     const auto p = corners(mesh, triangle);
     const glm::dvec3 normal = face_normal(p);
     for (int i = 0; i < 3; ++i) {
-      const glm::dvec3 a = unit_or_zero(p[(i + 1) % 3] - p[i]), b = unit_or_zero(p[(i + 2) % 3] - p[i]);
+      const glm::dvec3 a = unit_or_zero(p[(i + 1) % 3] - p[i]),
+                       b = unit_or_zero(p[(i + 2) % 3] - p[i]);
       sum[weld[triangle[i]]] += normal * std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
     }
   }
@@ -119,7 +135,8 @@ std::vector<glm::dvec3> smooth_normals(const Mesh& mesh) {
   return normals;
 }
 
-/// Files that end: Assimp's PLY reader asks for more for ever when the end of the header or the data is missing.
+/// Files that end: Assimp's PLY reader asks for more for ever when the end of the header or the
+/// data is missing.
 class EndingStream : public Assimp::DefaultIOStream {
 public:
   EndingStream(std::FILE* file, const char* name) : DefaultIOStream(file, name) {}
@@ -151,27 +168,34 @@ Mesh read(const std::filesystem::path& file) {
 #ifdef AI_CONFIG_IMPORT_FBX_IGNORE_UP_DIRECTION
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_IGNORE_UP_DIRECTION, true);
 #endif
-  // Not aiProcess_JoinIdenticalVertices: it merges what lies within 1e-5 units, which eats a mesh of micrometres.
-  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_ValidateDataStructure | aiProcess_Triangulate);
+  // Not aiProcess_JoinIdenticalVertices: it merges what lies within 1e-5 units, which eats a mesh
+  // of micrometres.
+  const aiScene* scene =
+      importer.ReadFile(file.string(), aiProcess_ValidateDataStructure | aiProcess_Triangulate);
   if (!scene || !scene->mRootNode) throw InputError(importer.GetErrorString());
   return flatten(*scene);
 }
 
-/// In a child, because Assimp can fail an assertion, crash, or spin on a damaged file. Limits are generous: a text file of 100 MiB takes 10
-/// s.
+/// In a child, because Assimp can fail an assertion, crash, or spin on a damaged file. Limits are
+/// generous: a text file of 100 MiB takes 10 s.
 Mesh read_safely(const std::filesystem::path& file, std::uintmax_t file_bytes) {
-  const ChildLimits limits{static_cast<unsigned>(2 + (file_bytes >> 20)), (std::uint64_t{1} << 30) + 64 * file_bytes};
+  const ChildLimits limits{static_cast<unsigned>(2 + (file_bytes >> 20)),
+                           (std::uint64_t{1} << 30) + 64 * file_bytes};
   Mesh raw;
   run_in_child(
-      limits, [&] { raw = read(file); }, [&](ChildPipe& pipe) { send(pipe, raw); }, [&](ChildPipe& pipe) { raw = receive_mesh(pipe); });
+      limits, [&] { raw = read(file); }, [&](ChildPipe& pipe) { send(pipe, raw); },
+      [&](ChildPipe& pipe) { raw = receive_mesh(pipe); });
   return raw;
 }
 
 }  // namespace
 
 Mesh finish_mesh(Mesh raw, Normals mode) {
-  std::erase_if(raw.triangles, [&](const glm::uvec3& triangle) { return face_normal(corners(raw, triangle)) == glm::dvec3(0); });
-  const std::vector<glm::dvec3> normals = mode == Normals::smooth ? smooth_normals(raw) : raw.normals;
+  std::erase_if(raw.triangles, [&](const glm::uvec3& triangle) {
+    return face_normal(corners(raw, triangle)) == glm::dvec3(0);
+  });
+  const std::vector<glm::dvec3> normals =
+      mode == Normals::smooth ? smooth_normals(raw) : raw.normals;
   Mesh mesh;
   Welder<8> welder(mode == Normals::smooth ? raw.positions.size() : 3 * raw.triangles.size());
   for (const glm::uvec3& triangle : raw.triangles) {
@@ -194,7 +218,9 @@ Mesh finish_mesh(Mesh raw, Normals mode) {
 }
 
 Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where) {
-  const auto fail = [&](std::string_view what) { throw InputError(where + ": mesh " + in_quotes(file.string()) + ": " + one_line(what)); };
+  const auto fail = [&](std::string_view what) {
+    throw InputError(where + ": mesh " + in_quotes(file.string()) + ": " + one_line(what));
+  };
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) fail("there is no such file");
   const std::uintmax_t bytes = std::filesystem::file_size(file, error);

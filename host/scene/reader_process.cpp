@@ -38,7 +38,8 @@ std::uint64_t data_bytes() {
 }
 
 void confine(const ChildLimits& limits) {
-  for (const int signal : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS, SIGTERM, SIGINT, SIGALRM}) std::signal(signal, SIG_DFL);
+  for (const int signal : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS, SIGTERM, SIGINT, SIGALRM})
+    std::signal(signal, SIG_DFL);
   std::signal(SIGPIPE, SIG_IGN);  // a write to nobody fails
   if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0) {
     dup2(nowhere, STDERR_FILENO);
@@ -53,7 +54,8 @@ void confine(const ChildLimits& limits) {
 /// What the child says before anything else: that `send` follows, or that a message does.
 enum class Verdict : char { done, failed };
 
-[[noreturn]] void be_child(ChildPipe pipe, const ChildLimits& limits, const std::function<void()>& work,
+[[noreturn]] void be_child(ChildPipe pipe, const ChildLimits& limits,
+                           const std::function<void()>& work,
                            const std::function<void(ChildPipe&)>& send) {
   const auto say = [&](Verdict verdict) { pipe.write(std::as_bytes(std::span(&verdict, 1))); };
   try {
@@ -67,7 +69,8 @@ enum class Verdict : char { done, failed };
       failure = error.what();
     }
     say(failure.empty() ? Verdict::done : Verdict::failed);
-    failure.empty() ? send(pipe) : pipe.write_vector(std::vector<char>(failure.begin(), failure.end()));
+    failure.empty() ? send(pipe)
+                    : pipe.write_vector(std::vector<char>(failure.begin(), failure.end()));
   } catch (...) {  // the parent hears the pipe close
     _exit(1);
   }
@@ -101,7 +104,8 @@ void ChildPipe::read(std::span<std::byte> bytes) {
   }
 }
 
-void run_in_child(const ChildLimits& limits, const std::function<void()>& work, const std::function<void(ChildPipe&)>& send,
+void run_in_child(const ChildLimits& limits, const std::function<void()>& work,
+                  const std::function<void(ChildPipe&)>& send,
                   const std::function<void(ChildPipe&)>& receive) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("no pipe can be made");

@@ -32,8 +32,9 @@ bool are_positions(const std::vector<glm::dvec3>& vectors) {
 }
 
 bool are_normals(const std::vector<glm::dvec3>& vectors) {
-  return std::all_of(vectors.begin(), vectors.end(),
-                     [](const glm::dvec3& n) { return n == glm::dvec3(0) || std::abs(glm::length(n) - 1) < 1e-6; });
+  return std::all_of(vectors.begin(), vectors.end(), [](const glm::dvec3& n) {
+    return n == glm::dvec3(0) || std::abs(glm::length(n) - 1) < 1e-6;
+  });
 }
 
 }  // namespace
@@ -59,20 +60,23 @@ Mesh receive_mesh(ChildPipe& pipe) {
   pipe.read_vector(mesh.triangles, most_triangles_of_file);
   require(mesh.normals.size() == count && mesh.uvs.size() == count);
   require(are_positions(mesh.positions) && are_normals(mesh.normals) && all_finite(mesh.uvs));
-  require(std::all_of(mesh.triangles.begin(), mesh.triangles.end(),
-                      [&](const glm::uvec3& t) { return t.x < count && t.y < count && t.z < count; }));
+  require(std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const glm::uvec3& t) {
+    return t.x < count && t.y < count && t.z < count;
+  }));
   return mesh;
 }
 
 Image receive_image(ChildPipe& pipe) {
   std::vector<int> size;
   pipe.read_vector(size, 2);
-  require(size.size() == 2 && std::min(size[0], size[1]) >= 1 && std::max(size[0], size[1]) <= largest_picture_side);
+  require(size.size() == 2 && std::min(size[0], size[1]) >= 1 &&
+          std::max(size[0], size[1]) <= largest_picture_side);
   Image image{size[0], size[1], {}};
   const std::uint64_t count = std::uint64_t{1} * size[0] * size[1];
   pipe.read_vector(image.pixels, count);
   require(image.pixels.size() == count);
-  require(std::all_of(image.pixels.begin(), image.pixels.end(), [](float v) { return std::isfinite(v); }));
+  require(std::all_of(image.pixels.begin(), image.pixels.end(),
+                      [](float v) { return std::isfinite(v); }));
   return image;
 }
 

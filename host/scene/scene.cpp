@@ -24,7 +24,8 @@ namespace raywave {
 namespace {
 
 constexpr std::uintmax_t kMaxSceneBytes = 1 << 20;
-constexpr int kMaxDotsPerLine = 32;  // each dot of a dotted key nests a table, and the parser frees tables by recursion
+// Each dot of a dotted key nests a table, and the parser frees tables by recursion
+constexpr int kMaxDotsPerLine = 32;
 
 /// What a number may be.
 struct Range {
@@ -58,7 +59,8 @@ std::string describe(const toml::node& node) {
   return node.is_table() ? "a table" : "a date or time";
 }
 
-/// The parsed file with the overrides in place. Paths name a node as --set does: "wrp.padding", "object.0.width".
+/// The parsed file with the overrides in place. Paths name a node as --set does: "wrp.padding",
+/// "object.0.width".
 struct Document {
   std::filesystem::path file;
   toml::table root;
@@ -67,12 +69,17 @@ struct Document {
   /// "--set wrp.padding=9" for what an override gave, else "scene.toml:12".
   std::string where(const toml::node& node, std::string_view path) const {
     for (std::string_view parent = path;; parent = parent.substr(0, parent.rfind('.'))) {
-      if (const auto found = overrides.find(parent); found != overrides.end()) return "--set " + one_line(found->second);
+      if (const auto found = overrides.find(parent); found != overrides.end())
+        return "--set " + one_line(found->second);
       if (parent.find('.') == std::string_view::npos) break;
     }
-    if (const auto line = node.source().begin.line; line > 0) return one_line(file.string()) + ":" + std::to_string(line);
-    const auto child = overrides.lower_bound(std::string(path) + ".");  // of a section that only overrides made
-    return child != overrides.end() && child->first.starts_with(path) ? "--set " + one_line(child->second) : one_line(file.string());
+    if (const auto line = node.source().begin.line; line > 0)
+      return one_line(file.string()) + ":" + std::to_string(line);
+    // Of a section that only overrides made
+    const auto child = overrides.lower_bound(std::string(path) + ".");
+    return child != overrides.end() && child->first.starts_with(path)
+               ? "--set " + one_line(child->second)
+               : one_line(file.string());
   }
 };
 
@@ -84,7 +91,8 @@ struct Value {
   std::string label;  // "material "gold": shininess"
 
   [[noreturn]] void fail(const std::string& must_be) const {
-    throw InputError(document->where(*node, path) + ": " + label + " must be " + must_be + ", got " + describe(*node));
+    throw InputError(document->where(*node, path) + ": " + label + " must be " + must_be +
+                     ", got " + describe(*node));
   }
 
   double number(const Range& range) const {
@@ -95,9 +103,11 @@ struct Value {
 
   double length_m(const Range& range) const {
     if (const auto* text = node->as_string())
-      return checked(parse_length_m(text->get(), document->where(*node, path) + ": " + label), range, length_text);
+      return checked(parse_length_m(text->get(), document->where(*node, path) + ": " + label),
+                     range, length_text);
     const auto value = node->value<double>();
-    if (!node->is_number() || !value) fail("a length: a number in metres, or a string such as \"3.74 um\"");
+    if (!node->is_number() || !value)
+      fail("a length: a number in metres, or a string such as \"3.74 um\"");
     return checked(*value, range, length_text);
   }
 
@@ -136,11 +146,14 @@ struct Value {
     if (name.empty() || name.find('\0') != std::string::npos) fail("the name of a file");
     const std::filesystem::path file = document->file.parent_path() / name;
     std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error)) fail("a file (there is none at " + in_quotes(file.string()) + ")");
+    if (!std::filesystem::is_regular_file(file, error))
+      fail("a file (there is none at " + in_quotes(file.string()) + ")");
     return file;
   }
 
-  bool is(std::string_view text) const { return node->is_string() && node->as_string()->get() == text; }
+  bool is(std::string_view text) const {
+    return node->is_string() && node->as_string()->get() == text;
+  }
   bool is_auto() const { return is("auto"); }
   bool is_array() const { return node->is_array(); }
 
@@ -151,15 +164,18 @@ struct Value {
     if (!array || array->size() != static_cast<std::size_t>(Vector::length())) fail(shape);
     Vector result;
     for (int i = 0; i < Vector::length(); ++i)
-      result[i] = convert(Value{document, array->get(static_cast<std::size_t>(i)), path, label + "[" + std::to_string(i) + "]"});
+      result[i] = convert(Value{document, array->get(static_cast<std::size_t>(i)), path,
+                                label + "[" + std::to_string(i) + "]"});
     return result;
   }
 
   glm::dvec3 numbers(const Range& range) const {
-    return vector<glm::dvec3>("three numbers [x, y, z]", [&](const Value& v) { return v.number(range); });
+    return vector<glm::dvec3>("three numbers [x, y, z]",
+                              [&](const Value& v) { return v.number(range); });
   }
   glm::dvec3 lengths_m(const Range& range) const {
-    return vector<glm::dvec3>("three lengths [x, y, z]", [&](const Value& v) { return v.length_m(range); });
+    return vector<glm::dvec3>("three lengths [x, y, z]",
+                              [&](const Value& v) { return v.length_m(range); });
   }
   /// A length, or an array of them.
   std::vector<double> ascending_lengths_m(const Range& range, int most) const {
@@ -169,17 +185,21 @@ struct Value {
     for (std::size_t i = 0; i < array.size(); ++i) {
       const Value one{document, array.get(i), path, label + "[" + std::to_string(i) + "]"};
       lengths.push_back(one.length_m(range));
-      if (i > 0 && !(lengths[i] > lengths[i - 1])) one.fail("more than the one before, " + length_text(lengths[i - 1]));
+      if (i > 0 && !(lengths[i] > lengths[i - 1]))
+        one.fail("more than the one before, " + length_text(lengths[i - 1]));
     }
-    if (lengths.empty() || lengths.size() > static_cast<std::size_t>(most)) fail("a length, or 1 to " + std::to_string(most) + " of them");
+    if (lengths.empty() || lengths.size() > static_cast<std::size_t>(most))
+      fail("a length, or 1 to " + std::to_string(most) + " of them");
     return lengths;
   }
   glm::dvec3 colour(const Range& range) const {
     if (node->is_number()) return glm::dvec3(number(range));
-    return vector<glm::dvec3>("a number or [red, green, blue]", [&](const Value& v) { return v.number(range); });
+    return vector<glm::dvec3>("a number or [red, green, blue]",
+                              [&](const Value& v) { return v.number(range); });
   }
   glm::ivec2 integers(int max) const {
-    return vector<glm::ivec2>("two whole numbers [x, y]", [&](const Value& v) { return v.integer(1, max); });
+    return vector<glm::ivec2>("two whole numbers [x, y]",
+                              [&](const Value& v) { return v.integer(1, max); });
   }
 
 private:
@@ -196,12 +216,14 @@ std::size_t distance(std::string_view a, std::string_view b) {
   for (std::size_t i = 0; i < a.size(); ++i) {
     std::size_t diagonal = std::exchange(row[0], i + 1);
     for (std::size_t j = 0; j < b.size(); ++j)
-      diagonal = std::exchange(row[j + 1], std::min({diagonal + (a[i] != b[j]), row[j] + 1, row[j + 1] + 1}));
+      diagonal = std::exchange(row[j + 1],
+                               std::min({diagonal + (a[i] != b[j]), row[j] + 1, row[j + 1] + 1}));
   }
   return row.back();
 }
 
-/// One table of the scene. Each `read` names a key that the table may have; `finish` refuses all others.
+/// One table of the scene. Each `read` names a key that the table may have; `finish` refuses all
+/// others.
 class Section {
 public:
   Section(const Document& document, const toml::table& table, std::string path, std::string label)
@@ -225,7 +247,9 @@ public:
   [[noreturn]] void fail(const std::string& what) const { throw InputError(where() + ": " + what); }
 
   /// "scene.toml:41: object 0"
-  std::string where() const { return document_.where(table_, path_) + (label_.empty() ? "" : ": " + label_); }
+  std::string where() const {
+    return document_.where(table_, path_) + (label_.empty() ? "" : ": " + label_);
+  }
 
   /// The table `key`, or an empty one.
   Section section(std::string_view key) {
@@ -246,7 +270,8 @@ public:
         v.fail("an array of tables, each headed [[" + std::string(key) + "]]");
       for (const toml::node& node : *v.node->as_array()) {
         const std::string index = std::to_string(all.size());
-        all.emplace_back(document_, *node.as_table(), v.path + "." + index, std::string(key) + " " + index);
+        all.emplace_back(document_, *node.as_table(), v.path + "." + index,
+                         std::string(key) + " " + index);
       }
     });
     return all;
@@ -258,7 +283,8 @@ public:
     for (const auto& [key, node] : table_) {
       const std::string name(key.str());
       if (!node.is_table()) value(name, node).fail("a table, [" + path_ + ".NAME]");
-      all.emplace_back(name, Section(document_, *node.as_table(), path_ + "." + name, label + " " + in_quotes(name)));
+      all.emplace_back(name, Section(document_, *node.as_table(), path_ + "." + name,
+                                     label + " " + in_quotes(name)));
     }
     return all;
   }
@@ -267,19 +293,27 @@ public:
     for (const auto& [key, node] : table_) {
       const std::string_view name = key.str();
       if (std::find(known_.begin(), known_.end(), name) != known_.end()) continue;
-      const auto nearest =
-          std::min_element(known_.begin(), known_.end(), [&](auto a, auto b) { return distance(a, name) < distance(b, name); });
+      const auto nearest = std::min_element(known_.begin(), known_.end(), [&](auto a, auto b) {
+        return distance(a, name) < distance(b, name);
+      });
       std::string keys;
-      for (const std::string_view known : known_) keys += (keys.empty() ? "" : ", ") + std::string(known);
-      throw InputError(document_.where(node, join(name)) + ": " + (label_.empty() ? "" : label_ + ": ") + "unknown key " + in_quotes(name) +
-                       (distance(*nearest, name) <= 2 ? "; did you mean " + in_quotes(*nearest) + "?" : "") + " (keys here: " + keys + ")");
+      for (const std::string_view known : known_)
+        keys += (keys.empty() ? "" : ", ") + std::string(known);
+      throw InputError(
+          document_.where(node, join(name)) + ": " + (label_.empty() ? "" : label_ + ": ") +
+          "unknown key " + in_quotes(name) +
+          (distance(*nearest, name) <= 2 ? "; did you mean " + in_quotes(*nearest) + "?" : "") +
+          " (keys here: " + keys + ")");
     }
   }
 
 private:
-  std::string join(std::string_view key) const { return path_.empty() ? std::string(key) : path_ + "." + std::string(key); }
+  std::string join(std::string_view key) const {
+    return path_.empty() ? std::string(key) : path_ + "." + std::string(key);
+  }
   Value value(std::string_view key, const toml::node& node) const {
-    return {&document_, &node, join(key), label_.empty() ? one_line(key) : label_ + ": " + one_line(key)};
+    return {&document_, &node, join(key),
+            label_.empty() ? one_line(key) : label_ + ": " + one_line(key)};
   }
 
   const Document& document_;
@@ -293,9 +327,11 @@ HologramSpec read_hologram(Section section) {
   section.read("resolution", [&](const Value& v) { spec.resolution = v.integers(65536); });
   section.read("pitch", [&](const Value& v) {
     const auto length = [](const Value& one) { return one.length_m(between(1e-10, 1)); };
-    spec.pitch_m = v.is_array() ? v.vector<glm::dvec2>("a length or two [x, y]", length) : glm::dvec2(length(v));
+    spec.pitch_m = v.is_array() ? v.vector<glm::dvec2>("a length or two [x, y]", length)
+                                : glm::dvec2(length(v));
   });
-  section.read("wavelength", [&](const Value& v) { spec.wavelength_m = v.length_m(between(1e-9, 1e-2)); });
+  section.read("wavelength",
+               [&](const Value& v) { spec.wavelength_m = v.length_m(between(1e-9, 1e-2)); });
   section.read("tiles", [&](const Value& v) {
     if (!v.is_auto()) spec.tiles = v.integers(64);
   });
@@ -315,7 +351,8 @@ WrpSpec read_wrp(Section section) {
   section.read("slabs", [&](const Value& v) {
     if (v.is_auto()) return;
     const int slabs = v.integer(1, kMostSlabs);
-    if (!spec.distances_m.empty() && slabs != spec.slabs) v.fail("the number of distances given, " + std::to_string(spec.slabs));
+    if (!spec.distances_m.empty() && slabs != spec.slabs)
+      v.fail("the number of distances given, " + std::to_string(spec.slabs));
     spec.slabs = slabs;
   });
   section.read("padding", [&](const Value& v) {
@@ -331,7 +368,8 @@ WrpSpec read_wrp(Section section) {
 SamplingSpec read_sampling(Section section) {
   SamplingSpec spec;
   section.read("mode", [&](const Value& v) {
-    spec.mode = v.choice<SamplingMode>({{"aimed", SamplingMode::aimed}, {"fan", SamplingMode::fan}});
+    spec.mode =
+        v.choice<SamplingMode>({{"aimed", SamplingMode::aimed}, {"fan", SamplingMode::fan}});
   });
   section.read("pitch", [&](const Value& v) {
     if (!v.is_auto()) spec.pitch_m = v.length_m(between(1e-9, 1));
@@ -350,15 +388,20 @@ SamplingSpec read_sampling(Section section) {
   });
   section.read("visibility", [&](const Value& v) {
     spec.visibility = v.integer(0, 16);
-    if (spec.visibility != 0 && spec.visibility != 4 && spec.visibility != 8 && spec.visibility != 16) v.fail("0, 4, 8 or 16");
+    if (spec.visibility != 0 && spec.visibility != 4 && spec.visibility != 8 &&
+        spec.visibility != 16)
+      v.fail("0, 4, 8 or 16");
   });
   section.read("source", [&](const Value& v) {
     spec.source = v.choice<FanSource>({{"hit", FanSource::hit}, {"surface", FanSource::surface}});
   });
   section.read("shape", [&](const Value& v) {
-    spec.shape = v.choice<FanShape>({{"orthographic", FanShape::orthographic}, {"perspective", FanShape::perspective}});
+    spec.shape = v.choice<FanShape>(
+        {{"orthographic", FanShape::orthographic}, {"perspective", FanShape::perspective}});
   });
-  section.read("seed", [&](const Value& v) { spec.seed = v.integer<std::uint32_t>(0, std::numeric_limits<std::uint32_t>::max()); });
+  section.read("seed", [&](const Value& v) {
+    spec.seed = v.integer<std::uint32_t>(0, std::numeric_limits<std::uint32_t>::max());
+  });
   section.read("frames", [&](const Value& v) {
     if (!v.is_auto()) spec.frames = v.integer(1, 4096);
   });
@@ -377,8 +420,10 @@ TraceSpec read_trace(Section section) {
 AccuracySpec read_accuracy(Section section) {
   AccuracySpec spec;
   section.read("precision", [&](const Value& v) {
-    spec.precision = v.choice<std::optional<Precision>>(
-        {{"auto", std::nullopt}, {"float", Precision::floats}, {"extended", Precision::extended}, {"double", Precision::doubles}});
+    spec.precision = v.choice<std::optional<Precision>>({{"auto", std::nullopt},
+                                                         {"float", Precision::floats},
+                                                         {"extended", Precision::extended},
+                                                         {"double", Precision::doubles}});
   });
   section.read("phase", [&](const Value& v) { spec.phase_turns = v.number(between(1e-9, 0.5)); });
   section.finish();
@@ -402,7 +447,8 @@ std::set<std::string, std::less<>> given_keys(const toml::table& root) {
     if (!node.is_table()) continue;
     for (const auto& [key, value] : *node.as_table()) {
       const auto* text = value.as_string();
-      if (!text || text->get() != "auto") keys.insert(std::string(section.str()) + "." + std::string(key.str()));
+      if (!text || text->get() != "auto")
+        keys.insert(std::string(section.str()) + "." + std::string(key.str()));
     }
   }
   return keys;
@@ -411,15 +457,17 @@ std::set<std::string, std::less<>> given_keys(const toml::table& root) {
 Light read_light(Section section) {
   Light light;
   section.read("type", [&](const Value& v) {
-    light.type =
-        v.choice<LightType>({{"ambient", LightType::ambient}, {"directional", LightType::directional}, {"point", LightType::point}});
+    light.type = v.choice<LightType>({{"ambient", LightType::ambient},
+                                      {"directional", LightType::directional},
+                                      {"point", LightType::point}});
   });
   section.read("intensity", [&](const Value& v) { light.intensity = v.number(at_least(0)); });
   if (light.type == LightType::directional)
-    section.require("direction", "the way the light travels, for example [0, 0, 1]", [&](const Value& v) {
-      light.direction = v.numbers(between(-1e6, 1e6));
-      if (glm::length(light.direction) < 1e-9) v.fail("longer than 0");
-    });
+    section.require("direction", "the way the light travels, for example [0, 0, 1]",
+                    [&](const Value& v) {
+                      light.direction = v.numbers(between(-1e6, 1e6));
+                      if (glm::length(light.direction) < 1e-9) v.fail("longer than 0");
+                    });
   if (light.type == LightType::point)
     section.require("position", "the light's place, for example [\"0 mm\", \"50 mm\", \"20 mm\"]",
                     [&](const Value& v) { light.position_m = v.lengths_m(kAnyPosition); });
@@ -436,7 +484,8 @@ Material read_material(const std::string& name, Section section) {
   section.read("specular", [&](const Value& v) { material.specular = v.colour(at_least(0)); });
   section.read("shininess", [&](const Value& v) { material.shininess = v.number(at_least(0)); });
   section.read("texture", [&](const Value& v) { material.texture = v.existing_file(); });
-  section.read("reflectivity", [&](const Value& v) { material.reflectivity = v.number(between(0, 1)); });
+  section.read("reflectivity",
+               [&](const Value& v) { material.reflectivity = v.number(between(0, 1)); });
   section.read("transparency", [&](const Value& v) {
     material.transparency = v.number(between(0, 1));
     if (material.reflectivity + material.transparency > 1 + 1e-9)
@@ -454,19 +503,23 @@ int find_material(const Value& v, const std::vector<Material>& materials) {
     if (materials[i].name == name) return static_cast<int>(i);
     names += (names.empty() ? "" : ", ") + materials[i].name;
   }
-  v.fail(names.empty() ? "one of [materials.NAME], of which there is none" : "one of " + one_line(names));
+  v.fail(names.empty() ? "one of [materials.NAME], of which there is none"
+                       : "one of " + one_line(names));
 }
 
 Object read_object(Section section, const std::vector<Material>& materials) {
   Object object;
   object.where = section.where();
-  section.require("mesh", "the name of a mesh file", [&](const Value& v) { object.mesh = v.existing_file(); });
+  section.require("mesh", "the name of a mesh file",
+                  [&](const Value& v) { object.mesh = v.existing_file(); });
   section.read("width", [&](const Value& v) { object.width_m = v.length_m(between(1e-9, 1e4)); });
   section.read("position", [&](const Value& v) { object.position_m = v.lengths_m(kAnyPosition); });
-  section.read("rotation", [&](const Value& v) { object.rotation_deg = v.numbers(between(-1e6, 1e6)); });
+  section.read("rotation",
+               [&](const Value& v) { object.rotation_deg = v.numbers(between(-1e6, 1e6)); });
   section.read("material", [&](const Value& v) { object.material = find_material(v, materials); });
   section.read("normals", [&](const Value& v) {
-    object.normals = v.choice<Normals>({{"file", Normals::file}, {"smooth", Normals::smooth}, {"flat", Normals::flat}});
+    object.normals = v.choice<Normals>(
+        {{"file", Normals::file}, {"smooth", Normals::smooth}, {"flat", Normals::flat}});
   });
   section.finish();
   return object;
@@ -475,7 +528,8 @@ Object read_object(Section section, const std::vector<Material>& materials) {
 std::string read_text(const std::filesystem::path& file) {
   const std::string name = one_line(file.string());
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) throw InputError(name + ": there is no such file");
+  if (!std::filesystem::is_regular_file(file, error))
+    throw InputError(name + ": there is no such file");
   if (std::filesystem::file_size(file, error) > kMaxSceneBytes || error)
     throw InputError(name + ": too large for a scene file (at most 1 MiB)");
   std::ifstream stream(file, std::ios::binary);
@@ -491,7 +545,8 @@ void refuse_deep_keys(std::string_view text, const std::string& name) {
     const auto first = rest.find_first_not_of(" \t");
     const bool is_comment = first != std::string_view::npos && rest[first] == '#';
     if (!is_comment && std::count(rest.begin(), rest.end(), '.') > kMaxDotsPerLine)
-      throw InputError(name + ":" + std::to_string(line) + ": more than " + std::to_string(kMaxDotsPerLine) + " dots in one line");
+      throw InputError(name + ":" + std::to_string(line) + ": more than " +
+                       std::to_string(kMaxDotsPerLine) + " dots in one line");
     text.remove_prefix(std::min(text.size(), rest.size() + 1));
   }
 }
@@ -500,7 +555,8 @@ void refuse_deep_keys(std::string_view text, const std::string& name) {
 void assign(toml::table& table, std::string_view key, const std::string& text) {
   toml::table parsed;
   try {
-    if (std::count(text.begin(), text.end(), '.') <= kMaxDotsPerLine) parsed = toml::parse("value = " + text);
+    if (std::count(text.begin(), text.end(), '.') <= kMaxDotsPerLine)
+      parsed = toml::parse("value = " + text);
   } catch (const toml::parse_error&) {
     parsed.clear();
   }
@@ -509,9 +565,12 @@ void assign(toml::table& table, std::string_view key, const std::string& text) {
 }
 
 void apply_override(Document& document, const std::string& text) {
-  const auto fail = [&](const std::string& what) { throw InputError("--set " + one_line(text) + ": " + what); };
+  const auto fail = [&](const std::string& what) {
+    throw InputError("--set " + one_line(text) + ": " + what);
+  };
   const auto equals = text.find('=');
-  if (equals == std::string::npos || equals == 0) fail("must be section.key=value, for example wrp.padding=1.25");
+  if (equals == std::string::npos || equals == 0)
+    fail("must be section.key=value, for example wrp.padding=1.25");
   const std::string path = text.substr(0, equals);
   if (std::count(path.begin(), path.end(), '.') > 3) fail("names no key of a scene");
 
@@ -529,12 +588,15 @@ void apply_override(Document& document, const std::string& text) {
       }
       node = table->get(key);
       if (!node && table == &document.root) node = &table->insert(key, toml::table{}).first->second;
-      if (!node) fail("the scene has no " + in_quotes(path.substr(0, path.size() - rest.size() + key.size())));
+      if (!node)
+        fail("the scene has no " +
+             in_quotes(path.substr(0, path.size() - rest.size() + key.size())));
     } else if (toml::array* array = node->as_array(); array && !is_last) {
       std::size_t index = array->size();
       const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), index);
       if (error != std::errc() || end != key.data() + key.size() || index >= array->size())
-        fail("there are " + std::to_string(array->size()) + ", counted from 0, so " + in_quotes(key) + " is none of them");
+        fail("there are " + std::to_string(array->size()) + ", counted from 0, so " +
+             in_quotes(key) + " is none of them");
       node = array->get(index);
     } else {
       fail("names no key of a scene");
@@ -544,7 +606,8 @@ void apply_override(Document& document, const std::string& text) {
   document.overrides[path] = text;
 }
 
-Document read_document(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+Document read_document(const std::filesystem::path& file,
+                       const std::vector<std::string>& overrides) {
   Document document;
   document.file = file;
   const std::string name = one_line(file.string());
@@ -553,7 +616,8 @@ Document read_document(const std::filesystem::path& file, const std::vector<std:
   try {
     document.root = toml::parse(text);
   } catch (const toml::parse_error& error) {
-    throw InputError(name + ":" + std::to_string(error.source().begin.line) + ": " + one_line(error.description()));
+    throw InputError(name + ":" + std::to_string(error.source().begin.line) + ": " +
+                     one_line(error.description()));
   }
   for (const std::string& one : overrides) apply_override(document, one);
   return document;
@@ -568,13 +632,16 @@ struct Unit {
 std::optional<double> in_base_unit(std::string_view text, std::span<const Unit> units) {
   const auto trim = [](std::string_view s) {
     const auto first = s.find_first_not_of(' ');
-    return first == std::string_view::npos ? std::string_view{} : s.substr(first, s.find_last_not_of(' ') - first + 1);
+    return first == std::string_view::npos ? std::string_view{}
+                                           : s.substr(first, s.find_last_not_of(' ') - first + 1);
   };
   const std::string_view trimmed = trim(text);
   double number = 0;
-  const auto [end, error] = std::from_chars(trimmed.data(), trimmed.data() + trimmed.size(), number);
+  const auto [end, error] =
+      std::from_chars(trimmed.data(), trimmed.data() + trimmed.size(), number);
   if (error != std::errc() || !std::isfinite(number)) return {};
-  const std::string_view unit = trim(trimmed.substr(static_cast<std::size_t>(end - trimmed.data())));
+  const std::string_view unit =
+      trim(trimmed.substr(static_cast<std::size_t>(end - trimmed.data())));
   for (const auto& one : units)
     if (one.name == unit) return number * one.in_base;
   return {};
@@ -599,26 +666,34 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.materials.emplace_back();
   for (auto& [name, section] : root.section("materials").named_sections("material"))
     scene.materials.push_back(read_material(name, section));
-  for (Section& section : root.sections("object")) scene.objects.push_back(read_object(section, scene.materials));
+  for (Section& section : root.sections("object"))
+    scene.objects.push_back(read_object(section, scene.materials));
   root.finish();
 
   const std::string name = one_line(file.string());
-  if (scene.objects.empty()) throw InputError(name + ": there is no object: add [[object]] with mesh = \"FILE\"");
-  if (scene.lights.empty()) throw InputError(name + ": there is no light: add [[light]] with direction = [0, 0, 1]");
+  if (scene.objects.empty())
+    throw InputError(name + ": there is no object: add [[object]] with mesh = \"FILE\"");
+  if (scene.lights.empty())
+    throw InputError(name + ": there is no light: add [[light]] with direction = [0, 0, 1]");
   return scene;
 }
 
 double parse_length_m(std::string_view text, std::string_view what) {
-  constexpr Unit units[] = {{"", 1}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"nm", 1e-9}};
+  constexpr Unit units[] = {{"", 1},      {"m", 1},     {"cm", 1e-2},
+                            {"mm", 1e-3}, {"um", 1e-6}, {"nm", 1e-9}};
   if (const auto length = in_base_unit(text, units)) return *length;
-  throw InputError(std::string(what) + " must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for metres), got " +
-                   in_quotes(text));
+  throw InputError(
+      std::string(what) +
+      " must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for metres), got " +
+      in_quotes(text));
 }
 
 double parse_seconds(std::string_view text, std::string_view what) {
   constexpr Unit units[] = {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"us", 1e-6}};
   if (const auto time = in_base_unit(text, units); time && *time > 0) return *time;
-  throw InputError(std::string(what) + " must be a time such as \"30 ms\" (units: us, ms, s; none for seconds), got " + in_quotes(text));
+  throw InputError(std::string(what) +
+                   " must be a time such as \"30 ms\" (units: us, ms, s; none for seconds), got " +
+                   in_quotes(text));
 }
 
 int channel_of(double wavelength_m) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A scene as the user describes it: plain values in metres, nothing derived. The first step of scene -> plan -> trace -> propagate ->
-/// encode.
+/// A scene as the user describes it: plain values in metres, nothing derived. The first step of
+/// scene -> plan -> trace -> propagate -> encode.
 ///
-/// Frame (docs/conventions.md): right-handed, hologram plane z = 0 centred on the z axis, scene at z > 0, light travels towards -z.
+/// Frame (docs/conventions.md): right-handed, hologram plane z = 0 centred on the z axis, scene at
+/// z > 0, light travels towards -z.
 #pragma once
 
 #include <cstdint>
@@ -21,15 +22,19 @@ struct HologramSpec {
   glm::ivec2 resolution{1920, 1080};  // pixels, x and y, >= 1
   glm::dvec2 pitch_m{3.74e-6, 3.74e-6};
   double wavelength_m = 638e-9;
-  std::optional<glm::ivec2> tiles{};  // windows computed one after another, x and y; empty: as few as memory holds
+  // Windows computed one after another, x and y; empty: as few as memory holds
+  std::optional<glm::ivec2> tiles{};
 };
 
 struct WrpSpec {
-  std::optional<glm::ivec2> grid;      // WRPs side by side; empty: as many as the scene projects to
-  std::vector<double> distances_m;     // from WRPs to hologram, > 0, ascending; empty: as many as `slabs`, amid the surfaces
-  int slabs = 1;                       // distances at most where none is given, >= 1
-  std::optional<double> oversampling;  // columns and rows gathered over those that the light's band needs; empty: all of the hologram's
-  double padding = 2.0;                // side of the transformed plane over the side of the hologram, 1 to 8
+  std::optional<glm::ivec2> grid;  // WRPs side by side; empty: as many as the scene projects to
+  // From WRPs to hologram, > 0, ascending; empty: as many as `slabs`, amid the surfaces
+  std::vector<double> distances_m;
+  int slabs = 1;  // distances at most where none is given, >= 1
+  // Columns and rows gathered over those that the light's band needs; empty: all of the hologram's
+  std::optional<double> oversampling;
+  // Side of the transformed plane over the side of the hologram, 1 to 8
+  double padding = 2.0;
 };
 
 /// How a WRP pixel gathers light: rays aimed at the surface samples, or the paper's fan of rays.
@@ -38,17 +43,22 @@ enum class SamplingMode { aimed, fan };
 /// What a fan's hit stands for: itself, as in the paper, or the nearest surface sample.
 enum class FanSource { hit, surface };
 
-/// Directions of a fan: the same for all pixels, as in the paper, or from each pixel to the same points of the hologram.
+/// Directions of a fan: the same for all pixels, as in the paper, or from each pixel to the same
+/// points of the hologram.
 enum class FanShape { orthographic, perspective };
 
 struct SamplingSpec {
   SamplingMode mode = SamplingMode::aimed;
   double pitch_m = 1e-4;  // sampling interval p on the object, at the scene's middle depth
-  double fan = 1.2;       // half width of the cone that a pixel gathers, in half holograms; 1 just fills the hologram
-  double edge = 0.2;      // width of that cone's soft edge, in half holograms
-  int antialias = 4;   // rays per side of a cell that tell which part of it a sample covers, textures and shadows averaged over them: 2 or
-                       // 4; 0: one through its centre alone
-  int visibility = 8;  // parts per side of the hologram's window whose sight of a sample is known: 4, 8 or 16; 0: nothing hides anything
+  // Half width of the cone that a pixel gathers, in half holograms; 1 just fills the hologram
+  double fan = 1.2;
+  double edge = 0.2;  // width of that cone's soft edge, in half holograms
+  // Rays per side of a cell that tell which part of it a sample covers, textures and shadows
+  // averaged over them: 2 or 4; 0: one through its centre alone
+  int antialias = 4;
+  // Parts per side of the hologram's window whose sight of a sample is known: 4, 8 or 16; 0:
+  // nothing hides anything
+  int visibility = 8;
   FanSource source = FanSource::hit;
   FanShape shape = FanShape::orthographic;
   std::uint32_t seed = 1;  // of the random phases
@@ -60,40 +70,51 @@ struct TraceSpec {
   bool shadows = false;
 };
 
-/// How phases are computed: in floats (differences within a tile of pixels; paths in pairs of floats), in pairs of floats, or in doubles.
+/// How phases are computed: in floats (differences within a tile of pixels; paths in pairs of
+/// floats), in pairs of floats, or in doubles.
 enum class Precision { floats, extended, doubles };
 
 struct AccuracySpec {
-  std::optional<Precision> precision;  // empty: the cheapest whose predicted error of phase stays below phase_turns
+  // empty: the cheapest whose predicted error of phase stays below phase_turns
+  std::optional<Precision> precision;
   double phase_turns = 0.01;
 };
 
 struct ViewerSpec {
-  double distance_m = 0.25;            // of the eye from the hologram, on the side away from the scene
-  std::optional<double> resolution_m;  // smallest detail wanted of the picture; empty: what an eye there makes out
+  // Of the eye from the hologram, on the side away from the scene
+  double distance_m = 0.25;
+  // Smallest detail wanted of the picture; empty: what an eye there makes out
+  std::optional<double> resolution_m;
 };
 
 enum class LightType { ambient, directional, point };
 
 struct Light {
   LightType type = LightType::directional;
-  glm::dvec3 direction{0, 0, 1};  // the way the light travels, need not be normalised; directional only
-  glm::dvec3 position_m{0};       // point only; a point light does not weaken with distance (as in Phong's model)
-  double intensity = 1.0;         // >= 0
+  // The way the light travels, need not be normalised; directional only
+  glm::dvec3 direction{0, 0, 1};
+  // Point only; a point light does not weaken with distance (as in Phong's model)
+  glm::dvec3 position_m{0};
+  double intensity = 1.0;  // >= 0
 };
 
-/// Phong material. Triples are red, green, blue; a hologram of one wavelength uses the channel that its colour falls into (`channel_of`).
+/// Phong material. Triples are red, green, blue; a hologram of one wavelength uses the channel that
+/// its colour falls into (`channel_of`).
 struct Material {
   std::string name;
   glm::dvec3 ambient{0.1};
   glm::dvec3 diffuse{0.8};
   glm::dvec3 specular{0.0};
-  double shininess = 10;                         // Phong exponent m, >= 0
-  std::optional<std::filesystem::path> texture;  // absolute or relative to the working directory; multiplies ambient and diffuse
-  double reflectivity = 0;                       // share of light that a mirror reflection carries, 0 to 1
-  double transparency = 0;                       // share of light that a refracted ray carries, 0 to 1; reflectivity + transparency <= 1
-  double ior = 1.5;                              // index of refraction inside, >= 1
-  std::string where;                             // "scene.toml:20: material "gold"", the start of messages about its texture
+  double shininess = 10;  // Phong exponent m, >= 0
+  // Absolute or relative to the working directory; multiplies ambient and diffuse
+  std::optional<std::filesystem::path> texture;
+  // Share of light that a mirror reflection carries, 0 to 1
+  double reflectivity = 0;
+  // Share of light that a refracted ray carries, 0 to 1; reflectivity + transparency <= 1
+  double transparency = 0;
+  double ior = 1.5;  // index of refraction inside, >= 1
+  // "scene.toml:20: material "gold"", the start of messages about its texture
+  std::string where;
 };
 
 enum class Normals { file, smooth, flat };  // file: as in the mesh file, flat where it has none
@@ -116,7 +137,8 @@ struct Scene {
   TraceSpec trace;
   AccuracySpec accuracy;
   ViewerSpec viewer;
-  std::set<std::string, std::less<>> given;  // keys that file and overrides fix, "sampling.pitch"; those that say "auto" are not among them
+  // Keys that file and overrides fix, "sampling.pitch"; those that say "auto" are not among them
+  std::set<std::string, std::less<>> given;
   std::vector<Light> lights;
   std::vector<Material> materials;  // [0] is the default of an object that names none
   std::vector<Object> objects;
@@ -124,7 +146,8 @@ struct Scene {
 
 /// Reads and checks a scene file (docs/scene.md lists every key).
 ///
-/// overrides  "section.key=value" each, the value as TOML or a bare string ("wrp.padding=1.25", "hologram.pitch=8 um", "object.0.width=9
+/// overrides  "section.key=value" each, the value as TOML or a bare string ("wrp.padding=1.25",
+///            "hologram.pitch=8 um", "object.0.width=9
 /// mm",
 ///            "materials.gold.shininess=40"); applied before checks
 /// throws     InputError: one line with file, line and what would be right
@@ -138,7 +161,8 @@ double parse_length_m(std::string_view text, std::string_view what);
 /// throws  InputError naming `what` when the text is no such time
 double parse_seconds(std::string_view text, std::string_view what);
 
-/// 0 red (>= 580 nm), 1 green, 2 blue (< 490 nm): the channel of colours and textures that light of this wavelength sees.
+/// 0 red (>= 580 nm), 1 green, 2 blue (< 490 nm): the channel of colours and textures that light of
+/// this wavelength sees.
 int channel_of(double wavelength_m);
 
 }  // namespace raywave

@@ -12,7 +12,8 @@
 
 namespace raywave {
 
-/// Numbers distinct tuples 0, 1, 2 ... in the order of their first appearance. Zero equals minus zero; nothing may be NaN.
+/// Numbers distinct tuples 0, 1, 2 ... in the order of their first appearance. Zero equals minus
+/// zero; nothing may be NaN.
 template <std::size_t N>
 class Welder {
 public:

@@ -10,23 +10,25 @@
 #include <tuple>
 
 #include "host/common/error.hpp"
-#include "host/scene/image.hpp"
 #include "host/common/text.hpp"
+#include "host/scene/image.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave {
 namespace {
 
-/// From this exponent on a highlight's shape asks for directions beyond floats: their error of 3e-7 costs sqrt(shininess / 2) times as
-/// much.
+/// From this exponent on a highlight's shape asks for directions beyond floats: their error of 3e-7
+/// costs sqrt(shininess / 2) times as much.
 constexpr double sharp_shininess = 128;
 
 template <class Vector>
 std::span<const float> floats_of(const std::vector<Vector>& vectors) {
-  return {reinterpret_cast<const float*>(vectors.data()), vectors.size() * sizeof(Vector) / sizeof(float)};
+  return {reinterpret_cast<const float*>(vectors.data()),
+          vectors.size() * sizeof(Vector) / sizeof(float)};
 }
 
-/// A power of four near the brightest number, 1 where floats have room anyway: dividing by it changes no digit.
+/// A power of four near the brightest number, 1 where floats have room anyway: dividing by it
+/// changes no digit.
 double unit_of(double brightest) {
   if (brightest == 0 || (brightest >= 0x1p-40 && brightest <= 0x1p40)) return 1;
   return std::ldexp(1.0, 2 * static_cast<int>(std::floor(std::log2(brightest) / 2)));
@@ -58,7 +60,8 @@ Materials materials_of(const Scene& scene) {
     double brightest_texel = 1;
     if (m.texture) {
       auto image = load_texture(*m.texture, channel, m.where);
-      for (float& texel : image.pixels) texel = std::max(texel, 0.0f);  // filters of other programs ring below black
+      // Filters of other programs ring below black
+      for (float& texel : image.pixels) texel = std::max(texel, 0.0f);
       material.texture = static_cast<std::int32_t>(texels.size());
       material.texture_width = image.width;
       material.texture_height = image.height;
@@ -67,10 +70,12 @@ Materials materials_of(const Scene& scene) {
       texels.insert(texels.end(), image.pixels.begin(), image.pixels.end());
       brightest_texel = *std::max_element(image.pixels.begin(), image.pixels.end());
       if (brightest_texel > 1e30f)  // as all numbers of a scene
-        throw InputError(m.where + ": picture " + in_quotes(m.texture->string()) + ": holds " + number_text(brightest_texel) +
-                         ", more than 1e+30");
+        throw InputError(m.where + ": picture " + in_quotes(m.texture->string()) + ": holds " +
+                         number_text(brightest_texel) + ", more than 1e+30");
     }
-    brightest = std::max({brightest, std::max(m.ambient[channel], m.diffuse[channel]) * brightest_texel, m.specular[channel]});
+    brightest =
+        std::max({brightest, std::max(m.ambient[channel], m.diffuse[channel]) * brightest_texel,
+                  m.specular[channel]});
     materials.push_back(material);
   }
   unit = unit_of(brightest);
@@ -80,7 +85,8 @@ Materials materials_of(const Scene& scene) {
   return result;
 }
 
-/// Sum of the ambient lights; 1 when there is none, so that a material's ambient part counts as given.
+/// Sum of the ambient lights; 1 when there is none, so that a material's ambient part counts as
+/// given.
 double ambient_light_of(const Scene& scene) {
   double sum = 0;
   bool any = false;
@@ -92,7 +98,8 @@ double ambient_light_of(const Scene& scene) {
   return any ? sum : 1;
 }
 
-std::vector<device::Light> lights_in_scene_frame(const Scene& scene, glm::dvec3 origin_m, double unit) {
+std::vector<device::Light> lights_in_scene_frame(const Scene& scene, glm::dvec3 origin_m,
+                                                 double unit) {
   std::vector<device::Light> lights;
   for (const auto& l : scene.lights) {
     if (l.type == LightType::ambient) continue;
@@ -120,20 +127,29 @@ int lanes_for(const cl::DeviceInfo& device) { return work_shape(device).lanes; }
 
 cl::Options kernel_options(const Scene& scene, const Plan& plan) {
   const auto any = [&](auto&& test) {
-    return std::any_of(scene.objects.begin(), scene.objects.end(),
-                       [&](const Object& o) { return test(scene.materials[static_cast<std::size_t>(o.material)]); });
+    return std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
+      return test(scene.materials[static_cast<std::size_t>(o.material)]);
+    });
   };
   const int channel = channel_of(scene.hologram.wavelength_m);
-  const auto lights = std::count_if(scene.lights.begin(), scene.lights.end(), [](const Light& l) { return l.type != LightType::ambient; });
+  const auto lights = std::count_if(scene.lights.begin(), scene.lights.end(),
+                                    [](const Light& l) { return l.type != LightType::ambient; });
   return {{"RAYWAVE_LIGHTS", std::to_string(lights)},
-          {"RAYWAVE_SPECULAR", any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
-          {"RAYWAVE_SHARP", any([&](const Material& m) { return m.specular[channel] > 0 && m.shininess > sharp_shininess; }) ? "1" : "0"},
-          {"RAYWAVE_TEXTURES", any([](const Material& m) { return m.texture.has_value(); }) ? "1" : "0"},
+          {"RAYWAVE_SPECULAR",
+           any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
+          {"RAYWAVE_SHARP", any([&](const Material& m) {
+             return m.specular[channel] > 0 && m.shininess > sharp_shininess;
+           })
+                                ? "1"
+                                : "0"},
+          {"RAYWAVE_TEXTURES",
+           any([](const Material& m) { return m.texture.has_value(); }) ? "1" : "0"},
           {"RAYWAVE_SHADOWS", scene.trace.shadows && lights > 0 ? "1" : "0"},
           {"RAYWAVE_BOUNCES", std::to_string(plan.bounces)}};
 }
 
-DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan)
+DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world,
+                         const Plan& plan)
     : device_(device), bodies_(device, world, plan.origin_m, tree) {
   const auto made = materials_of(scene);
   material_unit_ = made.unit;
@@ -141,7 +157,8 @@ DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const Wor
   texels = {device, std::span<const float>(made.texels), "textures"};
   normals = {device, floats_of(world.normals), "normals"};
   uvs = {device, floats_of(world.uvs), "places on textures"};
-  options = cl::with(kernel_options(scene, plan), {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))}});
+  options = cl::with(kernel_options(scene, plan),
+                     {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))}});
   place(scene, world, plan);
 }
 
@@ -150,7 +167,8 @@ void DeviceScene::place(const Scene& scene, const World& world, const Plan& plan
   bodies_.place(scene, world, plan.origin_m, tree);
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   options =
-      cl::with(options, {{"RAYWAVE_BVH_DEPTH", std::to_string((bodies_.depth() + 15) / 16 * 16)}});  // scenes alike in size share kernels
+      // Scenes alike in size share kernels
+      cl::with(options, {{"RAYWAVE_BVH_DEPTH", std::to_string((bodies_.depth() + 15) / 16 * 16)}});
   upload_lights(scene, world, plan);
 }
 
@@ -164,7 +182,8 @@ void DeviceScene::upload_lights(const Scene& scene, const World& world, const Pl
   radiance_unit = material_unit_ * light_unit;
   diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));
   // Far from the origin, rounding of the coordinates themselves counts.
-  const auto reach_m = std::max(glm::length(world.min_m - plan.origin_m), glm::length(world.max_m - plan.origin_m));
+  const auto reach_m =
+      std::max(glm::length(world.min_m - plan.origin_m), glm::length(world.max_m - plan.origin_m));
   bias_m = std::max(diameter_m * 0x1p-16f, static_cast<float>(reach_m) * 0x1p-20f);
 }
 

@@ -6,27 +6,30 @@
 #include <vector>
 
 #include "cl/program.hpp"
-#include "host/trace/instances.hpp"
+#include "host/geometry/shared_types.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
 #include "host/scene/scene.hpp"
-#include "host/geometry/shared_types.hpp"
+#include "host/trace/instances.hpp"
 
 namespace raywave {
 
-/// Which lights, highlights, textures, shadows and bounces kernels are built with: what some object of the scene has, nothing else.
+/// Which lights, highlights, textures, shadows and bounces kernels are built with: what some object
+/// of the scene has, nothing else.
 cl::Options kernel_options(const Scene& scene, const Plan& plan);
 
-/// The scene as the kernels see it: trees, triangles, materials for the hologram's wavelength, lights and textures in device memory. Scene
-/// frame: the world minus Plan::origin_m, subtracted in double.
+/// The scene as the kernels see it: trees, triangles, materials for the hologram's wavelength,
+/// lights and textures in device memory. Scene frame: the world minus Plan::origin_m, subtracted in
+/// double.
 ///
-/// Vertices and trees stay as they were made, in the first plan's scene frame (host/trace/instances.hpp).
+/// Vertices and trees stay as they were made, in the first plan's scene frame
+/// (host/trace/instances.hpp).
 class DeviceScene {
 public:
   DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan);
 
-  /// The same meshes and materials at other places (World::motions), or under other lights (as many as before). `options` may change where
-  /// objects part that were one body.
+  /// The same meshes and materials at other places (World::motions), or under other lights (as many
+  /// as before). `options` may change where objects part that were one body.
   void place(const Scene& scene, const World& world, const Plan& plan);
 
   DeviceTree tree;
@@ -34,12 +37,18 @@ public:
   cl::Buffer<device::Material> materials;
   cl::Buffer<device::Light> lights;
   cl::Buffer<float> texels;
-  float ambient_light = 1;   // sum of the ambient lights; 1 when there is none, so that a material's ambient part counts as given
-  double radiance_unit = 1;  // radiances on the device are in it, and fields in its root: a power of four that keeps them within float
-  float diameter_m = 0;      // of the scene's bounding box
-  float bias_m = 0;          // distance that secondary rays start off a surface: far above rounding, far below anything visible
-  cl::Options options;       // leave out of the kernels what this scene does not use
-  double tree_seconds = 0;   // for trees and bodies, of the last time
+  // Sum of the ambient lights; 1 when there is none, so that a material's ambient part counts as
+  // given
+  float ambient_light = 1;
+  // Radiances on the device are in it, and fields in its root: a power of four that keeps them
+  // within float
+  double radiance_unit = 1;
+  float diameter_m = 0;  // of the scene's bounding box
+  // Distance that secondary rays start off a surface: far above rounding, far below anything
+  // visible
+  float bias_m = 0;
+  cl::Options options;      // leave out of the kernels what this scene does not use
+  double tree_seconds = 0;  // for trees and bodies, of the last time
 
   /// 32-bit words that hold a bit for each light.
   std::size_t light_words() const { return lights.size() > 32 ? (lights.size() + 31) / 32 : 1; }

@@ -6,8 +6,8 @@
 #include <glm/geometric.hpp>
 
 namespace raywave {
-Tracer::Tracer(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays, HitSource source,
-               const SampleTable* table)
+Tracer::Tracer(const cl::Device& device, const Scene& scene, const Plan& plan,
+               const DeviceScene& arrays, HitSource source, const SampleTable* table)
     : device_(device),
       plan_(plan),
       sampling_pitch_m_(scene.sampling.pitch_m),
@@ -15,23 +15,27 @@ Tracer::Tracer(const cl::Device& device, const Scene& scene, const Plan& plan, c
       table_(table),
       lanes_(lanes_for(device.info())),
       program_(device, "kernels/gather/fan.cl",
-               cl::with(arrays.options, {{"RAYWAVE_SOURCE", std::to_string(static_cast<int>(source))},
-                                         {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)}})),
+               cl::with(arrays.options,
+                        {{"RAYWAVE_SOURCE", std::to_string(static_cast<int>(source))},
+                         {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)}})),
       trace_fan_(program_.kernel("trace_fan")),
       no_samples_(device, 1, "samples"),
       no_cells_(device, 1, "sample lattice") {}
 
 void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field) {
   std::vector<std::complex<float>> tangents;
-  for (const auto& t : wrp.fan) tangents.emplace_back(static_cast<float>(t.x), static_cast<float>(t.y));
+  for (const auto& t : wrp.fan)
+    tangents.emplace_back(static_cast<float>(t.x), static_cast<float>(t.y));
   const cl::ComplexBuffer fan(device_, std::span<const std::complex<float>>(tangents), "fan");
 
   const glm::dvec3 centre = wrp.centre_m - plan_.origin_m;
   device::TracePlane plane{};
   plane.nx = plan_.tile_size.x;
   plane.ny = plan_.tile_size.y;
-  std::tie(plane.left, plane.left_low) = split(centre.x - (plan_.tile_size.x - 1) / 2.0 * plan_.pitch_m.x);
-  std::tie(plane.top, plane.top_low) = split(centre.y + (plan_.tile_size.y - 1) / 2.0 * plan_.pitch_m.y);
+  std::tie(plane.left, plane.left_low) =
+      split(centre.x - (plan_.tile_size.x - 1) / 2.0 * plan_.pitch_m.x);
+  std::tie(plane.top, plane.top_low) =
+      split(centre.y + (plan_.tile_size.y - 1) / 2.0 * plan_.pitch_m.y);
   std::tie(plane.z, plane.z_low) = split(centre.z);
   std::tie(plane.pitch_x, plane.pitch_x_low) = split(plan_.pitch_m.x);
   std::tie(plane.pitch_y, plane.pitch_y_low) = split(plan_.pitch_m.y);
@@ -45,15 +49,18 @@ void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field)
   plane.step_y = static_cast<float>(wrp.fan_step.y);
   plane.sampling_rate = static_cast<float>(1 / sampling_pitch_m_);
   plane.bias = scene_.bias_m;
-  plane.reach = 4 * (scene_.diameter_m + static_cast<float>(plan_.far_m - wrp.centre_m.z) + static_cast<float>(glm::length(centre)));
+  plane.reach = 4 * (scene_.diameter_m + static_cast<float>(plan_.far_m - wrp.centre_m.z) +
+                     static_cast<float>(glm::length(centre)));
   plane.seed = seed;
 
   const auto packets = static_cast<std::size_t>((plan_.tile_size.x + lanes_ - 1) / lanes_);
   const cl::Range local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
-  trace_fan_.run({packets, static_cast<std::size_t>(plan_.tile_size.y)}, local, scene_.tree.nodes, scene_.tree.triangles,
-                 scene_.tree.positions, scene_.tree.bodies, scene_.normals, scene_.uvs, scene_.materials, scene_.lights, scene_.texels,
-                 scene_.ambient_light, fan, static_cast<std::int32_t>(tangents.size()), plane, table_ ? table_->samples : no_samples_,
-                 table_ ? table_->first_of_cell : no_cells_, table_ ? table_->lattice : device::Lattice{}, field);
+  trace_fan_.run({packets, static_cast<std::size_t>(plan_.tile_size.y)}, local, scene_.tree.nodes,
+                 scene_.tree.triangles, scene_.tree.positions, scene_.tree.bodies, scene_.normals,
+                 scene_.uvs, scene_.materials, scene_.lights, scene_.texels, scene_.ambient_light,
+                 fan, static_cast<std::int32_t>(tangents.size()), plane,
+                 table_ ? table_->samples : no_samples_, table_ ? table_->first_of_cell : no_cells_,
+                 table_ ? table_->lattice : device::Lattice{}, field);
 }
 
 }  // namespace raywave

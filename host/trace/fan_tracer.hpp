@@ -5,11 +5,11 @@
 #include <cstdint>
 
 #include "cl/program.hpp"
+#include "host/geometry/shared_types.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
-#include "host/trace/samples.hpp"
 #include "host/scene/scene.hpp"
-#include "host/geometry/shared_types.hpp"
+#include "host/trace/samples.hpp"
 
 namespace raywave {
 
@@ -18,9 +18,10 @@ enum class HitSource { hit = 0, surface = 1, bounced = 2 };
 
 class Tracer {
 public:
-  /// table  the surface samples, needed by HitSource::surface; outlives the tracer like `plan` and `arrays`
-  Tracer(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays, HitSource source,
-         const SampleTable* table = nullptr);
+  /// table  the surface samples, needed by HitSource::surface; outlives the tracer like `plan` and
+  ///        `arrays`
+  Tracer(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays,
+         HitSource source, const SampleTable* table = nullptr);
 
   /// Fills `field` (ny x nx) with the field of one WRP; HitSource::bounced adds to it.
   ///

@@ -10,25 +10,29 @@
 namespace raywave {
 namespace {
 
-/// Of the scene's options those that gather.cl reads: scenes that differ in others share its kernels, which take longest to compile.
+/// Of the scene's options those that gather.cl reads: scenes that differ in others share its
+/// kernels, which take longest to compile.
 cl::Options options_of(const DeviceScene& scene) {
   cl::Options options;
-  for (const char* name : {"RAYWAVE_LANES", "RAYWAVE_LIGHTS", "RAYWAVE_SPECULAR", "RAYWAVE_SHARP"}) options[name] = scene.options.at(name);
+  for (const char* name : {"RAYWAVE_LANES", "RAYWAVE_LIGHTS", "RAYWAVE_SPECULAR", "RAYWAVE_SHARP"})
+    options[name] = scene.options.at(name);
   return options;
 }
 
 /// Of the profiles of near samples that are held at a time, on devices that have as much.
 std::uint64_t profile_bytes(const cl::DeviceInfo& device) {
-  return std::min({std::uint64_t{128} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16});
+  return std::min(
+      {std::uint64_t{128} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16});
 }
 
-/// Spots from the middle of a near sample's wave to its rim, at most: kernels/gather/plane_waves.h has NEAR_WAVES for them.
+/// Spots from the middle of a near sample's wave to its rim, at most: kernels/gather/plane_waves.h
+/// has NEAR_WAVES for them.
 constexpr double widest_near_wave = 34;
 
 }  // namespace
 
-Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene, const SampleTable& table, int frames,
-                   double near_spots)
+Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
+                   const SampleTable& table, int frames, double near_spots)
     : plan_(plan),
       scene_(scene),
       table_(table),
@@ -38,11 +42,12 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
       strip_tiles_(work_shape(device.info()).strip_tiles),
       near_spots_(near_spots),
       program_(device, "kernels/gather/gather.cl",
-               cl::with(options_of(scene), {{"RAYWAVE_FRAMES", std::to_string(frames)},
-                                            {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)},
-                                            {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
-                                            {"RAYWAVE_VIEW_PARTS", std::to_string(table.view_parts)},
-                                            {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),
+               cl::with(options_of(scene),
+                        {{"RAYWAVE_FRAMES", std::to_string(frames)},
+                         {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)},
+                         {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
+                         {"RAYWAVE_VIEW_PARTS", std::to_string(table.view_parts)},
+                         {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),
       aim_(program_.kernel("aim")),
       draw_phases_(program_.kernel("draw_phases")),
       profile_(program_.kernel("profile")),
@@ -59,8 +64,9 @@ void Gatherer::draw_phases(std::uint32_t seed) {
     phasors_ = {device_, room * static_cast<std::size_t>(frames_), "phases"};
   }
   if (table_.count > 0)
-    draw_phases_.run({static_cast<std::size_t>(table_.count)}, {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, table_.samples,
-                     table_.count, frames_, seed, phasors_);
+    draw_phases_.run({static_cast<std::size_t>(table_.count)},
+                     {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, table_.samples, table_.count,
+                     frames_, seed, phasors_);
 }
 
 void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
@@ -70,7 +76,9 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   const glm::ivec2 size = plan_.gathered_size(slab);
   const glm::dvec2 pitch = plan_.gathered_pitch_m(slab), half_window = plan_.tile_window_m() / 2.0;
   const auto tile_m = plan_.tile_of(wrp).centre_m;
-  const glm::dvec2 corner = glm::dvec2(centre_m) + glm::dvec2(-1, 1) * glm::dvec2(size - 1) * pitch / 2.0;  // world, of pixel (0, 0)
+  // World, of pixel (0, 0)
+  const glm::dvec2 corner =
+      glm::dvec2(centre_m) + glm::dvec2(-1, 1) * glm::dvec2(size - 1) * pitch / 2.0;
   device::GatherPlane plane{};
   plane.nx = size.x;
   plane.ny = size.y;
@@ -85,8 +93,10 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
   std::tie(plane.begin_z, plane.end_z) = slab_bounds(plan_, slab);
   const bool at_hologram = centre_m.z <= 0;
-  // At the hologram itself the window is the plane: there is no cone to soften, and each pixel sees every sample.
-  const auto fan = at_hologram ? glm::dvec2(1) : plan_.tile_fan, edge = at_hologram ? glm::dvec2(0) : plan_.tile_edge;
+  // At the hologram itself the window is the plane: there is no cone to soften, and each pixel sees
+  // every sample.
+  const auto fan = at_hologram ? glm::dvec2(1) : plan_.tile_fan,
+             edge = at_hologram ? glm::dvec2(0) : plan_.tile_edge;
   plane.fan_x = static_cast<float>(fan.x);
   plane.fan_y = static_cast<float>(fan.y);
   plane.edge_rate_x = edge.x > 0 ? static_cast<float>(1 / edge.x) : 0.0f;
@@ -98,8 +108,10 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   } else {
     const auto narrowed = [&](double z) { return std::abs(z - centre_m.z) / z; };
     const auto widest = fan * std::max(narrowed(near_m), narrowed(far_m)) / centre_m.z;
-    // A sample's ray to the tile's centre crosses the plane at x when its tangent in the lattice is (x - centre) / distance + centre / z.
-    const auto turned = tile_m * (1 / near_m + 1 / far_m) / 2.0, spread = glm::abs(tile_m) * (1 / near_m - 1 / far_m) / 2.0;
+    // A sample's ray to the tile's centre crosses the plane at x when its tangent in the lattice is
+    // (x - centre) / distance + centre / z.
+    const auto turned = tile_m * (1 / near_m + 1 / far_m) / 2.0,
+               spread = glm::abs(tile_m) * (1 / near_m - 1 / far_m) / 2.0;
     plane.tangent_x = static_cast<float>((corner.x - tile_m.x) / centre_m.z + turned.x);
     plane.tangent_y = static_cast<float>((corner.y - tile_m.y) / centre_m.z + turned.y);
     plane.tangent_step_x = static_cast<float>(pitch.x / centre_m.z);
@@ -115,8 +127,11 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     plane.window_y = static_cast<float>(widest.y * half_window.y + tail.y + spread.y);
     if (any_near) {
       const auto room = [&](int axis) {
-        const double half = std::min(widest_near_wave * spot[axis], widest[axis] * centre_m.z * half_window[axis] + near_tail * spot[axis]);
-        const int pixels = static_cast<int>(std::min(2 * half / pitch[axis] + 5, static_cast<double>(size[axis])));
+        const double half =
+            std::min(widest_near_wave * spot[axis],
+                     widest[axis] * centre_m.z * half_window[axis] + near_tail * spot[axis]);
+        const int pixels =
+            static_cast<int>(std::min(2 * half / pitch[axis] + 5, static_cast<double>(size[axis])));
         return (pixels + lanes_ - 1) / lanes_ * lanes_ + 2 * lanes_;
       };
       plane.room_x = room(0);
@@ -133,35 +148,47 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   auto lattice = table_.lattice;
   lattice.half_width = static_cast<float>(half_window.x);
   lattice.half_height = static_cast<float>(half_window.y);
-  const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, local = lanes_ == 1 ? cl::Range{8, 8, 1} : cl::Range{1, 1, 1};
+  const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}},
+      local = lanes_ == 1 ? cl::Range{8, 8, 1} : cl::Range{1, 1, 1};
   const auto stride = static_cast<std::int32_t>(boxes_.size() / 4);
   if (table_.count > 0)
-    aim_.run({static_cast<std::size_t>(table_.count)}, group, table_.samples, table_.count, lattice, plane, aims_, stride, boxes_);
+    aim_.run({static_cast<std::size_t>(table_.count)}, group, table_.samples, table_.count, lattice,
+             plane, aims_, stride, boxes_);
 
   // As many of the lattice's rows at a time as the profiles of their samples fit.
   const auto profile_floats = 2 * static_cast<std::size_t>(plane.room_x + plane.room_y);
-  const auto at_once = static_cast<std::int64_t>(profile_bytes(device_.info()) / (4 * std::max<std::size_t>(profile_floats, 1)));
+  const auto at_once = static_cast<std::int64_t>(profile_bytes(device_.info()) /
+                                                 (4 * std::max<std::size_t>(profile_floats, 1)));
   const auto first_of = [&](int row) { return table_.first_of_row[static_cast<std::size_t>(row)]; };
-  const auto first_profile_of = [&](int row) { return table_.first_profile_of_row[static_cast<std::size_t>(row)]; };
+  const auto first_profile_of = [&](int row) {
+    return table_.first_profile_of_row[static_cast<std::size_t>(row)];
+  };
   for (int row = 0; row == 0 || row < lattice.ny;) {
     int end = row + 1;
     while (end < lattice.ny && first_profile_of(end + 1) - first_profile_of(row) <= at_once) ++end;
     const auto count = first_of(end) - first_of(row);
     const auto first_profile = static_cast<std::int32_t>(first_profile_of(row));
-    const auto room = std::max<std::size_t>(static_cast<std::size_t>(first_profile_of(end) - first_profile_of(row)) * profile_floats, 1);
+    const auto room = std::max<std::size_t>(
+        static_cast<std::size_t>(first_profile_of(end) - first_profile_of(row)) * profile_floats,
+        1);
     if (profiles_.size() < room) {
       profiles_ = {};
-      profiles_ = {device_, room + room / 8, "profiles of samples"};  // the next pose may need a little more
+      // The next pose may need a little more
+      profiles_ = {device_, room + room / 8, "profiles of samples"};
     }
     if (count > 0 && profile_floats > 0)
-      profile_.run({static_cast<std::size_t>(count)}, group, scene_.lights, table_.samples, table_.lit, aims_, first_of(row), first_profile,
-                   count, plane, profiles_);
-    const auto tiles = [](int n, int side) { return static_cast<std::size_t>((n + side - 1) / side); };
+      profile_.run({static_cast<std::size_t>(count)}, group, scene_.lights, table_.samples,
+                   table_.lit, aims_, first_of(row), first_profile, count, plane, profiles_);
+    const auto tiles = [](int n, int side) {
+      return static_cast<std::size_t>((n + side - 1) / side);
+    };
     const auto across = tiles(plane.nx, lanes_),
-               strip = strip_tiles_ == 0 ? across : std::min(across, static_cast<std::size_t>(strip_tiles_));
-    gather_.run({strip, tiles(plane.ny, tile_rows_), (across + strip - 1) / strip}, local, scene_.lights, table_.samples, table_.views,
-                table_.lit, aims_, stride, boxes_, profiles_, first_profile, phasors_, table_.first_of_cell, table_.count, row, end - 1,
-                std::int32_t{row > 0}, lattice, plane, field);
+               strip = strip_tiles_ == 0 ? across
+                                         : std::min(across, static_cast<std::size_t>(strip_tiles_));
+    gather_.run({strip, tiles(plane.ny, tile_rows_), (across + strip - 1) / strip}, local,
+                scene_.lights, table_.samples, table_.views, table_.lit, aims_, stride, boxes_,
+                profiles_, first_profile, phasors_, table_.first_of_cell, table_.count, row,
+                end - 1, std::int32_t{row > 0}, lattice, plane, field);
     row = end;
   }
 }

@@ -8,27 +8,30 @@
 #include <utility>
 
 #include "host/geometry/bvh.hpp"
-#include "host/trace/device_scene.hpp"
 #include "host/geometry/normal_cones.hpp"
+#include "host/trace/device_scene.hpp"
 
 namespace raywave {
 namespace {
 
 constexpr int triangles_of_leaf = 4;
 
-/// Per object: 1 when its triangles wind counter-clockwise seen from outside, -1 when clockwise, 0 when it has no inside.
+/// Per object: 1 when its triangles wind counter-clockwise seen from outside, -1 when clockwise, 0
+/// when it has no inside.
 std::vector<std::int32_t> sides_of(const World& world) {
   std::vector<double> volume(world.object_closed.size(), 0.0);
   for (std::size_t i = 0; i < world.triangles.size(); ++i) {
     const auto corners = world.triangles[i];
     const auto object = static_cast<std::size_t>(world.triangle_object[i]);
     // From a corner of the scene, so that the sum does not drown in the distance to the hologram.
-    const auto a = world.positions[corners.x] - world.min_m, b = world.positions[corners.y] - world.min_m,
+    const auto a = world.positions[corners.x] - world.min_m,
+               b = world.positions[corners.y] - world.min_m,
                c = world.positions[corners.z] - world.min_m;
     volume[object] += glm::dot(a, glm::cross(b, c));
   }
   std::vector<std::int32_t> sides;
-  for (std::size_t i = 0; i < volume.size(); ++i) sides.push_back(!world.object_closed[i] || volume[i] == 0 ? 0 : volume[i] > 0 ? 1 : -1);
+  for (std::size_t i = 0; i < volume.size(); ++i)
+    sides.push_back(!world.object_closed[i] || volume[i] == 0 ? 0 : volume[i] > 0 ? 1 : -1);
   return sides;
 }
 
@@ -40,7 +43,8 @@ struct Trees {
   int depth = 0;  // Bvh::depth of the deepest
 
   void add(const Bvh& bvh) {
-    const auto first_node = static_cast<std::int32_t>(nodes.size()), first_triangle = static_cast<std::int32_t>(triangles.size());
+    const auto first_node = static_cast<std::int32_t>(nodes.size()),
+               first_triangle = static_cast<std::int32_t>(triangles.size());
     roots.push_back(first_node);
     depth = std::max(depth, bvh.depth);
     for (auto node : bvh.nodes) {
@@ -71,15 +75,20 @@ void put_split(double value, float& high, float& low) { std::tie(high, low) = sp
 /// anchor_m  origin of the body's frame, world, before the motion
 /// origin_m  of the scene frame, world
 /// root      of its tree, node number `place`
-device::Body body_after(const Motion& motion, glm::dvec3 anchor_m, glm::dvec3 origin_m, const device::BvhNode& root, std::int32_t place) {
+device::Body body_after(const Motion& motion, glm::dvec3 anchor_m, glm::dvec3 origin_m,
+                        const device::BvhNode& root, std::int32_t place) {
   auto body = body_at_rest(place);
-  const auto outward = motion.scale * motion.turn, inward = glm::transpose(motion.turn) / motion.scale;
-  const auto centre = motion.moved ? motion.to_m - origin_m + outward * (anchor_m - motion.from_m) : anchor_m - origin_m;
+  const auto outward = motion.scale * motion.turn,
+             inward = glm::transpose(motion.turn) / motion.scale;
+  const auto centre = motion.moved ? motion.to_m - origin_m + outward * (anchor_m - motion.from_m)
+                                   : anchor_m - origin_m;
   glm::dvec3 low, high;
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
-      put_split(inward[column][row], body.inward[3 * row + column], body.inward_low[3 * row + column]);
-      put_split(outward[column][row], body.outward[3 * row + column], body.outward_low[3 * row + column]);
+      put_split(inward[column][row], body.inward[3 * row + column],
+                body.inward_low[3 * row + column]);
+      put_split(outward[column][row], body.outward[3 * row + column],
+                body.outward_low[3 * row + column]);
     }
     put_split(centre[row], body.centre[row], body.centre_low[row]);
     low[row] = std::min(root.left_min[row], root.right_min[row]);
@@ -105,13 +114,16 @@ Bodies::Bodies(const cl::Device& device, const World& world, glm::dvec3 anchor_m
   std::vector<float> in_frame;
   in_frame.reserve(3 * world.positions.size());
   for (const auto& p : world.positions) {
-    for (int axis = 0; axis < 3; ++axis) in_frame.push_back(static_cast<float>(p[axis] - anchor_m[axis]));
+    for (int axis = 0; axis < 3; ++axis)
+      in_frame.push_back(static_cast<float>(p[axis] - anchor_m[axis]));
   }
   tree.positions = {device, std::span<const float>(in_frame), "vertices"};
 }
 
 void Bodies::place(const Scene& scene, const World& world, glm::dvec3 origin_m, DeviceTree& tree) {
-  const auto motion_of = [&](std::size_t object) { return world.motion_of(static_cast<std::int32_t>(object)); };
+  const auto motion_of = [&](std::size_t object) {
+    return world.motion_of(static_cast<std::int32_t>(object));
+  };
   for (std::size_t i = 0; i < apart_.size(); ++i) apart_[i] = apart_[i] || motion_of(i).moved;
   if (auto sets = sets_of(apart_); sets != objects_) {
     objects_ = std::move(sets);
@@ -119,7 +131,8 @@ void Bodies::place(const Scene& scene, const World& world, glm::dvec3 origin_m, 
   }
   std::vector<device::Body> placed;
   for (std::size_t i = 0; i < roots_.size(); ++i) {
-    placed.push_back(body_after(motion_of(objects_[i][0]), anchor_m_, origin_m, root_nodes_[i], roots_[i]));
+    placed.push_back(
+        body_after(motion_of(objects_[i][0]), anchor_m_, origin_m, root_nodes_[i], roots_[i]));
     placed.back().last = i + 1 == roots_.size();
   }
   cl::put(device_, tree.bodies, placed, "bodies");
@@ -132,7 +145,8 @@ void Bodies::build_trees(const Scene& scene, const World& world, DeviceTree& tre
   }
   std::vector<std::vector<std::uint32_t>> triangles_of_bodies(objects_.size());
   for (std::size_t i = 0; i < world.triangles.size(); ++i)
-    triangles_of_bodies[body_of_object[static_cast<std::size_t>(world.triangle_object[i])]].push_back(static_cast<std::uint32_t>(i));
+    triangles_of_bodies[body_of_object[static_cast<std::size_t>(world.triangle_object[i])]]
+        .push_back(static_cast<std::uint32_t>(i));
 
   Trees trees;
   for (std::size_t body = 0; body < triangles_of_bodies.size(); ++body) {
@@ -145,7 +159,8 @@ void Bodies::build_trees(const Scene& scene, const World& world, DeviceTree& tre
     for (const auto place : bvh.order) {
       const auto t = glm::ivec3(corners[place]);
       const auto object = static_cast<std::size_t>(world.triangle_object[numbers[place]]);
-      triangles.push_back({t.x, t.y, t.z, scene.objects[object].material, sides_[object], static_cast<std::int32_t>(body)});
+      triangles.push_back({t.x, t.y, t.z, scene.objects[object].material, sides_[object],
+                           static_cast<std::int32_t>(body)});
       sides.push_back(sides_[object]);
     }
     mark_facing(bvh, sides);
@@ -154,7 +169,8 @@ void Bodies::build_trees(const Scene& scene, const World& world, DeviceTree& tre
   }
   roots_ = std::move(trees.roots);
   root_nodes_.clear();
-  for (const auto place : roots_) root_nodes_.push_back(trees.nodes[static_cast<std::size_t>(place)]);
+  for (const auto place : roots_)
+    root_nodes_.push_back(trees.nodes[static_cast<std::size_t>(place)]);
   cl::put(device_, tree.nodes, trees.nodes, "trees");
   cl::put(device_, tree.triangles, trees.triangles, "triangles");
   depth_ = std::max(depth_, trees.depth);

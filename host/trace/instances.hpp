@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What moves as one: its tree and vertices stay on the device as they were made, rays are turned to it (kernels/scene/bvh.h).
+/// What moves as one: its tree and vertices stay on the device as they were made, rays are turned
+/// to it (kernels/scene/bvh.h).
 #pragma once
 
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "host/trace/device_tree.hpp"
 #include "host/geometry/world.hpp"
 #include "host/scene/scene.hpp"
+#include "host/trace/device_tree.hpp"
 
 namespace raywave {
 
-/// A scene's objects as bodies: those that have not moved since the world was made are one, each of the others is one of its own.
+/// A scene's objects as bodies: those that have not moved since the world was made are one, each of
+/// the others is one of its own.
 class Bodies {
 public:
   /// The vertices go to the device, nothing else yet.
@@ -20,7 +22,8 @@ public:
   /// anchor_m  origin of the frames of all bodies, world
   Bodies(const cl::Device& device, const World& world, glm::dvec3 anchor_m, DeviceTree& tree);
 
-  /// The bodies where World::motions have them now. Trees are built the first time, and where objects part that were one body.
+  /// The bodies where World::motions have them now. Trees are built the first time, and where
+  /// objects part that were one body.
   ///
   /// origin_m  of the scene frame, world
   void place(const Scene& scene, const World& world, glm::dvec3 origin_m, DeviceTree& tree);
@@ -36,8 +39,9 @@ private:
   std::vector<std::int32_t> sides_;                // of the objects: device::Triangle::side
   std::vector<bool> apart_;                        // objects that have moved
   std::vector<std::vector<std::size_t>> objects_;  // of each body
-  std::vector<std::int32_t> roots_;                // of each body: the place of its tree's root among the nodes
-  std::vector<device::BvhNode> root_nodes_;        // these nodes
+  // Of each body: the place of its tree's root among the nodes
+  std::vector<std::int32_t> roots_;
+  std::vector<device::BvhNode> root_nodes_;  // these nodes
   int depth_ = 0;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// WRPs gathered in fewer columns and rows than the hologram has. Light on its way to the hologram's window converges: once the convergence
-/// is divided out, it fills only a part of the band that pixels can hold, and samples a few pitches apart say all there is to know
+/// WRPs gathered in fewer columns and rows than the hologram has. Light on its way to the
+/// hologram's window converges: once the convergence is divided out, it fills only a part of the
+/// band that pixels can hold, and samples a few pitches apart say all there is to know
 /// (docs/pipeline.md). Each axis for itself: the shorter side of the hologram leaves more to gain.
 #pragma once
 
@@ -14,15 +15,16 @@
 
 namespace raywave {
 
-/// Columns and rows of a slab's WRPs, as far apart as `oversampling` times what their light's band needs allows; along an axis where that
-/// gains too little, those of the hologram.
+/// Columns and rows of a slab's WRPs, as far apart as `oversampling` times what their light's band
+/// needs allows; along an axis where that gains too little, those of the hologram.
 ///
 /// plan  with its WRPs
 /// slab  of plan.slabs
 WrpAxes axes_for_band(const Plan& plan, const Slab& slab, double oversampling);
 
-/// Columns or rows of the hologram's pitch as sums of the WRP's: number i is the sum over j < taps of
-/// coefficients[i * taps + j] times number first[i] + j. A windowed sinc between the converging wave taken out and put back.
+/// Columns or rows of the hologram's pitch as sums of the WRP's: number i is the sum over j < taps
+/// of coefficients[i * taps + j] times number first[i] + j. A windowed sinc between the converging
+/// wave taken out and put back.
 struct Refinement {
   int taps = 1;
   std::vector<std::int32_t> first;
@@ -31,7 +33,8 @@ struct Refinement {
 
 /// slab      with its axes
 /// axis      0: columns, 1: rows
-/// centre_m  of the WRP from its tile's, positive towards later columns or rows: rows are counted downwards
+/// centre_m  of the WRP from its tile's, positive towards later columns or rows: rows are counted
+///           downwards
 /// accuracy  see predicted_oversampling_error
 Refinement refinement_of(const Plan& plan, const Slab& slab, int axis, double centre_m);
 
@@ -39,14 +42,17 @@ class Refiner {
 public:
   explicit Refiner(const cl::Device& device);
 
-  /// Frame `frame` of `coarse` (frames x Plan::gathered_size), gathered on the WRP of a slab that refines, into `fine` (Plan::tile_size).
-  void refine(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& coarse, int frame, cl::ComplexBuffer& fine);
+  /// Frame `frame` of `coarse` (frames x Plan::gathered_size), gathered on the WRP of a slab that
+  /// refines, into `fine` (Plan::tile_size).
+  void refine(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& coarse, int frame,
+              cl::ComplexBuffer& fine);
 
 private:
   /// All columns of the gathered rows, all rows of all columns.
-  void make_columns(const Plan& plan, const Slab& slab, double centre_m, const cl::ComplexBuffer& coarse, int frame,
-                    cl::ComplexBuffer& fine);
-  void make_rows(const Plan& plan, const Slab& slab, double centre_m, const cl::ComplexBuffer& coarse, int frame, cl::ComplexBuffer& fine);
+  void make_columns(const Plan& plan, const Slab& slab, double centre_m,
+                    const cl::ComplexBuffer& coarse, int frame, cl::ComplexBuffer& fine);
+  void make_rows(const Plan& plan, const Slab& slab, double centre_m,
+                 const cl::ComplexBuffer& coarse, int frame, cl::ComplexBuffer& fine);
 
   cl::Device device_;
   int lanes_;

@@ -11,7 +11,8 @@ namespace {
 
 /// Of a band's samples, about, on devices that have as much.
 std::size_t band_bytes(const cl::DeviceInfo& device) {
-  return static_cast<std::size_t>(std::min({std::uint64_t{64} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16}));
+  return static_cast<std::size_t>(std::min(
+      {std::uint64_t{64} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16}));
 }
 
 constexpr int most_samples = 1 << 28;
@@ -33,14 +34,18 @@ device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
   lattice.layer_gap = static_cast<float>(1e-3 * wanted.step * wanted.full_z_m);
   lattice.bias = scene.bias_m;
   lattice.reach = static_cast<float>(plan.far_m * 2);
-  lattice.half_width = static_cast<float>(plan.size.x * plan.pitch_m.x / 2 * std::max(1.0, plan.fan));
-  lattice.half_height = static_cast<float>(plan.size.y * plan.pitch_m.y / 2 * std::max(1.0, plan.fan));
+  lattice.half_width =
+      static_cast<float>(plan.size.x * plan.pitch_m.x / 2 * std::max(1.0, plan.fan));
+  lattice.half_height =
+      static_cast<float>(plan.size.y * plan.pitch_m.y / 2 * std::max(1.0, plan.fan));
   return lattice;
 }
 
-/// With an eighth to spare: a scene that moves needs a little more now and then, and new memory is slow at first.
+/// With an eighth to spare: a scene that moves needs a little more now and then, and new memory is
+/// slow at first.
 template <class T>
-void make_room(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t size, const char* name) {
+void make_room(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t size,
+               const char* name) {
   if (buffer.size() < size) {
     buffer = {};  // before the new one is asked for
     buffer = {device, size + size / 8, name};
@@ -49,7 +54,8 @@ void make_room(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t size
 
 /// Room for `wanted` elements, of which the first `kept` stay.
 template <class T>
-void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std::size_t wanted, const char* name) {
+void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std::size_t wanted,
+          const char* name) {
   if (buffer.size() >= wanted) return;
   cl::Buffer<T> larger(device, wanted + wanted / (kept > 0 ? 2 : 8), name);
   if (kept > 0) larger.copy_from(buffer, 0, kept);
@@ -58,7 +64,8 @@ void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std
 
 }  // namespace
 
-SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene, bool keep_unseen)
+SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
+                         bool keep_unseen)
     : view_parts(plan.view_parts),
       device_(device),
       program_(device, "kernels/samples/samples.cl",
@@ -83,17 +90,20 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   std::int64_t total = 0;
   hidden = 0;
   for (std::size_t row = 0; row < ny;) {
-    const auto rows =
-        std::clamp<std::size_t>(band_bytes(device_.info()) / (nx * bytes_per_slot * static_cast<std::size_t>(slots_)), 1, ny - row);
+    const auto rows = std::clamp<std::size_t>(
+        band_bytes(device_.info()) / (nx * bytes_per_slot * static_cast<std::size_t>(slots_)), 1,
+        ny - row);
     const auto cells = rows * nx, room = cells * static_cast<std::size_t>(slots_);
     make_room(device_, band_.counts, cells, "samples of each cell");
     make_room(device_, band_.samples, room, "samples");
     make_room(device_, band_.views, room * view_words(), "views of samples");
     make_room(device_, band_.lit, room * lights, "lights on samples");
-    find_samples_.run({(nx + static_cast<std::size_t>(lanes) - 1) / static_cast<std::size_t>(lanes), rows}, local, scene.tree.nodes,
-                      scene.tree.triangles, scene.tree.positions, scene.tree.bodies, scene.normals, scene.uvs, scene.materials,
-                      scene.lights, scene.texels, scene.ambient_light, lattice, static_cast<std::int32_t>(row),
-                      static_cast<std::int32_t>(rows), slots_, band_.counts, band_.samples, band_.views, band_.lit);
+    find_samples_.run(
+        {(nx + static_cast<std::size_t>(lanes) - 1) / static_cast<std::size_t>(lanes), rows}, local,
+        scene.tree.nodes, scene.tree.triangles, scene.tree.positions, scene.tree.bodies,
+        scene.normals, scene.uvs, scene.materials, scene.lights, scene.texels, scene.ambient_light,
+        lattice, static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows), slots_,
+        band_.counts, band_.samples, band_.views, band_.lit);
     int most = 0;
     const auto total_before = total;
     const auto hidden_before = hidden;
@@ -103,7 +113,8 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
             most = std::max(most, counts[cell].x);
             total += counts[cell].x;
             hidden += counts[cell].y;
-            first[row * nx + cell + 1] = {static_cast<std::int32_t>(std::min<std::int64_t>(total, INT32_MAX)), hidden};
+            first[row * nx + cell + 1] = {
+                static_cast<std::int32_t>(std::min<std::int64_t>(total, INT32_MAX)), hidden};
           }
         },
         CL_MAP_READ);
@@ -114,23 +125,26 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
       continue;
     }
     if (total > most_samples)
-      throw InputError("sampling.pitch: " + std::to_string(total) +
-                       " surface samples or more, at most 268435456 are allowed; give a larger pitch");
+      throw InputError(
+          "sampling.pitch: " + std::to_string(total) +
+          " surface samples or more, at most 268435456 are allowed; give a larger pitch");
 
-    const auto kept = static_cast<std::size_t>(total_before), wanted = static_cast<std::size_t>(std::max<std::int64_t>(total, 1));
+    const auto kept = static_cast<std::size_t>(total_before),
+               wanted = static_cast<std::size_t>(std::max<std::int64_t>(total, 1));
     grow(device_, samples, kept, wanted, "samples");
     grow(device_, views, kept * view_words(), wanted * view_words(), "views of samples");
     grow(device_, lit, kept * lights, wanted * lights, "lights on samples");
     make_room(device_, band_.first, cells, "samples of each cell");
     band_.first.write(std::span<const glm::ivec2>(first).subspan(row * nx, cells));
-    pack_samples_.run({cells}, group, band_.counts, band_.first, static_cast<std::int32_t>(cells), slots_, band_.samples, band_.views,
-                      band_.lit, samples, views, lit);
+    pack_samples_.run({cells}, group, band_.counts, band_.first, static_cast<std::int32_t>(cells),
+                      slots_, band_.samples, band_.views, band_.lit, samples, views, lit);
     row += rows;
   }
   count = static_cast<int>(total);
   std::vector<std::int32_t> cells;
   for (const auto& at : first) cells.push_back(at.x);
-  if (first_of_cell.size() != cells.size()) first_of_cell = {device_, cells.size(), "sample lattice"};
+  if (first_of_cell.size() != cells.size())
+    first_of_cell = {device_, cells.size(), "sample lattice"};
   first_of_cell.write(cells);
   first_of_row.clear();
   first_profile_of_row.clear();

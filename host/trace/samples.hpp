@@ -6,17 +6,19 @@
 #include <glm/vec2.hpp>
 #include <vector>
 
-#include "host/trace/device_scene.hpp"
 #include "host/plan/plan.hpp"
+#include "host/trace/device_scene.hpp"
 
 namespace raywave {
 
-/// Where rays of a lattice from the hologram's centre pierce the scene: every layer, outsides of closed meshes, both sides of open ones.
-/// The set does not depend on how a surface is cut into triangles.
+/// Where rays of a lattice from the hologram's centre pierce the scene: every layer, outsides of
+/// closed meshes, both sides of open ones. The set does not depend on how a surface is cut into
+/// triangles.
 class SampleTable {
 public:
   /// keep_unseen  samples that no part of the hologram's window sees stay in the table
-  SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene, bool keep_unseen = false);
+  SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
+              bool keep_unseen = false);
 
   /// Finds the samples of a scene with the same options, anew.
   /// throws  InputError when there are more than 2^28 cells or samples
@@ -25,18 +27,24 @@ public:
   device::Lattice lattice{};
   int view_parts;  // Plan::view_parts
   int count = 0;
-  int hidden = 0;                          // samples that some part of the window does not see
-  cl::Buffer<std::int32_t> first_of_cell;  // nx * ny + 1: samples of cell c are [first_of_cell[c], first_of_cell[c + 1])
-  cl::Buffer<device::Sample> samples;      // `count`, cell by cell, row by row, and room to spare; at least one element
-  cl::Buffer<std::uint32_t> views;         // which parts see each sample (kernels/samples/visibility.h), view_words() each
-  cl::Buffer<std::uint32_t> lit;           // which lights fall on each sample, 32 to a word
+  int hidden = 0;  // samples that some part of the window does not see
+  // Nx * ny + 1: samples of cell c are [first_of_cell[c], first_of_cell[c + 1])
+  cl::Buffer<std::int32_t> first_of_cell;
+  // `count`, cell by cell, row by row, and room to spare; at least one element
+  cl::Buffer<device::Sample> samples;
+  // Which parts see each sample (kernels/samples/visibility.h), view_words() each
+  cl::Buffer<std::uint32_t> views;
+  cl::Buffer<std::uint32_t> lit;  // which lights fall on each sample, 32 to a word
 
   std::vector<std::int32_t> first_of_row;          // of the lattice, and the count
   std::vector<std::int64_t> first_profile_of_row;  // the same of profiles: Sample::profile
 
-  /// Of the window's sides, whose light a near sample's profiles keep apart (kernels/samples/visibility.h).
+  /// Of the window's sides, whose light a near sample's profiles keep apart
+  /// (kernels/samples/visibility.h).
   int near_parts() const { return std::clamp(view_parts, 1, 8); }
-  std::size_t view_words() const { return static_cast<std::size_t>(std::max(1, view_parts * view_parts / 32)); }
+  std::size_t view_words() const {
+    return static_cast<std::size_t>(std::max(1, view_parts * view_parts / 32));
+  }
 
 private:
   /// Samples of a band of rows with room for the same number in every cell.

@@ -18,8 +18,8 @@ int lanes_of_kind(const cl::DeviceInfo& device) {
 cl::WorkShape work_shape(const cl::DeviceInfo& device) {
   if (device.work) return *device.work;
   const int lanes = lanes_of_kind(device);
-  // Rows: enough that a sample's set-up is shared by many pixels, few enough that all sums stay in the first cache. Strips so narrow that
-  // the profiles they need stay in the second.
+  // Rows: enough that a sample's set-up is shared by many pixels, few enough that all sums stay in
+  // the first cache. Strips so narrow that the profiles they need stay in the second.
   return lanes == 1 ? cl::WorkShape{1, 1, 0} : cl::WorkShape{lanes, 16, 8};
 }
 
@@ -32,12 +32,16 @@ std::string why_unfit(const cl::WorkShape& shape, const cl::DeviceInfo& device) 
     return unfit("lanes", packets ? "4, 8 or 16" : "1 on a device without packets", shape.lanes);
   const int least = packets ? 2 : 1, most = packets ? 64 : 16;
   if (shape.tile_rows < least || shape.tile_rows > most)
-    return unfit("tile_rows", std::to_string(least) + " to " + std::to_string(most), shape.tile_rows);
+    return unfit("tile_rows", std::to_string(least) + " to " + std::to_string(most),
+                 shape.tile_rows);
   if (packets ? shape.strip_tiles < 1 || shape.strip_tiles > 1024 : shape.strip_tiles != 0)
-    return unfit("strip_tiles", packets ? "1 to 1024" : "0 on a device without packets", shape.strip_tiles);
+    return unfit("strip_tiles", packets ? "1 to 1024" : "0 on a device without packets",
+                 shape.strip_tiles);
   return "";
 }
 
-int rows_of_tile(const cl::WorkShape& shape, int frames) { return std::max(std::min(shape.tile_rows, 2), shape.tile_rows / frames); }
+int rows_of_tile(const cl::WorkShape& shape, int frames) {
+  return std::max(std::min(shape.tile_rows, 2), shape.tile_rows / frames);
+}
 
 }  // namespace raywave

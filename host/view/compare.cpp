@@ -30,7 +30,8 @@ struct Plane {
 };
 
 Plane plane_of(const Image& image) {
-  if (image.width < 1 || image.height < 1 || image.pixels.size() != std::size_t{1} * image.width * image.height)
+  if (image.width < 1 || image.height < 1 ||
+      image.pixels.size() != std::size_t{1} * image.width * image.height)
     throw std::invalid_argument("compare: the pixels do not fill width * height");
   return {image.width, image.height, {image.pixels.begin(), image.pixels.end()}};
 }
@@ -40,11 +41,14 @@ constexpr double largest_float = std::numeric_limits<float>::max();
 /// What is beyond float becomes its largest number.
 Image image_of(const Plane& plane) {
   Image image{plane.width, plane.height, {}};
-  for (const double value : plane.pixels) image.pixels.push_back(static_cast<float>(std::clamp(value, -largest_float, largest_float)));
+  for (const double value : plane.pixels)
+    image.pixels.push_back(static_cast<float>(std::clamp(value, -largest_float, largest_float)));
   return image;
 }
 
-std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
+std::string size_text(int width, int height) {
+  return std::to_string(width) + " x " + std::to_string(height);
+}
 
 /// Weights of a Gaussian at 0, 1, ..., radius; those of both sides sum to 1.
 std::vector<double> gaussian(double sigma_px, int radius) {
@@ -60,7 +64,8 @@ std::vector<double> gaussian(double sigma_px, int radius) {
 
 std::vector<double> blur_weights(double sigma_px) {
   if (!(sigma_px >= 0 && sigma_px <= kMaxBlurPx))
-    throw InputError("blur: must be 0 to " + number_text(kMaxBlurPx) + " pixels, got " + number_text(sigma_px));
+    throw InputError("blur: must be 0 to " + number_text(kMaxBlurPx) + " pixels, got " +
+                     number_text(sigma_px));
   return gaussian(sigma_px, static_cast<int>(4 * sigma_px + 0.5));
 }
 
@@ -72,13 +77,16 @@ int mirrored(int i, int n) {
 
 /// Convolves rows, then columns, with a symmetric kernel.
 Plane smoothed(const Plane& plane, const std::vector<double>& weights) {
-  const int width = plane.width, height = plane.height, radius = static_cast<int>(weights.size()) - 1;
+  const int width = plane.width, height = plane.height,
+            radius = static_cast<int>(weights.size()) - 1;
   Plane rows{width, height, std::vector<double>(plane.pixels.size())};
   std::vector<double> padded(static_cast<std::size_t>(width) + 2 * radius);
   for (int y = 0; y < height; ++y) {
-    for (int x = -radius; x < width + radius; ++x) padded[x + radius] = plane.row(y)[mirrored(x, width)];
+    for (int x = -radius; x < width + radius; ++x)
+      padded[x + radius] = plane.row(y)[mirrored(x, width)];
     for (int k = -radius; k <= radius; ++k) {
-      for (int x = 0; x < width; ++x) rows.row(y)[x] += weights[std::abs(k)] * padded[x + radius + k];
+      for (int x = 0; x < width; ++x)
+        rows.row(y)[x] += weights[std::abs(k)] * padded[x + radius + k];
     }
   }
   Plane result{width, height, std::vector<double>(plane.pixels.size())};
@@ -94,52 +102,63 @@ Plane smoothed(const Plane& plane, const std::vector<double>& weights) {
 Plane cut_out(const Plane& plane, const Region& region) {
   Plane part{region.width, region.height, {}};
   for (int y = region.y; y < region.y + region.height; ++y)
-    part.pixels.insert(part.pixels.end(), plane.row(y) + region.x, plane.row(y) + region.x + region.width);
+    part.pixels.insert(part.pixels.end(), plane.row(y) + region.x,
+                       plane.row(y) + region.x + region.width);
   return part;
 }
 
 void require_inside(const Region& r, const Plane& plane) {
-  const bool inside =
-      r.x >= 0 && r.y >= 0 && r.width >= 1 && r.height >= 1 && r.width <= plane.width - r.x && r.height <= plane.height - r.y;
+  const bool inside = r.x >= 0 && r.y >= 0 && r.width >= 1 && r.height >= 1 &&
+                      r.width <= plane.width - r.x && r.height <= plane.height - r.y;
   if (!inside) {
-    throw InputError("region: " + size_text(r.width, r.height) + " pixels from (" + std::to_string(r.x) + ", " + std::to_string(r.y) +
+    throw InputError("region: " + size_text(r.width, r.height) + " pixels from (" +
+                     std::to_string(r.x) + ", " + std::to_string(r.y) +
                      ") do not lie in the picture of " + size_text(plane.width, plane.height));
   }
 }
 
-double dot(const Plane& a, const Plane& b) { return std::inner_product(a.pixels.begin(), a.pixels.end(), b.pixels.begin(), 0.0); }
+double dot(const Plane& a, const Plane& b) {
+  return std::inner_product(a.pixels.begin(), a.pixels.end(), b.pixels.begin(), 0.0);
+}
 
 Plane product(const Plane& a, const Plane& b) {
   Plane result = a;
-  std::transform(a.pixels.begin(), a.pixels.end(), b.pixels.begin(), result.pixels.begin(), std::multiplies<>());
+  std::transform(a.pixels.begin(), a.pixels.end(), b.pixels.begin(), result.pixels.begin(),
+                 std::multiplies<>());
   return result;
 }
 
 double contrast_of(const Plane& plane, const char* subject) {
   const double count = static_cast<double>(plane.pixels.size());
   const double mean = std::accumulate(plane.pixels.begin(), plane.pixels.end(), 0.0) / count;
-  if (!(mean > 0)) throw InputError(std::string("speckle contrast: ") + subject + " has no light there");
+  if (!(mean > 0))
+    throw InputError(std::string("speckle contrast: ") + subject + " has no light there");
   double sum = 0;
   for (const double v : plane.pixels) sum += (v - mean) * (v - mean);
   return std::sqrt(sum / count) / mean;
 }
 
-/// Mean over the windows that lie wholly inside; where the picture is smaller than a window, over all, with mirrored borders.
+/// Mean over the windows that lie wholly inside; where the picture is smaller than a window, over
+/// all, with mirrored borders.
 double mean_ssim(const Plane& a, const Plane& b, double dynamic_range) {
   const auto window = gaussian(kSsimSigmaPx, kSsimRadius);
   const auto local = [&](const Plane& plane) { return smoothed(plane, window); };
   const Plane mean_a = local(a), mean_b = local(b);
-  const Plane mean_aa = local(product(a, a)), mean_bb = local(product(b, b)), mean_ab = local(product(a, b));
+  const Plane mean_aa = local(product(a, a)), mean_bb = local(product(b, b)),
+              mean_ab = local(product(a, b));
   const double c1 = std::pow(0.01 * dynamic_range, 2), c2 = std::pow(0.03 * dynamic_range, 2);
 
-  const int margin_x = a.width > 2 * kSsimRadius ? kSsimRadius : 0, margin_y = a.height > 2 * kSsimRadius ? kSsimRadius : 0;
+  const int margin_x = a.width > 2 * kSsimRadius ? kSsimRadius : 0,
+            margin_y = a.height > 2 * kSsimRadius ? kSsimRadius : 0;
   double sum = 0;
   for (int y = margin_y; y < a.height - margin_y; ++y) {
     for (int x = margin_x; x < a.width - margin_x; ++x) {
       const double ma = mean_a.row(y)[x], mb = mean_b.row(y)[x];
-      const double variance_a = mean_aa.row(y)[x] - ma * ma, variance_b = mean_bb.row(y)[x] - mb * mb;
+      const double variance_a = mean_aa.row(y)[x] - ma * ma,
+                   variance_b = mean_bb.row(y)[x] - mb * mb;
       const double covariance = mean_ab.row(y)[x] - ma * mb;
-      sum += (2 * ma * mb + c1) * (2 * covariance + c2) / ((ma * ma + mb * mb + c1) * (variance_a + variance_b + c2));
+      sum += (2 * ma * mb + c1) * (2 * covariance + c2) /
+             ((ma * ma + mb * mb + c1) * (variance_a + variance_b + c2));
     }
   }
   return sum / (1.0 * (a.width - 2 * margin_x) * (a.height - 2 * margin_y));
@@ -149,18 +168,23 @@ double mean_ssim(const Plane& a, const Plane& b, double dynamic_range) {
 
 FieldComparison compare_fields(const FieldStack& a, const FieldStack& b) {
   const auto shape_text = [](const FieldStack& f) {
-    return std::to_string(f.frames) + (f.frames == 1 ? " frame of " : " frames of ") + size_text(f.nx, f.ny);
+    return std::to_string(f.frames) + (f.frames == 1 ? " frame of " : " frames of ") +
+           size_text(f.nx, f.ny);
   };
   if (a.nx != b.nx || a.ny != b.ny || a.frames != b.frames)
-    throw InputError("compare: the fields differ in size: A has " + shape_text(a) + ", B " + shape_text(b));
+    throw InputError("compare: the fields differ in size: A has " + shape_text(a) + ", B " +
+                     shape_text(b));
   const std::size_t count = std::size_t{1} * a.nx * a.ny;
-  if (count < 1 || a.frames < 1 || a.samples.size() != count * a.frames || b.samples.size() != count * b.frames)
+  if (count < 1 || a.frames < 1 || a.samples.size() != count * a.frames ||
+      b.samples.size() != count * b.frames)
     throw std::invalid_argument("compare: the samples do not fill nx * ny * frames");
 
   FieldComparison result;
   std::vector<double> squares(count);
   for (int frame = 0; frame < a.frames; ++frame) {
-    const auto at = [&](const FieldStack& f, std::size_t i) { return std::complex<double>(f.samples[frame * count + i]); };
+    const auto at = [&](const FieldStack& f, std::size_t i) {
+      return std::complex<double>(f.samples[frame * count + i]);
+    };
     double energy_a = 0, energy_b = 0, raw = 0;
     std::complex<double> inner = 0;  // <b, a>
     for (std::size_t i = 0; i < count; ++i) {
@@ -170,7 +194,9 @@ FieldComparison compare_fields(const FieldStack& a, const FieldStack& b) {
       inner += std::conj(at(b, i)) * at(a, i);
     }
     for (const auto& [name, energy] : {std::pair("A", energy_a), std::pair("B", energy_b)})
-      if (energy == 0) throw InputError("compare: frame " + std::to_string(frame + 1) + " of " + name + " is zero everywhere");
+      if (energy == 0)
+        throw InputError("compare: frame " + std::to_string(frame + 1) + " of " + name +
+                         " is zero everywhere");
 
     // The residual itself, not sqrt(1 - correlation^2), which loses all digits of a small error.
     const std::complex<double> scale = inner / energy_b;
@@ -186,19 +212,22 @@ FieldComparison compare_fields(const FieldStack& a, const FieldStack& b) {
     result.energy_ratio += energy_b / energy_a / a.frames;
   }
   result.difference = {a.nx, a.ny, {}};
-  for (const double square : squares) result.difference.pixels.push_back(static_cast<float>(std::min(std::sqrt(square), largest_float)));
+  for (const double square : squares)
+    result.difference.pixels.push_back(
+        static_cast<float>(std::min(std::sqrt(square), largest_float)));
   return result;
 }
 
 PictureComparison compare_pictures(const Image& a, const Image& b, const PictureOptions& options) {
   if (a.width != b.width || a.height != b.height) {
-    throw InputError("compare: the pictures differ in size: A is " + size_text(a.width, a.height) + " pixels, B " +
-                     size_text(b.width, b.height));
+    throw InputError("compare: the pictures differ in size: A is " + size_text(a.width, a.height) +
+                     " pixels, B " + size_text(b.width, b.height));
   }
   const int border = options.border_px, widest_border = (std::min(a.width, a.height) - 1) / 2;
   if (border < 0 || border > widest_border) {
-    throw InputError("border: must be 0 to " + std::to_string(widest_border) + " pixels for a picture of " + size_text(a.width, a.height) +
-                     ", got " + std::to_string(border));
+    throw InputError("border: must be 0 to " + std::to_string(widest_border) +
+                     " pixels for a picture of " + size_text(a.width, a.height) + ", got " +
+                     std::to_string(border));
   }
   const auto weights = blur_weights(options.blur_px);
   const Plane whole_a = smoothed(plane_of(a), weights), whole_b = smoothed(plane_of(b), weights);
@@ -206,7 +235,8 @@ PictureComparison compare_pictures(const Image& a, const Image& b, const Picture
   const Plane reference = cut_out(whole_a, inner);
   Plane judged = cut_out(whole_b, inner);
 
-  const double peak = *std::max_element(reference.pixels.begin(), reference.pixels.end()), energy_b = dot(judged, judged);
+  const double peak = *std::max_element(reference.pixels.begin(), reference.pixels.end()),
+               energy_b = dot(judged, judged);
   if (!(peak > 0)) throw InputError("compare: A is black");
   if (energy_b == 0) throw InputError("compare: B is black");
 
@@ -219,15 +249,19 @@ PictureComparison compare_pictures(const Image& a, const Image& b, const Picture
   result.scale = dot(judged, reference) / energy_b;
   for (double& v : judged.pixels) v *= result.scale;
   Plane difference = judged;
-  for (std::size_t i = 0; i < difference.pixels.size(); ++i) difference.pixels[i] -= reference.pixels[i];
-  const double mean_square = dot(difference, difference) / static_cast<double>(difference.pixels.size());
+  for (std::size_t i = 0; i < difference.pixels.size(); ++i)
+    difference.pixels[i] -= reference.pixels[i];
+  const double mean_square =
+      dot(difference, difference) / static_cast<double>(difference.pixels.size());
   result.psnr_db = 10 * std::log10(peak * peak / mean_square);
   result.ssim = mean_ssim(reference, judged, peak);
   result.difference = image_of(difference);
   return result;
 }
 
-Image blurred(const Image& image, double sigma_px) { return image_of(smoothed(plane_of(image), blur_weights(sigma_px))); }
+Image blurred(const Image& image, double sigma_px) {
+  return image_of(smoothed(plane_of(image), blur_weights(sigma_px)));
+}
 
 double speckle_contrast(const Image& image, const std::optional<Region>& region) {
   const Plane plane = plane_of(image);
@@ -237,20 +271,24 @@ double speckle_contrast(const Image& image, const std::optional<Region>& region)
 }
 
 std::vector<std::uint8_t> diverging_colours(const Image& values, double full) {
-  constexpr std::array<double, 3> red{178, 24, 43}, blue{33, 102, 172};  // the ends of ColorBrewer's RdBu
+  // The ends of ColorBrewer's RdBu
+  constexpr std::array<double, 3> red{178, 24, 43}, blue{33, 102, 172};
   std::vector<std::uint8_t> rgb;
   rgb.reserve(3 * values.pixels.size());
   for (const float value : values.pixels) {
     const double share = full > 0 ? std::clamp(value / full, -1.0, 1.0) : 0;
     const auto& end = share < 0 ? blue : red;
-    for (const double channel : end) rgb.push_back(static_cast<std::uint8_t>(std::lround(255 + std::abs(share) * (channel - 255))));
+    for (const double channel : end)
+      rgb.push_back(
+          static_cast<std::uint8_t>(std::lround(255 + std::abs(share) * (channel - 255))));
   }
   return rgb;
 }
 
 double largest_magnitude(const Image& values) {
   double largest = 0;
-  for (const float value : values.pixels) largest = std::max(largest, std::abs(static_cast<double>(value)));
+  for (const float value : values.pixels)
+    largest = std::max(largest, std::abs(static_cast<double>(value)));
   return largest;
 }
 

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How alike two fields or two pictures are. A is the reference, B is judged against it; all sums are taken in double precision.
-/// docs/compare.md gives every formula.
+/// How alike two fields or two pictures are. A is the reference, B is judged against it; all sums
+/// are taken in double precision. docs/compare.md gives every formula.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <vector>
 
-#include "host/scene/image.hpp"
 #include "host/common/npy.hpp"
+#include "host/scene/image.hpp"
 
 namespace raywave {
 
 /// Figures of each pair of frames, averaged over the frames.
 struct FieldComparison {
-  double correlation = 0;   // |<a,b>| / (|a| |b|): 1 when B is A times a number, 0 when they have nothing in common
+  // |<a,b>| / (|a| |b|): 1 when B is A times a number, 0 when they have nothing in common
+  double correlation = 0;
   double error = 0;         // |b - a| / |a|
   double error_scaled = 0;  // |c b - a| / |a| with the complex number c that makes it smallest
   double energy_ratio = 0;  // |b|^2 / |a|^2
@@ -30,36 +31,45 @@ struct Region {
 };
 
 struct PictureOptions {
-  double blur_px = 0;            // standard deviation of the Gaussian that both pictures are blurred with first
-  int border_px = 0;             // left out on every side after the blur
-  std::optional<Region> region;  // of the speckle contrast, in the whole picture; empty: all within the border
+  // Standard deviation of the Gaussian that both pictures are blurred with first
+  double blur_px = 0;
+  int border_px = 0;  // left out on every side after the blur
+  // Of the speckle contrast, in the whole picture; empty: all within the border
+  std::optional<Region> region;
 };
 
 struct PictureComparison {
-  double psnr_db = 0;                     // 10 log10(max(a)^2 / mean((scale b - a)^2)); infinite when B is A times a number
-  double ssim = 0;                        // mean structural similarity of a and scale b, 1 when they are equal
+  // 10 log10(max(a)^2 / mean((scale b - a)^2)); infinite when B is A times a number
+  double psnr_db = 0;
+  // Mean structural similarity of a and scale b, 1 when they are equal
+  double ssim = 0;
   double scale = 0;                       // least-squares scale of B to A
   double contrast_a = 0, contrast_b = 0;  // speckle contrast
   Image difference;                       // scale b - a, without the border
 };
 
-/// Compares pictures of linear values (intensities) after the blur; a common factor of the brightness does not count.
+/// Compares pictures of linear values (intensities) after the blur; a common factor of the
+/// brightness does not count.
 ///
-/// throws  InputError when the sizes differ, a picture or the region is black, nothing lies within the border, the region reaches beyond
-///         the picture, or the blur is not possible
-/// source  SSIM: Wang et al., IEEE Trans. Image Process. 13, 600 (2004): Gaussian window of 11 x 11, sigma 1.5, K1 = 0.01, K2 = 0.03, here
-///         with max(a) as the dynamic range
-PictureComparison compare_pictures(const Image& a, const Image& b, const PictureOptions& options = {});
+/// throws  InputError when the sizes differ, a picture or the region is black, nothing lies within
+///         the border, the region reaches beyond the picture, or the blur is not possible
+/// source  SSIM: Wang et al., IEEE Trans. Image Process. 13, 600 (2004): Gaussian window of 11 x
+///         11, sigma 1.5, K1 = 0.01, K2 = 0.03, here with max(a) as the dynamic range
+PictureComparison compare_pictures(const Image& a, const Image& b,
+                                   const PictureOptions& options = {});
 
-/// Gaussian blur, cut off at 4 sigma and summing to 1; borders are mirrored with the edge pixel repeated, as SciPy's 'reflect'.
+/// Gaussian blur, cut off at 4 sigma and summing to 1; borders are mirrored with the edge pixel
+/// repeated, as SciPy's 'reflect'.
 ///
 /// sigma_px  0 to 1000; below 0.125 the picture stays as it is
 /// throws    InputError for any other sigma
 Image blurred(const Image& image, double sigma_px);
 
-/// Standard deviation over mean: 1 for fully developed speckle, 1/sqrt(n) for the sum of n independent such patterns.
+/// Standard deviation over mean: 1 for fully developed speckle, 1/sqrt(n) for the sum of n
+/// independent such patterns.
 ///
-/// throws  InputError when the region (empty: all) reaches beyond the picture or its mean is not > 0
+/// throws  InputError when the region (empty: all) reaches beyond the picture or its mean is not >
+///         0
 double speckle_contrast(const Image& image, const std::optional<Region>& region = {});
 
 /// Signed values as 8-bit RGB: white at 0, red at +full, blue at -full and beyond.

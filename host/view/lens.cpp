@@ -19,22 +19,30 @@ constexpr double launch_seconds = 0.2;
 
 void check(const LensSpec& what) {
   const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
-  if (!positive(what.z_m)) throw InputError("lens: z must be > 0, on the object's side of the hologram");
-  if (!std::isfinite(what.view.x) || !std::isfinite(what.view.y)) throw InputError("lens: view must be two finite numbers");
-  if (!positive(what.aperture.x) || !positive(what.aperture.y)) throw InputError("lens: aperture must be > 0");
+  if (!positive(what.z_m))
+    throw InputError("lens: z must be > 0, on the object's side of the hologram");
+  if (!std::isfinite(what.view.x) || !std::isfinite(what.view.y))
+    throw InputError("lens: view must be two finite numbers");
+  if (!positive(what.aperture.x) || !positive(what.aperture.y))
+    throw InputError("lens: aperture must be > 0");
   if (what.points < 1 || what.points > most_points)
-    throw InputError("lens: rays per axis must be 1 to " + std::to_string(most_points) + ", got " + std::to_string(what.points));
+    throw InputError("lens: rays per axis must be 1 to " + std::to_string(most_points) + ", got " +
+                     std::to_string(what.points));
 }
 
-device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const LensSpec& what, glm::ivec2 size) {
+device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const LensSpec& what,
+                             glm::ivec2 size) {
   // The part of the hologram that is open, in half holograms.
-  const glm::dvec2 low = glm::max(what.view - what.aperture, -1.0), high = glm::min(what.view + what.aperture, 1.0);
-  if (!(low.x < high.x && low.y < high.y)) throw InputError("lens: view and aperture leave no part of the hologram open");
+  const glm::dvec2 low = glm::max(what.view - what.aperture, -1.0),
+                   high = glm::min(what.view + what.aperture, 1.0);
+  if (!(low.x < high.x && low.y < high.y))
+    throw InputError("lens: view and aperture leave no part of the hologram open");
   const glm::dvec2 half_m = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
   const glm::dvec2 step_m = (high - low) * half_m / static_cast<double>(what.points);
   const glm::dvec2 origin_m(plan.origin_m);
   // A hair in front of the scene: from the hologram itself rounding would grow with its distance.
-  const double start_m = std::max(0.0, plan.near_m - 0x1p-10 * static_cast<double>(scene.diameter_m));
+  const double start_m =
+      std::max(0.0, plan.near_m - 0x1p-10 * static_cast<double>(scene.diameter_m));
 
   device::LensPlane lens{};
   lens.nx = size.x;
@@ -58,12 +66,13 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
 
 }  // namespace
 
-Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene& scene, const LensSpec& what,
-                   const std::function<void(double)>& progress) {
+Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
+                   const LensSpec& what, const std::function<void(double)>& progress) {
   check(what);
   const auto size = picture_size(what.window_m, plan.size, plan.pitch_m);
   const auto lens = lens_plane(plan, scene, what, size);
-  cl::Buffer<float> picture(device, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), "picture");
+  cl::Buffer<float> picture(
+      device, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), "picture");
   auto see = cl::Program(device, "kernels/view/lens.cl", scene.options).kernel("see");
 
   const int lanes = lanes_for(device.info());
@@ -73,11 +82,13 @@ Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene
   for (std::int64_t done = 0; done < packets;) {
     count = std::min(count, packets - done);
     const auto start = std::chrono::steady_clock::now();
-    see.run({static_cast<std::size_t>(count)}, {local}, scene.tree.nodes, scene.tree.triangles, scene.tree.positions, scene.tree.bodies,
-            scene.normals, scene.uvs, scene.materials, scene.lights, scene.texels, scene.ambient_light, lens,
-            static_cast<std::int32_t>(done), static_cast<std::int32_t>(count), picture);
+    see.run({static_cast<std::size_t>(count)}, {local}, scene.tree.nodes, scene.tree.triangles,
+            scene.tree.positions, scene.tree.bodies, scene.normals, scene.uvs, scene.materials,
+            scene.lights, scene.texels, scene.ambient_light, lens, static_cast<std::int32_t>(done),
+            static_cast<std::int32_t>(count), picture);
     device.finish();
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     done += count;
     const double growth = std::clamp(launch_seconds / std::max(seconds, 1e-6), 1.0 / 16, 4.0);
     count = std::max<std::int64_t>(1, std::llround(static_cast<double>(count) * growth));
@@ -86,7 +97,9 @@ Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene
   Image image{size.x, size.y, picture.read()};
   for (float& radiance : image.pixels) {
     radiance = static_cast<float>(radiance * scene.radiance_unit);
-    if (!std::isfinite(radiance)) throw InputError("lens: the picture is brighter than a float holds; give a smaller light.intensity");
+    if (!std::isfinite(radiance))
+      throw InputError(
+          "lens: the picture is brighter than a float holds; give a smaller light.intensity");
   }
   return image;
 }

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a lens would see of the scene: the picture that every hologram of it should approach (kernels/view/lens.cl).
+/// What a lens would see of the scene: the picture that every hologram of it should approach
+/// (kernels/view/lens.cl).
 #pragma once
 
 #include <functional>
 #include <glm/vec2.hpp>
 #include <optional>
 
-#include "host/trace/device_scene.hpp"
-#include "host/scene/image.hpp"
 #include "host/plan/plan.hpp"
+#include "host/scene/image.hpp"
+#include "host/trace/device_scene.hpp"
 
 namespace raywave {
 
@@ -16,21 +17,26 @@ namespace raywave {
 struct LensSpec {
   double z_m = 0.1;                    // of the plane in focus, > 0 on the object's side
   std::optional<glm::dvec2> window_m;  // size of the picture around the axis; empty: the hologram's
-  glm::dvec2 view{0, 0};               // centre of the lens, in half holograms: (-1, -1) bottom left to (1, 1) top right
-  glm::dvec2 aperture{1, 1};           // its size in holograms; what lies beyond the hologram's edge is cut off
-  int points = 24;                     // of the lens that rays start from, per axis, 1 to 4096: points^2 rays per pixel
+  // Centre of the lens, in half holograms: (-1, -1) bottom left to (1, 1) top right
+  glm::dvec2 view{0, 0};
+  // Its size in holograms; what lies beyond the hologram's edge is cut off
+  glm::dvec2 aperture{1, 1};
+  // Of the lens that rays start from, per axis, 1 to 4096: points^2 rays per pixel
+  int points = 24;
 };
 
-/// Radiance in the plane z, averaged over the lens: an ideal rectangular lens in the hologram's plane, incoherent light, no diffraction.
-/// Every pixel is the mean over a grid of cell centres on the lens of the Phong radiance where the ray through the pixel's centre first
-/// meets the scene, 0 where it meets nothing; mirrors and glass are followed to trace.depth. Pixels lie where reconstruct puts them, on
-/// the hologram's pitch. A surface sharp in one picture is as sharp as its pixels in the other.
+/// Radiance in the plane z, averaged over the lens: an ideal rectangular lens in the hologram's
+/// plane, incoherent light, no diffraction. Every pixel is the mean over a grid of cell centres on
+/// the lens of the Phong radiance where the ray through the pixel's centre first meets the scene, 0
+/// where it meets nothing; mirrors and glass are followed to trace.depth. Pixels lie where
+/// reconstruct puts them, on the hologram's pitch. A surface sharp in one picture is as sharp as
+/// its pixels in the other.
 ///
 /// plan      and `scene` with the same origin; a DeviceScene serves any number of pictures
 /// progress  called with 0..1 when given
 /// throws    InputError when z, window, view, aperture or points are not possible
 /// accuracy  docs/lens.md; bit-identical for the same device
-Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene& scene, const LensSpec& what,
-                   const std::function<void(double)>& progress = {});
+Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
+                   const LensSpec& what, const std::function<void(double)>& progress = {});
 
 }  // namespace raywave

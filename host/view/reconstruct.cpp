@@ -15,7 +15,8 @@ namespace {
 
 bool positive(double value) { return std::isfinite(value) && value > 0; }
 
-/// A part of the window that one propagation covers. Its size is the hologram's; columns x rows of it lie in the window.
+/// A part of the window that one propagation covers. Its size is the hologram's; columns x rows of
+/// it lie in the window.
 struct Tile {
   glm::ivec2 first{0, 0}, used{0, 0};
   glm::dvec2 centre_m{0, 0};
@@ -26,68 +27,95 @@ std::vector<Tile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 pitch_
   for (int y = 0; y < window.y; y += size.y) {
     for (int x = 0; x < window.x; x += size.x) {
       const glm::ivec2 first(x, y);
-      // Both centres lie between samples where a size is even, so a tile may be off the hologram's grid by half a sample.
+      // Both centres lie between samples where a size is even, so a tile may be off the hologram's
+      // grid by half a sample.
       const glm::dvec2 offset = glm::dvec2(first) + (glm::dvec2(size) - glm::dvec2(window)) / 2.0;
-      tiles.push_back({first, glm::min(size, window - first), glm::dvec2(offset.x, -offset.y) * pitch_m});
+      tiles.push_back(
+          {first, glm::min(size, window - first), glm::dvec2(offset.x, -offset.y) * pitch_m});
     }
   }
   return tiles;
 }
 
-/// Whether sample i of n, at (2 i + 1) / n - 1 in half holograms, lies in the part that lets light through.
-bool lets_through(int i, int n, double centre, double size) { return std::abs((2.0 * i + 1) / n - 1 - centre) <= size; }
+/// Whether sample i of n, at (2 i + 1) / n - 1 in half holograms, lies in the part that lets light
+/// through.
+bool lets_through(int i, int n, double centre, double size) {
+  return std::abs((2.0 * i + 1) / n - 1 - centre) <= size;
+}
 
-/// A power of two near the field's largest number, 1 where its square has room in a float anyway: dividing by it changes no digit.
+/// A power of two near the field's largest number, 1 where its square has room in a float anyway:
+/// dividing by it changes no digit.
 double unit_of(const FieldStack& hologram) {
   float largest = 0;
-  for (const auto& sample : hologram.samples) largest = std::max({largest, std::abs(sample.real()), std::abs(sample.imag())});
-  return largest == 0 || (largest >= 0x1p-30f && largest <= 0x1p30f) ? 1 : std::ldexp(1.0, std::ilogb(largest));
+  for (const auto& sample : hologram.samples)
+    largest = std::max({largest, std::abs(sample.real()), std::abs(sample.imag())});
+  return largest == 0 || (largest >= 0x1p-30f && largest <= 0x1p30f)
+             ? 1
+             : std::ldexp(1.0, std::ilogb(largest));
 }
 
 void check(const FieldStack& hologram, const HologramSpec& spec, const ReconstructSpec& what) {
-  if (!positive(what.z_m)) throw InputError("reconstruction: z must be > 0, on the object's side of the hologram");
+  if (!positive(what.z_m))
+    throw InputError("reconstruction: z must be > 0, on the object's side of the hologram");
   if (hologram.nx != spec.resolution.x || hologram.ny != spec.resolution.y) {
-    throw InputError("reconstruction: the hologram has " + std::to_string(hologram.nx) + " x " + std::to_string(hologram.ny) +
-                     " samples, " + std::to_string(spec.resolution.x) + " x " + std::to_string(spec.resolution.y) + " expected");
+    throw InputError("reconstruction: the hologram has " + std::to_string(hologram.nx) + " x " +
+                     std::to_string(hologram.ny) + " samples, " +
+                     std::to_string(spec.resolution.x) + " x " + std::to_string(spec.resolution.y) +
+                     " expected");
   }
-  if (!std::isfinite(what.view.x) || !std::isfinite(what.view.y)) throw InputError("reconstruction: view must be two finite numbers");
-  if (!positive(what.aperture.x) || !positive(what.aperture.y)) throw InputError("reconstruction: aperture must be > 0");
+  if (!std::isfinite(what.view.x) || !std::isfinite(what.view.y))
+    throw InputError("reconstruction: view must be two finite numbers");
+  if (!positive(what.aperture.x) || !positive(what.aperture.y))
+    throw InputError("reconstruction: aperture must be > 0");
 }
 
 }  // namespace
 
-glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 hologram_size, glm::dvec2 pitch_m) {
+glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 hologram_size,
+                        glm::dvec2 pitch_m) {
   if (!window_m) return hologram_size;
-  if (!positive(window_m->x) || !positive(window_m->y)) throw InputError("picture: both sides of the window must be > 0");
+  if (!positive(window_m->x) || !positive(window_m->y))
+    throw InputError("picture: both sides of the window must be > 0");
   const glm::dvec2 samples = glm::max(glm::round(*window_m / pitch_m), 1.0);
-  if (samples.x * samples.y > 1e9) throw InputError("picture: the window has more than 1e9 samples");
-  if (std::max(samples.x, samples.y) > 1e6) throw InputError("picture: a side of the window has more than 1e6 samples");  // PNG's limit
+  if (samples.x * samples.y > 1e9)
+    throw InputError("picture: the window has more than 1e9 samples");
+  // PNG's limit
+  if (std::max(samples.x, samples.y) > 1e6)
+    throw InputError("picture: a side of the window has more than 1e6 samples");
   return samples;
 }
 
-Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldStack& hologram, const HologramSpec& spec,
-                  const ReconstructSpec& what, const std::function<void(double)>& progress) {
+Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldStack& hologram,
+                  const HologramSpec& spec, const ReconstructSpec& what,
+                  const std::function<void(double)>& progress) {
   check(hologram, spec, what);
   const glm::ivec2 size = spec.resolution;
   const auto window = picture_size(what.window_m, size, spec.pitch_m);
-  const auto bytes = [](glm::ivec2 plane, std::uint64_t each) { return each * static_cast<std::uint64_t>(plane.x) * plane.y; };
+  const auto bytes = [](glm::ivec2 plane, std::uint64_t each) {
+    return each * static_cast<std::uint64_t>(plane.x) * plane.y;
+  };
   const auto padded = padded_size(size, what.padding);
   const std::string advice = "a smaller hologram or window needs less";
-  cl::require_memory(device, std::vector<cl::MemoryNeed>{{"padded plane", bytes(padded, 8), advice},
-                                                         {"sum of spectra", bytes(padded, 8), advice},
-                                                         {"hologram field", bytes(size, 8), advice},
-                                                         {"reconstruction", bytes(window, 4), advice}});
+  cl::require_memory(device,
+                     std::vector<cl::MemoryNeed>{{"padded plane", bytes(padded, 8), advice},
+                                                 {"sum of spectra", bytes(padded, 8), advice},
+                                                 {"hologram field", bytes(size, 8), advice},
+                                                 {"reconstruction", bytes(window, 4), advice}});
   const double unit = unit_of(hologram);
   Propagator propagator(device, {size, spec.pitch_m, spec.wavelength_m, what.padding, backend});
   auto tiles = tiles_of(window, size, spec.pitch_m);
-  std::erase_if(tiles, [&](const Tile& tile) { return !propagator.reaches({tile.centre_m, -what.z_m}); });
+  std::erase_if(tiles, [&](const Tile& tile) {
+    return !propagator.reaches({tile.centre_m, -what.z_m});
+  });
   std::vector<Target> targets;
   for (const auto& tile : tiles) targets.push_back({tile.centre_m, -what.z_m});
 
   cl::ComplexBuffer field(device, static_cast<std::size_t>(size.x) * size.y, "hologram field");
-  cl::Buffer<float> intensity(device, static_cast<std::size_t>(window.x) * window.y, "reconstruction");
+  cl::Buffer<float> intensity(device, static_cast<std::size_t>(window.x) * window.y,
+                              "reconstruction");
   intensity.fill_zero();
-  auto add_intensity = cl::Program(device, "kernels/view/reconstruct.cl", {}).kernel("add_intensity");
+  auto add_intensity =
+      cl::Program(device, "kernels/view/reconstruct.cl", {}).kernel("add_intensity");
   const bool cpu = device.info().kind == cl::DeviceKind::cpu;
 
   std::vector<std::complex<float>> masked(field.size());
@@ -96,8 +124,12 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
     for (int y = 0; y < size.y; ++y) {
       for (int x = 0; x < size.x; ++x) {
         const auto i = static_cast<std::size_t>(y) * size.x + x;
-        const bool open = lets_through(x, size.x, what.view.x, what.aperture.x) && lets_through(y, size.y, -what.view.y, what.aperture.y);
-        masked[i] = open ? std::complex<float>(std::complex<double>(hologram.samples[frame * masked.size() + i]) / unit) : 0;
+        const bool open = lets_through(x, size.x, what.view.x, what.aperture.x) &&
+                          lets_through(y, size.y, -what.view.y, what.aperture.y);
+        masked[i] =
+            open ? std::complex<float>(
+                       std::complex<double>(hologram.samples[frame * masked.size() + i]) / unit)
+                 : 0;
       }
     }
     field.write(masked);
@@ -105,16 +137,21 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
     for (const auto& tile : tiles) {
       propagator.add({tile.centre_m, -what.z_m});
       propagator.collect(field);
-      const auto columns = static_cast<std::size_t>(cpu ? 1 : tile.used.x), rows = static_cast<std::size_t>(tile.used.y);
-      add_intensity.run({columns, rows}, {cpu ? 1u : 64u, 1}, field, intensity, size.x, window.x, tile.first.x, tile.first.y, tile.used.x,
-                        tile.used.y, 1.0f / static_cast<float>(hologram.frames));
-      if (progress) progress(static_cast<double>(++done) / static_cast<double>(tiles.size() * hologram.frames));
+      const auto columns = static_cast<std::size_t>(cpu ? 1 : tile.used.x),
+                 rows = static_cast<std::size_t>(tile.used.y);
+      add_intensity.run({columns, rows}, {cpu ? 1u : 64u, 1}, field, intensity, size.x, window.x,
+                        tile.first.x, tile.first.y, tile.used.x, tile.used.y,
+                        1.0f / static_cast<float>(hologram.frames));
+      if (progress)
+        progress(static_cast<double>(++done) / static_cast<double>(tiles.size() * hologram.frames));
     }
   }
   Image image{window.x, window.y, intensity.read()};
   for (float& value : image.pixels) {
     value = static_cast<float>(value * unit * unit);
-    if (!std::isfinite(value)) throw InputError("reconstruction: the picture is brighter than a float holds; scale the hologram's field");
+    if (!std::isfinite(value))
+      throw InputError(
+          "reconstruction: the picture is brighter than a float holds; scale the hologram's field");
   }
   return image;
 }
@@ -134,7 +171,9 @@ std::vector<std::uint8_t> expose(const Image& intensity, double percentile, doub
   if (!intensity.pixels.empty()) {
     auto sorted = intensity.pixels;
     const double last = static_cast<double>(sorted.size() - 1);
-    const auto nth = sorted.begin() + static_cast<std::ptrdiff_t>(std::lround(last * std::clamp(percentile, 0.0, 100.0) / 100));
+    const auto nth =
+        sorted.begin() +
+        static_cast<std::ptrdiff_t>(std::lround(last * std::clamp(percentile, 0.0, 100.0) / 100));
     std::nth_element(sorted.begin(), nth, sorted.end());
     level = *nth > 0 ? *nth : *std::max_element(nth, sorted.end());
   }
@@ -143,7 +182,8 @@ std::vector<std::uint8_t> expose(const Image& intensity, double percentile, doub
   if (level <= 0) return pixels;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const double linear = std::clamp(static_cast<double>(intensity.pixels[i]) / level, 0.0, 1.0);
-    const double encoded = linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+    const double encoded =
+        linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
     pixels[i] = static_cast<std::uint8_t>(std::lround(255 * encoded));
   }
   return pixels;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a hologram shows: numerical propagation to any distance and window, as a camera sensor at that depth would see it.
+/// What a hologram shows: numerical propagation to any distance and window, as a camera sensor at
+/// that depth would see it.
 #pragma once
 
 #include <functional>
@@ -7,8 +8,8 @@
 #include <optional>
 
 #include "cl/fft.hpp"
-#include "host/scene/image.hpp"
 #include "host/common/npy.hpp"
+#include "host/scene/image.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {
@@ -17,29 +18,39 @@ struct ReconstructSpec {
   double z_m = 0.1;                    // of the plane looked at, > 0 on the object's side
   std::optional<glm::dvec2> window_m;  // size of the picture around the axis; empty: the hologram's
   glm::dvec2 view{
-      0, 0};  // centre of the part of the hologram that lets light through, in half holograms: (-1, -1) bottom left to (1, 1) top right
+      // Centre of the part of the hologram that lets light through, in half holograms: (-1, -1)
+      // bottom left to (1, 1) top right
+      0, 0};
   glm::dvec2 aperture{1, 1};  // size of that part in holograms; 1 is all of it
   double padding = 2;
 };
 
-/// Samples per side of a picture: the window in whole pitches, rounded to nearest, at least one; the hologram's when empty.
+/// Samples per side of a picture: the window in whole pitches, rounded to nearest, at least one;
+/// the hologram's when empty.
 ///
-/// throws  InputError when a side is not > 0 or there would be more than 1e9 samples, or 1e6 on a side
-glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 hologram_size, glm::dvec2 pitch_m);
+/// throws  InputError when a side is not > 0 or there would be more than 1e9 samples, or 1e6 on a
+///         side
+glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 hologram_size,
+                        glm::dvec2 pitch_m);
 
-/// Intensity (|u|^2 averaged over frames) on the hologram's pitch; the window is a whole number of samples. Windows larger than the
-/// hologram are put together from tiles, each a shifted propagation of its own; tiles that no light of the hologram reaches stay black.
+/// Intensity (|u|^2 averaged over frames) on the hologram's pitch; the window is a whole number of
+/// samples. Windows larger than the hologram are put together from tiles, each a shifted
+/// propagation of its own; tiles that no light of the hologram reaches stay black.
 ///
 /// progress  called with 0..1 when given
 /// throws    InputError when z, window, view or aperture are not possible
-Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldStack& hologram, const HologramSpec& spec,
-                  const ReconstructSpec& what, const std::function<void(double)>& progress = {});
+Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldStack& hologram,
+                  const HologramSpec& spec, const ReconstructSpec& what,
+                  const std::function<void(double)>& progress = {});
 
-/// exp(i phase) of an encoded hologram: level l of 256 (pixel value l / 255, as load_levels gives it) shows the phase 2 pi l / 256.
+/// exp(i phase) of an encoded hologram: level l of 256 (pixel value l / 255, as load_levels gives
+/// it) shows the phase 2 pi l / 256.
 FieldStack field_of_levels(const Image& levels);
 
-/// 8-bit sRGB picture of intensities where `percentile` (0..100) of the pixels stay at or below white; `white` receives the intensity
-/// shown white (the largest when the percentile is black). A black picture stays black.
-std::vector<std::uint8_t> expose(const Image& intensity, double percentile, double* white = nullptr);
+/// 8-bit sRGB picture of intensities where `percentile` (0..100) of the pixels stay at or below
+/// white; `white` receives the intensity shown white (the largest when the percentile is black). A
+/// black picture stays black.
+std::vector<std::uint8_t> expose(const Image& intensity, double percentile,
+                                 double* white = nullptr);
 
 }  // namespace raywave

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Packets of RAYWAVE_LANES complex samples, interleaved in memory, apart in registers (calls and interleaved arithmetic stop PoCL's
-// vectoriser).
+// Packets of RAYWAVE_LANES complex samples, interleaved in memory, apart in registers (calls and
+// interleaved arithmetic stop PoCL's vectoriser).
 #ifndef RAYWAVE_COMPLEX_LANES_H
 #define RAYWAVE_COMPLEX_LANES_H
 
@@ -25,7 +25,9 @@ static inline void load_complex(const __global float2* p, floatv* re, floatv* im
   *re = p->x;
   *im = p->y;
 }
-static inline void store_complex(floatv re, floatv im, __global float2* p) { *p = (float2)(re, im); }
+static inline void store_complex(floatv re, floatv im, __global float2* p) {
+  *p = (float2)(re, im);
+}
 #elif RAYWAVE_LANES == 16
 static inline void load_complex(const __global float2* p, floatv* re, floatv* im) {
   split_complex(vload16(0, (const __global float*)p), vload16(1, (const __global float*)p), re, im);

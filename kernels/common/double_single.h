@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lengths of some 48 bits, RAYWAVE_LANES side by side: pairs of floats whose sum is meant, or doubles. A path of a metre is more than 10^6
-// wavelengths; floats hold its phase only once whole turns are taken off.
+// Lengths of some 48 bits, RAYWAVE_LANES side by side: pairs of floats whose sum is meant, or
+// doubles. A path of a metre is more than 10^6 wavelengths; floats hold its phase only once whole
+// turns are taken off.
 //
-// Relative error of sum, product, quotient and root <= 2^-44 (of a sum: relative to the larger term). After Dekker, Numer. Math. 18, 224
-// (1971), and Joldes, Muller & Popescu, ACM Trans. Math. Softw. 44, 15res (2017).
+// Relative error of sum, product, quotient and root <= 2^-44 (of a sum: relative to the larger
+// term). After Dekker, Numer. Math. 18, 224 (1971), and Joldes, Muller & Popescu, ACM Trans. Math.
+// Softw. 44, 15res (2017).
 #ifndef RAYWAVE_WIDE_H
 #define RAYWAVE_WIDE_H
 
 #include "kernels/common/lanes.h"
 #include "kernels/common/phase.h"
 
-#define PRECISION_FLOAT 0     // floats for differences of phase within a tile, pairs of floats for what they count from
+// Floats for differences of phase within a tile, pairs of floats for what they count from
+#define PRECISION_FLOAT 0
 #define PRECISION_EXTENDED 1  // pairs of floats
 #define PRECISION_DOUBLE 2    // doubles, where the device has them
 #ifndef RAYWAVE_PRECISION
@@ -89,12 +92,16 @@ static inline Wide wide_sqrt(Wide a) {
   return wide(root, rest / fmax(root + root, (floatv)(1e-30f)));
 }
 
-// Reduced turns. Beyond 2^22 turns a float's rounding to whole ones leaves some over, which the second step takes.
-static inline floatv wide_turns(Wide turns) { return turns_reduced(turns_reduced(turns.hi)) + turns.lo; }
+// Reduced turns. Beyond 2^22 turns a float's rounding to whole ones leaves some over, which the
+// second step takes.
+static inline floatv wide_turns(Wide turns) {
+  return turns_reduced(turns_reduced(turns.hi)) + turns.lo;
+}
 #endif
 
 static inline Wide wide_select(Wide no, Wide yes, intv mask) {
-  return wide(LANES_SELECT(wide_high(no), wide_high(yes), mask), LANES_SELECT(wide_low(no), wide_low(yes), mask));
+  return wide(LANES_SELECT(wide_high(no), wide_high(yes), mask),
+              LANES_SELECT(wide_low(no), wide_low(yes), mask));
 }
 
 // Vectors.
@@ -119,7 +126,8 @@ static inline Wide3 wide3_scaled(Wide3 a, Wide s) {
 
 // a + b s
 static inline Wide3 wide3_along(Wide3 a, Wide3 b, Wide s) {
-  const Wide3 v = {wide_plus(a.x, wide_times(b.x, s)), wide_plus(a.y, wide_times(b.y, s)), wide_plus(a.z, wide_times(b.z, s))};
+  const Wide3 v = {wide_plus(a.x, wide_times(b.x, s)), wide_plus(a.y, wide_times(b.y, s)),
+                   wide_plus(a.z, wide_times(b.z, s))};
   return v;
 }
 
@@ -128,7 +136,8 @@ static inline Wide wide3_dot(Wide3 a, Wide3 b) {
 }
 
 static inline Wide3 wide3_cross(Wide3 a, Wide3 b) {
-  const Wide3 v = {wide_minus(wide_times(a.y, b.z), wide_times(a.z, b.y)), wide_minus(wide_times(a.z, b.x), wide_times(a.x, b.z)),
+  const Wide3 v = {wide_minus(wide_times(a.y, b.z), wide_times(a.z, b.y)),
+                   wide_minus(wide_times(a.z, b.x), wide_times(a.x, b.z)),
                    wide_minus(wide_times(a.x, b.y), wide_times(a.y, b.x))};
   return v;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random phases that belong to a place: integer arithmetic only, so that every device draws the same.
+// Random phases that belong to a place: integer arithmetic only, so that every device draws the
+// same.
 #ifndef RAYWAVE_HASH_H
 #define RAYWAVE_HASH_H
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Structs that host and device share. Members are 4-byte scalars only, so that both sides lay them out alike; tests/cl/device.cpp checks
-// size and offsets on every device. Lengths are metres in the scene frame (world minus the scene's origin, docs/conventions.md).
+// Structs that host and device share. Members are 4-byte scalars only, so that both sides lay them
+// out alike; tests/cl/device.cpp checks size and offsets on every device. Lengths are metres in the
+// scene frame (world minus the scene's origin, docs/conventions.md).
 #ifndef RAYWAVE_SHARED_H
 #define RAYWAVE_SHARED_H
 
-// Inner node of a flattened tree: the boxes of both children. A child with BVH_COUNT(count) 0 is node number `child`; one with more is a
-// leaf of the triangles [child, child + BVH_COUNT(count)). The rest of `count` says which way what lies in the box faces (facing.h).
+// Inner node of a flattened tree: the boxes of both children. A child with BVH_COUNT(count) 0 is
+// node number `child`; one with more is a leaf of the triangles [child, child + BVH_COUNT(count)).
+// The rest of `count` says which way what lies in the box faces (facing.h).
 #define BVH_COUNT(count) ((count)&15)
 typedef struct {
   float left_min[3];
@@ -18,19 +20,21 @@ typedef struct {
   int right_count;
 } BvhNode;
 
-// A triangle, in the order of the trees' leaves: its corners' numbers among the vertices, and what shading needs.
+// A triangle, in the order of the trees' leaves: its corners' numbers among the vertices, and what
+// shading needs.
 typedef struct {
   int corner_a;
   int corner_b;
   int corner_c;
   int material;
-  int side;  // of a closed mesh: 1 when (b - a) x (c - a) points outwards, -1 when inwards; 0 for open meshes
+  // Of a closed mesh: 1 when (b - a) x (c - a) points outwards, -1 when inwards; 0 for open meshes
+  int side;
   int body;
 } Triangle;
 
-// What moves as one. Trees, vertices and normals stay in the body's frame: the scene's as it was when they were made. A place q of that
-// frame is centre + outward q in the scene, and a place p of the scene is inward (p - centre). Matrices row by row; low: what the floats
-// leave over.
+// What moves as one. Trees, vertices and normals stay in the body's frame: the scene's as it was
+// when they were made. A place q of that frame is centre + outward q in the scene, and a place p of
+// the scene is inward (p - centre). Matrices row by row; low: what the floats leave over.
 typedef struct {
   float inward[9];
   float inward_low[9];
@@ -38,11 +42,13 @@ typedef struct {
   float outward_low[9];
   float centre[3];
   float centre_low[3];
-  int view[3];      // direction from the hologram's centre to the body's middle, in the body's frame, VIEW_STEPS long
-  int view_margin;  // by which facing.h must exceed it, so that it holds for the directions to all of the body
-  int root;         // number of its tree's node
-  int moved;        // 0: both frames are the same
-  int last;         // 1: no body follows
+  // Direction from the hologram's centre to the body's middle, in the body's frame, VIEW_STEPS long
+  int view[3];
+  // By which facing.h must exceed it, so that it holds for the directions to all of the body
+  int view_margin;
+  int root;   // number of its tree's node
+  int moved;  // 0: both frames are the same
+  int last;   // 1: no body follows
 } Body;
 
 // Phong material for the hologram's wavelength.
@@ -60,7 +66,8 @@ typedef struct {
   int texture_height;
 } Material;
 
-// One source of light on a surface: where a ray of the lattice pierces it. Samples of a cell follow each other.
+// One source of light on a surface: where a ray of the lattice pierces it. Samples of a cell follow
+// each other.
 typedef struct {
   float x;
   float y;
@@ -68,20 +75,26 @@ typedef struct {
   float nx;  // unit length, facing the hologram
   float ny;
   float nz;
-  float weight;    // distance over the distance at which the lattice's pitch is p: every sample stands for the same solid angle
+  // Distance over the distance at which the lattice's pitch is p: every sample stands for the same
+  // solid angle
+  float weight;
   float radiance;  // that does not depend on the direction it is seen from
   float specular;
   float shininess;
-  float tilt_x;  // tilt . (u, v, -1): projected area of the surface in that direction, over that towards the hologram's centre
+  // Tilt . (u, v, -1): projected area of the surface in that direction, over that towards the
+  // hologram's centre
+  float tilt_x;
   float tilt_y;
   float tilt_z;
   uint key;  // of the random phase: cell and layer
   int triangle;
-  int hidden;   // 1: some part of the hologram's window does not see it; view.h says which
-  int profile;  // its first among the profiles of all samples: NEAR_PARTS of a hidden one, one of any other
+  int hidden;  // 1: some part of the hologram's window does not see it; view.h says which
+  // Its first among the profiles of all samples: NEAR_PARTS of a hidden one, one of any other
+  int profile;
 } Sample;
 
-// The lattice of rays from the hologram's centre: ray (i, j) has the tangents ((first_x + i + 0.5) step, (first_y + j + 0.5) step).
+// The lattice of rays from the hologram's centre: ray (i, j) has the tangents ((first_x + i + 0.5)
+// step, (first_y + j + 0.5) step).
 typedef struct {
   int first_x;
   int first_y;
@@ -91,7 +104,8 @@ typedef struct {
   float centre_x;  // the hologram's centre in the scene frame
   float centre_y;
   float centre_z;
-  float near_z;     // rays start here, close before the scene: places are then as exact as the scene is small
+  // Rays start here, close before the scene: places are then as exact as the scene is small
+  float near_z;
   float full_z;     // world depth at which the lattice's pitch is p
   float layer_gap;  // layers closer than this along z are one
   float bias;
@@ -100,8 +114,9 @@ typedef struct {
   float half_height;
 } Lattice;
 
-// A sample as the pixels of one plane see it: its light passes through the plane around the line to the hologram's centre on its way into
-// the hologram's window. x and y are relative to the centre of pixel (0, 0), y up.
+// A sample as the pixels of one plane see it: its light passes through the plane around the line to
+// the hologram's centre on its way into the hologram's window. x and y are relative to the centre
+// of pixel (0, 0), y up.
 typedef struct {
   float x;  // of the sample; low: what the float leaves over
   float x_low;
@@ -110,7 +125,8 @@ typedef struct {
   float depth;  // behind the plane; negative in front of it
   float depth_low;
   float inverse_depth;  // kept finite
-  float centre_x;       // where the line from the sample to the hologram's centre, its chief ray, meets the plane
+  // Where the line from the sample to the hologram's centre, its chief ray, meets the plane
+  float centre_x;
   float centre_x_low;
   float centre_y;
   float centre_y_low;
@@ -157,7 +173,8 @@ typedef struct {
   float pitch_x_low;
   float pitch_y;
   float pitch_y_low;
-  float hologram_x;  // centre of the hologram, or of its tile that the plane's light goes to, scene frame
+  // Centre of the hologram, or of its tile that the plane's light goes to, scene frame
+  float hologram_x;
   float hologram_x_low;
   float hologram_y;
   float hologram_y_low;
@@ -171,25 +188,28 @@ typedef struct {
   float edge_rate_y;
   float sine_limit_x;  // largest sine that the SLM's pixels can show
   float sine_limit_y;
-  float tangent_x;  // lattice tangent of the first column's centre, and of one pixel further; window: how far from its own tangent a pixel
-                    // gathers
+  // Lattice tangent of the first column's centre, and of one pixel further; window: how far from
+  // its own tangent a pixel gathers
+  float tangent_x;
   float tangent_y;
   float tangent_step_x;
   float tangent_step_y;
   float window_x;
   float window_y;
-  float near_spots;  // samples whose footprint's half is narrower than so many diffraction spots are near; 0: none
-  float near_tail;   // of their light beyond the footprint, in diffraction spots
-  int room_x;        // of a profile, in pixels; gather.cl
+  // Samples whose footprint's half is narrower than so many diffraction spots are near; 0: none
+  float near_spots;
+  float near_tail;  // of their light beyond the footprint, in diffraction spots
+  int room_x;       // of a profile, in pixels; gather.cl
   int room_y;
-  float view_scale_x;  // half sides of the tile's window over those of the window that views speak of
+  // Half sides of the tile's window over those of the window that views speak of
+  float view_scale_x;
   float view_scale_y;
   float view_shift_x;  // from that one's centre to the tile's, in half sides of it
   float view_shift_y;
 } GatherPlane;
 
-// Directional light (is_point 0): xyz is the unit vector towards it. Point light (is_point 1): xyz is its position. Low: what the floats
-// leave over. Ambient light is a constant.
+// Directional light (is_point 0): xyz is the unit vector towards it. Point light (is_point 1): xyz
+// is its position. Low: what the floats leave over. Ambient light is a constant.
 typedef struct {
   float x;
   float x_low;
@@ -201,7 +221,8 @@ typedef struct {
   int is_point;
 } Light;
 
-// The plane of pixels that a trace fills, and what a frame's waves share. Pixel (0, 0) is the top left one; y falls with the row.
+// The plane of pixels that a trace fills, and what a frame's waves share. Pixel (0, 0) is the top
+// left one; y falls with the row.
 typedef struct {
   int nx;
   int ny;
@@ -217,8 +238,9 @@ typedef struct {
   float pitch_y_low;
   float turns_hi;  // 1 / wavelength as the sum of two floats
   float turns_lo;
-  float convergence;  // added to a ray's tangents per metre of its pixel's x and y from the axis: 1 / distance to the hologram for a
-                      // fan of perspective views, 0 for parallel views
+  // Added to a ray's tangents per metre of its pixel's x and y from the axis: 1 / distance to the
+  // hologram for a fan of perspective views, 0 for parallel views
+  float convergence;
   float convergence_low;
   float axis_x;  // the optical axis in the scene frame
   float axis_x_low;
@@ -234,8 +256,9 @@ typedef struct {
   uint seed;
 } TracePlane;
 
-// What a lens looks at: the pixels of a picture in the plane in focus, and the points of the lens that rays to each of them start from.
-// Scene frame; pixel (0, 0) and point (0, 0) are the top left ones.
+// What a lens looks at: the pixels of a picture in the plane in focus, and the points of the lens
+// that rays to each of them start from. Scene frame; pixel (0, 0) and point (0, 0) are the top left
+// ones.
 typedef struct {
   int nx;
   int ny;

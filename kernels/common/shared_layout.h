@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every member of every struct of shared.h: RAYWAVE_LAYOUT(MEMBER) expands to MEMBER(struct, member) for each. Host and device compare
-// where they put them (tests/cl/device.cpp, which also fails when a member is missing here).
+// Every member of every struct of shared.h: RAYWAVE_LAYOUT(MEMBER) expands to MEMBER(struct,
+// member) for each. Host and device compare where they put them (tests/cl/device.cpp, which also
+// fails when a member is missing here).
 #ifndef RAYWAVE_SHARED_LAYOUT_H
 #define RAYWAVE_SHARED_LAYOUT_H
 

@@ -7,16 +7,18 @@
 #define STORE_LEVELS(v, p) (*(p) = (uchar)(v))
 #else
 #define ROUNDED(v) LANES_PASTE(LANES_PASTE(convert_int, RAYWAVE_LANES), _rte)(v)
-#define STORE_LEVELS(v, p) LANES_PASTE(vstore, RAYWAVE_LANES)(LANES_PASTE(convert_uchar, RAYWAVE_LANES)(v), 0, p)
+#define STORE_LEVELS(v, p) \
+  LANES_PASTE(vstore, RAYWAVE_LANES)(LANES_PASTE(convert_uchar, RAYWAVE_LANES)(v), 0, p)
 #endif
 
-// Level of the phase of re + i im: 256 to the turn, rounded to nearest, in 0..255. Zero, and what is not finite, has level 0.
+// Level of the phase of re + i im: 256 to the turn, rounded to nearest, in 0..255. Zero, and what
+// is not finite, has level 0.
 static inline intv level_of(floatv re, floatv im) {
   const floatv x = fabs(re), y = fabs(im);
   const intv known = (x <= FLT_MAX) & (y <= FLT_MAX) & (x + y > 0.0f);
   const floatv larger = fmax(x, y), smaller = fmin(x, y);
-  // Turns in the first octant: atan(t) / (2 pi), Abramowitz and Stegun 4.4.49, error 2e-8 rad (calls of
-  // builtins such as atan2 stop PoCL's vectoriser).
+  // Turns in the first octant: atan(t) / (2 pi), Abramowitz and Stegun 4.4.49, error 2e-8 rad
+  // (calls of builtins such as atan2 stop PoCL's vectoriser).
   const floatv t = LANES_SELECT((floatv)(0.0f), smaller / larger, known);
   const floatv s = t * t;
   floatv p = -0.0040540580f;
@@ -36,7 +38,8 @@ static inline intv level_of(floatv re, floatv im) {
 }
 
 // levels[i] of field[i]. A work-item takes one packet.
-__kernel void encode(const __global float2* restrict field, __global uchar* restrict levels, uint size) {
+__kernel void encode(const __global float2* restrict field, __global uchar* restrict levels,
+                     uint size) {
   const uint i = RAYWAVE_LANES * (uint)get_global_id(0);
   if (i >= size) return;
   floatv re = 0.0f, im = 0.0f;

@@ -1,21 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// Backward ray tracing onto a wavefront recording plane (WRP), after Sun, Yuan, Bi et al., Opt. Express 28(23) 34994 (2020), Eq. 1-7.
+// Backward ray tracing onto a wavefront recording plane (WRP), after Sun, Yuan, Bi et al., Opt.
+// Express 28(23) 34994 (2020), Eq. 1-7.
 //
-// trace_fan: from every pixel of the plane starts the same fan of rays, away from the hologram. Each nearest hit at optical distance r adds
+// trace_fan: from every pixel of the plane starts the same fan of rays, away from the hologram.
+// Each nearest hit at optical distance r adds
 //   sqrt(radiance) / r * exp(2 pi i (r / wavelength + phase(cell)))
-// to the pixel; the random phase belongs to the cubic cell of side p that the hit lies in. A miss adds nothing. Mirrors and glass are
-// followed to RAYWAVE_BOUNCES further hits, each a source at the length of its whole optical path.
+// to the pixel; the random phase belongs to the cubic cell of side p that the hit lies in. A miss
+// adds nothing. Mirrors and glass are followed to RAYWAVE_BOUNCES further hits, each a source at
+// the length of its whole optical path.
 //
-// Arrays: the scene's (shared.h); rays: ray_count; field: plane.ny rows of plane.nx complex samples, row 0 on top, written whole.
-// A work-item fills RAYWAVE_LANES neighbouring pixels of one row: global size (ceil(nx / lanes), ny). OpenCL C 1.2.
-#include "kernels/scene/bounce.h"
-#include "kernels/scene/bvh.h"
+// Arrays: the scene's (shared.h); rays: ray_count; field: plane.ny rows of plane.nx complex
+// samples, row 0 on top, written whole. A work-item fills RAYWAVE_LANES neighbouring pixels of one
+// row: global size (ceil(nx / lanes), ny). OpenCL C 1.2.
+#include "kernels/common/double_single.h"
 #include "kernels/common/hash.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/phase.h"
-#include "kernels/scene/shade.h"
 #include "kernels/common/shared.h"
-#include "kernels/common/double_single.h"
+#include "kernels/scene/bounce.h"
+#include "kernels/scene/bvh.h"
+#include "kernels/scene/shade.h"
 
 #define SOURCE_HIT 0
 #define SOURCE_SURFACE 1
@@ -40,8 +44,8 @@ static inline intv whole(floatv x) {
 
 #if RAYWAVE_SOURCE == SOURCE_SURFACE
 // The sample of the hit's lattice cell that lies nearest to it.
-static inline Source table_source(__global const Sample* samples, __global const int* first_of_cell, const Lattice* lattice,
-                                  const Surface* s, intv hit) {
+static inline Source table_source(__global const Sample* samples, __global const int* first_of_cell,
+                                  const Lattice* lattice, const Surface* s, intv hit) {
   const floatv away = s->z - lattice->centre_z;
   const intv i = whole((s->x - lattice->centre_x) / (away * lattice->step)) - lattice->first_x;
   const intv j = whole((s->y - lattice->centre_y) / (away * lattice->step)) - lattice->first_y;
@@ -72,24 +76,29 @@ static inline Source table_source(__global const Sample* samples, __global const
       weights[lane] = 1.0f / sample->weight;  // the lattice widens with depth
     }
   }
-  const Source source = {wide3(LANES_LOAD(xs), LANES_LOAD(ys), LANES_LOAD(zs)), LANES_LOAD(keys), LANES_LOAD(weights),
-                         LANES_LOAD(found) != 0};
+  const Source source = {wide3(LANES_LOAD(xs), LANES_LOAD(ys), LANES_LOAD(zs)), LANES_LOAD(keys),
+                         LANES_LOAD(weights), LANES_LOAD(found) != 0};
   return source;
 }
 #endif
 
 #if RAYWAVE_SOURCE != SOURCE_HIT && RAYWAVE_BOUNCES > 0
-// Where the line of the lattice of side p along the ray's dominant axis, in the hit's cell, meets the surface near the hit.
-static inline Source axis_source(const SceneArrays* scene, const Rays* rays, const Surface* s, float rate, intv hit) {
+// Where the line of the lattice of side p along the ray's dominant axis, in the hit's cell, meets
+// the surface near the hit.
+static inline Source axis_source(const SceneArrays* scene, const Rays* rays, const Surface* s,
+                                 float rate, intv hit) {
   const floatv ax = fabs(rays->dx), ay = fabs(rays->dy), az = fabs(rays->dz);
   const intv along_x = (ax > ay) & (ax > az), along_y = (!along_x) & (ay > az);
   const intv i = whole(s->x * rate), j = whole(s->y * rate), k = whole(s->z * rate);
   const floatv p = 1.0f / rate, zero = 0.0f;
   const intv along_z = (!along_x) & (!along_y);
   Rays line;
-  line.dx = LANES_SELECT(zero, LANES_SELECT((floatv)(1.0f), (floatv)(-1.0f), rays->dx < 0.0f), along_x);
-  line.dy = LANES_SELECT(zero, LANES_SELECT((floatv)(1.0f), (floatv)(-1.0f), rays->dy < 0.0f), along_y);
-  line.dz = LANES_SELECT(zero, LANES_SELECT((floatv)(1.0f), (floatv)(-1.0f), rays->dz < 0.0f), along_z);
+  line.dx =
+      LANES_SELECT(zero, LANES_SELECT((floatv)(1.0f), (floatv)(-1.0f), rays->dx < 0.0f), along_x);
+  line.dy =
+      LANES_SELECT(zero, LANES_SELECT((floatv)(1.0f), (floatv)(-1.0f), rays->dy < 0.0f), along_y);
+  line.dz =
+      LANES_SELECT(zero, LANES_SELECT((floatv)(1.0f), (floatv)(-1.0f), rays->dz < 0.0f), along_z);
   line.ox = LANES_SELECT((LANES_TO_FLOAT(i) + 0.5f) * p, s->x, along_x) - 2.0f * p * line.dx;
   line.oy = LANES_SELECT((LANES_TO_FLOAT(j) + 0.5f) * p, s->y, along_y) - 2.0f * p * line.dy;
   line.oz = LANES_SELECT((LANES_TO_FLOAT(k) + 0.5f) * p, s->z, along_z) - 2.0f * p * line.dz;
@@ -100,52 +109,69 @@ static inline Source axis_source(const SceneArrays* scene, const Rays* rays, con
   Source source;
   const Line exact = {wide3(line.ox, line.oy, line.oz), wide3(line.dx, line.dy, line.dz)};
   const Facets facets = facets_of(&scene->tree, meets.triangle);
-  source.place = wide3_along(exact.origin, exact.direction, exact_distance(&facets, &exact, meets.t));
-  // Of the line and the material it meets: the third cell index of a flat surface would hang on rounding.
+  source.place =
+      wide3_along(exact.origin, exact.direction, exact_distance(&facets, &exact, meets.t));
+  // Of the line and the material it meets: the third cell index of a flat surface would hang on
+  // rounding.
   int third[RAYWAVE_LANES];
   LANES_STORE(meets.triangle, third);
-  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) third[lane] = third[lane] < 0 ? 0 : 3 * scene->tree.triangles[third[lane]].material;
-  source.key = cell_key(LANES_SELECT(i, j, along_x), LANES_SELECT(j, k, !along_z),
-                        LANES_LOAD(third) + LANES_SELECT(LANES_SELECT((intv)(0), (intv)(1), along_y), (intv)(2), along_x));
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
+    third[lane] = third[lane] < 0 ? 0 : 3 * scene->tree.triangles[third[lane]].material;
+  source.key =
+      cell_key(LANES_SELECT(i, j, along_x), LANES_SELECT(j, k, !along_z),
+               LANES_LOAD(third) +
+                   LANES_SELECT(LANES_SELECT((intv)(0), (intv)(1), along_y), (intv)(2), along_x));
   source.weight = 1.0f;
   source.found = meets.triangle >= 0;
   return source;
 }
 #endif
 
-__kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* triangles, __global const float* positions,
-                        __global const Body* bodies, __global const float* normals, __global const float* uvs,
-                        __global const Material* materials, __global const Light* lights, __global const float* texels, float ambient_light,
-                        __global const float2* fan, int fan_size, TracePlane plane, __global const Sample* samples,
-                        __global const int* first_of_cell, Lattice lattice, __global float2* field) {
+__kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* triangles,
+                        __global const float* positions, __global const Body* bodies,
+                        __global const float* normals, __global const float* uvs,
+                        __global const Material* materials, __global const Light* lights,
+                        __global const float* texels, float ambient_light,
+                        __global const float2* fan, int fan_size, TracePlane plane,
+                        __global const Sample* samples, __global const int* first_of_cell,
+                        Lattice lattice, __global float2* field) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   const int row = (int)get_global_id(1);
   if (first >= plane.nx || row >= plane.ny) return;
 #if RAYWAVE_SOURCE != SOURCE_SURFACE
   (void)samples, (void)first_of_cell, (void)lattice;
 #endif
-  const SceneArrays scene = {{nodes, triangles, positions, bodies}, normals, uvs, materials, lights, texels};
+  const SceneArrays scene = {
+      {nodes, triangles, positions, bodies}, normals, uvs, materials, lights, texels};
   const intv column = first + LANES_INDEX;
   const Wide rate = wide(plane.turns_hi, plane.turns_lo), plane_z = wide(plane.z, plane.z_low);
-  const Wide pixel_x = wide_plus(wide(plane.left, plane.left_low), wide_steps(column, plane.pitch_x, plane.pitch_x_low));
-  const Wide pixel_y = wide_plus(wide(plane.top, plane.top_low), wide_steps((intv)(-row), plane.pitch_y, plane.pitch_y_low));
+  const Wide pixel_x = wide_plus(wide(plane.left, plane.left_low),
+                                 wide_steps(column, plane.pitch_x, plane.pitch_x_low));
+  const Wide pixel_y = wide_plus(wide(plane.top, plane.top_low),
+                                 wide_steps((intv)(-row), plane.pitch_y, plane.pitch_y_low));
   const floatv x = wide_high(pixel_x), y = wide_high(pixel_y);
   const Wide convergence = wide(plane.convergence, plane.convergence_low);
-  const Wide turned_x = wide_times(convergence, wide_minus(pixel_x, wide(plane.axis_x, plane.axis_x_low)));
-  const Wide turned_y = wide_times(convergence, wide_minus(pixel_y, wide(plane.axis_y, plane.axis_y_low)));
+  const Wide turned_x =
+      wide_times(convergence, wide_minus(pixel_x, wide(plane.axis_x, plane.axis_x_low)));
+  const Wide turned_y =
+      wide_times(convergence, wide_minus(pixel_y, wide(plane.axis_y, plane.axis_y_low)));
 
   // A pixel receives the mean of 1 / r over a disc as wide as itself from what touches it.
   const float nearest = 0.25f * fmin(plane.pitch_x, plane.pitch_y);
 
   floatv re = 0.0f, im = 0.0f;
   for (int ray = 0; ray < fan_size; ++ray) {
-    const Wide tangent_x = wide_plus(wide(fan[ray].x, 0.0f), turned_x), tangent_y = wide_plus(wide(fan[ray].y, 0.0f), turned_y);
+    const Wide tangent_x = wide_plus(wide(fan[ray].x, 0.0f), turned_x),
+               tangent_y = wide_plus(wide(fan[ray].y, 0.0f), turned_y);
     const floatv tx = wide_high(tangent_x), ty = wide_high(tangent_y);
     // The SLM's pixels cannot show light that arrives steeper.
     const floatv slope = sqrt(1.0f + tx * tx + ty * ty);
-    const intv shown = (column < plane.nx) & (fabs(tx) <= plane.sine_limit_x * slope) & (fabs(ty) <= plane.sine_limit_y * slope);
+    const intv shown = (column < plane.nx) & (fabs(tx) <= plane.sine_limit_x * slope) &
+                       (fabs(ty) <= plane.sine_limit_y * slope);
     Line line = {{pixel_x, pixel_y, plane_z}, {tangent_x, tangent_y, wide(1.0f, 0.0f)}};
-    Rays rays = {x, y, (floatv)(plane.z), tx, ty, (floatv)(1.0f), (floatv)(0.0f), (floatv)(plane.reach), shown};
+    Rays rays = {
+        x,    y, (floatv)(plane.z), tx, ty, (floatv)(1.0f), (floatv)(0.0f), (floatv)(plane.reach),
+        shown};
 #if RAYWAVE_BOUNCES > 0
     Way ways[BOUNCE_WAYS];
     ways[0] = way_from(&line, shown);
@@ -174,7 +200,8 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
 #if RAYWAVE_BOUNCES > 0
       way.active = hit;
       way.length += wide_high(distance) / wide_high(way.index);
-      way.turns = turns_reduced(way.turns + wide_turns(wide_times(wide_times(distance, way.index), rate)));
+      way.turns =
+          turns_reduced(way.turns + wide_turns(wide_times(wide_times(distance, way.index), rate)));
       radiance *= own_share(&way, &surface);
       floatv length = way.length;
       floatv turns = way.turns;
@@ -182,7 +209,8 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
 #else
     radiance *= 1.0f - surface.reflectivity - surface.transparency;
     floatv length;
-    floatv turns = path_turns(wide_times(distance, tangent_x), wide_times(distance, tangent_y), distance, rate, &length);
+    floatv turns = path_turns(wide_times(distance, tangent_x), wide_times(distance, tangent_y),
+                              distance, rate, &length);
 #endif
 #if RAYWAVE_SOURCE == SOURCE_BOUNCED
       if (!bounced_before) continue;
@@ -190,8 +218,9 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
       Source source;
 #if RAYWAVE_SOURCE == SOURCE_HIT
       // Off zero, the scene's middle, where a flat surface would flicker between two cells.
-      source.key = cell_key(whole(surface.x * plane.sampling_rate), whole(surface.y * plane.sampling_rate),
-                            whole(surface.z * plane.sampling_rate + 0.31f));
+      source.key =
+          cell_key(whole(surface.x * plane.sampling_rate), whole(surface.y * plane.sampling_rate),
+                   whole(surface.z * plane.sampling_rate + 0.31f));
       source.weight = 1.0f;
       source.found = hit;
 #else
@@ -206,22 +235,29 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
 #if RAYWAVE_BOUNCES > 0
     if (bounced_before) {
       source = axis_source(&scene, &rays, &surface, plane.sampling_rate, hit);
-      // From the hit to the source: along the ray, and across it by the curvature of a wave of this length.
+      // From the hit to the source: along the ray, and across it by the curvature of a wave of this
+      // length.
       const Wide3 off = wide3_minus(source.place, surface.place);
       const Wide along = wide3_dot(off, line.direction);
-      const floatv across_squared = wide_high(wide_minus(wide3_dot(off, off), wide_times(along, along)));
-      const floatv curved = fmax(across_squared, (floatv)(0.0f)) / (2.0f * fmax(length, (floatv)(1e-12f)));
+      const floatv across_squared =
+          wide_high(wide_minus(wide3_dot(off, off), wide_times(along, along)));
+      const floatv curved =
+          fmax(across_squared, (floatv)(0.0f)) / (2.0f * fmax(length, (floatv)(1e-12f)));
       length += wide_high(along) / wide_high(way.index);
-      turns += wide_turns(wide_times(wide_plus(wide_times(along, way.index), wide(curved, 0.0f)), rate));
+      turns +=
+          wide_turns(wide_times(wide_plus(wide_times(along, way.index), wide(curved, 0.0f)), rate));
     }
 #endif
-    source.weight *= length * length * plane.step_x * plane.step_y * plane.sampling_rate * plane.sampling_rate;
+    source.weight *=
+        length * length * plane.step_x * plane.step_y * plane.sampling_rate * plane.sampling_rate;
 #endif
       turns = turns_reduced(turns) + phase_turns(source.key, plane.seed);
       floatv c, s;
       cos_sin_turns(turns, &c, &s);
       const floatv amplitude = LANES_SELECT(
-          (floatv)(0.0f), source.weight * sqrt(fmax(radiance, (floatv)(0.0f))) / fmax(length, (floatv)(nearest)), hit & source.found);
+          (floatv)(0.0f),
+          source.weight * sqrt(fmax(radiance, (floatv)(0.0f))) / fmax(length, (floatv)(nearest)),
+          hit & source.found);
       re += amplitude * c;
       im += amplitude * s;
 #if RAYWAVE_BOUNCES > 0

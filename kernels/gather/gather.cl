@@ -1,32 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-// Aimed gathering: every pixel of a plane receives one wave from each surface sample whose light passes through it on its way into the
-// hologram's window,
+// Aimed gathering: every pixel of a plane receives one wave from each surface sample whose light
+// passes through it on its way into the hologram's window,
 //   sqrt(radiance) weight / r * exp(2 pi i (r / wavelength + phase(sample, frame))),
-// converging waves (samples in front of the plane) with the opposite sign of both r: a wave that passes its focus turns by half a period.
-// Of a sample that something hides, the parts of the hologram's window that see it count (view.h); highlights are shaded with the true
-// direction. A plane at the hologram itself gathers every sample at every pixel: the point-based method.
+// converging waves (samples in front of the plane) with the opposite sign of both r: a wave that
+// passes its focus turns by half a period. Of a sample that something hides, the parts of the
+// hologram's window that see it count (view.h); highlights are shaded with the true direction. A
+// plane at the hologram itself gathers every sample at every pixel: the point-based method.
 //
-// Where that footprint is no wider than a few diffraction spots, the wave is a sum of plane waves instead (near.h).
+// Where that footprint is no wider than a few diffraction spots, the wave is a sum of plane waves
+// instead (near.h).
 //
-// aim          aims[i]: sample i as the pixels of this plane see it; boxes[i], boxes[stride + i], ...: first and last column, first and
+// aim          aims[i]: sample i as the pixels of this plane see it; boxes[i], boxes[stride + i],
+//              ...: first and last column, first and
 // last
 //              row of the pixels that may receive it, none where the last is before the first
 // profile      what the pixels' columns and rows receive of samples near the plane
 // draw_phases  phasors[frame * sample_count + i]: exp(i phase) of sample i in that frame
-// gather       field: RAYWAVE_FRAMES planes of plane.ny rows of plane.nx complex samples, row 0 on top, written whole, or added to, with
-//              the samples of the lattice's rows first_row to last_row, whose profiles begin with first_sample
+// gather       field: RAYWAVE_FRAMES planes of plane.ny rows of plane.nx complex samples, row 0 on
+//              top, written whole, or added to, with the samples of the lattice's rows first_row to
+//              last_row, whose profiles begin with first_sample
 //
-// gather's work-item fills a tile of RAYWAVE_LANES x RAYWAVE_TILE_ROWS pixels: global size (tiles across a strip, ceil(ny / rows), strips).
-// Rays, visibility and shading are done once for all frames. OpenCL C 1.2.
+// gather's work-item fills a tile of RAYWAVE_LANES x RAYWAVE_TILE_ROWS pixels: global size (tiles
+// across a strip, ceil(ny / rows), strips). Rays, visibility and shading are done once for all
+// frames. OpenCL C 1.2.
 #include "kernels/common/complex_lanes.h"
+#include "kernels/common/double_single.h"
 #include "kernels/common/hash.h"
 #include "kernels/common/lanes.h"
-#include "kernels/gather/plane_waves.h"
 #include "kernels/common/phase.h"
-#include "kernels/scene/shade.h"
 #include "kernels/common/shared.h"
+#include "kernels/gather/plane_waves.h"
 #include "kernels/samples/visibility.h"
-#include "kernels/common/double_single.h"
+#include "kernels/scene/shade.h"
 
 #ifndef RAYWAVE_TILE_ROWS
 #define RAYWAVE_TILE_ROWS 1  // rows of a tile; host/trace/gatherer.cpp
@@ -35,10 +40,12 @@
 #define RAYWAVE_FRAMES 1  // frames gathered together; host/trace/gatherer.cpp
 #endif
 #ifndef RAYWAVE_SINE_LIMIT
-#define RAYWAVE_SINE_LIMIT 1  // some light would be steeper than the SLM's pixels can show; host/trace/gatherer.cpp
+// Some light would be steeper than the SLM's pixels can show; host/trace/gatherer.cpp
+#define RAYWAVE_SINE_LIMIT 1
 #endif
 
-__kernel void draw_phases(__global const Sample* samples, int sample_count, int frames, uint seed, __global float2* phasors) {
+__kernel void draw_phases(__global const Sample* samples, int sample_count, int frames, uint seed,
+                          __global float2* phasors) {
   const int index = (int)get_global_id(0);
   if (index >= sample_count) return;
   for (int frame = 0; frame < frames; ++frame) {
@@ -61,7 +68,8 @@ static inline uint view_row(__global const uint* view, int j) {
   return view[bit / 32] >> (bit % 32) & ((1u << RAYWAVE_VIEW_PARTS) - 1u);
 }
 
-// What is seen from a box of the hologram's window, in half sides of the window that the view speaks of.
+// What is seen from a box of the hologram's window, in half sides of the window that the view
+// speaks of.
 static inline int view_state(__global const uint* view, float x0, float x1, float y0, float y1) {
   const int left = view_part(x0), right = view_part(x1);
   const uint columns = (2u << right) - (1u << left);
@@ -79,7 +87,8 @@ static inline float view_share(__global const uint* view, int i, int j) {
 #if RAYWAVE_VIEW_PARTS > 0
   const int side = RAYWAVE_VIEW_PARTS / NEAR_PARTS;
   int seen = 0;
-  for (int row = j * side; row < (j + 1) * side; ++row) seen += (int)popcount(view_row(view, row) >> (i * side) & ((1u << side) - 1u));
+  for (int row = j * side; row < (j + 1) * side; ++row)
+    seen += (int)popcount(view_row(view, row) >> (i * side) & ((1u << side) - 1u));
   return (float)seen / (float)(side * side);
 #else
   (void)view, (void)i, (void)j;
@@ -115,11 +124,13 @@ static inline Surface sample_surface(__global const Sample* sample) {
   return s;
 }
 
-static inline bool is_lit(__global const uint* lit, int light) { return lit[light / 32] >> (light % 32) & 1u; }
+static inline bool is_lit(__global const uint* lit, int light) {
+  return lit[light / 32] >> (light % 32) & 1u;
+}
 
 // Amplitude with the highlights that the sample shows in a direction.
-static inline floatv shaded_amplitude(__global const Light* lights, __global const uint* lit, __global const Sample* sample,
-                                      Towards towards) {
+static inline floatv shaded_amplitude(__global const Light* lights, __global const uint* lit,
+                                      __global const Sample* sample, Towards towards) {
   Surface s = sample_surface(sample);
 #if RAYWAVE_SHARP
   s.towards = towards;
@@ -137,10 +148,11 @@ static inline floatv shaded_amplitude(__global const Light* lights, __global con
   return sqrt(radiance) * sample->weight;
 }
 
-// Directions (tangents) in which highlights of lights `first` and on are brightest, of all that the fan holds; the chief ray's where there
-// is none.
-static inline void highlight_directions(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
-                                        int first, const GatherPlane* plane, floatv* tx, floatv* ty) {
+// Directions (tangents) in which highlights of lights `first` and on are brightest, of all that the
+// fan holds; the chief ray's where there is none.
+static inline void highlight_directions(__global const Light* lights, __global const uint* lit,
+                                        __global const Sample* sample, const Aim* a, int first,
+                                        const GatherPlane* plane, floatv* tx, floatv* ty) {
   const Surface s = sample_surface(sample);
   float txs[RAYWAVE_LANES], tys[RAYWAVE_LANES];
   for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
@@ -151,10 +163,13 @@ static inline void highlight_directions(__global const Light* lights, __global c
     const Incident in = incident(lights, light, &s, 0.0f);
     if (!(in.intensity > 0.0f)) continue;
     const float twice = 2.0f * LANES_FIRST(in.facing);
-    const float x = twice * sample->nx - LANES_FIRST(in.x), y = twice * sample->ny - LANES_FIRST(in.y);
+    const float x = twice * sample->nx - LANES_FIRST(in.x),
+                y = twice * sample->ny - LANES_FIRST(in.y);
     const float down = fmax(LANES_FIRST(in.z) - twice * sample->nz, 1e-6f);
-    txs[lane] = clamp(x / down, a->tangent_x - plane->fan_x * a->half_tangent_x, a->tangent_x + plane->fan_x * a->half_tangent_x);
-    tys[lane] = clamp(y / down, a->tangent_y - plane->fan_y * a->half_tangent_y, a->tangent_y + plane->fan_y * a->half_tangent_y);
+    txs[lane] = clamp(x / down, a->tangent_x - plane->fan_x * a->half_tangent_x,
+                      a->tangent_x + plane->fan_x * a->half_tangent_x);
+    tys[lane] = clamp(y / down, a->tangent_y - plane->fan_y * a->half_tangent_y,
+                      a->tangent_y + plane->fan_y * a->half_tangent_y);
   }
   *tx = LANES_LOAD(txs);
   *ty = LANES_LOAD(tys);
@@ -162,7 +177,9 @@ static inline void highlight_directions(__global const Light* lights, __global c
 #endif
 
 // Light closer to a pixel than this is taken to come from there.
-static inline float nearest_to(const GatherPlane* plane) { return 0x1p-10f * fmin(plane->pitch_x, plane->pitch_y); }
+static inline float nearest_to(const GatherPlane* plane) {
+  return 0x1p-10f * fmin(plane->pitch_x, plane->pitch_y);
+}
 
 static inline void put(Wide value, float* hi, float* lo) {
   *hi = LANES_FIRST(wide_high(value));
@@ -170,10 +187,12 @@ static inline void put(Wide value, float* hi, float* lo) {
 }
 
 // A whole place of an axis of `count` pixels, 0 to count.
-static inline int pixel_near(float place, int count) { return (int)clamp(place, 0.0f, (float)count); }
+static inline int pixel_near(float place, int count) {
+  return (int)clamp(place, 0.0f, (float)count);
+}
 
-__kernel void aim(__global const Sample* samples, int sample_count, Lattice lattice, GatherPlane plane, __global Aim* aims, int stride,
-                  __global int* boxes) {
+__kernel void aim(__global const Sample* samples, int sample_count, Lattice lattice,
+                  GatherPlane plane, __global Aim* aims, int stride, __global int* boxes) {
   const int index = (int)get_global_id(0);
   if (index >= sample_count) return;
   const Sample s = samples[index];
@@ -185,12 +204,16 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   }
   Aim a;
   const Wide sample_x = wide(s.x, 0.0f), sample_y = wide(s.y, 0.0f), sample_z = wide(s.z, 0.0f);
-  const Wide x = wide_minus(sample_x, wide(plane.left, plane.left_low)), y = wide_minus(sample_y, wide(plane.top, plane.top_low));
+  const Wide x = wide_minus(sample_x, wide(plane.left, plane.left_low)),
+             y = wide_minus(sample_y, wide(plane.top, plane.top_low));
   const Wide depth = wide_minus(sample_z, wide(plane.z, plane.z_low));
   const Wide away = wide_minus(sample_z, wide(plane.hologram_z, plane.hologram_z_low));
-  const Wide tangent_x = wide_over(wide_minus(wide(plane.hologram_x, plane.hologram_x_low), sample_x), away);
-  const Wide tangent_y = wide_over(wide_minus(wide(plane.hologram_y, plane.hologram_y_low), sample_y), away);
-  const Wide centre_x = wide_plus(x, wide_times(tangent_x, depth)), centre_y = wide_plus(y, wide_times(tangent_y, depth));
+  const Wide tangent_x =
+      wide_over(wide_minus(wide(plane.hologram_x, plane.hologram_x_low), sample_x), away);
+  const Wide tangent_y =
+      wide_over(wide_minus(wide(plane.hologram_y, plane.hologram_y_low), sample_y), away);
+  const Wide centre_x = wide_plus(x, wide_times(tangent_x, depth)),
+             centre_y = wide_plus(y, wide_times(tangent_y, depth));
   put(x, &a.x, &a.x_low);
   put(y, &a.y, &a.y_low);
   put(depth, &a.depth, &a.depth_low);
@@ -218,17 +241,21 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   a.half_tangent_y = lattice.half_height / from_hologram;
   const float spot_x = near_spot(a.half_tangent_x, plane.fan_x, plane.turns_hi),
               spot_y = near_spot(a.half_tangent_y, plane.fan_y, plane.turns_hi);
-  const float extent_x = a.half_x + plane.near_tail * spot_x, extent_y = a.half_y + plane.near_tail * spot_y;
-  a.near = (a.half_x < plane.near_spots * spot_x || a.half_y < plane.near_spots * spot_y) && near_count(extent_x, spot_x) <= NEAR_WAVES &&
-           near_count(extent_y, spot_y) <= NEAR_WAVES;
+  const float extent_x = a.half_x + plane.near_tail * spot_x,
+              extent_y = a.half_y + plane.near_tail * spot_y;
+  a.near = (a.half_x < plane.near_spots * spot_x || a.half_y < plane.near_spots * spot_y) &&
+           near_count(extent_x, spot_x) <= NEAR_WAVES && near_count(extent_y, spot_y) <= NEAR_WAVES;
   if (a.near) {
     a.half_x = extent_x;
     a.half_y = extent_y;
     const Wide rate = wide(plane.turns_hi, plane.turns_lo);
     const Wide over_x = near_slant(tangent_x), over_y = near_slant(tangent_y);
-    a.turns = LANES_FIRST(wide_turns(wide_times(wide_times(depth, rate), wide_plus(wide_plus(over_x, over_y), wide(1.0f, 0.0f)))));
-    put(wide_times(wide_over(tangent_x, wide_plus(over_x, wide(1.0f, 0.0f))), rate), &a.chief_x, &a.chief_x_low);
-    put(wide_times(wide_over(tangent_y, wide_plus(over_y, wide(1.0f, 0.0f))), rate), &a.chief_y, &a.chief_y_low);
+    a.turns = LANES_FIRST(wide_turns(wide_times(
+        wide_times(depth, rate), wide_plus(wide_plus(over_x, over_y), wide(1.0f, 0.0f)))));
+    put(wide_times(wide_over(tangent_x, wide_plus(over_x, wide(1.0f, 0.0f))), rate), &a.chief_x,
+        &a.chief_x_low);
+    put(wide_times(wide_over(tangent_y, wide_plus(over_y, wide(1.0f, 0.0f))), rate), &a.chief_y,
+        &a.chief_y_low);
   }
   const float across = 1.0f / plane.pitch_x, down = -1.0f / plane.pitch_y;
   // Whole pixels within the footprint, and within a sixteenth of one beside it against rounding.
@@ -243,22 +270,26 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   boxes[3 * stride + index] = a.top + a.rows - 1;
 }
 
-// A surface turned away from a direction shows less of itself there; at grazing angles a sample stands for no more than four of its areas.
+// A surface turned away from a direction shows less of itself there; at grazing angles a sample
+// stands for no more than four of its areas.
 static inline floatv projected_area(float tilt_z, floatv along_x, floatv along_y) {
   return clamp(along_x + along_y - tilt_z, (floatv)(0.0f), (floatv)(4.0f));
 }
 
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
-// Turns by which a path is longer than the one that ends `step` below it in y, dy from the sample: r - r0 = (r^2 - r0^2) / (r + r0), the
-// few turns that lie between neighbours, so that their rounding stays below 10^-6.
-static inline floatv turns_beyond(float dy, float step, floatv sum_of_lengths, float turns_per_metre) {
+// Turns by which a path is longer than the one that ends `step` below it in y, dy from the sample:
+// r - r0 = (r^2 - r0^2) / (r + r0), the few turns that lie between neighbours, so that their
+// rounding stays below 10^-6.
+static inline floatv turns_beyond(float dy, float step, floatv sum_of_lengths,
+                                  float turns_per_metre) {
   return (2.0f * dy + step) * step * turns_per_metre / sum_of_lengths;
 }
 #endif
 
 // Amplitude that a sample shows in directions (tangents).
-static inline floatv amplitude_towards(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
-                                       floatv tx, floatv ty) {
+static inline floatv amplitude_towards(__global const Light* lights, __global const uint* lit,
+                                       __global const Sample* sample, const Aim* a, floatv tx,
+                                       floatv ty) {
   floatv amplitude = a->amplitude;
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
   if (a->specular) {
@@ -277,14 +308,19 @@ static inline floatv amplitude_towards(__global const Light* lights, __global co
   return amplitude * sqrt(projected_area(a->tilt_z, sample->tilt_x * tx, sample->tilt_y * ty));
 }
 
-// The waves of both axes of a sample near the plane. Its amplitude in a direction is taken for the product of what it is along the two
-// axes through its brightest direction: right to first order for surfaces that turn away, and for highlights that fall off like a Gaussian.
-static inline void near_axes(__global const Light* lights, __global const uint* lit, __global const Sample* sample, const Aim* a,
-                             const GatherPlane* plane, NearWaves* x, NearWaves* y) {
-  near_waves(x, a->hidden, a->tangent_x, a->half_tangent_x, a->half_x, a->depth, gathered_x(plane), plane->turns_hi);
-  near_waves(y, a->hidden, a->tangent_y, a->half_tangent_y, a->half_y, a->depth, gathered_y(plane), plane->turns_hi);
+// The waves of both axes of a sample near the plane. Its amplitude in a direction is taken for the
+// product of what it is along the two axes through its brightest direction: right to first order
+// for surfaces that turn away, and for highlights that fall off like a Gaussian.
+static inline void near_axes(__global const Light* lights, __global const uint* lit,
+                             __global const Sample* sample, const Aim* a, const GatherPlane* plane,
+                             NearWaves* x, NearWaves* y) {
+  near_waves(x, a->hidden, a->tangent_x, a->half_tangent_x, a->half_x, a->depth, gathered_x(plane),
+             plane->turns_hi);
+  near_waves(y, a->hidden, a->tangent_y, a->half_tangent_y, a->half_y, a->depth, gathered_y(plane),
+             plane->turns_hi);
   float best_x = a->tangent_x, best_y = a->tangent_y;
-  float best = LANES_FIRST(amplitude_towards(lights, lit, sample, a, (floatv)(best_x), (floatv)(best_y)));
+  float best =
+      LANES_FIRST(amplitude_towards(lights, lit, sample, a, (floatv)(best_x), (floatv)(best_y)));
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
   for (int first = 0; first < RAYWAVE_LIGHTS && a->specular; first += RAYWAVE_LANES) {
     floatv tx, ty;
@@ -303,22 +339,29 @@ static inline void near_axes(__global const Light* lights, __global const uint* 
 #endif
   const float scale = best > 0.0f ? plane->turns_hi / best : 0.0f;
   for (int n = 0; n < x->count; n += RAYWAVE_LANES) {
-    const floatv amplitude = amplitude_towards(lights, lit, sample, a, LANES_LOAD(x->tangent + n), (floatv)(best_y)) * scale;
+    const floatv amplitude =
+        amplitude_towards(lights, lit, sample, a, LANES_LOAD(x->tangent + n), (floatv)(best_y)) *
+        scale;
     LANES_STORE(LANES_LOAD(x->re + n) * amplitude, x->re + n);
     LANES_STORE(LANES_LOAD(x->im + n) * amplitude, x->im + n);
   }
   for (int n = 0; n < y->count; n += RAYWAVE_LANES) {
-    const floatv amplitude = amplitude_towards(lights, lit, sample, a, (floatv)(best_x), LANES_LOAD(y->tangent + n));
+    const floatv amplitude =
+        amplitude_towards(lights, lit, sample, a, (floatv)(best_x), LANES_LOAD(y->tangent + n));
     LANES_STORE(LANES_LOAD(y->re + n) * amplitude, y->re + n);
     LANES_STORE(LANES_LOAD(y->im + n) * amplitude, y->im + n);
   }
 }
 
-// What waves `from` to before `to` add to g along x at pixels of columns first to first + RAYWAVE_LANES - 1; zero beyond the footprint.
-static inline void near_across(const NearWaves* waves, int from, int to, const Aim* a, const GatherPlane* plane, int first, floatv* re,
-                               floatv* im) {
-  const Wide offset = wide_minus(wide_steps(first + LANES_INDEX, plane->pitch_x, plane->pitch_x_low), wide(a->centre_x, a->centre_x_low));
-  const floatv turns = wide_turns(wide_times(offset, wide(a->chief_x, a->chief_x_low))) + (a->turns + 0.25f);
+// What waves `from` to before `to` add to g along x at pixels of columns first to first +
+// RAYWAVE_LANES - 1; zero beyond the footprint.
+static inline void near_across(const NearWaves* waves, int from, int to, const Aim* a,
+                               const GatherPlane* plane, int first, floatv* re, floatv* im) {
+  const Wide offset =
+      wide_minus(wide_steps(first + LANES_INDEX, plane->pitch_x, plane->pitch_x_low),
+                 wide(a->centre_x, a->centre_x_low));
+  const floatv turns =
+      wide_turns(wide_times(offset, wide(a->chief_x, a->chief_x_low))) + (a->turns + 0.25f);
   near_sum(waves, from, to, wide_high(offset), turns, re, im);
   const intv inside = fabs(wide_high(offset)) <= a->half_x;
   *re = LANES_SELECT((floatv)(0.0f), *re, inside);
@@ -326,36 +369,48 @@ static inline void near_across(const NearWaves* waves, int from, int to, const A
 }
 
 // The same along y at pixels of rows first to first + RAYWAVE_LANES - 1.
-static inline void near_up(const NearWaves* waves, int from, int to, const Aim* a, const GatherPlane* plane, int first, floatv* re,
-                           floatv* im) {
+static inline void near_up(const NearWaves* waves, int from, int to, const Aim* a,
+                           const GatherPlane* plane, int first, floatv* re, floatv* im) {
   const Wide offset =
-      wide_minus(wide_steps(-(first + LANES_INDEX), plane->pitch_y, plane->pitch_y_low), wide(a->centre_y, a->centre_y_low));
-  near_sum(waves, from, to, wide_high(offset), wide_turns(wide_times(offset, wide(a->chief_y, a->chief_y_low))), re, im);
+      wide_minus(wide_steps(-(first + LANES_INDEX), plane->pitch_y, plane->pitch_y_low),
+                 wide(a->centre_y, a->centre_y_low));
+  near_sum(waves, from, to, wide_high(offset),
+           wide_turns(wide_times(offset, wide(a->chief_y, a->chief_y_low))), re, im);
   const intv inside = fabs(wide_high(offset)) <= a->half_y;
   *re = LANES_SELECT((floatv)(0.0f), *re, inside);
   *im = LANES_SELECT((floatv)(0.0f), *im, inside);
 }
 
 // Floats of a profile.
-static inline size_t profile_size(const GatherPlane* plane) { return (size_t)(2 * (plane->room_x + plane->room_y)); }
+static inline size_t profile_size(const GatherPlane* plane) {
+  return (size_t)(2 * (plane->room_x + plane->room_y));
+}
 
-// Profiles of samples near the plane, whose wave is a product of one along x and one along y; of those that something hides, one for each
-// part of the window's sides. Profile number `profile` begins profile - first_profile times profile_size into profiles: real parts of
-// RAYWAVE_LANES zeros, its columns, and zeros up to room_x; imaginary parts likewise; real parts of its rows, in room_y; imaginary parts.
-__kernel void profile(__global const Light* lights, __global const Sample* samples, __global const uint* lit, __global const Aim* aims,
-                      int first_sample, int first_profile, int sample_count, GatherPlane plane, __global float* profiles) {
+// Profiles of samples near the plane, whose wave is a product of one along x and one along y; of
+// those that something hides, one for each part of the window's sides. Profile number `profile`
+// begins profile - first_profile times profile_size into profiles: real parts of RAYWAVE_LANES
+// zeros, its columns, and zeros up to room_x; imaginary parts likewise; real parts of its rows, in
+// room_y; imaginary parts.
+__kernel void profile(__global const Light* lights, __global const Sample* samples,
+                      __global const uint* lit, __global const Aim* aims, int first_sample,
+                      int first_profile, int sample_count, GatherPlane plane,
+                      __global float* profiles) {
   const int number = (int)get_global_id(0);
   if (number >= sample_count) return;
   const int index = first_sample + number;
   const Aim a = aims[index];
   if (!a.near || a.columns <= 0 || a.rows <= 0) return;
   NearWaves waves_x, waves_y;
-  near_axes(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &a, &plane, &waves_x, &waves_y);
+  near_axes(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &a,
+            &plane, &waves_x, &waves_y);
   const floatv zero = 0.0f;
   for (int part = 0; part < (a.hidden ? NEAR_PARTS : 1); ++part) {
-    const int from_x = waves_x.begin[part], to_x = a.hidden ? waves_x.begin[part + 1] : waves_x.count;
-    const int from_y = waves_y.begin[part], to_y = a.hidden ? waves_y.begin[part + 1] : waves_y.count;
-    __global float* across = profiles + (size_t)(a.profile + part - first_profile) * profile_size(&plane);
+    const int from_x = waves_x.begin[part],
+              to_x = a.hidden ? waves_x.begin[part + 1] : waves_x.count;
+    const int from_y = waves_y.begin[part],
+              to_y = a.hidden ? waves_y.begin[part + 1] : waves_y.count;
+    __global float* across =
+        profiles + (size_t)(a.profile + part - first_profile) * profile_size(&plane);
     __global float* up = across + 2 * plane.room_x;
     floatv re, im;
     LANES_STORE(zero, across);
@@ -386,12 +441,14 @@ typedef struct {
 } Tile;
 
 // Adds what a sample sends along the columns times what it sends along the rows, `up`.
-static inline void add_product(floatv across_re, floatv across_im, __global const float* up, const Aim* a, __global const float2* phasors,
-                               int sample_count, const GatherPlane* plane, Tile* tile) {
+static inline void add_product(floatv across_re, floatv across_im, __global const float* up,
+                               const Aim* a, __global const float2* phasors, int sample_count,
+                               const GatherPlane* plane, Tile* tile) {
   const int from = max(tile->top, a->top), to = min(tile->bottom, a->top + a->rows - 1);
   for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
     const float2 phasor = phasors[(size_t)frame * (size_t)sample_count];
-    const floatv turned_re = across_re * phasor.x - across_im * phasor.y, turned_im = across_re * phasor.y + across_im * phasor.x;
+    const floatv turned_re = across_re * phasor.x - across_im * phasor.y,
+                 turned_im = across_re * phasor.y + across_im * phasor.x;
     for (int row = from; row <= to; ++row) {
       const float up_re = up[row - a->top], up_im = up[plane->room_y + row - a->top];
       tile->re[frame][row - tile->top] += turned_re * up_re - turned_im * up_im;
@@ -401,13 +458,15 @@ static inline void add_product(floatv across_re, floatv across_im, __global cons
 }
 
 // Adds the wave of a sample near the plane, from its profiles.
-static inline void gather_near(__global const float* profiles, __global const uint* view, const Aim* a, __global const float2* phasors,
-                               int sample_count, const GatherPlane* plane, Tile* tile) {
+static inline void gather_near(__global const float* profiles, __global const uint* view,
+                               const Aim* a, __global const float2* phasors, int sample_count,
+                               const GatherPlane* plane, Tile* tile) {
   const size_t size = profile_size(plane);
   __global const float* column = profiles + (tile->first - a->left + RAYWAVE_LANES);
   __global const float* up = profiles + 2 * plane->room_x;
   if (!a->hidden) {
-    add_product(LANES_LOAD(column), LANES_LOAD(column + plane->room_x), up, a, phasors, sample_count, plane, tile);
+    add_product(LANES_LOAD(column), LANES_LOAD(column + plane->room_x), up, a, phasors,
+                sample_count, plane, tile);
     return;
   }
   for (int j = 0; j < NEAR_PARTS; ++j) {
@@ -425,24 +484,29 @@ static inline void gather_near(__global const float* profiles, __global const ui
 }
 
 // Adds the wave of a sample away from the plane, ray by ray.
-static inline void gather_far(__global const Light* lights, __global const uint* lit, __global const Sample* sample,
-                              __global const uint* view, const Aim* a, __global const float2* phasors, int sample_count,
+static inline void gather_far(__global const Light* lights, __global const uint* lit,
+                              __global const Sample* sample, __global const uint* view,
+                              const Aim* a, __global const float2* phasors, int sample_count,
                               const GatherPlane* plane, Tile* tile) {
   const int top = tile->top, bottom = tile->bottom;
   const intv column = tile->first + LANES_INDEX;
-  const Wide x = wide_steps(column, plane->pitch_x, plane->pitch_x_low), rate = wide(plane->turns_hi, plane->turns_lo);
+  const Wide x = wide_steps(column, plane->pitch_x, plane->pitch_x_low),
+             rate = wide(plane->turns_hi, plane->turns_lo);
 #if RAYWAVE_VIEW_PARTS > 0
-  const float left_x = plane->pitch_x * (float)tile->first, right_x = left_x + plane->pitch_x * (float)(RAYWAVE_LANES - 1);
+  const float left_x = plane->pitch_x * (float)tile->first,
+              right_x = left_x + plane->pitch_x * (float)(RAYWAVE_LANES - 1);
   const float top_y = -plane->pitch_y * (float)top, bottom_y = -plane->pitch_y * (float)bottom;
 #endif
   const Wide from_x = wide_minus(x, wide(a->x, a->x_low)), depth = wide(a->depth, a->depth_low);
   const floatv dx = wide_high(from_x);
   const floatv off_chief = wide_high(wide_minus(x, wide(a->centre_x, a->centre_x_low)));
-  const floatv across = fabs(off_chief * a->scale_x);  // where the pixel's light meets the hologram, in half windows
+  // Where the pixel's light meets the hologram, in half windows
+  const floatv across = fabs(off_chief * a->scale_x);
   intv inside_x = (across <= plane->fan_x) & (column < plane->nx);
   floatv edge_x = 1.0f;
   if (plane->edge_rate_x > 0.0f) {
-    const floatv e = clamp((plane->fan_x - across) * plane->edge_rate_x, (floatv)(0.0f), (floatv)(1.0f));
+    const floatv e =
+        clamp((plane->fan_x - across) * plane->edge_rate_x, (floatv)(0.0f), (floatv)(1.0f));
     edge_x = e * e * (3.0f - 2.0f * e);
   }
   const float sign = a->depth < 0.0f ? -1.0f : 1.0f;
@@ -452,14 +516,19 @@ static inline void gather_far(__global const Light* lights, __global const uint*
   const float to_view_y = sign * a->scale_y * plane->view_scale_y;
   intv part = 0;
   if (a->hidden) {
-    const float u0 = (fmax(left_x, a->centre_x - a->half_x) - a->centre_x) * to_view_x + plane->view_shift_x;
-    const float u1 = (fmin(right_x, a->centre_x + a->half_x) - a->centre_x) * to_view_x + plane->view_shift_x;
-    const float v0 = (fmax(bottom_y, a->centre_y - a->half_y) - a->centre_y) * to_view_y + plane->view_shift_y;
-    const float v1 = (fmin(top_y, a->centre_y + a->half_y) - a->centre_y) * to_view_y + plane->view_shift_y;
+    const float u0 =
+        (fmax(left_x, a->centre_x - a->half_x) - a->centre_x) * to_view_x + plane->view_shift_x;
+    const float u1 =
+        (fmin(right_x, a->centre_x + a->half_x) - a->centre_x) * to_view_x + plane->view_shift_x;
+    const float v0 =
+        (fmax(bottom_y, a->centre_y - a->half_y) - a->centre_y) * to_view_y + plane->view_shift_y;
+    const float v1 =
+        (fmin(top_y, a->centre_y + a->half_y) - a->centre_y) * to_view_y + plane->view_shift_y;
     state = view_state(view, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1));
     if (state == VIEW_CLOSED) return;
-    part = clamp(LANES_TO_INT((off_chief * to_view_x + plane->view_shift_x + 1.0f) * (0.5f * RAYWAVE_VIEW_PARTS)), (intv)(0),
-                 (intv)(RAYWAVE_VIEW_PARTS - 1));
+    part = clamp(LANES_TO_INT((off_chief * to_view_x + plane->view_shift_x + 1.0f) *
+                              (0.5f * RAYWAVE_VIEW_PARTS)),
+                 (intv)(0), (intv)(RAYWAVE_VIEW_PARTS - 1));
   }
 #endif
   const floatv squared_x = dx * dx + a->depth * a->depth;
@@ -471,7 +540,8 @@ static inline void gather_far(__global const Light* lights, __global const uint*
   floatv middle_length;
   const floatv middle_turns = path_turns(from_x, from_y, depth, rate, &middle_length) * sign;
   const float middle_dy = LANES_FIRST(wide_high(from_y));
-  const float middle_off_chief = LANES_FIRST(wide_high(wide_minus(middle_y, wide(a->centre_y, a->centre_y_low))));
+  const float middle_off_chief =
+      LANES_FIRST(wide_high(wide_minus(middle_y, wide(a->centre_y, a->centre_y_low))));
 #endif
 
   for (int row = top; row <= bottom; ++row) {
@@ -479,9 +549,11 @@ static inline void gather_far(__global const Light* lights, __global const uint*
     const float step_y = plane->pitch_y * (float)(middle - row);
     const float dy = middle_dy + step_y, off_chief_y = middle_off_chief + step_y;
 #else
-    const Wide y = wide_steps((intv)(-row), plane->pitch_y, plane->pitch_y_low), from_y = wide_minus(y, wide(a->y, a->y_low));
+    const Wide y = wide_steps((intv)(-row), plane->pitch_y, plane->pitch_y_low),
+               from_y = wide_minus(y, wide(a->y, a->y_low));
     const float dy = LANES_FIRST(wide_high(from_y));
-    const float off_chief_y = LANES_FIRST(wide_high(wide_minus(y, wide(a->centre_y, a->centre_y_low))));
+    const float off_chief_y =
+        LANES_FIRST(wide_high(wide_minus(y, wide(a->centre_y, a->centre_y_low))));
 #endif
     const float up = fabs(off_chief_y * a->scale_y);
     if (up > plane->fan_y) continue;
@@ -494,7 +566,8 @@ static inline void gather_far(__global const Light* lights, __global const uint*
     const floatv inverse_length = 1.0f / fmax(length, nearest_to(plane));
     intv counts = inside_x;
 #if RAYWAVE_SINE_LIMIT
-    counts &= (fabs(dx) * inverse_length <= plane->sine_limit_x) & (fabs(dy) * inverse_length <= plane->sine_limit_y);
+    counts &= (fabs(dx) * inverse_length <= plane->sine_limit_x) &
+              (fabs(dy) * inverse_length <= plane->sine_limit_y);
 #endif
 #if RAYWAVE_VIEW_PARTS > 0
     if (state == VIEW_MIXED) {
@@ -523,9 +596,11 @@ static inline void gather_far(__global const Light* lights, __global const uint*
     }
 #endif
     const floatv area = projected_area(a->tilt_z, a->tilt_x * dx, (floatv)(a->tilt_y * dy));
-    amplitude = LANES_SELECT((floatv)(0.0f), amplitude * sqrt(area) * edge_x * edge_y * sign * inverse_length, counts);
+    amplitude = LANES_SELECT(
+        (floatv)(0.0f), amplitude * sqrt(area) * edge_x * edge_y * sign * inverse_length, counts);
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
-    const floatv turns = middle_turns + turns_beyond(middle_dy, step_y, length + middle_length, plane->turns_hi * sign);
+    const floatv turns = middle_turns + turns_beyond(middle_dy, step_y, length + middle_length,
+                                                     plane->turns_hi * sign);
 #else
     floatv path_length;
     const floatv turns = path_turns(from_x, from_y, depth, rate, &path_length) * sign;
@@ -542,10 +617,13 @@ static inline void gather_far(__global const Light* lights, __global const uint*
   }
 }
 
-__kernel void gather(__global const Light* lights, __global const Sample* samples, __global const uint* views, __global const uint* lit,
-                     __global const Aim* aims, int stride, __global const int* boxes, __global const float* profiles, int first_profile,
-                     __global const float2* phasors, __global const int* first_of_cell, int sample_count, int first_row, int last_row,
-                     int accumulate, Lattice lattice, GatherPlane plane, __global float2* field) {
+__kernel void gather(__global const Light* lights, __global const Sample* samples,
+                     __global const uint* views, __global const uint* lit, __global const Aim* aims,
+                     int stride, __global const int* boxes, __global const float* profiles,
+                     int first_profile, __global const float2* phasors,
+                     __global const int* first_of_cell, int sample_count, int first_row,
+                     int last_row, int accumulate, Lattice lattice, GatherPlane plane,
+                     __global float2* field) {
   const int first = (int)(get_global_id(2) * get_global_size(0) + get_global_id(0)) * RAYWAVE_LANES;
   const int top = (int)get_global_id(1) * RAYWAVE_TILE_ROWS;
   if (first >= plane.nx || top >= plane.ny) return;
@@ -555,26 +633,34 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
   tile.top = top;
   tile.bottom = bottom;
   for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
-    for (int row = 0; row < RAYWAVE_TILE_ROWS; ++row) tile.re[frame][row] = tile.im[frame][row] = 0.0f;
+    for (int row = 0; row < RAYWAVE_TILE_ROWS; ++row)
+      tile.re[frame][row] = tile.im[frame][row] = 0.0f;
   }
 
   // Cells whose samples' footprints can touch the tile, one more on each side against rounding.
   const float cells = 1.0f / lattice.step;
   const float low_x = plane.tangent_x + plane.tangent_step_x * (float)first - plane.window_x;
-  const float high_x = plane.tangent_x + plane.tangent_step_x * (float)(first + RAYWAVE_LANES - 1) + plane.window_x;
+  const float high_x =
+      plane.tangent_x + plane.tangent_step_x * (float)(first + RAYWAVE_LANES - 1) + plane.window_x;
   const float low_y = plane.tangent_y - plane.tangent_step_y * (float)bottom - plane.window_y;
   const float high_y = plane.tangent_y - plane.tangent_step_y * (float)top + plane.window_y;
   const int cell_left = max((int)clamp(low_x * cells - (float)lattice.first_x, -2.0f, 1e9f) - 1, 0);
-  const int cell_right = min((int)clamp(high_x * cells - (float)lattice.first_x, -2.0f, 1e9f) + 1, lattice.nx - 1);
-  const int cell_low = max((int)clamp(low_y * cells - (float)lattice.first_y, -2.0f, 1e9f) - 1, first_row);
-  const int cell_high = min((int)clamp(high_y * cells - (float)lattice.first_y, -2.0f, 1e9f) + 1, last_row);
+  const int cell_right =
+      min((int)clamp(high_x * cells - (float)lattice.first_x, -2.0f, 1e9f) + 1, lattice.nx - 1);
+  const int cell_low =
+      max((int)clamp(low_y * cells - (float)lattice.first_y, -2.0f, 1e9f) - 1, first_row);
+  const int cell_high =
+      min((int)clamp(high_y * cells - (float)lattice.first_y, -2.0f, 1e9f) + 1, last_row);
 
   for (int cell_row = cell_low; cell_row <= cell_high && cell_left <= cell_right; ++cell_row) {
     const int last = first_of_cell[cell_row * lattice.nx + cell_right + 1];
-    for (int begin = first_of_cell[cell_row * lattice.nx + cell_left]; begin < last; begin += RAYWAVE_LANES) {
+    for (int begin = first_of_cell[cell_row * lattice.nx + cell_left]; begin < last;
+         begin += RAYWAVE_LANES) {
       __global const int* box = boxes + begin;
-      const intv touches = (LANES_LOAD(box) < first + RAYWAVE_LANES) & (LANES_LOAD(box + stride) >= first) &
-                           (LANES_LOAD(box + 2 * stride) <= bottom) & (LANES_LOAD(box + 3 * stride) >= top) & (begin + LANES_INDEX < last);
+      const intv touches = (LANES_LOAD(box) < first + RAYWAVE_LANES) &
+                           (LANES_LOAD(box + stride) >= first) &
+                           (LANES_LOAD(box + 2 * stride) <= bottom) &
+                           (LANES_LOAD(box + 3 * stride) >= top) & (begin + LANES_INDEX < last);
       if (!LANES_ANY(touches)) continue;
       int touching[RAYWAVE_LANES];
       LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), touches), touching);
@@ -584,11 +670,11 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
         const Aim a = aims[index];
         __global const uint* view = views + index * VIEW_WORDS;
         if (a.near) {
-          gather_near(profiles + (size_t)(a.profile - first_profile) * profile_size(&plane), view, &a, phasors + index, sample_count,
-                      &plane, &tile);
+          gather_near(profiles + (size_t)(a.profile - first_profile) * profile_size(&plane), view,
+                      &a, phasors + index, sample_count, &plane, &tile);
         } else {
-          gather_far(lights, lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, view, &a, phasors + index, sample_count,
-                     &plane, &tile);
+          gather_far(lights, lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index,
+                     view, &a, phasors + index, sample_count, &plane, &tile);
         }
       }
     }
@@ -597,7 +683,9 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
   for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
     for (int row = top; row <= bottom; ++row) {
       const floatv re = tile.re[frame][row - top], im = tile.im[frame][row - top];
-      __global float2* out = field + ((size_t)frame * (size_t)plane.ny + (size_t)row) * (size_t)plane.nx + (size_t)first;
+      __global float2* out = field +
+                             ((size_t)frame * (size_t)plane.ny + (size_t)row) * (size_t)plane.nx +
+                             (size_t)first;
       if (first + RAYWAVE_LANES <= plane.nx && !accumulate) {
         store_complex(re, im, out);
         continue;

@@ -1,23 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sample so near to a plane that diffraction, not geometry, says where its light passes on the way into the hologram's window: the plane
-// waves that reach the window, added up. Per axis, with the sine s of a wave's direction and edge(s) the fan's soft edge,
-//   g(x) = integral of edge(s) / cosine(s) exp(2 pi i / wavelength (s x - depth (1 - cosine(s)))) ds,
-// and the sample's wave is i / wavelength exp(2 pi i depth / wavelength) g(x) g(y): far away, by stationary phase, exp(ikr) / r. Sines and
-// offsets count from those of the chief ray, which goes to the hologram's centre (sine s0, cosine c0, meeting the plane at x0), so that no
-// more turns are left to floats than the wave has fringes: with s = s0 + d,
+// A sample so near to a plane that diffraction, not geometry, says where its light passes on the
+// way into the hologram's window: the plane waves that reach the window, added up. Per axis, with
+// the sine s of a wave's direction and edge(s) the fan's soft edge,
+//   g(x) = integral of
+//          edge(s) / cosine(s) exp(2 pi i / wavelength (s x - depth (1 - cosine(s)))) ds,
+// and the sample's wave is i / wavelength exp(2 pi i depth / wavelength) g(x) g(y): far away, by
+// stationary phase, exp(ikr) / r. Sines and offsets count from those of the chief ray, which goes
+// to the hologram's centre (sine s0, cosine c0, meeting the plane at x0), so that no more turns are
+// left to floats than the wave has fringes: with s = s0 + d,
 //   s x - depth (1 - cosine(s)) = s0 (x - x0) + depth (1 / c0 - 1) + d (x - x0) - depth e,
-//   e = (c0 - cosine(s)) - d s0 / c0 = d^2 (c0 + s0 (s0 + s) / (c0 + cosine(s))) / (c0 (c0 + cosine(s))).
-// The wave is
-// finite at depth 0, and turns by half a period on the way through it. Of the product of both sines only powers above the second are
-// neglected. What something hides is dealt with in NEAR_PARTS x NEAR_PARTS parts of the window: g is a sum of as many parts per axis.
+//   e = (c0 - cosine(s)) - d s0 / c0
+//     = d^2 (c0 + s0 (s0 + s) / (c0 + cosine(s))) / (c0 (c0 + cosine(s))).
+// The wave is finite at depth 0, and turns by half a period on the way through it. Of the product
+// of both sines only powers above the second are neglected. What something hides is dealt with in
+// NEAR_PARTS x NEAR_PARTS parts of the window: g is a sum of as many parts per axis.
 #ifndef RAYWAVE_NEAR_H
 #define RAYWAVE_NEAR_H
 
+#include "kernels/common/double_single.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/phase.h"
 #include "kernels/common/shared.h"
 #include "kernels/samples/visibility.h"
-#include "kernels/common/double_single.h"
 
 #define NEAR_WAVES 96  // per axis at most, a multiple of RAYWAVE_LANES
 
@@ -26,23 +30,27 @@ typedef struct {
   float fan, edge_rate, sine_limit, view_scale, view_shift;
 } Gathered;
 static inline Gathered gathered_x(const GatherPlane* plane) {
-  const Gathered x = {plane->fan_x, plane->edge_rate_x, plane->sine_limit_x, plane->view_scale_x, plane->view_shift_x};
+  const Gathered x = {plane->fan_x, plane->edge_rate_x, plane->sine_limit_x, plane->view_scale_x,
+                      plane->view_shift_x};
   return x;
 }
 static inline Gathered gathered_y(const GatherPlane* plane) {
-  const Gathered y = {plane->fan_y, plane->edge_rate_y, plane->sine_limit_y, plane->view_scale_y, plane->view_shift_y};
+  const Gathered y = {plane->fan_y, plane->edge_rate_y, plane->sine_limit_y, plane->view_scale_y,
+                      plane->view_shift_y};
   return y;
 }
 
-// Width of the bright spot that the whole fan makes of a point: one axis, `half_tangent` is of half the tile's window as the sample sees
-// it.
+// Width of the bright spot that the whole fan makes of a point: one axis, `half_tangent` is of half
+// the tile's window as the sample sees it.
 static inline float near_spot(float half_tangent, float fan, float turns_per_metre) {
   return 0.5f / (turns_per_metre * fan * half_tangent);
 }
 
-// Waves that an axis needs: a sum of evenly spaced waves repeats itself after as many spots, and edges ring for about 12. A multiple of 8,
-// so that none lies between two parts of the window.
-static inline int near_count(float half_extent, float spot) { return 8 * (int)(0.25f * fmin(half_extent / spot, 1e6f)) + 32; }
+// Waves that an axis needs: a sum of evenly spaced waves repeats itself after as many spots, and
+// edges ring for about 12. A multiple of 8, so that none lies between two parts of the window.
+static inline int near_count(float half_extent, float spot) {
+  return 8 * (int)(0.25f * fmin(half_extent / spot, 1e6f)) + 32;
+}
 
 // 1 / cosine - 1 of a direction.
 static inline Wide near_slant(Wide tangent) {
@@ -68,11 +76,14 @@ typedef struct {
 } NearWaves;
 
 // centre_tangent: towards the hologram's centre; in_parts: `begin` is wanted.
-static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tangent, float half_tangent, float half_extent, float depth,
-                              Gathered axis, float turns_per_metre) {
-  waves->count = min(near_count(half_extent, near_spot(half_tangent, axis.fan, turns_per_metre)), NEAR_WAVES);
+static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tangent,
+                              float half_tangent, float half_extent, float depth, Gathered axis,
+                              float turns_per_metre) {
+  waves->count =
+      min(near_count(half_extent, near_spot(half_tangent, axis.fan, turns_per_metre)), NEAR_WAVES);
   const float low = near_sine_step(centre_tangent, -axis.fan * half_tangent);
-  const float step = (near_sine_step(centre_tangent, axis.fan * half_tangent) - low) / (float)waves->count;
+  const float step =
+      (near_sine_step(centre_tangent, axis.fan * half_tangent) - low) / (float)waves->count;
   const float c0 = 1.0f / sqrt(1.0f + centre_tangent * centre_tangent), s0 = centre_tangent * c0;
   waves->first = (low + 0.5f * step) * turns_per_metre;
   waves->step = step * turns_per_metre;
@@ -84,7 +95,8 @@ static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tang
     const floatv at = d * bend / (c0 * cosine * half_tangent);  // on the hologram, in half windows
     floatv weight = step / cosine;
     if (axis.edge_rate > 0.0f) {
-      const floatv e = clamp((axis.fan - fabs(at)) * axis.edge_rate, (floatv)(0.0f), (floatv)(1.0f));
+      const floatv e =
+          clamp((axis.fan - fabs(at)) * axis.edge_rate, (floatv)(0.0f), (floatv)(1.0f));
       weight *= e * e * (3.0f - 2.0f * e);
     }
     weight = LANES_SELECT((floatv)(0.0f), weight, fabs(sine) <= axis.sine_limit);
@@ -105,13 +117,15 @@ static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tang
   }
 }
 
-// What waves `from` to before `to` add to g at offset_m from the chief ray; `turns`: of the chief ray there. Two recurrences, of every
-// other wave, since one alone waits for its own products.
-static inline void near_sum(const NearWaves* waves, int from, int to, floatv offset_m, floatv turns, floatv* re, floatv* im) {
+// What waves `from` to before `to` add to g at offset_m from the chief ray; `turns`: of the chief
+// ray there. Two recurrences, of every other wave, since one alone waits for its own products.
+static inline void near_sum(const NearWaves* waves, int from, int to, floatv offset_m, floatv turns,
+                            floatv* re, floatv* im) {
   floatv even_re, even_im, step_re, step_im;
   cos_sin_turns((waves->first + (float)from * waves->step) * offset_m + turns, &even_re, &even_im);
   cos_sin_turns(waves->step * offset_m, &step_re, &step_im);
-  floatv odd_re = even_re * step_re - even_im * step_im, odd_im = even_re * step_im + even_im * step_re;
+  floatv odd_re = even_re * step_re - even_im * step_im,
+         odd_im = even_re * step_im + even_im * step_re;
   const floatv turn_re = step_re * step_re - step_im * step_im, turn_im = 2.0f * step_re * step_im;
   floatv sum_even_re = 0.0f, sum_even_im = 0.0f, sum_odd_re = 0.0f, sum_odd_im = 0.0f;
   int n = from;
@@ -120,7 +134,8 @@ static inline void near_sum(const NearWaves* waves, int from, int to, floatv off
     sum_even_im += even_re * waves->im[n] + even_im * waves->re[n];
     sum_odd_re += odd_re * waves->re[n + 1] - odd_im * waves->im[n + 1];
     sum_odd_im += odd_re * waves->im[n + 1] + odd_im * waves->re[n + 1];
-    const floatv turned_even = even_re * turn_re - even_im * turn_im, turned_odd = odd_re * turn_re - odd_im * turn_im;
+    const floatv turned_even = even_re * turn_re - even_im * turn_im,
+                 turned_odd = odd_re * turn_re - odd_im * turn_im;
     even_im = even_re * turn_im + even_im * turn_re;
     odd_im = odd_re * turn_im + odd_im * turn_re;
     even_re = turned_even;

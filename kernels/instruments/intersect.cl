@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Intersects an array of rays with the scene: what the tests, the self-test and the benchmark run. OpenCL C 1.2.
+// Intersects an array of rays with the scene: what the tests, the self-test and the benchmark run.
+// OpenCL C 1.2.
 //
 // rays   8 planes of `count` floats: origin x, y, z, direction x, y, z, t_min, t_max
 // One work-item handles RAYWAVE_LANES neighbours; the lanes past `count` write nothing.
-#include "kernels/scene/bvh.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
+#include "kernels/scene/bvh.h"
 
 // Lanes past the end repeat the last ray, so that a partial packet reads nothing outside.
 static inline floatv load_plane(__global const float* plane, int first, int count) {
@@ -43,8 +44,9 @@ static inline void store_ints(intv values, __global int* plane, int first, int c
 
 // hit_triangle  count ints, place in the tree's triangles or -1
 // hit_t_u_v     3 planes of count floats; a miss has t = t_max, u = v = 0
-__kernel void intersect_nearest(__global const BvhNode* nodes, __global const Triangle* triangles, __global const float* positions,
-                                __global const Body* bodies, __global const float* rays, int count, __global int* hit_triangle,
+__kernel void intersect_nearest(__global const BvhNode* nodes, __global const Triangle* triangles,
+                                __global const float* positions, __global const Body* bodies,
+                                __global const float* rays, int count, __global int* hit_triangle,
                                 __global float* hit_t_u_v) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   if (first >= count) return;
@@ -58,8 +60,9 @@ __kernel void intersect_nearest(__global const BvhNode* nodes, __global const Tr
 }
 
 // occluded  count ints, 1 where anything lies in (t_min, t_max), else 0
-__kernel void intersect_any(__global const BvhNode* nodes, __global const Triangle* triangles, __global const float* positions,
-                            __global const Body* bodies, __global const float* rays, int count, __global int* occluded) {
+__kernel void intersect_any(__global const BvhNode* nodes, __global const Triangle* triangles,
+                            __global const float* positions, __global const Body* bodies,
+                            __global const float* rays, int count, __global int* occluded) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   if (first >= count) return;
   const Rays r = load_rays(rays, first, count);

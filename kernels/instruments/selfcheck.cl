@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What host/evaluate/selftest/selfcheck.cpp asks of a device about the headers that all kernels share: where it puts the members of shared structs,
-// and how true phase.h is there. OpenCL C 1.2.
+// What host/evaluate/selftest/selfcheck.cpp asks of a device about the headers that all kernels
+// share: where it puts the members of shared structs, and how true phase.h is there. OpenCL C 1.2.
 #include "kernels/common/lanes.h"
 #include "kernels/common/phase.h"
 #include "kernels/common/shared.h"
 #include "kernels/common/shared_layout.h"
 
-// layout: size of the struct, offset and size of the member, in bytes, for each member of RAYWAVE_LAYOUT. One work-item.
+// layout: size of the struct, offset and size of the member, in bytes, for each member of
+// RAYWAVE_LAYOUT. One work-item.
 __kernel void struct_layout(__global int* layout) {
   int i = 0;
 #define MEMBER(T, member)                                                          \
@@ -20,8 +21,10 @@ __kernel void struct_layout(__global int* layout) {
 #undef MEMBER
 }
 
-// Cosine and sine of 2 pi turns[i]; one work-item for each of `blocks` runs of RAYWAVE_LANES values.
-__kernel void cos_sin(__global const float* turns, __global float* cosines, __global float* sines, int blocks) {
+// Cosine and sine of 2 pi turns[i]; one work-item for each of `blocks` runs of RAYWAVE_LANES
+// values.
+__kernel void cos_sin(__global const float* turns, __global float* cosines, __global float* sines,
+                      int blocks) {
   const int block = (int)get_global_id(0);
   if (block >= blocks) return;
   floatv c, s;
@@ -31,9 +34,11 @@ __kernel void cos_sin(__global const float* turns, __global float* cosines, __gl
 }
 
 // turns_of_length of lengths_m[i]; work-items as above.
-__kernel void length_turns(__global const float* lengths_m, __global float* turns, float wave_number_hi, float wave_number_lo, int blocks) {
+__kernel void length_turns(__global const float* lengths_m, __global float* turns,
+                           float wave_number_hi, float wave_number_lo, int blocks) {
   const int block = (int)get_global_id(0);
   if (block >= blocks) return;
-  LANES_STORE(turns_of_length(LANES_LOAD(lengths_m + block * RAYWAVE_LANES), wave_number_hi, wave_number_lo),
+  LANES_STORE(turns_of_length(LANES_LOAD(lengths_m + block * RAYWAVE_LANES), wave_number_hi,
+                              wave_number_lo),
               turns + block * RAYWAVE_LANES);
 }

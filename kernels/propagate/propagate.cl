@@ -2,19 +2,22 @@
 // Band-limited shifted angular spectrum propagation: the steps around the Fourier transforms.
 // Matsushima, Opt. Express 18, 18453 (2010). OpenCL C 1.2, no double, no images.
 //
-// Planes are row-major, complex samples interleaved. A padded plane has padded_ny rows of padded_nx samples, padded_nx a multiple of 16,
-// and holds the field in its top left corner. A work-item takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it:
-// CPUs launch one work-item per row, GPUs one per sample.
+// Planes are row-major, complex samples interleaved. A padded plane has padded_ny rows of padded_nx
+// samples, padded_nx a multiple of 16, and holds the field in its top left corner. A work-item
+// takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it: CPUs launch one
+// work-item per row, GPUs one per sample.
 #include "kernels/common/complex_lanes.h"
 #include "kernels/propagate/transfer.h"
 
 #ifndef RAYWAVE_TWO_FLOATS
-#define RAYWAVE_TWO_FLOATS 0  // 1 where R of transfer.h exceeds a few turns; host/propagate/propagator.cpp decides per propagation
+// 1 where R of transfer.h exceeds a few turns; host/propagate/propagator.cpp decides per
+// propagation
+#define RAYWAVE_TWO_FLOATS 0
 #endif
 
 // padded: the field, zero elsewhere.
-__kernel void pad(const __global float2* restrict field, __global float2* restrict padded, int frame, int nx, int ny, int padded_nx,
-                  int padded_ny) {
+__kernel void pad(const __global float2* restrict field, __global float2* restrict padded,
+                  int frame, int nx, int ny, int padded_nx, int padded_ny) {
   const int row = (int)get_global_id(1);
   if (row >= padded_ny) return;
   const int live = row < ny ? nx : 0;
@@ -34,7 +37,8 @@ __kernel void pad(const __global float2* restrict field, __global float2* restri
 }
 
 // field: the top left corner of padded.
-__kernel void crop(const __global float2* restrict padded, __global float2* restrict field, int nx, int ny, int padded_nx) {
+__kernel void crop(const __global float2* restrict padded, __global float2* restrict field, int nx,
+                   int ny, int padded_nx) {
   const int row = (int)get_global_id(1);
   if (row >= ny) return;
   const __global float2* source = padded + (size_t)padded_nx * (size_t)row;
@@ -51,16 +55,21 @@ __kernel void crop(const __global float2* restrict padded, __global float2* rest
   }
 }
 
-// sum (+)= scale * spectrum * H inside the band, H as in transfer.h. Out of it H is zero: nothing is added, and zero is written unless
-// `accumulate`.
+// sum (+)= scale * spectrum * H inside the band, H as in transfer.h. Out of it H is zero: nothing
+// is added, and zero is written unless `accumulate`.
 //
 // phase_x [nx], phase_y [ny]    X and Y, reduced turns
 // power_x [2 nx], power_y       (lambda u)^2 as high parts, then low parts; likewise v
-// band_x  [2 nx], band_y        per column the first and then the last signed row frequency kept; per row those of the columns
-__kernel void multiply_add(const __global float2* restrict spectrum, __global float2* restrict sum, const __global float* restrict phase_x,
-                           const __global float* restrict phase_y, const __global float* restrict power_x,
-                           const __global float* restrict power_y, const __global int* restrict band_x, const __global int* restrict band_y,
-                           float depth_hi, float depth_lo, float scale, int nx, int ny, int accumulate) {
+// band_x  [2 nx], band_y        per column the first and then the last signed row frequency kept;
+//         per row those of the columns
+__kernel void multiply_add(const __global float2* restrict spectrum, __global float2* restrict sum,
+                           const __global float* restrict phase_x,
+                           const __global float* restrict phase_y,
+                           const __global float* restrict power_x,
+                           const __global float* restrict power_y,
+                           const __global int* restrict band_x, const __global int* restrict band_y,
+                           float depth_hi, float depth_lo, float scale, int nx, int ny,
+                           int accumulate) {
   const int row = (int)get_global_id(1);
   if (row >= ny) return;
 #if !RAYWAVE_TWO_FLOATS
@@ -79,15 +88,16 @@ __kernel void multiply_add(const __global float2* restrict spectrum, __global fl
     const size_t at = (size_t)nx * (size_t)row + (size_t)i;
     const intv column = LANES_INDEX + i;
     const intv ku = LANES_SELECT(column, column - nx, column >= (nx + 1) / 2);
-    const intv inside = (ku >= first) & (ku <= last) & (LANES_LOAD(band_x + i) <= kv) & (LANES_LOAD(band_x + nx + i) >= kv);
+    const intv inside = (ku >= first) & (ku <= last) & (LANES_LOAD(band_x + i) <= kv) &
+                        (LANES_LOAD(band_x + nx + i) >= kv);
     floatv sum_re = 0.0f, sum_im = 0.0f;
     if (!LANES_ANY(inside)) {
       if (!accumulate) store_complex(sum_re, sum_im, sum + at);
       continue;
     }
 #if RAYWAVE_TWO_FLOATS
-    const floatv remainder =
-        remainder_turns_two_floats(LANES_LOAD(power_x + i), LANES_LOAD(power_x + nx + i), v_hi, v_lo, depth_hi, depth_lo);
+    const floatv remainder = remainder_turns_two_floats(
+        LANES_LOAD(power_x + i), LANES_LOAD(power_x + nx + i), v_hi, v_lo, depth_hi, depth_lo);
 #else
     const floatv remainder = remainder_turns_float(LANES_LOAD(power_x + i), v_hi, depth_hi);
 #endif

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// The transfer function of free space, for the kernel of kernels/propagate/propagate.cl and, compiled as C++, for host/propagate/propagator_host.cpp.
+// The transfer function of free space, for the kernel of kernels/propagate/propagate.cl and,
+// compiled as C++, for host/propagate/propagator_host.cpp.
 //
-// H = exp(2 pi i (x0 u + y0 v + z sqrt(1 / lambda^2 - u^2 - v^2))). Its phase in turns is X(u) + Y(v) - R(u, v): X and Y hold
-// x0 u - z lambda u^2 / 2 and so on, reduced on the host in double; R is what the parabola leaves of the sphere, small enough for float
-// arithmetic, or for two floats.
+// H = exp(2 pi i (x0 u + y0 v + z sqrt(1 / lambda^2 - u^2 - v^2))). Its phase in turns is X(u) +
+// Y(v) - R(u, v): X and Y hold x0 u - z lambda u^2 / 2 and so on, reduced on the host in double; R
+// is what the parabola leaves of the sphere, small enough for float arithmetic, or for two floats.
 #ifndef RAYWAVE_TRANSFER_H
 #define RAYWAVE_TRANSFER_H
 
 #include "kernels/common/phase.h"
 
-// Reduced turns of R = depth (1 - sqrt(1 - a))^2, where a = (lambda u)^2 + (lambda v)^2 is the sum of two pairs of floats (hi, lo), and so
-// is depth = z / (2 lambda), in turns. Serves while R exceeds a few turns.
-static inline floatv remainder_turns_two_floats(floatv u_hi, floatv u_lo, float v_hi, float v_lo, float depth_hi, float depth_lo) {
+// Reduced turns of R = depth (1 - sqrt(1 - a))^2, where a = (lambda u)^2 + (lambda v)^2 is the sum
+// of two pairs of floats (hi, lo), and so is depth = z / (2 lambda), in turns. Serves while R
+// exceeds a few turns.
+static inline floatv remainder_turns_two_floats(floatv u_hi, floatv u_lo, float v_hi, float v_lo,
+                                                float depth_hi, float depth_lo) {
 #pragma OPENCL FP_CONTRACT OFF
   // 1 - a, error-free but for the last bits of the low parts. u_hi and v_hi are no larger than 1.
   const floatv p = 1.0f - u_hi;
@@ -22,14 +25,16 @@ static inline floatv remainder_turns_two_floats(floatv u_hi, floatv u_lo, float 
   const floatv low = (p_error + q_error) - (u_lo + v_lo);
   // Its root by one step of Newton's method from the rounded root.
   const floatv root = sqrt(fmax(q + low, (floatv)(1e-30f)));
-  const floatv root_low = ((q - root * root) - fma(root, root, -(root * root)) + low) / (2.0f * root);
+  const floatv root_low =
+      ((q - root * root) - fma(root, root, -(root * root)) + low) / (2.0f * root);
   // t = 1 - root, t^2, depth t^2.
   const floatv t = 1.0f - root;
   const floatv t_low = ((1.0f - t) - root) - root_low;
   const floatv square = t * t;
   const floatv square_low = fma(t, t, -square) + 2.0f * t * t_low;
   const floatv turns = square * depth_hi;
-  const floatv turns_low = fma(square, (floatv)(depth_hi), -turns) + (square * depth_lo + square_low * depth_hi);
+  const floatv turns_low =
+      fma(square, (floatv)(depth_hi), -turns) + (square * depth_lo + square_low * depth_hi);
   return turns_reduced(turns) + turns_low;
 }
 
@@ -41,7 +46,8 @@ static inline floatv remainder_turns_float(floatv u_hi, float v_hi, float depth_
 }
 
 // H from X, Y and R.
-static inline void transfer_function(floatv turns_x, float turns_y, floatv remainder, floatv* re, floatv* im) {
+static inline void transfer_function(floatv turns_x, float turns_y, floatv remainder, floatv* re,
+                                     floatv* im) {
   cos_sin_turns(turns_reduced(turns_x + turns_y) - remainder, re, im);
 }
 

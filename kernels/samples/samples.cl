@@ -1,39 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sample table: every place where a ray of the lattice (shared.h) pierces a surface is one source of light. Pixels that see it all use
-// the same position and phase; that makes their sum a spherical wave (docs/pipeline.md).
+// The sample table: every place where a ray of the lattice (shared.h) pierces a surface is one
+// source of light. Pixels that see it all use the same position and phase; that makes their sum a
+// spherical wave (docs/pipeline.md).
 //
-// find_samples  of a band of `rows` rows of cells from first_row on: counts[cell] = number of samples of each cell (row by row), and how
-//               many of the first `slots` are hidden from some part; these go to samples[cell * slots] and on, their views and lights
+// find_samples  of a band of `rows` rows of cells from first_row on: counts[cell] = number of
+//               samples of each cell (row by row), and how many of the first `slots` are hidden
+//               from some part; these go to samples[cell * slots] and on, their views and lights
 //               likewise, VIEW_WORDS and LIT_WORDS each
-// pack_samples  the same without gaps: those of cell c to packed[first[c].x] and on, after first[c].y hidden ones
+// pack_samples  the same without gaps: those of cell c to packed[first[c].x] and on, after
+//               first[c].y hidden ones
 //
-// view  bit j * RAYWAVE_VIEW_PARTS + i: the middle of part (i, j) of the hologram's window, counted from the bottom left, is seen from the
-//       sample
+// view  bit j * RAYWAVE_VIEW_PARTS + i: the middle of part (i, j) of the hologram's window, counted
+//       from the bottom left, is seen from the sample
 // lit   bit l: light l falls on the sample
 //
-// find_samples handles RAYWAVE_LANES cells of one row per work-item: global size (ceil(nx / lanes), rows). OpenCL C 1.2.
-#include "kernels/scene/bvh.h"
+// find_samples handles RAYWAVE_LANES cells of one row per work-item: global size (ceil(nx / lanes),
+// rows). OpenCL C 1.2.
 #include "kernels/common/hash.h"
 #include "kernels/common/lanes.h"
-#include "kernels/scene/shade.h"
 #include "kernels/common/shared.h"
 #include "kernels/samples/visibility.h"
+#include "kernels/scene/bvh.h"
+#include "kernels/scene/shade.h"
 
 #define LIT_WORDS (RAYWAVE_LIGHTS > 32 ? (RAYWAVE_LIGHTS + 31) / 32 : 1)
 
 #ifndef RAYWAVE_ANTIALIAS
 #define RAYWAVE_ANTIALIAS \
-  4  // rays per side of a cell that it is looked at with besides the one through its centre: 0, 2 or 4; host/trace/samples.cpp
+// Rays per side of a cell that it is looked at with besides the one through its centre: 0, 2 or \
+// 4; host/trace/samples.cpp
+4
 #endif
 #ifndef RAYWAVE_KEEP_UNSEEN
-#define RAYWAVE_KEEP_UNSEEN 0  // samples that no part of the hologram sees stay in the table; host/trace/samples.cpp
+// Samples that no part of the hologram sees stay in the table; host/trace/samples.cpp
+#define RAYWAVE_KEEP_UNSEEN 0
 #endif
 #define PARTS (RAYWAVE_ANTIALIAS > 0 ? RAYWAVE_ANTIALIAS * RAYWAVE_ANTIALIAS : 1)
 #define PACKETS (PARTS > RAYWAVE_LANES ? PARTS / RAYWAVE_LANES : 1)
 #define CELLS_OF_PACKET (RAYWAVE_LANES > PARTS ? RAYWAVE_LANES / PARTS : 1)
 
-// Rays with these tangents, one for each lane.
-static inline Rays lattice_rays(const Lattice* lattice, floatv tangent_x, floatv tangent_y, intv active) {
+    // Rays with these tangents, one for each lane.
+    static inline Rays
+    lattice_rays(const Lattice* lattice, floatv tangent_x, floatv tangent_y, intv active) {
   Rays rays;
   rays.dx = tangent_x;
   rays.dy = tangent_y;
@@ -51,11 +59,13 @@ static inline Rays lattice_rays(const Lattice* lattice, floatv tangent_x, floatv
 static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv active) {
   const intv column = first + LANES_INDEX;
   return lattice_rays(lattice, (LANES_TO_FLOAT(lattice->first_x + column) + 0.5f) * lattice->step,
-                      (floatv)(((float)(lattice->first_y + row) + 0.5f) * lattice->step), active & (column < lattice->nx));
+                      (floatv)(((float)(lattice->first_y + row) + 0.5f) * lattice->step),
+                      active & (column < lattice->nx));
 }
 
 #if RAYWAVE_ANTIALIAS
-// Through the centres of RAYWAVE_LANES parts of a cell, the inner ones first, or of all parts of CELLS_OF_PACKET cells from it on.
+// Through the centres of RAYWAVE_LANES parts of a cell, the inner ones first, or of all parts of
+// CELLS_OF_PACKET cells from it on.
 static inline Rays part_rays(const Lattice* lattice, int column, int row, int packet, intv active) {
 #if RAYWAVE_ANTIALIAS == 4
   const float across[16] = {1, 2, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 0, 3, 0, 3};
@@ -68,13 +78,15 @@ static inline Rays part_rays(const Lattice* lattice, int column, int row, int pa
   const floatv right = (0.5f + LANES_LOAD(across + packet * RAYWAVE_LANES)) * part;
   const floatv upwards = (0.5f + LANES_LOAD(up + packet * RAYWAVE_LANES)) * part;
   const intv cell = lattice->first_x + column + LANES_INDEX / PARTS;
-  return lattice_rays(lattice, (LANES_TO_FLOAT(cell) + right) * lattice->step, ((float)(lattice->first_y + row) + upwards) * lattice->step,
-                      active);
+  return lattice_rays(lattice, (LANES_TO_FLOAT(cell) + right) * lattice->step,
+                      ((float)(lattice->first_y + row) + upwards) * lattice->step, active);
 }
 #endif
 
-// Layers closer than `gap` to the one before are one; inner sides of closed meshes are no sources. What is left keeps its triangle.
-static inline void keep_sources(Layers* layers, const SceneArrays* scene, const Rays* rays, float gap) {
+// Layers closer than `gap` to the one before are one; inner sides of closed meshes are no sources.
+// What is left keeps its triangle.
+static inline void keep_sources(Layers* layers, const SceneArrays* scene, const Rays* rays,
+                                float gap) {
   floatv last = -1e30f;
   for (int i = 0; i < BVH_LAYERS; ++i) {
     const intv hit = layers->triangle[i] >= 0;
@@ -136,22 +148,25 @@ typedef struct {
 #define ALIKE 0.9f
 
 // hit: of the ray with tangents (dx, dy)
-static inline Sheet sheet_of(const SceneArrays* scene, const Lattice* lattice, const Hit* hit, float dx, float dy, int packet_column,
-                             int row) {
+static inline Sheet sheet_of(const SceneArrays* scene, const Lattice* lattice, const Hit* hit,
+                             float dx, float dy, int packet_column, int row) {
   Sheet sheet;
   sheet.t = hit->t;
   sheet.reach = layer_reach(lattice, hit->t);
   sheet.normal = normalize(triangle_cross(&scene->tree, hit->triangle));
   sheet.steep = fabs(sheet.normal.x * dx + sheet.normal.y * dy + sheet.normal.z) < STEEP;
   const float depth = hit->t + (lattice->near_z - lattice->centre_z);
-  sheet.at = (float3)(lattice->centre_x + depth * dx, lattice->centre_y + depth * dy, lattice->centre_z + depth);
+  sheet.at = (float3)(lattice->centre_x + depth * dx, lattice->centre_y + depth * dy,
+                      lattice->centre_z + depth);
   sheet.packet_column = packet_column;
   sheet.row = row;
   return sheet;
 }
 
-// Mask of the hits of a packet's rays that belong to a layer: those about as far, and, of a steep one, those in the same plane.
-static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, const Sheet* sheet, int packet, floatv t, intv triangle) {
+// Mask of the hits of a packet's rays that belong to a layer: those about as far, and, of a steep
+// one, those in the same plane.
+static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, const Sheet* sheet,
+                           int packet, floatv t, intv triangle) {
   const intv near = fabs(t - sheet->t) < sheet->reach, far = (triangle >= 0) & !near;
   if (!sheet->steep || !LANES_ANY(far)) return near;
   const Rays rays = part_rays(lattice, sheet->packet_column, sheet->row, packet, LANES_INDEX >= 0);
@@ -171,17 +186,20 @@ static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, con
   return near | (LANES_LOAD(same) != 0);
 }
 
-// Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of something that the centre ray passes by. What lies
-// behind it there is hidden, and the sample of the layer behind, which the centre ray meets, cannot know.
-static inline void find_rims(const SceneArrays* scene, const Lattice* lattice, const Layers* parts, const Layers* centre, int lane,
-                             int column, int row, int packet_column, floatv* rims) {
+// Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of something
+// that the centre ray passes by. What lies behind it there is hidden, and the sample of the layer
+// behind, which the centre ray meets, cannot know.
+static inline void find_rims(const SceneArrays* scene, const Lattice* lattice, const Layers* parts,
+                             const Layers* centre, int lane, int column, int row, int packet_column,
+                             floatv* rims) {
   Sheet sheets[BVH_LAYERS];
   int count = 0;
   const float dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step,
               dy = ((float)(lattice->first_y + row) + 0.5f) * lattice->step;
   for (int j = 0; j < BVH_LAYERS; ++j) {
     const Hit hit = hit_of_lane(centre, j, lane);
-    if (hit.triangle >= 0) sheets[count++] = sheet_of(scene, lattice, &hit, dx, dy, packet_column, row);
+    if (hit.triangle >= 0)
+      sheets[count++] = sheet_of(scene, lattice, &hit, dx, dy, packet_column, row);
   }
   for (int packet = 0; packet < PACKETS; ++packet) rims[packet] = lattice->reach;
   for (int i = 0; i < BVH_LAYERS; ++i) {
@@ -189,15 +207,17 @@ static inline void find_rims(const SceneArrays* scene, const Lattice* lattice, c
       const floatv t = parts[packet].t[i];
       intv rim = (parts[packet].triangle[i] >= 0) & (t < rims[packet]);
       for (int j = 0; j < count && LANES_ANY(rim); ++j)
-        rim &= !belongs(scene, lattice, sheets + j, packet, t, LANES_SELECT((intv)(-1), parts[packet].triangle[i], rim));
+        rim &= !belongs(scene, lattice, sheets + j, packet, t,
+                        LANES_SELECT((intv)(-1), parts[packet].triangle[i], rim));
       rims[packet] = LANES_SELECT(rims[packet], t, rim);
     }
   }
 }
 
-// Takes the hits of a layer out of the parts' hits, one of each ray; returns how many of them lie behind no rim.
-static inline int claim(const SceneArrays* scene, const Lattice* lattice, Layers* parts, const floatv* rims, const Sheet* sheet,
-                        Hits* claimed) {
+// Takes the hits of a layer out of the parts' hits, one of each ray; returns how many of them lie
+// behind no rim.
+static inline int claim(const SceneArrays* scene, const Lattice* lattice, Layers* parts,
+                        const floatv* rims, const Sheet* sheet, Hits* claimed) {
   intv count = 0;
   for (int packet = 0; packet < PACKETS; ++packet) {
     Layers* layers = parts + packet;
@@ -205,7 +225,8 @@ static inline int claim(const SceneArrays* scene, const Lattice* lattice, Layers
     for (int i = 0; i < BVH_LAYERS; ++i) {
       const intv open = (layers->triangle[i] >= 0) & (hits.triangle < 0);
       if (!LANES_ANY(open)) continue;
-      const intv take = open & belongs(scene, lattice, sheet, packet, layers->t[i], LANES_SELECT((intv)(-1), layers->triangle[i], open));
+      const intv take = open & belongs(scene, lattice, sheet, packet, layers->t[i],
+                                       LANES_SELECT((intv)(-1), layers->triangle[i], open));
       hits.t = LANES_SELECT(hits.t, layers->t[i], take);
       hits.triangle = LANES_SELECT(hits.triangle, layers->triangle[i], take);
       hits.u = LANES_SELECT(hits.u, layers->u[i], take);
@@ -238,22 +259,24 @@ static inline int unclaimed(const Layers* parts, Hit* hit) {
 }
 #endif
 
-// Where the centre ray meets the plane of the triangle that another ray of the cell has hit. Samples of edges then lie on the lattice too,
-// whichever ray has found them.
-static inline float through_centre(const SceneArrays* scene, const Lattice* lattice, float centre_dx, float centre_dy, float dx, float dy,
+// Where the centre ray meets the plane of the triangle that another ray of the cell has hit.
+// Samples of edges then lie on the lattice too, whichever ray has found them.
+static inline float through_centre(const SceneArrays* scene, const Lattice* lattice,
+                                   float centre_dx, float centre_dy, float dx, float dy,
                                    const Hit* hit) {
   const float3 n = normalize(triangle_cross(&scene->tree, hit->triangle));
   // From the hit to the centre ray at the same depth, then along it to the plane.
   const float away = hit->t + (lattice->near_z - lattice->centre_z);
   const float along = n.x * centre_dx + n.y * centre_dy + n.z;
-  const float further = -away * (n.x * (centre_dx - dx) + n.y * (centre_dy - dy)) / (fabs(along) < 1e-6f ? 1e-6f : along);
+  const float further = -away * (n.x * (centre_dx - dx) + n.y * (centre_dy - dy)) /
+                        (fabs(along) < 1e-6f ? 1e-6f : along);
   const float reach = layer_reach(lattice, hit->t);
   return hit->t + clamp(further, -reach, reach);
 }
 
 // Radiance without highlights, and which lights it comes from.
-static inline floatv scattered(const SceneArrays* scene, const Surface* s, float ambient_light, const Lattice* lattice, intv active,
-                               uintv* words) {
+static inline floatv scattered(const SceneArrays* scene, const Surface* s, float ambient_light,
+                               const Lattice* lattice, intv active, uintv* words) {
   floatv radiance = s->ambient * ambient_light;
   for (int w = 0; w < LIT_WORDS; ++w) words[w] = 0;
 #if RAYWAVE_LIGHTS > 0
@@ -290,15 +313,18 @@ typedef struct {
 
 #define HIDERS 4
 
-// Adds the sample of a layer: `hit` of the ray with tangents (dx, dy), at the distance t of the centre ray. A sample shines for its whole
-// cell: `parts` are the hits of the layer's parts, `covered` of them. Without that, edges of objects, textures and shadows move by half a
-// cell.
+// Adds the sample of a layer: `hit` of the ray with tangents (dx, dy), at the distance t of the
+// centre ray. A sample shines for its whole cell: `parts` are the hits of the layer's parts,
+// `covered` of them. Without that, edges of objects, textures and shadows move by half a cell.
 //
 // seen  what look_around_four says, of samples of the centre ray
-static inline void add_sample(const SceneArrays* scene, float ambient_light, const Lattice* lattice, int column, int row, const Hit* hit,
-                              float dx, float dy, float t, const Hits* parts, int covered, int seen, Cell* cell) {
+static inline void add_sample(const SceneArrays* scene, float ambient_light, const Lattice* lattice,
+                              int column, int row, const Hit* hit, float dx, float dy, float t,
+                              const Hits* parts, int covered, int seen, Cell* cell) {
   uint keys[RAYWAVE_LANES];
-  LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row), (intv)(cell->rank)), keys);
+  LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row),
+                       (intv)(cell->rank)),
+              keys);
   Hiders* hiders = cell->hiders + min(cell->rank, HIDERS - 1);
   ++cell->rank;
   if (!RAYWAVE_KEEP_UNSEEN && (covered == 0 || seen == 0)) return;
@@ -306,8 +332,9 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
   const float centre_dy = ((float)(lattice->first_y + row) + 0.5f) * lattice->step;
 
   const Rays ray = lattice_rays(lattice, (floatv)(dx), (floatv)(dy), LANES_INDEX == 0);
-  const Hits hits = {(floatv)(hit->t), LANES_SELECT((intv)(-1), (intv)(hit->triangle), LANES_INDEX == 0), (floatv)(hit->u),
-                     (floatv)(hit->v)};
+  const Hits hits = {(floatv)(hit->t),
+                     LANES_SELECT((intv)(-1), (intv)(hit->triangle), LANES_INDEX == 0),
+                     (floatv)(hit->u), (floatv)(hit->v)};
   const Surface s = surface_at(scene, &ray, &hits);
   Sample sample;
   sample.x = lattice->centre_x + (lattice->near_z - lattice->centre_z) * centre_dx + t * centre_dx;
@@ -323,7 +350,8 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
   sample.hidden = parts_seen < VIEW_ALL;
 
   uintv words[LIT_WORDS];
-  float radiance = first_lane(scattered(scene, &s, ambient_light, lattice, LANES_INDEX == 0, words));
+  float radiance =
+      first_lane(scattered(scene, &s, ambient_light, lattice, LANES_INDEX == 0, words));
 #if RAYWAVE_ANTIALIAS && (RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
   if (covered > 0) {
     float sum = 0.0f;
@@ -343,7 +371,8 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
 #else
   (void)parts;
 #endif
-  const float own = (RAYWAVE_ANTIALIAS ? (float)covered / (float)PARTS : 1.0f) * first_lane(1.0f - s.reflectivity - s.transparency);
+  const float own = (RAYWAVE_ANTIALIAS ? (float)covered / (float)PARTS : 1.0f) *
+                    first_lane(1.0f - s.reflectivity - s.transparency);
   sample.weight = (sample.z - lattice->centre_z) / lattice->full_z;
   sample.radiance = radiance * own;
   sample.specular = first_lane(s.specular) * own;
@@ -351,8 +380,9 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
   sample.triangle = hit->triangle;
   sample.key = keys[0];
   sample.profile = 0;
-  const float3 to_centre = (float3)((lattice->centre_x - sample.x) / (sample.z - lattice->centre_z),
-                                    (lattice->centre_y - sample.y) / (sample.z - lattice->centre_z), -1.0f);
+  const float3 to_centre =
+      (float3)((lattice->centre_x - sample.x) / (sample.z - lattice->centre_z),
+               (lattice->centre_y - sample.y) / (sample.z - lattice->centre_z), -1.0f);
   float3 face = normalize(triangle_cross(&scene->tree, hit->triangle));
   if (dot(face, to_centre) < 0.0f) face = -face;
   face /= fmax(dot(face, to_centre), 1e-6f);
@@ -373,30 +403,34 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
 }
 
 #if RAYWAVE_ANTIALIAS
-// What rays through parts meet from `from` on; to *from, where those that have met all that one traversal keeps go on, reach for the
-// others.
-static inline void look_at_parts(const SceneArrays* scene, const Lattice* lattice, int column, int row, int packet, floatv* from,
-                                 Layers* layers) {
+// What rays through parts meet from `from` on; to *from, where those that have met all that one
+// traversal keeps go on, reach for the others.
+static inline void look_at_parts(const SceneArrays* scene, const Lattice* lattice, int column,
+                                 int row, int packet, floatv* from, Layers* layers) {
   Rays rays = part_rays(lattice, column, row, packet, *from < lattice->reach);
   rays.t_min = *from;
   bvh_layers(&scene->tree, &rays, layers);
   const intv full = layers->triangle[BVH_LAYERS - 1] >= 0;
-  *from = LANES_SELECT((floatv)(lattice->reach), layers->t[BVH_LAYERS - 1] + lattice->layer_gap, full);
+  *from =
+      LANES_SELECT((floatv)(lattice->reach), layers->t[BVH_LAYERS - 1] + lattice->layer_gap, full);
   keep_sources(layers, scene, &rays, lattice->layer_gap);
 }
 #endif
 
 // Parts hold more than one layer's radiance says: all of them are looked at.
-#define LOOK_AT_ALL_PARTS (RAYWAVE_ANTIALIAS != 4 || RAYWAVE_LANES < 8 || RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
+#define LOOK_AT_ALL_PARTS \
+  (RAYWAVE_ANTIALIAS != 4 || RAYWAVE_LANES < 8 || RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
 
 #if RAYWAVE_ANTIALIAS && !LOOK_AT_ALL_PARTS
-// Cells where the centre ray and half of the parts' meet the same layers, so that the other half would too. The half has rays in all four
-// rows and columns, against thin objects, and in the corners, against edges.
-static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lattice, int first, int row, const Layers* centres,
-                                    int* whole) {
+// Cells where the centre ray and half of the parts' meet the same layers, so that the other half
+// would too. The half has rays in all four rows and columns, against thin objects, and in the
+// corners, against edges.
+static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lattice, int first,
+                                    int row, const Layers* centres, int* whole) {
   const float across[16] = {0, 3, 0, 3, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 1, 2};
   const float up[16] = {0, 0, 3, 3, 2, 1, 0, 3, 0, 0, 3, 3, 2, 1, 0, 3};
-  const floatv right = (0.5f + LANES_LOAD(across)) * 0.25f, upwards = (0.5f + LANES_LOAD(up)) * 0.25f;
+  const floatv right = (0.5f + LANES_LOAD(across)) * 0.25f,
+               upwards = (0.5f + LANES_LOAD(up)) * 0.25f;
   float t[BVH_LAYERS][RAYWAVE_LANES];
   int triangle[BVH_LAYERS][RAYWAVE_LANES];
   for (int i = 0; i < BVH_LAYERS; ++i) {
@@ -405,14 +439,19 @@ static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lat
   }
   for (int lane = 0; lane < RAYWAVE_LANES; lane += RAYWAVE_LANES / 8) {
     const intv of_lane = LANES_INDEX / 8;  // from `lane` on
-    const Rays rays = lattice_rays(lattice, (LANES_TO_FLOAT(lattice->first_x + first + lane + of_lane) + right) * lattice->step,
-                                   ((float)(lattice->first_y + row) + upwards) * lattice->step, LANES_INDEX >= 0);
+    const Rays rays = lattice_rays(
+        lattice,
+        (LANES_TO_FLOAT(lattice->first_x + first + lane + of_lane) + right) * lattice->step,
+        ((float)(lattice->first_y + row) + upwards) * lattice->step, LANES_INDEX >= 0);
     Layers parts;
     bvh_layers(&scene->tree, &rays, &parts);
     intv differ = parts.triangle[BVH_LAYERS - 1] >= 0;
     for (int i = 0; i < BVH_LAYERS; ++i) {
-      const floatv at = LANES_SELECT((floatv)(t[i][lane]), (floatv)(t[i][lane + RAYWAVE_LANES / 8 - 1]), of_lane == 1);
-      const intv hit = LANES_SELECT((intv)(triangle[i][lane]), (intv)(triangle[i][lane + RAYWAVE_LANES / 8 - 1]), of_lane == 1) >= 0;
+      const floatv at = LANES_SELECT((floatv)(t[i][lane]),
+                                     (floatv)(t[i][lane + RAYWAVE_LANES / 8 - 1]), of_lane == 1);
+      const intv hit =
+          LANES_SELECT((intv)(triangle[i][lane]), (intv)(triangle[i][lane + RAYWAVE_LANES / 8 - 1]),
+                       of_lane == 1) >= 0;
       const intv met = parts.triangle[i] >= 0;
       if (!LANES_ANY(hit | met)) break;
       const floatv reach = 4.0f * lattice->step * (at + (lattice->near_z - lattice->centre_z));
@@ -428,8 +467,10 @@ static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lat
 }
 #endif
 
-// What look_around_four says of the samples of centre rays, by layer and lane; layers are first_centres.
-static inline void look_around_centres(const SceneArrays* scene, const Lattice* lattice, const Rays* centres, const Layers* first_centres,
+// What look_around_four says of the samples of centre rays, by layer and lane; layers are
+// first_centres.
+static inline void look_around_centres(const SceneArrays* scene, const Lattice* lattice,
+                                       const Rays* centres, const Layers* first_centres,
                                        Hiders* hiders, int (*seen)[RAYWAVE_LANES]) {
   for (int i = 0; i < BVH_LAYERS; ++i) {
     for (int lane = 0; lane < RAYWAVE_LANES; ++lane) seen[i][lane] = SEEN_UNKNOWN;
@@ -442,7 +483,8 @@ static inline void look_around_centres(const SceneArrays* scene, const Lattice* 
     const Hits hits = {layers.t[i], layers.triangle[i], layers.u[i], layers.v[i]};
     if (!LANES_ANY(hits.triangle >= 0)) continue;
     const Surface s = surface_at(scene, centres, &hits);
-    float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES], nx[RAYWAVE_LANES], ny[RAYWAVE_LANES], nz[RAYWAVE_LANES];
+    float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES], nx[RAYWAVE_LANES],
+        ny[RAYWAVE_LANES], nz[RAYWAVE_LANES];
     float t[RAYWAVE_LANES];
     int triangle[RAYWAVE_LANES];
     LANES_STORE(s.x, x);
@@ -458,8 +500,8 @@ static inline void look_around_centres(const SceneArrays* scene, const Lattice* 
       for (int lane = four; lane < four + 4; ++lane)
         together &= triangle[lane] >= 0 && fabs(t[lane] - t[four]) < layer_reach(lattice, t[four]);
       if (!together) continue;
-      const int all =
-          look_around_four(scene, lattice, x + four, y + four, z + four, nx + four, ny + four, nz + four, hiders + min(rank, HIDERS - 1));
+      const int all = look_around_four(scene, lattice, x + four, y + four, z + four, nx + four,
+                                       ny + four, nz + four, hiders + min(rank, HIDERS - 1));
       for (int lane = four; lane < four + 4; ++lane) seen[i][lane] = all;
     }
     ++rank;
@@ -469,16 +511,19 @@ static inline void look_around_centres(const SceneArrays* scene, const Lattice* 
 #endif
 }
 
-__kernel void find_samples(__global const BvhNode* nodes, __global const Triangle* triangles, __global const float* positions,
-                           __global const Body* bodies, __global const float* normals, __global const float* uvs,
-                           __global const Material* materials, __global const Light* lights, __global const float* texels,
-                           float ambient_light, Lattice lattice, int first_row, int rows, int slots, __global int2* counts,
+__kernel void find_samples(__global const BvhNode* nodes, __global const Triangle* triangles,
+                           __global const float* positions, __global const Body* bodies,
+                           __global const float* normals, __global const float* uvs,
+                           __global const Material* materials, __global const Light* lights,
+                           __global const float* texels, float ambient_light, Lattice lattice,
+                           int first_row, int rows, int slots, __global int2* counts,
                            __global Sample* samples, __global uint* views, __global uint* lit) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   const int band_row = (int)get_global_id(1);
   const int row = first_row + band_row;
   if (first >= lattice.nx || band_row >= rows || row >= lattice.ny) return;
-  const SceneArrays scene = {{nodes, triangles, positions, bodies}, normals, uvs, materials, lights, texels};
+  const SceneArrays scene = {
+      {nodes, triangles, positions, bodies}, normals, uvs, materials, lights, texels};
   const Rays centres = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
   Layers first_centres;
   bvh_layers(&scene.tree, &centres, &first_centres);
@@ -523,10 +568,12 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
     for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet) {
       if (lane % CELLS_OF_PACKET == 0) {
         packet_from[packet] = 0.0f;
-        look_at_parts(&scene, &lattice, column, row, packet, packet_from + packet, packet_parts + packet);
+        look_at_parts(&scene, &lattice, column, row, packet, packet_from + packet,
+                      packet_parts + packet);
       }
       parts[packet] = packet_parts[packet];
-      for (int i = 0; i < BVH_LAYERS; ++i) parts[packet].triangle[i] = LANES_SELECT((intv)(-1), parts[packet].triangle[i], mine);
+      for (int i = 0; i < BVH_LAYERS; ++i)
+        parts[packet].triangle[i] = LANES_SELECT((intv)(-1), parts[packet].triangle[i], mine);
       from[packet] = LANES_SELECT((floatv)(lattice.reach), packet_from[packet], mine);
     }
 #endif
@@ -538,7 +585,8 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
       keep_sources(&centre, &scene, &centres, lattice.layer_gap);
 #if RAYWAVE_ANTIALIAS
       floatv rims[PACKETS];
-      if (!whole[lane]) find_rims(&scene, &lattice, parts, &centre, lane, column, row, cell.packet_column, rims);
+      if (!whole[lane])
+        find_rims(&scene, &lattice, parts, &centre, lane, column, row, cell.packet_column, rims);
 #endif
       for (int i = 0; i < BVH_LAYERS; ++i) {
         const Hit hit = hit_of_lane(&centre, i, lane);
@@ -546,30 +594,36 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
         int covered = PARTS;
 #if RAYWAVE_ANTIALIAS
         if (!whole[lane]) {
-          const Sheet sheet = sheet_of(&scene, &lattice, &hit, centre_dx, centre_dy, cell.packet_column, row);
+          const Sheet sheet =
+              sheet_of(&scene, &lattice, &hit, centre_dx, centre_dy, cell.packet_column, row);
           covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
         }
 #endif
-        add_sample(&scene, ambient_light, &lattice, column, row, &hit, centre_dx, centre_dy, hit.t, claimed, covered,
-                   again ? SEEN_UNKNOWN : seen[i][lane], &cell);
+        add_sample(&scene, ambient_light, &lattice, column, row, &hit, centre_dx, centre_dy, hit.t,
+                   claimed, covered, again ? SEEN_UNKNOWN : seen[i][lane], &cell);
       }
 #if RAYWAVE_ANTIALIAS
       Hit hit;
-      for (int ray = whole[lane] ? -1 : unclaimed(parts, &hit); ray >= 0; ray = unclaimed(parts, &hit)) {
-        const Rays rays = part_rays(&lattice, cell.packet_column, row, ray / RAYWAVE_LANES, LANES_INDEX >= 0);
+      for (int ray = whole[lane] ? -1 : unclaimed(parts, &hit); ray >= 0;
+           ray = unclaimed(parts, &hit)) {
+        const Rays rays =
+            part_rays(&lattice, cell.packet_column, row, ray / RAYWAVE_LANES, LANES_INDEX >= 0);
         float dx[RAYWAVE_LANES], dy[RAYWAVE_LANES];
         LANES_STORE(rays.dx, dx);
         LANES_STORE(rays.dy, dy);
         const int from_lane = ray % RAYWAVE_LANES;
-        const float t = through_centre(&scene, &lattice, centre_dx, centre_dy, dx[from_lane], dy[from_lane], &hit);
-        const Sheet sheet = sheet_of(&scene, &lattice, &hit, dx[from_lane], dy[from_lane], cell.packet_column, row);
+        const float t = through_centre(&scene, &lattice, centre_dx, centre_dy, dx[from_lane],
+                                       dy[from_lane], &hit);
+        const Sheet sheet =
+            sheet_of(&scene, &lattice, &hit, dx[from_lane], dy[from_lane], cell.packet_column, row);
         const int covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
-        add_sample(&scene, ambient_light, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], t, claimed, covered, SEEN_UNKNOWN,
-                   &cell);
+        add_sample(&scene, ambient_light, &lattice, column, row, &hit, dx[from_lane], dy[from_lane],
+                   t, claimed, covered, SEEN_UNKNOWN, &cell);
       }
       for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet) {
         if (!LANES_ANY(from[packet] < lattice.reach)) continue;
-        look_at_parts(&scene, &lattice, cell.packet_column, row, packet, from + packet, parts + packet);
+        look_at_parts(&scene, &lattice, cell.packet_column, row, packet, from + packet,
+                      parts + packet);
         more = true;
       }
 #endif
@@ -587,9 +641,11 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
 }
 
 // One work-item per cell of a band.
-__kernel void pack_samples(__global const int2* counts, __global const int2* first_of_cell, int cell_count, int slots,
-                           __global const Sample* samples, __global const uint* views, __global const uint* lit, __global Sample* packed,
-                           __global uint* packed_views, __global uint* packed_lit) {
+__kernel void pack_samples(__global const int2* counts, __global const int2* first_of_cell,
+                           int cell_count, int slots, __global const Sample* samples,
+                           __global const uint* views, __global const uint* lit,
+                           __global Sample* packed, __global uint* packed_views,
+                           __global uint* packed_lit) {
   const int cell = (int)get_global_id(0);
   if (cell >= cell_count) return;
   const size_t from = (size_t)cell * (size_t)slots, to = (size_t)first_of_cell[cell].x;
@@ -599,7 +655,9 @@ __kernel void pack_samples(__global const int2* counts, __global const int2* fir
     sample.profile = profile;
     profile += sample.hidden ? NEAR_PARTS : 1;
     packed[to + i] = sample;
-    for (int w = 0; w < VIEW_WORDS; ++w) packed_views[(to + i) * VIEW_WORDS + w] = views[(from + i) * VIEW_WORDS + w];
-    for (int w = 0; w < LIT_WORDS; ++w) packed_lit[(to + i) * LIT_WORDS + w] = lit[(from + i) * LIT_WORDS + w];
+    for (int w = 0; w < VIEW_WORDS; ++w)
+      packed_views[(to + i) * VIEW_WORDS + w] = views[(from + i) * VIEW_WORDS + w];
+    for (int w = 0; w < LIT_WORDS; ++w)
+      packed_lit[(to + i) * LIT_WORDS + w] = lit[(from + i) * LIT_WORDS + w];
   }
 }

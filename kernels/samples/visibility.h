@@ -1,29 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a sample sees of the hologram's window: RAYWAVE_VIEW_PARTS x RAYWAVE_VIEW_PARTS parts, one bit each, set where a ray to the part's
-// middle meets nothing. Bit j * RAYWAVE_VIEW_PARTS + i belongs to part (i, j), counted from the bottom left.
+// What a sample sees of the hologram's window: RAYWAVE_VIEW_PARTS x RAYWAVE_VIEW_PARTS parts, one
+// bit each, set where a ray to the part's middle meets nothing. Bit j * RAYWAVE_VIEW_PARTS + i
+// belongs to part (i, j), counted from the bottom left.
 #ifndef RAYWAVE_VIEW_H
 #define RAYWAVE_VIEW_H
 
-#include "kernels/scene/bvh.h"
 #include "kernels/common/lanes.h"
-#include "kernels/scene/shade.h"
 #include "kernels/common/shared.h"
+#include "kernels/scene/bvh.h"
+#include "kernels/scene/shade.h"
 
 #ifndef RAYWAVE_VIEW_PARTS
-#define RAYWAVE_VIEW_PARTS 8  // 4, 8 or 16 to a side; 0: nothing hides anything; host/trace/samples.cpp
+// 4, 8 or 16 to a side; 0: nothing hides anything; host/trace/samples.cpp
+#define RAYWAVE_VIEW_PARTS 8
 #endif
 #define VIEW_ALL (RAYWAVE_VIEW_PARTS > 0 ? RAYWAVE_VIEW_PARTS * RAYWAVE_VIEW_PARTS : 1)
 #define VIEW_WORDS ((VIEW_ALL + 31) / 32)
-#define NEAR_PARTS (RAYWAVE_VIEW_PARTS > 8 ? 8 : RAYWAVE_VIEW_PARTS > 0 ? RAYWAVE_VIEW_PARTS : 1)  // of near.h; host/trace/samples.hpp
+// Of near.h; host/trace/samples.hpp
+#define NEAR_PARTS (RAYWAVE_VIEW_PARTS > 8 ? 8 : RAYWAVE_VIEW_PARTS > 0 ? RAYWAVE_VIEW_PARTS : 1)
 
-// Triangles that hid a neighbour from sixteen parts, or -1: most likely they hide the sample too. GPUs have no neighbours to ask.
+// Triangles that hid a neighbour from sixteen parts, or -1: most likely they hide the sample too.
+// GPUs have no neighbours to ask.
 typedef struct {
   int triangle[16];
 } Hiders;
 
 #if RAYWAVE_VIEW_PARTS > 0
 // Rays to the middles of parts (i, j) from places on surfaces with unit normals (nx, ny, nz).
-static inline Rays rays_to_parts(const Lattice* lattice, floatv x, floatv y, floatv z, floatv nx, floatv ny, floatv nz, intv i, intv j) {
+static inline Rays rays_to_parts(const Lattice* lattice, floatv x, floatv y, floatv z, floatv nx,
+                                 floatv ny, floatv nz, intv i, intv j) {
   const floatv rate = 1.0f / (z - lattice->centre_z);
   const floatv across = (2.0f * LANES_TO_FLOAT(i) + 1.0f) / (float)RAYWAVE_VIEW_PARTS - 1.0f;
   const floatv up = (2.0f * LANES_TO_FLOAT(j) + 1.0f) / (float)RAYWAVE_VIEW_PARTS - 1.0f;
@@ -51,9 +56,11 @@ static inline int hidden_of(const SceneArrays* scene, const Rays* rays, Hiders* 
   return lanes_sum(LANES_SELECT((intv)(0), (intv)(1), hidden));
 }
 
-// The part of the window that stands for the four by four around it, number (a, b) of 4 x 4: no two of four neighbours lie in one row or
-// column.
-static inline intv part_of_16(intv a, intv b) { return RAYWAVE_VIEW_PARTS / 4 * a + b % (RAYWAVE_VIEW_PARTS / 4); }
+// The part of the window that stands for the four by four around it, number (a, b) of 4 x 4: no two
+// of four neighbours lie in one row or column.
+static inline intv part_of_16(intv a, intv b) {
+  return RAYWAVE_VIEW_PARTS / 4 * a + b % (RAYWAVE_VIEW_PARTS / 4);
+}
 #endif
 
 #define SEEN_UNKNOWN (-1)
@@ -67,15 +74,18 @@ static inline intv part_of_16(intv a, intv b) { return RAYWAVE_VIEW_PARTS / 4 * 
 #define FOUR_REPEATED(p) vload4(0, p)
 #endif
 
-// Looks at sixteen parts from four neighbours on one surface, at four from each, in different rows and columns: 0 when all are hidden,
-// VIEW_ALL when none is, else SEEN_UNKNOWN. Places and normals of the four begin at x, y, ...
-static inline int look_around_four(const SceneArrays* scene, const Lattice* lattice, const float* x, const float* y, const float* z,
-                                   const float* nx, const float* ny, const float* nz, Hiders* hiders) {
+// Looks at sixteen parts from four neighbours on one surface, at four from each, in different rows
+// and columns: 0 when all are hidden, VIEW_ALL when none is, else SEEN_UNKNOWN. Places and normals
+// of the four begin at x, y, ...
+static inline int look_around_four(const SceneArrays* scene, const Lattice* lattice, const float* x,
+                                   const float* y, const float* z, const float* nx, const float* ny,
+                                   const float* nz, Hiders* hiders) {
   int hidden = 0;
   for (int first = 0; first < 16; first += RAYWAVE_LANES) {
     const intv a = (first + LANES_INDEX) / 4, b = (first + LANES_INDEX + a) % 4;
-    const Rays rays = rays_to_parts(lattice, FOUR_REPEATED(x), FOUR_REPEATED(y), FOUR_REPEATED(z), FOUR_REPEATED(nx), FOUR_REPEATED(ny),
-                                    FOUR_REPEATED(nz), part_of_16(a, b), part_of_16(b, a));
+    const Rays rays = rays_to_parts(lattice, FOUR_REPEATED(x), FOUR_REPEATED(y), FOUR_REPEATED(z),
+                                    FOUR_REPEATED(nx), FOUR_REPEATED(ny), FOUR_REPEATED(nz),
+                                    part_of_16(a, b), part_of_16(b, a));
     hidden += hidden_of(scene, &rays, hiders, first);
     if (hidden != 0 && hidden != first + RAYWAVE_LANES) return SEEN_UNKNOWN;
   }
@@ -83,11 +93,13 @@ static inline int look_around_four(const SceneArrays* scene, const Lattice* latt
 }
 #endif
 
-// Looks at the parts; returns how many are seen. Sixteen of them, spread evenly, speak for all when they agree: what hides, or shows,
-// less than a quarter of the window's width and height may be missed.
+// Looks at the parts; returns how many are seen. Sixteen of them, spread evenly, speak for all when
+// they agree: what hides, or shows, less than a quarter of the window's width and height may be
+// missed.
 //
 // seen  what look_around_four says
-static inline int look_around(const SceneArrays* scene, const Lattice* lattice, const Sample* s, Hiders* hiders, int seen, uint* view) {
+static inline int look_around(const SceneArrays* scene, const Lattice* lattice, const Sample* s,
+                              Hiders* hiders, int seen, uint* view) {
   for (int w = 0; w < VIEW_WORDS; ++w) view[w] = 0;
 #if RAYWAVE_VIEW_PARTS == 0
   (void)scene, (void)lattice, (void)s, (void)hiders, (void)seen;
@@ -97,8 +109,9 @@ static inline int look_around(const SceneArrays* scene, const Lattice* lattice, 
     int hidden = 0;
     for (int first = 0; first < 16; first += RAYWAVE_LANES) {
       const intv a = (first + LANES_INDEX) / 4, b = (first + LANES_INDEX + a) % 4;
-      const Rays rays = rays_to_parts(lattice, (floatv)(s->x), (floatv)(s->y), (floatv)(s->z), (floatv)(s->nx), (floatv)(s->ny),
-                                      (floatv)(s->nz), part_of_16(a, b), part_of_16(b, a));
+      const Rays rays =
+          rays_to_parts(lattice, (floatv)(s->x), (floatv)(s->y), (floatv)(s->z), (floatv)(s->nx),
+                        (floatv)(s->ny), (floatv)(s->nz), part_of_16(a, b), part_of_16(b, a));
       hidden += hidden_of(scene, &rays, hiders, first);
     }
     if (hidden == 0) seen = VIEW_ALL;
@@ -112,8 +125,9 @@ static inline int look_around(const SceneArrays* scene, const Lattice* lattice, 
   seen = 0;
   for (int first = 0; first < VIEW_ALL; first += RAYWAVE_LANES) {
     const intv part = first + LANES_INDEX;
-    const Rays rays = rays_to_parts(lattice, (floatv)(s->x), (floatv)(s->y), (floatv)(s->z), (floatv)(s->nx), (floatv)(s->ny),
-                                    (floatv)(s->nz), part % RAYWAVE_VIEW_PARTS, part / RAYWAVE_VIEW_PARTS);
+    const Rays rays = rays_to_parts(lattice, (floatv)(s->x), (floatv)(s->y), (floatv)(s->z),
+                                    (floatv)(s->nx), (floatv)(s->ny), (floatv)(s->nz),
+                                    part % RAYWAVE_VIEW_PARTS, part / RAYWAVE_VIEW_PARTS);
     const intv hidden = bvh_occluded(&scene->tree, &rays);
     seen += lanes_sum(LANES_SELECT((intv)(1), (intv)(0), hidden));
     view[first / 32] |= (uint)lanes_sum(LANES_SELECT((intv)(1) << (part % 32), (intv)(0), hidden));
@@ -123,6 +137,8 @@ static inline int look_around(const SceneArrays* scene, const Lattice* lattice, 
 }
 
 // Parts of one axis between places from and to, given in half windows of the view.
-static inline int view_part(float place) { return clamp((int)((place + 1.0f) * (0.5f * RAYWAVE_VIEW_PARTS)), 0, RAYWAVE_VIEW_PARTS - 1); }
+static inline int view_part(float place) {
+  return clamp((int)((place + 1.0f) * (0.5f * RAYWAVE_VIEW_PARTS)), 0, RAYWAVE_VIEW_PARTS - 1);
+}
 
 #endif

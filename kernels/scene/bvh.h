@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays against the flattened trees of host/geometry/bvh.hpp: RAYWAVE_LANES rays travel together through one shared traversal. OpenCL C 1.2.
+// Rays against the flattened trees of host/geometry/bvh.hpp: RAYWAVE_LANES rays travel together
+// through one shared traversal. OpenCL C 1.2.
 //
-// Each body has a tree in its own frame, to which rays are turned: a body that moves costs nothing but that.
+// Each body has a tree in its own frame, to which rays are turned: a body that moves costs nothing
+// but that.
 //
-// Watertight: every test is widened by a bound on its own rounding, so a ray that meets a triangle in exact arithmetic (of the float
-// corners) meets it here, whether or not the compiler contracts to fma. A ray that passes an edge within that bound, about 1e-6 of the
-// distance, may meet the triangle as well. Both sides of a triangle are hit. A hit lies on the triangle, and in its box.
-// Error of a hit's distance, rms: 0.15 nm at 5 mm, 4 nm at 100 mm, 30 nm at 1 m (tests/geometry/bvh.cpp), about twice what a float resolves.
+// Watertight: every test is widened by a bound on its own rounding, so a ray that meets a triangle
+// in exact arithmetic (of the float corners) meets it here, whether or not the compiler contracts
+// to fma. A ray that passes an edge within that bound, about 1e-6 of the distance, may meet the
+// triangle as well. Both sides of a triangle are hit. A hit lies on the triangle, and in its box.
+// Error of a hit's distance, rms: 0.15 nm at 5 mm, 4 nm at 100 mm, 30 nm at 1 m
+// (tests/geometry/bvh.cpp), about twice what a float resolves.
 #ifndef RAYWAVE_BVH_H
 #define RAYWAVE_BVH_H
 
-#include "kernels/scene/normal_cones.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
+#include "kernels/scene/normal_cones.h"
 
 #ifndef RAYWAVE_BVH_DEPTH
 #define RAYWAVE_BVH_DEPTH 64  // nodes from the root to a leaf; the host passes Bvh::depth
@@ -31,8 +35,8 @@ typedef struct {
   __global const float *a, *b, *c;
 } Corners;
 
-// Points origin + t direction with 0 <= t_min < t < t_max, scene frame or a body's. Directions are finite and not zero, but need not be
-// unit vectors. Lanes outside the mask `active` meet nothing.
+// Points origin + t direction with 0 <= t_min < t < t_max, scene frame or a body's. Directions are
+// finite and not zero, but need not be unit vectors. Lanes outside the mask `active` meet nothing.
 typedef struct {
   floatv ox, oy, oz;
   floatv dx, dy, dz;
@@ -40,7 +44,8 @@ typedef struct {
   intv active;
 } Rays;
 
-// Nearest hits. A miss has triangle -1, t = t_max and u = v = 0. The hit point is (1 - u - v) a + u b + v c.
+// Nearest hits. A miss has triangle -1, t = t_max and u = v = 0. The hit point is (1 - u - v) a + u
+// b + v c.
 typedef struct {
   floatv t;
   intv triangle;
@@ -60,13 +65,15 @@ typedef struct {
 
 BVH_INLINE Corners corners_of(const Tree* tree, int index) {
   __global const Triangle* t = tree->triangles + index;
-  const Corners corners = {tree->positions + 3 * (size_t)t->corner_a, tree->positions + 3 * (size_t)t->corner_b,
+  const Corners corners = {tree->positions + 3 * (size_t)t->corner_a,
+                           tree->positions + 3 * (size_t)t->corner_b,
                            tree->positions + 3 * (size_t)t->corner_c};
   return corners;
 }
 
 // row . (v + low), rounded once.
-BVH_INLINE floatv bvh_turned(__global const float* row, __global const float* row_low, const floatv* v, const floatv* low) {
+BVH_INLINE floatv bvh_turned(__global const float* row, __global const float* row_low,
+                             const floatv* v, const floatv* low) {
 #pragma OPENCL FP_CONTRACT OFF
   floatv sum = row[0] * v[0], rest = fma((floatv)(row[0]), v[0], -sum);
   for (int i = 1; i < 3; ++i) {
@@ -78,8 +85,8 @@ BVH_INLINE floatv bvh_turned(__global const float* row, __global const float* ro
   return sum + rest;
 }
 
-// Rays of the scene in the frame of a body. Distances along them stay. With `exact` their origins are rounded once, which moves hits by
-// no more than the rounding of the corners does.
+// Rays of the scene in the frame of a body. Distances along them stay. With `exact` their origins
+// are rounded once, which moves hits by no more than the rounding of the corners does.
 BVH_INLINE Rays rays_of_body(__global const Body* body, const Rays* rays, bool exact) {
 #pragma OPENCL FP_CONTRACT OFF
   Rays turned = *rays;
@@ -113,32 +120,37 @@ BVH_INLINE float3 direction_in_scene(const Tree* tree, int triangle, float3 d) {
   __global const Body* body = tree->bodies + tree->triangles[triangle].body;
   if (!body->moved) return d;
   __global const float* m = body->outward;
-  return (float3)(m[0] * d.x + m[1] * d.y + m[2] * d.z, m[3] * d.x + m[4] * d.y + m[5] * d.z, m[6] * d.x + m[7] * d.y + m[8] * d.z);
+  return (float3)(m[0] * d.x + m[1] * d.y + m[2] * d.z, m[3] * d.x + m[4] * d.y + m[5] * d.z,
+                  m[6] * d.x + m[7] * d.y + m[8] * d.z);
 }
 
 BVH_INLINE floatv bvh_min(floatv a, floatv b) { return LANES_SELECT(b, a, a < b); }
 BVH_INLINE floatv bvh_max(floatv a, floatv b) { return LANES_SELECT(b, a, a > b); }
 
-// 1 / d, where zero counts as tiny: that moves a ray by less than the margin of the tree's boxes, and 1 / tiny times any length is finite.
+// 1 / d, where zero counts as tiny: that moves a ray by less than the margin of the tree's boxes,
+// and 1 / tiny times any length is finite.
 BVH_INLINE floatv bvh_reciprocal(floatv d) {
   const floatv tiny = 1e-25f;
   return 1.0f / LANES_SELECT(d, tiny, fabs(d) < tiny);
 }
 
 // Mask of the rays that meet a box after t_min, and the distances at which they enter it.
-BVH_INLINE intv bvh_box(float min_x, float min_y, float min_z, float max_x, float max_y, float max_z, const Rays* rays,
-                        const floatv* inverse, floatv* enter) {
+BVH_INLINE intv bvh_box(float min_x, float min_y, float min_z, float max_x, float max_y,
+                        float max_z, const Rays* rays, const floatv* inverse, floatv* enter) {
   const floatv x0 = (min_x - rays->ox) * inverse[0], x1 = (max_x - rays->ox) * inverse[0];
   const floatv y0 = (min_y - rays->oy) * inverse[1], y1 = (max_y - rays->oy) * inverse[1];
   const floatv z0 = (min_z - rays->oz) * inverse[2], z1 = (max_z - rays->oz) * inverse[2];
-  *enter = bvh_max(bvh_max(bvh_max(bvh_min(x0, x1), bvh_min(y0, y1)), bvh_min(z0, z1)), rays->t_min);
+  *enter =
+      bvh_max(bvh_max(bvh_max(bvh_min(x0, x1), bvh_min(y0, y1)), bvh_min(z0, z1)), rays->t_min);
   // Each distance has a relative error of at most 3 * 2^-24: widen by twice what two of them need.
-  const floatv leave = bvh_min(bvh_min(bvh_max(x0, x1), bvh_max(y0, y1)), bvh_max(z0, z1)) * (1.0f + 0xcp-24f);
+  const floatv leave =
+      bvh_min(bvh_min(bvh_max(x0, x1), bvh_max(y0, y1)), bvh_max(z0, z1)) * (1.0f + 0xcp-24f);
   return *enter <= leave;
 }
 
-// The side of the edge from p to q on which the rays pass: d . ((q - p) x (p' + q')), where ' is relative to the ray's origin. Differences
-// of the corners come first: the rounding error is then that of the edge's length times its distance, not that of its distance squared.
+// The side of the edge from p to q on which the rays pass: d . ((q - p) x (p' + q')), where ' is
+// relative to the ray's origin. Differences of the corners come first: the rounding error is then
+// that of the edge's length times its distance, not that of its distance squared.
 BVH_INLINE floatv bvh_side(__global const float* p, __global const float* q, const Rays* r) {
   const float ex = q[0] - p[0], ey = q[1] - p[1], ez = q[2] - p[2];
   const floatv sx = (p[0] - r->ox) + (q[0] - r->ox);
@@ -152,7 +164,9 @@ BVH_INLINE float bvh_norm1(__global const float* p, __global const float* q) {
 }
 
 // Coordinate of the point with weights u and v, relative to the ray's origin o.
-BVH_INLINE floatv bvh_blend(float a, float b, float c, floatv u, floatv v, floatv o) { return (a - o) + (u * (b - a) + v * (c - a)); }
+BVH_INLINE floatv bvh_blend(float a, float b, float c, floatv u, floatv v, floatv o) {
+  return (a - o) + (u * (b - a) + v * (c - a));
+}
 
 BVH_INLINE float bvh_min3(float a, float b, float c) {
   const float ab = a < b ? a : b;
@@ -161,26 +175,34 @@ BVH_INLINE float bvh_min3(float a, float b, float c) {
 
 // Mask of the rays that meet the triangle's own box, widened as the boxes of the tree are.
 BVH_INLINE intv bvh_box_of(const Corners* t, const Rays* rays, const floatv* inverse) {
-  const float min_x = bvh_min3(t->a[0], t->b[0], t->c[0]), max_x = -bvh_min3(-t->a[0], -t->b[0], -t->c[0]);
-  const float min_y = bvh_min3(t->a[1], t->b[1], t->c[1]), max_y = -bvh_min3(-t->a[1], -t->b[1], -t->c[1]);
-  const float min_z = bvh_min3(t->a[2], t->b[2], t->c[2]), max_z = -bvh_min3(-t->a[2], -t->b[2], -t->c[2]);
-  const float margin = 0x1p-22f * (fabs(min_x) + fabs(max_x) + fabs(min_y) + fabs(max_y) + fabs(min_z) + fabs(max_z));
+  const float min_x = bvh_min3(t->a[0], t->b[0], t->c[0]),
+              max_x = -bvh_min3(-t->a[0], -t->b[0], -t->c[0]);
+  const float min_y = bvh_min3(t->a[1], t->b[1], t->c[1]),
+              max_y = -bvh_min3(-t->a[1], -t->b[1], -t->c[1]);
+  const float min_z = bvh_min3(t->a[2], t->b[2], t->c[2]),
+              max_z = -bvh_min3(-t->a[2], -t->b[2], -t->c[2]);
+  const float margin = 0x1p-22f * (fabs(min_x) + fabs(max_x) + fabs(min_y) + fabs(max_y) +
+                                   fabs(min_z) + fabs(max_z));
   floatv enter;
-  return bvh_box(min_x - margin, min_y - margin, min_z - margin, max_x + margin, max_y + margin, max_z + margin, rays, inverse, &enter);
+  return bvh_box(min_x - margin, min_y - margin, min_z - margin, max_x + margin, max_y + margin,
+                 max_z + margin, rays, inverse, &enter);
 }
 
 // Mask of the rays that meet the triangle in (t_min, best->t); those lanes of `best` take the hit.
-BVH_INLINE intv bvh_triangle(const Tree* tree, int index, const Rays* rays, const floatv* inverse, Hits* best) {
+BVH_INLINE intv bvh_triangle(const Tree* tree, int index, const Rays* rays, const floatv* inverse,
+                             Hits* best) {
   const Corners corners = corners_of(tree, index), *t = &corners;
   const floatv side_a = bvh_side(t->b, t->c, rays);
   const floatv side_b = bvh_side(t->c, t->a, rays);
   const floatv side_c = bvh_side(t->a, t->b, rays);
   const floatv volume = side_a + side_b + side_c;
 
-  // |rounding error| of a side <= 8 * 2^-24 |d|_max |q - p|_1 (|p'|_1 + |q'|_1), to first order; 10 leaves room for the rest. No corner is
-  // farther from the origin than a is plus the perimeter.
-  const float length_a = bvh_norm1(t->b, t->c), length_b = bvh_norm1(t->c, t->a), length_c = bvh_norm1(t->a, t->b);
-  const floatv reach = fabs(t->a[0] - rays->ox) + fabs(t->a[1] - rays->oy) + fabs(t->a[2] - rays->oz) + (length_a + length_b + length_c);
+  // |rounding error| of a side <= 8 * 2^-24 |d|_max |q - p|_1 (|p'|_1 + |q'|_1), to first order; 10
+  // leaves room for the rest. No corner is farther from the origin than a is plus the perimeter.
+  const float length_a = bvh_norm1(t->b, t->c), length_b = bvh_norm1(t->c, t->a),
+              length_c = bvh_norm1(t->a, t->b);
+  const floatv reach = fabs(t->a[0] - rays->ox) + fabs(t->a[1] - rays->oy) +
+                       fabs(t->a[2] - rays->oz) + (length_a + length_b + length_c);
   const floatv d_max = bvh_max(bvh_max(fabs(rays->dx), fabs(rays->dy)), fabs(rays->dz));
   const floatv bound = 2.0f * 0xap-24f * d_max * reach;
   const floatv bound_a = bound * length_a, bound_b = bound * length_b, bound_c = bound * length_c;
@@ -189,23 +211,26 @@ BVH_INLINE intv bvh_triangle(const Tree* tree, int index, const Rays* rays, cons
   intv hit = rays->active & (front | back) & (volume != 0.0f);
   if (!LANES_ANY(hit)) return hit;
 
-  // On slivers and on triangles seen edge-on rounding alone decides. Then weights may be anything, so keep the point on the triangle; and
-  // the widened sides reach far past a sharp corner, so keep the ray in the triangle's box.
-  const intv clear =
-      ((side_a > bound_a) & (side_b > bound_b) & (side_c > bound_c)) | ((side_a < -bound_a) & (side_b < -bound_b) & (side_c < -bound_c));
+  // On slivers and on triangles seen edge-on rounding alone decides. Then weights may be anything,
+  // so keep the point on the triangle; and the widened sides reach far past a sharp corner, so keep
+  // the ray in the triangle's box.
+  const intv clear = ((side_a > bound_a) & (side_b > bound_b) & (side_c > bound_c)) |
+                     ((side_a < -bound_a) & (side_b < -bound_b) & (side_c < -bound_c));
   if (LANES_ANY(hit & !clear)) hit &= clear | bvh_box_of(t, rays, inverse);
   const floatv zero = 0.0f, one = 1.0f;
   const floatv u = bvh_min(bvh_max(side_b / volume, zero), one);
   const floatv v = bvh_min(bvh_max(side_c / volume, zero), 1.0f - u);
-  // The point's distance along the ray, then once more that of what is left between the point and the ray there: the first has the rounding
-  // of sums and quotient, the second is small.
+  // The point's distance along the ray, then once more that of what is left between the point and
+  // the ray there: the first has the rounding of sums and quotient, the second is small.
   const floatv x = bvh_blend(t->a[0], t->b[0], t->c[0], u, v, rays->ox);
   const floatv y = bvh_blend(t->a[1], t->b[1], t->c[1], u, v, rays->oy);
   const floatv z = bvh_blend(t->a[2], t->b[2], t->c[2], u, v, rays->oz);
   const floatv squared = rays->dx * rays->dx + rays->dy * rays->dy + rays->dz * rays->dz;
   const floatv rough = (x * rays->dx + y * rays->dy + z * rays->dz) / squared;
-  const floatv rest_x = fma(-rough, rays->dx, x), rest_y = fma(-rough, rays->dy, y), rest_z = fma(-rough, rays->dz, z);
-  const floatv distance = rough + (rest_x * rays->dx + rest_y * rays->dy + rest_z * rays->dz) / squared;
+  const floatv rest_x = fma(-rough, rays->dx, x), rest_y = fma(-rough, rays->dy, y),
+               rest_z = fma(-rough, rays->dz, z);
+  const floatv distance =
+      rough + (rest_x * rays->dx + rest_y * rays->dy + rest_z * rays->dz) / squared;
   hit &= (distance > rays->t_min) & (distance < best->t);
   best->t = LANES_SELECT(best->t, distance, hit);
   best->triangle = LANES_SELECT(best->triangle, (intv)(index), hit);
@@ -214,7 +239,8 @@ BVH_INLINE intv bvh_triangle(const Tree* tree, int index, const Rays* rays, cons
   return hit;
 }
 
-BVH_INLINE intv bvh_leaf(const Tree* tree, int first, int count, const Rays* rays, const floatv* inverse, Hits* best) {
+BVH_INLINE intv bvh_leaf(const Tree* tree, int first, int count, const Rays* rays,
+                         const floatv* inverse, Hits* best) {
   intv hit = 0;
   for (int i = first; i < first + count; ++i) hit |= bvh_triangle(tree, i, rays, inverse, best);
   return hit;
@@ -241,8 +267,8 @@ BVH_INLINE void bvh_insert(Layers* layers, const Hits* hits, intv hit) {
   }
 }
 
-BVH_INLINE intv bvh_leaf_layers(const Tree* tree, int first, int count, const Rays* rays, const floatv* inverse, Hits* farthest,
-                                Layers* layers) {
+BVH_INLINE intv bvh_leaf_layers(const Tree* tree, int first, int count, const Rays* rays,
+                                const floatv* inverse, Hits* farthest, Layers* layers) {
   for (int i = first; i < first + count; ++i) {
     Hits one = *farthest;
     const intv hit = bvh_triangle(tree, i, rays, inverse, &one);
@@ -252,28 +278,35 @@ BVH_INLINE intv bvh_leaf_layers(const Tree* tree, int first, int count, const Ra
   return 0;
 }
 
-// Whether all that faces so shows the hologram's centre nothing but inner sides of closed meshes, wherever it lies in the body.
+// Whether all that faces so shows the hologram's centre nothing but inner sides of closed meshes,
+// wherever it lies in the body.
 BVH_INLINE bool bvh_turns_away(int facing, __global const Body* body) {
   const int spread = facing_spread(facing);
-  const int along =
-      facing_axis(facing, 0) * body->view[0] + facing_axis(facing, 1) * body->view[1] + facing_axis(facing, 2) * body->view[2];
+  const int along = facing_axis(facing, 0) * body->view[0] +
+                    facing_axis(facing, 1) * body->view[1] + facing_axis(facing, 2) * body->view[2];
   return spread > 0 && 2 * along > VIEW_STEPS * spread + body->view_margin;
 }
 
-// Mask of the rays that meet a child's box before `farthest`; none with `layers` where all in it turns away.
-BVH_INLINE intv bvh_child(__global const float* box_min, __global const float* box_max, int facing, const Rays* rays, const floatv* inverse,
-                          floatv farthest, __global const Body* body, const Layers* layers, floatv* enter) {
+// Mask of the rays that meet a child's box before `farthest`; none with `layers` where all in it
+// turns away.
+BVH_INLINE intv bvh_child(__global const float* box_min, __global const float* box_max, int facing,
+                          const Rays* rays, const floatv* inverse, floatv farthest,
+                          __global const Body* body, const Layers* layers, floatv* enter) {
   if (layers && bvh_turns_away(facing, body)) return 0;
-  const intv meets = bvh_box(box_min[0], box_min[1], box_min[2], box_max[0], box_max[1], box_max[2], rays, inverse, enter);
+  const intv meets = bvh_box(box_min[0], box_min[1], box_min[2], box_max[0], box_max[1], box_max[2],
+                             rays, inverse, enter);
   return rays->active & meets & (*enter < farthest);
 }
 
-// Nearest hits of all rays with a body, in its frame; with any_hit, rays that have met something stop; with `layers`, the nearest
-// BVH_LAYERS of each go there, but for those that turn away.
-BVH_INLINE void bvh_traverse_body(const Tree* tree, __global const Body* body, Rays* rays, bool any_hit, Hits* best, Layers* layers) {
-  const floatv inverse[3] = {bvh_reciprocal(rays->dx), bvh_reciprocal(rays->dy), bvh_reciprocal(rays->dz)};
-  // Children yet to be visited. Only a node with two inner children pushes, and it pushes one, so the stack never holds more than one
-  // child of each node on the way from the root: fewer than Bvh::depth.
+// Nearest hits of all rays with a body, in its frame; with any_hit, rays that have met something
+// stop; with `layers`, the nearest BVH_LAYERS of each go there, but for those that turn away.
+BVH_INLINE void bvh_traverse_body(const Tree* tree, __global const Body* body, Rays* rays,
+                                  bool any_hit, Hits* best, Layers* layers) {
+  const floatv inverse[3] = {bvh_reciprocal(rays->dx), bvh_reciprocal(rays->dy),
+                             bvh_reciprocal(rays->dz)};
+  // Children yet to be visited. Only a node with two inner children pushes, and it pushes one, so
+  // the stack never holds more than one child of each node on the way from the root: fewer than
+  // Bvh::depth.
   int waiting_node[RAYWAVE_BVH_DEPTH];
   floatv waiting_enter[RAYWAVE_BVH_DEPTH];
   int waiting = 0;
@@ -281,20 +314,26 @@ BVH_INLINE void bvh_traverse_body(const Tree* tree, __global const Body* body, R
   for (;;) {
     __global const BvhNode* node = tree->nodes + place;
     floatv enter_left = 0.0f, enter_right = 0.0f;
-    const intv in_left = bvh_child(node->left_min, node->left_max, node->left_count, rays, inverse, best->t, body, layers, &enter_left);
+    const intv in_left = bvh_child(node->left_min, node->left_max, node->left_count, rays, inverse,
+                                   best->t, body, layers, &enter_left);
     bool left = LANES_ANY(in_left);
     if (left && BVH_COUNT(node->left_count) > 0) {
-      const intv hit = layers ? bvh_leaf_layers(tree, node->left_child, BVH_COUNT(node->left_count), rays, inverse, best, layers)
-                              : bvh_leaf(tree, node->left_child, BVH_COUNT(node->left_count), rays, inverse, best);
+      const intv hit = layers ? bvh_leaf_layers(tree, node->left_child, BVH_COUNT(node->left_count),
+                                                rays, inverse, best, layers)
+                              : bvh_leaf(tree, node->left_child, BVH_COUNT(node->left_count), rays,
+                                         inverse, best);
       if (any_hit) rays->active &= !hit;
       left = false;
     }
-    const intv in_right =
-        bvh_child(node->right_min, node->right_max, node->right_count, rays, inverse, best->t, body, layers, &enter_right);
+    const intv in_right = bvh_child(node->right_min, node->right_max, node->right_count, rays,
+                                    inverse, best->t, body, layers, &enter_right);
     bool right = LANES_ANY(in_right);
     if (right && BVH_COUNT(node->right_count) > 0) {
-      const intv hit = layers ? bvh_leaf_layers(tree, node->right_child, BVH_COUNT(node->right_count), rays, inverse, best, layers)
-                              : bvh_leaf(tree, node->right_child, BVH_COUNT(node->right_count), rays, inverse, best);
+      const intv hit = layers
+                           ? bvh_leaf_layers(tree, node->right_child, BVH_COUNT(node->right_count),
+                                             rays, inverse, best, layers)
+                           : bvh_leaf(tree, node->right_child, BVH_COUNT(node->right_count), rays,
+                                      inverse, best);
       if (any_hit) rays->active &= !hit;
       right = false;
     }
@@ -335,10 +374,13 @@ BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, L
 }
 
 // The nearest hits in (t_min, t_max).
-BVH_INLINE Hits bvh_nearest(const Tree* tree, const Rays* rays) { return bvh_traverse(tree, rays, false, 0); }
+BVH_INLINE Hits bvh_nearest(const Tree* tree, const Rays* rays) {
+  return bvh_traverse(tree, rays, false, 0);
+}
 
-// The nearest BVH_LAYERS hits in (t_min, t_max) of rays that come from the hologram's centre, without those in parts of the tree that turn
-// away from it: inner sides of closed meshes are no sources of light.
+// The nearest BVH_LAYERS hits in (t_min, t_max) of rays that come from the hologram's centre,
+// without those in parts of the tree that turn away from it: inner sides of closed meshes are no
+// sources of light.
 BVH_INLINE void bvh_layers(const Tree* tree, const Rays* rays, Layers* layers) {
   for (int i = 0; i < BVH_LAYERS; ++i) {
     layers->t[i] = rays->t_max;
@@ -349,8 +391,8 @@ BVH_INLINE void bvh_layers(const Tree* tree, const Rays* rays, Layers* layers) {
 }
 
 #if RAYWAVE_LANES > 1
-// Mask of the rays that meet anything in (t_min, t_max). What stopped a packet like this one is tried first: known[lane] is the triangle
-// that stopped that ray, or -1, and is overwritten.
+// Mask of the rays that meet anything in (t_min, t_max). What stopped a packet like this one is
+// tried first: known[lane] is the triangle that stopped that ray, or -1, and is overwritten.
 static inline intv bvh_occluded_again(const Tree* tree, const Rays* rays, int* known) {
   Rays left = *rays, turned = *rays;
   floatv inverse[3];
@@ -386,6 +428,8 @@ static inline intv bvh_occluded_again(const Tree* tree, const Rays* rays, int* k
 #endif
 
 // Mask of the rays that meet anything in (t_min, t_max).
-BVH_INLINE intv bvh_occluded(const Tree* tree, const Rays* rays) { return bvh_traverse(tree, rays, true, 0).triangle >= 0; }
+BVH_INLINE intv bvh_occluded(const Tree* tree, const Rays* rays) {
+  return bvh_traverse(tree, rays, true, 0).triangle >= 0;
+}
 
 #endif

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a ray sees where it hits: surface attributes and Phong radiance (paper, Eq. 3), for packets of lanes.
+// What a ray sees where it hits: surface attributes and Phong radiance (paper, Eq. 3), for packets
+// of lanes.
 #ifndef RAYWAVE_SHADE_H
 #define RAYWAVE_SHADE_H
 
-#include "kernels/scene/bvh.h"
-#include "kernels/scene/hit_refinement.h"
+#include "kernels/common/double_single.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
-#include "kernels/common/double_single.h"
+#include "kernels/scene/bvh.h"
+#include "kernels/scene/hit_refinement.h"
 
 #ifndef RAYWAVE_LIGHTS
 #define RAYWAVE_LIGHTS 1  // directional and point lights; host/trace/fan_tracer.cpp
@@ -16,7 +17,8 @@
 #define RAYWAVE_SPECULAR 1  // some material has a specular part
 #endif
 #ifndef RAYWAVE_SHARP
-#define RAYWAVE_SHARP 0  // a highlight's exponent is so large that floats blur its directions; host/trace/device_scene.cpp
+// a highlight's exponent is so large that floats blur its directions; host/trace/device_scene.cpp
+#define RAYWAVE_SHARP 0
 #endif
 #ifndef RAYWAVE_BOUNCES
 #define RAYWAVE_BOUNCES 0  // mirror and refraction bounces; host/trace/device_scene.cpp
@@ -31,23 +33,29 @@
 // The scene's arrays, as every kernel that shades receives them.
 typedef struct {
   Tree tree;
-  __global const float* normals;  // 3 per vertex, unit length, outwards as the mesh says, frame of its body
-  __global const float* uvs;      // 2 per vertex; (0, 0) is the bottom left of the texture
+  // 3 per vertex, unit length, outwards as the mesh says, frame of its body
+  __global const float* normals;
+  __global const float* uvs;  // 2 per vertex; (0, 0) is the bottom left of the texture
   __global const Material* materials;
   __global const Light* lights;
   __global const float* texels;
 } SceneArrays;
 
-// Direction of a triangle's normal, in the sense of its winding, scene frame. As long as twice its area where its body keeps its size.
+// Direction of a triangle's normal, in the sense of its winding, scene frame. As long as twice its
+// area where its body keeps its size.
 static inline float3 triangle_cross(const Tree* tree, int index) {
   const Corners t = corners_of(tree, index);
   const float3 a = vload3(0, t.a), ab = vload3(0, t.b) - a, ac = vload3(0, t.c) - a;
-  return direction_in_scene(tree, index, (float3)(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x));
+  return direction_in_scene(
+      tree, index,
+      (float3)(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x));
 }
 
-#define EXACT_SURFACES (RAYWAVE_BOUNCES > 0 || (RAYWAVE_SHARP && RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0))
+#define EXACT_SURFACES \
+  (RAYWAVE_BOUNCES > 0 || (RAYWAVE_SHARP && RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0))
 
-// A hit's place and material, one lane each. The normal has unit length and faces the side the ray came from.
+// A hit's place and material, one lane each. The normal has unit length and faces the side the ray
+// came from.
 typedef struct {
   floatv x, y, z;
   floatv nx, ny, nz;
@@ -56,17 +64,19 @@ typedef struct {
   floatv reflectivity, transparency, ior, ior_low;
   intv entering;  // the ray meets the outside of the surface
 #if EXACT_SURFACES
-  Wide3 place, normal, towards;  // beyond floats, where exact_surface has set them; towards the viewer, of any length
+  // Beyond floats, where exact_surface has set them; towards the viewer, of any length
+  Wide3 place, normal, towards;
 #endif
 } Surface;
 
-// (1 - gap)^m for gap in [0, 1] and m >= 0, 0^0 = 1. The logarithm keeps the relative accuracy of a small gap, so that huge exponents stay
-// right.
+// (1 - gap)^m for gap in [0, 1] and m >= 0, 0^0 = 1. The logarithm keeps the relative accuracy of a
+// small gap, so that huge exponents stay right.
 static inline floatv pow_unit(floatv gap, floatv m) {
   const floatv x = fmax(1.0f - gap, (floatv)(1e-37f));
   const intv shifted = LANES_AS_INT(x) - 0x3f3504f3;  // bits of sqrt(1/2)
   const intv exponent = shifted >> 23;
-  const floatv f = LANES_SELECT(LANES_AS_FLOAT((shifted & 0x007fffff) + 0x3f3504f3) - 1.0f, -gap, exponent == 0);
+  const floatv f =
+      LANES_SELECT(LANES_AS_FLOAT((shifted & 0x007fffff) + 0x3f3504f3) - 1.0f, -gap, exponent == 0);
   floatv p = 7.0376836292e-2f;  // ln(1 + f) on [sqrt(1/2), sqrt(2)] - 1, after Cephes
   p = p * f - 1.1514610310e-1f;
   p = p * f + 1.1676998740e-1f;
@@ -92,7 +102,8 @@ static inline floatv pow_unit(floatv gap, floatv m) {
 
 #if RAYWAVE_TEXTURES
 // Bilinear, repeated; (0, 0) is the bottom left of the picture, whose row 0 is on top.
-static inline float texture_at(__global const float* texels, __global const Material* material, float u, float v) {
+static inline float texture_at(__global const float* texels, __global const Material* material,
+                               float u, float v) {
   const int width = material->texture_width, height = material->texture_height;
   const float x = (u - floor(u)) * (float)width - 0.5f;
   const float y = (1.0f - (v - floor(v))) * (float)height - 0.5f;
@@ -110,24 +121,30 @@ static inline float texture_at(__global const float* texels, __global const Mate
 static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, const Hits* hits) {
   int triangle[RAYWAVE_LANES];
   float u[RAYWAVE_LANES], v[RAYWAVE_LANES];
-  float nx[RAYWAVE_LANES], ny[RAYWAVE_LANES], nz[RAYWAVE_LANES], gx[RAYWAVE_LANES], gy[RAYWAVE_LANES], gz[RAYWAVE_LANES];
-  float ambient[RAYWAVE_LANES], diffuse[RAYWAVE_LANES], specular[RAYWAVE_LANES], shininess[RAYWAVE_LANES];
-  float reflectivity[RAYWAVE_LANES], transparency[RAYWAVE_LANES], ior[RAYWAVE_LANES], ior_low[RAYWAVE_LANES];
+  float nx[RAYWAVE_LANES], ny[RAYWAVE_LANES], nz[RAYWAVE_LANES], gx[RAYWAVE_LANES],
+      gy[RAYWAVE_LANES], gz[RAYWAVE_LANES];
+  float ambient[RAYWAVE_LANES], diffuse[RAYWAVE_LANES], specular[RAYWAVE_LANES],
+      shininess[RAYWAVE_LANES];
+  float reflectivity[RAYWAVE_LANES], transparency[RAYWAVE_LANES], ior[RAYWAVE_LANES],
+      ior_low[RAYWAVE_LANES];
   LANES_STORE(hits->triangle, triangle);
   LANES_STORE(hits->u, u);
   LANES_STORE(hits->v, v);
   for (int i = 0; i < RAYWAVE_LANES; ++i) {
     nx[i] = ny[i] = gx[i] = gy[i] = 0.0f;
     nz[i] = gz[i] = 1.0f;
-    ambient[i] = diffuse[i] = specular[i] = shininess[i] = reflectivity[i] = transparency[i] = ior_low[i] = 0.0f;
+    ambient[i] = diffuse[i] = specular[i] = shininess[i] = reflectivity[i] = transparency[i] =
+        ior_low[i] = 0.0f;
     ior[i] = 1.0f;
     if (triangle[i] < 0) continue;
     __global const Triangle* s = scene->tree.triangles + triangle[i];
     __global const Material* m = scene->materials + s->material;
     const float b = u[i], c = v[i], a = 1.0f - b - c;
-    const float3 at_a = vload3((size_t)s->corner_a, scene->normals), at_b = vload3((size_t)s->corner_b, scene->normals);
+    const float3 at_a = vload3((size_t)s->corner_a, scene->normals),
+                 at_b = vload3((size_t)s->corner_b, scene->normals);
     const float3 at_c = vload3((size_t)s->corner_c, scene->normals);
-    const float3 smooth = direction_in_scene(&scene->tree, triangle[i], a * at_a + b * at_b + c * at_c);
+    const float3 smooth =
+        direction_in_scene(&scene->tree, triangle[i], a * at_a + b * at_b + c * at_c);
     nx[i] = smooth.x;
     ny[i] = smooth.y;
     nz[i] = smooth.z;
@@ -145,7 +162,8 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     ior_low[i] = m->ior_low;
 #if RAYWAVE_TEXTURES
     if (m->texture >= 0) {
-      const float2 uv = a * vload2((size_t)s->corner_a, scene->uvs) + b * vload2((size_t)s->corner_b, scene->uvs) +
+      const float2 uv = a * vload2((size_t)s->corner_a, scene->uvs) +
+                        b * vload2((size_t)s->corner_b, scene->uvs) +
                         c * vload2((size_t)s->corner_c, scene->uvs);
       const float texel = texture_at(scene->texels, m, uv.x, uv.y);
       ambient[i] *= texel;
@@ -165,18 +183,21 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   surface.transparency = LANES_LOAD(transparency);
   surface.ior = LANES_LOAD(ior);
   surface.ior_low = LANES_LOAD(ior_low);
-  const floatv toward_viewer = -rsqrt(rays->dx * rays->dx + rays->dy * rays->dy + rays->dz * rays->dz);
+  const floatv toward_viewer =
+      -rsqrt(rays->dx * rays->dx + rays->dy * rays->dy + rays->dz * rays->dz);
   surface.vx = rays->dx * toward_viewer;
   surface.vy = rays->dy * toward_viewer;
   surface.vz = rays->dz * toward_viewer;
 
-  // The normal that shading uses faces the ray's side as the triangle does: right for either winding and for both sides of open meshes.
+  // The normal that shading uses faces the ray's side as the triangle does: right for either
+  // winding and for both sides of open meshes.
   const floatv fx = LANES_LOAD(gx), fy = LANES_LOAD(gy), fz = LANES_LOAD(gz);
   const floatv mx = LANES_LOAD(nx), my = LANES_LOAD(ny), mz = LANES_LOAD(nz);
   const floatv face_along_ray = fx * rays->dx + fy * rays->dy + fz * rays->dz;
   const floatv face_along_normal = fx * mx + fy * my + fz * mz;
   const floatv inverse = rsqrt(fmax(mx * mx + my * my + mz * mz, (floatv)(1e-30f)));
-  const floatv toward = LANES_SELECT(inverse, -inverse, (face_along_ray > 0.0f) == (face_along_normal > 0.0f));
+  const floatv toward =
+      LANES_SELECT(inverse, -inverse, (face_along_ray > 0.0f) == (face_along_normal > 0.0f));
   surface.nx = mx * toward;
   surface.ny = my * toward;
   surface.nz = mz * toward;
@@ -185,14 +206,17 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
 }
 
 #if EXACT_SURFACES
-// The surface's place and normal beyond floats, where a line, the hits' ray, has met it; their distance along it.
-static inline Wide exact_surface(const SceneArrays* scene, const Line* line, const Hits* hits, Surface* s) {
+// The surface's place and normal beyond floats, where a line, the hits' ray, has met it; their
+// distance along it.
+static inline Wide exact_surface(const SceneArrays* scene, const Line* line, const Hits* hits,
+                                 Surface* s) {
   const Facets facets = facets_of(&scene->tree, hits->triangle);
   const Wide distance = exact_distance(&facets, line, hits->t);
   const floatv side = LANES_SELECT((floatv)(-1.0f), (floatv)(1.0f), s->entering), away = -1.0f;
   s->place = wide3_along(line->origin, line->direction, distance);
-  s->normal =
-      wide3_scaled(exact_normal(&scene->tree, scene->normals, hits->triangle, &facets, s->place, hits->u, hits->v), wide(side, 0.0f));
+  s->normal = wide3_scaled(exact_normal(&scene->tree, scene->normals, hits->triangle, &facets,
+                                        s->place, hits->u, hits->v),
+                           wide(side, 0.0f));
   s->towards = wide3_scaled(line->direction, wide(away, 0.0f));
   s->x = wide_high(s->place.x);
   s->y = wide_high(s->place.y);
@@ -204,7 +228,8 @@ static inline Wide exact_surface(const SceneArrays* scene, const Line* line, con
 }
 #endif
 
-// One light as a surface sees it: unit vector towards it, and the cosine of its slope (<= 0: behind the surface).
+// One light as a surface sees it: unit vector towards it, and the cosine of its slope (<= 0: behind
+// the surface).
 typedef struct {
   floatv x, y, z;
   floatv distance;
@@ -212,7 +237,8 @@ typedef struct {
   float intensity;
 } Incident;
 
-static inline Incident incident(__global const Light* lights, int index, const Surface* s, float reach) {
+static inline Incident incident(__global const Light* lights, int index, const Surface* s,
+                                float reach) {
   const Light light = lights[index];
   Incident in;
   in.x = light.x;
@@ -236,15 +262,23 @@ static inline Incident incident(__global const Light* lights, int index, const S
 }
 
 // Lanes that the light falls on: they face it, and nothing stands between when shadows are on.
-static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Surface* s, float bias, intv active) {
+static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Surface* s,
+                          float bias, intv active) {
 #if !RAYWAVE_SHADOWS
   (void)scene, (void)s, (void)bias;
 #endif
   intv lit = (in->facing > 0.0f) & active;
 #if RAYWAVE_SHADOWS
   if (LANES_ANY(lit)) {
-    const Rays shadow = {
-        s->x + bias * s->nx, s->y + bias * s->ny, s->z + bias * s->nz, in->x, in->y, in->z, (floatv)(0.0f), in->distance, lit};
+    const Rays shadow = {s->x + bias * s->nx,
+                         s->y + bias * s->ny,
+                         s->z + bias * s->nz,
+                         in->x,
+                         in->y,
+                         in->z,
+                         (floatv)(0.0f),
+                         in->distance,
+                         lit};
     lit &= !bvh_occluded(&scene->tree, &shadow);
   }
 #endif
@@ -256,24 +290,31 @@ static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Su
 static inline floatv mirror_gap(__global const Light* light, const Incident* in, const Surface* s) {
 #if RAYWAVE_SHARP
   (void)in;
-  Wide3 from = {wide(light->x, light->x_low), wide(light->y, light->y_low), wide(light->z, light->z_low)};
+  Wide3 from = {wide(light->x, light->x_low), wide(light->y, light->y_low),
+                wide(light->z, light->z_low)};
   if (light->is_point) from = wide3_minus(from, s->place);
-  // None of the vectors has unit length to the last bit. The cross product keeps small angles exact.
+  // None of the vectors has unit length to the last bit. The cross product keeps small angles
+  // exact.
   const Wide facing = wide3_dot(s->normal, from);
-  const Wide3 mirrored =
-      wide3_minus(wide3_scaled(s->normal, wide_plus(facing, facing)), wide3_scaled(from, wide3_dot(s->normal, s->normal)));
+  const Wide3 mirrored = wide3_minus(wide3_scaled(s->normal, wide_plus(facing, facing)),
+                                     wide3_scaled(from, wide3_dot(s->normal, s->normal)));
   const Wide3 across = wide3_cross(mirrored, s->towards);
   const floatv rx = wide_high(mirrored.x), ry = wide_high(mirrored.y), rz = wide_high(mirrored.z);
-  const floatv vx = wide_high(s->towards.x), vy = wide_high(s->towards.y), vz = wide_high(s->towards.z);
+  const floatv vx = wide_high(s->towards.x), vy = wide_high(s->towards.y),
+               vz = wide_high(s->towards.z);
   const floatv cx = wide_high(across.x), cy = wide_high(across.y), cz = wide_high(across.z);
-  const floatv squared = fmax((rx * rx + ry * ry + rz * rz) * (vx * vx + vy * vy + vz * vz), (floatv)(1e-37f));
+  const floatv squared =
+      fmax((rx * rx + ry * ry + rz * rz) * (vx * vx + vy * vy + vz * vz), (floatv)(1e-37f));
   const floatv cosine = (rx * vx + ry * vy + rz * vz) * rsqrt(squared);
-  return LANES_SELECT((floatv)(1.0f), (cx * cx + cy * cy + cz * cz) / (squared * (1.0f + cosine)), cosine > 0.0f);
+  return LANES_SELECT((floatv)(1.0f), (cx * cx + cy * cy + cz * cz) / (squared * (1.0f + cosine)),
+                      cosine > 0.0f);
 #else
   (void)light;
   const floatv twice = 2.0f * in->facing;
-  // Half the squared distance of two unit vectors is one minus their cosine, without the rounding of the cosine.
-  const floatv dx = twice * s->nx - in->x - s->vx, dy = twice * s->ny - in->y - s->vy, dz = twice * s->nz - in->z - s->vz;
+  // Half the squared distance of two unit vectors is one minus their cosine, without the rounding
+  // of the cosine.
+  const floatv dx = twice * s->nx - in->x - s->vx, dy = twice * s->ny - in->y - s->vy,
+               dz = twice * s->nz - in->z - s->vz;
   return fmin(0.5f * (dx * dx + dy * dy + dz * dz), (floatv)(1.0f));
 #endif
 }
@@ -284,8 +325,10 @@ static inline floatv highlight(__global const Light* light, const Incident* in, 
 }
 #endif
 
-// Radiance that leaves the surface towards where it is seen from, without bounces: ambient + sum over lights of diffuse and specular parts.
-static inline floatv phong(const SceneArrays* scene, const Surface* s, float ambient_light, float bias, float reach, intv active) {
+// Radiance that leaves the surface towards where it is seen from, without bounces: ambient + sum
+// over lights of diffuse and specular parts.
+static inline floatv phong(const SceneArrays* scene, const Surface* s, float ambient_light,
+                           float bias, float reach, intv active) {
   floatv radiance = s->ambient * ambient_light;
 #if RAYWAVE_LIGHTS > 0
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {

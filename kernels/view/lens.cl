@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an ideal lens sees: rays from points spread evenly over the lens, through a pixel of the plane in focus, to the nearest hit. The
-// pixel is the mean radiance of all points' rays; a miss is black. Mirrors and glass are followed to RAYWAVE_BOUNCES further hits.
+// What an ideal lens sees: rays from points spread evenly over the lens, through a pixel of the
+// plane in focus, to the nearest hit. The pixel is the mean radiance of all points' rays; a miss is
+// black. Mirrors and glass are followed to RAYWAVE_BOUNCES further hits.
 //
-// Arrays: the scene's (shared.h); picture: lens.ny rows of lens.nx radiances, row 0 on top.
-// A work-item fills RAYWAVE_LANES neighbouring pixels of one row, a packet; packets are numbered row by row, ceil(nx / lanes) to a row, and
-// a launch fills [first_packet, first_packet + packet_count). Global size packet_count. OpenCL C 1.2.
+// Arrays: the scene's (shared.h); picture: lens.ny rows of lens.nx radiances, row 0 on top. A
+// work-item fills RAYWAVE_LANES neighbouring pixels of one row, a packet; packets are numbered row
+// by row, ceil(nx / lanes) to a row, and a launch fills [first_packet, first_packet +
+// packet_count). Global size packet_count. OpenCL C 1.2.
+#include "kernels/common/lanes.h"
+#include "kernels/common/shared.h"
 #include "kernels/scene/bounce.h"
 #include "kernels/scene/bvh.h"
-#include "kernels/common/lanes.h"
 #include "kernels/scene/shade.h"
-#include "kernels/common/shared.h"
 
-__kernel void see(__global const BvhNode* nodes, __global const Triangle* triangles, __global const float* positions,
-                  __global const Body* bodies, __global const float* normals, __global const float* uvs, __global const Material* materials,
-                  __global const Light* lights, __global const float* texels, float ambient_light, LensPlane lens, int first_packet,
-                  int packet_count, __global float* picture) {
+__kernel void see(__global const BvhNode* nodes, __global const Triangle* triangles,
+                  __global const float* positions, __global const Body* bodies,
+                  __global const float* normals, __global const float* uvs,
+                  __global const Material* materials, __global const Light* lights,
+                  __global const float* texels, float ambient_light, LensPlane lens,
+                  int first_packet, int packet_count, __global float* picture) {
   const int index = (int)get_global_id(0);
   if (index >= packet_count) return;
   const int packet = first_packet + index;
@@ -22,7 +26,8 @@ __kernel void see(__global const BvhNode* nodes, __global const Triangle* triang
   const int row = packet / packets_per_row;
   const int first = (packet - row * packets_per_row) * RAYWAVE_LANES;
   if (row >= lens.ny) return;
-  const SceneArrays scene = {{nodes, triangles, positions, bodies}, normals, uvs, materials, lights, texels};
+  const SceneArrays scene = {
+      {nodes, triangles, positions, bodies}, normals, uvs, materials, lights, texels};
   const intv column = first + LANES_INDEX;
   const floatv x = lens.left + lens.pitch_x * LANES_TO_FLOAT(column);
   const float y = lens.top - lens.pitch_y * (float)row;
@@ -31,7 +36,8 @@ __kernel void see(__global const BvhNode* nodes, __global const Triangle* triang
   for (int j = 0; j < lens.points; ++j) {
     const float from_y = lens.lens_top - lens.lens_pitch_y * (float)j;
     const floatv dy = (y - from_y) * lens.inverse_focus;  // per metre of depth
-    floatv sum_of_row = 0.0f;                             // two short sums round less than a long one
+    // Two short sums round less than a long one
+    floatv sum_of_row = 0.0f;
     for (int i = 0; i < lens.points; ++i) {
       const float from_x = lens.lens_left + lens.lens_pitch_x * (float)i;
       const floatv dx = (x - from_x) * lens.inverse_focus;

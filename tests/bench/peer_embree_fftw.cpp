@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The paper's method as one would write it for a CPU today, to be compared with raywave by `raywave bench`: every WRP pixel sends the same
-// fan of rays (host/plan/plan.cpp, paper Eq. 4-7), in coherent packets of 16 neighbours, through Embree; what a ray hits is a source of light,
-// Phong's radiance, a random phase that belongs to the cell it lies in; each WRP is padded to twice its size and carried to the hologram by
-// one forward and one inverse transform of FFTW, planned by measuring, with a transfer function made beforehand. Objects turn, and Embree's
-// tree is built anew, in every frame. Textures, shadows, bounces and point lights are not there.
+// The paper's method as one would write it for a CPU today, to be compared with raywave by `raywave
+// bench`: every WRP pixel sends the same fan of rays (host/plan/plan.cpp, paper Eq. 4-7), in
+// coherent packets of 16 neighbours, through Embree; what a ray hits is a source of light, Phong's
+// radiance, a random phase that belongs to the cell it lies in; each WRP is padded to twice its
+// size and carried to the hologram by one forward and one inverse transform of FFTW, planned by
+// measuring, with a transfer function made beforehand. Objects turn, and Embree's tree is built
+// anew, in every frame. Textures, shadows, bounces and point lights are not there.
 //
 // usage: peer_embree_fftw SCENE [--set KEY=VALUE]... [--frames N] [--name TEXT] [--field FILE.npy]
-// Prints the frames as JSON for run_peer (host/evaluate/bench/bench.hpp). FILE.npy: the hologram's field in the scene's own pose.
+// Prints the frames as JSON for run_peer (host/evaluate/bench/bench.hpp). FILE.npy: the hologram's
+// field in the scene's own pose.
 #if __has_include(<embree4/rtcore.h>)
 #include <embree4/rtcore.h>
 #else
@@ -21,11 +24,11 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "host/common/error.hpp"
+#include "host/common/npy.hpp"
 #include "host/common/threads.hpp"
 #include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/bench/stopwatch.hpp"
-#include "host/common/error.hpp"
-#include "host/common/npy.hpp"
 
 namespace raywave {
 namespace {
@@ -43,7 +46,9 @@ void in_parallel(std::size_t count, std::size_t grain, const F& work) {
 /// Triangles in Embree, relative to an origin, and their corners' normals.
 class Surfaces {
 public:
-  Surfaces() : device_(rtcNewDevice(("threads=" + std::to_string(cl::Threads::shared().count())).c_str())), scene_(rtcNewScene(device_)) {}
+  Surfaces()
+      : device_(rtcNewDevice(("threads=" + std::to_string(cl::Threads::shared().count())).c_str())),
+        scene_(rtcNewScene(device_)) {}
   ~Surfaces() {
     rtcReleaseScene(scene_);
     rtcReleaseDevice(device_);
@@ -80,11 +85,13 @@ public:
 private:
   void make_room(const World& world) {
     geometry_ = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    vertices_ = static_cast<float*>(
-        rtcSetNewGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), world.positions.size()));
-    void* indices =
-        rtcSetNewGeometryBuffer(geometry_, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), world.triangles.size());
-    std::memcpy(indices, world.triangles.data(), world.triangles.size() * sizeof world.triangles[0]);
+    vertices_ = static_cast<float*>(rtcSetNewGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                            RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+                                                            world.positions.size()));
+    void* indices = rtcSetNewGeometryBuffer(geometry_, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                            3 * sizeof(unsigned), world.triangles.size());
+    std::memcpy(indices, world.triangles.data(),
+                world.triangles.size() * sizeof world.triangles[0]);
     rtcAttachGeometry(scene_, geometry_);
     rtcReleaseGeometry(geometry_);  // the scene keeps it
   }
@@ -123,11 +130,13 @@ public:
     }
     for (const auto& m : scene_.materials) {
       if (m.texture) throw InputError("textures are not there");
-      phongs_.push_back({static_cast<float>(m.ambient[channel] * (has_ambient ? ambient : 1)), static_cast<float>(m.diffuse[channel]),
+      phongs_.push_back({static_cast<float>(m.ambient[channel] * (has_ambient ? ambient : 1)),
+                         static_cast<float>(m.diffuse[channel]),
                          static_cast<float>(m.specular[channel]), static_cast<float>(m.shininess)});
     }
     plan_transforms();
-    for (const auto& wrp : plan_.wrps) transfers_.push_back(transfer({-wrp.centre_m.x, wrp.centre_m.y}, wrp.centre_m.z));
+    for (const auto& wrp : plan_.wrps)
+      transfers_.push_back(transfer({-wrp.centre_m.x, wrp.centre_m.y}, wrp.centre_m.z));
     hologram_.resize(pixels());
     levels_.resize(pixels());
   }
@@ -158,7 +167,8 @@ public:
     stage("tree");
     std::fill(hologram_.begin(), hologram_.end(), Complex());
     for (std::size_t i = 0; i < plan_.wrps.size(); ++i) {
-      in_parallel(plan_.size.y, 4, [&](std::size_t row) { trace_row(plan_.wrps[i], static_cast<int>(row)); });
+      in_parallel(plan_.size.y, 4,
+                  [&](std::size_t row) { trace_row(plan_.wrps[i], static_cast<int>(row)); });
       stage("trace");
       propagate(transfers_[i]);
       stage("propagate");
@@ -170,7 +180,9 @@ public:
     return result;
   }
 
-  void save(const std::string& file) const { save_npy(file, plan_.size.x, plan_.size.y, 1, hologram_); }
+  void save(const std::string& file) const {
+    save_npy(file, plan_.size.x, plan_.size.y, 1, hologram_);
+  }
 
 private:
   std::size_t pixels() const { return static_cast<std::size_t>(plan_.size.x) * plan_.size.y; }
@@ -181,26 +193,35 @@ private:
     fftwf_plan_with_nthreads(static_cast<int>(cl::Threads::shared().count()));
     plane_ = fftwf_alloc_complex(padded_pixels());
     spectrum_ = fftwf_alloc_complex(padded_pixels());
-    forward_ = fftwf_plan_dft_2d(padded_.y, padded_.x, plane_, spectrum_, FFTW_FORWARD, FFTW_MEASURE);
-    inverse_ = fftwf_plan_dft_2d(padded_.y, padded_.x, spectrum_, spectrum_, FFTW_BACKWARD, FFTW_MEASURE);
-    std::memset(plane_, 0, padded_pixels() * sizeof *plane_);  // what lies beyond the WRP stays zero
+    forward_ =
+        fftwf_plan_dft_2d(padded_.y, padded_.x, plane_, spectrum_, FFTW_FORWARD, FFTW_MEASURE);
+    inverse_ =
+        fftwf_plan_dft_2d(padded_.y, padded_.x, spectrum_, spectrum_, FFTW_BACKWARD, FFTW_MEASURE);
+    // What lies beyond the WRP stays zero
+    std::memset(plane_, 0, padded_pixels() * sizeof *plane_);
   }
 
-  /// Band-limited shifted angular spectrum (Matsushima 2010), and FFTW's 1/n. Shift x right, y down.
+  /// Band-limited shifted angular spectrum (Matsushima 2010), and FFTW's 1/n. Shift x right, y
+  /// down.
   std::vector<Complex> transfer(glm::dvec2 shift_m, double distance_m) const {
     std::vector<Complex> values(padded_pixels());
     const glm::dvec2 half_m = glm::dvec2(padded_) * plan_.pitch_m / 2.0;
     in_parallel(padded_.y, 16, [&](std::size_t row) {
-      const auto frequency = [](int i, int n, double pitch) { return (i < (n + 1) / 2 ? i : i - n) / (n * pitch); };
+      const auto frequency = [](int i, int n, double pitch) {
+        return (i < (n + 1) / 2 ? i : i - n) / (n * pitch);
+      };
       const double v = frequency(static_cast<int>(row), padded_.y, plan_.pitch_m.y);
       for (int x = 0; x < padded_.x; ++x) {
         const double u = frequency(x, padded_.x, plan_.pitch_m.x);
         const double w2 = 1 / (plan_.wavelength_m * plan_.wavelength_m) - u * u - v * v;
         if (w2 <= 0) continue;
         const double w = std::sqrt(w2);
-        if (std::abs(shift_m.x - distance_m * u / w) > half_m.x || std::abs(shift_m.y - distance_m * v / w) > half_m.y) continue;
+        if (std::abs(shift_m.x - distance_m * u / w) > half_m.x ||
+            std::abs(shift_m.y - distance_m * v / w) > half_m.y)
+          continue;
         const double turns = shift_m.x * u + shift_m.y * v + distance_m * w;
-        values[row * padded_.x + x] = Complex(std::polar(1.0 / static_cast<double>(padded_pixels()), 2 * std::numbers::pi * turns));
+        values[row * padded_.x + x] = Complex(
+            std::polar(1.0 / static_cast<double>(padded_pixels()), 2 * std::numbers::pi * turns));
       }
     });
     return values;
@@ -215,7 +236,8 @@ private:
     });
     fftwf_execute(inverse_);
     in_parallel(plan_.size.y, 16, [&](std::size_t row) {
-      for (int x = 0; x < plan_.size.x; ++x) hologram_[row * plan_.size.x + x] += spectrum[row * width + x];
+      for (int x = 0; x < plan_.size.x; ++x)
+        hologram_[row * plan_.size.x + x] += spectrum[row * width + x];
     });
   }
 
@@ -225,8 +247,10 @@ private:
       std::uint8_t* levels = &levels_[row * plan_.size.x];
 #pragma omp simd
       for (int x = 0; x < plan_.size.x; ++x) {
-        const float turns = std::atan2(field[x].imag(), field[x].real()) * static_cast<float>(0.5 / std::numbers::pi);
-        levels[x] = static_cast<std::uint8_t>(static_cast<int>(std::floor(256 * turns + 0.5f)) & 255);
+        const float turns = std::atan2(field[x].imag(), field[x].real()) *
+                            static_cast<float>(0.5 / std::numbers::pi);
+        levels[x] =
+            static_cast<std::uint8_t>(static_cast<int>(std::floor(256 * turns + 0.5f)) & 255);
       }
     });
   }
@@ -239,16 +263,19 @@ private:
       alignas(64) float re[packet] = {}, im[packet] = {}, place_x[packet];
       alignas(64) int active[packet];
       for (int lane = 0; lane < packet; ++lane) {
-        place_x[lane] = static_cast<float>(first.x + (x + lane - (plan_.size.x - 1) / 2.0) * plan_.pitch_m.x);
+        place_x[lane] =
+            static_cast<float>(first.x + (x + lane - (plan_.size.x - 1) / 2.0) * plan_.pitch_m.x);
         active[lane] = x + lane < plan_.size.x ? -1 : 0;
       }
       for (const auto& tangent : wrp.fan) add_rays(tangent, place_x, y, active, re, im);
-      for (int lane = 0; lane < packet && active[lane]; ++lane) line[x + lane] = {re[lane], im[lane]};
+      for (int lane = 0; lane < packet && active[lane]; ++lane)
+        line[x + lane] = {re[lane], im[lane]};
     }
   }
 
   /// What 16 parallel rays bring.
-  void add_rays(glm::dvec2 tangent, const float* place_x, float y, const int* active, float* re, float* im) const {
+  void add_rays(glm::dvec2 tangent, const float* place_x, float y, const int* active, float* re,
+                float* im) const {
     const glm::vec3 way(glm::normalize(glm::dvec3(tangent, 1)));
     RTCRayHit16 rays;
     for (int lane = 0; lane < packet; ++lane) {
@@ -270,7 +297,8 @@ private:
 
     // Normals and materials, lane by lane; the rest side by side.
     alignas(64) float nx[packet], ny[packet], nz[packet], met[packet];
-    alignas(64) float ambient[packet] = {}, diffuse[packet] = {}, specular[packet] = {}, shininess[packet] = {};
+    alignas(64) float ambient[packet] = {}, diffuse[packet] = {}, specular[packet] = {},
+                      shininess[packet] = {};
     int hits = 0;
     for (int lane = 0; lane < packet; ++lane) {
       const bool is_hit = active[lane] && rays.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID;
@@ -282,14 +310,16 @@ private:
       const auto triangle = rays.hit.primID[lane];
       const auto& corners = world_.triangles[triangle];
       const float u = rays.hit.u[lane], v = rays.hit.v[lane];
-      const auto normal = (1 - u - v) * normals_[corners.x] + u * normals_[corners.y] + v * normals_[corners.z];
+      const auto normal =
+          (1 - u - v) * normals_[corners.x] + u * normals_[corners.y] + v * normals_[corners.z];
       // The side that the ray comes from, as the triangle says.
       const auto face = glm::vec3(rays.hit.Ng_x[lane], rays.hit.Ng_y[lane], rays.hit.Ng_z[lane]);
       const float sign = (glm::dot(face, way) > 0) == (glm::dot(face, normal) > 0) ? -1.0f : 1.0f;
       nx[lane] = sign * normal.x;
       ny[lane] = sign * normal.y;
       nz[lane] = sign * normal.z;
-      const auto& phong = phongs_[static_cast<std::size_t>(scene_.objects[world_.triangle_object[triangle]].material)];
+      const auto& phong = phongs_[static_cast<std::size_t>(
+          scene_.objects[world_.triangle_object[triangle]].material)];
       ambient[lane] = phong.ambient;
       diffuse[lane] = phong.diffuse;
       specular[lane] = phong.specular;
@@ -300,7 +330,8 @@ private:
     alignas(64) float radiance[packet];
 #pragma omp simd
     for (int lane = 0; lane < packet; ++lane) {
-      const float inverse = 1 / std::sqrt(nx[lane] * nx[lane] + ny[lane] * ny[lane] + nz[lane] * nz[lane]);
+      const float inverse =
+          1 / std::sqrt(nx[lane] * nx[lane] + ny[lane] * ny[lane] + nz[lane] * nz[lane]);
       nx[lane] *= inverse;
       ny[lane] *= inverse;
       nz[lane] *= inverse;
@@ -310,30 +341,36 @@ private:
       alignas(64) float facing[packet], highlight[packet];
 #pragma omp simd
       for (int lane = 0; lane < packet; ++lane) {
-        facing[lane] = nx[lane] * sun.towards.x + ny[lane] * sun.towards.y + nz[lane] * sun.towards.z;
+        facing[lane] =
+            nx[lane] * sun.towards.x + ny[lane] * sun.towards.y + nz[lane] * sun.towards.z;
         // Mirrored light along the way back to the pixel.
-        const float mx = 2 * facing[lane] * nx[lane] - sun.towards.x, my = 2 * facing[lane] * ny[lane] - sun.towards.y,
+        const float mx = 2 * facing[lane] * nx[lane] - sun.towards.x,
+                    my = 2 * facing[lane] * ny[lane] - sun.towards.y,
                     mz = 2 * facing[lane] * nz[lane] - sun.towards.z;
         highlight[lane] = std::max(-(mx * way.x + my * way.y + mz * way.z), 1e-3f);
       }
 #pragma omp simd
-      for (int lane = 0; lane < packet; ++lane) highlight[lane] = std::max(shininess[lane] * std::log(highlight[lane]), -80.0f);
+      for (int lane = 0; lane < packet; ++lane)
+        highlight[lane] = std::max(shininess[lane] * std::log(highlight[lane]), -80.0f);
 #pragma omp simd
-      for (int lane = 0; lane < packet; ++lane) highlight[lane] = std::exp(highlight[lane]);  // pow would be slow where it is tiny
+      // Pow would be slow where it is tiny
+      for (int lane = 0; lane < packet; ++lane) highlight[lane] = std::exp(highlight[lane]);
 #pragma omp simd
       for (int lane = 0; lane < packet; ++lane) {
         const float lit = facing[lane] > 0 ? sun.intensity : 0.0f;
         radiance[lane] += lit * (diffuse[lane] * facing[lane] + specular[lane] * highlight[lane]);
       }
     }
-    const auto wave_number = static_cast<float>(1 / plan_.wavelength_m), cells = static_cast<float>(1 / scene_.sampling.pitch_m);
+    const auto wave_number = static_cast<float>(1 / plan_.wavelength_m),
+               cells = static_cast<float>(1 / scene_.sampling.pitch_m);
 #pragma omp simd
     for (int lane = 0; lane < packet; ++lane) {
       const float r = met[lane] > 0 ? rays.ray.tfar[lane] : 1.0f;
       const auto i = static_cast<int>(std::floor((place_x[lane] + r * way.x) * cells));
       const auto j = static_cast<int>(std::floor((y + r * way.y) * cells));
       const auto k = static_cast<int>(std::floor(r * way.z * cells));
-      auto h = static_cast<std::uint32_t>(i) * 0x9e3779b1u ^ (static_cast<std::uint32_t>(j) * 0x85ebca77u + 0x165667b1u);
+      auto h = static_cast<std::uint32_t>(i) * 0x9e3779b1u ^
+               (static_cast<std::uint32_t>(j) * 0x85ebca77u + 0x165667b1u);
       h = (h ^ (h >> 15)) * 0x2c1b3c6du;
       h ^= static_cast<std::uint32_t>(k) * 0xc2b2ae3du;
       h = (h ^ (h >> 16)) * 0x7feb352du;
@@ -343,7 +380,8 @@ private:
       const float angle = (turns - std::floor(turns)) * 4 * quarter;
       const float amplitude = met[lane] * std::sqrt(radiance[lane]) / r;
       re[lane] += amplitude * std::cos(angle);
-      im[lane] += amplitude * std::cos(angle - quarter);  // sine and cosine together are no call for vectors
+      // Sine and cosine together are no call for vectors
+      im[lane] += amplitude * std::cos(angle - quarter);
     }
   }
 

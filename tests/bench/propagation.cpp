@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Propagation of 1 and 4 WRPs of 1920 x 1080 samples against plain two-dimensional FFTW: in place, measured plans, as many threads, padding
-// 2, forward and back for each WRP (the transforms alone: no padding, no transfer function, no sum, no crop). Both take turns in one
-// process. `raywave bench` runs it, too.
+// Propagation of 1 and 4 WRPs of 1920 x 1080 samples against plain two-dimensional FFTW: in place,
+// measured plans, as many threads, padding 2, forward and back for each WRP (the transforms alone:
+// no padding, no transfer function, no sum, no crop). Both take turns in one process. `raywave
+// bench` runs it, too.
 //
-// usage: bench_propagation [--json] [--frames N]     --json: for run_peer (host/evaluate/bench/bench.hpp), in place of a table. RAYWAVE_DEVICE names the
-// device, N is the number of turns.
+// usage: bench_propagation [--json] [--frames N]     --json: for run_peer
+// (host/evaluate/bench/bench.hpp), in place of a table. RAYWAVE_DEVICE names the device, N is the
+// number of turns.
 #include <fftw3.h>
 
 #include <algorithm>
@@ -14,10 +16,10 @@
 #include <random>
 #include <thread>
 
+#include "host/common/text.hpp"
 #include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/bench/stopwatch.hpp"
 #include "host/propagate/propagator.hpp"
-#include "host/common/text.hpp"
 
 namespace raywave {
 namespace {
@@ -41,14 +43,17 @@ std::vector<std::complex<float>> noise(std::size_t count) {
 /// Plain FFTW over a padded plane.
 class Plain {
 public:
-  explicit Plain(glm::ivec2 padded) : count_(static_cast<std::size_t>(padded.x) * padded.y), plane_(fftwf_alloc_complex(count_)) {
+  explicit Plain(glm::ivec2 padded)
+      : count_(static_cast<std::size_t>(padded.x) * padded.y), plane_(fftwf_alloc_complex(count_)) {
     fftwf_init_threads();
     fftwf_plan_with_nthreads(static_cast<int>(std::thread::hardware_concurrency()));
     fftwf_set_timelimit(FFTW_NO_TIMELIMIT);
     forward_ = fftwf_plan_dft_2d(padded.y, padded.x, plane_, plane_, FFTW_FORWARD, FFTW_MEASURE);
     inverse_ = fftwf_plan_dft_2d(padded.y, padded.x, plane_, plane_, FFTW_BACKWARD, FFTW_MEASURE);
-    fftwf_plan_with_nthreads(1);                                             // raywave's own plans come later, in the same process
-    std::fill_n(reinterpret_cast<std::complex<float>*>(plane_), count_, 0);  // the field below would overflow, turn after turn
+    // Raywave's own plans come later, in the same process
+    fftwf_plan_with_nthreads(1);
+    // The field below would overflow, turn after turn
+    std::fill_n(reinterpret_cast<std::complex<float>*>(plane_), count_, 0);
   }
   void forward() const { fftwf_execute(forward_); }
   void inverse() const { fftwf_execute(inverse_); }
@@ -82,16 +87,21 @@ void run(int turns, bool json) {
       }
     });
     for (const double padding : {2.0, 1.5, 1.25, 1.125, 1.0}) {
-      propagators.push_back(std::make_unique<Propagator>(device, PropagatorSpec{size, {pitch_m, pitch_m}, wavelength_m, padding, backend}));
-      enter("propagation, " + planes + ", padding " + number_text(padding), [&, &propagator = *propagators.back(), wrps] {
-        for (int i = 0; i < wrps; ++i) {
-          const Target target{wrps == 1 ? glm::dvec2(0) : glm::dvec2(i % 2 ? 3.59e-3 : -3.59e-3, i / 2 ? 2.02e-3 : -2.02e-3), distance_m};
-          propagator.load(source, 0, {&target, 1});
-          propagator.add(target);
-        }
-        propagator.collect(field);
-        device.finish();
-      });
+      propagators.push_back(std::make_unique<Propagator>(
+          device, PropagatorSpec{size, {pitch_m, pitch_m}, wavelength_m, padding, backend}));
+      enter("propagation, " + planes + ", padding " + number_text(padding),
+            [&, &propagator = *propagators.back(), wrps] {
+              for (int i = 0; i < wrps; ++i) {
+                const Target target{
+                    wrps == 1 ? glm::dvec2(0)
+                              : glm::dvec2(i % 2 ? 3.59e-3 : -3.59e-3, i / 2 ? 2.02e-3 : -2.02e-3),
+                    distance_m};
+                propagator.load(source, 0, {&target, 1});
+                propagator.add(target);
+              }
+              propagator.collect(field);
+              device.finish();
+            });
     }
   }
   for (int turn = -2; turn < turns; ++turn) {
@@ -115,8 +125,9 @@ void run(int turns, bool json) {
     std::fputs(peer_json(rows).c_str(), stdout);
     return;
   }
-  std::printf("%s, FFT %s, %u threads, medians of %d\n\n%s", device.info().name.c_str(), std::string(cl::name_of(backend)).c_str(),
-              std::thread::hardware_concurrency(), turns, bench_heads(BenchStyle::aligned).c_str());
+  std::printf("%s, FFT %s, %u threads, medians of %d\n\n%s", device.info().name.c_str(),
+              std::string(cl::name_of(backend)).c_str(), std::thread::hardware_concurrency(), turns,
+              bench_heads(BenchStyle::aligned).c_str());
   for (auto& row : rows) {
     row.peer = true;
     std::fputs(bench_line(row, BenchStyle::aligned).c_str(), stdout);
@@ -130,5 +141,6 @@ void run(int turns, bool json) {
 int main(int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   const bool json = std::erase(words, "--json") > 0;
-  raywave::run(words.size() == 2 && words[0] == "--frames" ? std::atoi(words[1].c_str()) : 41, json);
+  raywave::run(words.size() == 2 && words[0] == "--frames" ? std::atoi(words[1].c_str()) : 41,
+               json);
 }

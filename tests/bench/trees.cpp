@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a tree's builder is worth to rays: CGAL's median split, which raywave uses, against a surface-area heuristic in 32 bins and, as a
-// yardstick, Embree's builder. All become the same flat tree, which the device walks in packets (kernels/scene/bvh.h).
+// What a tree's builder is worth to rays: CGAL's median split, which raywave uses, against a
+// surface-area heuristic in 32 bins and, as a yardstick, Embree's builder. All become the same flat
+// tree, which the device walks in packets (kernels/scene/bvh.h).
 //
-// usage: bench_trees TEAPOT.ply [DEVICE]
-// Prints a table in Markdown: seconds of processor time to build, the expected cost of a random line (boxes' pairs and triangles that it
-// meets), and nanoseconds of processor time per ray, for rays from the hologram's centre to their nearest hits and for rays from there
-// to the hologram's window.
+// usage: bench_trees TEAPOT.ply [DEVICE] Prints a table in Markdown: seconds of processor time to
+// build, the expected cost of a random line (boxes' pairs and triangles that it meets), and
+// nanoseconds of processor time per ray, for rays from the hologram's centre to their nearest hits
+// and for rays from there to the hologram's window.
 #if __has_include(<embree4/rtcore.h>)
 #include <embree4/rtcore.h>
 #else
@@ -22,11 +23,11 @@
 
 #include "cl/program.hpp"
 #include "host/evaluate/bench/stopwatch.hpp"
+#include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/geometry/bvh.hpp"
-#include "host/trace/device_scene.hpp"
 #include "host/geometry/world.hpp"
 #include "host/reference/surfaces.hpp"
-#include "host/evaluate/selftest/ray_caster.hpp"
+#include "host/trace/device_scene.hpp"
 
 namespace raywave {
 namespace {
@@ -72,7 +73,9 @@ constexpr unsigned leaf_size = 4;
 /// Binned surface-area heuristic: a box's pair costs as much as a triangle.
 class Binned {
 public:
-  explicit Binned(const std::vector<Box>& boxes) : boxes_(boxes), order_(boxes.size()) { std::iota(order_.begin(), order_.end(), 0u); }
+  explicit Binned(const std::vector<Box>& boxes) : boxes_(boxes), order_(boxes.size()) {
+    std::iota(order_.begin(), order_.end(), 0u);
+  }
   Node* build() { return build(0, order_.size()); }
 
 private:
@@ -89,7 +92,8 @@ private:
       centres.add({c, c});
     }
     const auto count = to - from;
-    double best = count <= leaf_size ? static_cast<double>(count) * node->box.half_surface() : INFINITY;
+    double best =
+        count <= leaf_size ? static_cast<double>(count) * node->box.half_surface() : INFINITY;
     int best_axis = -1;
     std::size_t best_bin = 0;
     for (int axis = 0; axis < 3 && count > 1; ++axis) {
@@ -114,7 +118,8 @@ private:
       for (std::size_t b = 0; b + 1 < bins; ++b) {
         box.add(boxes[b]);
         n += counts[b];
-        const double cost = node->box.half_surface() + (n > 0 ? n * box.half_surface() : INFINITY) + right_cost[b + 1];
+        const double cost = node->box.half_surface() + (n > 0 ? n * box.half_surface() : INFINITY) +
+                            right_cost[b + 1];
         if (cost >= best) continue;
         best = cost;
         best_axis = axis;
@@ -128,7 +133,8 @@ private:
     const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
     auto middle = from + count / 2;
     if (best_axis >= 0) {
-      const auto split = std::partition(at(from), at(to), [&](unsigned t) { return bin_of(t, best_axis, centres) <= best_bin; });
+      const auto split = std::partition(
+          at(from), at(to), [&](unsigned t) { return bin_of(t, best_axis, centres) <= best_bin; });
       middle = static_cast<std::size_t>(split - order_.begin());
     }
     node->children[0] = build(from, middle);
@@ -150,7 +156,8 @@ private:
 /// Embree's builder, by its surface-area heuristic.
 class Embree {
 public:
-  explicit Embree(const std::vector<Box>& boxes) : device_(rtcNewDevice("threads=1")), bvh_(rtcNewBVH(device_)) {
+  explicit Embree(const std::vector<Box>& boxes)
+      : device_(rtcNewDevice("threads=1")), bvh_(rtcNewBVH(device_)) {
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       const glm::vec3 low(boxes[i].min), high(boxes[i].max);
       RTCBuildPrimitive p{};
@@ -185,10 +192,12 @@ public:
       return new (rtcThreadLocalAlloc(memory, sizeof(Node), alignof(Node))) Node;
     };
     how.setNodeChildren = [](void* node, void** children, unsigned count, void*) {
-      for (unsigned i = 0; i < count; ++i) static_cast<Node*>(node)->children[i] = static_cast<Node*>(children[i]);
+      for (unsigned i = 0; i < count; ++i)
+        static_cast<Node*>(node)->children[i] = static_cast<Node*>(children[i]);
     };
     how.setNodeBounds = [](void*, const RTCBounds**, unsigned, void*) {};
-    how.createLeaf = [](RTCThreadLocalAllocator memory, const RTCBuildPrimitive* of, std::size_t count, void*) -> void* {
+    how.createLeaf = [](RTCThreadLocalAllocator memory, const RTCBuildPrimitive* of,
+                        std::size_t count, void*) -> void* {
       auto* node = new (rtcThreadLocalAlloc(memory, sizeof(Node), alignof(Node))) Node;
       for (std::size_t i = 0; i < count; ++i) node->triangles[node->count++] = of[i].primID;
       return node;
@@ -226,7 +235,8 @@ private:
     int child, count;
   };
   Child put(const Node& node, int depth) {
-    Child result{glm::vec3(node.box.min - margin_m_), glm::vec3(node.box.max + margin_m_), 0, static_cast<int>(node.count)};
+    Child result{glm::vec3(node.box.min - margin_m_), glm::vec3(node.box.max + margin_m_), 0,
+                 static_cast<int>(node.count)};
     if (node.count > 0) {
       result.child = static_cast<int>(bvh_.triangles.size());
       for (unsigned i = 0; i < node.count; ++i) {
@@ -251,7 +261,8 @@ private:
     std::copy_n(&left.max.x, 3, flat.left_max);
     std::copy_n(&right.min.x, 3, flat.right_min);
     std::copy_n(&right.max.x, 3, flat.right_max);
-    flat.left_child = left.child, flat.left_count = left.count, flat.right_child = right.child, flat.right_count = right.count;
+    flat.left_child = left.child, flat.left_count = left.count, flat.right_child = right.child,
+    flat.right_count = right.count;
     return result;
   }
 
@@ -283,13 +294,16 @@ double median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
-constexpr double eye_z = -0.1, window_x = 3.6e-3, window_y = 2e-3;  // the hologram: its centre's distance, half its sides
+// The hologram: its centre's distance, half its sides
+constexpr double eye_z = -0.1, window_x = 3.6e-3, window_y = 2e-3;
 constexpr std::size_t side = 1024;
 
 /// Processor nanoseconds per ray of primary and visibility rays.
 std::pair<double, double> ray_ns(const cl::Device& device, const Bvh& bvh) {
   const auto lanes = static_cast<std::size_t>(lanes_for(device.info()));
-  const cl::Program program(device, "kernels/instruments/intersect.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}, {"RAYWAVE_BVH_DEPTH", "64"}});
+  const cl::Program program(
+      device, "kernels/instruments/intersect.cl",
+      {{"RAYWAVE_LANES", std::to_string(lanes)}, {"RAYWAVE_BVH_DEPTH", "64"}});
   const auto tree = selftest::upload(device, bvh);
   constexpr std::size_t count = side * side;
   std::vector<float> rays(8 * count), back(8 * count);
@@ -299,7 +313,9 @@ std::pair<double, double> ray_ns(const cl::Device& device, const Bvh& bvh) {
     for (std::size_t k = 0; k < 8; ++k) all[k * count + i] = static_cast<float>(values[k]);
   };
   const auto target = [](std::size_t i) {
-    return dvec3((static_cast<double>(i % side) + 0.5) / side - 0.5, (static_cast<double>(i / side) + 0.5) / side - 0.5, 0) * 12.5e-3;
+    return dvec3((static_cast<double>(i % side) + 0.5) / side - 0.5,
+                 (static_cast<double>(i / side) + 0.5) / side - 0.5, 0) *
+           12.5e-3;
   };
   for (std::size_t i = 0; i < count; ++i) put(rays, i, {0, 0, eye_z}, target(i), 2);
   const cl::Buffer<std::int32_t> found(device, count, "triangle");
@@ -308,21 +324,24 @@ std::pair<double, double> ray_ns(const cl::Device& device, const Bvh& bvh) {
     std::vector<double> ns;
     for (int i = 0; i < 6; ++i) {
       const Stopwatch watch;
-      program.kernel(kernel).run({count / lanes}, {8}, tree.nodes, tree.triangles, tree.positions, tree.bodies, planes,
-                                 static_cast<std::int32_t>(count), out...);
+      program.kernel(kernel).run({count / lanes}, {8}, tree.nodes, tree.triangles, tree.positions,
+                                 tree.bodies, planes, static_cast<std::int32_t>(count), out...);
       device.finish();
       if (i > 0) ns.push_back(1e9 * watch.processor_s() / count);
     }
     return median(ns);
   };
-  const double primary = timed("intersect_nearest", {device, std::span<const float>(rays), "rays"}, found, t_u_v);
+  const double primary =
+      timed("intersect_nearest", {device, std::span<const float>(rays), "rays"}, found, t_u_v);
   const auto hits = found.read();
   const auto t = t_u_v.read();
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (std::size_t i = 0; i < count; ++i) {
-    const auto at = dvec3(0, 0, eye_z) + (target(i) - dvec3(0, 0, eye_z)) * double{hits[i] >= 0 ? t[i] : 1.0f};
-    put(back, i, at, {window_x * uniform(random), window_y * uniform(random), eye_z}, hits[i] >= 0 ? 1.0 : 0.0);
+    const auto at =
+        dvec3(0, 0, eye_z) + (target(i) - dvec3(0, 0, eye_z)) * double{hits[i] >= 0 ? t[i] : 1.0f};
+    put(back, i, at, {window_x * uniform(random), window_y * uniform(random), eye_z},
+        hits[i] >= 0 ? 1.0 : 0.0);
   }
   return {primary, timed("intersect_any", {device, std::span<const float>(back), "rays"}, found)};
 }
@@ -332,7 +351,8 @@ Soup fitted(std::vector<dvec3> positions, std::vector<glm::uvec3> triangles) {
   Box box;
   for (const auto& p : positions) box.add({p, p});
   const auto size = box.max - box.min;
-  for (auto& p : positions) p = (p - (box.min + box.max) / 2.0) * (12.5e-3 / std::max({size.x, size.y, size.z}));
+  for (auto& p : positions)
+    p = (p - (box.min + box.max) / 2.0) * (12.5e-3 / std::max({size.x, size.y, size.z}));
   return {std::move(positions), std::move(triangles)};
 }
 
@@ -342,7 +362,8 @@ Soup slivers(std::size_t count) {
   std::normal_distribution<double> normal;
   const auto vector = [&] { return dvec3(normal(random), normal(random), normal(random)); };
   for (std::size_t i = 0; i < count; ++i) {
-    const auto from = vector(), along = glm::normalize(vector()), aside = glm::normalize(vector()) * 1e-3;
+    const auto from = vector(), along = glm::normalize(vector()),
+               aside = glm::normalize(vector()) * 1e-3;
     const auto first = static_cast<unsigned>(soup.positions.size());
     for (const auto& p : {from, from + along, from + along + aside}) soup.positions.push_back(p);
     soup.triangles.emplace_back(first, first + 1, first + 2);
@@ -355,8 +376,8 @@ void compare(const cl::Device& device, const char* name, const Soup& soup) {
   const auto line = [&](const char* builder, double build_s, const Bvh& bvh) {
     const auto [pairs, triangles] = expected(bvh);
     const auto [nearest_ns, any_ns] = ray_ns(device, bvh);
-    std::printf("| %s | %s | %.3g | %.1f | %.1f | %.1f | %.0f | %.0f |\n", name, builder, build_s, pairs, triangles, pairs + triangles,
-                nearest_ns, any_ns);
+    std::printf("| %s | %s | %.3g | %.1f | %.1f | %.1f | %.0f | %.0f |\n", name, builder, build_s,
+                pairs, triangles, pairs + triangles, nearest_ns, any_ns);
     std::fflush(stdout);
   };
   for (const int leaf : {2, 4}) {
@@ -385,8 +406,11 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: bench_trees TEAPOT.ply [DEVICE]\n");
     return 2;
   }
-  const raywave::cl::Device device(raywave::cl::list_devices().at(argc > 2 ? static_cast<std::size_t>(std::stoul(argv[2])) : 0));
-  std::printf("| scene | builder | build, s | boxes | triangles | cost | nearest, ns | any, ns |\n|---|---|---|---|---|---|---|---|\n");
+  const raywave::cl::Device device(
+      raywave::cl::list_devices().at(argc > 2 ? static_cast<std::size_t>(std::stoul(argv[2])) : 0));
+  std::printf(
+      "| scene | builder | build, s | boxes | triangles | cost | nearest, ns | any, ns "
+      "|\n|---|---|---|---|---|---|---|---|\n");
   const auto teapot = load_mesh(argv[1], Normals::smooth, "bench_trees");
   compare(device, "teapot, 16 thousand", fitted(teapot.positions, teapot.triangles));
   const auto ball = reference::sphere({0, 0, 0}, 1, 500);

@@ -43,7 +43,8 @@ std::vector<cl::DeviceInfo> all_devices() {
 }
 
 cl::Program selfcheck(const cl::Device& device, int lanes = 1) {
-  return cl::Program(device, "kernels/instruments/selfcheck.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}});
+  return cl::Program(device, "kernels/instruments/selfcheck.cl",
+                     {{"RAYWAVE_LANES", std::to_string(lanes)}});
 }
 
 std::string message_of(const std::function<void()>& f) {
@@ -67,7 +68,8 @@ TEST_CASE("a device is found by its index, and by part of its name in letters of
     auto part = device.name.substr(device.name.size() / 3);
     for (auto& c : part) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
     int fitting = 0;
-    for (const auto& other : devices) fitting += other.name.find(device.name.substr(device.name.size() / 3)) != std::string::npos;
+    for (const auto& other : devices)
+      fitting += other.name.find(device.name.substr(device.name.size() / 3)) != std::string::npos;
     if (fitting == 1) CHECK(cl::find_device(part).index == device.index);
   }
 }
@@ -92,15 +94,19 @@ TEST_CASE("with nothing named, a GPU goes before an accelerator and that before 
 TEST_CASE("a device that is not there is an error that lists those that are") {
   const auto message = message_of([] { cl::find_device("abacus"); });
   CHECK_THAT(message, ContainsSubstring("\"abacus\""));
-  for (const auto& device : all_devices()) CHECK_THAT(message, ContainsSubstring(device.index + " " + device.name));
+  for (const auto& device : all_devices())
+    CHECK_THAT(message, ContainsSubstring(device.index + " " + device.name));
 }
 
-TEST_CASE("a buffer over the device's limit is an error that says what was asked and what is allowed") {
+TEST_CASE(
+    "a buffer over the device's limit is an error that says what was asked and what is allowed") {
   for (const auto& info : all_devices()) {
     const cl::Device device(info);
-    const auto message = message_of([&] { cl::Buffer<std::uint8_t>(device, info.largest_buffer_bytes + 1, "WRP field"); });
-    CHECK_THAT(message, ContainsSubstring("WRP field") && ContainsSubstring(info.name) &&
-                            ContainsSubstring("allows " + cl::format_bytes(info.largest_buffer_bytes)));
+    const auto message = message_of(
+        [&] { cl::Buffer<std::uint8_t>(device, info.largest_buffer_bytes + 1, "WRP field"); });
+    CHECK_THAT(message,
+               ContainsSubstring("WRP field") && ContainsSubstring(info.name) &&
+                   ContainsSubstring("allows " + cl::format_bytes(info.largest_buffer_bytes)));
     CHECK(device.allocated_bytes() == 0);
   }
 }
@@ -130,7 +136,8 @@ TEST_CASE("a launch with wrong arguments is an error, for kernels from source an
       CHECK_THAT(message_of([&] { kernel.run({1}, {1}, floats, floats, blocks); }),
                  ContainsSubstring("cos_sin takes 4 arguments, 3 given"));
       const bool tells = !kernel.argument_types()[0].empty();
-      CHECK((tells || (from == "cache" && info.platform.starts_with("Intel"))));  // of a program from a binary Intel's runtime does not
+      // Of a program from a binary Intel's runtime does not
+      CHECK((tells || (from == "cache" && info.platform.starts_with("Intel"))));
       if (!tells) continue;
       CHECK_THAT(message_of([&] { kernel.run({1}, {1}, ints, floats, floats, blocks); }),
                  ContainsSubstring("argument 0 is float*, int* given"));
@@ -160,7 +167,8 @@ TEST_CASE("a damaged kernel in the cache is compiled again") {
 }
 
 TEST_CASE("host and device lay out shared structs alike") {
-  std::map<std::string, std::pair<std::size_t, std::size_t>> listed;  // struct: bytes of the listed members, bytes of the struct
+  // struct: bytes of the listed members, bytes of the struct
+  std::map<std::string, std::pair<std::size_t, std::size_t>> listed;
 #define MEMBER(T, member)                        \
   listed[#T].first += sizeof(device::T::member); \
   listed[#T].second = sizeof(device::T);

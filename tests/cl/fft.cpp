@@ -23,9 +23,11 @@ Plane direct_dft(const Plane& plane, std::size_t nx, std::size_t ny, int sign) {
   return reference::direct_transform(plane, {static_cast<int>(nx), static_cast<int>(ny)}, sign);
 }
 
-Plane random_plane(std::size_t nx, std::size_t ny, std::size_t live_nx, std::size_t live_ny, unsigned seed) {
+Plane random_plane(std::size_t nx, std::size_t ny, std::size_t live_nx, std::size_t live_ny,
+                   unsigned seed) {
   std::mt19937 random(seed);
-  std::uniform_real_distribution<float> value(-1, 1);  // floats, so that device and oracle start from the same numbers
+  // Floats, so that device and oracle start from the same numbers
+  std::uniform_real_distribution<float> value(-1, 1);
   Plane plane(nx * ny);
   for (std::size_t y = 0; y < live_ny; ++y) {
     for (std::size_t x = 0; x < live_nx; ++x) plane[y * nx + x] = {value(random), value(random)};
@@ -36,8 +38,10 @@ Plane random_plane(std::size_t nx, std::size_t ny, std::size_t live_nx, std::siz
 enum class Direction { forward, inverse };
 
 /// The host's transform of a plane, line by line.
-void transform_on_host(std::vector<std::complex<float>>& plane, std::size_t nx, std::size_t ny, Direction direction) {
-  const auto lines = [&](std::size_t n, std::size_t count, std::size_t stride, std::size_t distance) {
+void transform_on_host(std::vector<std::complex<float>>& plane, std::size_t nx, std::size_t ny,
+                       Direction direction) {
+  const auto lines = [&](std::size_t n, std::size_t count, std::size_t stride,
+                         std::size_t distance) {
     const cl::LineFft fft(n);
     const auto in_line = cl::make_lines(n, "line"), out_line = cl::make_lines(n, "line");
     std::complex<float>*in = in_line.get(), *out = out_line.get();
@@ -56,7 +60,8 @@ void transform_on_host(std::vector<std::complex<float>>& plane, std::size_t nx, 
 /// A back end's transform of planes of one shape; fails when it writes behind the plane.
 class Transform {
 public:
-  Transform(const cl::Device& device, FftBackend backend, const FftShape& shape) : device_(device), shape_(shape) {
+  Transform(const cl::Device& device, FftBackend backend, const FftShape& shape)
+      : device_(device), shape_(shape) {
     if (backend != FftBackend::host) fft_ = cl::make_fft(device, backend, shape);
   }
 
@@ -88,7 +93,8 @@ double norm(const Plane& plane) {
 }
 
 /// Relative L2 error of the first live_ny rows and live_nx columns.
-double error_of(const Plane& found, const Plane& expected, std::size_t nx, std::size_t live_nx, std::size_t live_ny) {
+double error_of(const Plane& found, const Plane& expected, std::size_t nx, std::size_t live_nx,
+                std::size_t live_ny) {
   double error = 0, size = 0;
   for (std::size_t y = 0; y < live_ny; ++y) {
     for (std::size_t x = 0; x < live_nx; ++x) {
@@ -123,9 +129,11 @@ void check_against_direct_sum(const cl::Device& device, FftBackend backend, cons
   const auto [nx, ny, live_nx, live_ny] = shape;
   const Transform transform(device, backend, shape);
   const auto field = random_plane(nx, ny, live_nx, live_ny, 1);
-  const double forward_error = error_of(transform(Direction::forward, field), direct_dft(field, nx, ny, -1), nx, nx, ny);
+  const double forward_error =
+      error_of(transform(Direction::forward, field), direct_dft(field, nx, ny, -1), nx, nx, ny);
   const auto spectrum = random_plane(nx, ny, nx, ny, 2);
-  const double inverse_error = error_of(transform(Direction::inverse, spectrum), direct_dft(spectrum, nx, ny, 1), nx, live_nx, live_ny);
+  const double inverse_error = error_of(transform(Direction::inverse, spectrum),
+                                        direct_dft(spectrum, nx, ny, 1), nx, live_nx, live_ny);
   CHECK(forward_error <= tolerance(nx, ny));
   CHECK(inverse_error <= tolerance(nx, ny));
 }
@@ -136,19 +144,24 @@ TEST_CASE("both transforms equal the direct sum in double") {
   for_each_backend([](const cl::Device& device, FftBackend backend) {
     // clFFT on PoCL takes seconds for each new shape.
     std::vector<std::pair<std::size_t, std::size_t>> sizes{{1, 1}, {1, 7}, {12, 18}, {60, 35}};
-    if (backend == FftBackend::host) sizes.insert(sizes.end(), {{7, 1}, {5, 3}, {8, 8}, {64, 48}, {17, 23}});
+    if (backend == FftBackend::host)
+      sizes.insert(sizes.end(), {{7, 1}, {5, 3}, {8, 8}, {64, 48}, {17, 23}});
     for (const auto& [nx, ny] : sizes) check_against_direct_sum(device, backend, {nx, ny, nx, ny});
   });
 }
 
-TEST_CASE("with a live corner, forward is the transform of the zero-padded field and inverse is right in the corner") {
+TEST_CASE(
+    "with a live corner, forward is the transform of the zero-padded field and inverse is right in "
+    "the corner") {
   for_each_backend([](const cl::Device& device, FftBackend backend) {
     check_against_direct_sum(device, backend, {60, 35, 31, 18});
     if (backend != FftBackend::clfft) check_against_direct_sum(device, backend, {48, 20, 17, 5});
   });
 }
 
-TEST_CASE("inverse after forward returns nx ny times the field, energy and sums are kept, and back ends agree") {
+TEST_CASE(
+    "inverse after forward returns nx ny times the field, energy and sums are kept, and back ends "
+    "agree") {
   const std::size_t nx = 384, ny = 240;
   const double samples = nx * ny;
   const auto f = random_plane(nx, ny, nx, ny, 3), g = random_plane(nx, ny, nx, ny, 4);
@@ -166,7 +179,8 @@ TEST_CASE("inverse after forward returns nx ny times the field, energy and sums 
 
     Plane expected(f.size());
     for (std::size_t i = 0; i < f.size(); ++i) expected[i] = 0.5 * F[i] - 2.0 * G[i];
-    CHECK(error_of(transform(Direction::forward, sum), expected, nx, nx, ny) <= 2 * tolerance(nx, ny));
+    CHECK(error_of(transform(Direction::forward, sum), expected, nx, nx, ny) <=
+          2 * tolerance(nx, ny));
 
     spectra.push_back(F);
     CHECK(error_of(F, spectra.front(), nx, nx, ny) <= 2 * tolerance(nx, ny));
@@ -177,7 +191,9 @@ TEST_CASE("a second plan of one shape gives the same bits") {
   for_each_backend([](const cl::Device& device, FftBackend backend) {
     const FftShape shape{384, 240, 384, 240};
     const auto field = random_plane(shape.nx, shape.ny, shape.nx, shape.ny, 5);
-    const auto spectrum = [&] { return Transform(device, backend, shape)(Direction::forward, field); };
+    const auto spectrum = [&] {
+      return Transform(device, backend, shape)(Direction::forward, field);
+    };
     CHECK(spectrum() == spectrum());
   });
 }
@@ -206,7 +222,9 @@ TEST_CASE("a size that clFFT cannot do is an error that says which it can") {
   }
 }
 
-TEST_CASE("the next fast size is the smallest that is no smaller: a product of 2, 3, 5 and 7 and, above 32, a multiple of 16") {
+TEST_CASE(
+    "the next fast size is the smallest that is no smaller: a product of 2, 3, 5 and 7 and, above "
+    "32, a multiple of 16") {
   std::vector<bool> is_fast(20001);
   for (std::size_t a = 1; a <= 20000; a *= 2)
     for (std::size_t b = a; b <= 20000; b *= 3)

@@ -7,10 +7,10 @@
 #include <fstream>
 
 #include "cl/program_folder.hpp"
-#include "host/view/lens.hpp"
 #include "host/common/npy.hpp"
-#include "host/view/reconstruct.hpp"
 #include "host/render.hpp"
+#include "host/view/lens.hpp"
+#include "host/view/reconstruct.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/environment.hpp"
@@ -43,7 +43,8 @@ Scene small_scene(const Folder& folder) {
   Material ball;
   ball.specular = glm::dvec3(0.4);
   scene.materials = {ball};
-  scene.objects = {test::object_at(folder.write("ball.obj", test::ball_obj(6, 4)), 0.2 * mm, {0, 0, 10 * mm})};
+  scene.objects = {
+      test::object_at(folder.write("ball.obj", test::ball_obj(6, 4)), 0.2 * mm, {0, 0, 10 * mm})};
   scene.lights = {Light{}};
   return scene;
 }
@@ -81,7 +82,9 @@ std::string message_of(const std::function<void()>& f) {
 
 }  // namespace
 
-TEST_CASE("with every program built ahead and no compiler, holograms and pictures are the same to the bit") {
+TEST_CASE(
+    "with every program built ahead and no compiler, holograms and pictures are the same to the "
+    "bit") {
   const Folder folder;
   const auto scene = small_scene(folder);
   for (const auto& info : cl::list_devices()) {
@@ -110,22 +113,30 @@ TEST_CASE("with every program built ahead and no compiler, holograms and picture
   }
 }
 
-TEST_CASE("a program that is missing, damaged or no program is an error that names the file and what to do") {
+TEST_CASE(
+    "a program that is missing, damaged or no program is an error that names the file and what to "
+    "do") {
   const Folder folder;
   for (const auto& info : cl::list_devices()) {
     INFO(info.name);
     const auto programs = folder / ("programs-" + info.index);
-    const auto build = [&] { cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{"RAYWAVE_LANES", "1"}}); };
+    const auto build = [&] {
+      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{"RAYWAVE_LANES", "1"}});
+    };
     {
       const cl::ProgramRecorder recorder(programs, true);
       build();
     }
     const Environment ahead(variable, programs.string());
     CHECK_NOTHROW(build());
-    const auto missing = message_of([&] { cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{"RAYWAVE_LANES", "4"}}); });
-    CHECK_THAT(missing, ContainsSubstring((programs / "encode-").string()) && ContainsSubstring(".bin is missing") &&
+    const auto missing = message_of([&] {
+      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{"RAYWAVE_LANES", "4"}});
+    });
+    CHECK_THAT(missing, ContainsSubstring((programs / "encode-").string()) &&
+                            ContainsSubstring(".bin is missing") &&
                             ContainsSubstring("-DRAYWAVE_LANES=4") &&
-                            ContainsSubstring("raywave kernels --build " + programs.string() + " --device " + info.index));
+                            ContainsSubstring("raywave kernels --build " + programs.string() +
+                                              " --device " + info.index));
 
     fs::path binary;
     for (const auto& entry : fs::directory_iterator(programs)) {
@@ -136,29 +147,37 @@ TEST_CASE("a program that is missing, damaged or no program is an error that nam
     auto damaged = whole;
     damaged[whole.size() / 2] = static_cast<char>(damaged[whole.size() / 2] ^ 1);
     std::ofstream(binary, std::ios::binary) << damaged;
-    CHECK_THAT(message_of(build), ContainsSubstring(binary.string()) && ContainsSubstring("damaged"));
+    CHECK_THAT(message_of(build),
+               ContainsSubstring(binary.string()) && ContainsSubstring("damaged"));
     std::ofstream(binary, std::ios::binary) << whole;
     CHECK_NOTHROW(build());
     if (info.platform == "rusticl") continue;  // Mesa 22.3 aborts at what is no program
     fs::remove(programs / "manifest.tsv");
     std::ofstream(binary, std::ios::binary) << "no program at all";
-    CHECK_THAT(message_of(build), ContainsSubstring(binary.string()) && ContainsSubstring("does not load"));
+    CHECK_THAT(message_of(build),
+               ContainsSubstring(binary.string()) && ContainsSubstring("does not load"));
   }
 }
 
-TEST_CASE("raywave kernels --build makes all that raywave render needs, and without it render says what is missing") {
+TEST_CASE(
+    "raywave kernels --build makes all that raywave render needs, and without it render says what "
+    "is missing") {
   const Folder folder;
   folder.write("square.obj", test::square_obj());
-  folder.write("scene.toml",
-               "[hologram]\nresolution = [32, 20]\npitch = \"4 um\"\n[sampling]\npitch = \"20 um\"\n[[light]]\ndirection = [0, 0, 1]\n"
-               "[[object]]\nmesh = \"square.obj\"\nwidth = \"0.1 mm\"\nposition = [0, 0, \"10 mm\"]\n");
+  folder.write(
+      "scene.toml",
+      "[hologram]\nresolution = [32, 20]\npitch = \"4 um\"\n[sampling]\npitch = \"20 "
+      "um\"\n[[light]]\ndirection = [0, 0, 1]\n"
+      "[[object]]\nmesh = \"square.obj\"\nwidth = \"0.1 mm\"\nposition = [0, 0, \"10 mm\"]\n");
   const auto file = [&](const char* name) { return "'" + (folder / name).string() + "'"; };
   const auto run = [&](const std::string& line) {
-    const int status = std::system((line + " >" + file("out.txt") + " 2>" + file("error.txt") + " </dev/null").c_str());
+    const int status = std::system(
+        (line + " >" + file("out.txt") + " 2>" + file("error.txt") + " </dev/null").c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   };
   const std::string program = std::string("'") + RAYWAVE_PROGRAM + "'";
-  const std::string offline = "RAYWAVE_PROGRAM_DIR=" + file("programs") + " RAYWAVE_CACHE_DIR=" + file("cache") + " " + program;
+  const std::string offline = "RAYWAVE_PROGRAM_DIR=" + file("programs") +
+                              " RAYWAVE_CACHE_DIR=" + file("cache") + " " + program;
 
   CHECK(run(program + " render " + file("scene.toml") + " -o " + file("usual")) == 0);
   CHECK(run(offline + " render " + file("scene.toml") + " -o " + file("none")) == 3);
@@ -169,13 +188,17 @@ TEST_CASE("raywave kernels --build makes all that raywave render needs, and with
   CHECK(run(offline + " render " + file("scene.toml") + " -o " + file("ahead")) == 0);
   CHECK(bytes_of(folder / "ahead" / "field.npy") == bytes_of(folder / "usual" / "field.npy"));
   CHECK(bytes_of(folder / "ahead" / "hologram.png") == bytes_of(folder / "usual" / "hologram.png"));
-  CHECK(run(offline + " reconstruct " + file("ahead/field.npy") + " -z 10mm -o " + file("ahead")) == 0);
-  CHECK(run(offline + " lens " + file("scene.toml") + " -z 10mm --rays 2 -o " + file("ahead")) == 0);
-  CHECK_FALSE(fs::exists(folder / "cache"));  // nothing was compiled or planned by a compiler of clFFT's
+  CHECK(run(offline + " reconstruct " + file("ahead/field.npy") + " -z 10mm -o " + file("ahead")) ==
+        0);
+  CHECK(run(offline + " lens " + file("scene.toml") + " -z 10mm --rays 2 -o " + file("ahead")) ==
+        0);
+  // Nothing was compiled or planned by a compiler of clFFT's
+  CHECK_FALSE(fs::exists(folder / "cache"));
   CHECK(run(offline + " render " + file("scene.toml") + " --fft clfft -o " + file("none")) == 3);
   CHECK(run(offline + " kernels --build " + file("programs")) == 3);
 
-  CHECK(run(program + " kernels --sources --build " + file("sources") + " " + file("scene.toml")) == 0);
+  CHECK(run(program + " kernels --sources --build " + file("sources") + " " + file("scene.toml")) ==
+        0);
   std::ifstream manifest(folder / "sources" / "manifest.tsv");
   int lines = 0;
   for (std::string line; std::getline(manifest, line); ++lines) {
@@ -183,7 +206,8 @@ TEST_CASE("raywave kernels --build makes all that raywave render needs, and with
     const auto source = bytes_of(folder / "sources" / (line.substr(0, line.find('\t')) + ".cl"));
     CHECK_THAT(source, ContainsSubstring("__kernel"));
     CHECK_THAT(source, !ContainsSubstring("#include"));
-    CHECK((line.find("RAYWAVE_LANES") == std::string::npos || line.find("-DRAYWAVE_LANES=1") != std::string::npos));
+    CHECK((line.find("RAYWAVE_LANES") == std::string::npos ||
+           line.find("-DRAYWAVE_LANES=1") != std::string::npos));
   }
   CHECK(lines >= 5);
 }

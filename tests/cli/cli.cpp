@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "host/scene/image.hpp"
 #include "host/common/npy.hpp"
 #include "host/plan/rates.hpp"
+#include "host/scene/image.hpp"
 #include "host/trace/work_shape.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/environment.hpp"
@@ -23,10 +23,13 @@ using Json = nlohmann::json;
 using namespace test;
 
 std::size_t files_in(const std::filesystem::path& folder) {
-  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()));
+  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder),
+                                                std::filesystem::directory_iterator()));
 }
 
-TEST_CASE("a damaged file of what tune has found stops a render and names itself, and reports state the shape of a sound one") {
+TEST_CASE(
+    "a damaged file of what tune has found stops a render and names itself, and reports state the "
+    "shape of a sound one") {
   const Desk desk;
   const Folder cache;
   const Environment variable("RAYWAVE_CACHE_DIR", (cache / "").string());
@@ -65,17 +68,21 @@ TEST_CASE("render writes the hologram, the field and the report, and nothing els
   CHECK(field.ny == 32);
   CHECK(field.frames == 1);
   for (const std::size_t i : {std::size_t{0}, std::size_t{777}, field.samples.size() - 1}) {
-    const double turns = std::arg(field.samples[i]) / (2 * std::numbers::pi), level = levels.pixels[i] * 255.0;
+    const double turns = std::arg(field.samples[i]) / (2 * std::numbers::pi),
+                 level = levels.pixels[i] * 255.0;
     CHECK(std::abs(std::remainder(turns * 256 - level, 256)) <= 0.501);
   }
 
   const auto report = Json::parse(bytes_of(desk.out("report.json")));
-  for (const char* key : {"raywave", "scene", "plan", "device", "seed", "seconds", "peak_memory"}) CHECK(report.contains(key));
+  for (const char* key : {"raywave", "scene", "plan", "device", "seed", "seconds", "peak_memory"})
+    CHECK(report.contains(key));
   CHECK(report["scene"]["hologram"]["resolution"] == Json{48, 32});
   CHECK(report["scene"]["hologram"]["pitch_m"][0].get<double>() == Catch::Approx(4e-6));
   CHECK(report["seed"] == 1);
-  for (const char* key : {"name", "platform", "driver", "version", "fft"}) CHECK_FALSE(report["device"][key].get<std::string>().empty());
-  for (const char* key : {"meshes", "tree", "prepare", "trace", "propagate", "encode"}) CHECK(report["seconds"][key].get<double>() >= 0);
+  for (const char* key : {"name", "platform", "driver", "version", "fft"})
+    CHECK_FALSE(report["device"][key].get<std::string>().empty());
+  for (const char* key : {"meshes", "tree", "prepare", "trace", "propagate", "encode"})
+    CHECK(report["seconds"][key].get<double>() >= 0);
   CHECK(report["peak_memory"]["host_bytes"].get<double>() > 1e6);
   CHECK(report["peak_memory"]["device_bytes"].get<double>() > 0);
   CHECK(report["accuracy"]["precision"] == "float");
@@ -83,14 +90,18 @@ TEST_CASE("render writes the hologram, the field and the report, and nothing els
   const auto& predicted = report["accuracy"]["predicted_phase_error_turns"];
   CHECK(predicted["float"]["total"].get<double>() > 0);
   CHECK(predicted["double"]["total"].get<double>() <= predicted["float"]["total"].get<double>());
-  CHECK(report["plan"]["wrps"].size() == report["plan"]["grid"][0].get<std::size_t>() * report["plan"]["grid"][1].get<std::size_t>());
+  CHECK(report["plan"]["wrps"].size() == report["plan"]["grid"][0].get<std::size_t>() *
+                                             report["plan"]["grid"][1].get<std::size_t>());
 }
 
 TEST_CASE("frames and WRPs are written when asked for") {
   const Desk desk;
-  REQUIRE(desk.render({"--set", "sampling.frames=2", "--set", "wrp.grid=[2, 1]", "--save-wrps", "--quiet"}).code == 0);
+  REQUIRE(desk.render({"--set", "sampling.frames=2", "--set", "wrp.grid=[2, 1]", "--save-wrps",
+                       "--quiet"})
+              .code == 0);
   CHECK(load_npy(desk.out("field.npy")).frames == 2);
-  for (const char* name : {"hologram.png", "hologram_2.png", "wrp_1.npy", "wrp_2.npy", "report.json"})
+  for (const char* name :
+       {"hologram.png", "hologram_2.png", "wrp_1.npy", "wrp_2.npy", "report.json"})
     CHECK(std::filesystem::exists(desk.out(name)));
   CHECK(bytes_of(desk.out("hologram.png")) != bytes_of(desk.out("hologram_2.png")));
   CHECK(load_npy(desk.out("wrp_2.npy")).frames == 2);
@@ -109,7 +120,9 @@ TEST_CASE("a hologram in tiles is reported as such, and no field is written wher
 
 TEST_CASE("--set changes what is computed and what is reported") {
   const Desk desk;
-  REQUIRE(desk.render({"--set", "sampling.seed=7", "--set", "wrp.padding=1.5", "--set", "object.0.width=0.1 mm", "--quiet"}).code == 0);
+  REQUIRE(desk.render({"--set", "sampling.seed=7", "--set", "wrp.padding=1.5", "--set",
+                       "object.0.width=0.1 mm", "--quiet"})
+              .code == 0);
   const auto changed = bytes_of(desk.out("field.npy"));
   const auto report = Json::parse(bytes_of(desk.out("report.json")));
   CHECK(report["seed"] == 7);
@@ -132,7 +145,8 @@ TEST_CASE("--json prints the report, --quiet prints nothing") {
   CHECK(quiet.err.empty());
 }
 
-TEST_CASE("mistakes in a scene get one line with file and line, exit code 2, and nothing is written") {
+TEST_CASE(
+    "mistakes in a scene get one line with file and line, exit code 2, and nothing is written") {
   Desk desk;
   const auto scene = desk.file("scene.toml");
   const auto refused = [&](const std::string& more, const std::string& says) {
@@ -146,19 +160,22 @@ TEST_CASE("mistakes in a scene get one line with file and line, exit code 2, and
   refused("[[object]]\nmesh = \"none.obj\"\n", scene + ":13: ");
   refused("[[object]]\nmesh = \"square.obj\"\nposition = [0, 0, \"-5 mm\"]\n", scene + ":12: ");
   refused("this is no TOML\n", scene + ":12");
-  refused("[materials.x]\ntexture = \"none.png\"\n[[object]]\nmesh = \"square.obj\"\nmaterial = \"x\"\nposition = [0, 0, 1]\n",
-          scene + ":13: ");
+  refused(
+      "[materials.x]\ntexture = \"none.png\"\n[[object]]\nmesh = \"square.obj\"\nmaterial = "
+      "\"x\"\nposition = [0, 0, 1]\n",
+      scene + ":13: ");
   desk.folder().write("empty.obj", "# nothing\n");
   refused("[[object]]\nmesh = \"empty.obj\"\n", scene + ":12: ");
   desk.folder().write("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   refused("[[object]]\nmesh = \"nan.obj\"\n", scene + ":12: ");
   desk.scene("");
-  for (const auto& set :
-       {"hologram.pitch=-1 um", "hologram.wavelength=0", "sampling.nothing=1", "nonsense", "hologram.resolution=[0, 5]"}) {
+  for (const auto& set : {"hologram.pitch=-1 um", "hologram.wavelength=0", "sampling.nothing=1",
+                          "nonsense", "hologram.resolution=[0, 5]"}) {
     check_refused(desk.render({"--set", set}), 2, "--set");
     CHECK_FALSE(desk.has_output());
   }
-  check_refused(desk.run({"render", desk.file("none.toml"), "-o", desk.file("out")}), 2, "none.toml");
+  check_refused(desk.run({"render", desk.file("none.toml"), "-o", desk.file("out")}), 2,
+                "none.toml");
   CHECK_FALSE(desk.has_output());
 }
 
@@ -175,7 +192,8 @@ TEST_CASE("mistakes on the command line get one line and exit code 2") {
   const auto help = desk.run({"--help"});
   CHECK(help.code == 0);
   CHECK(help.err.empty());
-  CHECK_THAT(help.out, ContainsSubstring("render") && ContainsSubstring("reconstruct") && ContainsSubstring("Exit codes"));
+  CHECK_THAT(help.out, ContainsSubstring("render") && ContainsSubstring("reconstruct") &&
+                           ContainsSubstring("Exit codes"));
 }
 
 TEST_CASE("a device that is not there gets one line, exit code 3, and nothing is written") {
@@ -188,32 +206,42 @@ TEST_CASE("a device that is not there gets one line, exit code 3, and nothing is
   CHECK_FALSE(desk.has_output());
 }
 
-TEST_CASE("an output folder that cannot be written gets one line, exit code 2, and nothing is left half-written") {
+TEST_CASE(
+    "an output folder that cannot be written gets one line, exit code 2, and nothing is left "
+    "half-written") {
   const Desk desk;
   desk.folder().write("taken", "a file");
   const auto before = desk.folder().count();
-  check_refused(desk.run({"render", desk.file("scene.toml"), "-o", desk.file("taken")}), 2, "taken");
-  check_refused(desk.run({"render", desk.file("scene.toml"), "-o", desk.file("taken/sub")}), 2, "taken");
+  check_refused(desk.run({"render", desk.file("scene.toml"), "-o", desk.file("taken")}), 2,
+                "taken");
+  check_refused(desk.run({"render", desk.file("scene.toml"), "-o", desk.file("taken/sub")}), 2,
+                "taken");
   CHECK(bytes_of(desk.folder() / "taken") == "a file");
   CHECK(desk.folder().count() <= before + 2);  // stdout and stderr of the runs
   CHECK_FALSE(desk.has_output());
 }
 
-TEST_CASE("reconstruct shows field.npy and hologram.png at each depth, in any window, from any side") {
+TEST_CASE(
+    "reconstruct shows field.npy and hologram.png at each depth, in any window, from any side") {
   const Desk desk;
   REQUIRE(desk.render({"--quiet"}).code == 0);
   const auto reconstruct = [&](const std::string& what, const std::vector<std::string>& more) {
-    std::vector<std::string> arguments{"reconstruct", desk.out(what).string(), "-o", desk.file("views")};
+    std::vector<std::string> arguments{"reconstruct", desk.out(what).string(), "-o",
+                                       desk.file("views")};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return desk.run(arguments);
   };
-  const auto picture = [&](const std::string& name) { return load_grey(desk.folder() / "views" / name, ""); };
+  const auto picture = [&](const std::string& name) {
+    return load_grey(desk.folder() / "views" / name, "");
+  };
 
   const auto both = reconstruct("field.npy", {"-z", "9.5mm", "-z", "10 mm"});
   CHECK(both.code == 0);
   CHECK(both.err.empty());
-  CHECK_THAT(both.out, ContainsSubstring("reconstruction_9.5mm.png") && ContainsSubstring("reconstruction_10mm.png"));
-  for (const char* name : {"reconstruction_9.5mm.png", "reconstruction_9.5mm.exr", "reconstruction_10mm.png", "reconstruction_10mm.exr"}) {
+  CHECK_THAT(both.out, ContainsSubstring("reconstruction_9.5mm.png") &&
+                           ContainsSubstring("reconstruction_10mm.png"));
+  for (const char* name : {"reconstruction_9.5mm.png", "reconstruction_9.5mm.exr",
+                           "reconstruction_10mm.png", "reconstruction_10mm.exr"}) {
     const auto image = picture(name);
     CHECK(image.width == 48);
     CHECK(image.height == 32);
@@ -236,7 +264,8 @@ TEST_CASE("reconstruct shows field.npy and hologram.png at each depth, in any wi
 TEST_CASE("reconstructions that cannot be are refused with one line") {
   const Desk desk;
   REQUIRE(desk.render({"--quiet"}).code == 0);
-  const auto refused = [&](const std::string& file, const std::vector<std::string>& more, const std::string& says) {
+  const auto refused = [&](const std::string& file, const std::vector<std::string>& more,
+                           const std::string& says) {
     std::vector<std::string> arguments{"reconstruct", file, "-o", desk.file("views")};
     arguments.insert(arguments.end(), more.begin(), more.end());
     check_refused(desk.run(arguments), 2, says);
@@ -253,7 +282,8 @@ TEST_CASE("reconstructions that cannot be are refused with one line") {
   std::filesystem::copy(field, desk.file("alone.npy"));
   refused(desk.file("alone.npy"), {"-z", "10mm"}, "--pitch");
   desk.folder().write("damaged.npy", bytes_of(field).substr(0, 1000));
-  refused(desk.file("damaged.npy"), {"-z", "10mm", "--pitch", "4um", "--wavelength", "638nm"}, "damaged.npy");
+  refused(desk.file("damaged.npy"), {"-z", "10mm", "--pitch", "4um", "--wavelength", "638nm"},
+          "damaged.npy");
 }
 
 TEST_CASE("plan says what would be computed without computing it") {
@@ -261,11 +291,14 @@ TEST_CASE("plan says what would be computed without computing it") {
   const auto text = desk.run({"plan", desk.file("scene.toml"), "--set", "wrp.grid=[2, 2]"});
   CHECK(text.code == 0);
   CHECK(text.err.empty());
-  CHECK_THAT(text.out, ContainsSubstring("48 x 32") && ContainsSubstring("2 triangles") && ContainsSubstring("2 x 2"));
+  CHECK_THAT(text.out, ContainsSubstring("48 x 32") && ContainsSubstring("2 triangles") &&
+                           ContainsSubstring("2 x 2"));
   CHECK_THAT(text.out, ContainsSubstring("precision float (auto), predicted phase error"));
-  const auto strict =
-      desk.run({"plan", desk.file("scene.toml"), "--set", "accuracy.precision=extended", "--set", "accuracy.phase=1e-9"}).out;
-  CHECK_THAT(strict, ContainsSubstring("precision extended, predicted phase error") && ContainsSubstring("NOT below 1e-09"));
+  const auto strict = desk.run({"plan", desk.file("scene.toml"), "--set",
+                                "accuracy.precision=extended", "--set", "accuracy.phase=1e-9"})
+                          .out;
+  CHECK_THAT(strict, ContainsSubstring("precision extended, predicted phase error") &&
+                         ContainsSubstring("NOT below 1e-09"));
   const auto json = Json::parse(desk.run({"plan", desk.file("scene.toml"), "--json"}).out);
   CHECK(json["triangles"] == 2);
   CHECK(json["plan"]["wrps"].size() >= 1);
@@ -275,16 +308,21 @@ TEST_CASE("plan says what would be computed without computing it") {
 TEST_CASE("render follows the plan of the same goal, and goals that are none are refused") {
   const Desk desk;
   const auto scene = desk.file("scene.toml");
-  const auto plan = Json::parse(desk.run({"plan", scene, "--quality", "draft", "--json", "--set", "sampling.pitch=auto"}).out);
+  const auto plan = Json::parse(
+      desk.run({"plan", scene, "--quality", "draft", "--json", "--set", "sampling.pitch=auto"})
+          .out);
   REQUIRE(desk.render({"--quality", "draft", "--set", "sampling.pitch=auto", "--quiet"}).code == 0);
   std::ifstream file(desk.out("report.json"));
   const auto report = Json::parse(file);
-  for (const char* section : {"wrp", "sampling"}) CHECK(report["scene"][section] == plan["scene"][section]);
+  for (const char* section : {"wrp", "sampling"})
+    CHECK(report["scene"][section] == plan["scene"][section]);
   CHECK(report["plan"] == plan["plan"]);
-  check_refused(desk.run({"plan", scene, "--quality", "best"}), 2, "there are draft, balanced, accurate and reference");
+  check_refused(desk.run({"plan", scene, "--quality", "best"}), 2,
+                "there are draft, balanced, accurate and reference");
   check_refused(desk.run({"plan", scene, "--budget", "0 ms"}), 2, "must be a time such as");
   check_refused(desk.run({"plan", scene, "--budget", "1 s", "--psnr", "30"}), 2, "at most 1");
-  check_refused(desk.render({"--quality", "draft", "--method", "points"}), 2, "plan --method wrp alone");
+  check_refused(desk.render({"--quality", "draft", "--method", "points"}), 2,
+                "plan --method wrp alone");
 }
 
 TEST_CASE("devices lists every device with what it can do, one of them the default") {
@@ -292,11 +330,12 @@ TEST_CASE("devices lists every device with what it can do, one of them the defau
   const auto text = desk.run({"devices"});
   CHECK(text.code == 0);
   CHECK(text.err.empty());
-  CHECK_THAT(text.out,
-             ContainsSubstring("(default)") && ContainsSubstring("fp64") && ContainsSubstring("driver") && ContainsSubstring("FFT"));
+  CHECK_THAT(text.out, ContainsSubstring("(default)") && ContainsSubstring("fp64") &&
+                           ContainsSubstring("driver") && ContainsSubstring("FFT"));
   const auto list = Json::parse(desk.run({"devices", "--json"}).out);
   REQUIRE(list.size() >= 1);
-  CHECK(std::count_if(list.begin(), list.end(), [](const Json& d) { return d["default"].get<bool>(); }) == 1);
+  CHECK(std::count_if(list.begin(), list.end(),
+                      [](const Json& d) { return d["default"].get<bool>(); }) == 1);
 }
 
 TEST_CASE("selftest says by its exit code whether every row passed, and writes the table as JSON") {
@@ -305,12 +344,14 @@ TEST_CASE("selftest says by its exit code whether every row passed, and writes t
   INFO(good.out << good.err);
   CHECK(good.code == 0);
   CHECK(good.err.empty());
-  CHECK_THAT(good.out, ContainsSubstring("driver") && ContainsSubstring("pass  phase") && !ContainsSubstring("FAIL"));
+  CHECK_THAT(good.out, ContainsSubstring("driver") && ContainsSubstring("pass  phase") &&
+                           !ContainsSubstring("FAIL"));
   const auto table = Json::parse(bytes_of(desk.file("table.json")));
   CHECK(table["passed"] == true);
   CHECK(table["rows"].size() >= 3);
 
-  const auto bad = desk.run({"selftest", "--only", "phase ", "--strict", "1000", "--json", desk.file("table.json")});
+  const auto bad = desk.run(
+      {"selftest", "--only", "phase ", "--strict", "1000", "--json", desk.file("table.json")});
   CHECK(bad.code == 1);
   CHECK(bad.err.empty());
   CHECK_THAT(bad.out, ContainsSubstring("FAIL  phase"));

@@ -13,10 +13,10 @@
 #include <tuple>
 #include <vector>
 
-#include "host/scene/reader_process.hpp"
-#include "host/scene/image.hpp"
 #include "host/common/npy.hpp"
 #include "host/common/output.hpp"
+#include "host/scene/image.hpp"
+#include "host/scene/reader_process.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace raywave;
@@ -33,9 +33,11 @@ std::string npy(const std::string& dictionary, const std::vector<Sample>& sample
   std::string bytes = "\x93NUMPY";
   bytes += static_cast<char>(major);
   bytes += '\0';
-  for (int shift = 0; shift < (major == 1 ? 16 : 32); shift += 8) bytes += static_cast<char>(dictionary.size() >> shift & 255);
+  for (int shift = 0; shift < (major == 1 ? 16 : 32); shift += 8)
+    bytes += static_cast<char>(dictionary.size() >> shift & 255);
   bytes += dictionary;
-  return bytes.append(reinterpret_cast<const char*>(samples.data()), samples.size() * sizeof(Sample));
+  return bytes.append(reinterpret_cast<const char*>(samples.data()),
+                      samples.size() * sizeof(Sample));
 }
 
 /// A portable float map: the simplest float picture there is. Rows from the bottom up.
@@ -52,10 +54,13 @@ std::string pgm(int width, int height, const std::string& samples) {
 /// A little-endian TIFF of one row of 16-bit grey samples, uncompressed.
 std::string tiff16(const std::vector<std::uint16_t>& samples) {
   std::string bytes = "II";
-  const auto put = [&](auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  const auto put = [&](auto value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
   const auto count = static_cast<std::uint32_t>(samples.size());
   const std::vector<std::pair<int, std::uint32_t>> tags{
-      {256, count}, {257, 1}, {258, 16}, {259, 1}, {262, 1}, {273, 8 + 2 + 9 * 12 + 4}, {277, 1}, {278, 1}, {279, 2 * count}};
+      {256, count}, {257, 1}, {258, 16},       {259, 1}, {262, 1}, {273, 8 + 2 + 9 * 12 + 4},
+      {277, 1},     {278, 1}, {279, 2 * count}};
   put(std::uint16_t{42});
   put(std::uint32_t{8});
   put(static_cast<std::uint16_t>(tags.size()));
@@ -74,9 +79,11 @@ std::string tiff16(const std::vector<std::uint16_t>& samples) {
 
 TEST_CASE("a field is read back as it was saved") {
   const Folder folder;
-  for (const auto& [nx, ny, frames] : std::vector<std::tuple<int, int, int>>{{1, 1, 1}, {3, 2, 1}, {5, 7, 3}, {1000, 1, 1}}) {
+  for (const auto& [nx, ny, frames] :
+       std::vector<std::tuple<int, int, int>>{{1, 1, 1}, {3, 2, 1}, {5, 7, 3}, {1000, 1, 1}}) {
     std::vector<Complex> samples(static_cast<std::size_t>(nx) * ny * frames);
-    for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = {static_cast<float>(i) + 0.25f, -static_cast<float>(i)};
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      samples[i] = {static_cast<float>(i) + 0.25f, -static_cast<float>(i)};
     save_npy(folder / "field.npy", nx, ny, frames, samples);
     const FieldStack field = load_npy(folder / "field.npy");
     CHECK(field.nx == nx);
@@ -92,16 +99,19 @@ TEST_CASE("a saved field is, byte by byte, what the format describes") {
   const std::vector<Complex> samples{{1, 2}, {3, 4}};
   save_npy(folder / "field.npy", 2, 1, 1, samples);
   const std::string dictionary = "{'descr': '<c8', 'fortran_order': False, 'shape': (1, 2), }";
-  CHECK(bytes_of(folder / "field.npy") == npy(dictionary + std::string(128 - 10 - 1 - dictionary.size(), ' ') + "\n", samples));
+  CHECK(bytes_of(folder / "field.npy") ==
+        npy(dictionary + std::string(128 - 10 - 1 - dictionary.size(), ' ') + "\n", samples));
   save_npy(folder / "frames.npy", 1, 1, 2, samples);
   CHECK_THAT(bytes_of(folder / "frames.npy"), ContainsSubstring("'shape': (2, 1, 1), }"));
 }
 
-TEST_CASE("every version of the format is read, with keys in any order, and doubles become floats") {
+TEST_CASE(
+    "every version of the format is read, with keys in any order, and doubles become floats") {
   const Folder folder;
   const std::vector<std::complex<double>> doubles{{1, 2}, {3, 0.1}, {5, 6}};
   for (const int major : {1, 2, 3}) {
-    const auto file = folder.write("a.npy", npy("{\"shape\":(3,1),'fortran_order':False , 'descr':'<c16'}\n", doubles, major));
+    const auto file = folder.write(
+        "a.npy", npy("{\"shape\":(3,1),'fortran_order':False , 'descr':'<c16'}\n", doubles, major));
     const FieldStack field = load_npy(file);
     CHECK(field.nx == 1);
     CHECK(field.ny == 3);
@@ -117,40 +127,61 @@ TEST_CASE("fields that cannot serve are refused with the reason") {
   };
   const std::string good = "{'descr': '<c8', 'fortran_order': False, 'shape': (1, 2), }\n";
   CHECK(refusal(good, two) == "");
-  CHECK_THAT(refusal(good, {{1, 2}}), ContainsSubstring("its shape asks for 16 bytes of samples, and the file has 8"));
+  CHECK_THAT(refusal(good, {{1, 2}}),
+             ContainsSubstring("its shape asks for 16 bytes of samples, and the file has 8"));
   CHECK_THAT(refusal(good, {{1, 2}, {3, 4}, {5, 6}}), ContainsSubstring("and the file has 24"));
-  CHECK_THAT(refusal(good, {{1, 2}, {std::nanf(""), 4}}), ContainsSubstring("sample 1 is NaN or beyond float"));
-  CHECK_THAT(refusal(good, {{INFINITY, 2}, {3, 4}}), ContainsSubstring("sample 0 is NaN or beyond float"));
-  CHECK_THAT(refusal("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 2), }", two), ContainsSubstring("its type is \"<f8\""));
-  CHECK_THAT(refusal("{'descr': '>c8', 'fortran_order': False, 'shape': (1, 2), }", two), ContainsSubstring("its type is \">c8\""));
-  CHECK_THAT(refusal("{'descr': '<c8', 'fortran_order': True, 'shape': (1, 2), }", two), ContainsSubstring("in Fortran order"));
-  CHECK_THAT(refusal("{'descr': '<c8', 'fortran_order': False, 'shape': (2,), }", two), ContainsSubstring("has 1 dimensions"));
-  CHECK_THAT(refusal("{'descr': '<c8', 'fortran_order': False, 'shape': (), }", two), ContainsSubstring("has 0 dimensions"));
-  CHECK_THAT(refusal("{'descr': '<c8', 'fortran_order': False, 'shape': (0, 2), }", {}), ContainsSubstring("every side must be 1 to"));
-  for (const char* shape : {"65536, 1048576, 1048576", "4294967296, 4294967296", "9223372036854775807, 9223372036854775807, 4"})
-    CHECK(refusal("{'descr': '<c8', 'fortran_order': False, 'shape': (" + std::string(shape) + "), }", two) != "");
+  CHECK_THAT(refusal(good, {{1, 2}, {std::nanf(""), 4}}),
+             ContainsSubstring("sample 1 is NaN or beyond float"));
+  CHECK_THAT(refusal(good, {{INFINITY, 2}, {3, 4}}),
+             ContainsSubstring("sample 0 is NaN or beyond float"));
+  CHECK_THAT(refusal("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 2), }", two),
+             ContainsSubstring("its type is \"<f8\""));
+  CHECK_THAT(refusal("{'descr': '>c8', 'fortran_order': False, 'shape': (1, 2), }", two),
+             ContainsSubstring("its type is \">c8\""));
+  CHECK_THAT(refusal("{'descr': '<c8', 'fortran_order': True, 'shape': (1, 2), }", two),
+             ContainsSubstring("in Fortran order"));
+  CHECK_THAT(refusal("{'descr': '<c8', 'fortran_order': False, 'shape': (2,), }", two),
+             ContainsSubstring("has 1 dimensions"));
+  CHECK_THAT(refusal("{'descr': '<c8', 'fortran_order': False, 'shape': (), }", two),
+             ContainsSubstring("has 0 dimensions"));
+  CHECK_THAT(refusal("{'descr': '<c8', 'fortran_order': False, 'shape': (0, 2), }", {}),
+             ContainsSubstring("every side must be 1 to"));
+  for (const char* shape : {"65536, 1048576, 1048576", "4294967296, 4294967296",
+                            "9223372036854775807, 9223372036854775807, 4"})
+    CHECK(
+        refusal("{'descr': '<c8', 'fortran_order': False, 'shape': (" + std::string(shape) + "), }",
+                two) != "");
   for (const char* dictionary :
        {"", "{", "{}", "{'descr': '<c8', 'fortran_order': False}",
         "{'descr': '<c8', 'descr': '<c8', 'fortran_order': False, 'shape': (1, 2)}",
-        "{'descr': '<c8', 'fortran_order': False, 'shape': (-1, 2)}", "{'descr': '<c8', 'fortran_order': False, 'shape': (1, 2)} x",
-        "{'descr': '<c8', 'fortran_order': 0, 'shape': (1, 2)}", "{'descr': [('a', '<c8')], 'fortran_order': False, 'shape': (1, 2)}",
+        "{'descr': '<c8', 'fortran_order': False, 'shape': (-1, 2)}",
+        "{'descr': '<c8', 'fortran_order': False, 'shape': (1, 2)} x",
+        "{'descr': '<c8', 'fortran_order': 0, 'shape': (1, 2)}",
+        "{'descr': [('a', '<c8')], 'fortran_order': False, 'shape': (1, 2)}",
         "{'descr': '<c8', 'fortran_order': False, 'shape': (1 2)}",
         "{'descr': '<c8', 'fortran_order': False, 'shape': (99999999999999999999, 2)}"})
     CHECK_THAT(refusal(dictionary, two), ContainsSubstring("is no .npy file"));
-  CHECK_THAT(input_error_of([&] { load_npy(folder.write("a.npy", npy(good, two, 4))); }), ContainsSubstring("is no .npy file"));
-  CHECK_THAT(input_error_of([&] { load_npy(folder / "none.npy"); }), ContainsSubstring("there is no such file"));
-  CHECK_THAT(input_error_of([&] { load_npy(folder / ""); }), ContainsSubstring("there is no such file"));
+  CHECK_THAT(input_error_of([&] { load_npy(folder.write("a.npy", npy(good, two, 4))); }),
+             ContainsSubstring("is no .npy file"));
+  CHECK_THAT(input_error_of([&] { load_npy(folder / "none.npy"); }),
+             ContainsSubstring("there is no such file"));
+  CHECK_THAT(input_error_of([&] { load_npy(folder / ""); }),
+             ContainsSubstring("there is no such file"));
 
   const std::vector<std::complex<double>> large{{1e39, 0}, {0, 0}};
   CHECK_THAT(
-      input_error_of([&] { load_npy(folder.write("a.npy", npy("{'descr': '<c16', 'fortran_order': False, 'shape': (1, 2)}", large))); }),
+      input_error_of([&] {
+        load_npy(folder.write(
+            "a.npy", npy("{'descr': '<c16', 'fortran_order': False, 'shape': (1, 2)}", large)));
+      }),
       ContainsSubstring("sample 0 is NaN or beyond float"));
 }
 
 TEST_CASE("damaged fields load or are refused in one line") {
   const Folder folder;
   save_npy(folder / "field.npy", 4, 3, 1, std::vector<Complex>(12, {1, -1}));
-  const auto [accepted, refused] = read_damaged(folder, folder / "field.npy", 200, 1000, [](const auto& damaged) { load_npy(damaged); });
+  const auto [accepted, refused] = read_damaged(folder, folder / "field.npy", 200, 1000,
+                                                [](const auto& damaged) { load_npy(damaged); });
   CHECK(accepted > 100);
   CHECK(refused > 500);
 }
@@ -158,12 +189,14 @@ TEST_CASE("damaged fields load or are refused in one line") {
 TEST_CASE("levels come back from a PNG exactly, row 0 first") {
   const Folder folder;
   std::vector<std::uint8_t> levels(256 * 3);
-  for (std::size_t i = 0; i < levels.size(); ++i) levels[i] = static_cast<std::uint8_t>(i + i / 256);
+  for (std::size_t i = 0; i < levels.size(); ++i)
+    levels[i] = static_cast<std::uint8_t>(i + i / 256);
   save_png(folder / "levels.png", 256, 3, levels);
   const Image image = load_levels(folder / "levels.png", "here");
   REQUIRE(image.width == 256);
   REQUIRE(image.height == 3);
-  for (std::size_t i = 0; i < levels.size(); ++i) CHECK(std::lround(image.pixels[i] * 255) == levels[i]);
+  for (std::size_t i = 0; i < levels.size(); ++i)
+    CHECK(std::lround(image.pixels[i] * 255) == levels[i]);
   CHECK(folder.count() == 1);
 }
 
@@ -182,8 +215,11 @@ TEST_CASE("textures of integers are decoded from sRGB, channel by channel") {
     REQUIRE(image.pixels.size() == 2);
     for (int x = 0; x < 2; ++x) {
       const double stored = pixels[static_cast<std::size_t>(3 * x + channel)] / 255.0;
-      const double linear = stored <= 0.04045 ? stored / 12.92 : std::pow((stored + 0.055) / 1.055, 2.4);  // IEC 61966-2-1
-      CHECK_THAT(image.pixels[static_cast<std::size_t>(x)], Catch::Matchers::WithinAbs(linear, 1e-6));
+      // IEC 61966-2-1
+      const double linear =
+          stored <= 0.04045 ? stored / 12.92 : std::pow((stored + 0.055) / 1.055, 2.4);
+      CHECK_THAT(image.pixels[static_cast<std::size_t>(x)],
+                 Catch::Matchers::WithinAbs(linear, 1e-6));
     }
   }
 }
@@ -191,7 +227,8 @@ TEST_CASE("textures of integers are decoded from sRGB, channel by channel") {
 TEST_CASE("a grey texture serves every channel") {
   const Folder folder;
   save_png(folder / "a.png", 2, 2, std::vector<std::uint8_t>{0, 255, 128, 64});
-  CHECK(load_texture(folder / "a.png", 2, "").pixels == load_texture(folder / "a.png", 0, "").pixels);
+  CHECK(load_texture(folder / "a.png", 2, "").pixels ==
+        load_texture(folder / "a.png", 0, "").pixels);
 }
 
 TEST_CASE("float pictures are linear and come back exactly") {
@@ -203,18 +240,24 @@ TEST_CASE("float pictures are linear and come back exactly") {
 
 TEST_CASE("pictures that cannot serve are refused with the reason, before memory is taken") {
   const Folder folder;
-  const auto refusal = [&](const std::filesystem::path& file) { return input_error_of([&] { load_texture(file, 0, "here"); }); };
-  CHECK(refusal(folder / "none.png") == "here: picture \"" + (folder / "none.png").string() + "\": there is no such file");
+  const auto refusal = [&](const std::filesystem::path& file) {
+    return input_error_of([&] { load_texture(file, 0, "here"); });
+  };
+  CHECK(refusal(folder / "none.png") ==
+        "here: picture \"" + (folder / "none.png").string() + "\": there is no such file");
   CHECK_THAT(refusal(folder / ""), ContainsSubstring("there is no such file"));
   for (const char* name : {"empty.png", "empty.exr", "empty.jpg", "empty", "empty.xyz"})
     CHECK_THAT(refusal(folder.write(name, "")), StartsWith("here: picture \""));
   CHECK_THAT(refusal(folder.write("a.pgm", pgm(16385, 1, std::string(16385, 'x')))),
              ContainsSubstring("its size is 16385 x 1, and each side must be 1 to 16384"));
-  CHECK_THAT(refusal(folder.write("b.pgm", pgm(2000000000, 2000000000, "x"))), StartsWith("here: picture \""));
+  CHECK_THAT(refusal(folder.write("b.pgm", pgm(2000000000, 2000000000, "x"))),
+             StartsWith("here: picture \""));
   save_png(folder / "whole.png", 100, 100, std::vector<std::uint8_t>(10000, 9));
   const std::string whole = bytes_of(folder / "whole.png");
-  CHECK_THAT(refusal(folder.write("cut.png", whole.substr(0, whole.size() / 2))), StartsWith("here: picture \""));
-  CHECK_THAT(refusal(folder.write("nan.pfm", pfm(2, 1, {0, std::nanf("")}))), ContainsSubstring("holds NaN or infinity"));
+  CHECK_THAT(refusal(folder.write("cut.png", whole.substr(0, whole.size() / 2))),
+             StartsWith("here: picture \""));
+  CHECK_THAT(refusal(folder.write("nan.pfm", pfm(2, 1, {0, std::nanf("")}))),
+             ContainsSubstring("holds NaN or infinity"));
   save_exr(folder / "inf.exr", 2, 1, std::vector<float>{0, INFINITY});
   CHECK_THAT(refusal(folder / "inf.exr"), ContainsSubstring("holds NaN or infinity"));
   save_png_rgb(folder / "rgb.png", 1, 1, std::vector<std::uint8_t>{1, 2, 3});
@@ -232,9 +275,11 @@ TEST_CASE("damaged pictures load or are refused in one line") {
   for (const char* name : {"a.png", "a.exr"}) {
     INFO(name);
     bool all_finite = true;
-    const auto [accepted, refused] = read_damaged(folder, folder / name, 100, 300, [&](const auto& damaged) {
-      for (const float v : load_texture(damaged, 0, "").pixels) all_finite = all_finite && std::isfinite(v);
-    });
+    const auto [accepted, refused] =
+        read_damaged(folder, folder / name, 100, 300, [&](const auto& damaged) {
+          for (const float v : load_texture(damaged, 0, "").pixels)
+            all_finite = all_finite && std::isfinite(v);
+        });
     CHECK(all_finite);
     CHECK(refused > 0);
     CHECK(accepted + refused > 300);
@@ -267,13 +312,17 @@ TEST_CASE("a file appears whole or not at all") {
 TEST_CASE("places that cannot be written are refused, and nothing is left behind") {
   const Folder folder;
   folder.write("file", "");
-  CHECK_THAT(input_error_of([&] { write_text(folder / "file/a.txt", "x"); }), ContainsSubstring("the folder cannot be made"));
+  CHECK_THAT(input_error_of([&] { write_text(folder / "file/a.txt", "x"); }),
+             ContainsSubstring("the folder cannot be made"));
   std::filesystem::create_directories(folder / "folder/full");
-  CHECK_THAT(input_error_of([&] { write_text(folder / "folder", "x"); }), ContainsSubstring("cannot be written"));
-  CHECK_THAT(input_error_of([&] { save_png(folder / "folder", 1, 1, std::vector<std::uint8_t>{1}); }),
+  CHECK_THAT(input_error_of([&] { write_text(folder / "folder", "x"); }),
              ContainsSubstring("cannot be written"));
-  CHECK_THAT(input_error_of([&] { save_exr(folder / "a.no-such-format", 1, 1, std::vector<float>{1}); }),
-             ContainsSubstring("cannot be written"));
+  CHECK_THAT(
+      input_error_of([&] { save_png(folder / "folder", 1, 1, std::vector<std::uint8_t>{1}); }),
+      ContainsSubstring("cannot be written"));
+  CHECK_THAT(
+      input_error_of([&] { save_exr(folder / "a.no-such-format", 1, 1, std::vector<float>{1}); }),
+      ContainsSubstring("cannot be written"));
   CHECK(folder.count() == 2);
 }
 
@@ -304,7 +353,9 @@ TEST_CASE("a child hands over its result or the reason for having none") {
         }) == "its reader took too long");
   CHECK(failure_of([] { throw std::bad_alloc(); }) == "it asks for too much memory");
 #ifndef __SANITIZE_ADDRESS__
-  CHECK(failure_of([&] { result.assign(std::size_t{1} << 27, 1); }) == "it asks for too much memory");
+  CHECK(failure_of([&] { result.assign(std::size_t{1} << 27, 1); }) ==
+        "it asks for too much memory");
 #endif
-  CHECK(failure_of([&] { result.assign(2'000'000, 1); }) == "its reader crashed");  // more than agreed on
+  // More than agreed on
+  CHECK(failure_of([&] { result.assign(2'000'000, 1); }) == "its reader crashed");
 }

@@ -29,10 +29,13 @@ TEST_CASE("all 256 levels come back from the field they show") {
     picture.pixels.push_back(static_cast<float>(level) / 255);
     levels.push_back(level);
   }
-  for (const auto& device : test::all_devices()) CHECK(levels_of(device, field_of_levels(picture).samples) == levels);
+  for (const auto& device : test::all_devices())
+    CHECK(levels_of(device, field_of_levels(picture).samples) == levels);
 }
 
-TEST_CASE("phases round to the nearest level, amplitude does not matter, and just below a full turn is level 0") {
+TEST_CASE(
+    "phases round to the nearest level, amplitude does not matter, and just below a full turn is "
+    "level 0") {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> turns_of(0, 1), exponent(-30, 30);
   Field field;
@@ -49,9 +52,11 @@ TEST_CASE("phases round to the nearest level, amplitude does not matter, and jus
 }
 
 TEST_CASE("zero has level 0, and so has what is not finite") {
-  const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  const float inf = std::numeric_limits<float>::infinity(),
+              nan = std::numeric_limits<float>::quiet_NaN();
   const Field field{{0, 0}, {-0.0f, -0.0f}, {nan, 1}, {1, nan}, {inf, inf}, {-1, inf}, {nan, nan}};
-  for (const auto& device : test::all_devices()) CHECK(levels_of(device, field) == std::vector<int>(field.size()));
+  for (const auto& device : test::all_devices())
+    CHECK(levels_of(device, field) == std::vector<int>(field.size()));
 }
 
 TEST_CASE("every length is encoded to its last sample, in packets of any width") {

@@ -42,7 +42,9 @@ BenchRow row_of(const std::string& name, double wall_s, double processor_s) {
   return row;
 }
 
-TEST_CASE("stages of every frame add up to it, none is negative, and quality is finite, on every device") {
+TEST_CASE(
+    "stages of every frame add up to it, none is negative, and quality is finite, on every "
+    "device") {
   const test::Desk desk;
   for (const auto& device : test::all_devices()) {
     Bench bench(device.info(), brief(device));
@@ -60,7 +62,8 @@ TEST_CASE("stages of every frame add up to it, none is negative, and quality is 
       }
       CHECK_THAT(sum, WithinRel(frame.wall_s, 1e-9));
       CHECK(frame.processor_s >= 0);
-      for (const char* stage : {"tree", "samples", "trace", "propagate", "encode", "rest"}) CHECK(frame.stages_s.contains(stage));
+      for (const char* stage : {"tree", "samples", "trace", "propagate", "encode", "rest"})
+        CHECK(frame.stages_s.contains(stage));
     }
     REQUIRE(row.quality);
     CHECK(std::isfinite(row.quality->psnr_db));
@@ -83,7 +86,8 @@ TEST_CASE("meshes that no file holds are measured, and they move in every frame"
   triangle.normals.assign(3, glm::dvec3(0, 0, -1));
   triangle.uvs.assign(3, glm::dvec2(0));
   triangle.triangles.emplace_back(0, 1, 2);
-  c.meshes = std::make_shared<const Meshes>(Meshes{{finish_mesh(triangle, Normals::file)}, {false}, {0}});
+  c.meshes =
+      std::make_shared<const Meshes>(Meshes{{finish_mesh(triangle, Normals::file)}, {false}, {0}});
   const auto row = Bench(device.info(), brief(device)).run(c);
   INFO(row.note);
   REQUIRE(row.frames.size() == 3);
@@ -128,13 +132,19 @@ TEST_CASE("the JSON holds device, rates, and every figure of a row") {
   const auto device = test::all_devices().front();
   Bench bench(device.info(), brief(device));
   const auto row = bench.run(small_case(desk));
-  const auto json = nlohmann::json::parse(bench_json(bench, "test", {row}, fill_ratios({{"itself", row.name, row.name, 1, 0}}, {row})));
-  for (const char* key : {"raywave", "date", "suite", "device", "rates", "rows", "ratios"}) CHECK(json.contains(key));
-  for (const char* key : {"index", "name", "platform", "version", "driver", "fft"}) CHECK(json["device"].contains(key));
-  for (const char* key : {"copy_bytes_per_s", "multiply_add_operations_per_s"}) CHECK(json["rates"][key] > 0);
+  const auto json = nlohmann::json::parse(
+      bench_json(bench, "test", {row}, fill_ratios({{"itself", row.name, row.name, 1, 0}}, {row})));
+  for (const char* key : {"raywave", "date", "suite", "device", "rates", "rows", "ratios"})
+    CHECK(json.contains(key));
+  for (const char* key : {"index", "name", "platform", "version", "driver", "fft"})
+    CHECK(json["device"].contains(key));
+  for (const char* key : {"copy_bytes_per_s", "multiply_add_operations_per_s"})
+    CHECK(json["rates"][key] > 0);
   const auto& r = json["rows"][0];
-  for (const char* key : {"group", "name", "note", "scene", "scaled_from_one_in", "frames", "wall_s", "processor_s", "first_frame_s",
-                          "holograms_per_s", "required_per_s", "aim_per_s", "stages", "quality", "memory", "others_share_of_processors"}) {
+  for (const char* key :
+       {"group", "name", "note", "scene", "scaled_from_one_in", "frames", "wall_s", "processor_s",
+        "first_frame_s", "holograms_per_s", "required_per_s", "aim_per_s", "stages", "quality",
+        "memory", "others_share_of_processors"}) {
     INFO(key);
     CHECK(r.contains(key));
   }
@@ -158,7 +168,8 @@ TEST_CASE("quartiles lie where they do, and ratios want both rows") {
   CHECK_THAT(spread_of({1, 2}).median, WithinAbs(1.5, 1e-12));
 
   const std::vector<BenchRow> rows{row_of("fast", 1, 2), row_of("slow", 4, 6)};
-  const auto ratios = fill_ratios({{"fast over slow", "fast", "slow"}, {"fast over none", "fast", "none"}}, rows);
+  const auto ratios =
+      fill_ratios({{"fast over slow", "fast", "slow"}, {"fast over none", "fast", "none"}}, rows);
   REQUIRE(ratios.size() == 1);
   CHECK_THAT(ratios[0].wall, WithinRel(0.25, 1e-12));
   CHECK_THAT(ratios[0].processor, WithinRel(1.0 / 3, 1e-12));
@@ -190,8 +201,10 @@ TEST_CASE("rows of another program come back as it printed them, and its failure
   CHECK(rows[0].frames.at(0).processor_s == 0.75);
   CHECK(rows[0].frames.at(0).stages_s.at("trace") == 0.25);
   CHECK_THAT(input_error_of([&] { run_peer("/bin/false", {}); }), ContainsSubstring("/bin/false"));
-  CHECK_THAT(input_error_of([&] { run_peer("/bin/echo", {"no JSON"}); }), ContainsSubstring("printed no rows"));
-  CHECK_THAT(input_error_of([&] { run_peer((folder / "missing").string(), {}); }), ContainsSubstring("missing"));
+  CHECK_THAT(input_error_of([&] { run_peer("/bin/echo", {"no JSON"}); }),
+             ContainsSubstring("printed no rows"));
+  CHECK_THAT(input_error_of([&] { run_peer((folder / "missing").string(), {}); }),
+             ContainsSubstring("missing"));
 }
 
 TEST_CASE("every suite names its rows apart, and its ratios name rows of it or of a peer") {
@@ -207,17 +220,22 @@ TEST_CASE("every suite names its rows apart, and its ratios name rows of it or o
     for (const auto& ratio : suite.ratios) {
       INFO(ratio.name << ": " << ratio.row << ", " << ratio.base);
       CHECK((names.contains(ratio.row) || ratio.row.starts_with("propagation, ")));
-      CHECK((names.contains(ratio.base) || ratio.base.starts_with("plain FFTW") || ratio.base.starts_with("Embree")));
+      CHECK((names.contains(ratio.base) || ratio.base.starts_with("plain FFTW") ||
+             ratio.base.starts_with("Embree")));
     }
   }
-  CHECK_THAT(input_error_of([] { bench_suite("fpga", RAYWAVE_DATA_DIR); }), ContainsSubstring("cpu, gpu, paper and scaling"));
+  CHECK_THAT(input_error_of([] { bench_suite("fpga", RAYWAVE_DATA_DIR); }),
+             ContainsSubstring("cpu, gpu, paper and scaling"));
 }
 
-TEST_CASE("bench measures a scene of the user's, as a table and as JSON, and refuses what it does not know") {
+TEST_CASE(
+    "bench measures a scene of the user's, as a table and as JSON, and refuses what it does not "
+    "know") {
   const test::Desk desk;
   const auto json = desk.file("bench.json");
   for (const bool markdown : {false, true}) {
-    std::vector<std::string> words{"bench", desk.file("scene.toml"), "--frames", "3", "--points", "3", "--json", json};
+    std::vector<std::string> words{
+        "bench", desk.file("scene.toml"), "--frames", "3", "--points", "3", "--json", json};
     if (markdown) words.emplace_back("--markdown");
     const auto outcome = desk.run(words);
     INFO(outcome.err);
@@ -227,8 +245,9 @@ TEST_CASE("bench measures a scene of the user's, as a table and as JSON, and ref
   }
   test::check_refused(desk.run({"bench", "--suite", "fpga"}), 2, "cpu, gpu, paper and scaling");
   test::check_refused(desk.run({"bench", desk.file("missing.toml")}), 2, "missing.toml");
-  test::check_refused(desk.run({"bench", "--suite", "cpu", "--only", "nothing of the kind", "--peers", desk.file("none")}), 2,
-                      "no row's name");
+  test::check_refused(desk.run({"bench", "--suite", "cpu", "--only", "nothing of the kind",
+                                "--peers", desk.file("none")}),
+                      2, "no row's name");
 }
 
 }  // namespace

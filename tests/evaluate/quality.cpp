@@ -17,11 +17,13 @@ constexpr double um = 1e-6, mm = 1e-3;
 constexpr int border = 6;
 
 /// The study's scene made six times smaller: 64 x 64 pixels see the same angles.
-Scene small_study(const std::string& sphere_x = "0", const std::string& more = "sampling.frames=16") {
+Scene small_study(const std::string& sphere_x = "0",
+                  const std::string& more = "sampling.frames=16") {
   return load_scene(
       std::filesystem::path(RAYWAVE_DATA_DIR) / "study.toml",
-      {"hologram.resolution=[64, 64]", "wrp.distance=2.99 mm", "sampling.pitch=6 um", "object.0.width=0.15 mm",
-       "object.0.position=['" + sphere_x + "', 0, '3.175 mm']", "object.1.width=0.2 mm", "object.1.position=[0, 0, '3.25 mm']", more});
+      {"hologram.resolution=[64, 64]", "wrp.distance=2.99 mm", "sampling.pitch=6 um",
+       "object.0.width=0.15 mm", "object.0.position=['" + sphere_x + "', 0, '3.175 mm']",
+       "object.1.width=0.2 mm", "object.1.position=[0, 0, '3.25 mm']", more});
 }
 
 QualitySpec small_spec() {
@@ -32,17 +34,21 @@ QualitySpec small_spec() {
   return what;
 }
 
-TEST_CASE("a hologram shows what the lens sees, at every depth and from every side, and a shifted sphere's does not") {
+TEST_CASE(
+    "a hologram shows what the lens sees, at every depth and from every side, and a shifted "
+    "sphere's does not") {
   for (const auto& device : test::all_devices()) {
     const auto good = assess(device, small_study(), {}, small_spec());
-    const auto bad = assess(device, small_study(), render(device, small_study("0.03 mm")), {}, small_spec());
+    const auto bad =
+        assess(device, small_study(), render(device, small_study("0.03 mm")), {}, small_spec());
     REQUIRE(good.rows.size() == 7);
     REQUIRE(bad.rows.size() == 7);
     for (std::size_t i = 0; i < good.rows.size(); ++i) {
       const auto &row = good.rows[i], &shifted = bad.rows[i];
       const bool whole = row.view == "whole";  // measured 30.5 to 31.3 dB
-      INFO(row.view << " at " << row.z_m / mm << " mm: " << row.figures.psnr_db << " dB, SSIM " << row.figures.ssim << "; shifted "
-                    << shifted.figures.psnr_db << " dB, SSIM " << shifted.figures.ssim);
+      INFO(row.view << " at " << row.z_m / mm << " mm: " << row.figures.psnr_db << " dB, SSIM "
+                    << row.figures.ssim << "; shifted " << shifted.figures.psnr_db << " dB, SSIM "
+                    << shifted.figures.ssim);
       CHECK(row.figures.psnr_db > (whole ? 29 : 24));
       CHECK(row.figures.psnr_db > shifted.figures.psnr_db + 5);
       CHECK(row.figures.ssim > shifted.figures.ssim + 0.05);
@@ -60,9 +66,12 @@ TEST_CASE("rows are the depths through the whole hologram, then the sides at the
   const auto result = assess(device, scene, {}, what);
   std::vector<std::pair<std::string, double>> rows;
   for (const auto& row : result.rows) rows.emplace_back(row.view, row.z_m);
-  CHECK(rows ==
-        std::vector<std::pair<std::string, double>>{
-            {"whole", 3.2 * mm}, {"whole", 3.1 * mm}, {"left", 3.2 * mm}, {"right", 3.2 * mm}, {"top", 3.2 * mm}, {"bottom", 3.2 * mm}});
+  CHECK(rows == std::vector<std::pair<std::string, double>>{{"whole", 3.2 * mm},
+                                                            {"whole", 3.1 * mm},
+                                                            {"left", 3.2 * mm},
+                                                            {"right", 3.2 * mm},
+                                                            {"top", 3.2 * mm},
+                                                            {"bottom", 3.2 * mm}});
   REQUIRE(result.against_points);
   CHECK(result.against_points->correlation > 0.85);  // measured 0.90
 
@@ -75,7 +84,9 @@ TEST_CASE("rows are the depths through the whole hologram, then the sides at the
   CHECK(json["render"]["scene"]["sampling"]["frames"] == 2);
 }
 
-TEST_CASE("depths not given are the nearest and the farthest surface, and one in front by a tenth of the range or 1 %") {
+TEST_CASE(
+    "depths not given are the nearest and the farthest surface, and one in front by a tenth of the "
+    "range or 1 %") {
   Plan plan;
   plan.near_m = 0.09;
   plan.far_m = 0.11;
@@ -84,9 +95,13 @@ TEST_CASE("depths not given are the nearest and the farthest surface, and one in
   CHECK(quality_depths_m(plan) == std::vector<double>{0.09, 0.09 - 0.01 * 0.09});
 }
 
-Image flat(int width, int height, float value) { return {width, height, std::vector<float>(std::size_t{1} * width * height, value)}; }
+Image flat(int width, int height, float value) {
+  return {width, height, std::vector<float>(std::size_t{1} * width * height, value)};
+}
 
-TEST_CASE("the sheet has a row of three cells for each row of the table, with one exposure and grey between them") {
+TEST_CASE(
+    "the sheet has a row of three cells for each row of the table, with one exposure and grey "
+    "between them") {
   QualityResult result;
   result.rows.resize(2);
   result.rows[0].lens = flat(5, 3, 1.0f);
@@ -134,7 +149,8 @@ TEST_CASE("wide pictures are made smaller for the sheet by averaging") {
   CHECK(contact_sheet(result).width == 3 * 467 + 2 * sheet_gap_px);
   double worst = 0;
   for (std::size_t i = 0; i < row.lens.pixels.size(); ++i)
-    worst = std::max(worst, std::abs(1.0 * row.hologram.pixels[i] - row.lens.pixels[i] - row.difference.pixels[i]));
+    worst = std::max(worst, std::abs(1.0 * row.hologram.pixels[i] - row.lens.pixels[i] -
+                                     row.difference.pixels[i]));
   CHECK(worst < 1e-5);
   CHECK(*std::max_element(row.lens.pixels.begin(), row.lens.pixels.end()) > 0.3f);
 }

@@ -33,7 +33,9 @@ TEST_CASE("the quick self-test passes on every device") {
   }
 }
 
-TEST_CASE("every row has a name of its own, a quantity and a bound, and the full self-test has every part of the quick one") {
+TEST_CASE(
+    "every row has a name of its own, a quantity and a bound, and the full self-test has every "
+    "part of the quick one") {
   for (const auto& device : test::all_devices()) {
     std::set<std::string> parts[2];
     for (const auto size : {SelfTestSize::quick, SelfTestSize::full}) {
@@ -60,7 +62,9 @@ TEST_CASE("a row passes up to its bound, and fails beyond it, on NaN, and when i
   CHECK_FALSE(run(check_finding(1.1e-6, 1e-6), device).passed);
   CHECK_FALSE(run(check_finding(INFINITY, 1), device).passed);
   CHECK_FALSE(run(check_finding(NAN, 1), device).passed);
-  const auto thrown = run(check_of(1, [](const cl::Device&) -> Finding { throw cl::DeviceError("out of memory"); }), device);
+  const auto thrown =
+      run(check_of(1, [](const cl::Device&) -> Finding { throw cl::DeviceError("out of memory"); }),
+          device);
   CHECK_FALSE(thrown.passed);
   CHECK(std::isnan(thrown.measured));
   CHECK(thrown.note == "out of memory");
@@ -91,13 +95,18 @@ TEST_CASE("a sample that is NaN or infinite is found") {
 TEST_CASE("the table and its JSON tell device, driver, version, date, and every row") {
   for (const auto& device : test::all_devices()) {
     const auto& info = device.info();
-    CHECK_THAT(self_test_header(info, SelfTestSize::quick), ContainsSubstring(info.name) && ContainsSubstring(info.driver) &&
-                                                                ContainsSubstring(info.version) && ContainsSubstring("raywave "));
-    const std::vector<SelfTestRow> rows{run(check_finding(1e-7, 1e-6), device), run(check_finding(NAN, 1e-6), device)};
-    CHECK_THAT(self_test_line(rows[0]), ContainsSubstring("pass  test") && ContainsSubstring("1.0e-07 <= 1.0e-06"));
-    CHECK_THAT(self_test_line(rows[1]), ContainsSubstring("FAIL  test") && ContainsSubstring("so it is"));
+    CHECK_THAT(self_test_header(info, SelfTestSize::quick),
+               ContainsSubstring(info.name) && ContainsSubstring(info.driver) &&
+                   ContainsSubstring(info.version) && ContainsSubstring("raywave "));
+    const std::vector<SelfTestRow> rows{run(check_finding(1e-7, 1e-6), device),
+                                        run(check_finding(NAN, 1e-6), device)};
+    CHECK_THAT(self_test_line(rows[0]),
+               ContainsSubstring("pass  test") && ContainsSubstring("1.0e-07 <= 1.0e-06"));
+    CHECK_THAT(self_test_line(rows[1]),
+               ContainsSubstring("FAIL  test") && ContainsSubstring("so it is"));
     const auto json = nlohmann::json::parse(self_test_json(info, SelfTestSize::full, rows));
-    for (const char* key : {"raywave", "date", "size", "device", "passed", "rows"}) CHECK(json.contains(key));
+    for (const char* key : {"raywave", "date", "size", "device", "passed", "rows"})
+      CHECK(json.contains(key));
     CHECK(json["device"]["driver"] == info.driver);
     CHECK(json["passed"] == false);
     CHECK(json["rows"][0]["measured"] == 1e-7);

@@ -19,16 +19,21 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// A square of 0.2 mm before 48 x 32 pixels; `fixed` are lines of [sampling]. Knobs that want kernels of their own are fixed, but for one
-/// test.
-std::filesystem::path small_scene(const Folder& folder, const std::string& fixed = "antialias = 4\nvisibility = 8\nmode = \"aimed\"\n",
-                                  const std::string& width = "0.1 mm") {
+/// A square of 0.2 mm before 48 x 32 pixels; `fixed` are lines of [sampling]. Knobs that want
+/// kernels of their own are fixed, but for one test.
+std::filesystem::path small_scene(
+    const Folder& folder,
+    const std::string& fixed = "antialias = 4\nvisibility = 8\nmode = \"aimed\"\n",
+    const std::string& width = "0.1 mm") {
   folder.write("square.obj", test::square_obj());
-  return folder.write("scene.toml",
-                      "[hologram]\nresolution = [48, 32]\npitch = \"4 um\"\n[viewer]\nresolution = \"60 um\"\n[accuracy]\n"
-                      "precision = \"float\"\n[sampling]\n" +
-                          fixed + "[[light]]\ndirection = [0, 0, 1]\n[[object]]\nmesh = \"square.obj\"\nwidth = \"" + width +
-                          "\"\nposition = [0, 0, \"10 mm\"]\n");
+  return folder.write(
+      "scene.toml",
+      "[hologram]\nresolution = [48, 32]\npitch = \"4 um\"\n[viewer]\nresolution = \"60 "
+      "um\"\n[accuracy]\n"
+      "precision = \"float\"\n[sampling]\n" +
+          fixed +
+          "[[light]]\ndirection = [0, 0, 1]\n[[object]]\nmesh = \"square.obj\"\nwidth = \"" +
+          width + "\"\nposition = [0, 0, \"10 mm\"]\n");
 }
 
 TradeSpec small_spec() {
@@ -66,13 +71,15 @@ TEST_CASE("the frontier holds every row that no other beats in both time and PSN
       continue;
     }
     const bool beaten = std::any_of(rows.begin(), rows.end(), [&](const TradeRow& other) {
-      return other.renders > 0 && other.time_s <= rows[i].time_s && other.psnr_db() >= rows[i].psnr_db() &&
+      return other.renders > 0 && other.time_s <= rows[i].time_s &&
+             other.psnr_db() >= rows[i].psnr_db() &&
              (other.time_s < rows[i].time_s || other.psnr_db() > rows[i].psnr_db());
     });
     INFO("row " << i);
     CHECK(on.contains(i) == !beaten);
   }
-  CHECK(std::is_sorted(frontier.begin(), frontier.end(), [&](auto a, auto b) { return rows[a].time_s < rows[b].time_s; }));
+  CHECK(std::is_sorted(frontier.begin(), frontier.end(),
+                       [&](auto a, auto b) { return rows[a].time_s < rows[b].time_s; }));
 }
 
 TEST_CASE("the fastest as true as a row is as true and faster, or the row itself") {
@@ -84,7 +91,10 @@ TEST_CASE("the fastest as true as a row is as true and faster, or the row itself
 
 TEST_CASE("a PSNR is the mean over the whole views, and the sides' that over the sides") {
   TradeRow r;
-  r.pictures = {{"whole", 0.1, 30, 0.5, 0, 0}, {"whole", 0.2, 40, 0.7, 0, 0}, {"left", 0.1, 20, 0, 0, 0}, {"top", 0.1, 22, 0, 0, 0}};
+  r.pictures = {{"whole", 0.1, 30, 0.5, 0, 0},
+                {"whole", 0.2, 40, 0.7, 0, 0},
+                {"left", 0.1, 20, 0, 0, 0},
+                {"top", 0.1, 22, 0, 0, 0}};
   CHECK(r.psnr_db() == 35);
   CHECK(r.psnr_db(true) == 21);
   CHECK(r.ssim() == Catch::Approx(0.6));
@@ -92,10 +102,11 @@ TEST_CASE("a PSNR is the mean over the whole views, and the sides' that over the
 
 /// How many values differ; the ways to gather are one.
 int differing(const TradeKnobs& a, const TradeKnobs& b) {
-  return (a.pitch_m != b.pitch_m) + (a.frames != b.frames) + (a.padding != b.padding) + (a.oversampling != b.oversampling) +
-         (a.slabs != b.slabs) + (a.antialias != b.antialias) + (a.visibility != b.visibility) +
-         (a.mode != b.mode || a.source != b.source || a.shape != b.shape) + (a.fan != b.fan) + (a.edge != b.edge) +
-         (a.precision != b.precision) + (a.fft != b.fft);
+  return (a.pitch_m != b.pitch_m) + (a.frames != b.frames) + (a.padding != b.padding) +
+         (a.oversampling != b.oversampling) + (a.slabs != b.slabs) + (a.antialias != b.antialias) +
+         (a.visibility != b.visibility) +
+         (a.mode != b.mode || a.source != b.source || a.shape != b.shape) + (a.fan != b.fan) +
+         (a.edge != b.edge) + (a.precision != b.precision) + (a.fft != b.fft);
 }
 
 TEST_CASE("a knob alone changes one value of balanced's, and no configuration is there twice") {
@@ -105,7 +116,8 @@ TEST_CASE("a knob alone changes one value of balanced's, and no configuration is
   spec.fft = {};
   for (const auto& device : test::all_devices()) {
     INFO(device.info().name);
-    const TradeBench bench(device, load_scene(small_scene(folder, ""), {"accuracy.precision=auto"}), spec);
+    const TradeBench bench(device, load_scene(small_scene(folder, ""), {"accuracy.precision=auto"}),
+                           spec);
     const auto& trade = bench.trade();
     REQUIRE(trade.presets.size() == 4);
     CHECK(trade.base == trade.presets[1].row);
@@ -115,8 +127,9 @@ TEST_CASE("a knob alone changes one value of balanced's, and no configuration is
       CHECK(differing(trade.rows[step.row].knobs, trade.rows[trade.base].knobs) == 1);
       knobs.insert(step.knob);
     }
-    for (const char* knob : {"sampling.pitch", "sampling.frames", "wrp.padding", "wrp.oversampling", "wrp.slabs", "sampling.antialias",
-                             "sampling.visibility", "sampling.fan", "sampling.edge", "sampling.mode"})
+    for (const char* knob : {"sampling.pitch", "sampling.frames", "wrp.padding", "wrp.oversampling",
+                             "wrp.slabs", "sampling.antialias", "sampling.visibility",
+                             "sampling.fan", "sampling.edge", "sampling.mode"})
       CHECK(knobs.contains(knob));
     CHECK(knobs.contains("fft") == (test::backends_of(device).size() > 1));
     for (std::size_t i = 0; i < trade.rows.size(); ++i) {
@@ -128,7 +141,8 @@ TEST_CASE("a knob alone changes one value of balanced's, and no configuration is
 TEST_CASE("what the scene fixes is kept in every configuration") {
   const Folder folder;
   const auto device = test::all_devices().front();
-  const auto scene = load_scene(small_scene(folder), {"sampling.pitch=21 um", "sampling.frames=3", "wrp.padding=1.3", "sampling.edge=0.1"});
+  const auto scene = load_scene(small_scene(folder), {"sampling.pitch=21 um", "sampling.frames=3",
+                                                      "wrp.padding=1.3", "sampling.edge=0.1"});
   for (const bool exhaustive : {false, true}) {
     auto spec = small_spec();
     spec.exhaustive = exhaustive;
@@ -144,7 +158,8 @@ TEST_CASE("what the scene fixes is kept in every configuration") {
   }
 }
 
-TEST_CASE("an exhaustive trade holds every choice but those that another is predicted to beat by far") {
+TEST_CASE(
+    "an exhaustive trade holds every choice but those that another is predicted to beat by far") {
   const Folder folder;
   auto spec = small_spec();
   spec.quick = false;
@@ -156,12 +171,14 @@ TEST_CASE("an exhaustive trade holds every choice but those that another is pred
   const auto all = choices(scene, build_world(scene), figures_of(device.info()));
   std::size_t held = 0;
   for (const auto& c : all) {
-    const bool beaten =
-        std::any_of(all.begin(), all.end(), [&](const Choice& b) { return b.psnr_db >= c.psnr_db && b.seconds * 1.3 < c.seconds; });
+    const bool beaten = std::any_of(all.begin(), all.end(), [&](const Choice& b) {
+      return b.psnr_db >= c.psnr_db && b.seconds * 1.3 < c.seconds;
+    });
     const auto is_it = [&](std::size_t i) {
       const auto& k = trade.rows[i].knobs;
-      return k.pitch_m == c.pitch_m && k.padding == c.padding && k.frames == c.frames && k.oversampling == c.oversampling &&
-             k.slabs == c.slabs && Cone{k.fan, k.edge} == c.cone;
+      return k.pitch_m == c.pitch_m && k.padding == c.padding && k.frames == c.frames &&
+             k.oversampling == c.oversampling && k.slabs == c.slabs &&
+             Cone{k.fan, k.edge} == c.cone;
     };
     const auto finishes = std::count_if(trade.together.begin(), trade.together.end(), is_it);
     CHECK(finishes == (beaten ? 0 : 1));  // the scene gives antialias and visibility
@@ -171,14 +188,16 @@ TEST_CASE("an exhaustive trade holds every choice but those that another is pred
   CHECK(trade.together.size() == held);
 }
 
-TEST_CASE("quality is that of raywave quality at the same settings, and JSON and CSV say the same") {
+TEST_CASE(
+    "quality is that of raywave quality at the same settings, and JSON and CSV say the same") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     INFO(device.info().name);
     auto spec = small_spec();
     spec.pictures.against_points = true;
     spec.pictures.views = true;
-    const auto scene = load_scene(small_scene(folder), {"sampling.pitch=30 um", "sampling.fan=1.2", "wrp.padding=1.5"});
+    const auto scene = load_scene(small_scene(folder),
+                                  {"sampling.pitch=30 um", "sampling.fan=1.2", "wrp.padding=1.5"});
     TradeBench bench(device, scene, spec);
     bench.measure(nothing);
     const auto& trade = bench.trade();
@@ -234,7 +253,8 @@ TEST_CASE("quality is that of raywave quality at the same settings, and JSON and
     }
     CHECK_FALSE(std::getline(csv, line));
     const auto sheet = bench.sheet();
-    const auto columns = static_cast<int>(json["sheet"].size()) + 1, rows = static_cast<int>(json["pictures"]["depths_m"].size());
+    const auto columns = static_cast<int>(json["sheet"].size()) + 1,
+               rows = static_cast<int>(json["pictures"]["depths_m"].size());
     CHECK((sheet.width + sheet_gap_px) % columns == 0);
     CHECK((sheet.height + sheet_gap_px) % rows == 0);
   }
@@ -282,7 +302,10 @@ TEST_CASE("an interrupted trade goes on where it was; a changed scene starts ane
     CHECK(whole.trade().rows[i].samples == bench.trade().rows[i].samples);
   }
 
-  CHECK_FALSE(TradeBench(device, load_scene(small_scene(folder, "mode = \"aimed\"\n", "0.11 mm"), set), small_spec()).resume(kept));
+  CHECK_FALSE(TradeBench(device,
+                         load_scene(small_scene(folder, "mode = \"aimed\"\n", "0.11 mm"), set),
+                         small_spec())
+                  .resume(kept));
   folder.write("square.obj", test::ball_obj(8, 4));  // the same scene file, another mesh
   CHECK_FALSE(TradeBench(device, scene, small_spec()).resume(kept));
   folder.write("square.obj", test::square_obj());
@@ -293,22 +316,26 @@ TEST_CASE("an interrupted trade goes on where it was; a changed scene starts ane
 TEST_CASE("what cannot be computed says why, and the rest is measured") {
   const Folder folder;
   const auto device = test::all_devices().front();
-  const auto scene = load_scene(small_scene(folder, "antialias = 4\nvisibility = 8\nedge = 0.2\nfan = 1.2\n"),
-                                {"sampling.pitch=30 um", "wrp.padding=1.5", "wrp.distance=10.5 mm"});  // fans cannot look back
+  const auto scene =
+      load_scene(small_scene(folder, "antialias = 4\nvisibility = 8\nedge = 0.2\nfan = 1.2\n"),
+                 // Fans cannot look back
+                 {"sampling.pitch=30 um", "wrp.padding=1.5", "wrp.distance=10.5 mm"});
   TradeBench bench(device, scene, small_spec());
   bench.measure(nothing);
   int refused = 0;
   for (const auto& r : bench.trade().rows) {
     INFO(r.note);
     CHECK(r.is_done());
-    CHECK((r.knobs.mode == SamplingMode::fan) == (r.note.find("behind the whole scene") != std::string::npos));
+    CHECK((r.knobs.mode == SamplingMode::fan) ==
+          (r.note.find("behind the whole scene") != std::string::npos));
     CHECK((r.renders > 0) == r.note.empty());
     refused += !r.note.empty();
   }
   CHECK(refused == 2);
   for (const auto i : trade_frontier(bench.trade().rows)) CHECK(bench.trade().rows[i].renders > 0);
   // They are tried again.
-  CHECK(TradeBench(device, scene, small_spec()).resume(trade_json(bench.trade())) == static_cast<int>(bench.trade().rows.size()) - refused);
+  CHECK(TradeBench(device, scene, small_spec()).resume(trade_json(bench.trade())) ==
+        static_cast<int>(bench.trade().rows.size()) - refused);
 }
 
 TEST_CASE("a trade of a fan is refused: nothing can be predicted of it") {

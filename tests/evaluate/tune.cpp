@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How work is shared out among work-items: that it changes no result, and how `raywave tune` chooses and keeps it.
+// How work is shared out among work-items: that it changes no result, and how `raywave tune`
+// chooses and keeps it.
 #include "host/evaluate/tune.hpp"
 
 #include <cmath>
@@ -32,8 +33,10 @@ Scene ball_scene(const Folder& folder) {
   Material ball;
   ball.specular = glm::dvec3(0.4);
   scene.materials = {ball, test::glowing()};
-  scene.objects = {test::object_at(folder.write("ball.obj", test::ball_obj(12, 6)), 0.15 * mm, {20 * um, 10 * um, 9.8 * mm}, 0),
-                   test::object_at(folder.write("wall.obj", test::square_obj()), 0.4 * mm, {0, 0, 10 * mm}, 1)};
+  scene.objects = {
+      test::object_at(folder.write("ball.obj", test::ball_obj(12, 6)), 0.15 * mm,
+                      {20 * um, 10 * um, 9.8 * mm}, 0),
+      test::object_at(folder.write("wall.obj", test::square_obj()), 0.4 * mm, {0, 0, 10 * mm}, 1)};
   scene.lights = {Light{}};
   return scene;
 }
@@ -49,9 +52,13 @@ TEST_CASE("fields do not depend on the work shape beyond rounding") {
       const auto by_kind = work_shape(info);
       const auto expected = render(cl::Device(info), scene);
       std::vector<WorkShape> shapes{{1, 2, 0}, {1, 5, 0}};
-      if (by_kind.lanes > 1) shapes = {{by_kind.lanes, 32, 8}, {by_kind.lanes, 6, 3}, {by_kind.lanes == 4 ? 8 : by_kind.lanes / 2, 16, 1}};
+      if (by_kind.lanes > 1)
+        shapes = {{by_kind.lanes, 32, 8},
+                  {by_kind.lanes, 6, 3},
+                  {by_kind.lanes == 4 ? 8 : by_kind.lanes / 2, 16, 1}};
       for (const auto& shape : shapes) {
-        INFO(info.name << ": " << shape.lanes << " lanes, " << shape.tile_rows << " rows, strips of " << shape.strip_tiles);
+        INFO(info.name << ": " << shape.lanes << " lanes, " << shape.tile_rows
+                       << " rows, strips of " << shape.strip_tiles);
         REQUIRE(why_unfit(shape, info).empty());
         info.work = shape;
         const auto result = render(cl::Device(info), scene);
@@ -106,18 +113,27 @@ auto runs_of(const std::function<double(const WorkShape&)>& seconds, double scat
 TEST_CASE("a shape is kept when it is faster by more than a twentieth and than runs scatter") {
   std::vector<ShapeTrial> trials;
   const auto tell = [&](const ShapeTrial& trial) { trials.push_back(trial); };
-  const auto rows_cost = [](const WorkShape& shape) { return std::pow(shape.tile_rows, 0.3); };  // half the rows: 0.81 of the time
+  // Half the rows: 0.81 of the time
+  const auto rows_cost = [](const WorkShape& shape) { return std::pow(shape.tile_rows, 0.3); };
 
   CHECK(choose_work(processor(), runs_of(rows_cost, 0), tell) == WorkShape{8, 2, 8});
   REQUIRE(trials.size() == 7);  // 4 and 16 lanes; 8, 4, 2 rows; strips of 4 and 16
-  CHECK(std::count_if(trials.begin(), trials.end(), [](const auto& trial) { return trial.kept; }) == 3);
+  CHECK(std::count_if(trials.begin(), trials.end(), [](const auto& trial) { return trial.kept; }) ==
+        3);
   CHECK(choose_work(processor(), runs_of(rows_cost, 0.5), tell) == WorkShape{8, 16, 8});
-  CHECK(choose_work(processor(), runs_of([](const WorkShape& shape) { return std::pow(shape.tile_rows, 0.05); }, 0), tell) ==
-        WorkShape{8, 16, 8});
-  CHECK(choose_work(processor(), runs_of([](const WorkShape& shape) { return 1.0 / shape.strip_tiles; }, 0.1), tell).strip_tiles == 1024);
+  CHECK(choose_work(
+            processor(),
+            runs_of([](const WorkShape& shape) { return std::pow(shape.tile_rows, 0.05); }, 0),
+            tell) == WorkShape{8, 16, 8});
+  CHECK(choose_work(processor(),
+                    runs_of([](const WorkShape& shape) { return 1.0 / shape.strip_tiles; }, 0.1),
+                    tell)
+            .strip_tiles == 1024);
 }
 
-TEST_CASE("a shape that the device refuses is passed over, and a measured shape does not become the measure") {
+TEST_CASE(
+    "a shape that the device refuses is passed over, and a measured shape does not become the "
+    "measure") {
   std::vector<ShapeTrial> trials;
   auto info = processor();
   info.work = WorkShape{4, 2, 1};
@@ -125,8 +141,10 @@ TEST_CASE("a shape that the device refuses is passed over, and a measured shape 
     if (tried.lanes == 16) throw cl::DeviceError("out of registers");
     return {{1, 1, 1}, {1, 1, 1}};
   };
-  CHECK(choose_work(info, run, [&](const ShapeTrial& trial) { trials.push_back(trial); }) == WorkShape{8, 16, 8});
-  CHECK(std::count_if(trials.begin(), trials.end(), [](const auto& trial) { return trial.refused == "out of registers"; }) == 1);
+  CHECK(choose_work(info, run, [&](const ShapeTrial& trial) { trials.push_back(trial); }) ==
+        WorkShape{8, 16, 8});
+  CHECK(std::count_if(trials.begin(), trials.end(),
+                      [](const auto& trial) { return trial.refused == "out of registers"; }) == 1);
 }
 
 TEST_CASE("what is found out is kept per device and read back; renders work in that shape") {
@@ -144,7 +162,8 @@ TEST_CASE("what is found out is kept per device and read back; renders work in t
   auto other = info;
   other.driver = "another";
   CHECK_FALSE(load_tuning(other).has_value());
-  folder.write(tuning_file(info).filename().string(), "{\"ray_s\": 1e-9}");  // by another version of raywave
+  // By another version of raywave
+  folder.write(tuning_file(info).filename().string(), "{\"ray_s\": 1e-9}");
   CHECK_FALSE(load_tuning(info).has_value());
 }
 
@@ -162,12 +181,18 @@ TEST_CASE("a damaged or absurd file is refused with its name and key") {
     return input_error_of([&] { load_tuning(info); });
   };
   CHECK_THAT(message_with("\"lanes\": 8", "\"lanes\": 3"),
-             ContainsSubstring(name + ": work.lanes: must be 4, 8 or 16, got 3; raywave tune writes it anew"));
-  CHECK_THAT(message_with("\"tile_rows\": 16", "\"tile_rows\": 1000000"), ContainsSubstring("work.tile_rows"));
-  CHECK_THAT(message_with("\"strip_tiles\": 8", "\"strip_tiles\": -1"), ContainsSubstring("work.strip_tiles"));
-  CHECK_THAT(message_with("\"strip_tiles\"", "\"strips\""), ContainsSubstring("'strip_tiles' not found"));
-  CHECK_THAT(message_with("\"pair_s\": 2e-09", "\"pair_s\": -1"), ContainsSubstring("rates.pair_s: must be seconds"));
-  CHECK_THAT(message_with("\"pair_s\": 2e-09", "\"pair_s\": \"fast\""), ContainsSubstring("type must be number"));
+             ContainsSubstring(
+                 name + ": work.lanes: must be 4, 8 or 16, got 3; raywave tune writes it anew"));
+  CHECK_THAT(message_with("\"tile_rows\": 16", "\"tile_rows\": 1000000"),
+             ContainsSubstring("work.tile_rows"));
+  CHECK_THAT(message_with("\"strip_tiles\": 8", "\"strip_tiles\": -1"),
+             ContainsSubstring("work.strip_tiles"));
+  CHECK_THAT(message_with("\"strip_tiles\"", "\"strips\""),
+             ContainsSubstring("'strip_tiles' not found"));
+  CHECK_THAT(message_with("\"pair_s\": 2e-09", "\"pair_s\": -1"),
+             ContainsSubstring("rates.pair_s: must be seconds"));
+  CHECK_THAT(message_with("\"pair_s\": 2e-09", "\"pair_s\": \"fast\""),
+             ContainsSubstring("type must be number"));
   CHECK_THAT(message_with("\"rates\"", "rates"), ContainsSubstring("line 5"));
   CHECK_THAT(message_with(whole, ""), ContainsSubstring("parse error"));
   CHECK_THAT(message_with(whole, "[]"), ContainsSubstring(name));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the fuzz targets share. Each defines LLVMFuzzerTestOneInput and lets a reader's InputError pass: that is how readers refuse.
+/// What the fuzz targets share. Each defines LLVMFuzzerTestOneInput and lets a reader's InputError
+/// pass: that is how readers refuse.
 #pragma once
 
 #include <sys/mman.h>
@@ -61,11 +62,14 @@ inline void require_sound(const Mesh& mesh) {
   const std::size_t count = mesh.positions.size();
   require(mesh.normals.size() == count && mesh.uvs.size() == count);
   for (const glm::uvec3& t : mesh.triangles) require(t.x < count && t.y < count && t.z < count);
-  for (const glm::dvec3& p : mesh.positions) require(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
+  for (const glm::dvec3& p : mesh.positions)
+    require(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
   for (const glm::dvec3& n : mesh.normals) require(std::abs(glm::length(n) - 1) < 1e-6);
 }
 
-inline std::string_view text(const std::uint8_t* data, std::size_t size) { return {reinterpret_cast<const char*>(data), size}; }
+inline std::string_view text(const std::uint8_t* data, std::size_t size) {
+  return {reinterpret_cast<const char*>(data), size};
+}
 
 }  // namespace raywave::fuzz
 

@@ -14,7 +14,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const FieldStack field = load_npy(file.path());
     fuzz::require(field.nx >= 1 && field.ny >= 1 && field.frames >= 1);
     fuzz::require(field.samples.size() == std::size_t{1} * field.nx * field.ny * field.frames);
-    for (const auto& s : field.samples) fuzz::require(std::isfinite(s.real()) && std::isfinite(s.imag()));
+    for (const auto& s : field.samples)
+      fuzz::require(std::isfinite(s.real()) && std::isfinite(s.imag()));
   });
   return 0;
 }

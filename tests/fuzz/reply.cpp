@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What this process believes of a child that read a mesh (first byte even) or a picture (odd): the rest of the bytes is what the child
-// sends. The reader itself, in the child, is a library's; it may crash there, and targets mesh and texture call it so.
+// What this process believes of a child that read a mesh (first byte even) or a picture (odd): the
+// rest of the bytes is what the child sends. The reader itself, in the child, is a library's; it
+// may crash there, and targets mesh and texture call it so.
 #include <fcntl.h>
 
 #include "host/scene/reader_reply.hpp"
@@ -16,11 +17,13 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   ChildPipe pipe(descriptor);
   try {
     if (data[0] % 2 == 0) {
-      const Mesh mesh = finish_mesh(receive_mesh(pipe), data[0] % 4 == 0 ? Normals::file : Normals::smooth);
+      const Mesh mesh =
+          finish_mesh(receive_mesh(pipe), data[0] % 4 == 0 ? Normals::file : Normals::smooth);
       fuzz::require_sound(mesh);
     } else {
       const Image image = receive_image(pipe);
-      fuzz::require(image.width >= 1 && image.height >= 1 && image.pixels.size() == std::size_t{1} * image.width * image.height);
+      fuzz::require(image.width >= 1 && image.height >= 1 &&
+                    image.pixels.size() == std::size_t{1} * image.width * image.height);
     }
   } catch (const std::runtime_error&) {
     // refused

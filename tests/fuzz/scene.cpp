@@ -16,10 +16,13 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::refuses_or_reads([&] {
     const Scene scene = load_scene(file.path(), overrides);
     fuzz::require(!scene.objects.empty() && !scene.lights.empty() && !scene.materials.empty());
-    fuzz::require(scene.hologram.resolution.x >= 1 && scene.hologram.resolution.y >= 1 && scene.sampling.frames >= 1);
-    fuzz::require(scene.hologram.wavelength_m > 0 && scene.hologram.pitch_m.x > 0 && scene.hologram.pitch_m.y > 0);
+    fuzz::require(scene.hologram.resolution.x >= 1 && scene.hologram.resolution.y >= 1 &&
+                  scene.sampling.frames >= 1);
+    fuzz::require(scene.hologram.wavelength_m > 0 && scene.hologram.pitch_m.x > 0 &&
+                  scene.hologram.pitch_m.y > 0);
     fuzz::require(std::isfinite(scene.sampling.pitch_m) && std::isfinite(scene.wrp.padding));
-    for (const Object& o : scene.objects) fuzz::require(o.material >= 0 && o.material < static_cast<int>(scene.materials.size()));
+    for (const Object& o : scene.objects)
+      fuzz::require(o.material >= 0 && o.material < static_cast<int>(scene.materials.size()));
   });
   return 0;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// load_texture as the program calls it, OpenImageIO in a child under its limits, of which the fuzzer sees no coverage. What it looks for is
-// a way out: a crash or a hang here, or a picture that is none. The format shows in the first bytes, whatever the extension.
+// load_texture as the program calls it, OpenImageIO in a child under its limits, of which the
+// fuzzer sees no coverage. What it looks for is a way out: a crash or a hang here, or a picture
+// that is none. The format shows in the first bytes, whatever the extension.
 #include "host/scene/image.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
@@ -10,7 +11,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const fuzz::File file(fuzz::text(data, size));
   fuzz::refuses_or_reads([&] {
     const Image image = load_texture(file.path(), 1, "here");
-    fuzz::require(image.width >= 1 && image.height >= 1 && image.pixels.size() == std::size_t{1} * image.width * image.height);
+    fuzz::require(image.width >= 1 && image.height >= 1 &&
+                  image.pixels.size() == std::size_t{1} * image.width * image.height);
     for (const float v : image.pixels) fuzz::require(std::isfinite(v));
   });
   return 0;

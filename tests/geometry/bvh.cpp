@@ -15,9 +15,9 @@
 #include <random>
 
 #include "host/common/error.hpp"
+#include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/reference/rays.hpp"
 #include "host/reference/surfaces.hpp"
-#include "host/evaluate/selftest/ray_caster.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace raywave;
@@ -52,7 +52,8 @@ void on_every_device(F&& f) {
   }
 }
 
-/// Every hit against brute force; fewer than one ray in `one_in` may meet another triangle than the exact one.
+/// Every hit against brute force; fewer than one ray in `one_in` may meet another triangle than the
+/// exact one.
 void check_all(Scene& scene, const Bvh& bvh, const std::vector<Ray>& rays, int one_in) {
   const auto hits = scene.nearest(rays);
   const auto occluded = scene.occluded(rays);
@@ -62,7 +63,8 @@ void check_all(Scene& scene, const Bvh& bvh, const std::vector<Ray>& rays, int o
     if (!verdict.fault.empty()) FAIL_CHECK("ray " << i << ": " << verdict.fault);
     others += !verdict.exact;
     found += hits[i].triangle >= 0;
-    if (occluded[i] != (hits[i].triangle >= 0)) FAIL_CHECK("ray " << i << ": occluded " << occluded[i] << ", hit " << hits[i].triangle);
+    if (occluded[i] != (hits[i].triangle >= 0))
+      FAIL_CHECK("ray " << i << ": occluded " << occluded[i] << ", hit " << hits[i].triangle);
   }
   CHECK(found > rays.size() / 20);
   CHECK(others * static_cast<std::size_t>(one_in) <= rays.size());
@@ -70,12 +72,14 @@ void check_all(Scene& scene, const Bvh& bvh, const std::vector<Ray>& rays, int o
 
 int real_depth(const Bvh& bvh, int node = 0) {
   const auto& n = bvh.nodes[static_cast<std::size_t>(node)];
-  const int left = n.left_count ? 0 : real_depth(bvh, n.left_child), right = n.right_count ? 0 : real_depth(bvh, n.right_child);
+  const int left = n.left_count ? 0 : real_depth(bvh, n.left_child),
+            right = n.right_count ? 0 : real_depth(bvh, n.right_child);
   return 1 + std::max(left, right);
 }
 
 /// Visits children below `node` as (min, max, child, count).
-void visit(const Bvh& bvh, int node, const std::function<void(const float*, const float*, int, int)>& f) {
+void visit(const Bvh& bvh, int node,
+           const std::function<void(const float*, const float*, int, int)>& f) {
   const auto& n = bvh.nodes[static_cast<std::size_t>(node)];
   f(n.left_min, n.left_max, n.left_child, n.left_count);
   f(n.right_min, n.right_max, n.right_child, n.right_count);
@@ -91,7 +95,8 @@ TEST_CASE("the flat tree holds every triangle once, inside all its boxes, and st
     for (const int leaf_size : {1, 2, 4, 8}) {
       INFO(count << " triangles, leaves of " << leaf_size);
       Soup soup;
-      for (int i = 0; i < count; ++i) soup.triangle(in_box(random, 1), in_box(random, 1), in_box(random, 1));
+      for (int i = 0; i < count; ++i)
+        soup.triangle(in_box(random, 1), in_box(random, 1), in_box(random, 1));
       const glm::dvec3 origin(0.1, 0.2, 0.3);
       const auto bvh = build_bvh(soup.positions, soup.triangles, origin, leaf_size);
       REQUIRE(bvh.triangles.size() == soup.triangles.size());
@@ -116,7 +121,8 @@ TEST_CASE("the flat tree holds every triangle once, inside all its boxes, and st
         for (const int i : inside) {
           const auto& t = bvh.triangles[static_cast<std::size_t>(i)];
           for (const auto* p : {t.a, t.b, t.c})
-            for (int axis = 0; axis < 3; ++axis) CHECK((p[axis] > low[axis] && p[axis] < high[axis]));
+            for (int axis = 0; axis < 3; ++axis)
+              CHECK((p[axis] > low[axis] && p[axis] < high[axis]));
         }
         for (int i = child; i < child + leaf_count; ++i) ++seen[static_cast<std::size_t>(i)];
       });
@@ -139,10 +145,13 @@ TEST_CASE("the boxes of long triangles are far smaller than halves at the median
       high = max(high, soup.positions[soup.triangles[i][c]]);
     }
   };
-  const auto half_surface = [](glm::dvec3 size) { return size.x * size.y + size.y * size.z + size.z * size.x; };
+  const auto half_surface = [](glm::dvec3 size) {
+    return size.x * size.y + size.y * size.z + size.z * size.x;
+  };
   std::vector<std::uint32_t> order(soup.triangles.size());
   std::iota(order.begin(), order.end(), 0u);
-  const std::function<double(std::size_t, std::size_t)> halves = [&](std::size_t from, std::size_t to) {
+  const std::function<double(std::size_t, std::size_t)> halves = [&](std::size_t from,
+                                                                     std::size_t to) {
     glm::dvec3 low(INFINITY), high(-INFINITY);
     for (auto i = from; i < to; ++i) box_of(order[i], low, high);
     const double own = from == 0 && to == order.size() ? 0 : half_surface(high - low);
@@ -157,9 +166,10 @@ TEST_CASE("the boxes of long triangles are far smaller than halves at the median
     return own + halves(from, middle) + halves(middle, to);
   };
   double surfaces = 0;
-  visit(build_bvh(soup.positions, soup.triangles, {}, 4), 0, [&](const float* low, const float* high, int, int) {
-    surfaces += half_surface({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
-  });
+  visit(build_bvh(soup.positions, soup.triangles, {}, 4), 0,
+        [&](const float* low, const float* high, int, int) {
+          surfaces += half_surface({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+        });
   CHECK(surfaces < 0.7 * halves(0, order.size()));
 }
 
@@ -167,7 +177,8 @@ TEST_CASE("triangles that crowd together, or lie on each other, make no deep tre
   for (const double ratio : {0.9, 1.0}) {
     Soup soup;
     double x = 1;
-    for (int i = 0; i < 600; ++i, x *= ratio) soup.triangle({x, 0, 0}, {x * 0.95, 0.1 * x, 0}, {x * 0.95, 0, 0.1 * x});
+    for (int i = 0; i < 600; ++i, x *= ratio)
+      soup.triangle({x, 0, 0}, {x * 0.95, 0.1 * x, 0}, {x * 0.95, 0, 0.1 * x});
     const auto bvh = build_bvh(soup.positions, soup.triangles, {});
     INFO("each " << ratio << " of the one before");
     CHECK(bvh.depth <= 20);
@@ -177,7 +188,8 @@ TEST_CASE("triangles that crowd together, or lie on each other, make no deep tre
 
 TEST_CASE("a tree of nothing is refused") { CHECK_THROWS_AS(build_bvh({}, {}, {}), InputError); }
 
-TEST_CASE("every hit in a soup with slivers, points and duplicates is brute force's, at any scale") {
+TEST_CASE(
+    "every hit in a soup with slivers, points and duplicates is brute force's, at any scale") {
   on_every_device([](const raywave::cl::Device& device, int lanes) {
     for (const double size : {1e-6, 1e-2, 1e3}) {
       INFO("size " << size);
@@ -211,14 +223,16 @@ TEST_CASE("the stack of exactly the tree's depth serves the deepest tree") {
     Scene exact(device, lanes, bvh, bvh.depth), roomy(device, lanes, bvh);
     const auto rays = as_float(random_rays(random, 3001, 1));
     const auto a = exact.nearest(rays), b = roomy.nearest(rays);
-    for (std::size_t i = 0; i < rays.size(); ++i) CHECK((a[i].triangle == b[i].triangle && a[i].t == b[i].t));
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      CHECK((a[i].triangle == b[i].triangle && a[i].t == b[i].t));
   });
 }
 
 TEST_CASE("hits on closed meshes are CGAL's and brute force's") {
   using Cartesian = CGAL::Simple_cartesian<double>;
   using Triangles = std::vector<Cartesian::Triangle_3>;
-  using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Cartesian, CGAL::AABB_triangle_primitive<Cartesian, Triangles::const_iterator>>>;
+  using Tree = CGAL::AABB_tree<CGAL::AABB_traits<
+      Cartesian, CGAL::AABB_triangle_primitive<Cartesian, Triangles::const_iterator>>>;
   const auto point = [](const float* p) { return Cartesian::Point_3(p[0], p[1], p[2]); };
 
   Random random(5);
@@ -241,12 +255,15 @@ TEST_CASE("hits on closed meshes are CGAL's and brute force's") {
       for (std::size_t i = 0; i < rays.size(); ++i) {
         const auto& o = rays[i].origin;
         const auto& d = rays[i].direction;
-        const auto found = tree.first_intersected_primitive(Cartesian::Ray_3({o.x, o.y, o.z}, Cartesian::Vector_3(d.x, d.y, d.z)));
+        const auto found = tree.first_intersected_primitive(
+            Cartesian::Ray_3({o.x, o.y, o.z}, Cartesian::Vector_3(d.x, d.y, d.z)));
         const int theirs = found ? static_cast<int>(*found - corners.begin()) : -1;
         if (theirs == hits[i].triangle) continue;
         const bool same_place =
             theirs >= 0 &&
-            std::abs(reference::intersect(bvh.triangles[static_cast<std::size_t>(theirs)], rays[i], reference::float_sideways).t -
+            std::abs(reference::intersect(bvh.triangles[static_cast<std::size_t>(theirs)], rays[i],
+                                          reference::float_sideways)
+                         .t -
                      hits[i].t) < 1e-8;
         disagreements += !same_place;
       }
@@ -276,13 +293,19 @@ void check_cracks(std::size_t count) {
   });
 }
 
-TEST_CASE("of a million rays at edges and vertices of closed meshes none slips through") { check_cracks(1'000'000); }
+TEST_CASE("of a million rays at edges and vertices of closed meshes none slips through") {
+  check_cracks(1'000'000);
+}
 
-TEST_CASE("of ten million rays at edges and vertices of closed meshes none slips through", "[.full]") { check_cracks(10'000'000); }
+TEST_CASE("of ten million rays at edges and vertices of closed meshes none slips through",
+          "[.full]") {
+  check_cracks(10'000'000);
+}
 
 TEST_CASE("a ray that passes a needle's tip in line with it is no hit") {
-  // Needles thinner than rounding: their two long sides, each widened, meet far past the tip. All share one leaf, so no box but their own
-  // keeps the rays out; two specks at its corners make it large.
+  // Needles thinner than rounding: their two long sides, each widened, meet far past the tip. All
+  // share one leaf, so no box but their own keeps the rays out; two specks at its corners make it
+  // large.
   on_every_device([](const raywave::cl::Device& device, int lanes) {
     Random random(9);
     for (int round = 0; round < 20; ++round) {
@@ -298,7 +321,8 @@ TEST_CASE("a ray that passes a needle's tip in line with it is no hit") {
         }
       }
       for (const double corner : {-4.0, 4.0})
-        soup.triangle(glm::dvec3(corner), glm::dvec3(corner, corner, 0.99 * corner), glm::dvec3(0.99 * corner));
+        soup.triangle(glm::dvec3(corner), glm::dvec3(corner, corner, 0.99 * corner),
+                      glm::dvec3(0.99 * corner));
       const auto bvh = build_bvh(soup.positions, soup.triangles, {}, 8);
       Scene scene(device, lanes, bvh);
       for (const auto& hit : scene.nearest(rays)) CHECK(hit.triangle == -1);
@@ -307,7 +331,8 @@ TEST_CASE("a ray that passes a needle's tip in line with it is no hit") {
 }
 
 TEST_CASE("axis-parallel rays in the planes of a grid's edges hit it") {
-  // A flat square of 16 x 16 cells whose corners are exact in float; rays run exactly through the lines, and the rim counts too.
+  // A flat square of 16 x 16 cells whose corners are exact in float; rays run exactly through the
+  // lines, and the rim counts too.
   Soup soup;
   const int n = 16;
   for (int j = 0; j < n; ++j) {
@@ -321,7 +346,8 @@ TEST_CASE("axis-parallel rays in the planes of a grid's edges hit it") {
   std::vector<Ray> rays;
   for (int j = 0; j <= 2 * n; ++j)
     for (int i = 0; i <= 2 * n; ++i)
-      for (const double sign : {-1.0, 1.0}) rays.push_back({{0.5 * i - n / 2, 0.5 * j - n / 2, -3 * sign}, {-0.0, 0.0, sign}, 0, 100});
+      for (const double sign : {-1.0, 1.0})
+        rays.push_back({{0.5 * i - n / 2, 0.5 * j - n / 2, -3 * sign}, {-0.0, 0.0, sign}, 0, 100});
   on_every_device([&](const raywave::cl::Device& device, int lanes) {
     Scene scene(device, lanes, bvh);
     for (const auto& hit : scene.nearest(rays)) CHECK((hit.triangle >= 0 && hit.t == 3));
@@ -358,7 +384,8 @@ TEST_CASE("a mesh one kilometre away is hit as if it stood at the origin") {
   auto far = near;
   const glm::dvec3 origin(1000, -1000, 1000);
   for (auto& p : far.positions) p += origin;
-  const auto far_bvh = build_bvh(far.positions, far.triangles, origin), near_bvh = build_bvh(near.positions, near.triangles, {});
+  const auto far_bvh = build_bvh(far.positions, far.triangles, origin),
+             near_bvh = build_bvh(near.positions, near.triangles, {});
   // Doubles resolve 1e-13 m there.
   std::vector<Ray> rays;
   for (int i = 0; i < 2001; ++i) {
@@ -375,13 +402,15 @@ TEST_CASE("a mesh one kilometre away is hit as if it stood at the origin") {
 }
 
 TEST_CASE("the distance of a hit is as good as a float holds it") {
-  // Near-parallel rays onto a tilted, bumpy surface, as from a wavefront recording plane; rms of the error against double.
+  // Near-parallel rays onto a tilted, bumpy surface, as from a wavefront recording plane; rms of
+  // the error against double.
   on_every_device([](const raywave::cl::Device& device, int lanes) {
     struct Case {
       double distance, rms;
     };
-    // A float holds 5 mm to 0.13 nm rms, 100 mm to 2.2 nm, 1 m to 17 nm; the corner's difference from the origin, the blend and t itself
-    // are each rounded to that. Measured on PoCL: 0.145, 3.97 and 29.6 nm.
+    // A float holds 5 mm to 0.13 nm rms, 100 mm to 2.2 nm, 1 m to 17 nm; the corner's difference
+    // from the origin, the blend and t itself are each rounded to that. Measured on PoCL: 0.145,
+    // 3.97 and 29.6 nm.
     for (const auto& c : {Case{5e-3, 0.2e-9}, Case{0.1, 5e-9}, Case{1, 40e-9}}) {
       Random random(8);
       const auto mesh = torus(5e-3);
@@ -391,7 +420,10 @@ TEST_CASE("the distance of a hit is as good as a float holds it") {
       for (int i = 0; i < 20000; ++i) {
         const auto p = in_box(random, 4e-3);
         rays.push_back(
-            {{p.x, p.y, -c.distance}, normalize(glm::dvec3(uniform(random, -0.05, 0.05), uniform(random, -0.05, 0.05), 1)), 0, 10});
+            {{p.x, p.y, -c.distance},
+             normalize(glm::dvec3(uniform(random, -0.05, 0.05), uniform(random, -0.05, 0.05), 1)),
+             0,
+             10});
       }
       rays = as_float(rays);
       const auto hits = scene.nearest(rays);
@@ -399,7 +431,8 @@ TEST_CASE("the distance of a hit is as good as a float holds it") {
       int count = 0;
       for (std::size_t i = 0; i < rays.size(); ++i) {
         if (hits[i].triangle < 0) continue;
-        const auto exact = reference::intersect(bvh.triangles[static_cast<std::size_t>(hits[i].triangle)], rays[i]);
+        const auto exact = reference::intersect(
+            bvh.triangles[static_cast<std::size_t>(hits[i].triangle)], rays[i]);
         if (exact.triangle < 0) continue;
         sum += std::pow(hits[i].t - exact.t, 2);
         ++count;

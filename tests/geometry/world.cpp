@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "host/geometry/world.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "host/geometry/clusters.hpp"
 #include "host/common/error.hpp"
-#include "host/geometry/world.hpp"
+#include "host/geometry/clusters.hpp"
 #include "host/geometry/extents.hpp"
 #include "host/plan/plan.hpp"
 #include "tests/support/catch.hpp"
@@ -35,13 +36,16 @@ Mesh mesh_of(const Surface& s, dvec3 away = dvec3(0)) {
 /// Triangles with corners anywhere in a cube.
 Surface cloud(Random& random, int triangles, double half) {
   Surface s;
-  for (int i = 0; i < triangles; ++i) s.triangle(in_box(random, half), in_box(random, half), in_box(random, half));
+  for (int i = 0; i < triangles; ++i)
+    s.triangle(in_box(random, half), in_box(random, half), in_box(random, half));
   return s;
 }
 
 /// A thousand times as long as wide, of many triangles.
 Surface sliver() {
-  return grid(2000, 1, [](double s, double t) { return dvec3(s - 0.5, 1e-3 * (t - 0.5), 0.3 * s * s) * 9.0 * mm; });
+  return grid(2000, 1, [](double s, double t) {
+    return dvec3(s - 0.5, 1e-3 * (t - 0.5), 0.3 * s * s) * 9.0 * mm;
+  });
 }
 
 /// Several objects, each with a mesh of its own.
@@ -85,7 +89,8 @@ using Long = glm::tvec3<long double>;
 /// Turned about x, then y, then z.
 Long turned(Long p, dvec3 degrees) {
   for (int axis = 0; axis < 3; ++axis) {
-    const long double angle = std::numbers::pi_v<long double> / 180 * static_cast<long double>(degrees[axis]);
+    const long double angle =
+        std::numbers::pi_v<long double> / 180 * static_cast<long double>(degrees[axis]);
     const int a = (axis + 1) % 3, b = (axis + 2) % 3;
     const auto pa = p[a], pb = p[b];
     p[a] = std::cos(angle) * pa - std::sin(angle) * pb;
@@ -105,7 +110,8 @@ std::vector<dvec3> placed(const Object& object, const Mesh& mesh) {
   }
   const long double scale = object.width_m ? *object.width_m / (high.x - low.x) : 1;
   std::vector<dvec3> places;
-  for (const auto& p : all) places.emplace_back(Long(object.position_m) + scale * (p - (low + high) / 2.0L));
+  for (const auto& p : all)
+    places.emplace_back(Long(object.position_m) + scale * (p - (low + high) / 2.0L));
   return places;
 }
 
@@ -113,8 +119,10 @@ double largest(const dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), 
 
 /// A random lens's view: windows and planes of any size and place.
 SeenThrough any_view(Random& random) {
-  return {uniform(random, 0, 0.15), glm::dvec2(in_box(random, 5 * mm)), glm::dvec2(uniform(random, 1, 5), uniform(random, 1, 5)) * mm,
-          glm::dvec2(uniform(random, 0.02, 0.3), uniform(random, 0.02, 0.3)), uniform(random, 1, 2)};
+  return {uniform(random, 0, 0.15), glm::dvec2(in_box(random, 5 * mm)),
+          glm::dvec2(uniform(random, 1, 5), uniform(random, 1, 5)) * mm,
+          glm::dvec2(uniform(random, 0.02, 0.3), uniform(random, 0.02, 0.3)),
+          uniform(random, 1, 2)};
 }
 
 /// What an Outline is, vertex by vertex, from the rays to the window's edges.
@@ -128,7 +136,8 @@ Outline outline_by_hand(const std::vector<dvec3>& points, const SeenThrough& see
         const double edge = seen.centre_m[axis] + side * seen.half_m[axis];
         outline.passed[i].add(edge + (p[axis] - edge) * seen.distance_m / p.z);
         const double wide_edge = seen.centre_m[axis] + side * seen.wider * seen.half_m[axis];
-        outline.beyond_m[i] = std::max(outline.beyond_m[i], side * (wide_edge - p[axis]) - seen.largest_tangent[axis] * p.z);
+        outline.beyond_m[i] = std::max(
+            outline.beyond_m[i], side * (wide_edge - p[axis]) - seen.largest_tangent[axis] * p.z);
       }
     }
   }
@@ -142,7 +151,9 @@ void check_alike(const Interval& a, const Interval& b, double within) {
 
 }  // namespace
 
-TEST_CASE("objects that have moved are where their definition puts them, to rounding, near their mesh's origin or far") {
+TEST_CASE(
+    "objects that have moved are where their definition puts them, to rounding, near their mesh's "
+    "origin or far") {
   Random random(1);
   auto many = fleet(random);
   auto world = place_objects(many.scene, many.meshes);
@@ -176,11 +187,13 @@ TEST_CASE("triangles and normals move with their objects") {
   move_objects(many.scene, world);
   const auto fresh = place_objects(many.scene, many.meshes);
   const auto normals = normals_now(world);
-  for (std::size_t v = 0; v < normals.size(); ++v) REQUIRE(largest(dvec3(normals[v]) - dvec3(fresh.normals[v])) <= 4 * 0x1p-24);
+  for (std::size_t v = 0; v < normals.size(); ++v)
+    REQUIRE(largest(dvec3(normals[v]) - dvec3(fresh.normals[v])) <= 4 * 0x1p-24);
   const auto now_m = positions_now(world);
   for (std::size_t t = 0; t < world.triangles.size(); ++t) {
     const auto corners_m = world.corners_m(t);
-    for (int c = 0; c < 3; ++c) REQUIRE(corners_m[static_cast<std::size_t>(c)] == now_m[world.triangles[t][c]]);
+    for (int c = 0; c < 3; ++c)
+      REQUIRE(corners_m[static_cast<std::size_t>(c)] == now_m[world.triangles[t][c]]);
   }
 }
 
@@ -221,7 +234,8 @@ TEST_CASE("box and outline of a moved world are those of all its vertices") {
     CHECK(largest(world.min_m - low) < 1e-15);  // of 0.1 m: 10 roundings
     CHECK(largest(world.max_m - high) < 1e-15);
     const auto seen = any_view(random);
-    const auto found = outline_of(world, seen), wanted = outline_by_hand(now_m, seen), among_points = outline_of(now_m, seen);
+    const auto found = outline_of(world, seen), wanted = outline_by_hand(now_m, seen),
+               among_points = outline_of(now_m, seen);
     for (std::size_t axis = 0; axis < 2; ++axis) {
       check_alike(found.tangents[axis], wanted.tangents[axis], 1e-14);
       check_alike(found.passed[axis], wanted.passed[axis], 1e-14);
@@ -255,19 +269,23 @@ TEST_CASE("the outermost of any number of vertices is found, whatever their norm
       positions.push_back(in_box(random, 1) + dvec3(0, 0, 5));
       normals.emplace_back(i % 3 == 0 ? dvec3(0) : i % 3 == 1 ? unit_vector(random) : dvec3(NAN));
     }
-    if (count == 1000) std::fill(positions.begin(), positions.end(), dvec3(1, 2, 3));  // all in one place
+    // All in one place
+    if (count == 1000) std::fill(positions.begin(), positions.end(), dvec3(1, 2, 3));
     const auto clusters = clusters_of(positions, normals);
     for (int n = 0; n < 10; ++n) {
       std::vector<dvec3> directions;
       for (int i = 0; i < 4; ++i) directions.push_back(unit_vector(random));
-      const Motion motion{glm::dmat3(uniform(random, 0.1, 3)), 0.5, in_box(random, 1), in_box(random, 1), n % 2 == 0};
+      const Motion motion{glm::dmat3(uniform(random, 0.1, 3)), 0.5, in_box(random, 1),
+                          in_box(random, 1), n % 2 == 0};
       std::vector<double> wanted(directions.size(), -INFINITY), found = wanted;
       for (const auto& p : positions) {
-        for (std::size_t f = 0; f < directions.size(); ++f) wanted[f] = std::max(wanted[f], glm::dot(motion(p), directions[f]));
+        for (std::size_t f = 0; f < directions.size(); ++f)
+          wanted[f] = std::max(wanted[f], glm::dot(motion(p), directions[f]));
       }
       std::size_t looked_at = 0;
       raise_to_largest(clusters, positions, motion, along(directions, looked_at), 0, found);
-      for (std::size_t f = 0; f < directions.size(); ++f) REQUIRE(std::abs(found[f] - wanted[f]) < 1e-14);
+      for (std::size_t f = 0; f < directions.size(); ++f)
+        REQUIRE(std::abs(found[f] - wanted[f]) < 1e-14);
     }
   }
 }
@@ -285,7 +303,9 @@ TEST_CASE("of a ball's vertices and boxes few are looked at") {
   CHECK(looked_at < ball.positions.size() / 4);
 }
 
-TEST_CASE("a move to where an object cannot be is refused as placing it there is, and a later one works") {
+TEST_CASE(
+    "a move to where an object cannot be is refused as placing it there is, and a later one "
+    "works") {
   Fleet one;
   one.add(mesh_of(grid(4, 4, [](double s, double t) { return dvec3(s, t, 0); })), 10 * mm);
   auto world = place_objects(one.scene, one.meshes);
@@ -325,7 +345,8 @@ TEST_CASE("the plan of a moved world is that of a world placed there") {
       many.scene.wrp.slabs = slabs;
       many.scene.hologram.tiles = glm::ivec2(tiles);
       move_objects(many.scene, world);
-      const auto moved = make_plan(many.scene, world), fresh = make_plan(many.scene, place_objects(many.scene, many.meshes));
+      const auto moved = make_plan(many.scene, world),
+                 fresh = make_plan(many.scene, place_objects(many.scene, many.meshes));
       CHECK(moved.near_m == Catch::Approx(fresh.near_m).epsilon(1e-13));
       CHECK(moved.far_m == Catch::Approx(fresh.far_m).epsilon(1e-13));
       CHECK(moved.grid == fresh.grid);
@@ -335,7 +356,8 @@ TEST_CASE("the plan of a moved world is that of a world placed there") {
       for (std::size_t i = 0; i < moved.slabs.size(); ++i)
         CHECK(moved.slabs[i].distance_m == Catch::Approx(fresh.slabs[i].distance_m).epsilon(1e-11));
       REQUIRE(moved.wrps.size() == fresh.wrps.size());
-      for (std::size_t i = 0; i < moved.wrps.size(); ++i) CHECK(largest(moved.wrps[i].centre_m - fresh.wrps[i].centre_m) < 1e-12);
+      for (std::size_t i = 0; i < moved.wrps.size(); ++i)
+        CHECK(largest(moved.wrps[i].centre_m - fresh.wrps[i].centre_m) < 1e-12);
     }
   }
 }

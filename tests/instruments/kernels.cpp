@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kernel, launched on grids of a few pixels, with every number of lanes, as on a CPU and as on a GPU: none writes behind its buffers
-// or reads what nobody wrote. scripts/check_kernels runs the same under oclgrind, which sees races and reads out of bounds too.
+// Every kernel, launched on grids of a few pixels, with every number of lanes, as on a CPU and as
+// on a GPU: none writes behind its buffers or reads what nobody wrote. scripts/check_kernels runs
+// the same under oclgrind, which sees races and reads out of bounds too.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <regex>
 
+#include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/geometry/bvh.hpp"
+#include "host/render.hpp"
+#include "host/trace/interpolator.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
-#include "host/trace/interpolator.hpp"
-#include "host/render.hpp"
-#include "host/evaluate/selftest/ray_caster.hpp"
 #include "kernels/common/shared_layout.h"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
@@ -29,7 +30,8 @@ using Names = std::set<std::string>;
 constexpr auto host = cl::FftBackend::host;
 bool under_oclgrind(const cl::DeviceInfo& device) { return device.platform == "Oclgrind"; }
 
-/// The device as itself, and as others: CPUs as a GPU; the simulator as CPUs of every number of lanes.
+/// The device as itself, and as others: CPUs as a GPU; the simulator as CPUs of every number of
+/// lanes.
 std::vector<cl::DeviceInfo> shapes_of(const cl::DeviceInfo& device) {
   std::vector<cl::DeviceInfo> shapes{device};
   const auto add = [&](cl::DeviceKind kind, int lanes) {
@@ -40,7 +42,8 @@ std::vector<cl::DeviceInfo> shapes_of(const cl::DeviceInfo& device) {
   };
   if (under_oclgrind(device)) {
     add(cl::DeviceKind::cpu, 4);
-    if (std::getenv("OCLGRIND_UNINITIALIZED")) return shapes;  // version 21.10 falls over vectors of 16 floats then
+    // Version 21.10 falls over vectors of 16 floats then
+    if (std::getenv("OCLGRIND_UNINITIALIZED")) return shapes;
     add(cl::DeviceKind::cpu, 8);
     add(cl::DeviceKind::cpu, 16);
   } else if (device.kind == cl::DeviceKind::cpu) {
@@ -53,13 +56,16 @@ Names declared_kernels() {
   Names names;
   const std::regex declaration(R"(__kernel\s+void\s+(\w+)\s*\()");
   for (const auto& [file, text] : cl::kernel_files()) {
-    for (std::sregex_iterator it(text.begin(), text.end(), declaration), end; it != end; ++it) names.insert((*it)[1]);
+    for (std::sregex_iterator it(text.begin(), text.end(), declaration), end; it != end; ++it)
+      names.insert((*it)[1]);
   }
   return names;
 }
 
 /// No multiple of the lanes or of a tile's rows.
-glm::ivec2 size_on(const cl::Device& device) { return {device.info().float_lanes + 3, under_oclgrind(device.info()) ? 3 : 19}; }
+glm::ivec2 size_on(const cl::Device& device) {
+  return {device.info().float_lanes + 3, under_oclgrind(device.info()) ? 3 : 19};
+}
 
 /// A shining ball before a textured wall.
 Scene tiny_scene(const cl::Device& device, const Folder& folder) {
@@ -69,14 +75,17 @@ Scene tiny_scene(const cl::Device& device, const Folder& folder) {
   scene.sampling.frames = 2;
   scene.wrp.grid = {1, 1};  // beside the axis so small a plane receives nothing
   scene.trace.shadows = true;
-  save_png(folder / "grey.png", 4, 2, std::vector<std::uint8_t>{10, 60, 110, 160, 200, 220, 240, 250});
+  save_png(folder / "grey.png", 4, 2,
+           std::vector<std::uint8_t>{10, 60, 110, 160, 200, 220, 240, 250});
   Material ball;
   ball.specular = glm::dvec3(0.4);
   Material wall = test::glowing();
   wall.texture = folder / "grey.png";
   scene.materials = {ball, wall};
-  scene.objects = {test::object_at(folder.write("ball.obj", test::ball_obj(3, 2)), 0.08 * mm, {10 * um, 0, 9.8 * mm}, 0),
-                   test::object_at(folder.write("wall.obj", test::square_obj()), 0.14 * mm, {0, 0, 10 * mm}, 1)};
+  scene.objects = {
+      test::object_at(folder.write("ball.obj", test::ball_obj(3, 2)), 0.08 * mm,
+                      {10 * um, 0, 9.8 * mm}, 0),
+      test::object_at(folder.write("wall.obj", test::square_obj()), 0.14 * mm, {0, 0, 10 * mm}, 1)};
   scene.objects[1].rotation_deg = {5, -8, 0};
   Light sun, lamp;
   sun.direction = {0.4, -0.5, 0.8};
@@ -92,7 +101,8 @@ void check_render(const cl::Device& device, const Scene& scene, Method method = 
   options.rays_per_axis = 3;
   const auto result = render(device, scene, options);
   CHECK(test::all_finite(result.field.samples));
-  CHECK(std::any_of(result.field.samples.begin(), result.field.samples.end(), [](auto z) { return z != std::complex<float>(); }));
+  CHECK(std::any_of(result.field.samples.begin(), result.field.samples.end(),
+                    [](auto z) { return z != std::complex<float>(); }));
 }
 
 void render_in_all_ways(const cl::Device& device, const Folder& folder) {
@@ -131,9 +141,12 @@ void refine(const cl::Device& device) {
   plan.pitch_m = {8 * um, 8 * um};
   plan.wavelength_m = 638e-9;
   plan.slabs = {{.distance_m = 10 * mm}};
-  for (int axis = 0; axis < 2; ++axis) plan.slabs[0].axes[static_cast<std::size_t>(axis)] = {(2 * plan.size[axis] + 2) / 5 + 5, 20 * um, 2};
+  for (int axis = 0; axis < 2; ++axis)
+    plan.slabs[0].axes[static_cast<std::size_t>(axis)] = {(2 * plan.size[axis] + 2) / 5 + 5,
+                                                          20 * um, 2};
   plan.wrps = {{{0, 0, plan.slabs[0].distance_m}, {}, {0, 0}, 0}};
-  const cl::ComplexBuffer gathered(device, std::vector<std::complex<float>>(2 * plan.gathered_pixels(), {1, 0}), "gathered");
+  const cl::ComplexBuffer gathered(
+      device, std::vector<std::complex<float>>(2 * plan.gathered_pixels(), {1, 0}), "gathered");
   cl::ComplexBuffer field(device, static_cast<std::size_t>(plan.size.x * plan.size.y), "refined");
   Refiner(device).refine(plan, plan.wrps[0], gathered, 1, field);
   CHECK(test::all_finite(field.read()));
@@ -147,7 +160,8 @@ void look(const cl::Device& device, const Folder& folder) {
   lens.z_m = 10 * mm;
   lens.points = 2;
   const auto seen = lens_picture(device, plan, DeviceScene(device, scene, world, plan), lens);
-  CHECK(std::all_of(seen.pixels.begin(), seen.pixels.end(), [](float v) { return std::isfinite(v) && v >= 0; }));
+  CHECK(std::all_of(seen.pixels.begin(), seen.pixels.end(),
+                    [](float v) { return std::isfinite(v) && v >= 0; }));
 
   const auto size = size_on(device);
   FieldStack hologram{size.x, size.y, 1, std::vector<std::complex<float>>(size.x * size.y, {1, 0})};
@@ -155,14 +169,16 @@ void look(const cl::Device& device, const Folder& folder) {
   what.z_m = 10 * mm;
   what.window_m = glm::dvec2(size + 2) * 8.0 * um;
   const auto shown = reconstruct(device, host, hologram, scene.hologram, what);
-  CHECK(std::all_of(shown.pixels.begin(), shown.pixels.end(), [](float v) { return std::isfinite(v) && v >= 0; }));
+  CHECK(std::all_of(shown.pixels.begin(), shown.pixels.end(),
+                    [](float v) { return std::isfinite(v) && v >= 0; }));
 }
 
 /// What the device's own FFTs need: the host's propagates without kernels.
 void propagate(const cl::Device& device) {
   constexpr int nx = 21, ny = 3, padded_nx = 48, padded_ny = 6, frames = 2;
   const auto floats = [&](int size, float value) {
-    return cl::Buffer<float>(device, std::vector<float>(static_cast<std::size_t>(size), value), "transfer function");
+    return cl::Buffer<float>(device, std::vector<float>(static_cast<std::size_t>(size), value),
+                             "transfer function");
   };
   const auto band = [&](int size, int reach) {  // firsts, then lasts
     std::vector<std::int32_t> limits(static_cast<std::size_t>(2 * size), -reach);
@@ -172,17 +188,20 @@ void propagate(const cl::Device& device) {
   const auto phase_x = floats(padded_nx, 0.25f), phase_y = floats(padded_ny, 0.5f);
   const auto power_x = floats(2 * padded_nx, 0), power_y = floats(2 * padded_ny, 0);
   const auto band_x = band(padded_nx, 2), band_y = band(padded_ny, 17);
-  const cl::ComplexBuffer field(device, std::vector<std::complex<float>>(frames * nx * ny, {1, 0}), "field");
-  cl::ComplexBuffer padded(device, padded_nx * padded_ny, "padded plane"), sum(device, padded_nx * padded_ny, "sum of spectra"),
-      shown(device, nx * ny, "field");
+  const cl::ComplexBuffer field(device, std::vector<std::complex<float>>(frames * nx * ny, {1, 0}),
+                                "field");
+  cl::ComplexBuffer padded(device, padded_nx * padded_ny, "padded plane"),
+      sum(device, padded_nx * padded_ny, "sum of spectra"), shown(device, nx * ny, "field");
   for (const char* two_floats : {"0", "1"}) {
     const cl::Program program(device, "kernels/propagate/propagate.cl",
-                              {{"RAYWAVE_LANES", std::to_string(device.info().float_lanes)}, {"RAYWAVE_TWO_FLOATS", two_floats}});
-    program.kernel("pad").run({1, padded_ny}, {1, 1}, field, padded, std::int32_t{1}, nx, ny, padded_nx, padded_ny);
+                              {{"RAYWAVE_LANES", std::to_string(device.info().float_lanes)},
+                               {"RAYWAVE_TWO_FLOATS", two_floats}});
+    program.kernel("pad").run({1, padded_ny}, {1, 1}, field, padded, std::int32_t{1}, nx, ny,
+                              padded_nx, padded_ny);
     for (const std::int32_t accumulate : {0, 1}) {
       program.kernel("multiply_add")
-          .run({1, padded_ny}, {1, 1}, padded, sum, phase_x, phase_y, power_x, power_y, band_x, band_y, 1e3f, 0.0f, 0.5f, padded_nx,
-               padded_ny, accumulate);
+          .run({1, padded_ny}, {1, 1}, padded, sum, phase_x, phase_y, power_x, power_y, band_x,
+               band_y, 1e3f, 0.0f, 0.5f, padded_nx, padded_ny, accumulate);
     }
     program.kernel("crop").run({1, ny}, {1, 1}, sum, shown, nx, ny, padded_nx);
     // A quarter and a half of a turn; columns 18 to 20 and beyond the last row are out of the band.
@@ -229,8 +248,11 @@ void launch_tools(const cl::Device& device) {
       occluded(device, static_cast<std::size_t>(rays), "occluded");
   cl::Buffer<float> t_u_v(device, static_cast<std::size_t>(3 * rays), "t, u, v");
   intersect.kernel("intersect_nearest")
-      .run({2}, {8}, tree.nodes, tree.triangles, tree.positions, tree.bodies, ray_planes, rays, hit, t_u_v);
-  intersect.kernel("intersect_any").run({2}, {8}, tree.nodes, tree.triangles, tree.positions, tree.bodies, ray_planes, rays, occluded);
+      .run({2}, {8}, tree.nodes, tree.triangles, tree.positions, tree.bodies, ray_planes, rays, hit,
+           t_u_v);
+  intersect.kernel("intersect_any")
+      .run({2}, {8}, tree.nodes, tree.triangles, tree.positions, tree.bodies, ray_planes, rays,
+           occluded);
   CHECK(occluded.read() == std::vector<std::int32_t>(static_cast<std::size_t>(rays), 1));
   const auto distances = t_u_v.read();
   for (int i = 0; i < rays; ++i) CHECK(distances[static_cast<std::size_t>(i)] == Catch::Approx(1));
@@ -243,7 +265,8 @@ TEST_CASE("every kernel is launched, and none writes behind its buffers") {
   REQUIRE_FALSE(infos.empty());
   for (const auto& info : infos) {
     for (const auto& shape : shapes_of(info)) {
-      INFO(shape.name << (shape.kind == cl::DeviceKind::gpu ? " as a GPU, " : ", ") << shape.float_lanes << " lanes");
+      INFO(shape.name << (shape.kind == cl::DeviceKind::gpu ? " as a GPU, " : ", ")
+                      << shape.float_lanes << " lanes");
       spy.canaries = !under_oclgrind(info);
       spy.launched.clear();
       {
@@ -272,8 +295,10 @@ TEST_CASE("one pixel per work-item, as on GPUs, gives the hologram that packets 
     gpu.float_lanes = 1;
     cpu.kind = cl::DeviceKind::cpu;
     cpu.float_lanes = std::max(info.float_lanes, 4);
-    const auto scene = load_scene(RAYWAVE_DATA_DIR "/study.toml", {"hologram.resolution=[64,48]", "sampling.frames=1"});
-    const auto packets = render(cl::Device(cpu), scene).field.samples, pixels = render(cl::Device(gpu), scene).field.samples;
+    const auto scene = load_scene(RAYWAVE_DATA_DIR "/study.toml",
+                                  {"hologram.resolution=[64,48]", "sampling.frames=1"});
+    const auto packets = render(cl::Device(cpu), scene).field.samples,
+               pixels = render(cl::Device(gpu), scene).field.samples;
     INFO(info.name);
     CHECK(test::relative_l2(pixels, packets) <= 1e-4);
   }
@@ -288,7 +313,9 @@ TEST_CASE("a kernel that writes behind its buffer is noticed") {
       const cl::Device device(info);
       const cl::Buffer<float> in(device, std::vector<float>(8, 0.25f), "in");
       cl::Buffer<float> cosines(device, 8, "cosines"), sines(device, 7, "sines");
-      cl::Program(device, "kernels/instruments/selfcheck.cl", {{"RAYWAVE_LANES", "1"}}).kernel("cos_sin").run({8}, {8}, in, cosines, sines, std::int32_t{8});
+      cl::Program(device, "kernels/instruments/selfcheck.cl", {{"RAYWAVE_LANES", "1"}})
+          .kernel("cos_sin")
+          .run({8}, {8}, in, cosines, sines, std::int32_t{8});
     }
     CHECK(spy.overrun == std::vector<std::size_t>{7 * sizeof(float)});
     spy.overrun.clear();

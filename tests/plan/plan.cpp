@@ -24,7 +24,8 @@ using test::um;
 World square_world(double side_m, glm::dvec3 centre_m, double depth_m = 0) {
   World world;
   for (const glm::dvec3 corner : {glm::dvec3(-1, -1, -1), {1, -1, -1}, {1, 1, 1}, {-1, 1, 1}})
-    world.positions.push_back(centre_m + glm::dvec3(corner.x * side_m, corner.y * side_m, corner.z * depth_m) / 2.0);
+    world.positions.push_back(
+        centre_m + glm::dvec3(corner.x * side_m, corner.y * side_m, corner.z * depth_m) / 2.0);
   world.triangles = {{0, 1, 2}, {0, 2, 3}};
   world.triangle_object = {0, 0};
   world.object_closed = {false};
@@ -45,8 +46,11 @@ Scene paper_scene(SamplingMode mode = SamplingMode::fan) {
 
 Plan plan_of(const Scene& scene, const World& world) { return make_plan(scene, world); }
 
-TEST_CASE("a fan fills the hologram's angle, turned towards it, with rays a sampling pitch apart at the object") {
-  // Paper, Eq. 4-7 with W = 7.2 mm, z = 90 mm: width 0.08; at 10 mm behind the plane and p = 0.1 mm the step may be 0.01: 8 rays.
+TEST_CASE(
+    "a fan fills the hologram's angle, turned towards it, with rays a sampling pitch apart at the "
+    "object") {
+  // Paper, Eq. 4-7 with W = 7.2 mm, z = 90 mm: width 0.08; at 10 mm behind the plane and p = 0.1 mm
+  // the step may be 0.01: 8 rays.
   const auto straight = fan_tangents(7.2 * mm, 90 * mm, 0, 10 * mm, 0.1 * mm);
   REQUIRE(straight.size() == 8);
   CHECK(straight.front() == Approx(-0.035));
@@ -57,26 +61,35 @@ TEST_CASE("a fan fills the hologram's angle, turned towards it, with rays a samp
 
   std::mt19937 random(1);
   for (int n = 0; n < 200; ++n) {
-    const auto draw = [&](double low, double high) { return low * std::pow(high / low, std::uniform_real_distribution<>(0, 1)(random)); };
-    const double window = draw(0.1 * mm, 20 * mm), z = draw(1 * mm, 1), depth = draw(10 * um, 50 * mm), p = draw(20 * um, 1 * mm);
+    const auto draw = [&](double low, double high) {
+      return low * std::pow(high / low, std::uniform_real_distribution<>(0, 1)(random));
+    };
+    const double window = draw(0.1 * mm, 20 * mm), z = draw(1 * mm, 1),
+                 depth = draw(10 * um, 50 * mm), p = draw(20 * um, 1 * mm);
     const double shift = draw(0.1 * mm, 50 * mm);
     const auto fan = fan_tangents(window, z, shift, depth, p);
     const auto count = static_cast<double>(fan.size());
     const double width = window / z;
     CHECK((fan.front() + fan.back()) / 2 == Approx(shift / z));
-    CHECK(width / count * depth <= p * (1 + 1e-6));                                                    // no wider than p at the object,
-    CHECK((fan.size() == 1 || width / (count - 1) * depth > p * (1 - 1e-6)));                          // and one ray fewer would be
-    for (std::size_t i = 1; i < fan.size(); ++i) CHECK(fan[i] - fan[i - 1] == Approx(width / count));  // evenly
+    // No wider than p at the object,
+    CHECK(width / count * depth <= p * (1 + 1e-6));
+    // And one ray fewer would be
+    CHECK((fan.size() == 1 || width / (count - 1) * depth > p * (1 - 1e-6)));
+    // Evenly
+    for (std::size_t i = 1; i < fan.size(); ++i)
+      CHECK(fan[i] - fan[i - 1] == Approx(width / count));
   }
 }
 
 TEST_CASE("a fan that a hair's breadth of rounding would give one ray more has none more") {
-  CHECK(fan_tangents(8 * mm, 80 * mm, 0, 3 * mm, 0.1 * mm).size() == 3);  // 0.1 * 3 mm / 0.1 mm is 3.0000000000000004 in double
+  // 0.1 * 3 mm / 0.1 mm is 3.0000000000000004 in double
+  CHECK(fan_tangents(8 * mm, 80 * mm, 0, 3 * mm, 0.1 * mm).size() == 3);
   CHECK(fan_tangents(8 * mm, 80 * mm, 0, 1e-12, 0.1 * mm).size() == 1);
   CHECK(fan_tangents(8 * mm, 80 * mm, 0, -1 * mm, 0.1 * mm) == std::vector<double>{0});
 }
 
-TEST_CASE("every ray of a plan's fans reaches the hologram and is one that the SLM's pixels can show") {
+TEST_CASE(
+    "every ray of a plan's fans reaches the hologram and is one that the SLM's pixels can show") {
   auto scene = paper_scene();
   scene.hologram.pitch_m = {8 * um, 8 * um};  // sine at most 638 nm / 16 um = 0.0399
   scene.hologram.resolution = {960, 540};
@@ -101,7 +114,8 @@ TEST_CASE("every ray of a plan's fans reaches the hologram and is one that the S
   CHECK(centre.size() == most);
 }
 
-TEST_CASE("a perspective fan's rays converge on the hologram, whichever pixel and WRP they start from") {
+TEST_CASE(
+    "a perspective fan's rays converge on the hologram, whichever pixel and WRP they start from") {
   auto scene = paper_scene();
   scene.sampling.shape = FanShape::perspective;
   scene.wrp.grid = glm::ivec2(2, 2);
@@ -109,18 +123,22 @@ TEST_CASE("a perspective fan's rays converge on the hologram, whichever pixel an
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
   for (const auto& wrp : plan.wrps) {
     for (const auto& t : wrp.fan) {
-      for (const glm::dvec2 pixel_m : {glm::dvec2(wrp.centre_m), glm::dvec2(wrp.centre_m) + window / 2.0}) {
-        const auto at_hologram = pixel_m - (t + wrp.convergence_per_m * pixel_m) * plan.slabs[0].distance_m;
+      for (const glm::dvec2 pixel_m :
+           {glm::dvec2(wrp.centre_m), glm::dvec2(wrp.centre_m) + window / 2.0}) {
+        const auto at_hologram =
+            pixel_m - (t + wrp.convergence_per_m * pixel_m) * plan.slabs[0].distance_m;
         CHECK(std::abs(at_hologram.x) <= window.x / 2);
         CHECK(std::abs(at_hologram.y) <= window.y / 2);
-        CHECK(at_hologram.x == Approx(-t.x * plan.slabs[0].distance_m).margin(1e-12));  // the same point for every pixel
+        // The same point for every pixel
+        CHECK(at_hologram.x == Approx(-t.x * plan.slabs[0].distance_m).margin(1e-12));
       }
     }
   }
 }
 
 TEST_CASE(
-    "WRPs that gather fans stand in front of the nearest surface, those that gather samples amid the surfaces, both where they are told") {
+    "WRPs that gather fans stand in front of the nearest surface, those that gather samples amid "
+    "the surfaces, both where they are told") {
   for (const auto mode : {SamplingMode::fan, SamplingMode::aimed}) {
     for (const double z : {3 * mm, 10 * mm, 100 * mm, 10.0}) {
       for (const double p : {z / 3e3, z / 300, z}) {
@@ -137,18 +155,23 @@ TEST_CASE(
     }
     auto scene = paper_scene(mode);
     scene.wrp.distances_m = {99 * mm};  // inside the scene
-    CHECK(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm}, 4 * mm)).slabs[0].distance_m == 99 * mm);
+    CHECK(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm}, 4 * mm)).slabs[0].distance_m ==
+          99 * mm);
   }
 }
 
 TEST_CASE("a sampling pitch that would take too many rays or samples is refused") {
   auto scene = paper_scene();
   scene.sampling.pitch_m = 1e-8;
-  CHECK_THROWS_WITH(plan_of(scene, square_world(0.1 * mm, {0, 0, 2 * mm}, 1 * mm)), Catch::Matchers::ContainsSubstring("rays per pixel"));
-  CHECK_THROWS_WITH(plan_of(scene, square_world(100 * mm, {0, 0, 100 * mm})), Catch::Matchers::ContainsSubstring("lattice cells"));
+  CHECK_THROWS_WITH(plan_of(scene, square_world(0.1 * mm, {0, 0, 2 * mm}, 1 * mm)),
+                    Catch::Matchers::ContainsSubstring("rays per pixel"));
+  CHECK_THROWS_WITH(plan_of(scene, square_world(100 * mm, {0, 0, 100 * mm})),
+                    Catch::Matchers::ContainsSubstring("lattice cells"));
 }
 
-TEST_CASE("WRPs placed behind the whole scene are refused where rays form a fan, which goes forwards, and serve aimed rays") {
+TEST_CASE(
+    "WRPs placed behind the whole scene are refused where rays form a fan, which goes forwards, "
+    "and serve aimed rays") {
   auto scene = paper_scene();
   scene.wrp.distances_m = {102 * mm};
   scene.sampling.mode = SamplingMode::aimed;
@@ -158,28 +181,39 @@ TEST_CASE("WRPs placed behind the whole scene are refused where rays form a fan,
     scene.wrp.distances_m = {z_m};
     CHECK_THROWS_AS(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})), InputError);
   }
-  CHECK_THROWS_WITH(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})), Catch::Matchers::ContainsSubstring("100 mm"));
+  CHECK_THROWS_WITH(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})),
+                    Catch::Matchers::ContainsSubstring("100 mm"));
 }
 
-TEST_CASE("an automatic grid holds all light on its way from the scene into the hologram, and is no larger than that takes") {
+TEST_CASE(
+    "an automatic grid holds all light on its way from the scene into the hologram, and is no "
+    "larger than that takes") {
   std::mt19937 random(1);
-  for (const glm::dvec3 centre : {glm::dvec3(0, 0, 100 * mm), {3 * mm, -2 * mm, 100 * mm}, {0, 0, 300 * mm}}) {
+  for (const glm::dvec3 centre :
+       {glm::dvec3(0, 0, 100 * mm), {3 * mm, -2 * mm, 100 * mm}, {0, 0, 300 * mm}}) {
     for (const double side : {2 * mm, 12.5 * mm, 20 * mm}) {
       const auto world = square_world(side, centre, 2 * mm);
       const auto plan = plan_of(paper_scene(), world);
       const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
       const glm::dvec2 low = glm::dvec2(plan.wrps[0].centre_m) + glm::dvec2(-1, 1) * window / 2.0,
-                       high = glm::dvec2(plan.wrps.back().centre_m) + glm::dvec2(1, -1) * window / 2.0;
+                       high =
+                           glm::dvec2(plan.wrps.back().centre_m) + glm::dvec2(1, -1) * window / 2.0;
       glm::dvec2 least(INFINITY), most(-INFINITY);
       for (int i = 0; i < 20000; ++i) {
         // Corners first, then anywhere.
-        const auto unit = [&] { return i < 4096 ? static_cast<double>(random() % 2) : std::uniform_real_distribution<>(0, 1)(random); };
+        const auto unit = [&] {
+          return i < 4096 ? static_cast<double>(random() % 2)
+                          : std::uniform_real_distribution<>(0, 1)(random);
+        };
         const double s = unit(), t = unit();
         const auto& a = world.positions;
         const glm::dvec3 from = a[0] + s * (a[1] - a[0]) + t * (a[3] - a[0]);
         const glm::dvec3 to((unit() - 0.5) * window.x, (unit() - 0.5) * window.y, 0);
         const auto way = to - from;
-        if (glm::any(glm::greaterThan(glm::abs(glm::dvec2(way)), plan.largest_sine * glm::length(way)))) continue;  // cannot be shown
+        // Cannot be shown
+        if (glm::any(
+                glm::greaterThan(glm::abs(glm::dvec2(way)), plan.largest_sine * glm::length(way))))
+          continue;
         const glm::dvec2 crossing(from + way * ((from.z - plan.slabs[0].distance_m) / from.z));
         least = glm::min(least, crossing);
         most = glm::max(most, crossing);
@@ -196,8 +230,8 @@ TEST_CASE("an automatic grid holds all light on its way from the scene into the 
 }
 
 TEST_CASE("a square of 20 mm at 100 mm needs 3 x 5 WRPs of 7.18 mm x 4.04 mm") {
-  // At the WRPs' depth of 95.8 mm the light from its edge at 10 mm into the hologram's edge at 3.59 mm (2.02 mm) passes 9.73 mm (9.67 mm)
-  // from the axis: 2.71 and 4.79 WRPs.
+  // At the WRPs' depth of 95.8 mm the light from its edge at 10 mm into the hologram's edge at 3.59
+  // mm (2.02 mm) passes 9.73 mm (9.67 mm) from the axis: 2.71 and 4.79 WRPs.
   const auto plan = plan_of(paper_scene(), square_world(20 * mm, {0, 0, 100 * mm}));
   CHECK(plan.slabs[0].distance_m == Approx(95.82 * mm).epsilon(1e-4));
   CHECK(plan.grid == glm::ivec2(3, 5));
@@ -212,7 +246,8 @@ TEST_CASE("WRPs of a given grid stand side by side from the top left without gap
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
   for (int row = 0; row < 2; ++row) {
     for (int column = 0; column < 3; ++column) {
-      const auto centre = plan.wrps[static_cast<std::size_t>(row * 3 + column)].centre_m - plan.wrps[0].centre_m;
+      const auto centre =
+          plan.wrps[static_cast<std::size_t>(row * 3 + column)].centre_m - plan.wrps[0].centre_m;
       CHECK(centre.x == Approx(column * window.x).margin(1e-15));
       CHECK(centre.y == Approx(-row * window.y).margin(1e-15));
       CHECK(centre.z == 0);
@@ -287,14 +322,17 @@ TEST_CASE("light of a slab's surfaces crosses that slab's WRPs on its way to the
     const auto& a = world.positions;
     const glm::dvec3 from = a[0] + s * (a[1] - a[0]) + t * (a[3] - a[0]);
     const auto way = glm::dvec3((unit() - 0.5) * window.x, (unit() - 0.5) * window.y, 0) - from;
-    if (glm::any(glm::greaterThan(glm::abs(glm::dvec2(way)), plan.largest_sine * glm::length(way)))) continue;  // cannot be shown
+    // Cannot be shown
+    if (glm::any(glm::greaterThan(glm::abs(glm::dvec2(way)), plan.largest_sine * glm::length(way))))
+      continue;
     const auto& slab = plan.slab_at(from.z);
     CHECK((slab.min_m.z <= from.z && from.z <= slab.max_m.z));
     const glm::dvec2 crossing(from + way * ((from.z - slab.distance_m) / from.z));
     ++wanted;
     caught += std::any_of(plan.wrps.begin(), plan.wrps.end(), [&](const Wrp& wrp) {
       const auto off = glm::abs(crossing - glm::dvec2(wrp.centre_m)) - window / 2.0;
-      return &plan.slab_of(wrp) == &slab && std::max(off.x / window.x, off.y / window.y) <= 0.01;  // which may be left out
+      // Which may be left out
+      return &plan.slab_of(wrp) == &slab && std::max(off.x / window.x, off.y / window.y) <= 0.01;
     });
   }
   CHECK(caught == wanted);
@@ -335,18 +373,22 @@ TEST_CASE("planned distances are the means of the slabs that spread their surfac
     }
     const auto plan = plan_of(aimed_scene({}, 3), squares_at_depths(squares));
     REQUIRE(plan.slabs.size() == 3);
-    for (std::size_t i = 0; i < 3; ++i) CHECK(plan.slabs[i].distance_m == Approx(wanted[i]).margin(40 * mm / 256));
+    for (std::size_t i = 0; i < 3; ++i)
+      CHECK(plan.slabs[i].distance_m == Approx(wanted[i]).margin(40 * mm / 256));
   }
 }
 
 TEST_CASE("WRPs amid a mesh of many triangles stand where all of its triangles put them") {
-  // A ball whose triangles are hundreds of times smaller at its poles, more of them than planning looks at.
+  // A ball whose triangles are hundreds of times smaller at its poles, more of them than planning
+  // looks at.
   const int around = 512, up = 256;
   Mesh ball;
   for (int j = 0; j <= up; ++j) {
     for (int i = 0; i <= around; ++i) {
-      const double longitude = 2 * std::numbers::pi * i / around, latitude = std::numbers::pi * (1.0 * j / up - 0.5);
-      const glm::dvec3 p(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude), std::sin(latitude));
+      const double longitude = 2 * std::numbers::pi * i / around,
+                   latitude = std::numbers::pi * (1.0 * j / up - 0.5);
+      const glm::dvec3 p(std::cos(latitude) * std::cos(longitude),
+                         std::cos(latitude) * std::sin(longitude), std::sin(latitude));
       ball.positions.emplace_back(p);
       ball.normals.emplace_back(p);
       ball.uvs.emplace_back(0);
@@ -354,7 +396,8 @@ TEST_CASE("WRPs amid a mesh of many triangles stand where all of its triangles p
   }
   for (int j = 0; j < up; ++j) {
     for (int i = 0; i < around; ++i) {
-      const auto a = static_cast<glm::uint>(j * (around + 1) + i), b = a + 1, c = a + around + 1, d = c + 1;
+      const auto a = static_cast<glm::uint>(j * (around + 1) + i), b = a + 1, c = a + around + 1,
+                 d = c + 1;
       ball.triangles.emplace_back(a, b, d);
       ball.triangles.emplace_back(a, d, c);
     }
@@ -383,7 +426,9 @@ TEST_CASE("WRPs amid a mesh of many triangles stand where all of its triangles p
 TEST_CASE("a tilted square's slabs divide it evenly") {
   const auto plan = plan_of(aimed_scene({}, 4), square_world(0.1 * mm, {0, 0, 100 * mm}, 0.8 * mm));
   REQUIRE(plan.slabs.size() == 4);
-  for (int i = 0; i < 4; ++i) CHECK(plan.slabs[static_cast<std::size_t>(i)].distance_m == Approx((99.7 + 0.2 * i) * mm).margin(0.01 * mm));
+  for (int i = 0; i < 4; ++i)
+    CHECK(plan.slabs[static_cast<std::size_t>(i)].distance_m ==
+          Approx((99.7 + 0.2 * i) * mm).margin(0.01 * mm));
   const auto one = plan_of(aimed_scene({}), square_world(0.1 * mm, {0, 0, 100 * mm}, 0.8 * mm));
   CHECK(one.slabs[0].distance_m == Approx(100 * mm).margin(0.01 * mm));
 }
@@ -401,15 +446,18 @@ TEST_CASE("slabs without a surface are left out, and all at one depth make one")
   CHECK(plan_of(aimed_scene({1 * mm, 2 * mm, 3 * mm}), two).slabs.size() == 1);
 }
 
-TEST_CASE("several slabs are refused where rays go from one to the other: fans, mirrors and glass") {
+TEST_CASE(
+    "several slabs are refused where rays go from one to the other: fans, mirrors and glass") {
   using Catch::Matchers::ContainsSubstring;
   const auto world = square_world(1 * mm, {0, 0, 100 * mm}, 4 * mm);
   auto scene = paper_scene();
   scene.wrp.slabs = 2;
-  CHECK_THROWS_WITH(plan_of(scene, world), ContainsSubstring("scene.toml: wrp.slabs 2: ") && ContainsSubstring("give wrp.slabs 1"));
+  CHECK_THROWS_WITH(plan_of(scene, world), ContainsSubstring("scene.toml: wrp.slabs 2: ") &&
+                                               ContainsSubstring("give wrp.slabs 1"));
   scene.wrp.slabs = 1;
   scene.wrp.distances_m = {97 * mm, 99 * mm};
-  CHECK_THROWS_WITH(plan_of(scene, world), ContainsSubstring("give wrp.slabs 1 and one wrp.distance"));
+  CHECK_THROWS_WITH(plan_of(scene, world),
+                    ContainsSubstring("give wrp.slabs 1 and one wrp.distance"));
   scene = aimed_scene({}, 2);
   scene.trace.depth = 1;
   scene.materials[0].reflectivity = 0.5;

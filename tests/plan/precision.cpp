@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole pipeline against the same discrete computation in double precision (host/reference/pipeline.hpp), at the paper's setting and at
-// the extremes.
+// The whole pipeline against the same discrete computation in double precision
+// (host/reference/pipeline.hpp), at the paper's setting and at the extremes.
 #include <algorithm>
 #include <functional>
 #include <numbers>
 
-#include "host/trace/gatherer.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/pipeline.hpp"
+#include "host/trace/gatherer.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"
@@ -47,7 +47,8 @@ Stage stage_of(const Extreme& e) {
   shiny.shininess = 20;
   const double w = e.width_m, d = e.depth_m, radius = std::min(0.2 * w, 0.4 * d);
   stage.add(sphere(e.centre_m - dvec3(e.aside * w, 0, 0.5 * d - radius), radius, 6), shiny);
-  stage.add(rectangle(e.centre_m + dvec3(0, 0, 0.3 * d), {0.5 * w, 0, 0.2 * std::min(w, d)}, {0, 0.4 * w, 0}));
+  stage.add(rectangle(e.centre_m + dvec3(0, 0, 0.3 * d), {0.5 * w, 0, 0.2 * std::min(w, d)},
+                      {0, 0.4 * w, 0}));
   Light sun, lamp;
   sun.direction = {0.1, -0.2, 1};
   lamp.type = LightType::point;
@@ -57,29 +58,111 @@ Stage stage_of(const Extreme& e) {
   return stage;
 }
 
-HologramSpec hologram(glm::ivec2 size, double pitch_m, double wavelength_m = 638 * nm) { return {size, {pitch_m, pitch_m}, wavelength_m}; }
+HologramSpec hologram(glm::ivec2 size, double pitch_m, double wavelength_m = 638 * nm) {
+  return {size, {pitch_m, pitch_m}, wavelength_m};
+}
 
 std::vector<Extreme> extremes() {
   const glm::ivec2 small(96, 80);
   return {
       // An eighth of the paper's hologram, at an eighth of its distance: the same angles.
-      {"the paper's setting", hologram({240, 136}, 3.74 * um), {0, 0, 12.5 * mm}, 1.56 * mm, 0.7 * mm, 25 * um},
-      {"wavelength 10 nm", hologram(small, 1 * um, 10 * nm), {0, 0, 10 * mm}, 0.08 * mm, 1 * mm, 3 * um},
-      {"wavelength 1 mm", hologram(small, 0.5 * mm, 1 * mm), {0, 0, 200 * mm}, 60 * mm, 60 * mm, 2 * mm},
+      {"the paper's setting",
+       hologram({240, 136}, 3.74 * um),
+       {0, 0, 12.5 * mm},
+       1.56 * mm,
+       0.7 * mm,
+       25 * um},
+      {"wavelength 10 nm",
+       hologram(small, 1 * um, 10 * nm),
+       {0, 0, 10 * mm},
+       0.08 * mm,
+       1 * mm,
+       3 * um},
+      {"wavelength 1 mm",
+       hologram(small, 0.5 * mm, 1 * mm),
+       {0, 0, 200 * mm},
+       60 * mm,
+       60 * mm,
+       2 * mm},
       {"pitch lambda/4", hologram(small, 638 * nm / 4), {0, 0, 20 * um}, 20 * um, 8 * um, 0.5 * um},
-      {"pitch lambda/4, WRPs at 1 um", hologram(small, 638 * nm / 4), {0, 0, 20 * um}, 10 * um, 8 * um, 0.5 * um, {1 * um}},
+      {"pitch lambda/4, WRPs at 1 um",
+       hologram(small, 638 * nm / 4),
+       {0, 0, 20 * um},
+       10 * um,
+       8 * um,
+       0.5 * um,
+       {1 * um}},
       {"pitch 100 um", hologram(small, 100 * um), {0, 0, 1}, 6 * mm, 6 * mm, 0.2 * mm},
-      {"WRPs at 1 um", hologram(small, 3.74 * um), {0, 0, 20 * mm}, 1 * mm, 1 * mm, 40 * um, {1 * um}},
+      {"WRPs at 1 um",
+       hologram(small, 3.74 * um),
+       {0, 0, 20 * mm},
+       1 * mm,
+       1 * mm,
+       40 * um,
+       {1 * um}},
       {"WRPs at 5 m", hologram(small, 50 * um), {0, 0, 5.3}, 20 * mm, 0.2, 0.6 * mm, {5.0}},
-      {"scene of 1 um", hologram(small, 0.32 * um), {0, 0, 20 * um}, 1 * um, 1 * um, 40 * nm, {18.8 * um}},
-      {"scene 1 m wide, 10 m away", hologram(small, 3.74 * um), {0, 0, 10}, 1, 0.1, 30 * mm, {1 * mm}},
-      {"scene 1 m deep", hologram(small, 20 * um), {0, 0, 0.9}, 6 * mm, 1, 0.3 * mm, {0.3}, Method::wrp, 0.9},
-      {"1 m off the axis, 10 m away", hologram(small, 3 * um), {1, 0, 10}, 50 * mm, 50 * mm, 2 * mm, {0.2}},
+      {"scene of 1 um",
+       hologram(small, 0.32 * um),
+       {0, 0, 20 * um},
+       1 * um,
+       1 * um,
+       40 * nm,
+       {18.8 * um}},
+      {"scene 1 m wide, 10 m away",
+       hologram(small, 3.74 * um),
+       {0, 0, 10},
+       1,
+       0.1,
+       30 * mm,
+       {1 * mm}},
+      {"scene 1 m deep",
+       hologram(small, 20 * um),
+       {0, 0, 0.9},
+       6 * mm,
+       1,
+       0.3 * mm,
+       {0.3},
+       Method::wrp,
+       0.9},
+      {"1 m off the axis, 10 m away",
+       hologram(small, 3 * um),
+       {1, 0, 10},
+       50 * mm,
+       50 * mm,
+       2 * mm,
+       {0.2}},
       {"10 m away", hologram(small, 20 * um), {0, 0, 10}, 6 * mm, 6 * mm, 0.3 * mm, {9.5}},
-      {"WRP cuts a surface", hologram(small, 3.74 * um), {0, 0, 6 * mm}, 0.5 * mm, 0.4 * mm, 15 * um, {6.1 * mm}},
-      {"two slabs", hologram(small, 3.74 * um), {0, 0, 6 * mm}, 0.5 * mm, 0.4 * mm, 15 * um, {5.9 * mm, 6.1 * mm}},
-      {"points, 1 m away", hologram(small, 3.74 * um), {0, 0, 1}, 50 * mm, 50 * mm, 2 * mm, {}, Method::points},
-      {"points, wavelength 10 nm", hologram(small, 1 * um, 10 * nm), {0, 0, 1}, 1 * mm, 10 * mm, 40 * um, {}, Method::points, 0.9},
+      {"WRP cuts a surface",
+       hologram(small, 3.74 * um),
+       {0, 0, 6 * mm},
+       0.5 * mm,
+       0.4 * mm,
+       15 * um,
+       {6.1 * mm}},
+      {"two slabs",
+       hologram(small, 3.74 * um),
+       {0, 0, 6 * mm},
+       0.5 * mm,
+       0.4 * mm,
+       15 * um,
+       {5.9 * mm, 6.1 * mm}},
+      {"points, 1 m away",
+       hologram(small, 3.74 * um),
+       {0, 0, 1},
+       50 * mm,
+       50 * mm,
+       2 * mm,
+       {},
+       Method::points},
+      {"points, wavelength 10 nm",
+       hologram(small, 1 * um, 10 * nm),
+       {0, 0, 1},
+       1 * mm,
+       10 * mm,
+       40 * um,
+       {},
+       Method::points,
+       0.9},
   };
 }
 
@@ -111,8 +194,9 @@ Oracle oracle_of(const Rig& rig) {
 }
 
 struct Outcome {
-  double error = 0;         // relative L2, of the hologram
-  double unsure_share = 0;  // of the light on the WRPs: where floats cannot decide the oracle takes the device's word
+  double error = 0;  // relative L2, of the hologram
+  // Of the light on the WRPs: where floats cannot decide the oracle takes the device's word
+  double unsure_share = 0;
 };
 
 Outcome outcome_of(const raywave::cl::Device& device, const Rig& rig, const Oracle& oracle) {
@@ -121,7 +205,8 @@ Outcome outcome_of(const raywave::cl::Device& device, const Rig& rig, const Orac
   gatherer.draw_phases(1);
   const auto pixels = static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y);
   raywave::cl::ComplexBuffer field(device, pixels, "field");
-  Propagator propagator(device, {plan.size, plan.pitch_m, plan.wavelength_m, rig.scene.wrp.padding});
+  Propagator propagator(device,
+                        {plan.size, plan.pitch_m, plan.wavelength_m, rig.scene.wrp.padding});
   double unsure = 0, all = 0;
   std::vector<reference::Field> wanted;
   for (std::size_t n = 0; n < plan.wrps.size(); ++n) {
@@ -141,12 +226,15 @@ Outcome outcome_of(const raywave::cl::Device& device, const Rig& rig, const Orac
     propagator.add({{-centre_m.x, -centre_m.y}, centre_m.z});
   }
   if (!at_hologram(plan)) propagator.collect(field);
-  return {reference::relative_error(reference::to_double(field.read()), oracle.unsure ? arrived(plan, wanted) : oracle.hologram),
+  return {reference::relative_error(reference::to_double(field.read()),
+                                    oracle.unsure ? arrived(plan, wanted) : oracle.hologram),
           unsure / all};
 }
 
-/// A tilted plate `width_m` wide that shines by the highlights of the sun and of a lamp alone, which fall into the hologram.
-Stage highlights(const HologramSpec& hologram, double distance_m, double width_m, double shininess) {
+/// A tilted plate `width_m` wide that shines by the highlights of the sun and of a lamp alone,
+/// which fall into the hologram.
+Stage highlights(const HologramSpec& hologram, double distance_m, double width_m,
+                 double shininess) {
   Stage stage;
   stage.scene.file = "highlights.toml";
   stage.scene.hologram = hologram;
@@ -157,9 +245,11 @@ Stage highlights(const HologramSpec& hologram, double distance_m, double width_m
   shiny.ambient = shiny.diffuse = dvec3(0);
   shiny.specular = dvec3(1);
   shiny.shininess = shininess;
-  const dvec3 centre_m(0, 0, distance_m), u(0.5 * width_m, 0, 0.05 * width_m), v(0, 0.5 * width_m, 0.025 * width_m);
+  const dvec3 centre_m(0, 0, distance_m), u(0.5 * width_m, 0, 0.05 * width_m),
+      v(0, 0.5 * width_m, 0.025 * width_m);
   stage.add(rectangle(centre_m, u, v), shiny);
-  // Where light comes from that the middle of the plate mirrors to a place on the hologram, in hologram widths.
+  // Where light comes from that the middle of the plate mirrors to a place on the hologram, in
+  // hologram widths.
   const auto mirrored_to = [&](dvec2 place) {
     const auto at_m = dvec3(place * dvec2(hologram.resolution) * hologram.pitch_m, 0);
     return reflect(normalize(centre_m - at_m), normalize(cross(u, v)));
@@ -175,9 +265,11 @@ Stage highlights(const HologramSpec& hologram, double distance_m, double width_m
 
 constexpr Precision all_precisions[] = {Precision::floats, Precision::extended, Precision::doubles};
 
-/// Calls use(device, rig, oracle), the rig's plan set to each precision that the device has in turn.
-void on_all_devices(const Stage& stage, Method method,
-                    const std::function<void(const raywave::cl::Device&, const Rig&, const Oracle&)>& use) {
+/// Calls use(device, rig, oracle), the rig's plan set to each precision that the device has in
+/// turn.
+void on_all_devices(
+    const Stage& stage, Method method,
+    const std::function<void(const raywave::cl::Device&, const Rig&, const Oracle&)>& use) {
   for (const auto& device : all_devices()) {
     Rig rig(device, stage, method);
     REQUIRE(rig.samples.size() > 100);
@@ -190,54 +282,71 @@ void on_all_devices(const Stage& stage, Method method,
   }
 }
 
-double predicted_turns(const Plan& plan) { return plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns(); }
+double predicted_turns(const Plan& plan) {
+  return plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
+}
 
 }  // namespace
 
-TEST_CASE("a hologram is that of the same computation in double to 1e-4 in float, 1e-5 in extended and double, and as exactly as predicted",
-          "[slow]") {
+TEST_CASE(
+    "a hologram is that of the same computation in double to 1e-4 in float, 1e-5 in extended and "
+    "double, and as exactly as predicted",
+    "[slow]") {
   for (const auto& extreme : extremes()) {
-    on_all_devices(stage_of(extreme), extreme.method, [&](const auto& device, const Rig& rig, const Oracle& oracle) {
-      const auto outcome = outcome_of(device, rig, oracle);
-      const double predicted = 2 * std::numbers::pi * predicted_turns(rig.plan);
-      INFO(extreme.name << ", " << name_of(rig.plan.precision) << " on " << device.info().name << ": error " << outcome.error
-                        << ", predicted " << predicted << ", undecided " << outcome.unsure_share << "; " << rig.samples.size()
-                        << " samples, " << rig.plan.wrps.size() << " planes");
-      CHECK(outcome.error <= (rig.plan.precision == Precision::floats ? 1e-4 : 1e-5));
-      CHECK(outcome.error <= predicted);
-      CHECK(predicted <= 40 * outcome.error);
-      CHECK(outcome.unsure_share < 0.05);
-    });
+    on_all_devices(
+        stage_of(extreme), extreme.method,
+        [&](const auto& device, const Rig& rig, const Oracle& oracle) {
+          const auto outcome = outcome_of(device, rig, oracle);
+          const double predicted = 2 * std::numbers::pi * predicted_turns(rig.plan);
+          INFO(extreme.name << ", " << name_of(rig.plan.precision) << " on " << device.info().name
+                            << ": error " << outcome.error << ", predicted " << predicted
+                            << ", undecided " << outcome.unsure_share << "; " << rig.samples.size()
+                            << " samples, " << rig.plan.wrps.size() << " planes");
+          CHECK(outcome.error <= (rig.plan.precision == Precision::floats ? 1e-4 : 1e-5));
+          CHECK(outcome.error <= predicted);
+          CHECK(predicted <= 40 * outcome.error);
+          CHECK(outcome.unsure_share < 0.05);
+        });
   }
 }
 
 TEST_CASE("highlights of any sharpness are as exact, by way of a WRP and of points") {
   const auto narrow = hologram({96, 80}, 3.74 * um), wide = hologram({96, 80}, 638 * nm / 4);
   for (const double shininess : {120.0, 1e3, 1e6}) {
-    for (const auto& stage : {highlights(narrow, 10 * mm, 0.2 * mm, shininess), highlights(wide, 20 * um, 10 * um, shininess)}) {
+    for (const auto& stage : {highlights(narrow, 10 * mm, 0.2 * mm, shininess),
+                              highlights(wide, 20 * um, 10 * um, shininess)}) {
       for (const auto method : {Method::wrp, Method::points}) {
-        on_all_devices(stage, method, [&](const auto& device, const Rig& rig, const Oracle& oracle) {
-          const auto outcome = outcome_of(device, rig, oracle);
-          INFO((method == Method::wrp ? "WRP" : "points")
-               << ", shininess " << shininess << ", " << name_of(rig.plan.precision) << " on " << device.info().name << ": error "
-               << outcome.error << ", undecided " << outcome.unsure_share);
-          CHECK(outcome.error <= 1e-5);  // measured 1.3e-7 to 2e-6, 8.9e-6 for exponents of 10^6 near a wide plane
-          CHECK(outcome.unsure_share < 0.05);
-        });
+        on_all_devices(stage, method,
+                       [&](const auto& device, const Rig& rig, const Oracle& oracle) {
+                         const auto outcome = outcome_of(device, rig, oracle);
+                         INFO((method == Method::wrp ? "WRP" : "points")
+                              << ", shininess " << shininess << ", " << name_of(rig.plan.precision)
+                              << " on " << device.info().name << ": error " << outcome.error
+                              << ", undecided " << outcome.unsure_share);
+                         // Measured 1.3e-7 to 2e-6, 8.9e-6 for exponents of 10^6 near a wide plane
+                         CHECK(outcome.error <= 1e-5);
+                         CHECK(outcome.unsure_share < 0.05);
+                       });
       }
     }
   }
 }
 
-TEST_CASE("\"auto\" takes the cheapest precision that keeps the predicted error, and what is asked for is taken") {
-  const PhaseErrors errors{PhaseError{.waves_turns = 1e-2}, PhaseError{.waves_turns = 1e-4}, PhaseError{.waves_turns = 1e-6}};
-  const auto chosen = [&](double phase_turns, bool has_doubles) { return choose_precision({{}, phase_turns}, errors, has_doubles); };
+TEST_CASE(
+    "\"auto\" takes the cheapest precision that keeps the predicted error, and what is asked for "
+    "is taken") {
+  const PhaseErrors errors{PhaseError{.waves_turns = 1e-2}, PhaseError{.waves_turns = 1e-4},
+                           PhaseError{.waves_turns = 1e-6}};
+  const auto chosen = [&](double phase_turns, bool has_doubles) {
+    return choose_precision({{}, phase_turns}, errors, has_doubles);
+  };
   CHECK(chosen(0.1, true) == Precision::floats);
   CHECK(chosen(1e-3, true) == Precision::extended);
   CHECK(chosen(1e-5, true) == Precision::doubles);
   CHECK(chosen(1e-5, false) == Precision::extended);
   CHECK(chosen(1e-9, true) == Precision::doubles);  // the best there is
-  for (const auto precision : all_precisions) CHECK(choose_precision({precision, 0.1}, errors, false) == precision);
+  for (const auto precision : all_precisions)
+    CHECK(choose_precision({precision, 0.1}, errors, false) == precision);
 }
 
 TEST_CASE("precision \"double\" is refused where the device has none, with what to use instead") {
@@ -245,7 +354,8 @@ TEST_CASE("precision \"double\" is refused where the device has none, with what 
     auto info = device.info();
     info.fp64 = false;
     CHECK_THROWS_WITH(precision_option(info, Precision::doubles),
-                      Catch::Matchers::ContainsSubstring(info.name) && Catch::Matchers::ContainsSubstring("extended"));
+                      Catch::Matchers::ContainsSubstring(info.name) &&
+                          Catch::Matchers::ContainsSubstring("extended"));
     CHECK_NOTHROW(precision_option(info, Precision::extended));
   }
 }

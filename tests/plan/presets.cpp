@@ -5,10 +5,10 @@
 #include <cstdlib>
 #include <glm/common.hpp>
 
-#include "host/trace/device_scene.hpp"
 #include "host/common/error.hpp"
 #include "host/plan/planner.hpp"
 #include "host/render.hpp"
+#include "host/trace/device_scene.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
@@ -28,7 +28,9 @@ Scene data_scene(const std::string& name, const std::vector<std::string>& set = 
 
 Plan plan_of(const Scene& scene, const World& world) { return make_plan(scene, world); }
 
-Planned planned(const Scene& scene, const Goal& goal = {}) { return plan_scene(scene, build_world(scene), {}, goal); }
+Planned planned(const Scene& scene, const Goal& goal = {}) {
+  return plan_scene(scene, build_world(scene), {}, goal);
+}
 
 /// Squares of 2 mm that face the hologram, 100 mm away, centred at these places.
 World squares_at(const std::vector<glm::dvec2>& centres_m) {
@@ -62,24 +64,32 @@ Scene glowing_scene() {
 }
 
 bool warns(const Planned& p, const std::string& text) {
-  return std::any_of(p.warnings.begin(), p.warnings.end(), [&](const auto& w) { return w.find(text) != std::string::npos; });
+  return std::any_of(p.warnings.begin(), p.warnings.end(),
+                     [&](const auto& w) { return w.find(text) != std::string::npos; });
 }
 
 TEST_CASE("an empty corner gets no WRP") {
   const auto scene = glowing_scene();
-  const auto all = plan_of(scene, squares_at({{-5 * mm, -3 * mm}, {5 * mm, -3 * mm}, {-5 * mm, 3 * mm}, {5 * mm, 3 * mm}}));
+  const auto all = plan_of(
+      scene,
+      squares_at({{-5 * mm, -3 * mm}, {5 * mm, -3 * mm}, {-5 * mm, 3 * mm}, {5 * mm, 3 * mm}}));
   REQUIRE(all.grid == glm::ivec2(2, 2));
   CHECK(all.wrps.size() == 4);
-  const auto l_shaped = plan_of(scene, squares_at({{-5 * mm, -3 * mm}, {5 * mm, -3 * mm}, {-5 * mm, 3 * mm}}));
+  const auto l_shaped =
+      plan_of(scene, squares_at({{-5 * mm, -3 * mm}, {5 * mm, -3 * mm}, {-5 * mm, 3 * mm}}));
   REQUIRE(l_shaped.grid == glm::ivec2(2, 2));
   REQUIRE(l_shaped.wrps.size() == 3);
   for (const auto& wrp : l_shaped.wrps) CHECK_FALSE((wrp.centre_m.x > 0 && wrp.centre_m.y > 0));
 }
 
-TEST_CASE("a triangle whose box, but not its light, reaches into a corner gives that corner no WRP") {
+TEST_CASE(
+    "a triangle whose box, but not its light, reaches into a corner gives that corner no WRP") {
   const auto scene = glowing_scene();
   World world = squares_at({{0, 0}});
-  world.positions = {{-9 * mm, -5 * mm, 0.1}, {9 * mm, -5 * mm, 0.1}, {-9 * mm, 5 * mm, 0.1}, {-9 * mm, 5 * mm, 0.1}};
+  world.positions = {{-9 * mm, -5 * mm, 0.1},
+                     {9 * mm, -5 * mm, 0.1},
+                     {-9 * mm, 5 * mm, 0.1},
+                     {-9 * mm, 5 * mm, 0.1}};
   world.triangles = {{0, 1, 2}};
   world.triangle_object = {0};
   world.min_m = {-9 * mm, -5 * mm, 0.1};
@@ -94,7 +104,8 @@ TEST_CASE("leaving out dark WRPs leaves the hologram as it is") {
   scene.hologram.resolution = {192, 160};
   scene.sampling.pitch_m = 60 * um;
   World world = squares_at({{-0.5 * mm, -0.4 * mm}});
-  for (auto& p : world.positions) p = {(p.x + 0.5 * mm) * 0.2 - 0.5 * mm, (p.y + 0.4 * mm) * 0.2 - 0.4 * mm, 0.02};
+  for (auto& p : world.positions)
+    p = {(p.x + 0.5 * mm) * 0.2 - 0.5 * mm, (p.y + 0.4 * mm) * 0.2 - 0.4 * mm, 0.02};
   world.min_m = world.positions[0];
   world.max_m = world.positions[2];
   scene.wrp.distances_m = {19.9 * mm};
@@ -110,7 +121,8 @@ TEST_CASE("leaving out dark WRPs leaves the hologram as it is") {
   }
 }
 
-TEST_CASE("the same teapot alone in one corner costs at most 0.4 of a scene that fills 2 x 2 WRPs") {
+TEST_CASE(
+    "the same teapot alone in one corner costs at most 0.4 of a scene that fills 2 x 2 WRPs") {
   const auto filled = data_scene("teapot_four.toml");
   auto alone = filled;
   alone.objects.resize(1);
@@ -122,8 +134,9 @@ TEST_CASE("the same teapot alone in one corner costs at most 0.4 of a scene that
 }
 
 TEST_CASE("values that the file fixes are kept whatever the goal, all or one alone", "[slow]") {
-  const std::vector<std::string> all{"sampling.pitch=83 um", "sampling.frames=5", "wrp.padding=1.75",
-                                     "wrp.slabs=3",          "sampling.fan=1.05", "sampling.edge=0.25"};
+  const std::vector<std::string> all{"sampling.pitch=83 um", "sampling.frames=5",
+                                     "wrp.padding=1.75",     "wrp.slabs=3",
+                                     "sampling.fan=1.05",    "sampling.edge=0.25"};
   const auto world = build_world(data_scene("teapot.toml"));
   const auto check = [&](const std::vector<std::string>& values, const Goal& goal) {
     const auto fixed = data_scene("teapot.toml", values);
@@ -140,7 +153,8 @@ TEST_CASE("values that the file fixes are kept whatever the goal, all or one alo
     keeps("sampling.fan", p.scene.sampling.fan == 1.05);
     keeps("sampling.edge", p.scene.sampling.edge == 0.25);
   };
-  const Goal goals[] = {{Quality::draft, {}, {}}, {Quality::accurate, {}, {}}, {{}, 0.2, {}}, {{}, {}, 38}};
+  const Goal goals[] = {
+      {Quality::draft, {}, {}}, {Quality::accurate, {}, {}}, {{}, 0.2, {}}, {{}, {}, 38}};
   for (const Goal& goal : goals) check(all, goal);
   for (std::size_t i = 0; i < all.size(); ++i) {
     const auto key = all[i].substr(0, all[i].find('='));
@@ -161,11 +175,14 @@ TEST_CASE("without a goal nothing is changed") {
   CHECK(p.scene.sampling.edge == scene.sampling.edge);
 }
 
-TEST_CASE("goals for pictures let go of the wave's rim, within the error that they state; reference keeps all of it") {
+TEST_CASE(
+    "goals for pictures let go of the wave's rim, within the error that they state; reference "
+    "keeps all of it") {
   const auto scene = data_scene("teapot.toml");
   const auto world = build_world(scene);
   const auto plan_for = [&](const Goal& goal) { return plan_scene(scene, world, {}, goal); };
-  for (const auto& goal : {Goal{Quality::draft, {}, {}}, Goal{Quality::balanced, {}, {}}, Goal{{}, 0.2, {}}, Goal{{}, {}, 38.0}}) {
+  for (const auto& goal : {Goal{Quality::draft, {}, {}}, Goal{Quality::balanced, {}, {}},
+                           Goal{{}, 0.2, {}}, Goal{{}, {}, 38.0}}) {
     const auto p = plan_for(goal);
     CHECK(p.plan.cone_error > 0);
     CHECK(p.plan.cone_error <= largest_cone_error(goal));
@@ -178,7 +195,9 @@ TEST_CASE("goals for pictures let go of the wave's rim, within the error that th
 TEST_CASE("what a cone leaves out of a field is the closed form of its edge's cubic") {
   // e^2 (3 - 2 e) and its square, integrated from 0 to e.
   const auto first = [](double e) { return std::pow(e, 3) - std::pow(e, 4) / 2; };
-  const auto second = [](double e) { return 9.0 / 5 * std::pow(e, 5) - 2 * std::pow(e, 6) + 4.0 / 7 * std::pow(e, 7); };
+  const auto second = [](double e) {
+    return 9.0 / 5 * std::pow(e, 5) - 2 * std::pow(e, 6) + 4.0 / 7 * std::pow(e, 7);
+  };
   for (const Cone& cone : {Cone{1.1, 0.3}, Cone{1.2, 0.3}, Cone{1.2, 0.4}, Cone{1.0, 0.2}}) {
     INFO(cone.fan << ", " << cone.edge);
     const double at_rim = (cone.fan - 1) / cone.edge;
@@ -193,7 +212,8 @@ TEST_CASE("what a cone leaves out of a field is the closed form of its edge's cu
   CHECK(Cone{0.5, 0}.field_error() == Approx(std::sqrt(0.75)));
 }
 
-/// One layer out of focus by `defocus` squared spots, samples `pitch` spots apart, a blur of `blur` spots; alike along both axes.
+/// One layer out of focus by `defocus` squared spots, samples `pitch` spots apart, a blur of `blur`
+/// spots; alike along both axes.
 LatticePattern pattern_of(const Cone& cone, double pitch, double blur, double defocus) {
   PictureModel model;
   model.wavelength_m = 1e-6;
@@ -208,7 +228,8 @@ LatticePattern pattern_of(const Cone& cone, double pitch, double blur, double de
   return lattice_pattern(model, pitch * 100e-6);
 }
 
-/// The same from the spots themselves, added up in space: of each pair of samples, the product of their waves is blurred and squared.
+/// The same from the spots themselves, added up in space: of each pair of samples, the product of
+/// their waves is blurred and squared.
 double speckle_of_spots(const Cone& cone, double pitch, double blur, double defocus) {
   using Complex = std::complex<double>;
   constexpr double pi = 3.14159265358979323846, step = 0.2, reach = 120;
@@ -217,12 +238,15 @@ double speckle_of_spots(const Cone& cone, double pitch, double blur, double defo
   for (int i = 0; i < count; ++i) {
     for (int wave = 0; wave < waves; ++wave) {
       const double u = (wave + 0.5) / waves - 0.5;
-      spot[i] += cone.passed(2 * u) / waves * std::polar(1.0, 2 * pi * u * (i * step - reach) + pi * defocus * u * u);
+      spot[i] += cone.passed(2 * u) / waves *
+                 std::polar(1.0, 2 * pi * u * (i * step - reach) + pi * defocus * u * u);
     }
   }
   const int half = static_cast<int>(4 * blur / step);
   std::vector<double> kernel(2 * half + 1);
-  for (int i = -half; i <= half; ++i) kernel[i + half] = step / (blur * std::sqrt(2 * pi)) * std::exp(-0.5 * std::pow(i * step / blur, 2));
+  for (int i = -half; i <= half; ++i)
+    kernel[i + half] =
+        step / (blur * std::sqrt(2 * pi)) * std::exp(-0.5 * std::pow(i * step / blur, 2));
   double mean = 0, pairs = 0, alone = 0;
   for (const auto& value : spot) mean += std::norm(value) * step / pitch;
   for (int k = 0; k * pitch < reach; ++k) {
@@ -241,27 +265,36 @@ double speckle_of_spots(const Cone& cone, double pitch, double blur, double defo
   return (pairs * pairs - alone * alone) / std::pow(mean, 4);
 }
 
-TEST_CASE("samples interfere as their spots overlap, whatever the cone, the lattice and the defocus") {
+TEST_CASE(
+    "samples interfere as their spots overlap, whatever the cone, the lattice and the defocus") {
   for (const auto& cone : {Cone{1.2, 0.2}, Cone{1.1, 0.3}, Cone{1.0, 0.2}}) {
     for (const double pitch : {0.8, 1.4, 2.6, 3.0}) {
       for (const double defocus : {0.0, 6.0}) {
-        INFO("fan " << cone.fan << ", edge " << cone.edge << ", pitch " << pitch << ", defocus " << defocus);
+        INFO("fan " << cone.fan << ", edge " << cone.edge << ", pitch " << pitch << ", defocus "
+                    << defocus);
         const double expected = speckle_of_spots(cone, pitch, 1.8, defocus);
-        // Beyond the reach of the sum over spots, whose light falls with the square of the distance, lies 1 / (pi^2 120 pitch).
-        CHECK(pattern_of(cone, pitch, 1.8, defocus).speckle.at(0) == Approx(expected).epsilon(0.02).margin(5e-4));
+        // Beyond the reach of the sum over spots, whose light falls with the square of the
+        // distance, lies 1 / (pi^2 120 pitch).
+        CHECK(pattern_of(cone, pitch, 1.8, defocus).speckle.at(0) ==
+              Approx(expected).epsilon(0.02).margin(5e-4));
       }
     }
   }
 }
 
-TEST_CASE("in focus, samples that lie a whole number of spots apart interfere least, and soft edges leave less") {
-  const auto speckle = [](const Cone& cone, double pitch) { return pattern_of(cone, pitch, 6, 0).speckle.at(0); };
+TEST_CASE(
+    "in focus, samples that lie a whole number of spots apart interfere least, and soft edges "
+    "leave less") {
+  const auto speckle = [](const Cone& cone, double pitch) {
+    return pattern_of(cone, pitch, 6, 0).speckle.at(0);
+  };
   const Cone all{1.2, 0.2}, soft{1.1, 0.3};
   for (const double pitch : {2.0, 3.0, 4.0}) {
     CHECK(speckle(all, pitch) < 0.7 * speckle(all, pitch - 0.5));
     CHECK(speckle(all, pitch) < 0.7 * speckle(all, pitch + 0.5));
   }
-  for (const double pitch : {2.5, 3.5, 5.5}) CHECK(speckle(soft, pitch) < 0.7 * speckle(all, pitch));
+  for (const double pitch : {2.5, 3.5, 5.5})
+    CHECK(speckle(soft, pitch) < 0.7 * speckle(all, pitch));
 }
 
 TEST_CASE("the prediction keeps a budget, and more time never makes it less true", "[slow]") {
@@ -270,7 +303,8 @@ TEST_CASE("the prediction keeps a budget, and more time never makes it less true
   double before = -1e9;
   for (const double budget_s : {0.5, 0.7, 1.0, 1.5, 3.0, 30.0}) {
     const auto p = plan_scene(scene, world, {}, {{}, budget_s, {}});
-    CHECK(p.prediction.times.total_s() <= budget_s * 1.02);  // the lattice is rounded to whole cells
+    // The lattice is rounded to whole cells
+    CHECK(p.prediction.times.total_s() <= budget_s * 1.02);
     CHECK(p.prediction.pictures->mean_psnr_db >= before - 1e-6);
     before = p.prediction.pictures->mean_psnr_db;
   }
@@ -293,14 +327,18 @@ TEST_CASE("the prediction reaches a PSNR with less time the less is asked for") 
 TEST_CASE("qualities follow each other in time and truth, and reference samples finest", "[slow]") {
   for (const char* name : {"teapot.toml", "study.toml", "plane.toml"}) {
     INFO(name);
-    const auto scene = data_scene(name, {"sampling.pitch=auto", "sampling.frames=auto", "wrp.padding=auto"});
+    const auto scene =
+        data_scene(name, {"sampling.pitch=auto", "sampling.frames=auto", "wrp.padding=auto"});
     const auto world = build_world(scene);
     double seconds = 0, psnr_db = 0, cone_error = 1;
-    for (const auto quality : {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
+    for (const auto quality :
+         {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
       const auto p = plan_scene(scene, world, {}, {quality, {}, {}});
       CHECK(p.prediction.times.total_s() >= seconds * 0.98);
       CHECK(p.plan.cone_error <= cone_error);
-      if (p.plan.cone_error == cone_error) CHECK(p.prediction.pictures->mean_psnr_db >= psnr_db - 1e-6);  // of one cone's pictures
+      // Of one cone's pictures
+      if (p.plan.cone_error == cone_error)
+        CHECK(p.prediction.pictures->mean_psnr_db >= psnr_db - 1e-6);
       CHECK_FALSE(warns(p, "single dots"));
       seconds = p.prediction.times.total_s();
       psnr_db = p.prediction.pictures->mean_psnr_db;
@@ -322,12 +360,15 @@ TEST_CASE("two objects far apart get WRPs at each, and take a fraction of the ti
   one.wrp.slabs = 1;
   one.given.insert("wrp.slabs");
   CHECK(p.prediction.times.total_s() < 0.3 * plan_scene(one, world, {}).prediction.times.total_s());
-  CHECK(std::any_of(p.reasons.begin(), p.reasons.end(), [](const auto& r) { return r.find("slabs of depth: predicted 1 takes") == 0; }));
+  CHECK(std::any_of(p.reasons.begin(), p.reasons.end(), [](const auto& r) {
+    return r.find("slabs of depth: predicted 1 takes") == 0;
+  }));
 }
 
 TEST_CASE("scenes that gain nothing from slabs have one, and so has every scene without a goal") {
   for (const char* name : {"study.toml", "teapot.toml", "wire.toml"}) {
-    const auto scene = data_scene(name, {"sampling.pitch=auto", "sampling.frames=auto", "wrp.padding=auto", "wrp.distance=auto"});
+    const auto scene = data_scene(name, {"sampling.pitch=auto", "sampling.frames=auto",
+                                         "wrp.padding=auto", "wrp.distance=auto"});
     CHECK(planned(scene, {Quality::balanced, {}, {}}).scene.wrp.slabs == 1);
   }
   CHECK(planned(data_scene("apart.toml")).plan.slabs.size() == 1);
@@ -335,7 +376,8 @@ TEST_CASE("scenes that gain nothing from slabs have one, and so has every scene 
 
 TEST_CASE("kernels are built without what no object of the scene has") {
   auto scene = data_scene("ball_rough.toml");
-  scene.objects.resize(1);  // the ball alone: no highlight; the card's texture stays among the materials
+  // The ball alone: no highlight; the card's texture stays among the materials
+  scene.objects.resize(1);
   const auto plan = plan_of(scene, build_world(scene));
   const auto plain = kernel_options(scene, plan);
   CHECK(plain.at("RAYWAVE_TEXTURES") == "0");
@@ -345,7 +387,8 @@ TEST_CASE("kernels are built without what no object of the scene has") {
   CHECK(plain.at("RAYWAVE_BOUNCES") == "0");
   CHECK(plain.at("RAYWAVE_LIGHTS") == "1");
 
-  auto rich = data_scene("ball_smooth.toml", {"trace.shadows=true", "trace.depth=2", "materials.ball.reflectivity=0.3"});
+  auto rich = data_scene("ball_smooth.toml", {"trace.shadows=true", "trace.depth=2",
+                                              "materials.ball.reflectivity=0.3"});
   const auto all = kernel_options(rich, plan_of(rich, build_world(rich)));
   CHECK(all.at("RAYWAVE_TEXTURES") == "1");
   CHECK(all.at("RAYWAVE_SPECULAR") == "1");
@@ -366,7 +409,8 @@ TEST_CASE("the resolution is the coarsest of what is wanted, seen and resolved")
   const auto plan = plan_of(scene, build_world(scene));
   const double limit = 638e-9 * plan.lattice.full_z_m / (1080 * 3.74 * um);
   scene.viewer.distance_m = 0.25;
-  CHECK(wanted_resolution_m(scene, plan) == Approx((0.25 + plan.lattice.full_z_m) * std::atan(1.0) / 45 / 60));
+  CHECK(wanted_resolution_m(scene, plan) ==
+        Approx((0.25 + plan.lattice.full_z_m) * std::atan(1.0) / 45 / 60));
   scene.viewer.resolution_m = 40 * um;
   CHECK(wanted_resolution_m(scene, plan) == Approx(40 * um));
   scene.viewer.resolution_m = 1 * um;
@@ -374,16 +418,21 @@ TEST_CASE("the resolution is the coarsest of what is wanted, seen and resolved")
 }
 
 TEST_CASE("warnings name what the user may not have meant", "[slow]") {
-  const auto with = [](const std::vector<std::string>& set) { return planned(data_scene("teapot.toml", set)); };
+  const auto with = [](const std::vector<std::string>& set) {
+    return planned(data_scene("teapot.toml", set));
+  };
   CHECK_FALSE(warns(with({}), "wavelength"));
   CHECK(warns(with({"hologram.wavelength=638 um"}), "no visible light"));
-  CHECK_THROWS_WITH(data_scene("teapot.toml", {"hologram.wavelength=638"}), ContainsSubstring("wavelength must be 1 nm to 10 mm"));
+  CHECK_THROWS_WITH(data_scene("teapot.toml", {"hologram.wavelength=638"}),
+                    ContainsSubstring("wavelength must be 1 nm to 10 mm"));
   auto metres = glowing_scene();
   metres.hologram.wavelength_m = 638;  // as code may set it
   metres.hologram.pitch_m = {638, 638};
   metres.sampling.pitch_m = 1;
   CHECK(warns(plan_scene(metres, squares_at({{0, 0}}), {}, {}), "no visible light"));
-  CHECK(warns(with({"hologram.pitch=3.74 mm", "object.0.position=[0, 0, '100 m']", "wrp.grid=[1, 1]"}), "unlike any SLM"));
+  CHECK(warns(
+      with({"hologram.pitch=3.74 mm", "object.0.position=[0, 0, '100 m']", "wrp.grid=[1, 1]"}),
+      "unlike any SLM"));
   CHECK(warns(with({"sampling.pitch=0.3 mm"}), "single dots"));
   CHECK(warns(with({"sampling.pitch=5 um"}), "finer than what the hologram resolves"));
   CHECK(warns(with({"sampling.mode=fan"}), "alias"));
@@ -398,8 +447,9 @@ TEST_CASE("warnings name what the user may not have meant", "[slow]") {
 }
 
 TEST_CASE("a goal for a fan, whose pictures cannot be predicted, is refused") {
-  CHECK_THROWS_WITH(planned(data_scene("teapot.toml", {"sampling.mode=fan"}), Goal{Quality::draft, {}, {}}),
-                    ContainsSubstring("cannot be predicted"));
+  CHECK_THROWS_WITH(
+      planned(data_scene("teapot.toml", {"sampling.mode=fan"}), Goal{Quality::draft, {}, {}}),
+      ContainsSubstring("cannot be predicted"));
 }
 
 DeviceFigures small_device() {
@@ -415,24 +465,31 @@ TEST_CASE("memory that the device does not have is foretold, with what needs les
   const auto scene = data_scene("teapot.toml", {"hologram.tiles=[1, 1]"});
   const auto p = plan_scene(scene, build_world(scene), small_device(), {});
   CHECK(warns(p,
-              "padded plane: 63.3 MiB in one buffer, small allows 16.0 MiB; a smaller hologram.resolution or wrp.padding, or more "
+              "padded plane: 63.3 MiB in one buffer, small allows 16.0 MiB; a smaller "
+              "hologram.resolution or wrp.padding, or more "
               "hologram.tiles, needs less"));
   CHECK(warns(p, "small has 64.0 MiB"));
 }
 
-TEST_CASE("a hologram that does not fit is planned in the fewest tiles that do, and the plan says why") {
+TEST_CASE(
+    "a hologram that does not fit is planned in the fewest tiles that do, and the plan says why") {
   auto small = small_device();
   const auto scene = data_scene("teapot.toml");
   const auto world = build_world(scene);
   const auto needs_of = [&](const Plan& plan) {
-    return memory_needs(scene, world, plan, {Method::wrp, small.fft}, small.memory.largest_buffer_bytes);
+    return memory_needs(scene, world, plan, {Method::wrp, small.fft},
+                        small.memory.largest_buffer_bytes);
   };
   const auto p = plan_scene(scene, world, small);
   CHECK(p.plan.tile_grid == glm::ivec2(3, 2));
   CHECK(p.plan.tile_size == glm::ivec2(640, 540));
-  CHECK(p.plan.why_tiles == "in one piece padded plane 63.3 MiB in one buffer, the device allows 16.0 MiB");
-  CHECK(std::any_of(p.reasons.begin(), p.reasons.end(), [](const auto& r) { return r.starts_with("hologram.tiles 3 x 2: in one piece"); }));
-  for (const auto& need : needs_of(p.plan).device) CHECK(need.bytes <= small.memory.largest_buffer_bytes);
+  CHECK(p.plan.why_tiles ==
+        "in one piece padded plane 63.3 MiB in one buffer, the device allows 16.0 MiB");
+  CHECK(std::any_of(p.reasons.begin(), p.reasons.end(), [](const auto& r) {
+    return r.starts_with("hologram.tiles 3 x 2: in one piece");
+  }));
+  for (const auto& need : needs_of(p.plan).device)
+    CHECK(need.bytes <= small.memory.largest_buffer_bytes);
   CHECK(needs_of(p.plan).device_bytes() <= small.memory.device_bytes);
   CHECK_FALSE(warns(p, "small"));
 
@@ -444,7 +501,8 @@ TEST_CASE("a hologram that does not fit is planned in the fewest tiles that do, 
   CHECK(plan_scene(scene, world, small).plan.tile_grid == glm::ivec2(1, 1));
   small.memory.host_bytes = 90 << 20;  // 18 MiB of field and levels, planes of 158 MiB
   CHECK(plan_scene(scene, world, small).plan.tile_grid == glm::ivec2(2, 2));
-  small.memory.host_bytes = 1 << 20;  // what the results take does not depend on tiles: the smallest, so that what is refused says so
+  // What the results take does not depend on tiles: the smallest, so that what is refused says so
+  small.memory.host_bytes = 1 << 20;
   const auto none = plan_scene(scene, world, small).plan;
   CHECK(std::max(none.tile_size.x, none.tile_size.y) < 2 * least_tile);
 }
@@ -456,7 +514,8 @@ TEST_CASE("a second buffer of levels is counted where there is a second frame or
     const auto plan = fitting_plan(scene, world, {});
     const auto needs = memory_needs(scene, world, plan, {}, MemoryLimits::none);
     return std::count_if(needs.device.begin(), needs.device.end(), [&](const auto& need) {
-      return need.name == "hologram levels" && need.bytes == static_cast<std::uint64_t>(plan.tile_size.x * plan.tile_size.y);
+      return need.name == "hologram levels" &&
+             need.bytes == static_cast<std::uint64_t>(plan.tile_size.x * plan.tile_size.y);
     });
   };
   CHECK(buffers_of({}) == 1);

@@ -13,7 +13,8 @@ namespace raywave {
 namespace {
 
 /// The field at the hologram from the WRPs, with the padding given.
-std::vector<std::complex<float>> at_hologram(const cl::Device& device, const RenderResult& result, double padding) {
+std::vector<std::complex<float>> at_hologram(const cl::Device& device, const RenderResult& result,
+                                             double padding) {
   const auto& plan = result.plan;
   Propagator propagator(device, {plan.size, plan.pitch_m, plan.wavelength_m, padding});
   cl::ComplexBuffer field(device, result.field.samples.size(), "field");
@@ -56,9 +57,12 @@ TEST_CASE("the error of every padding is predicted from the scene within a facto
       CHECK(plan.padding_error == predicted_padding_errors(plan, {plan.padded})[0]);
       const auto exact = reference::to_double(at_hologram(device, result, 6));
       for (const double padding : {1.0, 1.125, 1.25, 1.5, 2.0}) {
-        const double measured = reference::relative_error(reference::to_double(at_hologram(device, result, padding)), exact);
-        const double predicted = predicted_padding_errors(plan, {padded_size(plan.size, padding)})[0];
-        INFO(device.info().name << ", " << c.name << ", padding " << padding << ": measured " << measured << ", predicted " << predicted);
+        const double measured = reference::relative_error(
+            reference::to_double(at_hologram(device, result, padding)), exact);
+        const double predicted =
+            predicted_padding_errors(plan, {padded_size(plan.size, padding)})[0];
+        INFO(device.info().name << ", " << c.name << ", padding " << padding << ": measured "
+                                << measured << ", predicted " << predicted);
         CHECK(predicted <= std::max(1.5 * measured, 0.003));
         CHECK(predicted >= measured / 1.6);
       }

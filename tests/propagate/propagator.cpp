@@ -31,11 +31,13 @@ using FloatField = std::vector<std::complex<float>>;
 constexpr double red_m = 638e-9;
 constexpr double um = 1e-6, mm = 1e-3;
 
-PropagatorSpec spec_of(const Setup& s, double padding = 2, cl::FftBackend backend = cl::FftBackend::host) {
+PropagatorSpec spec_of(const Setup& s, double padding = 2,
+                       cl::FftBackend backend = cl::FftBackend::host) {
   return {s.size, s.pitch_m, s.wavelength_m, padding, backend};
 }
 
-FloatField propagate(const cl::Device& device, Propagator& propagator, const FloatField& source, glm::dvec2 shift_m, double distance_m) {
+FloatField propagate(const cl::Device& device, Propagator& propagator, const FloatField& source,
+                     glm::dvec2 shift_m, double distance_m) {
   cl::ComplexBuffer field(device, source, "field");
   propagator.load(field);
   propagator.add({shift_m, distance_m});
@@ -43,8 +45,8 @@ FloatField propagate(const cl::Device& device, Propagator& propagator, const Flo
   return field.read();
 }
 
-FloatField propagate(const cl::Device& device, const FloatField& source, const Setup& s, double padding = 2,
-                     cl::FftBackend backend = cl::FftBackend::host) {
+FloatField propagate(const cl::Device& device, const FloatField& source, const Setup& s,
+                     double padding = 2, cl::FftBackend backend = cl::FftBackend::host) {
   Propagator propagator(device, spec_of(s, padding, backend));
   return propagate(device, propagator, source, s.shift_m, s.distance_m);
 }
@@ -54,12 +56,14 @@ double relative_error(const FloatField& a, const FloatField& b) {
 }
 
 /// Error of the device against the same discrete propagation in double.
-double discrete_error(const cl::Device& device, const Setup& s, double padding = 2, cl::FftBackend backend = cl::FftBackend::host) {
+double discrete_error(const cl::Device& device, const Setup& s, double padding = 2,
+                      cl::FftBackend backend = cl::FftBackend::host) {
   const auto source = noise(s.size, 7);
   Propagator propagator(device, spec_of(s, padding, backend));
   const auto got = propagate(device, propagator, source, s.shift_m, s.distance_m);
-  return reference::relative_error(reference::to_double(got),
-                                   reference::shifted_angular_spectrum(reference::to_double(source), s, propagator.padded_size()));
+  return reference::relative_error(
+      reference::to_double(got), reference::shifted_angular_spectrum(reference::to_double(source),
+                                                                     s, propagator.padded_size()));
 }
 
 /// Error of the device against the direct sum, on every n-th row (the sum is slow).
@@ -76,7 +80,8 @@ double direct_error(const cl::Device& device, const Setup& s, const Field& sourc
 
 std::complex<double> inner_product(const FloatField& a, const FloatField& b) {
   std::complex<double> sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += std::complex<double>(a[i]) * std::conj(std::complex<double>(b[i]));
+  for (std::size_t i = 0; i < a.size(); ++i)
+    sum += std::complex<double>(a[i]) * std::conj(std::complex<double>(b[i]));
   return sum;
 }
 
@@ -125,7 +130,9 @@ TEST_CASE("the band is the closed form, also where the shift exceeds half the pa
   CHECK(partly.second > 0);
 }
 
-TEST_CASE("apodised fields arrive as the direct Rayleigh-Sommerfeld sum says, at wide angles and shifted") {
+TEST_CASE(
+    "apodised fields arrive as the direct Rayleigh-Sommerfeld sum says, at wide angles and "
+    "shifted") {
   struct Case {
     const char* name;
     glm::ivec2 size;
@@ -137,13 +144,37 @@ TEST_CASE("apodised fields arrive as the direct Rayleigh-Sommerfeld sum says, at
   const Case cases[] = {
       {"on the axis", {96, 80}, 0.5 * um, 5 * um, {0, 0}, {0, 0}, 40 * um},
       {"on the axis, focused tightly", {96, 80}, 0.4 * um, 2.5 * um, {0, 0}, {0, 0}, 30 * um},
-      {"partly shifted in x, |x0| < S", {96, 80}, 0.5 * um, 5 * um, {0.4, 0}, {26 * um, 0}, 60 * um},
+      {"partly shifted in x, |x0| < S",
+       {96, 80},
+       0.5 * um,
+       5 * um,
+       {0.4, 0},
+       {26 * um, 0},
+       60 * um},
       {"partly shifted in y", {80, 96}, 0.5 * um, 5 * um, {0, 0.4}, {0, 26 * um}, 60 * um},
-      {"partly shifted in both", {96, 80}, 0.5 * um, 5 * um, {-0.3, 0.25}, {-20 * um, 16 * um}, 60 * um},
-      {"fully shifted in x, S < |x0| < 2 S", {96, 80}, 0.5 * um, 5 * um, {0.4, 0}, {66 * um, 0}, 150 * um},
+      {"partly shifted in both",
+       {96, 80},
+       0.5 * um,
+       5 * um,
+       {-0.3, 0.25},
+       {-20 * um, 16 * um},
+       60 * um},
+      {"fully shifted in x, S < |x0| < 2 S",
+       {96, 80},
+       0.5 * um,
+       5 * um,
+       {0.4, 0},
+       {66 * um, 0},
+       150 * um},
       {"fully shifted down", {80, 96}, 0.5 * um, 5 * um, {0, -0.4}, {0, -66 * um}, 150 * um},
       {"beyond 2 S", {96, 80}, 0.5 * um, 6 * um, {0.45, 0.1}, {110 * um, 24 * um}, 220 * um},
-      {"backwards, shifted", {96, 80}, 0.5 * um, 5 * um, {0.4, 0.1}, {-26 * um, -6.5 * um}, -60 * um},
+      {"backwards, shifted",
+       {96, 80},
+       0.5 * um,
+       5 * um,
+       {0.4, 0.1},
+       {-26 * um, -6.5 * um},
+       -60 * um},
   };
   for (const auto& device : test::all_devices()) {
     for (const auto& c : cases) {
@@ -169,7 +200,8 @@ TEST_CASE("a hard-edged window costs what band limit and padding cost, below one
 
 TEST_CASE("every size propagates as the same discrete propagation in double") {
   for (const auto& device : test::all_devices()) {
-    for (const glm::ivec2 size : {glm::ivec2(1, 1), {1, 37}, {37, 1}, {31, 17}, {53, 64}, {96, 80}, {127, 61}}) {
+    for (const glm::ivec2 size :
+         {glm::ivec2(1, 1), {1, 37}, {37, 1}, {31, 17}, {53, 64}, {96, 80}, {127, 61}}) {
       for (const double padding : {1.0, 1.25, 2.0}) {
         const Setup s{size, {4 * um, 3 * um}, red_m, {1.5 * um, -1 * um}, 0.2 * mm};
         INFO(device.info().name << ", " << size.x << " x " << size.y << ", padding " << padding);
@@ -189,12 +221,13 @@ TEST_CASE("every distance, shift and angle keeps its phase") {
       {{240, 200}, {0.4 * um, 0.4 * um}, red_m, {0, 0}, 0.05 * mm},
       {{240, 200}, {0.4 * um, 0.4 * um}, red_m, {0.1 * mm, -0.05 * mm}, 0.2 * mm},
       {{1920, 3}, {0.4 * um, 0.4 * um}, red_m, {5 * mm, 0}, 10 * mm},  // R of thousands of turns
-      {{480, 400}, {0.2 * um, 0.2 * um}, red_m, {0, 0}, 0.01 * mm},    // evanescent frequencies are sampled
+      // Evanescent frequencies are sampled
+      {{480, 400}, {0.2 * um, 0.2 * um}, red_m, {0, 0}, 0.01 * mm},
   };
   for (const auto& device : test::all_devices()) {
     for (const auto& s : cases) {
-      INFO(device.info().name << ", z " << s.distance_m << " m, shift " << s.shift_m.x << ", " << s.shift_m.y << " m, pitch "
-                              << s.pitch_m.x);
+      INFO(device.info().name << ", z " << s.distance_m << " m, shift " << s.shift_m.x << ", "
+                              << s.shift_m.y << " m, pitch " << s.pitch_m.x);
       const double error = discrete_error(device, s);
       UNSCOPED_INFO("relative L2 error " << error);
       CHECK(error < 1e-6);
@@ -223,14 +256,16 @@ TEST_CASE("every width of packets, and the launches of GPUs, give the same field
         INFO(info.name << ", lanes " << lanes << (kind == cl::DeviceKind::gpu ? ", as a GPU" : ""));
         const cl::Device device(info);
         CHECK(discrete_error(device, s) < 1e-6);
-        CHECK(discrete_error(device, {s.size, {0.4 * um, 0.4 * um}, red_m, {}, 2 * mm}) < 1e-6);  // two floats
+        // Two floats
+        CHECK(discrete_error(device, {s.size, {0.4 * um, 0.4 * um}, red_m, {}, 2 * mm}) < 1e-6);
       }
     }
   }
 }
 
 TEST_CASE("propagating by zero distance returns the field") {
-  const Setup s{{45, 38}, {0.2 * um, 0.2 * um}, red_m, {0, 0}, 0};  // evanescent frequencies come back, too
+  // Evanescent frequencies come back, too
+  const Setup s{{45, 38}, {0.2 * um, 0.2 * um}, red_m, {0, 0}, 0};
   for (const auto& device : test::all_devices()) {
     const auto source = noise(s.size, 1);
     CHECK(relative_error(propagate(device, source, s), source) < 1e-6);
@@ -290,7 +325,9 @@ TEST_CASE("the adjoint is propagation back by the opposite shift") {
   }
 }
 
-TEST_CASE("sources summed before one inverse transform equal the sum of their propagations, time after time") {
+TEST_CASE(
+    "sources summed before one inverse transform equal the sum of their propagations, time after "
+    "time") {
   const Setup s{{50, 34}, {2 * um, 2 * um}, red_m, {}, 0.2 * mm};
   const glm::dvec2 left(-40 * um, 0), right(35 * um, 11 * um);
   for (const auto& device : test::all_devices()) {
@@ -298,7 +335,8 @@ TEST_CASE("sources summed before one inverse transform equal the sum of their pr
     Propagator propagator(device, spec_of(s));
     auto expected = propagate(device, propagator, a, left, s.distance_m);
     const auto second = propagate(device, propagator, b, right, 0.3 * mm);
-    std::transform(expected.begin(), expected.end(), second.begin(), expected.begin(), std::plus<>());
+    std::transform(expected.begin(), expected.end(), second.begin(), expected.begin(),
+                   std::plus<>());
     for (int repeat = 0; repeat < 2; ++repeat) {
       cl::ComplexBuffer field(device, a, "field");
       propagator.load(field);
@@ -319,19 +357,24 @@ TEST_CASE("light that stays inside the window comes right at every padding") {
   // From one side to the other, too: farther than half the padded plane.
   const Setup s{{320, 160}, {1.6 * um, 1.6 * um}, red_m, {}, 2.4 * mm};
   auto source = beam(s, 20 * um, {0, 0});
-  for (int y = 0; y < s.size.y; ++y) {  // its middle to the left end, from where it heads for the right one
+  // Its middle to the left end, from where it heads for the right one
+  for (int y = 0; y < s.size.y; ++y) {
     auto* row = source.data() + y * s.size.x;
     std::rotate(row, row + 104, row + s.size.x);
-    for (int x = 0; x < s.size.x; ++x) row[x] *= std::polar(1.0, 2 * pi / s.wavelength_m * 0.138 * x * s.pitch_m.x);
+    for (int x = 0; x < s.size.x; ++x)
+      row[x] *= std::polar(1.0, 2 * pi / s.wavelength_m * 0.138 * x * s.pitch_m.x);
   }
   for (const auto& device : test::all_devices()) {
     const auto wide = propagate(device, to_float(source), s, 4);
     CHECK(centre_of_mass(wide, s.size).x > -104 + 0.625 * s.size.x);
     for (const double padding : {1.0, 1.125, 1.25, 1.5, 2.0}) {
       for (const auto backend : test::backends_of(device)) {
-        if (backend != cl::FftBackend::host && padding != 1.25) continue;  // their plans take seconds
-        const double error = relative_error(propagate(device, to_float(source), s, padding, backend), wide);
-        INFO(device.info().name << ", " << cl::name_of(backend) << ", padding " << padding << ": " << error);
+        // Their plans take seconds
+        if (backend != cl::FftBackend::host && padding != 1.25) continue;
+        const double error =
+            relative_error(propagate(device, to_float(source), s, padding, backend), wide);
+        INFO(device.info().name << ", " << cl::name_of(backend) << ", padding " << padding << ": "
+                                << error);
         CHECK(error < 1e-3);
       }
     }
@@ -351,7 +394,8 @@ TEST_CASE("more sources than wait for the inverse transform still add up") {
       together.load(field, 0, {&target, 1});
       together.add(target);
       const auto part = propagate(device, alone, source, target.shift_m, target.distance_m);
-      std::transform(expected.begin(), expected.end(), part.begin(), expected.begin(), std::plus<>());
+      std::transform(expected.begin(), expected.end(), part.begin(), expected.begin(),
+                     std::plus<>());
     }
     together.collect(field);
     CHECK(relative_error(field.read(), expected) < 1e-6);
@@ -371,7 +415,8 @@ TEST_CASE("columns without light hide nothing of what was there before them") {
   for (const auto& device : test::all_devices()) {
     Propagator used(device, spec_of(s));
     for (const auto& source : {part(0, 75), part(33, 40), part(0, 16), part(0, 0), part(70, 75)})
-      CHECK(propagate(device, used, source, s.shift_m, s.distance_m) == propagate(device, source, s));
+      CHECK(propagate(device, used, source, s.shift_m, s.distance_m) ==
+            propagate(device, source, s));
     const auto left = propagate(device, used, part(0, 37), s.shift_m, s.distance_m),
                right = propagate(device, used, part(37, 75), s.shift_m, s.distance_m);
     auto sum = left;
@@ -386,13 +431,16 @@ TEST_CASE("a source loaded for its targets arrives as one loaded for any, and ot
     const auto source = noise(s.size, 3);
     Propagator propagator(device, spec_of(s));
     cl::ComplexBuffer field(device, source, "field");
-    const Target targets[] = {{{0, 0}, s.distance_m}, {{0, 0.1 * mm}, s.distance_m}, {{0, -0.1 * mm}, s.distance_m}};
+    const Target targets[] = {
+        {{0, 0}, s.distance_m}, {{0, 0.1 * mm}, s.distance_m}, {{0, -0.1 * mm}, s.distance_m}};
     propagator.load(field, 0, {targets, 2});
     CHECK_THROWS_AS(propagator.add(targets[2]), std::invalid_argument);
     for (const auto& target : {targets[0], targets[1]}) {
       propagator.add(target);
       propagator.collect(field);
-      CHECK(field.read() == propagate(device, source, {s.size, s.pitch_m, red_m, target.shift_m, target.distance_m}));
+      CHECK(
+          field.read() ==
+          propagate(device, source, {s.size, s.pitch_m, red_m, target.shift_m, target.distance_m}));
     }
   }
 }
@@ -413,12 +461,14 @@ TEST_CASE("one loaded source serves several targets") {
 }
 
 TEST_CASE("a shift beyond reach is refused with the largest that is usable") {
-  // The steepest light that arrives has the highest sampled frequency f = 63/128 per um (64/128 to the other side) and leaves for the far
-  // edge of the padded plane across, where its other slope is at most S/z = 0.64:
-  // least S + z lambda f / sqrt(1 - (lambda f)^2), most sqrt(1 + 0.64^2) times that.
+  // The steepest light that arrives has the highest sampled frequency f = 63/128 per um (64/128 to
+  // the other side) and leaves for the far edge of the padded plane across, where its other slope
+  // is at most S/z = 0.64: least S + z lambda f / sqrt(1 - (lambda f)^2), most sqrt(1 + 0.64^2)
+  // times that.
   const Setup s{{64, 64}, {um, um}, red_m, {}, 0.1 * mm};
   const auto reach = [&](double f, double slope) {
-    return 64 * um + s.distance_m * red_m * f * std::hypot(1, slope) / std::sqrt(1 - red_m * f * red_m * f);
+    return 64 * um +
+           s.distance_m * red_m * f * std::hypot(1, slope) / std::sqrt(1 - red_m * f * red_m * f);
   };
   const double least = reach(63 / (128 * um), 0), most = reach(64 / (128 * um), 0.64);
   for (const auto& device : test::all_devices()) {
@@ -437,8 +487,8 @@ TEST_CASE("a shift beyond reach is refused with the largest that is usable") {
         INFO(message);
         double x_mm = 0, y_mm = 0;
         REQUIRE(message.find("usable shift is ") != std::string::npos);
-        REQUIRE(std::sscanf(message.c_str() + message.find("usable shift is "), "usable shift is %lf mm in x, %lf mm in y", &x_mm, &y_mm) ==
-                2);
+        REQUIRE(std::sscanf(message.c_str() + message.find("usable shift is "),
+                            "usable shift is %lf mm in x, %lf mm in y", &x_mm, &y_mm) == 2);
         const double named = (side.x != 0 ? x_mm : y_mm) * mm;
         CHECK(named > least);
         CHECK(named < most * 1.001);
@@ -478,8 +528,10 @@ TEST_CASE("full size: error and time", "[.measure]") {
         const auto start = std::chrono::steady_clock::now();
         f();
         device.finish();
-        milliseconds[step] =
-            std::min(milliseconds[step], std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+        milliseconds[step] = std::min(
+            milliseconds[step],
+            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+                .count());
       };
       for (int repeat = 0; repeat < 5; ++repeat) {
         timed(0, [&] { propagator.load(field); });
@@ -487,10 +539,13 @@ TEST_CASE("full size: error and time", "[.measure]") {
         timed(2, [&] { propagator.collect(field); });
       }
       const auto got = propagate(device, propagator, source, shift_m, distance_m);
-      const double error = reference::relative_error(
-          reference::to_double(got), reference::shifted_angular_spectrum(reference::to_double(source), s, propagator.padded_size()));
-      std::cout << device.info().name << ", z " << distance_m << " m: load " << milliseconds[0] << " ms, add " << milliseconds[1]
-                << " ms, collect " << milliseconds[2] << " ms, relative L2 error " << error << "\n";
+      const double error =
+          reference::relative_error(reference::to_double(got),
+                                    reference::shifted_angular_spectrum(
+                                        reference::to_double(source), s, propagator.padded_size()));
+      std::cout << device.info().name << ", z " << distance_m << " m: load " << milliseconds[0]
+                << " ms, add " << milliseconds[1] << " ms, collect " << milliseconds[2]
+                << " ms, relative L2 error " << error << "\n";
     }
   }
 }

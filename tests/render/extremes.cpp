@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes and holograms at the ends of what can be asked: a right result within a stated bound, or a refusal that says why.
+// Scenes and holograms at the ends of what can be asked: a right result within a stated bound, or a
+// refusal that says why.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 #include <random>
 
-#include "host/view/compare.hpp"
-#include "host/view/lens.hpp"
 #include "host/propagate/propagator.hpp"
-#include "host/view/reconstruct.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/reference/shading.hpp"
 #include "host/render.hpp"
+#include "host/view/compare.hpp"
+#include "host/view/lens.hpp"
+#include "host/view/reconstruct.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
@@ -40,7 +41,8 @@ struct Way {
 
 const Way ways[] = {{"aimed"},
                     {"fan of hits", Method::wrp, SamplingMode::fan},
-                    {"fan of surface samples", Method::wrp, SamplingMode::fan, FanSource::surface, FanShape::perspective},
+                    {"fan of surface samples", Method::wrp, SamplingMode::fan, FanSource::surface,
+                     FanShape::perspective},
                     {"points", Method::points},
                     {"rays", Method::rays, SamplingMode::fan}};
 
@@ -59,7 +61,8 @@ RenderResult rendered(const cl::Device& device, Scene scene, const Way& way = wa
   return result;
 }
 
-std::vector<std::complex<float>> field_of(const cl::Device& device, const Scene& scene, const Way& way = ways[0]) {
+std::vector<std::complex<float>> field_of(const cl::Device& device, const Scene& scene,
+                                          const Way& way = ways[0]) {
   return rendered(device, scene, way).field.samples;
 }
 
@@ -69,7 +72,8 @@ double energy(const std::vector<std::complex<float>>& field) {
   return sum;
 }
 
-/// A shiny ball before a wall, 10 mm from a hologram of 64 x 48 pixels of 4 um, all lengths times `scale`.
+/// A shiny ball before a wall, 10 mm from a hologram of 64 x 48 pixels of 4 um, all lengths times
+/// `scale`.
 Scene small_scene(const Folder& folder, double scale = 1) {
   Scene scene;
   scene.hologram.resolution = {64, 48};
@@ -81,9 +85,11 @@ Scene small_scene(const Folder& folder, double scale = 1) {
   Material wall;
   wall.diffuse = glm::dvec3(0.9);
   scene.materials = {ball, wall};
-  scene.objects = {test::object_at(folder.write("ball.obj", test::ball_obj(12, 6)), 0.15 * mm * scale,
-                                   glm::dvec3(20 * um, 10 * um, 9.8 * mm) * scale, 0),
-                   test::object_at(folder.write("wall.obj", test::square_obj()), 0.3 * mm * scale, glm::dvec3(0, 0, 10 * mm) * scale, 1)};
+  scene.objects = {
+      test::object_at(folder.write("ball.obj", test::ball_obj(12, 6)), 0.15 * mm * scale,
+                      glm::dvec3(20 * um, 10 * um, 9.8 * mm) * scale, 0),
+      test::object_at(folder.write("wall.obj", test::square_obj()), 0.3 * mm * scale,
+                      glm::dvec3(0, 0, 10 * mm) * scale, 1)};
   scene.objects[1].rotation_deg = {5, -8, 0};
   Light light;
   light.direction = {0.4, -0.5, 0.8};
@@ -104,15 +110,20 @@ std::vector<std::complex<double>> direct_sum(const cl::Device& device, const Sce
   std::vector<std::complex<double>> direct;
   for (int row = 0; row < plan.size.y; ++row) {
     for (int column = 0; column < plan.size.x; ++column) {
-      const glm::dvec3 pixel_m((column - (plan.size.x - 1) / 2.0) * plan.pitch_m.x, ((plan.size.y - 1) / 2.0 - row) * plan.pitch_m.y, 0);
+      const glm::dvec3 pixel_m((column - (plan.size.x - 1) / 2.0) * plan.pitch_m.x,
+                               ((plan.size.y - 1) / 2.0 - row) * plan.pitch_m.y, 0);
       std::complex<double> sum = 0;
       for (const auto& s : samples) {
         const auto way = pixel_m - (glm::dvec3(s.x, s.y, s.z) + plan.origin_m);
         const double r = length(way);
-        if (std::abs(way.x) > plan.largest_sine.x * r || std::abs(way.y) > plan.largest_sine.y * r) continue;
-        const double turns = std::remainder(r / plan.wavelength_m, 1) + reference::phase_turns_of_key(s.key, scene.sampling.seed);
-        const double area = std::clamp((s.tilt_x * way.x + s.tilt_y * way.y) / -way.z - s.tilt_z, 0.0, 4.0);
-        sum += std::polar(std::sqrt(s.radiance * area) * s.weight / r, 2 * std::numbers::pi * turns);
+        if (std::abs(way.x) > plan.largest_sine.x * r || std::abs(way.y) > plan.largest_sine.y * r)
+          continue;
+        const double turns = std::remainder(r / plan.wavelength_m, 1) +
+                             reference::phase_turns_of_key(s.key, scene.sampling.seed);
+        const double area =
+            std::clamp((s.tilt_x * way.x + s.tilt_y * way.y) / -way.z - s.tilt_z, 0.0, 4.0);
+        sum +=
+            std::polar(std::sqrt(s.radiance * area) * s.weight / r, 2 * std::numbers::pi * turns);
       }
       direct.push_back(sum);
     }
@@ -120,7 +131,8 @@ std::vector<std::complex<double>> direct_sum(const cl::Device& device, const Sce
   return direct;
 }
 
-TEST_CASE("light of 10 nm and of 1.3 mm gives the field of a scene as many times smaller or larger") {
+TEST_CASE(
+    "light of 10 nm and of 1.3 mm gives the field of a scene as many times smaller or larger") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto& way : ways) {
@@ -136,11 +148,15 @@ TEST_CASE("light of 10 nm and of 1.3 mm gives the field of a scene as many times
   }
 }
 
-TEST_CASE("propagation at the ends of wavelength, pitch and distance is the discrete one, or refused with a reason") {
+TEST_CASE(
+    "propagation at the ends of wavelength, pitch and distance is the discrete one, or refused "
+    "with a reason") {
   std::mt19937 random(1);
   const glm::ivec2 size(36, 29);
   std::vector<std::complex<float>> source(static_cast<std::size_t>(size.x) * size.y);
-  for (auto& z : source) z = {static_cast<float>(test::uniform(random, -1, 1)), static_cast<float>(test::uniform(random, -1, 1))};
+  for (auto& z : source)
+    z = {static_cast<float>(test::uniform(random, -1, 1)),
+         static_cast<float>(test::uniform(random, -1, 1))};
   for (const auto& device : test::all_devices()) {
     int done = 0, refused = 0;
     for (const double wavelength_m : {10e-9, 638e-9, 1e-3}) {
@@ -148,21 +164,26 @@ TEST_CASE("propagation at the ends of wavelength, pitch and distance is the disc
         Propagator propagator(device, {size, {pitch_m, pitch_m}, wavelength_m, 2, host});
         for (const double distance_m : {0.0, 1e-6, 1e-3, 0.1, 1.0, 100.0}) {
           for (const double shift : {0.0, 0.7}) {
-            reference::Setup setup{size, {pitch_m, pitch_m}, wavelength_m, {shift * size.x * pitch_m, 0}, distance_m};
+            reference::Setup setup{
+                size, {pitch_m, pitch_m}, wavelength_m, {shift * size.x * pitch_m, 0}, distance_m};
             cl::ComplexBuffer field(device, source.size(), "field");
             field.write(source);
             propagator.load(field);
             const auto error = input_error_of([&] { propagator.add({setup.shift_m, distance_m}); });
             if (!error.empty()) {
-              CHECK_THAT(error, ContainsSubstring("no light arrives") || ContainsSubstring("too far for its phase"));
+              CHECK_THAT(error, ContainsSubstring("no light arrives") ||
+                                    ContainsSubstring("too far for its phase"));
               CHECK_THAT(error, !ContainsSubstring("inf"));
               ++refused;
               continue;
             }
             propagator.collect(field);
-            const auto expected = reference::shifted_angular_spectrum(reference::to_double(source), setup, propagator.padded_size());
-            const double relative = reference::relative_error(reference::to_double(field.read()), expected);
-            INFO(wavelength_m << " m, pitch " << pitch_m << " m, distance " << distance_m << " m, shift " << setup.shift_m.x << " m");
+            const auto expected = reference::shifted_angular_spectrum(
+                reference::to_double(source), setup, propagator.padded_size());
+            const double relative =
+                reference::relative_error(reference::to_double(field.read()), expected);
+            INFO(wavelength_m << " m, pitch " << pitch_m << " m, distance " << distance_m
+                              << " m, shift " << setup.shift_m.x << " m");
             // Turns of d / lambda in double are the oracle's floor: 1.2e-5 at 1e10 of them.
             CHECK(relative <= 1e-6 + 2e-15 * distance_m / wavelength_m);
             ++done;
@@ -182,18 +203,24 @@ struct Place {
   glm::dvec3 position_m;
 };
 
-const Place places[] = {{"0.3 mm at 10 mm", 638e-9, 4e-6, 20e-6, 0.3e-3, {0, 0, 10e-3}},
-                        {"1 um at 20 um", 638e-9, 0.16e-6, 0.1e-6, 1e-6, {1e-6, 0, 20e-6}},
-                        {"4 um at 1 um, pixels of a quarter wavelength", 638e-9, 0.1595e-6, 0.25e-6, 4e-6, {0, 0, 1e-6}},
-                        {"1 um at 10 mm", 638e-9, 4e-6, 0.1e-6, 1e-6, {50e-6, 0, 10e-3}},
-                        {"10 nm, pixels of a quarter wavelength", 10e-9, 2.5e-9, 20e-9, 200e-9, {0, 0, 1e-6}},
-                        {"10 nm, 4 um pixels, at 1 m", 10e-9, 4e-6, 20e-6, 0.2e-3, {0, 0, 1}},
-                        {"1 mm, pixels of a quarter wavelength, at 0.1 m", 1e-3, 0.25e-3, 1e-3, 20e-3, {0, 0, 0.1}},
-                        {"1 mm, 100 um pixels, at 0.1 m", 1e-3, 100e-6, 1e-3, 20e-3, {0, 0, 0.1}},
-                        {"1 m, 100 um pixels of 1 mm light, at 1 m", 1e-3, 100e-6, 20e-3, 1, {0, 0, 1}},
-                        {"0.2 m at 10 m, 1 m off the axis", 638e-9, 2e-6, 10e-3, 0.2, {1, 0, 10}},
-                        {"1 m at 100 m", 638e-9, 8e-6, 50e-3, 1, {0, 0, 100}},
-                        {"100 um pixels, 3 mm at 1 m", 638e-9, 100e-6, 0.1e-3, 3e-3, {0, 0, 1}}};
+const Place places[] = {
+    {"0.3 mm at 10 mm", 638e-9, 4e-6, 20e-6, 0.3e-3, {0, 0, 10e-3}},
+    {"1 um at 20 um", 638e-9, 0.16e-6, 0.1e-6, 1e-6, {1e-6, 0, 20e-6}},
+    {"4 um at 1 um, pixels of a quarter wavelength",
+     638e-9,
+     0.1595e-6,
+     0.25e-6,
+     4e-6,
+     {0, 0, 1e-6}},
+    {"1 um at 10 mm", 638e-9, 4e-6, 0.1e-6, 1e-6, {50e-6, 0, 10e-3}},
+    {"10 nm, pixels of a quarter wavelength", 10e-9, 2.5e-9, 20e-9, 200e-9, {0, 0, 1e-6}},
+    {"10 nm, 4 um pixels, at 1 m", 10e-9, 4e-6, 20e-6, 0.2e-3, {0, 0, 1}},
+    {"1 mm, pixels of a quarter wavelength, at 0.1 m", 1e-3, 0.25e-3, 1e-3, 20e-3, {0, 0, 0.1}},
+    {"1 mm, 100 um pixels, at 0.1 m", 1e-3, 100e-6, 1e-3, 20e-3, {0, 0, 0.1}},
+    {"1 m, 100 um pixels of 1 mm light, at 1 m", 1e-3, 100e-6, 20e-3, 1, {0, 0, 1}},
+    {"0.2 m at 10 m, 1 m off the axis", 638e-9, 2e-6, 10e-3, 0.2, {1, 0, 10}},
+    {"1 m at 100 m", 638e-9, 8e-6, 50e-3, 1, {0, 0, 100}},
+    {"100 um pixels, 3 mm at 1 m", 638e-9, 100e-6, 0.1e-3, 3e-3, {0, 0, 1}}};
 
 Scene scene_at(const Place& place, const std::filesystem::path& mesh) {
   Scene scene;
@@ -207,7 +234,9 @@ Scene scene_at(const Place& place, const std::filesystem::path& mesh) {
   return scene;
 }
 
-TEST_CASE("the sum of all points is the direct sum at every end of wavelength, pitch, size and distance") {
+TEST_CASE(
+    "the sum of all points is the direct sum at every end of wavelength, pitch, size and "
+    "distance") {
   const Folder folder;
   const auto mesh = folder.write("square.obj", test::square_obj());
   for (const auto& device : test::all_devices()) {
@@ -223,7 +252,9 @@ TEST_CASE("the sum of all points is the direct sum at every end of wavelength, p
   }
 }
 
-TEST_CASE("WRPs at every end of wavelength, pitch, size and distance: the field is the discrete propagation of theirs, or is refused") {
+TEST_CASE(
+    "WRPs at every end of wavelength, pitch, size and distance: the field is the discrete "
+    "propagation of theirs, or is refused") {
   const Folder folder;
   const auto mesh = folder.write("square.obj", test::square_obj());
   for (const auto& device : test::all_devices()) {
@@ -233,25 +264,32 @@ TEST_CASE("WRPs at every end of wavelength, pitch, size and distance: the field 
       RenderResult result;
       const auto refusal = input_error_of([&] { result = rendered(device, scene); });
       if (!refusal.empty()) {
-        CHECK_THAT(refusal, ContainsSubstring("no light arrives") || ContainsSubstring("more WRPs"));
+        CHECK_THAT(refusal,
+                   ContainsSubstring("no light arrives") || ContainsSubstring("more WRPs"));
         continue;
       }
       reference::Field sum(result.field.samples.size());
       for (std::size_t i = 0; i < result.wrps.size(); ++i) {
         const auto centre_m = result.plan.wrps[i].centre_m;
-        const reference::Setup setup{result.plan.size, result.plan.pitch_m, result.plan.wavelength_m, -glm::dvec2(centre_m), centre_m.z};
-        const auto part = reference::shifted_angular_spectrum(reference::to_double(result.wrps[i].samples), setup, result.plan.padded);
+        const reference::Setup setup{result.plan.size, result.plan.pitch_m,
+                                     result.plan.wavelength_m, -glm::dvec2(centre_m), centre_m.z};
+        const auto part = reference::shifted_angular_spectrum(
+            reference::to_double(result.wrps[i].samples), setup, result.plan.padded);
         for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += part[k];
       }
-      const double error = reference::relative_error(reference::to_double(result.field.samples), sum);
+      const double error =
+          reference::relative_error(reference::to_double(result.field.samples), sum);
       const auto points = field_of(device, scene, ways[3]);
-      CHECK(error <= 1e-6);                                            // measured 2e-7
-      CHECK(test::correlation(result.field.samples, points) >= 0.85);  // 0.90 to 0.97: windows of 40 x 32 pixels have hard edges
+      CHECK(error <= 1e-6);  // measured 2e-7
+      // 0.90 to 0.97: windows of 40 x 32 pixels have hard edges
+      CHECK(test::correlation(result.field.samples, points) >= 0.85);
     }
   }
 }
 
-TEST_CASE("a WRP that touches, cuts or coincides with a surface gives finite light, no spikes, in every mode") {
+TEST_CASE(
+    "a WRP that touches, cuts or coincides with a surface gives finite light, no spikes, in every "
+    "mode") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto& way : ways) {
@@ -259,7 +297,8 @@ TEST_CASE("a WRP that touches, cuts or coincides with a surface gives finite lig
       auto scene = small_scene(folder);
       scene.objects[1].rotation_deg = {0, 0, 0};
       scene.objects[0].width_m = 0.1 * mm;
-      for (const double z_m : {9.75 * mm, 9.7500001 * mm, 9.8 * mm, 9.85 * mm, 9.9999999 * mm, 10 * mm}) {
+      for (const double z_m :
+           {9.75 * mm, 9.7500001 * mm, 9.8 * mm, 9.85 * mm, 9.9999999 * mm, 10 * mm}) {
         INFO(way.name << ", WRP at " << z_m << " m");
         scene.wrp.distances_m = {z_m};
         RenderResult result;
@@ -270,8 +309,10 @@ TEST_CASE("a WRP that touches, cuts or coincides with a surface gives finite lig
           continue;
         }
         double largest = 0;
-        for (const auto& z : result.field.samples) largest = std::max(largest, static_cast<double>(std::abs(z)));
-        const double rms = std::sqrt(energy(result.field.samples) / static_cast<double>(result.field.samples.size()));
+        for (const auto& z : result.field.samples)
+          largest = std::max(largest, static_cast<double>(std::abs(z)));
+        const double rms = std::sqrt(energy(result.field.samples) /
+                                     static_cast<double>(result.field.samples.size()));
         CHECK(rms > 0);
         CHECK(largest <= 6 * rms);
       }
@@ -279,7 +320,9 @@ TEST_CASE("a WRP that touches, cuts or coincides with a surface gives finite lig
   }
 }
 
-TEST_CASE("light a power of four brighter or dimmer gives the same field, brighter or dimmer, to the last bit") {
+TEST_CASE(
+    "light a power of four brighter or dimmer gives the same field, brighter or dimmer, to the "
+    "last bit") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto& way : ways) {
@@ -294,15 +337,18 @@ TEST_CASE("light a power of four brighter or dimmer gives the same field, bright
         for (auto& z : expected) z *= static_cast<float>(std::sqrt(intensity));
         CHECK(other.field.samples == expected);
         CHECK(other.levels == ordinary.levels);
-        const auto picture = reconstruct(device, host, other.field, scene.hologram, {10 * mm, {}, {0, 0}, {1, 1}, 2});
+        const auto picture = reconstruct(device, host, other.field, scene.hologram,
+                                         {10 * mm, {}, {0, 0}, {1, 1}, 2});
         CHECK(test::finite(picture));
-        if (intensity > 1) CHECK(*std::max_element(picture.pixels.begin(), picture.pixels.end()) > 0);
+        if (intensity > 1)
+          CHECK(*std::max_element(picture.pixels.begin(), picture.pixels.end()) > 0);
       }
     }
   }
 }
 
-TEST_CASE("light and materials of 1e30 give the ordinary hologram, and what no float holds is refused") {
+TEST_CASE(
+    "light and materials of 1e30 give the ordinary hologram, and what no float holds is refused") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     auto scene = small_scene(folder);
@@ -312,17 +358,19 @@ TEST_CASE("light and materials of 1e30 give the ordinary hologram, and what no f
     for (auto& m : scene.materials) m.diffuse *= 1e30, m.specular *= 1e30;
     const auto bright = rendered(device, scene);
     CHECK(test::correlation(bright.field.samples, ordinary.field.samples) >= 1 - 1e-6);
-    CHECK_THAT(input_error_of([&] {
-                 reconstruct(device, host, bright.field, scene.hologram, {10 * mm, {}, {0, 0}, {1, 1}, 2});
-               }),
-               ContainsSubstring("brighter than a float holds"));
+    CHECK_THAT(
+        input_error_of([&] {
+          reconstruct(device, host, bright.field, scene.hologram, {10 * mm, {}, {0, 0}, {1, 1}, 2});
+        }),
+        ContainsSubstring("brighter than a float holds"));
     const auto world = build_world(scene);
     const auto plan = make_plan(scene, world);
     const DeviceScene arrays(device, scene, world, plan);
     LensSpec lens;
     lens.z_m = 10 * mm;
     lens.points = 2;
-    CHECK_THAT(input_error_of([&] { lens_picture(device, plan, arrays, lens); }), ContainsSubstring("brighter than a float holds"));
+    CHECK_THAT(input_error_of([&] { lens_picture(device, plan, arrays, lens); }),
+               ContainsSubstring("brighter than a float holds"));
     // The same fields, compared.
     const auto same = compare_fields(bright.field, bright.field);
     CHECK(same.correlation == Catch::Approx(1));
@@ -342,9 +390,11 @@ TEST_CASE("no light gives a dark hologram") {
       scene.lights[0].intensity = 0;
       const auto result = rendered(device, scene, way);
       CHECK(energy(result.field.samples) == 0);
-      const auto picture = reconstruct(device, host, result.field, scene.hologram, {10 * mm, {}, {0, 0}, {1, 1}, 2});
+      const auto picture =
+          reconstruct(device, host, result.field, scene.hologram, {10 * mm, {}, {0, 0}, {1, 1}, 2});
       CHECK(expose(picture, 99.5) == std::vector<std::uint8_t>(64 * 48));
-      CHECK_THAT(input_error_of([&] { compare_fields(result.field, result.field); }), ContainsSubstring("zero everywhere"));
+      CHECK_THAT(input_error_of([&] { compare_fields(result.field, result.field); }),
+                 ContainsSubstring("zero everywhere"));
     }
   }
 }
@@ -365,7 +415,8 @@ TEST_CASE("a highlight of shininess 0 is even, of 1e-3 nearly so, of 1e6 finite 
       };
       scene.objects.erase(scene.objects.begin());  // all of the wall is lit
       scene.objects[0].material = 1;
-      const auto even = with(0, 1), zero = with(0.75, 0), small = with(0.75, 1e-3), sharp = with(0.75, 1e6);
+      const auto even = with(0, 1), zero = with(0.75, 0), small = with(0.75, 1e-3),
+                 sharp = with(0.75, 1e6);
       CHECK(test::relative_l2(zero, even) <= 1e-6);
       CHECK(test::relative_l2(small, even) <= 1e-3);  // measured 1.3e-4
       CHECK(energy(sharp) <= 1.01 * energy(even));
@@ -418,7 +469,8 @@ std::string obj(const std::vector<std::string>& lines) {
   return text;
 }
 
-const std::vector<std::string> square_corners{"v -0.5 -0.5 0", "v -0.5 0.5 0", "v 0.5 0.5 0", "v 0.5 -0.5 0"};
+const std::vector<std::string> square_corners{"v -0.5 -0.5 0", "v -0.5 0.5 0", "v 0.5 0.5 0",
+                                              "v 0.5 -0.5 0"};
 
 std::string square_with(std::vector<std::string> more) {
   std::vector<std::string> lines = square_corners;
@@ -430,46 +482,60 @@ std::string square_with(std::vector<std::string> more) {
 /// Only the wall, as `mesh` has it.
 Scene wall_of(const Folder& folder, const std::string& text) {
   auto scene = small_scene(folder);
-  scene.objects[0] = test::object_at(folder.write("mesh.obj", text), 0.2 * mm, {20 * um, 10 * um, 9.9 * mm}, 0);
+  scene.objects[0] =
+      test::object_at(folder.write("mesh.obj", text), 0.2 * mm, {20 * um, 10 * um, 9.9 * mm}, 0);
   scene.objects[0].rotation_deg = {20, 15, 3};
   return scene;
 }
 
-TEST_CASE("triangles without area, duplicates, coincident layers and useless normals leave the field as it is") {
+TEST_CASE(
+    "triangles without area, duplicates, coincident layers and useless normals leave the field as "
+    "it is") {
   const Folder folder;
   const std::pair<const char*, std::string> meshes[] = {
       {"duplicates", square_with({"f 1 2 3", "f 1 3 4", "f 2 3 1"})},
       {"both windings", square_with({"f 3 2 1", "f 4 3 1"})},
-      {"flipped", obj({square_corners[0], square_corners[1], square_corners[2], square_corners[3], "f 3 2 1", "f 4 3 1"})},
-      {"no area", square_with({"v 0 0 0", "v 0.1 0.1 0", "v 0.2 0.2 0", "f 5 6 7", "f 1 1 2", "f 5 5 5"})},
-      {"normals of NaN and zero", obj({square_corners[0], square_corners[1], square_corners[2], square_corners[3], "vn nan nan nan",
-                                       "vn 0 0 0", "vn inf 0 0", "f 1//1 2//2 3//3", "f 1//3 3//2 4//1"})},
-      {"denormal normals", obj({square_corners[0], square_corners[1], square_corners[2], square_corners[3], "vn 0 0 -1e-42",
-                                "f 1//1 2//1 3//1", "f 1//1 3//1 4//1"})}};
+      {"flipped", obj({square_corners[0], square_corners[1], square_corners[2], square_corners[3],
+                       "f 3 2 1", "f 4 3 1"})},
+      {"no area",
+       square_with({"v 0 0 0", "v 0.1 0.1 0", "v 0.2 0.2 0", "f 5 6 7", "f 1 1 2", "f 5 5 5"})},
+      {"normals of NaN and zero",
+       obj({square_corners[0], square_corners[1], square_corners[2], square_corners[3],
+            "vn nan nan nan", "vn 0 0 0", "vn inf 0 0", "f 1//1 2//2 3//3", "f 1//3 3//2 4//1"})},
+      {"denormal normals",
+       obj({square_corners[0], square_corners[1], square_corners[2], square_corners[3],
+            "vn 0 0 -1e-42", "f 1//1 2//1 3//1", "f 1//1 3//1 4//1"})}};
   for (const auto& device : test::all_devices()) {
     for (const auto& way : ways) {
       const auto plain = field_of(device, wall_of(folder, square_with({})), way);
       for (const auto& [name, text] : meshes) {
         INFO(way.name << ", " << name);
-        // Corners in another order move hits by their rounding; measured 3e-3 for rays from the hologram, 1e-3 else.
+        // Corners in another order move hits by their rounding; measured 3e-3 for rays from the
+        // hologram, 1e-3 else.
         CHECK(test::relative_l2(field_of(device, wall_of(folder, text), way), plain) <= 6e-3);
       }
     }
   }
 }
 
-TEST_CASE("slivers, triangles seen edge-on and edges of three triangles behind a wall change nothing") {
+TEST_CASE(
+    "slivers, triangles seen edge-on and edges of three triangles behind a wall change nothing") {
   const Folder folder;
   test::ObjText needles;
   std::mt19937 random(1);
-  const auto at = [&](double depth) { return glm::dvec3(test::uniform(random, -0.5, 0.5), test::uniform(random, -0.5, 0.5), depth); };
+  const auto at = [&](double depth) {
+    return glm::dvec3(test::uniform(random, -0.5, 0.5), test::uniform(random, -0.5, 0.5), depth);
+  };
   for (int i = 0; i < 200; ++i) {
     const auto a = at(test::uniform(random, -0.2, 0.2)), b = at(test::uniform(random, -0.2, 0.2));
     const double thin = std::pow(10, test::uniform(random, -12, -4));
-    needles.triangle(a, b, (a + b) / 2.0 + thin * at(0));                          // slivers, some without area in float
-    needles.triangle(at(0), at(0), at(1e-9));                                      // nearly in a plane across
+    // Slivers, some without area in float
+    needles.triangle(a, b, (a + b) / 2.0 + thin * at(0));
+    // Nearly in a plane across
+    needles.triangle(at(0), at(0), at(1e-9));
     needles.triangle(a, a + glm::dvec3(0, 0, 0.3), a + glm::dvec3(thin, 0, 0.1));  // edge-on
-    for (const double turn : {0.0, 2.0, 4.0}) needles.triangle(a, b, a + 0.1 * glm::dvec3(std::cos(turn), std::sin(turn), 0));
+    for (const double turn : {0.0, 2.0, 4.0})
+      needles.triangle(a, b, a + 0.1 * glm::dvec3(std::cos(turn), std::sin(turn), 0));
   }
   const auto mesh = folder.write("needles.obj", needles.text());
   for (const auto& device : test::all_devices()) {
@@ -477,8 +543,9 @@ TEST_CASE("slivers, triangles seen edge-on and edges of three triangles behind a
       INFO(way.name);
       auto scene = small_scene(folder);
       scene.materials[1].specular = glm::dvec3(0.1);
-      // Cells of edges name their layers in another order when something stands behind: the wall alone has none before the needles.
-      scene.objects[0] = test::object_at(scene.objects[1].mesh, 0.02 * mm, {0, 0, 10.6 * mm}, 0);  // both scenes end here
+      // Cells of edges name their layers in another order when something stands behind: the wall
+      // alone has none before the needles. Both scenes end here
+      scene.objects[0] = test::object_at(scene.objects[1].mesh, 0.02 * mm, {0, 0, 10.6 * mm}, 0);
       scene.objects[1].rotation_deg = {0, 0, 0};
       scene.wrp.distances_m = {9.65 * mm};  // a planned one minds what is hidden too
       const auto without = field_of(device, scene, way);
@@ -494,7 +561,9 @@ TEST_CASE("slivers, triangles seen edge-on and edges of three triangles behind a
   }
 }
 
-TEST_CASE("one triangle and a million: samples lie on the surface, as many as the lattice has rays for it") {
+TEST_CASE(
+    "one triangle and a million: samples lie on the surface, as many as the lattice has rays for "
+    "it") {
   for (const auto& device : test::all_devices()) {
     test::Stage stage;
     stage.scene.sampling.pitch_m = 40 * um;
@@ -508,7 +577,8 @@ TEST_CASE("one triangle and a million: samples lie on the surface, as many as th
     CHECK(million.samples.size() == Catch::Approx(disc).epsilon(0.02));
     double farthest = 0;
     for (const auto& s : million.samples)
-      farthest = std::max(farthest, std::abs(distance(test::place(s) + million.plan.origin_m, centre) - radius));
+      farthest = std::max(
+          farthest, std::abs(distance(test::place(s) + million.plan.origin_m, centre) - radius));
     CHECK(farthest <= 60e-9);  // measured 20 nm: the sagitta of its triangles
 
     test::Stage one;
@@ -523,33 +593,43 @@ TEST_CASE("one triangle and a million: samples lie on the surface, as many as th
 TEST_CASE("numbers that are none are refused wherever a scene may have them") {
   const Folder folder;
   folder.write("square.obj", test::square_obj());
-  const auto file = folder.write("scene.toml",
-                                 "[[light]]\ndirection = [0, 0, 1]\n[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\n"
-                                 "[materials.m]\n[[object]]\nmesh = \"square.obj\"\nwidth = 0.001\n"
-                                 "position = [0, 0, 0.1]\nmaterial = \"m\"\n");
+  const auto file = folder.write(
+      "scene.toml",
+      "[[light]]\ndirection = [0, 0, 1]\n[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\n"
+      "[materials.m]\n[[object]]\nmesh = \"square.obj\"\nwidth = 0.001\n"
+      "position = [0, 0, 0.1]\nmaterial = \"m\"\n");
   CHECK_NOTHROW(load_scene(file));
   for (const char* bad : {"nan", "-nan", "inf", "-inf", "1e400", "-1e400"}) {
     for (const char* key :
-         {"hologram.pitch", "hologram.wavelength", "wrp.distance", "wrp.padding", "sampling.pitch", "sampling.fan", "sampling.edge",
-          "sampling.seed", "light.0.intensity", "materials.m.ambient", "materials.m.diffuse", "materials.m.specular",
-          "materials.m.shininess", "materials.m.reflectivity", "materials.m.transparency", "materials.m.ior", "object.0.width"}) {
-      const auto message = input_error_of([&] { load_scene(file, {std::string(key) + "=" + bad}); });
+         {"hologram.pitch", "hologram.wavelength", "wrp.distance", "wrp.padding", "sampling.pitch",
+          "sampling.fan", "sampling.edge", "sampling.seed", "light.0.intensity",
+          "materials.m.ambient", "materials.m.diffuse", "materials.m.specular",
+          "materials.m.shininess", "materials.m.reflectivity", "materials.m.transparency",
+          "materials.m.ior", "object.0.width"}) {
+      const auto message =
+          input_error_of([&] { load_scene(file, {std::string(key) + "=" + bad}); });
       CHECK_THAT(message, ContainsSubstring(std::string("--set ") + key + "="));
     }
-    for (const char* key : {"light.0.direction", "light.1.position", "object.0.position", "object.0.rotation"}) {
-      const auto message = input_error_of([&] { load_scene(file, {std::string(key) + "=[0, " + bad + ", 1]"}); });
+    for (const char* key :
+         {"light.0.direction", "light.1.position", "object.0.position", "object.0.rotation"}) {
+      const auto message =
+          input_error_of([&] { load_scene(file, {std::string(key) + "=[0, " + bad + ", 1]"}); });
       CHECK_THAT(message, ContainsSubstring(std::string("--set ") + key + "="));
     }
   }
-  CHECK_THAT(input_error_of([&] { load_scene(file, {"light.0.direction=[0, 0, 1e-10]"}); }), ContainsSubstring("longer than 0"));
+  CHECK_THAT(input_error_of([&] { load_scene(file, {"light.0.direction=[0, 0, 1e-10]"}); }),
+             ContainsSubstring("longer than 0"));
   // Denormals are numbers like others.
-  const auto scene = load_scene(
-      file, {"light.0.intensity=1e-320", "materials.m.ambient=1e-320", "materials.m.specular=1e-310", "materials.m.shininess=1e-320",
-             "object.0.rotation=[1e-320, 0, 0]", "wrp.grid=[1, 1]", "hologram.resolution=[16, 16]"});
+  const auto scene =
+      load_scene(file, {"light.0.intensity=1e-320", "materials.m.ambient=1e-320",
+                        "materials.m.specular=1e-310", "materials.m.shininess=1e-320",
+                        "object.0.rotation=[1e-320, 0, 0]", "wrp.grid=[1, 1]",
+                        "hologram.resolution=[16, 16]"});
   for (const auto& device : test::all_devices()) rendered(device, scene);
 }
 
-TEST_CASE("vertices and texels that are no numbers are refused by name, texels below zero are black") {
+TEST_CASE(
+    "vertices and texels that are no numbers are refused by name, texels below zero are black") {
   const Folder folder;
   for (const char* bad : {"nan", "inf", "-inf", "1e39"}) {
     auto corners = square_with({});
@@ -557,7 +637,8 @@ TEST_CASE("vertices and texels that are no numbers are refused by name, texels b
     const auto mesh = folder.write("bad.obj", corners);
     const auto refusal = input_error_of([&] { load_mesh(mesh, Normals::file, "here"); });
     CHECK_THAT(refusal, ContainsSubstring("here: mesh") && ContainsSubstring("bad.obj"));
-    if (bad[0] != '-') CHECK_THAT(refusal, ContainsSubstring("vertex 1 is NaN or infinite"));  // Assimp itself refuses "-inf"
+    // Assimp itself refuses "-inf"
+    if (bad[0] != '-') CHECK_THAT(refusal, ContainsSubstring("vertex 1 is NaN or infinite"));
   }
   const auto texture = [&](float value) {
     const auto file = folder / "texture.exr";
@@ -566,7 +647,8 @@ TEST_CASE("vertices and texels that are no numbers are refused by name, texels b
     return file;
   };
   for (const float bad : {NAN, INFINITY, -INFINITY})
-    CHECK_THAT(input_error_of([&] { load_texture(texture(bad), 0, "here"); }), ContainsSubstring("holds NaN or infinity"));
+    CHECK_THAT(input_error_of([&] { load_texture(texture(bad), 0, "here"); }),
+               ContainsSubstring("holds NaN or infinity"));
   for (const auto& device : test::all_devices()) {
     auto scene = small_scene(folder);
     scene.materials[1].where = "material";
@@ -576,7 +658,8 @@ TEST_CASE("vertices and texels that are no numbers are refused by name, texels b
       return DeviceScene(device, scene, world, make_plan(scene, world)).texels.read();
     };
     CHECK_THAT(input_error_of([&] { texels_with(2e30f); }),
-               ContainsSubstring("material: picture") && ContainsSubstring("holds 2e+30, more than 1e+30"));
+               ContainsSubstring("material: picture") &&
+                   ContainsSubstring("holds 2e+30, more than 1e+30"));
     CHECK(texels_with(-3) == std::vector<float>{1, 0, 0.5f, 2});
     CHECK(texels_with(1e-42f)[1] == 1e-42f);
     texels_with(1e30f);
@@ -586,12 +669,15 @@ TEST_CASE("vertices and texels that are no numbers are refused by name, texels b
   }
 }
 
-TEST_CASE("what device or host have no memory for is refused before any is taken, with asked and allowed sizes") {
+TEST_CASE(
+    "what device or host have no memory for is refused before any is taken, with asked and allowed "
+    "sizes") {
   const Folder folder;
   for (const auto& info : cl::list_devices()) {
     const cl::Device device(info);
     auto scene = small_scene(folder);
-    const auto side = static_cast<int>(std::sqrt(static_cast<double>(info.largest_buffer_bytes) / 32)) + 512;
+    const auto side =
+        static_cast<int>(std::sqrt(static_cast<double>(info.largest_buffer_bytes) / 32)) + 512;
     scene.hologram.resolution = {side, side};
     scene.hologram.tiles = scene.wrp.grid = glm::ivec2(1, 1);
     RenderOptions on_device;
@@ -600,9 +686,10 @@ TEST_CASE("what device or host have no memory for is refused before any is taken
       render(device, scene, on_device);
       FAIL("a padded plane larger than the largest buffer was not refused");
     } catch (const cl::DeviceError& error) {
-      CHECK_THAT(error.what(), ContainsSubstring("padded plane: ") && ContainsSubstring(" asked in one buffer") &&
-                                   ContainsSubstring(" allows " + cl::format_bytes(info.largest_buffer_bytes)) &&
-                                   ContainsSubstring("wrp.padding"));
+      CHECK_THAT(error.what(),
+                 ContainsSubstring("padded plane: ") && ContainsSubstring(" asked in one buffer") &&
+                     ContainsSubstring(" allows " + cl::format_bytes(info.largest_buffer_bytes)) &&
+                     ContainsSubstring("wrp.padding"));
     }
     CHECK(device.peak_bytes() == 0);
 
@@ -612,15 +699,18 @@ TEST_CASE("what device or host have no memory for is refused before any is taken
       cl::require_memory(device, needs);
       FAIL("more than all of the device's memory was not refused");
     } catch (const cl::DeviceError& error) {
-      CHECK_THAT(error.what(), ContainsSubstring("has " + cl::format_bytes(info.memory_bytes)) && ContainsSubstring("something less"));
+      CHECK_THAT(error.what(), ContainsSubstring("has " + cl::format_bytes(info.memory_bytes)) &&
+                                   ContainsSubstring("something less"));
     }
-    CHECK_NOTHROW(cl::require_memory(device, std::vector<cl::MemoryNeed>{{"plane", info.largest_buffer_bytes, ""}}));
+    CHECK_NOTHROW(cl::require_memory(
+        device, std::vector<cl::MemoryNeed>{{"plane", info.largest_buffer_bytes, ""}}));
 
     scene.hologram.resolution = {8192, 8192};
     scene.sampling.frames = 4096;  // 2.2 TiB
     RenderOptions points;
     points.method = Method::points;
-    CHECK_THAT(input_error_of([&] { render(device, scene, points); }), ContainsSubstring("4096 frames of 8192 x 8192 pixels need 2."));
+    CHECK_THAT(input_error_of([&] { render(device, scene, points); }),
+               ContainsSubstring("4096 frames of 8192 x 8192 pixels need 2."));
     CHECK(device.peak_bytes() == 0);
   }
 }
@@ -633,28 +723,37 @@ TEST_CASE("lattices and fans of absurd numbers of rays are refused with figures"
     return input_error_of([&] { make_plan(scene, build_world(scene), way.method); });
   };
   scene.sampling.pitch_m = 1e-9;
-  CHECK_THAT(refusal(ways[0]), ContainsSubstring("sampling.pitch 1e-06 mm needs ") &&
-                                   ContainsSubstring("lattice cells or more, at most 268435456 are allowed; give a larger pitch"));
+  CHECK_THAT(refusal(ways[0]),
+             ContainsSubstring("sampling.pitch 1e-06 mm needs ") &&
+                 ContainsSubstring(
+                     "lattice cells or more, at most 268435456 are allowed; give a larger pitch"));
   scene.sampling.pitch_m = 10 * um;
   scene.wrp.distances_m = {1e-9};
   scene.wrp.grid = glm::ivec2(1, 1);
   // Rays p = 10 um apart over a window of 256 x 192 um seen from 1 nm, at a depth of 10.03 mm.
-  CHECK_THAT(refusal(ways[1]), ContainsSubstring("sampling.pitch 0.01 mm needs 256") && ContainsSubstring(" x 192") &&
-                                   ContainsSubstring("rays per pixel, at most 16777216 are allowed; give a larger pitch"));
+  CHECK_THAT(
+      refusal(ways[1]),
+      ContainsSubstring("sampling.pitch 0.01 mm needs 256") && ContainsSubstring(" x 192") &&
+          ContainsSubstring("rays per pixel, at most 16777216 are allowed; give a larger pitch"));
   scene = small_scene(folder);
   for (auto& o : scene.objects) o.width_m = um, o.position_m = {2, 0, 10};
   scene.hologram.pitch_m = glm::dvec2(um);
   scene.sampling.pitch_m = 1e-9;
-  CHECK_THAT(refusal(ways[3]), ContainsSubstring("pitches off the axis, at most 4194304 are allowed; give a larger pitch"));
+  CHECK_THAT(
+      refusal(ways[3]),
+      ContainsSubstring("pitches off the axis, at most 4194304 are allowed; give a larger pitch"));
   scene = small_scene(folder);
   scene.hologram.wavelength_m = 10e-9;
   scene.sampling.mode = SamplingMode::fan;
   const auto rendering = input_error_of([&] { render(cl::Device(cl::find_device()), scene); });
-  CHECK_THAT(rendering, ContainsSubstring("no ray of the fan is as flat as the hologram's pixels can show, 0.0716"));
+  CHECK_THAT(
+      rendering,
+      ContainsSubstring("no ray of the fan is as flat as the hologram's pixels can show, 0.0716"));
 }
 
 TEST_CASE(
-    "WRPs that no light reaches are left out; propagation that loses all light is refused with the largest usable shift or distance") {
+    "WRPs that no light reaches are left out; propagation that loses all light is refused with the "
+    "largest usable shift or distance") {
   const Folder folder;
   for (const auto& info : cl::list_devices()) {
     const cl::Device device(info);
@@ -662,21 +761,26 @@ TEST_CASE(
     scene.wrp.grid = glm::ivec2(64, 1);
     const auto result = render(device, scene);
     CHECK(result.plan.wrps.size() < 8);
-    CHECK(std::any_of(result.field.samples.begin(), result.field.samples.end(), [](const auto& z) { return std::abs(z) > 0; }));
+    CHECK(std::any_of(result.field.samples.begin(), result.field.samples.end(),
+                      [](const auto& z) { return std::abs(z) > 0; }));
 
     // With pixels of a quarter wavelength the plane's highest frequencies are evanescent.
     for (const double pitch_m : {4e-6, 638e-9 / 4}) {
       const Propagator propagator(device, {{512, 512}, {pitch_m, pitch_m}, 638e-9, 2, host});
       const auto refusal = input_error_of([&] { propagator.require_reach({{1, 0}, 1e-3}); });
       REQUIRE_THAT(refusal, ContainsSubstring("the largest usable shift is "));
-      const double largest_m = 1e-3 * std::stod(refusal.substr(refusal.find("largest usable shift is ") + 24));
+      const double largest_m =
+          1e-3 * std::stod(refusal.substr(refusal.find("largest usable shift is ") + 24));
       INFO(refusal);
       CHECK(propagator.reaches({{0.999 * largest_m, 0}, 1e-3}));
       CHECK(!propagator.reaches({{1.001 * largest_m, 0}, 1e-3}));
     }
     const Propagator small(device, {{40, 40}, {4e-6, 4e-6}, 638e-9, 2, host});
     for (int i = 0; i < 100; ++i) CHECK(small.reaches({{i * 6e-6, 0}, 0.9 * small.farthest_m()}));
-    CHECK_THAT(input_error_of([&] { small.require_reach({{0.011, 0}, 0.4}); }), ContainsSubstring("samples too few directions"));
+    CHECK_THAT(input_error_of([&] {
+                 small.require_reach({{0.011, 0}, 0.4});
+               }),
+               ContainsSubstring("samples too few directions"));
   }
 }
 
@@ -686,13 +790,16 @@ TEST_CASE("pictures too far or too wide are refused") {
     const auto result = rendered(device, small_scene(folder));
     const auto refusal = [&](double z_m, std::optional<glm::dvec2> window_m) {
       return input_error_of([&] {
-        reconstruct(device, host, result.field, small_scene(folder).hologram, {z_m, window_m, {0, 0}, {1, 1}, 2});
+        reconstruct(device, host, result.field, small_scene(folder).hologram,
+                    {z_m, window_m, {0, 0}, {1, 1}, 2});
       });
     };
     CHECK(refusal(100, {}).empty());
     CHECK_THAT(refusal(1e300, {}), ContainsSubstring("too far for its phase to be exact"));
-    CHECK_THAT(refusal(10 * mm, glm::dvec2(100, 4 * um)), ContainsSubstring("a side of the window has more than 1e6 samples"));
-    CHECK_THAT(refusal(10 * mm, glm::dvec2(1, 1)), ContainsSubstring("the window has more than 1e9 samples"));
+    CHECK_THAT(refusal(10 * mm, glm::dvec2(100, 4 * um)),
+               ContainsSubstring("a side of the window has more than 1e6 samples"));
+    CHECK_THAT(refusal(10 * mm, glm::dvec2(1, 1)),
+               ContainsSubstring("the window has more than 1e9 samples"));
   }
 }
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "host/view/reconstruct.hpp"
 #include "host/reference/shading.hpp"
 #include "host/render.hpp"
 #include "host/trace/samples.hpp"
+#include "host/view/reconstruct.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
@@ -21,7 +21,8 @@ using test::um;
 
 constexpr auto host = cl::FftBackend::host;
 
-RenderResult rendered(const cl::Device& device, const Scene& scene, Method method = Method::wrp, cl::FftBackend fft = host) {
+RenderResult rendered(const cl::Device& device, const Scene& scene, Method method = Method::wrp,
+                      cl::FftBackend fft = host) {
   RenderOptions options;
   options.method = method;
   options.fft = fft;
@@ -38,8 +39,10 @@ Scene small_scene(const Folder& folder, SamplingMode mode) {
   Material ball;
   ball.specular = glm::dvec3(0.4);
   scene.materials = {ball, test::glowing()};
-  scene.objects = {test::object_at(folder.write("ball.obj", test::ball_obj(12, 6)), 0.15 * mm, {20 * um, 10 * um, 9.8 * mm}, 0),
-                   test::object_at(folder.write("wall.obj", test::square_obj()), 0.4 * mm, {0, 0, 10 * mm}, 1)};
+  scene.objects = {
+      test::object_at(folder.write("ball.obj", test::ball_obj(12, 6)), 0.15 * mm,
+                      {20 * um, 10 * um, 9.8 * mm}, 0),
+      test::object_at(folder.write("wall.obj", test::square_obj()), 0.4 * mm, {0, 0, 10 * mm}, 1)};
   scene.objects[1].rotation_deg = {5, -8, 0};
   Light light;
   light.direction = {0.4, -0.5, 0.8};
@@ -56,17 +59,21 @@ struct Peak {
 Peak peak_of(const Image& image, glm::dvec2 pitch_m) {
   const auto it = std::max_element(image.pixels.begin(), image.pixels.end());
   const auto at = static_cast<int>(it - image.pixels.begin());
-  return {(at % image.width - (image.width - 1) / 2.0) * pitch_m.x, ((image.height - 1) / 2.0 - at / image.width) * pitch_m.y, *it};
+  return {(at % image.width - (image.width - 1) / 2.0) * pitch_m.x,
+          ((image.height - 1) / 2.0 - at / image.width) * pitch_m.y, *it};
 }
 
-TEST_CASE("a bright point in any quadrant focuses within a pixel and a depth of focus of where it is") {
+TEST_CASE(
+    "a bright point in any quadrant focuses within a pixel and a depth of focus of where it is") {
   const Folder folder;
   const auto mesh = folder.write("point.obj", test::square_obj());
   const double z = 10 * mm;
   for (const auto& device : test::all_devices()) {
     for (const auto mode : both_modes) {
-      for (const glm::dvec2 xy :
-           {glm::dvec2(0.1 * mm, 0.06 * mm), {-0.1 * mm, 0.06 * mm}, {-0.1 * mm, -0.06 * mm}, {0.1 * mm, -0.06 * mm}}) {
+      for (const glm::dvec2 xy : {glm::dvec2(0.1 * mm, 0.06 * mm),
+                                  {-0.1 * mm, 0.06 * mm},
+                                  {-0.1 * mm, -0.06 * mm},
+                                  {0.1 * mm, -0.06 * mm}}) {
         Scene scene;
         scene.hologram.resolution = {96, 80};
         scene.hologram.pitch_m = {4 * um, 4 * um};
@@ -74,8 +81,10 @@ TEST_CASE("a bright point in any quadrant focuses within a pixel and a depth of 
         auto black = test::glowing();
         black.ambient = glm::dvec3(0);
         scene.materials = {test::glowing(), black};
-        // The origin of the random phase's cells lies between the two: the bright square fills most of one cell of 4 um.
-        scene.objects = {test::object_at(mesh, 3 * um, {xy, z}, 0), test::object_at(mesh, 3 * um, {xy + 4 * um, z}, 1)};
+        // The origin of the random phase's cells lies between the two: the bright square fills most
+        // of one cell of 4 um.
+        scene.objects = {test::object_at(mesh, 3 * um, {xy, z}, 0),
+                         test::object_at(mesh, 3 * um, {xy + 4 * um, z}, 1)};
         if (mode == SamplingMode::fan) {
           scene.sampling.pitch_m = 4 * um;
           scene.wrp.distances_m = {z - 3 * mm};
@@ -84,17 +93,20 @@ TEST_CASE("a bright point in any quadrant focuses within a pixel and a depth of 
           scene.sampling.frames = 4;  // their mean does not depend on how the samples interfere
         }
         const auto result = rendered(device, scene);
-        const double depth_of_focus = 2 * scene.hologram.wavelength_m * std::pow(z / (96 * 4 * um), 2);
+        const double depth_of_focus =
+            2 * scene.hologram.wavelength_m * std::pow(z / (96 * 4 * um), 2);
         Peak best;
         double best_z = 0;
         for (int step = -6; step <= 6; ++step) {
           ReconstructSpec what;
           what.z_m = z + step * depth_of_focus / 3;
-          const auto peak = peak_of(reconstruct(device, host, result.field, scene.hologram, what), scene.hologram.pitch_m);
+          const auto peak = peak_of(reconstruct(device, host, result.field, scene.hologram, what),
+                                    scene.hologram.pitch_m);
           if (peak.intensity > best.intensity) best = peak, best_z = what.z_m;
         }
         INFO((mode == SamplingMode::aimed ? "aimed" : "fan")
-             << ", point at " << xy.x << ", " << xy.y << ": " << best.x_m << ", " << best.y_m << ", " << best_z);
+             << ", point at " << xy.x << ", " << xy.y << ": " << best.x_m << ", " << best.y_m
+             << ", " << best_z);
         CHECK(std::abs(best.x_m - xy.x) <= 4 * um);
         CHECK(std::abs(best.y_m - xy.y) <= 4 * um);
         CHECK(std::abs(best_z - z) <= depth_of_focus);
@@ -136,8 +148,10 @@ TEST_CASE("frames differ, and frame k of a seed is the first frame of the seed p
         scene.sampling.seed = 1 + static_cast<std::uint32_t>(k);
         alone.push_back(rendered(device, scene).field.samples);
         const auto start = stack.field.samples.begin() + static_cast<std::ptrdiff_t>(k * pixels);
-        const double error = test::relative_l2(std::vector(start, start + static_cast<std::ptrdiff_t>(pixels)), alone[k]);
-        CHECK(error <= 1e-6);  // measured 0; frames gathered together may be rounded in another order
+        const double error = test::relative_l2(
+            std::vector(start, start + static_cast<std::ptrdiff_t>(pixels)), alone[k]);
+        // Measured 0; frames gathered together may be rounded in another order
+        CHECK(error <= 1e-6);
       }
       CHECK(test::correlation(alone[0], alone[1]) < 0.5);
       CHECK(test::correlation(alone[0], alone[2]) < 0.5);
@@ -146,7 +160,9 @@ TEST_CASE("frames differ, and frame k of a seed is the first frame of the seed p
   }
 }
 
-TEST_CASE("frames of objects that move are those of a scene placed there, with mirrors, glass and sharp highlights, too") {
+TEST_CASE(
+    "frames of objects that move are those of a scene placed there, with mirrors, glass and sharp "
+    "highlights, too") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto mode : both_modes) {
@@ -169,8 +185,10 @@ TEST_CASE("frames of objects that move are those of a scene placed there, with m
           if (frame > 1) wall.rotation_deg = {5, -8, 3.0 * frame};  // parts from what has not moved
           renderer.set_pose(0, ball.position_m, ball.rotation_deg);
           renderer.set_pose(1, wall.position_m, wall.rotation_deg);
-          const double off = test::relative_l2(renderer.render().field.samples, render(device, scene).field.samples);
-          INFO((mode == SamplingMode::aimed ? "aimed" : "fan") << ", bounces " << bounces << ", frame " << frame << ": off by " << off);
+          const double off = test::relative_l2(renderer.render().field.samples,
+                                               render(device, scene).field.samples);
+          INFO((mode == SamplingMode::aimed ? "aimed" : "fan")
+               << ", bounces " << bounces << ", frame " << frame << ": off by " << off);
           CHECK(off <= 0.02);  // measured up to 0.005: rays that pass an edge within rounding
         }
       }
@@ -186,7 +204,8 @@ TEST_CASE("every FFT back end gives the same hologram") {
       scene.wrp.grid = glm::ivec2(2, 1);
       const auto reference_field = rendered(device, scene).field.samples;
       for (const auto backend : test::backends_of(device)) {
-        const double error = test::relative_l2(rendered(device, scene, Method::wrp, backend).field.samples, reference_field);
+        const double error = test::relative_l2(
+            rendered(device, scene, Method::wrp, backend).field.samples, reference_field);
         CHECK(error <= 1e-5);  // measured 3e-7 at most
       }
     }
@@ -213,7 +232,8 @@ TEST_CASE("holograms of any size are computed") {
         REQUIRE(result.field.samples.size() == static_cast<std::size_t>(size.x) * size.y);
         CHECK(result.levels.at(0).size() == result.field.samples.size());
         CHECK(test::all_finite(result.field.samples));
-        CHECK(std::all_of(result.field.samples.begin(), result.field.samples.end(), [](auto z) { return std::norm(z) > 0; }));
+        CHECK(std::all_of(result.field.samples.begin(), result.field.samples.end(),
+                          [](auto z) { return std::norm(z) > 0; }));
       }
     }
   }
@@ -242,7 +262,8 @@ Scene square_scene(const Folder& folder, SamplingMode mode) {
   scene.sampling.pitch_m = 8 * um;
   scene.wrp.distances_m = {9.8 * mm};
   scene.materials = {test::glowing()};
-  scene.objects = {test::object_at(folder.write("square.obj", test::square_obj()), 0.3 * mm, {0, 0, 10 * mm})};
+  scene.objects = {
+      test::object_at(folder.write("square.obj", test::square_obj()), 0.3 * mm, {0, 0, 10 * mm})};
   return scene;
 }
 
@@ -260,12 +281,14 @@ Scene two_squares_scene(const Folder& folder, double left_m, double right_m) {
 double mean_of_columns(const Image& image, int first, int count) {
   double sum = 0;
   for (int y = image.height / 4; y < image.height * 3 / 4; ++y)
-    for (int x = first; x < first + count; ++x) sum += image.pixels[static_cast<std::size_t>(y) * image.width + x];
+    for (int x = first; x < first + count; ++x)
+      sum += image.pixels[static_cast<std::size_t>(y) * image.width + x];
   return sum / (count * (image.height / 2));
 }
 
-// Speckle is thousands of times what a seam would be, so the picture is compared, sample for sample of the same random phases, with the one
-// made with a WRP in the middle of the square, where the other has its seam.
+// Speckle is thousands of times what a seam would be, so the picture is compared, sample for sample
+// of the same random phases, with the one made with a WRP in the middle of the square, where the
+// other has its seam.
 TEST_CASE("two WRPs side by side show no seam where they meet") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
@@ -278,14 +301,16 @@ TEST_CASE("two WRPs side by side show no seam where they meet") {
     };
     const auto seam = picture({2, 1}), whole = picture({3, 1});
     for (const int columns : {2, 8, 32}) {
-      const double ratio = mean_of_columns(seam, 64 - columns / 2, columns) / mean_of_columns(whole, 64 - columns / 2, columns);
+      const double ratio = mean_of_columns(seam, 64 - columns / 2, columns) /
+                           mean_of_columns(whole, 64 - columns / 2, columns);
       INFO(columns << " columns about the seam");
       CHECK(std::abs(ratio - 1) < 0.01);  // measured 0.005, 0.003, 0.00006
     }
   }
 }
 
-TEST_CASE("WRPs before and amid the objects give nearly the same hologram as the points themselves") {
+TEST_CASE(
+    "WRPs before and amid the objects give nearly the same hologram as the points themselves") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     auto scene = two_squares_scene(folder, -0.5 * mm, 0.5 * mm);
@@ -304,13 +329,15 @@ TEST_CASE("WRPs before and amid the objects give nearly the same hologram as the
 TEST_CASE("WRPs at two distances give the hologram of the points as well as those at one") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
-    auto scene = two_squares_scene(folder, -0.2 * mm, 0.3 * mm);  // the one in front hides a part of the one behind
+    // The one in front hides a part of the one behind
+    auto scene = two_squares_scene(folder, -0.2 * mm, 0.3 * mm);
     const auto at = [&](const std::vector<double>& z_m) {
       scene.wrp.distances_m = z_m;
       return rendered(device, scene);
     };
     const auto points = rendered(device, scene, Method::points).field.samples;
-    const auto one = at({20 * mm}), two = at({16.5 * mm, 22 * mm}), near = at({17.05 * mm, 22.95 * mm}), far = at({18 * mm, 24 * mm});
+    const auto one = at({20 * mm}), two = at({16.5 * mm, 22 * mm}),
+               near = at({17.05 * mm, 22.95 * mm}), far = at({18 * mm, 24 * mm});
     REQUIRE(two.plan.slabs.size() == 2);
     REQUIRE(two.samples == one.samples);
     REQUIRE(two.hidden_samples > 10);
@@ -358,7 +385,8 @@ TEST_CASE("a WRP that cuts through a surface loses some of the light next to it"
       return test::correlation(rendered(device, scene).field.samples, points);
     };
     CHECK(alike(17 * mm) >= 0.97);  // measured 0.978
-    CHECK(alike(20 * mm) >= 0.85);  // 0.871: samples nearer than a pixel over the cone's angle reach no pixel, or one
+    // 0.871: samples nearer than a pixel over the cone's angle reach no pixel, or one
+    CHECK(alike(20 * mm) >= 0.85);
   }
 }
 
@@ -385,11 +413,14 @@ TEST_CASE("the point-based method is the direct sum over the sample table") {
         std::complex<double> sum = 0;
         for (const auto& s : samples) {
           const double r = distance(glm::dvec3(s.x, s.y, s.z) + plan.origin_m, pixel_m);
-          const double turns =
-              std::remainder(r / scene.hologram.wavelength_m, 1) + reference::phase_turns_of_key(s.key, scene.sampling.seed);
-          const auto towards = (pixel_m - glm::dvec3(s.x, s.y, s.z) - plan.origin_m) / (s.z + plan.origin_m.z);
-          const double area = std::clamp(s.tilt_x * towards.x + s.tilt_y * towards.y - s.tilt_z, 0.0, 4.0);
-          sum += std::polar(std::sqrt(s.radiance * area) * s.weight / r, 2 * std::numbers::pi * turns);
+          const double turns = std::remainder(r / scene.hologram.wavelength_m, 1) +
+                               reference::phase_turns_of_key(s.key, scene.sampling.seed);
+          const auto towards =
+              (pixel_m - glm::dvec3(s.x, s.y, s.z) - plan.origin_m) / (s.z + plan.origin_m.z);
+          const double area =
+              std::clamp(s.tilt_x * towards.x + s.tilt_y * towards.y - s.tilt_z, 0.0, 4.0);
+          sum +=
+              std::polar(std::sqrt(s.radiance * area) * s.weight / r, 2 * std::numbers::pi * turns);
         }
         direct.push_back(sum);
       }
@@ -414,7 +445,8 @@ TEST_CASE("samples lie on the surface, one to each ray of the lattice") {
     samples.resize(static_cast<std::size_t>(table.count));
     for (const auto& s : samples) {
       CHECK(std::abs(s.z + plan.origin_m.z - 10 * mm) < 1e-9);
-      const glm::dvec2 lattice = (glm::dvec2(s.x, s.y) + glm::dvec2(plan.origin_m)) / (10 * mm * plan.lattice.step) - 0.5;
+      const glm::dvec2 lattice =
+          (glm::dvec2(s.x, s.y) + glm::dvec2(plan.origin_m)) / (10 * mm * plan.lattice.step) - 0.5;
       CHECK(std::abs(lattice.x - std::round(lattice.x)) < 1e-3);
       CHECK(std::abs(lattice.y - std::round(lattice.y)) < 1e-3);
       CHECK(std::abs(s.weight - 1) < 1e-6);
@@ -429,7 +461,8 @@ TEST_CASE("levels show the field's phase") {
       const auto result = rendered(device, small_scene(folder, mode));
       int wrong = 0;
       for (std::size_t i = 0; i < result.field.samples.size(); ++i) {
-        const double level = std::arg(std::complex<double>(result.field.samples[i])) / (2 * std::numbers::pi) * 256;
+        const double level =
+            std::arg(std::complex<double>(result.field.samples[i])) / (2 * std::numbers::pi) * 256;
         if (std::abs(level - std::floor(level) - 0.5) < 1e-3) continue;  // a tie in float
         wrong += (static_cast<int>(std::lround(level)) + 256) % 256 != result.levels.at(0)[i];
       }

@@ -28,14 +28,16 @@ Scene wall_scene(const Folder& folder, glm::ivec2 tiles, int frames) {
   scene.sampling.pitch_m = 20 * um;
   scene.sampling.frames = frames;
   scene.materials = {test::glowing()};
-  scene.objects = {test::object_at(folder.write("wall.obj", test::square_obj()), 0.4 * mm, {0, 0, 10 * mm})};
+  scene.objects = {
+      test::object_at(folder.write("wall.obj", test::square_obj()), 0.4 * mm, {0, 0, 10 * mm})};
   scene.objects[0].rotation_deg = {5, -8, 0};
   return scene;
 }
 
 constexpr glm::ivec2 divisions[] = {{1, 1}, {2, 2}};
 
-TEST_CASE("the levels of every frame and tile are those of the field that is returned beside them") {
+TEST_CASE(
+    "the levels of every frame and tile are those of the field that is returned beside them") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto tiles : divisions) {
@@ -44,10 +46,13 @@ TEST_CASE("the levels of every frame and tile are those of the field that is ret
         const auto result = renderer.render();
         REQUIRE(result.plan.tiles.size() == static_cast<std::size_t>(tiles.x * tiles.y));
         for (std::size_t frame = 0; frame < 5; ++frame) {
-          const auto from = result.field.samples.begin() + static_cast<std::ptrdiff_t>(frame * pixels);
+          const auto from =
+              result.field.samples.begin() + static_cast<std::ptrdiff_t>(frame * pixels);
           const std::vector field(from, from + static_cast<std::ptrdiff_t>(pixels));
-          REQUIRE(std::any_of(field.begin(), field.end(), [](auto z) { return z != std::complex<float>(); }));
-          CHECK(result.levels[frame] == PhaseEncoder(device)(cl::ComplexBuffer(device, field, "field")));
+          REQUIRE(std::any_of(field.begin(), field.end(),
+                              [](auto z) { return z != std::complex<float>(); }));
+          CHECK(result.levels[frame] ==
+                PhaseEncoder(device)(cl::ComplexBuffer(device, field, "field")));
           if (frame > 0) CHECK(result.levels[frame] != result.levels[frame - 1]);
         }
       }
@@ -55,7 +60,9 @@ TEST_CASE("the levels of every frame and tile are those of the field that is ret
   }
 }
 
-TEST_CASE("levels are copied without blocking, after their frame's kernels, on a queue that launches nothing") {
+TEST_CASE(
+    "levels are copied without blocking, after their frame's kernels, on a queue that launches "
+    "nothing") {
   const Folder folder;
   auto& spy = test::opencl_spy();
   for (const auto& info : cl::list_devices()) {
@@ -93,7 +100,9 @@ TEST_CASE("a device that gives only one queue computes the same levels") {
   }
 }
 
-TEST_CASE("what is launched after a copy has begun does not reach it, and a copy left behind ends with its handle") {
+TEST_CASE(
+    "what is launched after a copy has begun does not reach it, and a copy left behind ends with "
+    "its handle") {
   for (const auto& device : test::all_devices()) {
     const std::vector<float> ones(1 << 20, 1.0f), twos(1 << 20, 2.0f);
     std::vector<float> first(ones.size()), second(ones.size());

@@ -20,7 +20,8 @@ using Catch::Matchers::ContainsSubstring;
 using test::mm;
 using test::um;
 
-/// A ball of 1 mm before a wall of 3 mm, 20 mm from a hologram of 603 x 401 pixels of 4 um: both numbers of pixels are odd, 401 is prime.
+/// A ball of 1 mm before a wall of 3 mm, 20 mm from a hologram of 603 x 401 pixels of 4 um: both
+/// numbers of pixels are odd, 401 is prime.
 Scene ball_scene(const Folder& folder) {
   Scene scene;
   scene.hologram.resolution = {603, 401};
@@ -29,8 +30,10 @@ Scene ball_scene(const Folder& folder) {
   Material ball;
   ball.specular = glm::dvec3(0.4);
   scene.materials = {ball, test::glowing()};
-  scene.objects = {test::object_at(folder.write("ball.obj", test::ball_obj(24, 12)), 1 * mm, {0.2 * mm, 0.1 * mm, 19 * mm}, 0),
-                   test::object_at(folder.write("wall.obj", test::square_obj()), 2.4 * mm, {0, 0, 21 * mm}, 1)};
+  scene.objects = {
+      test::object_at(folder.write("ball.obj", test::ball_obj(24, 12)), 1 * mm,
+                      {0.2 * mm, 0.1 * mm, 19 * mm}, 0),
+      test::object_at(folder.write("wall.obj", test::square_obj()), 2.4 * mm, {0, 0, 21 * mm}, 1)};
   scene.objects[1].rotation_deg = {5, -8, 0};
   Light light;
   light.direction = {0.4, -0.5, 0.8};
@@ -38,7 +41,8 @@ Scene ball_scene(const Folder& folder) {
   return scene;
 }
 
-RenderResult rendered(const cl::Device& device, Scene scene, glm::ivec2 tiles, Method method = Method::wrp) {
+RenderResult rendered(const cl::Device& device, Scene scene, glm::ivec2 tiles,
+                      Method method = Method::wrp) {
   scene.hologram.tiles = tiles;
   RenderOptions options;
   options.method = method;
@@ -47,7 +51,9 @@ RenderResult rendered(const cl::Device& device, Scene scene, glm::ivec2 tiles, M
 
 constexpr glm::ivec2 divisions[] = {{2, 2}, {3, 1}};
 
-TEST_CASE("tiles of one size cover every pixel of holograms of any size, and stand where their pixels do") {
+TEST_CASE(
+    "tiles of one size cover every pixel of holograms of any size, and stand where their pixels "
+    "do") {
   std::mt19937 random(1);
   for (int n = 0; n < 2000; ++n) {
     Plan plan;
@@ -56,13 +62,17 @@ TEST_CASE("tiles of one size cover every pixel of holograms of any size, and sta
     divide(plan, {1 + random() % 12, 1 + random() % 12}, 1.5);
     REQUIRE(plan.tiles.size() == static_cast<std::size_t>(plan.tile_grid.x * plan.tile_grid.y));
     for (int axis = 0; axis < 2; ++axis) {
-      CHECK(plan.tile_size[axis] == (plan.size[axis] + plan.tile_grid[axis] - 1) / plan.tile_grid[axis]);
+      CHECK(plan.tile_size[axis] ==
+            (plan.size[axis] + plan.tile_grid[axis] - 1) / plan.tile_grid[axis]);
       std::vector<bool> covered(static_cast<std::size_t>(plan.size[axis]), false);
       for (const auto& tile : plan.tiles) {
-        REQUIRE((tile.first[axis] >= 0 && tile.first[axis] + plan.tile_size[axis] <= plan.size[axis]));
-        for (int i = 0; i < plan.tile_size[axis]; ++i) covered[static_cast<std::size_t>(tile.first[axis] + i)] = true;
+        REQUIRE(
+            (tile.first[axis] >= 0 && tile.first[axis] + plan.tile_size[axis] <= plan.size[axis]));
+        for (int i = 0; i < plan.tile_size[axis]; ++i)
+          covered[static_cast<std::size_t>(tile.first[axis] + i)] = true;
         // Pixel i of n lies at (i - (n - 1) / 2) pitch, downwards along y.
-        const double place = tile.centre_m[axis] / plan.pitch_m[axis] * (axis == 0 ? 1 : -1) - (plan.tile_size[axis] - 1) / 2.0;
+        const double place = tile.centre_m[axis] / plan.pitch_m[axis] * (axis == 0 ? 1 : -1) -
+                             (plan.tile_size[axis] - 1) / 2.0;
         CHECK(std::abs(place - (tile.first[axis] - (plan.size[axis] - 1) / 2.0)) < 1e-9);
       }
       CHECK(std::all_of(covered.begin(), covered.end(), [](bool c) { return c; }));
@@ -98,12 +108,16 @@ Apart apart(const cl::Device& device, const Scene& scene, glm::ivec2 tiles, Rend
   REQUIRE(divided.plan.tiles.size() == static_cast<std::size_t>(tiles.x * tiles.y));
   REQUIRE(divided.plan.slabs.size() == whole.plan.slabs.size());
   REQUIRE(divided.samples == whole.samples);
-  return {test::relative_l2(whole.field.samples, points), test::relative_l2(divided.field.samples, points),
+  return {test::relative_l2(whole.field.samples, points),
+          test::relative_l2(divided.field.samples, points),
           test::relative_l2(divided.field.samples, whole.field.samples)};
 }
 
-// Nothing is hidden or too steep for the pixels, and the cone is wide, so that the WRPs' field is nearly that of the points.
-TEST_CASE("tiles give the field of one piece within the predicted error of the padding and what the piece itself lacks") {
+// Nothing is hidden or too steep for the pixels, and the cone is wide, so that the WRPs' field is
+// nearly that of the points.
+TEST_CASE(
+    "tiles give the field of one piece within the predicted error of the padding and what the "
+    "piece itself lacks") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     auto scene = ball_scene(folder);
@@ -118,25 +132,36 @@ TEST_CASE("tiles give the field of one piece within the predicted error of the p
       std::vector<double> distances_m{38 * mm};
       std::optional<double> oversampling{};
     };
-    // Measured, from the piece (the piece from the points): 0.046 (0.016), 0.017 (0.015), 0.042 (0.016).
-    for (const auto& c : {Case{{2, 2}, 2}, {{2, 2}, 4}, {{3, 1}, 2}, {{2, 2}, 2, {38 * mm, 40 * mm}}, {{3, 2}, 2, {38 * mm}, 1.5}}) {
+    // Measured, from the piece (the piece from the points): 0.046 (0.016), 0.017 (0.015), 0.042
+    // (0.016).
+    for (const auto& c : {Case{{2, 2}, 2},
+                          {{2, 2}, 4},
+                          {{3, 1}, 2},
+                          {{2, 2}, 2, {38 * mm, 40 * mm}},
+                          {{3, 2}, 2, {38 * mm}, 1.5}}) {
       scene.wrp.padding = c.padding;
       scene.wrp.distances_m = c.distances_m;
       scene.wrp.oversampling = c.oversampling;
       RenderResult divided;
       const auto off = apart(device, scene, c.tiles, divided);
-      if (c.oversampling) REQUIRE((divided.plan.slabs[0].axes[0].refines() && divided.plan.slabs[0].axes[1].refines()));
-      const double predicted = std::hypot(divided.plan.padding_error, divided.plan.oversampling_error);
-      INFO(c.tiles.x << " x " << c.tiles.y << ", padding " << c.padding << ", " << c.distances_m.size() << " distances: from the points "
-                     << off.tiles_points << ", in one piece " << off.whole_points << "; from each other " << off.tiles_whole
-                     << ", predicted " << predicted);
+      if (c.oversampling)
+        REQUIRE(
+            (divided.plan.slabs[0].axes[0].refines() && divided.plan.slabs[0].axes[1].refines()));
+      const double predicted =
+          std::hypot(divided.plan.padding_error, divided.plan.oversampling_error);
+      INFO(c.tiles.x << " x " << c.tiles.y << ", padding " << c.padding << ", "
+                     << c.distances_m.size() << " distances: from the points " << off.tiles_points
+                     << ", in one piece " << off.whole_points << "; from each other "
+                     << off.tiles_whole << ", predicted " << predicted);
       CHECK(off.tiles_whole <= std::hypot(1.6 * predicted, 1.2 * off.whole_points));
       CHECK(off.tiles_points <= std::hypot(1.6 * predicted, off.whole_points));
     }
   }
 }
 
-TEST_CASE("with highlights, occluders, slabs and few rows, tiles are no farther from the points' field than one piece and the padding") {
+TEST_CASE(
+    "with highlights, occluders, slabs and few rows, tiles are no farther from the points' field "
+    "than one piece and the padding") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const int slabs : {1, 2}) {
@@ -146,17 +171,22 @@ TEST_CASE("with highlights, occluders, slabs and few rows, tiles are no farther 
         if (slabs == 1) scene.wrp.oversampling = 1.5;
         RenderResult divided;
         const auto off = apart(device, scene, tiles, divided);
-        const double predicted = std::hypot(divided.plan.padding_error, divided.plan.oversampling_error);
-        INFO(tiles.x << " x " << tiles.y << ", " << divided.plan.slabs.size() << " slabs: " << off.tiles_points << ", one piece "
-                     << off.whole_points << ", predicted " << predicted);
+        const double predicted =
+            std::hypot(divided.plan.padding_error, divided.plan.oversampling_error);
+        INFO(tiles.x << " x " << tiles.y << ", " << divided.plan.slabs.size()
+                     << " slabs: " << off.tiles_points << ", one piece " << off.whole_points
+                     << ", predicted " << predicted);
         CHECK(divided.hidden_samples > 50);
-        CHECK(off.tiles_points <= std::hypot(off.whole_points, predicted));  // measured 0.12 for 0.14
+        // Measured 0.12 for 0.14
+        CHECK(off.tiles_points <= std::hypot(off.whole_points, predicted));
       }
     }
   }
 }
 
-TEST_CASE("frames in tiles are frames of the seeds that follow, and a renderer that moves keeps its tiles") {
+TEST_CASE(
+    "frames in tiles are frames of the seeds that follow, and a renderer that moves keeps its "
+    "tiles") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     auto scene = ball_scene(folder);
@@ -171,8 +201,9 @@ TEST_CASE("frames in tiles are frames of the seeds that follow, and a renderer t
     const auto alone = render(device, scene);
     const std::vector last(stack.field.samples.begin() + 2 * 211 * 150, stack.field.samples.end());
     CHECK(test::relative_l2(last, alone.field.samples) <= 1e-6);
-    const auto equal = std::inner_product(alone.levels[0].begin(), alone.levels[0].end(), stack.levels[2].begin(), 0, std::plus<>(),
-                                          [](auto a, auto b) { return a == b; });
+    const auto equal =
+        std::inner_product(alone.levels[0].begin(), alone.levels[0].end(), stack.levels[2].begin(),
+                           0, std::plus<>(), [](auto a, auto b) { return a == b; });
     CHECK(equal >= 211 * 150 - 100);  // levels may be rounded apart
 
     scene.sampling.frames = 3;
@@ -181,7 +212,8 @@ TEST_CASE("frames in tiles are frames of the seeds that follow, and a renderer t
     renderer.set_pose(0, scene.objects[0].position_m, scene.objects[0].rotation_deg);
     const auto moved = renderer.render();
     CHECK(moved.plan.tile_grid == glm::ivec2(2, 2));
-    CHECK(test::relative_l2(moved.field.samples, render(device, scene).field.samples) <= 0.02);  // rays that pass an edge within rounding
+    // Rays that pass an edge within rounding
+    CHECK(test::relative_l2(moved.field.samples, render(device, scene).field.samples) <= 0.02);
   }
 }
 
@@ -190,23 +222,28 @@ TEST_CASE("tiles that no light reaches are dark, and do not stop the others") {
   for (const auto& device : test::all_devices()) {
     auto scene = ball_scene(folder);
     scene.objects.erase(scene.objects.begin());
-    // Light of a small object near the left edge is too steep for the right tiles: 4.6 degrees at most.
+    // Light of a small object near the left edge is too steep for the right tiles: 4.6 degrees at
+    // most.
     scene.hologram.resolution = {1500, 100};
     scene.objects[0].width_m = 0.2 * mm;
     scene.objects[0].position_m = {-2.8 * mm, 0, 15 * mm};
     scene.sampling.pitch_m = 20 * um;
     const auto divided = rendered(device, scene, {6, 1});
     double brightest = 0;
-    for (const auto& z : divided.field.samples) brightest = std::max(brightest, static_cast<double>(std::abs(z)));
+    for (const auto& z : divided.field.samples)
+      brightest = std::max(brightest, static_cast<double>(std::abs(z)));
     REQUIRE(brightest > 0);
     for (int row = 0; row < 100; ++row) {
       const auto* line = &divided.field.samples[static_cast<std::size_t>(row) * 1500];
-      for (int column = 1250; column < 1500; ++column) CHECK(std::abs(line[column]) <= 1e-3 * brightest);
+      for (int column = 1250; column < 1500; ++column)
+        CHECK(std::abs(line[column]) <= 1e-3 * brightest);
     }
   }
 }
 
-TEST_CASE("a hologram that does not fit a small device is computed there in tiles, on no more than it has, to the same field") {
+TEST_CASE(
+    "a hologram that does not fit a small device is computed there in tiles, on no more than it "
+    "has, to the same field") {
   const Folder folder;
   for (auto info : cl::list_devices()) {
     auto scene = ball_scene(folder);
@@ -218,11 +255,14 @@ TEST_CASE("a hologram that does not fit a small device is computed there in tile
     const auto divided = render(small, scene);
     INFO(divided.plan.why_tiles);
     CHECK(divided.plan.tile_grid == glm::ivec2(2, 1));
-    CHECK_THAT(divided.plan.why_tiles, ContainsSubstring("fields of a WRP 5.5 MiB in one buffer, the device allows 4.0 MiB"));
+    CHECK_THAT(
+        divided.plan.why_tiles,
+        ContainsSubstring("fields of a WRP 5.5 MiB in one buffer, the device allows 4.0 MiB"));
     CHECK(test::correlation(divided.field.samples, whole.field.samples) >= 0.98);
 
     scene.hologram.tiles = glm::ivec2(1, 1);
-    CHECK_THROWS_WITH(render(small, scene), ContainsSubstring("5.5 MiB asked in one buffer") && ContainsSubstring("more hologram.tiles"));
+    CHECK_THROWS_WITH(render(small, scene), ContainsSubstring("5.5 MiB asked in one buffer") &&
+                                                ContainsSubstring("more hologram.tiles"));
     scene.hologram.tiles = {};
     info.largest_buffer_bytes = 64 << 10;
     CHECK_THROWS_WITH(render(cl::Device(info), scene), ContainsSubstring(" asked in one buffer"));
@@ -238,7 +278,8 @@ TEST_CASE("the device holds at most 64 bytes per padded pixel of a tile, of one 
         auto scene = ball_scene(folder);
         scene.hologram.resolution = {2000, 1600};
         scene.objects.erase(scene.objects.begin());
-        scene.objects[0].position_m.z = 150 * mm;  // the light's band leaves columns and rows to spare
+        // The light's band leaves columns and rows to spare
+        scene.objects[0].position_m.z = 150 * mm;
         scene.sampling.pitch_m = 100 * um;
         scene.wrp.padding = padding;
         scene.wrp.oversampling = 1.5;
@@ -247,7 +288,8 @@ TEST_CASE("the device holds at most 64 bytes per padded pixel of a tile, of one 
         options.fft = backend;
         const auto plan = render(device, scene, options).plan;
         REQUIRE((plan.slabs[0].axes[0].refines() && plan.slabs[0].axes[1].refines()));
-        const double bytes = static_cast<double>(device.peak_bytes()) / (static_cast<double>(plan.padded.x) * plan.padded.y);
+        const double bytes = static_cast<double>(device.peak_bytes()) /
+                             (static_cast<double>(plan.padded.x) * plan.padded.y);
         INFO(device.info().name << ", padding " << padding << ": " << bytes << " bytes");
         CHECK(bytes <= 64);
       }
@@ -261,11 +303,13 @@ TEST_CASE("tiles that would not add up to the hologram are refused") {
   scene.hologram.tiles = glm::ivec2(2, 2);
   const auto world = build_world(scene);
   scene.sampling.mode = SamplingMode::fan;
-  CHECK_THROWS_WITH(make_plan(scene, world), ContainsSubstring("hologram.tiles 2 x 2: ") && ContainsSubstring("fans, mirrors and glass"));
+  CHECK_THROWS_WITH(make_plan(scene, world), ContainsSubstring("hologram.tiles 2 x 2: ") &&
+                                                 ContainsSubstring("fans, mirrors and glass"));
   CHECK_NOTHROW(make_plan(scene, world, Method::rays));
   scene.sampling.mode = SamplingMode::aimed;
   scene.sampling.fan = 1;
-  CHECK_THROWS_WITH(make_plan(scene, world), ContainsSubstring("sampling.fan less sampling.edge") && ContainsSubstring("tiles [1, 1]"));
+  CHECK_THROWS_WITH(make_plan(scene, world), ContainsSubstring("sampling.fan less sampling.edge") &&
+                                                 ContainsSubstring("tiles [1, 1]"));
   scene.sampling.edge = 0;
   CHECK_NOTHROW(make_plan(scene, world));
   scene.materials[0].reflectivity = 0.5;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the program does when files are damaged, claims absurd, devices too small or gone, and when it is killed.
+// What the program does when files are damaged, claims absurd, devices too small or gone, and when
+// it is killed.
 #include <chrono>
 #include <csignal>
 #include <map>
@@ -7,10 +8,10 @@
 #include <thread>
 
 #include "cl/device.hpp"
-#include "host/scene/image.hpp"
-#include "host/geometry/world.hpp"
 #include "host/common/npy.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/geometry/world.hpp"
+#include "host/scene/image.hpp"
 #include "tests/support/program.hpp"
 
 namespace raywave {
@@ -24,7 +25,8 @@ using Snapshot = std::map<std::string, std::string>;  // of a folder: name -> by
 
 Snapshot snapshot(const fs::path& folder) {
   Snapshot files;
-  for (const auto& entry : fs::directory_iterator(folder)) files[entry.path().filename().string()] = bytes_of(entry.path());
+  for (const auto& entry : fs::directory_iterator(folder))
+    files[entry.path().filename().string()] = bytes_of(entry.path());
   return files;
 }
 
@@ -45,13 +47,16 @@ void read_as_the_program_does(const fs::path& file) {
   if (kind == ".png" || kind == ".exr") load_texture(file, 1, "here");
 }
 
-/// Damaged copies of the demo's scenes, meshes, textures and results, this many per file; fewer of the large ones.
+/// Damaged copies of the demo's scenes, meshes, textures and results, this many per file; fewer of
+/// the large ones.
 void check_damaged_demo_files(int cuts, int flips) {
   const Desk desk;
   // Scenes name their meshes beside them.
   for (const auto& file : demo_files()) fs::copy(file, desk.folder() / file.filename().string());
   REQUIRE(desk.render({"--save-wrps", "--quiet", "--set", "sampling.frames=2"}).code == 0);
-  REQUIRE(desk.run({"reconstruct", desk.out("field.npy"), "-z", "10mm", "-o", desk.file("out"), "--quiet"}).code == 0);
+  REQUIRE(desk.run({"reconstruct", desk.out("field.npy"), "-z", "10mm", "-o", desk.file("out"),
+                    "--quiet"})
+              .code == 0);
   std::vector<fs::path> files = demo_files();
   for (const auto& entry : fs::directory_iterator(desk.out(""))) files.push_back(entry.path());
   int kinds = 0;
@@ -62,7 +67,8 @@ void check_damaged_demo_files(int cuts, int flips) {
     CHECK_NOTHROW(read_as_the_program_does(file));
     const int share = fs::file_size(file) > 100'000 ? 5 : 1;
     const auto [accepted, refused] =
-        read_damaged(desk.folder(), file, cuts / share, flips / share, [](const auto& damaged) { read_as_the_program_does(damaged); });
+        read_damaged(desk.folder(), file, cuts / share, flips / share,
+                     [](const auto& damaged) { read_as_the_program_does(damaged); });
     CHECK(refused > 0);
     ++kinds;
   }
@@ -71,23 +77,32 @@ void check_damaged_demo_files(int cuts, int flips) {
 
 }  // namespace
 
-TEST_CASE("damaged demo files, and damaged results of a demo run, are read or refused in one line") { check_damaged_demo_files(10, 20); }
+TEST_CASE(
+    "damaged demo files, and damaged results of a demo run, are read or refused in one line") {
+  check_damaged_demo_files(10, 20);
+}
 
 TEST_CASE("damaged demo files, many more", "[.long]") { check_damaged_demo_files(100, 300); }
 
-TEST_CASE("whatever is damaged, the program ends with 0, or with 2, one line and untouched outputs") {
+TEST_CASE(
+    "whatever is damaged, the program ends with 0, or with 2, one line and untouched outputs") {
   Desk desk;
   const fs::path data(RAYWAVE_DATA_DIR);
-  for (const char* name : {"square.ply", "checker.png"}) fs::copy(data / name, desk.folder() / name);
+  for (const char* name : {"square.ply", "checker.png"})
+    fs::copy(data / name, desk.folder() / name);
   const std::string textured =
-      "[materials.x]\ntexture = \"checker.png\"\n[[object]]\nmesh = \"square.ply\"\nwidth = \"0.1 mm\"\nmaterial = \"x\"\n"
+      "[materials.x]\ntexture = \"checker.png\"\n[[object]]\nmesh = \"square.ply\"\nwidth = \"0.1 "
+      "mm\"\nmaterial = \"x\"\n"
       "position = [0, 0, \"9 mm\"]\n";
   desk.scene(textured);
   REQUIRE(desk.render({"--quiet"}).code == 0);
-  REQUIRE(desk.run({"reconstruct", desk.out("field.npy"), "-z", "10mm", "-o", desk.file("out"), "--quiet"}).code == 0);
+  REQUIRE(desk.run({"reconstruct", desk.out("field.npy"), "-z", "10mm", "-o", desk.file("out"),
+                    "--quiet"})
+              .code == 0);
   fs::copy(desk.out(""), desk.folder() / "whole");
 
-  const auto check = [&](const std::string& name, const std::vector<std::string>& arguments, int cuts, int flips) {
+  const auto check = [&](const std::string& name, const std::vector<std::string>& arguments,
+                         int cuts, int flips) {
     const auto file = desk.folder() / name;
     const auto whole = bytes_of(file);
     int accepted = 0, refused = 0;
@@ -105,9 +120,11 @@ TEST_CASE("whatever is damaged, the program ends with 0, or with 2, one line and
     CHECK(refused > 0);
     std::ofstream(file, std::ios::binary) << whole;
   };
-  const std::vector<std::string> render{"render", desk.file("scene.toml"), "-o", desk.file("out"), "--quiet"};
-  // Every run loads the driver, which takes most of its time: the readers get far more copies in the test above.
-  // A damaged scene may well be another scene that takes hours, so `info` reads those.
+  const std::vector<std::string> render{"render", desk.file("scene.toml"), "-o", desk.file("out"),
+                                        "--quiet"};
+  // Every run loads the driver, which takes most of its time: the readers get far more copies in
+  // the test above. A damaged scene may well be another scene that takes hours, so `info` reads
+  // those.
   check("scene.toml", {"plan", desk.file("scene.toml")}, 10, 15);
   check("square.ply", render, 1, 1);
   check("square.obj", render, 1, 1);
@@ -120,26 +137,36 @@ TEST_CASE("whatever is damaged, the program ends with 0, or with 2, one line and
     if (name == std::string("whole/field.npy")) check("whole/report.json", arguments, 2, 2);
   }
   check("whole/reconstruction_10mm.exr",
-        {"compare", desk.file("whole/reconstruction_10mm.exr"), desk.out("reconstruction_10mm.exr"), "-o", desk.file("out")}, 1, 1);
+        {"compare", desk.file("whole/reconstruction_10mm.exr"), desk.out("reconstruction_10mm.exr"),
+         "-o", desk.file("out")},
+        1, 1);
 }
 
 TEST_CASE("files that claim absurd sizes are refused before memory is taken") {
   Desk desk;
-  const auto little = [](auto value) { return std::string(reinterpret_cast<const char*>(&value), sizeof value); };
+  const auto little = [](auto value) {
+    return std::string(reinterpret_cast<const char*>(&value), sizeof value);
+  };
   const std::string element = "ply\nformat binary_little_endian 1.0\nelement vertex ",
                     xyz = "\nproperty float x\nproperty float y\nproperty float z\n";
   const std::string face = "property list uchar int vertex_indices\nend_header\n";
   const std::map<std::string, std::string> meshes{
-      {"vertices.ply", element + "2147483648" + xyz + "element face 1\n" + face + std::string(100, 'x')},
-      {"more.ply", element + "4294967295" + xyz + "element face 1\n" + face + std::string(100, 'x')},
-      {"faces.ply", element + "3" + xyz + "element face 2147483647\n" + face + std::string(100, '\0')},
-      {"ascii.ply", "ply\nformat ascii 1.0\nelement vertex 2000000000" + xyz + "element face 2000000000\n" + face + "0 0 0\n"},
-      {"list.ply", element + "3" + xyz + "element face 1\nproperty list uint int vertex_indices\nend_header\n" + std::string(36, '\0') +
-                       little(0xffffffffu)},
+      {"vertices.ply",
+       element + "2147483648" + xyz + "element face 1\n" + face + std::string(100, 'x')},
+      {"more.ply",
+       element + "4294967295" + xyz + "element face 1\n" + face + std::string(100, 'x')},
+      {"faces.ply",
+       element + "3" + xyz + "element face 2147483647\n" + face + std::string(100, '\0')},
+      {"ascii.ply", "ply\nformat ascii 1.0\nelement vertex 2000000000" + xyz +
+                        "element face 2000000000\n" + face + "0 0 0\n"},
+      {"list.ply", element + "3" + xyz +
+                       "element face 1\nproperty list uint int vertex_indices\nend_header\n" +
+                       std::string(36, '\0') + little(0xffffffffu)},
       {"many.stl", std::string(80, ' ') + little(0x7fffffffu) + std::string(50, '\0')},
       {"far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 2147483647\n"},
   };
-  constexpr std::uint64_t little_memory = std::uint64_t{400} << 20;  // a render of the small scene takes 190 MiB, most of it the driver
+  // a render of the small scene takes 190 MiB, most of it the driver
+  constexpr std::uint64_t little_memory = std::uint64_t{400} << 20;
   const auto check = [&](const std::string& name, const std::vector<std::string>& arguments) {
     const auto outcome = desk.run(arguments);
     INFO(name << " took " << (outcome.peak_bytes >> 20) << " MiB");
@@ -157,7 +184,8 @@ TEST_CASE("files that claim absurd sizes are refused before memory is taken") {
   // A PNG's header is right but for the size; the checksum behind it is too.
   const auto png = [&](std::uint32_t width, std::uint32_t height) {
     const auto big = [](std::uint32_t v) {
-      return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8), static_cast<char>(v)};
+      return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16),
+                         static_cast<char>(v >> 8), static_cast<char>(v)};
     };
     const std::string header = "IHDR" + big(width) + big(height) + std::string("\10\0\0\0\0", 5);
     std::uint32_t crc = ~0u;
@@ -172,24 +200,29 @@ TEST_CASE("files that claim absurd sizes are refused before memory is taken") {
       {"wider.png", png(2147483647, 2147483647)},
       {"wide.pgm", "P5\n1000000 1000000\n255\nx"},
       {"wide.pfm", "Pf\n1000000 1000000\n-1.0\nx"},
-      {"wide.bmp", "BM" + little(std::uint32_t{58}) + little(std::uint32_t{0}) + little(std::uint32_t{54}) + little(std::uint32_t{40}) +
-                       little(1'000'000) + little(1'000'000) + little(std::uint16_t{1}) + little(std::uint16_t{24}) +
+      {"wide.bmp", "BM" + little(std::uint32_t{58}) + little(std::uint32_t{0}) +
+                       little(std::uint32_t{54}) + little(std::uint32_t{40}) + little(1'000'000) +
+                       little(1'000'000) + little(std::uint16_t{1}) + little(std::uint16_t{24}) +
                        std::string(24, '\0') + "xxxx"},
   };
   for (const auto& [name, bytes] : pictures) {
     desk.folder().write(name, bytes);
     desk.scene("[materials.x]\ntexture = \"" + name +
-               "\"\n[[object]]\nmesh = \"square.obj\"\nmaterial = \"x\"\nwidth = 2e-5\nposition = [0, 0, 0.01]\n");
+               "\"\n[[object]]\nmesh = \"square.obj\"\nmaterial = \"x\"\nwidth = 2e-5\nposition = "
+               "[0, 0, 0.01]\n");
     check(name, {"render", desk.file("scene.toml"), "-o", desk.file("out")});
   }
 
   int i = 0;
-  for (const std::string shape : {"65536, 1048576, 1048576", "1048576, 1048576", "4294967296, 4294967296", "9223372036854775807, 4",
-                                  "18446744073709551615, 18446744073709551615", "2147483648, 2"}) {
-    const std::string header = "{'descr': '<c8', 'fortran_order': False, 'shape': (" + shape + "), }\n",
+  for (const std::string shape :
+       {"65536, 1048576, 1048576", "1048576, 1048576", "4294967296, 4294967296",
+        "9223372036854775807, 4", "18446744073709551615, 18446744073709551615", "2147483648, 2"}) {
+    const std::string header =
+                          "{'descr': '<c8', 'fortran_order': False, 'shape': (" + shape + "), }\n",
                       name = std::to_string(i++) + ".npy";
-    desk.folder().write(
-        name, "\x93NUMPY\1" + std::string(1, '\0') + little(static_cast<std::uint16_t>(header.size())) + header + std::string(64, '\0'));
+    desk.folder().write(name, "\x93NUMPY\1" + std::string(1, '\0') +
+                                  little(static_cast<std::uint16_t>(header.size())) + header +
+                                  std::string(64, '\0'));
     check(name, {"compare", desk.file(name), desk.file(name)});
   }
   CHECK_FALSE(desk.has_output());
@@ -206,9 +239,11 @@ struct Kept {
     before = snapshot(desk.out(""));
   }
   /// Exit code 3, one line that says all of `says`.
-  void check_refused_by_device(const std::vector<std::string>& more, const std::vector<std::string>& environment,
+  void check_refused_by_device(const std::vector<std::string>& more,
+                               const std::vector<std::string>& environment,
                                const std::vector<std::string>& says) const {
-    std::vector<std::string> arguments{"render", desk.file("scene.toml"), "-o", desk.file("out"), "--quiet"};
+    std::vector<std::string> arguments{"render", desk.file("scene.toml"), "-o", desk.file("out"),
+                                       "--quiet"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const auto outcome = desk.run(arguments, environment);
     for (const auto& part : says) check_refused(outcome, 3, part);
@@ -224,31 +259,42 @@ TEST_CASE("without any OpenCL device the program says what to install, and leave
   const std::vector<std::string> nowhere{"OCL_ICD_VENDORS=" + kept.desk.file("nothing")};
   kept.check_refused_by_device({}, nowhere, {"no OpenCL device found", "pocl-opencl-icd"});
   check_refused(kept.desk.run({"devices"}, nowhere), 3, "no OpenCL device found");
-  CHECK(kept.desk.run({"plan", kept.desk.file("scene.toml")}, nowhere).code == 0);  // which needs none
+  // Which needs none
+  CHECK(kept.desk.run({"plan", kept.desk.file("scene.toml")}, nowhere).code == 0);
 }
 
-TEST_CASE("a kernel that does not compile is reported with device, driver, options and the compiler's log") {
+TEST_CASE(
+    "a kernel that does not compile is reported with device, driver, options and the compiler's "
+    "log") {
   const Kept kept;
-  if (cl::find_device().platform != "Portable Computing Language") return;  // only PoCL adds options to order
-  const auto outcome = kept.desk.run({"render", kept.desk.file("scene.toml"), "-o", kept.desk.file("out"), "--quiet"},
-                                     {"POCL_EXTRA_BUILD_FLAGS=-Dfloat=(", "RAYWAVE_CACHE_DIR=" + kept.desk.file("cache")});
+  // Only PoCL adds options to order
+  if (cl::find_device().platform != "Portable Computing Language") return;
+  const auto outcome = kept.desk.run(
+      {"render", kept.desk.file("scene.toml"), "-o", kept.desk.file("out"), "--quiet"},
+      {"POCL_EXTRA_BUILD_FLAGS=-Dfloat=(", "RAYWAVE_CACHE_DIR=" + kept.desk.file("cache")});
   INFO(outcome.err);
   CHECK(outcome.code == 3);
   CHECK(outcome.out.empty());
   const auto message =
-      outcome.err.substr(std::min(outcome.err.find("raywave: "), outcome.err.size()));  // the driver may have its say before
+      // The driver may have its say before
+      outcome.err.substr(std::min(outcome.err.find("raywave: "), outcome.err.size()));
   const auto first_line = message.substr(0, message.find('\n'));
   const auto info = cl::find_device();
   CHECK_THAT(first_line, ContainsSubstring("does not compile") && ContainsSubstring(info.name) &&
-                             ContainsSubstring("driver " + info.driver) && ContainsSubstring("options -cl-std=CL1.2"));
+                             ContainsSubstring("driver " + info.driver) &&
+                             ContainsSubstring("options -cl-std=CL1.2"));
   CHECK_THAT(message.substr(first_line.size()), ContainsSubstring("error: "));
   CHECK(snapshot(kept.desk.out("")) == kept.before);
 }
 
-TEST_CASE("what a device has no memory for is refused with what was asked, what is allowed and the setting that helps") {
+TEST_CASE(
+    "what a device has no memory for is refused with what was asked, what is allowed and the "
+    "setting that helps") {
   const Kept kept;
-  if (cl::find_device().platform != "Portable Computing Language") return;  // only PoCL can be told to have less
-  const std::vector<std::string> small{"POCL_MEMORY_LIMIT=1"};              // GiB, and a quarter of it in one buffer
+  // Only PoCL can be told to have less
+  if (cl::find_device().platform != "Portable Computing Language") return;
+  // GiB, and a quarter of it in one buffer
+  const std::vector<std::string> small{"POCL_MEMORY_LIMIT=1"};
   const auto set = [](const std::vector<std::string>& values) {
     std::vector<std::string> arguments;
     for (const auto& value : values) arguments.insert(arguments.end(), {"--set", value});
@@ -257,27 +303,34 @@ TEST_CASE("what a device has no memory for is refused with what was asked, what 
   const auto in_one_piece = [&](std::vector<std::string> values) {
     values.emplace_back("hologram.tiles=[1, 1]");
     auto arguments = set(values);
-    arguments.insert(arguments.end(), {"--fft", "vkfft"});  // which needs padded planes on the device
+    // Which needs padded planes on the device
+    arguments.insert(arguments.end(), {"--fft", "vkfft"});
     return arguments;
   };
   kept.check_refused_by_device(in_one_piece({"hologram.resolution=[3000, 3000]"}), small,
-                               {"padded plane: 274.7 MiB asked in one buffer", "allows 256.0 MiB", "wrp.padding", "hologram.tiles"});
-  kept.check_refused_by_device(in_one_piece({"hologram.resolution=[8192, 8192]", "wrp.padding=1"}), small,
-                               {"512.0 MiB asked in one buffer", "allows 256.0 MiB", "hologram.resolution"});
+                               {"padded plane: 274.7 MiB asked in one buffer", "allows 256.0 MiB",
+                                "wrp.padding", "hologram.tiles"});
+  kept.check_refused_by_device(
+      in_one_piece({"hologram.resolution=[8192, 8192]", "wrp.padding=1"}), small,
+      {"512.0 MiB asked in one buffer", "allows 256.0 MiB", "hologram.resolution"});
   kept.check_refused_by_device(set({"sampling.pitch=20 nm", "hologram.pitch=0.7 um"}), small,
                                {"sample lattice", "allows 256.0 MiB", "a larger sampling.pitch"});
   // The host's memory is a matter of the scene.
-  check_refused(kept.desk.run({"render", kept.desk.file("scene.toml"), "-o", kept.desk.file("out"), "--quiet", "--set",
-                               "hologram.resolution=[4096, 4096]", "--set", "wrp.padding=1", "--set", "sampling.frames=4096"}),
+  check_refused(kept.desk.run({"render", kept.desk.file("scene.toml"), "-o", kept.desk.file("out"),
+                               "--quiet", "--set", "hologram.resolution=[4096, 4096]", "--set",
+                               "wrp.padding=1", "--set", "sampling.frames=4096"}),
                 2, "give fewer sampling.frames");
 
   // What fits one by one but not together.
   kept.check_refused_by_device(
-      in_one_piece({"hologram.resolution=[5760, 5760]", "wrp.padding=1", "sampling.pitch=1 mm", "wrp.grid=[1, 1]"}), small,
-      {"1.0 GiB of device memory asked", "has 1.0 GiB", "a smaller hologram.resolution"});
+      in_one_piece({"hologram.resolution=[5760, 5760]", "wrp.padding=1", "sampling.pitch=1 mm",
+                    "wrp.grid=[1, 1]"}),
+      small, {"1.0 GiB of device memory asked", "has 1.0 GiB", "a smaller hologram.resolution"});
 }
 
-TEST_CASE("killed at any moment, the program leaves every output as it was or as it should become, and the next run is undisturbed") {
+TEST_CASE(
+    "killed at any moment, the program leaves every output as it was or as it should become, and "
+    "the next run is undisturbed") {
   const Desk desk;
   const auto arguments = [&](int seed, const std::string& out) {
     return std::vector<std::string>{"render",
@@ -303,7 +356,8 @@ TEST_CASE("killed at any moment, the program leaves every output as it was or as
   std::uniform_real_distribution<double> anywhere(0, 1);
   int killed = 0;
   for (int i = 0; i < 12; ++i) {
-    for (const auto& [name, bytes] : old_files) std::ofstream(desk.out(name), std::ios::binary) << bytes;
+    for (const auto& [name, bytes] : old_files)
+      std::ofstream(desk.out(name), std::ios::binary) << bytes;
     const pid_t program = desk.start(arguments(2, "out"));
     // Most near the end, where files are written.
     const double share = i % 3 == 0 ? anywhere(random) : 0.8 + anywhere(random) / 3;
@@ -317,16 +371,19 @@ TEST_CASE("killed at any moment, the program leaves every output as it was or as
       const auto found = bytes_of(desk.out(name));
       // The report holds times, so it cannot be compared with another run's.
       if (name == "report.json")
-        CHECK((found == bytes || (found.starts_with('{') && found.ends_with("}\n") && found.find("\"seed\": 2") != std::string::npos)));
+        CHECK((found == bytes || (found.starts_with('{') && found.ends_with("}\n") &&
+                                  found.find("\"seed\": 2") != std::string::npos)));
       else
         CHECK((found == bytes || found == new_files.at(name)));
     }
-    for (const auto& [name, bytes] : snapshot(desk.out(""))) CHECK((old_files.contains(name) || name.find(".tmp.") != std::string::npos));
+    for (const auto& [name, bytes] : snapshot(desk.out("")))
+      CHECK((old_files.contains(name) || name.find(".tmp.") != std::string::npos));
   }
   CHECK(killed > 0);
 
   REQUIRE(desk.run(arguments(2, "out")).code == 0);
-  for (const char* name : {"field.npy", "hologram.png"}) CHECK(bytes_of(desk.out(name)) == new_files.at(name));
+  for (const char* name : {"field.npy", "hologram.png"})
+    CHECK(bytes_of(desk.out(name)) == new_files.at(name));
 }
 
 }  // namespace raywave

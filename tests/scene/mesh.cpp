@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/geometry/world.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "host/geometry/world.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 
@@ -23,12 +22,15 @@ namespace {
 /// Triangles as three corners each, the form that every file format below is made from.
 using Soup = std::vector<std::array<glm::dvec3, 3>>;
 
-/// A box around the origin, outside counter-clockwise; each side cut once, so that corners belong to one or two triangles of a side.
+/// A box around the origin, outside counter-clockwise; each side cut once, so that corners belong
+/// to one or two triangles of a side.
 Soup box(const glm::dvec3& size) {
-  const auto corner = [&](int i) { return glm::dvec3(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5) * size; };
+  const auto corner = [&](int i) {
+    return glm::dvec3(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5) * size;
+  };
   Soup soup;
-  for (const auto& s :
-       std::vector<std::array<int, 4>>{{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+  for (const auto& s : std::vector<std::array<int, 4>>{
+           {0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
     soup.push_back({corner(s[0]), corner(s[1]), corner(s[2])});
     soup.push_back({corner(s[0]), corner(s[2]), corner(s[3])});
   }
@@ -40,16 +42,17 @@ std::string obj(const Soup& soup) {
   out.precision(17);
   for (const auto& triangle : soup)
     for (const glm::dvec3& p : triangle) out << "v " << p.x << ' ' << p.y << ' ' << p.z << '\n';
-  for (std::size_t i = 0; i < soup.size(); ++i) out << "f " << 3 * i + 1 << ' ' << 3 * i + 2 << ' ' << 3 * i + 3 << '\n';
+  for (std::size_t i = 0; i < soup.size(); ++i)
+    out << "f " << 3 * i + 1 << ' ' << 3 * i + 2 << ' ' << 3 * i + 3 << '\n';
   return out.str();
 }
 
 std::string ply(const Soup& soup, bool binary) {
   std::ostringstream out;
   out.precision(9);
-  out << "ply\nformat " << (binary ? "binary_little_endian" : "ascii") << " 1.0\nelement vertex " << 3 * soup.size()
-      << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << soup.size()
-      << "\nproperty list uchar int vertex_indices\nend_header\n";
+  out << "ply\nformat " << (binary ? "binary_little_endian" : "ascii") << " 1.0\nelement vertex "
+      << 3 * soup.size() << "\nproperty float x\nproperty float y\nproperty float z\nelement face "
+      << soup.size() << "\nproperty list uchar int vertex_indices\nend_header\n";
   const auto end_line = [&] {
     if (!binary) out << '\n';
   };
@@ -74,7 +77,9 @@ std::string ply(const Soup& soup, bool binary) {
 
 std::string binary_stl(const Soup& soup) {
   std::string out(80, ' ');
-  const auto put = [&](auto value) { out.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  const auto put = [&](auto value) {
+    out.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
   put(static_cast<std::uint32_t>(soup.size()));
   for (const auto& triangle : soup) {
     for (int i = 0; i < 3; ++i) put(0.0f);  // no normal
@@ -88,7 +93,8 @@ std::string binary_stl(const Soup& soup) {
 std::string base64(const std::string& bytes) {
   static const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string out;
-  for (std::size_t i = 0; i + 2 < bytes.size(); i += 3) {  // the test's buffers are multiples of three
+  // The test's buffers are multiples of three
+  for (std::size_t i = 0; i + 2 < bytes.size(); i += 3) {
     const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(bytes[i + k]); };
     const unsigned word = unsigned{byte(0)} << 16 | unsigned{byte(1)} << 8 | byte(2);
     for (int shift = 18; shift >= 0; shift -= 6) out += digits[word >> shift & 63];
@@ -111,10 +117,13 @@ std::string gltf(const Soup& soup, const std::vector<std::string>& nodes) {
     node_list.append(i ? "," : "").append("{\"mesh\":0,").append(nodes[i]).append("}");
     indices.append(i ? "," : "").append(std::to_string(i));
   }
-  return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[)" + indices + R"(]}],"nodes":[)" + node_list +
+  return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[)" + indices +
+         R"(]}],"nodes":[)" + node_list +
          R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":)" +
-         count + R"(,"type":"VEC3","min":[-9,-9,-9],"max":[9,9,9]}],"bufferViews":[{"buffer":0,"byteLength":)" + bytes +
-         R"(}],"buffers":[{"byteLength":)" + bytes + R"(,"uri":"data:application/octet-stream;base64,)" + base64(buffer) + R"("}]})";
+         count +
+         R"(,"type":"VEC3","min":[-9,-9,-9],"max":[9,9,9]}],"bufferViews":[{"buffer":0,"byteLength":)" +
+         bytes + R"(}],"buffers":[{"byteLength":)" + bytes +
+         R"(,"uri":"data:application/octet-stream;base64,)" + base64(buffer) + R"("}]})";
 }
 
 std::pair<glm::dvec3, glm::dvec3> bounds(const Mesh& mesh) {
@@ -124,13 +133,15 @@ std::pair<glm::dvec3, glm::dvec3> bounds(const Mesh& mesh) {
 }
 
 glm::dvec3 face_normal(const Mesh& mesh, const glm::uvec3& t) {
-  return glm::normalize(glm::cross(mesh.positions[t.y] - mesh.positions[t.x], mesh.positions[t.z] - mesh.positions[t.x]));
+  return glm::normalize(glm::cross(mesh.positions[t.y] - mesh.positions[t.x],
+                                   mesh.positions[t.z] - mesh.positions[t.x]));
 }
 
 /// For a mesh around the origin whose triangles shall face outwards.
 bool faces_outwards(const Mesh& mesh, const glm::dvec3& centre = glm::dvec3(0)) {
   return std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const glm::uvec3& t) {
-    return glm::dot(face_normal(mesh, t), mesh.positions[t.x] - centre) > 0 && glm::dot(face_normal(mesh, t), mesh.normals[t.x]) > 0.1;
+    return glm::dot(face_normal(mesh, t), mesh.positions[t.x] - centre) > 0 &&
+           glm::dot(face_normal(mesh, t), mesh.normals[t.x]) > 0.1;
   });
 }
 
@@ -138,7 +149,9 @@ double max_difference(const glm::dvec3& a, const glm::dvec3& b) {
   return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)});
 }
 
-Mesh load(const std::filesystem::path& file, Normals normals = Normals::file) { return load_mesh(file, normals, "here"); }
+Mesh load(const std::filesystem::path& file, Normals normals = Normals::file) {
+  return load_mesh(file, normals, "here");
+}
 
 Scene scene_of(const std::vector<Object>& objects) {
   Scene scene;
@@ -160,12 +173,14 @@ TEST_CASE("a box is the same closed box from every format") {
   const Folder folder;
   const Soup soup = box({1, 2, 4});
   for (const auto& file :
-       {folder.write("box.obj", obj(soup)), folder.write("box.ply", ply(soup, false)), folder.write("binary.ply", ply(soup, true)),
-        folder.write("box.stl", binary_stl(soup)), folder.write("box.gltf", gltf(soup, {R"("name":"box")"}))}) {
+       {folder.write("box.obj", obj(soup)), folder.write("box.ply", ply(soup, false)),
+        folder.write("binary.ply", ply(soup, true)), folder.write("box.stl", binary_stl(soup)),
+        folder.write("box.gltf", gltf(soup, {R"("name":"box")"}))}) {
     INFO(file.filename().string());
     const Mesh mesh = load(file);
     CHECK(mesh.triangles.size() == 12);
-    CHECK(mesh.positions.size() == 24);  // joined within each side, split between sides, whose normals differ
+    // Joined within each side, split between sides, whose normals differ
+    CHECK(mesh.positions.size() == 24);
     CHECK(mesh.normals.size() == mesh.positions.size());
     CHECK(mesh.uvs.size() == mesh.positions.size());
     CHECK(bounds(mesh).first == glm::dvec3(-0.5, -1, -2));
@@ -187,26 +202,30 @@ TEST_CASE("an edge with one, three or badly turned triangles leaves a mesh open"
   CHECK_FALSE(is_closed_as([](Soup& soup) { soup.pop_back(); }));
   CHECK_FALSE(is_closed_as([](Soup& soup) { std::swap(soup[3][0], soup[3][1]); }));
   CHECK_FALSE(is_closed_as([](Soup& soup) { soup.push_back(soup[0]); }));
-  CHECK(is_closed_as([](Soup& soup) { soup.push_back({soup[0][0], soup[0][0], soup[0][1]}); }));  // no area, dropped
+  // No area, dropped
+  CHECK(is_closed_as([](Soup& soup) { soup.push_back({soup[0][0], soup[0][0], soup[0][1]}); }));
 }
 
 TEST_CASE("flat normals are those of the faces") {
   const Folder folder;
   const Mesh mesh = load(folder.write("box.obj", obj(box({1, 2, 3}))), Normals::flat);
   for (const glm::uvec3& t : mesh.triangles)
-    for (int i = 0; i < 3; ++i) CHECK(max_difference(mesh.normals[t[i]], face_normal(mesh, t)) < 1e-14);
+    for (int i = 0; i < 3; ++i)
+      CHECK(max_difference(mesh.normals[t[i]], face_normal(mesh, t)) < 1e-14);
 }
 
 TEST_CASE("smooth normals of a box point along its diagonals, however its sides are cut") {
   const Folder folder;
   const Mesh mesh = load(folder.write("box.obj", obj(box({1, 1, 1}))), Normals::smooth);
   CHECK(mesh.positions.size() == 8);
-  for (std::size_t i = 0; i < mesh.positions.size(); ++i) CHECK(max_difference(mesh.normals[i], glm::normalize(mesh.positions[i])) < 1e-14);
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+    CHECK(max_difference(mesh.normals[i], glm::normalize(mesh.positions[i])) < 1e-14);
 }
 
 TEST_CASE("normals of the file are kept at unit length, and faces stand in where they are zero") {
   const Folder folder;
-  const Mesh mesh = load(folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 3 4\nvn 0 0 0\nf 1//1 2//1 3//2\n"));
+  const Mesh mesh = load(
+      folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 3 4\nvn 0 0 0\nf 1//1 2//1 3//2\n"));
   REQUIRE(mesh.positions.size() == 3);
   CHECK(max_difference(mesh.normals[0], {0, 0.6, 0.8}) < 1e-7);
   CHECK(max_difference(mesh.normals[1], {0, 0.6, 0.8}) < 1e-7);
@@ -215,11 +234,13 @@ TEST_CASE("normals of the file are kept at unit length, and faces stand in where
 
 TEST_CASE("texture coordinates keep (0, 0) at the bottom left, and polygons become triangles") {
   const Folder folder;
-  const Mesh mesh =
-      load(folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 0.5 0\nvt 0.5 0.25\nvt 0 0.25\nf 1/1 2/2 3/3 4/4\n"));
+  const Mesh mesh = load(folder.write("a.obj",
+                                      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 0.5 0\nvt "
+                                      "0.5 0.25\nvt 0 0.25\nf 1/1 2/2 3/3 4/4\n"));
   CHECK(mesh.triangles.size() == 2);
   REQUIRE(mesh.positions.size() == 4);
-  for (std::size_t i = 0; i < 4; ++i) CHECK(mesh.uvs[i] == glm::dvec2(0.5 * mesh.positions[i].x, 0.25 * mesh.positions[i].y));
+  for (std::size_t i = 0; i < 4; ++i)
+    CHECK(mesh.uvs[i] == glm::dvec2(0.5 * mesh.positions[i].x, 0.25 * mesh.positions[i].y));
 }
 
 TEST_CASE("a mesh of micrometres keeps its vertices apart") {
@@ -235,7 +256,8 @@ TEST_CASE("a mesh of micrometres keeps its vertices apart") {
 TEST_CASE("node transforms are applied, and a mirror does not turn a mesh inside out") {
   const Folder folder;
   const auto file =
-      folder.write("two.gltf", gltf(box({1, 1, 1}), {R"("translation":[10,0,0],"scale":[-2,1,1])", R"("translation":[-10,0,0])"}));
+      folder.write("two.gltf", gltf(box({1, 1, 1}), {R"("translation":[10,0,0],"scale":[-2,1,1])",
+                                                     R"("translation":[-10,0,0])"}));
   const Mesh mesh = load(file);
   CHECK(mesh.triangles.size() == 24);
   CHECK(bounds(mesh).first == glm::dvec3(-10.5, -0.5, -0.5));
@@ -263,7 +285,8 @@ TEST_CASE("a file that says its z axis is up keeps its coordinates") {
 TEST_CASE("triangles without area are dropped, and a mesh of nothing else is refused") {
   const Folder folder;
   const std::string vertices = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 0 0\n";
-  const Mesh mesh = load(folder.write("a.obj", vertices + "f 1 2 3\nf 1 2 4\nf 1 2 5\nf 1 1 4\n"), Normals::smooth);
+  const Mesh mesh = load(folder.write("a.obj", vertices + "f 1 2 3\nf 1 2 4\nf 1 2 5\nf 1 1 4\n"),
+                         Normals::smooth);
   CHECK(mesh.triangles.size() == 1);
   CHECK(mesh.positions.size() == 3);
   for (const glm::dvec3& n : mesh.normals) CHECK(max_difference(n, {0, 0, 1}) < 1e-15);
@@ -274,28 +297,38 @@ TEST_CASE("triangles without area are dropped, and a mesh of nothing else is ref
 TEST_CASE("slivers give finite unit normals") {
   const Folder folder;
   for (const char* apex : {"0.5 1e-30 0", "0.5 1e-7 0", "1e20 1e-20 0"}) {
-    const Mesh mesh = load(folder.write("a.obj", std::string("v 0 0 0\nv 1 0 0\nv ") + apex + "\nf 1 2 3\n"), Normals::smooth);
+    const Mesh mesh =
+        load(folder.write("a.obj", std::string("v 0 0 0\nv 1 0 0\nv ") + apex + "\nf 1 2 3\n"),
+             Normals::smooth);
     for (const glm::dvec3& n : mesh.normals) CHECK(max_difference(n, {0, 0, 1}) < 1e-12);
   }
 }
 
 TEST_CASE("meshes that cannot serve are refused in one line that starts with the object") {
   const Folder folder;
-  const auto refusal = [&](const std::filesystem::path& file) { return input_error_of([&] { load(file); }); };
+  const auto refusal = [&](const std::filesystem::path& file) {
+    return input_error_of([&] { load(file); });
+  };
   using Catch::Matchers::StartsWith;
-  const auto subject = [](const std::filesystem::path& file) { return "here: mesh \"" + file.string() + "\": "; };
+  const auto subject = [](const std::filesystem::path& file) {
+    return "here: mesh \"" + file.string() + "\": ";
+  };
   CHECK(refusal(folder / "none.obj") == subject(folder / "none.obj") + "there is no such file");
   CHECK(refusal(folder / "") == subject(folder / "") + "there is no such file");
   for (const auto& file :
-       {folder.write("empty.obj", ""), folder.write("vertex.obj", "v 0 0 0\n"), folder.write("text.obj", "hello\n"),
-        folder.write("line.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n"), folder.write("unknown.abc", "hello"), folder.write("empty.stl", ""),
-        folder.write("none", "x"), folder.write("empty.ply", "ply\nformat ascii 1.0\nend_header\n")})
+       {folder.write("empty.obj", ""), folder.write("vertex.obj", "v 0 0 0\n"),
+        folder.write("text.obj", "hello\n"), folder.write("line.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n"),
+        folder.write("unknown.abc", "hello"), folder.write("empty.stl", ""),
+        folder.write("none", "x"),
+        folder.write("empty.ply", "ply\nformat ascii 1.0\nend_header\n")})
     CHECK_THAT(refusal(file), StartsWith("here: "));
   const Soup soup = box({1, 1, 1});
   std::string one_line_only = ply(soup, false);  // this one fails an assertion inside Assimp
-  std::replace(one_line_only.begin() + one_line_only.find("end_header") + 11, one_line_only.end(), '\n', ' ');
+  std::replace(one_line_only.begin() + one_line_only.find("end_header") + 11, one_line_only.end(),
+               '\n', ' ');
   CHECK_THAT(refusal(folder.write("flat.ply", one_line_only)), StartsWith("here: "));
-  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     Soup broken = soup;
     broken[5][1].y = bad;
     CHECK_THAT(refusal(folder.write("bad.ply", ply(broken, true))), StartsWith("here: "));
@@ -304,10 +337,13 @@ TEST_CASE("meshes that cannot serve are refused in one line that starts with the
   }
 }
 
-TEST_CASE("an object is turned about x, then y, then z, then scaled to its width and centred at its position") {
+TEST_CASE(
+    "an object is turned about x, then y, then z, then scaled to its width and centred at its "
+    "position") {
   const Folder folder;
   Object object = object_of(folder.write("a.obj", obj(box({1, 2, 4}))));
-  object.rotation_deg = {90, 90, 0};  // x: (x, -z, y), so 1 x 4 x 2; then y: (z, y, -x), so 2 x 4 x 1
+  // x: (x, -z, y), so 1 x 4 x 2; then y: (z, y, -x), so 2 x 4 x 1
+  object.rotation_deg = {90, 90, 0};
   object.width_m = 0.02;
   object.position_m = {0.3, -0.2, 0.5};
   const World world = build_world(scene_of({object}));
@@ -315,7 +351,8 @@ TEST_CASE("an object is turned about x, then y, then z, then scaled to its width
   CHECK(max_difference(world.max_m, {0.31, -0.18, 0.505}) < 1e-15);
   CHECK(world.object_closed == std::vector<bool>{true});
 
-  // One corner of a tetrahedron followed through the three turns: (1,0,0) -> x: same -> y 30: (cos, 0, -sin) -> z 90: (0, cos, -sin).
+  // One corner of a tetrahedron followed through the three turns: (1,0,0) -> x: same -> y 30: (cos,
+  // 0, -sin) -> z 90: (0, cos, -sin).
   Object corner = object_of(folder.write("b.obj", "v 1 0 0\nv -1 0 0\nv 0 0.1 0\nf 1 2 3\n"));
   corner.rotation_deg = {77, 30, 90};
   corner.position_m = {0, 0, 10};
@@ -324,13 +361,16 @@ TEST_CASE("an object is turned about x, then y, then z, then scaled to its width
   CHECK(max_difference(edge, {0, std::sqrt(3.0), -1}) < 1e-14);
 }
 
-TEST_CASE("without a width, mesh units are metres, and the bounding box's centre still moves to the position") {
+TEST_CASE(
+    "without a width, mesh units are metres, and the bounding box's centre still moves to the "
+    "position") {
   const Folder folder;
   Soup soup = box({0.01, 0.02, 0.03});
   for (auto& triangle : soup)
     for (glm::dvec3& p : triangle) p += glm::dvec3(5, 6, 7);
   const World world = build_world(scene_of({object_of(folder.write("a.obj", obj(soup)))}));
-  CHECK(max_difference(world.min_m, {-0.005, -0.01, 0.085}) < 1e-6);  // the file's numbers are floats: 5 m has steps of 0.5 um
+  // The file's numbers are floats: 5 m has steps of 0.5 um
+  CHECK(max_difference(world.min_m, {-0.005, -0.01, 0.085}) < 1e-6);
   CHECK(max_difference(world.max_m, {0.005, 0.01, 0.115}) < 1e-6);
 }
 
@@ -352,10 +392,13 @@ TEST_CASE("objects follow one another in the world, each with its own triangles"
   CHECK(world.uvs.size() == world.positions.size());
   for (std::size_t i = 13; i < 25; ++i)
     for (int k = 0; k < 3; ++k)
-      CHECK(max_difference(glm::abs(world.positions[world.triangles[i][k]] - glm::dvec3(0.1, 0, 0.2)), glm::dvec3(0.01)) < 1e-15);
+      CHECK(
+          max_difference(glm::abs(world.positions[world.triangles[i][k]] - glm::dvec3(0.1, 0, 0.2)),
+                         glm::dvec3(0.01)) < 1e-15);
   for (const glm::vec3& n : world.normals) CHECK(std::abs(glm::length(n) - 1) < 1e-6f);
   CHECK(max_difference(world.max_m, {0.11, 0.01, 0.21}) < 1e-9);
-  CHECK(max_difference(world.min_m, {-0.005, -0.01, 0.095}) < 1e-9);  // the file's numbers are floats
+  // The file's numbers are floats
+  CHECK(max_difference(world.min_m, {-0.005, -0.01, 0.095}) < 1e-9);
 }
 
 TEST_CASE("an object that touches or passes the hologram is refused with its extent") {
@@ -363,16 +406,20 @@ TEST_CASE("an object that touches or passes the hologram is refused with its ext
   Object object = object_of(folder.write("a.obj", obj(box({0.5, 0.5, 0.5}))));
   for (const double z : {0.25, 0.2, 0.0, -1.0}) {
     object.position_m.z = z;
-    CHECK_THAT(input_error_of([&] { build_world(scene_of({object})); }),
-               Catch::Matchers::StartsWith("scene.toml:7: object 0: lies behind or touches the hologram plane: its z runs from "));
+    CHECK_THAT(
+        input_error_of([&] { build_world(scene_of({object})); }),
+        Catch::Matchers::StartsWith(
+            "scene.toml:7: object 0: lies behind or touches the hologram plane: its z runs from "));
   }
   object.position_m.z = 0.2;
-  CHECK_THAT(input_error_of([&] { build_world(scene_of({object})); }), Catch::Matchers::EndsWith("from -50 mm to 450 mm, and must be > 0"));
+  CHECK_THAT(input_error_of([&] { build_world(scene_of({object})); }),
+             Catch::Matchers::EndsWith("from -50 mm to 450 mm, and must be > 0"));
   object.position_m.z = 0.2500001;
   CHECK(build_world(scene_of({object})).min_m.z > 0);
 }
 
-TEST_CASE("sizes that cannot be reached are refused, and any finite mesh can be scaled to a width") {
+TEST_CASE(
+    "sizes that cannot be reached are refused, and any finite mesh can be scaled to a width") {
   const Folder folder;
   Object edge_on = object_of(folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
   edge_on.rotation_deg = {0, 90, 0};
@@ -382,7 +429,8 @@ TEST_CASE("sizes that cannot be reached are refused, and any finite mesh can be 
 
   for (const double size : {1e-30, 1e30}) {
     Object object = object_of(folder.write("b.obj", obj(box(glm::dvec3(size)))));
-    CHECK_THAT(input_error_of([&] { build_world(scene_of({object})); }), Catch::Matchers::EndsWith("; give a width"));
+    CHECK_THAT(input_error_of([&] { build_world(scene_of({object})); }),
+               Catch::Matchers::EndsWith("; give a width"));
     object.width_m = 0.01;
     const World world = build_world(scene_of({object}));
     CHECK(max_difference(world.max_m - world.min_m, glm::dvec3(0.01)) < 1e-8);
@@ -395,8 +443,9 @@ TEST_CASE("damaged meshes load or are refused in one line, and what loads is fin
   const Folder folder;
   const Soup soup = box({1, 2, 3});
   for (const auto& file :
-       {folder.write("box.obj", obj(soup)), folder.write("box.ply", ply(soup, false)), folder.write("binary.ply", ply(soup, true)),
-        folder.write("box.stl", binary_stl(soup)), folder.write("box.gltf", gltf(soup, {R"("translation":[1,0,0])"}))}) {
+       {folder.write("box.obj", obj(soup)), folder.write("box.ply", ply(soup, false)),
+        folder.write("binary.ply", ply(soup, true)), folder.write("box.stl", binary_stl(soup)),
+        folder.write("box.gltf", gltf(soup, {R"("translation":[1,0,0])"}))}) {
     INFO(file.filename().string());
     bool all_finite = true;
     const auto [accepted, refused] = read_damaged(folder, file, 100, 150, [&](const auto& damaged) {
@@ -404,7 +453,8 @@ TEST_CASE("damaged meshes load or are refused in one line, and what loads is fin
       for (std::size_t i = 0; i < mesh.positions.size(); ++i)
         all_finite = all_finite && std::isfinite(glm::dot(mesh.positions[i], mesh.positions[i])) &&
                      std::abs(glm::length(mesh.normals[i]) - 1) < 1e-9;
-      for (const glm::uvec3& t : mesh.triangles) all_finite = all_finite && std::max({t.x, t.y, t.z}) < mesh.positions.size();
+      for (const glm::uvec3& t : mesh.triangles)
+        all_finite = all_finite && std::max({t.x, t.y, t.z}) < mesh.positions.size();
     });
     CHECK(all_finite);
     CHECK(accepted > 0);

@@ -69,9 +69,11 @@ struct Workshop {
     return load_scene(folder.write("scene.toml", text), overrides);
   }
   /// The message without the folder's name.
-  std::string refusal(const std::string& text, const std::vector<std::string>& overrides = {}) const {
+  std::string refusal(const std::string& text,
+                      const std::vector<std::string>& overrides = {}) const {
     std::string message = input_error_of([&] { load(text, overrides); });
-    for (const std::string prefix = (folder / "").string(); message.find(prefix) != std::string::npos;)
+    for (const std::string prefix = (folder / "").string();
+         message.find(prefix) != std::string::npos;)
       message.erase(message.find(prefix), prefix.size());
     return message;
   }
@@ -137,7 +139,8 @@ TEST_CASE("every key of a scene arrives in metres, at its place") {
 
 TEST_CASE("keys left out have the documented defaults") {
   const Workshop workshop;
-  const Scene scene = workshop.load("[[light]]\ndirection = [0, 0, 1]\n[[object]]\nmesh = \"teapot.ply\"\n");
+  const Scene scene =
+      workshop.load("[[light]]\ndirection = [0, 0, 1]\n[[object]]\nmesh = \"teapot.ply\"\n");
   CHECK(scene.hologram.resolution == glm::ivec2(1920, 1080));
   CHECK(scene.hologram.pitch_m == glm::dvec2(3.74e-6));
   CHECK(scene.hologram.wavelength_m == 638e-9);
@@ -170,31 +173,44 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
   const std::vector<Case> cases{
       {2, "resolution = [0, 720]", "hologram: resolution[0] must be 1 to 65536, got 0"},
       {2, "resolution = [65537, 720]", "hologram: resolution[0] must be 1 to 65536, got 65537"},
-      {2, "resolution = [1280.0, 720]", "hologram: resolution[0] must be a whole number, 1 to 65536, got 1280"},
+      {2, "resolution = [1280.0, 720]",
+       "hologram: resolution[0] must be a whole number, 1 to 65536, got 1280"},
       {2, "resolution = 1280", "hologram: resolution must be two whole numbers [x, y], got 1280"},
-      {2, "resolution = [1, 2, 3]", "hologram: resolution must be two whole numbers [x, y], got an array of 3"},
+      {2, "resolution = [1, 2, 3]",
+       "hologram: resolution must be two whole numbers [x, y], got an array of 3"},
       {3, "pitch = \"-8 um\"", "hologram: pitch must be 0.1 nm to 1 m, got \"-8 um\""},
       {3, "pitch = [8e-6, nan]", "hologram: pitch[1] must be 0.1 nm to 1 m, got nan"},
       {3, "pitch = [8e-6]", "hologram: pitch must be a length or two [x, y], got an array of 1"},
-      {3, "pitch = true", "hologram: pitch must be a length: a number in metres, or a string such as \"3.74 um\", got true"},
+      {3, "pitch = true",
+       "hologram: pitch must be a length: a number in metres, or a string such as \"3.74 um\", got "
+       "true"},
       {3, "pitch = 1979-05-27",
-       "hologram: pitch must be a length: a number in metres, or a string such as \"3.74 um\", got a date or time"},
+       "hologram: pitch must be a length: a number in metres, or a string such as \"3.74 um\", got "
+       "a date or time"},
       {4, "wavelength = 0", "hologram: wavelength must be 1 nm to 10 mm, got 0"},
       {4, "wavelength = inf", "hologram: wavelength must be 1 nm to 10 mm, got inf"},
       {4, "wavelength = 9007199254740993",
-       "hologram: wavelength must be a length: a number in metres, or a string such as \"3.74 um\", got 9007199254740993"},
+       "hologram: wavelength must be a length: a number in metres, or a string such as \"3.74 "
+       "um\", got 9007199254740993"},
       {4, "wavelenght = 5e-7",
-       "hologram: unknown key \"wavelenght\"; did you mean \"wavelength\"? (keys here: resolution, pitch, wavelength, tiles)"},
-      {4, "colour = 5e-7", "hologram: unknown key \"colour\" (keys here: resolution, pitch, wavelength, tiles)"},
+       "hologram: unknown key \"wavelenght\"; did you mean \"wavelength\"? (keys here: resolution, "
+       "pitch, wavelength, tiles)"},
+      {4, "colour = 5e-7",
+       "hologram: unknown key \"colour\" (keys here: resolution, pitch, wavelength, tiles)"},
       {5, "[wpr]",
-       "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, wrp, sampling, trace, accuracy, viewer, light, materials, "
+       "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, wrp, sampling, trace, "
+       "accuracy, viewer, light, materials, "
        "object)"},
       {6, "grid = \"large\"", "wrp: grid must be two whole numbers [x, y], got \"large\""},
       {7, "distance = \"far\"",
-       "wrp: distance must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for metres), got \"far\""},
+       "wrp: distance must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for "
+       "metres), got \"far\""},
       {7, "distance = []", "wrp: distance must be a length, or 1 to 16 of them, got an array of 0"},
-      {7, "distance = [0.1, true]", "wrp: distance[1] must be a length: a number in metres, or a string such as \"3.74 um\", got true"},
-      {7, "distance = [\"95 mm\", 0.095]", "wrp: distance[1] must be more than the one before, 95 mm, got 0.095"},
+      {7, "distance = [0.1, true]",
+       "wrp: distance[1] must be a length: a number in metres, or a string such as \"3.74 um\", "
+       "got true"},
+      {7, "distance = [\"95 mm\", 0.095]",
+       "wrp: distance[1] must be more than the one before, 95 mm, got 0.095"},
       {7, "distance = [0.095, 0.1, 0]", "wrp: distance[2] must be 1 nm to 10000 m, got 0"},
       {7, "slabs = 0", "wrp: slabs must be 1 to 16, got 0"},
       {7, "slabs = \"many\"", "wrp: slabs must be a whole number, 1 to 16, got \"many\""},
@@ -205,59 +221,83 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {13, "frames = 0", "sampling: frames must be 1 to 4096, got 0"},
       {15, "depth = 17", "trace: depth must be 0 to 16, got 17"},
       {16, "shadows = 1", "trace: shadows must be true or false, got 1"},
-      {18, "type = \"spot\"", "light 0: type must be \"ambient\" or \"directional\" or \"point\", got \"spot\""},
+      {18, "type = \"spot\"",
+       "light 0: type must be \"ambient\" or \"directional\" or \"point\", got \"spot\""},
       {19, "direction = [0, 0, 0]", "light 0: direction must be longer than 0, got an array of 3"},
       {20, "intensity = -1", "light 0: intensity must be >= 0, got -1"},
       {20, "intensity = 1e31", "light 0: intensity must be <= 1e+30, got 1e+31"},
-      {28, "diffuse = [0.7, 0.6]", "material \"china\": diffuse must be a number or [red, green, blue], got an array of 2"},
+      {28, "diffuse = [0.7, 0.6]",
+       "material \"china\": diffuse must be a number or [red, green, blue], got an array of 2"},
       {28, "diffuse = [0.7, 0.6, -1]", "material \"china\": diffuse[2] must be >= 0, got -1"},
       {30, "shininess = -5", "material \"china\": shininess must be >= 0, got -5"},
-      {31, "texture = \"none.png\"", "material \"china\": texture must be a file (there is none at \"none.png\"), got \"none.png\""},
-      {31, "texture = \".\"", "material \"china\": texture must be a file (there is none at \".\"), got \".\""},
+      {31, "texture = \"none.png\"",
+       "material \"china\": texture must be a file (there is none at \"none.png\"), got "
+       "\"none.png\""},
+      {31, "texture = \".\"",
+       "material \"china\": texture must be a file (there is none at \".\"), got \".\""},
       {31, "texture = \"\"", "material \"china\": texture must be the name of a file, got \"\""},
-      {31, "texture = \"checker.png\\u0000.png\"", "material \"china\": texture must be the name of a file, got \"checker.png?.png\""},
-      {33, "transparency = 0.8", "material \"china\": transparency must be <= 1 - reflectivity (0.25), got 0.8"},
+      {31, "texture = \"checker.png\\u0000.png\"",
+       "material \"china\": texture must be the name of a file, got \"checker.png?.png\""},
+      {33, "transparency = 0.8",
+       "material \"china\": transparency must be <= 1 - reflectivity (0.25), got 0.8"},
       {34, "ior = 0.9", "material \"china\": ior must be 1 to 100, got 0.9"},
-      {37, "mesh = \"a\\nb.ply\"", "object 0: mesh must be a file (there is none at \"a?b.ply\"), got \"a?b.ply\""},
+      {37, "mesh = \"a\\nb.ply\"",
+       "object 0: mesh must be a file (there is none at \"a?b.ply\"), got \"a?b.ply\""},
       {38, "width = -1", "object 0: width must be 1 nm to 10000 m, got -1"},
-      {39, "position = [0, 0]", "object 0: position must be three lengths [x, y, z], got an array of 2"},
+      {39, "position = [0, 0]",
+       "object 0: position must be three lengths [x, y, z], got an array of 2"},
       {40, "rotation = [0, 0, nan]", "object 0: rotation[2] must be -1e+06 to 1e+06, got nan"},
-      {41, "material = \"chinna\"", "object 0: material must be one of china, gold, got \"chinna\""},
-      {42, "normals = \"round\"", "object 0: normals must be \"file\" or \"smooth\" or \"flat\", got \"round\""},
+      {41, "material = \"chinna\"",
+       "object 0: material must be one of china, gold, got \"chinna\""},
+      {42, "normals = \"round\"",
+       "object 0: normals must be \"file\" or \"smooth\" or \"flat\", got \"round\""},
       {42, "normal = \"flat\"",
-       "object 0: unknown key \"normal\"; did you mean \"normals\"? (keys here: mesh, width, position, rotation, material, normals)"},
+       "object 0: unknown key \"normal\"; did you mean \"normals\"? (keys here: mesh, width, "
+       "position, rotation, material, normals)"},
   };
   const Workshop workshop;
   for (const Case& one : cases) {
-    CHECK(workshop.refusal(with_line(one.line, one.text)) == "scene.toml:" + std::to_string(one.line) + ": " + one.message);
+    CHECK(workshop.refusal(with_line(one.line, one.text)) ==
+          "scene.toml:" + std::to_string(one.line) + ": " + one.message);
   }
 }
 
 TEST_CASE("what is missing is asked for at the table that needs it") {
   const Workshop workshop;
   CHECK(workshop.refusal(with_line(19, "")) ==
-        "scene.toml:17: light 0: direction is missing: give the way the light travels, for example [0, 0, 1]");
+        "scene.toml:17: light 0: direction is missing: give the way the light travels, for example "
+        "[0, 0, 1]");
   CHECK(workshop.refusal(with_line(23, "")) ==
-        "scene.toml:21: light 1: position is missing: give the light's place, for example [\"0 mm\", \"50 mm\", \"20 mm\"]");
-  CHECK(workshop.refusal(with_line(37, "")) == "scene.toml:36: object 0: mesh is missing: give the name of a mesh file");
-  CHECK(workshop.refusal("[[light]]\ndirection = [0, 0, 1]\n") == "scene.toml: there is no object: add [[object]] with mesh = \"FILE\"");
+        "scene.toml:21: light 1: position is missing: give the light's place, for example [\"0 "
+        "mm\", \"50 mm\", \"20 mm\"]");
+  CHECK(workshop.refusal(with_line(37, "")) ==
+        "scene.toml:36: object 0: mesh is missing: give the name of a mesh file");
+  CHECK(workshop.refusal("[[light]]\ndirection = [0, 0, 1]\n") ==
+        "scene.toml: there is no object: add [[object]] with mesh = \"FILE\"");
   CHECK(workshop.refusal("[[object]]\nmesh = \"teapot.ply\"\n") ==
         "scene.toml: there is no light: add [[light]] with direction = [0, 0, 1]");
   CHECK(workshop.refusal("light = []\n[[object]]\nmesh = \"teapot.ply\"\n") ==
         "scene.toml: there is no light: add [[light]] with direction = [0, 0, 1]");
-  CHECK(workshop.refusal("") == "scene.toml: there is no object: add [[object]] with mesh = \"FILE\"");
+  CHECK(workshop.refusal("") ==
+        "scene.toml: there is no object: add [[object]] with mesh = \"FILE\"");
 }
 
 TEST_CASE("tables of the wrong kind are refused with the heading they need") {
   const Workshop workshop;
-  CHECK(workshop.refusal("hologram = 3\n") == "scene.toml:1: hologram must be a table, [hologram], got 3");
-  CHECK(workshop.refusal("\n[light]\n") == "scene.toml:2: light must be an array of tables, each headed [[light]], got a table");
-  CHECK(workshop.refusal("object = [1, {}]\n") ==
-        "scene.toml:1: object must be an array of tables, each headed [[object]], got an array of 2");
-  CHECK(workshop.refusal("\nmaterials.gold = 3\n") == "scene.toml:2: materials: gold must be a table, [materials.NAME], got 3");
-  CHECK(workshop.refusal("[materials]\n\"a\\nb\" = 3\n") == "scene.toml:2: materials: a?b must be a table, [materials.NAME], got 3");
+  CHECK(workshop.refusal("hologram = 3\n") ==
+        "scene.toml:1: hologram must be a table, [hologram], got 3");
+  CHECK(workshop.refusal("\n[light]\n") ==
+        "scene.toml:2: light must be an array of tables, each headed [[light]], got a table");
+  CHECK(
+      workshop.refusal("object = [1, {}]\n") ==
+      "scene.toml:1: object must be an array of tables, each headed [[object]], got an array of 2");
+  CHECK(workshop.refusal("\nmaterials.gold = 3\n") ==
+        "scene.toml:2: materials: gold must be a table, [materials.NAME], got 3");
+  CHECK(workshop.refusal("[materials]\n\"a\\nb\" = 3\n") ==
+        "scene.toml:2: materials: a?b must be a table, [materials.NAME], got 3");
   CHECK(workshop.refusal("[[object]]\nmesh = \"teapot.ply\"\nmaterial = \"gold\"\n") ==
-        "scene.toml:3: object 0: material must be one of [materials.NAME], of which there is none, got \"gold\"");
+        "scene.toml:3: object 0: material must be one of [materials.NAME], of which there is none, "
+        "got \"gold\"");
   CHECK(workshop.refusal("[[light]]\ntype = \"ambient\"\ndirection = [0, 0, 1]\n") ==
         "scene.toml:3: light 0: unknown key \"direction\" (keys here: type, intensity)");
 }
@@ -275,16 +315,19 @@ TEST_CASE("WRPs stand at as many distances as are given, or in as many slabs as 
   CHECK(planned.wrp.slabs == 3);
   CHECK(planned.given.contains("wrp.slabs"));
   CHECK_FALSE(workshop.load(kScene, {"wrp.slabs=auto"}).given.contains("wrp.slabs"));
-  CHECK_THROWS_WITH(workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]", "wrp.slabs=3"}),
-                    "--set wrp.slabs=3: wrp: slabs must be the number of distances given, 2, got 3");
+  CHECK_THROWS_WITH(
+      workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]", "wrp.slabs=3"}),
+      "--set wrp.slabs=3: wrp: slabs must be the number of distances given, 2, got 3");
 }
 
 TEST_CASE("overrides take TOML values and bare strings, and the last one wins") {
   const Workshop workshop;
   const Scene scene = workshop.load(
-      kScene, {"wrp.padding=1.25", "hologram.pitch=8 um", "hologram.resolution=[64, 32]", "wrp.grid=auto", "wrp.distance=\"20 cm\"",
-               "sampling.frames=2", "sampling.frames=3", "trace.shadows=false", "materials.gold.shininess=40",
-               "materials.china.diffuse=[1, 0, 0]", "object.1.width=9 mm", "object.1.material=gold", "light.0.direction=[0, 0, 2]"});
+      kScene,
+      {"wrp.padding=1.25", "hologram.pitch=8 um", "hologram.resolution=[64, 32]", "wrp.grid=auto",
+       "wrp.distance=\"20 cm\"", "sampling.frames=2", "sampling.frames=3", "trace.shadows=false",
+       "materials.gold.shininess=40", "materials.china.diffuse=[1, 0, 0]", "object.1.width=9 mm",
+       "object.1.material=gold", "light.0.direction=[0, 0, 2]"});
   CHECK(scene.wrp.padding == 1.25);
   CHECK_THAT(scene.hologram.pitch_m.y, Catch::Matchers::WithinRel(8e-6, 1e-15));
   CHECK(scene.hologram.resolution == glm::ivec2(64, 32));
@@ -303,26 +346,37 @@ TEST_CASE("overrides take TOML values and bare strings, and the last one wins") 
 
 TEST_CASE("an override reaches a section that the file lacks") {
   const Workshop workshop;
-  CHECK(workshop.load("light = [{type = \"ambient\"}]\nobject = [{mesh = \"teapot.ply\"}]\n", {"trace.depth=5"}).trace.depth == 5);
+  CHECK(workshop
+            .load("light = [{type = \"ambient\"}]\nobject = [{mesh = \"teapot.ply\"}]\n",
+                  {"trace.depth=5"})
+            .trace.depth == 5);
 }
 
-TEST_CASE("precision is chosen by itself unless it is named, and phase errors are fractions of a turn") {
+TEST_CASE(
+    "precision is chosen by itself unless it is named, and phase errors are fractions of a turn") {
   const Workshop workshop;
-  const auto accuracy = [&](std::vector<std::string> settings) { return workshop.load(kScene, std::move(settings)).accuracy; };
+  const auto accuracy = [&](std::vector<std::string> settings) {
+    return workshop.load(kScene, std::move(settings)).accuracy;
+  };
   CHECK_FALSE(accuracy({}).precision.has_value());
   CHECK(accuracy({}).phase_turns == 0.01);
   CHECK_FALSE(accuracy({"accuracy.precision=auto"}).precision.has_value());
   CHECK(accuracy({"accuracy.precision=float"}).precision == Precision::floats);
   CHECK(accuracy({"accuracy.precision=extended"}).precision == Precision::extended);
-  CHECK(accuracy({"accuracy.precision=double", "accuracy.phase=1e-4"}).precision == Precision::doubles);
+  CHECK(accuracy({"accuracy.precision=double", "accuracy.phase=1e-4"}).precision ==
+        Precision::doubles);
   CHECK(accuracy({"accuracy.phase=1e-4"}).phase_turns == 1e-4);
   const auto refusal = [&](const std::string& text) { return workshop.refusal(kScene, {text}); };
   CHECK(refusal("accuracy.precision=half") ==
-        "--set accuracy.precision=half: accuracy: precision must be \"auto\" or \"float\" or \"extended\" or \"double\", got \"half\"");
-  CHECK(refusal("accuracy.phase=0") == "--set accuracy.phase=0: accuracy: phase must be 1e-09 to 0.5, got 0");
-  CHECK(refusal("accuracy.phase=nan") == "--set accuracy.phase=nan: accuracy: phase must be 1e-09 to 0.5, got nan");
+        "--set accuracy.precision=half: accuracy: precision must be \"auto\" or \"float\" or "
+        "\"extended\" or \"double\", got \"half\"");
+  CHECK(refusal("accuracy.phase=0") ==
+        "--set accuracy.phase=0: accuracy: phase must be 1e-09 to 0.5, got 0");
+  CHECK(refusal("accuracy.phase=nan") ==
+        "--set accuracy.phase=nan: accuracy: phase must be 1e-09 to 0.5, got nan");
   CHECK(refusal("accuracy.phases=1") ==
-        "--set accuracy.phases=1: accuracy: unknown key \"phases\"; did you mean \"phase\"? (keys here: precision, phase)");
+        "--set accuracy.phases=1: accuracy: unknown key \"phases\"; did you mean \"phase\"? (keys "
+        "here: precision, phase)");
 }
 
 TEST_CASE("a wrong override is named in place of the line") {
@@ -330,26 +384,36 @@ TEST_CASE("a wrong override is named in place of the line") {
   const auto refusal = [&](const std::string& text) { return workshop.refusal(kScene, {text}); };
   CHECK(refusal("wrp.padding=9") == "--set wrp.padding=9: wrp: padding must be 1 to 8, got 9");
   CHECK(refusal("hologram.pitch=8 parsec") ==
-        "--set hologram.pitch=8 parsec: hologram: pitch must be a length such as \"3.74 um\" (units: nm, um, "
+        "--set hologram.pitch=8 parsec: hologram: pitch must be a length such as \"3.74 um\" "
+        "(units: nm, um, "
         "mm, cm, m; none for metres), got \"8 parsec\"");
   CHECK(refusal("light.0.direction=[0, 0, x]") ==
-        "--set light.0.direction=[0, 0, x]: light 0: direction must be three numbers [x, y, z], got \"[0, 0, x]\"");
+        "--set light.0.direction=[0, 0, x]: light 0: direction must be three numbers [x, y, z], "
+        "got \"[0, 0, x]\"");
   CHECK(refusal("light.0.direction=[0, 0, true]") ==
         "--set light.0.direction=[0, 0, true]: light 0: direction[2] must be a number, got true");
   CHECK(refusal("wrp.pading=1") ==
-        "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: grid, distance, slabs, padding, "
+        "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: "
+        "grid, distance, slabs, padding, "
         "oversampling)");
-  CHECK_THAT(refusal("wpr.padding=1"), Catch::Matchers::StartsWith("--set wpr.padding=1: unknown key \"wpr\"; did you mean \"wrp\"?"));
-  CHECK(refusal("materials.iron.ior=2") == "--set materials.iron.ior=2: the scene has no \"materials.iron\"");
-  CHECK(refusal("object.2.width=1") == "--set object.2.width=1: there are 2, counted from 0, so \"2\" is none of them");
-  CHECK(refusal("object.-1.width=1") == "--set object.-1.width=1: there are 2, counted from 0, so \"-1\" is none of them");
+  CHECK_THAT(refusal("wpr.padding=1"),
+             Catch::Matchers::StartsWith(
+                 "--set wpr.padding=1: unknown key \"wpr\"; did you mean \"wrp\"?"));
+  CHECK(refusal("materials.iron.ior=2") ==
+        "--set materials.iron.ior=2: the scene has no \"materials.iron\"");
+  CHECK(refusal("object.2.width=1") ==
+        "--set object.2.width=1: there are 2, counted from 0, so \"2\" is none of them");
+  CHECK(refusal("object.-1.width=1") ==
+        "--set object.-1.width=1: there are 2, counted from 0, so \"-1\" is none of them");
   CHECK(refusal("object.0=1") == "--set object.0=1: names no key of a scene");
   CHECK(refusal("wrp.padding.x=1") == "--set wrp.padding.x=1: names no key of a scene");
   CHECK(refusal("a.b.c.d.e.f=1") == "--set a.b.c.d.e.f=1: names no key of a scene");
   for (const std::string text : {"wrp.padding", "=3", "wrp.=1", ".padding=1", ""})
-    CHECK(refusal(text) == "--set " + text + ": must be section.key=value, for example wrp.padding=1.25");
+    CHECK(refusal(text) ==
+          "--set " + text + ": must be section.key=value, for example wrp.padding=1.25");
   CHECK(refusal("wrp.padding=") == "--set wrp.padding=: wrp: padding must be a number, got \"\"");
-  CHECK(refusal("wrp.padding=1\n[trace]") == "--set wrp.padding=1?[trace]: wrp: padding must be a number, got \"1?[trace]\"");
+  CHECK(refusal("wrp.padding=1\n[trace]") ==
+        "--set wrp.padding=1?[trace]: wrp: padding must be a number, got \"1?[trace]\"");
 }
 
 TEST_CASE("the reader of lengths knows its units and nothing else") {
@@ -359,8 +423,10 @@ TEST_CASE("the reader of lengths knows its units and nothing else") {
   CHECK_THAT(parse_length_m("638nm", "x"), Catch::Matchers::WithinRel(638e-9, 1e-15));
   CHECK(parse_length_m("0.1", "x") == 0.1);
   CHECK(parse_length_m("-1e-3 m", "x") == -1e-3);
-  for (const char* text : {"", " ", "mm", "1 km", "1 mm mm", "nan", "inf m", "1e999", "0x10", "1,5 mm", "--1", "1 MM"})
-    CHECK_THAT(input_error_of([&] { parse_length_m(text, "-z"); }), Catch::Matchers::StartsWith("-z must be a length such as \"3.74 um\""));
+  for (const char* text :
+       {"", " ", "mm", "1 km", "1 mm mm", "nan", "inf m", "1e999", "0x10", "1,5 mm", "--1", "1 MM"})
+    CHECK_THAT(input_error_of([&] { parse_length_m(text, "-z"); }),
+               Catch::Matchers::StartsWith("-z must be a length such as \"3.74 um\""));
 }
 
 TEST_CASE("a length is printed in the unit that suits it") {
@@ -385,16 +451,21 @@ TEST_CASE("a scene that is no readable file is refused by name") {
   const Workshop workshop;
   CHECK(input_error_of([&] { load_scene(workshop.folder / "none.toml"); }) ==
         (workshop.folder / "none.toml").string() + ": there is no such file");
-  CHECK(input_error_of([&] { load_scene(workshop.folder / ""); }) == (workshop.folder / "").string() + ": there is no such file");
-  CHECK(workshop.refusal(std::string((1 << 20) + 1, '#')) == "scene.toml: too large for a scene file (at most 1 MiB)");
+  CHECK(input_error_of([&] { load_scene(workshop.folder / ""); }) ==
+        (workshop.folder / "").string() + ": there is no such file");
+  CHECK(workshop.refusal(std::string((1 << 20) + 1, '#')) ==
+        "scene.toml: too large for a scene file (at most 1 MiB)");
 }
 
 TEST_CASE("what is no TOML is refused with its line") {
   const Workshop workshop;
-  CHECK_THAT(workshop.refusal(with_line(8, "padding = = 2")), Catch::Matchers::StartsWith("scene.toml:8: "));
-  CHECK_THAT(workshop.refusal(with_line(9, "[wrp]")), Catch::Matchers::StartsWith("scene.toml:9: "));
+  CHECK_THAT(workshop.refusal(with_line(8, "padding = = 2")),
+             Catch::Matchers::StartsWith("scene.toml:8: "));
+  CHECK_THAT(workshop.refusal(with_line(9, "[wrp]")),
+             Catch::Matchers::StartsWith("scene.toml:9: "));
   CHECK_THAT(workshop.refusal("a = \"\xff\xfe\""), Catch::Matchers::StartsWith("scene.toml:1: "));
-  CHECK_THAT(workshop.refusal(std::string(1000, '\0')), Catch::Matchers::StartsWith("scene.toml:1: "));
+  CHECK_THAT(workshop.refusal(std::string(1000, '\0')),
+             Catch::Matchers::StartsWith("scene.toml:1: "));
 }
 
 TEST_CASE("nesting without end is refused, not followed") {
@@ -404,11 +475,15 @@ TEST_CASE("nesting without end is refused, not followed") {
     for (int i = 0; i < count; ++i) all += text;
     return all;
   };
-  CHECK(workshop.refusal("\n" + repeat("a.", 100000) + "a = 1\n") == "scene.toml:2: more than 32 dots in one line");
-  CHECK_THAT(workshop.refusal("a = " + repeat("[", 100000)), Catch::Matchers::StartsWith("scene.toml:1: "));
-  CHECK_THAT(workshop.refusal("a = " + repeat("[\n{" + repeat("a.", 31) + "a = ", 5000)), Catch::Matchers::StartsWith("scene.toml:"));
+  CHECK(workshop.refusal("\n" + repeat("a.", 100000) + "a = 1\n") ==
+        "scene.toml:2: more than 32 dots in one line");
+  CHECK_THAT(workshop.refusal("a = " + repeat("[", 100000)),
+             Catch::Matchers::StartsWith("scene.toml:1: "));
+  CHECK_THAT(workshop.refusal("a = " + repeat("[\n{" + repeat("a.", 31) + "a = ", 5000)),
+             Catch::Matchers::StartsWith("scene.toml:"));
   const std::string deepest = repeat("[{\"b\" = ", 100) + "1" + repeat("}]", 100);
-  CHECK_THAT(workshop.refusal("trace = " + deepest), Catch::Matchers::StartsWith("scene.toml:1: trace must be a table"));
+  CHECK_THAT(workshop.refusal("trace = " + deepest),
+             Catch::Matchers::StartsWith("scene.toml:1: trace must be a table"));
   CHECK(workshop.refusal(kScene, {"wrp.padding=" + repeat("[", 100000)}).size() < 1000);
   CHECK(workshop.refusal(kScene, {"wrp.padding={" + repeat("a.", 100000) + "a=1}"}).size() < 1000);
   CHECK(workshop.refusal(kScene, {repeat("a.", 100000) + "=1"}).size() < 1000);
@@ -418,7 +493,8 @@ TEST_CASE("nesting without end is refused, not followed") {
 TEST_CASE("damaged scenes load or are refused in one line") {
   const Workshop workshop;
   const auto file = workshop.folder.write("scene.toml", kScene);
-  const auto [accepted, refused] = read_damaged(workshop.folder, file, 200, 3000, [](const auto& damaged) { load_scene(damaged); });
+  const auto [accepted, refused] = read_damaged(workshop.folder, file, 200, 3000,
+                                                [](const auto& damaged) { load_scene(damaged); });
   CHECK(refused > 1000);
   CHECK(accepted > 10);  // a flipped digit is a scene too
 }

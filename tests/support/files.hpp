@@ -37,7 +37,8 @@ public:
   }
 
   std::size_t count() const {
-    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(path_), std::filesystem::directory_iterator()));
+    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(path_),
+                                                  std::filesystem::directory_iterator()));
   }
 
 private:
@@ -49,7 +50,8 @@ inline std::string bytes_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// The message of the InputError that `action` must throw; "" when it throws none. Anything else it throws goes on to the test.
+/// The message of the InputError that `action` must throw; "" when it throws none. Anything else it
+/// throws goes on to the test.
 template <class Action>
 std::string input_error_of(Action action) {
   try {
@@ -60,8 +62,9 @@ std::string input_error_of(Action action) {
   return "";
 }
 
-/// Calls `use` with damaged copies of `whole`: cut short at `cuts` places all over, with as many runs of up to 64 zeroed bytes, with one to
-/// four bits turned `flips` times, and with garbage behind the end. The same copies every time.
+/// Calls `use` with damaged copies of `whole`: cut short at `cuts` places all over, with as many
+/// runs of up to 64 zeroed bytes, with one to four bits turned `flips` times, and with garbage
+/// behind the end. The same copies every time.
 template <class Use>
 void for_damaged(const std::string& whole, int cuts, int flips, Use use) {
   const auto step = std::max<std::size_t>(1, whole.size() / static_cast<std::size_t>(cuts));
@@ -83,19 +86,22 @@ void for_damaged(const std::string& whole, int cuts, int flips, Use use) {
   }
   std::string garbage(100, ' ');
   for (char& c : garbage) c = static_cast<char>(random());
-  for (const std::size_t more : {std::size_t{1}, garbage.size()}) use(whole + garbage.substr(0, more));
+  for (const std::size_t more : {std::size_t{1}, garbage.size()})
+    use(whole + garbage.substr(0, more));
 }
 
-/// Feeds `read` damaged copies of the file. Returns how many were read without complaint and how many gave an InputError of one line; any
-/// other exception goes on to the test.
+/// Feeds `read` damaged copies of the file. Returns how many were read without complaint and how
+/// many gave an InputError of one line; any other exception goes on to the test.
 template <class Read>
-std::pair<int, int> read_damaged(const Folder& folder, const std::filesystem::path& file, int cuts, int flips, Read read) {
+std::pair<int, int> read_damaged(const Folder& folder, const std::filesystem::path& file, int cuts,
+                                 int flips, Read read) {
   const std::string name = "damaged" + file.extension().string();
   std::pair<int, int> accepted_refused{0, 0};
   for_damaged(bytes_of(file), cuts, flips, [&](const std::string& bytes) {
     const auto damaged = folder.write(name, bytes);
     const std::string message = input_error_of([&] { read(damaged); });
-    if (message.find('\n') != std::string::npos) throw std::runtime_error("a message of two lines: " + message);
+    if (message.find('\n') != std::string::npos)
+      throw std::runtime_error("a message of two lines: " + message);
     ++(message.empty() ? accepted_refused.first : accepted_refused.second);
   });
   return accepted_refused;

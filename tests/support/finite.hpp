@@ -9,35 +9,45 @@
 #include <span>
 #include <string>
 
-#include "host/scene/image.hpp"
-#include "host/render.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/geometry/shared_types.hpp"
+#include "host/render.hpp"
+#include "host/scene/image.hpp"
 
 namespace raywave::test {
 
 inline bool finite(double value) { return std::isfinite(value); }
-inline bool finite(std::complex<float> z) { return std::isfinite(z.real()) && std::isfinite(z.imag()); }
+inline bool finite(std::complex<float> z) {
+  return std::isfinite(z.real()) && std::isfinite(z.imag());
+}
 
 inline bool finite(const device::Sample& s) {
-  const float numbers[] = {s.x, s.y, s.z, s.nx, s.ny, s.nz, s.weight, s.radiance, s.specular, s.shininess, s.tilt_x, s.tilt_y, s.tilt_z};
-  return std::all_of(std::begin(numbers), std::end(numbers), [](float v) { return std::isfinite(v); });
+  const float numbers[] = {s.x,      s.y,      s.z,        s.nx,       s.ny,
+                           s.nz,     s.weight, s.radiance, s.specular, s.shininess,
+                           s.tilt_x, s.tilt_y, s.tilt_z};
+  return std::all_of(std::begin(numbers), std::end(numbers),
+                     [](float v) { return std::isfinite(v); });
 }
 
 template <class Range>
 bool all_finite_in(const Range& range) {
-  return std::all_of(std::begin(range), std::end(range), [](const auto& value) { return finite(value); });
+  return std::all_of(std::begin(range), std::end(range),
+                     [](const auto& value) { return finite(value); });
 }
 
 inline bool finite(const Image& image) { return all_finite_in(image.pixels); }
 
-/// What is wrong with the outputs of a render; "" when every number is one. JSON writes NaN and infinity as null.
-inline std::string not_finite(const Scene& scene, const RenderResult& result, const cl::Device& device) {
+/// What is wrong with the outputs of a render; "" when every number is one. JSON writes NaN and
+/// infinity as null.
+inline std::string not_finite(const Scene& scene, const RenderResult& result,
+                              const cl::Device& device) {
   if (!all_finite_in(result.field.samples)) return "field";
   for (const auto& wrp : result.wrps) {
     if (!all_finite_in(wrp.samples)) return "field of a WRP";
   }
-  if (render_report_json(scene, result, device.info(), cl::FftBackend::host).find("null") != std::string::npos) return "report.json";
+  if (render_report_json(scene, result, device.info(), cl::FftBackend::host).find("null") !=
+      std::string::npos)
+    return "report.json";
   return "";
 }
 

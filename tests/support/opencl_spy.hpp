@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Stands between a test and OpenCL: canaries behind every buffer, the names of the kernels launched, copies to the host, and a compiler or
-/// a second queue that can be refused. For one .cpp of a test program; its definitions go before those of the OpenCL library, for raywave
-/// and clFFT alike.
+/// Stands between a test and OpenCL: canaries behind every buffer, the names of the kernels
+/// launched, copies to the host, and a compiler or a second queue that can be refused. For one .cpp
+/// of a test program; its definitions go before those of the OpenCL library, for raywave and clFFT
+/// alike.
 #pragma once
 
 #include <dlfcn.h>
@@ -20,11 +21,13 @@ namespace raywave::test {
 struct OpenclSpy {
   static constexpr std::size_t canary_bytes = 4096;
   static constexpr unsigned char canary = 0xa5;
-  static constexpr unsigned char junk = 0xff;  // what buffers hold at first: NaN as floats, -1 as integers
+  // What buffers hold at first: NaN as floats, -1 as integers
+  static constexpr unsigned char junk = 0xff;
 
-  /// Off under oclgrind, which watches the buffers' ends itself. Version 21.10 takes for uninitialised what is filled, what is written
-  /// through a map for reading and writing, and all of a buffer that has the number of one given back: so fills and maps become plain
-  /// writes here, and no number comes back.
+  /// Off under oclgrind, which watches the buffers' ends itself. Version 21.10 takes for
+  /// uninitialised what is filled, what is written through a map for reading and writing, and all
+  /// of a buffer that has the number of one given back: so fills and maps become plain writes here,
+  /// and no number comes back.
   bool canaries = true;
   bool refuse_compiler = false;      // programs only from binaries
   bool refuse_second_queue = false;  // of a context
@@ -44,13 +47,15 @@ struct OpenclSpy {
 
   struct Watched {
     std::size_t bytes = 0;
-    int owners = 1;  // in the program; a driver's own references may outlive the launches that took them
+    // In the program; a driver's own references may outlive the launches that took them
+    int owners = 1;
   };
 
   std::mutex mutex;
   std::map<cl_mem, Watched> live;
   std::map<cl_context, std::set<cl_command_queue>> queues;
-  std::map<void*, std::pair<std::size_t, std::size_t>> maps;  // for writing: offset and size in bytes
+  // For writing: offset and size in bytes
+  std::map<void*, std::pair<std::size_t, std::size_t>> maps;
 };
 
 inline OpenclSpy& opencl_spy() {
@@ -86,11 +91,14 @@ inline void check_canary(cl_mem memory) {
   clGetMemObjectInfo(memory, CL_MEM_CONTEXT, sizeof context, &context, nullptr);
   const auto found = spy.queues.find(context);
   const auto queues = found == spy.queues.end() ? std::set<cl_command_queue>() : found->second;
-  const bool finished = std::all_of(queues.begin(), queues.end(), [](auto queue) { return clFinish(queue) == CL_SUCCESS; });
+  const bool finished = std::all_of(queues.begin(), queues.end(),
+                                    [](auto queue) { return clFinish(queue) == CL_SUCCESS; });
   std::vector<unsigned char> behind(OpenclSpy::canary_bytes);
   if (queues.empty() || !finished ||
-      real_read_buffer()(*queues.begin(), memory, CL_TRUE, bytes, behind.size(), behind.data(), 0, nullptr, nullptr) != CL_SUCCESS ||
-      std::any_of(behind.begin(), behind.end(), [](unsigned char b) { return b != OpenclSpy::canary; }))
+      real_read_buffer()(*queues.begin(), memory, CL_TRUE, bytes, behind.size(), behind.data(), 0,
+                         nullptr, nullptr) != CL_SUCCESS ||
+      std::any_of(behind.begin(), behind.end(),
+                  [](unsigned char b) { return b != OpenclSpy::canary; }))
     spy.overrun.push_back(bytes);
   ++spy.watched;
   spy.live.erase(it);
@@ -100,12 +108,14 @@ inline void check_canary(cl_mem memory) {
 
 extern "C" {
 
-cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host, cl_int* error) {
+cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host,
+                      cl_int* error) {
   using namespace raywave::test;
   static auto* const real = hidden(&clCreateBuffer, "clCreateBuffer");
   auto& spy = opencl_spy();
   if (!spy.canaries) {
-    for (int i = 0; i < 8; ++i) real(context, CL_MEM_READ_WRITE, 1, nullptr, error);  // takes the numbers that launches gave back
+    // Takes the numbers that launches gave back
+    for (int i = 0; i < 8; ++i) real(context, CL_MEM_READ_WRITE, 1, nullptr, error);
     return real(context, flags, size, host, error);
   }
   if (size == 0 || (flags & CL_MEM_USE_HOST_PTR)) return real(context, flags, size, host, error);
@@ -114,7 +124,8 @@ cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void*
     std::copy_n(static_cast<const unsigned char*>(host), size, bytes.begin());
   else
     std::fill_n(bytes.begin(), size, OpenclSpy::junk);
-  const cl_mem memory = real(context, flags | CL_MEM_COPY_HOST_PTR, bytes.size(), bytes.data(), error);
+  const cl_mem memory =
+      real(context, flags | CL_MEM_COPY_HOST_PTR, bytes.size(), bytes.data(), error);
   const std::lock_guard lock(spy.mutex);
   if (memory) spy.live[memory] = {size};
   return memory;
@@ -125,7 +136,8 @@ cl_int clRetainMemObject(cl_mem memory) {
   static auto* const real = hidden(&clRetainMemObject, "clRetainMemObject");
   {
     const std::lock_guard lock(opencl_spy().mutex);
-    if (const auto it = opencl_spy().live.find(memory); it != opencl_spy().live.end()) ++it->second.owners;
+    if (const auto it = opencl_spy().live.find(memory); it != opencl_spy().live.end())
+      ++it->second.owners;
   }
   return real(memory);
 }
@@ -141,28 +153,35 @@ cl_int clReleaseMemObject(cl_mem memory) {
   return real(memory);
 }
 
-cl_int clEnqueueFillBuffer(cl_command_queue queue, cl_mem memory, const void* pattern, size_t pattern_bytes, size_t offset, size_t size,
-                           cl_uint events, const cl_event* wait, cl_event* event) {
+cl_int clEnqueueFillBuffer(cl_command_queue queue, cl_mem memory, const void* pattern,
+                           size_t pattern_bytes, size_t offset, size_t size, cl_uint events,
+                           const cl_event* wait, cl_event* event) {
   using namespace raywave::test;
   static auto* const real = hidden(&clEnqueueFillBuffer, "clEnqueueFillBuffer");
-  if (opencl_spy().canaries) return real(queue, memory, pattern, pattern_bytes, offset, size, events, wait, event);
+  if (opencl_spy().canaries)
+    return real(queue, memory, pattern, pattern_bytes, offset, size, events, wait, event);
   std::vector<unsigned char> bytes(size);
-  for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<const unsigned char*>(pattern)[i % pattern_bytes];
-  return clEnqueueWriteBuffer(queue, memory, CL_TRUE, offset, size, bytes.data(), events, wait, event);
+  for (std::size_t i = 0; i < size; ++i)
+    bytes[i] = static_cast<const unsigned char*>(pattern)[i % pattern_bytes];
+  return clEnqueueWriteBuffer(queue, memory, CL_TRUE, offset, size, bytes.data(), events, wait,
+                              event);
 }
 
-void* clEnqueueMapBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocking, cl_map_flags flags, size_t offset, size_t size,
-                         cl_uint events, const cl_event* wait, cl_event* event, cl_int* error) {
+void* clEnqueueMapBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocking,
+                         cl_map_flags flags, size_t offset, size_t size, cl_uint events,
+                         const cl_event* wait, cl_event* event, cl_int* error) {
   using namespace raywave::test;
   static auto* const real = hidden(&clEnqueueMapBuffer, "clEnqueueMapBuffer");
-  void* const pointer = real(queue, memory, blocking, flags, offset, size, events, wait, event, error);
+  void* const pointer =
+      real(queue, memory, blocking, flags, offset, size, events, wait, event, error);
   const std::lock_guard lock(opencl_spy().mutex);
-  if (pointer && !opencl_spy().canaries && (flags & CL_MAP_WRITE)) opencl_spy().maps[pointer] = {offset, size};
+  if (pointer && !opencl_spy().canaries && (flags & CL_MAP_WRITE))
+    opencl_spy().maps[pointer] = {offset, size};
   return pointer;
 }
 
-cl_int clEnqueueUnmapMemObject(cl_command_queue queue, cl_mem memory, void* pointer, cl_uint events, const cl_event* wait,
-                               cl_event* event) {
+cl_int clEnqueueUnmapMemObject(cl_command_queue queue, cl_mem memory, void* pointer, cl_uint events,
+                               const cl_event* wait, cl_event* event) {
   using namespace raywave::test;
   static auto* const real = hidden(&clEnqueueUnmapMemObject, "clEnqueueUnmapMemObject");
   std::size_t offset = 0;
@@ -171,17 +190,21 @@ cl_int clEnqueueUnmapMemObject(cl_command_queue queue, cl_mem memory, void* poin
     const std::lock_guard lock(opencl_spy().mutex);
     if (const auto it = opencl_spy().maps.find(pointer); it != opencl_spy().maps.end()) {
       offset = it->second.first;
-      bytes.assign(static_cast<unsigned char*>(pointer), static_cast<unsigned char*>(pointer) + it->second.second);
+      bytes.assign(static_cast<unsigned char*>(pointer),
+                   static_cast<unsigned char*>(pointer) + it->second.second);
       opencl_spy().maps.erase(it);
     }
   }
   const cl_int error = real(queue, memory, pointer, events, wait, event);
   if (error != CL_SUCCESS || bytes.empty()) return error;
-  return clEnqueueWriteBuffer(queue, memory, CL_TRUE, offset, bytes.size(), bytes.data(), 0, nullptr, nullptr);
+  return clEnqueueWriteBuffer(queue, memory, CL_TRUE, offset, bytes.size(), bytes.data(), 0,
+                              nullptr, nullptr);
 }
 
-cl_context clCreateContext(const cl_context_properties* properties, cl_uint count, const cl_device_id* devices,
-                           void(CL_CALLBACK* notify)(const char*, const void*, size_t, void*), void* data, cl_int* error) {
+cl_context clCreateContext(const cl_context_properties* properties, cl_uint count,
+                           const cl_device_id* devices,
+                           void(CL_CALLBACK* notify)(const char*, const void*, size_t, void*),
+                           void* data, cl_int* error) {
   using namespace raywave::test;
   static auto* const real = hidden(&clCreateContext, "clCreateContext");
   const cl_context context = real(properties, count, devices, notify, data, error);
@@ -190,7 +213,8 @@ cl_context clCreateContext(const cl_context_properties* properties, cl_uint coun
   return context;
 }
 
-cl_command_queue clCreateCommandQueue(cl_context context, cl_device_id device, cl_command_queue_properties properties, cl_int* error) {
+cl_command_queue clCreateCommandQueue(cl_context context, cl_device_id device,
+                                      cl_command_queue_properties properties, cl_int* error) {
   using namespace raywave::test;
   static auto* const real = hidden(&clCreateCommandQueue, "clCreateCommandQueue");
   const std::lock_guard lock(opencl_spy().mutex);
@@ -204,24 +228,29 @@ cl_command_queue clCreateCommandQueue(cl_context context, cl_device_id device, c
   return queue;
 }
 
-cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocking, size_t offset, size_t size, void* to, cl_uint events,
-                           const cl_event* wait, cl_event* event) {
+cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocking, size_t offset,
+                           size_t size, void* to, cl_uint events, const cl_event* wait,
+                           cl_event* event) {
   using namespace raywave::test;
   note_read(queue, size, blocking, events);
   return real_read_buffer()(queue, memory, blocking, offset, size, to, events, wait, event);
 }
 
-cl_int clEnqueueReadBufferRect(cl_command_queue queue, cl_mem memory, cl_bool blocking, const size_t* offset, const size_t* host_offset,
-                               const size_t* region, size_t row, size_t slice, size_t host_row, size_t host_slice, void* to, cl_uint events,
-                               const cl_event* wait, cl_event* event) {
+cl_int clEnqueueReadBufferRect(cl_command_queue queue, cl_mem memory, cl_bool blocking,
+                               const size_t* offset, const size_t* host_offset,
+                               const size_t* region, size_t row, size_t slice, size_t host_row,
+                               size_t host_slice, void* to, cl_uint events, const cl_event* wait,
+                               cl_event* event) {
   using namespace raywave::test;
   static auto* const real = hidden(&clEnqueueReadBufferRect, "clEnqueueReadBufferRect");
   note_read(queue, region[0] * region[1] * region[2], blocking, events);
-  return real(queue, memory, blocking, offset, host_offset, region, row, slice, host_row, host_slice, to, events, wait, event);
+  return real(queue, memory, blocking, offset, host_offset, region, row, slice, host_row,
+              host_slice, to, events, wait, event);
 }
 
-cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const size_t* offset, const size_t* global,
-                              const size_t* local, cl_uint events, const cl_event* wait, cl_event* event) {
+cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions,
+                              const size_t* offset, const size_t* global, const size_t* local,
+                              cl_uint events, const cl_event* wait, cl_event* event) {
   using namespace raywave::test;
   static auto* const real = hidden(&clEnqueueNDRangeKernel, "clEnqueueNDRangeKernel");
   char name[256] = "";
@@ -234,7 +263,8 @@ cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint 
   return real(queue, kernel, dimensions, offset, global, local, events, wait, event);
 }
 
-cl_program clCreateProgramWithSource(cl_context context, cl_uint count, const char** texts, const size_t* lengths, cl_int* error) {
+cl_program clCreateProgramWithSource(cl_context context, cl_uint count, const char** texts,
+                                     const size_t* lengths, cl_int* error) {
   using namespace raywave::test;
   static auto* const real = hidden(&clCreateProgramWithSource, "clCreateProgramWithSource");
   if (!opencl_spy().refuse_compiler) return real(context, count, texts, lengths, error);

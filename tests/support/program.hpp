@@ -37,25 +37,29 @@ public:
 
   /// Writes scene.toml with these lines added at its end.
   void scene(const std::string& more) {
-    folder_.write("scene.toml",
-                  "[hologram]\nresolution = [48, 32]\npitch = \"4 um\"\n[sampling]\npitch = \"20 um\"\n[[light]]\ndirection = [0, 0, 1]\n"
-                  "[[object]]\nmesh = \"square.obj\"\nwidth = \"0.2 mm\"\nposition = [0, 0, \"10 mm\"]\n" +
-                      more);
+    folder_.write(
+        "scene.toml",
+        "[hologram]\nresolution = [48, 32]\npitch = \"4 um\"\n[sampling]\npitch = \"20 "
+        "um\"\n[[light]]\ndirection = [0, 0, 1]\n"
+        "[[object]]\nmesh = \"square.obj\"\nwidth = \"0.2 mm\"\nposition = [0, 0, \"10 mm\"]\n" +
+            more);
   }
 
   /// environment  "NAME=value" each, on top of this process's
-  Outcome run(const std::vector<std::string>& arguments, const std::vector<std::string>& environment = {}) const {
+  Outcome run(const std::vector<std::string>& arguments,
+              const std::vector<std::string>& environment = {}) const {
     const pid_t program = start(arguments, environment);
     int status = 0;
     rusage usage{};
     while (wait4(program, &status, 0, &usage) < 0 && errno == EINTR) {
     }
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, bytes_of(file("stdout")), bytes_of(file("stderr")),
-            static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, bytes_of(file("stdout")),
+            bytes_of(file("stderr")), static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
   }
 
   /// The same without waiting.
-  pid_t start(const std::vector<std::string>& arguments, const std::vector<std::string>& environment = {}) const {
+  pid_t start(const std::vector<std::string>& arguments,
+              const std::vector<std::string>& environment = {}) const {
     constexpr unsigned time_limit_s = 300;
     std::vector<std::string> words{RAYWAVE_PROGRAM};
     words.insert(words.end(), arguments.begin(), arguments.end());
@@ -68,8 +72,9 @@ public:
     if (program > 0) return program;
     for (const auto& variable : environment) putenv(const_cast<char*>(variable.c_str()));
     alarm(time_limit_s);
-    for (const auto& [name, descriptor] :
-         {std::pair("/dev/null", STDIN_FILENO), {out.c_str(), STDOUT_FILENO}, {err.c_str(), STDERR_FILENO}})
+    for (const auto& [name, descriptor] : {std::pair("/dev/null", STDIN_FILENO),
+                                           {out.c_str(), STDOUT_FILENO},
+                                           {err.c_str(), STDERR_FILENO}})
       dup2(open(name, O_RDWR | O_CREAT | O_TRUNC, 0600), descriptor);
     execv(pointers[0], pointers.data());
     _exit(127);
@@ -91,7 +96,8 @@ private:
 
 /// One line on stderr, as every refusal is.
 inline bool is_one_line(const std::string& err) {
-  return std::count(err.begin(), err.end(), '\n') == 1 && err.starts_with("raywave: ") && err.ends_with('\n');
+  return std::count(err.begin(), err.end(), '\n') == 1 && err.starts_with("raywave: ") &&
+         err.ends_with('\n');
 }
 
 /// One line on stderr that says this, nothing on stdout, this exit code.

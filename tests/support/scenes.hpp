@@ -25,8 +25,10 @@ public:
 
   void triangle(glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) { face({a, b, c}, {}); }
 
-  /// Corners counter-clockwise seen from outside, with texture coordinates (u0, v0) at a and (u1, v1) at c.
-  void quad(glm::dvec3 a, glm::dvec3 b, glm::dvec3 c, glm::dvec3 d, glm::dvec2 uv0 = {0, 0}, glm::dvec2 uv1 = {1, 1}) {
+  /// Corners counter-clockwise seen from outside, with texture coordinates (u0, v0) at a and (u1,
+  /// v1) at c.
+  void quad(glm::dvec3 a, glm::dvec3 b, glm::dvec3 c, glm::dvec3 d, glm::dvec2 uv0 = {0, 0},
+            glm::dvec2 uv1 = {1, 1}) {
     face({a, b, c}, {{uv0, {uv1.x, uv0.y}, uv1}});
     face({a, c, d}, {{uv0, uv1, {uv0.x, uv1.y}}});
   }
@@ -46,7 +48,8 @@ private:
   int count_ = 1;
 };
 
-/// Square of side 1 in the plane z = 0 that faces the hologram; texture coordinates run from uv0 to uv1.
+/// Square of side 1 in the plane z = 0 that faces the hologram; texture coordinates run from uv0 to
+/// uv1.
 inline std::string square_obj(glm::dvec2 uv0 = {0, 0}, glm::dvec2 uv1 = {1, 1}) {
   ObjText obj;
   obj.quad({-0.5, -0.5, 0}, {-0.5, 0.5, 0}, {0.5, 0.5, 0}, {0.5, -0.5, 0}, uv0, uv1);
@@ -56,7 +59,8 @@ inline std::string square_obj(glm::dvec2 uv0 = {0, 0}, glm::dvec2 uv1 = {1, 1}) 
 /// Closed ball of diameter 1, with outward winding.
 inline std::string ball_obj(int sectors, int rings) {
   const auto at = [&](int i, int j) {
-    const double a = 2 * std::numbers::pi * (i % sectors) / sectors, b = std::numbers::pi * j / rings;
+    const double a = 2 * std::numbers::pi * (i % sectors) / sectors,
+                 b = std::numbers::pi * j / rings;
     const double r = j == 0 || j == rings ? 0 : 0.5 * std::sin(b);
     return glm::dvec3(r * std::cos(a), 0.5 * std::cos(b), r * std::sin(a));
   };
@@ -70,7 +74,8 @@ inline std::string ball_obj(int sectors, int rings) {
   return obj.text();
 }
 
-/// Glass prism: a right angle in the (x, z) plane with its short faces towards -z and +x, so that light from -z is turned to +x.
+/// Glass prism: a right angle in the (x, z) plane with its short faces towards -z and +x, so that
+/// light from -z is turned to +x.
 inline std::string prism_obj() {
   const glm::dvec3 corner(0.5, 0, -0.5), left(-0.5, 0, -0.5), back(0.5, 0, 0.5), up(0, 0.5, 0);
   ObjText obj;
@@ -90,7 +95,8 @@ inline Material glowing() {
   return m;
 }
 
-inline Object object_at(std::filesystem::path mesh, double width_m, glm::dvec3 position_m, int material = 0) {
+inline Object object_at(std::filesystem::path mesh, double width_m, glm::dvec3 position_m,
+                        int material = 0) {
   Object o;
   o.mesh = std::move(mesh);
   o.width_m = width_m;
@@ -112,7 +118,8 @@ double relative_l2(const std::vector<std::complex<A>>& a, const std::vector<std:
 }
 
 /// |<a, b>| / (|a| |b|)
-inline double correlation(const std::vector<std::complex<float>>& a, const std::vector<std::complex<float>>& b) {
+inline double correlation(const std::vector<std::complex<float>>& a,
+                          const std::vector<std::complex<float>>& b) {
   std::complex<double> product = 0;
   double aa = 0, bb = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {

@@ -8,10 +8,10 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "host/trace/gatherer.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/stage.hpp"
 #include "host/reference/surfaces.hpp"
+#include "host/trace/gatherer.hpp"
 
 namespace raywave::test {
 

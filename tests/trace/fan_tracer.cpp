@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // trace_fan against host/reference/shading.hpp, pixel by pixel.
+#include "host/trace/fan_tracer.hpp"
+
 #include <cmath>
 #include <numbers>
 
-#include "host/scene/image.hpp"
 #include "host/reference/shading.hpp"
-#include "host/trace/fan_tracer.hpp"
+#include "host/scene/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
@@ -35,20 +36,22 @@ Scene small_scene() {
   return scene;
 }
 
-/// n x n rays, tangents -reach to reach; a little off a regular grid, so that none runs along an edge of a mesh.
+/// n x n rays, tangents -reach to reach; a little off a regular grid, so that none runs along an
+/// edge of a mesh.
 Wrp wrp_with_fan(int n, double reach, glm::dvec2 centre_m = {0.031 * mm, -0.017 * mm}) {
   Wrp wrp;
   wrp.centre_m = {centre_m, distance_m};
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i)
-      wrp.fan.emplace_back(static_cast<float>(((i + 0.5 + 0.137 * std::sin(7 * j)) / n * 2 - 1) * reach),
-                           static_cast<float>(((j + 0.5 + 0.119 * std::cos(5 * i)) / n * 2 - 1) * reach));
+      wrp.fan.emplace_back(
+          static_cast<float>(((i + 0.5 + 0.137 * std::sin(7 * j)) / n * 2 - 1) * reach),
+          static_cast<float>(((j + 0.5 + 0.119 * std::cos(5 * i)) / n * 2 - 1) * reach));
   wrp.fan_step = {2 * reach / n, 2 * reach / n};
   return wrp;
 }
 
-Field traced(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan, const Wrp& wrp, std::uint32_t seed,
-             cl::Options* options = nullptr) {
+Field traced(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan,
+             const Wrp& wrp, std::uint32_t seed, cl::Options* options = nullptr) {
   const DeviceScene arrays(device, scene, world, plan);
   if (options) *options = arrays.options;
   Tracer tracer(device, scene, plan, arrays, HitSource::hit);
@@ -70,7 +73,8 @@ double error_of(const Field& field, const reference::TracedField& oracle) {
   return test::relative_l2(got, want);
 }
 
-/// Traces on every device in every precision, checks against the oracle, and returns what the oracle met.
+/// Traces on every device in every precision, checks against the oracle, and returns what the
+/// oracle met.
 reference::TracedField check_trace(const Scene& scene, const Wrp& wrp, std::uint32_t seed = 5) {
   const auto world = build_world(scene);
   auto plan = make_plan(scene, world);
@@ -84,7 +88,8 @@ reference::TracedField check_trace(const Scene& scene, const Wrp& wrp, std::uint
       CHECK(test::all_finite(field));
       const double error = error_of(field, oracle);
       CHECK(error <= hit_error);
-      CHECK(error <= 2 * std::numbers::pi * plan.phase_errors[static_cast<std::size_t>(precision)].total_turns());
+      CHECK(error <= 2 * std::numbers::pi *
+                         plan.phase_errors[static_cast<std::size_t>(precision)].total_turns());
     }
   }
   return oracle;
@@ -93,7 +98,8 @@ reference::TracedField check_trace(const Scene& scene, const Wrp& wrp, std::uint
 /// 5 x 3 random values, linear light.
 std::filesystem::path texture_in(const Folder& folder) {
   const auto file = folder / "texture.exr";
-  const std::vector<float> texels{0.9f, 0.1f, 0.5f, 0.3f, 0.7f, 0.2f, 0.8f, 0.4f, 1.0f, 0.05f, 0.6f, 0.35f, 0.15f, 0.75f, 0.45f};
+  const std::vector<float> texels{0.9f, 0.1f,  0.5f, 0.3f,  0.7f,  0.2f,  0.8f, 0.4f,
+                                  1.0f, 0.05f, 0.6f, 0.35f, 0.15f, 0.75f, 0.45f};
   save_exr(file, 5, 3, texels);
   return file;
 }
@@ -131,11 +137,15 @@ Scene ball_before_wall(const Folder& folder) {
   wall.ambient = glm::dvec3(0.1);
   wall.diffuse = glm::dvec3(0.8);
   scene.materials = {ball, wall};
-  scene.objects = {test::object_at(folder.write("ball.obj", test::ball_obj(14, 7)), 0.8 * mm, {0.05 * mm, 0.02 * mm, 99.6 * mm}, 0),
-                   test::object_at(folder.write("wall.obj", test::square_obj({-0.3, -0.7}, {2.4, 1.9})), 3 * mm, {0, 0, 100.6 * mm}, 1)};
+  scene.objects = {
+      test::object_at(folder.write("ball.obj", test::ball_obj(14, 7)), 0.8 * mm,
+                      {0.05 * mm, 0.02 * mm, 99.6 * mm}, 0),
+      test::object_at(folder.write("wall.obj", test::square_obj({-0.3, -0.7}, {2.4, 1.9})), 3 * mm,
+                      {0, 0, 100.6 * mm}, 1)};
   scene.objects[1].rotation_deg = {10, -15, 5};
-  scene.lights = {ambient(0.7), directional({0.5, -0.6, 0.62}, 0.8), directional({-1, 0.3, 1.5}, 0.5),
-                  point({0.8 * mm, 1.1 * mm, 98.3 * mm}, 0.6), ambient(0.2)};
+  scene.lights = {ambient(0.7), directional({0.5, -0.6, 0.62}, 0.8),
+                  directional({-1, 0.3, 1.5}, 0.5), point({0.8 * mm, 1.1 * mm, 98.3 * mm}, 0.6),
+                  ambient(0.2)};
   return scene;
 }
 
@@ -178,7 +188,8 @@ TEST_CASE("highlights of any sharpness are the oracle's") {
   m.ambient = glm::dvec3(0);
   m.diffuse = glm::dvec3(0);
   m.specular = glm::dvec3(1);
-  scene.objects = {test::object_at(folder.write("wall.obj", test::square_obj()), 3 * mm, {0, 0, 100.03 * mm})};
+  scene.objects = {
+      test::object_at(folder.write("wall.obj", test::square_obj()), 3 * mm, {0, 0, 100.03 * mm})};
   scene.objects[0].rotation_deg = {3, 2, 0};
   const auto wrp = wrp_with_fan(7, 0.3);
   // Straight back along the mirrored direction of a ray of the fan.
@@ -215,12 +226,16 @@ Scene mirrors_and_glass(const Folder& folder, double scale) {
   scene.trace.shadows = false;
   scene.sampling.pitch_m *= scale;
   const auto square = folder.write("square.obj", test::square_obj());
-  const auto add = [&](const std::filesystem::path& mesh, double width_m, glm::dvec3 from_wrp_m, int material, glm::dvec3 rotation_deg) {
-    scene.objects.push_back(test::object_at(mesh, scale * width_m, scale * from_wrp_m + glm::dvec3(0, 0, distance_m), material));
+  const auto add = [&](const std::filesystem::path& mesh, double width_m, glm::dvec3 from_wrp_m,
+                       int material, glm::dvec3 rotation_deg) {
+    scene.objects.push_back(test::object_at(
+        mesh, scale * width_m, scale * from_wrp_m + glm::dvec3(0, 0, distance_m), material));
     scene.objects.back().rotation_deg = rotation_deg;
   };
-  add(folder.write("prism.obj", test::prism_obj()), 0.6 * mm, {-0.25 * mm, 0.02 * mm, 1 * mm}, 2, {2, 7, 3});
-  add(folder.write("ball.obj", test::ball_obj(12, 6)), 0.4 * mm, {0.35 * mm, 0.25 * mm, 1 * mm}, 2, {11, 5, 0});
+  add(folder.write("prism.obj", test::prism_obj()), 0.6 * mm, {-0.25 * mm, 0.02 * mm, 1 * mm}, 2,
+      {2, 7, 3});
+  add(folder.write("ball.obj", test::ball_obj(12, 6)), 0.4 * mm, {0.35 * mm, 0.25 * mm, 1 * mm}, 2,
+      {11, 5, 0});
   scene.objects.back().normals = Normals::smooth;
   add(square, 0.5 * mm, {0.35 * mm, -0.35 * mm, 1.3 * mm}, 1, {20, -35, 0});
   add(square, 4 * mm, {0, 0, 2.2 * mm}, 0, {1, 2, 0});
@@ -228,7 +243,9 @@ Scene mirrors_and_glass(const Folder& folder, double scale) {
   return scene;
 }
 
-TEST_CASE("mirrors and glass are followed to depth 3 as by the oracle, through total reflection too", "[slow]") {
+TEST_CASE(
+    "mirrors and glass are followed to depth 3 as by the oracle, through total reflection too",
+    "[slow]") {
   const Folder folder;
   auto scene = mirrors_and_glass(folder, 1);
   std::complex<double> last = 0;
@@ -266,7 +283,8 @@ TEST_CASE("sources that mirrors and glass show are where doubles find them") {
     const DeviceScene arrays(device, scene, world, plan);
     const auto field_in = [&](Precision precision) {
       plan.precision = precision;
-      cl::ComplexBuffer field(device, std::span<const std::complex<float>>(Field(33 * 17)), "field");
+      cl::ComplexBuffer field(device, std::span<const std::complex<float>>(Field(33 * 17)),
+                              "field");
       Tracer(device, scene, plan, arrays, HitSource::bounced).trace(wrp, 1, field);
       return field.read();
     };
@@ -276,11 +294,14 @@ TEST_CASE("sources that mirrors and glass show are where doubles find them") {
   }
 }
 
-TEST_CASE("rays steeper than the SLM's pixels can show add nothing, from any pixel of a perspective fan") {
+TEST_CASE(
+    "rays steeper than the SLM's pixels can show add nothing, from any pixel of a perspective "
+    "fan") {
   const Folder folder;
   auto scene = small_scene();
   scene.hologram.pitch_m = {2 * um, 3 * um};  // sines up to 0.1595 and 0.106
-  scene.objects = {test::object_at(folder.write("wall.obj", test::square_obj()), 3 * mm, {0, 0, 100.03 * mm})};
+  scene.objects = {
+      test::object_at(folder.write("wall.obj", test::square_obj()), 3 * mm, {0, 0, 100.03 * mm})};
   auto wrp = wrp_with_fan(9, 0.3);
   const auto oracle = check_trace(scene, wrp);
   CHECK(oracle.hits < 33 * 17 * 25);
@@ -294,12 +315,14 @@ TEST_CASE("rays steeper than the SLM's pixels can show add nothing, from any pix
 TEST_CASE("a WRP that no ray leaves for a surface is exactly zero") {
   const Folder folder;
   auto scene = small_scene();
-  scene.objects = {test::object_at(folder.write("wall.obj", test::square_obj()), 0.1 * mm, {5 * mm, 0, 100 * mm})};
+  scene.objects = {test::object_at(folder.write("wall.obj", test::square_obj()), 0.1 * mm,
+                                   {5 * mm, 0, 100 * mm})};
   scene.trace.depth = 2;
   scene.materials[0].reflectivity = 0.5;
   const auto world = build_world(scene);
   const auto plan = make_plan(scene, world);
-  for (const auto& device : test::all_devices()) CHECK(traced(device, scene, world, plan, wrp_with_fan(5, 0.3), 1) == Field(33 * 17));
+  for (const auto& device : test::all_devices())
+    CHECK(traced(device, scene, world, plan, wrp_with_fan(5, 0.3), 1) == Field(33 * 17));
 }
 
 TEST_CASE("what a scene does not use changes nothing") {

@@ -4,14 +4,14 @@
 #include <complex>
 #include <optional>
 
-#include "host/view/compare.hpp"
-#include "host/trace/gatherer.hpp"
 #include "host/propagate/propagator.hpp"
-#include "host/view/reconstruct.hpp"
 #include "host/reference/pipeline.hpp"
 #include "host/reference/shading.hpp"
 #include "host/render.hpp"
 #include "host/trace/fan_tracer.hpp"
+#include "host/trace/gatherer.hpp"
+#include "host/view/compare.hpp"
+#include "host/view/reconstruct.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/worlds.hpp"
@@ -32,12 +32,15 @@ using reference::ball_before_wall;
 using reference::phase_turns_of_key;
 
 /// near_spots  as Gatherer has it; 0: all samples geometrically
-Fields gathered(const raywave::cl::Device& device, const Rig& rig, dvec3 centre, double near_spots = 0, int frames = 1,
-                std::uint32_t seed = 1, std::size_t slab = 0) {
+Fields gathered(const raywave::cl::Device& device, const Rig& rig, dvec3 centre,
+                double near_spots = 0, int frames = 1, std::uint32_t seed = 1,
+                std::size_t slab = 0) {
   Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, frames, near_spots);
   gatherer.draw_phases(seed);
-  const auto pixels = static_cast<std::size_t>(rig.plan.size.x) * static_cast<std::size_t>(rig.plan.size.y);
-  raywave::cl::ComplexBuffer field(device, Fields(static_cast<std::size_t>(frames) * pixels, {7, 7}), "field");
+  const auto pixels =
+      static_cast<std::size_t>(rig.plan.size.x) * static_cast<std::size_t>(rig.plan.size.y);
+  raywave::cl::ComplexBuffer field(
+      device, Fields(static_cast<std::size_t>(frames) * pixels, {7, 7}), "field");
   gatherer.gather(Wrp{.centre_m = centre, .slab = slab}, field);
   return field.read();
 }
@@ -57,7 +60,9 @@ Scene study(std::vector<std::string> settings) {
 
 }  // namespace
 
-TEST_CASE("a plane gathered geometrically is the direct sum of the samples, before, inside and behind the scene, on and off the axis") {
+TEST_CASE(
+    "a plane gathered geometrically is the direct sum of the samples, before, inside and behind "
+    "the scene, on and off the axis") {
   struct Case {
     const char* name;
     double scene_z_m;
@@ -82,7 +87,8 @@ TEST_CASE("a plane gathered geometrically is the direct sum of the samples, befo
       REQUIRE(rig.samples.size() > 400);
       REQUIRE(rig.table.hidden > 20);
       const auto result = against_direct_sum(rig, gathered(device, rig, centre), 1, 1, centre, 250);
-      INFO(name << ": error " << result.error << ", " << result.pixels << " pixels, unsure " << result.unsure);
+      INFO(name << ": error " << result.error << ", " << result.pixels << " pixels, unsure "
+                << result.unsure);
       CHECK(result.pixels > 60);
       CHECK(result.error < 2e-5);
       CHECK(result.dark_error == 0);
@@ -96,7 +102,8 @@ TEST_CASE("frames gathered together differ in their phases only") {
   for (const auto& device : all_devices()) {
     const Rig rig(device, stage);
     for (const int frames : {3, Gatherer::most_frames}) {
-      const auto result = against_direct_sum(rig, gathered(device, rig, centre, 0, frames, 40), frames, 40, centre, 100);
+      const auto result = against_direct_sum(rig, gathered(device, rig, centre, 0, frames, 40),
+                                             frames, 40, centre, 100);
       CAPTURE(frames, result.error);
       CHECK(result.pixels > 60);
       CHECK(result.error < 2e-5);
@@ -106,13 +113,19 @@ TEST_CASE("frames gathered together differ in their phases only") {
 
 TEST_CASE("frames beyond those gathered together go on with the next seeds") {
   const auto device = all_devices().front();
-  auto scene = load_scene(data / "study.toml", {"sampling.frames=17", "hologram.resolution=[33, 31]", "sampling.pitch='0.1 mm'"});
+  auto scene =
+      load_scene(data / "study.toml",
+                 {"sampling.frames=17", "hologram.resolution=[33, 31]", "sampling.pitch='0.1 mm'"});
   const auto many = render(device, scene).field;
   scene.sampling.frames = 1;
   for (const int frame : {0, 15, 16}) {
     scene.sampling.seed = 1 + static_cast<std::uint32_t>(frame);
     const auto one = render(device, scene).field;
-    const FieldStack same{33, 31, 1, {many.samples.begin() + frame * 33 * 31, many.samples.begin() + (frame + 1) * 33 * 31}};
+    const FieldStack same{
+        33,
+        31,
+        1,
+        {many.samples.begin() + frame * 33 * 31, many.samples.begin() + (frame + 1) * 33 * 31}};
     CHECK(compare_fields(one, same).error < 1e-5);
   }
 }
@@ -131,7 +144,8 @@ TEST_CASE("a hard fan lights exactly the pixels whose rays reach the hologram") 
       int lit = 0, wrong = 0;
       for (std::size_t i = 0; i < field.size(); ++i) {
         const auto pixel = reference::pixel_m(rig.plan, centre, i);
-        const auto at = abs(dvec2(pixel) - dvec2(p - pixel) * pixel.z / (p.z - pixel.z)) / (dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0);
+        const auto at = abs(dvec2(pixel) - dvec2(p - pixel) * pixel.z / (p.z - pixel.z)) /
+                        (dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0);
         const double most = std::max(at.x, at.y);
         if (std::abs(most - 1) < 1e-5) continue;
         wrong += (field[i] != 0.0f) != (most < 1);
@@ -144,7 +158,8 @@ TEST_CASE("a hard fan lights exactly the pixels whose rays reach the hologram") 
 }
 
 TEST_CASE("steeper light than the SLM's pixels can show is left out") {
-  // 4 um pixels show sines up to 0.0798: a sample 1.2 mm off the axis at 15 mm sends steeper light to one side of the hologram.
+  // 4 um pixels show sines up to 0.0798: a sample 1.2 mm off the axis at 15 mm sends steeper light
+  // to one side of the hologram.
   Stage stage;
   stage.scene.hologram = {{121, 5}, {4e-6, 4e-6}, 638e-9};
   stage.add(rectangle({1.2e-3, 0, 15e-3}, {30e-6, 0, 0}, {0, 30e-6, 0}));
@@ -173,9 +188,12 @@ TEST_CASE("steeper light than the SLM's pixels can show is left out") {
 
 TEST_CASE("rendering by points is the direct sum at the hologram") {
   for (const auto& device : all_devices()) {
-    // Neither the mesh file nor the texture adds to the claim: one file, read by render() and by the oracle's world.
-    const auto scene = load_scene(data / "study.toml", {"sampling.frames=2", "hologram.resolution=[63, 65]", "sampling.pitch='80 um'",
-                                                        "object.0.mesh=plane.ply", "object.0.rotation=[20, 30, 0]"});
+    // Neither the mesh file nor the texture adds to the claim: one file, read by render() and by
+    // the oracle's world.
+    const auto scene =
+        load_scene(data / "study.toml",
+                   {"sampling.frames=2", "hologram.resolution=[63, 65]", "sampling.pitch='80 um'",
+                    "object.0.mesh=plane.ply", "object.0.rotation=[20, 30, 0]"});
     RenderOptions options;
     options.method = Method::points;
     const auto result = render(device, scene, options);
@@ -186,28 +204,34 @@ TEST_CASE("rendering by points is the direct sum at the hologram") {
     CHECK(result.samples == rig.table.count);
     CHECK(result.hidden_samples == rig.table.hidden);
     const auto agreement = against_direct_sum(rig, result.field.samples, 2, 1, {0, 0, 0}, 300);
-    INFO("points: error " << agreement.error << ", unsure " << agreement.unsure << " of 300, hidden " << rig.table.hidden << " of "
-                          << rig.table.count);
+    INFO("points: error " << agreement.error << ", unsure " << agreement.unsure
+                          << " of 300, hidden " << rig.table.hidden << " of " << rig.table.count);
     CHECK(agreement.pixels > 100);
     CHECK(agreement.error < 2e-5);
   }
 }
 
-TEST_CASE("aimed and fanned holograms of the study scene are as like the sum of all points as measured", "[slow]") {
+TEST_CASE(
+    "aimed and fanned holograms of the study scene are as like the sum of all points as measured",
+    "[slow]") {
   for (const auto& device : all_devices()) {
     RenderOptions points;
     points.method = Method::points;
     const auto gold = render(device, study({}), points);
     const auto correlation = [&](std::vector<std::string> settings) {
-      return compare_fields(gold.field, render(device, study(std::move(settings))).field).correlation;
+      return compare_fields(gold.field, render(device, study(std::move(settings))).field)
+          .correlation;
     };
     const double hard = correlation({"sampling.fan=1.0", "sampling.edge=0"});
     const double soft = correlation({"sampling.fan=1.2", "sampling.edge=0.2"});
-    const double parallel = correlation({"sampling.mode=fan", "sampling.source=surface", "sampling.shape=orthographic"});
-    const double perspective = correlation({"sampling.mode=fan", "sampling.source=surface", "sampling.shape=perspective"});
+    const double parallel = correlation(
+        {"sampling.mode=fan", "sampling.source=surface", "sampling.shape=orthographic"});
+    const double perspective =
+        correlation({"sampling.mode=fan", "sampling.source=surface", "sampling.shape=perspective"});
     const double literal = correlation({"sampling.mode=fan", "sampling.source=hit"});
-    INFO("correlation with points: aimed " << hard << ", with fan 1.2 and edge 0.2 " << soft << ", surface fan " << parallel
-                                           << ", perspective " << perspective << ", hit " << literal);
+    INFO("correlation with points: aimed " << hard << ", with fan 1.2 and edge 0.2 " << soft
+                                           << ", surface fan " << parallel << ", perspective "
+                                           << perspective << ", hit " << literal);
     CHECK(hard >= 0.94);
     CHECK(soft >= 0.965);
     CHECK(parallel == Catch::Approx(0.82).margin(0.02));
@@ -216,8 +240,10 @@ TEST_CASE("aimed and fanned holograms of the study scene are as like the sum of 
   }
 }
 
-TEST_CASE("where the plane stands does not matter: before the scene, through it, between its surfaces, on one of them, and behind it",
-          "[slow]") {
+TEST_CASE(
+    "where the plane stands does not matter: before the scene, through it, between its surfaces, "
+    "on one of them, and behind it",
+    "[slow]") {
   for (const auto& device : all_devices()) {
     Stage stage;
     stage.scene = study({});
@@ -228,14 +254,16 @@ TEST_CASE("where the plane stands does not matter: before the scene, through it,
     const Rig rig(device, stage);
     Propagator propagator(device, {rig.plan.size, rig.plan.pitch_m, rig.plan.wavelength_m, 2});
     // The sphere is from 18.55 to 19.45 mm, the plane behind it at 19.5 mm.
-    for (const double z : {16.5e-3, 17.55e-3, 18.2e-3, 18.6e-3, 19e-3, 19.2e-3, 19.47e-3, 19.5e-3, 19.7e-3, 21e-3}) {
+    for (const double z :
+         {16.5e-3, 17.55e-3, 18.2e-3, 18.6e-3, 19e-3, 19.2e-3, 19.47e-3, 19.5e-3, 19.7e-3, 21e-3}) {
       const auto on_plane = gathered(device, rig, {0, 0, z}, Gatherer::default_near_spots);
       raywave::cl::ComplexBuffer field(device, std::span(on_plane), "field");
       propagator.load(field);
       propagator.add({{0, 0}, z});
       propagator.collect(field);
       const auto result = compare_fields(gold.field, {384, 384, 1, field.read()});
-      INFO("plane at " << z << ": correlation with points " << result.correlation << ", energy " << result.energy_ratio);
+      INFO("plane at " << z << ": correlation with points " << result.correlation << ", energy "
+                       << result.energy_ratio);
       CHECK(result.correlation >= 0.97);
       CHECK(result.energy_ratio == Catch::Approx(1).margin(0.05));
     }
@@ -244,7 +272,8 @@ TEST_CASE("where the plane stands does not matter: before the scene, through it,
 
 namespace {
 
-/// A sample's unhidden wave on a plane at `depth`, along both axes: plane waves towards the fan's window, 500 per axis.
+/// A sample's unhidden wave on a plane at `depth`, along both axes: plane waves towards the fan's
+/// window, 500 per axis.
 Complex plane_waves(const Plan& plan, dvec3 p, dvec3 pixel) {
   const double wave_number = 2 * std::numbers::pi / plan.wavelength_m, depth = p.z - pixel.z;
   Complex product = Complex(0, 1) / plan.wavelength_m * std::polar(1.0, wave_number * depth);
@@ -253,12 +282,16 @@ Complex plane_waves(const Plan& plan, dvec3 p, dvec3 pixel) {
     const int count = 500;
     Complex sum = 0;
     for (int n = 0; n < count; ++n) {
-      const double at = ((n + 0.5) / count * 2 - 1) * plan.fan, tangent = (at * half - p[axis]) / p.z;
-      const double e = plan.edge > 0 ? std::clamp((plan.fan - std::abs(at)) / plan.edge, 0.0, 1.0) : 1.0;
+      const double at = ((n + 0.5) / count * 2 - 1) * plan.fan,
+                   tangent = (at * half - p[axis]) / p.z;
+      const double e =
+          plan.edge > 0 ? std::clamp((plan.fan - std::abs(at)) / plan.edge, 0.0, 1.0) : 1.0;
       const double sine = tangent / std::hypot(1, tangent), cosine = 1 / std::hypot(1, tangent);
       // ds = cosine^3 d tangent
-      const double weight = e * e * (3 - 2 * e) * cosine * cosine * (2 * plan.fan * half / p.z / count);
-      sum += weight * std::polar(1.0, wave_number * (sine * (pixel[axis] - p[axis]) - depth * (1 - cosine)));
+      const double weight =
+          e * e * (3 - 2 * e) * cosine * cosine * (2 * plan.fan * half / p.z / count);
+      sum += weight *
+             std::polar(1.0, wave_number * (sine * (pixel[axis] - p[axis]) - depth * (1 - cosine)));
     }
     product *= sum;
   }
@@ -283,7 +316,8 @@ Stage near_point() {
 
 }  // namespace
 
-TEST_CASE("a sample near the plane, or on it, is the sum of the plane waves that reach the hologram") {
+TEST_CASE(
+    "a sample near the plane, or on it, is the sum of the plane waves that reach the hologram") {
   for (const auto& device : all_devices()) {
     const Rig rig(device, near_point());
     REQUIRE(rig.samples.size() == 1);
@@ -307,7 +341,8 @@ TEST_CASE("a sample near the plane, or on it, is the sum of the plane waves that
         difference += std::norm(Complex(field[i]) - wanted);
         lit += std::norm(wanted);
       }
-      INFO("depth " << depth << ": error " << std::sqrt(difference / lit) << ", share of the light that is kept " << lit / all);
+      INFO("depth " << depth << ": error " << std::sqrt(difference / lit)
+                    << ", share of the light that is kept " << lit / all);
       CHECK(std::sqrt(difference / lit) < 2e-3);
       CHECK(lit / all > 0.97);
     }
@@ -318,15 +353,18 @@ TEST_CASE("geometric footprints and plane waves agree where one takes over from 
   for (const auto& device : all_devices()) {
     const Rig rig(device, near_point());
     const auto first = place(rig.samples.at(0)) + rig.plan.origin_m;
-    const double half = rig.plan.size.x * rig.plan.pitch_m.x / 2, spot = rig.plan.wavelength_m * first.z / (2 * rig.plan.fan * half);
+    const double half = rig.plan.size.x * rig.plan.pitch_m.x / 2,
+                 spot = rig.plan.wavelength_m * first.z / (2 * rig.plan.fan * half);
     for (const double side : {1.0, -1.0}) {
       const double depth = side * 12 * spot * first.z / (rig.plan.fan * half);
       const dvec3 centre(first.x, first.y, first.z - depth);
-      const auto geometric = gathered(device, rig, centre, 0), waves = gathered(device, rig, centre, 20);
+      const auto geometric = gathered(device, rig, centre, 0),
+                 waves = gathered(device, rig, centre, 20);
       Fields difference(geometric);
       for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= waves[i];
       const double error = std::sqrt(energy_of(difference) / energy_of(waves));
-      INFO("depth " << depth << ": relative difference " << error << ", energy " << energy_of(geometric) / energy_of(waves));
+      INFO("depth " << depth << ": relative difference " << error << ", energy "
+                    << energy_of(geometric) / energy_of(waves));
       CHECK(error > 0);
       // The geometric edge has no Fresnel fringes; at this depth they are a third of the footprint.
       CHECK(error < 0.4);
@@ -335,13 +373,16 @@ TEST_CASE("geometric footprints and plane waves agree where one takes over from 
   }
 }
 
-TEST_CASE("every sample is gathered in one slab, also on the boundary of two, before the first and behind the last") {
+TEST_CASE(
+    "every sample is gathered in one slab, also on the boundary of two, before the first and "
+    "behind the last") {
   for (const auto& device : all_devices()) {
     Stage stage;
     stage.scene.hologram = {{61, 47}, {8e-6, 8e-6}, 638e-9};
     stage.scene.sampling.pitch_m = 30e-6;
     for (int i = 0; i < 5; ++i)  // 18.8 to 20 mm
-      stage.add(rectangle({(i - 2) * 40e-6, 0, 18.8e-3 + i * 0.3e-3}, {18e-6, 0, 2e-6 * i}, {0, 18e-6, 0}));
+      stage.add(rectangle({(i - 2) * 40e-6, 0, 18.8e-3 + i * 0.3e-3}, {18e-6, 0, 2e-6 * i},
+                          {0, 18e-6, 0}));
     Rig rig(device, stage);
     std::vector<float> depths;
     for (const auto& s : rig.samples) depths.push_back(s.z);
@@ -354,12 +395,14 @@ TEST_CASE("every sample is gathered in one slab, also on the boundary of two, be
     const dvec3 centre(10e-6, -5e-6, 19.3e-3);
     const auto all = gathered(device, rig, centre), all_near = gathered(device, rig, centre, 12);
     // Slabs that begin at a sample's own depth, a float's step behind it, and beyond all of them.
-    const double z0 = rig.plan.origin_m.z, first = z0 + double{depths[1]}, second = z0 + double{std::nextafter(depths[3], 1.0f)};
+    const double z0 = rig.plan.origin_m.z, first = z0 + double{depths[1]},
+                 second = z0 + double{std::nextafter(depths[3], 1.0f)};
     slabs.assign(4, whole);
     slabs[0].end_m = slabs[1].begin_m = first;
     slabs[1].end_m = slabs[2].begin_m = second;
     slabs[2].end_m = slabs[3].begin_m = 1;
-    REQUIRE(slab_bounds(rig.plan, slabs[1]) == std::pair(depths[1], std::nextafter(depths[3], 1.0f)));
+    REQUIRE(slab_bounds(rig.plan, slabs[1]) ==
+            std::pair(depths[1], std::nextafter(depths[3], 1.0f)));
     const auto sum_of_slabs = [&](double near_spots) {
       std::vector<Complex> sum(all.size());
       for (std::size_t slab = 0; slab < 4; ++slab) {
@@ -376,7 +419,10 @@ TEST_CASE("every sample is gathered in one slab, also on the boundary of two, be
   }
 }
 
-TEST_CASE("a pixel of the study scene gathers at most 30 rays, and most of its light reaches the hologram", "[slow]") {
+TEST_CASE(
+    "a pixel of the study scene gathers at most 30 rays, and most of its light reaches the "
+    "hologram",
+    "[slow]") {
   for (const auto& device : all_devices()) {
     const auto scene = study({"sampling.fan=1.0", "sampling.edge=0"});
     Stage stage;
@@ -390,16 +436,19 @@ TEST_CASE("a pixel of the study scene gathers at most 30 rays, and most of its l
       const auto p = place(s) + plan.origin_m;
       double pixels = 1;
       for (int axis = 0; axis < 2; ++axis) {
-        const double middle = p[axis] * z_wrp / p.z, half = plan.size[axis] * plan.pitch_m[axis] / 2 * (p.z - z_wrp) / p.z;
+        const double middle = p[axis] * z_wrp / p.z,
+                     half = plan.size[axis] * plan.pitch_m[axis] / 2 * (p.z - z_wrp) / p.z;
         int inside = 0;
         for (int i = 0; i < plan.size[axis]; ++i)
-          inside += std::abs((i - (plan.size[axis] - 1) / 2.0) * plan.pitch_m[axis] - middle) <= half;
+          inside +=
+              std::abs((i - (plan.size[axis] - 1) / 2.0) * plan.pitch_m[axis] - middle) <= half;
         pixels *= inside;
       }
       pairs += pixels;
       asked += s.hidden ? pixels : 0;
     }
-    const double per_pixel = pairs / (plan.size.x * plan.size.y), asked_per_pixel = asked / (plan.size.x * plan.size.y);
+    const double per_pixel = pairs / (plan.size.x * plan.size.y),
+                 asked_per_pixel = asked / (plan.size.x * plan.size.y);
 
     const auto share_in_window = [&](const Scene& wanted) {
       RenderOptions options;
@@ -407,8 +456,11 @@ TEST_CASE("a pixel of the study scene gathers at most 30 rays, and most of its l
       const auto wrp = render(device, wanted, options).wrps.at(0);
       const int wide = 3 * wrp.nx, margin = wrp.nx;
       Fields padded(static_cast<std::size_t>(wide) * static_cast<std::size_t>(wide));
-      for (int y = 0; y < wrp.ny; ++y) std::copy_n(wrp.samples.begin() + y * wrp.nx, wrp.nx, padded.begin() + (y + margin) * wide + margin);
-      raywave::cl::ComplexBuffer field(device, std::span<const std::complex<float>>(padded), "wide field");
+      for (int y = 0; y < wrp.ny; ++y)
+        std::copy_n(wrp.samples.begin() + y * wrp.nx, wrp.nx,
+                    padded.begin() + (y + margin) * wide + margin);
+      raywave::cl::ComplexBuffer field(device, std::span<const std::complex<float>>(padded),
+                                       "wide field");
       Propagator propagator(device, {{wide, wide}, plan.pitch_m, plan.wavelength_m, 1.25});
       propagator.load(field);
       propagator.add({{0, 0}, z_wrp});
@@ -417,12 +469,15 @@ TEST_CASE("a pixel of the study scene gathers at most 30 rays, and most of its l
       double within = 0, all = 0;
       for (const auto& v : padded) all += std::norm(Complex(v));
       for (int y = margin; y < margin + wrp.ny; ++y)
-        for (int x = margin; x < margin + wrp.nx; ++x) within += std::norm(Complex(arrived[static_cast<std::size_t>(y * wide + x)]));
+        for (int x = margin; x < margin + wrp.nx; ++x)
+          within += std::norm(Complex(arrived[static_cast<std::size_t>(y * wide + x)]));
       return within / all;
     };
     const double hard = share_in_window(scene), soft = share_in_window(study({}));
-    INFO("rays per pixel " << per_pixel << ", that need visibility " << asked_per_pixel << " (samples " << rig.table.count << ", hidden "
-                           << rig.table.hidden << "); energy share in the window " << hard << ", with fan 1.2 and edge 0.2 " << soft);
+    INFO("rays per pixel " << per_pixel << ", that need visibility " << asked_per_pixel
+                           << " (samples " << rig.table.count << ", hidden " << rig.table.hidden
+                           << "); energy share in the window " << hard
+                           << ", with fan 1.2 and edge 0.2 " << soft);
     CHECK(per_pixel <= 30);
     CHECK(per_pixel > 20);
     CHECK(asked_per_pixel < 0.6 * per_pixel);
@@ -441,18 +496,21 @@ Material glowing() {
 }
 
 /// The hologram of a stage by aimed gathering, mirrors and glass included.
-FieldStack hologram_of(const raywave::cl::Device& device, const Stage& stage, bool bounces_only = false) {
+FieldStack hologram_of(const raywave::cl::Device& device, const Stage& stage,
+                       bool bounces_only = false) {
   const Rig rig(device, stage);
   const auto& plan = rig.plan;
   REQUIRE(plan.wrps.size() == 1);
-  raywave::cl::ComplexBuffer field(device, static_cast<std::size_t>(plan.size.x * plan.size.y), "field");
+  raywave::cl::ComplexBuffer field(device, static_cast<std::size_t>(plan.size.x * plan.size.y),
+                                   "field");
   field.fill_zero();
   if (!bounces_only) {
     Gatherer gatherer(device, plan, rig.arrays, rig.table, 1);
     gatherer.draw_phases(1);
     gatherer.gather(plan.wrps[0], field);
   }
-  if (plan.bounces > 0) Tracer(device, rig.scene, plan, rig.arrays, HitSource::bounced).trace(plan.wrps[0], 1, field);
+  if (plan.bounces > 0)
+    Tracer(device, rig.scene, plan, rig.arrays, HitSource::bounced).trace(plan.wrps[0], 1, field);
   Propagator propagator(device, {plan.size, plan.pitch_m, plan.wavelength_m, 2});
   propagator.load(field);
   propagator.add({{-plan.wrps[0].centre_m.x, -plan.wrps[0].centre_m.y}, plan.slabs[0].distance_m});
@@ -481,32 +539,38 @@ struct Focus {
 };
 
 /// Where light is most concentrated.
-Focus brightest(const raywave::cl::Device& device, const Stage& stage, const FieldStack& field, double from_m, double to_m) {
+Focus brightest(const raywave::cl::Device& device, const Stage& stage, const FieldStack& field,
+                double from_m, double to_m) {
   double best = 0;
   Focus focus;
   for (double z = from_m; z <= to_m; z += 0.05e-3) {
     ReconstructSpec look;
     look.z_m = z;
-    const auto picture = reconstruct(device, raywave::cl::FftBackend::host, field, stage.scene.hologram, look);
+    const auto picture =
+        reconstruct(device, raywave::cl::FftBackend::host, field, stage.scene.hologram, look);
     const auto peak = std::max_element(picture.pixels.begin(), picture.pixels.end());
     if (*peak <= best) continue;
     best = *peak;
     const auto index = static_cast<int>(peak - picture.pixels.begin());
-    focus = {z, dvec2(index % picture.width - (picture.width - 1) / 2.0, (picture.height - 1) / 2.0 - index / picture.width) * 8e-6};
+    focus = {z, dvec2(index % picture.width - (picture.width - 1) / 2.0,
+                      (picture.height - 1) / 2.0 - index / picture.width) *
+                    8e-6};
   }
   return focus;
 }
 
 }  // namespace
 
-TEST_CASE("a mirror at 45 degrees shows a point at its mirrored place, and a patch as bright as it is") {
+TEST_CASE(
+    "a mirror at 45 degrees shows a point at its mirrored place, and a patch as bright as it is") {
   const double reach = 1e-3, half_point = 13e-6, half_patch = 0.16e-3;
   const auto with_mirror = [&](double half) {
     auto stage = bench();
     Material mirror;
     mirror.reflectivity = 1;
     stage.scene.trace.depth = 1;
-    // Its light goes towards +x, meets the mirror at (0, 0, 20 mm) and goes on towards the hologram.
+    // Its light goes towards +x, meets the mirror at (0, 0, 20 mm) and goes on towards the
+    // hologram.
     stage.add(rectangle({-reach, 0, 20e-3}, {0, half, 0}, {0, 0, half}), glowing());
     stage.add(rectangle({0, 0, 20e-3}, {0.6e-3, 0, -0.6e-3}, {0, 0.6e-3, 0}), mirror);
     return stage;
@@ -524,8 +588,9 @@ TEST_CASE("a mirror at 45 degrees shows a point at its mirrored place, and a pat
     const auto focus_direct = brightest(device, truth, hologram_of(device, truth), 20e-3, 22e-3);
     const double mirrored = energy(hologram_of(device, with_mirror(half_patch), true)),
                  shown = energy(hologram_of(device, direct(half_patch)));
-    INFO("mirror: focus at " << focus.z_m << ", (" << focus.at_m.x << ", " << focus.at_m.y << "); direct " << focus_direct.z_m
-                             << "; energy over direct " << mirrored / shown);
+    INFO("mirror: focus at " << focus.z_m << ", (" << focus.at_m.x << ", " << focus.at_m.y
+                             << "); direct " << focus_direct.z_m << "; energy over direct "
+                             << mirrored / shown);
     CHECK(focus.z_m == Catch::Approx(21e-3).margin(0.1e-3));
     CHECK(length(focus.at_m) < 25e-6);
     CHECK(mirrored / shown == Catch::Approx(1).margin(0.2));
@@ -552,7 +617,8 @@ TEST_CASE("a glass slab shifts what lies behind it towards the viewer by t (1 - 
   for (const auto& device : all_devices()) {
     const auto stage = with_slab(13e-6);
     const auto focus = brightest(device, stage, hologram_of(device, stage), 19.5e-3, 22e-3);
-    const double shown = energy(hologram_of(device, with_slab(0.16e-3))), bare = energy(hologram_of(device, direct(0.16e-3)));
+    const double shown = energy(hologram_of(device, with_slab(0.16e-3))),
+                 bare = energy(hologram_of(device, direct(0.16e-3)));
     INFO("slab: focus at " << focus.z_m << ", energy over direct " << shown / bare);
     CHECK(focus.z_m == Catch::Approx(at - thickness * (1 - 1 / 1.5)).margin(0.1e-3));
     CHECK(length(focus.at_m) < 25e-6);

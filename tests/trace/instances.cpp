@@ -9,10 +9,10 @@
 #include <map>
 #include <utility>
 
-#include "host/trace/device_scene.hpp"
+#include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/geometry/normal_cones.hpp"
 #include "host/reference/rays.hpp"
-#include "host/evaluate/selftest/ray_caster.hpp"
+#include "host/trace/device_scene.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/worlds.hpp"
@@ -32,7 +32,8 @@ Stage stage_of_three() {
   Stage stage;
   stage.add(sphere({-0.2e-3, 0, 10e-3}, 0.15e-3, 12));
   stage.add(flipped(sphere({0.2e-3, 0, 10e-3}, 0.15e-3, 12)));
-  stage.add(grid(9, 7, [](double s, double t) { return dvec3(s - 0.5, t - 0.5, 10.5 + 0.2 * s * t) * 1e-3; }));
+  stage.add(grid(
+      9, 7, [](double s, double t) { return dvec3(s - 0.5, t - 0.5, 10.5 + 0.2 * s * t) * 1e-3; }));
   return stage;
 }
 
@@ -47,7 +48,8 @@ World after(World world, const std::vector<Motion>& motions, bool vertex_by_vert
   world.motions = vertex_by_vertex ? std::vector<Motion>() : motions;
   std::vector<std::size_t> object_of(world.positions.size());
   for (std::size_t i = 0; i < world.triangles.size(); ++i) {
-    for (int c = 0; c < 3; ++c) object_of[world.triangles[i][c]] = static_cast<std::size_t>(world.triangle_object[i]);
+    for (int c = 0; c < 3; ++c)
+      object_of[world.triangles[i][c]] = static_cast<std::size_t>(world.triangle_object[i]);
   }
   world.min_m = dvec3(INFINITY);
   world.max_m = dvec3(-INFINITY);
@@ -72,7 +74,8 @@ std::vector<Corners> corners_in_order(const World& world, dvec3 origin_m, const 
     float* places[] = {corners.a, corners.b, corners.c};
     for (int c = 0; c < 3; ++c) {
       for (int axis = 0; axis < 3; ++axis)
-        places[c][axis] = static_cast<float>(world.positions[static_cast<std::size_t>(vertices[c])][axis] - origin_m[axis]);
+        places[c][axis] = static_cast<float>(
+            world.positions[static_cast<std::size_t>(vertices[c])][axis] - origin_m[axis]);
     }
     all.push_back(corners);
   }
@@ -83,7 +86,9 @@ std::vector<Motion> some_motions(const World& world, int kind) {
   const auto all = motion_of(world, 40, 1, {0.1e-3, 0, 0.3e-3});
   if (kind == 0) return {all, all, all};
   if (kind == 1) return {motion_of(world, 3, 1.7, {0, 0, 0.05e-3}), {}, {}};
-  return {{}, motion_of(world, -110, 0.6, {-0.02e-3, 0.05e-3, 2e-3}), motion_of(world, 8, 1, {0, 0, 1.2e-3})};
+  return {{},
+          motion_of(world, -110, 0.6, {-0.02e-3, 0.05e-3, 2e-3}),
+          motion_of(world, 8, 1, {0, 0, 1.2e-3})};
 }
 
 }  // namespace
@@ -93,7 +98,8 @@ TEST_CASE("rays meet bodies where the world has them, whatever moves") {
   for (const auto& device : all_devices()) {
     for (const int kind : {0, 1, 2}) {
       const auto motions = some_motions(stage.world, kind);
-      const auto moved = after(stage.world, motions, false), there = after(stage.world, motions, true);
+      const auto moved = after(stage.world, motions, false),
+                 there = after(stage.world, motions, true);
       const auto plan = make_plan(stage.scene, moved);
       DeviceScene arrays(device, stage.scene, stage.world, make_plan(stage.scene, stage.world));
       arrays.place(stage.scene, moved, plan);
@@ -101,26 +107,32 @@ TEST_CASE("rays meet bodies where the world has them, whatever moves") {
       Random random(static_cast<unsigned>(kind + 1));
       std::vector<reference::Ray> rays;
       for (int i = 0; i < 500; ++i) {
-        const dvec3 target(uniform(random, -0.5e-3, 0.5e-3), uniform(random, -0.5e-3, 0.5e-3), uniform(random, -1e-3, 1e-3));
-        const auto from =
-            i % 2 ? dvec3(uniform(random, -1e-3, 1e-3), uniform(random, -1e-3, 1e-3), uniform(random, -1e-3, 1e-3)) : -plan.origin_m;
+        const dvec3 target(uniform(random, -0.5e-3, 0.5e-3), uniform(random, -0.5e-3, 0.5e-3),
+                           uniform(random, -1e-3, 1e-3));
+        const auto from = i % 2 ? dvec3(uniform(random, -1e-3, 1e-3), uniform(random, -1e-3, 1e-3),
+                                        uniform(random, -1e-3, 1e-3))
+                                : -plan.origin_m;
         // Rays and corners as floats: what is compared is what happens between.
         rays.push_back({dvec3(glm::vec3(from)), dvec3(glm::vec3((target - from) * 1.5)), 0, 2});
       }
       int hits = 0;
-      const auto found = selftest::RayCaster(device, lanes_for(device.info()), std::move(arrays.tree)).nearest(rays);
+      const auto found =
+          selftest::RayCaster(device, lanes_for(device.info()), std::move(arrays.tree))
+              .nearest(rays);
       for (std::size_t i = 0; i < rays.size(); ++i) {
         const auto exact = reference::nearest_hit(corners, rays[i]);
         const double length = glm::length(rays[i].direction);
-        INFO("motions " << kind << ", ray " << i << ": triangle " << found[i].triangle << " at " << found[i].t << ", exactly "
-                        << exact.triangle << " at " << exact.t);
+        INFO("motions " << kind << ", ray " << i << ": triangle " << found[i].triangle << " at "
+                        << found[i].t << ", exactly " << exact.triangle << " at " << exact.t);
         if (exact.triangle < 0 || found[i].triangle < 0) {
           // An edge within rounding.
-          if (exact.triangle != found[i].triangle) CHECK(reference::judge(found[i], rays[i], corners).fault == "");
+          if (exact.triangle != found[i].triangle)
+            CHECK(reference::judge(found[i], rays[i], corners).fault == "");
           continue;
         }
         ++hits;
-        if (std::abs(found[i].t - exact.t) * length > 2e-9) CHECK(reference::judge(found[i], rays[i], corners).fault == "");
+        if (std::abs(found[i].t - exact.t) * length > 2e-9)
+          CHECK(reference::judge(found[i], rays[i], corners).fault == "");
       }
       CHECK(hits > 150);
     }
@@ -149,9 +161,11 @@ TEST_CASE("moved bodies have the samples of a world that was made where they are
       const SampleTable table(device, fresh.plan, arrays, false);
       const auto samples = table.samples.read();
       REQUIRE(table.count > 200);
-      // What faces away holds none of them: without its marks the same are found, but where a rim's two sides lie within a layer.
+      // What faces away holds none of them: without its marks the same are found, but where a rim's
+      // two sides lie within a layer.
       auto nodes = arrays.tree.nodes.read();
-      REQUIRE(std::any_of(nodes.begin(), nodes.end(), [](const auto& n) { return device::facing_spread(n.left_count) > 0; }));
+      REQUIRE(std::any_of(nodes.begin(), nodes.end(),
+                          [](const auto& n) { return device::facing_spread(n.left_count) > 0; }));
       for (auto& n : nodes) {
         n.left_count = BVH_COUNT(n.left_count);
         n.right_count = BVH_COUNT(n.right_count);
@@ -169,13 +183,16 @@ TEST_CASE("moved bodies have the samples of a world that was made where they are
         const auto other = by_key.find(s.key);
         if (other == by_key.end()) continue;
         const auto& o = other->second;
-        const bool same = glm::length(place(s) - place(o)) < 5e-9 && glm::length(normal(s) - normal(o)) < 1e-5 && s.hidden == o.hidden &&
-                          std::abs(s.radiance - o.radiance) <= 1e-4f * (0.1f + o.radiance) && std::abs(s.tilt_x - o.tilt_x) < 1e-2f;
+        const bool same = glm::length(place(s) - place(o)) < 5e-9 &&
+                          glm::length(normal(s) - normal(o)) < 1e-5 && s.hidden == o.hidden &&
+                          std::abs(s.radiance - o.radiance) <= 1e-4f * (0.1f + o.radiance) &&
+                          std::abs(s.tilt_x - o.tilt_x) < 1e-2f;
         alike += same;
         squares += same ? double(s.z - o.z) * double(s.z - o.z) : 0.0;
       }
       const double rms_nm = 1e9 * std::sqrt(squares / std::max(1, alike));
-      INFO("motions " << kind << ": " << alike << " of " << table.count << ", depths off by " << rms_nm << " nm rms");
+      INFO("motions " << kind << ": " << alike << " of " << table.count << ", depths off by "
+                      << rms_nm << " nm rms");
       CHECK(alike >= table.count * 97 / 100);
       CHECK(rms_nm <= 0.25);  // measured up to 0.12
     }
@@ -186,13 +203,18 @@ TEST_CASE("moved bodies have the samples of a world that was made where they are
 bool turns_away(std::int32_t facing, const device::Body& body) {
   int along = 0;
   for (int i = 0; i < 3; ++i) along += device::facing_axis(facing, i) * body.view[i];
-  return device::facing_spread(facing) > 0 && 2 * along > VIEW_STEPS * device::facing_spread(facing) + body.view_margin;
+  return device::facing_spread(facing) > 0 &&
+         2 * along > VIEW_STEPS * device::facing_spread(facing) + body.view_margin;
 }
 
-TEST_CASE("what a facing's bits say turns away does, seen from the eye to anywhere in the body, and little else is kept") {
+TEST_CASE(
+    "what a facing's bits say turns away does, seen from the eye to anywhere in the body, and "
+    "little else is kept") {
   Random random(5);
   const auto direction = [&] {
-    return glm::normalize(dvec3(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)) + dvec3(1e-9));
+    return glm::normalize(
+        dvec3(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)) +
+        dvec3(1e-9));
   };
   int away = 0, wanted = 0;
   for (int i = 0; i < 100000; ++i) {
@@ -203,14 +225,17 @@ TEST_CASE("what a facing's bits say turns away does, seen from the eye to anywhe
     const double radius = uniform(random, 0, 1);
     device::Body body{};
     set_view(body, middle, radius, eye);
-    const dvec3 normal = glm::normalize(facing.axis + direction() * facing.spread * 0.999), place = middle + direction() * radius;
+    const dvec3 normal = glm::normalize(facing.axis + direction() * facing.spread * 0.999),
+                place = middle + direction() * radius;
     // Of unit length, and within the spread.
     if (!(glm::length(normal - facing.axis) <= facing.spread)) continue;
     const bool is_away = turns_away(bits, body);
     if (is_away) REQUIRE(glm::dot(normal, place - eye) > 0);
     // Everything turns away by more than what the bits round.
     const double distance = glm::length(middle - eye);
-    wanted += glm::dot(facing.axis, middle - eye) > (facing.spread + 0.04) * distance + 1.2 * radius && radius < 0.5 * distance;
+    wanted +=
+        glm::dot(facing.axis, middle - eye) > (facing.spread + 0.04) * distance + 1.2 * radius &&
+        radius < 0.5 * distance;
     away += is_away;
   }
   CHECK(wanted > 10000);
@@ -224,7 +249,8 @@ TEST_CASE("what turns away holds nothing but inner sides of closed meshes, and m
     const auto nodes = arrays.tree.nodes.read();
     const auto triangles = arrays.tree.triangles.read();
     const auto corners = reference::corners_of(arrays.tree);
-    for (const dvec3 eye : {dvec3(0, 0, -10e-3), dvec3(5e-3, 2e-3, 1e-3), dvec3(-0.1e-3, 9e-3, -8e-3)}) {
+    for (const dvec3 eye :
+         {dvec3(0, 0, -10e-3), dvec3(5e-3, 2e-3, 1e-3), dvec3(-0.1e-3, 9e-3, -8e-3)}) {
       double inner = 0;
       auto body = arrays.tree.bodies.read()[0];
       set_view(body, dvec3(0), 0.8e-3, eye);
@@ -238,7 +264,8 @@ TEST_CASE("what turns away holds nothing but inner sides of closed meshes, and m
       // Triangles below a child, and whether all of it turns away as kernels/scene/bvh.h says.
       const std::function<void(std::int32_t, bool)> visit = [&](std::int32_t place, bool above) {
         const auto& n = nodes[static_cast<std::size_t>(place)];
-        const auto look_at = [&](const float* min, const float* max, std::int32_t child, std::int32_t count) {
+        const auto look_at = [&](const float* min, const float* max, std::int32_t child,
+                                 std::int32_t count) {
           if (min[0] > max[0]) return;
           const bool away = above || turns_away(count, body);
           if (BVH_COUNT(count) == 0) return visit(child, away);

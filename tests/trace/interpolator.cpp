@@ -31,13 +31,15 @@ Plan small_plan(glm::ivec2 size) {
 
 WrpAxis every(const Plan& plan, int axis) { return {plan.size[axis], plan.pitch_m[axis], 0}; }
 
-/// Spherical waves that converge to places in the hologram's window and its cone's edge, as they cross the WRP at (x, y).
+/// Spherical waves that converge to places in the hologram's window and its cone's edge, as they
+/// cross the WRP at (x, y).
 Complex converging(const Plan& plan, double x_m, double y_m) {
   const auto reach = plan.fan * plan.window_m() / 2.0;
   Complex sum = 0;
   for (int i = 0; i < 9; ++i) {
     const double to_x_m = (i * 2 % 9 / 4.0 - 1) * reach.x, to_y_m = (i / 4.0 - 1) * reach.y;
-    const double turns = -std::hypot(x_m - to_x_m, y_m - to_y_m, plan.slabs[0].distance_m) / plan.wavelength_m;
+    const double turns =
+        -std::hypot(x_m - to_x_m, y_m - to_y_m, plan.slabs[0].distance_m) / plan.wavelength_m;
     sum += std::polar(1.0, 2 * std::numbers::pi * (turns - std::round(turns) + 0.37 * i * i));
   }
   return sum;
@@ -57,15 +59,20 @@ std::vector<std::complex<float>> sampled(const Plan& plan, const WrpAxes& axes) 
   return field;
 }
 
-std::vector<std::complex<float>> refined(const cl::Device& device, const Plan& plan, const std::vector<std::complex<float>>& stack,
-                                         int frame) {
+std::vector<std::complex<float>> refined(const cl::Device& device, const Plan& plan,
+                                         const std::vector<std::complex<float>>& stack, int frame) {
   const cl::ComplexBuffer coarse(device, stack, "gathered");
-  cl::ComplexBuffer fine(device, std::vector<std::complex<float>>(static_cast<std::size_t>(plan.size.x * plan.size.y), {7, 7}), "refined");
+  cl::ComplexBuffer fine(
+      device,
+      std::vector<std::complex<float>>(static_cast<std::size_t>(plan.size.x * plan.size.y), {7, 7}),
+      "refined");
   Refiner(device).refine(plan, plan.wrps[0], coarse, frame, fine);
   return fine.read();
 }
 
-TEST_CASE("converging waves are made from fewer columns, rows or both to a part in a thousand, in every frame") {
+TEST_CASE(
+    "converging waves are made from fewer columns, rows or both to a part in a thousand, in every "
+    "frame") {
   // Of 9 columns or rows more are needed for the sums than are saved.
   for (const glm::ivec2 size : {glm::ivec2(9, 400), {403, 9}, {403, 300}}) {
     auto plan = small_plan(size);
@@ -79,10 +86,12 @@ TEST_CASE("converging waves are made from fewer columns, rows or both to a part 
       const auto field = sampled(plan, axes);
       stack.insert(stack.end(), field.begin(), field.end());
       for (const auto& found : test::all_devices()) {
-        for (const int lanes : {found.info().float_lanes, 1}) {  // as GPUs, one sample per work-item
+        // As GPUs, one sample per work-item
+        for (const int lanes : {found.info().float_lanes, 1}) {
           auto info = found.info();
           info.float_lanes = lanes;
-          const double error = relative_error(to_double(refined(cl::Device(info), plan, stack, 1)), wanted);
+          const double error =
+              relative_error(to_double(refined(cl::Device(info), plan, stack, 1)), wanted);
           INFO(info.name << ", " << lanes << " lanes: error " << error);
           CHECK(error < 1.5e-3);
         }
@@ -91,14 +100,19 @@ TEST_CASE("converging waves are made from fewer columns, rows or both to a part 
   }
 }
 
-TEST_CASE("columns and rows are as many as the light's band needs, and all of the hologram's where that saves little") {
+TEST_CASE(
+    "columns and rows are as many as the light's band needs, and all of the hologram's where that "
+    "saves little") {
   auto plan = small_plan({300, 400});
   plan.wrps[0].centre_m = {0, 0, 60e-3};
-  const auto axes = [&](double oversampling) { return axes_for_band(plan, plan.slabs[0], oversampling); };
+  const auto axes = [&](double oversampling) {
+    return axes_for_band(plan, plan.slabs[0], oversampling);
+  };
   for (const int axis : {0, 1}) {
     CAPTURE(axis);
     // Half the cone over wavelength and distance, twice, and 14 for the sums.
-    const double half_band = 1.2 * plan.window_m()[axis] / 2 / (638e-9 * 60e-3), length = (plan.size[axis] - 1) * 4e-6;
+    const double half_band = 1.2 * plan.window_m()[axis] / 2 / (638e-9 * 60e-3),
+                 length = (plan.size[axis] - 1) * 4e-6;
     const auto at = static_cast<std::size_t>(axis);
     CHECK(std::abs(axes(1.5)[at].count - (length * 2 * half_band * 1.5 + 15)) < 3);
     CHECK_FALSE(axes(100)[at].refines());
@@ -132,8 +146,10 @@ TEST_CASE("what fewer columns and rows cost the hologram is predicted within a f
     const auto scene_with = [&](const char* oversampling) {
       return load_scene(
           RAYWAVE_DATA_DIR "/study.toml",
-          {"sampling.frames=2", "wrp.padding=1.5", std::string("hologram.resolution=") + c.resolution, std::string("wrp.grid=") + c.grid,
-           std::string("wrp.distance=") + c.distance, std::string("wrp.oversampling=") + oversampling});
+          {"sampling.frames=2", "wrp.padding=1.5",
+           std::string("hologram.resolution=") + c.resolution, std::string("wrp.grid=") + c.grid,
+           std::string("wrp.distance=") + c.distance,
+           std::string("wrp.oversampling=") + oversampling});
     };
     for (const auto& device : test::all_devices()) {
       const auto wanted = render(device, scene_with("full"));
@@ -141,9 +157,12 @@ TEST_CASE("what fewer columns and rows cost the hologram is predicted within a f
       for (const char* oversampling : {"1.25", "1.5", "2"}) {
         const auto got = render(device, scene_with(oversampling));
         const auto size = got.plan.gathered_size(got.plan.slabs[0]);
-        const double error = relative_error(to_double(got.field.samples), to_double(wanted.field.samples));
-        INFO(device.info().name << ", " << c.resolution << ", WRPs at " << c.distance << ", oversampling " << oversampling << ", " << size.x
-                                << " x " << size.y << " pixels: error " << error << ", predicted " << got.plan.oversampling_error);
+        const double error =
+            relative_error(to_double(got.field.samples), to_double(wanted.field.samples));
+        INFO(device.info().name << ", " << c.resolution << ", WRPs at " << c.distance
+                                << ", oversampling " << oversampling << ", " << size.x << " x "
+                                << size.y << " pixels: error " << error << ", predicted "
+                                << got.plan.oversampling_error);
         if (oversampling == std::string("1.5")) {
           CHECK(got.plan.slabs[0].axes[0].refines() == c.columns);
           CHECK(got.plan.slabs[0].axes[1].refines() == c.rows);

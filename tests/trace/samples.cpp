@@ -44,11 +44,12 @@ std::uint32_t cell_key(std::int32_t i, std::int32_t j, std::int32_t k) {
   return h ^ (h >> 15);
 }
 
-/// What holds for every table: sums of counts, places on their rays, order, normals, weights and keys. `off_m`: how far floats may leave a
-/// sample from its ray.
+/// What holds for every table: sums of counts, places on their rays, order, normals, weights and
+/// keys. `off_m`: how far floats may leave a sample from its ray.
 void check_table(const Rig& rig, double off_m) {
-  REQUIRE(rig.first_of_cell.size() ==
-          static_cast<std::size_t>(rig.plan.lattice.size.x) * static_cast<std::size_t>(rig.plan.lattice.size.y) + 1);
+  REQUIRE(rig.first_of_cell.size() == static_cast<std::size_t>(rig.plan.lattice.size.x) *
+                                              static_cast<std::size_t>(rig.plan.lattice.size.y) +
+                                          1);
   REQUIRE(rig.first_of_cell.front() == 0);
   REQUIRE(rig.first_of_cell.back() == rig.table.count);
   REQUIRE(std::is_sorted(rig.first_of_cell.begin(), rig.first_of_cell.end()));
@@ -68,7 +69,8 @@ void check_table(const Rig& rig, double off_m) {
       away += dot(normal(s), p) >= 0;
       unordered += layer > 0 && layers[layer - 1].z >= s.z;
       const auto c = static_cast<int>(cell);
-      other_keys += s.key != cell_key(rig.plan.lattice.first.x + c % nx, rig.plan.lattice.first.y + c / nx, static_cast<int>(layer));
+      other_keys += s.key != cell_key(rig.plan.lattice.first.x + c % nx,
+                                      rig.plan.lattice.first.y + c / nx, static_cast<int>(layer));
     }
   }
   CHECK(off_ray < off_m);
@@ -87,7 +89,8 @@ struct Distance {
 Distance ray_to_sphere(dvec2 t, dvec3 centre, double radius) {
   const auto d = normalize(dvec3(t, 1));
   const double along = dot(centre, d), across = length(centre - along * d);
-  return {across, across < radius ? (along - std::sqrt(radius * radius - across * across)) * d.z : 0};
+  return {across,
+          across < radius ? (along - std::sqrt(radius * radius - across * across)) * d.z : 0};
 }
 
 /// Places, keys and lights of both tables agree.
@@ -105,8 +108,8 @@ void check_same(const Rig& a, const Rig& b, double tolerance_m) {
   CHECK(a.lit == b.lit);
 }
 
-/// A frontal plane of n x n squares whose inner corners lie on lattice rays: pitch p at its own depth, corners at odd multiples of p / 2; n
-/// is even.
+/// A frontal plane of n x n squares whose inner corners lie on lattice rays: pitch p at its own
+/// depth, corners at odd multiples of p / 2; n is even.
 Surface on_lattice(double z, double p, int n) {
   return grid(n, n, [=](double s, double t) {
     const auto at = [&](double share) {
@@ -120,12 +123,15 @@ Surface on_lattice(double z, double p, int n) {
 
 }  // namespace
 
-TEST_CASE("samples of a sphere before a plane lie where the lattice's rays pierce them, once each, near to far") {
+TEST_CASE(
+    "samples of a sphere before a plane lie where the lattice's rays pierce them, once each, near "
+    "to far") {
   const double radius = 0.45e-3, half = 0.6137e-3;
   const dvec3 middle(0.1e-3, -0.05e-3, 19e-3);
   const double plane_z = 19.5e-3;
   Stage stage;
-  stage.add(sphere(middle, radius, 140)).add(rectangle({0, 0, plane_z}, {half, 0, 0}, {0, half, 0}));
+  stage.add(sphere(middle, radius, 140))
+      .add(rectangle({0, 0, plane_z}, {half, 0, 0}, {0, half, 0}));
   for (const auto& device : all_devices()) {
     const Rig rig(device, stage);
     check_table(rig, 5e-9);
@@ -170,7 +176,8 @@ TEST_CASE("samples of a sphere before a plane lie where the lattice's rays pierc
   }
 }
 
-TEST_CASE("every layer of open meshes is kept, from closed ones the outsides only, for either winding") {
+TEST_CASE(
+    "every layer of open meshes is kept, from closed ones the outsides only, for either winding") {
   const double half = 0.31e-3;
   const auto front = rectangle({0, 0, 20e-3}, {half, 0, 0}, {0, half, 0});
   const auto back = rectangle({0, 0, 20.4e-3}, {half, 0, 0}, {0, half, 0});
@@ -185,9 +192,11 @@ TEST_CASE("every layer of open meshes is kept, from closed ones the outsides onl
     std::map<int, int> of_object;
     for (const auto& s : rig.samples) {
       ++of_object[rig.object_of(s)];
-      if (rig.object_of(s) == 2) CHECK(s.z + rig.plan.origin_m.z == Catch::Approx(20.6e-3).epsilon(1e-6));
+      if (rig.object_of(s) == 2)
+        CHECK(s.z + rig.plan.origin_m.z == Catch::Approx(20.6e-3).epsilon(1e-6));
     }
-    // Rays inside the first plane's square meet both planes; the front of the box (0.2 mm at 20.6 mm) is the only outside seen.
+    // Rays inside the first plane's square meet both planes; the front of the box (0.2 mm at 20.6
+    // mm) is the only outside seen.
     const auto rays_within = [&](double half_m, double z) {
       int n = 0;
       for (std::size_t cell = 0; cell < cells(rig); ++cell) {
@@ -211,12 +220,15 @@ TEST_CASE("one sample where a ray meets a shared edge or corner, and where layer
     cut.add(on_lattice(z, p, n));
     const double half = (n / 2 - 0.3) * p;
     whole.add(rectangle({0, 0, z}, {half, 0, 0}, {0, half, 0}));
-    doubled.add(on_lattice(z, p, n)).add(on_lattice(z, p, n)).add(rectangle({0, 0, z}, {half, 0, 0}, {0, half, 0}));
+    doubled.add(on_lattice(z, p, n))
+        .add(on_lattice(z, p, n))
+        .add(rectangle({0, 0, z}, {half, 0, 0}, {0, half, 0}));
     for (const auto& device : all_devices()) {
       const Rig a(device, cut), b(device, whole), c(device, doubled);
       check_table(a, 5e-9);
       int most = 0;
-      for (std::size_t cell = 0; cell < cells(a); ++cell) most = std::max(most, static_cast<int>(samples_of(a, cell).size()));
+      for (std::size_t cell = 0; cell < cells(a); ++cell)
+        most = std::max(most, static_cast<int>(samples_of(a, cell).size()));
       CHECK(most == 1);
       CHECK(a.samples.size() > 300);
       check_same(a, b, 1e-8);
@@ -225,7 +237,9 @@ TEST_CASE("one sample where a ray meets a shared edge or corner, and where layer
   }
 }
 
-TEST_CASE("antialiased samples shine for the area that an object covers, wherever its edges lie, and lie on the lattice") {
+TEST_CASE(
+    "antialiased samples shine for the area that an object covers, wherever its edges lie, and lie "
+    "on the lattice") {
   Material glowing;
   glowing.ambient = dvec3(1);
   glowing.diffuse = dvec3(0);
@@ -264,17 +278,23 @@ TEST_CASE("of a wall seen nearly edge-on, one sample in each cell shines for all
   for (const double slope_deg : {75.0, 84.0, 87.0}) {
     const double slope = slope_deg * std::numbers::pi / 180;
     Stage stage;
-    stage.add(rectangle({0, 0, 20e-3}, dvec3(std::cos(slope), 0, std::sin(slope)) * 4e-3, {0, 0.4e-3, 0}), glowing);
+    stage.add(
+        rectangle({0, 0, 20e-3}, dvec3(std::cos(slope), 0, std::sin(slope)) * 4e-3, {0, 0.4e-3, 0}),
+        glowing);
     stage.scene.sampling.antialias = 4;
     for (const auto& device : all_devices()) {
       const Rig rig(device, stage);
       const auto size = rig.plan.lattice.size;
-      const auto at = [&](int x, int y) { return samples_of(rig, static_cast<std::size_t>(y * size.x + x)); };
+      const auto at = [&](int x, int y) {
+        return samples_of(rig, static_cast<std::size_t>(y * size.x + x));
+      };
       int inner = 0;
       double light = 0;
       for (int y = 2; y + 2 < size.y; ++y) {
         for (int x = 2; x + 2 < size.x; ++x) {  // away from edges
-          if (at(x - 2, y).empty() || at(x + 2, y).empty() || at(x, y - 2).empty() || at(x, y + 2).empty()) continue;
+          if (at(x - 2, y).empty() || at(x + 2, y).empty() || at(x, y - 2).empty() ||
+              at(x, y + 2).empty())
+            continue;
           INFO(device.info().name << ", slope " << slope_deg << ", cell " << x << ", " << y);
           const auto samples = at(x, y);
           CHECK(samples[0].radiance == Catch::Approx(1).epsilon(1e-5));
@@ -283,12 +303,14 @@ TEST_CASE("of a wall seen nearly edge-on, one sample in each cell shines for all
         }
       }
       CHECK(inner >= 40);
-      CHECK(light / inner == Catch::Approx(1).margin(0.01));  // rays through the edge between the triangles may meet both
+      // Rays through the edge between the triangles may meet both
+      CHECK(light / inner == Catch::Approx(1).margin(0.01));
     }
   }
 }
 
-TEST_CASE("rims of open meshes shine no more than their cells' area, though two layers lie in each") {
+TEST_CASE(
+    "rims of open meshes shine no more than their cells' area, though two layers lie in each") {
   Material glowing;
   glowing.ambient = dvec3(1);
   glowing.diffuse = dvec3(0);
@@ -308,7 +330,8 @@ TEST_CASE("rims of open meshes shine no more than their cells' area, though two 
       // The cone that touches the ball, cut at the depth where cells are the pitch wide.
       const double tangent = 0.3 / std::sqrt(20.0 * 20.0 - 0.3 * 0.3),
                    disc = std::numbers::pi * std::pow(tangent / rig.plan.lattice.step, 2);
-      INFO(device.info().name << (closed ? ", closed: " : ", open: ") << light << " of " << disc << " cells");
+      INFO(device.info().name << (closed ? ", closed: " : ", open: ") << light << " of " << disc
+                              << " cells");
       CHECK(std::abs(light / disc - 1) < 0.01);
     }
   }
@@ -320,7 +343,8 @@ TEST_CASE("the sample set of a plane does not depend on its triangles: 2 or 20,0
     dvec3 u, v;
   };
   for (const auto& [name, u, v] :
-       {Case{"frontal", {0.6e-3, 0, 0}, {0, 0.5e-3, 0}}, Case{"tilted by 60 degrees", {0.3e-3, 0, 0.52e-3}, {0, 0.5e-3, 0}}}) {
+       {Case{"frontal", {0.6e-3, 0, 0}, {0, 0.5e-3, 0}},
+        Case{"tilted by 60 degrees", {0.3e-3, 0, 0.52e-3}, {0, 0.5e-3, 0}}}) {
     CAPTURE(name);
     // Edges away from all rays: one that a ray just touches changes its sample by a sixteenth.
     const dvec3 centre(0.2013e-3, 0.1007e-3, 20e-3);
@@ -377,12 +401,14 @@ TEST_CASE("the sample set of a plane does not depend on its triangles: 2 or 20,0
   }
 }
 
-TEST_CASE("far from the hologram, small objects keep their samples and are not hidden by themselves") {
+TEST_CASE(
+    "far from the hologram, small objects keep their samples and are not hidden by themselves") {
   for (const double z : {0.1, 1.0, 10.0}) {
     CAPTURE(z);
     Stage stage;
     stage.scene.sampling.pitch_m = 20e-6;
-    stage.add(rectangle({0, 0, z}, {0.2e-3, 0, 0.05e-3}, {0, 0.2e-3, 0})).add(sphere({0.5e-3, 0, z}, 0.2e-3, 60));
+    stage.add(rectangle({0, 0, z}, {0.2e-3, 0, 0.05e-3}, {0, 0.2e-3, 0}))
+        .add(sphere({0.5e-3, 0, z}, 0.2e-3, 60));
     Light lamp;
     lamp.direction = {0.1, 0.2, 1};
     stage.scene.lights = {lamp};
@@ -410,14 +436,18 @@ TEST_CASE("far from the hologram, small objects keep their samples and are not h
 }
 
 TEST_CASE(
-    "a part of the hologram is called blind to a sample exactly where something stands between, and samples that none sees are left out") {
+    "a part of the hologram is called blind to a sample exactly where something stands between, "
+    "and samples that none sees are left out") {
   Random random(11);
   std::vector<Stage> stages(3);
-  stages[0].add(sphere({0, 0, 19e-3}, 0.3e-3, 10)).add(rectangle({0, 0, 19.6e-3}, {0.6e-3, 0, 0}, {0, 0.6e-3, 0}));
+  stages[0]
+      .add(sphere({0, 0, 19e-3}, 0.3e-3, 10))
+      .add(rectangle({0, 0, 19.6e-3}, {0.6e-3, 0, 0}, {0, 0.6e-3, 0}));
   for (std::size_t i = 1; i < stages.size(); ++i) {
     Surface soup;
     const auto corner = [&](double size) {
-      const double x = uniform(random, -size, size), y = uniform(random, -size, size), z = uniform(random, -size, size);
+      const double x = uniform(random, -size, size), y = uniform(random, -size, size),
+                   z = uniform(random, -size, size);
       return dvec3(x, y, z);
     };
     for (int t = 0; t < 40; ++t) {
@@ -437,20 +467,24 @@ TEST_CASE(
         const auto& s = rig.samples[i];
         const auto truth = [&](int part_x, int part_y) {
           const dvec2 at = (dvec2(part_x, part_y) + 0.5) / (parts / 2.0) - 1.0;
-          return free_way(rig.corners, place(s), normal(s), rig.arrays.bias_m, hologram_centre(rig) + dvec3(at * half, 0));
+          return free_way(rig.corners, place(s), normal(s), rig.arrays.bias_m,
+                          hologram_centre(rig) + dvec3(at * half, 0));
         };
-        // Sixteen parts, no two of a group of four in one row or column, speak for all when they agree.
+        // Sixteen parts, no two of a group of four in one row or column, speak for all when they
+        // agree.
         int free = 0, unsure = 0;
         for (int a = 0; a < 4; ++a) {
           for (int b = 0; b < 4; ++b) {
-            const auto seen_there = truth(parts / 4 * a + b % (parts / 4), parts / 4 * b + a % (parts / 4));
+            const auto seen_there =
+                truth(parts / 4 * a + b % (parts / 4), parts / 4 * b + a % (parts / 4));
             free += seen_there == Seen::yes;
             unsure += seen_there == Seen::unsure;
           }
         }
         int seen_parts = 0;
         for (int part = 0; part < parts * parts; ++part) {
-          const auto seen_there = free == 0 || free == 16 ? (free == 0 ? Seen::no : Seen::yes) : truth(part % parts, part / parts);
+          const auto seen_there = free == 0 || free == 16 ? (free == 0 ? Seen::no : Seen::yes)
+                                                          : truth(part % parts, part / parts);
           const bool said = rig.sees(i, part % parts, part / parts);
           wrong += unsure == 0 && seen_there != Seen::unsure && said != (seen_there == Seen::yes);
           seen_parts += said;
@@ -461,7 +495,8 @@ TEST_CASE(
         hidden += s.hidden != 0;
         unseen += seen_parts == 0;
       }
-      INFO("samples " << rig.samples.size() << ", hidden from a part " << hidden << ", from all " << unseen);
+      INFO("samples " << rig.samples.size() << ", hidden from a part " << hidden << ", from all "
+                      << unseen);
       CHECK(wrong == 0);
       CHECK(rig.table.hidden == hidden);
       CHECK(seen > 3000);
@@ -487,7 +522,8 @@ TEST_CASE("nothing of a lone sphere is called hidden but its silhouette") {
       const auto p = place(s) + rig.plan.origin_m;
       double least = 1;
       for (const double x : {-half.x, half.x})
-        for (const double y : {-half.y, half.y}) least = std::min(least, dot(normalize(dvec3(x, y, 0) - p), (p - middle) / 0.45e-3));
+        for (const double y : {-half.y, half.y})
+          least = std::min(least, dot(normalize(dvec3(x, y, 0) - p), (p - middle) / 0.45e-3));
       wrong += s.hidden && least > std::sin(1.8 * std::numbers::pi / 180);
     }
     INFO("called hidden " << rig.table.hidden << " of " << rig.samples.size());
@@ -497,7 +533,9 @@ TEST_CASE("nothing of a lone sphere is called hidden but its silhouette") {
   }
 }
 
-TEST_CASE("radiance and lights of samples are those of Phong's model in double precision, with shadows and 40 lights") {
+TEST_CASE(
+    "radiance and lights of samples are those of Phong's model in double precision, with shadows "
+    "and 40 lights") {
   Random random(3);
   Stage stage;
   Material matt, glass;
@@ -507,7 +545,8 @@ TEST_CASE("radiance and lights of samples are those of Phong's model in double p
   glass.reflectivity = 0.25;
   glass.transparency = 0.35;
   glass.specular = dvec3(0.5);
-  stage.add(sphere({0, 0, 19e-3}, 0.3e-3, 12), matt).add(rectangle({0, 0, 19.5e-3}, {0.6e-3, 0, 0.1e-3}, {0, 0.6e-3, 0}), glass);
+  stage.add(sphere({0, 0, 19e-3}, 0.3e-3, 12), matt)
+      .add(rectangle({0, 0, 19.5e-3}, {0.6e-3, 0, 0.1e-3}, {0, 0.6e-3, 0}), glass);
   Light ambient;
   ambient.type = LightType::ambient;
   ambient.intensity = 0.7;
@@ -539,13 +578,15 @@ TEST_CASE("radiance and lights of samples are those of Phong's model in double p
         double radiance = 0.2 * 0.7;
         for (int l = 0; l < 40; ++l) {
           const auto& light = stage.scene.lights[static_cast<std::size_t>(l + 1)];
-          const auto way =
-              light.type == LightType::point ? light.position_m - rig.plan.origin_m - place(s) : -normalize(light.direction) * 0.1;
+          const auto way = light.type == LightType::point
+                               ? light.position_m - rig.plan.origin_m - place(s)
+                               : -normalize(light.direction) * 0.1;
           const double facing = dot(normalize(way), normal(s));
           bool lit = facing > 0;
           bool undecided = std::abs(facing) < 1e-5;
           if (shadows && lit) {
-            const auto way_is = free_way(rig.corners, place(s), normal(s), rig.arrays.bias_m, place(s) + way);
+            const auto way_is =
+                free_way(rig.corners, place(s), normal(s), rig.arrays.bias_m, place(s) + way);
             undecided |= way_is == Seen::unsure;
             shadowed += way_is == Seen::no;
             lit = way_is == Seen::yes;
@@ -581,9 +622,11 @@ TEST_CASE("a lattice whose rays pierce nothing gives an empty table") {
     CHECK(rig.table.hidden == 0);
     Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
     gatherer.draw_phases(1);
-    raywave::cl::ComplexBuffer field(device, std::vector<std::complex<float>>(96 * 80, {7, 7}), "field");
+    raywave::cl::ComplexBuffer field(device, std::vector<std::complex<float>>(96 * 80, {7, 7}),
+                                     "field");
     gatherer.gather(Wrp{{0, 0, 19e-3}}, field);
     const auto values = field.read();
-    CHECK(std::all_of(values.begin(), values.end(), [](auto v) { return v == std::complex<float>(0); }));
+    CHECK(std::all_of(values.begin(), values.end(),
+                      [](auto v) { return v == std::complex<float>(0); }));
   }
 }

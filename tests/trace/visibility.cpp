@@ -2,10 +2,10 @@
 // What makes a picture three-dimensional: holograms must show it as a lens in their place would.
 #include <cmath>
 
+#include "host/render.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
-#include "host/render.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
@@ -127,15 +127,21 @@ double psnr_db(const Shown& shown, const View& view) {
   return compare_pictures(shown.lens(view), shown.hologram(view), {blur_px, 8, {}}).psnr_db;
 }
 
-TEST_CASE("through the left part of the hologram one sees behind a bar what the right part hides, and the other way round") {
+TEST_CASE(
+    "through the left part of the hologram one sees behind a bar what the right part hides, and "
+    "the other way round") {
   const Folder folder;
   test::ObjText bar;
-  bar.quad({-56 * um, -0.3 * mm, 0}, {-56 * um, 0.3 * mm, 0}, {56 * um, 0.3 * mm, 0}, {56 * um, -0.3 * mm, 0});
-  const auto scene =
-      small_scene({shining(1), shining(0)}, {test::object_at(folder.write("square.obj", test::square_obj()), 0.5 * mm, {0, 0, z_focus}, 0),
-                                             test::object_at(folder.write("bar.obj", bar.text()), 112 * um, {0, 0, 5 * mm}, 1)});
-  // Seen from a, the background at x is behind the bar where |5/8 x + 3/8 a| < 56 um. A half of the hologram is 299 um wide: at x = -90 um
-  // all of the left half sees the background, and none of the right half.
+  bar.quad({-56 * um, -0.3 * mm, 0}, {-56 * um, 0.3 * mm, 0}, {56 * um, 0.3 * mm, 0},
+           {56 * um, -0.3 * mm, 0});
+  const auto scene = small_scene(
+      {shining(1), shining(0)},
+      {test::object_at(folder.write("square.obj", test::square_obj()), 0.5 * mm, {0, 0, z_focus},
+                       0),
+       test::object_at(folder.write("bar.obj", bar.text()), 112 * um, {0, 0, 5 * mm}, 1)});
+  // Seen from a, the background at x is behind the bar where |5/8 x + 3/8 a| < 56 um. A half of the
+  // hologram is 299 um wide: at x = -90 um all of the left half sees the background, and none of
+  // the right half.
   for (const auto& device : test::all_devices()) {
     const Shown shown(device, scene);
     for (const double sign : {-1.0, 1.0}) {
@@ -146,13 +152,15 @@ TEST_CASE("through the left part of the hologram one sees behind a bar what the 
       };
       const double hidden_share = ratio(shown.hologram(hidden), shown.hologram(open));
       const double lens_hidden_share = ratio(shown.lens(hidden), shown.lens(open));
-      // The hologram gathers light and the lens averages it: the whole has twice the area of a part.
+      // The hologram gathers light and the lens averages it: the whole has twice the area of a
+      // part.
       const double whole_share = ratio(shown.hologram(whole), shown.hologram(open)) / 2;
       const double lens_whole_share = ratio(shown.lens(whole), shown.lens(open));
-      INFO("side " << sign << ": hidden " << hidden_share << ", lens " << lens_hidden_share << "; whole " << whole_share << ", lens "
-                   << lens_whole_share);
+      INFO("side " << sign << ": hidden " << hidden_share << ", lens " << lens_hidden_share
+                   << "; whole " << whole_share << ", lens " << lens_whole_share);
       CHECK(lens_hidden_share < 0.06);  // 12 um from the place, some of the bar's edge is passed by
-      CHECK(hidden_share < 0.09);       // measured 0.080: visibility is known in 8 x 8 parts of the window
+      // Measured 0.080: visibility is known in 8 x 8 parts of the window
+      CHECK(hidden_share < 0.09);
       CHECK(std::abs(hidden_share - lens_hidden_share) < 0.06);
       CHECK(std::abs(whole_share - lens_whole_share) < 0.05);  // measured 0.013
     }
@@ -164,19 +172,22 @@ TEST_CASE("a highlight moves with the eye by as much as the mirror image of its 
   auto shiny = shining(0);
   shiny.specular = glm::dvec3(1);
   shiny.shininess = 4000;
-  auto scene = small_scene({shiny}, {test::object_at(folder.write("square.obj", test::square_obj()), 0.58 * mm, {0, 0, z_focus})});
+  auto scene = small_scene({shiny}, {test::object_at(folder.write("square.obj", test::square_obj()),
+                                                     0.58 * mm, {0, 0, z_focus})});
   Light light;
   light.type = LightType::point;
   light.position_m = {10 * um, -15 * um, 4 * mm};
   scene.lights = {light};
   scene.sampling.frames = 64;  // the highlight is few speckles wide
-  // The light's mirror image stands at 12 mm: the line to it from an eye at a meets the mirror at a / 3.
+  // The light's mirror image stands at 12 mm: the line to it from an eye at a meets the mirror at a
+  // / 3.
   const double expected = (right.centre.x - left.centre.x) * side / 2 / 3;
   for (const auto& device : test::all_devices()) {
     const Shown shown(device, scene);
     const auto moved = centroid(shown.hologram(right)) - centroid(shown.hologram(left));
     const auto lens_moved = centroid(shown.lens(right)) - centroid(shown.lens(left));
-    INFO("moved by " << moved.x / um << ", " << moved.y / um << " um, lens " << lens_moved.x / um << ", " << lens_moved.y / um << " um");
+    INFO("moved by " << moved.x / um << ", " << moved.y / um << " um, lens " << lens_moved.x / um
+                     << ", " << lens_moved.y / um << " um");
     CHECK(std::abs(lens_moved.x - expected) < 5 * um);
     CHECK(std::abs(moved.x - lens_moved.x) < 2.5 * pitch);  // measured 1.7
     CHECK(std::abs(moved.y) < 2 * pitch);
@@ -188,21 +199,28 @@ TEST_CASE("a shadow ends where the light's direction puts it") {
   const auto square = folder.write("square.obj", test::square_obj());
   auto white = shining(0);
   white.diffuse = glm::dvec3(1);
-  auto scene = small_scene({white, shining(0)}, {test::object_at(square, 0.58 * mm, {0, 0, z_focus}, 0),
-                                                 test::object_at(square, 0.2 * mm, {-0.15 * mm, 0, z_focus - 0.4 * mm}, 1)});
+  auto scene =
+      small_scene({white, shining(0)},
+                  {test::object_at(square, 0.58 * mm, {0, 0, z_focus}, 0),
+                   test::object_at(square, 0.2 * mm, {-0.15 * mm, 0, z_focus - 0.4 * mm}, 1)});
   scene.trace.shadows = true;
   for (const double slope : {0.5, 0.4}) {
     Light light;
     light.direction = {slope, 0, 1};
     scene.lights = {light};
-    const double expected = -0.05 * mm + slope * 0.4 * mm;  // of the edge at -0.05 mm, on the plane 0.4 mm behind it
+    // Of the edge at -0.05 mm, on the plane 0.4 mm behind it
+    const double expected = -0.05 * mm + slope * 0.4 * mm;
     for (const auto& device : test::all_devices()) {
       const auto image = blurred(Shown(device, scene).hologram(whole), blur_px);
-      const auto strip = [&](double from, double to) { return mean_in(image, {expected + from, -60 * um}, {expected + to, 60 * um}); };
+      const auto strip = [&](double from, double to) {
+        return mean_in(image, {expected + from, -60 * um}, {expected + to, 60 * um});
+      };
       const double dark = strip(-70 * um, -30 * um), lit = strip(30 * um, 70 * um);
       // A step between dark and lit leaves the same light in the strip around it.
-      const double reach = 70 * um, edge = reach - 2 * reach * (strip(-reach, reach) - dark) / (lit - dark);
-      INFO("slope " << slope << ": edge off by " << edge / um << " um; dark " << dark << ", lit " << lit);
+      const double reach = 70 * um,
+                   edge = reach - 2 * reach * (strip(-reach, reach) - dark) / (lit - dark);
+      INFO("slope " << slope << ": edge off by " << edge / um << " um; dark " << dark << ", lit "
+                    << lit);
       CHECK(dark < 0.05 * lit);           // measured 0.017
       CHECK(std::abs(edge) < 2 * pitch);  // measured 0.9
     }
@@ -213,7 +231,9 @@ TEST_CASE("a plane tilted by 60 degrees shows its pattern as the lens sees it") 
   const Folder folder;
   auto pattern = shining(1);
   pattern.texture = checkers(folder, 4, 4);
-  auto scene = small_scene({pattern}, {test::object_at(folder.write("square.obj", test::square_obj()), 0.48 * mm, {0, 0, z_focus})});
+  auto scene =
+      small_scene({pattern}, {test::object_at(folder.write("square.obj", test::square_obj()),
+                                              0.48 * mm, {0, 0, z_focus})});
   scene.objects[0].rotation_deg = {60, 0, 0};
   for (const auto& device : test::all_devices()) {
     const Shown shown(device, scene);
@@ -226,8 +246,9 @@ TEST_CASE("a textured ball shows its pattern as the lens sees it") {
   const Folder folder;
   auto pattern = shining(1);
   pattern.texture = checkers(folder, 12, 6);
-  auto scene = small_scene({pattern},
-                           {test::object_at(std::filesystem::path(RAYWAVE_DATA_DIR) / "ball.ply", 0.48 * mm, {0, 0, z_focus + 0.2 * mm})});
+  auto scene =
+      small_scene({pattern}, {test::object_at(std::filesystem::path(RAYWAVE_DATA_DIR) / "ball.ply",
+                                              0.48 * mm, {0, 0, z_focus + 0.2 * mm})});
   scene.objects[0].rotation_deg = {20, 10, 0};
   for (const auto& device : test::all_devices()) {
     const Shown shown(device, scene);

@@ -21,7 +21,8 @@ using std::numbers::pi;
 
 constexpr double eps = std::numeric_limits<float>::epsilon();
 
-FieldStack field_of(int nx, int ny, const std::function<std::complex<double>(int x, int y)>& value) {
+FieldStack field_of(int nx, int ny,
+                    const std::function<std::complex<double>(int x, int y)>& value) {
   FieldStack field{nx, ny, 1, {}};
   for (int y = 0; y < ny; ++y)
     for (int x = 0; x < nx; ++x) field.samples.emplace_back(value(x, y));
@@ -29,7 +30,9 @@ FieldStack field_of(int nx, int ny, const std::function<std::complex<double>(int
 }
 
 /// Unit samples; modes of different numbers are orthogonal.
-std::complex<double> mode(int number, int x, int nx) { return std::polar(1.0, 2 * pi * number * x / nx); }
+std::complex<double> mode(int number, int x, int nx) {
+  return std::polar(1.0, 2 * pi * number * x / nx);
+}
 
 FieldStack random_field(int nx, int ny, unsigned seed) {
   std::mt19937 random(seed);
@@ -56,7 +59,8 @@ Image random_image(int width, int height, unsigned seed) {
 }
 
 double mean_of(const Image& image) {
-  return std::accumulate(image.pixels.begin(), image.pixels.end(), 0.0) / static_cast<double>(image.pixels.size());
+  return std::accumulate(image.pixels.begin(), image.pixels.end(), 0.0) /
+         static_cast<double>(image.pixels.size());
 }
 
 /// Pixel of the picture continued by mirrors at its edges, found by walking.
@@ -65,7 +69,8 @@ double mirrored_pixel(const Image& image, int x, int y) {
     while (i < 0 || i >= n) i = i < 0 ? -1 - i : 2 * n - 1 - i;
     return i;
   };
-  return image.pixels[static_cast<std::size_t>(fold(y, image.height)) * image.width + fold(x, image.width)];
+  return image
+      .pixels[static_cast<std::size_t>(fold(y, image.height)) * image.width + fold(x, image.width)];
 }
 
 /// What an InputError says; empty when there is none.
@@ -78,9 +83,12 @@ std::string message_of(const std::function<void()>& call) {
   return {};
 }
 
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
 
-TEST_CASE("a field turned by a phase correlates with itself by 1, and only the raw error sees the turn") {
+TEST_CASE(
+    "a field turned by a phase correlates with itself by 1, and only the raw error sees the turn") {
   for (const auto& a : {random_field(17, 12, 1), random_field(1, 1, 2)}) {
     for (const double angle : {0.0, 0.3, pi / 2, pi}) {
       const auto c = compare_fields(a, times(a, std::polar(1.0, angle)));
@@ -92,7 +100,9 @@ TEST_CASE("a field turned by a phase correlates with itself by 1, and only the r
   }
 }
 
-TEST_CASE("a field scaled has the square of the scale as energy ratio, also at the ends of float's range") {
+TEST_CASE(
+    "a field scaled has the square of the scale as energy ratio, also at the ends of float's "
+    "range") {
   for (const double unit : {1e-30, 1.0, 1e30}) {
     const auto a = times(random_field(9, 7, 3), unit);
     const auto c = compare_fields(a, times(a, std::complex(0.0, 3.0)));
@@ -103,11 +113,14 @@ TEST_CASE("a field scaled has the square of the scale as energy ratio, also at t
   }
 }
 
-TEST_CASE("a field at angle t to another correlates by cos t, and is wrong by sin t however scaled") {
+TEST_CASE(
+    "a field at angle t to another correlates by cos t, and is wrong by sin t however scaled") {
   const int nx = 32, ny = 5;
   const auto a = field_of(nx, ny, [](int x, int) { return mode(1, x, nx); });
   for (const double t : {1e-3, 0.4, 1.2, pi / 2}) {
-    const auto b = field_of(nx, ny, [&](int x, int) { return std::cos(t) * mode(1, x, nx) + std::sin(t) * mode(4, x, nx); });
+    const auto b = field_of(nx, ny, [&](int x, int) {
+      return std::cos(t) * mode(1, x, nx) + std::sin(t) * mode(4, x, nx);
+    });
     const auto c = compare_fields(a, b);
     CHECK(c.correlation == Approx(std::cos(t)).margin(eps));
     CHECK(c.error_scaled == Approx(std::sin(t)).margin(eps));
@@ -140,19 +153,23 @@ TEST_CASE("a hologram of levels correlates with the phase it was made of by sinc
   const int n = 256 * 64;  // the phase runs evenly through 64 places in each level
   const auto phase = [](int x) { return (x + 0.5) / n; };
   const auto exact = field_of(n, 1, [&](int x, int) { return std::polar(1.0, 2 * pi * phase(x)); });
-  const auto levels = image_of(n, 1, [&](int x, int) { return static_cast<int>(std::lround(phase(x) * 256)) % 256 / 255.0; });
+  const auto levels = image_of(n, 1, [&](int x, int) {
+    return static_cast<int>(std::lround(phase(x) * 256)) % 256 / 255.0;
+  });
   const double sinc = std::sin(pi / 256) / (pi / 256);
   CHECK(compare_fields(exact, field_of_levels(levels)).correlation == Approx(sinc).margin(eps));
 }
 
 TEST_CASE("PSNR of a picture that is off by d is 20 log10(peak / d), whatever the scale of B") {
   const double d = 0.01;
-  const auto a = image_of(24, 10, [&](int x, int y) { return 1 + ((x + y) % 2 ? d : -d); });  // the error is orthogonal to B = 1
+  // The error is orthogonal to B = 1
+  const auto a = image_of(24, 10, [&](int x, int y) { return 1 + ((x + y) % 2 ? d : -d); });
   for (const double scale : {1e-12, 1.0, 3e7}) {
     const auto c = compare_pictures(a, image_of(24, 10, [&](int, int) { return scale; }));
     CHECK(c.psnr_db == Approx(20 * std::log10((1 + d) / d)).epsilon(1e-5));
     CHECK(c.scale * scale == Approx(1).epsilon(1e-6));
-    for (int i = 0; i < 24; ++i) CHECK(c.difference.pixels[i] == Approx(i % 2 ? -d : d).epsilon(1e-5));
+    for (int i = 0; i < 24; ++i)
+      CHECK(c.difference.pixels[i] == Approx(i % 2 ? -d : d).epsilon(1e-5));
   }
 }
 
@@ -186,7 +203,8 @@ TEST_CASE("the border counts in no figure but a region's") {
   CHECK(got.contrast_a == expected.contrast_a);
   CHECK(got.difference.width == 20);
   CHECK(got.difference.pixels == expected.difference.pixels);
-  const auto corner = compare_pictures(framed(clean_a, 50), framed(clean_b, 1), {0, border, Region{0, 0, border, border}});
+  const auto corner = compare_pictures(framed(clean_a, 50), framed(clean_b, 1),
+                                       {0, border, Region{0, 0, border, border}});
   CHECK(corner.contrast_a == Approx(0).margin(1e-12));
 }
 
@@ -200,10 +218,12 @@ TEST_CASE("a blurred cosine keeps exp(-(sigma w)^2 / 2) of its swing, and PSNR s
     const double left = swing * std::exp(-sigma * sigma * w * w / 2);
     const auto b = blurred(a, sigma);
     for (int x = 0; x < n; ++x)
-      CHECK(b.pixels[x] - 1 == Approx(left * std::cos(w * (x + 0.5))).margin(swing * 2e-4));  // 4 sigma hold all but 6e-5
+      // 4 sigma hold all but 6e-5
+      CHECK(b.pixels[x] - 1 == Approx(left * std::cos(w * (x + 0.5))).margin(swing * 2e-4));
     double peak = 0;
     for (int x = 0; x < n; ++x) peak = std::max(peak, 1 + left * std::cos(w * (x + 0.5)));
-    CHECK(compare_pictures(a, flat, {sigma, 0, {}}).psnr_db == Approx(20 * std::log10(peak * std::sqrt(2) / left)).margin(0.01));
+    CHECK(compare_pictures(a, flat, {sigma, 0, {}}).psnr_db ==
+          Approx(20 * std::log10(peak * std::sqrt(2) / left)).margin(0.01));
   }
 }
 
@@ -213,7 +233,8 @@ TEST_CASE("the blur of a point is the Gaussian, cut off at 4 sigma, mirrored at 
     double sum = 0;
     for (int i = -reach; i <= reach; ++i) sum += std::exp(-i * i / (2 * sigma * sigma));
     for (const auto& [px, py] : {std::pair(20, 15), {0, 0}, {40, 29}, {2, 28}}) {
-      const auto point = image_of(41, 30, [px = px, py = py](int x, int y) { return x == px && y == py; });
+      const auto point =
+          image_of(41, 30, [px = px, py = py](int x, int y) { return x == px && y == py; });
       const auto got = blurred(point, sigma);
       double worst = 0;
       for (int y = 0; y < 30; ++y) {
@@ -221,8 +242,10 @@ TEST_CASE("the blur of a point is the Gaussian, cut off at 4 sigma, mirrored at 
           double expected = 0;
           for (int j = -reach; j <= reach; ++j)
             for (int i = -reach; i <= reach; ++i)
-              expected += mirrored_pixel(point, x + i, y + j) * std::exp(-(i * i + j * j) / (2 * sigma * sigma)) / (sum * sum);
-          worst = std::max(worst, std::abs(got.pixels[static_cast<std::size_t>(y) * 41 + x] - expected));
+              expected += mirrored_pixel(point, x + i, y + j) *
+                          std::exp(-(i * i + j * j) / (2 * sigma * sigma)) / (sum * sum);
+          worst = std::max(worst,
+                           std::abs(got.pixels[static_cast<std::size_t>(y) * 41 + x] - expected));
         }
       }
       INFO("sigma " << sigma << ", point (" << px << ", " << py << ")");
@@ -231,16 +254,20 @@ TEST_CASE("the blur of a point is the Gaussian, cut off at 4 sigma, mirrored at 
   }
 }
 
-TEST_CASE("the blur keeps the mean, also when wider than the picture, and changes nothing at sigma 0") {
-  for (const auto& image : {random_image(37, 22, 4), random_image(1, 9, 5), random_image(1, 1, 6)}) {
-    for (const double sigma : {0.3, 2.0, 50.0, 1000.0}) CHECK(mean_of(blurred(image, sigma)) == Approx(mean_of(image)).epsilon(eps));
+TEST_CASE(
+    "the blur keeps the mean, also when wider than the picture, and changes nothing at sigma 0") {
+  for (const auto& image :
+       {random_image(37, 22, 4), random_image(1, 9, 5), random_image(1, 1, 6)}) {
+    for (const double sigma : {0.3, 2.0, 50.0, 1000.0})
+      CHECK(mean_of(blurred(image, sigma)) == Approx(mean_of(image)).epsilon(eps));
     CHECK(blurred(image, 0).pixels == image.pixels);
   }
   const auto wide = blurred(random_image(10, 10, 7), 100);
   for (const float v : wide.pixels) CHECK(v == Approx(wide.pixels[0]).epsilon(1e-4));
 }
 
-/// SSIM after its definition: weights, means and central moments of each 11 x 11 window, one window after the other.
+/// SSIM after its definition: weights, means and central moments of each 11 x 11 window, one window
+/// after the other.
 double direct_ssim(const Image& a, const Image& b, double range) {
   double sum_of_weights = 0, total = 0;
   const auto weight = [](int i, int j) { return std::exp(-(i * i + j * j) / 4.5); };
@@ -259,7 +286,8 @@ double direct_ssim(const Image& a, const Image& b, double range) {
         }
         return sum;
       };
-      const double ma = window_mean([](double u, double) { return u; }), mb = window_mean([](double, double v) { return v; });
+      const double ma = window_mean([](double u, double) { return u; }),
+                   mb = window_mean([](double, double v) { return v; });
       const double va = window_mean([&](double u, double) { return (u - ma) * (u - ma); });
       const double vb = window_mean([&](double, double v) { return (v - mb) * (v - mb); });
       const double cov = window_mean([&](double u, double v) { return (u - ma) * (v - mb); });
@@ -280,14 +308,17 @@ TEST_CASE("SSIM is its definition's, window by window") {
     const auto c = compare_pictures(a, mixed);
     auto scaled = mixed;
     for (float& v : scaled.pixels) v = static_cast<float>(v * c.scale);
-    const double expected = direct_ssim(a, scaled, *std::max_element(a.pixels.begin(), a.pixels.end()));
-    CHECK(c.ssim == Approx(expected).margin(1e-6));  // the oracle's pixels are rounded to float once more
+    const double expected =
+        direct_ssim(a, scaled, *std::max_element(a.pixels.begin(), a.pixels.end()));
+    // The oracle's pixels are rounded to float once more
+    CHECK(c.ssim == Approx(expected).margin(1e-6));
     CHECK(c.ssim < (share == 1 ? 0.2 : 0.999));
   }
 }
 
 TEST_CASE("SSIM of two levels that are negative to each other is that of its closed form") {
-  // a = 1 +- d, b = 1 -+ d in single columns: in every window the means are 1 -+ d s and the covariance is minus the variance.
+  // a = 1 +- d, b = 1 -+ d in single columns: in every window the means are 1 -+ d s and the
+  // covariance is minus the variance.
   const double d = 0.3;
   const auto a = image_of(40, 24, [&](int x, int) { return 1 + (x % 2 ? d : -d); });
   const auto b = image_of(40, 24, [&](int x, int) { return 1 + (x % 2 ? -d : d); });
@@ -298,7 +329,8 @@ TEST_CASE("SSIM of two levels that are negative to each other is that of its clo
   double expected = 0;
   for (const double sign : {-1.0, 1.0}) {
     const double ma = 1 + sign * d * s, mb = scale * (1 - sign * d * s);
-    expected += (2 * ma * mb + c1) * (-2 * scale * variance + c2) / ((ma * ma + mb * mb + c1) * ((1 + scale * scale) * variance + c2)) / 2;
+    expected += (2 * ma * mb + c1) * (-2 * scale * variance + c2) /
+                ((ma * ma + mb * mb + c1) * ((1 + scale * scale) * variance + c2)) / 2;
   }
   CHECK(compare_pictures(a, b).ssim == Approx(expected).margin(1e-6));
 }
@@ -313,13 +345,16 @@ TEST_CASE("fully developed speckle has contrast 1, and the mean of n patterns 1/
       for (int i = 0; i < patterns; ++i) sum += intensity(random);
       return sum;
     });
-    // The estimate from N exponential samples has the relative standard deviation 1/sqrt(N) = 0.002, less for sums; five of them.
+    // The estimate from N exponential samples has the relative standard deviation 1/sqrt(N) =
+    // 0.002, less for sums; five of them.
     CHECK(speckle_contrast(image) == Approx(1 / std::sqrt(patterns)).epsilon(0.01));
   }
 }
 
 TEST_CASE("speckle contrast is that of the region alone") {
-  const auto image = image_of(12, 10, [](int x, int y) { return x >= 4 && x < 8 && y >= 2 && y < 5 ? (x % 2 ? 1.25 : 0.75) : 100.0; });
+  const auto image = image_of(12, 10, [](int x, int y) {
+    return x >= 4 && x < 8 && y >= 2 && y < 5 ? (x % 2 ? 1.25 : 0.75) : 100.0;
+  });
   CHECK(speckle_contrast(image, Region{4, 2, 4, 3}) == Approx(0.25).epsilon(1e-12));
   CHECK(speckle_contrast(image, Region{11, 9, 1, 1}) == 0);
   const auto c = compare_pictures(image, image, {0, 0, Region{4, 2, 4, 3}});
@@ -329,7 +364,8 @@ TEST_CASE("speckle contrast is that of the region alone") {
 
 TEST_CASE("colours run from blue over white to red and stay there beyond the ends") {
   const Image values{5, 1, {-9, -2, 0, 2, 9}};
-  const std::vector<std::uint8_t> expected{33, 102, 172, 33, 102, 172, 255, 255, 255, 178, 24, 43, 178, 24, 43};
+  const std::vector<std::uint8_t> expected{33,  102, 172, 33, 102, 172, 255, 255,
+                                           255, 178, 24,  43, 178, 24,  43};
   CHECK(diverging_colours(values, 2) == expected);
   CHECK(diverging_colours({1, 1, {0}}, 0) == std::vector<std::uint8_t>(3, 255));
   CHECK(diverging_colours({1, 1, {1}}, 2)[0] == 217);  // (255 + 178) / 2, rounded
@@ -337,7 +373,8 @@ TEST_CASE("colours run from blue over white to red and stay there beyond the end
 }
 
 TEST_CASE("a picture's PNG is read as linear light, its EXR as it is, and colours are refused") {
-  const auto folder = std::filesystem::temp_directory_path() / ("raywave_compare_" + std::to_string(std::random_device{}()));
+  const auto folder = std::filesystem::temp_directory_path() /
+                      ("raywave_compare_" + std::to_string(std::random_device{}()));
   const std::vector<std::uint8_t> levels{0, 10, 188, 255};
   save_png(folder / "a.png", 4, 1, levels);
   const auto png = load_grey(folder / "a.png", "");
@@ -349,7 +386,8 @@ TEST_CASE("a picture's PNG is read as linear light, its EXR as it is, and colour
   save_exr(folder / "a.exr", 4, 1, values);
   CHECK(load_grey(folder / "a.exr", "").pixels == values);
   save_png_rgb(folder / "rgb.png", 1, 1, std::vector<std::uint8_t>{1, 2, 3});
-  CHECK(contains(message_of([&] { load_grey(folder / "rgb.png", ""); }), "must be grey; it has 3 channels"));
+  CHECK(contains(message_of([&] { load_grey(folder / "rgb.png", ""); }),
+                 "must be grey; it has 3 channels"));
   std::filesystem::remove_all(folder);
 }
 
@@ -358,8 +396,11 @@ TEST_CASE("what cannot be compared is refused, with the reason") {
   auto two_frames = f;
   two_frames.frames = 2;
   two_frames.samples.resize(24);
-  const auto of_fields = [](const FieldStack& a, const FieldStack& b) { return message_of([&] { compare_fields(a, b); }); };
-  CHECK(contains(of_fields(f, random_field(3, 4, 1)), "A has 1 frame of 4 x 3, B 1 frame of 3 x 4"));
+  const auto of_fields = [](const FieldStack& a, const FieldStack& b) {
+    return message_of([&] { compare_fields(a, b); });
+  };
+  CHECK(
+      contains(of_fields(f, random_field(3, 4, 1)), "A has 1 frame of 4 x 3, B 1 frame of 3 x 4"));
   CHECK(contains(of_fields(f, two_frames), "A has 1 frame of 4 x 3, B 2 frames of 4 x 3"));
   CHECK(contains(of_fields(two_frames, two_frames), "frame 2 of A is zero"));
   CHECK(contains(of_fields(f, times(f, 0)), "frame 1 of B is zero"));
@@ -377,7 +418,12 @@ TEST_CASE("what cannot be compared is refused, with the reason") {
   for (const double sigma : {-1.0, 1001.0, std::numeric_limits<double>::quiet_NaN()})
     CHECK(contains(of_pictures(p, p, {sigma, 0, {}}), "blur: must be 0 to 1000 pixels"));
   const int most = std::numeric_limits<int>::max();
-  for (const Region& r : {Region{0, 0, 9, 1}, {7, 0, 2, 1}, {-1, 0, 2, 2}, {0, 0, 0, 1}, {0, 5, 1, most}, {most, 0, most, 1}})
+  for (const Region& r : {Region{0, 0, 9, 1},
+                          {7, 0, 2, 1},
+                          {-1, 0, 2, 2},
+                          {0, 0, 0, 1},
+                          {0, 5, 1, most},
+                          {most, 0, most, 1}})
     CHECK(contains(of_pictures(p, p, {0, 0, r}), "do not lie in the picture of 8 x 6"));
   CHECK(contains(message_of([&] { speckle_contrast(black); }), "has no light"));
 }

@@ -33,7 +33,8 @@ Material shining(double radiance) {
   return m;
 }
 
-Scene scene_of(const HologramSpec& hologram, std::vector<Material> materials, std::vector<Object> objects, int depth = 0) {
+Scene scene_of(const HologramSpec& hologram, std::vector<Material> materials,
+               std::vector<Object> objects, int depth = 0) {
   Scene scene;
   scene.hologram = hologram;
   scene.materials = std::move(materials);
@@ -69,21 +70,27 @@ const HologramSpec small_hologram{{50, 40}, {20 * um, 20 * um}, 638e-9};
 constexpr double square_z = 20 * mm, side = 0.5 * mm, radiance = 0.7;
 const glm::dvec2 centre(0.063 * mm, -0.047 * mm);
 
-Scene square_scene() { return scene_of(small_hologram, {shining(radiance)}, {object("square.ply", side, {centre.x, centre.y, square_z})}); }
+Scene square_scene() {
+  return scene_of(small_hologram, {shining(radiance)},
+                  {object("square.ply", side, {centre.x, centre.y, square_z})});
+}
 
-/// Share of a lens from a0 to a1 from which the rays through x in the plane z_m meet the square, along one axis.
+/// Share of a lens from a0 to a1 from which the rays through x in the plane z_m meet the square,
+/// along one axis.
 double share_of_lens(double x, double z_m, double a0, double a1, double square_centre) {
   const double low = square_centre - side / 2, high = square_centre + side / 2;
   const double q = square_z / z_m;  // a ray from a is at x q + a (1 - q) where the square stands
   if (q == 1) return x > low && x < high;
   const double from = (low - x * q) / (1 - q), to = (high - x * q) / (1 - q);
-  return std::max(0.0, std::min(std::max(from, to), a1) - std::max(std::min(from, to), a0)) / (a1 - a0);
+  return std::max(0.0, std::min(std::max(from, to), a1) - std::max(std::min(from, to), a0)) /
+         (a1 - a0);
 }
 
 TEST_CASE("a surface in focus shows its radiance inside and black outside, to the pixel") {
   for (const auto& device : test::all_devices()) {
     const Seen square(device, square_scene());
-    for (const std::optional<glm::dvec2> window_m : {std::optional<glm::dvec2>(), {glm::dvec2(1.22 * mm, 0.7 * mm)}}) {
+    for (const std::optional<glm::dvec2> window_m :
+         {std::optional<glm::dvec2>(), {glm::dvec2(1.22 * mm, 0.7 * mm)}}) {
       LensSpec what;
       what.z_m = square_z;
       what.window_m = window_m;
@@ -102,7 +109,9 @@ TEST_CASE("a surface in focus shows its radiance inside and black outside, to th
   }
 }
 
-TEST_CASE("an edge out of focus is a ramp as wide as the lens times the defocus, and moves with the part looked through") {
+TEST_CASE(
+    "an edge out of focus is a ramp as wide as the lens times the defocus, and moves with the part "
+    "looked through") {
   struct Part {
     glm::dvec2 view, aperture, low, high;  // low, high: what is open, in half holograms
   };
@@ -123,27 +132,35 @@ TEST_CASE("an edge out of focus is a ramp as wide as the lens times the defocus,
         what.points = 32;
         double worst = 0, sum = 0, expected_sum = 0;
         glm::dvec2 moment(0);
-        for_pixels(square.picture(what), small_hologram.pitch_m, [&](double x, double y, double got) {
-          const double expected = radiance * share_of_lens(x, z_m, part.low.x * half.x, part.high.x * half.x, centre.x) *
-                                  share_of_lens(y, z_m, part.low.y * half.y, part.high.y * half.y, centre.y);
-          worst = std::max(worst, std::abs(got - expected));
-          sum += got;
-          expected_sum += expected;
-          moment += got * glm::dvec2(x, y);
-        });
+        for_pixels(
+            square.picture(what), small_hologram.pitch_m, [&](double x, double y, double got) {
+              const double expected =
+                  radiance *
+                  share_of_lens(x, z_m, part.low.x * half.x, part.high.x * half.x, centre.x) *
+                  share_of_lens(y, z_m, part.low.y * half.y, part.high.y * half.y, centre.y);
+              worst = std::max(worst, std::abs(got - expected));
+              sum += got;
+              expected_sum += expected;
+              moment += got * glm::dvec2(x, y);
+            });
         INFO("view " << part.view.x << ", " << part.view.y << ", z " << z_m);
-        // An edge that crosses the lens counts half a row of points too many or too few, at most, along each axis.
+        // An edge that crosses the lens counts half a row of points too many or too few, at most,
+        // along each axis.
         CHECK(worst < radiance / what.points + 1e-5);
         CHECK(std::abs(sum / expected_sum - 1) < 2e-3);
-        // Light behind the plane in focus leans to the side looked from, light before it to the other.
-        const auto leans = moment / sum - centre * z_m / square_z - (part.low + part.high) / 2.0 * half * (square_z - z_m) / square_z;
-        CHECK(glm::length(leans) < 0.2 * small_hologram.pitch_m.x);  // measured 0.12, the sampling of pixels and lens
+        // Light behind the plane in focus leans to the side looked from, light before it to the
+        // other.
+        const auto leans = moment / sum - centre * z_m / square_z -
+                           (part.low + part.high) / 2.0 * half * (square_z - z_m) / square_z;
+        // Measured 0.12, the sampling of pixels and lens
+        CHECK(glm::length(leans) < 0.2 * small_hologram.pitch_m.x);
       }
     }
   }
 }
 
-/// +1 and -1 in turn along one axis of the study's checkered plane, 150 um each, by the bilinear texture of 620 texels.
+/// +1 and -1 in turn along one axis of the study's checkered plane, 150 um each, by the bilinear
+/// texture of 620 texels.
 double checker_wave(double x) {
   const double texel = 2 * um, left = -0.62 * mm;
   const auto level = [&](int k) {
@@ -155,27 +172,34 @@ double checker_wave(double x) {
   return level(k) + (at - first) * (level(k + 1) - level(k));
 }
 
-/// Radiance of the study's scene (data/study.toml) along the ray from (ox, oy, 0) with direction (dx, dy, 1), in double.
+/// Radiance of the study's scene (data/study.toml) along the ray from (ox, oy, 0) with direction
+/// (dx, dy, 1), in double.
 double study_radiance(double ox, double oy, double dx, double dy) {
   const double radius = 0.45 * mm, z_sphere = 19 * mm, z_plane = 19.5 * mm, half_plane = 0.62 * mm;
   const double a = dx * dx + dy * dy + 1, b = ox * dx + oy * dy - z_sphere;
-  const double discriminant = b * b - a * (ox * ox + oy * oy + z_sphere * z_sphere - radius * radius);
+  const double discriminant =
+      b * b - a * (ox * ox + oy * oy + z_sphere * z_sphere - radius * radius);
   if (discriminant > 0) {
     const double t = (-b - std::sqrt(discriminant)) / a;
     const glm::dvec3 normal = glm::dvec3(ox + t * dx, oy + t * dy, t - z_sphere) / radius;
-    const glm::dvec3 light = glm::normalize(glm::dvec3(-0.5, 0.6, -0.62)), viewer = -glm::normalize(glm::dvec3(dx, dy, 1));
+    const glm::dvec3 light = glm::normalize(glm::dvec3(-0.5, 0.6, -0.62)),
+                     viewer = -glm::normalize(glm::dvec3(dx, dy, 1));
     const double facing = glm::dot(normal, light);
     if (facing <= 0) return 0.08;
-    return 0.08 + 0.7 * facing + 0.6 * std::pow(std::max(0.0, glm::dot(2 * facing * normal - light, viewer)), 30);
+    return 0.08 + 0.7 * facing +
+           0.6 * std::pow(std::max(0.0, glm::dot(2 * facing * normal - light, viewer)), 30);
   }
   const double x = ox + z_plane * dx, y = oy + z_plane * dy;
   if (std::abs(x) > half_plane || std::abs(y) > half_plane) return 0;
   return 0.35 + 0.25 * checker_wave(x) * checker_wave(y);
 }
 
-TEST_CASE("a sphere before a checkered plane is the analytic one, in and out of focus, for the whole lens and a part") {
+TEST_CASE(
+    "a sphere before a checkered plane is the analytic one, in and out of focus, for the whole "
+    "lens and a part") {
   const int points = 6;
-  const auto scene = load_scene(data / "study.toml", {"hologram.resolution=[48, 48]", "hologram.pitch=29.92 um"});
+  const auto scene =
+      load_scene(data / "study.toml", {"hologram.resolution=[48, 48]", "hologram.pitch=29.92 um"});
   const double pitch_m = scene.hologram.pitch_m.x, half = 24 * pitch_m;
   for (const auto& device : test::all_devices()) {
     const Seen study(device, scene);
@@ -187,22 +211,26 @@ TEST_CASE("a sphere before a checkered plane is the analytic one, in and out of 
         if (low == 0) what.view = {0.5, 0}, what.aperture = {0.5, 1};
         double worst = 0, squared = 0;
         int off = 0;
-        for_pixels(study.picture(what), scene.hologram.pitch_m, [&](double x, double y, double got) {
-          double sum = 0;
-          for (int i = 0; i < points; ++i) {
-            for (int j = 0; j < points; ++j) {
-              const double from_x = half * (low + (1 - low) * (i + 0.5) / points), from_y = half * (-1 + 2 * (j + 0.5) / points);
-              sum += study_radiance(from_x, from_y, (x - from_x) / z_m, (y - from_y) / z_m);
-            }
-          }
-          const double difference = std::abs(got - sum / (points * points));
-          worst = std::max(worst, difference);
-          off += difference > 1e-3;
-          squared += difference * difference;
-        });
+        for_pixels(
+            study.picture(what), scene.hologram.pitch_m, [&](double x, double y, double got) {
+              double sum = 0;
+              for (int i = 0; i < points; ++i) {
+                for (int j = 0; j < points; ++j) {
+                  const double from_x = half * (low + (1 - low) * (i + 0.5) / points),
+                               from_y = half * (-1 + 2 * (j + 0.5) / points);
+                  sum += study_radiance(from_x, from_y, (x - from_x) / z_m, (y - from_y) / z_m);
+                }
+              }
+              const double difference = std::abs(got - sum / (points * points));
+              worst = std::max(worst, difference);
+              off += difference > 1e-3;
+              squared += difference * difference;
+            });
         const double rms = std::sqrt(squared) / 48;
-        INFO("z " << z_m << ", from " << low << ": rms " << rms << ", worst " << worst << ", off " << off);
-        // Measured 2e-5, and 3e-4 where one ray takes the other side of the mesh's silhouette, whose facets are 2e-7 m inside the sphere.
+        INFO("z " << z_m << ", from " << low << ": rms " << rms << ", worst " << worst << ", off "
+                  << off);
+        // Measured 2e-5, and 3e-4 where one ray takes the other side of the mesh's silhouette,
+        // whose facets are 2e-7 m inside the sphere.
         CHECK(rms < 1e-3);
         CHECK(worst < 3 * 1.38 / (points * points));
         CHECK(off <= 4);
@@ -214,21 +242,25 @@ TEST_CASE("a sphere before a checkered plane is the analytic one, in and out of 
 TEST_CASE("a mirror shows a picture that is sharp at its mirrored depth") {
   auto mirror = shining(0);
   mirror.reflectivity = 0.5;
-  // The square at 15 mm, seen from behind in the mirror at 20 mm, appears at 25 mm. Seen directly it lies further out there.
+  // The square at 15 mm, seen from behind in the mirror at 20 mm, appears at 25 mm. Seen directly
+  // it lies further out there.
   const auto scene = scene_of({{20, 16}, {50 * um, 50 * um}, 638e-9}, {mirror, shining(0.8)},
-                              {object("square.ply", 20 * mm, {0, 0, 20 * mm}), object("square.ply", 1 * mm, {2.7 * mm, 0, 15 * mm}, 1)}, 1);
+                              {object("square.ply", 20 * mm, {0, 0, 20 * mm}),
+                               object("square.ply", 1 * mm, {2.7 * mm, 0, 15 * mm}, 1)},
+                              1);
   for (const auto& device : test::all_devices()) {
     LensSpec what;
     what.z_m = 25 * mm;
     what.window_m = glm::dvec2(6.5 * mm, 2 * mm);
     what.points = 8;
     int inside = 0;
-    for_pixels(Seen(device, scene).picture(what), scene.hologram.pitch_m, [&](double x, double y, double got) {
-      const double off = std::max(std::abs(x - 2.7 * mm), std::abs(y)) - 0.5 * mm;
-      if (std::abs(off) < 25 * um) return;
-      inside += off < 0;
-      CHECK(std::abs(got - (off < 0 ? 0.5 * 0.8 : 0)) < 1e-6);
-    });
+    for_pixels(Seen(device, scene).picture(what), scene.hologram.pitch_m,
+               [&](double x, double y, double got) {
+                 const double off = std::max(std::abs(x - 2.7 * mm), std::abs(y)) - 0.5 * mm;
+                 if (std::abs(off) < 25 * um) return;
+                 inside += off < 0;
+                 CHECK(std::abs(got - (off < 0 ? 0.5 * 0.8 : 0)) < 1e-6);
+               });
     CHECK(inside > 300);
   }
 }
@@ -239,20 +271,25 @@ TEST_CASE("glass of index one cannot be seen") {
   glass.ior = 1;
   const auto behind = object("square.ply", side, {centre.x, centre.y, square_z}, 1);
   const std::vector<Material> materials{glass, shining(radiance)};
-  const auto with = scene_of(small_hologram, materials, {object("sphere_fine.ply", 0.8 * mm, {0, 0, 18 * mm}), behind}, 2);
+  const auto with = scene_of(small_hologram, materials,
+                             {object("sphere_fine.ply", 0.8 * mm, {0, 0, 18 * mm}), behind}, 2);
   for (const auto& device : test::all_devices()) {
     LensSpec what;
     what.z_m = 21 * mm;
     what.points = 6;
-    const auto a = Seen(device, with).picture(what), b = Seen(device, scene_of(small_hologram, materials, {behind})).picture(what);
-    const auto differ = std::inner_product(a.pixels.begin(), a.pixels.end(), b.pixels.begin(), 0, std::plus<>(),
-                                           [](float p, float q) { return std::abs(p - q) > 1e-6f; });
+    const auto a = Seen(device, with).picture(what),
+               b = Seen(device, scene_of(small_hologram, materials, {behind})).picture(what);
+    const auto differ =
+        std::inner_product(a.pixels.begin(), a.pixels.end(), b.pixels.begin(), 0, std::plus<>(),
+                           [](float p, float q) { return std::abs(p - q) > 1e-6f; });
     CHECK(differ == 0);
   }
 }
 
 TEST_CASE("the same picture twice is the same to the bit, and progress ends at one") {
-  const auto scene = load_scene(data / "study.toml", {"hologram.resolution=[70, 45]", "hologram.pitch=20 um", "trace.shadows=true"});
+  const auto scene =
+      load_scene(data / "study.toml",
+                 {"hologram.resolution=[70, 45]", "hologram.pitch=20 um", "trace.shadows=true"});
   for (const auto& device : test::all_devices()) {
     const Seen study(device, scene);
     LensSpec what;

@@ -19,16 +19,20 @@ using std::numbers::pi;
 constexpr double um = 1e-6, mm = 1e-3;
 constexpr auto host = cl::FftBackend::host;
 
-/// Spherical wave of a point at (x, y, z) in front of the hologram, weighted by exp(-(r/waist)^2) about (cx, cy) when waist > 0.
-FieldStack point_hologram(const HologramSpec& h, glm::dvec3 point_m, double waist_m = 0, glm::dvec2 centre_m = {}) {
+/// Spherical wave of a point at (x, y, z) in front of the hologram, weighted by exp(-(r/waist)^2)
+/// about (cx, cy) when waist > 0.
+FieldStack point_hologram(const HologramSpec& h, glm::dvec3 point_m, double waist_m = 0,
+                          glm::dvec2 centre_m = {}) {
   FieldStack field{h.resolution.x, h.resolution.y, 1, {}};
   for (int j = 0; j < field.ny; ++j) {
     for (int i = 0; i < field.nx; ++i) {
-      const double x = (i - (field.nx - 1) / 2.0) * h.pitch_m.x, y = ((field.ny - 1) / 2.0 - j) * h.pitch_m.y;
+      const double x = (i - (field.nx - 1) / 2.0) * h.pitch_m.x,
+                   y = ((field.ny - 1) / 2.0 - j) * h.pitch_m.y;
       const double r = std::hypot(x - point_m.x, y - point_m.y, point_m.z);
       const double off = std::hypot(x - centre_m.x, y - centre_m.y);
       const double weight = waist_m > 0 ? std::exp(-off * off / (waist_m * waist_m)) : 1;
-      field.samples.emplace_back(std::polar(weight, std::remainder(2 * pi * r / h.wavelength_m, 2 * pi)));
+      field.samples.emplace_back(
+          std::polar(weight, std::remainder(2 * pi * r / h.wavelength_m, 2 * pi)));
     }
   }
   return field;
@@ -41,17 +45,22 @@ struct Peak {
 Peak peak_of(const Image& image, glm::dvec2 pitch_m) {
   const auto it = std::max_element(image.pixels.begin(), image.pixels.end());
   const int at = static_cast<int>(it - image.pixels.begin());
-  return {(at % image.width - (image.width - 1) / 2.0) * pitch_m.x, ((image.height - 1) / 2.0 - at / image.width) * pitch_m.y, *it};
+  return {(at % image.width - (image.width - 1) / 2.0) * pitch_m.x,
+          ((image.height - 1) / 2.0 - at / image.width) * pitch_m.y, *it};
 }
 
-TEST_CASE("a point in any quadrant focuses within one pixel and one depth of focus of where it is") {
+TEST_CASE(
+    "a point in any quadrant focuses within one pixel and one depth of focus of where it is") {
   const HologramSpec h{{192, 160}, {4 * um, 4 * um}, 638e-9};
   for (const auto& device : test::all_devices()) {
-    for (const glm::dvec2 xy :
-         {glm::dvec2(0.15 * mm, 0.11 * mm), {-0.15 * mm, 0.11 * mm}, {-0.15 * mm, -0.11 * mm}, {0.15 * mm, -0.11 * mm}}) {
+    for (const glm::dvec2 xy : {glm::dvec2(0.15 * mm, 0.11 * mm),
+                                {-0.15 * mm, 0.11 * mm},
+                                {-0.15 * mm, -0.11 * mm},
+                                {0.15 * mm, -0.11 * mm}}) {
       const double z = 10 * mm;
       const auto hologram = point_hologram(h, {xy.x, xy.y, z});
-      const double side = 192 * h.pitch_m.x, depth_of_focus = 2 * h.wavelength_m * z * z / (side * side);
+      const double side = 192 * h.pitch_m.x,
+                   depth_of_focus = 2 * h.wavelength_m * z * z / (side * side);
       double best_z = 0;
       Peak best{};
       for (int step = -6; step <= 6; ++step) {
@@ -67,7 +76,8 @@ TEST_CASE("a point in any quadrant focuses within one pixel and one depth of foc
   }
 }
 
-TEST_CASE("a window larger than the hologram is seamless and the direct sum's, whatever the parities") {
+TEST_CASE(
+    "a window larger than the hologram is seamless and the direct sum's, whatever the parities") {
   const HologramSpec h{{96, 80}, {0.5 * um, 0.5 * um}, 638e-9};
   const double z = 60 * um;
   // Comes from the upper right, across the tile's corner at (24, 20) um.
@@ -85,17 +95,23 @@ TEST_CASE("a window larger than the hologram is seamless and the direct sum's, w
       for (const int row : {window.y / 4, window.y / 2 - 1, window.y / 2}) {
         // Pieces of the row, each as the middle row of a plane of the hologram's size.
         for (int first = 0; first < window.x; first += h.resolution.x) {
-          const double y = (window.y - 1) / 2.0 - row, x = first + h.resolution.x / 2 - (window.x - 1) / 2.0;
+          const double y = (window.y - 1) / 2.0 - row,
+                       x = first + h.resolution.x / 2 - (window.x - 1) / 2.0;
           reference::Setup setup{h.resolution, h.pitch_m, h.wavelength_m, {}, -z};
-          setup.shift_m = glm::dvec2(x - 0.5, y - 0.5) * h.pitch_m;  // centres of even sizes lie between samples
-          const auto direct = reference::rayleigh_sommerfeld(source, setup, {h.resolution.y / 2 - 1});
+          // Centres of even sizes lie between samples
+          setup.shift_m = glm::dvec2(x - 0.5, y - 0.5) * h.pitch_m;
+          const auto direct =
+              reference::rayleigh_sommerfeld(source, setup, {h.resolution.y / 2 - 1});
           float worst = 0;
           for (int i = 0; i < h.resolution.x && first + i < window.x; ++i) {
             const float got = image.pixels[static_cast<std::size_t>(row) * window.x + first + i];
-            worst = std::max(worst, std::abs(got - static_cast<float>(std::norm(direct[i]))) / brightest);
+            worst = std::max(worst,
+                             std::abs(got - static_cast<float>(std::norm(direct[i]))) / brightest);
           }
-          INFO("window " << window.x << " x " << window.y << ", row " << row << ", columns from " << first);
-          CHECK(worst < 1e-3f);  // measured 3e-4, where a beam lies across the edge of a tile's band
+          INFO("window " << window.x << " x " << window.y << ", row " << row << ", columns from "
+                         << first);
+          // Measured 3e-4, where a beam lies across the edge of a tile's band
+          CHECK(worst < 1e-3f);
         }
       }
     }
@@ -122,14 +138,15 @@ TEST_CASE("seen from +x, a point beyond the plane looked at moves to +x, one bef
     }
     return sum / weight;
   };
-  // The line from a place (vx, vy, 0) on the hologram to the point meets the plane z at (1 - z / 12 mm) of (vx, vy): on the same side in
-  // front of the point, on the other behind it.
+  // The line from a place (vx, vy, 0) on the hologram to the point meets the plane z at (1 - z / 12
+  // mm) of (vx, vy): on the same side in front of the point, on the other behind it.
   for (const auto& device : test::all_devices()) {
     for (const glm::dvec2 view : {glm::dvec2(0.5, 0), {0, 0.5}, {-0.4, -0.5}}) {
       for (const double z_m : {9 * mm, 15 * mm}) {
         const auto expected = view * glm::dvec2(80, 64) * (1 - z_m / (12 * mm));
         const auto got = place(device, view, z_m);
-        INFO("view " << view.x << ", " << view.y << ", z " << z_m << ": " << got.x << ", " << got.y);
+        INFO("view " << view.x << ", " << view.y << ", z " << z_m << ": " << got.x << ", "
+                     << got.y);
         CHECK(std::abs(got.x - expected.x) < 1.5);
         CHECK(std::abs(got.y - expected.y) < 1.5);
       }
@@ -139,7 +156,8 @@ TEST_CASE("seen from +x, a point beyond the plane looked at moves to +x, one bef
 
 TEST_CASE("frames are averaged") {
   const HologramSpec h{{40, 32}, {2 * um, 2 * um}, 638e-9};
-  const auto a = point_hologram(h, {10 * um, 0, 1 * mm}), b = point_hologram(h, {-20 * um, 6 * um, 1 * mm});
+  const auto a = point_hologram(h, {10 * um, 0, 1 * mm}),
+             b = point_hologram(h, {-20 * um, 6 * um, 1 * mm});
   FieldStack both{40, 32, 2, a.samples};
   both.samples.insert(both.samples.end(), b.samples.begin(), b.samples.end());
   ReconstructSpec what;
@@ -147,12 +165,15 @@ TEST_CASE("frames are averaged") {
   what.window_m = glm::dvec2(100 * um, 70 * um);
   for (const auto& device : test::all_devices()) {
     for (const auto backend : test::backends_of(device)) {
-      const auto of_a = reconstruct(device, backend, a, h, what), of_b = reconstruct(device, backend, b, h, what);
+      const auto of_a = reconstruct(device, backend, a, h, what),
+                 of_b = reconstruct(device, backend, b, h, what);
       double last = 0;
-      const auto of_both = reconstruct(device, backend, both, h, what, [&](double share) { last = share; });
+      const auto of_both =
+          reconstruct(device, backend, both, h, what, [&](double share) { last = share; });
       CHECK(last == 1.0);
       for (std::size_t i = 0; i < of_both.pixels.size(); ++i)
-        CHECK_THAT(of_both.pixels[i], Catch::Matchers::WithinAbs((of_a.pixels[i] + of_b.pixels[i]) / 2, 1e-5));
+        CHECK_THAT(of_both.pixels[i],
+                   Catch::Matchers::WithinAbs((of_a.pixels[i] + of_b.pixels[i]) / 2, 1e-5));
     }
   }
 }
@@ -173,7 +194,9 @@ TEST_CASE("impossible reconstructions are refused") {
   const HologramSpec h{{8, 8}, {4 * um, 4 * um}, 638e-9};
   const auto hologram = point_hologram(h, {0, 0, 1 * mm});
   for (const auto& device : test::all_devices()) {
-    const auto refused = [&](const ReconstructSpec& what) { CHECK_THROWS_AS(reconstruct(device, host, hologram, h, what), InputError); };
+    const auto refused = [&](const ReconstructSpec& what) {
+      CHECK_THROWS_AS(reconstruct(device, host, hologram, h, what), InputError);
+    };
     ReconstructSpec what;
     what.z_m = 0;
     refused(what);
@@ -185,7 +208,8 @@ TEST_CASE("impossible reconstructions are refused") {
     what = {};
     what.aperture = {0, 1};
     refused(what);
-    CHECK_THROWS_AS(reconstruct(device, host, hologram, {{8, 9}, h.pitch_m, h.wavelength_m}, {}), InputError);
+    CHECK_THROWS_AS(reconstruct(device, host, hologram, {{8, 9}, h.pitch_m, h.wavelength_m}, {}),
+                    InputError);
   }
 }
 

@@ -8,15 +8,16 @@
 #include <fstream>
 #include <numeric>
 
-#include "host/evaluate/bench/stopwatch.hpp"
 #include "host/common/error.hpp"
+#include "host/evaluate/bench/stopwatch.hpp"
 #include "host/plan/cost.hpp"
 
 namespace raywave {
 namespace {
 
 constexpr int fewest_frames = 3, most_frames = 101;
-constexpr int poses = 16;  // that frames take in turn, so that medians do not hang on how many are measured
+// That frames take in turn, so that medians do not hang on how many are measured
+constexpr int poses = 16;
 constexpr double turn_deg = 0.25;
 constexpr double long_s = 4;  // one frame warms up enough where it takes as long
 
@@ -54,8 +55,8 @@ double others_share(const MachineTime& then, double processor_s) {
 
 double transform_operations(double samples) { return 5 * samples * std::log2(samples); }
 
-/// Of the transforms of one frame. The host's engine transforms the columns of the window and the rows of the band, line by line; those of
-/// the device transform whole planes.
+/// Of the transforms of one frame. The host's engine transforms the columns of the window and the
+/// rows of the band, line by line; those of the device transform whole planes.
 double propagation_operations(const Plan& plan, cl::FftBackend backend) {
   const double nx = plan.padded.x, ny = plan.padded.y;
   const auto wrps = static_cast<double>(plan.wrps.size());
@@ -71,32 +72,40 @@ double propagation_operations(const Plan& plan, cl::FftBackend backend) {
   return operations + back.count() * transform_operations(nx) + columns;
 }
 
-std::map<std::string, StageWork> work_of(const Plan& plan, const BenchCase& what, cl::FftBackend backend) {
+std::map<std::string, StageWork> work_of(const Plan& plan, const BenchCase& what,
+                                         cl::FftBackend backend) {
   const double holograms = what.scene.sampling.frames;
-  const double pixels = static_cast<double>(plan.size.x) * plan.size.y, field = 8 * pixels * holograms;
+  const double pixels = static_cast<double>(plan.size.x) * plan.size.y,
+               field = 8 * pixels * holograms;
   const auto wrps = static_cast<double>(plan.wrps.size());
   std::map<std::string, StageWork> work;
   work["trace"].bytes = wrps * field;
-  if (what.method == Method::wrp) work["propagate"] = {holograms * propagation_operations(plan, backend), (wrps + 1) * field};
-  work["encode"].bytes = field + 3 * holograms * pixels;  // levels are written, read, and written into the host's memory
+  if (what.method == Method::wrp)
+    work["propagate"] = {holograms * propagation_operations(plan, backend), (wrps + 1) * field};
+  // Levels are written, read, and written into the host's memory
+  work["encode"].bytes = field + 3 * holograms * pixels;
   return work;
 }
 
-BenchFrame timed_frame(Renderer& renderer, const std::vector<Object>& objects, int number, RenderResult& result) {
+BenchFrame timed_frame(Renderer& renderer, const std::vector<Object>& objects, int number,
+                       RenderResult& result) {
   BenchFrame frame;
   const Stopwatch watch;
   for (std::size_t i = 0; i < objects.size(); ++i)
-    renderer.set_pose(i, objects[i].position_m, objects[i].rotation_deg + glm::dvec3(0, turn_deg * (1 + number % poses), 0));
+    renderer.set_pose(i, objects[i].position_m,
+                      objects[i].rotation_deg + glm::dvec3(0, turn_deg * (1 + number % poses), 0));
   result = renderer.render();
   frame.wall_s = watch.wall_s();
   frame.processor_s = watch.processor_s();
   frame.stages_s = result.seconds;
   const auto sum = [](double s, const auto& stage) { return s + stage.second; };
-  frame.stages_s["rest"] = frame.wall_s - std::accumulate(frame.stages_s.begin(), frame.stages_s.end(), 0.0, sum);
+  frame.stages_s["rest"] =
+      frame.wall_s - std::accumulate(frame.stages_s.begin(), frame.stages_s.end(), 0.0, sum);
   return frame;
 }
 
-/// What the frame would have taken for all of the hologram's rows; what does not depend on them stays.
+/// What the frame would have taken for all of the hologram's rows; what does not depend on them
+/// stays.
 BenchFrame scaled(BenchFrame frame, double factor) {
   double more = 0;
   for (const char* stage : {"trace", "propagate", "encode"}) {
@@ -114,7 +123,8 @@ std::string lens_key(const Scene& scene, glm::ivec2 grid, double z_m) {
   std::string key = scene.file.string();
   const auto add = [&](double value) { key += ' ' + std::to_string(1e6 * value); };
   add(z_m);
-  for (const int n : {scene.hologram.resolution.x, scene.hologram.resolution.y, grid.x, grid.y}) add(n);
+  for (const int n : {scene.hologram.resolution.x, scene.hologram.resolution.y, grid.x, grid.y})
+    add(n);
   add(scene.hologram.pitch_m.x);
   for (const auto& o : scene.objects) {
     key += ' ' + o.mesh.string();
@@ -135,7 +145,8 @@ Spread spread_of(std::vector<double> values) {
   const auto at = [&](double share) {
     const double place = share * static_cast<double>(values.size() - 1);
     const auto below = static_cast<std::size_t>(place);
-    return std::lerp(values[below], values[std::min(below + 1, values.size() - 1)], place - static_cast<double>(below));
+    return std::lerp(values[below], values[std::min(below + 1, values.size() - 1)],
+                     place - static_cast<double>(below));
   };
   return {at(0.5), at(0.25), at(0.75)};
 }
@@ -174,10 +185,14 @@ double BenchRow::part_s(const std::string& stage) const {
   return stage_s(stage).median;  // two frames: none lies between
 }
 
-double BenchRow::per_second() const { return frames.empty() ? 0 : scene.sampling.frames / wall_s().median; }
+double BenchRow::per_second() const {
+  return frames.empty() ? 0 : scene.sampling.frames / wall_s().median;
+}
 
 Bench::Bench(const cl::DeviceInfo& device, BenchOptions options)
-    : device_(device), options_(options), limits_(device_limits(cl::Device(device), options.quick)) {}
+    : device_(device),
+      options_(options),
+      limits_(device_limits(cl::Device(device), options.quick)) {}
 
 BenchRow Bench::run(const BenchCase& what) {
   BenchRow row;
@@ -211,9 +226,11 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
   {
     const cl::Device device(device_);  // of its own: its peak of memory is the case's
     const Stopwatch first;
-    auto renderer = what.meshes ? Renderer(device, scene, *what.meshes, how) : Renderer(device, scene, how);
+    auto renderer =
+        what.meshes ? Renderer(device, scene, *what.meshes, how) : Renderer(device, scene, how);
     for (int warm_up = 0; warm_up < 2; ++warm_up) {
-      const bool is_long = timed_frame(renderer, scene.objects, poses - 1 - warm_up, result).wall_s > long_s;
+      const bool is_long =
+          timed_frame(renderer, scene.objects, poses - 1 - warm_up, result).wall_s > long_s;
       if (warm_up == 0) row.first_frame_s = first.wall_s();
       if (is_long) break;
     }
@@ -231,7 +248,9 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
   }
   row.samples = result.samples;
   row.hidden_samples = result.hidden_samples;
-  if (!result.plan.aimed) row.rays = static_cast<std::uint64_t>(std::llround(static_cast<double>(result.plan.rays) * factor));
+  if (!result.plan.aimed)
+    row.rays =
+        static_cast<std::uint64_t>(std::llround(static_cast<double>(result.plan.rays) * factor));
   row.grid = result.plan.grid;
   row.padded = result.plan.padded;
   if (what.share == 1) row.work = work_of(result.plan, what, options_.fft);
@@ -241,7 +260,8 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
   row.triangles = world.triangles.size();
   if (!options_.quality || what.share != 1) return;
   how.keep_field = true;
-  row.quality = quality_of(what.scene, world, render(cl::Device(device_), what.scene, world, how).field);
+  row.quality =
+      quality_of(what.scene, world, render(cl::Device(device_), what.scene, world, how).field);
 }
 
 BenchQuality Bench::quality_of(const Scene& scene, const World& world, FieldStack field) {
@@ -255,9 +275,11 @@ BenchQuality Bench::quality_of(const Scene& scene, const World& world, FieldStac
   rendered.field = std::move(field);
   const auto grid = make_plan(scene, world).grid;
   auto& lens = seen_by_lens_[lens_key(scene, grid, spec.depths_m[0])];
-  const auto result = assess(cl::Device(device_), scene, world, std::move(rendered), how, spec, lens);
+  const auto result =
+      assess(cl::Device(device_), scene, world, std::move(rendered), how, spec, lens);
   const auto& figures = result.rows.at(0).figures;
-  return {figures.psnr_db, figures.ssim, spec.depths_m[0], result.blur_px * scene.hologram.pitch_m.x};
+  return {figures.psnr_db, figures.ssim, spec.depths_m[0],
+          result.blur_px * scene.hologram.pitch_m.x};
 }
 
 }  // namespace raywave

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How fast holograms of a moving scene are made on a device, where the time goes, and what they are worth (docs/performance.md).
+/// How fast holograms of a moving scene are made on a device, where the time goes, and what they
+/// are worth (docs/performance.md).
 #pragma once
 
 #include <filesystem>
@@ -18,8 +19,9 @@ namespace raywave {
 /// One frame: from the call that moves the object to the finished levels in host memory.
 struct BenchFrame {
   double wall_s = 0;
-  double processor_s = 0;                  // of all threads of this process
-  std::map<std::string, double> stages_s;  // wall seconds; "rest" is what no stage claims, so that all add up to wall_s
+  double processor_s = 0;  // of all threads of this process
+  // Wall seconds; "rest" is what no stage claims, so that all add up to wall_s
+  std::map<std::string, double> stages_s;
 };
 
 /// Median and quartiles.
@@ -30,8 +32,8 @@ struct Spread {
 /// Linear between neighbours; zeros when empty.
 Spread spread_of(std::vector<double> values);
 
-/// What a device can do at most, as measured: bytes read plus bytes written by copies between its buffers, and floating-point operations
-/// of multiply-adds.
+/// What a device can do at most, as measured: bytes read plus bytes written by copies between its
+/// buffers, and floating-point operations of multiply-adds.
 struct DeviceLimits {
   double bytes_per_s = 0, operations_per_s = 0;
 };
@@ -56,7 +58,9 @@ struct BenchCase {
   Scene scene;
   Method method = Method::wrp;
   int rays_per_axis = 100;  // of Method::rays
-  int share = 1;            // only one in so many of the hologram's rows is computed, a strip through its middle, and times are scaled
+  // Only one in so many of the hologram's rows is computed, a strip through its middle, and times
+  // are scaled
+  int share = 1;
   BenchTarget target = {};
   std::shared_ptr<const Meshes> meshes = {};  // in place of the files that the scene names
 };
@@ -84,8 +88,9 @@ struct BenchSuite {
   std::vector<BenchRatio> ratios;  // to be filled by fill_ratios
 };
 
-/// "cpu": the teapot on 1 and 2 x 2 WRPs, coarse and fine samples, padding 2 and 1.25; "gpu": the same with a GPU's targets; "paper":
-/// the paper's evaluation; "scaling": triangles, sample pitch, hologram size, frames together.
+/// "cpu": the teapot on 1 and 2 x 2 WRPs, coarse and fine samples, padding 2 and 1.25; "gpu": the
+/// same with a GPU's targets; "paper": the paper's evaluation; "scaling": triangles, sample pitch,
+/// hologram size, frames together.
 ///
 /// data    the folder of the demo scenes
 /// throws  InputError when there is no such suite, or no such folder
@@ -100,7 +105,8 @@ struct BenchOptions {
   bool quick = false;   // rates of the device less true
 };
 
-/// What a hologram shows in the middle of the scene's depth, against a lens there (host/evaluate/quality.hpp).
+/// What a hologram shows in the middle of the scene's depth, against a lens there
+/// (host/evaluate/quality.hpp).
 struct BenchQuality {
   double psnr_db = 0, ssim = 0, z_m = 0, blur_m = 0;
 };
@@ -119,15 +125,17 @@ struct BenchRow {
   std::map<std::string, StageWork> work;  // by stage
   std::optional<BenchQuality> quality;
   std::uint64_t device_peak_bytes = 0, resident_bytes = 0;
-  double first_frame_s = 0;  // with all that comes before it: meshes, plans, kernels from the cache or not
-  double others_share = 0;   // of the machine's processors that other programs used meanwhile
-  std::string note;          // why it could not be computed
-  bool peer = false;         // not raywave
+  // With all that comes before it: meshes, plans, kernels from the cache or not
+  double first_frame_s = 0;
+  double others_share = 0;  // of the machine's processors that other programs used meanwhile
+  std::string note;         // why it could not be computed
+  bool peer = false;        // not raywave
 
   Spread wall_s() const;
   Spread processor_s() const;
   Spread stage_s(const std::string& stage) const;
-  /// Part of the median wall time that a stage takes: as in the frames between the quartiles. These parts add up, medians do not.
+  /// Part of the median wall time that a stage takes: as in the frames between the quartiles. These
+  /// parts add up, medians do not.
   double part_s(const std::string& stage) const;
   /// Holograms, that is frames times sampling.frames, by the median.
   double per_second() const;
@@ -145,7 +153,8 @@ public:
   /// Warms up, then measures. Whatever is wrong with the case goes into the row's note.
   BenchRow run(const BenchCase& what);
 
-  /// Quality of a hologram of the scene that was made elsewhere. What the lens sees of a scene is kept.
+  /// Quality of a hologram of the scene that was made elsewhere. What the lens sees of a scene is
+  /// kept.
   BenchQuality quality_of(const Scene& scene, const World& world, FieldStack field);
 
 private:
@@ -160,26 +169,30 @@ private:
 /// Runs a program of tests/bench/ and takes over the rows that it prints (peer_json).
 ///
 /// throws  InputError when the program fails or prints something else
-std::vector<BenchRow> run_peer(const std::filesystem::path& program, const std::vector<std::string>& arguments);
+std::vector<BenchRow> run_peer(const std::filesystem::path& program,
+                               const std::vector<std::string>& arguments);
 
 /// Names and frames of rows, as run_peer reads them.
 std::string peer_json(const std::vector<BenchRow>& rows);
 
 /// The ratios both of whose rows are there.
-std::vector<BenchRatio> fill_ratios(const std::vector<BenchRatio>& ratios, const std::vector<BenchRow>& rows);
+std::vector<BenchRatio> fill_ratios(const std::vector<BenchRatio>& ratios,
+                                    const std::vector<BenchRow>& rows);
 
 enum class BenchStyle { aligned, markdown };
 
 /// "raywave 0.1.0, cpu bench, <date>", device and rates.
 std::string bench_header(const Bench& bench, const std::string& suite);
-/// Column heads and a row's line under them; the second table: bytes moved, operations, and shares of what the device can do.
+/// Column heads and a row's line under them; the second table: bytes moved, operations, and shares
+/// of what the device can do.
 std::string bench_heads(BenchStyle style);
 std::string bench_line(const BenchRow& row, BenchStyle style);
-std::string bench_work_table(const Bench& bench, const std::vector<BenchRow>& rows, BenchStyle style);
+std::string bench_work_table(const Bench& bench, const std::vector<BenchRow>& rows,
+                             BenchStyle style);
 std::string bench_ratio_table(const std::vector<BenchRatio>& ratios, BenchStyle style);
 
 /// Everything, for machines.
-std::string bench_json(const Bench& bench, const std::string& suite, const std::vector<BenchRow>& rows,
-                       const std::vector<BenchRatio>& ratios);
+std::string bench_json(const Bench& bench, const std::string& suite,
+                       const std::vector<BenchRow>& rows, const std::vector<BenchRatio>& ratios);
 
 }  // namespace raywave

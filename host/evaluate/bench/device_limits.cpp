@@ -9,7 +9,8 @@
 namespace raywave {
 namespace {
 
-/// Seconds that `work` takes at best: launches return before their work is done, and others may want the machine.
+/// Seconds that `work` takes at best: launches return before their work is done, and others may
+/// want the machine.
 template <class F>
 double least_seconds(const cl::Device& device, int turns, F&& work) {
   double least = std::numeric_limits<double>::infinity();
@@ -27,26 +28,34 @@ double least_seconds(const cl::Device& device, int turns, F&& work) {
 DeviceLimits device_limits(const cl::Device& device, bool quick) {
   const int turns = quick ? 2 : 8;
   DeviceLimits rates;
-  const auto bytes = std::min<std::uint64_t>(quick ? 16 << 20 : 256 << 20, device.info().largest_buffer_bytes / 4);
+  const auto bytes =
+      std::min<std::uint64_t>(quick ? 16 << 20 : 256 << 20, device.info().largest_buffer_bytes / 4);
   {
-    cl::Buffer<std::uint8_t> from(device, bytes, "copy bandwidth"), to(device, bytes, "copy bandwidth");
+    cl::Buffer<std::uint8_t> from(device, bytes, "copy bandwidth"),
+        to(device, bytes, "copy bandwidth");
     from.fill_zero();
     to.fill_zero();
-    rates.bytes_per_s = 2.0 * static_cast<double>(bytes) / least_seconds(device, turns, [&] { to.copy_from(from, 0); });
+    rates.bytes_per_s = 2.0 * static_cast<double>(bytes) /
+                        least_seconds(device, turns, [&] { to.copy_from(from, 0); });
   }
 
   const int lanes = lanes_for(device.info());
-  const cl::Program program(device, "kernels/instruments/device_limits.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}});
+  const cl::Program program(device, "kernels/instruments/device_limits.cl",
+                            {{"RAYWAVE_LANES", std::to_string(lanes)}});
   auto multiply_add = program.kernel("multiply_add");
-  // Enough work-items for any GPU; on CPUs, whose lanes stand side by side in one, a few for each core.
-  const std::size_t items = lanes == 1 ? std::size_t{2048} * device.info().compute_units : std::size_t{16} * device.info().compute_units;
+  // Enough work-items for any GPU; on CPUs, whose lanes stand side by side in one, a few for each
+  // core.
+  const std::size_t items = lanes == 1 ? std::size_t{2048} * device.info().compute_units
+                                       : std::size_t{16} * device.info().compute_units;
   cl::Buffer<float> sums(device, items * static_cast<std::size_t>(lanes), "sums");
   const auto run = [&](int rounds) {
-    multiply_add.run({items}, {lanes == 1 ? std::size_t{64} : std::size_t{1}}, sums, rounds, static_cast<std::int32_t>(items));
+    multiply_add.run({items}, {lanes == 1 ? std::size_t{64} : std::size_t{1}}, sums, rounds,
+                     static_cast<std::int32_t>(items));
   };
   // As many rounds as take some milliseconds.
   int rounds = 1 << 10;
-  while (rounds < 1 << 20 && least_seconds(device, 2, [&] { run(rounds); }) < (quick ? 1e-3 : 1e-2)) rounds *= 2;
+  while (rounds < 1 << 20 && least_seconds(device, 2, [&] { run(rounds); }) < (quick ? 1e-3 : 1e-2))
+    rounds *= 2;
   const double operations = 16.0 * rounds * lanes * static_cast<double>(items);
   rates.operations_per_s = operations / least_seconds(device, turns, [&] { run(rounds); });
   return rates;

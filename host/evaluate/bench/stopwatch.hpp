@@ -9,7 +9,9 @@ namespace raywave {
 
 class Stopwatch {
 public:
-  double wall_s() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  double wall_s() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
   double processor_s() const { return process_s() - processor_start_; }
 
 private:

@@ -2,15 +2,19 @@
 #include <cmath>
 #include <numbers>
 
-#include "host/evaluate/bench/bench.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/bench/bench.hpp"
 
 namespace raywave {
 namespace {
 
-std::string grid_text(glm::ivec2 grid) { return std::to_string(grid.x) + "x" + std::to_string(grid.y); }
-std::string wrps_text(glm::ivec2 grid) { return grid == glm::ivec2(1) ? "1 WRP" : grid_text(grid) + " WRPs"; }
+std::string grid_text(glm::ivec2 grid) {
+  return std::to_string(grid.x) + "x" + std::to_string(grid.y);
+}
+std::string wrps_text(glm::ivec2 grid) {
+  return grid == glm::ivec2(1) ? "1 WRP" : grid_text(grid) + " WRPs";
+}
 
 /// Rates that are wanted: coarse samples on 1 and 2 x 2 WRPs, fine ones on both.
 struct Targets {
@@ -18,7 +22,8 @@ struct Targets {
 };
 
 /// The teapot of 12.5 mm on 1 and 2 x 2 WRPs.
-BenchSuite frames_suite(const std::string& name, const std::filesystem::path& data, const Targets& targets) {
+BenchSuite frames_suite(const std::string& name, const std::filesystem::path& data,
+                        const Targets& targets) {
   BenchSuite suite{name, {}, {}, {}};
   for (const double pitch_m : {1e-4, 25e-6}) {
     for (const double padding : {2.0, 1.25}) {
@@ -29,30 +34,42 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
         c.scene = load_scene(data / "teapot.toml");
         c.scene.wrp.grid = glm::ivec2(side);
         c.scene.wrp.padding = padding;
-        if (padding < 2 && pitch_m < 5e-5) c.scene.wrp.oversampling = 1.5;  // as plans with a goal choose
+        // As plans with a goal choose
+        if (padding < 2 && pitch_m < 5e-5) c.scene.wrp.oversampling = 1.5;
         c.scene.sampling.pitch_m = pitch_m;
-        c.name = "teapot, " + wrps_text(glm::ivec2(side)) + ", p " + length_text(pitch_m) + ", padding " + number_text(padding);
+        c.name = "teapot, " + wrps_text(glm::ivec2(side)) + ", p " + length_text(pitch_m) +
+                 ", padding " + number_text(padding);
         c.target = (pitch_m < 5e-5 ? targets.fine : targets.coarse)[side - 1];
         names.push_back(c.name);
         suite.cases.push_back(std::move(c));
       }
       suite.ratios.push_back(
-          {"2x2 over 1 WRP, p " + length_text(pitch_m) + ", padding " + number_text(padding), names[1], names[0], 3, 2.5});
+          {"2x2 over 1 WRP, p " + length_text(pitch_m) + ", padding " + number_text(padding),
+           names[1], names[0], 3, 2.5});
     }
   }
   for (const int side : {1, 2}) {
     const auto wrps = wrps_text(glm::ivec2(side)), peer = "Embree + FFTW, " + wrps;
-    const std::string file = (data / "teapot.toml").string(), set = "wrp.grid=[" + std::to_string(side) + ", " + std::to_string(side) + "]";
-    suite.peers.push_back({peer, "peer_embree_fftw", {file, "--set", set, "--name", peer}, 5, 2, load_scene(file, {set})});
+    const std::string file = (data / "teapot.toml").string(),
+                      set = "wrp.grid=[" + std::to_string(side) + ", " + std::to_string(side) + "]";
+    suite.peers.push_back({peer,
+                           "peer_embree_fftw",
+                           {file, "--set", set, "--name", peer},
+                           5,
+                           2,
+                           load_scene(file, {set})});
     for (const char* padding : {"2", "1.25"})
-      suite.ratios.push_back(
-          {"raywave over " + peer + ", padding " + padding, "teapot, " + wrps + ", p 100 um, padding " + padding, peer, 1.0 / 3, 1.0 / 6});
+      suite.ratios.push_back({"raywave over " + peer + ", padding " + padding,
+                              "teapot, " + wrps + ", p 100 um, padding " + padding, peer, 1.0 / 3,
+                              1.0 / 6});
   }
   suite.peers.push_back({"propagation", "bench_propagation", {"--json"}, 21, 5});
   for (const char* wrps : {"1 WRP", "4 WRPs"}) {
     for (const char* padding : {"2", "1.25"}) {
-      suite.ratios.push_back({std::string("propagation, ") + wrps + ", padding " + padding + ", over plain FFTW's at 2",
-                              std::string("propagation, ") + wrps + ", padding " + padding, std::string("plain FFTW 2-D, ") + wrps,
+      suite.ratios.push_back({std::string("propagation, ") + wrps + ", padding " + padding +
+                                  ", over plain FFTW's at 2",
+                              std::string("propagation, ") + wrps + ", padding " + padding,
+                              std::string("plain FFTW 2-D, ") + wrps,
                               padding[1] ? 1.0 / 5 : 1.0 / 2, 0});
     }
   }
@@ -62,7 +79,8 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
 /// Table 2, Fig. 8 and Fig. 9 of the paper.
 BenchSuite paper_suite(const std::filesystem::path& data) {
   BenchSuite suite{"paper", {}, {}, {}};
-  const std::vector<std::pair<std::string, std::string>> objects{{"plane", "plane"}, {"animal", "animal"}, {"teapot", "teapot"}};
+  const std::vector<std::pair<std::string, std::string>> objects{
+      {"plane", "plane"}, {"animal", "animal"}, {"teapot", "teapot"}};
   for (const auto& object : objects) {
     const auto &name = object.first, &file = object.second;
     BenchCase c;
@@ -80,13 +98,16 @@ BenchSuite paper_suite(const std::filesystem::path& data) {
     add("2x2 WRPs, the paper's fans", Method::wrp, 1, SamplingMode::fan);
     add("2x2 WRPs, raywave", Method::wrp, 1, SamplingMode::aimed);
     for (const char* base : {"point by point", "rays without WRP", "2x2 WRPs, the paper's fans"})
-      suite.ratios.push_back({name + ", raywave over " + base, name + ", 2x2 WRPs, raywave", name + ", " + base});
+      suite.ratios.push_back(
+          {name + ", raywave over " + base, name + ", 2x2 WRPs, raywave", name + ", " + base});
   }
-  const std::vector<std::pair<std::string, std::string>> wide{
-      {"teapot 20 mm", "teapot_20mm"}, {"animal 20 mm", "animal_20mm"}, {"plane 20 mm", "plane"}, {"plane 100 mm", "plane_100mm"}};
+  const std::vector<std::pair<std::string, std::string>> wide{{"teapot 20 mm", "teapot_20mm"},
+                                                              {"animal 20 mm", "animal_20mm"},
+                                                              {"plane 20 mm", "plane"},
+                                                              {"plane 100 mm", "plane_100mm"}};
   for (const auto& [name, file] : wide) {
-    for (const auto grid :
-         {glm::ivec2(1, 1), glm::ivec2(2, 1), glm::ivec2(3, 1), glm::ivec2(2, 2), glm::ivec2(3, 2), glm::ivec2(4, 2), glm::ivec2(3, 3)}) {
+    for (const auto grid : {glm::ivec2(1, 1), glm::ivec2(2, 1), glm::ivec2(3, 1), glm::ivec2(2, 2),
+                            glm::ivec2(3, 2), glm::ivec2(4, 2), glm::ivec2(3, 3)}) {
       BenchCase c;
       c.group = "grids";
       c.name = name + ", " + wrps_text(grid);
@@ -100,11 +121,13 @@ BenchSuite paper_suite(const std::filesystem::path& data) {
 
 /// Sphere of about so many triangles, diameter 1.
 Mesh sphere(int triangles) {
-  const int rings = std::max(2, static_cast<int>(std::lround(std::sqrt(triangles / 4.0)))), sectors = 2 * rings;
+  const int rings = std::max(2, static_cast<int>(std::lround(std::sqrt(triangles / 4.0)))),
+            sectors = 2 * rings;
   Mesh mesh;
   for (int j = 0; j <= rings; ++j) {
     for (int i = 0; i <= sectors; ++i) {
-      const double a = 2 * std::numbers::pi * (i % sectors) / sectors, b = std::numbers::pi * j / rings, r = j % rings ? std::sin(b) : 0;
+      const double a = 2 * std::numbers::pi * (i % sectors) / sectors,
+                   b = std::numbers::pi * j / rings, r = j % rings ? std::sin(b) : 0;
       mesh.positions.push_back(0.5 * glm::dvec3(r * std::cos(a), std::cos(b), r * std::sin(a)));
       mesh.normals.push_back(2.0 * mesh.positions.back());
       mesh.uvs.emplace_back(0);
@@ -139,15 +162,19 @@ BenchSuite scaling_suite(const std::filesystem::path& data) {
       c.meshes = std::make_shared<const Meshes>(Meshes{{mesh}, {is_closed(mesh)}, {0}});
     });
   }
-  suite.ratios.push_back({"1 million triangles over 16 thousand", "sphere of 1000000 triangles", "sphere of 16000 triangles", 1.5});
+  suite.ratios.push_back({"1 million triangles over 16 thousand", "sphere of 1000000 triangles",
+                          "sphere of 16000 triangles", 1.5});
   for (const double pitch_m : {2e-4, 1e-4, 5e-5, 2.5e-5})
-    add("sample pitch", "p " + length_text(pitch_m), [&](BenchCase& c) { c.scene.sampling.pitch_m = pitch_m; });
+    add("sample pitch", "p " + length_text(pitch_m),
+        [&](BenchCase& c) { c.scene.sampling.pitch_m = pitch_m; });
   for (const int width : {960, 1920, 3840, 7680}) {
     const glm::ivec2 size(width, width * 9 / 16);
-    add("hologram", grid_text(size) + " pixels", [&](BenchCase& c) { c.scene.hologram.resolution = size; });
+    add("hologram", grid_text(size) + " pixels",
+        [&](BenchCase& c) { c.scene.hologram.resolution = size; });
   }
   for (const int frames : {1, 2, 4, 8, 16})
-    add("frames together", std::to_string(frames) + " with phases of their own", [&](BenchCase& c) { c.scene.sampling.frames = frames; });
+    add("frames together", std::to_string(frames) + " with phases of their own",
+        [&](BenchCase& c) { c.scene.sampling.frames = frames; });
   return suite;
 }
 
@@ -158,7 +185,8 @@ BenchSuite bench_suite(const std::string& name, const std::filesystem::path& dat
   if (name == "gpu") return frames_suite(name, data, {{{370, 1000}, {98, 400}}, {}});
   if (name == "paper") return paper_suite(data);
   if (name == "scaling") return scaling_suite(data);
-  throw InputError("--suite " + one_line(name) + ": unknown; there are cpu, gpu, paper and scaling");
+  throw InputError("--suite " + one_line(name) +
+                   ": unknown; there are cpu, gpu, paper and scaling");
 }
 
 }  // namespace raywave

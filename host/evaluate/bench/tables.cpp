@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "host/common/text.hpp"
 #include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/device_json.hpp"
-#include "host/common/text.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
@@ -14,7 +14,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Columns of the main table before "rest"; a stage of another name counts as rest there, and as itself in the JSON.
+/// Columns of the main table before "rest"; a stage of another name counts as rest there, and as
+/// itself in the JSON.
 constexpr std::array stages{"meshes", "plan", "tree", "samples", "trace", "propagate", "encode"};
 
 struct Column {
@@ -51,14 +52,19 @@ std::string format(const char* how, auto... values) {
 std::string figure(double value) {
   if (!std::isfinite(value)) return "-";
   const double size = std::abs(value);
-  return format(size >= 99.95 ? "%.0f" : size >= 9.995 ? "%.1f" : size >= 0.095 || size == 0 ? "%.2f" : "%.2g", value);
+  return format(size >= 99.95                ? "%.0f"
+                : size >= 9.995              ? "%.1f"
+                : size >= 0.095 || size == 0 ? "%.2f"
+                                             : "%.2g",
+                value);
 }
 
 std::string milliseconds(double seconds) { return figure(1e3 * seconds); }
 std::string mebibytes(std::uint64_t bytes) { return std::to_string(bytes >> 20); }
 std::string percent(double share) { return format("%.0f %%", 100 * share); }
 
-std::string joined(const std::vector<std::string>& cells, const std::vector<int>& widths, BenchStyle style) {
+std::string joined(const std::vector<std::string>& cells, const std::vector<int>& widths,
+                   BenchStyle style) {
   std::string line;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (style == BenchStyle::markdown) {
@@ -73,7 +79,8 @@ std::string joined(const std::vector<std::string>& cells, const std::vector<int>
 }
 
 /// Heads, and the line that Markdown wants below them.
-std::string heads_of(const std::vector<std::string>& heads, const std::vector<int>& widths, BenchStyle style) {
+std::string heads_of(const std::vector<std::string>& heads, const std::vector<int>& widths,
+                     BenchStyle style) {
   std::string text = joined(heads, widths, style);
   if (style == BenchStyle::markdown) {
     text += "|---";
@@ -94,7 +101,9 @@ std::string targets_text(double required, double aim) {
   return number_text(required) + (aim > 0 ? " / " + number_text(aim) : "");
 }
 
-Json json_of(const Spread& spread) { return {{"median", spread.median}, {"low", spread.low}, {"high", spread.high}}; }
+Json json_of(const Spread& spread) {
+  return {{"median", spread.median}, {"low", spread.low}, {"high", spread.high}};
+}
 
 const char* name_of(Method method) {
   switch (method) {
@@ -111,19 +120,20 @@ const char* name_of(Method method) {
 Json json_of(const BenchRow& row, const DeviceLimits& rates) {
   Json json{{"group", row.group}, {"name", row.name}, {"note", row.note}};
   if (!row.peer) {
-    json["scene"] = {{"file", row.scene.file.filename().string()},
-                     {"method", name_of(row.method)},
-                     {"mode", row.scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
-                     {"resolution", {row.scene.hologram.resolution.x, row.scene.hologram.resolution.y}},
-                     {"grid", {row.grid.x, row.grid.y}},
-                     {"padding", row.scene.wrp.padding},
-                     {"padded", {row.padded.x, row.padded.y}},
-                     {"sampling_pitch_m", row.scene.sampling.pitch_m},
-                     {"holograms_per_frame", row.scene.sampling.frames},
-                     {"triangles", row.triangles},
-                     {"samples", row.samples},
-                     {"samples_partly_hidden", row.hidden_samples},
-                     {"rays", row.rays}};
+    json["scene"] = {
+        {"file", row.scene.file.filename().string()},
+        {"method", name_of(row.method)},
+        {"mode", row.scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
+        {"resolution", {row.scene.hologram.resolution.x, row.scene.hologram.resolution.y}},
+        {"grid", {row.grid.x, row.grid.y}},
+        {"padding", row.scene.wrp.padding},
+        {"padded", {row.padded.x, row.padded.y}},
+        {"sampling_pitch_m", row.scene.sampling.pitch_m},
+        {"holograms_per_frame", row.scene.sampling.frames},
+        {"triangles", row.triangles},
+        {"samples", row.samples},
+        {"samples_partly_hidden", row.hidden_samples},
+        {"rays", row.rays}};
   }
   json["scaled_from_one_in"] = row.share;
   json["frames"] = row.frames.size();
@@ -139,31 +149,37 @@ Json json_of(const BenchRow& row, const DeviceLimits& rates) {
   }
   json["stages"] = Json::object();
   for (const auto& [stage, is_there] : named) {
-    json["stages"][stage] = {{"wall_s", json_of(row.stage_s(stage))}, {"part_s", row.part_s(stage)}};
+    json["stages"][stage] = {{"wall_s", json_of(row.stage_s(stage))},
+                             {"part_s", row.part_s(stage)}};
     const auto found = row.work.find(stage);
     if (found == row.work.end()) continue;
     const auto& work = found->second;
     const double seconds = row.part_s(stage);
     auto& j = json["stages"][stage];
     if (work.bytes > 0)
-      j.update({{"bytes", work.bytes}, {"bytes_per_s", work.bytes / seconds}, {"share_of_copy", work.bytes / seconds / rates.bytes_per_s}});
+      j.update({{"bytes", work.bytes},
+                {"bytes_per_s", work.bytes / seconds},
+                {"share_of_copy", work.bytes / seconds / rates.bytes_per_s}});
     if (work.operations > 0)
       j.update({{"operations", work.operations},
                 {"operations_per_s", work.operations / seconds},
                 {"share_of_multiply_add", work.operations / seconds / rates.operations_per_s}});
   }
-  json["quality"] =
-      row.quality
-          ? Json{{"psnr_db", row.quality->psnr_db}, {"ssim", row.quality->ssim}, {"z_m", row.quality->z_m}, {"blur_m", row.quality->blur_m}}
-          : Json();
-  json["memory"] = {{"device_peak_bytes", row.device_peak_bytes}, {"resident_bytes", row.resident_bytes}};
+  json["quality"] = row.quality ? Json{{"psnr_db", row.quality->psnr_db},
+                                       {"ssim", row.quality->ssim},
+                                       {"z_m", row.quality->z_m},
+                                       {"blur_m", row.quality->blur_m}}
+                                : Json();
+  json["memory"] = {{"device_peak_bytes", row.device_peak_bytes},
+                    {"resident_bytes", row.resident_bytes}};
   json["others_share_of_processors"] = row.others_share;
   return json;
 }
 
 }  // namespace
 
-std::vector<BenchRatio> fill_ratios(const std::vector<BenchRatio>& ratios, const std::vector<BenchRow>& rows) {
+std::vector<BenchRatio> fill_ratios(const std::vector<BenchRatio>& ratios,
+                                    const std::vector<BenchRow>& rows) {
   const auto find = [&](const std::string& name) -> const BenchRow* {
     for (const auto& row : rows) {
       if (row.name == name && !row.frames.empty()) return &row;
@@ -176,7 +192,8 @@ std::vector<BenchRatio> fill_ratios(const std::vector<BenchRatio>& ratios, const
     if (!row || !base) continue;
     ratio.wall = row->wall_s().median / base->wall_s().median;
     ratio.processor = row->processor_s().median / base->processor_s().median;
-    if (row->quality && base->quality) ratio.psnr_gain_db = row->quality->psnr_db - base->quality->psnr_db;
+    if (row->quality && base->quality)
+      ratio.psnr_gain_db = row->quality->psnr_db - base->quality->psnr_db;
     filled.push_back(std::move(ratio));
   }
   return filled;
@@ -184,10 +201,12 @@ std::vector<BenchRatio> fill_ratios(const std::vector<BenchRatio>& ratios, const
 
 std::string bench_header(const Bench& bench, const std::string& suite) {
   const auto& d = bench.device();
-  return std::string("raywave ") + version + ", " + suite + " bench, " + today() + "\ndevice   " + d.index + " " + d.name + ", " +
-         std::to_string(d.compute_units) + " compute units\nplatform " + d.platform + "\nversion  " + d.version + ", driver " + d.driver +
-         ", FFT " + std::string(cl::name_of(bench.options().fft)) + "\nrates    copy " + figure(bench.limits().bytes_per_s / 1e9) +
-         " GB/s, multiply-add " + figure(bench.limits().operations_per_s / 1e9) + " Gflop/s\n";
+  return std::string("raywave ") + version + ", " + suite + " bench, " + today() + "\ndevice   " +
+         d.index + " " + d.name + ", " + std::to_string(d.compute_units) +
+         " compute units\nplatform " + d.platform + "\nversion  " + d.version + ", driver " +
+         d.driver + ", FFT " + std::string(cl::name_of(bench.options().fft)) + "\nrates    copy " +
+         figure(bench.limits().bytes_per_s / 1e9) + " GB/s, multiply-add " +
+         figure(bench.limits().operations_per_s / 1e9) + " Gflop/s\n";
 }
 
 std::string bench_heads(BenchStyle style) {
@@ -197,7 +216,8 @@ std::string bench_heads(BenchStyle style) {
 }
 
 std::string bench_line(const BenchRow& row, BenchStyle style) {
-  const auto name = row.name + (row.share > 1 ? " (1/" + std::to_string(row.share) + ", scaled)" : "");
+  const auto name =
+      row.name + (row.share > 1 ? " (1/" + std::to_string(row.share) + ", scaled)" : "");
   if (row.frames.empty()) return joined({name, row.note}, {columns[0].width, 0}, style);
   const auto wall = row.wall_s();
   std::vector<std::string> cells{name,
@@ -216,12 +236,14 @@ std::string bench_line(const BenchRow& row, BenchStyle style) {
   const bool has_stages = !row.frames[0].stages_s.empty();
   cells.push_back(has_stages ? milliseconds(rest) : "");
   cells.push_back(row.peer ? "" : milliseconds(row.first_frame_s));
-  cells.push_back(row.peer ? "" : mebibytes(row.device_peak_bytes) + " / " + mebibytes(row.resident_bytes));
+  cells.push_back(
+      row.peer ? "" : mebibytes(row.device_peak_bytes) + " / " + mebibytes(row.resident_bytes));
   cells.push_back(row.peer ? "" : percent(row.others_share));
   return joined(cells, main_widths(), style) + (row.note.empty() ? "" : "    " + row.note + "\n");
 }
 
-std::string bench_work_table(const Bench& bench, const std::vector<BenchRow>& rows, BenchStyle style) {
+std::string bench_work_table(const Bench& bench, const std::vector<BenchRow>& rows,
+                             BenchStyle style) {
   const std::vector<int> widths{columns[0].width, -9, 8, 8, 8, 9, 9, 9};
   std::string text;
   for (const auto& row : rows) {
@@ -242,13 +264,15 @@ std::string bench_work_table(const Bench& bench, const std::vector<BenchRow>& ro
     }
   }
   if (text.empty()) return text;
-  return heads_of({"", "stage", "ms", "MB", "GB/s", "of copy", "Gflop", "of mad"}, widths, style) + text;
+  return heads_of({"", "stage", "ms", "MB", "GB/s", "of copy", "Gflop", "of mad"}, widths, style) +
+         text;
 }
 
 std::string bench_ratio_table(const std::vector<BenchRatio>& ratios, BenchStyle style) {
   if (ratios.empty()) return "";
   const std::vector<int> widths{-60, 9, 9, 15, 9};
-  std::string text = heads_of({"time over", "wall", "cpu", "wanted at most", "dB more"}, widths, style);
+  std::string text =
+      heads_of({"time over", "wall", "cpu", "wanted at most", "dB more"}, widths, style);
   for (const auto& r : ratios) {
     text += joined({r.name, format("%.3g", r.wall), format("%.3g", r.processor),
                     targets_text(std::round(r.at_most * 1e3) / 1e3, std::round(r.aim * 1e3) / 1e3),
@@ -258,12 +282,16 @@ std::string bench_ratio_table(const std::vector<BenchRatio>& ratios, BenchStyle 
   return text;
 }
 
-std::string bench_json(const Bench& bench, const std::string& suite, const std::vector<BenchRow>& rows,
-                       const std::vector<BenchRatio>& ratios) {
-  Json json{{"raywave", version}, {"date", today()}, {"suite", suite}, {"device", json_of(bench.device())}};
+std::string bench_json(const Bench& bench, const std::string& suite,
+                       const std::vector<BenchRow>& rows, const std::vector<BenchRatio>& ratios) {
+  Json json{{"raywave", version},
+            {"date", today()},
+            {"suite", suite},
+            {"device", json_of(bench.device())}};
   json["device"]["compute_units"] = bench.device().compute_units;
   json["device"]["fft"] = cl::name_of(bench.options().fft);
-  json["rates"] = {{"copy_bytes_per_s", bench.limits().bytes_per_s}, {"multiply_add_operations_per_s", bench.limits().operations_per_s}};
+  json["rates"] = {{"copy_bytes_per_s", bench.limits().bytes_per_s},
+                   {"multiply_add_operations_per_s", bench.limits().operations_per_s}};
   json["rows"] = Json::array();
   for (const auto& row : rows) json["rows"].push_back(json_of(row, bench.limits()));
   json["ratios"] = Json::array();

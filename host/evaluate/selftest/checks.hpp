@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The parts that make up self_checks(), a file each, and what they share. A check more is a line more in its part's list.
+/// The parts that make up self_checks(), a file each, and what they share. A check more is a line
+/// more in its part's list.
 #pragma once
 
 #include <complex>

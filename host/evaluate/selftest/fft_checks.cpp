@@ -4,16 +4,19 @@
 #include <optional>
 
 #include "cl/fft.hpp"
-#include "host/reference/propagation.hpp"
 #include "host/evaluate/selftest/checks.hpp"
+#include "host/reference/propagation.hpp"
 
 namespace raywave::selftest {
 namespace {
 
 using reference::Field;
 
-/// c eps sqrt(log2 n), the growth of rounding errors in an FFT; c as measured in tests/cl/fft.cpp, with a margin.
-double tolerance(glm::ivec2 size) { return 1.5 * 0x1p-24 * std::sqrt(1 + std::log2(static_cast<double>(size.x) * size.y)); }
+/// c eps sqrt(log2 n), the growth of rounding errors in an FFT; c as measured in tests/cl/fft.cpp,
+/// with a margin.
+double tolerance(glm::ivec2 size) {
+  return 1.5 * 0x1p-24 * std::sqrt(1 + std::log2(static_cast<double>(size.x) * size.y));
+}
 
 Field transformed(const cl::Device& device, cl::Fft& fft, const Field& plane, int sign) {
   cl::ComplexBuffer buffer(device, reference::to_float(plane), "plane");
@@ -24,7 +27,8 @@ Field transformed(const cl::Device& device, cl::Fft& fft, const Field& plane, in
 /// The first live.y rows and live.x columns.
 Field corner(const Field& plane, glm::ivec2 size, glm::ivec2 live) {
   Field part;
-  for (int y = 0; y < live.y; ++y) part.insert(part.end(), plane.begin() + y * size.x, plane.begin() + y * size.x + live.x);
+  for (int y = 0; y < live.y; ++y)
+    part.insert(part.end(), plane.begin() + y * size.x, plane.begin() + y * size.x + live.x);
   return part;
 }
 
@@ -33,41 +37,53 @@ cl::FftShape shape_of(glm::ivec2 size, glm::ivec2 live) {
   return {n(size.x), n(size.y), n(live.x), n(live.y)};
 }
 
-Finding against_direct_sum(const cl::Device& device, cl::FftBackend backend, glm::ivec2 size, glm::ivec2 live) {
+Finding against_direct_sum(const cl::Device& device, cl::FftBackend backend, glm::ivec2 size,
+                           glm::ivec2 live) {
   const auto fft = cl::make_fft(device, backend, shape_of(size, live));
   auto field = reference::to_double(reference::noise(size, 1));
   for (int y = 0; y < size.y; ++y)
     for (int x = 0; x < size.x; ++x)
       if (x >= live.x || y >= live.y) field[y * size.x + x] = 0;
   const auto spectrum = reference::to_double(reference::noise(size, 2));
-  const double forward = reference::relative_error(transformed(device, *fft, field, -1), reference::direct_transform(field, size, -1));
-  const double inverse = reference::relative_error(corner(transformed(device, *fft, spectrum, 1), size, live),
-                                                   corner(reference::direct_transform(spectrum, size, 1), size, live));
+  const double forward = reference::relative_error(transformed(device, *fft, field, -1),
+                                                   reference::direct_transform(field, size, -1));
+  const double inverse =
+      reference::relative_error(corner(transformed(device, *fft, spectrum, 1), size, live),
+                                corner(reference::direct_transform(spectrum, size, 1), size, live));
   return {std::max(forward, inverse), ""};
 }
 
-std::string text(glm::ivec2 size) { return std::to_string(size.x) + " x " + std::to_string(size.y); }
+std::string text(glm::ivec2 size) {
+  return std::to_string(size.x) + " x " + std::to_string(size.y);
+}
 
 }  // namespace
 
 std::vector<SelfCheck> fft_checks(const cl::DeviceInfo& info, SelfTestSize size) {
   std::vector<SelfCheck> checks;
-  for (const auto backend : {cl::FftBackend::clfft, cl::FftBackend::vkfft}) {  // the host's is part of the propagation
+  // The host's is part of the propagation
+  for (const auto backend : {cl::FftBackend::clfft, cl::FftBackend::vkfft}) {
     if (!cl::serves(backend, info)) continue;
     const std::string name(cl::name_of(backend));
     // clFFT takes seconds for a new shape, and its planes are products of 2, 3, 5 and 7.
     std::vector<glm::ivec2> sizes{{1, 7}, {12, 18}, {60, 35}};
     if (size == SelfTestSize::full) sizes.insert(sizes.end(), {{1, 1}, {7, 1}, {105, 63}});
     for (const auto n : sizes)
-      checks.push_back({"FFT", name + ", " + text(n) + ", against the direct sum", "relative L2", tolerance(n),
-                        [=](const cl::Device& device) { return against_direct_sum(device, backend, n, n); }});
+      checks.push_back(
+          {"FFT", name + ", " + text(n) + ", against the direct sum", "relative L2", tolerance(n),
+           [=](const cl::Device& device) { return against_direct_sum(device, backend, n, n); }});
     const glm::ivec2 n{60, 35}, live{31, 18};
-    checks.push_back({"FFT", name + ", " + text(live) + " live of " + text(n) + ", against the direct sum", "relative L2", tolerance(n),
-                      [=](const cl::Device& device) { return against_direct_sum(device, backend, n, live); }});
+    checks.push_back(
+        {"FFT", name + ", " + text(live) + " live of " + text(n) + ", against the direct sum",
+         "relative L2", tolerance(n),
+         [=](const cl::Device& device) { return against_direct_sum(device, backend, n, live); }});
     if (backend == cl::FftBackend::vkfft) continue;  // does any size
-    checks.push_back({"FFT", name + " refuses 17 x 4", "refusals lost", 0, [=](const cl::Device& device) {
-                        return refused("products of 2, 3, 5, 7", [&] { cl::make_fft(device, backend, shape_of({17, 4}, {17, 4})); });
-                      }});
+    checks.push_back(
+        {"FFT", name + " refuses 17 x 4", "refusals lost", 0, [=](const cl::Device& device) {
+           return refused("products of 2, 3, 5, 7", [&] {
+             cl::make_fft(device, backend, shape_of({17, 4}, {17, 4}));
+           });
+         }});
   }
   return checks;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From surfaces to levels: samples, shading, gathering, the lens and the encoder, each against double precision.
+// From surfaces to levels: samples, shading, gathering, the lens and the encoder, each against
+// double precision.
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -7,13 +8,13 @@
 #include <numbers>
 
 #include "host/encode/encode.hpp"
-#include "host/trace/gatherer.hpp"
-#include "host/view/lens.hpp"
+#include "host/evaluate/selftest/checks.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/reference/shading.hpp"
-#include "host/evaluate/selftest/checks.hpp"
 #include "host/trace/fan_tracer.hpp"
+#include "host/trace/gatherer.hpp"
+#include "host/view/lens.hpp"
 
 namespace raywave::selftest {
 namespace {
@@ -26,7 +27,9 @@ using reference::place;
 using reference::Rig;
 using reference::Stage;
 
-std::size_t pixels_of(const Plan& plan) { return static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y); }
+std::size_t pixels_of(const Plan& plan) {
+  return static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y);
+}
 
 /// The lattice's ray through a cell, from the hologram's centre, scene frame.
 reference::Ray lattice_ray(const Rig& rig, std::size_t cell) {
@@ -36,7 +39,8 @@ reference::Ray lattice_ray(const Rig& rig, std::size_t cell) {
   return {-rig.plan.origin_m, {tangent, 1}, 0, 2 * rig.plan.far_m};
 }
 
-/// Cells that do not hold one sample for each surface their ray meets: the ball's outside, the wall.
+/// Cells that do not hold one sample for each surface their ray meets: the ball's outside, the
+/// wall.
 Finding layers(const cl::Device& device) {
   const Rig rig(device, ball_before_wall(30e-3));
   int wrong = 0, unsure = 0;
@@ -45,7 +49,9 @@ Finding layers(const cl::Device& device) {
     const auto ray = lattice_ray(rig, cell);
     const auto meets = [&](int object, double sideways) {
       for (std::size_t i = 0; i < rig.corners.size(); ++i)
-        if (rig.triangles[i].material == object && reference::intersect(rig.corners[i], ray, sideways).triangle >= 0) return true;
+        if (rig.triangles[i].material == object &&
+            reference::intersect(rig.corners[i], ray, sideways).triangle >= 0)
+          return true;
       return false;
     };
     int expected = 0;
@@ -57,7 +63,8 @@ Finding layers(const cl::Device& device) {
     unsure += at_edge;
     wrong += !at_edge && rig.first_of_cell[cell + 1] - rig.first_of_cell[cell] != expected;
   }
-  if (10 * static_cast<std::size_t>(unsure) > cells) throw std::logic_error("samples: most cells lie on edges");
+  if (10 * static_cast<std::size_t>(unsure) > cells)
+    throw std::logic_error("samples: most cells lie on edges");
   return {static_cast<double>(wrong), std::to_string(rig.table.count) + " samples"};
 }
 
@@ -89,9 +96,12 @@ Finding lit(const cl::Device& device) {
     const auto& s = rig.samples[i];
     for (std::size_t number = 0; number < rig.scene.lights.size(); ++number) {
       const auto& light = rig.scene.lights[number];
-      const auto way = light.type == LightType::point ? light.position_m - rig.plan.origin_m - place(s) : -normalize(light.direction) * 0.1;
+      const auto way = light.type == LightType::point
+                           ? light.position_m - rig.plan.origin_m - place(s)
+                           : -normalize(light.direction) * 0.1;
       const double facing = dot(normal(s), normalize(way));
-      const auto seen = reference::free_way(rig.corners, place(s), normal(s), rig.arrays.bias_m, place(s) + way);
+      const auto seen =
+          reference::free_way(rig.corners, place(s), normal(s), rig.arrays.bias_m, place(s) + way);
       if (std::abs(facing) < 1e-5 || (facing > 0 && seen == reference::Seen::unsure)) continue;
       const bool said = rig.lit[i * rig.arrays.light_words() + number / 32] >> (number % 32) & 1u;
       finding.measured += said != (facing > 0 && seen == reference::Seen::yes);
@@ -111,8 +121,11 @@ Finding radiance(const cl::Device& device) {
     for (std::size_t number = 0; number < rig.scene.lights.size(); ++number) {
       const auto& light = rig.scene.lights[number];
       if (!(rig.lit[i * rig.arrays.light_words() + number / 32] >> (number % 32) & 1u)) continue;
-      const auto way = light.type == LightType::point ? light.position_m - rig.plan.origin_m - place(s) : -light.direction;
-      expected += light.intensity * material.diffuse.x * std::max(0.0, dot(normal(s), normalize(way)));
+      const auto way = light.type == LightType::point
+                           ? light.position_m - rig.plan.origin_m - place(s)
+                           : -light.direction;
+      expected +=
+          light.intensity * material.diffuse.x * std::max(0.0, dot(normal(s), normalize(way)));
     }
     const double error = std::abs(s.radiance / expected - 1);
     if (!(error <= finding.measured)) finding.measured = error;
@@ -122,7 +135,8 @@ Finding radiance(const cl::Device& device) {
 
 /// A plane around `centre_m` gathered geometrically, against the direct sum of the samples.
 Finding gathered(const cl::Device& device, dvec3 centre_m) {
-  // The farther the plane, the more samples each of its pixels sees: fewer pixels do, and the sum is slow.
+  // The farther the plane, the more samples each of its pixels sees: fewer pixels do, and the sum
+  // is slow.
   const int pixels = centre_m.z > 25e-3 ? 600 : 40;
   const Rig rig(device, ball_before_wall(30e-3));
   Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1, 0);
@@ -133,13 +147,15 @@ Finding gathered(const cl::Device& device, dvec3 centre_m) {
   require_finite(got, "gathered field");
   const auto result = reference::against_direct_sum(rig, got, 1, 1, centre_m, pixels);
   if (4 * result.pixels < pixels) throw std::logic_error("gather: too few pixels are decided");
-  return {result.dark_error > 0 ? INFINITY : result.error, result.dark_error > 0 ? "light where none should be" : ""};
+  return {result.dark_error > 0 ? INFINITY : result.error,
+          result.dark_error > 0 ? "light where none should be" : ""};
 }
 
 /// Three times what is measured (docs/accuracy.md).
 constexpr double fan_bound = 1e-6;
 
-/// A WRP's fan of rays against the same rays followed in double, over the pixels that single precision can decide.
+/// A WRP's fan of rays against the same rays followed in double, over the pixels that single
+/// precision can decide.
 Finding traced(const cl::Device& device, Stage stage, double reach) {
   auto& scene = stage.scene;
   scene.hologram = {{17, 13}, {1e-6, 1e-6}, 638e-9};
@@ -152,8 +168,8 @@ Finding traced(const cl::Device& device, Stage stage, double reach) {
   // Tangents as the device has them, a little off a regular grid, so that none runs along an edge.
   for (int j = 0; j < 5; ++j)
     for (int i = 0; i < 5; ++i)
-      wrp.fan.emplace_back(
-          glm::vec2(((i + 0.5 + 0.137 * std::sin(7 * j)) / 2.5 - 1) * reach, ((j + 0.5 + 0.119 * std::cos(5 * i)) / 2.5 - 1) * reach));
+      wrp.fan.emplace_back(glm::vec2(((i + 0.5 + 0.137 * std::sin(7 * j)) / 2.5 - 1) * reach,
+                                     ((j + 0.5 + 0.119 * std::cos(5 * i)) / 2.5 - 1) * reach));
   wrp.fan_step = dvec2(reach / 2.5);
   const DeviceScene arrays(device, scene, stage.world, plan);
   cl::ComplexBuffer field(device, pixels_of(plan), "field");
@@ -167,11 +183,13 @@ Finding traced(const cl::Device& device, Stage stage, double reach) {
     decided.emplace_back(got[i]);
     expected.push_back(oracle.field[i]);
   }
-  if (10 * expected.size() < 8 * got.size()) throw std::logic_error("trace: too few pixels are decided");
+  if (10 * expected.size() < 8 * got.size())
+    throw std::logic_error("trace: too few pixels are decided");
   return {reference::relative_error(decided, expected), std::to_string(oracle.hits) + " hits"};
 }
 
-/// A wall that shines by its highlight only, lit so that the fan's middle ray sees its brightest place.
+/// A wall that shines by its highlight only, lit so that the fan's middle ray sees its brightest
+/// place.
 Stage highlight(double shininess) {
   Stage stage;
   Material m;
@@ -180,8 +198,8 @@ Stage highlight(double shininess) {
   m.shininess = shininess;
   stage.add(reference::rectangle({0, 0, 30e-3}, {1.5e-3, 0, 0.08e-3}, {0, 1.5e-3, 0.05e-3}), m);
   const dvec3 facing(stage.world.normals[0]);
-  const auto to_viewer =
-      -normalize(dvec3(0.3 * (2.5 + 0.137 * std::sin(14.0) - 2.5) / 2.5, 0.3 * (2.5 + 0.119 * std::cos(10.0) - 2.5) / 2.5, 1));
+  const auto to_viewer = -normalize(dvec3(0.3 * (2.5 + 0.137 * std::sin(14.0) - 2.5) / 2.5,
+                                          0.3 * (2.5 + 0.119 * std::cos(10.0) - 2.5) / 2.5, 1));
   Light light;
   light.direction = -(2 * dot(facing, to_viewer) * facing - to_viewer) + dvec3(3e-4, -2e-4, 0);
   stage.scene.lights = {light};
@@ -220,12 +238,18 @@ Finding encoded(const cl::Device& device) {
   std::vector<std::complex<float>> field;
   std::vector<int> expected;
   while (field.size() < 100'000) {
-    const double turns = reference::uniform(random, 0, 1), size = std::pow(10, reference::uniform(random, -30, 30));
+    const double turns = reference::uniform(random, 0, 1),
+                 size = std::pow(10, reference::uniform(random, -30, 30));
     if (std::abs(turns * 256 - std::floor(turns * 256) - 0.5) < 1e-3) continue;  // a tie in float
     field.emplace_back(std::polar(size, 2 * std::numbers::pi * turns));
     expected.push_back(static_cast<int>(std::lround(turns * 256)) % 256);
   }
-  for (const auto& special : {std::complex<float>(0, 0), {-0.0f, 0}, {NAN, 1}, {1, NAN}, {INFINITY, 1}, {-1, -INFINITY}}) {
+  for (const auto& special : {std::complex<float>(0, 0),
+                              {-0.0f, 0},
+                              {NAN, 1},
+                              {1, NAN},
+                              {INFINITY, 1},
+                              {-1, -INFINITY}}) {
     field.push_back(special);
     expected.push_back(0);
   }
@@ -249,18 +273,23 @@ std::vector<SelfCheck> light_checks() {
                                        {"off the axis", {0.43e-3, -0.35e-3, 27e-3}},
                                        {"behind it", {0, 0, 33e-3}},
                                        {"at the hologram", {0, 0, 0}}})
-    checks.push_back({"gather", std::string("plane ") + name + ", against the direct sum", "relative L2", 2e-5,
-                      [centre_m = centre_m](const cl::Device& device) { return gathered(device, centre_m); }});
-  checks.push_back({"Phong", "fan of rays, ball and wall, sun and lamp, shadows", "relative L2", fan_bound,
-                    [](const cl::Device& device) { return traced(device, ball_before_wall(30e-3), 0.2); }});
+    checks.push_back(
+        {"gather", std::string("plane ") + name + ", against the direct sum", "relative L2", 2e-5,
+         [centre_m = centre_m](const cl::Device& device) { return gathered(device, centre_m); }});
+  checks.push_back(
+      {"Phong", "fan of rays, ball and wall, sun and lamp, shadows", "relative L2", fan_bound,
+       [](const cl::Device& device) { return traced(device, ball_before_wall(30e-3), 0.2); }});
   for (const double exponent : {0.0, 1.0, 1e3, 1e6}) {
     char claim[64];
     std::snprintf(claim, sizeof claim, "fan of rays, highlight of shininess %g", exponent);
-    checks.push_back({"Phong", claim, "relative L2", fan_bound,
-                      [exponent](const cl::Device& device) { return traced(device, highlight(exponent), 0.3); }});
+    checks.push_back(
+        {"Phong", claim, "relative L2", fan_bound, [exponent](const cl::Device& device) {
+           return traced(device, highlight(exponent), 0.3);
+         }});
   }
   checks.push_back({"lens", "a matt wall in focus", "relative", 4e-7, lens});
-  checks.push_back({"encode", "100,000 phases, zero, NaN and infinity", "wrong levels", 0, encoded});
+  checks.push_back(
+      {"encode", "100,000 phases, zero, NaN and infinity", "wrong levels", 0, encoded});
   return checks;
 }
 

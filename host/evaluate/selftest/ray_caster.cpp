@@ -21,7 +21,8 @@ std::vector<T> read(const cl::Buffer<T>& buffer, std::size_t size) {
   auto values = buffer.read();
   const auto end = values.begin() + static_cast<std::ptrdiff_t>(size);
   if (!std::all_of(end, values.end(), [](T v) { return v == T(canary); }))
-    throw cl::DeviceError("intersect.cl wrote beyond its outputs, with " + std::to_string(size) + " elements");
+    throw cl::DeviceError("intersect.cl wrote beyond its outputs, with " + std::to_string(size) +
+                          " elements");
   values.resize(size);
   return values;
 }
@@ -46,7 +47,8 @@ DeviceTree upload(const cl::Device& device, const Bvh& bvh) {
   for (const auto& t : bvh.triangles) {
     const int first = static_cast<int>(3 * triangles.size());
     triangles.push_back({first, first + 1, first + 2, 0, 0, 0});
-    for (const auto* corner : {t.a, t.b, t.c}) positions.insert(positions.end(), corner, corner + 3);
+    for (const auto* corner : {t.a, t.b, t.c})
+      positions.insert(positions.end(), corner, corner + 3);
   }
   return {{device, bvh.nodes, "nodes"},
           {device, triangles, "triangles"},
@@ -60,7 +62,9 @@ RayCaster::RayCaster(const cl::Device& device, int lanes, const Bvh& bvh, int de
 RayCaster::RayCaster(const cl::Device& device, int lanes, DeviceTree tree, int depth)
     : device_(device),
       lanes_(static_cast<std::size_t>(lanes)),
-      program_(device, "kernels/instruments/intersect.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}, {"RAYWAVE_BVH_DEPTH", std::to_string(depth)}}),
+      program_(
+          device, "kernels/instruments/intersect.cl",
+          {{"RAYWAVE_LANES", std::to_string(lanes)}, {"RAYWAVE_BVH_DEPTH", std::to_string(depth)}}),
       tree_(std::move(tree)) {}
 
 std::vector<reference::Hit> RayCaster::nearest(std::span<const reference::Ray> rays) {
@@ -69,12 +73,13 @@ std::vector<reference::Hit> RayCaster::nearest(std::span<const reference::Ray> r
   const auto triangle = guarded<std::int32_t>(device_, n, "triangle");
   const auto t_u_v = guarded<float>(device_, 3 * n, "t, u, v");
   program_.kernel("intersect_nearest")
-      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions, tree_.bodies, planes,
-           static_cast<std::int32_t>(n), triangle, t_u_v);
+      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions,
+           tree_.bodies, planes, static_cast<std::int32_t>(n), triangle, t_u_v);
   const auto ids = read(triangle, n);
   const auto values = read(t_u_v, 3 * n);
   std::vector<reference::Hit> hits(n);
-  for (std::size_t i = 0; i < n; ++i) hits[i] = {.t = values[i], .triangle = ids[i], .u = values[n + i], .v = values[2 * n + i]};
+  for (std::size_t i = 0; i < n; ++i)
+    hits[i] = {.t = values[i], .triangle = ids[i], .u = values[n + i], .v = values[2 * n + i]};
   return hits;
 }
 
@@ -83,8 +88,8 @@ std::vector<int> RayCaster::occluded(std::span<const reference::Ray> rays) {
   const cl::Buffer<float> planes(device_, planes_of(rays), "rays");
   const auto result = guarded<std::int32_t>(device_, n, "occluded");
   program_.kernel("intersect_any")
-      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions, tree_.bodies, planes,
-           static_cast<std::int32_t>(n), result);
+      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions,
+           tree_.bodies, planes, static_cast<std::int32_t>(n), result);
   return read(result, n);
 }
 

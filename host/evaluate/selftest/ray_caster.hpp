@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Arrays of rays against a tree on a device (kernels/instruments/intersect.cl): what tests and the self-test hold against brute force.
+/// Arrays of rays against a tree on a device (kernels/instruments/intersect.cl): what tests and the
+/// self-test hold against brute force.
 #pragma once
 
 #include <span>
@@ -7,8 +8,8 @@
 
 #include "cl/program.hpp"
 #include "host/geometry/bvh.hpp"
-#include "host/trace/device_tree.hpp"
 #include "host/reference/rays.hpp"
+#include "host/trace/device_tree.hpp"
 
 namespace raywave::selftest {
 
@@ -22,7 +23,8 @@ public:
   RayCaster(const cl::Device& device, int lanes, const Bvh& bvh, int depth = 32);
   RayCaster(const cl::Device& device, int lanes, DeviceTree tree, int depth = 32);
 
-  /// Hits as the device found them (t_uncertainty stays 0); a miss has t = t_max. Rays are rounded to float.
+  /// Hits as the device found them (t_uncertainty stays 0); a miss has t = t_max. Rays are rounded
+  /// to float.
   /// throws  DeviceError when the kernel wrote beyond its outputs
   std::vector<reference::Hit> nearest(std::span<const reference::Ray> rays);
 

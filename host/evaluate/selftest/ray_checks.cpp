@@ -4,10 +4,10 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "host/trace/device_scene.hpp"
-#include "host/reference/surfaces.hpp"
 #include "host/evaluate/selftest/checks.hpp"
 #include "host/evaluate/selftest/ray_caster.hpp"
+#include "host/reference/surfaces.hpp"
+#include "host/trace/device_scene.hpp"
 
 namespace raywave::selftest {
 namespace {
@@ -16,7 +16,9 @@ using reference::Random;
 using reference::Ray;
 using reference::Surface;
 
-RayCaster caster(const cl::Device& device, const Bvh& bvh) { return {device, lanes_for(device.info()), bvh}; }
+RayCaster caster(const cl::Device& device, const Bvh& bvh) {
+  return {device, lanes_for(device.info()), bvh};
+}
 
 Bvh tree_of(const Surface& surface) { return build_bvh(surface.positions, surface.triangles, {}); }
 
@@ -34,8 +36,8 @@ Finding hits(const cl::Device& device, const Surface& surface, const std::vector
   return finding;
 }
 
-/// Rays through a ring, cut off anywhere, that are said to be free although something stands in their way by more than rounding, or not to
-/// be although nothing does.
+/// Rays through a ring, cut off anywhere, that are said to be free although something stands in
+/// their way by more than rounding, or not to be although nothing does.
 Finding visibility(const cl::Device& device) {
   Random random(4);
   const double size = 5e-3;
@@ -55,8 +57,9 @@ Finding visibility(const cl::Device& device) {
     };
     const double rounding = 1e-5 * (std::abs(rays[i].t_max) + size / length(rays[i].direction));
     hidden += found[i] != 0;
-    finding.measured += found[i] != 0 ? !any(reference::float_sideways, -rounding, rays[i].t_max + rounding)
-                                      : any(-reference::float_sideways, rounding, rays[i].t_max - rounding);
+    finding.measured += found[i] != 0
+                            ? !any(reference::float_sideways, -rounding, rays[i].t_max + rounding)
+                            : any(-reference::float_sideways, rounding, rays[i].t_max - rounding);
   }
   finding.note = std::to_string(hidden) + " hidden";
   return finding;
@@ -72,8 +75,10 @@ Finding cracks(const cl::Device& device, std::size_t count) {
       const auto bvh = tree_of(mesh);
       auto casts = caster(device, bvh);
       for (std::size_t left = count / 4; left > 0;) {
-        const auto rays = reference::rays_at_edges(random, bvh.triangles, std::min(left, most_at_once), size);
-        for (const auto& hit : casts.nearest(rays)) finding.measured += hit.triangle < 0 || !(hit.t <= 1 + 1e-5);
+        const auto rays =
+            reference::rays_at_edges(random, bvh.triangles, std::min(left, most_at_once), size);
+        for (const auto& hit : casts.nearest(rays))
+          finding.measured += hit.triangle < 0 || !(hit.t <= 1 + 1e-5);
         left -= rays.size();
       }
     }
@@ -81,14 +86,16 @@ Finding cracks(const cl::Device& device, std::size_t count) {
   return finding;
 }
 
-/// Near-parallel rays onto a bumpy surface, as from a wavefront recording plane; rms of the error of their length.
+/// Near-parallel rays onto a bumpy surface, as from a wavefront recording plane; rms of the error
+/// of their length.
 Finding hit_distance(const cl::Device& device, double distance_m) {
   Random random(8);
   const auto bvh = tree_of(reference::torus(5e-3));
   std::vector<Ray> rays;
   for (int i = 0; i < 20000; ++i) {
     const auto p = reference::in_box(random, 4e-3);
-    const double x = reference::uniform(random, -0.05, 0.05), y = reference::uniform(random, -0.05, 0.05);
+    const double x = reference::uniform(random, -0.05, 0.05),
+                 y = reference::uniform(random, -0.05, 0.05);
     rays.push_back({{p.x, p.y, -distance_m}, normalize(glm::dvec3(x, y, 1)), 0, 10});
   }
   rays = reference::as_float(rays);
@@ -97,7 +104,8 @@ Finding hit_distance(const cl::Device& device, double distance_m) {
   for (std::size_t i = 0; const auto& hit : caster(device, bvh).nearest(rays)) {
     const auto& ray = rays[i++];
     if (hit.triangle < 0) continue;
-    const auto exact = reference::intersect(bvh.triangles[static_cast<std::size_t>(hit.triangle)], ray);
+    const auto exact =
+        reference::intersect(bvh.triangles[static_cast<std::size_t>(hit.triangle)], ray);
     if (exact.triangle < 0) continue;
     sum += std::pow(hit.t - exact.t, 2);
     ++count;
@@ -117,7 +125,8 @@ std::vector<SelfCheck> ray_checks(SelfTestSize size) {
         [scale = scale](const cl::Device& device) {
           Random random(2);
           const auto soup = reference::soup(random, 300, scale);
-          return hits(device, soup, reference::as_float(reference::random_rays(random, 5003, scale)));
+          return hits(device, soup,
+                      reference::as_float(reference::random_rays(random, 5003, scale)));
         });
   }
   add("one triangle", "wrong hits", 0, [](const cl::Device& device) {
@@ -127,11 +136,15 @@ std::vector<SelfCheck> ray_checks(SelfTestSize size) {
     return hits(device, one, reference::as_float(reference::random_rays(random, 1001, 0.5)));
   });
   const std::size_t many = size == SelfTestSize::full ? 10'000'000 : 100'000;
-  add((size == SelfTestSize::full ? "10,000,000" : "100,000") + std::string(" rays at shared edges and vertices, 5 mm and 1 m"),
+  add((size == SelfTestSize::full ? "10,000,000" : "100,000") +
+          std::string(" rays at shared edges and vertices, 5 mm and 1 m"),
       "slipped through", 0, [=](const cl::Device& device) { return cracks(device, many); });
-  for (const auto& [name, distance_m, bound] : {std::tuple("5 mm", 5e-3, 0.2e-9), {"100 mm", 0.1, 5e-9}, {"1 m", 1.0, 40e-9}})
+  for (const auto& [name, distance_m, bound] :
+       {std::tuple("5 mm", 5e-3, 0.2e-9), {"100 mm", 0.1, 5e-9}, {"1 m", 1.0, 40e-9}})
     add(std::string("length of rays from ") + name + " away", "m rms", bound,
-        [distance_m = distance_m](const cl::Device& device) { return hit_distance(device, distance_m); });
+        [distance_m = distance_m](const cl::Device& device) {
+          return hit_distance(device, distance_m);
+        });
   add("5,000 visibility rays through a ring, cut off anywhere", "wrong answers", 0, visibility);
   return checks;
 }

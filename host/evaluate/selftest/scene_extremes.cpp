@@ -4,10 +4,10 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "host/view/compare.hpp"
+#include "host/evaluate/selftest/checks.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/render.hpp"
-#include "host/evaluate/selftest/checks.hpp"
+#include "host/view/compare.hpp"
 
 namespace raywave::selftest {
 namespace {
@@ -38,9 +38,11 @@ Stage plate(const Extreme& e) {
   material.specular = dvec3(0.5);
   material.shininess = e.shininess;
   const double half = e.width_m / 2;
-  stage.add(reference::rectangle(e.centre_m, {half, 0, 0.1 * half}, {0, half, 0.05 * half}), material);
+  stage.add(reference::rectangle(e.centre_m, {half, 0, 0.1 * half}, {0, half, 0.05 * half}),
+            material);
   Light light;  // whose highlight points along the axis
-  const auto u = stage.world.positions[1] - stage.world.positions[0], v = stage.world.positions[2] - stage.world.positions[0];
+  const auto u = stage.world.positions[1] - stage.world.positions[0],
+             v = stage.world.positions[2] - stage.world.positions[0];
   const auto normal = normalize(cross(u, v));
   const dvec3 to_viewer(0, 0, -1);
   light.direction = to_viewer - 2 * dot(normal, to_viewer) * normal;
@@ -68,21 +70,27 @@ bool dark(const FieldStack& field) {
   return std::all_of(field.samples.begin(), field.samples.end(), [](auto z) { return z == 0.0f; });
 }
 
-/// The field of all samples at the hologram against the same sum in double; the way over WRPs must be finite and not dark.
+/// The field of all samples at the hologram against the same sum in double; the way over WRPs must
+/// be finite and not dark.
 Finding whole(const cl::Device& device, const Extreme& e) {
   const auto stage = plate(e);
-  if (dark(rendered(device, stage, Method::wrp).field)) throw std::runtime_error("no light arrives by way of the WRP");
+  if (dark(rendered(device, stage, Method::wrp).field))
+    throw std::runtime_error("no light arrives by way of the WRP");
   const auto points = rendered(device, stage, Method::points);
   const Rig rig(device, stage, Method::points);
-  const auto result = reference::against_direct_sum(rig, points.field.samples, 1, stage.scene.sampling.seed, {0, 0, 0}, 100);
-  if (result.pixels < 50) throw std::runtime_error("only " + std::to_string(result.pixels) + " of 100 pixels can be decided");
+  const auto result = reference::against_direct_sum(rig, points.field.samples, 1,
+                                                    stage.scene.sampling.seed, {0, 0, 0}, 100);
+  if (result.pixels < 50)
+    throw std::runtime_error("only " + std::to_string(result.pixels) +
+                             " of 100 pixels can be decided");
   return {result.error, std::to_string(points.samples) + " samples"};
 }
 
 /// 1 - correlation of the hologram by way of a WRP in a bad place with the sum of all samples.
 Finding by_wrp(const cl::Device& device, const Extreme& e) {
   auto stage = plate(e);
-  const auto points = rendered(device, stage, Method::points), wrp = rendered(device, stage, Method::wrp);
+  const auto points = rendered(device, stage, Method::points),
+             wrp = rendered(device, stage, Method::wrp);
   return {1 - compare_fields(points.field, wrp.field).correlation, ""};
 }
 
@@ -113,26 +121,30 @@ std::vector<SelfCheck> scene_extremes(SelfTestSize) {
       {"intensity 1e12", small, slm, red_m, 0.2 * mm, {0, 0, 10 * mm}, 1e12},
   };
   for (const auto& e : extremes)
-    checks.push_back({"extremes", std::string(e.name) + ": all samples at the hologram", "relative L2", field_bound,
+    checks.push_back({"extremes", std::string(e.name) + ": all samples at the hologram",
+                      "relative L2", field_bound,
                       [=](const cl::Device& device) { return whole(device, e); }});
 
   // A plate from 19.925 to 20.075 mm.
   const auto wrp_at = [&](const char* name, double wrp_m) {
     const Extreme e{name, {384, 320}, slm, red_m, 1 * mm, {0, 0, 20 * mm}, 1, 20, wrp_m};
-    checks.push_back({"extremes", std::string("WRP that ") + name + ": against all samples", "1 - corr.", 0.03,
+    checks.push_back({"extremes", std::string("WRP that ") + name + ": against all samples",
+                      "1 - corr.", 0.03,
                       [=](const cl::Device& device) { return by_wrp(device, e); }});
   };
   wrp_at("touches the surface", 19.925 * mm);
   wrp_at("cuts the surface", 20 * mm);
   wrp_at("stands behind the surface", 21 * mm);
   checks.push_back(
-      {"extremes", "WRP that coincides with the surface: against all samples", "1 - corr.", 0.03, [=](const cl::Device& device) {
+      {"extremes", "WRP that coincides with the surface: against all samples", "1 - corr.", 0.03,
+       [=](const cl::Device& device) {
          const Extreme e{"", {384, 320}, slm, red_m, 1 * mm, {0, 0, 20 * mm}, 1, 20, 20 * mm};
          auto stage = plate(e);
          for (auto& p : stage.world.positions) p.z = 20 * mm;
          stage.world.min_m.z = stage.world.max_m.z = 20 * mm;
          for (auto& n : stage.world.normals) n = {0, 0, -1};
-         const auto points = rendered(device, stage, Method::points), wrp = rendered(device, stage, Method::wrp);
+         const auto points = rendered(device, stage, Method::points),
+                    wrp = rendered(device, stage, Method::wrp);
          return Finding{1 - compare_fields(points.field, wrp.field).correlation, ""};
        }});
   return checks;

@@ -11,15 +11,16 @@
 #include <random>
 #include <thread>
 
-#include "host/trace/device_scene.hpp"
 #include "host/geometry/shared_types.hpp"
+#include "host/trace/device_scene.hpp"
 #include "kernels/common/shared_layout.h"
 
 namespace raywave::selftest {
 namespace {
 
 cl::Program selfcheck(const cl::Device& device, int lanes) {
-  return cl::Program(device, "kernels/instruments/selfcheck.cl", {{"RAYWAVE_LANES", std::to_string(lanes)}});
+  return cl::Program(device, "kernels/instruments/selfcheck.cl",
+                     {{"RAYWAVE_LANES", std::to_string(lanes)}});
 }
 
 /// `values` up to whole packets and work-groups, with zeros.
@@ -30,13 +31,15 @@ std::vector<float> padded(std::span<const float> values, int lanes) {
   return all;
 }
 
-/// Runs `part(first, last)` over [0, count) on all of the host's threads and returns the largest of what they return; NaN when any is.
+/// Runs `part(first, last)` over [0, count) on all of the host's threads and returns the largest of
+/// what they return; NaN when any is.
 template <class F>
 double largest_of_threads(std::size_t count, F&& part) {
   const std::size_t threads = std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 64);
   std::vector<double> found(threads);
   std::vector<std::thread> pool;
-  for (std::size_t i = 0; i < threads; ++i) pool.emplace_back([&, i] { found[i] = part(count * i / threads, count * (i + 1) / threads); });
+  for (std::size_t i = 0; i < threads; ++i)
+    pool.emplace_back([&, i] { found[i] = part(count * i / threads, count * (i + 1) / threads); });
   for (auto& thread : pool) thread.join();
   double largest = 0;
   for (const double f : found)
@@ -49,16 +52,21 @@ double largest_of_threads(std::size_t count, F&& part) {
 double cos_sin_error(const cl::Device& device, int lanes, std::span<const float> turns) {
   const auto all = padded(turns, lanes);
   const cl::Buffer<float> in(device, all, "turns");
-  const cl::Buffer<float> cosines(device, all.size(), "cosines"), sines(device, all.size(), "sines");
+  const cl::Buffer<float> cosines(device, all.size(), "cosines"),
+      sines(device, all.size(), "sines");
   const auto blocks = static_cast<std::int32_t>(all.size() / static_cast<std::size_t>(lanes));
-  selfcheck(device, lanes).kernel("cos_sin").run({static_cast<std::size_t>(blocks)}, {64}, in, cosines, sines, blocks);
+  selfcheck(device, lanes)
+      .kernel("cos_sin")
+      .run({static_cast<std::size_t>(blocks)}, {64}, in, cosines, sines, blocks);
   const auto c = cosines.read(), s = sines.read();
   return largest_of_threads(all.size(), [&](std::size_t first, std::size_t last) {
     double error = 0;
     for (std::size_t i = first; i < last; ++i) {
-      const double radians = 2 * std::numbers::pi * std::remainder(static_cast<double>(all[i]), 1.0);
+      const double radians =
+          2 * std::numbers::pi * std::remainder(static_cast<double>(all[i]), 1.0);
       // !(a <= b) lets no NaN through.
-      for (const double e : {std::abs(c[i] - std::cos(radians)), std::abs(s[i] - std::sin(radians))}) {
+      for (const double e :
+           {std::abs(c[i] - std::cos(radians)), std::abs(s[i] - std::sin(radians))}) {
         if (!(e <= error)) error = e;
       }
     }
@@ -86,9 +94,10 @@ double cos_sin_error_everywhere(const cl::Device& device, int lanes) {
     const double error = largest_of_threads(step, [&](std::size_t begin, std::size_t last) {
       double worst = 0;
       for (std::size_t i = begin; i < last; ++i) {
-        const double radians = 2 * std::numbers::pi * static_cast<double>(turns[i]), cosine = std::cos(radians), sine = std::sin(radians);
-        for (const double e :
-             {std::abs(c[i] - cosine), std::abs(c[step + i] - cosine), std::abs(s[i] - sine), std::abs(s[step + i] + sine)}) {
+        const double radians = 2 * std::numbers::pi * static_cast<double>(turns[i]),
+                     cosine = std::cos(radians), sine = std::sin(radians);
+        for (const double e : {std::abs(c[i] - cosine), std::abs(c[step + i] - cosine),
+                               std::abs(s[i] - sine), std::abs(s[step + i] + sine)}) {
           if (!(e <= worst)) worst = e;
         }
       }
@@ -105,26 +114,33 @@ std::vector<float> cos_sin_arguments() {
   for (int i = -half; i < half; ++i) turns.push_back(0.75f * static_cast<float>(i) / half);
   std::mt19937 random(1);
   std::uniform_real_distribution<float> exponent(-126, 0);
-  for (int i = 0; i < half; ++i) turns.push_back((i % 2 ? 0.5f : -0.5f) * std::exp2(exponent(random)));
-  for (const float edge : {0.0f, 0.125f, 0.25f, 0.375f, 0.5f, 0.625f, 0.75f, 1e-38f, 1e-20f, 1e-8f, 1.0f, 1e3f, 4194303.5f}) {
-    for (const float x : {edge, std::nextafter(edge, 0.0f), std::nextafter(edge, 1e9f)}) turns.insert(turns.end(), {x, -x});
+  for (int i = 0; i < half; ++i)
+    turns.push_back((i % 2 ? 0.5f : -0.5f) * std::exp2(exponent(random)));
+  for (const float edge : {0.0f, 0.125f, 0.25f, 0.375f, 0.5f, 0.625f, 0.75f, 1e-38f, 1e-20f, 1e-8f,
+                           1.0f, 1e3f, 4194303.5f}) {
+    for (const float x : {edge, std::nextafter(edge, 0.0f), std::nextafter(edge, 1e9f)})
+      turns.insert(turns.end(), {x, -x});
   }
   return turns;
 }
 
-double length_turns_error(const cl::Device& device, int lanes, std::span<const float> lengths_m, double wavelength_m) {
+double length_turns_error(const cl::Device& device, int lanes, std::span<const float> lengths_m,
+                          double wavelength_m) {
   const double wave_number = 1 / wavelength_m;
   const auto [hi, lo] = split(wave_number);
   const auto all = padded(lengths_m, lanes);
   const cl::Buffer<float> in(device, all, "lengths");
   const cl::Buffer<float> out(device, all.size(), "turns");
   const auto blocks = static_cast<std::int32_t>(all.size()) / lanes;
-  selfcheck(device, lanes).kernel("length_turns").run({static_cast<std::size_t>(blocks)}, {64}, in, out, hi, lo, blocks);
+  selfcheck(device, lanes)
+      .kernel("length_turns")
+      .run({static_cast<std::size_t>(blocks)}, {64}, in, out, hi, lo, blocks);
   const auto turns = out.read();
   double error = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const long double wanted = static_cast<long double>(all[i]) * wave_number;
-    const auto e = static_cast<double>(std::abs(std::remainder(turns[i] - std::remainder(wanted, 1.0L), 1.0L)));
+    const auto e = static_cast<double>(
+        std::abs(std::remainder(turns[i] - std::remainder(wanted, 1.0L), 1.0L)));
     if (!(e <= error)) error = e;
   }
   return error;
@@ -134,9 +150,10 @@ std::vector<std::string> misplaced_members(const cl::Device& device) {
   using Place = std::array<std::int32_t, 3>;  // size of the struct, offset and size of the member
   std::vector<Place> expected;
   std::vector<std::string> names;
-#define MEMBER(T, member)                                                                                                   \
-  expected.push_back({static_cast<std::int32_t>(sizeof(device::T)), static_cast<std::int32_t>(offsetof(device::T, member)), \
-                      static_cast<std::int32_t>(sizeof(device::T::member))});                                               \
+#define MEMBER(T, member)                                                     \
+  expected.push_back({static_cast<std::int32_t>(sizeof(device::T)),           \
+                      static_cast<std::int32_t>(offsetof(device::T, member)), \
+                      static_cast<std::int32_t>(sizeof(device::T::member))}); \
   names.emplace_back(#T "." #member);
   RAYWAVE_LAYOUT(MEMBER)
 #undef MEMBER
@@ -145,7 +162,8 @@ std::vector<std::string> misplaced_members(const cl::Device& device) {
   const auto found = layout.read();
   std::vector<std::string> misplaced;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (!std::equal(expected[i].begin(), expected[i].end(), found.begin() + static_cast<std::ptrdiff_t>(3 * i)))
+    if (!std::equal(expected[i].begin(), expected[i].end(),
+                    found.begin() + static_cast<std::ptrdiff_t>(3 * i)))
       misplaced.push_back(names[i]);
   }
   return misplaced;

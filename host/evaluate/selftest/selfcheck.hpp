@@ -13,18 +13,22 @@ namespace raywave::selftest {
 /// Stated in kernels/common/phase.h.
 constexpr double cos_sin_bound = 1.7e-7;
 
-/// Largest distance of the device's cosines and sines of 2 pi turns from the C library's in double. NaN when any is NaN.
+/// Largest distance of the device's cosines and sines of 2 pi turns from the C library's in double.
+/// NaN when any is NaN.
 double cos_sin_error(const cl::Device& device, int lanes, std::span<const float> turns);
 
-/// The same over every float in [-0.5, 0.5]: 2.1 thousand million. Since arguments are reduced exactly first, this holds for all |turns| <
-/// 2^22.
+/// The same over every float in [-0.5, 0.5]: 2.1 thousand million. Since arguments are reduced
+/// exactly first, this holds for all |turns| < 2^22.
 double cos_sin_error_everywhere(const cl::Device& device, int lanes);
 
-/// A hundred thousand arguments up to 0.75 turns, evenly spread and near zero, with those where folds meet and the largest there may be.
+/// A hundred thousand arguments up to 0.75 turns, evenly spread and near zero, with those where
+/// folds meet and the largest there may be.
 std::vector<float> cos_sin_arguments();
 
-/// Largest distance, in turns, of the device's reduced phases of `lengths_m` from the exact ones of these floats.
-double length_turns_error(const cl::Device& device, int lanes, std::span<const float> lengths_m, double wavelength_m);
+/// Largest distance, in turns, of the device's reduced phases of `lengths_m` from the exact ones of
+/// these floats.
+double length_turns_error(const cl::Device& device, int lanes, std::span<const float> lengths_m,
+                          double wavelength_m);
 
 /// Members of shared structs ("Sample.key") that the device places elsewhere than the host.
 std::vector<std::string> misplaced_members(const cl::Device& device);

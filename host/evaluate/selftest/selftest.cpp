@@ -8,9 +8,9 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "host/common/text.hpp"
 #include "host/evaluate/device_json.hpp"
 #include "host/evaluate/selftest/checks.hpp"
-#include "host/common/text.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
@@ -21,7 +21,8 @@ const char* name_of(SelfTestSize size) { return size == SelfTestSize::full ? "fu
 /// Two digits; whole numbers as they are.
 std::string figure(double value) {
   std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), value == std::round(value) && std::abs(value) < 1e6 ? "%.0f" : "%.1e", value);
+  std::snprintf(text.data(), text.size(),
+                value == std::round(value) && std::abs(value) < 1e6 ? "%.0f" : "%.1e", value);
   return text.data();
 }
 
@@ -30,16 +31,22 @@ std::string figure(double value) {
 namespace selftest {
 
 void require_finite(std::span<const std::complex<float>> field, const char* what) {
-  const auto bad = std::count_if(field.begin(), field.end(), [](auto z) { return !std::isfinite(z.real()) || !std::isfinite(z.imag()); });
-  if (bad > 0) throw std::runtime_error(std::string(what) + ": " + std::to_string(bad) + " samples are NaN or infinite");
+  const auto bad = std::count_if(field.begin(), field.end(), [](auto z) {
+    return !std::isfinite(z.real()) || !std::isfinite(z.imag());
+  });
+  if (bad > 0)
+    throw std::runtime_error(std::string(what) + ": " + std::to_string(bad) +
+                             " samples are NaN or infinite");
 }
 
 }  // namespace selftest
 
 std::vector<SelfCheck> self_checks(const cl::DeviceInfo& device, SelfTestSize size) {
   std::vector<SelfCheck> all;
-  for (auto& part : {selftest::device_checks(size), selftest::fft_checks(device, size), selftest::propagation_checks(size),
-                     selftest::ray_checks(size), selftest::light_checks(), selftest::optics_extremes(size), selftest::scene_extremes(size)})
+  for (auto& part :
+       {selftest::device_checks(size), selftest::fft_checks(device, size),
+        selftest::propagation_checks(size), selftest::ray_checks(size), selftest::light_checks(),
+        selftest::optics_extremes(size), selftest::scene_extremes(size)})
     all.insert(all.end(), part.begin(), part.end());
   return all;
 }
@@ -64,19 +71,22 @@ bool all_passed(const std::vector<SelfTestRow>& rows) {
 }
 
 std::string self_test_header(const cl::DeviceInfo& device, SelfTestSize size) {
-  return std::string("raywave ") + version + ", " + name_of(size) + " self-test, " + today() + "\ndevice   " + device.index + " " +
-         device.name + "\nplatform " + device.platform + "\nversion  " + device.version + ", driver " + device.driver + "\n";
+  return std::string("raywave ") + version + ", " + name_of(size) + " self-test, " + today() +
+         "\ndevice   " + device.index + " " + device.name + "\nplatform " + device.platform +
+         "\nversion  " + device.version + ", driver " + device.driver + "\n";
 }
 
 std::string self_test_line(const SelfTestRow& row) {
   std::array<char, 256> text;
-  std::snprintf(text.data(), text.size(), "%s  %-11s %-64s %8s <= %-8s %-14s %6.2f s\n", row.passed ? "pass" : "FAIL", row.part.c_str(),
-                row.claim.c_str(), std::isnan(row.measured) ? "-" : figure(row.measured).c_str(), figure(row.bound).c_str(),
-                row.quantity.c_str(), row.seconds);
+  std::snprintf(text.data(), text.size(), "%s  %-11s %-64s %8s <= %-8s %-14s %6.2f s\n",
+                row.passed ? "pass" : "FAIL", row.part.c_str(), row.claim.c_str(),
+                std::isnan(row.measured) ? "-" : figure(row.measured).c_str(),
+                figure(row.bound).c_str(), row.quantity.c_str(), row.seconds);
   return text.data() + (row.passed || row.note.empty() ? "" : "      " + row.note + "\n");
 }
 
-std::string self_test_json(const cl::DeviceInfo& device, SelfTestSize size, const std::vector<SelfTestRow>& rows) {
+std::string self_test_json(const cl::DeviceInfo& device, SelfTestSize size,
+                           const std::vector<SelfTestRow>& rows) {
   nlohmann::ordered_json j;
   j["raywave"] = version;
   j["date"] = today();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What raywave's kernels and its FFTs are worth on one device: every part held against double precision on the host, and pushed to the
-/// limits that users push it to (docs/selftest.md).
+/// What raywave's kernels and its FFTs are worth on one device: every part held against double
+/// precision on the host, and pushed to the limits that users push it to (docs/selftest.md).
 #pragma once
 
 #include <functional>
@@ -42,7 +42,8 @@ enum class SelfTestSize {
 /// All checks for a device, in the order of the pipeline, then the extremes.
 std::vector<SelfCheck> self_checks(const cl::DeviceInfo& device, SelfTestSize size);
 
-/// Measures. The row passes when the measurement is no larger than the bound; NaN and whatever is thrown fail it.
+/// Measures. The row passes when the measurement is no larger than the bound; NaN and whatever is
+/// thrown fail it.
 SelfTestRow run(const SelfCheck& check, const cl::Device& device);
 
 bool all_passed(const std::vector<SelfTestRow>& rows);
@@ -54,6 +55,7 @@ std::string self_test_header(const cl::DeviceInfo& device, SelfTestSize size);
 std::string self_test_line(const SelfTestRow& row);
 
 /// Everything, for machines.
-std::string self_test_json(const cl::DeviceInfo& device, SelfTestSize size, const std::vector<SelfTestRow>& rows);
+std::string self_test_json(const cl::DeviceInfo& device, SelfTestSize size,
+                           const std::vector<SelfTestRow>& rows);
 
 }  // namespace raywave

@@ -5,8 +5,8 @@
 #include <array>
 #include <limits>
 
-#include "host/plan/precision.hpp"
 #include "host/common/text.hpp"
+#include "host/plan/precision.hpp"
 
 namespace raywave {
 namespace {
@@ -22,16 +22,19 @@ TradeKnob plain(const char* key, T TradeKnobs::*member) {
 /// names  of the enumeration's values, in their order
 template <class T, std::size_t n>
 TradeKnob named(const char* key, T TradeKnobs::*member, std::array<const char*, n> names) {
-  return {key, [=](const TradeKnobs& k) { return Json(names[static_cast<std::size_t>(k.*member)]); },
+  return {key,
+          [=](const TradeKnobs& k) { return Json(names[static_cast<std::size_t>(k.*member)]); },
           [=](TradeKnobs& k, const Json& j) {
             const auto found = std::find(names.begin(), names.end(), j.template get<std::string>());
-            if (found == names.end()) throw Json::other_error::create(501, "no such value of " + std::string(key), nullptr);
+            if (found == names.end())
+              throw Json::other_error::create(501, "no such value of " + std::string(key), nullptr);
             k.*member = static_cast<T>(found - names.begin());
           }};
 }
 
 TradeKnob oversampling_knob() {
-  return {"wrp.oversampling", [](const TradeKnobs& k) { return k.oversampling ? Json(*k.oversampling) : Json("full"); },
+  return {"wrp.oversampling",
+          [](const TradeKnobs& k) { return k.oversampling ? Json(*k.oversampling) : Json("full"); },
           [](TradeKnobs& k, const Json& j) {
             k.oversampling.reset();
             if (j != "full") k.oversampling = j.get<double>();
@@ -43,7 +46,8 @@ template <class T>
 std::vector<T> thinned(std::vector<T> values, std::size_t most) {
   if (values.size() <= most || most < 2) return values;
   std::vector<T> some;
-  for (std::size_t i = 0; i < most; ++i) some.push_back(values[i * (values.size() - 1) / (most - 1)]);
+  for (std::size_t i = 0; i < most; ++i)
+    some.push_back(values[i * (values.size() - 1) / (most - 1)]);
   return some;
 }
 
@@ -53,7 +57,8 @@ public:
   explicit Rows(std::vector<TradeRow>& rows) : rows_(rows) {}
 
   std::size_t add(const TradeKnobs& knobs, bool thorough) {
-    const auto found = std::find_if(rows_.begin(), rows_.end(), [&](const TradeRow& r) { return r.knobs == knobs; });
+    const auto found = std::find_if(rows_.begin(), rows_.end(),
+                                    [&](const TradeRow& r) { return r.knobs == knobs; });
     if (found != rows_.end()) return static_cast<std::size_t>(found - rows_.begin());
     rows_.emplace_back();
     rows_.back().knobs = knobs;
@@ -67,7 +72,8 @@ private:
 
 /// Predicted to be beaten by none in time and PSNR; the fastest first.
 std::vector<Choice> predicted_frontier(std::vector<Choice> all) {
-  std::stable_sort(all.begin(), all.end(), [](const Choice& a, const Choice& b) { return a.seconds < b.seconds; });
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Choice& a, const Choice& b) { return a.seconds < b.seconds; });
   std::vector<Choice> best;
   for (const auto& c : all) {
     if (best.empty() || c.psnr_db > best.back().psnr_db) best.push_back(c);
@@ -75,17 +81,21 @@ std::vector<Choice> predicted_frontier(std::vector<Choice> all) {
   return best;
 }
 
-/// Those that may be on the frontier where predictions are wrong by as much as they are known to be: none that is as true is predicted to
-/// take less than 1 / margin of the time; the fastest first.
+/// Those that may be on the frontier where predictions are wrong by as much as they are known to
+/// be: none that is as true is predicted to take less than 1 / margin of the time; the fastest
+/// first.
 ///
 /// about_s  those that are predicted to take much longer than this are left out
 std::vector<Choice> near_frontier(std::vector<Choice> all, double about_s) {
   constexpr double margin = 1.3;
-  std::stable_sort(all.begin(), all.end(), [](const Choice& a, const Choice& b) { return a.seconds < b.seconds; });
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Choice& a, const Choice& b) { return a.seconds < b.seconds; });
   const auto best = predicted_frontier(all);
   std::erase_if(all, [&](const Choice& c) {
     return c.seconds > margin * about_s ||
-           std::any_of(best.begin(), best.end(), [&](const Choice& b) { return b.psnr_db >= c.psnr_db && b.seconds * margin < c.seconds; });
+           std::any_of(best.begin(), best.end(), [&](const Choice& b) {
+             return b.psnr_db >= c.psnr_db && b.seconds * margin < c.seconds;
+           });
   });
   return all;
 }
@@ -111,21 +121,27 @@ std::vector<Finish> finishes_of(const Scene& scene, const TradeKnobs& base, cons
 }
 
 /// Every value of each knob that the scene leaves open, the others as in the base.
-void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m, const TradeSpec& spec) {
+void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
+               const TradeSpec& spec) {
   const auto base = trade.rows[trade.base].knobs;
-  const auto step = [&](const std::string& knob, const std::string& value, const TradeKnobs& knobs) {
+  const auto step = [&](const std::string& knob, const std::string& value,
+                        const TradeKnobs& knobs) {
     if (!(knobs == base)) trade.steps.push_back({knob, value, rows.add(knobs, true)});
   };
-  const auto vary = [&](const char* key, const std::vector<Json>& values, std::size_t quick_values) {
+  const auto vary = [&](const char* key, const std::vector<Json>& values,
+                        std::size_t quick_values) {
     const auto& all = trade_knobs();
-    const auto knob = std::find_if(all.begin(), all.end(), [&](const TradeKnob& k) { return k.key == key; });
+    const auto knob =
+        std::find_if(all.begin(), all.end(), [&](const TradeKnob& k) { return k.key == key; });
     if (trade.scene.given.contains(key)) return;
     for (const auto& value : spec.quick ? thinned(values, quick_values) : values) {
       auto knobs = base;
       knob->set(knobs, value);
       if (knobs.edge > knobs.fan) continue;
-      const std::string text = value.is_string() ? value.get<std::string>() : number_text(value.get<double>());
-      step(key, key == std::string("sampling.pitch") ? length_text(value.get<double>()) : text, knobs);
+      const std::string text =
+          value.is_string() ? value.get<std::string>() : number_text(value.get<double>());
+      step(key, key == std::string("sampling.pitch") ? length_text(value.get<double>()) : text,
+           knobs);
     }
   };
   vary("sampling.pitch", {pitches_m.begin(), pitches_m.end()}, 3);
@@ -154,7 +170,10 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m, c
       knobs.shape = shape;
       knobs.slabs = 1;  // rays pass from slab to slab
       const auto json = json_of(knobs);
-      step("sampling.mode", "fan, " + json["sampling.source"].get<std::string>() + ", " + json["sampling.shape"].get<std::string>(), knobs);
+      step("sampling.mode",
+           "fan, " + json["sampling.source"].get<std::string>() + ", " +
+               json["sampling.shape"].get<std::string>(),
+           knobs);
     }
   }
 }
@@ -201,9 +220,11 @@ const std::vector<TradeKnob>& trade_knobs() {
       plain("sampling.fan", &TradeKnobs::fan),
       plain("sampling.edge", &TradeKnobs::edge),
       named("accuracy.precision", &TradeKnobs::precision,
-            std::array{name_of(Precision::floats), name_of(Precision::extended), name_of(Precision::doubles)}),
+            std::array{name_of(Precision::floats), name_of(Precision::extended),
+                       name_of(Precision::doubles)}),
       named("fft", &TradeKnobs::fft,
-            std::array{cl::name_of(cl::FftBackend::host).data(), cl::name_of(cl::FftBackend::clfft).data(),
+            std::array{cl::name_of(cl::FftBackend::host).data(),
+                       cl::name_of(cl::FftBackend::clfft).data(),
                        cl::name_of(cl::FftBackend::vkfft).data()}),
   };
   return knobs;
@@ -225,11 +246,13 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   const auto figures = figures_of(trade.device);
   const auto fft = spec.fft.value_or(cl::default_backend(trade.device));
   Rows rows(trade.rows);
-  for (const auto quality : {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
+  for (const auto quality :
+       {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
     const auto planned = plan_scene(trade.scene, world, figures, {quality, {}, {}});
     const auto row = rows.add(knobs_of(planned.scene, planned.plan.precision, fft), true);
     const auto& predicted = planned.prediction;
-    trade.presets.push_back({quality, row, predicted.times, predicted.pictures->mean_psnr_db, predicted.device_bytes});
+    trade.presets.push_back(
+        {quality, row, predicted.times, predicted.pictures->mean_psnr_db, predicted.device_bytes});
     if (quality == Quality::balanced) trade.base = row;
   }
 
@@ -237,12 +260,14 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   const auto all = choices(trade.scene, world, figures);
   std::vector<double> pitches_m;
   for (const auto& c : all) {
-    if (std::find(pitches_m.begin(), pitches_m.end(), c.pitch_m) == pitches_m.end()) pitches_m.push_back(c.pitch_m);
+    if (std::find(pitches_m.begin(), pitches_m.end(), c.pitch_m) == pitches_m.end())
+      pitches_m.push_back(c.pitch_m);
   }
   add_steps(trade, rows, pitches_m, spec);
 
   const auto base = trade.rows[trade.base].knobs;
-  const double balanced_s = trade.presets[static_cast<std::size_t>(Quality::balanced)].predicted.total_s();
+  const double balanced_s =
+      trade.presets[static_cast<std::size_t>(Quality::balanced)].predicted.total_s();
   const auto best = !spec.exhaustive ? predicted_frontier(all)
                     : spec.quick     ? near_frontier(all, balanced_s)
                                      : near_frontier(all, std::numeric_limits<double>::infinity());

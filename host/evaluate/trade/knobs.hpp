@@ -14,7 +14,8 @@ namespace raywave {
 struct TradeKnob {
   std::string key;  // "sampling.pitch"; "fft" is no key of the scene
   std::function<nlohmann::ordered_json(const TradeKnobs&)> get;
-  std::function<void(TradeKnobs&, const nlohmann::ordered_json&)> set;  // throws nlohmann's exceptions for what get never gives
+  // Throws nlohmann's exceptions for what get never gives
+  std::function<void(TradeKnobs&, const nlohmann::ordered_json&)> set;
 };
 
 const std::vector<TradeKnob>& trade_knobs();

@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "host/evaluate/device_json.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/device_json.hpp"
 #include "host/evaluate/trade/knobs.hpp"
 #include "raywave_version.hpp"
 
@@ -23,8 +23,10 @@ std::string format(const char* how, auto... values) {
   return text.data();
 }
 
-/// What a row was measured for: "draft", "wrp.padding = 2", "together"; and "frontier" when it lies there.
-std::vector<std::string> roles_of(const Trade& trade, std::size_t row, const std::vector<std::size_t>& frontier) {
+/// What a row was measured for: "draft", "wrp.padding = 2", "together"; and "frontier" when it lies
+/// there.
+std::vector<std::string> roles_of(const Trade& trade, std::size_t row,
+                                  const std::vector<std::size_t>& frontier) {
   std::vector<std::string> roles;
   for (const auto& preset : trade.presets) {
     if (preset.row == row) roles.emplace_back(name_of(preset.quality));
@@ -32,7 +34,9 @@ std::vector<std::string> roles_of(const Trade& trade, std::size_t row, const std
   for (const auto& step : trade.steps) {
     if (step.row == row) roles.push_back(step.knob + " = " + step.value);
   }
-  const auto is_in = [&](const std::vector<std::size_t>& rows) { return std::find(rows.begin(), rows.end(), row) != rows.end(); };
+  const auto is_in = [&](const std::vector<std::size_t>& rows) {
+    return std::find(rows.begin(), rows.end(), row) != rows.end();
+  };
   if (is_in(trade.together)) roles.emplace_back("together");
   if (is_in(frontier)) roles.emplace_back("frontier");
   return roles;
@@ -45,12 +49,15 @@ std::string joined(const std::vector<std::string>& texts, const char* between) {
 }
 
 std::string quoted(std::string text) {
-  for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
+  for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2)
+    text.insert(at, 1, '"');
   return '"' + text + '"';
 }
 
 /// "12.3" milliseconds.
-std::string milliseconds(double seconds) { return format(seconds < 0.1 ? "%.2f" : seconds < 1 ? "%.1f" : "%.0f", 1e3 * seconds); }
+std::string milliseconds(double seconds) {
+  return format(seconds < 0.1 ? "%.2f" : seconds < 1 ? "%.1f" : "%.0f", 1e3 * seconds);
+}
 
 Json json_of_step(const Trade& trade, const TradeStep& step) {
   Json json{{"knob", step.knob}, {"value", step.value}, {"row", step.row}};
@@ -67,21 +74,26 @@ Json json_of(const TradeRow& row) {
   Json json{{"knobs", json_of(row.knobs)}, {"thorough", row.thorough}, {"renders", row.renders}};
   if (!row.note.empty()) json["note"] = row.note;
   if (row.renders == 0) return json;
-  json.update({{"time_s", row.time_s},
-               {"psnr_db", row.psnr_db()},
-               {"ssim", row.ssim()},
-               {"speckle_contrast", {{"lens", row.contrast_lens()}, {"hologram", row.contrast_hologram()}}},
-               {"samples", row.samples},
-               {"device_bytes", row.device_bytes}});
-  for (const auto& [stage, time] : row.stages) json["stages"][stage] = {{"wall_s", time.wall_s}, {"processor_s", time.processor_s}};
+  json.update(
+      {{"time_s", row.time_s},
+       {"psnr_db", row.psnr_db()},
+       {"ssim", row.ssim()},
+       {"speckle_contrast", {{"lens", row.contrast_lens()}, {"hologram", row.contrast_hologram()}}},
+       {"samples", row.samples},
+       {"device_bytes", row.device_bytes}});
+  for (const auto& [stage, time] : row.stages)
+    json["stages"][stage] = {{"wall_s", time.wall_s}, {"processor_s", time.processor_s}};
   for (const auto& p : row.pictures) {
-    json["pictures"].push_back({{"view", p.view},
-                                {"z_m", p.z_m},
-                                {"psnr_db", p.psnr_db},
-                                {"ssim", p.ssim},
-                                {"speckle_contrast", {{"lens", p.contrast_lens}, {"hologram", p.contrast_hologram}}}});
+    json["pictures"].push_back(
+        {{"view", p.view},
+         {"z_m", p.z_m},
+         {"psnr_db", p.psnr_db},
+         {"ssim", p.ssim},
+         {"speckle_contrast", {{"lens", p.contrast_lens}, {"hologram", p.contrast_hologram}}}});
   }
-  if (row.correlation) json["against_points"] = {{"correlation", *row.correlation}, {"relative_error", *row.field_error}};
+  if (row.correlation)
+    json["against_points"] = {{"correlation", *row.correlation},
+                              {"relative_error", *row.field_error}};
   return json;
 }
 
@@ -95,10 +107,12 @@ TradeRow row_of(const Json& json) {
   row.time_s = json.at("time_s");
   row.samples = json.at("samples");
   row.device_bytes = json.at("device_bytes");
-  for (const auto& [stage, time] : json.at("stages").items()) row.stages[stage] = {time.at("wall_s"), time.at("processor_s")};
+  for (const auto& [stage, time] : json.at("stages").items())
+    row.stages[stage] = {time.at("wall_s"), time.at("processor_s")};
   for (const auto& p : json.at("pictures")) {
     const auto& contrast = p.at("speckle_contrast");
-    row.pictures.push_back({p.at("view"), p.at("z_m"), p.at("psnr_db"), p.at("ssim"), contrast.at("lens"), contrast.at("hologram")});
+    row.pictures.push_back({p.at("view"), p.at("z_m"), p.at("psnr_db"), p.at("ssim"),
+                            contrast.at("lens"), contrast.at("hologram")});
   }
   if (json.contains("against_points")) {
     row.correlation = json["against_points"].at("correlation");
@@ -108,13 +122,17 @@ TradeRow row_of(const Json& json) {
 }
 
 std::string trade_label(const TradeKnobs& knobs, const TradeKnobs& base) {
-  std::string label = length_text(knobs.pitch_m) + ", " + std::to_string(knobs.frames) + (knobs.frames == 1 ? " frame" : " frames") +
-                      ", padding " + number_text(knobs.padding);
+  std::string label = length_text(knobs.pitch_m) + ", " + std::to_string(knobs.frames) +
+                      (knobs.frames == 1 ? " frame" : " frames") + ", padding " +
+                      number_text(knobs.padding);
   for (const auto& knob : trade_knobs()) {
     const auto value = knob.get(knobs);
     const auto& key = knob.key;
-    if (value == knob.get(base) || key == "sampling.pitch" || key == "sampling.frames" || key == "wrp.padding") continue;
-    label += ", " + key.substr(key.find('.') + 1) + " " + (value.is_string() ? value.get<std::string>() : number_text(value));
+    if (value == knob.get(base) || key == "sampling.pitch" || key == "sampling.frames" ||
+        key == "wrp.padding")
+      continue;
+    label += ", " + key.substr(key.find('.') + 1) + " " +
+             (value.is_string() ? value.get<std::string>() : number_text(value));
   }
   return label;
 }
@@ -152,7 +170,8 @@ std::string trade_json(const Trade& trade) {
     const auto& row = trade.rows[preset.row];
     if (row.renders > 0) {
       const auto fastest = fastest_as_true(trade.rows, preset.row);
-      one["fastest_as_true"] = {{"row", fastest}, {"times", row.time_s / trade.rows[fastest].time_s}};
+      one["fastest_as_true"] = {{"row", fastest},
+                                {"times", row.time_s / trade.rows[fastest].time_s}};
     }
     json["presets"].push_back(one);
   }
@@ -170,10 +189,14 @@ std::string trade_csv(const Trade& trade) {
   for (const auto& knob : trade_knobs()) csv += "," + knob.key;
   csv += ",renders,time_s";
   for (const char* stage : stages) csv += format(",%s_wall_s,%s_processor_s", stage, stage);
-  csv += ",psnr_db,ssim,sides_psnr_db,speckle_lens,speckle_hologram,points_correlation,points_relative_error,samples,device_bytes,note\n";
+  csv +=
+      ",psnr_db,ssim,sides_psnr_db,speckle_lens,speckle_hologram,points_correlation,points_"
+      "relative_error,samples,device_bytes,note\n";
   const auto frontier = trade_frontier(trade.rows);
   const auto add = [&](double value) { csv += "," + Json(value).dump(); };
-  const auto add_if = [&](bool is_there, double value) { is_there ? add(value) : void(csv += ","); };
+  const auto add_if = [&](bool is_there, double value) {
+    is_there ? add(value) : void(csv += ",");
+  };
   for (std::size_t i = 0; i < trade.rows.size(); ++i) {
     const auto& row = trade.rows[i];
     const bool measured = row.renders > 0;
@@ -205,14 +228,18 @@ std::string trade_csv(const Trade& trade) {
 
 std::string trade_text(const Trade& trade) {
   const auto& base = trade.rows[trade.base];
-  std::string text = format("%s on %s; PSNR and SSIM at %s, mean of %zu depths; times of samples, trace, propagate and encode\n\n",
-                            trade.scene.file.filename().c_str(), trade.device.name.c_str(), length_text(trade.resolution_m).c_str(),
-                            trade.pictures.depths_m.size());
+  std::string text = format(
+      "%s on %s; PSNR and SSIM at %s, mean of %zu depths; times of samples, trace, propagate and "
+      "encode\n\n",
+      trade.scene.file.filename().c_str(), trade.device.name.c_str(),
+      length_text(trade.resolution_m).c_str(), trade.pictures.depths_m.size());
   const auto add = [&](const std::string& name, const TradeRow& row) {
     if (row.renders == 0) {
-      text += format("%-10s  %s: %s\n", name.c_str(), trade_label(row.knobs, base.knobs).c_str(), row.note.c_str());
+      text += format("%-10s  %s: %s\n", name.c_str(), trade_label(row.knobs, base.knobs).c_str(),
+                     row.note.c_str());
     } else {
-      text += format("%-10s  %8s ms  %6.2f dB  %6.4f  %s\n", name.c_str(), milliseconds(row.time_s).c_str(), row.psnr_db(), row.ssim(),
+      text += format("%-10s  %8s ms  %6.2f dB  %6.4f  %s\n", name.c_str(),
+                     milliseconds(row.time_s).c_str(), row.psnr_db(), row.ssim(),
                      trade_label(row.knobs, base.knobs).c_str());
     }
   };
@@ -220,15 +247,19 @@ std::string trade_text(const Trade& trade) {
     const auto& row = trade.rows[preset.row];
     add(name_of(preset.quality), row);
     if (row.renders == 0) continue;
-    text += format("%-10s  %8s     %6.2f     predicted\n", "", milliseconds(preset.predicted.total_s()).c_str(), preset.predicted_psnr_db);
+    text += format("%-10s  %8s     %6.2f     predicted\n", "",
+                   milliseconds(preset.predicted.total_s()).c_str(), preset.predicted_psnr_db);
     const auto fastest = fastest_as_true(trade.rows, preset.row);
     if (fastest == preset.row) continue;
-    text += format("%-10s  %.2f times the time of the fastest as true:\n", "", row.time_s / trade.rows[fastest].time_s);
+    text += format("%-10s  %.2f times the time of the fastest as true:\n", "",
+                   row.time_s / trade.rows[fastest].time_s);
     add("", trade.rows[fastest]);
   }
   text += "\nfrontier\n";
   for (const auto i : trade_frontier(trade.rows)) add("", trade.rows[i]);
-  if (!trade.steps.empty()) text += format("\n%-20s  %-28s  %6s  %7s   alone, against balanced\n", "knob", "value", "time x", "dB");
+  if (!trade.steps.empty())
+    text += format("\n%-20s  %-28s  %6s  %7s   alone, against balanced\n", "knob", "value",
+                   "time x", "dB");
   for (const auto& step : trade.steps) {
     const auto& row = trade.rows[step.row];
     text += format("%-20s  %-28s  ", step.knob.c_str(), step.value.c_str());

@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cl/cache.hpp"
+#include "host/common/error.hpp"
 #include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/bench/stopwatch.hpp"
-#include "host/common/error.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/trade/knobs.hpp"
 #include "raywave_version.hpp"
@@ -31,10 +31,13 @@ std::string digits_of(const Trade& trade, const World& world) {
   auto scene = Json::parse(scene_json(with_knobs(trade.scene, {})));
   scene.erase("file");
   const auto& p = trade.pictures;
-  const Json pictures{p.depths_m,      {p.window_m->x, p.window_m->y}, *p.blur_m, p.square_px, p.border_px, p.lens_points, p.views,
-                      p.against_points};
+  const Json pictures{p.depths_m,  {p.window_m->x, p.window_m->y},
+                      *p.blur_m,   p.square_px,
+                      p.border_px, p.lens_points,
+                      p.views,     p.against_points};
   const auto& d = trade.device;
-  std::string all = scene.dump() + pictures.dump() + d.platform + '\n' + d.name + '\n' + d.driver + '\n' + version;
+  std::string all = scene.dump() + pictures.dump() + d.platform + '\n' + d.name + '\n' + d.driver +
+                    '\n' + version;
   append_bytes(all, world.positions);
   append_bytes(all, world.normals);
   append_bytes(all, world.uvs);
@@ -58,21 +61,30 @@ double mean(const std::vector<TradePicture>& pictures, bool sides, double TradeP
 
 double TradeRow::psnr_db(bool sides) const { return mean(pictures, sides, &TradePicture::psnr_db); }
 double TradeRow::ssim() const { return mean(pictures, false, &TradePicture::ssim); }
-double TradeRow::contrast_hologram() const { return mean(pictures, false, &TradePicture::contrast_hologram); }
-double TradeRow::contrast_lens() const { return mean(pictures, false, &TradePicture::contrast_lens); }
+double TradeRow::contrast_hologram() const {
+  return mean(pictures, false, &TradePicture::contrast_hologram);
+}
+double TradeRow::contrast_lens() const {
+  return mean(pictures, false, &TradePicture::contrast_lens);
+}
 
 double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device) {
   double sum = 0;
   for (const char* stage : {"samples", "trace", "propagate", "encode"}) {
     const auto found = row.stages.find(stage);
     if (found == row.stages.end()) continue;
-    sum += device.kind == cl::DeviceKind::cpu ? found->second.processor_s / std::max(1u, device.compute_units) : found->second.wall_s;
+    sum += device.kind == cl::DeviceKind::cpu
+               ? found->second.processor_s / std::max(1u, device.compute_units)
+               : found->second.wall_s;
   }
   return sum;
 }
 
 TradeBench::TradeBench(const cl::Device& device, const Scene& scene, const TradeSpec& spec)
-    : device_(device), spec_(spec), meshes_(load_meshes(scene)), world_(place_objects(scene, meshes_)) {
+    : device_(device),
+      spec_(spec),
+      meshes_(load_meshes(scene)),
+      world_(place_objects(scene, meshes_)) {
   trade_.scene = scene;
   trade_.device = device.info();
   const auto plan = make_plan(scene, world_);
@@ -83,7 +95,8 @@ TradeBench::TradeBench(const cl::Device& device, const Scene& scene, const Trade
   if (pictures.depths_m.empty()) pictures.depths_m = quality_depths_m(plan);
   if (!pictures.window_m) pictures.window_m = glm::dvec2(plan.size * plan.grid) * plan.pitch_m;
   pictures.blur_m = blur_of_resolution * trade_.resolution_m;
-  pictures.square_px = std::max(1, static_cast<int>(*pictures.blur_m / plan.pitch_m.x / squares_in_blur));
+  pictures.square_px =
+      std::max(1, static_cast<int>(*pictures.blur_m / plan.pitch_m.x / squares_in_blur));
   trade_.of = digits_of(trade_, world_);
   plan_rows(trade_, world_, spec_);
 }
@@ -100,7 +113,8 @@ std::optional<int> TradeBench::resume(const std::string& text) {
   int count = 0;
   for (auto& row : known) {
     if (row.renders == 0) continue;  // what was impossible may be possible now
-    const auto mine = std::find_if(trade_.rows.begin(), trade_.rows.end(), [&](const TradeRow& r) { return r.knobs == row.knobs; });
+    const auto mine = std::find_if(trade_.rows.begin(), trade_.rows.end(),
+                                   [&](const TradeRow& r) { return r.knobs == row.knobs; });
     if (mine == trade_.rows.end()) {
       trade_.rows.push_back(std::move(row));
     } else if (row.thorough || !mine->thorough) {
@@ -118,8 +132,10 @@ void TradeBench::measure(const std::function<void()>& after_some, const Progress
   for (std::size_t first = 0; first < rows.size(); ++first) {
     if (rows[first].is_done()) continue;
     if (progress) {
-      const auto done = std::count_if(rows.begin(), rows.end(), [](const TradeRow& r) { return r.is_done(); });
-      progress(std::to_string(done) + " of " + std::to_string(rows.size()) + ": " + trade_label(rows[first].knobs, rows[trade_.base].knobs),
+      const auto done =
+          std::count_if(rows.begin(), rows.end(), [](const TradeRow& r) { return r.is_done(); });
+      progress(std::to_string(done) + " of " + std::to_string(rows.size()) + ": " +
+                   trade_label(rows[first].knobs, rows[trade_.base].knobs),
                static_cast<double>(done) / static_cast<double>(rows.size()));
     }
     const auto some = same_but_frames(first);
@@ -141,9 +157,13 @@ std::vector<std::size_t> TradeBench::same_but_frames(std::size_t first) const {
     const auto& row = trade_.rows[i];
     auto knobs = row.knobs;
     knobs.frames = trade_.rows[first].knobs.frames;
-    if (!row.is_done() && row.thorough == trade_.rows[first].thorough && knobs == trade_.rows[first].knobs) some.push_back(i);
+    if (!row.is_done() && row.thorough == trade_.rows[first].thorough &&
+        knobs == trade_.rows[first].knobs)
+      some.push_back(i);
   }
-  std::sort(some.begin(), some.end(), [&](auto a, auto b) { return trade_.rows[a].knobs.frames < trade_.rows[b].knobs.frames; });
+  std::sort(some.begin(), some.end(), [&](auto a, auto b) {
+    return trade_.rows[a].knobs.frames < trade_.rows[b].knobs.frames;
+  });
   return some;
 }
 
@@ -158,15 +178,18 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
   how.fft = rows.back().knobs.fft;
   const auto scene = with_knobs(trade_.scene, rows.back().knobs);
   {
-    Renderer renderer(cl::Device(device_.info()), scene, meshes_, how);  // a device of its own: its peak of memory is the row's
+    // a device of its own: its peak of memory is the row's
+    Renderer renderer(cl::Device(device_.info()), scene, meshes_, how);
     const auto rendered = renderer.render();
     auto pictures = trade_.pictures;
     pictures.views &= rows.back().thorough;
-    const auto looks = assess_frames(device_, scene, world_, rendered.field, frames, how, pictures, seen_by_lens_);
+    const auto looks =
+        assess_frames(device_, scene, world_, rendered.field, frames, how, pictures, seen_by_lens_);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       for (const auto& look : looks[i].rows) {
         const auto& f = look.figures;
-        rows[i].pictures.push_back({look.view, look.z_m, f.psnr_db, f.ssim, f.contrast_a, f.contrast_b});
+        rows[i].pictures.push_back(
+            {look.view, look.z_m, f.psnr_db, f.ssim, f.contrast_a, f.contrast_b});
       }
     }
     if (pictures.against_points && rows.back().thorough) {
@@ -180,7 +203,8 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
   }
   how.keep_field = false;
   for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
-    Renderer renderer(cl::Device(device_.info()), with_knobs(trade_.scene, rows[i].knobs), meshes_, how);
+    Renderer renderer(cl::Device(device_.info()), with_knobs(trade_.scene, rows[i].knobs), meshes_,
+                      how);
     renderer.render();  // warms up
     time(rows[i], renderer);
   }
@@ -198,13 +222,16 @@ void TradeBench::time(TradeRow& row, Renderer& renderer) const {
   RenderResult result;
   do {
     const auto& objects = trade_.scene.objects;
-    for (std::size_t i = 0; i < objects.size(); ++i) renderer.set_pose(i, objects[i].position_m, objects[i].rotation_deg);
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      renderer.set_pose(i, objects[i].position_m, objects[i].rotation_deg);
     result = renderer.render();
     for (const auto& [stage, seconds] : result.seconds) wall_s[stage].push_back(seconds);
-    for (const auto& [stage, seconds] : result.processor_seconds) processor_s[stage].push_back(seconds);
+    for (const auto& [stage, seconds] : result.processor_seconds)
+      processor_s[stage].push_back(seconds);
     ++row.renders;
   } while (!is_enough(row.renders));
-  for (const auto& [stage, seconds] : wall_s) row.stages[stage] = {spread_of(seconds).median, spread_of(processor_s[stage]).median};
+  for (const auto& [stage, seconds] : wall_s)
+    row.stages[stage] = {spread_of(seconds).median, spread_of(processor_s[stage]).median};
   row.time_s = trade_time_s(row, trade_.device);
   row.samples = result.samples;
   row.device_bytes = result.device_peak_bytes;
@@ -225,7 +252,9 @@ ColourPicture TradeBench::sheet(const Progress& progress) {
     how.fft = knobs.fft;
     const auto scene = with_knobs(trade_.scene, knobs);
     const auto field = render(device_, scene, world_, how).field;
-    const auto look = assess_frames(device_, scene, world_, field, {field.frames}, how, what, seen_by_lens_).front();
+    const auto look =
+        assess_frames(device_, scene, world_, field, {field.frames}, how, what, seen_by_lens_)
+            .front();
     for (std::size_t row = 0; row < depths; ++row) {
       if (i == 0) cells[row].push_back(look.rows[row].lens);
       cells[row].push_back(look.rows[row].hologram);
@@ -240,7 +269,8 @@ std::vector<std::size_t> trade_frontier(const std::vector<TradeRow>& rows) {
     if (rows[i].renders > 0) order.push_back(i);
   }
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) {
-    return rows[a].time_s < rows[b].time_s || (rows[a].time_s == rows[b].time_s && rows[a].psnr_db() > rows[b].psnr_db());
+    return rows[a].time_s < rows[b].time_s ||
+           (rows[a].time_s == rows[b].time_s && rows[a].psnr_db() > rows[b].psnr_db());
   });
   for (const auto i : order) {
     if (best.empty() || rows[i].psnr_db() > rows[best.back()].psnr_db()) best.push_back(i);
@@ -260,7 +290,8 @@ std::vector<std::size_t> sheet_rows(const Trade& trade) {
   constexpr std::size_t most = 7;
   if (frontier.size() <= most) return frontier;
   std::vector<std::size_t> some;
-  for (std::size_t i = 0; i < most; ++i) some.push_back(frontier[i * (frontier.size() - 1) / (most - 1)]);
+  for (std::size_t i = 0; i < most; ++i)
+    some.push_back(frontier[i * (frontier.size() - 1) / (most - 1)]);
   return some;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a scene's knobs cost in time and buy in truth: configurations at, around and between the planner's choices, each rendered, timed
-/// and looked at (docs/trade.md).
+/// What a scene's knobs cost in time and buy in truth: configurations at, around and between the
+/// planner's choices, each rendered, timed and looked at (docs/trade.md).
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "host/plan/planner.hpp"
 #include "host/evaluate/quality.hpp"
+#include "host/plan/planner.hpp"
 #include "host/render.hpp"
 
 namespace raywave {
@@ -54,26 +54,31 @@ struct TradePicture {
 /// A configuration and what was measured of it.
 struct TradeRow {
   TradeKnobs knobs;
-  bool thorough = false;                    // also looked at from the sides and, where asked for, compared with the sum of all points
+  // Also looked at from the sides and, where asked for, compared with the sum of all points
+  bool thorough = false;
   int renders = 0;                          // timed; 0: not yet measured, or impossible
   std::map<std::string, TradeTime> stages;  // of a further picture of a moving scene
-  double time_s = 0;                        // by which configurations are compared: see trade_time_s
-  std::vector<TradePicture> pictures;       // whole views by depth, then sides
-  std::optional<double> correlation, field_error;  // of the first frame's field, complex and relative L2, with the sum of all points
+  // By which configurations are compared: see trade_time_s
+  double time_s = 0;
+  std::vector<TradePicture> pictures;  // whole views by depth, then sides
+  // Of the first frame's field, complex and relative L2, with the sum of all points
+  std::optional<double> correlation, field_error;
   int samples = 0;
   std::uint64_t device_bytes = 0;  // peak
   std::string note;                // why it cannot be computed
 
   bool is_done() const { return renders > 0 || !note.empty(); }
-  /// Means over the depths seen through the whole hologram, or (`sides`) over the views through its parts; 0 where there are none.
+  /// Means over the depths seen through the whole hologram, or (`sides`) over the views through its
+  /// parts; 0 where there are none.
   double psnr_db(bool sides = false) const;
   double ssim() const;
   double contrast_hologram() const;
   double contrast_lens() const;
 };
 
-/// Samples, trace, propagate and encode together, which are what knobs change and plans predict: on CPUs processor seconds over the compute
-/// units, so that other programs hardly count, else by the wall's clock.
+/// Samples, trace, propagate and encode together, which are what knobs change and plans predict: on
+/// CPUs processor seconds over the compute units, so that other programs hardly count, else by the
+/// wall's clock.
 double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device);
 
 struct TradePreset {
@@ -84,7 +89,8 @@ struct TradePreset {
   std::uint64_t predicted_bytes = 0;  // of device memory
 };
 
-/// One knob at another value than the base's. The ways to gather (sampling.mode, source and shape) count as one.
+/// One knob at another value than the base's. The ways to gather (sampling.mode, source and shape)
+/// count as one.
 struct TradeStep {
   std::string knob, value;
   std::size_t row = 0;
@@ -97,35 +103,41 @@ struct Trade {
   QualitySpec pictures;  // how all rows are looked at: same depths, window and blur
   double resolution_m = 0;
   glm::ivec2 grid{1, 1};
-  std::string of;              // digits that stand for scene, meshes, textures, device and pictures: rows of one are no other's
-  std::size_t base = 0;        // "balanced"
-  std::vector<TradeRow> rows;  // no configuration twice, in an order that depends on scene, device and spec alone
+  // Digits that stand for scene, meshes, textures, device and pictures: rows of one are no other's
+  std::string of;
+  std::size_t base = 0;  // "balanced"
+  // No configuration twice, in an order that depends on scene, device and spec alone
+  std::vector<TradeRow> rows;
   std::vector<TradePreset> presets;
   std::vector<TradeStep> steps;
   std::vector<std::size_t> together;  // rows that change several knobs at once
 };
 
 struct TradeSpec {
-  bool quick = false;       // fewer values of every knob
-  bool presets = false;     // nothing but the presets
-  bool exhaustive = false;  // all that goals choose among but what is predicted to be far from the frontier, with antialias and visibility;
-                            // quick: some of what takes about as long as "balanced" or less
-  QualitySpec pictures;     // blur_m and square_px do not count; against_points: of thorough rows
+  bool quick = false;    // fewer values of every knob
+  bool presets = false;  // nothing but the presets
+  // All that goals choose among but what is predicted to be far from the frontier, with antialias
+  // and visibility; quick: some of what takes about as long as "balanced" or less
+  bool exhaustive = false;
+  QualitySpec pictures;  // blur_m and square_px do not count; against_points: of thorough rows
   std::optional<cl::FftBackend> fft;  // empty: the device's default, and the others as a knob
-  int renders = 0;                    // timed per row; 0: 3 to 15, as many as a second holds, 1 of what takes 4 seconds
+  // Timed per row; 0: 3 to 15, as many as a second holds, 1 of what takes 4 seconds
+  int renders = 0;
 };
 
 /// Measures a trade, row by row. Knobs that the scene gives stay as they are.
 class TradeBench {
 public:
-  /// throws  InputError for the scene, or one that gives sampling.mode "fan", of which nothing can be predicted
+  /// throws  InputError for the scene, or one that gives sampling.mode "fan", of which nothing can
+  ///         be predicted
   TradeBench(const cl::Device& device, const Scene& scene, const TradeSpec& spec);
 
   const Trade& trade() const { return trade_; }
 
   /// Takes over rows that trade_json has written.
   ///
-  /// returns  how many; empty when the text is of another scene, device, version or way of looking, or is none
+  /// returns  how many; empty when the text is of another scene, device, version or way of looking,
+  ///          or is none
   std::optional<int> resume(const std::string& json);
 
   /// Measures what is not done yet. Quality is bit-identical for the same device; times are not.
@@ -133,7 +145,8 @@ public:
   /// after_some  called after every few rows, when the trade has grown
   void measure(const std::function<void()>& after_some, const Progress& progress = {});
 
-  /// Pictures along the frontier: columns are the lens and sheet_rows, rows the depths, with one exposure. Renders them again.
+  /// Pictures along the frontier: columns are the lens and sheet_rows, rows the depths, with one
+  /// exposure. Renders them again.
   ColourPicture sheet(const Progress& progress = {});
 
 private:
@@ -149,7 +162,8 @@ private:
   std::vector<Image> seen_by_lens_;  // as rows look: depths, then sides
 };
 
-/// Rows that no other beats in time and PSNR, or equals in one and beats in the other; the fastest first.
+/// Rows that no other beats in time and PSNR, or equals in one and beats in the other; the fastest
+/// first.
 std::vector<std::size_t> trade_frontier(const std::vector<TradeRow>& rows);
 
 /// The fastest row that is at least as true as this one; itself when none is faster.
