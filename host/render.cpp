@@ -295,8 +295,8 @@ struct Renderer::State {
   PhaseEncoder encode;
   int together = 1;                       // frames gathered at once
   std::vector<cl::ComplexBuffer> stacks;  // as gathered
-  std::unique_ptr<Refiner> refiner;
-  cl::ComplexBuffer refined;  // one frame of a WRP
+  std::unique_ptr<Interpolator> interpolator;
+  cl::ComplexBuffer interpolated;  // one frame of a WRP
   cl::ComplexBuffer field;
   bool moved = false;
 };
@@ -308,7 +308,7 @@ RenderResult Renderer::State::render() {
 
   RenderResult result;
   result.plan = plan;
-  if (const double farthest_m = plan.slabs.back().distance_m;
+  if (const double farthest_m = plan.layers.back().distance_m;
       propagator && farthest_m > propagator->farthest_m())
     result.notes.push_back(
         "from " + length_text(farthest_m) +
@@ -381,10 +381,10 @@ void Renderer::State::prepare_planes() {
     stack = {};  // before the new one is asked for
     stack = {device, stack_size, "fields of a WRP"};
   }
-  if (!refiner && std::any_of(plan.slabs.begin(), plan.slabs.end(),
-                              [](const Slab& slab) { return slab.refines(); })) {
-    refiner = std::make_unique<Refiner>(device);
-    refined = {device, tile_pixels(), "field of a WRP"};
+  if (!interpolator && std::any_of(plan.layers.begin(), plan.layers.end(),
+                                   [](const DepthLayer& layer) { return layer.interpolates(); })) {
+    interpolator = std::make_unique<Interpolator>(device);
+    interpolated = {device, tile_pixels(), "field of a WRP"};
   }
 }
 
@@ -407,14 +407,14 @@ void Renderer::State::add_wrps(std::size_t first, std::size_t end, std::size_t f
       source->fill(wrp, stack);
       clock.wait();
     }
-    const bool refines = plan.slab_of(wrp).refines();
-    if (refines) {
+    const bool interpolates = plan.layer_of(wrp).interpolates();
+    if (interpolates) {
       const auto clock = stage("trace");
-      refiner->refine(plan, wrp, stack, within, refined);
+      interpolator->interpolate(plan, wrp, stack, within, interpolated);
       clock.wait();
     }
-    const auto& on_wrp = refines ? refined : stack;
-    const int place = refines ? 0 : within;
+    const auto& on_wrp = interpolates ? interpolated : stack;
+    const int place = interpolates ? 0 : within;
     if (options.keep_wrps) {
       std::vector<std::complex<float>> samples(tile_pixels());
       on_wrp.read(samples, static_cast<std::size_t>(place) * tile_pixels());

@@ -60,14 +60,14 @@ Json json_of(const Scene& scene) {
   j["wrp"]["grid"] = scene.wrp.grid ? json_of(*scene.wrp.grid) : Json("auto");
   j["wrp"]["distance_m"] =
       scene.wrp.distances_m.empty() ? Json("auto") : Json(scene.wrp.distances_m);
-  j["wrp"]["slabs"] = scene.wrp.slabs;
+  j["wrp"]["layers"] = scene.wrp.layers;
   j["sampling"] = {
       {"mode", scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
       {"source", scene.sampling.source == FanSource::hit ? "hit" : "surface"},
       {"shape", scene.sampling.shape == FanShape::orthographic ? "orthographic" : "perspective"},
       {"pitch_m", scene.sampling.pitch_m},
-      {"fan", scene.sampling.fan},
-      {"edge", scene.sampling.edge},
+      {"cone", scene.sampling.cone},
+      {"apodization", scene.sampling.apodization},
       {"antialias", scene.sampling.antialias},
       {"visibility", scene.sampling.visibility},
       {"seed", scene.sampling.seed},
@@ -137,16 +137,17 @@ Json json_of(const Plan& plan) {
          {"padding_error", plan.padding_error},
          {"oversampling_error", plan.oversampling_error},
          {"rays", plan.rays}};
-  for (const auto& s : plan.slabs) {
-    j["slabs"].push_back({{"distance_m", s.distance_m},
-                          {"near_m", s.min_m.z},
-                          {"far_m", s.max_m.z},
-                          {"grid", json_of(s.grid)},
-                          {"columns", {{"count", s.axes[0].count}, {"pitch_m", s.axes[0].pitch_m}}},
-                          {"rows", {{"count", s.axes[1].count}, {"pitch_m", s.axes[1].pitch_m}}}});
+  for (const auto& s : plan.layers) {
+    j["layers"].push_back(
+        {{"distance_m", s.distance_m},
+         {"near_m", s.min_m.z},
+         {"far_m", s.max_m.z},
+         {"grid", json_of(s.grid)},
+         {"columns", {{"count", s.axes[0].count}, {"pitch_m", s.axes[0].pitch_m}}},
+         {"rows", {{"count", s.axes[1].count}, {"pitch_m", s.axes[1].pitch_m}}}});
   }
   for (const auto& w : plan.wrps) {
-    j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}, {"slab", w.slab}, {"tile", w.tile}});
+    j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}, {"layer", w.layer}, {"tile", w.tile}});
     if (!plan.aimed) j["wrps"].back()["rays_per_pixel"] = w.fan.size();
   }
   return j;
@@ -257,20 +258,20 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   if (plan.tiles.size() > 1)
     out << "tiles     " << plan.tile_grid.x << " x " << plan.tile_grid.y << " of "
         << plan.tile_size.x << " x " << plan.tile_size.y << " pixels, one after another\n";
-  for (const auto& slab : plan.slabs) {
+  for (const auto& layer : plan.layers) {
     const auto lit =
         std::count_if(plan.wrps.begin(), plan.wrps.end(),
-                      [&plan = plan, &slab](const Wrp& w) { return &plan.slab_of(w) == &slab; });
-    out << "WRPs      " << slab.grid.x << " x " << slab.grid.y;
-    if (const auto dark = std::ptrdiff_t{slab.grid.x} * slab.grid.y - lit; dark > 0)
+                      [&plan = plan, &layer](const Wrp& w) { return &plan.layer_of(w) == &layer; });
+    out << "WRPs      " << layer.grid.x << " x " << layer.grid.y;
+    if (const auto dark = std::ptrdiff_t{layer.grid.x} * layer.grid.y - lit; dark > 0)
       out << " less " << dark << " that no light falls into";
-    out << " at " << mm(slab.distance_m);
-    if (plan.slabs.size() == 1)
-      out << ", " << mm(plan.near_m - slab.distance_m) << " in front of the nearest surface\n";
+    out << " at " << mm(layer.distance_m);
+    if (plan.layers.size() == 1)
+      out << ", " << mm(plan.near_m - layer.distance_m) << " in front of the nearest surface\n";
     else
-      out << ", for surfaces from " << mm(slab.min_m.z) << " to " << mm(slab.max_m.z) << "\n";
+      out << ", for surfaces from " << mm(layer.min_m.z) << " to " << mm(layer.max_m.z) << "\n";
     for (const auto& w : plan.wrps) {
-      if (&plan.slab_of(w) != &slab) continue;
+      if (&plan.layer_of(w) != &layer) continue;
       out << "          centre (" << mm(w.centre_m.x) << ", " << mm(w.centre_m.y) << ")";
       if (!plan.aimed) out << ": " << w.fan.size() << " rays per pixel";
       out << "\n";
@@ -288,17 +289,17 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
       << number(scene.accuracy.phase_turns) << "\n";
   if (plan.aimed)
-    out << "cone      " << plan.fan << " half holograms to each side, soft edge " << plan.edge
-        << ", error predicted " << number(100 * plan.cone_error) << " %\n";
+    out << "cone      " << plan.cone_half_width << " half holograms to each side, soft edge "
+        << plan.apodization << ", error predicted " << number(100 * plan.cone_error) << " %\n";
   out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding "
       << scene.wrp.padding << "), propagation error predicted " << number(100 * plan.padding_error)
       << " %\n";
-  for (const auto& slab : plan.slabs) {
-    if (!slab.refines()) continue;
-    const auto few = plan.gathered_size(slab);
-    const auto apart = plan.gathered_pitch_m(slab);
+  for (const auto& layer : plan.layers) {
+    if (!layer.interpolates()) continue;
+    const auto few = plan.gathered_size(layer);
+    const auto apart = plan.gathered_pitch_m(layer);
     out << "gathered  " << few.x << " x " << few.y << " pixels of a WRP";
-    if (plan.slabs.size() > 1) out << " at " << mm(slab.distance_m);
+    if (plan.layers.size() > 1) out << " at " << mm(layer.distance_m);
     out << ", " << mm(apart.x) << " x " << mm(apart.y) << " apart, for " << plan.tile_size.x
         << " x " << plan.tile_size.y << " (oversampling " << *scene.wrp.oversampling
         << "), error predicted " << number(100 * plan.oversampling_error) << " %\n";

@@ -37,7 +37,7 @@ Clusters clusters_of(std::span<const glm::dvec3> positions_m, std::span<const gl
 using RaiseInPlaces = std::function<void(std::span<const Places>, std::span<Lanes>)>;
 
 /// Raises `largest` to the largest that functions are at the vertices of clusters. Over a convex
-/// body, each must be largest at a corner.
+/// instance, each must be largest at a corner.
 ///
 /// positions_m  of the vertices that `clusters` was made of
 /// motion       takes them to where the functions are taken

@@ -15,11 +15,11 @@
 namespace raywave {
 namespace {
 
-constexpr int depth_bins = 256;  // of a scene's depth, for the choice of slabs
+constexpr int depth_bins = 256;  // of a scene's depth, for the choice of layers
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// What an outline is made of, per axis: functions of place that, over a convex body before the
+/// What an extents is made of, per axis: functions of place that, over a convex set before the
 /// hologram, are largest at one of its corners.
 enum Function : std::size_t {
   tangent_low,
@@ -32,7 +32,7 @@ enum Function : std::size_t {
 using Largest = std::array<double, 2 * functions>;
 
 /// Infinite where a place is not before the hologram.
-RAYWAVE_FOR_SEVERAL_CPUS void raise_outline(const Places* places, std::size_t count,
+RAYWAVE_FOR_SEVERAL_CPUS void raise_extents(const Places* places, std::size_t count,
                                             const SeenThrough& seen, Lanes* largest) {
   Lanes nearest(infinite);
   for (std::size_t n = 0; n < count; ++n) {
@@ -62,15 +62,15 @@ RAYWAVE_FOR_SEVERAL_CPUS void raise_outline(const Places* places, std::size_t co
   }
 }
 
-Outline outline_from(const Largest& largest) {
-  Outline outline;
+Extents extents_from(const Largest& largest) {
+  Extents extents;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto of = [&](Function f) { return largest[axis * functions + f]; };
-    outline.tangents[axis] = {-of(tangent_low), of(tangent_high)};
-    outline.passed[axis] = {-of(passed_low), of(passed_high)};
-    outline.beyond_m[axis] = of(beyond);
+    extents.tangents[axis] = {-of(tangent_low), of(tangent_high)};
+    extents.passed[axis] = {-of(passed_low), of(passed_high)};
+    extents.beyond_m[axis] = of(beyond);
   }
-  return outline;
+  return extents;
 }
 
 /// Of some points, all looked at.
@@ -82,7 +82,7 @@ Largest largest_among(std::span<const glm::dvec3> points, const SeenThrough& see
     const auto count = std::min(room.size() * Lanes::count, points.size() - first);
     const auto places = side_by_side(
         count, [&](std::size_t i) { return points[first + i]; }, room);
-    raise_outline(places.data(), places.size(), seen, largest.data());
+    raise_extents(places.data(), places.size(), seen, largest.data());
   }
   Largest all;
   std::transform(largest.begin(), largest.end(), all.begin(),
@@ -99,13 +99,14 @@ struct Sides {
   }
 };
 
-/// Of facets of an object that has moved so.
-RAYWAVE_FOR_SEVERAL_CPUS Sides sides_of(const Facets* facets, std::size_t count,
+/// Of area_samples of an object that has moved so.
+RAYWAVE_FOR_SEVERAL_CPUS Sides sides_of(const AreaSamples* area_samples, std::size_t count,
                                         const Motion& motion) {
   Lanes weight[2] = {Lanes(0), Lanes(0)}, sum[2] = {Lanes(0), Lanes(0)};
   for (std::size_t n = 0; n < count; ++n) {
-    const auto& share = facets[n].share.v;
-    Places corners[3] = {facets[n].corners[0], facets[n].corners[1], facets[n].corners[2]};
+    const auto& share = area_samples[n].share.v;
+    Places corners[3] = {area_samples[n].corners[0], area_samples[n].corners[1],
+                         area_samples[n].corners[2]};
     for (auto& corner : corners) corner.move(motion);
     const auto &a = corners[0].at_m, &b = corners[1].at_m, &c = corners[2].at_m;
     for (std::size_t i = 0; i < Lanes::count; ++i) {
@@ -134,23 +135,23 @@ RAYWAVE_FOR_SEVERAL_CPUS Sides sides_of(const Facets* facets, std::size_t count,
 }
 
 /// Middle of the near sides of all objects.
-double middle_of_surfaces(const World& world, std::span<const Facets> facets) {
+double middle_of_surfaces(const World& world, std::span<const AreaSamples> area_samples) {
   // Parts of ranges that belong to one object; added in order, for the same sum every time.
   struct Part {
     std::size_t object;
     Sides sides;
   };
-  std::vector<std::vector<Part>> ranges((facets.size() + cl::Threads::range - 1) /
+  std::vector<std::vector<Part>> ranges((area_samples.size() + cl::Threads::range - 1) /
                                         cl::Threads::range);
   cl::Threads::shared().for_ranges(
-      facets.size(), [&](std::size_t, std::size_t from, std::size_t to) {
+      area_samples.size(), [&](std::size_t, std::size_t from, std::size_t to) {
         auto& parts = ranges[from / cl::Threads::range];
         while (from < to) {
-          const auto object = facets[from].object;
+          const auto object = area_samples[from].object;
           auto end = from + 1;
-          while (end < to && facets[end].object == object) ++end;
+          while (end < to && area_samples[end].object == object) ++end;
           parts.push_back({static_cast<std::size_t>(object),
-                           sides_of(&facets[from], end - from, world.motion_of(object))});
+                           sides_of(&area_samples[from], end - from, world.motion_of(object))});
           from = end;
         }
       });
@@ -214,10 +215,10 @@ public:
   /// Infinite without any area.
   double mean() const { return mean_between(0, depth_bins); }
 
-  /// Means of `count` slabs, or of as many as have area, between which the sum of area times
+  /// Means of `count` layers, or of as many as have area, between which the sum of area times
   /// squared distance to the mean is least.
   std::vector<double> means(int count) const {
-    // least[i]: of the first i bins in as many slabs as the round says; from[round][i]: where the
+    // least[i]: of the first i bins in as many layers as the round says; from[round][i]: where the
     // last of these begins.
     std::vector<double> least(static_cast<std::size_t>(depth_bins) + 1,
                               std::numeric_limits<double>::infinity());
@@ -227,11 +228,11 @@ public:
       std::vector<double> next(least.size(), std::numeric_limits<double>::infinity());
       from.emplace_back(least.size(), 0);
       for (int end = round + 1 < count ? 1 : depth_bins; end <= depth_bins; ++end) {
-        Sums slab;
+        Sums layer;
         for (int begin = end - 1; begin >= 0; --begin) {
-          slab.add(area_[static_cast<std::size_t>(begin)],
-                   area_depth_[static_cast<std::size_t>(begin)]);
-          const double sum = least[static_cast<std::size_t>(begin)] + slab.square();
+          layer.add(area_[static_cast<std::size_t>(begin)],
+                    area_depth_[static_cast<std::size_t>(begin)]);
+          const double sum = least[static_cast<std::size_t>(begin)] + layer.square();
           if (!(sum < next[static_cast<std::size_t>(end)])) continue;
           next[static_cast<std::size_t>(end)] = sum;
           from.back()[static_cast<std::size_t>(end)] = begin;
@@ -250,7 +251,7 @@ public:
   }
 
 private:
-  /// Of the bins of a slab, around the first's mean.
+  /// Of the bins of a layer, around the first's mean.
   struct Sums {
     double origin = 0, area = 0, depth = 0, squared = 0;
     void add(double more, double more_depth) {
@@ -293,7 +294,7 @@ private:
 
 }  // namespace
 
-void Outline::add(const Outline& other) {
+void Extents::add(const Extents& other) {
   for (std::size_t axis = 0; axis < 2; ++axis) {
     for (const auto& [whole, part] : {std::pair{&tangents[axis], &other.tangents[axis]},
                                       {&passed[axis], &other.passed[axis]}}) {
@@ -304,24 +305,24 @@ void Outline::add(const Outline& other) {
   }
 }
 
-Outline outline_of(std::span<const glm::dvec3> points, const SeenThrough& seen) {
-  std::vector<Outline> ranges((points.size() + cl::Threads::range - 1) / cl::Threads::range);
+Extents extents_of(std::span<const glm::dvec3> points, const SeenThrough& seen) {
+  std::vector<Extents> ranges((points.size() + cl::Threads::range - 1) / cl::Threads::range);
   cl::Threads::shared().for_ranges(
       points.size(), [&](std::size_t, std::size_t from, std::size_t to) {
         ranges[from / cl::Threads::range] =
-            outline_from(largest_among(points.subspan(from, to - from), seen));
+            extents_from(largest_among(points.subspan(from, to - from), seen));
       });
-  Outline all;
+  Extents all;
   for (const auto& range : ranges) all.add(range);
   return all;
 }
 
-Outline outline_of(const World& world, const SeenThrough& seen) {
-  if (world.placed.empty()) return outline_of(world.positions, seen);
+Extents extents_of(const World& world, const SeenThrough& seen) {
+  if (world.placed.empty()) return extents_of(world.positions, seen);
   Largest largest;
   largest.fill(-infinite);
   const auto raise = [&](std::span<const Places> places, std::span<Lanes> to) {
-    raise_outline(places.data(), places.size(), seen, to.data());
+    raise_extents(places.data(), places.size(), seen, to.data());
   };
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
     const auto& placed = world.placed[i];
@@ -329,19 +330,19 @@ Outline outline_of(const World& world, const SeenThrough& seen) {
                      std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
                      world.motions[i], raise, 0, largest);
   }
-  return outline_from(largest);
+  return extents_from(largest);
 }
 
-std::vector<double> middles_of_surfaces(const World& world, int slabs) {
-  std::vector<Facets> every;
-  if (world.facets.empty()) {
-    for (std::size_t i = 0; i < world.triangles.size(); ++i) add_facet(world, i, 1, every);
+std::vector<double> middles_of_surfaces(const World& world, int layers) {
+  std::vector<AreaSamples> every;
+  if (world.area_samples.empty()) {
+    for (std::size_t i = 0; i < world.triangles.size(); ++i) add_area_sample(world, i, 1, every);
   }
-  const auto& facets = world.facets.empty() ? every : world.facets;
-  if (slabs == 1) return {middle_of_surfaces(world, facets)};
+  const auto& area_samples = world.area_samples.empty() ? every : world.area_samples;
+  if (layers == 1) return {middle_of_surfaces(world, area_samples)};
   const DepthHistogram none(world.min_m.z, world.max_m.z);
   std::vector<std::array<DepthHistogram, 2>> sides(world.object_closed.size(), {none, none});
-  for (auto group : facets) {
+  for (auto group : area_samples) {
     for (auto& corner : group.corners) corner.move(world.motion_of(group.object));
     for (std::size_t i = 0; i < group.count; ++i) {
       const auto a = group.corners[0].get(i), b = group.corners[1].get(i),
@@ -354,7 +355,7 @@ std::vector<double> middles_of_surfaces(const World& world, int slabs) {
   }
   auto all = none;
   for (const auto& [one, other] : sides) all.add(one.mean() < other.mean() ? one : other);
-  const auto means = all.means(slabs);
+  const auto means = all.means(layers);
   return means.empty() ? std::vector{(world.min_m.z + world.max_m.z) / 2} : means;
 }
 

@@ -24,7 +24,7 @@ struct Interval {
 };
 
 /// Surfaces as the hologram's window sees them through a plane at distance_m.
-struct Outline {
+struct Extents {
   std::array<Interval, 2> tangents;  // of chief rays, to the hologram's centre
   // Where light passes through the plane on its way into the window
   std::array<Interval, 2> passed;
@@ -32,7 +32,7 @@ struct Outline {
   // below largest_tangent; > 0: some do.
   std::array<double, 2> beyond_m{-std::numeric_limits<double>::infinity(),
                                  -std::numeric_limits<double>::infinity()};
-  void add(const Outline& other);
+  void add(const Extents& other);
 };
 
 /// The hologram's window, or a tile's, and what a plane before it shows of surfaces.
@@ -45,14 +45,14 @@ struct SeenThrough {
 };
 
 /// points  all corners of the surfaces
-Outline outline_of(std::span<const glm::dvec3> points, const SeenThrough& seen);
+Extents extents_of(std::span<const glm::dvec3> points, const SeenThrough& seen);
 
 /// Of all surfaces, to a few roundings.
-Outline outline_of(const World& world, const SeenThrough& seen);
+Extents extents_of(const World& world, const SeenThrough& seen);
 
 /// Where aimed gathering costs least: footprints grow with the distance of a sample from its WRP,
-/// so the middles, by area as the hologram sees it, of the objects' near sides, in so many slabs of
+/// so the middles, by area as the hologram sees it, of the objects' near sides, in so many layers of
 /// depth (or as many as have surfaces). Either winding may be the outside.
-std::vector<double> middles_of_surfaces(const World& world, int slabs);
+std::vector<double> middles_of_surfaces(const World& world, int layers);
 
 }  // namespace raywave

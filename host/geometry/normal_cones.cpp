@@ -11,10 +11,10 @@ namespace raywave {
 namespace {
 
 /// Of all triangles below a node: the sum of their normals, each as long as twice the area, and the
-/// facing.
+/// cone.
 struct Normals {
   glm::dvec3 sum{0};
-  Facing facing;
+  NormalCone cone;
 };
 
 glm::dvec3 direction_of(const glm::dvec3& v) {
@@ -35,24 +35,23 @@ Normals normals_of_leaf(const Bvh& bvh, const std::vector<std::int32_t>& sides, 
     leaf.sum += normal;
     normals[i - first] = direction_of(normal);
   }
-  leaf.facing = {direction_of(leaf.sum), 0};
+  leaf.cone = {direction_of(leaf.sum), 0};
   for (const auto& n : std::span(normals).first(count))
-    leaf.facing.spread = std::max(leaf.facing.spread, glm::length(n - leaf.facing.axis));
+    leaf.cone.spread = std::max(leaf.cone.spread, glm::length(n - leaf.cone.axis));
   return leaf;
 }
 
 Normals together(const Normals& one, const Normals& other) {
   Normals both{one.sum + other.sum, {}};
-  both.facing.axis = direction_of(both.sum);
-  both.facing.spread =
-      std::max(one.facing.spread + glm::length(one.facing.axis - both.facing.axis),
-               other.facing.spread + glm::length(other.facing.axis - both.facing.axis));
+  both.cone.axis = direction_of(both.sum);
+  both.cone.spread = std::max(one.cone.spread + glm::length(one.cone.axis - both.cone.axis),
+                              other.cone.spread + glm::length(other.cone.axis - both.cone.axis));
   return both;
 }
 
 }  // namespace
 
-void mark_facing(Bvh& bvh, const std::vector<std::int32_t>& sides) {
+void store_normal_cones(Bvh& bvh, const std::vector<std::int32_t>& sides) {
   std::vector<Normals> of_nodes(bvh.nodes.size());
   for (auto i = bvh.nodes.size(); i-- > 0;) {  // children come behind their parents
     auto& node = bvh.nodes[i];
@@ -61,7 +60,7 @@ void mark_facing(Bvh& bvh, const std::vector<std::int32_t>& sides) {
       const auto normals =
           count > 0 ? normals_of_leaf(bvh, sides, number, static_cast<std::size_t>(count))
                     : of_nodes[number];
-      count |= facing_bits(normals.facing);
+      count |= normal_cone_bits(normals.cone);
       return normals;
     };
     const auto left = mark(node.left_child, node.left_count);
@@ -72,34 +71,35 @@ void mark_facing(Bvh& bvh, const std::vector<std::int32_t>& sides) {
   }
 }
 
-std::int32_t facing_bits(const Facing& facing) {
+std::int32_t normal_cone_bits(const NormalCone& cone) {
   std::int32_t bits = 0;
   glm::dvec3 axis;
   for (int i = 0; i < 3; ++i) {
-    axis[i] = std::round(FACING_STEPS * facing.axis[i]);
-    bits |= (static_cast<std::int32_t>(axis[i]) + FACING_STEPS) << (4 + 7 * i);
+    axis[i] = std::round(NORMAL_CONE_STEPS * cone.axis[i]);
+    bits |= (static_cast<std::int32_t>(axis[i]) + NORMAL_CONE_STEPS) << (4 + 7 * i);
   }
   const double spread =
-      FACING_STEPS * facing.spread + glm::length(double{FACING_STEPS} * facing.axis - axis);
+      NORMAL_CONE_STEPS * cone.spread + glm::length(double{NORMAL_CONE_STEPS} * cone.axis - axis);
   const double halves = std::ceil(2 * spread * (1 + 1e-9));
   return halves < 127 ? bits | static_cast<std::int32_t>(halves) << 25 : 0;
 }
 
-void set_view(device::Body& body, glm::dvec3 middle_m, double radius_m, glm::dvec3 eye_m) {
+void set_view(device::Instance& instance, glm::dvec3 middle_m, double radius_m, glm::dvec3 eye_m) {
   const auto way = middle_m - eye_m;
   const double distance_m = glm::length(way);
-  body.view_margin = INT32_MAX / 2;  // nothing is known
+  instance.view_margin = INT32_MAX / 2;  // nothing is known
   if (!(radius_m < 0.5 * distance_m)) return;
   const auto view = way * (VIEW_STEPS / distance_m);
   glm::dvec3 rounded;
   for (int i = 0; i < 3; ++i) {
     rounded[i] = std::round(view[i]);
-    body.view[i] = static_cast<std::int32_t>(rounded[i]);
+    instance.view[i] = static_cast<std::int32_t>(rounded[i]);
   }
   // Unit vectors to points of a sphere are within radius / distance / sqrt(1 - 1/4) of that to its
   // middle.
   const double stray = 1.16 * VIEW_STEPS * radius_m / distance_m + glm::length(view - rounded);
-  body.view_margin = static_cast<std::int32_t>(std::ceil(2 * FACING_STEPS * stray * (1 + 1e-9)));
+  instance.view_margin =
+      static_cast<std::int32_t>(std::ceil(2 * NORMAL_CONE_STEPS * stray * (1 + 1e-9)));
 }
 
 }  // namespace raywave

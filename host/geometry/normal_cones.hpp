@@ -13,7 +13,7 @@ namespace raywave {
 
 /// Directions of the outer normals below a node: of unit length, all within `spread` of an axis, a
 /// unit vector.
-struct Facing {
+struct NormalCone {
   glm::dvec3 axis{0, 0, 1};
   double spread = 2;
 };
@@ -22,14 +22,14 @@ struct Facing {
 ///
 /// sides  of bvh.triangles: device::Triangle::side; with an open mesh below it a child faces
 ///        everywhere
-void mark_facing(Bvh& bvh, const std::vector<std::int32_t>& sides);
+void store_normal_cones(Bvh& bvh, const std::vector<std::int32_t>& sides);
 
 /// The bits of kernels/scene/normal_cones.h; 0 where the spread is too large for them.
-std::int32_t facing_bits(const Facing& facing);
+std::int32_t normal_cone_bits(const NormalCone& cone);
 
-/// Sets view and view_margin of a body that lies in a sphere.
+/// Sets view and view_margin of a instance that lies in a sphere.
 ///
-/// middle_m, radius_m, eye_m  the sphere, and the hologram's centre, in the body's frame
-void set_view(device::Body& body, glm::dvec3 middle_m, double radius_m, glm::dvec3 eye_m);
+/// middle_m, radius_m, eye_m  the sphere, and the hologram's centre, in the instance's frame
+void set_view(device::Instance& instance, glm::dvec3 middle_m, double radius_m, glm::dvec3 eye_m);
 
 }  // namespace raywave

@@ -14,7 +14,7 @@ using uint = std::uint32_t;
 
 RAYWAVE_CL_TYPE(raywave::device::BvhNode, "BvhNode");
 RAYWAVE_CL_TYPE(raywave::device::Triangle, "Triangle");
-RAYWAVE_CL_TYPE(raywave::device::Body, "Body");
+RAYWAVE_CL_TYPE(raywave::device::Instance, "Instance");
 RAYWAVE_CL_TYPE(raywave::device::Material, "Material");
 RAYWAVE_CL_TYPE(raywave::device::Light, "Light");
 RAYWAVE_CL_TYPE(raywave::device::TracePlane, "TracePlane");

@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kSmallestObject_m = 1e-10, kLargestObject_m = 1e4;
 constexpr std::size_t kMaxTriangles = 500'000'000;
-constexpr std::size_t most_facets = 1 << 14;
+constexpr std::size_t most_area_samples = 1 << 14;
 
 struct Box {
   glm::dvec3 min{INFINITY}, max{-INFINITY};
@@ -116,11 +116,11 @@ Placing placing_of(const Object& object, const glm::dmat3& turn, const glm::dvec
 /// all of them where they are few.
 ///
 /// first  of its triangles, which are the world's last
-void add_facets(std::size_t first, World& world) {
+void add_area_samples(std::size_t first, World& world) {
   const auto count = world.triangles.size() - first;
   std::vector<double> area(count, 1);
   double whole = static_cast<double>(count);
-  if (count > most_facets) {
+  if (count > most_area_samples) {
     whole = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const auto t = world.triangles[first + i];
@@ -129,7 +129,7 @@ void add_facets(std::size_t first, World& world) {
       whole += area[i];
     }
   }
-  const auto wanted = std::min(count, most_facets);
+  const auto wanted = std::min(count, most_area_samples);
   const double step = whole / static_cast<double>(wanted);
   double reached = 0;
   std::size_t drawn = 0;
@@ -137,7 +137,8 @@ void add_facets(std::size_t first, World& world) {
     reached += area[i];
     const auto last = std::min(static_cast<std::size_t>(reached / step + 0.5), wanted);
     if (last <= drawn) continue;
-    add_facet(world, first + i, static_cast<double>(last - drawn) * step / area[i], world.facets);
+    add_area_sample(world, first + i, static_cast<double>(last - drawn) * step / area[i],
+                    world.area_samples);
     drawn = last;
   }
 }
@@ -233,7 +234,7 @@ World place_objects(const Scene& scene, const Meshes& meshes) {
     add(static_cast<std::int32_t>(i), scene.objects[i], meshes.meshes[mesh], world);
     world.object_closed.push_back(meshes.closed[mesh]);
     world.placed.push_back(place(scene.objects[i], meshes.meshes[mesh], first_vertex, world));
-    add_facets(first_triangle, world);
+    add_area_samples(first_triangle, world);
   }
   move_objects(scene, world);
   return world;
@@ -257,19 +258,20 @@ std::array<glm::dvec3, 3> World::corners_m(std::size_t triangle) const {
   return {motion(positions[corners.x]), motion(positions[corners.y]), motion(positions[corners.z])};
 }
 
-void add_facet(const World& world, std::size_t triangle, double share,
-               std::vector<Facets>& facets) {
+void add_area_sample(const World& world, std::size_t triangle, double share,
+                     std::vector<AreaSamples>& area_samples) {
   const auto object = world.triangle_object[triangle];
   const auto t = world.triangles[triangle];
-  if (facets.empty() || facets.back().object != object || facets.back().count == Lanes::count) {
-    facets.emplace_back().object = object;
+  if (area_samples.empty() || area_samples.back().object != object ||
+      area_samples.back().count == Lanes::count) {
+    area_samples.emplace_back().object = object;
     // A triangle of no share in every lane.
     for (int corner = 0; corner < 3; ++corner) {
       for (std::size_t lane = 0; lane < Lanes::count; ++lane)
-        facets.back().corners[corner].set(lane, world.positions[t[corner]]);
+        area_samples.back().corners[corner].set(lane, world.positions[t[corner]]);
     }
   }
-  auto& last = facets.back();
+  auto& last = area_samples.back();
   last.share.v[last.count] = share;
   for (int corner = 0; corner < 3; ++corner)
     last.corners[corner].set(last.count, world.positions[t[corner]]);

@@ -39,7 +39,7 @@ Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::st
 Mesh finish_mesh(Mesh raw, Normals normals);
 
 /// Triangles that each stand for a part of an object's surface.
-struct Facets {
+struct AreaSamples {
   std::int32_t object = 0;  // index into Scene::objects
   std::size_t count = 0;    // lanes beyond have no share
   Lanes share{0};           // of the surface: so many times the triangle's area
@@ -71,7 +71,7 @@ struct World {
       // welding equal positions)
       object_closed;
   // Stand for all surfaces in sums over them; none: every triangle stands for itself
-  std::vector<Facets> facets;
+  std::vector<AreaSamples> area_samples;
   std::vector<PlacedObject> placed;  // per object; none in worlds that place_objects has not made
   std::vector<Motion> motions;       // per object; none: nothing has moved
   glm::dvec3 min_m{0}, max_m{0};     // bounding box, as everything is now
@@ -84,7 +84,8 @@ struct World {
 };
 
 /// Adds one of the world's triangles to those that stand for surfaces.
-void add_facet(const World& world, std::size_t triangle, double share, std::vector<Facets>& facets);
+void add_area_sample(const World& world, std::size_t triangle, double share,
+                     std::vector<AreaSamples>& area_samples);
 
 /// Where all vertices are now.
 std::vector<glm::dvec3> positions_now(const World& world);

@@ -6,9 +6,9 @@
 
 namespace raywave {
 double Cone::passed(double at) const {
-  const double inside = fan - std::abs(at);
-  if (edge <= 0) return inside >= 0 ? 1 : 0;
-  const double e = std::clamp(inside / edge, 0.0, 1.0);
+  const double inside = half_width - std::abs(at);
+  if (apodization <= 0) return inside >= 0 ? 1 : 0;
+  const double e = std::clamp(inside / apodization, 0.0, 1.0);
   return e * e * (3 - 2 * e);
 }
 

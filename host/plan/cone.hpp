@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 /// How much of a surface sample's wave the WRPs gather on its way to each part of the hologram:
-/// sampling.fan and sampling.edge.
+/// sampling.cone and sampling.apodization.
 #pragma once
 
 namespace raywave {
 
 /// In half holograms, alike along both axes.
 struct Cone {
-  double fan = 1.2;   // half width
-  double edge = 0.2;  // width of its soft edge, within the half width
+  double half_width = 1.2;   // half width
+  double apodization = 0.2;  // width of its soft edge, within the half width
 
   bool operator==(const Cone&) const = default;
 

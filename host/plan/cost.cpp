@@ -40,30 +40,31 @@ constexpr double aim_of_a_sample = 29;
 /// Passes over a pixel beside the transforms, in butterflies.
 constexpr double butterflies_of_a_pixel = 9;
 
-/// Pixels of all of a slab's WRPs that light of a sample in the plane z crosses, along one axis.
+/// Pixels of all of a layer's WRPs that light of a sample in the plane z crosses, along one axis.
 struct Crossing {
   double pixels = 0;
   bool near = false;  // the sample's wave is made of plane waves
 };
 
 /// at_m  where the sample's ray to a tile's centre crosses the WRPs, which reach from first to last
-Crossing crossing(const Plan& plan, const Slab& slab, int axis, double at_m, double z_m,
+Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at_m, double z_m,
                   double first_m, double last_m) {
-  const double window = plan.tile_window_m()[axis], fan = plan.tile_fan[axis];
+  const double window = plan.tile_window_m()[axis], fan = plan.tile_cone[axis];
   const double spot = plan.wavelength_m * z_m / (std::max(fan, 1e-3) * window),
-               cone = fan * window / 2 * std::abs(1 - slab.distance_m / z_m);
+               cone = fan * window / 2 * std::abs(1 - layer.distance_m / z_m);
   const bool near = cone < Gatherer::default_near_spots * spot;
   const double half = cone + (near ? Gatherer::near_tail * spot : 0);
   const double low = std::max(at_m - half, first_m), high = std::min(at_m + half, last_m);
-  return low < high ? Crossing{(high - low) / plan.gathered_pitch_m(slab)[axis], near} : Crossing{};
+  return low < high ? Crossing{(high - low) / plan.gathered_pitch_m(layer)[axis], near}
+                    : Crossing{};
 }
 
 /// Pixels of a WRP, one for each that a pass writes: gathered, and with all columns, and with all
 /// rows.
-double pixels_written(const Plan& plan, const Slab& slab) {
-  const glm::dvec2 few = plan.gathered_size(slab), all = plan.tile_size;
-  return few.x * few.y + (slab.axes[0].refines() ? all.x * few.y : 0) +
-         (slab.axes[1].refines() ? all.x * all.y : 0);
+double pixels_written(const Plan& plan, const DepthLayer& layer) {
+  const glm::dvec2 few = plan.gathered_size(layer), all = plan.tile_size;
+  return few.x * few.y + (layer.axes[0].interpolates() ? all.x * few.y : 0) +
+         (layer.axes[1].interpolates() ? all.x * all.y : 0);
 }
 
 }  // namespace
@@ -87,20 +88,20 @@ Footprints footprints_of(const Plan& plan, const FrontView& view) {
   Footprints footprints;
   if (!plan.aimed) return footprints;
   std::vector<WrpsExtent> extents;
-  for (const auto& slab : plan.slabs) extents.push_back(wrps_extent(plan, slab));
+  for (const auto& layer : plan.layers) extents.push_back(wrps_extent(plan, layer));
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
       const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
                         static_cast<std::size_t>(x);
       const double z = view.depth_m[cell];
       if (z == 0) continue;
-      const auto& slab = plan.slab_at(z);
-      const auto& [first, last] = extents[static_cast<std::size_t>(&slab - plan.slabs.data())];
+      const auto& layer = plan.layer_at(z);
+      const auto& [first, last] = extents[static_cast<std::size_t>(&layer - plan.layers.data())];
       for (const auto& tile : plan.tiles) {
         const auto at =
-            tile.centre_m + (view.tangent(x, y) * z - tile.centre_m) * (slab.distance_m / z);
-        const auto across = crossing(plan, slab, 0, at.x, z, first.x, last.x),
-                   up = crossing(plan, slab, 1, at.y, z, first.y, last.y);
+            tile.centre_m + (view.tangent(x, y) * z - tile.centre_m) * (layer.distance_m / z);
+        const auto across = crossing(plan, layer, 0, at.x, z, first.x, last.x),
+                   up = crossing(plan, layer, 1, at.y, z, first.y, last.y);
         if (across.pixels == 0 || up.pixels == 0) continue;
         const double width = across.pixels + tile_width;
         if (across.near || up.near) {
@@ -125,7 +126,8 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   const double frames = scene.sampling.frames,
                pixels = static_cast<double>(plan.size.x) * plan.size.y;
   const double samples_of_a_cell = std::pow(view.step / plan.lattice.step, 2);
-  for (const auto& wrp : plan.wrps) work.pixels += pixels_written(plan, plan.slab_of(wrp)) * frames;
+  for (const auto& wrp : plan.wrps)
+    work.pixels += pixels_written(plan, plan.layer_of(wrp)) * frames;
   work.levels = pixels * frames;
   work.butterflies = count_butterflies(plan, scene.sampling.frames);
   const double levels =
@@ -151,7 +153,7 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   const double far_tiles = footprints.far_pixels + tile_height * footprints.far_widths;
   const double shiny_tiles = footprints.shiny_pixels + tile_height * footprints.shiny_widths;
   const double wrps_of_a_sample =
-      static_cast<double>(plan.wrps.size()) / static_cast<double>(plan.slabs.size());
+      static_cast<double>(plan.wrps.size()) / static_cast<double>(plan.layers.size());
   work.pairs = samples_of_a_cell * (gatherings * (far_tiles + highlight * lights * shiny_tiles +
                                                   profile_of_a_pixel * footprints.near_sides) +
                                     (frames - gatherings) * further_frame * far_tiles +

@@ -101,12 +101,12 @@ MemoryNeeds memory_needs(const Scene& scene, const World& world, const Plan& pla
   std::uint64_t between = 0;  // host/trace/interpolator.hpp
   for (std::size_t i = 0; i < (together > 1 ? plan.most_wrps_of_a_tile() : 1); ++i)
     needs.push_back({"fields of a WRP", 8 * size(together) * size(plan.gathered_pixels()), planes});
-  if (std::any_of(plan.slabs.begin(), plan.slabs.end(),
-                  [](const Slab& slab) { return slab.refines(); }))
+  if (std::any_of(plan.layers.begin(), plan.layers.end(),
+                  [](const DepthLayer& layer) { return layer.interpolates(); }))
     needs.push_back({"field of a WRP", 8 * pixels, planes});
-  for (const auto& slab : plan.slabs) {
-    if (slab.axes[0].refines() && slab.axes[1].refines())
-      between = std::max(between, 8 * size(plan.tile_size.x) * size(slab.axes[1].count));
+  for (const auto& layer : plan.layers) {
+    if (layer.axes[0].interpolates() && layer.axes[1].interpolates())
+      between = std::max(between, 8 * size(plan.tile_size.x) * size(layer.axes[1].count));
   }
   if (between > 0) needs.push_back({"gathered rows of a WRP", between, planes});
   needs.push_back({"field at the hologram", 8 * pixels, planes});

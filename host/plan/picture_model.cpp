@@ -108,10 +108,10 @@ std::pair<double, double> within_pixels(const Plan& plan, int axis, double x_m, 
 /// Of that, the part whose light also crosses the planned WRPs; upside down when there is none.
 std::pair<double, double> part_seen(const Plan& plan, int axis, double x_m, double z_m) {
   auto [low, high] = within_pixels(plan, axis, x_m, z_m);
-  const auto& slab = plan.slab_at(z_m);
-  const auto [first, last] = wrps_extent(plan, slab);
+  const auto& layer = plan.layer_at(z_m);
+  const auto [first, last] = wrps_extent(plan, layer);
   // The line from h on the hologram through x crosses the WRPs at h + (x - h) distance / z.
-  const double share = slab.distance_m / z_m, left = first[axis] - x_m * share,
+  const double share = layer.distance_m / z_m, left = first[axis] - x_m * share,
                right = last[axis] - x_m * share;
   if (std::abs(1 - share) < 1e-9) {
     if (left > 0 || right < 0) return {0, -1};

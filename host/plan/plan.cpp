@@ -64,19 +64,21 @@ double fan_count(double window_m, double distance_m, double depth_m, double pitc
   return std::max(1.0, std::ceil(window_m / distance_m * depth_m / pitch_m - 1e-9));
 }
 
-bool holds(const Slab& slab, double z_m) { return slab.begin_m <= z_m && z_m < slab.end_m; }
+bool holds(const DepthLayer& layer, double z_m) {
+  return layer.begin_m <= z_m && z_m < layer.end_m;
+}
 
-/// The corners of all surfaces in a slab that has an end: vertices of the meshes, and where edges
+/// The corners of all surfaces in a layer that has an end: vertices of the meshes, and where edges
 /// enter or leave it.
 ///
 /// positions_m  of all vertices
 std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec3> positions_m,
-                                   const Slab& slab) {
+                                   const DepthLayer& layer) {
   std::vector<glm::dvec3> all;
   for (const auto& p : positions_m) {
-    if (holds(slab, p.z)) all.push_back(p);
+    if (holds(layer, p.z)) all.push_back(p);
   }
-  for (const double at : {slab.begin_m, slab.end_m}) {
+  for (const double at : {layer.begin_m, layer.end_m}) {
     if (!std::isfinite(at)) continue;
     for (const auto& corners : world.triangles) {
       for (int i = 0; i < 3; ++i) {
@@ -92,7 +94,7 @@ std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec
 ///
 /// lit  tangents of the chief rays (to the hologram's centre) of whatever light can fall onto a
 ///      WRP, low and high per axis
-LatticePlan lattice_over(const Scene& scene, const Outline& outline, const Plan& plan,
+LatticePlan lattice_over(const Scene& scene, const Extents& extents, const Plan& plan,
                          glm::dvec2 largest_tangent, const std::array<Interval, 2>& lit) {
   LatticePlan lattice;
   lattice.full_z_m = (plan.near_m + plan.far_m) / 2;
@@ -100,9 +102,9 @@ LatticePlan lattice_over(const Scene& scene, const Outline& outline, const Plan&
   const auto window = plan.window_m();
   double cells = 1;
   for (int axis = 0; axis < 2; ++axis) {
-    const auto& tangents = outline.tangents[axis];
-    const double reach =
-        largest_tangent[axis] + std::max(1.0, plan.fan) * window[axis] / (2 * plan.near_m);
+    const auto& tangents = extents.tangents[axis];
+    const double reach = largest_tangent[axis] +
+                         std::max(1.0, plan.cone_half_width) * window[axis] / (2 * plan.near_m);
     const double low = std::max(-reach, lit[axis].low),
                  high = std::max(low, std::min(reach, lit[axis].high));
     const double first = std::floor(std::clamp(tangents.low, low, high) / lattice.step - 0.5);
@@ -147,70 +149,71 @@ struct Planes {
 
 /// Adds the chief rays, of the sample lattice, of the light that falls onto a tile's WRPs,
 /// diffraction at their edges included.
-void add_chief_tangents(const Plan& plan, const Slab& slab, const Tile& tile, const Planes& planes,
-                        std::array<Interval, 2>& lit) {
+void add_chief_tangents(const Plan& plan, const DepthLayer& layer, const Tile& tile,
+                        const Planes& planes, std::array<Interval, 2>& lit) {
   for (int axis = 0; axis < 2; ++axis) {
     const double window = plan.tile_window_m()[axis],
                  middle = planes.middle_m[axis] - tile.centre_m[axis];
-    const auto narrowed = [&](double z) { return std::abs(z - slab.distance_m) / z; };
-    const double fan = plan.tile_fan[axis],
-                 spot = plan.wavelength_m * slab.max_m.z / (std::max(fan, 1e-3) * window);
+    const auto narrowed = [&](double z) { return std::abs(z - layer.distance_m) / z; };
+    const double fan = plan.tile_cone[axis],
+                 spot = plan.wavelength_m * layer.max_m.z / (std::max(fan, 1e-3) * window);
     const double footprint =
-        fan * window / 2 * std::max(narrowed(slab.min_m.z), narrowed(slab.max_m.z)) + 16 * spot;
+        fan * window / 2 * std::max(narrowed(layer.min_m.z), narrowed(layer.max_m.z)) + 16 * spot;
     const double half = planes.grid[axis] * window / 2 + footprint;
     // A way to the tile's centre that crosses the plane at x comes from the tangent (x - centre) /
     // distance + centre / z.
-    for (const double z : {slab.min_m.z, slab.max_m.z}) {
+    for (const double z : {layer.min_m.z, layer.max_m.z}) {
       for (const double side : {-half, half})
-        lit[static_cast<std::size_t>(axis)].add((middle + side) / slab.distance_m +
+        lit[static_cast<std::size_t>(axis)].add((middle + side) / layer.distance_m +
                                                 tile.centre_m[axis] / z);
     }
   }
 }
 
-/// Slabs around these distances, without those in which there is no surface; every sample belongs
+/// Layers around these distances, without those in which there is no surface; every sample belongs
 /// to the one whose WRPs its cone meets with the smallest footprint, which is as wide as 1 -
 /// distance / depth.
 ///
-/// positions_m  of all vertices; one slab needs none
-std::vector<Slab> slabs_around(std::vector<double> distances_m, const World& world,
-                               std::span<const glm::dvec3> positions_m) {
+/// positions_m  of all vertices; one layer needs none
+std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const World& world,
+                                      std::span<const glm::dvec3> positions_m) {
   for (;;) {
-    std::vector<Slab> slabs(distances_m.size());
-    for (std::size_t i = 0; i < slabs.size(); ++i) {
-      slabs[i].distance_m = distances_m[i];
-      if (i > 0) slabs[i].begin_m = slabs[i - 1].end_m = (distances_m[i - 1] + distances_m[i]) / 2;
+    std::vector<DepthLayer> layers(distances_m.size());
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+      layers[i].distance_m = distances_m[i];
+      if (i > 0)
+        layers[i].begin_m = layers[i - 1].end_m = (distances_m[i - 1] + distances_m[i]) / 2;
     }
-    if (slabs.size() == 1) {
-      slabs[0].min_m = world.min_m;
-      slabs[0].max_m = world.max_m;
-      return slabs;
+    if (layers.size() == 1) {
+      layers[0].min_m = world.min_m;
+      layers[0].max_m = world.max_m;
+      return layers;
     }
     std::vector<double> kept;
-    for (auto& slab : slabs) {
-      slab.min_m = glm::dvec3(std::numeric_limits<double>::infinity());
-      slab.max_m = -slab.min_m;
-      for (const auto& p : corners_in(world, positions_m, slab)) {
-        slab.min_m = glm::min(slab.min_m, p);
-        slab.max_m = glm::max(slab.max_m, p);
+    for (auto& layer : layers) {
+      layer.min_m = glm::dvec3(std::numeric_limits<double>::infinity());
+      layer.max_m = -layer.min_m;
+      for (const auto& p : corners_in(world, positions_m, layer)) {
+        layer.min_m = glm::min(layer.min_m, p);
+        layer.max_m = glm::max(layer.max_m, p);
       }
-      if (slab.min_m.z <= slab.max_m.z) kept.push_back(slab.distance_m);
+      if (layer.min_m.z <= layer.max_m.z) kept.push_back(layer.distance_m);
     }
-    if (kept.size() == distances_m.size()) return slabs;
+    if (kept.size() == distances_m.size()) return layers;
     distances_m = kept.empty() ? std::vector{distances_m[0]} : kept;
   }
 }
 
-/// The part of a triangle that lies in a slab: a convex polygon of at most five corners.
+/// The part of a triangle that lies in a layer: a convex polygon of at most five corners.
 struct Polygon {
   std::array<glm::dvec3, 5> corners;
   std::size_t count = 0;
 };
 
-Polygon within(const Slab& slab, const std::array<glm::dvec3, 3>& triangle) {
+Polygon within(const DepthLayer& layer, const std::array<glm::dvec3, 3>& triangle) {
   Polygon part{{triangle[0], triangle[1], triangle[2]}, 3};
   for (const double side : {1.0, -1.0}) {
-    const double at = side > 0 ? slab.begin_m : slab.end_m;
+    const double at = side > 0 ? layer.begin_m : layer.end_m;
     const auto before = part;
     part.count = 0;
     for (std::size_t i = 0; i < before.count; ++i) {
@@ -245,11 +248,11 @@ bool meets(glm::dvec2 middle, glm::dvec2 half, std::span<const glm::dvec2> polyg
 
 /// How far from a WRP's middle, along each axis, chief rays of samples at these depths cross it or
 /// leave light on it.
-glm::dvec2 reach_of_light(const Plan& plan, const Slab& slab, double z_m) {
+glm::dvec2 reach_of_light(const Plan& plan, const DepthLayer& layer, double z_m) {
   const auto window = plan.tile_window_m();
-  const auto spot = plan.wavelength_m * z_m / (glm::max(plan.tile_fan, 1e-3) * window);
+  const auto spot = plan.wavelength_m * z_m / (glm::max(plan.tile_cone, 1e-3) * window);
   return window / 2.0 +
-         glm::max(plan.tile_fan, 1.0) * window / 2.0 * std::abs(1 - slab.distance_m / z_m) +
+         glm::max(plan.tile_cone, 1.0) * window / 2.0 * std::abs(1 - layer.distance_m / z_m) +
          tail_spots * spot;
 }
 
@@ -260,23 +263,23 @@ std::vector<Wrp> lit_wrps(const Plan& plan, const World& world, std::vector<Wrp>
   std::size_t dark = wrps.size();
   const auto look_at = [&](std::size_t triangle) {
     const auto corners = world.corners_m(triangle);
-    for (std::size_t s = 0; s < plan.slabs.size(); ++s) {
-      const auto& slab = plan.slabs[s];
-      const auto part = within(slab, corners);
+    for (std::size_t s = 0; s < plan.layers.size(); ++s) {
+      const auto& layer = plan.layers[s];
+      const auto part = within(layer, corners);
       if (part.count == 0) continue;
       glm::dvec2 half(0);
       for (std::size_t i = 0; i < part.count; ++i)
-        half = glm::max(half, reach_of_light(plan, slab, part.corners[i].z));
+        half = glm::max(half, reach_of_light(plan, layer, part.corners[i].z));
       // Of the chief rays with the WRPs of the tile that they go to
       std::array<glm::dvec2, 5> crossing;
       const Tile* to = nullptr;
       for (std::size_t i = 0; i < wrps.size(); ++i) {
-        if (lit[i] || wrps[i].slab != s) continue;
+        if (lit[i] || wrps[i].layer != s) continue;
         if (const auto* tile = &plan.tile_of(wrps[i]); tile != to) {
           to = tile;
           for (std::size_t j = 0; j < part.count; ++j) {
             const auto& p = part.corners[j];
-            crossing[j] = to->centre_m + (glm::dvec2(p) - to->centre_m) * (slab.distance_m / p.z);
+            crossing[j] = to->centre_m + (glm::dvec2(p) - to->centre_m) * (layer.distance_m / p.z);
           }
         }
         if (!meets(wrps[i].centre_m, half, std::span(crossing).first(part.count))) continue;
@@ -305,36 +308,36 @@ bool is_within(double x, const Interval& interval, double margin) {
   return interval.low - margin <= x && x <= interval.high + margin;
 }
 
-/// Appends those of a tile in a slab; when rays are aimed, without those too far from where its
+/// Appends those of a tile in a layer; when rays are aimed, without those too far from where its
 /// light passes, unless all are.
 void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t tile,
                            std::size_t number, const Planes& planes,
                            const std::array<Interval, 2>& passed, std::vector<Wrp>& wrps) {
-  const auto& slab = plan.slabs[number];
+  const auto& layer = plan.layers[number];
   const auto window = plan.tile_window_m();
-  const auto reach =
-      glm::max(reach_of_light(plan, slab, slab.min_m.z), reach_of_light(plan, slab, slab.max_m.z));
+  const auto reach = glm::max(reach_of_light(plan, layer, layer.min_m.z),
+                              reach_of_light(plan, layer, layer.max_m.z));
   // Aimed gathering uses its fan for what mirrors and glass show.
   const bool perspective = plan.aimed || scene.sampling.shape == FanShape::perspective;
   const double depth =
-      (plan.far_m - slab.distance_m) * (plan.bounces > 0 ? deepest_virtual_picture : 1);
+      (plan.far_m - layer.distance_m) * (plan.bounces > 0 ? deepest_virtual_picture : 1);
   const bool aims = plan.aimed && plan.bounces == 0;
   std::vector<Wrp> all;
   for (int row = 0; row < planes.grid.y; ++row) {
     for (int column = 0; column < planes.grid.x; ++column) {
       Wrp wrp;
-      wrp.slab = number;
+      wrp.layer = number;
       wrp.tile = tile;
       wrp.centre_m = {planes.middle_m.x + (column - (planes.grid.x - 1) / 2.0) * window.x,
                       planes.middle_m.y - (row - (planes.grid.y - 1) / 2.0) * window.y,
-                      slab.distance_m};
+                      layer.distance_m};
       if (aims) {
         all.push_back(std::move(wrp));
         continue;
       }
       const double p = scene.sampling.pitch_m;
       const auto rays = [&](int axis) {
-        return fan_count(window[axis], slab.distance_m, depth, p);
+        return fan_count(window[axis], layer.distance_m, depth, p);
       };
       if (!(rays(0) * rays(1) <= largest_fan)) {
         throw InputError(one_line(scene.file.string()) + ": sampling.pitch " + millimetres(p) +
@@ -345,12 +348,12 @@ void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t til
       for (int axis = 0; axis < 2; ++axis) {
         // Perspective views turn with the pixel, parallel ones with the WRP.
         const double shift = perspective ? 0 : wrp.centre_m[axis];
-        tangents[axis] = fan_tangents(window[axis], slab.distance_m, shift, depth, p);
+        tangents[axis] = fan_tangents(window[axis], layer.distance_m, shift, depth, p);
         wrp.fan_step[axis] =
-            window[axis] / slab.distance_m / static_cast<double>(tangents[axis].size());
+            window[axis] / layer.distance_m / static_cast<double>(tangents[axis].size());
       }
       wrp.fan = fan_of(tangents[0], tangents[1], perspective ? glm::dvec2(1) : plan.largest_sine);
-      if (perspective) wrp.convergence_per_m = 1 / slab.distance_m;
+      if (perspective) wrp.convergence_per_m = 1 / layer.distance_m;
       all.push_back(std::move(wrp));
     }
   }
@@ -378,19 +381,20 @@ Wrp plane_at_hologram(const Plan& plan, std::size_t tile, glm::dvec2 largest_tan
   return plane;
 }
 
-/// About how many rays are aimed at samples: as if one surface filled the lattice, the slabs'
+/// About how many rays are aimed at samples: as if one surface filled the lattice, the layers'
 /// middle depths in equal parts.
 std::uint64_t aimed_rays(const Plan& plan) {
   double rays = 0;
-  for (const auto& slab : plan.slabs) {
-    const double middle = (slab.min_m.z + slab.max_m.z) / 2,
-                 narrowed = std::abs(middle - slab.distance_m) / middle;
-    double of_slab = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y /
-                     static_cast<double>(plan.slabs.size());
+  for (const auto& layer : plan.layers) {
+    const double middle = (layer.min_m.z + layer.max_m.z) / 2,
+                 narrowed = std::abs(middle - layer.distance_m) / middle;
+    double of_layer = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y /
+                      static_cast<double>(plan.layers.size());
     for (int axis = 0; axis < 2; ++axis)
-      of_slab *= std::max(
-          1.0, std::min(narrowed * (slab.distance_m > 0 ? plan.fan : 1.0), 1.0) * plan.size[axis]);
-    rays += of_slab;
+      of_layer *= std::max(
+          1.0, std::min(narrowed * (layer.distance_m > 0 ? plan.cone_half_width : 1.0), 1.0) *
+                   plan.size[axis]);
+    rays += of_layer;
   }
   return static_cast<std::uint64_t>(rays);
 }
@@ -399,11 +403,11 @@ std::uint64_t aimed_rays(const Plan& plan) {
 std::vector<double> distances_of(const Scene& scene, const World& world, const Plan& plan) {
   const auto& given = scene.wrp.distances_m;
   const bool gathers_fans = !plan.aimed || plan.bounces > 0;
-  if (const auto slabs = std::max(given.size(), static_cast<std::size_t>(scene.wrp.slabs));
-      gathers_fans && slabs > 1) {
-    throw InputError(one_line(scene.file.string()) + ": wrp.slabs " + std::to_string(slabs) +
-                     ": rays of fans, mirrors and glass pass from slab to slab, which needs all "
-                     "WRPs at one distance; give wrp.slabs 1" +
+  if (const auto layers = std::max(given.size(), static_cast<std::size_t>(scene.wrp.layers));
+      gathers_fans && layers > 1) {
+    throw InputError(one_line(scene.file.string()) + ": wrp.layers " + std::to_string(layers) +
+                     ": rays of fans, mirrors and glass pass from layer to layer, which needs all "
+                     "WRPs at one distance; give wrp.layers 1" +
                      (given.empty() ? "" : " and one wrp.distance"));
   }
   if (!given.empty()) {
@@ -415,7 +419,7 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
     }
     return given;
   }
-  if (!gathers_fans) return middles_of_surfaces(world, scene.wrp.slabs);
+  if (!gathers_fans) return middles_of_surfaces(world, scene.wrp.layers);
   const auto window = plan.window_m();
   const double cone = std::max(window.x, window.y) / plan.near_m;
   const double across = std::max(samples_across_nearest * scene.sampling.pitch_m,
@@ -426,11 +430,11 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
 /// Of a tile, through a plane at distance_m.
 SeenThrough seen_through(double distance_m, glm::dvec2 largest_tangent, const Plan& plan,
                          const Tile& tile) {
-  const double wider = std::max({1.0, plan.tile_fan.x, plan.tile_fan.y});
+  const double wider = std::max({1.0, plan.tile_cone.x, plan.tile_cone.y});
   return {distance_m, tile.centre_m, plan.tile_window_m() / 2.0, 0.99 * largest_tangent, wider};
 }
 
-/// The part of where a tile's light passes through a slab's plane that is no steeper than the
+/// The part of where a tile's light passes through a layer's plane that is no steeper than the
 /// pixels can show.
 std::array<Interval, 2> shown_part(std::array<Interval, 2> passed, const Plan& plan,
                                    const Tile& tile, double distance_m,
@@ -445,7 +449,7 @@ std::array<Interval, 2> shown_part(std::array<Interval, 2> passed, const Plan& p
   return passed;
 }
 
-/// The WRPs side by side that a tile needs for a slab. A given grid is the hologram's: the same
+/// The WRPs side by side that a tile needs for a layer. A given grid is the hologram's: the same
 /// area, divided like the hologram.
 ///
 /// tile  where its light passes; all: that of all tiles
@@ -463,32 +467,32 @@ Planes planes_of(const Scene& scene, const Plan& plan, const std::array<Interval
   return planes;
 }
 
-/// Places the WRPs of all tiles and slabs: Plan::slabs, grid and wrps.
+/// Places the WRPs of all tiles and layers: Plan::layers, grid and wrps.
 ///
-/// returns  all of the scene's outline; chief rays of the light that falls onto the WRPs
-std::pair<Outline, std::array<Interval, 2>> place_wrps(const Scene& scene, const World& world,
+/// returns  all of the scene's extents; chief rays of the light that falls onto the WRPs
+std::pair<Extents, std::array<Interval, 2>> place_wrps(const Scene& scene, const World& world,
                                                        glm::dvec2 largest_tangent, Plan& plan) {
   auto distances_m = distances_of(scene, world, plan);
   const auto positions_m =
       distances_m.size() > 1 ? positions_now(world) : std::vector<glm::dvec3>();
-  plan.slabs = slabs_around(std::move(distances_m), world, positions_m);
-  Outline all;
+  plan.layers = layers_around(std::move(distances_m), world, positions_m);
+  Extents all;
   std::array<Interval, 2> covered, lit;
   std::vector<std::vector<Wrp>> of_tiles(plan.tiles.size());
   double count = 0;
-  for (std::size_t number = 0; number < plan.slabs.size(); ++number) {
-    auto& slab = plan.slabs[number];
+  for (std::size_t number = 0; number < plan.layers.size(); ++number) {
+    auto& layer = plan.layers[number];
     const auto corners =
-        plan.slabs.size() > 1 ? corners_in(world, positions_m, slab) : std::vector<glm::dvec3>();
+        plan.layers.size() > 1 ? corners_in(world, positions_m, layer) : std::vector<glm::dvec3>();
     std::vector<std::array<Interval, 2>> passed, shown;
     std::array<Interval, 2> all_shown;
     for (const auto& tile : plan.tiles) {
-      const auto seen = seen_through(slab.distance_m, largest_tangent, plan, tile);
-      const auto outline =
-          plan.slabs.size() > 1 ? outline_of(corners, seen) : outline_of(world, seen);
-      all.add(outline);
-      passed.push_back(outline.passed);
-      shown.push_back(shown_part(outline.passed, plan, tile, slab.distance_m, largest_tangent));
+      const auto seen = seen_through(layer.distance_m, largest_tangent, plan, tile);
+      const auto extents =
+          plan.layers.size() > 1 ? extents_of(corners, seen) : extents_of(world, seen);
+      all.add(extents);
+      passed.push_back(extents.passed);
+      shown.push_back(shown_part(extents.passed, plan, tile, layer.distance_m, largest_tangent));
       for (std::size_t axis = 0; axis < 2; ++axis) {
         all_shown[axis].add(shown.back()[axis].low);
         all_shown[axis].add(shown.back()[axis].high);
@@ -505,13 +509,13 @@ std::pair<Outline, std::array<Interval, 2>> place_wrps(const Scene& scene, const
                          std::to_string(largest_grid) +
                          " are allowed; give wrp.grid, a larger hologram or a smaller scene");
       }
-      slab.grid = glm::max(slab.grid, planes.grid);
+      layer.grid = glm::max(layer.grid, planes.grid);
       for (int axis = 0; axis < 2; ++axis) {
         for (const double side : {-0.5, 0.5})
           covered[static_cast<std::size_t>(axis)].add(
               planes.middle_m[axis] + side * planes.grid[axis] * plan.tile_window_m()[axis]);
       }
-      add_chief_tangents(plan, slab, plan.tiles[i], planes, lit);
+      add_chief_tangents(plan, layer, plan.tiles[i], planes, lit);
       add_wrps_side_by_side(scene, plan, i, number, planes, passed[i], of_tiles[i]);
     }
     count += most;
@@ -543,9 +547,9 @@ std::vector<double> fan_tangents(double window_m, double distance_m, double shif
   return tangents;
 }
 
-const Slab& Plan::slab_at(double z_m) const {
-  return *std::find_if(slabs.begin(), slabs.end() - 1,
-                       [&](const Slab& slab) { return z_m < slab.end_m; });
+const DepthLayer& Plan::layer_at(double z_m) const {
+  return *std::find_if(layers.begin(), layers.end() - 1,
+                       [&](const DepthLayer& layer) { return z_m < layer.end_m; });
 }
 
 std::size_t Plan::most_wrps_of_a_tile() const {
@@ -556,40 +560,41 @@ std::size_t Plan::most_wrps_of_a_tile() const {
 
 std::size_t Plan::gathered_pixels() const {
   std::size_t largest = 0;
-  for (const auto& slab : slabs) {
-    const auto gathered = gathered_size(slab);
+  for (const auto& layer : layers) {
+    const auto gathered = gathered_size(layer);
     largest = std::max(largest,
                        static_cast<std::size_t>(gathered.x) * static_cast<std::size_t>(gathered.y));
   }
   return largest;
 }
 
-WrpsExtent wrps_extent(const Plan& plan, const Slab& slab) {
+WrpsExtent wrps_extent(const Plan& plan, const DepthLayer& layer) {
   WrpsExtent extent{glm::dvec2(std::numeric_limits<double>::infinity()),
                     glm::dvec2(-std::numeric_limits<double>::infinity())};
   const auto half_window = plan.tile_window_m() / 2.0;
   for (const auto& wrp : plan.wrps) {
-    if (&plan.slab_of(wrp) != &slab) continue;
+    if (&plan.layer_of(wrp) != &layer) continue;
     extent.first = glm::min(extent.first, glm::dvec2(wrp.centre_m) - half_window);
     extent.last = glm::max(extent.last, glm::dvec2(wrp.centre_m) + half_window);
   }
   return extent;
 }
 
-std::pair<float, float> slab_bounds(const Plan& plan, const Slab& slab) {
+std::pair<float, float> layer_bounds(const Plan& plan, const DepthLayer& layer) {
   const auto in_frame = [&](double z_m) {
     constexpr double largest = std::numeric_limits<float>::max();
     return static_cast<float>(std::clamp(z_m - plan.origin_m.z, -largest, largest));
   };
-  return {in_frame(slab.begin_m), in_frame(slab.end_m)};
+  return {in_frame(layer.begin_m), in_frame(layer.end_m)};
 }
 
 std::string why_in_one_piece(const Plan& plan, Method method) {
   if (method != Method::wrp) return "";
   if (!plan.aimed || plan.bounces > 0)
     return "the rays of fans, mirrors and glass hang on the whole hologram's window";
-  if (plan.fan - plan.edge < 1 - 1e-9)
-    return "sampling.fan less sampling.edge is below 1, which would darken the tiles' borders";
+  if (plan.cone_half_width - plan.apodization < 1 - 1e-9)
+    return "sampling.cone less sampling.apodization is below 1, which would darken the tiles' "
+           "borders";
   return "";
 }
 
@@ -609,12 +614,12 @@ void divide(Plan& plan, glm::ivec2 tile_grid, double padding) {
   }
   plan.padded = padded_size(plan.tile_size, padding);
   // Light beyond comes round into the tile.
-  const auto held =
-      glm::max(2.0 * glm::dvec2(plan.padded) / glm::dvec2(plan.tile_size) - 1.0, plan.fan);
+  const auto held = glm::max(2.0 * glm::dvec2(plan.padded) / glm::dvec2(plan.tile_size) - 1.0,
+                             plan.cone_half_width);
   const auto smaller = glm::dvec2(plan.size) / glm::dvec2(plan.tile_size);
-  const auto wanted = plan.fan + (plan.fan - 1) * (smaller - 1.0);
-  plan.tile_fan = glm::min(wanted, held);
-  plan.tile_edge = plan.edge * smaller - (wanted - plan.tile_fan);
+  const auto wanted = plan.cone_half_width + (plan.cone_half_width - 1) * (smaller - 1.0);
+  plan.tile_cone = glm::min(wanted, held);
+  plan.tile_apodization = plan.apodization * smaller - (wanted - plan.tile_cone);
 }
 
 Plan make_plan(const Scene& scene, const World& world, Method method, int rays_per_axis,
@@ -643,8 +648,8 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.bounces = has_bounces ? scene.trace.depth : 0;
   plan.antialias = scene.sampling.antialias;
   plan.view_parts = scene.sampling.visibility;
-  plan.fan = scene.sampling.fan;
-  plan.edge = scene.sampling.edge;
+  plan.cone_half_width = scene.sampling.cone;
+  plan.apodization = scene.sampling.apodization;
 
   const auto tiles = scene.hologram.tiles.value_or(glm::ivec2(1));
   if (const auto why = why_in_one_piece(plan, method); tiles != glm::ivec2(1) && !why.empty()) {
@@ -655,26 +660,26 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
 
   const glm::dvec2 steepest(largest_tangent(0), largest_tangent(1));
   std::array<Interval, 2> lit = {Interval{-1e9, 1e9}, Interval{-1e9, 1e9}};
-  Outline outline;
+  Extents extents;
   if (method == Method::wrp) {
-    std::tie(outline, lit) = place_wrps(scene, world, steepest, plan);
+    std::tie(extents, lit) = place_wrps(scene, world, steepest, plan);
   } else {
-    plan.slabs = {{.distance_m = 0, .min_m = world.min_m, .max_m = world.max_m}};
+    plan.layers = {{.distance_m = 0, .min_m = world.min_m, .max_m = world.max_m}};
     for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
-      outline.add(outline_of(world, seen_through(0, steepest, plan, plan.tiles[i])));
+      extents.add(extents_of(world, seen_through(0, steepest, plan, plan.tiles[i])));
       plan.wrps.push_back(plane_at_hologram(plan, i, steepest, rays_per_axis));
     }
   }
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,
                    (plan.near_m + plan.far_m) / 2};
-  plan.lattice = lattice_over(scene, outline, plan, steepest, lit);
-  plan.beyond_diffraction = outline.beyond_m[0] > 0 || outline.beyond_m[1] > 0;
+  plan.lattice = lattice_over(scene, extents, plan, steepest, lit);
+  plan.beyond_diffraction = extents.beyond_m[0] > 0 || extents.beyond_m[1] > 0;
 
-  for (auto& slab : plan.slabs) {
+  for (auto& layer : plan.layers) {
     for (int axis = 0; axis < 2; ++axis)
-      slab.axes[static_cast<std::size_t>(axis)] = {plan.tile_size[axis], plan.pitch_m[axis], 0};
+      layer.axes[static_cast<std::size_t>(axis)] = {plan.tile_size[axis], plan.pitch_m[axis], 0};
     if (method == Method::wrp && plan.aimed && plan.bounces == 0 && scene.wrp.oversampling)
-      slab.axes = axes_for_band(plan, slab, *scene.wrp.oversampling);
+      layer.axes = axes_for_band(plan, layer, *scene.wrp.oversampling);
   }
   for (const auto& wrp : plan.wrps) {
     if (!plan.aimed)

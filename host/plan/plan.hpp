@@ -46,8 +46,8 @@ struct Wrp {
       // Added to the tangents per metre of a pixel's place: 0 for parallel views, 1 / distance for
       // perspective ones
       0;
-  std::size_t slab = 0;  // of Plan::slabs
-  std::size_t tile = 0;  // of Plan::tiles
+  std::size_t layer = 0;  // of Plan::layers
+  std::size_t tile = 0;   // of Plan::tiles
 };
 
 /// The rays from the hologram's centre whose hits are the surface samples: ray (i, j) has the
@@ -67,14 +67,14 @@ struct WrpAxis {
   // Half of those that one of the hologram's pitch is made of; 0: they are gathered as they are
   int half_taps = 0;
 
-  bool refines() const { return half_taps > 0; }
+  bool interpolates() const { return half_taps > 0; }
 };
 /// Columns, rows.
 using WrpAxes = std::array<WrpAxis, 2>;
 
-/// A slab of depth, and the WRPs side by side at one distance that collect the light of its surface
+/// A layer of depth, and the WRPs side by side at one distance that collect the light of its surface
 /// samples, for each tile some.
-struct Slab {
+struct DepthLayer {
   double distance_m = 0;  // from the WRPs to the hologram
   double begin_m = -std::numeric_limits<double>::infinity(),
          // Depths of its samples, world z: begin <= z < end
@@ -83,7 +83,7 @@ struct Slab {
   glm::ivec2 grid{1, 1};          // of a tile's WRPs, at most
   WrpAxes axes{};
 
-  bool refines() const { return axes[0].refines() || axes[1].refines(); }
+  bool interpolates() const { return axes[0].interpolates() || axes[1].interpolates(); }
 };
 
 struct Plan {
@@ -94,11 +94,11 @@ struct Plan {
   std::string why_tiles;       // as many; empty: in one piece it fits
   glm::dvec2 pitch_m{1, 1};
   double wavelength_m = 1;
-  glm::dvec3 origin_m{0};        // of the scene frame, in world coordinates: middle of the scene
-  double near_m = 0, far_m = 0;  // depths of the nearest and farthest surface, world z
-  std::vector<Slab> slabs;       // front to back; every depth belongs to one of them
-  glm::ivec2 grid{1, 1};         // holograms side by side that cover the WRPs of all slabs
-  // Tile by tile, slab by slab, row by row from the top left; when rays are aimed, without those
+  glm::dvec3 origin_m{0};          // of the scene frame, in world coordinates: middle of the scene
+  double near_m = 0, far_m = 0;    // depths of the nearest and farthest surface, world z
+  std::vector<DepthLayer> layers;  // front to back; every depth belongs to one of them
+  glm::ivec2 grid{1, 1};           // holograms side by side that cover the WRPs of all layers
+  // Tile by tile, layer by layer, row by row from the top left; when rays are aimed, without those
   // that no light falls into
   std::vector<Wrp> wrps;
   bool aimed = true;  // rays are aimed at surface samples; else they form a fan
@@ -110,10 +110,10 @@ struct Plan {
   // anything
   int view_parts = 8;
   // Half width and soft edge of the cone that a pixel gathers, in half holograms
-  double fan = 1, edge = 0;
+  double cone_half_width = 1, apodization = 0;
   // The same in half tiles: as far beyond a tile's borders, where the padding holds it
-  glm::dvec2 tile_fan{1, 1};
-  glm::dvec2 tile_edge{0, 0};
+  glm::dvec2 tile_cone{1, 1};
+  glm::dvec2 tile_apodization{0, 0};
   // Of a ray to the optical axis, per axis, that the SLM's pixels can show
   glm::dvec2 largest_sine{1, 1};
   bool beyond_diffraction = false;  // some light of the scene would be steeper
@@ -129,8 +129,8 @@ struct Plan {
   double cone_error = 0;
   std::uint64_t rays = 0;  // primary rays of a frame
 
-  Cone cone() const { return {fan, edge}; }
-  const Slab& slab_of(const Wrp& wrp) const { return slabs[wrp.slab]; }
+  Cone cone() const { return {cone_half_width, apodization}; }
+  const DepthLayer& layer_of(const Wrp& wrp) const { return layers[wrp.layer]; }
   const Tile& tile_of(const Wrp& wrp) const { return tiles[wrp.tile]; }
   // Sides of the hologram
   glm::dvec2 window_m() const { return glm::dvec2(size) * pitch_m; }
@@ -138,26 +138,26 @@ struct Plan {
   /// WRPs of the tile that has most.
   std::size_t most_wrps_of_a_tile() const;
   /// The one that a surface at this depth belongs to.
-  const Slab& slab_at(double z_m) const;
-  /// Of the fields that are gathered on a slab's WRPs.
-  glm::ivec2 gathered_size(const Slab& slab) const {
-    return {slab.axes[0].count, slab.axes[1].count};
+  const DepthLayer& layer_at(double z_m) const;
+  /// Of the fields that are gathered on a layer's WRPs.
+  glm::ivec2 gathered_size(const DepthLayer& layer) const {
+    return {layer.axes[0].count, layer.axes[1].count};
   }
-  glm::dvec2 gathered_pitch_m(const Slab& slab) const {
-    return {slab.axes[0].pitch_m, slab.axes[1].pitch_m};
+  glm::dvec2 gathered_pitch_m(const DepthLayer& layer) const {
+    return {layer.axes[0].pitch_m, layer.axes[1].pitch_m};
   }
   /// Of the largest of them.
   std::size_t gathered_pixels() const;
 };
 
-/// Edges of what the WRPs of a slab cover; `first` beyond `last` where it has none.
+/// Edges of what the WRPs of a layer cover; `first` beyond `last` where it has none.
 struct WrpsExtent {
   glm::dvec2 first, last;
 };
-WrpsExtent wrps_extent(const Plan& plan, const Slab& slab);
+WrpsExtent wrps_extent(const Plan& plan, const DepthLayer& layer);
 
-/// Depths of a slab's samples as devices compare them, scene frame.
-std::pair<float, float> slab_bounds(const Plan& plan, const Slab& slab);
+/// Depths of a layer's samples as devices compare them, scene frame.
+std::pair<float, float> layer_bounds(const Plan& plan, const DepthLayer& layer);
 
 /// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through
 ///         the hologram, more than 1024 WRPs, tiles that would not add up to the hologram)
@@ -173,8 +173,8 @@ Plan make_plan(const Scene& scene, const World& world, Method method = Method::w
 /// Why the hologram can only be computed in one piece; empty: it can be divided.
 std::string why_in_one_piece(const Plan& plan, Method method);
 
-/// Divides a plan's hologram into tiles: Plan::tile_grid, tile_size, tiles, padded, tile_fan and
-/// tile_edge.
+/// Divides a plan's hologram into tiles: Plan::tile_grid, tile_size, tiles, padded, tile_cone and
+/// tile_apodization.
 void divide(Plan& plan, glm::ivec2 tile_grid, double padding);
 
 /// Rows or columns of a fan (paper, Eq. 4-7): tangents across an aperture `window_m` wide seen from

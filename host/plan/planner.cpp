@@ -41,7 +41,7 @@ constexpr double planned_oversampling = 1.5;
 /// accurate and reference for the wavefront.
 constexpr std::array cone_errors_of_quality{0.25, 0.25, 0.06, 0.0};
 
-constexpr int most_slabs_tried = 8;
+constexpr int most_layers_tried = 8;
 
 /// Predictions are no better: what saves less is not tried.
 constexpr double least_saving = 0.1;
@@ -55,10 +55,10 @@ struct Gathering {
   Footprints footprints;
 };
 
-/// A number of slabs and a cone, and what is known of them whatever the pitch, the frames and the
+/// A number of layers and a cone, and what is known of them whatever the pitch, the frames and the
 /// padding.
 struct Layout {
-  int slabs = 1;
+  int layers = 1;
   Gathering all_pixels;  // as the scene has them
   // planned_oversampling, where that is open and saves any
   std::optional<Gathering> few_pixels;
@@ -66,7 +66,7 @@ struct Layout {
   std::vector<std::pair<double, double>> paddings{};  // what is tried, and its error
 };
 
-/// Everything about the scene that the choice of slabs, cone, pitch, padding and frames does not
+/// Everything about the scene that the choice of layers, cone, pitch, padding and frames does not
 /// change.
 class Planner {
 public:
@@ -77,14 +77,14 @@ public:
         plan_(make_plan(scene, world, Method::wrp, 100, device.has_doubles)),
         resolution_m_(wanted_resolution_m(scene, plan_)),
         view_(front_view(scene, world, load_textures(scene), plan_)) {
-    add(layout(scene.wrp.slabs, plan_));
+    add(layout(scene.wrp.layers, plan_));
   }
 
   double resolution_m() const { return resolution_m_; }
   const FrontView& view() const { return view_; }
-  const std::optional<PictureModel>& model_of(int slabs, const Cone& cone) const {
+  const std::optional<PictureModel>& model_of(int layers, const Cone& cone) const {
     const auto found = std::find_if(layouts_.begin(), layouts_.end(), [&](const Layout& l) {
-      return l.slabs == slabs && l.all_pixels.plan.cone() == cone;
+      return l.layers == layers && l.all_pixels.plan.cone() == cone;
     });
     return found->model;
   }
@@ -112,7 +112,7 @@ public:
     const auto counts = scene_.given.contains("sampling.frames")
                             ? std::vector{scene_.sampling.frames}
                             : std::vector(frames_tried.begin(), frames_tried.end());
-    add_slabs(pitches.back(), counts);
+    add_layers(pitches.back(), counts);
     add_cones(most_cone_error);
     for (auto& layout : layouts_) predict_errors(layout);
 
@@ -130,7 +130,7 @@ public:
             const Choice c{.pitch_m = pitch_m,
                            .padding = 1,
                            .frames = frames,
-                           .slabs = layout.slabs,
+                           .layers = layout.layers,
                            .cone = cone};
             const double seconds = seconds_of(c, fastest_of(layout));
             if (!(seconds < (1 - least_saving) * least_s)) continue;
@@ -156,14 +156,14 @@ private:
   }
 
   /// Without predictions of errors and pictures.
-  Layout layout(int slabs, const Plan& plan) const {
-    Layout l{slabs, gathering_of(plan), {}, {}};
+  Layout layout(int layers, const Plan& plan) const {
+    Layout l{layers, gathering_of(plan), {}, {}};
     if (scene_.given.contains("wrp.oversampling") || !plan.aimed || plan.bounces > 0) return l;
     auto few = plan;
     bool any = false;
-    for (auto& slab : few.slabs) {
-      slab.axes = axes_for_band(few, slab, planned_oversampling);
-      any |= slab.refines();
+    for (auto& layer : few.layers) {
+      layer.axes = axes_for_band(few, layer, planned_oversampling);
+      any |= layer.interpolates();
     }
     if (any) l.few_pixels = gathering_of(few);
     return l;
@@ -180,17 +180,18 @@ private:
     layouts_.push_back(std::move(layout));
   }
 
-  /// More and more slabs, as long as they save time on the finest lattice, with the fewest frames
+  /// More and more layers, as long as they save time on the finest lattice, with the fewest frames
   /// or the most, and there are surfaces in them.
-  void add_slabs(double finest_pitch_m, const std::vector<int>& counts) {
-    if (scene_.given.contains("wrp.slabs") || scene_.given.contains("wrp.distance") ||
+  void add_layers(double finest_pitch_m, const std::vector<int>& counts) {
+    if (scene_.given.contains("wrp.layers") || scene_.given.contains("wrp.distance") ||
         plan_.bounces > 0)
       return;
-    for (int slabs = layouts_.back().slabs + 1; slabs <= most_slabs_tried; ++slabs) {
+    for (int layers = layouts_.back().layers + 1; layers <= most_layers_tried; ++layers) {
       auto scene = scene_;
-      scene.wrp.slabs = slabs;
-      auto more = layout(slabs, make_plan(scene, world_, Method::wrp, 100, device_.has_doubles));
-      if (more.all_pixels.plan.slabs.size() == layouts_.back().all_pixels.plan.slabs.size()) return;
+      scene.wrp.layers = layers;
+      auto more = layout(layers, make_plan(scene, world_, Method::wrp, 100, device_.has_doubles));
+      if (more.all_pixels.plan.layers.size() == layouts_.back().all_pixels.plan.layers.size())
+        return;
       const auto saves = [&](int frames) {
         const Choice c{.pitch_m = finest_pitch_m, .padding = 1, .frames = frames};
         return seconds_of(c, fastest_of(more)) <
@@ -201,24 +202,24 @@ private:
     }
   }
 
-  /// The same slabs with other cones, which change neither planes nor lattice enough to count.
+  /// The same layers with other cones, which change neither planes nor lattice enough to count.
   void add_cones(double most_error) {
-    const auto slabs = layouts_.size();
+    const auto layers = layouts_.size();
     auto tried = std::vector{plan_.cone()};
     for (auto cone : cones_tried) {
-      if (scene_.given.contains("sampling.fan")) cone.fan = plan_.fan;
-      if (scene_.given.contains("sampling.edge")) cone.edge = plan_.edge;
-      if (cone.edge > cone.fan || cone.field_error() > most_error ||
+      if (scene_.given.contains("sampling.cone")) cone.half_width = plan_.cone_half_width;
+      if (scene_.given.contains("sampling.apodization")) cone.apodization = plan_.apodization;
+      if (cone.apodization > cone.half_width || cone.field_error() > most_error ||
           std::find(tried.begin(), tried.end(), cone) != tried.end())
         continue;
       tried.push_back(cone);
-      for (std::size_t i = 0; i < slabs; ++i) {
+      for (std::size_t i = 0; i < layers; ++i) {
         auto plan = layouts_[i].all_pixels.plan;
-        plan.fan = cone.fan;
-        plan.edge = cone.edge;
+        plan.cone_half_width = cone.half_width;
+        plan.apodization = cone.apodization;
         plan.cone_error = cone.field_error();
         divide(plan, plan.tile_grid, scene_.wrp.padding);  // tiles have cones of their own
-        add(layout(layouts_[i].slabs, plan));
+        add(layout(layouts_[i].layers, plan));
       }
     }
   }
@@ -287,7 +288,7 @@ private:
   Plan plan_;
   double resolution_m_;
   FrontView view_;
-  std::vector<Layout> layouts_;  // cone by cone, fewest slabs first
+  std::vector<Layout> layouts_;  // cone by cone, fewest layers first
 };
 
 /// The truest of those that take no longer; the fastest when all do.
@@ -340,21 +341,21 @@ std::string why_resolution(const Scene& scene, const Plan& plan, double resoluti
   return text + "the hologram's own limit, wavelength z / width";
 }
 
-/// Predicted times of the choice with other numbers of slabs, where any was tried.
-std::string why_so_many_slabs(const std::vector<Choice>& all, const Choice& choice) {
+/// Predicted times of the choice with other numbers of layers, where any was tried.
+std::string why_so_many_layers(const std::vector<Choice>& all, const Choice& choice) {
   std::vector<std::pair<int, double>> least;
   for (const auto& c : all) {
     if (c.pitch_m != choice.pitch_m || c.padding != choice.padding || c.frames != choice.frames ||
         c.cone != choice.cone)
       continue;
-    if (least.empty() || least.back().first != c.slabs) least.emplace_back(c.slabs, c.seconds);
+    if (least.empty() || least.back().first != c.layers) least.emplace_back(c.layers, c.seconds);
     least.back().second = std::min(least.back().second, c.seconds);
   }
   if (least.size() < 2) return "";
   std::string text;
-  for (const auto& [slabs, seconds] : least)
-    text += (text.empty() ? "" : ", ") + std::to_string(slabs) + " takes " + seconds_text(seconds);
-  return "slabs of depth: predicted " + text;
+  for (const auto& [layers, seconds] : least)
+    text += (text.empty() ? "" : ", ") + std::to_string(layers) + " takes " + seconds_text(seconds);
+  return "layers of depth: predicted " + text;
 }
 
 }  // namespace
@@ -405,17 +406,17 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   if (goal.quality == Quality::reference && !scene.given.contains("accuracy.phase"))
     s.accuracy.phase_turns = reference_phase_turns;
   Planner planner(s, world, device);
-  std::string why_slabs;
+  std::string why_layers;
   if (goal.any()) {
     const auto all = planner.choices(largest_cone_error(goal));
     const auto& c = chosen(all, goal);
-    why_slabs = why_so_many_slabs(all, c);
+    why_layers = why_so_many_layers(all, c);
     s.sampling.pitch_m = c.pitch_m;
     s.sampling.frames = c.frames;
     s.wrp.padding = c.padding;
-    s.wrp.slabs = c.slabs;
-    s.sampling.fan = c.cone.fan;
-    s.sampling.edge = c.cone.edge;
+    s.wrp.layers = c.layers;
+    s.sampling.cone = c.cone.half_width;
+    s.sampling.apodization = c.cone.apodization;
     if (c.oversampling) s.wrp.oversampling = c.oversampling;
     if (goal.budget_s && c.seconds > *goal.budget_s)
       planned.warnings.push_back("nothing keeps " + seconds_text(*goal.budget_s) +
@@ -435,7 +436,7 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   prediction.work = count_work(s, world, plan, planner.view(), footprints_of(plan, planner.view()));
   prediction.times = predict_times(prediction.work, device.rates);
   prediction.rates_of = device.rates.device;
-  if (const auto& model = planner.model_of(s.wrp.slabs, plan.cone()))
+  if (const auto& model = planner.model_of(s.wrp.layers, plan.cone()))
     prediction.pictures =
         predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
                          std::hypot(plan.padding_error, plan.oversampling_error));
@@ -473,11 +474,12 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
           fixed("sampling.frames") + "), wrp.padding " + number_text(s.wrp.padding) + " (" +
           fixed("wrp.padding") + "), wrp.oversampling " +
           (s.wrp.oversampling ? number_text(*s.wrp.oversampling) : "full") + " (" +
-          fixed("wrp.oversampling") + "), sampling.fan " + number_text(s.sampling.fan) + " (" +
-          fixed("sampling.fan") + "), sampling.edge " + number_text(s.sampling.edge) + " (" +
-          fixed("sampling.edge") + "), wrp.slabs " + std::to_string(s.wrp.slabs) + " (" +
-          fixed(scene.given.contains("wrp.distance") ? "wrp.distance" : "wrp.slabs") + ")"};
-  if (!why_slabs.empty()) planned.reasons.push_back(why_slabs);
+          fixed("wrp.oversampling") + "), sampling.cone " + number_text(s.sampling.cone) + " (" +
+          fixed("sampling.cone") + "), sampling.apodization " +
+          number_text(s.sampling.apodization) + " (" + fixed("sampling.apodization") +
+          "), wrp.layers " + std::to_string(s.wrp.layers) + " (" +
+          fixed(scene.given.contains("wrp.distance") ? "wrp.distance" : "wrp.layers") + ")"};
+  if (!why_layers.empty()) planned.reasons.push_back(why_layers);
   if (!plan.why_tiles.empty())
     planned.reasons.push_back("hologram.tiles " + std::to_string(plan.tile_grid.x) + " x " +
                               std::to_string(plan.tile_grid.y) + ": " + plan.why_tiles);

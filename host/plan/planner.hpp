@@ -69,8 +69,8 @@ struct Choice {
   double pitch_m = 0, padding = 0;
   int frames = 1;
   std::optional<double> oversampling{};  // empty: all columns and rows, or what the scene gives
-  int slabs = 1;                         // wrp.slabs
-  Cone cone{};                           // sampling.fan and sampling.edge
+  int layers = 1;                        // wrp.layers
+  Cone cone{};                           // sampling.cone and sampling.apodization
   double seconds = 0, psnr_db = 0;
 };
 
@@ -78,7 +78,7 @@ struct Choice {
 inline constexpr std::array frames_tried{1, 2, 3, 4, 6, 8, 12, 16};
 inline constexpr std::array paddings_tried{1.0, 1.125, 1.25, 1.5, 2.0};
 
-/// What is tried for sampling.fan and sampling.edge: all of the wave, nearly all, and a cone that
+/// What is tried for sampling.cone and sampling.apodization: all of the wave, nearly all, and a cone that
 /// lets go of the hologram's rim, of which pictures have the least speckle.
 inline constexpr std::array cones_tried{Cone{1.2, 0.2}, Cone{1.2, 0.3}, Cone{1.1, 0.3}};
 

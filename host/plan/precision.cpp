@@ -35,14 +35,14 @@ constexpr double tile_reach_rows = 8;
 PhaseErrors predict_phase_errors(const Plan& plan) {
   double path_m = 0, propagated_m = 0, rows_m = 0;
   for (const auto& wrp : plan.wrps) {
-    const auto& slab = plan.slab_of(wrp);
-    const double depth_m =
-        std::max(std::abs(slab.max_m.z - wrp.centre_m.z), std::abs(slab.min_m.z - wrp.centre_m.z));
+    const auto& layer = plan.layer_of(wrp);
+    const double depth_m = std::max(std::abs(layer.max_m.z - wrp.centre_m.z),
+                                    std::abs(layer.min_m.z - wrp.centre_m.z));
     const auto slope =
         plan.largest_sine /
         glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.largest_sine * plan.largest_sine));
     path_m = std::max(path_m, depth_m * std::hypot(1.0, slope.x, slope.y));
-    rows_m = std::max(rows_m, slab.axes[1].pitch_m);
+    rows_m = std::max(rows_m, layer.axes[1].pitch_m);
     if (wrp.centre_m.z > 0) propagated_m = std::max(propagated_m, glm::length(wrp.centre_m));
   }
   const double path_turns = path_m / plan.wavelength_m;

@@ -35,24 +35,25 @@ struct Squares {
   double relative() const { return all > 0 ? wrong / all : 0; }
 };
 
-/// One axis of a slab, everything along it seen from a tile's centre.
-class AxisOfSlab {
+/// One axis of a layer, everything along it seen from a tile's centre.
+class AxisOfLayer {
 public:
   /// tile_m  the tile's centre, along this axis
   /// padded  sizes of padded planes, likewise
-  AxisOfSlab(const Plan& plan, const Slab& slab, int axis, double tile_m, std::vector<int> padded)
+  AxisOfLayer(const Plan& plan, const DepthLayer& layer, int axis, double tile_m,
+              std::vector<int> padded)
       : plan_(plan),
-        slab_(slab),
+        layer_(layer),
         axis_(axis),
         padded_(std::move(padded)),
         n_(plan.tile_size[axis]),
         pitch_m_(plan.pitch_m[axis]),
         half_m_(n_ * pitch_m_ / 2),
         largest_sine_(plan.largest_sine[axis]),
-        fan_(plan.tile_fan[axis]),
-        edge_(plan.tile_edge[axis]),
-        low_m_(slab.min_m[axis] - tile_m),
-        high_m_(slab.max_m[axis] - tile_m),
+        fan_(plan.tile_cone[axis]),
+        edge_(plan.tile_apodization[axis]),
+        low_m_(layer.min_m[axis] - tile_m),
+        high_m_(layer.max_m[axis] - tile_m),
         fft_(cl::next_fast_size(static_cast<std::size_t>(
                  std::max(wide * n_, 2 * *std::max_element(padded_.begin(), padded_.end())))),
              false),
@@ -74,22 +75,22 @@ public:
   }
 
   /// The same, with samples of the plane made from those that are gathered.
-  void add_refined(double centre_m) {
-    const auto light = line(), refined = line();
+  void add_interpolated(double centre_m) {
+    const auto light = line(), interpolated = line();
     fill(light.get() + first(), centre_m, n_, pitch_m_);
-    const auto& few = slab_.axes[static_cast<std::size_t>(axis_)];
+    const auto& few = layer_.axes[static_cast<std::size_t>(axis_)];
     std::vector<std::complex<float>> gathered(static_cast<std::size_t>(few.count));
     fill(gathered.data(), centre_m, few.count, few.pitch_m);
-    const auto r = refinement_of(plan_, slab_, axis_, centre_m);
+    const auto r = interpolation_of(plan_, layer_, axis_, centre_m);
     for (int i = 0; i < n_; ++i) {
       for (int tap = 0; tap < r.taps; ++tap) {
         const auto from = static_cast<std::size_t>(r.first[static_cast<std::size_t>(i)] + tap);
-        refined[static_cast<std::size_t>(first() + i)] +=
+        interpolated[static_cast<std::size_t>(first() + i)] +=
             r.coefficients[static_cast<std::size_t>(i * r.taps + tap)] * gathered[from];
       }
     }
     add(wanted_, transformed_back(propagated(light, centre_m)));
-    add(got_[0], transformed_back(propagated(refined, centre_m)));
+    add(got_[0], transformed_back(propagated(interpolated, centre_m)));
   }
 
   /// With a padding.
@@ -120,7 +121,8 @@ private:
     auto spectrum = line();
     fft_.forward(light.get(), spectrum.get());
     for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
-      const double u = frequency(i), w = along_axis(u), turns = slab_.distance_m * w - centre_m * u;
+      const double u = frequency(i), w = along_axis(u),
+                   turns = layer_.distance_m * w - centre_m * u;
       auto& value = spectrum[static_cast<std::size_t>(i)];
       value =
           w > 0 ? value * std::complex<float>(std::polar(1.0, 2 * pi * (turns - std::round(turns))))
@@ -134,7 +136,7 @@ private:
     auto kept = line();
     for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
       const double u = frequency(i), w = along_axis(u);
-      if (w > 0 && std::abs(-centre_m - slab_.distance_m * u / w) <= reach_m)
+      if (w > 0 && std::abs(-centre_m - layer_.distance_m * u / w) <= reach_m)
         kept[static_cast<std::size_t>(i)] = spectrum[static_cast<std::size_t>(i)];
     }
     return kept;
@@ -167,21 +169,21 @@ private:
     return Cone{fan_, edge_}.passed(x_m / half_m_);
   }
 
-  /// The waves of samples in the slab's box, with random phases, at `count` places around centre_m.
+  /// The waves of samples in the layer's box, with random phases, at `count` places around centre_m.
   void fill(std::complex<float>* light, double centre_m, int count, double pitch_m) const {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform(0, 1);
     const double k = 2 * pi / plan_.wavelength_m;
     for (int i = 0; i < samples_of_a_line; ++i) {
-      const double z_m = slab_.min_m.z + (slab_.max_m.z - slab_.min_m.z) * uniform(random),
-                   depth_m = z_m - slab_.distance_m;
+      const double z_m = layer_.min_m.z + (layer_.max_m.z - layer_.min_m.z) * uniform(random),
+                   depth_m = z_m - layer_.distance_m;
       const double x_m = low_m_ + (high_m_ - low_m_) * (i + uniform(random)) / samples_of_a_line;
       const Complex phasor = std::polar(1.0, 2 * pi * uniform(random));
       const double half_m = fan_ * half_m_ * std::abs(depth_m) / z_m;  // of the footprint
       const double spot_m = plan_.wavelength_m * z_m / (2 * fan_ * half_m_);
       const bool is_near = plan_.aimed && half_m < Gatherer::default_near_spots * spot_m;
       const double reach_m = is_near ? half_m + Gatherer::near_tail * spot_m : half_m,
-                   middle_m = x_m * slab_.distance_m / z_m;
+                   middle_m = x_m * layer_.distance_m / z_m;
       int first = 0, last = count - 1;
       if (plan_.aimed) {
         const auto place = [&](double at_m) {
@@ -246,7 +248,7 @@ private:
   }
 
   const Plan& plan_;
-  const Slab& slab_;
+  const DepthLayer& layer_;
   int axis_;
   std::vector<int> padded_;
   int n_;
@@ -256,13 +258,14 @@ private:
   std::vector<std::vector<Complex>> got_;  // with each padding
 };
 
-/// Middles of a slab's WRPs, or of the most_lines in the middle of them, from that of the tiles
+/// Middles of a layer's WRPs, or of the most_lines in the middle of them, from that of the tiles
 /// whose light they carry: by the tiles' own.
-std::map<double, std::vector<double>> lines_along(const Plan& plan, const Slab& slab, int axis) {
+std::map<double, std::vector<double>> lines_along(const Plan& plan, const DepthLayer& layer,
+                                                  int axis) {
   std::map<double, std::vector<double>> lines;
   for (const auto& wrp : plan.wrps) {
     const double tile_m = plan.tile_of(wrp).centre_m[axis];
-    if (&plan.slab_of(wrp) == &slab) lines[tile_m].push_back(wrp.centre_m[axis] - tile_m);
+    if (&plan.layer_of(wrp) == &layer) lines[tile_m].push_back(wrp.centre_m[axis] - tile_m);
   }
   for (auto& [tile_m, centres] : lines) {
     std::sort(centres.begin(), centres.end());
@@ -275,14 +278,14 @@ std::map<double, std::vector<double>> lines_along(const Plan& plan, const Slab& 
   return lines;
 }
 
-/// How much of the samples a slab has: the more, the more of the hologram's view its box fills.
-double share_of(const Plan& plan, const Slab& slab) {
-  const auto side = [&](const Slab& s) {
+/// How much of the samples a layer has: the more, the more of the hologram's view its box fills.
+double share_of(const Plan& plan, const DepthLayer& layer) {
+  const auto side = [&](const DepthLayer& s) {
     return glm::max(glm::dvec2(s.max_m - s.min_m), plan.pitch_m) / s.min_m.z;
   };
   double all = 0;
-  for (const auto& each : plan.slabs) all += side(each).x * side(each).y;
-  return side(slab).x * side(slab).y / all;
+  for (const auto& each : plan.layers) all += side(each).x * side(each).y;
+  return side(layer).x * side(layer).y / all;
 }
 
 }  // namespace
@@ -290,18 +293,18 @@ double share_of(const Plan& plan, const Slab& slab) {
 std::vector<double> predicted_padding_errors(const Plan& plan,
                                              const std::vector<glm::ivec2>& padded) {
   std::vector<double> errors(padded.size());  // squares, at first
-  for (const auto& slab : plan.slabs) {
+  for (const auto& layer : plan.layers) {
     for (int axis = 0; axis < 2; ++axis) {
       std::vector<int> sizes;
       for (const auto& size : padded) sizes.push_back(size[axis]);
       std::vector<Squares> squares(padded.size());
-      for (const auto& [tile_m, centres] : lines_along(plan, slab, axis)) {
-        AxisOfSlab line(plan, slab, axis, tile_m, sizes);
+      for (const auto& [tile_m, centres] : lines_along(plan, layer, axis)) {
+        AxisOfLayer line(plan, layer, axis, tile_m, sizes);
         for (const double centre_m : centres) line.add_padded(centre_m);
         for (std::size_t i = 0; i < padded.size(); ++i) squares[i].add(line.squares(i));
       }
       for (std::size_t i = 0; i < padded.size(); ++i)
-        errors[i] += share_of(plan, slab) * squares[i].relative();
+        errors[i] += share_of(plan, layer) * squares[i].relative();
     }
   }
   for (auto& error : errors) error = std::sqrt(error);
@@ -310,16 +313,16 @@ std::vector<double> predicted_padding_errors(const Plan& plan,
 
 double predicted_oversampling_error(const Plan& plan) {
   double square = 0;
-  for (const auto& slab : plan.slabs) {
+  for (const auto& layer : plan.layers) {
     for (int axis = 0; axis < 2; ++axis) {
-      if (!slab.axes[static_cast<std::size_t>(axis)].refines()) continue;
+      if (!layer.axes[static_cast<std::size_t>(axis)].interpolates()) continue;
       Squares squares;
-      for (const auto& [tile_m, centres] : lines_along(plan, slab, axis)) {
-        AxisOfSlab line(plan, slab, axis, tile_m, {plan.tile_size[axis]});
-        for (const double centre_m : centres) line.add_refined(centre_m);
+      for (const auto& [tile_m, centres] : lines_along(plan, layer, axis)) {
+        AxisOfLayer line(plan, layer, axis, tile_m, {plan.tile_size[axis]});
+        for (const double centre_m : centres) line.add_interpolated(centre_m);
         squares.add(line.squares());
       }
-      square += share_of(plan, slab) * squares.relative();
+      square += share_of(plan, layer) * squares.relative();
     }
   }
   return std::sqrt(square);

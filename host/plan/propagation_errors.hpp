@@ -10,7 +10,7 @@ namespace raywave {
 
 /// Relative L2 error of the field at the hologram against an endless padding, predicted: along each
 /// axis, a line of every WRP (of 32 at most) is filled with the waves of some samples spread
-/// through the box of its slab's surfaces, cut by cone, soft edge and WRP as the gathering does,
+/// through the box of its layer's surfaces, cut by cone, soft edge and WRP as the gathering does,
 /// and propagated with each padding and with a wide one. Takes milliseconds.
 ///
 /// padded    samples of the padded planes; {plan.padded} for the plan's own
@@ -20,7 +20,7 @@ namespace raywave {
 std::vector<double> predicted_padding_errors(const Plan& plan,
                                              const std::vector<glm::ivec2>& padded);
 
-/// The same of making the hologram's columns and rows from those of the slabs, against gathering
+/// The same of making the hologram's columns and rows from those of the layers, against gathering
 /// all of them.
 ///
 /// accuracy  within a factor of 2 of what the scene itself shows (tests/trace/interpolator.cpp)

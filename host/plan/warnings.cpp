@@ -110,8 +110,8 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
     warn("sampling.pitch " + length_text(p) + " is finer than what the hologram resolves, " +
          length_text(std::round(limit * 1e8) / 1e8) + ": it costs time and shows no more");
   if (!plan.aimed && scene.sampling.source == FanSource::hit) {
-    const double spread = (plan.far_m - plan.slabs[0].distance_m) * plan.size.x * plan.pitch_m.x /
-                          plan.slabs[0].distance_m;
+    const double spread = (plan.far_m - plan.layers[0].distance_m) * plan.size.x * plan.pitch_m.x /
+                          plan.layers[0].distance_m;
     if (spread > 2 * p)
       warn("rays of the fan alias: they spread over " +
            length_text(std::round(spread * 1e7) / 1e7) +

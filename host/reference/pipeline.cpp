@@ -33,15 +33,15 @@ dvec2 half_window(const Plan& plan) { return dvec2(plan.size) * plan.pitch_m / 2
 
 /// The fan's soft edge; at: on the hologram, in half windows.
 double edge_weight(const Plan& plan, double at) {
-  if (plan.edge <= 0) return std::abs(at) <= plan.fan ? 1 : 0;
-  const double e = std::clamp((plan.fan - std::abs(at)) / plan.edge, 0.0, 1.0);
+  if (plan.apodization <= 0) return std::abs(at) <= plan.cone_half_width ? 1 : 0;
+  const double e = std::clamp((plan.cone_half_width - std::abs(at)) / plan.apodization, 0.0, 1.0);
   return e * e * (3 - 2 * e);
 }
 
 /// Part of the window's side, in half windows of the view from its middle, and whether a float may
 /// find another.
 std::pair<int, bool> view_part(const Gathering& what, double at) {
-  const double place = (at / std::max(1.0, what.plan.fan) + 1) / 2 * what.view_parts;
+  const double place = (at / std::max(1.0, what.plan.cone_half_width) + 1) / 2 * what.view_parts;
   return {std::clamp(static_cast<int>(std::floor(place)), 0, what.view_parts - 1),
           std::abs(place - std::round(place)) < 1e-4};
 }
@@ -117,8 +117,8 @@ Aimed aimed(const Plan& plan, dvec3 p, double plane_z_m, int axis) {
   a.chief_tangent = -p[axis] / p.z;
   a.half_tangent = half_window(plan)[axis] / p.z;
   a.centre_m = p[axis] + a.chief_tangent * (p.z - plane_z_m);
-  a.spot_m = plan.wavelength_m / (2 * plan.fan * a.half_tangent);
-  a.half_m = plan.fan * a.half_tangent * std::abs(p.z - plane_z_m);
+  a.spot_m = plan.wavelength_m / (2 * plan.cone_half_width * a.half_tangent);
+  a.half_m = plan.cone_half_width * a.half_tangent * std::abs(p.z - plane_z_m);
   a.extent_m = a.half_m + near_tail * a.spot_m;
   return a;
 }
@@ -151,10 +151,10 @@ std::vector<Parts> near_sums(const Plan& plan, const Aimed& a, int parts, double
                              double depth_m, int axis, double first_m, double step_m, int pixels,
                              const std::function<double(double tangent)>& amplitude_at) {
   const auto sine_of = [](double tangent) { return tangent / std::hypot(1.0, tangent); };
-  const double low = sine_of(a.chief_tangent - plan.fan * a.half_tangent),
-               high = sine_of(a.chief_tangent + plan.fan * a.half_tangent);
+  const double low = sine_of(a.chief_tangent - plan.cone_half_width * a.half_tangent),
+               high = sine_of(a.chief_tangent + plan.cone_half_width * a.half_tangent);
   const int count = std::min(wave_count(a).first, most_near_waves);
-  const double view_half = std::max(1.0, plan.fan);
+  const double view_half = std::max(1.0, plan.cone_half_width);
   std::vector<Parts> sums(static_cast<std::size_t>(pixels));
   for (int n = 0; n < count; ++n) {
     const double step = (high - low) / count, sine = low + (n + 0.5) * step,
@@ -163,8 +163,8 @@ std::vector<Parts> near_sums(const Plan& plan, const Aimed& a, int parts, double
     const double at = (sine / cosine - a.chief_tangent) / a.half_tangent;
     const auto part = static_cast<std::size_t>(
         std::clamp(static_cast<int>(std::floor((at / view_half + 1) / 2 * parts)), 0, parts - 1));
-    const double weight =
-        step / cosine * (plan.edge > 0 ? edge_weight(plan, at) : 1) * amplitude_at(sine / cosine);
+    const double weight = step / cosine * (plan.apodization > 0 ? edge_weight(plan, at) : 1) *
+                          amplitude_at(sine / cosine);
     for (int i = 0; i < pixels; ++i) {
       const double offset_m = first_m + i * step_m - place_m;
       sums[static_cast<std::size_t>(i)][part] +=
@@ -177,7 +177,7 @@ std::vector<Parts> near_sums(const Plan& plan, const Aimed& a, int parts, double
 /// The direction nearest to a highlight's that the fan holds.
 dvec3 within_fan(const Plan& plan, const Aimed& x, const Aimed& y, dvec3 direction) {
   const auto nearest = [&](const Aimed& a, double part) {
-    const double reach = plan.fan * a.half_tangent;
+    const double reach = plan.cone_half_width * a.half_tangent;
     return std::clamp(part / std::max(-direction.z, 1e-6), a.chief_tangent - reach,
                       a.chief_tangent + reach);
   };
@@ -200,7 +200,7 @@ public:
         plan_(what.plan),
         centre_(wrp.centre_m),
         corner_(reference::pixel_m(plan_, centre_, 0)),
-        bounds_(slab_bounds(plan_, plan_.slab_of(wrp))),
+        bounds_(layer_bounds(plan_, plan_.layer_of(wrp))),
         seed_(seed) {
     const auto pixels =
         static_cast<std::size_t>(plan_.size.x) * static_cast<std::size_t>(plan_.size.y);
@@ -341,7 +341,8 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
       // Where the light meets the hologram, in half holograms.
       const double at =
           (pixel_m[axis] - (p[axis] - pixel_m[axis]) * pixel_m.z / depth) / half_window(plan)[axis];
-      if (plan.edge == 0 && std::abs(std::abs(at) - plan.fan) < 1e-3) ray.unsure = true;
+      if (plan.apodization == 0 && std::abs(std::abs(at) - plan.cone_half_width) < 1e-3)
+        ray.unsure = true;
       edges *= edge_weight(plan, at);
     }
     if (edges == 0) return ray;

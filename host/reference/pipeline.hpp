@@ -37,7 +37,7 @@ struct AimedRay {
 AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m);
 
 struct GatheredField {
-  Field field;  // of the samples of the WRP's slab, as Gatherer::gather fills it
+  Field field;  // of the samples of the WRP's layer, as Gatherer::gather fills it
   // Pixels at which floats may decide otherwise whether some sample is seen or gathered, and how
   std::vector<bool> unsure;
 };

@@ -37,7 +37,7 @@ constexpr Range between(double min, double max) { return {min, max}; }
 constexpr Range at_least(double min) { return {min, kLargest, true}; }
 
 constexpr Range kAnyPosition = between(-1e4, 1e4);
-constexpr int kMostSlabs = 16;
+constexpr int kMostLayers = 16;
 
 bool contains(const Range& range, double value) {
   return value >= range.min && value <= range.max;  // false for NaN
@@ -345,15 +345,15 @@ WrpSpec read_wrp(Section section) {
     if (!v.is_auto()) spec.grid = v.integers(1024);
   });
   section.read("distance", [&](const Value& v) {
-    if (!v.is_auto()) spec.distances_m = v.ascending_lengths_m(between(1e-9, 1e4), kMostSlabs);
-    spec.slabs = std::max(1, static_cast<int>(spec.distances_m.size()));
+    if (!v.is_auto()) spec.distances_m = v.ascending_lengths_m(between(1e-9, 1e4), kMostLayers);
+    spec.layers = std::max(1, static_cast<int>(spec.distances_m.size()));
   });
-  section.read("slabs", [&](const Value& v) {
+  section.read("layers", [&](const Value& v) {
     if (v.is_auto()) return;
-    const int slabs = v.integer(1, kMostSlabs);
-    if (!spec.distances_m.empty() && slabs != spec.slabs)
-      v.fail("the number of distances given, " + std::to_string(spec.slabs));
-    spec.slabs = slabs;
+    const int layers = v.integer(1, kMostLayers);
+    if (!spec.distances_m.empty() && layers != spec.layers)
+      v.fail("the number of distances given, " + std::to_string(spec.layers));
+    spec.layers = layers;
   });
   section.read("padding", [&](const Value& v) {
     if (!v.is_auto()) spec.padding = v.number(between(1, 8));
@@ -374,13 +374,13 @@ SamplingSpec read_sampling(Section section) {
   section.read("pitch", [&](const Value& v) {
     if (!v.is_auto()) spec.pitch_m = v.length_m(between(1e-9, 1));
   });
-  section.read("fan", [&](const Value& v) {
-    if (!v.is_auto()) spec.fan = v.number(between(0.01, 4));
+  section.read("cone", [&](const Value& v) {
+    if (!v.is_auto()) spec.cone = v.number(between(0.01, 4));
   });
-  section.read("edge", [&](const Value& v) {
+  section.read("apodization", [&](const Value& v) {
     if (v.is_auto()) return;
-    spec.edge = v.number(between(0, 4));
-    if (spec.edge > spec.fan) v.fail("<= fan (" + number_text(spec.fan) + ")");
+    spec.apodization = v.number(between(0, 4));
+    if (spec.apodization > spec.cone) v.fail("<= cone (" + number_text(spec.cone) + ")");
   });
   section.read("antialias", [&](const Value& v) {
     spec.antialias = v.integer(0, 4);

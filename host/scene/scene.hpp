@@ -28,9 +28,9 @@ struct HologramSpec {
 
 struct WrpSpec {
   std::optional<glm::ivec2> grid;  // WRPs side by side; empty: as many as the scene projects to
-  // From WRPs to hologram, > 0, ascending; empty: as many as `slabs`, amid the surfaces
+  // From WRPs to hologram, > 0, ascending; empty: as many as `layers`, amid the surfaces
   std::vector<double> distances_m;
-  int slabs = 1;  // distances at most where none is given, >= 1
+  int layers = 1;  // distances at most where none is given, >= 1
   // Columns and rows gathered over those that the light's band needs; empty: all of the hologram's
   std::optional<double> oversampling;
   // Side of the transformed plane over the side of the hologram, 1 to 8
@@ -51,8 +51,8 @@ struct SamplingSpec {
   SamplingMode mode = SamplingMode::aimed;
   double pitch_m = 1e-4;  // sampling interval p on the object, at the scene's middle depth
   // Half width of the cone that a pixel gathers, in half holograms; 1 just fills the hologram
-  double fan = 1.2;
-  double edge = 0.2;  // width of that cone's soft edge, in half holograms
+  double cone = 1.2;
+  double apodization = 0.2;  // width of that cone's soft edge, in half holograms
   // Rays per side of a cell that tell which part of it a sample covers, textures and shadows
   // averaged over them: 2 or 4; 0: one through its centre alone
   int antialias = 4;

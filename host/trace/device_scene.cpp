@@ -150,7 +150,7 @@ cl::Options kernel_options(const Scene& scene, const Plan& plan) {
 
 DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world,
                          const Plan& plan)
-    : device_(device), bodies_(device, world, plan.origin_m, tree) {
+    : device_(device), instances_(device, world, plan.origin_m, tree) {
   const auto made = materials_of(scene);
   material_unit_ = made.unit;
   materials = {device, std::span<const device::Material>(made.materials), "materials"};
@@ -164,11 +164,12 @@ DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const Wor
 
 void DeviceScene::place(const Scene& scene, const World& world, const Plan& plan) {
   const auto start = std::chrono::steady_clock::now();
-  bodies_.place(scene, world, plan.origin_m, tree);
+  instances_.place(scene, world, plan.origin_m, tree);
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   options =
       // Scenes alike in size share kernels
-      cl::with(options, {{"RAYWAVE_BVH_DEPTH", std::to_string((bodies_.depth() + 15) / 16 * 16)}});
+      cl::with(options,
+               {{"RAYWAVE_BVH_DEPTH", std::to_string((instances_.depth() + 15) / 16 * 16)}});
   upload_lights(scene, world, plan);
 }
 

@@ -29,7 +29,7 @@ public:
   DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan);
 
   /// The same meshes and materials at other places (World::motions), or under other lights (as many
-  /// as before). `options` may change where objects part that were one body.
+  /// as before). `options` may change where objects part that were one instance.
   void place(const Scene& scene, const World& world, const Plan& plan);
 
   DeviceTree tree;
@@ -48,7 +48,7 @@ public:
   // visible
   float bias_m = 0;
   cl::Options options;      // leave out of the kernels what this scene does not use
-  double tree_seconds = 0;  // for trees and bodies, of the last time
+  double tree_seconds = 0;  // for trees and instances, of the last time
 
   /// 32-bit words that hold a bit for each light.
   std::size_t light_words() const { return lights.size() > 32 ? (lights.size() + 31) / 32 : 1; }
@@ -57,7 +57,7 @@ private:
   void upload_lights(const Scene& scene, const World& world, const Plan& plan);
 
   cl::Device device_;
-  Bodies bodies_;
+  Instances instances_;
   double material_unit_ = 1;
 };
 

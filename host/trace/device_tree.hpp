@@ -8,15 +8,15 @@
 
 namespace raywave {
 
-/// Trees in device memory, one for each body.
+/// Trees in device memory, one for each instance.
 struct DeviceTree {
   cl::Buffer<device::BvhNode> nodes;
   cl::Buffer<device::Triangle> triangles;
-  cl::Buffer<float> positions;  // 3 per vertex, frame of its body
-  cl::Buffer<device::Body> bodies;
+  cl::Buffer<float> positions;  // 3 per vertex, frame of its instance
+  cl::Buffer<device::Instance> instances;
 };
 
-/// A body that has not moved, the root of its tree at node `root`.
-device::Body body_at_rest(std::int32_t root = 0);
+/// A instance that has not moved, the root of its tree at node `root`.
+device::Instance instance_at_rest(std::int32_t root = 0);
 
 }  // namespace raywave

@@ -70,11 +70,11 @@ void Gatherer::draw_phases(std::uint32_t seed) {
 }
 
 void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
-  const auto& slab = plan_.slab_of(wrp);
+  const auto& layer = plan_.layer_of(wrp);
   const auto centre_m = wrp.centre_m;
-  const double near_m = slab.min_m.z, far_m = slab.max_m.z;
-  const glm::ivec2 size = plan_.gathered_size(slab);
-  const glm::dvec2 pitch = plan_.gathered_pitch_m(slab), half_window = plan_.tile_window_m() / 2.0;
+  const double near_m = layer.min_m.z, far_m = layer.max_m.z;
+  const glm::ivec2 size = plan_.gathered_size(layer);
+  const glm::dvec2 pitch = plan_.gathered_pitch_m(layer), half_window = plan_.tile_window_m() / 2.0;
   const auto tile_m = plan_.tile_of(wrp).centre_m;
   // World, of pixel (0, 0)
   const glm::dvec2 corner =
@@ -91,16 +91,16 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   std::tie(plane.hologram_y, plane.hologram_y_low) = split(tile_m.y - plan_.origin_m.y);
   std::tie(plane.hologram_z, plane.hologram_z_low) = split(-plan_.origin_m.z);
   std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
-  std::tie(plane.begin_z, plane.end_z) = slab_bounds(plan_, slab);
+  std::tie(plane.begin_z, plane.end_z) = layer_bounds(plan_, layer);
   const bool at_hologram = centre_m.z <= 0;
   // At the hologram itself the window is the plane: there is no cone to soften, and each pixel sees
   // every sample.
-  const auto fan = at_hologram ? glm::dvec2(1) : plan_.tile_fan,
-             edge = at_hologram ? glm::dvec2(0) : plan_.tile_edge;
-  plane.fan_x = static_cast<float>(fan.x);
-  plane.fan_y = static_cast<float>(fan.y);
-  plane.edge_rate_x = edge.x > 0 ? static_cast<float>(1 / edge.x) : 0.0f;
-  plane.edge_rate_y = edge.y > 0 ? static_cast<float>(1 / edge.y) : 0.0f;
+  const auto fan = at_hologram ? glm::dvec2(1) : plan_.tile_cone,
+             edge = at_hologram ? glm::dvec2(0) : plan_.tile_apodization;
+  plane.cone_x = static_cast<float>(fan.x);
+  plane.cone_y = static_cast<float>(fan.y);
+  plane.apodization_rate_x = edge.x > 0 ? static_cast<float>(1 / edge.x) : 0.0f;
+  plane.apodization_rate_y = edge.y > 0 ? static_cast<float>(1 / edge.y) : 0.0f;
   plane.sine_limit_x = static_cast<float>(plan_.largest_sine.x);
   plane.sine_limit_y = static_cast<float>(plan_.largest_sine.y);
   if (at_hologram) {
@@ -139,7 +139,7 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     }
   }
   // Views speak of the whole hologram's window, and of what the fan adds to it.
-  const auto view_half = std::max(1.0, plan_.fan) * plan_.window_m() / 2.0;
+  const auto view_half = std::max(1.0, plan_.cone_half_width) * plan_.window_m() / 2.0;
   plane.view_scale_x = static_cast<float>(half_window.x / view_half.x);
   plane.view_scale_y = static_cast<float>(half_window.y / view_half.y);
   plane.view_shift_x = static_cast<float>(tile_m.x / view_half.x);

@@ -26,7 +26,7 @@ public:
   /// now.
   void draw_phases(std::uint32_t seed);
 
-  /// Fills `field` (frames x Plan::gathered_size of its slab) with the field of the slab's samples
+  /// Fills `field` (frames x Plan::gathered_size of its layer) with the field of the layer's samples
   /// on a WRP. One at the hologram itself receives every sample at every pixel.
   ///
   /// accuracy  docs/accuracy.md, "Gathering"

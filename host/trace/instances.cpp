@@ -35,7 +35,7 @@ std::vector<std::int32_t> sides_of(const World& world) {
   return sides;
 }
 
-/// Trees of several bodies, one behind the other.
+/// Trees of several instances, one behind the other.
 struct Trees {
   std::vector<device::BvhNode> nodes;
   std::vector<device::Triangle> triangles;
@@ -55,29 +55,29 @@ struct Trees {
   }
 };
 
-/// The bodies' sets of objects: those that have not moved, then each of the others.
+/// The instances' sets of objects: those that have not moved, then each of the others.
 std::vector<std::vector<std::size_t>> sets_of(const std::vector<bool>& apart) {
-  std::vector<std::vector<std::size_t>> bodies(1);
+  std::vector<std::vector<std::size_t>> instances(1);
   for (std::size_t i = 0; i < apart.size(); ++i) {
-    if (!apart[i]) bodies[0].push_back(i);
+    if (!apart[i]) instances[0].push_back(i);
   }
-  if (bodies[0].empty()) bodies.clear();
+  if (instances[0].empty()) instances.clear();
   for (std::size_t i = 0; i < apart.size(); ++i) {
-    if (apart[i]) bodies.push_back({i});
+    if (apart[i]) instances.push_back({i});
   }
-  return bodies;
+  return instances;
 }
 
 void put_split(double value, float& high, float& low) { std::tie(high, low) = split(value); }
 
-/// A body whose vertices a motion has moved.
+/// A instance whose vertices a motion has moved.
 ///
-/// anchor_m  origin of the body's frame, world, before the motion
+/// anchor_m  origin of the instance's frame, world, before the motion
 /// origin_m  of the scene frame, world
 /// root      of its tree, node number `place`
-device::Body body_after(const Motion& motion, glm::dvec3 anchor_m, glm::dvec3 origin_m,
-                        const device::BvhNode& root, std::int32_t place) {
-  auto body = body_at_rest(place);
+device::Instance instance_after(const Motion& motion, glm::dvec3 anchor_m, glm::dvec3 origin_m,
+                                const device::BvhNode& root, std::int32_t place) {
+  auto instance = instance_at_rest(place);
   const auto outward = motion.scale * motion.turn,
              inward = glm::transpose(motion.turn) / motion.scale;
   const auto centre = motion.moved ? motion.to_m - origin_m + outward * (anchor_m - motion.from_m)
@@ -85,31 +85,33 @@ device::Body body_after(const Motion& motion, glm::dvec3 anchor_m, glm::dvec3 or
   glm::dvec3 low, high;
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
-      put_split(inward[column][row], body.inward[3 * row + column],
-                body.inward_low[3 * row + column]);
-      put_split(outward[column][row], body.outward[3 * row + column],
-                body.outward_low[3 * row + column]);
+      put_split(inward[column][row], instance.inward[3 * row + column],
+                instance.inward_low[3 * row + column]);
+      put_split(outward[column][row], instance.outward[3 * row + column],
+                instance.outward_low[3 * row + column]);
     }
-    put_split(centre[row], body.centre[row], body.centre_low[row]);
+    put_split(centre[row], instance.centre[row], instance.centre_low[row]);
     low[row] = std::min(root.left_min[row], root.right_min[row]);
     high[row] = std::max(root.left_max[row], root.right_max[row]);
   }
-  set_view(body, (low + high) / 2.0, glm::length(high - low) / 2, inward * (-origin_m - centre));
-  body.moved = motion.moved || centre != glm::dvec3(0);
-  return body;
+  set_view(instance, (low + high) / 2.0, glm::length(high - low) / 2,
+           inward * (-origin_m - centre));
+  instance.moved = motion.moved || centre != glm::dvec3(0);
+  return instance;
 }
 
 }  // namespace
 
-device::Body body_at_rest(std::int32_t root) {
-  device::Body body{};
-  for (const int i : {0, 4, 8}) body.inward[i] = body.outward[i] = 1;
-  body.root = root;
-  body.last = 1;
-  return body;
+device::Instance instance_at_rest(std::int32_t root) {
+  device::Instance instance{};
+  for (const int i : {0, 4, 8}) instance.inward[i] = instance.outward[i] = 1;
+  instance.root = root;
+  instance.last = 1;
+  return instance;
 }
 
-Bodies::Bodies(const cl::Device& device, const World& world, glm::dvec3 anchor_m, DeviceTree& tree)
+Instances::Instances(const cl::Device& device, const World& world, glm::dvec3 anchor_m,
+                     DeviceTree& tree)
     : device_(device), anchor_m_(anchor_m), sides_(sides_of(world)), apart_(sides_.size(), false) {
   std::vector<float> in_frame;
   in_frame.reserve(3 * world.positions.size());
@@ -120,7 +122,8 @@ Bodies::Bodies(const cl::Device& device, const World& world, glm::dvec3 anchor_m
   tree.positions = {device, std::span<const float>(in_frame), "vertices"};
 }
 
-void Bodies::place(const Scene& scene, const World& world, glm::dvec3 origin_m, DeviceTree& tree) {
+void Instances::place(const Scene& scene, const World& world, glm::dvec3 origin_m,
+                      DeviceTree& tree) {
   const auto motion_of = [&](std::size_t object) {
     return world.motion_of(static_cast<std::int32_t>(object));
   };
@@ -129,28 +132,28 @@ void Bodies::place(const Scene& scene, const World& world, glm::dvec3 origin_m, 
     objects_ = std::move(sets);
     build_trees(scene, world, tree);
   }
-  std::vector<device::Body> placed;
+  std::vector<device::Instance> placed;
   for (std::size_t i = 0; i < roots_.size(); ++i) {
     placed.push_back(
-        body_after(motion_of(objects_[i][0]), anchor_m_, origin_m, root_nodes_[i], roots_[i]));
+        instance_after(motion_of(objects_[i][0]), anchor_m_, origin_m, root_nodes_[i], roots_[i]));
     placed.back().last = i + 1 == roots_.size();
   }
-  cl::put(device_, tree.bodies, placed, "bodies");
+  cl::put(device_, tree.instances, placed, "instances");
 }
 
-void Bodies::build_trees(const Scene& scene, const World& world, DeviceTree& tree) {
-  std::vector<std::size_t> body_of_object(sides_.size());
-  for (std::size_t body = 0; body < objects_.size(); ++body) {
-    for (const auto object : objects_[body]) body_of_object[object] = body;
+void Instances::build_trees(const Scene& scene, const World& world, DeviceTree& tree) {
+  std::vector<std::size_t> instance_of_object(sides_.size());
+  for (std::size_t instance = 0; instance < objects_.size(); ++instance) {
+    for (const auto object : objects_[instance]) instance_of_object[object] = instance;
   }
-  std::vector<std::vector<std::uint32_t>> triangles_of_bodies(objects_.size());
+  std::vector<std::vector<std::uint32_t>> triangles_of_instances(objects_.size());
   for (std::size_t i = 0; i < world.triangles.size(); ++i)
-    triangles_of_bodies[body_of_object[static_cast<std::size_t>(world.triangle_object[i])]]
+    triangles_of_instances[instance_of_object[static_cast<std::size_t>(world.triangle_object[i])]]
         .push_back(static_cast<std::uint32_t>(i));
 
   Trees trees;
-  for (std::size_t body = 0; body < triangles_of_bodies.size(); ++body) {
-    const auto& numbers = triangles_of_bodies[body];
+  for (std::size_t instance = 0; instance < triangles_of_instances.size(); ++instance) {
+    const auto& numbers = triangles_of_instances[instance];
     std::vector<glm::uvec3> corners;
     for (const auto i : numbers) corners.push_back(world.triangles[i]);
     auto bvh = build_bvh(world.positions, corners, anchor_m_, triangles_of_leaf);
@@ -160,10 +163,10 @@ void Bodies::build_trees(const Scene& scene, const World& world, DeviceTree& tre
       const auto t = glm::ivec3(corners[place]);
       const auto object = static_cast<std::size_t>(world.triangle_object[numbers[place]]);
       triangles.push_back({t.x, t.y, t.z, scene.objects[object].material, sides_[object],
-                           static_cast<std::int32_t>(body)});
+                           static_cast<std::int32_t>(instance)});
       sides.push_back(sides_[object]);
     }
-    mark_facing(bvh, sides);
+    store_normal_cones(bvh, sides);
     trees.add(bvh);
     trees.triangles.insert(trees.triangles.end(), triangles.begin(), triangles.end());
   }

@@ -13,17 +13,17 @@
 
 namespace raywave {
 
-/// A scene's objects as bodies: those that have not moved since the world was made are one, each of
+/// A scene's objects as instances: those that have not moved since the world was made are one, each of
 /// the others is one of its own.
-class Bodies {
+class Instances {
 public:
   /// The vertices go to the device, nothing else yet.
   ///
-  /// anchor_m  origin of the frames of all bodies, world
-  Bodies(const cl::Device& device, const World& world, glm::dvec3 anchor_m, DeviceTree& tree);
+  /// anchor_m  origin of the frames of all instances, world
+  Instances(const cl::Device& device, const World& world, glm::dvec3 anchor_m, DeviceTree& tree);
 
-  /// The bodies where World::motions have them now. Trees are built the first time, and where
-  /// objects part that were one body.
+  /// The instances where World::motions have them now. Trees are built the first time, and where
+  /// objects part that were one instance.
   ///
   /// origin_m  of the scene frame, world
   void place(const Scene& scene, const World& world, glm::dvec3 origin_m, DeviceTree& tree);
@@ -38,8 +38,8 @@ private:
   glm::dvec3 anchor_m_;
   std::vector<std::int32_t> sides_;                // of the objects: device::Triangle::side
   std::vector<bool> apart_;                        // objects that have moved
-  std::vector<std::vector<std::size_t>> objects_;  // of each body
-  // Of each body: the place of its tree's root among the nodes
+  std::vector<std::vector<std::size_t>> objects_;  // of each instance
+  // Of each instance: the place of its tree's root among the nodes
   std::vector<std::int32_t> roots_;
   std::vector<device::BvhNode> root_nodes_;  // these nodes
   int depth_ = 0;

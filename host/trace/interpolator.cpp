@@ -41,26 +41,26 @@ double converging_turns(double wavelength_m, double distance_m, double away_m) {
   return -away_m * away_m / (length_m + distance_m) / wavelength_m;
 }
 
-/// Largest frequency along an axis, in cycles per metre, of light from a slab's WRPs to the
+/// Largest frequency along an axis, in cycles per metre, of light from a layer's WRPs to the
 /// hologram's window, its cone's soft edge included, without the wave that converges to the
 /// hologram's centre.
-double largest_frequency(const Plan& plan, const Slab& slab, int axis) {
+double largest_frequency(const Plan& plan, const DepthLayer& layer, int axis) {
   const int other = 1 - axis;
   const auto half_window = plan.tile_window_m() / 2.0;
-  const auto reach = plan.tile_fan * half_window;
+  const auto reach = plan.tile_cone * half_window;
   double largest = 0;
   for (const auto& wrp : plan.wrps) {
-    if (&plan.slab_of(wrp) != &slab) continue;
+    if (&plan.layer_of(wrp) != &layer) continue;
     const auto centre = glm::dvec2(wrp.centre_m) - plan.tile_of(wrp).centre_m;
     const double least_other =
                      std::max(0.0, std::abs(centre[other]) - half_window[other] - reach[other]),
                  most_other = std::abs(centre[other]) + half_window[other] + reach[other];
     for (int i = 0; i <= 8; ++i) {
       const double from = centre[axis] + (i / 4.0 - 1) * half_window[axis];
-      const double taken_out = from / std::hypot(from, slab.distance_m);
+      const double taken_out = from / std::hypot(from, layer.distance_m);
       for (const double to : {-reach[axis], reach[axis]}) {
         for (const double across : {least_other, most_other}) {
-          const double sine = (from - to) / std::hypot(across, from - to, slab.distance_m);
+          const double sine = (from - to) / std::hypot(across, from - to, layer.distance_m);
           largest = std::max(largest, std::abs(sine - taken_out) / plan.wavelength_m);
         }
       }
@@ -69,9 +69,9 @@ double largest_frequency(const Plan& plan, const Slab& slab, int axis) {
   return largest;
 }
 
-WrpAxis axis_for_band(const Plan& plan, const Slab& slab, int axis, double oversampling) {
+WrpAxis axis_for_band(const Plan& plan, const DepthLayer& layer, int axis, double oversampling) {
   const int all = plan.tile_size[axis];
-  const double frequency = largest_frequency(plan, slab, axis);
+  const double frequency = largest_frequency(plan, layer, axis);
   if (!(frequency > 0)) return {all, plan.pitch_m[axis], 0};  // no WRP
   const double pitch_m = 1 / (2 * oversampling * frequency);
   const int half = half_taps(oversampling);
@@ -92,7 +92,7 @@ struct Band {
 };
 
 /// count  of the columns that there are
-Band band_of(const Refinement& r, int count, int lanes) {
+Band band_of(const Interpolation& r, int count, int lanes) {
   const auto columns = static_cast<int>(r.first.size());
   const auto first_of = [&](int column) { return r.first[static_cast<std::size_t>(column)]; };
   Band band;
@@ -133,16 +133,17 @@ void upload(const cl::Device& device, const Values& values, Buffer& buffer) {
 
 }  // namespace
 
-WrpAxes axes_for_band(const Plan& plan, const Slab& slab, double oversampling) {
-  return {axis_for_band(plan, slab, 0, oversampling), axis_for_band(plan, slab, 1, oversampling)};
+WrpAxes axes_for_band(const Plan& plan, const DepthLayer& layer, double oversampling) {
+  return {axis_for_band(plan, layer, 0, oversampling), axis_for_band(plan, layer, 1, oversampling)};
 }
 
-Refinement refinement_of(const Plan& plan, const Slab& slab, int axis, double centre_m) {
-  const auto& few = slab.axes[static_cast<std::size_t>(axis)];
+Interpolation interpolation_of(const Plan& plan, const DepthLayer& layer, int axis,
+                               double centre_m) {
+  const auto& few = layer.axes[static_cast<std::size_t>(axis)];
   const int count = plan.tile_size[axis];
   const double pitch_m = plan.pitch_m[axis];
   const auto converging_at = [&](int number, int of, double apart_m) {
-    const double turns = converging_turns(plan.wavelength_m, slab.distance_m,
+    const double turns = converging_turns(plan.wavelength_m, layer.distance_m,
                                           centre_m + (number - (of - 1) / 2.0) * apart_m);
     return std::polar(1.0, 2 * pi * (turns - std::round(turns)));
   };
@@ -150,7 +151,7 @@ Refinement refinement_of(const Plan& plan, const Slab& slab, int axis, double ce
   for (int i = 0; i < few.count; ++i)
     taken_out.push_back(std::conj(converging_at(i, few.count, few.pitch_m)));
 
-  Refinement r;
+  Interpolation r;
   r.taps = 2 * few.half_taps;
   std::vector<double> weights(static_cast<std::size_t>(r.taps));
   for (int i = 0; i < count; ++i) {
@@ -174,26 +175,26 @@ Refinement refinement_of(const Plan& plan, const Slab& slab, int axis, double ce
   return r;
 }
 
-Refiner::Refiner(const cl::Device& device)
+Interpolator::Interpolator(const cl::Device& device)
     : device_(device),
       lanes_(lanes_for(device.info())),
       program_(device, "kernels/gather/interpolate.cl",
                {{"RAYWAVE_LANES", std::to_string(lanes_)},
-                {"RAYWAVE_REFINE_ROWS", std::to_string(rows_together(lanes_))}}),
-      columns_(program_.kernel("refine_columns")),
-      rows_(program_.kernel("refine_rows")) {}
+                {"RAYWAVE_INTERPOLATE_ROWS", std::to_string(rows_together(lanes_))}}),
+      columns_(program_.kernel("interpolate_columns")),
+      rows_(program_.kernel("interpolate_rows")) {}
 
-void Refiner::refine(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& coarse, int frame,
-                     cl::ComplexBuffer& fine) {
-  const auto& slab = plan.slab_of(wrp);
-  const auto& [columns, rows] = slab.axes;
+void Interpolator::interpolate(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& coarse,
+                               int frame, cl::ComplexBuffer& fine) {
+  const auto& layer = plan.layer_of(wrp);
+  const auto& [columns, rows] = layer.axes;
   const auto centre_m = glm::dvec2(wrp.centre_m) - plan.tile_of(wrp).centre_m;
-  if (!rows.refines()) {
-    make_columns(plan, slab, centre_m.x, coarse, frame, fine);
+  if (!rows.interpolates()) {
+    make_columns(plan, layer, centre_m.x, coarse, frame, fine);
     return;
   }
-  if (!columns.refines()) {
-    make_rows(plan, slab, -centre_m.y, coarse, frame, fine);
+  if (!columns.interpolates()) {
+    make_rows(plan, layer, -centre_m.y, coarse, frame, fine);
     return;
   }
   // Columns first, of fewer rows.
@@ -203,14 +204,15 @@ void Refiner::refine(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& 
     between_ = {};
     between_ = {device_, size, "gathered rows of a WRP"};
   }
-  make_columns(plan, slab, centre_m.x, coarse, frame, between_);
-  make_rows(plan, slab, -centre_m.y, between_, 0, fine);
+  make_columns(plan, layer, centre_m.x, coarse, frame, between_);
+  make_rows(plan, layer, -centre_m.y, between_, 0, fine);
 }
 
-void Refiner::make_columns(const Plan& plan, const Slab& slab, double centre_m,
-                           const cl::ComplexBuffer& coarse, int frame, cl::ComplexBuffer& fine) {
-  const auto size = plan.gathered_size(slab);
-  const auto band = band_of(refinement_of(plan, slab, 0, centre_m), size.x, lanes_);
+void Interpolator::make_columns(const Plan& plan, const DepthLayer& layer, double centre_m,
+                                const cl::ComplexBuffer& coarse, int frame,
+                                cl::ComplexBuffer& fine) {
+  const auto size = plan.gathered_size(layer);
+  const auto band = band_of(interpolation_of(plan, layer, 0, centre_m), size.x, lanes_);
   upload(device_, band.first, first_column_);
   upload(device_, band.coefficients, column_coefficients_);
   columns_.run({groups(plan.tile_size.x, lanes_), groups(size.y, rows_together(lanes_))},
@@ -218,14 +220,14 @@ void Refiner::make_columns(const Plan& plan, const Slab& slab, double centre_m,
                first_column_, column_coefficients_, fine);
 }
 
-void Refiner::make_rows(const Plan& plan, const Slab& slab, double centre_m,
-                        const cl::ComplexBuffer& coarse, int frame, cl::ComplexBuffer& fine) {
-  const auto r = refinement_of(plan, slab, 1, centre_m);
+void Interpolator::make_rows(const Plan& plan, const DepthLayer& layer, double centre_m,
+                             const cl::ComplexBuffer& coarse, int frame, cl::ComplexBuffer& fine) {
+  const auto r = interpolation_of(plan, layer, 1, centre_m);
   upload(device_, r.first, first_row_);
   upload(device_, r.coefficients, row_coefficients_);
   rows_.run({groups(plan.tile_size.x, lanes_), groups(plan.tile_size.y, rows_together(lanes_))},
-            group_of(lanes_), coarse, slab.axes[1].count, frame, plan.tile_size.x, plan.tile_size.y,
-            r.taps, first_row_, row_coefficients_, fine);
+            group_of(lanes_), coarse, layer.axes[1].count, frame, plan.tile_size.x,
+            plan.tile_size.y, r.taps, first_row_, row_coefficients_, fine);
 }
 
 }  // namespace raywave

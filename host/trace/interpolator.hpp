@@ -15,43 +15,44 @@
 
 namespace raywave {
 
-/// Columns and rows of a slab's WRPs, as far apart as `oversampling` times what their light's band
+/// Columns and rows of a layer's WRPs, as far apart as `oversampling` times what their light's band
 /// needs allows; along an axis where that gains too little, those of the hologram.
 ///
 /// plan  with its WRPs
-/// slab  of plan.slabs
-WrpAxes axes_for_band(const Plan& plan, const Slab& slab, double oversampling);
+/// layer  of plan.layers
+WrpAxes axes_for_band(const Plan& plan, const DepthLayer& layer, double oversampling);
 
 /// Columns or rows of the hologram's pitch as sums of the WRP's: number i is the sum over j < taps
 /// of coefficients[i * taps + j] times number first[i] + j. A windowed sinc between the converging
 /// wave taken out and put back.
-struct Refinement {
+struct Interpolation {
   int taps = 1;
   std::vector<std::int32_t> first;
   std::vector<std::complex<float>> coefficients;
 };
 
-/// slab      with its axes
+/// layer      with its axes
 /// axis      0: columns, 1: rows
 /// centre_m  of the WRP from its tile's, positive towards later columns or rows: rows are counted
 ///           downwards
 /// accuracy  see predicted_oversampling_error
-Refinement refinement_of(const Plan& plan, const Slab& slab, int axis, double centre_m);
+Interpolation interpolation_of(const Plan& plan, const DepthLayer& layer, int axis,
+                               double centre_m);
 
-class Refiner {
+class Interpolator {
 public:
-  explicit Refiner(const cl::Device& device);
+  explicit Interpolator(const cl::Device& device);
 
-  /// Frame `frame` of `coarse` (frames x Plan::gathered_size), gathered on the WRP of a slab that
-  /// refines, into `fine` (Plan::tile_size).
-  void refine(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& coarse, int frame,
-              cl::ComplexBuffer& fine);
+  /// Frame `frame` of `coarse` (frames x Plan::gathered_size), gathered on the WRP of a layer that
+  /// interpolates, into `fine` (Plan::tile_size).
+  void interpolate(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& coarse, int frame,
+                   cl::ComplexBuffer& fine);
 
 private:
   /// All columns of the gathered rows, all rows of all columns.
-  void make_columns(const Plan& plan, const Slab& slab, double centre_m,
+  void make_columns(const Plan& plan, const DepthLayer& layer, double centre_m,
                     const cl::ComplexBuffer& coarse, int frame, cl::ComplexBuffer& fine);
-  void make_rows(const Plan& plan, const Slab& slab, double centre_m,
+  void make_rows(const Plan& plan, const DepthLayer& layer, double centre_m,
                  const cl::ComplexBuffer& coarse, int frame, cl::ComplexBuffer& fine);
 
   cl::Device device_;

@@ -35,9 +35,9 @@ device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
   lattice.bias = scene.bias_m;
   lattice.reach = static_cast<float>(plan.far_m * 2);
   lattice.half_width =
-      static_cast<float>(plan.size.x * plan.pitch_m.x / 2 * std::max(1.0, plan.fan));
+      static_cast<float>(plan.size.x * plan.pitch_m.x / 2 * std::max(1.0, plan.cone_half_width));
   lattice.half_height =
-      static_cast<float>(plan.size.y * plan.pitch_m.y / 2 * std::max(1.0, plan.fan));
+      static_cast<float>(plan.size.y * plan.pitch_m.y / 2 * std::max(1.0, plan.cone_half_width));
   return lattice;
 }
 
@@ -100,7 +100,7 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
     make_room(device_, band_.lit, room * lights, "lights on samples");
     find_samples_.run(
         {(nx + static_cast<std::size_t>(lanes) - 1) / static_cast<std::size_t>(lanes), rows}, local,
-        scene.tree.nodes, scene.tree.triangles, scene.tree.positions, scene.tree.bodies,
+        scene.tree.nodes, scene.tree.triangles, scene.tree.positions, scene.tree.instances,
         scene.normals, scene.uvs, scene.materials, scene.lights, scene.texels, scene.ambient_light,
         lattice, static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows), slots_,
         band_.counts, band_.samples, band_.views, band_.lit);

@@ -29,10 +29,10 @@ typedef struct {
   int material;
   // Of a closed mesh: 1 when (b - a) x (c - a) points outwards, -1 when inwards; 0 for open meshes
   int side;
-  int body;
+  int instance;
 } Triangle;
 
-// What moves as one. Trees, vertices and normals stay in the body's frame: the scene's as it was
+// What moves as one. Trees, vertices and normals stay in the instance's frame: the scene's as it was
 // when they were made. A place q of that frame is centre + outward q in the scene, and a place p of
 // the scene is inward (p - centre). Matrices row by row; low: what the floats leave over.
 typedef struct {
@@ -42,14 +42,14 @@ typedef struct {
   float outward_low[9];
   float centre[3];
   float centre_low[3];
-  // Direction from the hologram's centre to the body's middle, in the body's frame, VIEW_STEPS long
+  // Direction from the hologram's centre to the instance's middle, in the instance's frame, VIEW_STEPS long
   int view[3];
-  // By which facing.h must exceed it, so that it holds for the directions to all of the body
+  // By which facing.h must exceed it, so that it holds for the directions to all of the instance
   int view_margin;
   int root;   // number of its tree's node
   int moved;  // 0: both frames are the same
-  int last;   // 1: no body follows
-} Body;
+  int last;   // 1: no instance follows
+} Instance;
 
 // Phong material for the hologram's wavelength.
 typedef struct {
@@ -182,10 +182,10 @@ typedef struct {
   float hologram_z_low;
   float turns_hi;  // 1 / wavelength as the sum of two floats
   float turns_lo;
-  float fan_x;  // half width of the fan in half windows of the tile
-  float fan_y;
-  float edge_rate_x;  // 1 / width of its soft edge; 0: hard
-  float edge_rate_y;
+  float cone_x;  // half width of the fan in half windows of the tile
+  float cone_y;
+  float apodization_rate_x;  // 1 / width of its soft edge; 0: hard
+  float apodization_rate_y;
   float sine_limit_x;  // largest sine that the SLM's pixels can show
   float sine_limit_y;
   // Lattice tangent of the first column's centre, and of one pixel further; window: how far from

@@ -108,9 +108,9 @@ static inline Source axis_source(const SceneArrays* scene, const Rays* rays, con
   const Hits meets = bvh_nearest(&scene->tree, &line);
   Source source;
   const Line exact = {wide3(line.ox, line.oy, line.oz), wide3(line.dx, line.dy, line.dz)};
-  const Facets facets = facets_of(&scene->tree, meets.triangle);
+  const AreaSamples area_samples = area_samples_of(&scene->tree, meets.triangle);
   source.place =
-      wide3_along(exact.origin, exact.direction, exact_distance(&facets, &exact, meets.t));
+      wide3_along(exact.origin, exact.direction, exact_distance(&area_samples, &exact, meets.t));
   // Of the line and the material it meets: the third cell index of a flat surface would hang on
   // rounding.
   int third[RAYWAVE_LANES];
@@ -128,7 +128,7 @@ static inline Source axis_source(const SceneArrays* scene, const Rays* rays, con
 #endif
 
 __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* triangles,
-                        __global const float* positions, __global const Body* bodies,
+                        __global const float* positions, __global const Instance* instances,
                         __global const float* normals, __global const float* uvs,
                         __global const Material* materials, __global const Light* lights,
                         __global const float* texels, float ambient_light,
@@ -142,7 +142,7 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
   (void)samples, (void)first_of_cell, (void)lattice;
 #endif
   const SceneArrays scene = {
-      {nodes, triangles, positions, bodies}, normals, uvs, materials, lights, texels};
+      {nodes, triangles, positions, instances}, normals, uvs, materials, lights, texels};
   const intv column = first + LANES_INDEX;
   const Wide rate = wide(plane.turns_hi, plane.turns_lo), plane_z = wide(plane.z, plane.z_low);
   const Wide pixel_x = wide_plus(wide(plane.left, plane.left_low),
@@ -193,8 +193,8 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
 #if EXACT_SURFACES
       const Wide distance = exact_surface(&scene, &line, &hits, &surface);
 #else
-    const Facets facets = facets_of(&scene.tree, hits.triangle);
-    const Wide distance = exact_distance(&facets, &line, hits.t);
+    const AreaSamples area_samples = area_samples_of(&scene.tree, hits.triangle);
+    const Wide distance = exact_distance(&area_samples, &line, hits.t);
 #endif
       floatv radiance = phong(&scene, &surface, ambient_light, plane.bias, plane.reach, hit);
 #if RAYWAVE_BOUNCES > 0

@@ -166,10 +166,10 @@ static inline void highlight_directions(__global const Light* lights, __global c
     const float x = twice * sample->nx - LANES_FIRST(in.x),
                 y = twice * sample->ny - LANES_FIRST(in.y);
     const float down = fmax(LANES_FIRST(in.z) - twice * sample->nz, 1e-6f);
-    txs[lane] = clamp(x / down, a->tangent_x - plane->fan_x * a->half_tangent_x,
-                      a->tangent_x + plane->fan_x * a->half_tangent_x);
-    tys[lane] = clamp(y / down, a->tangent_y - plane->fan_y * a->half_tangent_y,
-                      a->tangent_y + plane->fan_y * a->half_tangent_y);
+    txs[lane] = clamp(x / down, a->tangent_x - plane->cone_x * a->half_tangent_x,
+                      a->tangent_x + plane->cone_x * a->half_tangent_x);
+    tys[lane] = clamp(y / down, a->tangent_y - plane->cone_y * a->half_tangent_y,
+                      a->tangent_y + plane->cone_y * a->half_tangent_y);
   }
   *tx = LANES_LOAD(txs);
   *ty = LANES_LOAD(tys);
@@ -196,7 +196,7 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   const int index = (int)get_global_id(0);
   if (index >= sample_count) return;
   const Sample s = samples[index];
-  if (!(plane.begin_z <= s.z && s.z < plane.end_z)) {  // it shines on another slab's planes
+  if (!(plane.begin_z <= s.z && s.z < plane.end_z)) {  // it shines on another layer's planes
     aims[index].near = aims[index].columns = 0;
     boxes[index] = boxes[2 * stride + index] = 0;
     boxes[stride + index] = boxes[3 * stride + index] = -1;
@@ -225,8 +225,8 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   const float narrowed = distance / from_hologram;
   a.scale_x = 1.0f / (lattice.half_width * narrowed);
   a.scale_y = 1.0f / (lattice.half_height * narrowed);
-  a.half_x = plane.fan_x * lattice.half_width * narrowed;
-  a.half_y = plane.fan_y * lattice.half_height * narrowed;
+  a.half_x = plane.cone_x * lattice.half_width * narrowed;
+  a.half_y = plane.cone_y * lattice.half_height * narrowed;
   a.amplitude = sqrt(s.radiance) * s.weight;
   a.tilt_x = s.tilt_x * a.inverse_depth;
   a.tilt_y = s.tilt_y * a.inverse_depth;
@@ -239,8 +239,8 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   a.tangent_y = LANES_FIRST(wide_high(tangent_y));
   a.half_tangent_x = lattice.half_width / from_hologram;
   a.half_tangent_y = lattice.half_height / from_hologram;
-  const float spot_x = near_spot(a.half_tangent_x, plane.fan_x, plane.turns_hi),
-              spot_y = near_spot(a.half_tangent_y, plane.fan_y, plane.turns_hi);
+  const float spot_x = near_spot(a.half_tangent_x, plane.cone_x, plane.turns_hi),
+              spot_y = near_spot(a.half_tangent_y, plane.cone_y, plane.turns_hi);
   const float extent_x = a.half_x + plane.near_tail * spot_x,
               extent_y = a.half_y + plane.near_tail * spot_y;
   a.near = (a.half_x < plane.near_spots * spot_x || a.half_y < plane.near_spots * spot_y) &&
@@ -502,11 +502,11 @@ static inline void gather_far(__global const Light* lights, __global const uint*
   const floatv off_chief = wide_high(wide_minus(x, wide(a->centre_x, a->centre_x_low)));
   // Where the pixel's light meets the hologram, in half windows
   const floatv across = fabs(off_chief * a->scale_x);
-  intv inside_x = (across <= plane->fan_x) & (column < plane->nx);
+  intv inside_x = (across <= plane->cone_x) & (column < plane->nx);
   floatv edge_x = 1.0f;
-  if (plane->edge_rate_x > 0.0f) {
+  if (plane->apodization_rate_x > 0.0f) {
     const floatv e =
-        clamp((plane->fan_x - across) * plane->edge_rate_x, (floatv)(0.0f), (floatv)(1.0f));
+        clamp((plane->cone_x - across) * plane->apodization_rate_x, (floatv)(0.0f), (floatv)(1.0f));
     edge_x = e * e * (3.0f - 2.0f * e);
   }
   const float sign = a->depth < 0.0f ? -1.0f : 1.0f;
@@ -556,10 +556,10 @@ static inline void gather_far(__global const Light* lights, __global const uint*
         LANES_FIRST(wide_high(wide_minus(y, wide(a->centre_y, a->centre_y_low))));
 #endif
     const float up = fabs(off_chief_y * a->scale_y);
-    if (up > plane->fan_y) continue;
+    if (up > plane->cone_y) continue;
     float edge_y = 1.0f;
-    if (plane->edge_rate_y > 0.0f) {
-      const float e = clamp((plane->fan_y - up) * plane->edge_rate_y, 0.0f, 1.0f);
+    if (plane->apodization_rate_y > 0.0f) {
+      const float e = clamp((plane->cone_y - up) * plane->apodization_rate_y, 0.0f, 1.0f);
       edge_y = e * e * (3.0f - 2.0f * e);
     }
     const floatv length = sqrt(squared_x + dy * dy);

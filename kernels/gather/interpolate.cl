@@ -2,31 +2,31 @@
 // Columns and rows of a plane from fewer ones (host/trace/interpolator.hpp), sums of neighbours
 // times coefficients.
 //
-// refine_columns  nx columns of `rows` rows, from plane number `frame` of coarse_nx columns: vector
+// interpolate_columns  nx columns of `rows` rows, from plane number `frame` of coarse_nx columns: vector
 //                 v of RAYWAVE_LANES columns is the sum
 // of
 //                 `width` columns of `coarse` from first[v] on, times coefficients[2 RAYWAVE_LANES (v width + j)] and on: the real parts
 //                 for each lane, then the imaginary ones
-// refine_rows     ny rows of nx columns, from plane number `frame` of coarse_rows rows: row i is
+// interpolate_rows     ny rows of nx columns, from plane number `frame` of coarse_rows rows: row i is
 //                 the sum of `taps` rows of `coarse` from first[i] on, times coefficients[i * taps]
 //                 and on
 //
-// A work-item makes RAYWAVE_LANES samples of RAYWAVE_REFINE_ROWS rows: global size (ceil(nx /
+// A work-item makes RAYWAVE_LANES samples of RAYWAVE_INTERPOLATE_ROWS rows: global size (ceil(nx /
 // lanes), ceil(rows / those)). OpenCL C 1.2.
 #include "kernels/common/complex_lanes.h"
 
-#ifndef RAYWAVE_REFINE_ROWS
-#define RAYWAVE_REFINE_ROWS 1  // host/trace/interpolator.cpp
+#ifndef RAYWAVE_INTERPOLATE_ROWS
+#define RAYWAVE_INTERPOLATE_ROWS 1  // host/trace/interpolator.cpp
 #endif
 
-__kernel void refine_columns(__global const float2* coarse, int coarse_nx, int rows, int frame,
-                             int nx, int width, __global const int* first,
-                             __global const float* coefficients, __global float2* fine) {
+__kernel void interpolate_columns(__global const float2* coarse, int coarse_nx, int rows, int frame,
+                                  int nx, int width, __global const int* first,
+                                  __global const float* coefficients, __global float2* fine) {
   const int vector = (int)get_global_id(0), x = vector * RAYWAVE_LANES;
   if (x >= nx) return;
-  const int top = (int)get_global_id(1) * RAYWAVE_REFINE_ROWS;
+  const int top = (int)get_global_id(1) * RAYWAVE_INTERPOLATE_ROWS;
   __global const float* c = coefficients + (size_t)vector * (size_t)(2 * RAYWAVE_LANES * width);
-  for (int row = top; row < min(top + RAYWAVE_REFINE_ROWS, rows); ++row) {
+  for (int row = top; row < min(top + RAYWAVE_INTERPOLATE_ROWS, rows); ++row) {
     __global const float2* in =
         coarse + ((size_t)frame * (size_t)rows + (size_t)row) * (size_t)coarse_nx + first[vector];
     // Four sums, since one would wait for itself
@@ -43,14 +43,14 @@ __kernel void refine_columns(__global const float2* coarse, int coarse_nx, int r
   }
 }
 
-__kernel void refine_rows(__global const float2* coarse, int coarse_rows, int frame, int nx, int ny,
-                          int taps, __global const int* first, __global const float2* coefficients,
-                          __global float2* fine) {
+__kernel void interpolate_rows(__global const float2* coarse, int coarse_rows, int frame, int nx,
+                               int ny, int taps, __global const int* first,
+                               __global const float2* coefficients, __global float2* fine) {
   const int x = (int)get_global_id(0) * RAYWAVE_LANES;
   if (x >= nx) return;
-  const int top = (int)get_global_id(1) * RAYWAVE_REFINE_ROWS;
+  const int top = (int)get_global_id(1) * RAYWAVE_INTERPOLATE_ROWS;
   __global const float2* plane = coarse + (size_t)frame * (size_t)coarse_rows * (size_t)nx;
-  for (int row = top; row < min(top + RAYWAVE_REFINE_ROWS, ny); ++row) {
+  for (int row = top; row < min(top + RAYWAVE_INTERPOLATE_ROWS, ny); ++row) {
     __global const float2* in = plane + (size_t)first[row] * (size_t)nx;
     __global const float2* c = coefficients + row * taps;
     __global float2* out = fine + (size_t)row * (size_t)nx;

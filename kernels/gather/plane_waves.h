@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A sample so near to a plane that diffraction, not geometry, says where its light passes on the
 // way into the hologram's window: the plane waves that reach the window, added up. Per axis, with
-// the sine s of a wave's direction and edge(s) the fan's soft edge,
+// the sine s of a wave's direction and edge(s) the cone's soft edge,
 //   g(x) = integral of
 //          edge(s) / cosine(s) exp(2 pi i / wavelength (s x - depth (1 - cosine(s)))) ds,
 // and the sample's wave is i / wavelength exp(2 pi i depth / wavelength) g(x) g(y): far away, by
@@ -27,23 +27,23 @@
 
 // What a plane gathers along one axis: GatherPlane's figures of it.
 typedef struct {
-  float fan, edge_rate, sine_limit, view_scale, view_shift;
+  float cone, apodization_rate, sine_limit, view_scale, view_shift;
 } Gathered;
 static inline Gathered gathered_x(const GatherPlane* plane) {
-  const Gathered x = {plane->fan_x, plane->edge_rate_x, plane->sine_limit_x, plane->view_scale_x,
-                      plane->view_shift_x};
+  const Gathered x = {plane->cone_x, plane->apodization_rate_x, plane->sine_limit_x,
+                      plane->view_scale_x, plane->view_shift_x};
   return x;
 }
 static inline Gathered gathered_y(const GatherPlane* plane) {
-  const Gathered y = {plane->fan_y, plane->edge_rate_y, plane->sine_limit_y, plane->view_scale_y,
-                      plane->view_shift_y};
+  const Gathered y = {plane->cone_y, plane->apodization_rate_y, plane->sine_limit_y,
+                      plane->view_scale_y, plane->view_shift_y};
   return y;
 }
 
-// Width of the bright spot that the whole fan makes of a point: one axis, `half_tangent` is of half
+// Width of the bright spot that the whole cone makes of a point: one axis, `half_tangent` is of half
 // the tile's window as the sample sees it.
-static inline float near_spot(float half_tangent, float fan, float turns_per_metre) {
-  return 0.5f / (turns_per_metre * fan * half_tangent);
+static inline float near_spot(float half_tangent, float cone, float turns_per_metre) {
+  return 0.5f / (turns_per_metre * cone * half_tangent);
 }
 
 // Waves that an axis needs: a sum of evenly spaced waves repeats itself after as many spots, and
@@ -80,10 +80,10 @@ static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tang
                               float half_tangent, float half_extent, float depth, Gathered axis,
                               float turns_per_metre) {
   waves->count =
-      min(near_count(half_extent, near_spot(half_tangent, axis.fan, turns_per_metre)), NEAR_WAVES);
-  const float low = near_sine_step(centre_tangent, -axis.fan * half_tangent);
+      min(near_count(half_extent, near_spot(half_tangent, axis.cone, turns_per_metre)), NEAR_WAVES);
+  const float low = near_sine_step(centre_tangent, -axis.cone * half_tangent);
   const float step =
-      (near_sine_step(centre_tangent, axis.fan * half_tangent) - low) / (float)waves->count;
+      (near_sine_step(centre_tangent, axis.cone * half_tangent) - low) / (float)waves->count;
   const float c0 = 1.0f / sqrt(1.0f + centre_tangent * centre_tangent), s0 = centre_tangent * c0;
   waves->first = (low + 0.5f * step) * turns_per_metre;
   waves->step = step * turns_per_metre;
@@ -94,9 +94,9 @@ static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tang
     const floatv bend = c0 + s0 * (s0 + sine) / (c0 + cosine);
     const floatv at = d * bend / (c0 * cosine * half_tangent);  // on the hologram, in half windows
     floatv weight = step / cosine;
-    if (axis.edge_rate > 0.0f) {
+    if (axis.apodization_rate > 0.0f) {
       const floatv e =
-          clamp((axis.fan - fabs(at)) * axis.edge_rate, (floatv)(0.0f), (floatv)(1.0f));
+          clamp((axis.cone - fabs(at)) * axis.apodization_rate, (floatv)(0.0f), (floatv)(1.0f));
       weight *= e * e * (3.0f - 2.0f * e);
     }
     weight = LANES_SELECT((floatv)(0.0f), weight, fabs(sine) <= axis.sine_limit);

@@ -304,11 +304,11 @@ typedef struct {
   __global uint* views;
   __global uint* lit;
   int slots;
-  int count;          // of all, whether they find a slot or not
-  int hidden;         // of those that do
-  int rank;           // of the next layer
-  int packet_column;  // of the first cell whose parts share a packet with this one's
-  Hiders* hiders;     // by rank, HIDERS of them; deeper layers share the last
+  int count;                      // of all, whether they find a slot or not
+  int hidden;                     // of those that do
+  int rank;                       // of the next layer
+  int packet_column;              // of the first cell whose parts share a packet with this one's
+  OccluderCache* occluder_cache;  // by rank, HIDERS of them; deeper layers share the last
 } Cell;
 
 #define HIDERS 4
@@ -325,7 +325,7 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
   LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row),
                        (intv)(cell->rank)),
               keys);
-  Hiders* hiders = cell->hiders + min(cell->rank, HIDERS - 1);
+  OccluderCache* occluder_cache = cell->occluder_cache + min(cell->rank, HIDERS - 1);
   ++cell->rank;
   if (!RAYWAVE_KEEP_UNSEEN && (covered == 0 || seen == 0)) return;
   const float centre_dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step;
@@ -345,7 +345,7 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
   sample.nz = first_lane(s.nz);
 
   uint view[VIEW_WORDS];
-  const int parts_seen = look_around(scene, lattice, &sample, hiders, seen, view);
+  const int parts_seen = look_around(scene, lattice, &sample, occluder_cache, seen, view);
   if (!RAYWAVE_KEEP_UNSEEN && parts_seen == 0) return;
   sample.hidden = parts_seen < VIEW_ALL;
 
@@ -471,7 +471,7 @@ static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lat
 // first_centres.
 static inline void look_around_centres(const SceneArrays* scene, const Lattice* lattice,
                                        const Rays* centres, const Layers* first_centres,
-                                       Hiders* hiders, int (*seen)[RAYWAVE_LANES]) {
+                                       OccluderCache* occluder_cache, int (*seen)[RAYWAVE_LANES]) {
   for (int i = 0; i < BVH_LAYERS; ++i) {
     for (int lane = 0; lane < RAYWAVE_LANES; ++lane) seen[i][lane] = SEEN_UNKNOWN;
   }
@@ -500,19 +500,20 @@ static inline void look_around_centres(const SceneArrays* scene, const Lattice* 
       for (int lane = four; lane < four + 4; ++lane)
         together &= triangle[lane] >= 0 && fabs(t[lane] - t[four]) < layer_reach(lattice, t[four]);
       if (!together) continue;
-      const int all = look_around_four(scene, lattice, x + four, y + four, z + four, nx + four,
-                                       ny + four, nz + four, hiders + min(rank, HIDERS - 1));
+      const int all =
+          look_around_four(scene, lattice, x + four, y + four, z + four, nx + four, ny + four,
+                           nz + four, occluder_cache + min(rank, HIDERS - 1));
       for (int lane = four; lane < four + 4; ++lane) seen[i][lane] = all;
     }
     ++rank;
   }
 #else
-  (void)scene, (void)lattice, (void)centres, (void)first_centres, (void)hiders;
+  (void)scene, (void)lattice, (void)centres, (void)first_centres, (void)occluder_cache;
 #endif
 }
 
 __kernel void find_samples(__global const BvhNode* nodes, __global const Triangle* triangles,
-                           __global const float* positions, __global const Body* bodies,
+                           __global const float* positions, __global const Instance* instances,
                            __global const float* normals, __global const float* uvs,
                            __global const Material* materials, __global const Light* lights,
                            __global const float* texels, float ambient_light, Lattice lattice,
@@ -523,7 +524,7 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
   const int row = first_row + band_row;
   if (first >= lattice.nx || band_row >= rows || row >= lattice.ny) return;
   const SceneArrays scene = {
-      {nodes, triangles, positions, bodies}, normals, uvs, materials, lights, texels};
+      {nodes, triangles, positions, instances}, normals, uvs, materials, lights, texels};
   const Rays centres = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
   Layers first_centres;
   bvh_layers(&scene.tree, &centres, &first_centres);
@@ -538,12 +539,12 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
 #endif
 #endif
 
-  Hiders hiders[HIDERS];
+  OccluderCache occluder_cache[HIDERS];
   for (int rank = 0; rank < HIDERS; ++rank) {
-    for (int i = 0; i < 16; ++i) hiders[rank].triangle[i] = -1;
+    for (int i = 0; i < 16; ++i) occluder_cache[rank].triangle[i] = -1;
   }
   int seen[BVH_LAYERS][RAYWAVE_LANES];
-  look_around_centres(&scene, &lattice, &centres, &first_centres, hiders, seen);
+  look_around_centres(&scene, &lattice, &centres, &first_centres, occluder_cache, seen);
 
   for (int lane = 0; lane < RAYWAVE_LANES && first + lane < lattice.nx; ++lane) {
     const int column = first + lane;
@@ -556,7 +557,7 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
                  0,
                  0,
                  column - lane % CELLS_OF_PACKET,
-                 hiders};
+                 occluder_cache};
     const float centre_dx = ((float)(lattice.first_x + column) + 0.5f) * lattice.step;
     const float centre_dy = ((float)(lattice.first_y + row) + 0.5f) * lattice.step;
     Layers centre = first_centres;

@@ -23,7 +23,7 @@
 // GPUs have no neighbours to ask.
 typedef struct {
   int triangle[16];
-} Hiders;
+} OccluderCache;
 
 #if RAYWAVE_VIEW_PARTS > 0
 // Rays to the middles of parts (i, j) from places on surfaces with unit normals (nx, ny, nz).
@@ -46,11 +46,12 @@ static inline Rays rays_to_parts(const Lattice* lattice, floatv x, floatv y, flo
 }
 
 // How many of RAYWAVE_LANES rays, numbers `first` and on of the sixteen, are hidden.
-static inline int hidden_of(const SceneArrays* scene, const Rays* rays, Hiders* hiders, int first) {
+static inline int hidden_of(const SceneArrays* scene, const Rays* rays,
+                            OccluderCache* occluder_cache, int first) {
 #if RAYWAVE_LANES > 1
-  const intv hidden = bvh_occluded_again(&scene->tree, rays, hiders->triangle + first);
+  const intv hidden = bvh_occluded_again(&scene->tree, rays, occluder_cache->triangle + first);
 #else
-  (void)hiders, (void)first;
+  (void)occluder_cache, (void)first;
   const intv hidden = bvh_occluded(&scene->tree, rays);
 #endif
   return lanes_sum(LANES_SELECT((intv)(0), (intv)(1), hidden));
@@ -79,14 +80,14 @@ static inline intv part_of_16(intv a, intv b) {
 // of the four begin at x, y, ...
 static inline int look_around_four(const SceneArrays* scene, const Lattice* lattice, const float* x,
                                    const float* y, const float* z, const float* nx, const float* ny,
-                                   const float* nz, Hiders* hiders) {
+                                   const float* nz, OccluderCache* occluder_cache) {
   int hidden = 0;
   for (int first = 0; first < 16; first += RAYWAVE_LANES) {
     const intv a = (first + LANES_INDEX) / 4, b = (first + LANES_INDEX + a) % 4;
     const Rays rays = rays_to_parts(lattice, FOUR_REPEATED(x), FOUR_REPEATED(y), FOUR_REPEATED(z),
                                     FOUR_REPEATED(nx), FOUR_REPEATED(ny), FOUR_REPEATED(nz),
                                     part_of_16(a, b), part_of_16(b, a));
-    hidden += hidden_of(scene, &rays, hiders, first);
+    hidden += hidden_of(scene, &rays, occluder_cache, first);
     if (hidden != 0 && hidden != first + RAYWAVE_LANES) return SEEN_UNKNOWN;
   }
   return hidden == 0 ? VIEW_ALL : 0;
@@ -99,10 +100,10 @@ static inline int look_around_four(const SceneArrays* scene, const Lattice* latt
 //
 // seen  what look_around_four says
 static inline int look_around(const SceneArrays* scene, const Lattice* lattice, const Sample* s,
-                              Hiders* hiders, int seen, uint* view) {
+                              OccluderCache* occluder_cache, int seen, uint* view) {
   for (int w = 0; w < VIEW_WORDS; ++w) view[w] = 0;
 #if RAYWAVE_VIEW_PARTS == 0
-  (void)scene, (void)lattice, (void)s, (void)hiders, (void)seen;
+  (void)scene, (void)lattice, (void)s, (void)occluder_cache, (void)seen;
   return VIEW_ALL;
 #else
   if (seen == SEEN_UNKNOWN) {
@@ -112,7 +113,7 @@ static inline int look_around(const SceneArrays* scene, const Lattice* lattice, 
       const Rays rays =
           rays_to_parts(lattice, (floatv)(s->x), (floatv)(s->y), (floatv)(s->z), (floatv)(s->nx),
                         (floatv)(s->ny), (floatv)(s->nz), part_of_16(a, b), part_of_16(b, a));
-      hidden += hidden_of(scene, &rays, hiders, first);
+      hidden += hidden_of(scene, &rays, occluder_cache, first);
     }
     if (hidden == 0) seen = VIEW_ALL;
     if (hidden == 16) seen = 0;

@@ -2,7 +2,7 @@
 // Rays against the flattened trees of host/geometry/bvh.hpp: RAYWAVE_LANES rays travel together
 // through one shared traversal. OpenCL C 1.2.
 //
-// Each body has a tree in its own frame, to which rays are turned: a body that moves costs nothing
+// Each instance has a tree in its own frame, to which rays are turned: a instance that moves costs nothing
 // but that.
 //
 // Watertight: every test is widened by a bound on its own rounding, so a ray that meets a triangle
@@ -22,20 +22,20 @@
 #define RAYWAVE_BVH_DEPTH 64  // nodes from the root to a leaf; the host passes Bvh::depth
 #endif
 
-// The trees of all bodies, and the triangles of their leaves.
+// The trees of all instances, and the triangles of their leaves.
 typedef struct {
   __global const BvhNode* nodes;
   __global const Triangle* triangles;
-  __global const float* positions;  // 3 per vertex, frame of its body
-  __global const Body* bodies;
+  __global const float* positions;  // 3 per vertex, frame of its instance
+  __global const Instance* instances;
 } Tree;
 
-// Places of a triangle's corners, 3 floats each, frame of its body.
+// Places of a triangle's corners, 3 floats each, frame of its instance.
 typedef struct {
   __global const float *a, *b, *c;
 } Corners;
 
-// Points origin + t direction with 0 <= t_min < t < t_max, scene frame or a body's. Directions are
+// Points origin + t direction with 0 <= t_min < t < t_max, scene frame or a instance's. Directions are
 // finite and not zero, but need not be unit vectors. Lanes outside the mask `active` meet nothing.
 typedef struct {
   floatv ox, oy, oz;
@@ -85,28 +85,28 @@ BVH_INLINE floatv bvh_turned(__global const float* row, __global const float* ro
   return sum + rest;
 }
 
-// Rays of the scene in the frame of a body. Distances along them stay. With `exact` their origins
+// Rays of the scene in the frame of a instance. Distances along them stay. With `exact` their origins
 // are rounded once, which moves hits by no more than the rounding of the corners does.
-BVH_INLINE Rays rays_of_body(__global const Body* body, const Rays* rays, bool exact) {
+BVH_INLINE Rays rays_of_instance(__global const Instance* instance, const Rays* rays, bool exact) {
 #pragma OPENCL FP_CONTRACT OFF
   Rays turned = *rays;
-  if (!body->moved) return turned;
-  __global const float* m = body->inward;
+  if (!instance->moved) return turned;
+  __global const float* m = instance->inward;
   turned.dx = m[0] * rays->dx + m[1] * rays->dy + m[2] * rays->dz;
   turned.dy = m[3] * rays->dx + m[4] * rays->dy + m[5] * rays->dz;
   turned.dz = m[6] * rays->dx + m[7] * rays->dy + m[8] * rays->dz;
   const floatv from[3] = {rays->ox, rays->oy, rays->oz};
   floatv off[3], low[3];
   for (int axis = 0; axis < 3; ++axis) {
-    const floatv centre = body->centre[axis];
+    const floatv centre = instance->centre[axis];
     off[axis] = from[axis] - centre;
     const floatv part = off[axis] - from[axis];
-    low[axis] = ((from[axis] - (off[axis] - part)) - (centre + part)) - body->centre_low[axis];
+    low[axis] = ((from[axis] - (off[axis] - part)) - (centre + part)) - instance->centre_low[axis];
   }
   if (exact) {
-    turned.ox = bvh_turned(m, body->inward_low, off, low);
-    turned.oy = bvh_turned(m + 3, body->inward_low + 3, off, low);
-    turned.oz = bvh_turned(m + 6, body->inward_low + 6, off, low);
+    turned.ox = bvh_turned(m, instance->inward_low, off, low);
+    turned.oy = bvh_turned(m + 3, instance->inward_low + 3, off, low);
+    turned.oz = bvh_turned(m + 6, instance->inward_low + 6, off, low);
   } else {
     turned.ox = m[0] * off[0] + m[1] * off[1] + m[2] * off[2];
     turned.oy = m[3] * off[0] + m[4] * off[1] + m[5] * off[2];
@@ -115,11 +115,11 @@ BVH_INLINE Rays rays_of_body(__global const Body* body, const Rays* rays, bool e
   return turned;
 }
 
-// A direction of a triangle's body in the scene, as long as the body's change of size makes it.
+// A direction of a triangle's instance in the scene, as long as the instance's change of size makes it.
 BVH_INLINE float3 direction_in_scene(const Tree* tree, int triangle, float3 d) {
-  __global const Body* body = tree->bodies + tree->triangles[triangle].body;
-  if (!body->moved) return d;
-  __global const float* m = body->outward;
+  __global const Instance* instance = tree->instances + tree->triangles[triangle].instance;
+  if (!instance->moved) return d;
+  __global const float* m = instance->outward;
   return (float3)(m[0] * d.x + m[1] * d.y + m[2] * d.z, m[3] * d.x + m[4] * d.y + m[5] * d.z,
                   m[6] * d.x + m[7] * d.y + m[8] * d.z);
 }
@@ -279,29 +279,30 @@ BVH_INLINE intv bvh_leaf_layers(const Tree* tree, int first, int count, const Ra
 }
 
 // Whether all that faces so shows the hologram's centre nothing but inner sides of closed meshes,
-// wherever it lies in the body.
-BVH_INLINE bool bvh_turns_away(int facing, __global const Body* body) {
-  const int spread = facing_spread(facing);
-  const int along = facing_axis(facing, 0) * body->view[0] +
-                    facing_axis(facing, 1) * body->view[1] + facing_axis(facing, 2) * body->view[2];
-  return spread > 0 && 2 * along > VIEW_STEPS * spread + body->view_margin;
+// wherever it lies in the instance.
+BVH_INLINE bool bvh_turns_away(int normal_cone, __global const Instance* instance) {
+  const int spread = normal_cone_spread(normal_cone);
+  const int along = normal_cone_axis(normal_cone, 0) * instance->view[0] +
+                    normal_cone_axis(normal_cone, 1) * instance->view[1] +
+                    normal_cone_axis(normal_cone, 2) * instance->view[2];
+  return spread > 0 && 2 * along > VIEW_STEPS * spread + instance->view_margin;
 }
 
 // Mask of the rays that meet a child's box before `farthest`; none with `layers` where all in it
 // turns away.
-BVH_INLINE intv bvh_child(__global const float* box_min, __global const float* box_max, int facing,
-                          const Rays* rays, const floatv* inverse, floatv farthest,
-                          __global const Body* body, const Layers* layers, floatv* enter) {
-  if (layers && bvh_turns_away(facing, body)) return 0;
+BVH_INLINE intv bvh_child(__global const float* box_min, __global const float* box_max,
+                          int normal_cone, const Rays* rays, const floatv* inverse, floatv farthest,
+                          __global const Instance* instance, const Layers* layers, floatv* enter) {
+  if (layers && bvh_turns_away(normal_cone, instance)) return 0;
   const intv meets = bvh_box(box_min[0], box_min[1], box_min[2], box_max[0], box_max[1], box_max[2],
                              rays, inverse, enter);
   return rays->active & meets & (*enter < farthest);
 }
 
-// Nearest hits of all rays with a body, in its frame; with any_hit, rays that have met something
+// Nearest hits of all rays with a instance, in its frame; with any_hit, rays that have met something
 // stop; with `layers`, the nearest BVH_LAYERS of each go there, but for those that turn away.
-BVH_INLINE void bvh_traverse_body(const Tree* tree, __global const Body* body, Rays* rays,
-                                  bool any_hit, Hits* best, Layers* layers) {
+BVH_INLINE void bvh_traverse_instance(const Tree* tree, __global const Instance* instance,
+                                      Rays* rays, bool any_hit, Hits* best, Layers* layers) {
   const floatv inverse[3] = {bvh_reciprocal(rays->dx), bvh_reciprocal(rays->dy),
                              bvh_reciprocal(rays->dz)};
   // Children yet to be visited. Only a node with two inner children pushes, and it pushes one, so
@@ -310,12 +311,12 @@ BVH_INLINE void bvh_traverse_body(const Tree* tree, __global const Body* body, R
   int waiting_node[RAYWAVE_BVH_DEPTH];
   floatv waiting_enter[RAYWAVE_BVH_DEPTH];
   int waiting = 0;
-  int place = body->root;
+  int place = instance->root;
   for (;;) {
     __global const BvhNode* node = tree->nodes + place;
     floatv enter_left = 0.0f, enter_right = 0.0f;
     const intv in_left = bvh_child(node->left_min, node->left_max, node->left_count, rays, inverse,
-                                   best->t, body, layers, &enter_left);
+                                   best->t, instance, layers, &enter_left);
     bool left = LANES_ANY(in_left);
     if (left && BVH_COUNT(node->left_count) > 0) {
       const intv hit = layers ? bvh_leaf_layers(tree, node->left_child, BVH_COUNT(node->left_count),
@@ -326,7 +327,7 @@ BVH_INLINE void bvh_traverse_body(const Tree* tree, __global const Body* body, R
       left = false;
     }
     const intv in_right = bvh_child(node->right_min, node->right_max, node->right_count, rays,
-                                    inverse, best->t, body, layers, &enter_right);
+                                    inverse, best->t, instance, layers, &enter_right);
     bool right = LANES_ANY(in_right);
     if (right && BVH_COUNT(node->right_count) > 0) {
       const intv hit = layers
@@ -356,7 +357,7 @@ BVH_INLINE void bvh_traverse_body(const Tree* tree, __global const Body* body, R
   }
 }
 
-// The same with all bodies, in the scene frame.
+// The same with all instances, in the scene frame.
 BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, Layers* layers) {
   Hits best;
   best.t = rays->t_max;
@@ -364,12 +365,12 @@ BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, L
   best.u = 0.0f;
   best.v = 0.0f;
   intv active = rays->active;
-  for (__global const Body* body = tree->bodies;; ++body) {
-    Rays turned = rays_of_body(body, rays, !any_hit);
+  for (__global const Instance* instance = tree->instances;; ++instance) {
+    Rays turned = rays_of_instance(instance, rays, !any_hit);
     turned.active = active;
-    bvh_traverse_body(tree, body, &turned, any_hit, &best, layers);
+    bvh_traverse_instance(tree, instance, &turned, any_hit, &best, layers);
     active = turned.active;
-    if (body->last || !LANES_ANY(active)) return best;
+    if (instance->last || !LANES_ANY(active)) return best;
   }
 }
 
@@ -396,16 +397,16 @@ BVH_INLINE void bvh_layers(const Tree* tree, const Rays* rays, Layers* layers) {
 static inline intv bvh_occluded_again(const Tree* tree, const Rays* rays, int* known) {
   Rays left = *rays, turned = *rays;
   floatv inverse[3];
-  int body = -1;
+  int instance = -1;
   intv stopped_by = -1, untried = LANES_LOAD(known);
   int candidates[RAYWAVE_LANES];
   LANES_STORE(untried, candidates);
   for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
     const int triangle = candidates[lane];
     if (triangle < 0) continue;
-    if (tree->triangles[triangle].body != body) {
-      body = tree->triangles[triangle].body;
-      turned = rays_of_body(tree->bodies + body, rays, false);
+    if (tree->triangles[triangle].instance != instance) {
+      instance = tree->triangles[triangle].instance;
+      turned = rays_of_instance(tree->instances + instance, rays, false);
       inverse[0] = bvh_reciprocal(turned.dx);
       inverse[1] = bvh_reciprocal(turned.dy);
       inverse[2] = bvh_reciprocal(turned.dz);

@@ -18,10 +18,10 @@ typedef struct {
 // A triangle in each lane: first corner, the edges from it, and their cross product.
 typedef struct {
   Wide3 a, ab, ac, across;
-} Facets;
+} AreaSamples;
 
 // What vertices have 3 floats of, at the three corners of a triangle in each lane, turned from its
-// body's frame to the scene's; `places` are moved as well. Lanes without a triangle (index < 0)
+// instance's frame to the scene's; `places` are moved as well. Lanes without a triangle (index < 0)
 // receive those of the first one.
 static inline void at_corners(const Tree* tree, __global const float* of_vertices, intv index,
                               bool places, Wide3* at) {
@@ -37,7 +37,7 @@ static inline void at_corners(const Tree* tree, __global const float* of_vertice
       values[3 + axis][i] = of_vertices[3 * (size_t)t->corner_b + (size_t)axis];
       values[6 + axis][i] = of_vertices[3 * (size_t)t->corner_c + (size_t)axis];
     }
-    moved |= tree->bodies[t->body].moved;
+    moved |= tree->instances[t->instance].moved;
   }
   for (int c = 0; c < 3; ++c)
     at[c] = wide3(LANES_LOAD(values[3 * c]), LANES_LOAD(values[3 * c + 1]),
@@ -46,10 +46,10 @@ static inline void at_corners(const Tree* tree, __global const float* of_vertice
 
   float high[12][RAYWAVE_LANES], low[12][RAYWAVE_LANES];  // outward, then centre
   for (int i = 0; i < RAYWAVE_LANES; ++i) {
-    __global const Body* body = tree->bodies + tree->triangles[triangle[i]].body;
+    __global const Instance* instance = tree->instances + tree->triangles[triangle[i]].instance;
     for (int k = 0; k < 12; ++k) {
-      high[k][i] = k < 9 ? body->outward[k] : body->centre[k - 9];
-      low[k][i] = k < 9 ? body->outward_low[k] : body->centre_low[k - 9];
+      high[k][i] = k < 9 ? instance->outward[k] : instance->centre[k - 9];
+      low[k][i] = k < 9 ? instance->outward_low[k] : instance->centre_low[k - 9];
     }
   }
   Wide m[12];
@@ -62,10 +62,10 @@ static inline void at_corners(const Tree* tree, __global const float* of_vertice
                         columns[2], at[c].z);
 }
 
-static inline Facets facets_of(const Tree* tree, intv index) {
+static inline AreaSamples area_samples_of(const Tree* tree, intv index) {
   Wide3 corners[3];
   at_corners(tree, tree->positions, index, true, corners);
-  Facets f;
+  AreaSamples f;
   f.a = corners[0];
   f.ab = wide3_minus(corners[1], f.a);
   f.ac = wide3_minus(corners[2], f.a);
@@ -73,9 +73,9 @@ static inline Facets facets_of(const Tree* tree, intv index) {
   return f;
 }
 
-// Distance along lines, whose directions are about 1 long, to the planes of facets that they have
+// Distance along lines, whose directions are about 1 long, to the planes of area_samples that they have
 // met at t, to floats. Where rounding alone decided the hit, or the plane is seen edge-on, t stays.
-static inline Wide exact_distance(const Facets* f, const Line* line, floatv t) {
+static inline Wide exact_distance(const AreaSamples* f, const Line* line, floatv t) {
   const Wide away = wide3_dot(f->across, wide3_minus(f->a, line->origin)),
              along = wide3_dot(f->across, line->direction);
   const floatv divisor = wide_high(along);
@@ -86,10 +86,10 @@ static inline Wide exact_distance(const Facets* f, const Line* line, floatv t) {
   return wide_select(wide(t, 0.0f), distance, fabs(wide_high(distance) - t) <= 0x1p-18f * size);
 }
 
-// Normals of unit length at places on facets, as the mesh says. (u, v): the places' weights to
-// floats, which stay where the facet is so narrow that they are all there is.
+// Normals of unit length at places on area_samples, as the mesh says. (u, v): the places' weights to
+// floats, which stay where the area_sample is so narrow that they are all there is.
 static inline Wide3 exact_normal(const Tree* tree, __global const float* vertex_normals, intv index,
-                                 const Facets* f, Wide3 place, floatv u, floatv v) {
+                                 const AreaSamples* f, Wide3 place, floatv u, floatv v) {
   Wide3 normals[3];
   at_corners(tree, vertex_normals, index, false, normals);
   // The square of a small area would leave no room for the lower halves.

@@ -33,7 +33,7 @@
 // The scene's arrays, as every kernel that shades receives them.
 typedef struct {
   Tree tree;
-  // 3 per vertex, unit length, outwards as the mesh says, frame of its body
+  // 3 per vertex, unit length, outwards as the mesh says, frame of its instance
   __global const float* normals;
   __global const float* uvs;  // 2 per vertex; (0, 0) is the bottom left of the texture
   __global const Material* materials;
@@ -42,7 +42,7 @@ typedef struct {
 } SceneArrays;
 
 // Direction of a triangle's normal, in the sense of its winding, scene frame. As long as twice its
-// area where its body keeps its size.
+// area where its instance keeps its size.
 static inline float3 triangle_cross(const Tree* tree, int index) {
   const Corners t = corners_of(tree, index);
   const float3 a = vload3(0, t.a), ab = vload3(0, t.b) - a, ac = vload3(0, t.c) - a;
@@ -210,11 +210,11 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
 // distance along it.
 static inline Wide exact_surface(const SceneArrays* scene, const Line* line, const Hits* hits,
                                  Surface* s) {
-  const Facets facets = facets_of(&scene->tree, hits->triangle);
-  const Wide distance = exact_distance(&facets, line, hits->t);
+  const AreaSamples area_samples = area_samples_of(&scene->tree, hits->triangle);
+  const Wide distance = exact_distance(&area_samples, line, hits->t);
   const floatv side = LANES_SELECT((floatv)(-1.0f), (floatv)(1.0f), s->entering), away = -1.0f;
   s->place = wide3_along(line->origin, line->direction, distance);
-  s->normal = wide3_scaled(exact_normal(&scene->tree, scene->normals, hits->triangle, &facets,
+  s->normal = wide3_scaled(exact_normal(&scene->tree, scene->normals, hits->triangle, &area_samples,
                                         s->place, hits->u, hits->v),
                            wide(side, 0.0f));
   s->towards = wide3_scaled(line->direction, wide(away, 0.0f));

@@ -14,7 +14,7 @@
 #include "kernels/scene/shade.h"
 
 __kernel void see(__global const BvhNode* nodes, __global const Triangle* triangles,
-                  __global const float* positions, __global const Body* bodies,
+                  __global const float* positions, __global const Instance* instances,
                   __global const float* normals, __global const float* uvs,
                   __global const Material* materials, __global const Light* lights,
                   __global const float* texels, float ambient_light, LensPlane lens,
@@ -27,7 +27,7 @@ __kernel void see(__global const BvhNode* nodes, __global const Triangle* triang
   const int first = (packet - row * packets_per_row) * RAYWAVE_LANES;
   if (row >= lens.ny) return;
   const SceneArrays scene = {
-      {nodes, triangles, positions, bodies}, normals, uvs, materials, lights, texels};
+      {nodes, triangles, positions, instances}, normals, uvs, materials, lights, texels};
   const intv column = first + LANES_INDEX;
   const floatv x = lens.left + lens.pitch_x * LANES_TO_FLOAT(column);
   const float y = lens.top - lens.pitch_y * (float)row;

@@ -325,7 +325,7 @@ std::pair<double, double> ray_ns(const cl::Device& device, const Bvh& bvh) {
     for (int i = 0; i < 6; ++i) {
       const Stopwatch watch;
       program.kernel(kernel).run({count / lanes}, {8}, tree.nodes, tree.triangles, tree.positions,
-                                 tree.bodies, planes, static_cast<std::int32_t>(count), out...);
+                                 tree.instances, planes, static_cast<std::int32_t>(count), out...);
       device.finish();
       if (i > 0) ns.push_back(1e9 * watch.processor_s() / count);
     }

@@ -103,10 +103,10 @@ TEST_CASE("a PSNR is the mean over the whole views, and the sides' that over the
 /// How many values differ; the ways to gather are one.
 int differing(const TradeKnobs& a, const TradeKnobs& b) {
   return (a.pitch_m != b.pitch_m) + (a.frames != b.frames) + (a.padding != b.padding) +
-         (a.oversampling != b.oversampling) + (a.slabs != b.slabs) + (a.antialias != b.antialias) +
-         (a.visibility != b.visibility) +
-         (a.mode != b.mode || a.source != b.source || a.shape != b.shape) + (a.fan != b.fan) +
-         (a.edge != b.edge) + (a.precision != b.precision) + (a.fft != b.fft);
+         (a.oversampling != b.oversampling) + (a.layers != b.layers) +
+         (a.antialias != b.antialias) + (a.visibility != b.visibility) +
+         (a.mode != b.mode || a.source != b.source || a.shape != b.shape) + (a.cone != b.cone) +
+         (a.apodization != b.apodization) + (a.precision != b.precision) + (a.fft != b.fft);
 }
 
 TEST_CASE("a knob alone changes one value of balanced's, and no configuration is there twice") {
@@ -128,8 +128,8 @@ TEST_CASE("a knob alone changes one value of balanced's, and no configuration is
       knobs.insert(step.knob);
     }
     for (const char* knob : {"sampling.pitch", "sampling.frames", "wrp.padding", "wrp.oversampling",
-                             "wrp.slabs", "sampling.antialias", "sampling.visibility",
-                             "sampling.fan", "sampling.edge", "sampling.mode"})
+                             "wrp.layers", "sampling.antialias", "sampling.visibility",
+                             "sampling.cone", "sampling.apodization", "sampling.mode"})
       CHECK(knobs.contains(knob));
     CHECK(knobs.contains("fft") == (test::backends_of(device).size() > 1));
     for (std::size_t i = 0; i < trade.rows.size(); ++i) {
@@ -141,18 +141,19 @@ TEST_CASE("a knob alone changes one value of balanced's, and no configuration is
 TEST_CASE("what the scene fixes is kept in every configuration") {
   const Folder folder;
   const auto device = test::all_devices().front();
-  const auto scene = load_scene(small_scene(folder), {"sampling.pitch=21 um", "sampling.frames=3",
-                                                      "wrp.padding=1.3", "sampling.edge=0.1"});
+  const auto scene = load_scene(
+      small_scene(folder),
+      {"sampling.pitch=21 um", "sampling.frames=3", "wrp.padding=1.3", "sampling.apodization=0.1"});
   for (const bool exhaustive : {false, true}) {
     auto spec = small_spec();
     spec.exhaustive = exhaustive;
     const TradeBench bench(device, scene, spec);
-    CHECK_FALSE(bench.trade().steps.empty());  // sampling.fan
+    CHECK_FALSE(bench.trade().steps.empty());  // sampling.cone
     for (const auto& r : bench.trade().rows) {
       CHECK(r.knobs.pitch_m == 21 * test::um);
       CHECK(r.knobs.frames == 3);
       CHECK(r.knobs.padding == 1.3);
-      CHECK(r.knobs.edge == 0.1);
+      CHECK(r.knobs.apodization == 0.1);
       CHECK(r.knobs.antialias == 4);
     }
   }
@@ -177,8 +178,8 @@ TEST_CASE(
     const auto is_it = [&](std::size_t i) {
       const auto& k = trade.rows[i].knobs;
       return k.pitch_m == c.pitch_m && k.padding == c.padding && k.frames == c.frames &&
-             k.oversampling == c.oversampling && k.slabs == c.slabs &&
-             Cone{k.fan, k.edge} == c.cone;
+             k.oversampling == c.oversampling && k.layers == c.layers &&
+             Cone{k.cone, k.apodization} == c.cone;
     };
     const auto finishes = std::count_if(trade.together.begin(), trade.together.end(), is_it);
     CHECK(finishes == (beaten ? 0 : 1));  // the scene gives antialias and visibility
@@ -197,7 +198,7 @@ TEST_CASE(
     spec.pictures.against_points = true;
     spec.pictures.views = true;
     const auto scene = load_scene(small_scene(folder),
-                                  {"sampling.pitch=30 um", "sampling.fan=1.2", "wrp.padding=1.5"});
+                                  {"sampling.pitch=30 um", "sampling.cone=1.2", "wrp.padding=1.5"});
     TradeBench bench(device, scene, spec);
     bench.measure(nothing);
     const auto& trade = bench.trade();
@@ -263,7 +264,8 @@ TEST_CASE(
 TEST_CASE("an interrupted trade goes on where it was; a changed scene starts anew") {
   const Folder folder;
   const auto device = test::all_devices().front();
-  const std::vector<std::string> set{"sampling.pitch=30 um", "wrp.padding=1.5", "sampling.fan=1.2"};
+  const std::vector<std::string> set{"sampling.pitch=30 um", "wrp.padding=1.5",
+                                     "sampling.cone=1.2"};
   const auto scene = load_scene(small_scene(folder), set);
   struct Interrupted : std::runtime_error {
     using std::runtime_error::runtime_error;

@@ -125,23 +125,23 @@ SeenThrough any_view(Random& random) {
           uniform(random, 1, 2)};
 }
 
-/// What an Outline is, vertex by vertex, from the rays to the window's edges.
-Outline outline_by_hand(const std::vector<dvec3>& points, const SeenThrough& seen) {
-  Outline outline;
+/// What an Extents is, vertex by vertex, from the rays to the window's edges.
+Extents extents_by_hand(const std::vector<dvec3>& points, const SeenThrough& seen) {
+  Extents extents;
   for (const auto& p : points) {
     for (int axis = 0; axis < 2; ++axis) {
       const auto i = static_cast<std::size_t>(axis);
-      outline.tangents[i].add(p[axis] / p.z);
+      extents.tangents[i].add(p[axis] / p.z);
       for (const double side : {-1.0, 1.0}) {
         const double edge = seen.centre_m[axis] + side * seen.half_m[axis];
-        outline.passed[i].add(edge + (p[axis] - edge) * seen.distance_m / p.z);
+        extents.passed[i].add(edge + (p[axis] - edge) * seen.distance_m / p.z);
         const double wide_edge = seen.centre_m[axis] + side * seen.wider * seen.half_m[axis];
-        outline.beyond_m[i] = std::max(
-            outline.beyond_m[i], side * (wide_edge - p[axis]) - seen.largest_tangent[axis] * p.z);
+        extents.beyond_m[i] = std::max(
+            extents.beyond_m[i], side * (wide_edge - p[axis]) - seen.largest_tangent[axis] * p.z);
       }
     }
   }
-  return outline;
+  return extents;
 }
 
 void check_alike(const Interval& a, const Interval& b, double within) {
@@ -218,7 +218,7 @@ TEST_CASE("objects that have not moved, or have come back, are where they were, 
   CHECK(world.max_m == was.max_m);
 }
 
-TEST_CASE("box and outline of a moved world are those of all its vertices") {
+TEST_CASE("box and extents of a moved world are those of all its vertices") {
   Random random(4);
   auto many = fleet(random);
   auto world = place_objects(many.scene, many.meshes);
@@ -234,8 +234,8 @@ TEST_CASE("box and outline of a moved world are those of all its vertices") {
     CHECK(largest(world.min_m - low) < 1e-15);  // of 0.1 m: 10 roundings
     CHECK(largest(world.max_m - high) < 1e-15);
     const auto seen = any_view(random);
-    const auto found = outline_of(world, seen), wanted = outline_by_hand(now_m, seen),
-               among_points = outline_of(now_m, seen);
+    const auto found = extents_of(world, seen), wanted = extents_by_hand(now_m, seen),
+               among_points = extents_of(now_m, seen);
     for (std::size_t axis = 0; axis < 2; ++axis) {
       check_alike(found.tangents[axis], wanted.tangents[axis], 1e-14);
       check_alike(found.passed[axis], wanted.passed[axis], 1e-14);
@@ -339,10 +339,10 @@ TEST_CASE("the plan of a moved world is that of a world placed there") {
   Random random(7);
   auto many = fleet(random);
   auto world = place_objects(many.scene, many.meshes);
-  for (const int slabs : {1, 3}) {
+  for (const int layers : {1, 3}) {
     for (const int tiles : {1, 2}) {
       many.pose(random);
-      many.scene.wrp.slabs = slabs;
+      many.scene.wrp.layers = layers;
       many.scene.hologram.tiles = glm::ivec2(tiles);
       move_objects(many.scene, world);
       const auto moved = make_plan(many.scene, world),
@@ -352,9 +352,10 @@ TEST_CASE("the plan of a moved world is that of a world placed there") {
       CHECK(moved.grid == fresh.grid);
       CHECK(moved.lattice.size == fresh.lattice.size);
       CHECK(moved.lattice.first == fresh.lattice.first);
-      REQUIRE(moved.slabs.size() == fresh.slabs.size());
-      for (std::size_t i = 0; i < moved.slabs.size(); ++i)
-        CHECK(moved.slabs[i].distance_m == Catch::Approx(fresh.slabs[i].distance_m).epsilon(1e-11));
+      REQUIRE(moved.layers.size() == fresh.layers.size());
+      for (std::size_t i = 0; i < moved.layers.size(); ++i)
+        CHECK(moved.layers[i].distance_m ==
+              Catch::Approx(fresh.layers[i].distance_m).epsilon(1e-11));
       REQUIRE(moved.wrps.size() == fresh.wrps.size());
       for (std::size_t i = 0; i < moved.wrps.size(); ++i)
         CHECK(largest(moved.wrps[i].centre_m - fresh.wrps[i].centre_m) < 1e-12);

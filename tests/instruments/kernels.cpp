@@ -135,20 +135,21 @@ void render_in_all_ways(const cl::Device& device, const Folder& folder) {
 }
 
 /// Planes this small are never gathered in fewer columns and rows.
-void refine(const cl::Device& device) {
+void interpolate(const cl::Device& device) {
   Plan plan;
   plan.size = plan.tile_size = {device.info().float_lanes + 3, 19};
   plan.pitch_m = {8 * um, 8 * um};
   plan.wavelength_m = 638e-9;
-  plan.slabs = {{.distance_m = 10 * mm}};
+  plan.layers = {{.distance_m = 10 * mm}};
   for (int axis = 0; axis < 2; ++axis)
-    plan.slabs[0].axes[static_cast<std::size_t>(axis)] = {(2 * plan.size[axis] + 2) / 5 + 5,
-                                                          20 * um, 2};
-  plan.wrps = {{{0, 0, plan.slabs[0].distance_m}, {}, {0, 0}, 0}};
+    plan.layers[0].axes[static_cast<std::size_t>(axis)] = {(2 * plan.size[axis] + 2) / 5 + 5,
+                                                           20 * um, 2};
+  plan.wrps = {{{0, 0, plan.layers[0].distance_m}, {}, {0, 0}, 0}};
   const cl::ComplexBuffer gathered(
       device, std::vector<std::complex<float>>(2 * plan.gathered_pixels(), {1, 0}), "gathered");
-  cl::ComplexBuffer field(device, static_cast<std::size_t>(plan.size.x * plan.size.y), "refined");
-  Refiner(device).refine(plan, plan.wrps[0], gathered, 1, field);
+  cl::ComplexBuffer field(device, static_cast<std::size_t>(plan.size.x * plan.size.y),
+                          "interpolated");
+  Interpolator(device).interpolate(plan, plan.wrps[0], gathered, 1, field);
   CHECK(test::all_finite(field.read()));
 }
 
@@ -248,10 +249,10 @@ void launch_tools(const cl::Device& device) {
       occluded(device, static_cast<std::size_t>(rays), "occluded");
   cl::Buffer<float> t_u_v(device, static_cast<std::size_t>(3 * rays), "t, u, v");
   intersect.kernel("intersect_nearest")
-      .run({2}, {8}, tree.nodes, tree.triangles, tree.positions, tree.bodies, ray_planes, rays, hit,
-           t_u_v);
+      .run({2}, {8}, tree.nodes, tree.triangles, tree.positions, tree.instances, ray_planes, rays,
+           hit, t_u_v);
   intersect.kernel("intersect_any")
-      .run({2}, {8}, tree.nodes, tree.triangles, tree.positions, tree.bodies, ray_planes, rays,
+      .run({2}, {8}, tree.nodes, tree.triangles, tree.positions, tree.instances, ray_planes, rays,
            occluded);
   CHECK(occluded.read() == std::vector<std::int32_t>(static_cast<std::size_t>(rays), 1));
   const auto distances = t_u_v.read();
@@ -272,7 +273,7 @@ TEST_CASE("every kernel is launched, and none writes behind its buffers") {
       {
         const cl::Device device(shape);
         render_in_all_ways(device, folder);
-        refine(device);
+        interpolate(device);
         look(device, folder);
         propagate(device);
         launch_tools(device);

@@ -96,7 +96,7 @@ TEST_CASE(
   scene.wrp.grid = glm::ivec2(3, 3);
   const auto plan = plan_of(scene, square_world(20 * mm, {0, 0, 200 * mm}));
   REQUIRE(plan.largest_sine.x == Approx(0.039875));
-  const double half_width = 960 * 8 * um / plan.slabs[0].distance_m / 2;
+  const double half_width = 960 * 8 * um / plan.layers[0].distance_m / 2;
   std::size_t fewest = SIZE_MAX, most = 0;
   for (const auto& wrp : plan.wrps) {
     REQUIRE_FALSE(wrp.fan.empty());
@@ -106,7 +106,7 @@ TEST_CASE(
       const double length = std::sqrt(1 + t.x * t.x + t.y * t.y);
       CHECK(std::abs(t.x) / length <= plan.largest_sine.x);
       CHECK(std::abs(t.y) / length <= plan.largest_sine.y);
-      CHECK(std::abs(t.x - wrp.centre_m.x / plan.slabs[0].distance_m) <= half_width);
+      CHECK(std::abs(t.x - wrp.centre_m.x / plan.layers[0].distance_m) <= half_width);
     }
   }
   CHECK(fewest < most);  // the outer WRPs, turned by 0.04, lose steep rays
@@ -126,11 +126,11 @@ TEST_CASE(
       for (const glm::dvec2 pixel_m :
            {glm::dvec2(wrp.centre_m), glm::dvec2(wrp.centre_m) + window / 2.0}) {
         const auto at_hologram =
-            pixel_m - (t + wrp.convergence_per_m * pixel_m) * plan.slabs[0].distance_m;
+            pixel_m - (t + wrp.convergence_per_m * pixel_m) * plan.layers[0].distance_m;
         CHECK(std::abs(at_hologram.x) <= window.x / 2);
         CHECK(std::abs(at_hologram.y) <= window.y / 2);
         // The same point for every pixel
-        CHECK(at_hologram.x == Approx(-t.x * plan.slabs[0].distance_m).margin(1e-12));
+        CHECK(at_hologram.x == Approx(-t.x * plan.layers[0].distance_m).margin(1e-12));
       }
     }
   }
@@ -146,16 +146,17 @@ TEST_CASE(
         scene.sampling.pitch_m = p;
         const auto plan = plan_of(scene, square_world(z / 100, {0, 0, z}, z / 10));
         CHECK(plan.near_m == Approx(0.95 * z));
-        CHECK(plan.slabs[0].distance_m > 0);
+        CHECK(plan.layers[0].distance_m > 0);
         if (mode == SamplingMode::fan)
-          CHECK(plan.slabs[0].distance_m < plan.near_m);
+          CHECK(plan.layers[0].distance_m < plan.near_m);
         else
-          CHECK((plan.slabs[0].distance_m > plan.near_m && plan.slabs[0].distance_m < plan.far_m));
+          CHECK(
+              (plan.layers[0].distance_m > plan.near_m && plan.layers[0].distance_m < plan.far_m));
       }
     }
     auto scene = paper_scene(mode);
     scene.wrp.distances_m = {99 * mm};  // inside the scene
-    CHECK(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm}, 4 * mm)).slabs[0].distance_m ==
+    CHECK(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm}, 4 * mm)).layers[0].distance_m ==
           99 * mm);
   }
 }
@@ -175,7 +176,7 @@ TEST_CASE(
   auto scene = paper_scene();
   scene.wrp.distances_m = {102 * mm};
   scene.sampling.mode = SamplingMode::aimed;
-  CHECK(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})).slabs[0].distance_m == 102 * mm);
+  CHECK(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})).layers[0].distance_m == 102 * mm);
   scene.sampling.mode = SamplingMode::fan;
   for (const double z_m : {100 * mm, 102 * mm, 1.0}) {
     scene.wrp.distances_m = {z_m};
@@ -214,7 +215,7 @@ TEST_CASE(
         if (glm::any(
                 glm::greaterThan(glm::abs(glm::dvec2(way)), plan.largest_sine * glm::length(way))))
           continue;
-        const glm::dvec2 crossing(from + way * ((from.z - plan.slabs[0].distance_m) / from.z));
+        const glm::dvec2 crossing(from + way * ((from.z - plan.layers[0].distance_m) / from.z));
         least = glm::min(least, crossing);
         most = glm::max(most, crossing);
       }
@@ -233,7 +234,7 @@ TEST_CASE("a square of 20 mm at 100 mm needs 3 x 5 WRPs of 7.18 mm x 4.04 mm") {
   // At the WRPs' depth of 95.8 mm the light from its edge at 10 mm into the hologram's edge at 3.59
   // mm (2.02 mm) passes 9.73 mm (9.67 mm) from the axis: 2.71 and 4.79 WRPs.
   const auto plan = plan_of(paper_scene(), square_world(20 * mm, {0, 0, 100 * mm}));
-  CHECK(plan.slabs[0].distance_m == Approx(95.82 * mm).epsilon(1e-4));
+  CHECK(plan.layers[0].distance_m == Approx(95.82 * mm).epsilon(1e-4));
   CHECK(plan.grid == glm::ivec2(3, 5));
 }
 
@@ -279,40 +280,40 @@ World squares_at_depths(const std::vector<std::pair<double, double>>& sides_and_
   return world;
 }
 
-Scene aimed_scene(std::vector<double> distances_m, int slabs = 1) {
+Scene aimed_scene(std::vector<double> distances_m, int layers = 1) {
   auto scene = paper_scene(SamplingMode::aimed);
   scene.wrp.distances_m = std::move(distances_m);
-  scene.wrp.slabs = slabs;
+  scene.wrp.layers = layers;
   return scene;
 }
 
-TEST_CASE("every depth belongs to one slab, the one on whose WRPs its light's cone is smallest") {
+TEST_CASE("every depth belongs to one layer, the one on whose WRPs its light's cone is smallest") {
   const auto world = square_world(4 * mm, {0, 0, 100 * mm}, 60 * mm);
   const auto plan = plan_of(aimed_scene({80 * mm, 95 * mm, 99 * mm, 120 * mm}), world);
-  REQUIRE(plan.slabs.size() == 4);
-  CHECK(plan.slabs.front().begin_m == -INFINITY);
-  CHECK(plan.slabs.back().end_m == INFINITY);
-  for (std::size_t i = 1; i < 4; ++i) CHECK(plan.slabs[i].begin_m == plan.slabs[i - 1].end_m);
+  REQUIRE(plan.layers.size() == 4);
+  CHECK(plan.layers.front().begin_m == -INFINITY);
+  CHECK(plan.layers.back().end_m == INFINITY);
+  for (std::size_t i = 1; i < 4; ++i) CHECK(plan.layers[i].begin_m == plan.layers[i - 1].end_m);
   std::mt19937 random(1);
   for (int n = 0; n < 1000; ++n) {
     const double z = std::uniform_real_distribution<>(60 * mm, 140 * mm)(random);
-    const auto cone = [&](const Slab& slab) { return std::abs(1 - slab.distance_m / z); };
-    const auto& own = plan.slab_at(z);
+    const auto cone = [&](const DepthLayer& layer) { return std::abs(1 - layer.distance_m / z); };
+    const auto& own = plan.layer_at(z);
     CHECK((own.begin_m <= z && z < own.end_m));
-    for (const auto& slab : plan.slabs) CHECK(cone(own) <= cone(slab) * (1 + 1e-12));
+    for (const auto& layer : plan.layers) CHECK(cone(own) <= cone(layer) * (1 + 1e-12));
   }
-  for (const auto& slab : plan.slabs) {  // as floats too
-    const auto [begin, end] = slab_bounds(plan, slab);
+  for (const auto& layer : plan.layers) {  // as floats too
+    const auto [begin, end] = layer_bounds(plan, layer);
     CHECK(begin < end);
-    if (&slab != &plan.slabs.back()) CHECK(end == slab_bounds(plan, *(&slab + 1)).first);
+    if (&layer != &plan.layers.back()) CHECK(end == layer_bounds(plan, *(&layer + 1)).first);
   }
 }
 
-TEST_CASE("light of a slab's surfaces crosses that slab's WRPs on its way to the hologram") {
+TEST_CASE("light of a layer's surfaces crosses that layer's WRPs on its way to the hologram") {
   const auto scene = aimed_scene({}, 3);
   const auto world = square_world(16 * mm, {2 * mm, -1 * mm, 100 * mm}, 30 * mm);
   const auto plan = plan_of(scene, world);
-  REQUIRE(plan.slabs.size() == 3);
+  REQUIRE(plan.layers.size() == 3);
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
   std::mt19937 random(1);
   const auto unit = [&] { return std::uniform_real_distribution<>(0, 1)(random); };
@@ -325,21 +326,21 @@ TEST_CASE("light of a slab's surfaces crosses that slab's WRPs on its way to the
     // Cannot be shown
     if (glm::any(glm::greaterThan(glm::abs(glm::dvec2(way)), plan.largest_sine * glm::length(way))))
       continue;
-    const auto& slab = plan.slab_at(from.z);
-    CHECK((slab.min_m.z <= from.z && from.z <= slab.max_m.z));
-    const glm::dvec2 crossing(from + way * ((from.z - slab.distance_m) / from.z));
+    const auto& layer = plan.layer_at(from.z);
+    CHECK((layer.min_m.z <= from.z && from.z <= layer.max_m.z));
+    const glm::dvec2 crossing(from + way * ((from.z - layer.distance_m) / from.z));
     ++wanted;
     caught += std::any_of(plan.wrps.begin(), plan.wrps.end(), [&](const Wrp& wrp) {
       const auto off = glm::abs(crossing - glm::dvec2(wrp.centre_m)) - window / 2.0;
       // Which may be left out
-      return &plan.slab_of(wrp) == &slab && std::max(off.x / window.x, off.y / window.y) <= 0.01;
+      return &plan.layer_of(wrp) == &layer && std::max(off.x / window.x, off.y / window.y) <= 0.01;
     });
   }
   CHECK(caught == wanted);
   CHECK(wanted > 1000);
 }
 
-TEST_CASE("planned distances are the means of the slabs that spread their surfaces' area least") {
+TEST_CASE("planned distances are the means of the layers that spread their surfaces' area least") {
   std::mt19937 random(1);
   for (int n = 0; n < 20; ++n) {
     std::vector<std::pair<double, double>> squares;
@@ -348,8 +349,8 @@ TEST_CASE("planned distances are the means of the slabs that spread their surfac
                            std::uniform_real_distribution<>(80 * mm, 120 * mm)(random));
     }
     std::sort(squares.begin(), squares.end(), [](auto a, auto b) { return a.second < b.second; });
-    // All ways to cut seven squares into three slabs.
-    const auto slab = [&](int first, int last) {
+    // All ways to cut seven squares into three layers.
+    const auto layer = [&](int first, int last) {
       double area = 0, depth = 0, squared = 0;
       for (int i = first; i < last; ++i) {
         const auto& [side_m, z_m] = squares[static_cast<std::size_t>(i)];
@@ -364,7 +365,7 @@ TEST_CASE("planned distances are the means of the slabs that spread their surfac
     std::vector<double> wanted;
     for (int i = 1; i < 6; ++i) {
       for (int j = i + 1; j < 7; ++j) {
-        const auto a = slab(0, i), b = slab(i, j), c = slab(j, 7);
+        const auto a = layer(0, i), b = layer(i, j), c = layer(j, 7);
         if (const double sum = a.second + b.second + c.second; sum < least) {
           least = sum;
           wanted = {a.first, b.first, c.first};
@@ -372,9 +373,9 @@ TEST_CASE("planned distances are the means of the slabs that spread their surfac
       }
     }
     const auto plan = plan_of(aimed_scene({}, 3), squares_at_depths(squares));
-    REQUIRE(plan.slabs.size() == 3);
+    REQUIRE(plan.layers.size() == 3);
     for (std::size_t i = 0; i < 3; ++i)
-      CHECK(plan.slabs[i].distance_m == Approx(wanted[i]).margin(40 * mm / 256));
+      CHECK(plan.layers[i].distance_m == Approx(wanted[i]).margin(40 * mm / 256));
   }
 }
 
@@ -407,7 +408,7 @@ TEST_CASE("WRPs amid a mesh of many triangles stand where all of its triangles p
     scene.objects = {test::object_at("", 8 * mm, {3 * mm, 0, 60 * mm})};
     scene.objects[0].rotation_deg = rotation;
     const auto world = place_objects(scene, {{ball}, {true}, {0}});
-    REQUIRE(world.facets.size() * Lanes::count < world.triangles.size() / 2);
+    REQUIRE(world.area_samples.size() * Lanes::count < world.triangles.size() / 2);
     double area[2] = {0, 0}, depth_m[2] = {0, 0};  // as the hologram sees them, of either side
     for (const auto& t : world.triangles) {
       const auto &a = world.positions[t.x], &b = world.positions[t.y], &c = world.positions[t.z];
@@ -418,52 +419,52 @@ TEST_CASE("WRPs amid a mesh of many triangles stand where all of its triangles p
     }
     const double near_m = std::min(depth_m[0] / area[0], depth_m[1] / area[1]);
     const auto plan = plan_of(scene, world);
-    INFO("stands at " << plan.slabs[0].distance_m << ", all triangles say " << near_m);
-    CHECK(std::abs(plan.slabs[0].distance_m - near_m) < 0.1 * um);  // measured 8 nm
+    INFO("stands at " << plan.layers[0].distance_m << ", all triangles say " << near_m);
+    CHECK(std::abs(plan.layers[0].distance_m - near_m) < 0.1 * um);  // measured 8 nm
   }
 }
 
-TEST_CASE("a tilted square's slabs divide it evenly") {
+TEST_CASE("a tilted square's layers divide it evenly") {
   const auto plan = plan_of(aimed_scene({}, 4), square_world(0.1 * mm, {0, 0, 100 * mm}, 0.8 * mm));
-  REQUIRE(plan.slabs.size() == 4);
+  REQUIRE(plan.layers.size() == 4);
   for (int i = 0; i < 4; ++i)
-    CHECK(plan.slabs[static_cast<std::size_t>(i)].distance_m ==
+    CHECK(plan.layers[static_cast<std::size_t>(i)].distance_m ==
           Approx((99.7 + 0.2 * i) * mm).margin(0.01 * mm));
   const auto one = plan_of(aimed_scene({}), square_world(0.1 * mm, {0, 0, 100 * mm}, 0.8 * mm));
-  CHECK(one.slabs[0].distance_m == Approx(100 * mm).margin(0.01 * mm));
+  CHECK(one.layers[0].distance_m == Approx(100 * mm).margin(0.01 * mm));
 }
 
-TEST_CASE("slabs without a surface are left out, and all at one depth make one") {
+TEST_CASE("layers without a surface are left out, and all at one depth make one") {
   const auto two = squares_at_depths({{1 * mm, 75 * mm}, {1 * mm, 125 * mm}});
   const auto plan = plan_of(aimed_scene({76 * mm, 100 * mm, 124 * mm, 200 * mm}), two);
-  REQUIRE(plan.slabs.size() == 2);
-  CHECK(plan.slabs[0].distance_m == 76 * mm);
-  CHECK(plan.slabs[1].distance_m == 124 * mm);
-  CHECK(plan.slabs[0].max_m.z == 75 * mm);
-  CHECK(plan.slabs[1].min_m.z == 125 * mm);
-  CHECK(plan_of(aimed_scene({}, 5), two).slabs.size() == 2);
-  CHECK(plan_of(aimed_scene({}, 5), square_world(1 * mm, {0, 0, 100 * mm})).slabs.size() == 1);
-  CHECK(plan_of(aimed_scene({1 * mm, 2 * mm, 3 * mm}), two).slabs.size() == 1);
+  REQUIRE(plan.layers.size() == 2);
+  CHECK(plan.layers[0].distance_m == 76 * mm);
+  CHECK(plan.layers[1].distance_m == 124 * mm);
+  CHECK(plan.layers[0].max_m.z == 75 * mm);
+  CHECK(plan.layers[1].min_m.z == 125 * mm);
+  CHECK(plan_of(aimed_scene({}, 5), two).layers.size() == 2);
+  CHECK(plan_of(aimed_scene({}, 5), square_world(1 * mm, {0, 0, 100 * mm})).layers.size() == 1);
+  CHECK(plan_of(aimed_scene({1 * mm, 2 * mm, 3 * mm}), two).layers.size() == 1);
 }
 
 TEST_CASE(
-    "several slabs are refused where rays go from one to the other: fans, mirrors and glass") {
+    "several layers are refused where rays go from one to the other: fans, mirrors and glass") {
   using Catch::Matchers::ContainsSubstring;
   const auto world = square_world(1 * mm, {0, 0, 100 * mm}, 4 * mm);
   auto scene = paper_scene();
-  scene.wrp.slabs = 2;
-  CHECK_THROWS_WITH(plan_of(scene, world), ContainsSubstring("scene.toml: wrp.slabs 2: ") &&
-                                               ContainsSubstring("give wrp.slabs 1"));
-  scene.wrp.slabs = 1;
+  scene.wrp.layers = 2;
+  CHECK_THROWS_WITH(plan_of(scene, world), ContainsSubstring("scene.toml: wrp.layers 2: ") &&
+                                               ContainsSubstring("give wrp.layers 1"));
+  scene.wrp.layers = 1;
   scene.wrp.distances_m = {97 * mm, 99 * mm};
   CHECK_THROWS_WITH(plan_of(scene, world),
-                    ContainsSubstring("give wrp.slabs 1 and one wrp.distance"));
+                    ContainsSubstring("give wrp.layers 1 and one wrp.distance"));
   scene = aimed_scene({}, 2);
   scene.trace.depth = 1;
   scene.materials[0].reflectivity = 0.5;
   CHECK_THROWS_AS(plan_of(scene, world), InputError);
   scene.materials[0].reflectivity = 0;
-  CHECK(plan_of(scene, world).slabs.size() == 2);
+  CHECK(plan_of(scene, world).layers.size() == 2);
 }
 
 TEST_CASE("bounces are followed only when an object's material asks for them") {

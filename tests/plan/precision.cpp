@@ -139,7 +139,7 @@ std::vector<Extreme> extremes() {
        0.4 * mm,
        15 * um,
        {6.1 * mm}},
-      {"two slabs",
+      {"two layers",
        hologram(small, 3.74 * um),
        {0, 0, 6 * mm},
        0.5 * mm,

@@ -135,8 +135,8 @@ TEST_CASE(
 
 TEST_CASE("values that the file fixes are kept whatever the goal, all or one alone", "[slow]") {
   const std::vector<std::string> all{"sampling.pitch=83 um", "sampling.frames=5",
-                                     "wrp.padding=1.75",     "wrp.slabs=3",
-                                     "sampling.fan=1.05",    "sampling.edge=0.25"};
+                                     "wrp.padding=1.75",     "wrp.layers=3",
+                                     "sampling.cone=1.05",   "sampling.apodization=0.25"};
   const auto world = build_world(data_scene("teapot.toml"));
   const auto check = [&](const std::vector<std::string>& values, const Goal& goal) {
     const auto fixed = data_scene("teapot.toml", values);
@@ -149,9 +149,9 @@ TEST_CASE("values that the file fixes are kept whatever the goal, all or one alo
     keeps("sampling.pitch", p.scene.sampling.pitch_m == 83 * um);
     keeps("sampling.frames", p.scene.sampling.frames == 5);
     keeps("wrp.padding", p.scene.wrp.padding == 1.75);
-    keeps("wrp.slabs", p.scene.wrp.slabs == 3);
-    keeps("sampling.fan", p.scene.sampling.fan == 1.05);
-    keeps("sampling.edge", p.scene.sampling.edge == 0.25);
+    keeps("wrp.layers", p.scene.wrp.layers == 3);
+    keeps("sampling.cone", p.scene.sampling.cone == 1.05);
+    keeps("sampling.apodization", p.scene.sampling.apodization == 0.25);
   };
   const Goal goals[] = {
       {Quality::draft, {}, {}}, {Quality::accurate, {}, {}}, {{}, 0.2, {}}, {{}, {}, 38}};
@@ -171,8 +171,8 @@ TEST_CASE("without a goal nothing is changed") {
   CHECK(p.scene.sampling.pitch_m == scene.sampling.pitch_m);
   CHECK(p.scene.sampling.frames == scene.sampling.frames);
   CHECK(p.scene.wrp.padding == scene.wrp.padding);
-  CHECK(p.scene.sampling.fan == scene.sampling.fan);
-  CHECK(p.scene.sampling.edge == scene.sampling.edge);
+  CHECK(p.scene.sampling.cone == scene.sampling.cone);
+  CHECK(p.scene.sampling.apodization == scene.sampling.apodization);
 }
 
 TEST_CASE(
@@ -199,11 +199,13 @@ TEST_CASE("what a cone leaves out of a field is the closed form of its edge's cu
     return 9.0 / 5 * std::pow(e, 5) - 2 * std::pow(e, 6) + 4.0 / 7 * std::pow(e, 7);
   };
   for (const Cone& cone : {Cone{1.1, 0.3}, Cone{1.2, 0.3}, Cone{1.2, 0.4}, Cone{1.0, 0.2}}) {
-    INFO(cone.fan << ", " << cone.edge);
-    const double at_rim = (cone.fan - 1) / cone.edge;
+    INFO(cone.half_width << ", " << cone.apodization);
+    const double at_rim = (cone.half_width - 1) / cone.apodization;
     // 1 up to fan - edge, then the cubic from 1 down to at_rim.
-    const double a = cone.fan - cone.edge + cone.edge * (first(1) - first(at_rim));
-    const double b = cone.fan - cone.edge + cone.edge * (second(1) - second(at_rim));
+    const double a =
+        cone.half_width - cone.apodization + cone.apodization * (first(1) - first(at_rim));
+    const double b =
+        cone.half_width - cone.apodization + cone.apodization * (second(1) - second(at_rim));
     // The mean of (1 - a(x) a(y))^2.
     CHECK(cone.field_error() == Approx(std::sqrt(1 - 2 * a * a + b * b)).margin(1e-4));
   }
@@ -270,8 +272,8 @@ TEST_CASE(
   for (const auto& cone : {Cone{1.2, 0.2}, Cone{1.1, 0.3}, Cone{1.0, 0.2}}) {
     for (const double pitch : {0.8, 1.4, 2.6, 3.0}) {
       for (const double defocus : {0.0, 6.0}) {
-        INFO("fan " << cone.fan << ", edge " << cone.edge << ", pitch " << pitch << ", defocus "
-                    << defocus);
+        INFO("fan " << cone.half_width << ", edge " << cone.apodization << ", pitch " << pitch
+                    << ", defocus " << defocus);
         const double expected = speckle_of_spots(cone, pitch, 1.8, defocus);
         // Beyond the reach of the sum over spots, whose light falls with the square of the
         // distance, lies 1 / (pi^2 120 pitch).
@@ -352,26 +354,26 @@ TEST_CASE("two objects far apart get WRPs at each, and take a fraction of the ti
   const auto scene = data_scene("apart.toml");
   const auto world = build_world(scene);
   const auto p = plan_scene(scene, world, {}, {Quality::balanced, {}, {}});
-  CHECK(p.scene.wrp.slabs == 2);
-  REQUIRE(p.plan.slabs.size() == 2);
-  CHECK(p.plan.slabs[0].distance_m == Approx(75 * mm).margin(2 * mm));     // a ball of 4 mm
-  CHECK(p.plan.slabs[1].distance_m == Approx(125 * mm).margin(2.5 * mm));  // a teapot 5 mm deep
+  CHECK(p.scene.wrp.layers == 2);
+  REQUIRE(p.plan.layers.size() == 2);
+  CHECK(p.plan.layers[0].distance_m == Approx(75 * mm).margin(2 * mm));     // a ball of 4 mm
+  CHECK(p.plan.layers[1].distance_m == Approx(125 * mm).margin(2.5 * mm));  // a teapot 5 mm deep
   auto one = p.scene;
-  one.wrp.slabs = 1;
-  one.given.insert("wrp.slabs");
+  one.wrp.layers = 1;
+  one.given.insert("wrp.layers");
   CHECK(p.prediction.times.total_s() < 0.3 * plan_scene(one, world, {}).prediction.times.total_s());
   CHECK(std::any_of(p.reasons.begin(), p.reasons.end(), [](const auto& r) {
-    return r.find("slabs of depth: predicted 1 takes") == 0;
+    return r.find("layers of depth: predicted 1 takes") == 0;
   }));
 }
 
-TEST_CASE("scenes that gain nothing from slabs have one, and so has every scene without a goal") {
+TEST_CASE("scenes that gain nothing from layers have one, and so has every scene without a goal") {
   for (const char* name : {"study.toml", "teapot.toml", "wire.toml"}) {
     const auto scene = data_scene(name, {"sampling.pitch=auto", "sampling.frames=auto",
                                          "wrp.padding=auto", "wrp.distance=auto"});
-    CHECK(planned(scene, {Quality::balanced, {}, {}}).scene.wrp.slabs == 1);
+    CHECK(planned(scene, {Quality::balanced, {}, {}}).scene.wrp.layers == 1);
   }
-  CHECK(planned(data_scene("apart.toml")).plan.slabs.size() == 1);
+  CHECK(planned(data_scene("apart.toml")).plan.layers.size() == 1);
 }
 
 TEST_CASE("kernels are built without what no object of the scene has") {

@@ -37,10 +37,11 @@ TEST_CASE("the error of every padding is predicted from the scene within a facto
   };
   const std::vector<Case> cases{
       {"1 mm before the sphere", {}},
-      {"3 mm, soft edge", {"wrp.distance=15.55 mm", "sampling.fan=1.1", "sampling.edge=0.2"}},
-      {"1 mm, hard edge", {"sampling.fan=1", "sampling.edge=0"}},
+      {"3 mm, soft edge",
+       {"wrp.distance=15.55 mm", "sampling.cone=1.1", "sampling.apodization=0.2"}},
+      {"1 mm, hard edge", {"sampling.cone=1", "sampling.apodization=0"}},
       {"narrow hologram, 2 x 2 WRPs", {"hologram.resolution=[240, 192]", "wrp.grid=[2, 2]"}},
-      {"two slabs", {"wrp.distance=['18.3 mm', '19.2 mm']"}},
+      {"two layers", {"wrp.distance=['18.3 mm', '19.2 mm']"}},
       {"fan of parallel rays", {"sampling.mode=fan", "sampling.source=surface"}},
   };
   const auto found = test::all_devices();

@@ -602,7 +602,7 @@ TEST_CASE("numbers that are none are refused wherever a scene may have them") {
   for (const char* bad : {"nan", "-nan", "inf", "-inf", "1e400", "-1e400"}) {
     for (const char* key :
          {"hologram.pitch", "hologram.wavelength", "wrp.distance", "wrp.padding", "sampling.pitch",
-          "sampling.fan", "sampling.edge", "sampling.seed", "light.0.intensity",
+          "sampling.cone", "sampling.apodization", "sampling.seed", "light.0.intensity",
           "materials.m.ambient", "materials.m.diffuse", "materials.m.specular",
           "materials.m.shininess", "materials.m.reflectivity", "materials.m.transparency",
           "materials.m.ior", "object.0.width"}) {

@@ -338,19 +338,19 @@ TEST_CASE("WRPs at two distances give the hologram of the points as well as thos
     const auto points = rendered(device, scene, Method::points).field.samples;
     const auto one = at({20 * mm}), two = at({16.5 * mm, 22 * mm}),
                near = at({17.05 * mm, 22.95 * mm}), far = at({18 * mm, 24 * mm});
-    REQUIRE(two.plan.slabs.size() == 2);
+    REQUIRE(two.plan.layers.size() == 2);
     REQUIRE(two.samples == one.samples);
     REQUIRE(two.hidden_samples > 10);
     const double at_one = test::correlation(one.field.samples, points);  // measured 0.985
-    for (const auto* slabs : {&two, &near, &far}) {
-      const double got = test::correlation(slabs->field.samples, points);
+    for (const auto* layers : {&two, &near, &far}) {
+      const double got = test::correlation(layers->field.samples, points);
       INFO("one distance " << at_one << ", two " << got);
       CHECK(got >= std::max(at_one, 0.99));  // measured 0.997, 0.995, 0.996
     }
   }
 }
 
-TEST_CASE("what several slabs add up to does not depend on where they meet") {
+TEST_CASE("what several layers add up to does not depend on where they meet") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     auto scene = square_scene(folder, SamplingMode::aimed);

@@ -106,7 +106,7 @@ Apart apart(const cl::Device& device, const Scene& scene, glm::ivec2 tiles, Rend
   const auto whole = rendered(device, scene, {1, 1});
   divided = rendered(device, scene, tiles);
   REQUIRE(divided.plan.tiles.size() == static_cast<std::size_t>(tiles.x * tiles.y));
-  REQUIRE(divided.plan.slabs.size() == whole.plan.slabs.size());
+  REQUIRE(divided.plan.layers.size() == whole.plan.layers.size());
   REQUIRE(divided.samples == whole.samples);
   return {test::relative_l2(whole.field.samples, points),
           test::relative_l2(divided.field.samples, points),
@@ -124,8 +124,8 @@ TEST_CASE(
     scene.objects.erase(scene.objects.begin());
     scene.objects[0].width_m = 1.6 * mm;
     scene.objects[0].position_m.z = 40 * mm;
-    scene.sampling.fan = 1.6;
-    scene.sampling.edge = 0.6;
+    scene.sampling.cone = 1.6;
+    scene.sampling.apodization = 0.6;
     struct Case {
       glm::ivec2 tiles;
       double padding;
@@ -145,8 +145,8 @@ TEST_CASE(
       RenderResult divided;
       const auto off = apart(device, scene, c.tiles, divided);
       if (c.oversampling)
-        REQUIRE(
-            (divided.plan.slabs[0].axes[0].refines() && divided.plan.slabs[0].axes[1].refines()));
+        REQUIRE((divided.plan.layers[0].axes[0].interpolates() &&
+                 divided.plan.layers[0].axes[1].interpolates()));
       const double predicted =
           std::hypot(divided.plan.padding_error, divided.plan.oversampling_error);
       INFO(c.tiles.x << " x " << c.tiles.y << ", padding " << c.padding << ", "
@@ -160,21 +160,21 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "with highlights, occluders, slabs and few rows, tiles are no farther from the points' field "
+    "with highlights, occluders, layers and few rows, tiles are no farther from the points' field "
     "than one piece and the padding") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
-    for (const int slabs : {1, 2}) {
+    for (const int layers : {1, 2}) {
       for (const auto tiles : divisions) {
         auto scene = ball_scene(folder);
-        scene.wrp.slabs = slabs;
-        if (slabs == 1) scene.wrp.oversampling = 1.5;
+        scene.wrp.layers = layers;
+        if (layers == 1) scene.wrp.oversampling = 1.5;
         RenderResult divided;
         const auto off = apart(device, scene, tiles, divided);
         const double predicted =
             std::hypot(divided.plan.padding_error, divided.plan.oversampling_error);
-        INFO(tiles.x << " x " << tiles.y << ", " << divided.plan.slabs.size()
-                     << " slabs: " << off.tiles_points << ", one piece " << off.whole_points
+        INFO(tiles.x << " x " << tiles.y << ", " << divided.plan.layers.size()
+                     << " layers: " << off.tiles_points << ", one piece " << off.whole_points
                      << ", predicted " << predicted);
         CHECK(divided.hidden_samples > 50);
         // Measured 0.12 for 0.14
@@ -287,7 +287,7 @@ TEST_CASE("the device holds at most 64 bytes per padded pixel of a tile, of one 
         RenderOptions options;
         options.fft = backend;
         const auto plan = render(device, scene, options).plan;
-        REQUIRE((plan.slabs[0].axes[0].refines() && plan.slabs[0].axes[1].refines()));
+        REQUIRE((plan.layers[0].axes[0].interpolates() && plan.layers[0].axes[1].interpolates()));
         const double bytes = static_cast<double>(device.peak_bytes()) /
                              (static_cast<double>(plan.padded.x) * plan.padded.y);
         INFO(device.info().name << ", padding " << padding << ": " << bytes << " bytes");
@@ -307,10 +307,11 @@ TEST_CASE("tiles that would not add up to the hologram are refused") {
                                                  ContainsSubstring("fans, mirrors and glass"));
   CHECK_NOTHROW(make_plan(scene, world, Method::rays));
   scene.sampling.mode = SamplingMode::aimed;
-  scene.sampling.fan = 1;
-  CHECK_THROWS_WITH(make_plan(scene, world), ContainsSubstring("sampling.fan less sampling.edge") &&
-                                                 ContainsSubstring("tiles [1, 1]"));
-  scene.sampling.edge = 0;
+  scene.sampling.cone = 1;
+  CHECK_THROWS_WITH(make_plan(scene, world),
+                    ContainsSubstring("sampling.cone less sampling.apodization") &&
+                        ContainsSubstring("tiles [1, 1]"));
+  scene.sampling.apodization = 0;
   CHECK_NOTHROW(make_plan(scene, world));
   scene.materials[0].reflectivity = 0.5;
   scene.trace.depth = 1;

@@ -146,7 +146,7 @@ TEST_CASE("keys left out have the documented defaults") {
   CHECK(scene.hologram.wavelength_m == 638e-9);
   CHECK_FALSE(scene.wrp.grid.has_value());
   CHECK(scene.wrp.distances_m.empty());
-  CHECK(scene.wrp.slabs == 1);
+  CHECK(scene.wrp.layers == 1);
   CHECK(scene.wrp.padding == 2);
   CHECK(scene.sampling.pitch_m == 1e-4);
   CHECK(scene.sampling.seed == 1);
@@ -212,8 +212,8 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {7, "distance = [\"95 mm\", 0.095]",
        "wrp: distance[1] must be more than the one before, 95 mm, got 0.095"},
       {7, "distance = [0.095, 0.1, 0]", "wrp: distance[2] must be 1 nm to 10000 m, got 0"},
-      {7, "slabs = 0", "wrp: slabs must be 1 to 16, got 0"},
-      {7, "slabs = \"many\"", "wrp: slabs must be a whole number, 1 to 16, got \"many\""},
+      {7, "layers = 0", "wrp: layers must be 1 to 16, got 0"},
+      {7, "layers = \"many\"", "wrp: layers must be a whole number, 1 to 16, got \"many\""},
       {8, "padding = 0.5", "wrp: padding must be 1 to 8, got 0.5"},
       {8, "padding = \"2\"", "wrp: padding must be a number, got \"2\""},
       {10, "mode = \"fen\"", "sampling: mode must be \"aimed\" or \"fan\", got \"fen\""},
@@ -302,22 +302,22 @@ TEST_CASE("tables of the wrong kind are refused with the heading they need") {
         "scene.toml:3: light 0: unknown key \"direction\" (keys here: type, intensity)");
 }
 
-TEST_CASE("WRPs stand at as many distances as are given, or in as many slabs as are wanted") {
+TEST_CASE("WRPs stand at as many distances as are given, or in as many layers as are wanted") {
   const Workshop workshop;
   const auto both = workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]"});
   REQUIRE(both.wrp.distances_m.size() == 2);
   CHECK_THAT(both.wrp.distances_m[0], Catch::Matchers::WithinRel(0.075, 1e-15));
   CHECK(both.wrp.distances_m[1] == 0.125);
-  CHECK(both.wrp.slabs == 2);
-  CHECK(workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]", "wrp.slabs=2"}).wrp.slabs == 2);
-  const auto planned = workshop.load(kScene, {"wrp.distance=auto", "wrp.slabs=3"});
+  CHECK(both.wrp.layers == 2);
+  CHECK(workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]", "wrp.layers=2"}).wrp.layers == 2);
+  const auto planned = workshop.load(kScene, {"wrp.distance=auto", "wrp.layers=3"});
   CHECK(planned.wrp.distances_m.empty());
-  CHECK(planned.wrp.slabs == 3);
-  CHECK(planned.given.contains("wrp.slabs"));
-  CHECK_FALSE(workshop.load(kScene, {"wrp.slabs=auto"}).given.contains("wrp.slabs"));
+  CHECK(planned.wrp.layers == 3);
+  CHECK(planned.given.contains("wrp.layers"));
+  CHECK_FALSE(workshop.load(kScene, {"wrp.layers=auto"}).given.contains("wrp.layers"));
   CHECK_THROWS_WITH(
-      workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]", "wrp.slabs=3"}),
-      "--set wrp.slabs=3: wrp: slabs must be the number of distances given, 2, got 3");
+      workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]", "wrp.layers=3"}),
+      "--set wrp.layers=3: wrp: layers must be the number of distances given, 2, got 3");
 }
 
 TEST_CASE("overrides take TOML values and bare strings, and the last one wins") {
@@ -394,7 +394,7 @@ TEST_CASE("a wrong override is named in place of the line") {
         "--set light.0.direction=[0, 0, true]: light 0: direction[2] must be a number, got true");
   CHECK(refusal("wrp.pading=1") ==
         "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: "
-        "grid, distance, slabs, padding, "
+        "grid, distance, layers, padding, "
         "oversampling)");
   CHECK_THAT(refusal("wpr.padding=1"),
              Catch::Matchers::StartsWith(

@@ -34,14 +34,14 @@ using reference::phase_turns_of_key;
 /// near_spots  as Gatherer has it; 0: all samples geometrically
 Fields gathered(const raywave::cl::Device& device, const Rig& rig, dvec3 centre,
                 double near_spots = 0, int frames = 1, std::uint32_t seed = 1,
-                std::size_t slab = 0) {
+                std::size_t layer = 0) {
   Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, frames, near_spots);
   gatherer.draw_phases(seed);
   const auto pixels =
       static_cast<std::size_t>(rig.plan.size.x) * static_cast<std::size_t>(rig.plan.size.y);
   raywave::cl::ComplexBuffer field(
       device, Fields(static_cast<std::size_t>(frames) * pixels, {7, 7}), "field");
-  gatherer.gather(Wrp{.centre_m = centre, .slab = slab}, field);
+  gatherer.gather(Wrp{.centre_m = centre, .layer = layer}, field);
   return field.read();
 }
 
@@ -81,8 +81,8 @@ TEST_CASE(
     for (const auto& [name, scene_z_m, centre, fan, edge] : cases) {
       auto stage = ball_before_wall(scene_z_m);
       CAPTURE(name);
-      stage.scene.sampling.fan = fan;
-      stage.scene.sampling.edge = edge;
+      stage.scene.sampling.cone = fan;
+      stage.scene.sampling.apodization = edge;
       const Rig rig(device, stage);
       REQUIRE(rig.samples.size() > 400);
       REQUIRE(rig.table.hidden > 20);
@@ -133,8 +133,8 @@ TEST_CASE("frames beyond those gathered together go on with the next seeds") {
 TEST_CASE("a hard fan lights exactly the pixels whose rays reach the hologram") {
   for (const double z_wrp : {19e-3, 15e-3, 23e-3}) {
     auto stage = one_point({13e-6, 13e-6, 20e-3});
-    stage.scene.sampling.fan = 1;
-    stage.scene.sampling.edge = 0;
+    stage.scene.sampling.cone = 1;
+    stage.scene.sampling.apodization = 0;
     for (const auto& device : all_devices()) {
       const Rig rig(device, stage);
       REQUIRE(rig.samples.size() == 1);
@@ -222,8 +222,8 @@ TEST_CASE(
       return compare_fields(gold.field, render(device, study(std::move(settings))).field)
           .correlation;
     };
-    const double hard = correlation({"sampling.fan=1.0", "sampling.edge=0"});
-    const double soft = correlation({"sampling.fan=1.2", "sampling.edge=0.2"});
+    const double hard = correlation({"sampling.cone=1.0", "sampling.apodization=0"});
+    const double soft = correlation({"sampling.cone=1.2", "sampling.apodization=0.2"});
     const double parallel = correlation(
         {"sampling.mode=fan", "sampling.source=surface", "sampling.shape=orthographic"});
     const double perspective =
@@ -282,14 +282,16 @@ Complex plane_waves(const Plan& plan, dvec3 p, dvec3 pixel) {
     const int count = 500;
     Complex sum = 0;
     for (int n = 0; n < count; ++n) {
-      const double at = ((n + 0.5) / count * 2 - 1) * plan.fan,
+      const double at = ((n + 0.5) / count * 2 - 1) * plan.cone_half_width,
                    tangent = (at * half - p[axis]) / p.z;
       const double e =
-          plan.edge > 0 ? std::clamp((plan.fan - std::abs(at)) / plan.edge, 0.0, 1.0) : 1.0;
+          plan.apodization > 0
+              ? std::clamp((plan.cone_half_width - std::abs(at)) / plan.apodization, 0.0, 1.0)
+              : 1.0;
       const double sine = tangent / std::hypot(1, tangent), cosine = 1 / std::hypot(1, tangent);
       // ds = cosine^3 d tangent
       const double weight =
-          e * e * (3 - 2 * e) * cosine * cosine * (2 * plan.fan * half / p.z / count);
+          e * e * (3 - 2 * e) * cosine * cosine * (2 * plan.cone_half_width * half / p.z / count);
       sum += weight *
              std::polar(1.0, wave_number * (sine * (pixel[axis] - p[axis]) - depth * (1 - cosine)));
     }
@@ -309,8 +311,8 @@ Stage near_point() {
   Stage stage;
   stage.add(rectangle({312.5e-6, -187.5e-6, 20e-3}, {10e-6, 0, 0}, {0, 10e-6, 0}));
   stage.scene.hologram = {{383, 347}, {3.74e-6, 3.74e-6}, 638e-9};
-  stage.scene.sampling.fan = 1.2;
-  stage.scene.sampling.edge = 0.2;
+  stage.scene.sampling.cone = 1.2;
+  stage.scene.sampling.apodization = 0.2;
   return stage;
 }
 
@@ -354,9 +356,9 @@ TEST_CASE("geometric footprints and plane waves agree where one takes over from 
     const Rig rig(device, near_point());
     const auto first = place(rig.samples.at(0)) + rig.plan.origin_m;
     const double half = rig.plan.size.x * rig.plan.pitch_m.x / 2,
-                 spot = rig.plan.wavelength_m * first.z / (2 * rig.plan.fan * half);
+                 spot = rig.plan.wavelength_m * first.z / (2 * rig.plan.cone_half_width * half);
     for (const double side : {1.0, -1.0}) {
-      const double depth = side * 12 * spot * first.z / (rig.plan.fan * half);
+      const double depth = side * 12 * spot * first.z / (rig.plan.cone_half_width * half);
       const dvec3 centre(first.x, first.y, first.z - depth);
       const auto geometric = gathered(device, rig, centre, 0),
                  waves = gathered(device, rig, centre, 20);
@@ -374,7 +376,7 @@ TEST_CASE("geometric footprints and plane waves agree where one takes over from 
 }
 
 TEST_CASE(
-    "every sample is gathered in one slab, also on the boundary of two, before the first and "
+    "every sample is gathered in one layer, also on the boundary of two, before the first and "
     "behind the last") {
   for (const auto& device : all_devices()) {
     Stage stage;
@@ -389,33 +391,33 @@ TEST_CASE(
     std::sort(depths.begin(), depths.end());
     depths.erase(std::unique(depths.begin(), depths.end()), depths.end());
     REQUIRE(depths.size() >= 5);
-    auto& slabs = rig.plan.slabs;
-    REQUIRE(slabs.size() == 1);
-    const auto whole = slabs[0];
+    auto& layers = rig.plan.layers;
+    REQUIRE(layers.size() == 1);
+    const auto whole = layers[0];
     const dvec3 centre(10e-6, -5e-6, 19.3e-3);
     const auto all = gathered(device, rig, centre), all_near = gathered(device, rig, centre, 12);
-    // Slabs that begin at a sample's own depth, a float's step behind it, and beyond all of them.
+    // Layers that begin at a sample's own depth, a float's step behind it, and beyond all of them.
     const double z0 = rig.plan.origin_m.z, first = z0 + double{depths[1]},
                  second = z0 + double{std::nextafter(depths[3], 1.0f)};
-    slabs.assign(4, whole);
-    slabs[0].end_m = slabs[1].begin_m = first;
-    slabs[1].end_m = slabs[2].begin_m = second;
-    slabs[2].end_m = slabs[3].begin_m = 1;
-    REQUIRE(slab_bounds(rig.plan, slabs[1]) ==
+    layers.assign(4, whole);
+    layers[0].end_m = layers[1].begin_m = first;
+    layers[1].end_m = layers[2].begin_m = second;
+    layers[2].end_m = layers[3].begin_m = 1;
+    REQUIRE(layer_bounds(rig.plan, layers[1]) ==
             std::pair(depths[1], std::nextafter(depths[3], 1.0f)));
-    const auto sum_of_slabs = [&](double near_spots) {
+    const auto sum_of_layers = [&](double near_spots) {
       std::vector<Complex> sum(all.size());
-      for (std::size_t slab = 0; slab < 4; ++slab) {
-        const auto part = gathered(device, rig, centre, near_spots, 1, 1, slab);
-        if (slab == 3) CHECK(energy_of(part) == 0);
-        if (slab < 3) CHECK(energy_of(part) > 0);
+      for (std::size_t layer = 0; layer < 4; ++layer) {
+        const auto part = gathered(device, rig, centre, near_spots, 1, 1, layer);
+        if (layer == 3) CHECK(energy_of(part) == 0);
+        if (layer < 3) CHECK(energy_of(part) > 0);
         for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += Complex(part[i]);
       }
       return sum;
     };
     // Sums in another order.
-    CHECK(reference::relative_error(sum_of_slabs(0), reference::to_double(all)) < 1e-6);
-    CHECK(reference::relative_error(sum_of_slabs(12), reference::to_double(all_near)) < 1e-6);
+    CHECK(reference::relative_error(sum_of_layers(0), reference::to_double(all)) < 1e-6);
+    CHECK(reference::relative_error(sum_of_layers(12), reference::to_double(all_near)) < 1e-6);
   }
 }
 
@@ -424,13 +426,13 @@ TEST_CASE(
     "hologram",
     "[slow]") {
   for (const auto& device : all_devices()) {
-    const auto scene = study({"sampling.fan=1.0", "sampling.edge=0"});
+    const auto scene = study({"sampling.cone=1.0", "sampling.apodization=0"});
     Stage stage;
     stage.scene = scene;
     stage.world = build_world(scene);
     const Rig rig(device, stage);
     const auto& plan = rig.plan;
-    const double z_wrp = plan.slabs[0].distance_m;
+    const double z_wrp = plan.layers[0].distance_m;
     double pairs = 0, asked = 0;
     for (const auto& s : rig.samples) {
       const auto p = place(s) + plan.origin_m;
@@ -513,7 +515,7 @@ FieldStack hologram_of(const raywave::cl::Device& device, const Stage& stage,
     Tracer(device, rig.scene, plan, rig.arrays, HitSource::bounced).trace(plan.wrps[0], 1, field);
   Propagator propagator(device, {plan.size, plan.pitch_m, plan.wavelength_m, 2});
   propagator.load(field);
-  propagator.add({{-plan.wrps[0].centre_m.x, -plan.wrps[0].centre_m.y}, plan.slabs[0].distance_m});
+  propagator.add({{-plan.wrps[0].centre_m.x, -plan.wrps[0].centre_m.y}, plan.layers[0].distance_m});
   propagator.collect(field);
   return {plan.size.x, plan.size.y, 1, field.read()};
 }
@@ -597,9 +599,9 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a glass slab shifts what lies behind it towards the viewer by t (1 - 1/n)") {
+TEST_CASE("a glass plate shifts what lies behind it towards the viewer by t (1 - 1/n)") {
   const double thickness = 1.5e-3, at = 21e-3;
-  const auto with_slab = [&](double half) {
+  const auto with_layer = [&](double half) {
     auto stage = bench();
     Material glass;
     glass.transparency = 1;
@@ -615,11 +617,11 @@ TEST_CASE("a glass slab shifts what lies behind it towards the viewer by t (1 - 
     return stage;
   };
   for (const auto& device : all_devices()) {
-    const auto stage = with_slab(13e-6);
+    const auto stage = with_layer(13e-6);
     const auto focus = brightest(device, stage, hologram_of(device, stage), 19.5e-3, 22e-3);
-    const double shown = energy(hologram_of(device, with_slab(0.16e-3))),
+    const double shown = energy(hologram_of(device, with_layer(0.16e-3))),
                  bare = energy(hologram_of(device, direct(0.16e-3)));
-    INFO("slab: focus at " << focus.z_m << ", energy over direct " << shown / bare);
+    INFO("layer: focus at " << focus.z_m << ", energy over direct " << shown / bare);
     CHECK(focus.z_m == Catch::Approx(at - thickness * (1 - 1 / 1.5)).margin(0.1e-3));
     CHECK(length(focus.at_m) < 25e-6);
     CHECK(shown / bare == Catch::Approx(1).margin(0.2));

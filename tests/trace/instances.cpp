@@ -93,7 +93,7 @@ std::vector<Motion> some_motions(const World& world, int kind) {
 
 }  // namespace
 
-TEST_CASE("rays meet bodies where the world has them, whatever moves") {
+TEST_CASE("rays meet instances where the world has them, whatever moves") {
   const auto stage = stage_of_three();
   for (const auto& device : all_devices()) {
     for (const int kind : {0, 1, 2}) {
@@ -139,7 +139,7 @@ TEST_CASE("rays meet bodies where the world has them, whatever moves") {
   }
 }
 
-TEST_CASE("moved bodies have the samples of a world that was made where they are") {
+TEST_CASE("moved instances have the samples of a world that was made where they are") {
   auto stage = stage_of_three();
   stage.scene.sampling.antialias = 4;
   stage.scene.trace.shadows = true;
@@ -164,8 +164,9 @@ TEST_CASE("moved bodies have the samples of a world that was made where they are
       // What faces away holds none of them: without its marks the same are found, but where a rim's
       // two sides lie within a layer.
       auto nodes = arrays.tree.nodes.read();
-      REQUIRE(std::any_of(nodes.begin(), nodes.end(),
-                          [](const auto& n) { return device::facing_spread(n.left_count) > 0; }));
+      REQUIRE(std::any_of(nodes.begin(), nodes.end(), [](const auto& n) {
+        return device::normal_cone_spread(n.left_count) > 0;
+      }));
       for (auto& n : nodes) {
         n.left_count = BVH_COUNT(n.left_count);
         n.right_count = BVH_COUNT(n.right_count);
@@ -200,15 +201,15 @@ TEST_CASE("moved bodies have the samples of a world that was made where they are
 }
 
 /// What kernels/scene/bvh.h asks.
-bool turns_away(std::int32_t facing, const device::Body& body) {
+bool turns_away(std::int32_t facing, const device::Instance& instance) {
   int along = 0;
-  for (int i = 0; i < 3; ++i) along += device::facing_axis(facing, i) * body.view[i];
-  return device::facing_spread(facing) > 0 &&
-         2 * along > VIEW_STEPS * device::facing_spread(facing) + body.view_margin;
+  for (int i = 0; i < 3; ++i) along += device::normal_cone_axis(facing, i) * instance.view[i];
+  return device::normal_cone_spread(facing) > 0 &&
+         2 * along > VIEW_STEPS * device::normal_cone_spread(facing) + instance.view_margin;
 }
 
 TEST_CASE(
-    "what a facing's bits say turns away does, seen from the eye to anywhere in the body, and "
+    "what a facing's bits say turns away does, seen from the eye to anywhere in the instance, and "
     "little else is kept") {
   Random random(5);
   const auto direction = [&] {
@@ -218,18 +219,18 @@ TEST_CASE(
   };
   int away = 0, wanted = 0;
   for (int i = 0; i < 100000; ++i) {
-    const Facing facing{i % 7 == 0 ? dvec3(0, -1, 0) : direction(), uniform(random, 0, 1.2)};
-    const auto bits = facing_bits(facing);
+    const NormalCone facing{i % 7 == 0 ? dvec3(0, -1, 0) : direction(), uniform(random, 0, 1.2)};
+    const auto bits = normal_cone_bits(facing);
     REQUIRE(BVH_COUNT(bits) == 0);
     const dvec3 middle = direction(), eye = middle + direction() * uniform(random, 0.5, 20);
     const double radius = uniform(random, 0, 1);
-    device::Body body{};
-    set_view(body, middle, radius, eye);
+    device::Instance instance{};
+    set_view(instance, middle, radius, eye);
     const dvec3 normal = glm::normalize(facing.axis + direction() * facing.spread * 0.999),
                 place = middle + direction() * radius;
     // Of unit length, and within the spread.
     if (!(glm::length(normal - facing.axis) <= facing.spread)) continue;
-    const bool is_away = turns_away(bits, body);
+    const bool is_away = turns_away(bits, instance);
     if (is_away) REQUIRE(glm::dot(normal, place - eye) > 0);
     // Everything turns away by more than what the bits round.
     const double distance = glm::length(middle - eye);
@@ -252,8 +253,8 @@ TEST_CASE("what turns away holds nothing but inner sides of closed meshes, and m
     for (const dvec3 eye :
          {dvec3(0, 0, -10e-3), dvec3(5e-3, 2e-3, 1e-3), dvec3(-0.1e-3, 9e-3, -8e-3)}) {
       double inner = 0;
-      auto body = arrays.tree.bodies.read()[0];
-      set_view(body, dvec3(0), 0.8e-3, eye);
+      auto instance = arrays.tree.instances.read()[0];
+      set_view(instance, dvec3(0), 0.8e-3, eye);
       const auto inner_side = [&](std::size_t i) {
         const auto& t = corners[i];
         const dvec3 a(t.a[0], t.a[1], t.a[2]), b(t.b[0], t.b[1], t.b[2]), c(t.c[0], t.c[1], t.c[2]);
@@ -267,7 +268,7 @@ TEST_CASE("what turns away holds nothing but inner sides of closed meshes, and m
         const auto look_at = [&](const float* min, const float* max, std::int32_t child,
                                  std::int32_t count) {
           if (min[0] > max[0]) return;
-          const bool away = above || turns_away(count, body);
+          const bool away = above || turns_away(count, instance);
           if (BVH_COUNT(count) == 0) return visit(child, away);
           for (int i = child; i < child + BVH_COUNT(count); ++i) {
             if (away) REQUIRE(inner_side(static_cast<std::size_t>(i)));

@@ -22,9 +22,9 @@ Plan small_plan(glm::ivec2 size) {
   plan.size = plan.tile_size = size;
   plan.pitch_m = {4e-6, 4e-6};
   plan.wavelength_m = 638e-9;
-  plan.slabs = {{.distance_m = 60e-3}};
-  plan.fan = 1.2;
-  plan.tile_fan = glm::dvec2(1.2);
+  plan.layers = {{.distance_m = 60e-3}};
+  plan.cone_half_width = 1.2;
+  plan.tile_cone = glm::dvec2(1.2);
   plan.wrps = {{{0.2e-3, -0.7e-3, 60e-3}, {}, {0, 0}, 0}};
   return plan;
 }
@@ -34,12 +34,12 @@ WrpAxis every(const Plan& plan, int axis) { return {plan.size[axis], plan.pitch_
 /// Spherical waves that converge to places in the hologram's window and its cone's edge, as they
 /// cross the WRP at (x, y).
 Complex converging(const Plan& plan, double x_m, double y_m) {
-  const auto reach = plan.fan * plan.window_m() / 2.0;
+  const auto reach = plan.cone_half_width * plan.window_m() / 2.0;
   Complex sum = 0;
   for (int i = 0; i < 9; ++i) {
     const double to_x_m = (i * 2 % 9 / 4.0 - 1) * reach.x, to_y_m = (i / 4.0 - 1) * reach.y;
     const double turns =
-        -std::hypot(x_m - to_x_m, y_m - to_y_m, plan.slabs[0].distance_m) / plan.wavelength_m;
+        -std::hypot(x_m - to_x_m, y_m - to_y_m, plan.layers[0].distance_m) / plan.wavelength_m;
     sum += std::polar(1.0, 2 * std::numbers::pi * (turns - std::round(turns) + 0.37 * i * i));
   }
   return sum;
@@ -59,14 +59,15 @@ std::vector<std::complex<float>> sampled(const Plan& plan, const WrpAxes& axes) 
   return field;
 }
 
-std::vector<std::complex<float>> refined(const cl::Device& device, const Plan& plan,
-                                         const std::vector<std::complex<float>>& stack, int frame) {
+std::vector<std::complex<float>> interpolated(const cl::Device& device, const Plan& plan,
+                                              const std::vector<std::complex<float>>& stack,
+                                              int frame) {
   const cl::ComplexBuffer coarse(device, stack, "gathered");
   cl::ComplexBuffer fine(
       device,
       std::vector<std::complex<float>>(static_cast<std::size_t>(plan.size.x * plan.size.y), {7, 7}),
-      "refined");
-  Refiner(device).refine(plan, plan.wrps[0], coarse, frame, fine);
+      "interpolated");
+  Interpolator(device).interpolate(plan, plan.wrps[0], coarse, frame, fine);
   return fine.read();
 }
 
@@ -78,10 +79,10 @@ TEST_CASE(
     auto plan = small_plan(size);
     const auto wanted = to_double(sampled(plan, {every(plan, 0), every(plan, 1)}));
     for (const double oversampling : {1.2, 1.5, 2.0, 3.0}) {
-      const auto axes = plan.slabs[0].axes = axes_for_band(plan, plan.slabs[0], oversampling);
+      const auto axes = plan.layers[0].axes = axes_for_band(plan, plan.layers[0], oversampling);
       CAPTURE(size.x, size.y, oversampling, axes[0].count, axes[1].count);
-      CHECK(axes[0].refines() == (size.x > 9));
-      CHECK(axes[1].refines() == (size.y > 9));
+      CHECK(axes[0].interpolates() == (size.x > 9));
+      CHECK(axes[1].interpolates() == (size.y > 9));
       auto stack = std::vector<std::complex<float>>(plan.gathered_pixels(), {NAN, NAN});
       const auto field = sampled(plan, axes);
       stack.insert(stack.end(), field.begin(), field.end());
@@ -91,7 +92,7 @@ TEST_CASE(
           auto info = found.info();
           info.float_lanes = lanes;
           const double error =
-              relative_error(to_double(refined(cl::Device(info), plan, stack, 1)), wanted);
+              relative_error(to_double(interpolated(cl::Device(info), plan, stack, 1)), wanted);
           INFO(info.name << ", " << lanes << " lanes: error " << error);
           CHECK(error < 1.5e-3);
         }
@@ -106,7 +107,7 @@ TEST_CASE(
   auto plan = small_plan({300, 400});
   plan.wrps[0].centre_m = {0, 0, 60e-3};
   const auto axes = [&](double oversampling) {
-    return axes_for_band(plan, plan.slabs[0], oversampling);
+    return axes_for_band(plan, plan.layers[0], oversampling);
   };
   for (const int axis : {0, 1}) {
     CAPTURE(axis);
@@ -115,21 +116,21 @@ TEST_CASE(
                  length = (plan.size[axis] - 1) * 4e-6;
     const auto at = static_cast<std::size_t>(axis);
     CHECK(std::abs(axes(1.5)[at].count - (length * 2 * half_band * 1.5 + 15)) < 3);
-    CHECK_FALSE(axes(100)[at].refines());
+    CHECK_FALSE(axes(100)[at].interpolates());
     CHECK(axes(100)[at].count == plan.size[axis]);
     CHECK(axes(100)[at].pitch_m == 4e-6);
   }
   // A cone that fills the pixels' band along the long side alone, and along both.
-  plan.slabs[0].distance_m = plan.wrps[0].centre_m.z = 15e-3;
+  plan.layers[0].distance_m = plan.wrps[0].centre_m.z = 15e-3;
   plan.size = plan.tile_size = {100, 400};
-  CHECK(axes(1.5)[0].refines());
-  CHECK_FALSE(axes(1.5)[1].refines());
+  CHECK(axes(1.5)[0].interpolates());
+  CHECK_FALSE(axes(1.5)[1].interpolates());
   plan.size = plan.tile_size = {400, 100};
-  CHECK_FALSE(axes(1.5)[0].refines());
-  CHECK(axes(1.5)[1].refines());
+  CHECK_FALSE(axes(1.5)[0].interpolates());
+  CHECK(axes(1.5)[1].interpolates());
   plan.size = plan.tile_size = {400, 400};
-  CHECK_FALSE(axes(1.5)[0].refines());
-  CHECK_FALSE(axes(1.5)[1].refines());
+  CHECK_FALSE(axes(1.5)[0].interpolates());
+  CHECK_FALSE(axes(1.5)[1].interpolates());
 }
 
 TEST_CASE("what fewer columns and rows cost the hologram is predicted within a factor of 2") {
@@ -153,10 +154,10 @@ TEST_CASE("what fewer columns and rows cost the hologram is predicted within a f
     };
     for (const auto& device : test::all_devices()) {
       const auto wanted = render(device, scene_with("full"));
-      REQUIRE_FALSE(wanted.plan.slabs[0].refines());
+      REQUIRE_FALSE(wanted.plan.layers[0].interpolates());
       for (const char* oversampling : {"1.25", "1.5", "2"}) {
         const auto got = render(device, scene_with(oversampling));
-        const auto size = got.plan.gathered_size(got.plan.slabs[0]);
+        const auto size = got.plan.gathered_size(got.plan.layers[0]);
         const double error =
             relative_error(to_double(got.field.samples), to_double(wanted.field.samples));
         INFO(device.info().name << ", " << c.resolution << ", WRPs at " << c.distance
@@ -164,8 +165,8 @@ TEST_CASE("what fewer columns and rows cost the hologram is predicted within a f
                                 << size.y << " pixels: error " << error << ", predicted "
                                 << got.plan.oversampling_error);
         if (oversampling == std::string("1.5")) {
-          CHECK(got.plan.slabs[0].axes[0].refines() == c.columns);
-          CHECK(got.plan.slabs[0].axes[1].refines() == c.rows);
+          CHECK(got.plan.layers[0].axes[0].interpolates() == c.columns);
+          CHECK(got.plan.layers[0].axes[1].interpolates() == c.rows);
         }
         CHECK(got.plan.oversampling_error >= error / 2);
         CHECK(got.plan.oversampling_error <= 2 * error);

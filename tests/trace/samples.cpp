@@ -168,7 +168,7 @@ TEST_CASE(
     CHECK(unsure < 20);
     CHECK(on_sphere > 800);
     CHECK(on_plane > 2000);
-    // Facets lie within 2 R (1 - cos(pi / 280)) = 57 nm of the sphere.
+    // AreaSamples lie within 2 R (1 - cos(pi / 280)) = 57 nm of the sphere.
     CHECK(off_sphere < 6e-8);
     CHECK(off_depth < 7e-8);
     CHECK(off_normal < 2e-4);
@@ -460,7 +460,8 @@ TEST_CASE(
   for (const auto& device : all_devices()) {
     for (const auto& stage : stages) {
       const Rig rig(device, stage);
-      const auto half = dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * std::max(1.0, rig.plan.fan);
+      const auto half =
+          dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * std::max(1.0, rig.plan.cone_half_width);
       const int parts = rig.table.view_parts;
       int seen = 0, blind = 0, wrong = 0, hidden = 0, unseen = 0;
       for (std::size_t i = 0; i < rig.samples.size(); ++i) {
@@ -515,10 +516,10 @@ TEST_CASE("nothing of a lone sphere is called hidden but its silhouette") {
   stage.scene.hologram.pitch_m = {40e-6, 40e-6};
   for (const auto& device : all_devices()) {
     const Rig rig(device, stage);
-    const auto half = dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * rig.plan.fan;
+    const auto half = dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * rig.plan.cone_half_width;
     int wrong = 0;
     for (const auto& s : rig.samples) {
-      // Seen from all corners of the window by a margin of the facets' slope, 0.9 degrees.
+      // Seen from all corners of the window by a margin of the area_samples' slope, 0.9 degrees.
       const auto p = place(s) + rig.plan.origin_m;
       double least = 1;
       for (const double x : {-half.x, half.x})

@@ -230,7 +230,7 @@ TEST_CASE(
         INFO("z " << z_m << ", from " << low << ": rms " << rms << ", worst " << worst << ", off "
                   << off);
         // Measured 2e-5, and 3e-4 where one ray takes the other side of the mesh's silhouette,
-        // whose facets are 2e-7 m inside the sphere.
+        // whose area_samples are 2e-7 m inside the sphere.
         CHECK(rms < 1e-3);
         CHECK(worst < 3 * 1.38 / (points * points));
         CHECK(off <= 4);

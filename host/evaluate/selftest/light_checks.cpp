@@ -164,7 +164,7 @@ Finding traced(const cl::Device& device, Stage stage, double reach) {
   scene.wrp.grid = glm::ivec2(1, 1);
   const auto plan = make_plan(scene, stage.world);
   Wrp wrp;
-  wrp.centre_m = {0.031e-3, -0.017e-3, plan.slabs[0].distance_m};
+  wrp.centre_m = {0.031e-3, -0.017e-3, plan.layers[0].distance_m};
   // Tangents as the device has them, a little off a regular grid, so that none runs along an edge.
   for (int j = 0; j < 5; ++j)
     for (int i = 0; i < 5; ++i)

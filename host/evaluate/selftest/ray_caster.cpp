@@ -53,7 +53,7 @@ DeviceTree upload(const cl::Device& device, const Bvh& bvh) {
   return {{device, bvh.nodes, "nodes"},
           {device, triangles, "triangles"},
           {device, positions, "vertices"},
-          {device, std::vector{body_at_rest()}, "bodies"}};
+          {device, std::vector{instance_at_rest()}, "instances"}};
 }
 
 RayCaster::RayCaster(const cl::Device& device, int lanes, const Bvh& bvh, int depth)
@@ -74,7 +74,7 @@ std::vector<reference::Hit> RayCaster::nearest(std::span<const reference::Ray> r
   const auto t_u_v = guarded<float>(device_, 3 * n, "t, u, v");
   program_.kernel("intersect_nearest")
       .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions,
-           tree_.bodies, planes, static_cast<std::int32_t>(n), triangle, t_u_v);
+           tree_.instances, planes, static_cast<std::int32_t>(n), triangle, t_u_v);
   const auto ids = read(triangle, n);
   const auto values = read(t_u_v, 3 * n);
   std::vector<reference::Hit> hits(n);
@@ -89,7 +89,7 @@ std::vector<int> RayCaster::occluded(std::span<const reference::Ray> rays) {
   const auto result = guarded<std::int32_t>(device_, n, "occluded");
   program_.kernel("intersect_any")
       .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions,
-           tree_.bodies, planes, static_cast<std::int32_t>(n), result);
+           tree_.instances, planes, static_cast<std::int32_t>(n), result);
   return read(result, n);
 }
 

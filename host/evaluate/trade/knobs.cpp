@@ -137,7 +137,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
     for (const auto& value : spec.quick ? thinned(values, quick_values) : values) {
       auto knobs = base;
       knob->set(knobs, value);
-      if (knobs.edge > knobs.fan) continue;
+      if (knobs.apodization > knobs.cone) continue;
       const std::string text =
           value.is_string() ? value.get<std::string>() : number_text(value.get<double>());
       step(key, key == std::string("sampling.pitch") ? length_text(value.get<double>()) : text,
@@ -148,11 +148,11 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
   vary("sampling.frames", {frames_tried.begin(), frames_tried.end()}, 3);
   vary("wrp.padding", {paddings_tried.begin(), paddings_tried.end()}, 3);
   vary("wrp.oversampling", {"full", 1.25, 1.5, 2.0}, 2);
-  if (!trade.scene.given.contains("wrp.distance")) vary("wrp.slabs", {1, 2, 3, 4}, 2);
+  if (!trade.scene.given.contains("wrp.distance")) vary("wrp.layers", {1, 2, 3, 4}, 2);
   vary("sampling.antialias", {0, 2, 4}, 3);
   vary("sampling.visibility", {0, 4, 8, 16}, 2);
-  vary("sampling.fan", {1.0, 1.1, 1.2, 1.4}, 2);
-  vary("sampling.edge", {0.0, 0.1, 0.2, 0.3, 0.4}, 2);
+  vary("sampling.cone", {1.0, 1.1, 1.2, 1.4}, 2);
+  vary("sampling.apodization", {0.0, 0.1, 0.2, 0.3, 0.4}, 2);
   vary("accuracy.precision", {"float", "extended"}, 2);
   if (trade.device.fp64) vary("accuracy.precision", {"double"}, 1);
   if (!spec.fft) {
@@ -168,7 +168,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
       knobs.mode = SamplingMode::fan;
       knobs.source = source;
       knobs.shape = shape;
-      knobs.slabs = 1;  // rays pass from slab to slab
+      knobs.layers = 1;  // rays pass from layer to layer
       const auto json = json_of(knobs);
       step("sampling.mode",
            "fan, " + json["sampling.source"].get<std::string>() + ", " +
@@ -189,11 +189,11 @@ Scene with_knobs(Scene scene, const TradeKnobs& knobs) {
   s.mode = knobs.mode;
   s.source = knobs.source;
   s.shape = knobs.shape;
-  s.fan = knobs.fan;
-  s.edge = knobs.edge;
+  s.cone = knobs.cone;
+  s.apodization = knobs.apodization;
   scene.wrp.padding = knobs.padding;
   scene.wrp.oversampling = knobs.oversampling;
-  scene.wrp.slabs = knobs.slabs;
+  scene.wrp.layers = knobs.layers;
   scene.accuracy.precision = knobs.precision;
   return scene;
 }
@@ -201,8 +201,8 @@ Scene with_knobs(Scene scene, const TradeKnobs& knobs) {
 TradeKnobs knobs_of(const Scene& scene, Precision precision, cl::FftBackend fft) {
   const auto& s = scene.sampling;
   const auto& w = scene.wrp;
-  return {s.pitch_m, s.frames, w.padding, w.oversampling, w.slabs, s.antialias, s.visibility,
-          s.mode,    s.source, s.shape,   s.fan,          s.edge,  precision,   fft};
+  return {s.pitch_m, s.frames, w.padding, w.oversampling, w.layers,      s.antialias, s.visibility,
+          s.mode,    s.source, s.shape,   s.cone,         s.apodization, precision,   fft};
 }
 
 const std::vector<TradeKnob>& trade_knobs() {
@@ -211,14 +211,14 @@ const std::vector<TradeKnob>& trade_knobs() {
       plain("sampling.frames", &TradeKnobs::frames),
       plain("wrp.padding", &TradeKnobs::padding),
       oversampling_knob(),
-      plain("wrp.slabs", &TradeKnobs::slabs),
+      plain("wrp.layers", &TradeKnobs::layers),
       plain("sampling.antialias", &TradeKnobs::antialias),
       plain("sampling.visibility", &TradeKnobs::visibility),
       named("sampling.mode", &TradeKnobs::mode, std::array{"aimed", "fan"}),
       named("sampling.source", &TradeKnobs::source, std::array{"hit", "surface"}),
       named("sampling.shape", &TradeKnobs::shape, std::array{"orthographic", "perspective"}),
-      plain("sampling.fan", &TradeKnobs::fan),
-      plain("sampling.edge", &TradeKnobs::edge),
+      plain("sampling.cone", &TradeKnobs::cone),
+      plain("sampling.apodization", &TradeKnobs::apodization),
       named("accuracy.precision", &TradeKnobs::precision,
             std::array{name_of(Precision::floats), name_of(Precision::extended),
                        name_of(Precision::doubles)}),
@@ -279,9 +279,9 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
       knobs.padding = c.padding;
       knobs.frames = c.frames;
       knobs.oversampling = c.oversampling ? c.oversampling : trade.scene.wrp.oversampling;
-      knobs.slabs = c.slabs;
-      knobs.fan = c.cone.fan;
-      knobs.edge = c.cone.edge;
+      knobs.layers = c.layers;
+      knobs.cone = c.cone.half_width;
+      knobs.apodization = c.cone.apodization;
       knobs.antialias = antialias;
       knobs.visibility = visibility;
       trade.together.push_back(rows.add(knobs, false));

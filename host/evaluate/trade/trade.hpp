@@ -24,12 +24,12 @@ struct TradeKnobs {
   int frames = 1;
   double padding = 2;
   std::optional<double> oversampling;
-  int slabs = 1;
+  int layers = 1;
   int antialias = 4, visibility = 8;
   SamplingMode mode = SamplingMode::aimed;
   FanSource source = FanSource::hit;
   FanShape shape = FanShape::orthographic;
-  double fan = 1.2, edge = 0.2;
+  double cone = 1.2, apodization = 0.2;
   Precision precision = Precision::floats;
   cl::FftBackend fft = cl::FftBackend::host;
 
