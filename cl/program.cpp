@@ -5,7 +5,7 @@
 #include <set>
 #include <sstream>
 
-#include "cl/cache.hpp"
+#include "host/common/cache.hpp"
 #include "cl/program_folder.hpp"
 
 namespace raywave::cl {

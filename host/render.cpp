@@ -13,11 +13,13 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
+#include "host/plan/make_plan.hpp"
 #include "host/plan/memory.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/trace/fan_tracer.hpp"
 #include "host/trace/gatherer.hpp"
 #include "host/trace/interpolator.hpp"
+#include "host/trace/tuning.hpp"
 
 namespace raywave {
 namespace {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "host/plan/planner.hpp"
+#include "host/plan/presets.hpp"
 
 namespace raywave::cli {
 

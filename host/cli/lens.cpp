@@ -6,6 +6,7 @@
 #include "host/cli/commands.hpp"
 #include "host/cli/picture_options.hpp"
 #include "host/cli/progress.hpp"
+#include "host/plan/make_plan.hpp"
 
 namespace raywave::cli {
 

@@ -7,6 +7,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/trace/tuning.hpp"
 
 namespace raywave::cli {
 

@@ -10,7 +10,7 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/evaluate/report.hpp"
-#include "host/plan/rates.hpp"
+#include "host/trace/tuning.hpp"
 #include "host/scene/image.hpp"
 
 namespace raywave::cli {

@@ -9,6 +9,7 @@
 #include "host/cli/commands.hpp"
 #include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/device_json.hpp"
+#include "host/trace/tuning.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave::cli {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "host/propagate/propagator.hpp"
-#include "host/trace/gatherer.hpp"
+#include "host/plan/footprint.hpp"
+#include "host/plan/memory.hpp"
 
 namespace raywave {
 namespace {
@@ -49,13 +49,10 @@ struct Crossing {
 /// at_m  where the sample's ray to a tile's centre crosses the WRPs, which reach from first to last
 Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at_m, double z_m,
                   double first_m, double last_m) {
-  const double window = plan.tile_window_m()[axis], fan = plan.tile_cone[axis];
-  const double spot = plan.wavelength_m * z_m / (std::max(fan, 1e-3) * window),
-               cone = fan * window / 2 * std::abs(1 - layer.distance_m / z_m);
-  const bool near = cone < Gatherer::default_near_spots * spot;
-  const double half = cone + (near ? Gatherer::near_tail * spot : 0);
-  const double low = std::max(at_m - half, first_m), high = std::min(at_m + half, last_m);
-  return low < high ? Crossing{(high - low) / plan.gathered_pitch_m(layer)[axis], near}
+  const auto footprint = footprint_of(plan, axis, layer.distance_m, z_m);
+  const double low = std::max(at_m - footprint.reach_m(), first_m),
+               high = std::min(at_m + footprint.reach_m(), last_m);
+  return low < high ? Crossing{(high - low) / plan.gathered_pitch_m(layer)[axis], footprint.is_near()}
                     : Crossing{};
 }
 
@@ -144,7 +141,7 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
                 work.samples * parts +
                 view.pierced * samples_of_a_cell * (plan.view_parts > 0 ? views_of_a_sample : 0)) +
       levels_of_a_picture;
-  const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / Gatherer::most_frames);
+  const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / most_frames_together);
   const auto lights = static_cast<double>(
       std::count_if(scene.lights.begin(), scene.lights.end(),
                     [](const Light& l) { return l.type != LightType::ambient; }));
@@ -165,8 +162,6 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   }
   return work;
 }
-
-DeviceRates default_rates() { return {"default", 1.85e-9, 1.55e-9, 1.24e-9, 0.125e-9, 1e-9}; }
 
 Band rows_kept(const Plan& plan, const Wrp& wrp) {
   const Axis axis{plan.padded.y, plan.pitch_m.y, plan.tile_size.y};

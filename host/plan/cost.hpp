@@ -3,13 +3,9 @@
 /// `raywave tune` measures its rates.
 #pragma once
 
-#include <cstdint>
-#include <string>
-
-#include "cl/device.hpp"
-#include "cl/fft.hpp"
 #include "host/plan/front_view.hpp"
-#include "host/propagate/propagator_engine.hpp"
+#include "host/plan/padded_plane.hpp"
+#include "host/plan/rates.hpp"
 
 namespace raywave {
 
@@ -46,15 +42,6 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
 
 /// Work::butterflies, all that the padding changes.
 double count_butterflies(const Plan& plan, int frames);
-
-/// Seconds that a device takes per operation, all of its compute units together.
-struct DeviceRates {
-  std::string device;  // "default" for figures that no measurement stands behind
-  double ray_s = 0, pair_s = 0, pixel_s = 0, butterfly_s = 0, level_s = 0;
-};
-
-/// Of PoCL on two cores of a server processor.
-DeviceRates default_rates();
 
 struct StageTimes {
   double samples_s = 0, trace_s = 0, propagate_s = 0, encode_s = 0;

@@ -3,37 +3,35 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <vector>
 
-#include "cl/buffer.hpp"
+#include "host/common/memory_need.hpp"
 #include "host/geometry/world.hpp"
+#include "host/plan/device_figures.hpp"
 #include "host/plan/plan.hpp"
 
 namespace raywave {
+
+/// Frames that one gathering makes, at most: rays, visibility and shading are shared.
+inline constexpr int most_frames_together = 16;
+
+/// Buffers of levels: while one is copied to the host, the next field is encoded into another.
+inline constexpr std::size_t level_buffers = 2;
 
 /// Frames whose fields are held at the same time: as many as share one gathering and fit into half
 /// a gigabyte, one WRP's into one buffer.
 int frames_together(const Scene& scene, const Plan& plan, std::uint64_t largest_buffer_bytes);
 
-/// What there is.
-struct MemoryLimits {
-  static constexpr auto none = std::numeric_limits<std::uint64_t>::max();
-  std::uint64_t device_bytes = none, largest_buffer_bytes = none, host_bytes = none;
-  bool device_on_host = true;  // the device's memory is the host's
-};
-MemoryLimits limits_of(const cl::DeviceInfo& device);
-
 /// How a plan is carried out, as far as memory depends on it.
 struct MemoryUse {
   Method method = Method::wrp;
-  cl::FftBackend fft = cl::FftBackend::host;
+  FftBackend fft = FftBackend::host;
   bool keep_field = true;  // at the hologram, in the host's memory
 };
 
 /// All but the surface samples, which only the device finds.
 struct MemoryNeeds {
-  std::vector<cl::MemoryNeed> device;
+  std::vector<MemoryNeed> device;
   // Beside what is on the device: what is returned, and transforms on the host
   std::uint64_t host_bytes = 0;
 

@@ -8,8 +8,6 @@
 #include <numbers>
 #include <numeric>
 
-#include "host/evaluate/quality.hpp"
-
 namespace raywave {
 namespace {
 
@@ -184,7 +182,7 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
     blur_gaussian(shown, view.size, blur_m / z_m / view.step);
   }
   const auto window = glm::dvec2(plan.size * plan.grid) * plan.pitch_m;
-  const auto border = static_cast<double>(QualitySpec{}.border_px) * plan.pitch_m;
+  const auto border = static_cast<double>(picture_border_px) * plan.pitch_m;
   double peak = 0, ll = 0, ls = 0, ss = 0, before_blur = 0, edges = 0;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {

@@ -7,6 +7,7 @@
 
 #include "host/plan/cone.hpp"
 #include "host/plan/front_view.hpp"
+#include "host/plan/judged_pictures.hpp"
 
 namespace raywave {
 
@@ -47,10 +48,6 @@ struct PictureModel {
   glm::dvec2 spot_m{0, 0};  // the hologram's limit, wavelength z / width, at the scene's middle
   std::vector<PictureRow> rows;
 };
-
-/// Standard deviation of the Gaussian that stands for a viewer who resolves no more, as in `raywave
-/// quality` at sampling.pitch.
-inline constexpr double blur_of_resolution = 0.6;
 
 /// plan  its fan and edge are the cone
 PictureModel picture_model(const FrontView& view, const Plan& plan, double resolution_m);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From a scene to what will be computed: where the WRPs stand, which rays start on them, what it
-/// takes. A pure function, printed by `raywave plan` and followed by `raywave render`.
+/// What will be computed: where the WRPs stand, which rays start on them, what it takes. Made by
+/// host/plan/make_plan.hpp; everything after planning reads it.
 #pragma once
 
 #include <array>
@@ -12,10 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "cl/fft.hpp"
-#include "host/geometry/world.hpp"
 #include "host/plan/cone.hpp"
-#include "host/plan/precision.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {
@@ -85,6 +82,18 @@ struct DepthLayer {
 
   bool interpolates() const { return axes[0].interpolates() || axes[1].interpolates(); }
 };
+
+/// Predicted errors of phase in turns, root mean square over a field; 2 pi times their sum is the
+/// field's relative L2 error.
+struct PhaseError {
+  double waves_turns = 0;      // from samples, or hits, to the pixels of the WRPs
+  double bounces_turns = 0;    // of paths over mirrors and through glass
+  double propagate_turns = 0;  // from the WRPs to the hologram
+
+  double total_turns() const { return waves_turns + bounces_turns + propagate_turns; }
+};
+
+using PhaseErrors = std::array<PhaseError, 3>;  // by Precision
 
 struct Plan {
   glm::ivec2 size{1, 1};       // pixels of the hologram
@@ -158,29 +167,5 @@ WrpsExtent wrps_extent(const Plan& plan, const DepthLayer& layer);
 
 /// Depths of a layer's samples as devices compare them, scene frame.
 std::pair<float, float> layer_bounds(const Plan& plan, const DepthLayer& layer);
-
-/// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through
-///         the hologram, more than 1024 WRPs, tiles that would not add up to the hologram)
-///
-/// hologram.tiles "auto" is one here; fitting_plan (host/plan/memory.hpp) knows how many fit.
-/// rays_per_axis  of Method::rays: directions across the cone that the SLM's pixels can show
-/// has_doubles    whether the device can compute in doubles, for accuracy.precision "auto"
-/// moved_from     the plan of the same scene before its objects moved, if any: its predicted errors
-///                stand, which take long
-Plan make_plan(const Scene& scene, const World& world, Method method = Method::wrp,
-               int rays_per_axis = 100, bool has_doubles = false, const Plan* moved_from = nullptr);
-
-/// Why the hologram can only be computed in one piece; empty: it can be divided.
-std::string why_in_one_piece(const Plan& plan, Method method);
-
-/// Divides a plan's hologram into tiles: Plan::tile_grid, tile_size, tiles, padded, tile_cone and
-/// tile_apodization.
-void divide(Plan& plan, glm::ivec2 tile_grid, double padding);
-
-/// Rows or columns of a fan (paper, Eq. 4-7): tangents across an aperture `window_m` wide seen from
-/// `distance_m` away, turned by shift / distance, spaced so that neighbours lie `pitch_m` apart at
-/// `depth_m` behind the plane.
-std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m,
-                                 double pitch_m);
 
 }  // namespace raywave

@@ -85,12 +85,4 @@ const char* name_of(Precision precision) {
   return names[static_cast<std::size_t>(precision)];
 }
 
-std::string precision_option(const cl::DeviceInfo& device, Precision precision) {
-  if (precision == Precision::doubles && !device.fp64)
-    throw cl::DeviceError(
-        device.name +
-        " has no double precision; set accuracy.precision to \"extended\" or \"auto\"");
-  return std::to_string(static_cast<int>(precision));
-}
-
 }  // namespace raywave

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "host/plan/make_plan.hpp"
 #include "host/reference/stage.hpp"
 
 #include <glm/common.hpp>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/trace/fan_tracer.hpp"
+#include "host/trace/precision_option.hpp"
 
 #include <algorithm>
 #include <chrono>

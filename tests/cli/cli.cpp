@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "host/common/npy.hpp"
-#include "host/plan/rates.hpp"
+#include "host/trace/tuning.hpp"
 #include "host/scene/image.hpp"
 #include "host/trace/work_shape.hpp"
 #include "tests/support/catch.hpp"

@@ -10,6 +10,8 @@
 #include <random>
 
 #include "host/common/error.hpp"
+#include "host/plan/fans.hpp"
+#include "host/plan/make_plan.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/scenes.hpp"
 

@@ -5,10 +5,13 @@
 #include <functional>
 #include <numbers>
 
+#include "host/plan/footprint.hpp"
+#include "host/plan/precision.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/pipeline.hpp"
 #include "host/trace/gatherer.hpp"
+#include "host/trace/precision_option.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"
@@ -180,7 +183,7 @@ reference::Field arrived(const Plan& plan, const std::vector<reference::Field>& 
 }
 
 Oracle oracle_of(const Rig& rig) {
-  const auto gathering = reference::gathering(rig, Gatherer::default_near_spots);
+  const auto gathering = reference::gathering(rig, default_near_spots);
   Oracle oracle;
   std::vector<reference::Field> planes;
   for (const auto& wrp : rig.plan.wrps) {

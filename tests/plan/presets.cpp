@@ -6,7 +6,9 @@
 #include <glm/common.hpp>
 
 #include "host/common/error.hpp"
-#include "host/plan/planner.hpp"
+#include "host/plan/make_plan.hpp"
+#include "host/plan/memory.hpp"
+#include "host/plan/presets.hpp"
 #include "host/render.hpp"
 #include "host/trace/device_scene.hpp"
 #include "tests/support/catch.hpp"

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "host/plan/padded_plane.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/render.hpp"

@@ -6,7 +6,9 @@
 #include <numeric>
 #include <random>
 
+#include "host/plan/make_plan.hpp"
 #include "host/plan/memory.hpp"
+#include "host/plan/tiles.hpp"
 #include "host/render.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"

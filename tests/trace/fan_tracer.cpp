@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/plan/make_plan.hpp"
+#include "host/plan/precision.hpp"
 #include "host/reference/shading.hpp"
 #include "host/scene/image.hpp"
 #include "tests/support/catch.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/plan/interpolation.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/render.hpp"
 #include "tests/support/catch.hpp"

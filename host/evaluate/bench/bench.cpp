@@ -11,6 +11,7 @@
 #include "host/common/error.hpp"
 #include "host/evaluate/bench/stopwatch.hpp"
 #include "host/plan/cost.hpp"
+#include "host/plan/make_plan.hpp"
 
 namespace raywave {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "host/common/text.hpp"
 #include "host/plan/precision.hpp"
+#include "host/trace/tuning.hpp"
 
 namespace raywave {
 namespace {

@@ -7,6 +7,7 @@
 #include "host/common/text.hpp"
 #include "host/evaluate/device_json.hpp"
 #include "host/evaluate/trade/knobs.hpp"
+#include "host/plan/precision.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/planner.hpp"
+#include "host/plan/presets.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,11 +11,11 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/geometry/shared_types.hpp"
+#include "host/plan/interpolation.hpp"
+#include "host/plan/make_plan.hpp"
 #include "host/plan/propagation_errors.hpp"
-#include "host/plan/rates.hpp"
+#include "host/plan/tiles.hpp"
 #include "host/plan/warnings.hpp"
-#include "host/propagate/propagator.hpp"
-#include "host/trace/interpolator.hpp"
 
 namespace raywave {
 namespace {
@@ -374,13 +374,6 @@ const char* name_of(Quality quality) {
   return names[static_cast<std::size_t>(quality)];
 }
 
-DeviceFigures figures_of(const cl::DeviceInfo& device) {
-  DeviceFigures figures{device.name, device.fp64, limits_of(device), cl::default_backend(device),
-                        default_rates()};
-  if (const auto tuning = load_tuning(device)) figures.rates = tuning->rates;
-  return figures;
-}
-
 double largest_cone_error(const Goal& goal) {
   return cone_errors_of_quality[static_cast<std::size_t>(goal.quality.value_or(Quality::balanced))];
 }
@@ -450,17 +443,17 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   prediction.device_bytes = needs.device_bytes();
   for (const auto& need : needs.device) {
     if (need.bytes > largest)
-      planned.warnings.push_back(need.name + ": " + cl::format_bytes(need.bytes) +
+      planned.warnings.push_back(need.name + ": " + format_bytes(need.bytes) +
                                  " in one buffer, " + device.name + " allows " +
-                                 cl::format_bytes(largest) + "; " + need.advice);
+                                 format_bytes(largest) + "; " + need.advice);
   }
   prediction.device_bytes += static_cast<std::uint64_t>(
       prediction.work.samples *
       (sizeof(device::Sample) + sizeof(device::Aim) + 16 + 8 * s.sampling.frames));
   if (prediction.device_bytes > device.memory.device_bytes)
-    planned.warnings.push_back("needs " + cl::format_bytes(prediction.device_bytes) + ", " +
+    planned.warnings.push_back("needs " + format_bytes(prediction.device_bytes) + ", " +
                                device.name + " has " +
-                               cl::format_bytes(device.memory.device_bytes) +
+                               format_bytes(device.memory.device_bytes) +
                                "; a smaller hologram.resolution or wrp.padding, more "
                                "hologram.tiles or a larger sampling.pitch need less");
 

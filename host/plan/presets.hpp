@@ -33,17 +33,6 @@ struct Goal {
   bool any() const { return quality || budget_s || psnr_db; }
 };
 
-struct DeviceFigures {
-  std::string name;  // empty: none is known
-  bool has_doubles = false;
-  MemoryLimits memory;  // without limits where nothing is known of it
-  cl::FftBackend fft = cl::FftBackend::host;
-  DeviceRates rates = default_rates();
-};
-
-/// With what `raywave tune` has measured, if anything.
-DeviceFigures figures_of(const cl::DeviceInfo& device);
-
 struct Prediction {
   StageTimes times;
   std::string rates_of;  // the device that they were measured on, or "default"
