@@ -24,7 +24,7 @@ void GoalOptions::add_to(CLI::App& command) {
 
 Goal GoalOptions::goal() const {
   Goal goal;
-  if (!quality.empty()) goal.quality = quality_of(quality);
+  if (!quality.empty()) goal.preset = preset_of(quality);
   if (!budget.empty()) goal.budget_s = parse_seconds(budget, "--budget");
   if (psnr_db) goal.psnr_db = *psnr_db;
   return goal;

@@ -10,8 +10,8 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/evaluate/report.hpp"
-#include "host/trace/tuning.hpp"
 #include "host/scene/image.hpp"
+#include "host/trace/tuning.hpp"
 
 namespace raywave::cli {
 

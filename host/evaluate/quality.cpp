@@ -163,7 +163,8 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
 
   QualityResult empty;
   empty.picture_size = picture_size(window_m, plan.size, plan.pitch_m);
-  empty.blur_px = what.blur_m.value_or(blur_of_resolution * scene.sampling.pitch_m) / plan.pitch_m.x;
+  empty.blur_px =
+      what.blur_m.value_or(blur_of_resolution * scene.sampling.pitch_m) / plan.pitch_m.x;
   empty.border_px = what.border_px;
   std::vector<QualityResult> results(frame_counts.size(), empty);
 

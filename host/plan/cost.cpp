@@ -52,16 +52,15 @@ Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at
   const auto footprint = footprint_of(plan, axis, layer.distance_m, z_m);
   const double low = std::max(at_m - footprint.reach_m(), first_m),
                high = std::min(at_m + footprint.reach_m(), last_m);
-  return low < high ? Crossing{(high - low) / plan.gathered_pitch_m(layer)[axis], footprint.is_near()}
-                    : Crossing{};
+  return low < high
+             ? Crossing{(high - low) / plan.gathered_pitch_m(layer)[axis], footprint.is_near()}
+             : Crossing{};
 }
 
-/// Pixels of a WRP, one for each that a pass writes: gathered, and with all columns, and with all
-/// rows.
+/// Pixels of a WRP, one for each that a pass writes: gathered, and with all rows.
 double pixels_written(const Plan& plan, const DepthLayer& layer) {
   const glm::dvec2 few = plan.gathered_size(layer), all = plan.tile_size;
-  return few.x * few.y + (layer.axes[0].interpolates() ? all.x * few.y : 0) +
-         (layer.axes[1].interpolates() ? all.x * all.y : 0);
+  return few.x * few.y + (layer.interpolates() ? all.x * all.y : 0);
 }
 
 }  // namespace

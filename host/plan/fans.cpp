@@ -61,9 +61,7 @@ void add_fan(const Scene& scene, const Plan& plan, Wrp& wrp) {
       (plan.far_m - layer.distance_m) * (plan.bounces > 0 ? deepest_virtual_picture : 1);
   const double p = scene.sampling.pitch_m;
 
-  const auto rays = [&](int axis) {
-    return fan_count(window[axis], layer.distance_m, depth, p);
-  };
+  const auto rays = [&](int axis) { return fan_count(window[axis], layer.distance_m, depth, p); };
   if (!(rays(0) * rays(1) <= largest_fan)) {
     throw InputError(one_line(scene.file.string()) + ": sampling.pitch " + millimetres(p) +
                      " needs " + count_text(rays(0)) + " x " + count_text(rays(1)) +

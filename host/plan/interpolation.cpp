@@ -2,7 +2,6 @@
 #include "host/plan/interpolation.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -14,9 +13,8 @@ using std::numbers::pi;
 /// What the sinc's window leaves of frequencies outside the band, in decibels.
 constexpr double stop_db = 66;
 
-/// Fewer columns, and rows, than these shares of the hologram's are worth another pass
-/// (docs/performance.md).
-constexpr std::array worthwhile{2.0 / 3, 0.8};
+/// Fewer rows than this share of the hologram's are worth another pass (docs/performance.md).
+constexpr double worthwhile = 0.8;
 
 /// Half of the samples that make one (Kaiser's formula): the passband ends at 1 / (2 oversampling)
 /// of their rate, its first picture begins at 1 less that.
@@ -39,11 +37,11 @@ double converging_turns(double wavelength_m, double distance_m, double away_m) {
   return -away_m * away_m / (length_m + distance_m) / wavelength_m;
 }
 
-/// Largest frequency along an axis, in cycles per metre, of light from a layer's WRPs to the
-/// hologram's window, its cone's soft edge included, without the wave that converges to the
+/// Largest frequency along columns, in cycles per metre, of light from a layer's WRPs to the
+/// hologram's window, its cone's apodization included, without the wave that converges to the
 /// hologram's centre.
-double largest_frequency(const Plan& plan, const DepthLayer& layer, int axis) {
-  const int other = 1 - axis;
+double largest_frequency(const Plan& plan, const DepthLayer& layer) {
+  constexpr int axis = 1, other = 0;
   const auto half_window = plan.tile_window_m() / 2.0;
   const auto reach = plan.tile_cone * half_window;
   double largest = 0;
@@ -67,30 +65,24 @@ double largest_frequency(const Plan& plan, const DepthLayer& layer, int axis) {
   return largest;
 }
 
-WrpAxis axis_for_band(const Plan& plan, const DepthLayer& layer, int axis, double oversampling) {
-  const int all = plan.tile_size[axis];
-  const double frequency = largest_frequency(plan, layer, axis);
-  if (!(frequency > 0)) return {all, plan.pitch_m[axis], 0};  // no WRP
+}  // namespace
+
+GatheredRows rows_for_band(const Plan& plan, const DepthLayer& layer, double oversampling) {
+  const int all = plan.tile_size.y;
+  const double frequency = largest_frequency(plan, layer);
+  if (!(frequency > 0)) return {all, plan.pitch_m.y, 0};  // no WRP
   const double pitch_m = 1 / (2 * oversampling * frequency);
   const int half = half_taps(oversampling);
   // Those beyond the edges are for taps
-  const double count = std::ceil((all - 1) * plan.pitch_m[axis] / pitch_m) + 1 + 2 * half;
-  return count <= worthwhile[static_cast<std::size_t>(axis)] * all
-             ? WrpAxis{static_cast<int>(count), pitch_m, half}
-             : WrpAxis{all, plan.pitch_m[axis], 0};
+  const double count = std::ceil((all - 1) * plan.pitch_m.y / pitch_m) + 1 + 2 * half;
+  return count <= worthwhile * all ? GatheredRows{static_cast<int>(count), pitch_m, half}
+                                   : GatheredRows{all, plan.pitch_m.y, 0};
 }
 
-}  // namespace
-
-WrpAxes axes_for_band(const Plan& plan, const DepthLayer& layer, double oversampling) {
-  return {axis_for_band(plan, layer, 0, oversampling), axis_for_band(plan, layer, 1, oversampling)};
-}
-
-Interpolation interpolation_of(const Plan& plan, const DepthLayer& layer, int axis,
-                               double centre_m) {
-  const auto& few = layer.axes[static_cast<std::size_t>(axis)];
-  const int count = plan.tile_size[axis];
-  const double pitch_m = plan.pitch_m[axis];
+Interpolation interpolation_of(const Plan& plan, const DepthLayer& layer, double centre_m) {
+  const auto& few = layer.rows;
+  const int count = plan.tile_size.y;
+  const double pitch_m = plan.pitch_m.y;
   const auto converging_at = [&](int number, int of, double apart_m) {
     const double turns = converging_turns(plan.wavelength_m, layer.distance_m,
                                           centre_m + (number - (of - 1) / 2.0) * apart_m);

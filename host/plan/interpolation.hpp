@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// WRPs gathered in fewer columns and rows than the hologram has. Light on its way to the
-/// hologram's window converges. Once the converging wave is divided out, the light fills only a
-/// part of the band that pixels can hold, and samples a few pitches apart determine it
-/// (docs/pipeline.md). Each axis for itself: the shorter side of the hologram leaves more to gain.
+/// Band-limited interpolation: WRPs gathered in fewer rows than the hologram has. Light on its way
+/// to the hologram's window converges. Once the converging wave is divided out, the light fills only
+/// a part of the band that pixels can hold, and rows a few pitches apart determine it
+/// (docs/pipeline.md).
 #pragma once
 
 #include <complex>
@@ -13,28 +13,25 @@
 
 namespace raywave {
 
-/// Columns and rows of a layer's WRPs, as far apart as `oversampling` times what their light's band
-/// needs allows; along an axis where that gains too little, those of the hologram.
+/// Rows of a layer's WRPs, as far apart as `oversampling` times what their light's band needs
+/// allows; those of the hologram where that gains too little.
 ///
-/// plan  with its WRPs
+/// plan   with its WRPs
 /// layer  of plan.layers
-WrpAxes axes_for_band(const Plan& plan, const DepthLayer& layer, double oversampling);
+GatheredRows rows_for_band(const Plan& plan, const DepthLayer& layer, double oversampling);
 
-/// Columns or rows of the hologram's pitch as sums of the WRP's: number i is the sum over j < taps
-/// of coefficients[i * taps + j] times number first[i] + j. A windowed sinc between the converging
-/// wave taken out and put back.
+/// The hologram's rows as sums of the gathered ones: row i is the sum over j < taps of
+/// coefficients[i * taps + j] times gathered row first[i] + j. A windowed sinc between the
+/// converging wave taken out and put back.
 struct Interpolation {
   int taps = 1;
   std::vector<std::int32_t> first;
   std::vector<std::complex<float>> coefficients;
 };
 
-/// layer      with its axes
-/// axis      0: columns, 1: rows
-/// centre_m  of the WRP from its tile's, positive towards later columns or rows: rows are counted
-///           downwards
+/// layer     with its rows
+/// centre_m  of the WRP from its tile's, positive towards later rows, which are counted downwards
 /// accuracy  see predicted_oversampling_error
-Interpolation interpolation_of(const Plan& plan, const DepthLayer& layer, int axis,
-                               double centre_m);
+Interpolation interpolation_of(const Plan& plan, const DepthLayer& layer, double centre_m);
 
 }  // namespace raywave

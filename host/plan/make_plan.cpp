@@ -96,15 +96,13 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
 
   // The lattice of rays that finds the surface samples
   plan.lattice = lattice_over(scene, placement.extents, plan, steepest, placement.lit);
-  plan.beyond_diffraction =
-      placement.extents.beyond_m[0] > 0 || placement.extents.beyond_m[1] > 0;
+  plan.beyond_diffraction = placement.extents.beyond_m[0] > 0 || placement.extents.beyond_m[1] > 0;
 
-  // Columns and rows that WRPs are gathered in: those of the hologram, or as few as the light needs
+  // Rows that WRPs are gathered in: those of the hologram, or as few as the light needs
   for (auto& layer : plan.layers) {
-    for (int axis = 0; axis < 2; ++axis)
-      layer.axes[static_cast<std::size_t>(axis)] = {plan.tile_size[axis], plan.pitch_m[axis], 0};
+    layer.rows = {plan.tile_size.y, plan.pitch_m.y, 0};
     if (method == Method::wrp && plan.aimed && plan.bounces == 0 && scene.wrp.oversampling)
-      layer.axes = axes_for_band(plan, layer, *scene.wrp.oversampling);
+      layer.rows = rows_for_band(plan, layer, *scene.wrp.oversampling);
   }
   plan.rays = plan.aimed ? aimed_rays(plan) : fan_rays(plan);
 

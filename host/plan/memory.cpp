@@ -37,12 +37,10 @@ std::string missing(const MemoryNeeds& needs, const MemoryLimits& limits) {
   };
   const std::string beside = " and surface samples, ";
   if (const auto bytes = needs.device_bytes(); !fits(bytes, limits.device_bytes))
-    return format_bytes(bytes) + beside + "the device has " +
-           format_bytes(limits.device_bytes);
+    return format_bytes(bytes) + beside + "the device has " + format_bytes(limits.device_bytes);
   if (const auto bytes = needs.host_bytes + (limits.device_on_host ? needs.device_bytes() : 0);
       !fits(bytes, limits.host_bytes))
-    return format_bytes(bytes) + beside + "the machine has " +
-           format_bytes(limits.host_bytes);
+    return format_bytes(bytes) + beside + "the machine has " + format_bytes(limits.host_bytes);
   return "";
 }
 
@@ -82,17 +80,11 @@ MemoryNeeds memory_needs(const Scene& scene, const World& world, const Plan& pla
     if (use.fft == FftBackend::clfft)
       needs.push_back({"work space of the transform", 8 * padded, planes});
   }
-  std::uint64_t between = 0;  // host/trace/interpolator.hpp
   for (std::size_t i = 0; i < (together > 1 ? plan.most_wrps_of_a_tile() : 1); ++i)
     needs.push_back({"fields of a WRP", 8 * size(together) * size(plan.gathered_pixels()), planes});
   if (std::any_of(plan.layers.begin(), plan.layers.end(),
                   [](const DepthLayer& layer) { return layer.interpolates(); }))
     needs.push_back({"field of a WRP", 8 * pixels, planes});
-  for (const auto& layer : plan.layers) {
-    if (layer.axes[0].interpolates() && layer.axes[1].interpolates())
-      between = std::max(between, 8 * size(plan.tile_size.x) * size(layer.axes[1].count));
-  }
-  if (between > 0) needs.push_back({"gathered rows of a WRP", between, planes});
   needs.push_back({"field at the hologram", 8 * pixels, planes});
   const auto pictures = size(scene.sampling.frames) * plan.tiles.size();
   for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, level_buffers); ++i)

@@ -56,18 +56,15 @@ struct LatticePlan {
   glm::ivec2 size{1, 1};
 };
 
-/// Columns or rows that WRPs are gathered in (host/trace/interpolator.hpp). Those beyond the
-/// hologram's own edges are for the sums that make these.
-struct WrpAxis {
+/// Rows that WRPs are gathered in (host/plan/interpolation.hpp). Rows beyond the hologram's own
+/// edges are for the sums that make the hologram's rows.
+struct GatheredRows {
   int count = 1;
   double pitch_m = 1;
-  // Half of those that one of the hologram's pitch is made of; 0: they are gathered as they are
+  // Half of the gathered rows that one row of the hologram's pitch is made of; 0: the gathered rows
+  // are the hologram's
   int half_taps = 0;
-
-  bool interpolates() const { return half_taps > 0; }
 };
-/// Columns, rows.
-using WrpAxes = std::array<WrpAxis, 2>;
 
 /// A layer of depth, and the WRPs side by side at one distance that collect the light of its surface
 /// samples, for each tile some.
@@ -78,9 +75,10 @@ struct DepthLayer {
       end_m = std::numeric_limits<double>::infinity();
   glm::dvec3 min_m{0}, max_m{0};  // box of the surfaces in it, world
   glm::ivec2 grid{1, 1};          // of a tile's WRPs, at most
-  WrpAxes axes{};
+  GatheredRows rows{};
 
-  bool interpolates() const { return axes[0].interpolates() || axes[1].interpolates(); }
+  /// The hologram's rows are made from fewer gathered ones.
+  bool interpolates() const { return rows.half_taps > 0; }
 };
 
 /// Predicted errors of phase in turns, root mean square over a field; 2 pi times their sum is the
@@ -93,7 +91,7 @@ struct PhaseError {
   double total_turns() const { return waves_turns + bounces_turns + propagate_turns; }
 };
 
-using PhaseErrors = std::array<PhaseError, 3>;  // by Precision
+using PhaseErrors = std::array<PhaseError, 2>;  // by Precision
 
 struct Plan {
   glm::ivec2 size{1, 1};       // pixels of the hologram
@@ -132,7 +130,7 @@ struct Plan {
   // Of the field at the hologram, predicted (host/plan/propagation_errors.hpp); 0 where nothing is
   // propagated
   double padding_error = 0;
-  double oversampling_error = 0;  // the same, of gathering fewer columns and rows
+  double oversampling_error = 0;  // the same, of gathering fewer rows
   // The same, of what the cone leaves out of each sample's wave (host/plan/cone.hpp); 0 where rays
   // are not aimed
   double cone_error = 0;
@@ -150,10 +148,10 @@ struct Plan {
   const DepthLayer& layer_at(double z_m) const;
   /// Of the fields that are gathered on a layer's WRPs.
   glm::ivec2 gathered_size(const DepthLayer& layer) const {
-    return {layer.axes[0].count, layer.axes[1].count};
+    return {tile_size.x, layer.rows.count};
   }
   glm::dvec2 gathered_pitch_m(const DepthLayer& layer) const {
-    return {layer.axes[0].pitch_m, layer.axes[1].pitch_m};
+    return {pitch_m.x, layer.rows.pitch_m};
   }
   /// Of the largest of them.
   std::size_t gathered_pixels() const;

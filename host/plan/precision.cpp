@@ -42,7 +42,7 @@ PhaseErrors predict_phase_errors(const Plan& plan) {
         plan.largest_sine /
         glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.largest_sine * plan.largest_sine));
     path_m = std::max(path_m, depth_m * std::hypot(1.0, slope.x, slope.y));
-    rows_m = std::max(rows_m, layer.axes[1].pitch_m);
+    rows_m = std::max(rows_m, layer.rows.pitch_m);
     if (wrp.centre_m.z > 0) propagated_m = std::max(propagated_m, glm::length(wrp.centre_m));
   }
   const double path_turns = path_m / plan.wavelength_m;
@@ -50,7 +50,7 @@ PhaseErrors predict_phase_errors(const Plan& plan) {
   const bool any_near = plan.wrps[0].centre_m.z > 0;
 
   PhaseErrors errors;
-  for (const auto precision : {Precision::floats, Precision::extended, Precision::doubles}) {
+  for (const auto precision : {Precision::floats, Precision::doubles}) {
     auto& e = errors[static_cast<std::size_t>(precision)];
     e.waves_turns =
         wave_floor_turns + path_turns * (precision == Precision::doubles ? double_ulp : pair_ulp);
@@ -72,7 +72,7 @@ Precision choose_precision(const AccuracySpec& spec, const PhaseErrors& errors, 
   if (spec.precision) return *spec.precision;
   const auto error = [&](Precision p) { return errors[static_cast<std::size_t>(p)].total_turns(); };
   auto best = Precision::floats;
-  for (const auto precision : {Precision::floats, Precision::extended, Precision::doubles}) {
+  for (const auto precision : {Precision::floats, Precision::doubles}) {
     if (precision == Precision::doubles && !has_doubles) break;
     if (error(precision) < spec.phase_turns) return precision;
     if (error(precision) < error(best)) best = precision;
@@ -81,7 +81,7 @@ Precision choose_precision(const AccuracySpec& spec, const PhaseErrors& errors, 
 }
 
 const char* name_of(Precision precision) {
-  constexpr const char* names[] = {"float", "extended", "double"};
+  constexpr const char* names[] = {"float", "double"};
   return names[static_cast<std::size_t>(precision)];
 }
 

@@ -16,7 +16,7 @@ PhaseErrors predict_phase_errors(const Plan& plan);
 /// has_doubles  whether the device can compute in doubles
 Precision choose_precision(const AccuracySpec& spec, const PhaseErrors& errors, bool has_doubles);
 
-/// "float", "extended", "double"
+/// "float", "double"
 const char* name_of(Precision precision);
 
 }  // namespace raywave

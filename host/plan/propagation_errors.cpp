@@ -75,14 +75,14 @@ public:
     }
   }
 
-  /// The same, with samples of the plane made from those that are gathered.
+  /// The same along columns, with rows of the plane made from those that are gathered.
   void add_interpolated(double centre_m) {
     const auto light = line(), interpolated = line();
     fill(light.get() + first(), centre_m, n_, pitch_m_);
-    const auto& few = layer_.axes[static_cast<std::size_t>(axis_)];
+    const auto& few = layer_.rows;
     std::vector<std::complex<float>> gathered(static_cast<std::size_t>(few.count));
     fill(gathered.data(), centre_m, few.count, few.pitch_m);
-    const auto r = interpolation_of(plan_, layer_, axis_, centre_m);
+    const auto r = interpolation_of(plan_, layer_, centre_m);
     for (int i = 0; i < n_; ++i) {
       for (int tap = 0; tap < r.taps; ++tap) {
         const auto from = static_cast<std::size_t>(r.first[static_cast<std::size_t>(i)] + tap);
@@ -313,16 +313,14 @@ std::vector<double> predicted_padding_errors(const Plan& plan,
 double predicted_oversampling_error(const Plan& plan) {
   double square = 0;
   for (const auto& layer : plan.layers) {
-    for (int axis = 0; axis < 2; ++axis) {
-      if (!layer.axes[static_cast<std::size_t>(axis)].interpolates()) continue;
-      Squares squares;
-      for (const auto& [tile_m, centres] : lines_along(plan, layer, axis)) {
-        AxisOfLayer line(plan, layer, axis, tile_m, {plan.tile_size[axis]});
-        for (const double centre_m : centres) line.add_interpolated(centre_m);
-        squares.add(line.squares());
-      }
-      square += share_of(plan, layer) * squares.relative();
+    if (!layer.interpolates()) continue;
+    Squares squares;
+    for (const auto& [tile_m, centres] : lines_along(plan, layer, 1)) {
+      AxisOfLayer line(plan, layer, 1, tile_m, {plan.tile_size.y});
+      for (const double centre_m : centres) line.add_interpolated(centre_m);
+      squares.add(line.squares());
     }
+    square += share_of(plan, layer) * squares.relative();
   }
   return std::sqrt(square);
 }

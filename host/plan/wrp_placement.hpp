@@ -22,7 +22,8 @@ struct Placement {
 /// are set.
 ///
 /// throws  InputError when the layers or fans cannot be as asked, or for more than 1024 WRPs
-Placement place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_tangent, Plan& plan);
+Placement place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_tangent,
+                     Plan& plan);
 
 /// The scene's extents for one tile, through a plane distance_m before the hologram.
 SeenThrough seen_through(double distance_m, glm::dvec2 largest_tangent, const Plan& plan,

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/make_plan.hpp"
 #include "host/reference/stage.hpp"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+
+#include "host/plan/make_plan.hpp"
 
 namespace raywave::reference {
 

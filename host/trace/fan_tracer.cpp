@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/trace/fan_tracer.hpp"
-#include "host/trace/precision_option.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <glm/geometric.hpp>
+
+#include "host/trace/precision_option.hpp"
 
 namespace raywave {
 Tracer::Tracer(const cl::Device& device, const Scene& scene, const Plan& plan,

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "host/plan/presets.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -8,7 +10,6 @@
 #include "host/common/error.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/memory.hpp"
-#include "host/plan/presets.hpp"
 #include "host/render.hpp"
 #include "host/trace/device_scene.hpp"
 #include "tests/support/catch.hpp"
@@ -156,7 +157,7 @@ TEST_CASE("values that the file fixes are kept whatever the goal, all or one alo
     keeps("sampling.apodization", p.scene.sampling.apodization == 0.25);
   };
   const Goal goals[] = {
-      {Quality::draft, {}, {}}, {Quality::accurate, {}, {}}, {{}, 0.2, {}}, {{}, {}, 38}};
+      {Preset::draft, {}, {}}, {Preset::accurate, {}, {}}, {{}, 0.2, {}}, {{}, {}, 38}};
   for (const Goal& goal : goals) check(all, goal);
   for (std::size_t i = 0; i < all.size(); ++i) {
     const auto key = all[i].substr(0, all[i].find('='));
@@ -183,15 +184,15 @@ TEST_CASE(
   const auto scene = data_scene("teapot.toml");
   const auto world = build_world(scene);
   const auto plan_for = [&](const Goal& goal) { return plan_scene(scene, world, {}, goal); };
-  for (const auto& goal : {Goal{Quality::draft, {}, {}}, Goal{Quality::balanced, {}, {}},
+  for (const auto& goal : {Goal{Preset::draft, {}, {}}, Goal{Preset::balanced, {}, {}},
                            Goal{{}, 0.2, {}}, Goal{{}, {}, 38.0}}) {
     const auto p = plan_for(goal);
     CHECK(p.plan.cone_error > 0);
     CHECK(p.plan.cone_error <= largest_cone_error(goal));
     CHECK(p.prediction.field_error >= p.plan.cone_error);
   }
-  CHECK(plan_for({Quality::accurate, {}, {}}).plan.cone_error <= 0.06);
-  CHECK(plan_for({Quality::reference, {}, {}}).plan.cone_error == 0);
+  CHECK(plan_for({Preset::accurate, {}, {}}).plan.cone_error <= 0.06);
+  CHECK(plan_for({Preset::reference, {}, {}}).plan.cone_error == 0);
 }
 
 TEST_CASE("what a cone leaves out of a field is the closed form of its edge's cubic") {
@@ -335,9 +336,9 @@ TEST_CASE("qualities follow each other in time and truth, and reference samples 
         data_scene(name, {"sampling.pitch=auto", "sampling.frames=auto", "wrp.padding=auto"});
     const auto world = build_world(scene);
     double seconds = 0, psnr_db = 0, cone_error = 1;
-    for (const auto quality :
-         {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
-      const auto p = plan_scene(scene, world, {}, {quality, {}, {}});
+    for (const auto preset :
+         {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
+      const auto p = plan_scene(scene, world, {}, {preset, {}, {}});
       CHECK(p.prediction.times.total_s() >= seconds * 0.98);
       CHECK(p.plan.cone_error <= cone_error);
       // Of one cone's pictures
@@ -347,7 +348,7 @@ TEST_CASE("qualities follow each other in time and truth, and reference samples 
       seconds = p.prediction.times.total_s();
       psnr_db = p.prediction.pictures->mean_psnr_db;
       cone_error = p.plan.cone_error;
-      if (quality == Quality::reference) CHECK(p.scene.accuracy.phase_turns == 0.001);
+      if (preset == Preset::reference) CHECK(p.scene.accuracy.phase_turns == 0.001);
     }
   }
 }
@@ -355,7 +356,7 @@ TEST_CASE("qualities follow each other in time and truth, and reference samples 
 TEST_CASE("two objects far apart get WRPs at each, and take a fraction of the time of one depth") {
   const auto scene = data_scene("apart.toml");
   const auto world = build_world(scene);
-  const auto p = plan_scene(scene, world, {}, {Quality::balanced, {}, {}});
+  const auto p = plan_scene(scene, world, {}, {Preset::balanced, {}, {}});
   CHECK(p.scene.wrp.layers == 2);
   REQUIRE(p.plan.layers.size() == 2);
   CHECK(p.plan.layers[0].distance_m == Approx(75 * mm).margin(2 * mm));     // a ball of 4 mm
@@ -373,7 +374,7 @@ TEST_CASE("scenes that gain nothing from layers have one, and so has every scene
   for (const char* name : {"study.toml", "teapot.toml", "wire.toml"}) {
     const auto scene = data_scene(name, {"sampling.pitch=auto", "sampling.frames=auto",
                                          "wrp.padding=auto", "wrp.distance=auto"});
-    CHECK(planned(scene, {Quality::balanced, {}, {}}).scene.wrp.layers == 1);
+    CHECK(planned(scene, {Preset::balanced, {}, {}}).scene.wrp.layers == 1);
   }
   CHECK(planned(data_scene("apart.toml")).plan.layers.size() == 1);
 }
@@ -452,7 +453,7 @@ TEST_CASE("warnings name what the user may not have meant", "[slow]") {
 
 TEST_CASE("a goal for a fan, whose pictures cannot be predicted, is refused") {
   CHECK_THROWS_WITH(
-      planned(data_scene("teapot.toml", {"sampling.mode=fan"}), Goal{Quality::draft, {}, {}}),
+      planned(data_scene("teapot.toml", {"sampling.mode=fan"}), Goal{Preset::draft, {}, {}}),
       ContainsSubstring("cannot be predicted"));
 }
 

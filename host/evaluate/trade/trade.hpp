@@ -82,7 +82,7 @@ struct TradeRow {
 double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device);
 
 struct TradePreset {
-  Quality quality = Quality::balanced;
+  Preset preset = Preset::balanced;
   std::size_t row = 0;
   StageTimes predicted;
   double predicted_psnr_db = 0;
