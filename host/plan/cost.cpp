@@ -170,7 +170,7 @@ Band rows_kept(const Plan& plan, const Wrp& wrp) {
              axis.reach_m()));
 }
 
-StageTimes predict_times(const Work& work, const DeviceRates& rates) {
+PredictedTimes predict_times(const Work& work, const DeviceRates& rates) {
   return {work.rays * rates.ray_s, work.pairs * rates.pair_s + work.pixels * rates.pixel_s,
           work.butterflies * rates.butterfly_s, work.levels * rates.level_s};
 }

@@ -43,7 +43,7 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
 /// Work::butterflies, all that the padding changes.
 double count_butterflies(const Plan& plan, int frames);
 
-struct StageTimes {
+struct PredictedTimes {
   double samples_s = 0, trace_s = 0, propagate_s = 0, encode_s = 0;
   double total_s() const { return samples_s + trace_s + propagate_s + encode_s; }
 };
@@ -51,6 +51,6 @@ struct StageTimes {
 /// Rows of the padded plane that the band keeps of a WRP.
 Band rows_kept(const Plan& plan, const Wrp& wrp);
 
-StageTimes predict_times(const Work& work, const DeviceRates& rates);
+PredictedTimes predict_times(const Work& work, const DeviceRates& rates);
 
 }  // namespace raywave

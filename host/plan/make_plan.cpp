@@ -27,11 +27,10 @@ glm::dvec2 steepest_tangent(glm::dvec2 largest_sine) {
   return tangent;
 }
 
-bool has_mirrors_or_glass(const Scene& scene) {
-  return std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
-    const auto& m = scene.materials[static_cast<std::size_t>(o.material)];
-    return m.reflectivity > 0 || m.transparency > 0;
-  });
+Lighting lighting_of(const Scene& scene) {
+  Lighting lighting{scene.lights, scene.materials, {}, scene.trace.shadows};
+  for (const auto& object : scene.objects) lighting.material_of_object.push_back(object.material);
+  return lighting;
 }
 
 /// The planes of Method::points and Method::rays, at the hologram itself: one per tile.
@@ -72,17 +71,29 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
     plan.largest_sine[axis] = std::min(1.0, plan.wavelength_m / (2 * plan.pitch_m[axis]));
   const auto steepest = steepest_tangent(plan.largest_sine);
 
+  // What later stages need to know of the scene
+  plan.scene_name = scene.file.string();
+  plan.lighting = lighting_of(scene);
+  plan.frames = scene.sampling.frames;
+  plan.seed = scene.sampling.seed;
+  plan.sampling_pitch_m = scene.sampling.pitch_m;
+  plan.fan_source = scene.sampling.source;
+  plan.padding = scene.wrp.padding;
+
   // How light is gathered
   plan.aimed = method == Method::points ||
                (method == Method::wrp && scene.sampling.mode == SamplingMode::aimed);
-  plan.bounces = has_mirrors_or_glass(scene) ? scene.trace.depth : 0;
+  const bool has_bounces = plan.lighting.any_material(
+      [](const Material& m) { return m.reflectivity > 0 || m.transparency > 0; });
+  plan.bounces = has_bounces ? scene.trace.depth : 0;
   plan.antialias = scene.sampling.antialias;
   plan.view_parts = scene.sampling.visibility;
   plan.cone_half_width = scene.sampling.cone;
   plan.apodization = scene.sampling.apodization;
 
   // Tiles: windows of the hologram that are computed one after another
-  const auto tiles = scene.hologram.tiles.value_or(glm::ivec2(1));
+  const auto tiles =
+      moved_from ? moved_from->tile_grid : scene.hologram.tiles.value_or(glm::ivec2(1));
   if (const auto why = why_in_one_piece(plan, method); tiles != glm::ivec2(1) && !why.empty()) {
     throw InputError(one_line(scene.file.string()) + ": hologram.tiles " + std::to_string(tiles.x) +
                      " x " + std::to_string(tiles.y) + ": " + why + "; give hologram.tiles [1, 1]");

@@ -14,8 +14,8 @@ namespace raywave {
 ///
 /// rays_per_axis  of Method::rays: directions across the cone that the SLM's pixels can show
 /// has_doubles    whether the device can compute in doubles, for accuracy.precision "auto"
-/// moved_from     the plan of the same scene before its objects moved, if any: its predicted errors,
-///                which take long, are kept
+/// moved_from     the plan of the same scene before its objects moved, if any: its tiles and its
+///                predicted errors, which take long, are kept
 /// throws         InputError when the scene cannot be computed as asked (WRP behind the scene or
 ///                through the hologram, more than 1024 WRPs, tiles that would not add up to the
 ///                hologram)

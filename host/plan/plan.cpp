@@ -11,6 +11,14 @@ const DepthLayer& Plan::layer_at(double z_m) const {
                        [&](const DepthLayer& layer) { return z_m < layer.end_m; });
 }
 
+std::pair<std::size_t, std::size_t> Plan::wrps_of(std::size_t tile) const {
+  const auto [first, end] =
+      std::equal_range(wrps.begin(), wrps.end(), Wrp{.tile = tile},
+                       [](const Wrp& a, const Wrp& b) { return a.tile < b.tile; });
+  return {static_cast<std::size_t>(first - wrps.begin()),
+          static_cast<std::size_t>(end - wrps.begin())};
+}
+
 std::size_t Plan::most_wrps_of_a_tile() const {
   std::vector<std::size_t> counts(tiles.size(), 0);
   for (const auto& wrp : wrps) ++counts[wrp.tile];

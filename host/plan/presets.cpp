@@ -150,7 +150,7 @@ void predict_memory(const World& world, const DeviceFigures& device, Planned& pl
   const auto& s = planned.scene;
   auto& bytes = planned.prediction.device_bytes;
   const auto largest = device.memory.largest_buffer_bytes;
-  const auto needs = memory_needs(s, world, planned.plan, {Method::wrp, device.fft}, largest);
+  const auto needs = memory_needs(world, planned.plan, {Method::wrp, device.fft}, largest);
   bytes = needs.device_bytes();
   for (const auto& need : needs.device) {
     if (need.bytes > largest)

@@ -32,7 +32,7 @@ struct Goal {
 };
 
 struct Prediction {
-  StageTimes times;
+  PredictedTimes times;
   std::string rates_of;  // the device that they were measured on, or "default"
   Work work;
   std::uint64_t device_bytes = 0;

@@ -84,7 +84,7 @@ double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device);
 struct TradePreset {
   Preset preset = Preset::balanced;
   std::size_t row = 0;
-  StageTimes predicted;
+  PredictedTimes predicted;
   double predicted_psnr_db = 0;
   std::uint64_t predicted_bytes = 0;  // of device memory
 };
