@@ -23,8 +23,8 @@ constexpr double arc_minute = std::numbers::pi / 180 / 60;
 /// Sampling pitches tried, over the resolution. Coarser lattices show their dots.
 constexpr std::array pitches_of_resolution{1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.3, 0.25};
 
-/// Tried beside all rows, but for reference: one or two per cent of the field (docs/accuracy.md) for
-/// half of the gathering.
+/// Tried beside all rows: an error of one or two per cent of the field (docs/accuracy.md) for half
+/// of the gathering.
 constexpr double planned_oversampling = 1.5;
 
 constexpr int most_layers_tried = 8;

@@ -13,34 +13,36 @@ namespace {
 
 // Weights, fitted to the stages of the demo scenes on PoCL (docs/planning.md).
 
-/// Work of a ray beside each level of the tree, in levels.
+/// Work of a ray beside its descent into the tree, in levels of depth.
 constexpr double levels_of_a_ray = 4;
 
-/// Rays of a lattice's cell that meets nothing, most of them turned away near the tree's root; of
-/// what the hologram's parts see of a sample.
-constexpr double rays_of_an_empty_cell = 2.6, views_of_a_sample = 16;
+/// Rays that a lattice cell without a surface costs, since most of them end near the tree's root.
+constexpr double rays_of_an_empty_cell = 2.6;
+
+/// Rays that the visibility mask of a sample costs.
+constexpr double views_of_a_sample = 16;
 
 /// The launches of a picture, in levels of rays.
 constexpr double levels_of_a_picture = 9e5;
 
-/// What a further frame costs of a pair, and what a light's highlight adds to it.
+/// Cost of a pair in each further frame, and what a light's highlight adds to a pair.
 constexpr double further_frame = 0.08, highlight = 0.65;
 
 /// Gathering goes by tiles, so many pixels wide and, of all frames together, high; a tile's rim
 /// costs as much as its middle.
 constexpr double tile_width = 16, tile_pixels_high = 16;
 
-/// Samples near their WRP, in pairs: a pixel of each frame, and making the profiles, per pixel of
-/// their width and height.
+/// Cost of a plane-wave sample in pairs: per pixel of each frame, and per pixel of its width and
+/// height to make its profiles.
 constexpr double near_pixel = 0.093, profile_of_a_pixel = 7;
 
-/// Aiming a sample at a WRP and looking for it from the tiles, each frame, in pairs.
+/// Projecting a sample onto a WRP and finding it from the tiles, each frame, in pairs.
 constexpr double aim_of_a_sample = 29;
 
 /// Passes over a pixel beside the transforms, in butterflies.
 constexpr double butterflies_of_a_pixel = 9;
 
-/// Pixels of all of a layer's WRPs that light of a sample in the plane z crosses, along one axis.
+/// Pixels of all WRPs of a layer that the light of a sample crosses, along one axis.
 struct Crossing {
   double pixels = 0;
   bool near = false;  // the sample's wave is made of plane waves

@@ -10,7 +10,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// What the sinc's window leaves of frequencies outside the band, in decibels.
+/// Attenuation of frequencies outside the band by the sinc's window, in decibels.
 constexpr double stop_db = 66;
 
 /// Fewer rows than this share of the hologram's are worth another pass (docs/performance.md).

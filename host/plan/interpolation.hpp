@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Band-limited interpolation: WRPs gathered in fewer rows than the hologram has. Light on its way
-/// to the hologram's window converges. Once the converging wave is divided out, the light fills only
-/// a part of the band that pixels can hold, and rows a few pitches apart determine it
+/// to the hologram's window converges. Once the converging wave is divided out, the light fills
+/// only a part of the band that pixels can hold, and rows a few pitches apart determine it
 /// (docs/pipeline.md).
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// How the pictures of a hologram are judged: where they are focused, how they are blurred, and
-/// what is left out. Shared by what measures them (host/evaluate/quality.hpp) and what predicts them
+/// what is left out. Shared by their measurement (host/evaluate/quality.hpp) and their prediction
 /// (host/plan/picture_model.hpp).
 #pragma once
 

@@ -18,7 +18,7 @@ namespace {
 /// samples apart in direction (docs/pipeline.md, "Where the WRPs stand"); more only cost rays.
 constexpr double samples_across_nearest = 3;
 
-/// The same in pixels: fewer do not resolve the cone.
+/// Pixels that the cone spans there at least: fewer do not resolve it.
 constexpr double pixels_across_nearest = 8;
 
 bool holds(const DepthLayer& layer, double z_m) {

@@ -15,8 +15,8 @@ namespace raywave {
 /// Distances from the WRPs to the hologram, in metres, front to back. WRPs that gather samples
 /// stand amid the surfaces; those that gather fans stand in front of the nearest one.
 ///
-/// throws  InputError when layers are asked for that fans, mirrors and glass cannot have, or WRPs of
-///         fans behind the scene
+/// throws  InputError for several layers of fans, mirrors or glass, and for WRPs of fans behind the
+///         scene
 std::vector<double> distances_of(const Scene& scene, const World& world, const Plan& plan);
 
 /// Layers around these distances, without those in which there is no surface. Every sample belongs

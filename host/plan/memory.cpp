@@ -11,7 +11,7 @@
 namespace raywave {
 namespace {
 
-/// Of what there is, that a plan may take before its surface samples are known.
+/// Share of the memory that a plan may take before its surface samples are known.
 constexpr double share_without_samples = 7.0 / 8;
 
 std::uint64_t size(auto n) { return static_cast<std::uint64_t>(n); }
@@ -25,7 +25,7 @@ std::uint64_t host_transform_bytes(const Plan& plan) {
   return 8 * (std::min(waiting, 2 * padded) + rows + (waiting > 2 * padded ? padded : 0));
 }
 
-/// What is missing, a line; empty when it fits.
+/// A line that tells which memory is short; empty when the plan fits.
 std::string missing(const MemoryNeeds& needs, const MemoryLimits& limits) {
   for (const auto& need : needs.device) {
     if (need.bytes > limits.largest_buffer_bytes)

@@ -40,13 +40,14 @@ struct MemoryNeeds {
 MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& use,
                          std::uint64_t largest_buffer_bytes);
 
-/// make_plan of the scene, where hologram.tiles is open in the fewest tiles whose needs leave an
-/// eighth of what there is to the surface samples: sides are divided in turn, a tile's longer side
-/// first, down to least_tile pixels. Where none fits, the last plan tried: what it needs says why.
+/// make_plan of the scene. Where hologram.tiles is open, the plan has the fewest tiles whose needs
+/// leave an eighth of the memory to the surface samples: sides are divided in turn, a tile's longer
+/// side first, down to least_tile pixels. Where no division fits, it is the last plan tried, whose
+/// needs tell why.
 Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& limits,
                   const MemoryUse& use = {}, int rays_per_axis = 100, bool has_doubles = false);
 
-/// Of a tile's longer side: smaller ones take more padding than they save.
+/// Pixels of a tile's longer side at least: smaller tiles take more padding than they save.
 inline constexpr int least_tile = 256;
 
 }  // namespace raywave

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The padded plane that propagation transforms: its size, and the frequencies that carry light from
-/// one plane to another. Planning counts and predicts with them, host/propagate computes with them.
+/// The padded plane that propagation transforms: its size, and the frequencies that carry light
+/// from one plane to another. Planning counts and predicts with them, host/propagate computes with
+/// them.
 #pragma once
 
 #include <algorithm>

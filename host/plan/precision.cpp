@@ -10,24 +10,24 @@
 namespace raywave {
 namespace {
 
-// Relative errors of a few operations
+// Relative errors of a few operations in float, pairs of floats and double
 constexpr double float_ulp = 0x1p-24, pair_ulp = 0x1p-45, double_ulp = 0x1p-50;
 
-/// Sine and cosine, amplitudes and sums of many waves, whatever the precision.
+/// Error of sine, cosine, amplitudes and sums of many waves, in every precision.
 constexpr double wave_floor_turns = 1e-7;
 
-/// Plane waves of near samples: up to 16 turns from the chief ray, in floats, and 96 steps of a
-/// recurrence.
+/// Error of the plane waves of a sample: up to 16 turns from the chief ray, in floats, and 96 steps
+/// of a recurrence.
 constexpr double near_turns = 3e-7;
 
-/// The transforms, and what propagate.cl leaves to floats.
+/// Error of the transforms, and of what propagate.cl computes in floats.
 constexpr double propagation_floor_turns = 1e-7;
 
-/// A surface's plane, the place on it, the normal there and the direction onwards, in units of a
-/// path's own error; float_ulp: sums of turns.
+/// Errors of a bounce, over the error of an optical path: the surface's plane, the place on it, the
+/// normal there and the direction onwards.
 constexpr double bounce_steps = 16;
 
-/// Rows from a tile's middle.
+/// Rows from the middle of the pixels that share one optical path.
 constexpr double tile_reach_rows = 8;
 
 }  // namespace

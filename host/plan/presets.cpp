@@ -19,7 +19,7 @@ namespace {
 /// accurate one (1), in decibels.
 constexpr std::array shares_of_preset{0.0, 0.5, 0.85, 1.0};
 
-/// What is no gain worth waiting for, but to reference.
+/// A smaller gain is not worth the time, except to reference.
 constexpr double no_gain_db = 0.5;
 
 /// The accuracy.phase of the preset reference, where the scene gives none.

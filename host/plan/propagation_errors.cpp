@@ -26,7 +26,7 @@ constexpr int samples_of_a_line = 64;   // enough that the error's own scatter i
 constexpr int waves_of_a_sample = 192;  // near ones
 constexpr int wide = 4;                 // windows: what goes astray farther is taken to be lost
 
-/// Of light, what is wrong in a window and what there is.
+/// Squares of the light in a window: of its error, and of all of it.
 struct Squares {
   double wrong = 0, all = 0;
   void add(const Squares& other) {
@@ -170,7 +170,8 @@ private:
     return Cone{fan_, edge_}.passed(x_m / half_m_);
   }
 
-  /// The waves of samples in the layer's box, with random phases, at `count` places around centre_m.
+  /// Fills a line with the waves of samples in the layer's box, with random phases, at `count`
+  /// places around centre_m.
   void fill(std::complex<float>* light, double centre_m, int count, double pitch_m) const {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform(0, 1);

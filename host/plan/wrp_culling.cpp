@@ -37,7 +37,7 @@ Polygon within(const DepthLayer& layer, const std::array<glm::dvec3, 3>& triangl
   return part;
 }
 
-/// Tells whether a rectangle around `middle` meets a convex polygon, by the separating axes of both.
+/// True when a rectangle around `middle` meets a convex polygon, by the separating axes of both.
 bool meets(glm::dvec2 middle, glm::dvec2 half, std::span<const glm::dvec2> polygon) {
   const auto apart = [&](glm::dvec2 axis) {
     double low = std::numeric_limits<double>::infinity(), high = -low;

@@ -26,10 +26,6 @@ std::uint64_t profile_bytes(const cl::DeviceInfo& device) {
       {std::uint64_t{128} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16});
 }
 
-/// Spots from the middle of a near sample's wave to its rim, at most: kernels/gather/plane_waves.h
-/// has NEAR_WAVES for them.
-constexpr double widest_near_wave = 34;
-
 }  // namespace
 
 Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene,

@@ -314,7 +314,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("highlights of any sharpness are as exact, by way of a WRP and of points") {
+TEST_CASE("highlights of any sharpness are computed to 1e-5, through a WRP and by points") {
   const auto narrow = hologram({96, 80}, 3.74 * um), wide = hologram({96, 80}, 638 * nm / 4);
   for (const double shininess : {120.0, 1e3, 1e6}) {
     for (const auto& stage : {highlights(narrow, 10 * mm, 0.2 * mm, shininess),
@@ -337,8 +337,9 @@ TEST_CASE("highlights of any sharpness are as exact, by way of a WRP and of poin
 }
 
 TEST_CASE(
-    "\"auto\" takes the cheapest precision that keeps the predicted error, and what is asked for "
-    "is taken") {
+    "precision \"auto\" is the cheapest that keeps the predicted error, and a precision that is "
+    "asked "
+    "for is taken") {
   const PhaseErrors errors{PhaseError{.waves_turns = 1e-2}, PhaseError{.waves_turns = 1e-6}};
   const auto chosen = [&](double phase_turns, bool has_doubles) {
     return choose_precision({{}, phase_turns}, errors, has_doubles);
