@@ -9,13 +9,11 @@
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
-#include <map>
 #include <span>
 #include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/scene/weld.hpp"
 
 namespace raywave {
 namespace {
@@ -183,38 +181,6 @@ Placing placing_of(const Object& object, const World& world, const PlacedObject&
 }
 
 }  // namespace
-
-bool is_closed(const Mesh& mesh) {
-  const std::vector<std::uint32_t> weld = weld_positions(mesh.positions);
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges, reversed;
-  edges.reserve(3 * mesh.triangles.size());
-  for (const glm::uvec3& triangle : mesh.triangles)
-    for (int i = 0; i < 3; ++i) edges.emplace_back(weld[triangle[i]], weld[triangle[(i + 1) % 3]]);
-  for (const auto& [from, to] : edges) reversed.emplace_back(to, from);
-  std::sort(edges.begin(), edges.end());
-  std::sort(reversed.begin(), reversed.end());
-  return edges == reversed && std::adjacent_find(edges.begin(), edges.end()) == edges.end();
-}
-
-Meshes load_meshes(const Scene& scene) {
-  if (scene.objects.empty())
-    throw InputError(one_line(scene.file.string()) +
-                     ": there is no object: add [[object]] with mesh = \"FILE\"");
-  Meshes loaded;
-  std::map<std::pair<std::filesystem::path, Normals>, std::size_t> known;
-  for (const Object& object : scene.objects) {
-    std::error_code error;
-    const auto [found, is_new] =
-        known.try_emplace({std::filesystem::weakly_canonical(object.mesh, error), object.normals},
-                          loaded.meshes.size());
-    if (is_new) {
-      loaded.meshes.push_back(load_mesh(object.mesh, object.normals, object.where));
-      loaded.closed.push_back(is_closed(loaded.meshes.back()));
-    }
-    loaded.of_object.push_back(found->second);
-  }
-  return loaded;
-}
 
 World place_objects(const Scene& scene, const Meshes& meshes) {
   World world;

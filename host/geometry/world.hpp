@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Meshes as read, and the one world mesh that all of a scene's objects become.
+/// The one world mesh that all of a scene's objects become.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -12,30 +11,10 @@
 
 #include "host/geometry/motion.hpp"
 #include "host/geometry/vertex_tree.hpp"
+#include "host/scene/mesh.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {
-
-/// Triangles that index vertices; `normals` and `uvs` are empty or as long as `positions`.
-struct Mesh {
-  std::vector<glm::dvec3> positions;
-  std::vector<glm::dvec3> normals;
-  std::vector<glm::dvec2> uvs;  // (0, 0) is the bottom left of the texture
-  std::vector<glm::uvec3> triangles;
-};
-
-/// Reads any format Assimp reads; all parts of the file merged, polygons triangulated, points,
-/// lines and triangles of no area dropped, node transforms applied, vertices that agree in
-/// everything joined. Axes and numbers stay as in the file (in float, as Assimp keeps them).
-///
-/// throws  InputError, starting with `where`, when the file cannot be read, holds no triangle, or a
-///         vertex is NaN or infinite
-Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where);
-
-/// The last step of load_mesh, on a mesh as a file has it, with zero for a normal that is missing:
-/// triangles of no area dropped, every corner given its normal, and corners that agree in
-/// everything joined.
-Mesh finish_mesh(Mesh raw, Normals normals);
 
 /// A triangle that stands for a part of its object's surface, as the object was placed.
 struct AreaSample {
@@ -89,20 +68,6 @@ std::vector<glm::dvec3> positions_now(const World& world);
 
 /// The vertices' normals as they point now.
 std::vector<glm::vec3> normals_now(const World& world);
-
-/// Whether every edge is shared by exactly two triangles in opposite directions, after welding
-/// equal positions.
-bool is_closed(const Mesh& mesh);
-
-/// The meshes of a scene's objects, as read. Objects that name the same file and normals share one.
-struct Meshes {
-  std::vector<Mesh> meshes;
-  std::vector<bool> closed;
-  std::vector<std::size_t> of_object;  // index into `meshes`
-};
-
-/// throws  InputError when a mesh is unusable, or when the scene has no object
-Meshes load_meshes(const Scene& scene);
 
 /// Rotates, scales and places all objects.
 ///
