@@ -318,10 +318,10 @@ TEST_CASE("an interrupted trade goes on where it was; a changed scene starts ane
 TEST_CASE("what cannot be computed says why, and the rest is measured") {
   const Folder folder;
   const auto device = test::all_devices().front();
-  const auto scene =
-      load_scene(small_scene(folder, "antialias = 4\nvisibility = 8\nedge = 0.2\nfan = 1.2\n"),
-                 // Fans cannot look back
-                 {"sampling.pitch=30 um", "wrp.padding=1.5", "wrp.distance=10.5 mm"});
+  const auto scene = load_scene(
+      small_scene(folder, "antialias = 4\nvisibility = 8\napodization = 0.2\ncone = 1.2\n"),
+      // Fans cannot look back
+      {"sampling.pitch=30 um", "wrp.padding=1.5", "wrp.distance=10.5 mm"});
   TradeBench bench(device, scene, small_spec());
   bench.measure(nothing);
   int refused = 0;

@@ -4,9 +4,9 @@
 
 #include "cl/cache.hpp"
 #include "host/common/error.hpp"
-#include "host/evaluate/bench/bench.hpp"
-#include "host/evaluate/bench/stopwatch.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/evaluate/spread.hpp"
+#include "host/evaluate/stopwatch.hpp"
 #include "host/evaluate/trade/knobs.hpp"
 #include "raywave_version.hpp"
 
