@@ -43,7 +43,7 @@ void use(const cl::Device& device, const Scene& scene, ProgressBar& bar) {
   lens.z_m = result.plan.far_m;
   lens.window_m = scene.hologram.pitch_m;
   lens.points = 1;
-  lens_picture(device, result.plan, DeviceScene(device, scene, world, result.plan), lens);
+  lens_picture(device, result.plan, DeviceScene(device, world, result.plan), lens);
 }
 
 void run(const Options& options) {

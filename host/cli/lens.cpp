@@ -33,7 +33,7 @@ void run(const Options& options) {
   const cl::Device device(options.device.info());
   const auto world = build_world(scene);
   const auto plan = make_plan(scene, world);
-  const DeviceScene arrays(device, scene, world, plan);
+  const DeviceScene arrays(device, world, plan);
   for (const double z_m : depths_m) {
     what.z_m = z_m;
     const auto name = name_at_depth("lens", z_m);

@@ -67,7 +67,7 @@ Results all_of(const cl::DeviceInfo& info, const Scene& scene) {
   lens.points = 2;
   const auto world = build_world(scene);
   const auto& plan = results.hologram.plan;
-  results.seen = lens_picture(device, plan, DeviceScene(device, scene, world, plan), lens);
+  results.seen = lens_picture(device, plan, DeviceScene(device, world, plan), lens);
   return results;
 }
 
