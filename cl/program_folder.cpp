@@ -74,7 +74,7 @@ std::vector<unsigned char> load_program(const fs::path& folder, const ProgramSou
                                         const DeviceInfo& device) {
   const auto name = source.name();
   const auto file = folder / (name + ".bin");
-  const auto remedy = "; raywave kernels --build " + folder.string() + " --device " + device.index +
+  const auto remedy = "; raywave kernels -o " + folder.string() + " --device " + device.index +
                       " SCENE, without RAYWAVE_PROGRAM_DIR, builds what a scene needs";
   const auto binary = read_file(file);
   if (!binary || binary->empty())
