@@ -60,12 +60,6 @@ std::map<std::string, std::string> read_manifest(const fs::path& folder) {
 
 }  // namespace
 
-std::optional<fs::path> program_folder() {
-  const char* folder = std::getenv("RAYWAVE_PROGRAM_DIR");
-  if (!folder || !*folder) return std::nullopt;
-  return folder;
-}
-
 std::string ProgramSource::name() const {
   return fs::path(file).stem().string() + "-" + hash_name(text + '\n' + flags);
 }
