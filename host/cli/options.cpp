@@ -122,7 +122,7 @@ cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
 
 void GoalOptions::add_to(CLI::App& command) {
   command.add_option("--preset", preset, "Target PSNR, from the fastest to the most accurate")
-      ->type_name(choices(presets, [](Quality quality) { return name_of(quality); }))
+      ->type_name(choices(presets, [](Preset quality) { return name_of(quality); }))
       ->group(group::plan);
   command.add_option("--budget", budget, "The most accurate plan that takes this long: 30ms, 2s")
       ->type_name("TIME")

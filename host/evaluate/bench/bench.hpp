@@ -11,7 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "cl/fft.hpp"
 #include "host/evaluate/spread.hpp"
+#include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
 #include "host/scene/image.hpp"
 
