@@ -5,8 +5,8 @@
 #include <set>
 #include <sstream>
 
-#include "cl/cache.hpp"
 #include "cl/program_folder.hpp"
+#include "host/common/cache.hpp"
 
 namespace raywave::cl {
 namespace {

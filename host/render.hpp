@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "cl/device.hpp"
+#include "cl/fft.hpp"
 #include "host/common/npy.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"

@@ -140,7 +140,7 @@ Goal GoalOptions::goal() const {
   if (!preset.empty() + !budget.empty() + psnr_db.has_value() > 1)
     throw InputError("--preset, --budget and --psnr: at most 1 of them can be given");
   Goal goal;
-  if (!preset.empty()) goal.quality = quality_of(preset);
+  if (!preset.empty()) goal.preset = preset_of(preset);
   if (!budget.empty()) goal.budget_s = parse_seconds(budget, "--budget");
   if (psnr_db) goal.psnr_db = *psnr_db;
   return goal;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "host/plan/judged_pictures.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"
 
@@ -24,7 +25,7 @@ struct QualitySpec {
   std::optional<glm::dvec2> window_m;
   // Standard deviation of the Gaussian before comparing; empty: 0.6 of sampling.pitch
   std::optional<double> blur_m;
-  int border_px = 20;  // left out on every side after the blur
+  int border_px = picture_border_px;  // left out on every side after the blur
   // Pictures are averaged over squares of so many pixels before the blur: faster
   int square_px = 1;
   int lens_points = 24;  // per axis, of the lens that rays start from
@@ -50,10 +51,6 @@ struct QualityResult {
   std::optional<FieldComparison> against_points;
   std::map<std::string, double> seconds;  // render, reconstruct, lens, points
 };
-
-/// Nearest surface, farthest surface, and out of focus: before the nearest by a tenth of the depth
-/// between them, or by 1 % of its distance where that is more. Surfaces at one depth count once.
-std::vector<double> quality_depths_m(const Plan& plan);
 
 /// Renders the scene, reconstructs the hologram (intensity averaged over frames) and compares it
 /// with lens_picture. A common factor of the brightness does not count.

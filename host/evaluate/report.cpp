@@ -11,6 +11,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/device_json.hpp"
+#include "host/plan/precision.hpp"
 #include "host/trace/device_scene.hpp"
 #include "raywave_version.hpp"
 
@@ -111,7 +112,7 @@ Json json_of(const Scene& scene) {
 
 Json json_of(const AccuracySpec& accuracy, const Plan& plan) {
   Json predicted;
-  for (const auto p : {Precision::floats, Precision::extended, Precision::doubles}) {
+  for (const auto p : {Precision::floats, Precision::doubles}) {
     const auto& e = plan.phase_errors[static_cast<std::size_t>(p)];
     predicted[name_of(p)] = {{"waves", e.waves_turns},
                              {"bounces", e.bounces_turns},
@@ -138,13 +139,12 @@ Json json_of(const Plan& plan) {
          {"oversampling_error", plan.oversampling_error},
          {"rays", plan.rays}};
   for (const auto& s : plan.layers) {
-    j["layers"].push_back(
-        {{"distance_m", s.distance_m},
-         {"near_m", s.min_m.z},
-         {"far_m", s.max_m.z},
-         {"grid", json_of(s.grid)},
-         {"columns", {{"count", s.axes[0].count}, {"pitch_m", s.axes[0].pitch_m}}},
-         {"rows", {{"count", s.axes[1].count}, {"pitch_m", s.axes[1].pitch_m}}}});
+    j["layers"].push_back({{"distance_m", s.distance_m},
+                           {"near_m", s.min_m.z},
+                           {"far_m", s.max_m.z},
+                           {"grid", json_of(s.grid)},
+                           {"columns", {{"count", plan.tile_size.x}, {"pitch_m", plan.pitch_m.x}}},
+                           {"rows", {{"count", s.rows.count}, {"pitch_m", s.rows.pitch_m}}}});
   }
   for (const auto& w : plan.wrps) {
     j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}, {"layer", w.layer}, {"tile", w.tile}});

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "host/geometry/world.hpp"
-#include "host/plan/planner.hpp"
+#include "host/plan/presets.hpp"
 #include "host/render.hpp"
 #include "host/scene/scene.hpp"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cl/fft.hpp"
-#include "host/plan/rates.hpp"
+#include "host/trace/tuning.hpp"
 
 namespace raywave {
 

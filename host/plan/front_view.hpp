@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the middle of the hologram sees of a scene, coarsely: from it the planner counts samples
-/// and pairs, and predicts pictures.
+/// A coarse view of the scene from the middle of the hologram. Planning counts samples and pairs
+/// from it, and predicts pictures.
 #pragma once
 
 #include <glm/vec2.hpp>

@@ -4,6 +4,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "host/plan/make_plan.hpp"
+
 namespace raywave::reference {
 
 Stage::Stage() {

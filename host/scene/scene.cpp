@@ -422,7 +422,7 @@ AccuracySpec read_accuracy(Section section) {
   section.read("precision", [&](const Value& v) {
     spec.precision = v.choice<std::optional<Precision>>({{"auto", std::nullopt},
                                                          {"float", Precision::floats},
-                                                         {"extended", Precision::extended},
+                                                         {"extended", Precision::floats},
                                                          {"double", Precision::doubles}});
   });
   section.read("phase", [&](const Value& v) { spec.phase_turns = v.number(between(1e-9, 0.5)); });

@@ -70,9 +70,9 @@ struct TraceSpec {
   bool shadows = false;
 };
 
-/// How phases are computed: in floats (differences within a tile of pixels; paths in pairs of
-/// floats), in pairs of floats, or in doubles.
-enum class Precision { floats, extended, doubles };
+/// How phases are computed: in floats (differences within a tile of pixels; optical paths in pairs
+/// of floats), or in doubles.
+enum class Precision { floats, doubles };
 
 struct AccuracySpec {
   // empty: the cheapest whose predicted error of phase stays below phase_turns

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 
+#include "host/trace/precision_option.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave {
@@ -24,10 +25,6 @@ std::uint64_t profile_bytes(const cl::DeviceInfo& device) {
   return std::min(
       {std::uint64_t{128} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16});
 }
-
-/// Spots from the middle of a near sample's wave to its rim, at most: kernels/gather/plane_waves.h
-/// has NEAR_WAVES for them.
-constexpr double widest_near_wave = 34;
 
 }  // namespace
 
@@ -106,8 +103,8 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   if (at_hologram) {
     plane.window_x = plane.window_y = 1e6f;
   } else {
-    const auto narrowed = [&](double z) { return std::abs(z - centre_m.z) / z; };
-    const auto widest = fan * std::max(narrowed(near_m), narrowed(far_m)) / centre_m.z;
+    const auto widest =
+        fan * std::max(narrowing(centre_m.z, near_m), narrowing(centre_m.z, far_m)) / centre_m.z;
     // A sample's ray to the tile's centre crosses the plane at x when its tangent in the lattice is
     // (x - centre) / distance + centre / z.
     const auto turned = tile_m * (1 / near_m + 1 / far_m) / 2.0,
@@ -116,7 +113,8 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     plane.tangent_y = static_cast<float>((corner.y - tile_m.y) / centre_m.z + turned.y);
     plane.tangent_step_x = static_cast<float>(pitch.x / centre_m.z);
     plane.tangent_step_y = static_cast<float>(pitch.y / centre_m.z);
-    const auto spot = plan_.wavelength_m * far_m / (2.0 * glm::max(fan, 1e-3) * half_window);
+    const glm::dvec2 spot(spot_of(plan_.wavelength_m, far_m, fan.x, 2 * half_window.x),
+                          spot_of(plan_.wavelength_m, far_m, fan.y, 2 * half_window.y));
     const double nearest = std::max({0.0, near_m - centre_m.z, centre_m.z - far_m});
     const auto narrowest = fan * half_window * (nearest / far_m);
     const bool any_near = narrowest.x < near_spots_ * spot.x || narrowest.y < near_spots_ * spot.y;

@@ -2,25 +2,19 @@
 /// Fields on planes by aimed gathering from the sample table (kernels/gather/gather.cl).
 #pragma once
 
+#include "host/plan/footprint.hpp"
 #include "host/trace/samples.hpp"
 
 namespace raywave {
 
 class Gatherer {
 public:
-  /// frames      gathered together, 1 to `most_frames`: rays, visibility and shading are shared,
+  /// frames      gathered together, 1 to most_frames_together: rays, visibility and shading are shared,
   ///             only phases differ
   /// near_spots  samples whose geometric footprint on a plane is narrower than so many diffraction
   ///             spots to each side are gathered as plane waves; 0: none, all geometrically
   Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
            const SampleTable& table, int frames, double near_spots = default_near_spots);
-
-  static constexpr double default_near_spots = 12;
-  /// How far beyond their geometric footprint the waves of near samples are kept, in diffraction
-  /// spots.
-  static constexpr double near_tail = 4;
-
-  static constexpr int most_frames = 16;
 
   /// Draws the random phases of frames seed, seed + 1, ... for the samples that the table holds
   /// now.

@@ -13,8 +13,8 @@
 #include <random>
 
 #include "cl/buffer.hpp"
-#include "cl/cache.hpp"
 #include "cl/program.hpp"
+#include "host/common/cache.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/geometry/shared_types.hpp"
 #include "kernels/common/shared_layout.h"
@@ -161,7 +161,7 @@ TEST_CASE("a damaged kernel in the cache is compiled again") {
       if (damage == "cut") fs::resize_file(file, size / 2);
       if (damage == "overwritten") std::ofstream(file, std::ios::binary) << std::string(size, 'x');
       CHECK(selftest::cos_sin_error(device, 1, std::vector<float>(64, 0.125f)) < 1e-6);
-      CHECK(cl::load_cached(file.filename()));
+      CHECK(load_cached(file.filename()));
     }
   }
 }

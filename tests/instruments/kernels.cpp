@@ -9,6 +9,7 @@
 
 #include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/geometry/bvh.hpp"
+#include "host/plan/make_plan.hpp"
 #include "host/render.hpp"
 #include "host/trace/interpolator.hpp"
 #include "host/view/lens.hpp"
@@ -134,16 +135,14 @@ void render_in_all_ways(const cl::Device& device, const Folder& folder) {
   check_render(device, scene);
 }
 
-/// Planes this small are never gathered in fewer columns and rows.
+/// Planes this small are never gathered in fewer rows.
 void interpolate(const cl::Device& device) {
   Plan plan;
   plan.size = plan.tile_size = {device.info().float_lanes + 3, 19};
   plan.pitch_m = {8 * um, 8 * um};
   plan.wavelength_m = 638e-9;
   plan.layers = {{.distance_m = 10 * mm}};
-  for (int axis = 0; axis < 2; ++axis)
-    plan.layers[0].axes[static_cast<std::size_t>(axis)] = {(2 * plan.size[axis] + 2) / 5 + 5,
-                                                           20 * um, 2};
+  plan.layers[0].rows = {(2 * plan.size.y + 2) / 5 + 5, 20 * um, 2};
   plan.wrps = {{{0, 0, plan.layers[0].distance_m}, {}, {0, 0}, 0}};
   const cl::ComplexBuffer gathered(
       device, std::vector<std::complex<float>>(2 * plan.gathered_pixels(), {1, 0}), "gathered");

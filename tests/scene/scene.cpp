@@ -362,7 +362,7 @@ TEST_CASE(
   CHECK(accuracy({}).phase_turns == 0.01);
   CHECK_FALSE(accuracy({"accuracy.precision=auto"}).precision.has_value());
   CHECK(accuracy({"accuracy.precision=float"}).precision == Precision::floats);
-  CHECK(accuracy({"accuracy.precision=extended"}).precision == Precision::extended);
+  CHECK(accuracy({"accuracy.precision=extended"}).precision == Precision::floats);
   CHECK(accuracy({"accuracy.precision=double", "accuracy.phase=1e-4"}).precision ==
         Precision::doubles);
   CHECK(accuracy({"accuracy.phase=1e-4"}).phase_turns == 1e-4);

@@ -4,6 +4,8 @@
 #include <complex>
 #include <optional>
 
+#include "host/plan/footprint.hpp"
+#include "host/plan/memory.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/pipeline.hpp"
 #include "host/reference/shading.hpp"
@@ -101,7 +103,7 @@ TEST_CASE("frames gathered together differ in their phases only") {
   const dvec3 centre(0, 0, 28.5e-3);
   for (const auto& device : all_devices()) {
     const Rig rig(device, stage);
-    for (const int frames : {3, Gatherer::most_frames}) {
+    for (const int frames : {3, most_frames_together}) {
       const auto result = against_direct_sum(rig, gathered(device, rig, centre, 0, frames, 40),
                                              frames, 40, centre, 100);
       CAPTURE(frames, result.error);
@@ -256,7 +258,7 @@ TEST_CASE(
     // The sphere is from 18.55 to 19.45 mm, the plane behind it at 19.5 mm.
     for (const double z :
          {16.5e-3, 17.55e-3, 18.2e-3, 18.6e-3, 19e-3, 19.2e-3, 19.47e-3, 19.5e-3, 19.7e-3, 21e-3}) {
-      const auto on_plane = gathered(device, rig, {0, 0, z}, Gatherer::default_near_spots);
+      const auto on_plane = gathered(device, rig, {0, 0, z}, default_near_spots);
       raywave::cl::ComplexBuffer field(device, std::span(on_plane), "field");
       propagator.load(field);
       propagator.add({{0, 0}, z});

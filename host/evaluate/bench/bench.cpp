@@ -12,6 +12,7 @@
 #include "host/evaluate/quality.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/plan/cost.hpp"
+#include "host/plan/make_plan.hpp"
 
 namespace raywave {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "host/encode/encode.hpp"
 #include "host/evaluate/selftest/checks.hpp"
+#include "host/plan/make_plan.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/reference/shading.hpp"

@@ -7,6 +7,7 @@
 
 #include "host/common/text.hpp"
 #include "host/plan/precision.hpp"
+#include "host/trace/tuning.hpp"
 
 namespace raywave {
 namespace {
@@ -153,7 +154,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
   vary("sampling.visibility", {0, 4, 8, 16}, 2);
   vary("sampling.cone", {1.0, 1.1, 1.2, 1.4}, 2);
   vary("sampling.apodization", {0.0, 0.1, 0.2, 0.3, 0.4}, 2);
-  vary("accuracy.precision", {"float", "extended"}, 2);
+  vary("accuracy.precision", {"float"}, 2);
   if (trade.device.fp64) vary("accuracy.precision", {"double"}, 1);
   if (!spec.fft) {
     for (const auto backend : cl::all_backends) {
@@ -220,8 +221,7 @@ const std::vector<TradeKnob>& trade_knobs() {
       plain("sampling.cone", &TradeKnobs::cone),
       plain("sampling.apodization", &TradeKnobs::apodization),
       named("accuracy.precision", &TradeKnobs::precision,
-            std::array{name_of(Precision::floats), name_of(Precision::extended),
-                       name_of(Precision::doubles)}),
+            std::array{name_of(Precision::floats), name_of(Precision::doubles)}),
       named("fft", &TradeKnobs::fft,
             std::array{cl::name_of(cl::FftBackend::host).data(),
                        cl::name_of(cl::FftBackend::clfft).data(),
@@ -246,14 +246,13 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   const auto figures = figures_of(trade.device);
   const auto fft = spec.fft.value_or(cl::default_backend(trade.device));
   Rows rows(trade.rows);
-  for (const auto quality :
-       {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
-    const auto planned = plan_scene(trade.scene, world, figures, {quality, {}, {}});
+  for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
+    const auto planned = plan_scene(trade.scene, world, figures, {preset, {}, {}});
     const auto row = rows.add(knobs_of(planned.scene, planned.plan.precision, fft), true);
     const auto& predicted = planned.prediction;
     trade.presets.push_back(
-        {quality, row, predicted.times, predicted.pictures->mean_psnr_db, predicted.device_bytes});
-    if (quality == Quality::balanced) trade.base = row;
+        {preset, row, predicted.times, predicted.pictures->mean_psnr_db, predicted.device_bytes});
+    if (preset == Preset::balanced) trade.base = row;
   }
 
   if (spec.presets) return;
@@ -267,7 +266,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
 
   const auto base = trade.rows[trade.base].knobs;
   const double balanced_s =
-      trade.presets[static_cast<std::size_t>(Quality::balanced)].predicted.total_s();
+      trade.presets[static_cast<std::size_t>(Preset::balanced)].predicted.total_s();
   const auto best = !spec.exhaustive ? predicted_frontier(all)
                     : spec.quick     ? near_frontier(all, balanced_s)
                                      : near_frontier(all, std::numeric_limits<double>::infinity());

@@ -2,12 +2,13 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "cl/cache.hpp"
+#include "host/common/cache.hpp"
 #include "host/common/error.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/spread.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/evaluate/trade/knobs.hpp"
+#include "host/plan/make_plan.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
@@ -43,7 +44,7 @@ std::string digits_of(const Trade& trade, const World& world) {
   append_bytes(all, world.uvs);
   append_bytes(all, world.triangles);
   for (const auto& texture : load_textures(trade.scene)) append_bytes(all, texture.pixels);
-  return cl::hash_name(all);
+  return hash_name(all);
 }
 
 double mean(const std::vector<TradePicture>& pictures, bool sides, double TradePicture::*figure) {

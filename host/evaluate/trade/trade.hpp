@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "host/evaluate/quality.hpp"
-#include "host/plan/planner.hpp"
+#include "host/plan/presets.hpp"
 #include "host/render.hpp"
 
 namespace raywave {
@@ -82,9 +82,9 @@ struct TradeRow {
 double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device);
 
 struct TradePreset {
-  Quality quality = Quality::balanced;
+  Preset preset = Preset::balanced;
   std::size_t row = 0;
-  StageTimes predicted;
+  PredictedTimes predicted;
   double predicted_psnr_db = 0;
   std::uint64_t predicted_bytes = 0;  // of device memory
 };
