@@ -39,19 +39,19 @@ bool are_normals(const std::vector<glm::dvec3>& vectors) {
 
 }  // namespace
 
-void send(ChildPipe& pipe, const Mesh& mesh) {
+void send(ReaderPipe& pipe, const Mesh& mesh) {
   pipe.write_vector(mesh.positions);
   pipe.write_vector(mesh.normals);
   pipe.write_vector(mesh.uvs);
   pipe.write_vector(mesh.triangles);
 }
 
-void send(ChildPipe& pipe, const Image& image) {
+void send(ReaderPipe& pipe, const Image& image) {
   pipe.write_vector(std::vector<int>{image.width, image.height});
   pipe.write_vector(image.pixels);
 }
 
-Mesh receive_mesh(ChildPipe& pipe) {
+Mesh receive_mesh(ReaderPipe& pipe) {
   Mesh mesh;
   pipe.read_vector(mesh.positions, most_vertices_of_file);
   const std::size_t count = mesh.positions.size();
@@ -66,7 +66,7 @@ Mesh receive_mesh(ChildPipe& pipe) {
   return mesh;
 }
 
-Image receive_image(ChildPipe& pipe) {
+Image receive_image(ReaderPipe& pipe) {
   std::vector<int> size;
   pipe.read_vector(size, 2);
   require(size.size() == 2 && std::min(size[0], size[1]) >= 1 &&
