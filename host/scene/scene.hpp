@@ -71,7 +71,7 @@ struct TraceSpec {
 };
 
 /// How phases are computed: in floats (differences within a tile of pixels; paths in pairs of
-/// floats), in pairs of floats, or in doubles.
+/// floats), in pairs of floats, or in doubles. A scene file names the first or the last.
 enum class Precision { floats, extended, doubles };
 
 struct AccuracySpec {
@@ -139,6 +139,8 @@ struct Scene {
   ViewerSpec viewer;
   // Keys that file and overrides fix, "sampling.pitch"; those that say "auto" are not among them
   std::set<std::string, std::less<>> given;
+  // What the user should know of the file, a line each: keys by their old names
+  std::vector<std::string> notes;
   std::vector<Light> lights;
   std::vector<Material> materials;  // [0] is the default of an object that names none
   std::vector<Object> objects;
@@ -147,9 +149,8 @@ struct Scene {
 /// Reads and checks a scene file (docs/scene.md lists every key).
 ///
 /// overrides  "section.key=value" each, the value as TOML or a bare string ("wrp.padding=1.25",
-///            "hologram.pitch=8 um", "object.0.width=9
-/// mm",
-///            "materials.gold.shininess=40"); applied before checks
+///            "hologram.pitch=8 um", "object.0.width=9 mm", "materials.gold.shininess=40"); applied
+///            before checks
 /// throws     InputError: one line with file, line and what would be right
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
