@@ -162,7 +162,8 @@ struct Renderer::State {
 
   State(const cl::Device& the_device, Scene the_scene, const Meshes& meshes,
         RenderOptions the_options)
-      : State(the_device, the_scene, place_objects(the_scene, meshes), std::move(the_options)) {}
+      : State(the_device, the_scene, place_objects(the_scene, meshes, load_textures(the_scene)),
+              std::move(the_options)) {}
 
   State(const cl::Device& the_device, Scene the_scene, World the_world, RenderOptions the_options)
       : device(the_device),
@@ -308,6 +309,7 @@ RenderResult Renderer::State::render() {
 
   RenderResult result;
   result.plan = plan;
+  result.notes = scene.notes;
   if (const double farthest_m = plan.layers.back().distance_m;
       propagator && farthest_m > propagator->farthest_m())
     result.notes.push_back(
@@ -438,6 +440,10 @@ Renderer::Renderer(const cl::Device& device, Scene scene, RenderOptions options)
 Renderer::Renderer(const cl::Device& device, Scene scene, const Meshes& meshes,
                    RenderOptions options)
     : state_(std::make_unique<State>(device, std::move(scene), meshes, std::move(options))) {}
+Renderer::Renderer(const cl::Device& device, Scene scene, const SceneFiles& files,
+                   RenderOptions options)
+    : state_(std::make_unique<State>(
+          device, scene, place_objects(scene, files.meshes, files.textures), std::move(options))) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
