@@ -23,7 +23,7 @@ bool all_finite(const std::vector<Vector>& vectors) {
   });
 }
 
-/// As readers give them: floats. Squares of areas then fit into doubles.
+/// Readers send floats. Within that range, squares of areas fit into doubles.
 bool are_positions(const std::vector<glm::dvec3>& vectors) {
   return std::all_of(vectors.begin(), vectors.end(), [](const glm::dvec3& p) {
     constexpr double largest = std::numeric_limits<float>::max();

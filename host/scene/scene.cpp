@@ -27,10 +27,10 @@ constexpr std::uintmax_t kMaxSceneBytes = 1 << 20;
 // Each dot of a dotted key nests a table, and the parser frees tables by recursion
 constexpr int kMaxDotsPerLine = 32;
 
-/// What a number may be.
+/// Allowed range of a number.
 struct Range {
   double min, max;
-  bool one_sided = false;  // max is only where float ends, so a message need not name it
+  bool one_sided = false;  // max is only the limit of float, which messages omit
 };
 constexpr double kLargest = 1e30;  // leaves room to multiply in float
 constexpr Range between(double min, double max) { return {min, max}; }
@@ -52,7 +52,7 @@ bool contains(const Range& range, double value) {
   return value >= range.min && value <= range.max;  // false for NaN
 }
 
-/// "1 to 8", ">= 0"; of a one-sided range the side that the value breaks.
+/// "1 to 8", ">= 0"; for a one-sided range only the bound that the value violates.
 std::string text(const Range& range, double value, std::string (*format)(double)) {
   if (!range.one_sided) return format(range.min) + " to " + format(range.max);
   if (value > range.max) return "<= " + format(range.max);
@@ -86,7 +86,7 @@ struct Document {
     }
     if (const auto line = node.source().begin.line; line > 0)
       return one_line(file.string()) + ":" + std::to_string(line);
-    // Of a section that only overrides made
+    // A section that only overrides made has no line.
     const auto child = overrides.lower_bound(std::string(path) + ".");
     return child != overrides.end() && child->first.starts_with(path)
                ? "--set " + one_line(child->second)
@@ -225,7 +225,7 @@ private:
   }
 };
 
-/// Edit distance, to guess which key was meant.
+/// Edit distance, to suggest the key that was meant.
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -259,7 +259,7 @@ public:
     if (!read(key, use)) fail(std::string(key) + " is missing: give " + what);
   }
 
-  /// Complains about the table as a whole.
+  /// Throws an InputError about the table as a whole.
   [[noreturn]] void fail(const std::string& what) const { throw InputError(where() + ": " + what); }
 
   /// "scene.toml:41: object 0"
@@ -461,7 +461,7 @@ ViewerSpec read_viewer(Section section) {
   return spec;
 }
 
-/// The keys of sections that have a value of their own.
+/// Keys that have a value other than "auto": "sampling.pitch" ...
 std::set<std::string, std::less<>> given_keys(const toml::table& root) {
   std::set<std::string, std::less<>> keys;
   for (const auto& [section, node] : root) {
@@ -572,7 +572,7 @@ void refuse_deep_keys(std::string_view text, const std::string& name) {
   }
 }
 
-/// A value as TOML has it, or else the bare text: `auto`, `8 um`.
+/// Parses the value as TOML; a text that is not TOML, such as `auto` or `8 um`, becomes a string.
 void assign(toml::table& table, std::string_view key, const std::string& text) {
   toml::table parsed;
   try {
@@ -692,7 +692,7 @@ struct Unit {
   double in_base;
 };
 
-/// "3.74 um" as 3.74e-6 where there is such a unit.
+/// "3.74 um" as 3.74e-6; empty when the unit is not among `units`.
 std::optional<double> in_base_unit(std::string_view text, std::span<const Unit> units) {
   const auto trim = [](std::string_view s) {
     const auto first = s.find_first_not_of(' ');

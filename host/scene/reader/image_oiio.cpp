@@ -21,7 +21,7 @@ float linear_from_srgb(float s) {
   return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
 }
 
-/// An opened picture whose claims about its size have been checked.
+/// Opens a picture and checks the size that it claims.
 std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& file, int max_side) {
   OIIO::ImageSpec as_stored;
   as_stored["oiio:UnassociatedAlpha"] = 1;  // colours not multiplied by alpha
@@ -38,7 +38,7 @@ std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& file, int ma
   return input;
 }
 
-/// One channel as float; of integer formats, shares of the format's largest number.
+/// One channel as float; integer formats are divided by the format's largest number.
 Image read(OIIO::ImageInput& input, int channel) {
   Image image{input.spec().width, input.spec().height, {}};
   image.pixels.resize(std::size_t{1} * image.width * image.height);

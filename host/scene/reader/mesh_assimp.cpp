@@ -70,8 +70,8 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, Mesh& raw) {
   }
 }
 
-/// All parts as the file places them, without recursion: a file may nest its nodes as deep as it
-/// likes.
+/// Merges all parts as the file places them. Without recursion, for a file may nest its nodes to
+/// any depth.
 Mesh flatten(const aiScene& scene) {
   Mesh raw;
   std::vector<std::pair<const aiNode*, glm::dmat4>> pending{{scene.mRootNode, glm::dmat4(1)}};
@@ -92,8 +92,8 @@ Mesh flatten(const aiScene& scene) {
   return raw;
 }
 
-/// Files that end: Assimp's PLY reader asks for more for ever when the end of the header or the
-/// data is missing.
+/// A file that throws at its end: Assimp's PLY reader reads for ever when the end of the header or
+/// of the data is missing.
 class EndingStream : public Assimp::DefaultIOStream {
 public:
   EndingStream(std::FILE* file, const char* name) : DefaultIOStream(file, name) {}
