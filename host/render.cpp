@@ -57,6 +57,7 @@ RenderResult Renderer::State::render() {
     make_plan();
   }
   RenderResult result;
+  result.notes = scene_.notes;
   result.wrps.resize(options_.keep_wrps ? plan_.wrps.size() : 0);
   encoder_.prepare(plan_);
   for (std::size_t tile = 0; tile < plan_.tiles.size(); ++tile) {
@@ -214,7 +215,13 @@ Renderer::Renderer(const cl::Device& device, Scene scene, RenderOptions options)
     : state_(std::make_unique<State>(device, std::move(scene), std::move(options))) {}
 Renderer::Renderer(const cl::Device& device, Scene scene, const Meshes& meshes,
                    RenderOptions options)
-    : state_(std::make_unique<State>(device, scene, place_objects(scene, meshes),
+    : state_(std::make_unique<State>(device, scene,
+                                     place_objects(scene, meshes, load_textures(scene)),
+                                     std::move(options))) {}
+Renderer::Renderer(const cl::Device& device, Scene scene, const SceneFiles& files,
+                   RenderOptions options)
+    : state_(std::make_unique<State>(device, scene,
+                                     place_objects(scene, files.meshes, files.textures),
                                      std::move(options))) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;

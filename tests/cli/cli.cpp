@@ -514,9 +514,9 @@ TEST_CASE("plan says what would be computed without computing it") {
                            ContainsSubstring("2 x 2"));
   CHECK_THAT(text.out, ContainsSubstring("precision float (auto), predicted phase error"));
   const auto strict = desk.run({"plan", desk.file("scene.toml"), "--set",
-                                "accuracy.precision=extended", "--set", "accuracy.phase=1e-9"})
+                                "accuracy.precision=float", "--set", "accuracy.phase=1e-9"})
                           .out;
-  CHECK_THAT(strict, ContainsSubstring("precision extended, predicted phase error") &&
+  CHECK_THAT(strict, ContainsSubstring("precision float, predicted phase error") &&
                          ContainsSubstring("NOT below 1e-09"));
   const auto json = Json::parse(desk.run({"plan", desk.file("scene.toml"), "--json"}).out);
   CHECK(json["triangles"] == 2);

@@ -245,8 +245,9 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
   row.padded = result.plan.padded;
   if (what.share == 1) row.work = work_of(result.plan, what, options_.fft);
 
-  const auto meshes = what.meshes ? *what.meshes : load_meshes(what.scene);
-  const auto world = place_objects(what.scene, meshes);
+  const auto world = what.meshes
+                         ? place_objects(what.scene, *what.meshes, load_textures(what.scene))
+                         : build_world(what.scene);
   row.triangles = world.triangles.size();
   if (!options_.quality || what.share != 1) return;
   how.keep_field = true;

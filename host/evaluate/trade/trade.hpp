@@ -156,7 +156,7 @@ private:
 
   cl::Device device_;
   TradeSpec spec_;
-  Meshes meshes_;
+  SceneFiles files_;
   World world_;
   Trade trade_;
   std::vector<Image> seen_by_lens_;  // as rows look: depths, then sides
