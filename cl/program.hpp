@@ -3,9 +3,10 @@
 /// checked arguments.
 #pragma once
 
-#include <array>
+#include <compare>
 #include <map>
 #include <string>
+#include <string_view>
 #include <type_traits>
 
 #include "cl/buffer.hpp"
@@ -15,14 +16,19 @@ namespace raywave::cl {
 /// The files of kernels/ by name, as they were when this program was built.
 const std::map<std::string, std::string>& kernel_files();
 
-/// Compile-time options of a kernel file: macro name to value.
-using Options = std::map<std::string, std::string>;
+/// A compile-time option of kernels by the name of its macro. Whoever knows the kernels declares a
+/// constant for each (host/geometry/kernel_options.hpp).
+struct Option {
+  explicit constexpr Option(std::string_view macro) : name(macro) {}
+  std::string_view name;
+  auto operator<=>(const Option&) const = default;
+};
+
+/// Options of a kernel file and their values.
+using Options = std::map<Option, std::string>;
 
 /// `options` with `more` added or replaced.
 Options with(Options options, const Options& more);
-
-/// A float as a macro's value, exact (hex float).
-std::string option_value(float value);
 
 /// Sizes of up to three dimensions; 0 stands for a dimension that is not there.
 struct Range {
@@ -87,7 +93,8 @@ public:
   /// Compiles kernels/`file` with its includes, or loads it from RAYWAVE_PROGRAM_DIR
   /// (cl/program_folder.hpp).
   ///
-  /// throws  DeviceError with device, driver, options and the compiler's log when that fails
+  /// throws  DeviceError when the file has no such option; with device, driver, options and the
+  ///         compiler's log when it does not compile
   Program(const Device& device, const std::string& file, const Options& options);
 
   Kernel kernel(const std::string& name) const;

@@ -11,6 +11,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/scene/image.hpp"
 #include "host/trace/work_shape.hpp"
 
@@ -134,18 +135,18 @@ cl::Options kernel_options(const Scene& scene, const Plan& plan) {
   const int channel = channel_of(scene.hologram.wavelength_m);
   const auto lights = std::count_if(scene.lights.begin(), scene.lights.end(),
                                     [](const Light& l) { return l.type != LightType::ambient; });
-  return {{"RAYWAVE_LIGHTS", std::to_string(lights)},
-          {"RAYWAVE_SPECULAR",
-           any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
-          {"RAYWAVE_SHARP", any([&](const Material& m) {
-             return m.specular[channel] > 0 && m.shininess > sharp_shininess;
-           })
-                                ? "1"
-                                : "0"},
-          {"RAYWAVE_TEXTURES",
-           any([](const Material& m) { return m.texture.has_value(); }) ? "1" : "0"},
-          {"RAYWAVE_SHADOWS", scene.trace.shadows && lights > 0 ? "1" : "0"},
-          {"RAYWAVE_BOUNCES", std::to_string(plan.bounces)}};
+  return {
+      {option::lights, std::to_string(lights)},
+      {option::specular,
+       any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
+      {option::sharp, any([&](const Material& m) {
+         return m.specular[channel] > 0 && m.shininess > sharp_shininess;
+       })
+                          ? "1"
+                          : "0"},
+      {option::textures, any([](const Material& m) { return m.texture.has_value(); }) ? "1" : "0"},
+      {option::shadows, scene.trace.shadows && lights > 0 ? "1" : "0"},
+      {option::bounces, std::to_string(plan.bounces)}};
 }
 
 DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world,
@@ -158,7 +159,7 @@ DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const Wor
   normals = {device, floats_of(world.normals), "normals"};
   uvs = {device, floats_of(world.uvs), "places on textures"};
   options = cl::with(kernel_options(scene, plan),
-                     {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))}});
+                     {{option::lanes, std::to_string(lanes_for(device.info()))}});
   place(scene, world, plan);
 }
 
@@ -168,8 +169,7 @@ void DeviceScene::place(const Scene& scene, const World& world, const Plan& plan
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   options =
       // Scenes alike in size share kernels
-      cl::with(options,
-               {{"RAYWAVE_BVH_DEPTH", std::to_string((instances_.depth() + 15) / 16 * 16)}});
+      cl::with(options, {{option::bvh_depth, std::to_string((instances_.depth() + 15) / 16 * 16)}});
   upload_lights(scene, world, plan);
 }
 

@@ -5,6 +5,8 @@
 #include <chrono>
 #include <glm/geometric.hpp>
 
+#include "host/geometry/kernel_options.hpp"
+
 namespace raywave {
 Tracer::Tracer(const cl::Device& device, const Scene& scene, const Plan& plan,
                const DeviceScene& arrays, HitSource source, const SampleTable* table)
@@ -16,8 +18,8 @@ Tracer::Tracer(const cl::Device& device, const Scene& scene, const Plan& plan,
       lanes_(lanes_for(device.info())),
       program_(device, "kernels/gather/fan.cl",
                cl::with(arrays.options,
-                        {{"RAYWAVE_SOURCE", std::to_string(static_cast<int>(source))},
-                         {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)}})),
+                        {{option::source, std::to_string(static_cast<int>(source))},
+                         {option::precision, precision_option(device.info(), plan.precision)}})),
       trace_fan_(program_.kernel("trace_fan")),
       no_samples_(device, 1, "samples"),
       no_cells_(device, 1, "sample lattice") {}

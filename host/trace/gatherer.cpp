@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 
+#include "host/geometry/kernel_options.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave {
@@ -14,7 +15,7 @@ namespace {
 /// kernels, which take longest to compile.
 cl::Options options_of(const DeviceScene& scene) {
   cl::Options options;
-  for (const char* name : {"RAYWAVE_LANES", "RAYWAVE_LIGHTS", "RAYWAVE_SPECULAR", "RAYWAVE_SHARP"})
+  for (const auto& name : {option::lanes, option::lights, option::specular, option::sharp})
     options[name] = scene.options.at(name);
   return options;
 }
@@ -43,11 +44,11 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
       near_spots_(near_spots),
       program_(device, "kernels/gather/gather.cl",
                cl::with(options_of(scene),
-                        {{"RAYWAVE_FRAMES", std::to_string(frames)},
-                         {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)},
-                         {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
-                         {"RAYWAVE_VIEW_PARTS", std::to_string(table.view_parts)},
-                         {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),
+                        {{option::frames, std::to_string(frames)},
+                         {option::precision, precision_option(device.info(), plan.precision)},
+                         {option::tile_rows, std::to_string(tile_rows_)},
+                         {option::view_parts, std::to_string(table.view_parts)},
+                         {option::sine_limit, plan.beyond_diffraction ? "1" : "0"}})),
       aim_(program_.kernel("aim")),
       draw_phases_(program_.kernel("draw_phases")),
       profile_(program_.kernel("profile")),

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/geometry/kernel_options.hpp"
 #include "host/trace/device_scene.hpp"
 
 namespace raywave {
@@ -179,8 +180,8 @@ Interpolator::Interpolator(const cl::Device& device)
     : device_(device),
       lanes_(lanes_for(device.info())),
       program_(device, "kernels/gather/interpolate.cl",
-               {{"RAYWAVE_LANES", std::to_string(lanes_)},
-                {"RAYWAVE_INTERPOLATE_ROWS", std::to_string(rows_together(lanes_))}}),
+               {{option::lanes, std::to_string(lanes_)},
+                {option::interpolate_rows, std::to_string(rows_together(lanes_))}}),
       columns_(program_.kernel("interpolate_columns")),
       rows_(program_.kernel("interpolate_rows")) {}
 

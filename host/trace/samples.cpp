@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host/common/error.hpp"
+#include "host/geometry/kernel_options.hpp"
 
 namespace raywave {
 namespace {
@@ -69,9 +70,9 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
     : view_parts(plan.view_parts),
       device_(device),
       program_(device, "kernels/samples/samples.cl",
-               cl::with(scene.options, {{"RAYWAVE_ANTIALIAS", std::to_string(plan.antialias)},
-                                        {"RAYWAVE_VIEW_PARTS", std::to_string(view_parts)},
-                                        {"RAYWAVE_KEEP_UNSEEN", keep_unseen ? "1" : "0"}})),
+               cl::with(scene.options, {{option::antialias, std::to_string(plan.antialias)},
+                                        {option::view_parts, std::to_string(view_parts)},
+                                        {option::keep_unseen, keep_unseen ? "1" : "0"}})),
       find_samples_(program_.kernel("find_samples")),
       pack_samples_(program_.kernel("pack_samples")) {
   find(plan, scene);

@@ -10,15 +10,8 @@
 #define RAYWAVE_WIDE_H
 
 #include "kernels/common/lanes.h"
+#include "kernels/common/options.h"
 #include "kernels/common/phase.h"
-
-// Floats for differences of phase within a tile, pairs of floats for what they count from
-#define PRECISION_FLOAT 0
-#define PRECISION_EXTENDED 1  // pairs of floats
-#define PRECISION_DOUBLE 2    // doubles, where the device has them
-#ifndef RAYWAVE_PRECISION
-#define RAYWAVE_PRECISION PRECISION_FLOAT  // host/trace/gatherer.cpp, host/trace/fan_tracer.cpp
-#endif
 
 #if RAYWAVE_PRECISION == PRECISION_DOUBLE
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable

@@ -5,9 +5,7 @@
 #ifndef RAYWAVE_LANES_H
 #define RAYWAVE_LANES_H
 
-#ifndef RAYWAVE_LANES
-#define RAYWAVE_LANES 1  // 1, 4, 8 or 16; host/trace/fan_tracer.cpp sets it from the device
-#endif
+#include "kernels/common/options.h"
 
 #if RAYWAVE_LANES == 1
 typedef float floatv;

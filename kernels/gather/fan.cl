@@ -17,16 +17,10 @@
 #include "kernels/common/lanes.h"
 #include "kernels/common/phase.h"
 #include "kernels/common/shared.h"
+#include "kernels/gather/options.h"
 #include "kernels/scene/bounce.h"
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/shade.h"
-
-#define SOURCE_HIT 0
-#define SOURCE_SURFACE 1
-#define SOURCE_BOUNCED 2
-#ifndef RAYWAVE_SOURCE
-#define RAYWAVE_SOURCE SOURCE_HIT  // host/trace/fan_tracer.cpp
-#endif
 
 // A place that light comes from, and the mask of lanes that have one.
 typedef struct {
@@ -172,19 +166,23 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
     Rays rays = {
         x,    y, (floatv)(plane.z), tx, ty, (floatv)(1.0f), (floatv)(0.0f), (floatv)(plane.reach),
         shown};
+    // Paths yet to be followed: the ray's own, and those that mirrors and glass add
+    int pending = 1;
 #if RAYWAVE_BOUNCES > 0
     Way ways[BOUNCE_WAYS];
     ways[0] = way_from(&line, shown);
-    int pending = 1;
+#endif
     while (pending > 0) {
-      Way way = ways[--pending];
+      --pending;
+#if RAYWAVE_BOUNCES > 0
+      Way way = ways[pending];
       line = way.line;
       rays = rays_of(&way, plane.reach);
 #if RAYWAVE_SOURCE != SOURCE_HIT
       const bool bounced_before = way.bounces_left < RAYWAVE_BOUNCES;
 #endif
 #elif RAYWAVE_SOURCE == SOURCE_SURFACE
-    const bool bounced_before = false;
+      const bool bounced_before = false;
 #endif
       const Hits hits = bvh_nearest(&scene.tree, &rays);
       const intv hit = hits.triangle >= 0;
@@ -193,8 +191,8 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
 #if EXACT_SURFACES
       const Wide distance = exact_surface(&scene, &line, &hits, &surface);
 #else
-    const AreaSamples area_samples = area_samples_of(&scene.tree, hits.triangle);
-    const Wide distance = exact_distance(&area_samples, &line, hits.t);
+      const AreaSamples area_samples = area_samples_of(&scene.tree, hits.triangle);
+      const Wide distance = exact_distance(&area_samples, &line, hits.t);
 #endif
       floatv radiance = phong(&scene, &surface, ambient_light, plane.bias, plane.reach, hit);
 #if RAYWAVE_BOUNCES > 0
@@ -207,10 +205,10 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
       floatv turns = way.turns;
       pending = bounce(&way, &surface, plane.bias, ways, pending);
 #else
-    radiance *= 1.0f - surface.reflectivity - surface.transparency;
-    floatv length;
-    floatv turns = path_turns(wide_times(distance, tangent_x), wide_times(distance, tangent_y),
-                              distance, rate, &length);
+      radiance *= 1.0f - surface.reflectivity - surface.transparency;
+      floatv length;
+      floatv turns = path_turns(wide_times(distance, tangent_x), wide_times(distance, tangent_y),
+                                distance, rate, &length);
 #endif
 #if RAYWAVE_SOURCE == SOURCE_BOUNCED
       if (!bounced_before) continue;
@@ -225,31 +223,31 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
       source.found = hit;
 #else
 #if RAYWAVE_SOURCE == SOURCE_SURFACE
-    if (!bounced_before) {
-      source = table_source(samples, first_of_cell, &lattice, &surface, hit);
-      // The way to the sample itself: all pixels that see it must agree on its place.
-      const Wide3 way_there = wide3_minus(source.place, line.origin);
-      turns = path_turns(way_there.x, way_there.y, way_there.z, rate, &length);
-    }
+      if (!bounced_before) {
+        source = table_source(samples, first_of_cell, &lattice, &surface, hit);
+        // The way to the sample itself: all pixels that see it must agree on its place.
+        const Wide3 way_there = wide3_minus(source.place, line.origin);
+        turns = path_turns(way_there.x, way_there.y, way_there.z, rate, &length);
+      }
 #endif
 #if RAYWAVE_BOUNCES > 0
-    if (bounced_before) {
-      source = axis_source(&scene, &rays, &surface, plane.sampling_rate, hit);
-      // From the hit to the source: along the ray, and across it by the curvature of a wave of this
-      // length.
-      const Wide3 off = wide3_minus(source.place, surface.place);
-      const Wide along = wide3_dot(off, line.direction);
-      const floatv across_squared =
-          wide_high(wide_minus(wide3_dot(off, off), wide_times(along, along)));
-      const floatv curved =
-          fmax(across_squared, (floatv)(0.0f)) / (2.0f * fmax(length, (floatv)(1e-12f)));
-      length += wide_high(along) / wide_high(way.index);
-      turns +=
-          wide_turns(wide_times(wide_plus(wide_times(along, way.index), wide(curved, 0.0f)), rate));
-    }
+      if (bounced_before) {
+        source = axis_source(&scene, &rays, &surface, plane.sampling_rate, hit);
+        // From the hit to the source: along the ray, and across it by the curvature of a wave of this
+        // length.
+        const Wide3 off = wide3_minus(source.place, surface.place);
+        const Wide along = wide3_dot(off, line.direction);
+        const floatv across_squared =
+            wide_high(wide_minus(wide3_dot(off, off), wide_times(along, along)));
+        const floatv curved =
+            fmax(across_squared, (floatv)(0.0f)) / (2.0f * fmax(length, (floatv)(1e-12f)));
+        length += wide_high(along) / wide_high(way.index);
+        turns += wide_turns(
+            wide_times(wide_plus(wide_times(along, way.index), wide(curved, 0.0f)), rate));
+      }
 #endif
-    source.weight *=
-        length * length * plane.step_x * plane.step_y * plane.sampling_rate * plane.sampling_rate;
+      source.weight *=
+          length * length * plane.step_x * plane.step_y * plane.sampling_rate * plane.sampling_rate;
 #endif
       turns = turns_reduced(turns) + phase_turns(source.key, plane.seed);
       floatv c, s;
@@ -260,9 +258,7 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
           hit & source.found);
       re += amplitude * c;
       im += amplitude * s;
-#if RAYWAVE_BOUNCES > 0
     }
-#endif
   }
 
   float res[RAYWAVE_LANES], ims[RAYWAVE_LANES];

@@ -30,20 +30,10 @@
 #include "kernels/common/phase.h"
 #include "kernels/common/shared.h"
 #include "kernels/gather/footprint.h"
+#include "kernels/gather/options.h"
 #include "kernels/gather/plane_waves.h"
 #include "kernels/samples/visibility.h"
 #include "kernels/scene/shade.h"
-
-#ifndef RAYWAVE_TILE_ROWS
-#define RAYWAVE_TILE_ROWS 1  // rows of a tile; host/trace/gatherer.cpp
-#endif
-#ifndef RAYWAVE_FRAMES
-#define RAYWAVE_FRAMES 1  // frames gathered together; host/trace/gatherer.cpp
-#endif
-#ifndef RAYWAVE_SINE_LIMIT
-// Some light would be steeper than the SLM's pixels can show; host/trace/gatherer.cpp
-#define RAYWAVE_SINE_LIMIT 1
-#endif
 
 __kernel void draw_phases(__global const Sample* samples, int sample_count, int frames, uint seed,
                           __global float2* phasors) {

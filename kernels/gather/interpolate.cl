@@ -14,10 +14,7 @@
 // A work-item makes RAYWAVE_LANES samples of RAYWAVE_INTERPOLATE_ROWS rows: global size (ceil(nx /
 // lanes), ceil(rows / those)). OpenCL C 1.2.
 #include "kernels/common/complex_lanes.h"
-
-#ifndef RAYWAVE_INTERPOLATE_ROWS
-#define RAYWAVE_INTERPOLATE_ROWS 1  // host/trace/interpolator.cpp
-#endif
+#include "kernels/gather/options.h"
 
 __kernel void interpolate_columns(__global const float2* coarse, int coarse_nx, int rows, int frame,
                                   int nx, int width, __global const int* first,

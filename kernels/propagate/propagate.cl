@@ -7,13 +7,8 @@
 // takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it: CPUs launch one
 // work-item per row, GPUs one per sample.
 #include "kernels/common/complex_lanes.h"
+#include "kernels/propagate/options.h"
 #include "kernels/propagate/transfer.h"
-
-#ifndef RAYWAVE_TWO_FLOATS
-// 1 where R of transfer.h exceeds a few turns; host/propagate/propagator.cpp decides per
-// propagation
-#define RAYWAVE_TWO_FLOATS 0
-#endif
 
 // padded: the field, zero elsewhere.
 __kernel void pad(const __global float2* restrict field, __global float2* restrict padded,

@@ -19,29 +19,20 @@
 #include "kernels/common/hash.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
+#include "kernels/samples/options.h"
 #include "kernels/samples/visibility.h"
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/shade.h"
 
 #define LIT_WORDS (RAYWAVE_LIGHTS > 32 ? (RAYWAVE_LIGHTS + 31) / 32 : 1)
 
-#ifndef RAYWAVE_ANTIALIAS
-#define RAYWAVE_ANTIALIAS \
-// Rays per side of a cell that it is looked at with besides the one through its centre: 0, 2 or \
-// 4; host/trace/samples.cpp
-4
-#endif
-#ifndef RAYWAVE_KEEP_UNSEEN
-// Samples that no part of the hologram sees stay in the table; host/trace/samples.cpp
-#define RAYWAVE_KEEP_UNSEEN 0
-#endif
 #define PARTS (RAYWAVE_ANTIALIAS > 0 ? RAYWAVE_ANTIALIAS * RAYWAVE_ANTIALIAS : 1)
 #define PACKETS (PARTS > RAYWAVE_LANES ? PARTS / RAYWAVE_LANES : 1)
 #define CELLS_OF_PACKET (RAYWAVE_LANES > PARTS ? RAYWAVE_LANES / PARTS : 1)
 
-    // Rays with these tangents, one for each lane.
-    static inline Rays
-    lattice_rays(const Lattice* lattice, floatv tangent_x, floatv tangent_y, intv active) {
+// Rays with these tangents, one for each lane.
+static inline Rays lattice_rays(const Lattice* lattice, floatv tangent_x, floatv tangent_y,
+                                intv active) {
   Rays rays;
   rays.dx = tangent_x;
   rays.dy = tangent_y;

@@ -7,13 +7,10 @@
 
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
+#include "kernels/samples/options.h"
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/shade.h"
 
-#ifndef RAYWAVE_VIEW_PARTS
-// 4, 8 or 16 to a side; 0: nothing hides anything; host/trace/samples.cpp
-#define RAYWAVE_VIEW_PARTS 8
-#endif
 #define VIEW_ALL (RAYWAVE_VIEW_PARTS > 0 ? RAYWAVE_VIEW_PARTS * RAYWAVE_VIEW_PARTS : 1)
 #define VIEW_WORDS ((VIEW_ALL + 31) / 32)
 // Of near.h; host/trace/samples.hpp

@@ -7,6 +7,7 @@
 #include "kernels/common/double_single.h"
 #include "kernels/common/lanes.h"
 #include "kernels/scene/hit_refinement.h"
+#include "kernels/scene/options.h"
 #include "kernels/scene/shade.h"
 
 #if RAYWAVE_BOUNCES > 0

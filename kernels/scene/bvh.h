@@ -17,10 +17,7 @@
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
 #include "kernels/scene/normal_cones.h"
-
-#ifndef RAYWAVE_BVH_DEPTH
-#define RAYWAVE_BVH_DEPTH 64  // nodes from the root to a leaf; the host passes Bvh::depth
-#endif
+#include "kernels/scene/options.h"
 
 // The trees of all instances, and the triangles of their leaves.
 typedef struct {

@@ -9,26 +9,7 @@
 #include "kernels/common/shared.h"
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/hit_refinement.h"
-
-#ifndef RAYWAVE_LIGHTS
-#define RAYWAVE_LIGHTS 1  // directional and point lights; host/trace/fan_tracer.cpp
-#endif
-#ifndef RAYWAVE_SPECULAR
-#define RAYWAVE_SPECULAR 1  // some material has a specular part
-#endif
-#ifndef RAYWAVE_SHARP
-// a highlight's exponent is so large that floats blur its directions; host/trace/device_scene.cpp
-#define RAYWAVE_SHARP 0
-#endif
-#ifndef RAYWAVE_BOUNCES
-#define RAYWAVE_BOUNCES 0  // mirror and refraction bounces; host/trace/device_scene.cpp
-#endif
-#ifndef RAYWAVE_TEXTURES
-#define RAYWAVE_TEXTURES 1  // some material has a texture
-#endif
-#ifndef RAYWAVE_SHADOWS
-#define RAYWAVE_SHADOWS 0  // lights are tested for occluders
-#endif
+#include "kernels/scene/options.h"
 
 // The scene's arrays, as every kernel that shades receives them.
 typedef struct {

@@ -53,12 +53,16 @@ __kernel void see(__global const BvhNode* nodes, __global const Triangle* triang
 #if EXACT_SURFACES
       Line line = {wide3(rays.ox, rays.oy, rays.oz), wide3(rays.dx, rays.dy, rays.dz)};
 #endif
+      // Paths yet to be followed: the ray's own, and those that mirrors and glass add
+      int pending = 1;
 #if RAYWAVE_BOUNCES > 0
       Way ways[BOUNCE_WAYS];
       ways[0] = way_from(&line, rays.active);
-      int pending = 1;
+#endif
       while (pending > 0) {
-        Way way = ways[--pending];
+        --pending;
+#if RAYWAVE_BOUNCES > 0
+        Way way = ways[pending];
         line = way.line;
         rays = rays_of(&way, lens.reach);
 #endif
@@ -76,9 +80,7 @@ __kernel void see(__global const BvhNode* nodes, __global const Triangle* triang
         pending = bounce(&way, &surface, lens.bias, ways, pending);
 #endif
         sum_of_row += LANES_SELECT((floatv)(0.0f), radiance, hit);
-#if RAYWAVE_BOUNCES > 0
       }
-#endif
     }
     sum += sum_of_row;
   }

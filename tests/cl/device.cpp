@@ -16,6 +16,7 @@
 #include "cl/cache.hpp"
 #include "cl/program.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/geometry/shared_types.hpp"
 #include "kernels/common/shared_layout.h"
 #include "tests/support/catch.hpp"
@@ -44,7 +45,7 @@ std::vector<cl::DeviceInfo> all_devices() {
 
 cl::Program selfcheck(const cl::Device& device, int lanes = 1) {
   return cl::Program(device, "kernels/instruments/selfcheck.cl",
-                     {{"RAYWAVE_LANES", std::to_string(lanes)}});
+                     {{option::lanes, std::to_string(lanes)}});
 }
 
 std::string message_of(const std::function<void()>& f) {

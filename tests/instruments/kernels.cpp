@@ -9,6 +9,7 @@
 
 #include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/geometry/bvh.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/render.hpp"
 #include "host/trace/interpolator.hpp"
 #include "host/view/lens.hpp"
@@ -195,8 +196,8 @@ void propagate(const cl::Device& device) {
       sum(device, padded_nx * padded_ny, "sum of spectra"), shown(device, nx * ny, "field");
   for (const char* two_floats : {"0", "1"}) {
     const cl::Program program(device, "kernels/propagate/propagate.cl",
-                              {{"RAYWAVE_LANES", std::to_string(device.info().float_lanes)},
-                               {"RAYWAVE_TWO_FLOATS", two_floats}});
+                              {{option::lanes, std::to_string(device.info().float_lanes)},
+                               {option::two_floats, two_floats}});
     program.kernel("pad").run({1, padded_ny}, {1, 1}, field, padded, std::int32_t{1}, nx, ny,
                               padded_nx, padded_ny);
     for (const std::int32_t accumulate : {0, 1}) {
@@ -219,7 +220,7 @@ void propagate(const cl::Device& device) {
 /// What no command launches.
 void launch_tools(const cl::Device& device) {
   const int lanes = device.info().float_lanes;
-  const cl::Options options{{"RAYWAVE_LANES", std::to_string(lanes)}};
+  const cl::Options options{{option::lanes, std::to_string(lanes)}};
   const cl::Program selfcheck(device, "kernels/instruments/selfcheck.cl", options);
   std::size_t members = 0;
 #define COUNT(T, member) members += 3;
@@ -305,6 +306,18 @@ TEST_CASE("one pixel per work-item, as on GPUs, gives the hologram that packets 
   }
 }
 
+TEST_CASE("a kernel file refuses an option that it does not have") {
+  for (const auto& info : cl::list_devices()) {
+    std::string message;
+    try {
+      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{option::two_floats, "1"}});
+    } catch (const cl::DeviceError& error) {
+      message = error.what();
+    }
+    CHECK(message == "kernel file kernels/encode/encode.cl has no option RAYWAVE_TWO_FLOATS");
+  }
+}
+
 TEST_CASE("a kernel that writes behind its buffer is noticed") {
   auto& spy = test::opencl_spy();
   for (const auto& info : cl::list_devices()) {
@@ -314,7 +327,7 @@ TEST_CASE("a kernel that writes behind its buffer is noticed") {
       const cl::Device device(info);
       const cl::Buffer<float> in(device, std::vector<float>(8, 0.25f), "in");
       cl::Buffer<float> cosines(device, 8, "cosines"), sines(device, 7, "sines");
-      cl::Program(device, "kernels/instruments/selfcheck.cl", {{"RAYWAVE_LANES", "1"}})
+      cl::Program(device, "kernels/instruments/selfcheck.cl", {{option::lanes, "1"}})
           .kernel("cos_sin")
           .run({8}, {8}, in, cosines, sines, std::int32_t{8});
     }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "host/geometry/kernel_options.hpp"
+
 namespace raywave::selftest {
 namespace {
 
@@ -64,7 +66,7 @@ RayCaster::RayCaster(const cl::Device& device, int lanes, DeviceTree tree, int d
       lanes_(static_cast<std::size_t>(lanes)),
       program_(
           device, "kernels/instruments/intersect.cl",
-          {{"RAYWAVE_LANES", std::to_string(lanes)}, {"RAYWAVE_BVH_DEPTH", std::to_string(depth)}}),
+          {{option::lanes, std::to_string(lanes)}, {option::bvh_depth, std::to_string(depth)}}),
       tree_(std::move(tree)) {}
 
 std::vector<reference::Hit> RayCaster::nearest(std::span<const reference::Ray> rays) {

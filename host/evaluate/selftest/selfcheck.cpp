@@ -11,6 +11,7 @@
 #include <random>
 #include <thread>
 
+#include "host/geometry/kernel_options.hpp"
 #include "host/geometry/shared_types.hpp"
 #include "host/trace/device_scene.hpp"
 #include "kernels/common/shared_layout.h"
@@ -20,7 +21,7 @@ namespace {
 
 cl::Program selfcheck(const cl::Device& device, int lanes) {
   return cl::Program(device, "kernels/instruments/selfcheck.cl",
-                     {{"RAYWAVE_LANES", std::to_string(lanes)}});
+                     {{option::lanes, std::to_string(lanes)}});
 }
 
 /// `values` up to whole packets and work-groups, with zeros.
