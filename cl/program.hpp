@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <type_traits>
 
 #include "cl/buffer.hpp"
@@ -54,19 +55,36 @@ public:
   const std::vector<std::string>& argument_types() const { return argument_types_; }
 
   /// Enqueues the kernel over `global` work-items (rounded up to whole work-groups of `local`).
-  /// Buffers pass their memory, everything else its value.
+  /// Buffers pass their memory, everything else its value. A std::tuple passes each of its members:
+  /// arrays that many kernels take are bundled once.
   ///
   /// throws  DeviceError when the arguments do not fit the kernel in number or element type, or
   ///         when the launch fails
   template <class... Args>
   void run(Range global, Range local, const Args&... args) {
-    check_count(sizeof...(Args));
+    check_count((count_of(args) + ... + 0));
     cl_uint i = 0;
-    (set(i++, args), ...);
+    (pass(i, args), ...);
     enqueue(global, local);
   }
 
 private:
+  template <class T>
+  static constexpr std::size_t count_of(const T&) {
+    return 1;
+  }
+  template <class... T>
+  static constexpr std::size_t count_of(const std::tuple<T...>&) {
+    return sizeof...(T);
+  }
+  template <class T>
+  void pass(cl_uint& i, const T& argument) {
+    set(i++, argument);
+  }
+  template <class... T>
+  void pass(cl_uint& i, const std::tuple<T...>& bundle) {
+    std::apply([&](const auto&... arguments) { (pass(i, arguments), ...); }, bundle);
+  }
   template <class T>
   void set(cl_uint i, const Buffer<T>& buffer) {
     check_type(i, std::string(TypeName<T>::value) + "*");

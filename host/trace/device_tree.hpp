@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <tuple>
 
 #include "cl/program.hpp"
 #include "host/geometry/shared_types.hpp"
@@ -14,6 +15,9 @@ struct DeviceTree {
   cl::Buffer<device::Triangle> triangles;
   cl::Buffer<float> positions;  // 3 per vertex, frame of its instance
   cl::Buffer<device::Instance> instances;
+
+  /// TREE_PARAMETERS of kernels/scene/arrays.h, for cl::Kernel::run.
+  auto arguments() const { return std::tie(nodes, triangles, positions, instances); }
 };
 
 /// A instance that has not moved, the root of its tree at node `root`.

@@ -57,10 +57,8 @@ void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field)
 
   const auto packets = static_cast<std::size_t>((plan_.tile_size.x + lanes_ - 1) / lanes_);
   const cl::Range local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
-  trace_fan_.run({packets, static_cast<std::size_t>(plan_.tile_size.y)}, local, scene_.tree.nodes,
-                 scene_.tree.triangles, scene_.tree.positions, scene_.tree.instances,
-                 scene_.normals, scene_.uvs, scene_.materials, scene_.lights, scene_.texels,
-                 scene_.ambient_light, fan, static_cast<std::int32_t>(tangents.size()), plane,
+  trace_fan_.run({packets, static_cast<std::size_t>(plan_.tile_size.y)}, local, scene_.arguments(),
+                 fan, static_cast<std::int32_t>(tangents.size()), plane,
                  table_ ? table_->samples : no_samples_, table_ ? table_->first_of_cell : no_cells_,
                  table_ ? table_->lattice : device::Lattice{}, field);
 }

@@ -101,10 +101,8 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
     make_room(device_, band_.lit, room * lights, "lights on samples");
     find_samples_.run(
         {(nx + static_cast<std::size_t>(lanes) - 1) / static_cast<std::size_t>(lanes), rows}, local,
-        scene.tree.nodes, scene.tree.triangles, scene.tree.positions, scene.tree.instances,
-        scene.normals, scene.uvs, scene.materials, scene.lights, scene.texels, scene.ambient_light,
-        lattice, static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows), slots_,
-        band_.counts, band_.samples, band_.views, band_.lit);
+        scene.arguments(), lattice, static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows),
+        slots_, band_.counts, band_.samples, band_.views, band_.lit);
     int most = 0;
     const auto total_before = total;
     const auto hidden_before = hidden;

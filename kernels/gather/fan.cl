@@ -121,22 +121,17 @@ static inline Source axis_source(const SceneArrays* scene, const Rays* rays, con
 }
 #endif
 
-__kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* triangles,
-                        __global const float* positions, __global const Instance* instances,
-                        __global const float* normals, __global const float* uvs,
-                        __global const Material* materials, __global const Light* lights,
-                        __global const float* texels, float ambient_light,
-                        __global const float2* fan, int fan_size, TracePlane plane,
-                        __global const Sample* samples, __global const int* first_of_cell,
-                        Lattice lattice, __global float2* field) {
+__kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_size,
+                        TracePlane plane, __global const Sample* samples,
+                        __global const int* first_of_cell, Lattice lattice,
+                        __global float2* field) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   const int row = (int)get_global_id(1);
   if (first >= plane.nx || row >= plane.ny) return;
 #if RAYWAVE_SOURCE != SOURCE_SURFACE
   (void)samples, (void)first_of_cell, (void)lattice;
 #endif
-  const SceneArrays scene = {
-      {nodes, triangles, positions, instances}, normals, uvs, materials, lights, texels};
+  const SceneArrays scene = SCENE_OF_PARAMETERS;
   const intv column = first + LANES_INDEX;
   const Wide rate = wide(plane.turns_hi, plane.turns_lo), plane_z = wide(plane.z, plane.z_low);
   const Wide pixel_x = wide_plus(wide(plane.left, plane.left_low),
@@ -194,7 +189,7 @@ __kernel void trace_fan(__global const BvhNode* nodes, __global const Triangle* 
       const AreaSamples area_samples = area_samples_of(&scene.tree, hits.triangle);
       const Wide distance = exact_distance(&area_samples, &line, hits.t);
 #endif
-      floatv radiance = phong(&scene, &surface, ambient_light, plane.bias, plane.reach, hit);
+      floatv radiance = phong(&scene, &surface, plane.bias, plane.reach, hit);
 #if RAYWAVE_BOUNCES > 0
       way.active = hit;
       way.length += wide_high(distance) / wide_high(way.index);

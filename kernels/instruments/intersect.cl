@@ -44,14 +44,12 @@ static inline void store_ints(intv values, __global int* plane, int first, int c
 
 // hit_triangle  count ints, place in the tree's triangles or -1
 // hit_t_u_v     3 planes of count floats; a miss has t = t_max, u = v = 0
-__kernel void intersect_nearest(__global const BvhNode* nodes, __global const Triangle* triangles,
-                                __global const float* positions, __global const Instance* instances,
-                                __global const float* rays, int count, __global int* hit_triangle,
-                                __global float* hit_t_u_v) {
+__kernel void intersect_nearest(TREE_PARAMETERS, __global const float* rays, int count,
+                                __global int* hit_triangle, __global float* hit_t_u_v) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   if (first >= count) return;
   const Rays r = load_rays(rays, first, count);
-  const Tree tree = {nodes, triangles, positions, instances};
+  const Tree tree = TREE_OF_PARAMETERS;
   const Hits hits = bvh_nearest(&tree, &r);
   store_ints(hits.triangle, hit_triangle, first, count);
   store_floats(hits.t, hit_t_u_v, first, count);
@@ -60,13 +58,12 @@ __kernel void intersect_nearest(__global const BvhNode* nodes, __global const Tr
 }
 
 // occluded  count ints, 1 where anything lies in (t_min, t_max), else 0
-__kernel void intersect_any(__global const BvhNode* nodes, __global const Triangle* triangles,
-                            __global const float* positions, __global const Instance* instances,
-                            __global const float* rays, int count, __global int* occluded) {
+__kernel void intersect_any(TREE_PARAMETERS, __global const float* rays, int count,
+                            __global int* occluded) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   if (first >= count) return;
   const Rays r = load_rays(rays, first, count);
-  const Tree tree = {nodes, triangles, positions, instances};
+  const Tree tree = TREE_OF_PARAMETERS;
   const intv mask = bvh_occluded(&tree, &r);
   store_ints(LANES_SELECT((intv)(0), (intv)(1), mask), occluded, first, count);
 }

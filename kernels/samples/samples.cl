@@ -266,9 +266,9 @@ static inline float through_centre(const SceneArrays* scene, const Lattice* latt
 }
 
 // Radiance without highlights, and which lights it comes from.
-static inline floatv scattered(const SceneArrays* scene, const Surface* s, float ambient_light,
-                               const Lattice* lattice, intv active, uintv* words) {
-  floatv radiance = s->ambient * ambient_light;
+static inline floatv scattered(const SceneArrays* scene, const Surface* s, const Lattice* lattice,
+                               intv active, uintv* words) {
+  floatv radiance = s->ambient * scene->ambient_light;
   for (int w = 0; w < LIT_WORDS; ++w) words[w] = 0;
 #if RAYWAVE_LIGHTS > 0
   for (int l = 0; l < RAYWAVE_LIGHTS; ++l) {
@@ -309,9 +309,9 @@ typedef struct {
 // `covered` of them. Without that, edges of objects, textures and shadows move by half a cell.
 //
 // seen  what look_around_four says, of samples of the centre ray
-static inline void add_sample(const SceneArrays* scene, float ambient_light, const Lattice* lattice,
-                              int column, int row, const Hit* hit, float dx, float dy, float t,
-                              const Hits* parts, int covered, int seen, Cell* cell) {
+static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, int column, int row,
+                              const Hit* hit, float dx, float dy, float t, const Hits* parts,
+                              int covered, int seen, Cell* cell) {
   uint keys[RAYWAVE_LANES];
   LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row),
                        (intv)(cell->rank)),
@@ -341,8 +341,7 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
   sample.hidden = parts_seen < VIEW_ALL;
 
   uintv words[LIT_WORDS];
-  float radiance =
-      first_lane(scattered(scene, &s, ambient_light, lattice, LANES_INDEX == 0, words));
+  float radiance = first_lane(scattered(scene, &s, lattice, LANES_INDEX == 0, words));
 #if RAYWAVE_ANTIALIAS && (RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
   if (covered > 0) {
     float sum = 0.0f;
@@ -353,7 +352,7 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
       const Surface part = surface_at(scene, &rays, parts + packet);
       uintv unused[LIT_WORDS];
       float radiances[RAYWAVE_LANES];
-      const floatv all = scattered(scene, &part, ambient_light, lattice, found, unused);
+      const floatv all = scattered(scene, &part, lattice, found, unused);
       LANES_STORE(LANES_SELECT((floatv)(0.0f), all, found), radiances);
       for (int lane = 0; lane < RAYWAVE_LANES; ++lane) sum += radiances[lane];
     }
@@ -503,19 +502,14 @@ static inline void look_around_centres(const SceneArrays* scene, const Lattice* 
 #endif
 }
 
-__kernel void find_samples(__global const BvhNode* nodes, __global const Triangle* triangles,
-                           __global const float* positions, __global const Instance* instances,
-                           __global const float* normals, __global const float* uvs,
-                           __global const Material* materials, __global const Light* lights,
-                           __global const float* texels, float ambient_light, Lattice lattice,
-                           int first_row, int rows, int slots, __global int2* counts,
-                           __global Sample* samples, __global uint* views, __global uint* lit) {
+__kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int rows, int slots,
+                           __global int2* counts, __global Sample* samples, __global uint* views,
+                           __global uint* lit) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   const int band_row = (int)get_global_id(1);
   const int row = first_row + band_row;
   if (first >= lattice.nx || band_row >= rows || row >= lattice.ny) return;
-  const SceneArrays scene = {
-      {nodes, triangles, positions, instances}, normals, uvs, materials, lights, texels};
+  const SceneArrays scene = SCENE_OF_PARAMETERS;
   const Rays centres = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
   Layers first_centres;
   bvh_layers(&scene.tree, &centres, &first_centres);
@@ -591,8 +585,8 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
           covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
         }
 #endif
-        add_sample(&scene, ambient_light, &lattice, column, row, &hit, centre_dx, centre_dy, hit.t,
-                   claimed, covered, again ? SEEN_UNKNOWN : seen[i][lane], &cell);
+        add_sample(&scene, &lattice, column, row, &hit, centre_dx, centre_dy, hit.t, claimed,
+                   covered, again ? SEEN_UNKNOWN : seen[i][lane], &cell);
       }
 #if RAYWAVE_ANTIALIAS
       Hit hit;
@@ -609,8 +603,8 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
         const Sheet sheet =
             sheet_of(&scene, &lattice, &hit, dx[from_lane], dy[from_lane], cell.packet_column, row);
         const int covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
-        add_sample(&scene, ambient_light, &lattice, column, row, &hit, dx[from_lane], dy[from_lane],
-                   t, claimed, covered, SEEN_UNKNOWN, &cell);
+        add_sample(&scene, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], t, claimed,
+                   covered, SEEN_UNKNOWN, &cell);
       }
       for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet) {
         if (!LANES_ANY(from[packet] < lattice.reach)) continue;

@@ -16,16 +16,9 @@
 
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
+#include "kernels/scene/arrays.h"
 #include "kernels/scene/normal_cones.h"
 #include "kernels/scene/options.h"
-
-// The trees of all instances, and the triangles of their leaves.
-typedef struct {
-  __global const BvhNode* nodes;
-  __global const Triangle* triangles;
-  __global const float* positions;  // 3 per vertex, frame of its instance
-  __global const Instance* instances;
-} Tree;
 
 // Places of a triangle's corners, 3 floats each, frame of its instance.
 typedef struct {

@@ -7,20 +7,10 @@
 #include "kernels/common/double_single.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
+#include "kernels/scene/arrays.h"
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/hit_refinement.h"
 #include "kernels/scene/options.h"
-
-// The scene's arrays, as every kernel that shades receives them.
-typedef struct {
-  Tree tree;
-  // 3 per vertex, unit length, outwards as the mesh says, frame of its instance
-  __global const float* normals;
-  __global const float* uvs;  // 2 per vertex; (0, 0) is the bottom left of the texture
-  __global const Material* materials;
-  __global const Light* lights;
-  __global const float* texels;
-} SceneArrays;
 
 // Direction of a triangle's normal, in the sense of its winding, scene frame. As long as twice its
 // area where its instance keeps its size.
@@ -308,9 +298,9 @@ static inline floatv highlight(__global const Light* light, const Incident* in, 
 
 // Radiance that leaves the surface towards where it is seen from, without bounces: ambient + sum
 // over lights of diffuse and specular parts.
-static inline floatv phong(const SceneArrays* scene, const Surface* s, float ambient_light,
-                           float bias, float reach, intv active) {
-  floatv radiance = s->ambient * ambient_light;
+static inline floatv phong(const SceneArrays* scene, const Surface* s, float bias, float reach,
+                           intv active) {
+  floatv radiance = s->ambient * scene->ambient_light;
 #if RAYWAVE_LIGHTS > 0
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
     const Incident in = incident(scene->lights, i, s, reach);

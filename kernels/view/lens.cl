@@ -13,12 +13,8 @@
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/shade.h"
 
-__kernel void see(__global const BvhNode* nodes, __global const Triangle* triangles,
-                  __global const float* positions, __global const Instance* instances,
-                  __global const float* normals, __global const float* uvs,
-                  __global const Material* materials, __global const Light* lights,
-                  __global const float* texels, float ambient_light, LensPlane lens,
-                  int first_packet, int packet_count, __global float* picture) {
+__kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet_count,
+                  __global float* picture) {
   const int index = (int)get_global_id(0);
   if (index >= packet_count) return;
   const int packet = first_packet + index;
@@ -26,8 +22,7 @@ __kernel void see(__global const BvhNode* nodes, __global const Triangle* triang
   const int row = packet / packets_per_row;
   const int first = (packet - row * packets_per_row) * RAYWAVE_LANES;
   if (row >= lens.ny) return;
-  const SceneArrays scene = {
-      {nodes, triangles, positions, instances}, normals, uvs, materials, lights, texels};
+  const SceneArrays scene = SCENE_OF_PARAMETERS;
   const intv column = first + LANES_INDEX;
   const floatv x = lens.left + lens.pitch_x * LANES_TO_FLOAT(column);
   const float y = lens.top - lens.pitch_y * (float)row;
@@ -73,7 +68,7 @@ __kernel void see(__global const BvhNode* nodes, __global const Triangle* triang
 #if EXACT_SURFACES
         exact_surface(&scene, &line, &hits, &surface);
 #endif
-        floatv radiance = phong(&scene, &surface, ambient_light, lens.bias, lens.reach, hit);
+        floatv radiance = phong(&scene, &surface, lens.bias, lens.reach, hit);
 #if RAYWAVE_BOUNCES > 0
         way.active = hit;
         radiance *= own_share(&way, &surface);

@@ -324,8 +324,8 @@ std::pair<double, double> ray_ns(const cl::Device& device, const Bvh& bvh) {
     std::vector<double> ns;
     for (int i = 0; i < 6; ++i) {
       const Stopwatch watch;
-      program.kernel(kernel).run({count / lanes}, {8}, tree.nodes, tree.triangles, tree.positions,
-                                 tree.instances, planes, static_cast<std::int32_t>(count), out...);
+      program.kernel(kernel).run({count / lanes}, {8}, tree.arguments(), planes,
+                                 static_cast<std::int32_t>(count), out...);
       device.finish();
       if (i > 0) ns.push_back(1e9 * watch.processor_s() / count);
     }

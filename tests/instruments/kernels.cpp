@@ -250,11 +250,8 @@ void launch_tools(const cl::Device& device) {
       occluded(device, static_cast<std::size_t>(rays), "occluded");
   cl::Buffer<float> t_u_v(device, static_cast<std::size_t>(3 * rays), "t, u, v");
   intersect.kernel("intersect_nearest")
-      .run({2}, {8}, tree.nodes, tree.triangles, tree.positions, tree.instances, ray_planes, rays,
-           hit, t_u_v);
-  intersect.kernel("intersect_any")
-      .run({2}, {8}, tree.nodes, tree.triangles, tree.positions, tree.instances, ray_planes, rays,
-           occluded);
+      .run({2}, {8}, tree.arguments(), ray_planes, rays, hit, t_u_v);
+  intersect.kernel("intersect_any").run({2}, {8}, tree.arguments(), ray_planes, rays, occluded);
   CHECK(occluded.read() == std::vector<std::int32_t>(static_cast<std::size_t>(rays), 1));
   const auto distances = t_u_v.read();
   for (int i = 0; i < rays; ++i) CHECK(distances[static_cast<std::size_t>(i)] == Catch::Approx(1));
