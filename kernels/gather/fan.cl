@@ -24,7 +24,7 @@
 
 // A place that light comes from, and the mask of lanes that have one.
 typedef struct {
-  Wide3 place;
+  DoubleSingle3 place;
   uintv key;
   floatv weight;
   intv found;
@@ -70,7 +70,7 @@ static inline Source table_source(__global const Sample* samples, __global const
       weights[lane] = 1.0f / sample->weight;  // the lattice widens with depth
     }
   }
-  const Source source = {wide3(LANES_LOAD(xs), LANES_LOAD(ys), LANES_LOAD(zs)), LANES_LOAD(keys),
+  const Source source = {ds3(LANES_LOAD(xs), LANES_LOAD(ys), LANES_LOAD(zs)), LANES_LOAD(keys),
                          LANES_LOAD(weights), LANES_LOAD(found) != 0};
   return source;
 }
@@ -101,10 +101,10 @@ static inline Source axis_source(const SceneArrays* scene, const Rays* rays, con
   line.active = hit;
   const Hits meets = bvh_nearest(&scene->tree, &line);
   Source source;
-  const Line exact = {wide3(line.ox, line.oy, line.oz), wide3(line.dx, line.dy, line.dz)};
-  const AreaSamples area_samples = area_samples_of(&scene->tree, meets.triangle);
+  const Line exact = {ds3(line.ox, line.oy, line.oz), ds3(line.dx, line.dy, line.dz)};
+  const TrianglePlanes planes = triangle_planes_of(&scene->tree, meets.triangle);
   source.place =
-      wide3_along(exact.origin, exact.direction, exact_distance(&area_samples, &exact, meets.t));
+      ds3_along(exact.origin, exact.direction, refined_distance(&planes, &exact, meets.t));
   // Of the line and the material it meets: the third cell index of a flat surface would hang on
   // rounding.
   int third[RAYWAVE_LANES];
@@ -133,31 +133,31 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
 #endif
   const SceneArrays scene = SCENE_OF_PARAMETERS;
   const intv column = first + LANES_INDEX;
-  const Wide rate = wide(plane.turns_hi, plane.turns_lo), plane_z = wide(plane.z, plane.z_low);
-  const Wide pixel_x = wide_plus(wide(plane.left, plane.left_low),
-                                 wide_steps(column, plane.pitch_x, plane.pitch_x_low));
-  const Wide pixel_y = wide_plus(wide(plane.top, plane.top_low),
-                                 wide_steps((intv)(-row), plane.pitch_y, plane.pitch_y_low));
-  const floatv x = wide_high(pixel_x), y = wide_high(pixel_y);
-  const Wide convergence = wide(plane.convergence, plane.convergence_low);
-  const Wide turned_x =
-      wide_times(convergence, wide_minus(pixel_x, wide(plane.axis_x, plane.axis_x_low)));
-  const Wide turned_y =
-      wide_times(convergence, wide_minus(pixel_y, wide(plane.axis_y, plane.axis_y_low)));
+  const DoubleSingle rate = ds(plane.turns_hi, plane.turns_lo), plane_z = ds(plane.z, plane.z_low);
+  const DoubleSingle pixel_x =
+      ds_plus(ds(plane.left, plane.left_low), ds_steps(column, plane.pitch_x, plane.pitch_x_low));
+  const DoubleSingle pixel_y = ds_plus(ds(plane.top, plane.top_low),
+                                       ds_steps((intv)(-row), plane.pitch_y, plane.pitch_y_low));
+  const floatv x = ds_high(pixel_x), y = ds_high(pixel_y);
+  const DoubleSingle convergence = ds(plane.convergence, plane.convergence_low);
+  const DoubleSingle turned_x =
+      ds_times(convergence, ds_minus(pixel_x, ds(plane.axis_x, plane.axis_x_low)));
+  const DoubleSingle turned_y =
+      ds_times(convergence, ds_minus(pixel_y, ds(plane.axis_y, plane.axis_y_low)));
 
   // A pixel receives the mean of 1 / r over a disc as wide as itself from what touches it.
   const float nearest = 0.25f * fmin(plane.pitch_x, plane.pitch_y);
 
   floatv re = 0.0f, im = 0.0f;
   for (int ray = 0; ray < fan_size; ++ray) {
-    const Wide tangent_x = wide_plus(wide(fan[ray].x, 0.0f), turned_x),
-               tangent_y = wide_plus(wide(fan[ray].y, 0.0f), turned_y);
-    const floatv tx = wide_high(tangent_x), ty = wide_high(tangent_y);
+    const DoubleSingle tangent_x = ds_plus(ds(fan[ray].x, 0.0f), turned_x),
+                       tangent_y = ds_plus(ds(fan[ray].y, 0.0f), turned_y);
+    const floatv tx = ds_high(tangent_x), ty = ds_high(tangent_y);
     // The SLM's pixels cannot show light that arrives steeper.
     const floatv slope = sqrt(1.0f + tx * tx + ty * ty);
     const intv shown = (column < plane.nx) & (fabs(tx) <= plane.sine_limit_x * slope) &
                        (fabs(ty) <= plane.sine_limit_y * slope);
-    Line line = {{pixel_x, pixel_y, plane_z}, {tangent_x, tangent_y, wide(1.0f, 0.0f)}};
+    Line line = {{pixel_x, pixel_y, plane_z}, {tangent_x, tangent_y, ds(1.0f, 0.0f)}};
     Rays rays = {
         x,    y, (floatv)(plane.z), tx, ty, (floatv)(1.0f), (floatv)(0.0f), (floatv)(plane.reach),
         shown};
@@ -183,18 +183,18 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
       const intv hit = hits.triangle >= 0;
       if (!LANES_ANY(hit)) continue;
       Surface surface = surface_at(&scene, &rays, &hits);
-#if EXACT_SURFACES
-      const Wide distance = exact_surface(&scene, &line, &hits, &surface);
+#if REFINED_SURFACES
+      const DoubleSingle distance = refine_surface(&scene, &line, &hits, &surface);
 #else
-      const AreaSamples area_samples = area_samples_of(&scene.tree, hits.triangle);
-      const Wide distance = exact_distance(&area_samples, &line, hits.t);
+      const TrianglePlanes planes = triangle_planes_of(&scene.tree, hits.triangle);
+      const DoubleSingle distance = refined_distance(&planes, &line, hits.t);
 #endif
       floatv radiance = phong(&scene, &surface, plane.bias, plane.reach, hit);
 #if RAYWAVE_BOUNCES > 0
       way.active = hit;
-      way.length += wide_high(distance) / wide_high(way.index);
+      way.length += ds_high(distance) / ds_high(way.index);
       way.turns =
-          turns_reduced(way.turns + wide_turns(wide_times(wide_times(distance, way.index), rate)));
+          turns_reduced(way.turns + ds_turns(ds_times(ds_times(distance, way.index), rate)));
       radiance *= own_share(&way, &surface);
       floatv length = way.length;
       floatv turns = way.turns;
@@ -202,7 +202,7 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
 #else
       radiance *= 1.0f - surface.reflectivity - surface.transparency;
       floatv length;
-      floatv turns = path_turns(wide_times(distance, tangent_x), wide_times(distance, tangent_y),
+      floatv turns = path_turns(ds_times(distance, tangent_x), ds_times(distance, tangent_y),
                                 distance, rate, &length);
 #endif
 #if RAYWAVE_SOURCE == SOURCE_BOUNCED
@@ -221,7 +221,7 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
       if (!bounced_before) {
         source = table_source(samples, first_of_cell, &lattice, &surface, hit);
         // The way to the sample itself: all pixels that see it must agree on its place.
-        const Wide3 way_there = wide3_minus(source.place, line.origin);
+        const DoubleSingle3 way_there = ds3_minus(source.place, line.origin);
         turns = path_turns(way_there.x, way_there.y, way_there.z, rate, &length);
       }
 #endif
@@ -230,15 +230,13 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
         source = axis_source(&scene, &rays, &surface, plane.sampling_rate, hit);
         // From the hit to the source: along the ray, and across it by the curvature of a wave of this
         // length.
-        const Wide3 off = wide3_minus(source.place, surface.place);
-        const Wide along = wide3_dot(off, line.direction);
-        const floatv across_squared =
-            wide_high(wide_minus(wide3_dot(off, off), wide_times(along, along)));
+        const DoubleSingle3 off = ds3_minus(source.place, surface.place);
+        const DoubleSingle along = ds3_dot(off, line.direction);
+        const floatv across_squared = ds_high(ds_minus(ds3_dot(off, off), ds_times(along, along)));
         const floatv curved =
             fmax(across_squared, (floatv)(0.0f)) / (2.0f * fmax(length, (floatv)(1e-12f)));
-        length += wide_high(along) / wide_high(way.index);
-        turns += wide_turns(
-            wide_times(wide_plus(wide_times(along, way.index), wide(curved, 0.0f)), rate));
+        length += ds_high(along) / ds_high(way.index);
+        turns += ds_turns(ds_times(ds_plus(ds_times(along, way.index), ds(curved, 0.0f)), rate));
       }
 #endif
       source.weight *=

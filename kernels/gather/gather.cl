@@ -90,7 +90,7 @@ static inline float view_share(__global const uint* view, int i, int j) {
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
 // A direction towards the hologram: exact, of any length, or a unit vector.
 #if RAYWAVE_SHARP
-typedef Wide3 Towards;
+typedef DoubleSingle3 Towards;
 #else
 typedef struct {
   floatv x, y, z;
@@ -107,8 +107,8 @@ static inline Surface sample_surface(__global const Sample* sample) {
   s.ny = sample->ny;
   s.nz = sample->nz;
 #if RAYWAVE_SHARP
-  s.place = wide3((floatv)(sample->x), (floatv)(sample->y), (floatv)(sample->z));
-  s.normal = wide3((floatv)(sample->nx), (floatv)(sample->ny), (floatv)(sample->nz));
+  s.place = ds3((floatv)(sample->x), (floatv)(sample->y), (floatv)(sample->z));
+  s.normal = ds3((floatv)(sample->nx), (floatv)(sample->ny), (floatv)(sample->nz));
 #endif
   s.specular = sample->specular;
   s.shininess = sample->shininess;
@@ -172,9 +172,9 @@ static inline float nearest_to(const GatherPlane* plane) {
   return 0x1p-10f * fmin(plane->pitch_x, plane->pitch_y);
 }
 
-static inline void put(Wide value, float* hi, float* lo) {
-  *hi = LANES_FIRST(wide_high(value));
-  *lo = LANES_FIRST(wide_low(value));
+static inline void put(DoubleSingle value, float* hi, float* lo) {
+  *hi = LANES_FIRST(ds_high(value));
+  *lo = LANES_FIRST(ds_low(value));
 }
 
 // A whole place of an axis of `count` pixels, 0 to count.
@@ -194,17 +194,17 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
     return;
   }
   Aim a;
-  const Wide sample_x = wide(s.x, 0.0f), sample_y = wide(s.y, 0.0f), sample_z = wide(s.z, 0.0f);
-  const Wide x = wide_minus(sample_x, wide(plane.left, plane.left_low)),
-             y = wide_minus(sample_y, wide(plane.top, plane.top_low));
-  const Wide depth = wide_minus(sample_z, wide(plane.z, plane.z_low));
-  const Wide away = wide_minus(sample_z, wide(plane.hologram_z, plane.hologram_z_low));
-  const Wide tangent_x =
-      wide_over(wide_minus(wide(plane.hologram_x, plane.hologram_x_low), sample_x), away);
-  const Wide tangent_y =
-      wide_over(wide_minus(wide(plane.hologram_y, plane.hologram_y_low), sample_y), away);
-  const Wide centre_x = wide_plus(x, wide_times(tangent_x, depth)),
-             centre_y = wide_plus(y, wide_times(tangent_y, depth));
+  const DoubleSingle sample_x = ds(s.x, 0.0f), sample_y = ds(s.y, 0.0f), sample_z = ds(s.z, 0.0f);
+  const DoubleSingle x = ds_minus(sample_x, ds(plane.left, plane.left_low)),
+                     y = ds_minus(sample_y, ds(plane.top, plane.top_low));
+  const DoubleSingle depth = ds_minus(sample_z, ds(plane.z, plane.z_low));
+  const DoubleSingle away = ds_minus(sample_z, ds(plane.hologram_z, plane.hologram_z_low));
+  const DoubleSingle tangent_x =
+      ds_over(ds_minus(ds(plane.hologram_x, plane.hologram_x_low), sample_x), away);
+  const DoubleSingle tangent_y =
+      ds_over(ds_minus(ds(plane.hologram_y, plane.hologram_y_low), sample_y), away);
+  const DoubleSingle centre_x = ds_plus(x, ds_times(tangent_x, depth)),
+                     centre_y = ds_plus(y, ds_times(tangent_y, depth));
   put(x, &a.x, &a.x_low);
   put(y, &a.y, &a.y_low);
   put(depth, &a.depth, &a.depth_low);
@@ -212,7 +212,7 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   put(centre_y, &a.centre_y, &a.centre_y_low);
   const float distance = fmax(fabs(a.depth), nearest_to(&plane));
   a.inverse_depth = copysign(1.0f / distance, a.depth);
-  const float from_hologram = LANES_FIRST(wide_high(away));
+  const float from_hologram = LANES_FIRST(ds_high(away));
   const float narrowed = distance / from_hologram;
   a.scale_x = 1.0f / (lattice.half_width * narrowed);
   a.scale_y = 1.0f / (lattice.half_height * narrowed);
@@ -224,8 +224,8 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   a.specular = s.specular > 0.0f;
   a.hidden = s.hidden;
   a.profile = s.profile;
-  a.tangent_x = LANES_FIRST(wide_high(tangent_x));
-  a.tangent_y = LANES_FIRST(wide_high(tangent_y));
+  a.tangent_x = LANES_FIRST(ds_high(tangent_x));
+  a.tangent_y = LANES_FIRST(ds_high(tangent_y));
   a.half_tangent_x = lattice.half_width / from_hologram;
   a.half_tangent_y = lattice.half_height / from_hologram;
   const FootprintAxis across_x = footprint_axis(plane.cone_x, lattice.half_width, narrowed,
@@ -236,13 +236,13 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   a.half_x = a.near ? across_x.extent : across_x.half_width;
   a.half_y = a.near ? across_y.extent : across_y.half_width;
   if (a.near) {
-    const Wide rate = wide(plane.turns_hi, plane.turns_lo);
-    const Wide over_x = near_slant(tangent_x), over_y = near_slant(tangent_y);
-    a.turns = LANES_FIRST(wide_turns(wide_times(
-        wide_times(depth, rate), wide_plus(wide_plus(over_x, over_y), wide(1.0f, 0.0f)))));
-    put(wide_times(wide_over(tangent_x, wide_plus(over_x, wide(1.0f, 0.0f))), rate), &a.chief_x,
+    const DoubleSingle rate = ds(plane.turns_hi, plane.turns_lo);
+    const DoubleSingle over_x = near_slant(tangent_x), over_y = near_slant(tangent_y);
+    a.turns = LANES_FIRST(ds_turns(
+        ds_times(ds_times(depth, rate), ds_plus(ds_plus(over_x, over_y), ds(1.0f, 0.0f)))));
+    put(ds_times(ds_over(tangent_x, ds_plus(over_x, ds(1.0f, 0.0f))), rate), &a.chief_x,
         &a.chief_x_low);
-    put(wide_times(wide_over(tangent_y, wide_plus(over_y, wide(1.0f, 0.0f))), rate), &a.chief_y,
+    put(ds_times(ds_over(tangent_y, ds_plus(over_y, ds(1.0f, 0.0f))), rate), &a.chief_y,
         &a.chief_y_low);
   }
   const float across = 1.0f / plane.pitch_x, down = -1.0f / plane.pitch_y;
@@ -283,7 +283,7 @@ static inline floatv amplitude_towards(__global const Light* lights, __global co
   if (a->specular) {
 #if RAYWAVE_SHARP
     const floatv down = -1.0f;
-    const Towards towards = wide3(tx, ty, down);
+    const Towards towards = ds3(tx, ty, down);
 #else
     const floatv cosine = 1.0f / sqrt(1.0f + tx * tx + ty * ty);
     const Towards towards = {tx * cosine, ty * cosine, -cosine};
@@ -345,13 +345,13 @@ static inline void near_axes(__global const Light* lights, __global const uint* 
 // RAYWAVE_LANES - 1; zero beyond the footprint.
 static inline void near_across(const NearWaves* waves, int from, int to, const Aim* a,
                                const GatherPlane* plane, int first, floatv* re, floatv* im) {
-  const Wide offset =
-      wide_minus(wide_steps(first + LANES_INDEX, plane->pitch_x, plane->pitch_x_low),
-                 wide(a->centre_x, a->centre_x_low));
+  const DoubleSingle offset =
+      ds_minus(ds_steps(first + LANES_INDEX, plane->pitch_x, plane->pitch_x_low),
+               ds(a->centre_x, a->centre_x_low));
   const floatv turns =
-      wide_turns(wide_times(offset, wide(a->chief_x, a->chief_x_low))) + (a->turns + 0.25f);
-  near_sum(waves, from, to, wide_high(offset), turns, re, im);
-  const intv inside = fabs(wide_high(offset)) <= a->half_x;
+      ds_turns(ds_times(offset, ds(a->chief_x, a->chief_x_low))) + (a->turns + 0.25f);
+  near_sum(waves, from, to, ds_high(offset), turns, re, im);
+  const intv inside = fabs(ds_high(offset)) <= a->half_x;
   *re = LANES_SELECT((floatv)(0.0f), *re, inside);
   *im = LANES_SELECT((floatv)(0.0f), *im, inside);
 }
@@ -359,12 +359,12 @@ static inline void near_across(const NearWaves* waves, int from, int to, const A
 // The same along y at pixels of rows first to first + RAYWAVE_LANES - 1.
 static inline void near_up(const NearWaves* waves, int from, int to, const Aim* a,
                            const GatherPlane* plane, int first, floatv* re, floatv* im) {
-  const Wide offset =
-      wide_minus(wide_steps(-(first + LANES_INDEX), plane->pitch_y, plane->pitch_y_low),
-                 wide(a->centre_y, a->centre_y_low));
-  near_sum(waves, from, to, wide_high(offset),
-           wide_turns(wide_times(offset, wide(a->chief_y, a->chief_y_low))), re, im);
-  const intv inside = fabs(wide_high(offset)) <= a->half_y;
+  const DoubleSingle offset =
+      ds_minus(ds_steps(-(first + LANES_INDEX), plane->pitch_y, plane->pitch_y_low),
+               ds(a->centre_y, a->centre_y_low));
+  near_sum(waves, from, to, ds_high(offset),
+           ds_turns(ds_times(offset, ds(a->chief_y, a->chief_y_low))), re, im);
+  const intv inside = fabs(ds_high(offset)) <= a->half_y;
   *re = LANES_SELECT((floatv)(0.0f), *re, inside);
   *im = LANES_SELECT((floatv)(0.0f), *im, inside);
 }
@@ -478,16 +478,16 @@ static inline void gather_far(__global const Light* lights, __global const uint*
                               const GatherPlane* plane, Tile* tile) {
   const int top = tile->top, bottom = tile->bottom;
   const intv column = tile->first + LANES_INDEX;
-  const Wide x = wide_steps(column, plane->pitch_x, plane->pitch_x_low),
-             rate = wide(plane->turns_hi, plane->turns_lo);
+  const DoubleSingle x = ds_steps(column, plane->pitch_x, plane->pitch_x_low),
+                     rate = ds(plane->turns_hi, plane->turns_lo);
 #if RAYWAVE_VIEW_PARTS > 0
   const float left_x = plane->pitch_x * (float)tile->first,
               right_x = left_x + plane->pitch_x * (float)(RAYWAVE_LANES - 1);
   const float top_y = -plane->pitch_y * (float)top, bottom_y = -plane->pitch_y * (float)bottom;
 #endif
-  const Wide from_x = wide_minus(x, wide(a->x, a->x_low)), depth = wide(a->depth, a->depth_low);
-  const floatv dx = wide_high(from_x);
-  const floatv off_chief = wide_high(wide_minus(x, wide(a->centre_x, a->centre_x_low)));
+  const DoubleSingle from_x = ds_minus(x, ds(a->x, a->x_low)), depth = ds(a->depth, a->depth_low);
+  const floatv dx = ds_high(from_x);
+  const floatv off_chief = ds_high(ds_minus(x, ds(a->centre_x, a->centre_x_low)));
   // Where the pixel's light meets the hologram, in half windows
   const floatv across = fabs(off_chief * a->scale_x);
   intv inside_x = (across <= plane->cone_x) & (column < plane->nx);
@@ -518,13 +518,13 @@ static inline void gather_far(__global const Light* lights, __global const uint*
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
   // Each lane counts its phase from its pixel in the tile's middle row.
   const int middle = (top + bottom) / 2;
-  const Wide middle_y = wide_steps((intv)(-middle), plane->pitch_y, plane->pitch_y_low);
-  const Wide from_y = wide_minus(middle_y, wide(a->y, a->y_low));
+  const DoubleSingle middle_y = ds_steps((intv)(-middle), plane->pitch_y, plane->pitch_y_low);
+  const DoubleSingle from_y = ds_minus(middle_y, ds(a->y, a->y_low));
   floatv middle_length;
   const floatv middle_turns = path_turns(from_x, from_y, depth, rate, &middle_length) * sign;
-  const float middle_dy = LANES_FIRST(wide_high(from_y));
+  const float middle_dy = LANES_FIRST(ds_high(from_y));
   const float middle_off_chief =
-      LANES_FIRST(wide_high(wide_minus(middle_y, wide(a->centre_y, a->centre_y_low))));
+      LANES_FIRST(ds_high(ds_minus(middle_y, ds(a->centre_y, a->centre_y_low))));
 #endif
 
   for (int row = top; row <= bottom; ++row) {
@@ -532,11 +532,10 @@ static inline void gather_far(__global const Light* lights, __global const uint*
     const float step_y = plane->pitch_y * (float)(middle - row);
     const float dy = middle_dy + step_y, off_chief_y = middle_off_chief + step_y;
 #else
-    const Wide y = wide_steps((intv)(-row), plane->pitch_y, plane->pitch_y_low),
-               from_y = wide_minus(y, wide(a->y, a->y_low));
-    const float dy = LANES_FIRST(wide_high(from_y));
-    const float off_chief_y =
-        LANES_FIRST(wide_high(wide_minus(y, wide(a->centre_y, a->centre_y_low))));
+    const DoubleSingle y = ds_steps((intv)(-row), plane->pitch_y, plane->pitch_y_low),
+                       from_y = ds_minus(y, ds(a->y, a->y_low));
+    const float dy = LANES_FIRST(ds_high(from_y));
+    const float off_chief_y = LANES_FIRST(ds_high(ds_minus(y, ds(a->centre_y, a->centre_y_low))));
 #endif
     const float up = fabs(off_chief_y * a->scale_y);
     if (up > plane->cone_y) continue;
@@ -561,12 +560,12 @@ static inline void gather_far(__global const Light* lights, __global const uint*
     if (a->specular) {
 #if RAYWAVE_SHARP
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
-      const Wide from_row = wide_plus(from_y, wide((floatv)(step_y), 0.0f));
+      const DoubleSingle from_row = ds_plus(from_y, ds((floatv)(step_y), 0.0f));
 #else
-      const Wide from_row = from_y;
+      const DoubleSingle from_row = from_y;
 #endif
-      const Wide3 from_sample = {from_x, from_row, wide_minus(wide(0.0f, 0.0f), depth)};
-      const Towards towards = wide3_scaled(from_sample, wide((floatv)(sign), 0.0f));
+      const DoubleSingle3 from_sample = {from_x, from_row, ds_minus(ds(0.0f, 0.0f), depth)};
+      const Towards towards = ds3_scaled(from_sample, ds((floatv)(sign), 0.0f));
 #else
       const floatv unit = sign * inverse_length;
       const Towards towards = {dx * unit, dy * unit, -a->depth * unit};

@@ -42,9 +42,9 @@ static inline Gathered gathered_y(const GatherPlane* plane) {
 }
 
 // 1 / cosine - 1 of a direction.
-static inline Wide near_slant(Wide tangent) {
-  const Wide squared = wide_times(tangent, tangent), one = wide(1.0f, 0.0f);
-  return wide_over(squared, wide_plus(one, wide_sqrt(wide_plus(one, squared))));
+static inline DoubleSingle near_slant(DoubleSingle tangent) {
+  const DoubleSingle squared = ds_times(tangent, tangent), one = ds(1.0f, 0.0f);
+  return ds_over(squared, ds_plus(one, ds_sqrt(ds_plus(one, squared))));
 }
 
 // Sine of the direction whose tangent is t + step, less that of t.

@@ -12,12 +12,12 @@
 
 #if RAYWAVE_BOUNCES > 0
 typedef struct {
-  Line line;       // its direction has unit length
-  floatv nearest;  // distance before which it meets nothing
-  floatv weight;   // share of the light that this way carries
-  floatv length;   // metres of air that spread light as much: sum of segments over their index
-  floatv turns;    // of the optical path, reduced
-  Wide index;      // of refraction along the line
+  Line line;           // its direction has unit length
+  floatv nearest;      // distance before which it meets nothing
+  floatv weight;       // share of the light that this way carries
+  floatv length;       // metres of air that spread light as much: sum of segments over their index
+  floatv turns;        // of the optical path, reduced
+  DoubleSingle index;  // of refraction along the line
   intv active;
   int bounces_left;
 } Way;
@@ -27,11 +27,11 @@ typedef struct {
 #define BOUNCE_WAYS (RAYWAVE_BOUNCES + 1)
 
 static inline Way way_from(const Line* line, intv active) {
-  const Wide one = wide(1.0f, 0.0f);
+  const DoubleSingle one = ds(1.0f, 0.0f);
   Way way;
   way.line.origin = line->origin;
-  way.line.direction = wide3_scaled(
-      line->direction, wide_over(one, wide_sqrt(wide3_dot(line->direction, line->direction))));
+  way.line.direction =
+      ds3_scaled(line->direction, ds_over(one, ds_sqrt(ds3_dot(line->direction, line->direction))));
   way.index = one;
   way.weight = 1.0f;
   way.nearest = way.length = way.turns = 0.0f;
@@ -42,10 +42,9 @@ static inline Way way_from(const Line* line, intv active) {
 
 // What the tree is searched with.
 static inline Rays rays_of(const Way* way, float reach) {
-  const Wide3 o = way->line.origin, d = way->line.direction;
-  const Rays rays = {wide_high(o.x), wide_high(o.y),  wide_high(o.z),
-                     wide_high(d.x), wide_high(d.y),  wide_high(d.z),
-                     way->nearest,   (floatv)(reach), way->active};
+  const DoubleSingle3 o = way->line.origin, d = way->line.direction;
+  const Rays rays = {ds_high(o.x), ds_high(o.y), ds_high(o.z),    ds_high(d.x), ds_high(d.y),
+                     ds_high(d.z), way->nearest, (floatv)(reach), way->active};
   return rays;
 }
 
@@ -56,10 +55,10 @@ static inline floatv own_share(const Way* way, const Surface* s) {
 
 // The way onwards from a surface in a unit direction. It starts on the surface itself, so that its
 // length is exact, and meets nothing within `bias` of it.
-static inline Way bounced(const Way* way, const Surface* s, Wide3 direction, float bias,
-                          floatv share, Wide index) {
-  const floatv slope = wide_high(direction.x) * s->nx + wide_high(direction.y) * s->ny +
-                       wide_high(direction.z) * s->nz;
+static inline Way bounced(const Way* way, const Surface* s, DoubleSingle3 direction, float bias,
+                          floatv share, DoubleSingle index) {
+  const floatv slope =
+      ds_high(direction.x) * s->nx + ds_high(direction.y) * s->ny + ds_high(direction.z) * s->nz;
   Way next = *way;
   next.line.origin = s->place;
   next.line.direction = direction;
@@ -76,27 +75,27 @@ static inline Way bounced(const Way* way, const Surface* s, Wide3 direction, flo
 static inline int bounce(const Way* way, const Surface* surface, float bias, Way* ways,
                          int pending) {
   if (way->bounces_left <= 0) return pending;
-  const Wide one = wide(1.0f, 0.0f), ior = wide(surface->ior, surface->ior_low);
-  const Wide3 direction = way->line.direction;
-  const Wide slope = wide3_dot(direction, surface->normal);  // negative
+  const DoubleSingle one = ds(1.0f, 0.0f), ior = ds(surface->ior, surface->ior_low);
+  const DoubleSingle3 direction = way->line.direction;
+  const DoubleSingle slope = ds3_dot(direction, surface->normal);  // negative
   // Total reflection sends the refracted share along the mirrored ray.
-  const Wide ratio = wide_select(ior, wide_over(one, ior), surface->entering);
-  const Wide k = wide_minus(
-      one, wide_times(wide_times(ratio, ratio), wide_minus(one, wide_times(slope, slope))));
-  const intv passes = wide_high(k) > 0.0f;
+  const DoubleSingle ratio = ds_select(ior, ds_over(one, ior), surface->entering);
+  const DoubleSingle k =
+      ds_minus(one, ds_times(ds_times(ratio, ratio), ds_minus(one, ds_times(slope, slope))));
+  const intv passes = ds_high(k) > 0.0f;
   const floatv refracted = LANES_SELECT((floatv)(0.0f), surface->transparency, passes);
   const floatv mirrored = surface->reflectivity + surface->transparency - refracted;
   if (LANES_ANY(way->active & (mirrored > 0.0f))) {
-    const Wide3 onwards =
-        wide3_along(direction, surface->normal, wide_times(slope, wide(-2.0f, 0.0f)));
+    const DoubleSingle3 onwards =
+        ds3_along(direction, surface->normal, ds_times(slope, ds(-2.0f, 0.0f)));
     ways[pending++] = bounced(way, surface, onwards, bias, mirrored, way->index);
   }
   if (LANES_ANY(way->active & (refracted > 0.0f))) {
-    const Wide inward = wide_plus(wide_times(ratio, slope), wide_sqrt(wide_select(one, k, passes)));
-    const Wide3 onwards = wide3_along(wide3_scaled(direction, ratio), surface->normal,
-                                      wide_times(inward, wide(-1.0f, 0.0f)));
+    const DoubleSingle inward = ds_plus(ds_times(ratio, slope), ds_sqrt(ds_select(one, k, passes)));
+    const DoubleSingle3 onwards =
+        ds3_along(ds3_scaled(direction, ratio), surface->normal, ds_times(inward, ds(-1.0f, 0.0f)));
     ways[pending++] =
-        bounced(way, surface, onwards, bias, refracted, wide_select(one, ior, surface->entering));
+        bounced(way, surface, onwards, bias, refracted, ds_select(one, ior, surface->entering));
   }
   return pending;
 }

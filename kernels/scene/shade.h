@@ -22,7 +22,7 @@ static inline float3 triangle_cross(const Tree* tree, int index) {
       (float3)(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x));
 }
 
-#define EXACT_SURFACES \
+#define REFINED_SURFACES \
   (RAYWAVE_BOUNCES > 0 || (RAYWAVE_SHARP && RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0))
 
 // A hit's place and material, one lane each. The normal has unit length and faces the side the ray
@@ -34,9 +34,9 @@ typedef struct {
   floatv ambient, diffuse, specular, shininess;  // textures applied
   floatv reflectivity, transparency, ior, ior_low;
   intv entering;  // the ray meets the outside of the surface
-#if EXACT_SURFACES
-  // Beyond floats, where exact_surface has set them; towards the viewer, of any length
-  Wide3 place, normal, towards;
+#if REFINED_SURFACES
+  // Beyond floats, where refine_surface has set them; towards the viewer, of any length
+  DoubleSingle3 place, normal, towards;
 #endif
 } Surface;
 
@@ -176,25 +176,25 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   return surface;
 }
 
-#if EXACT_SURFACES
+#if REFINED_SURFACES
 // The surface's place and normal beyond floats, where a line, the hits' ray, has met it; their
 // distance along it.
-static inline Wide exact_surface(const SceneArrays* scene, const Line* line, const Hits* hits,
-                                 Surface* s) {
-  const AreaSamples area_samples = area_samples_of(&scene->tree, hits->triangle);
-  const Wide distance = exact_distance(&area_samples, line, hits->t);
+static inline DoubleSingle refine_surface(const SceneArrays* scene, const Line* line,
+                                          const Hits* hits, Surface* s) {
+  const TrianglePlanes planes = triangle_planes_of(&scene->tree, hits->triangle);
+  const DoubleSingle distance = refined_distance(&planes, line, hits->t);
   const floatv side = LANES_SELECT((floatv)(-1.0f), (floatv)(1.0f), s->entering), away = -1.0f;
-  s->place = wide3_along(line->origin, line->direction, distance);
-  s->normal = wide3_scaled(exact_normal(&scene->tree, scene->normals, hits->triangle, &area_samples,
+  s->place = ds3_along(line->origin, line->direction, distance);
+  s->normal = ds3_scaled(refined_normal(&scene->tree, scene->normals, hits->triangle, &planes,
                                         s->place, hits->u, hits->v),
-                           wide(side, 0.0f));
-  s->towards = wide3_scaled(line->direction, wide(away, 0.0f));
-  s->x = wide_high(s->place.x);
-  s->y = wide_high(s->place.y);
-  s->z = wide_high(s->place.z);
-  s->nx = wide_high(s->normal.x);
-  s->ny = wide_high(s->normal.y);
-  s->nz = wide_high(s->normal.z);
+                         ds(side, 0.0f));
+  s->towards = ds3_scaled(line->direction, ds(away, 0.0f));
+  s->x = ds_high(s->place.x);
+  s->y = ds_high(s->place.y);
+  s->z = ds_high(s->place.z);
+  s->nx = ds_high(s->normal.x);
+  s->ny = ds_high(s->normal.y);
+  s->nz = ds_high(s->normal.z);
   return distance;
 }
 #endif
@@ -261,19 +261,18 @@ static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Su
 static inline floatv mirror_gap(__global const Light* light, const Incident* in, const Surface* s) {
 #if RAYWAVE_SHARP
   (void)in;
-  Wide3 from = {wide(light->x, light->x_low), wide(light->y, light->y_low),
-                wide(light->z, light->z_low)};
-  if (light->is_point) from = wide3_minus(from, s->place);
+  DoubleSingle3 from = {ds(light->x, light->x_low), ds(light->y, light->y_low),
+                        ds(light->z, light->z_low)};
+  if (light->is_point) from = ds3_minus(from, s->place);
   // None of the vectors has unit length to the last bit. The cross product keeps small angles
   // exact.
-  const Wide facing = wide3_dot(s->normal, from);
-  const Wide3 mirrored = wide3_minus(wide3_scaled(s->normal, wide_plus(facing, facing)),
-                                     wide3_scaled(from, wide3_dot(s->normal, s->normal)));
-  const Wide3 across = wide3_cross(mirrored, s->towards);
-  const floatv rx = wide_high(mirrored.x), ry = wide_high(mirrored.y), rz = wide_high(mirrored.z);
-  const floatv vx = wide_high(s->towards.x), vy = wide_high(s->towards.y),
-               vz = wide_high(s->towards.z);
-  const floatv cx = wide_high(across.x), cy = wide_high(across.y), cz = wide_high(across.z);
+  const DoubleSingle facing = ds3_dot(s->normal, from);
+  const DoubleSingle3 mirrored = ds3_minus(ds3_scaled(s->normal, ds_plus(facing, facing)),
+                                           ds3_scaled(from, ds3_dot(s->normal, s->normal)));
+  const DoubleSingle3 across = ds3_cross(mirrored, s->towards);
+  const floatv rx = ds_high(mirrored.x), ry = ds_high(mirrored.y), rz = ds_high(mirrored.z);
+  const floatv vx = ds_high(s->towards.x), vy = ds_high(s->towards.y), vz = ds_high(s->towards.z);
+  const floatv cx = ds_high(across.x), cy = ds_high(across.y), cz = ds_high(across.z);
   const floatv squared =
       fmax((rx * rx + ry * ry + rz * rz) * (vx * vx + vy * vy + vz * vz), (floatv)(1e-37f));
   const floatv cosine = (rx * vx + ry * vy + rz * vz) * rsqrt(squared);

@@ -45,8 +45,8 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
                    (floatv)(0.0f),
                    (floatv)(lens.reach),
                    column < lens.nx};
-#if EXACT_SURFACES
-      Line line = {wide3(rays.ox, rays.oy, rays.oz), wide3(rays.dx, rays.dy, rays.dz)};
+#if REFINED_SURFACES
+      Line line = {ds3(rays.ox, rays.oy, rays.oz), ds3(rays.dx, rays.dy, rays.dz)};
 #endif
       // Paths yet to be followed: the ray's own, and those that mirrors and glass add
       int pending = 1;
@@ -65,8 +65,8 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
         const intv hit = hits.triangle >= 0;
         if (!LANES_ANY(hit)) continue;
         Surface surface = surface_at(&scene, &rays, &hits);
-#if EXACT_SURFACES
-        exact_surface(&scene, &line, &hits, &surface);
+#if REFINED_SURFACES
+        refine_surface(&scene, &line, &hits, &surface);
 #endif
         floatv radiance = phong(&scene, &surface, lens.bias, lens.reach, hit);
 #if RAYWAVE_BOUNCES > 0
