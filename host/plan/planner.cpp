@@ -456,7 +456,7 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   }
   prediction.device_bytes += static_cast<std::uint64_t>(
       prediction.work.samples *
-      (sizeof(device::Sample) + sizeof(device::Aim) + 16 + 8 * s.sampling.frames));
+      (sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 + 8 * s.sampling.frames));
   if (prediction.device_bytes > device.memory.device_bytes)
     planned.warnings.push_back("needs " + cl::format_bytes(prediction.device_bytes) + ", " +
                                device.name + " has " +

@@ -49,7 +49,7 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
                          {option::tile_rows, std::to_string(tile_rows_)},
                          {option::view_parts, std::to_string(table.view_parts)},
                          {option::sine_limit, plan.beyond_diffraction ? "1" : "0"}})),
-      aim_(program_.kernel("aim")),
+      project_samples_(program_.kernel("aim")),
       draw_phases_(program_.kernel("draw_phases")),
       profile_(program_.kernel("profile")),
       gather_(program_.kernel("gather")),
@@ -57,11 +57,11 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
 
 void Gatherer::draw_phases(std::uint32_t seed) {
   const auto room = table_.samples.size();
-  if (aims_.size() < room) {
-    aims_ = {device_, room, "aims"};
+  if (projected_.size() < room) {
+    projected_ = {device_, room, "aims"};
     // Read in whole vectors, so there is one more than is written.
     const std::vector<std::int32_t> none(4 * (room + static_cast<std::size_t>(lanes_)));
-    boxes_ = {device_, std::span<const std::int32_t>(none), "footprints of samples"};
+    footprints_ = {device_, std::span<const std::int32_t>(none), "footprints of samples"};
     phasors_ = {device_, room * static_cast<std::size_t>(frames_), "phases"};
   }
   if (table_.count > 0)
@@ -151,10 +151,10 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   lattice.half_height = static_cast<float>(half_window.y);
   const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}},
       local = lanes_ == 1 ? cl::Range{8, 8, 1} : cl::Range{1, 1, 1};
-  const auto stride = static_cast<std::int32_t>(boxes_.size() / 4);
+  const auto stride = static_cast<std::int32_t>(footprints_.size() / 4);
   if (table_.count > 0)
-    aim_.run({static_cast<std::size_t>(table_.count)}, group, table_.samples, table_.count, lattice,
-             plane, aims_, stride, boxes_);
+    project_samples_.run({static_cast<std::size_t>(table_.count)}, group, table_.samples,
+                         table_.count, lattice, plane, projected_, stride, footprints_);
 
   // As many of the lattice's rows at a time as the profiles of their samples fit.
   const auto profile_floats = 2 * static_cast<std::size_t>(plane.room_x + plane.room_y);
@@ -179,7 +179,7 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     }
     if (count > 0 && profile_floats > 0)
       profile_.run({static_cast<std::size_t>(count)}, group, scene_.lights, table_.samples,
-                   table_.lit, aims_, first_of(row), first_profile, count, plane, profiles_);
+                   table_.lit, projected_, first_of(row), first_profile, count, plane, profiles_);
     const auto tiles = [](int n, int side) {
       return static_cast<std::size_t>((n + side - 1) / side);
     };
@@ -187,9 +187,9 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
                strip = strip_tiles_ == 0 ? across
                                          : std::min(across, static_cast<std::size_t>(strip_tiles_));
     gather_.run({strip, tiles(plane.ny, tile_rows_), (across + strip - 1) / strip}, local,
-                scene_.lights, table_.samples, table_.views, table_.lit, aims_, stride, boxes_,
-                profiles_, first_profile, phasors_, table_.first_of_cell, table_.count, row,
-                end - 1, std::int32_t{row > 0}, lattice, plane, field);
+                scene_.lights, table_.samples, table_.views, table_.lit, projected_, stride,
+                footprints_, profiles_, first_profile, phasors_, table_.first_of_cell, table_.count,
+                row, end - 1, std::int32_t{row > 0}, lattice, plane, field);
     row = end;
   }
 }

@@ -41,10 +41,10 @@ private:
   int tile_rows_, strip_tiles_;
   double near_spots_;
   cl::Program program_;
-  cl::Kernel aim_, draw_phases_, profile_, gather_;
+  cl::Kernel project_samples_, draw_phases_, profile_, gather_;
   cl::Device device_;
-  cl::Buffer<device::Aim> aims_;
-  cl::Buffer<std::int32_t> boxes_;  // pixels of each aim's footprint
+  cl::Buffer<device::ProjectedSample> projected_;
+  cl::Buffer<std::int32_t> footprints_;  // pixels of each aim's footprint
   cl::Buffer<float> profiles_;
   cl::ComplexBuffer phasors_;  // frames x samples
 };

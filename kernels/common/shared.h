@@ -155,7 +155,7 @@ typedef struct {
   int top;
   int columns;
   int rows;
-} Aim;
+} ProjectedSample;
 
 // The plane of pixels that a gather fills.
 typedef struct {

@@ -142,14 +142,15 @@ static inline floatv shaded_amplitude(__global const Light* lights, __global con
 // Directions (tangents) in which highlights of lights `first` and on are brightest, of all that the
 // fan holds; the chief ray's where there is none.
 static inline void highlight_directions(__global const Light* lights, __global const uint* lit,
-                                        __global const Sample* sample, const Aim* a, int first,
-                                        const GatherPlane* plane, floatv* tx, floatv* ty) {
+                                        __global const Sample* sample, const ProjectedSample* p,
+                                        int first, const GatherPlane* plane, floatv* tx,
+                                        floatv* ty) {
   const Surface s = sample_surface(sample);
   float txs[RAYWAVE_LANES], tys[RAYWAVE_LANES];
   for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
     const int light = first + lane;
-    txs[lane] = a->tangent_x;
-    tys[lane] = a->tangent_y;
+    txs[lane] = p->tangent_x;
+    tys[lane] = p->tangent_y;
     if (light >= RAYWAVE_LIGHTS || !is_lit(lit, light)) continue;
     const Incident in = incident(lights, light, &s, 0.0f);
     if (!(in.intensity > 0.0f)) continue;
@@ -157,10 +158,10 @@ static inline void highlight_directions(__global const Light* lights, __global c
     const float x = twice * sample->nx - LANES_FIRST(in.x),
                 y = twice * sample->ny - LANES_FIRST(in.y);
     const float down = fmax(LANES_FIRST(in.z) - twice * sample->nz, 1e-6f);
-    txs[lane] = clamp(x / down, a->tangent_x - plane->cone_x * a->half_tangent_x,
-                      a->tangent_x + plane->cone_x * a->half_tangent_x);
-    tys[lane] = clamp(y / down, a->tangent_y - plane->cone_y * a->half_tangent_y,
-                      a->tangent_y + plane->cone_y * a->half_tangent_y);
+    txs[lane] = clamp(x / down, p->tangent_x - plane->cone_x * p->half_tangent_x,
+                      p->tangent_x + plane->cone_x * p->half_tangent_x);
+    tys[lane] = clamp(y / down, p->tangent_y - plane->cone_y * p->half_tangent_y,
+                      p->tangent_y + plane->cone_y * p->half_tangent_y);
   }
   *tx = LANES_LOAD(txs);
   *ty = LANES_LOAD(tys);
@@ -182,18 +183,19 @@ static inline int pixel_near(float place, int count) {
   return (int)clamp(place, 0.0f, (float)count);
 }
 
-__kernel void aim(__global const Sample* samples, int sample_count, Lattice lattice,
-                  GatherPlane plane, __global Aim* aims, int stride, __global int* boxes) {
+__kernel void project_samples(__global const Sample* samples, int sample_count, Lattice lattice,
+                              GatherPlane plane, __global ProjectedSample* projected, int stride,
+                              __global int* footprints) {
   const int index = (int)get_global_id(0);
   if (index >= sample_count) return;
   const Sample s = samples[index];
   if (!(plane.begin_z <= s.z && s.z < plane.end_z)) {  // it shines on another layer's planes
-    aims[index].near = aims[index].columns = 0;
-    boxes[index] = boxes[2 * stride + index] = 0;
-    boxes[stride + index] = boxes[3 * stride + index] = -1;
+    projected[index].near = projected[index].columns = 0;
+    footprints[index] = footprints[2 * stride + index] = 0;
+    footprints[stride + index] = footprints[3 * stride + index] = -1;
     return;
   }
-  Aim a;
+  ProjectedSample p;
   const DoubleSingle sample_x = ds(s.x, 0.0f), sample_y = ds(s.y, 0.0f), sample_z = ds(s.z, 0.0f);
   const DoubleSingle x = ds_minus(sample_x, ds(plane.left, plane.left_low)),
                      y = ds_minus(sample_y, ds(plane.top, plane.top_low));
@@ -205,57 +207,57 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
       ds_over(ds_minus(ds(plane.hologram_y, plane.hologram_y_low), sample_y), away);
   const DoubleSingle centre_x = ds_plus(x, ds_times(tangent_x, depth)),
                      centre_y = ds_plus(y, ds_times(tangent_y, depth));
-  put(x, &a.x, &a.x_low);
-  put(y, &a.y, &a.y_low);
-  put(depth, &a.depth, &a.depth_low);
-  put(centre_x, &a.centre_x, &a.centre_x_low);
-  put(centre_y, &a.centre_y, &a.centre_y_low);
-  const float distance = fmax(fabs(a.depth), nearest_to(&plane));
-  a.inverse_depth = copysign(1.0f / distance, a.depth);
+  put(x, &p.x, &p.x_low);
+  put(y, &p.y, &p.y_low);
+  put(depth, &p.depth, &p.depth_low);
+  put(centre_x, &p.centre_x, &p.centre_x_low);
+  put(centre_y, &p.centre_y, &p.centre_y_low);
+  const float distance = fmax(fabs(p.depth), nearest_to(&plane));
+  p.inverse_depth = copysign(1.0f / distance, p.depth);
   const float from_hologram = LANES_FIRST(ds_high(away));
   const float narrowed = distance / from_hologram;
-  a.scale_x = 1.0f / (lattice.half_width * narrowed);
-  a.scale_y = 1.0f / (lattice.half_height * narrowed);
-  a.amplitude = sqrt(s.radiance) * s.weight;
-  a.tilt_x = s.tilt_x * a.inverse_depth;
-  a.tilt_y = s.tilt_y * a.inverse_depth;
-  a.tilt_z = s.tilt_z;
-  a.turns = a.chief_x = a.chief_x_low = a.chief_y = a.chief_y_low = 0.0f;
-  a.specular = s.specular > 0.0f;
-  a.hidden = s.hidden;
-  a.profile = s.profile;
-  a.tangent_x = LANES_FIRST(ds_high(tangent_x));
-  a.tangent_y = LANES_FIRST(ds_high(tangent_y));
-  a.half_tangent_x = lattice.half_width / from_hologram;
-  a.half_tangent_y = lattice.half_height / from_hologram;
+  p.scale_x = 1.0f / (lattice.half_width * narrowed);
+  p.scale_y = 1.0f / (lattice.half_height * narrowed);
+  p.amplitude = sqrt(s.radiance) * s.weight;
+  p.tilt_x = s.tilt_x * p.inverse_depth;
+  p.tilt_y = s.tilt_y * p.inverse_depth;
+  p.tilt_z = s.tilt_z;
+  p.turns = p.chief_x = p.chief_x_low = p.chief_y = p.chief_y_low = 0.0f;
+  p.specular = s.specular > 0.0f;
+  p.hidden = s.hidden;
+  p.profile = s.profile;
+  p.tangent_x = LANES_FIRST(ds_high(tangent_x));
+  p.tangent_y = LANES_FIRST(ds_high(tangent_y));
+  p.half_tangent_x = lattice.half_width / from_hologram;
+  p.half_tangent_y = lattice.half_height / from_hologram;
   const FootprintAxis across_x = footprint_axis(plane.cone_x, lattice.half_width, narrowed,
-                                                a.half_tangent_x, plane.turns_hi, plane.near_tail),
+                                                p.half_tangent_x, plane.turns_hi, plane.near_tail),
                       across_y = footprint_axis(plane.cone_y, lattice.half_height, narrowed,
-                                                a.half_tangent_y, plane.turns_hi, plane.near_tail);
-  a.near = is_plane_wave_sample(across_x, across_y, plane.near_spots);
-  a.half_x = a.near ? across_x.extent : across_x.half_width;
-  a.half_y = a.near ? across_y.extent : across_y.half_width;
-  if (a.near) {
+                                                p.half_tangent_y, plane.turns_hi, plane.near_tail);
+  p.near = is_plane_wave_sample(across_x, across_y, plane.near_spots);
+  p.half_x = p.near ? across_x.extent : across_x.half_width;
+  p.half_y = p.near ? across_y.extent : across_y.half_width;
+  if (p.near) {
     const DoubleSingle rate = ds(plane.turns_hi, plane.turns_lo);
     const DoubleSingle over_x = near_slant(tangent_x), over_y = near_slant(tangent_y);
-    a.turns = LANES_FIRST(ds_turns(
+    p.turns = LANES_FIRST(ds_turns(
         ds_times(ds_times(depth, rate), ds_plus(ds_plus(over_x, over_y), ds(1.0f, 0.0f)))));
-    put(ds_times(ds_over(tangent_x, ds_plus(over_x, ds(1.0f, 0.0f))), rate), &a.chief_x,
-        &a.chief_x_low);
-    put(ds_times(ds_over(tangent_y, ds_plus(over_y, ds(1.0f, 0.0f))), rate), &a.chief_y,
-        &a.chief_y_low);
+    put(ds_times(ds_over(tangent_x, ds_plus(over_x, ds(1.0f, 0.0f))), rate), &p.chief_x,
+        &p.chief_x_low);
+    put(ds_times(ds_over(tangent_y, ds_plus(over_y, ds(1.0f, 0.0f))), rate), &p.chief_y,
+        &p.chief_y_low);
   }
   const float across = 1.0f / plane.pitch_x, down = -1.0f / plane.pitch_y;
   // Whole pixels within the footprint, and within a sixteenth of one beside it against rounding.
-  a.left = pixel_near((a.centre_x - a.half_x) * across + 0.9375f, plane.nx);
-  a.columns = pixel_near((a.centre_x + a.half_x) * across + 1.0625f, plane.nx) - a.left;
-  a.top = pixel_near((a.centre_y + a.half_y) * down + 0.9375f, plane.ny);
-  a.rows = pixel_near((a.centre_y - a.half_y) * down + 1.0625f, plane.ny) - a.top;
-  aims[index] = a;
-  boxes[index] = a.left;
-  boxes[stride + index] = a.columns > 0 && a.rows > 0 ? a.left + a.columns - 1 : -1;
-  boxes[2 * stride + index] = a.top;
-  boxes[3 * stride + index] = a.top + a.rows - 1;
+  p.left = pixel_near((p.centre_x - p.half_x) * across + 0.9375f, plane.nx);
+  p.columns = pixel_near((p.centre_x + p.half_x) * across + 1.0625f, plane.nx) - p.left;
+  p.top = pixel_near((p.centre_y + p.half_y) * down + 0.9375f, plane.ny);
+  p.rows = pixel_near((p.centre_y - p.half_y) * down + 1.0625f, plane.ny) - p.top;
+  projected[index] = p;
+  footprints[index] = p.left;
+  footprints[stride + index] = p.columns > 0 && p.rows > 0 ? p.left + p.columns - 1 : -1;
+  footprints[2 * stride + index] = p.top;
+  footprints[3 * stride + index] = p.top + p.rows - 1;
 }
 
 // A surface turned away from a direction shows less of itself there; at grazing angles a sample
@@ -276,11 +278,11 @@ static inline floatv turns_beyond(float dy, float step, floatv sum_of_lengths,
 
 // Amplitude that a sample shows in directions (tangents).
 static inline floatv amplitude_towards(__global const Light* lights, __global const uint* lit,
-                                       __global const Sample* sample, const Aim* a, floatv tx,
-                                       floatv ty) {
-  floatv amplitude = a->amplitude;
+                                       __global const Sample* sample, const ProjectedSample* p,
+                                       floatv tx, floatv ty) {
+  floatv amplitude = p->amplitude;
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-  if (a->specular) {
+  if (p->specular) {
 #if RAYWAVE_SHARP
     const floatv down = -1.0f;
     const Towards towards = ds3(tx, ty, down);
@@ -293,28 +295,28 @@ static inline floatv amplitude_towards(__global const Light* lights, __global co
 #else
   (void)lights, (void)lit;
 #endif
-  return amplitude * sqrt(projected_area(a->tilt_z, sample->tilt_x * tx, sample->tilt_y * ty));
+  return amplitude * sqrt(projected_area(p->tilt_z, sample->tilt_x * tx, sample->tilt_y * ty));
 }
 
 // The waves of both axes of a sample near the plane. Its amplitude in a direction is taken for the
 // product of what it is along the two axes through its brightest direction: right to first order
 // for surfaces that turn away, and for highlights that fall off like a Gaussian.
 static inline void near_axes(__global const Light* lights, __global const uint* lit,
-                             __global const Sample* sample, const Aim* a, const GatherPlane* plane,
-                             NearWaves* x, NearWaves* y) {
-  near_waves(x, a->hidden, a->tangent_x, a->half_tangent_x, a->half_x, a->depth, gathered_x(plane),
+                             __global const Sample* sample, const ProjectedSample* p,
+                             const GatherPlane* plane, NearWaves* x, NearWaves* y) {
+  near_waves(x, p->hidden, p->tangent_x, p->half_tangent_x, p->half_x, p->depth, gathered_x(plane),
              plane->turns_hi);
-  near_waves(y, a->hidden, a->tangent_y, a->half_tangent_y, a->half_y, a->depth, gathered_y(plane),
+  near_waves(y, p->hidden, p->tangent_y, p->half_tangent_y, p->half_y, p->depth, gathered_y(plane),
              plane->turns_hi);
-  float best_x = a->tangent_x, best_y = a->tangent_y;
+  float best_x = p->tangent_x, best_y = p->tangent_y;
   float best =
-      LANES_FIRST(amplitude_towards(lights, lit, sample, a, (floatv)(best_x), (floatv)(best_y)));
+      LANES_FIRST(amplitude_towards(lights, lit, sample, p, (floatv)(best_x), (floatv)(best_y)));
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-  for (int first = 0; first < RAYWAVE_LIGHTS && a->specular; first += RAYWAVE_LANES) {
+  for (int first = 0; first < RAYWAVE_LIGHTS && p->specular; first += RAYWAVE_LANES) {
     floatv tx, ty;
-    highlight_directions(lights, lit, sample, a, first, plane, &tx, &ty);
+    highlight_directions(lights, lit, sample, p, first, plane, &tx, &ty);
     float amplitudes[RAYWAVE_LANES], txs[RAYWAVE_LANES], tys[RAYWAVE_LANES];
-    LANES_STORE(amplitude_towards(lights, lit, sample, a, tx, ty), amplitudes);
+    LANES_STORE(amplitude_towards(lights, lit, sample, p, tx, ty), amplitudes);
     LANES_STORE(tx, txs);
     LANES_STORE(ty, tys);
     for (int i = 0; i < RAYWAVE_LANES; ++i) {
@@ -328,14 +330,14 @@ static inline void near_axes(__global const Light* lights, __global const uint* 
   const float scale = best > 0.0f ? plane->turns_hi / best : 0.0f;
   for (int n = 0; n < x->count; n += RAYWAVE_LANES) {
     const floatv amplitude =
-        amplitude_towards(lights, lit, sample, a, LANES_LOAD(x->tangent + n), (floatv)(best_y)) *
+        amplitude_towards(lights, lit, sample, p, LANES_LOAD(x->tangent + n), (floatv)(best_y)) *
         scale;
     LANES_STORE(LANES_LOAD(x->re + n) * amplitude, x->re + n);
     LANES_STORE(LANES_LOAD(x->im + n) * amplitude, x->im + n);
   }
   for (int n = 0; n < y->count; n += RAYWAVE_LANES) {
     const floatv amplitude =
-        amplitude_towards(lights, lit, sample, a, (floatv)(best_x), LANES_LOAD(y->tangent + n));
+        amplitude_towards(lights, lit, sample, p, (floatv)(best_x), LANES_LOAD(y->tangent + n));
     LANES_STORE(LANES_LOAD(y->re + n) * amplitude, y->re + n);
     LANES_STORE(LANES_LOAD(y->im + n) * amplitude, y->im + n);
   }
@@ -343,28 +345,28 @@ static inline void near_axes(__global const Light* lights, __global const uint* 
 
 // What waves `from` to before `to` add to g along x at pixels of columns first to first +
 // RAYWAVE_LANES - 1; zero beyond the footprint.
-static inline void near_across(const NearWaves* waves, int from, int to, const Aim* a,
+static inline void near_across(const NearWaves* waves, int from, int to, const ProjectedSample* p,
                                const GatherPlane* plane, int first, floatv* re, floatv* im) {
   const DoubleSingle offset =
       ds_minus(ds_steps(first + LANES_INDEX, plane->pitch_x, plane->pitch_x_low),
-               ds(a->centre_x, a->centre_x_low));
+               ds(p->centre_x, p->centre_x_low));
   const floatv turns =
-      ds_turns(ds_times(offset, ds(a->chief_x, a->chief_x_low))) + (a->turns + 0.25f);
+      ds_turns(ds_times(offset, ds(p->chief_x, p->chief_x_low))) + (p->turns + 0.25f);
   near_sum(waves, from, to, ds_high(offset), turns, re, im);
-  const intv inside = fabs(ds_high(offset)) <= a->half_x;
+  const intv inside = fabs(ds_high(offset)) <= p->half_x;
   *re = LANES_SELECT((floatv)(0.0f), *re, inside);
   *im = LANES_SELECT((floatv)(0.0f), *im, inside);
 }
 
 // The same along y at pixels of rows first to first + RAYWAVE_LANES - 1.
-static inline void near_up(const NearWaves* waves, int from, int to, const Aim* a,
+static inline void near_up(const NearWaves* waves, int from, int to, const ProjectedSample* p,
                            const GatherPlane* plane, int first, floatv* re, floatv* im) {
   const DoubleSingle offset =
       ds_minus(ds_steps(-(first + LANES_INDEX), plane->pitch_y, plane->pitch_y_low),
-               ds(a->centre_y, a->centre_y_low));
+               ds(p->centre_y, p->centre_y_low));
   near_sum(waves, from, to, ds_high(offset),
-           ds_turns(ds_times(offset, ds(a->chief_y, a->chief_y_low))), re, im);
-  const intv inside = fabs(ds_high(offset)) <= a->half_y;
+           ds_turns(ds_times(offset, ds(p->chief_y, p->chief_y_low))), re, im);
+  const intv inside = fabs(ds_high(offset)) <= p->half_y;
   *re = LANES_SELECT((floatv)(0.0f), *re, inside);
   *im = LANES_SELECT((floatv)(0.0f), *im, inside);
 }
@@ -380,39 +382,39 @@ static inline size_t profile_size(const GatherPlane* plane) {
 // zeros, its columns, and zeros up to room_x; imaginary parts likewise; real parts of its rows, in
 // room_y; imaginary parts.
 __kernel void profile(__global const Light* lights, __global const Sample* samples,
-                      __global const uint* lit, __global const Aim* aims, int first_sample,
-                      int first_profile, int sample_count, GatherPlane plane,
+                      __global const uint* lit, __global const ProjectedSample* projected,
+                      int first_sample, int first_profile, int sample_count, GatherPlane plane,
                       __global float* profiles) {
   const int number = (int)get_global_id(0);
   if (number >= sample_count) return;
   const int index = first_sample + number;
-  const Aim a = aims[index];
-  if (!a.near || a.columns <= 0 || a.rows <= 0) return;
+  const ProjectedSample p = projected[index];
+  if (!p.near || p.columns <= 0 || p.rows <= 0) return;
   NearWaves waves_x, waves_y;
-  near_axes(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &a,
+  near_axes(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &p,
             &plane, &waves_x, &waves_y);
   const floatv zero = 0.0f;
-  for (int part = 0; part < (a.hidden ? NEAR_PARTS : 1); ++part) {
+  for (int part = 0; part < (p.hidden ? NEAR_PARTS : 1); ++part) {
     const int from_x = waves_x.begin[part],
-              to_x = a.hidden ? waves_x.begin[part + 1] : waves_x.count;
+              to_x = p.hidden ? waves_x.begin[part + 1] : waves_x.count;
     const int from_y = waves_y.begin[part],
-              to_y = a.hidden ? waves_y.begin[part + 1] : waves_y.count;
+              to_y = p.hidden ? waves_y.begin[part + 1] : waves_y.count;
     __global float* across =
-        profiles + (size_t)(a.profile + part - first_profile) * profile_size(&plane);
+        profiles + (size_t)(p.profile + part - first_profile) * profile_size(&plane);
     __global float* up = across + 2 * plane.room_x;
     floatv re, im;
     LANES_STORE(zero, across);
     LANES_STORE(zero, across + plane.room_x);
     int column = 0;
-    for (; column < a.columns; column += RAYWAVE_LANES) {
-      near_across(&waves_x, from_x, to_x, &a, &plane, a.left + column, &re, &im);
+    for (; column < p.columns; column += RAYWAVE_LANES) {
+      near_across(&waves_x, from_x, to_x, &p, &plane, p.left + column, &re, &im);
       LANES_STORE(re, across + RAYWAVE_LANES + column);
       LANES_STORE(im, across + plane.room_x + RAYWAVE_LANES + column);
     }
     LANES_STORE(zero, across + RAYWAVE_LANES + column);
     LANES_STORE(zero, across + plane.room_x + RAYWAVE_LANES + column);
-    for (int row = 0; row < a.rows; row += RAYWAVE_LANES) {
-      near_up(&waves_y, from_y, to_y, &a, &plane, a.top + row, &re, &im);
+    for (int row = 0; row < p.rows; row += RAYWAVE_LANES) {
+      near_up(&waves_y, from_y, to_y, &p, &plane, p.top + row, &re, &im);
       LANES_STORE(re, up + row);
       LANES_STORE(im, up + plane.room_y + row);
     }
@@ -430,15 +432,15 @@ typedef struct {
 
 // Adds what a sample sends along the columns times what it sends along the rows, `up`.
 static inline void add_product(floatv across_re, floatv across_im, __global const float* up,
-                               const Aim* a, __global const float2* phasors, int sample_count,
-                               const GatherPlane* plane, Tile* tile) {
-  const int from = max(tile->top, a->top), to = min(tile->bottom, a->top + a->rows - 1);
+                               const ProjectedSample* p, __global const float2* phasors,
+                               int sample_count, const GatherPlane* plane, Tile* tile) {
+  const int from = max(tile->top, p->top), to = min(tile->bottom, p->top + p->rows - 1);
   for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
     const float2 phasor = phasors[(size_t)frame * (size_t)sample_count];
     const floatv turned_re = across_re * phasor.x - across_im * phasor.y,
                  turned_im = across_re * phasor.y + across_im * phasor.x;
     for (int row = from; row <= to; ++row) {
-      const float up_re = up[row - a->top], up_im = up[plane->room_y + row - a->top];
+      const float up_re = up[row - p->top], up_im = up[plane->room_y + row - p->top];
       tile->re[frame][row - tile->top] += turned_re * up_re - turned_im * up_im;
       tile->im[frame][row - tile->top] += turned_re * up_im + turned_im * up_re;
     }
@@ -447,13 +449,13 @@ static inline void add_product(floatv across_re, floatv across_im, __global cons
 
 // Adds the wave of a sample near the plane, from its profiles.
 static inline void gather_near(__global const float* profiles, __global const uint* view,
-                               const Aim* a, __global const float2* phasors, int sample_count,
-                               const GatherPlane* plane, Tile* tile) {
+                               const ProjectedSample* p, __global const float2* phasors,
+                               int sample_count, const GatherPlane* plane, Tile* tile) {
   const size_t size = profile_size(plane);
-  __global const float* column = profiles + (tile->first - a->left + RAYWAVE_LANES);
+  __global const float* column = profiles + (tile->first - p->left + RAYWAVE_LANES);
   __global const float* up = profiles + 2 * plane->room_x;
-  if (!a->hidden) {
-    add_product(LANES_LOAD(column), LANES_LOAD(column + plane->room_x), up, a, phasors,
+  if (!p->hidden) {
+    add_product(LANES_LOAD(column), LANES_LOAD(column + plane->room_x), up, p, phasors,
                 sample_count, plane, tile);
     return;
   }
@@ -467,15 +469,15 @@ static inline void gather_near(__global const float* profiles, __global const ui
       im += share * LANES_LOAD(column + (size_t)i * size + plane->room_x);
       any = true;
     }
-    if (any) add_product(re, im, up + (size_t)j * size, a, phasors, sample_count, plane, tile);
+    if (any) add_product(re, im, up + (size_t)j * size, p, phasors, sample_count, plane, tile);
   }
 }
 
 // Adds the wave of a sample away from the plane, ray by ray.
 static inline void gather_far(__global const Light* lights, __global const uint* lit,
                               __global const Sample* sample, __global const uint* view,
-                              const Aim* a, __global const float2* phasors, int sample_count,
-                              const GatherPlane* plane, Tile* tile) {
+                              const ProjectedSample* p, __global const float2* phasors,
+                              int sample_count, const GatherPlane* plane, Tile* tile) {
   const int top = tile->top, bottom = tile->bottom;
   const intv column = tile->first + LANES_INDEX;
   const DoubleSingle x = ds_steps(column, plane->pitch_x, plane->pitch_x_low),
@@ -485,28 +487,28 @@ static inline void gather_far(__global const Light* lights, __global const uint*
               right_x = left_x + plane->pitch_x * (float)(RAYWAVE_LANES - 1);
   const float top_y = -plane->pitch_y * (float)top, bottom_y = -plane->pitch_y * (float)bottom;
 #endif
-  const DoubleSingle from_x = ds_minus(x, ds(a->x, a->x_low)), depth = ds(a->depth, a->depth_low);
+  const DoubleSingle from_x = ds_minus(x, ds(p->x, p->x_low)), depth = ds(p->depth, p->depth_low);
   const floatv dx = ds_high(from_x);
-  const floatv off_chief = ds_high(ds_minus(x, ds(a->centre_x, a->centre_x_low)));
+  const floatv off_chief = ds_high(ds_minus(x, ds(p->centre_x, p->centre_x_low)));
   // Where the pixel's light meets the hologram, in half windows
-  const floatv across = fabs(off_chief * a->scale_x);
+  const floatv across = fabs(off_chief * p->scale_x);
   intv inside_x = (across <= plane->cone_x) & (column < plane->nx);
   const floatv edge_x = apodization_weights(across, plane->cone_x, plane->apodization_rate_x);
-  const float sign = a->depth < 0.0f ? -1.0f : 1.0f;
+  const float sign = p->depth < 0.0f ? -1.0f : 1.0f;
 #if RAYWAVE_VIEW_PARTS > 0
   int state = VIEW_CLEAR;
-  const float to_view_x = sign * a->scale_x * plane->view_scale_x;
-  const float to_view_y = sign * a->scale_y * plane->view_scale_y;
+  const float to_view_x = sign * p->scale_x * plane->view_scale_x;
+  const float to_view_y = sign * p->scale_y * plane->view_scale_y;
   intv part = 0;
-  if (a->hidden) {
+  if (p->hidden) {
     const float u0 =
-        (fmax(left_x, a->centre_x - a->half_x) - a->centre_x) * to_view_x + plane->view_shift_x;
+        (fmax(left_x, p->centre_x - p->half_x) - p->centre_x) * to_view_x + plane->view_shift_x;
     const float u1 =
-        (fmin(right_x, a->centre_x + a->half_x) - a->centre_x) * to_view_x + plane->view_shift_x;
+        (fmin(right_x, p->centre_x + p->half_x) - p->centre_x) * to_view_x + plane->view_shift_x;
     const float v0 =
-        (fmax(bottom_y, a->centre_y - a->half_y) - a->centre_y) * to_view_y + plane->view_shift_y;
+        (fmax(bottom_y, p->centre_y - p->half_y) - p->centre_y) * to_view_y + plane->view_shift_y;
     const float v1 =
-        (fmin(top_y, a->centre_y + a->half_y) - a->centre_y) * to_view_y + plane->view_shift_y;
+        (fmin(top_y, p->centre_y + p->half_y) - p->centre_y) * to_view_y + plane->view_shift_y;
     state = view_state(view, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1));
     if (state == VIEW_CLOSED) return;
     part = clamp(LANES_TO_INT((off_chief * to_view_x + plane->view_shift_x + 1.0f) *
@@ -514,17 +516,17 @@ static inline void gather_far(__global const Light* lights, __global const uint*
                  (intv)(0), (intv)(RAYWAVE_VIEW_PARTS - 1));
   }
 #endif
-  const floatv squared_x = dx * dx + a->depth * a->depth;
+  const floatv squared_x = dx * dx + p->depth * p->depth;
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
   // Each lane counts its phase from its pixel in the tile's middle row.
   const int middle = (top + bottom) / 2;
   const DoubleSingle middle_y = ds_steps((intv)(-middle), plane->pitch_y, plane->pitch_y_low);
-  const DoubleSingle from_y = ds_minus(middle_y, ds(a->y, a->y_low));
+  const DoubleSingle from_y = ds_minus(middle_y, ds(p->y, p->y_low));
   floatv middle_length;
   const floatv middle_turns = path_turns(from_x, from_y, depth, rate, &middle_length) * sign;
   const float middle_dy = LANES_FIRST(ds_high(from_y));
   const float middle_off_chief =
-      LANES_FIRST(ds_high(ds_minus(middle_y, ds(a->centre_y, a->centre_y_low))));
+      LANES_FIRST(ds_high(ds_minus(middle_y, ds(p->centre_y, p->centre_y_low))));
 #endif
 
   for (int row = top; row <= bottom; ++row) {
@@ -533,11 +535,11 @@ static inline void gather_far(__global const Light* lights, __global const uint*
     const float dy = middle_dy + step_y, off_chief_y = middle_off_chief + step_y;
 #else
     const DoubleSingle y = ds_steps((intv)(-row), plane->pitch_y, plane->pitch_y_low),
-                       from_y = ds_minus(y, ds(a->y, a->y_low));
+                       from_y = ds_minus(y, ds(p->y, p->y_low));
     const float dy = LANES_FIRST(ds_high(from_y));
-    const float off_chief_y = LANES_FIRST(ds_high(ds_minus(y, ds(a->centre_y, a->centre_y_low))));
+    const float off_chief_y = LANES_FIRST(ds_high(ds_minus(y, ds(p->centre_y, p->centre_y_low))));
 #endif
-    const float up = fabs(off_chief_y * a->scale_y);
+    const float up = fabs(off_chief_y * p->scale_y);
     if (up > plane->cone_y) continue;
     const float edge_y = apodization_weight(up, plane->cone_y, plane->apodization_rate_y);
     const floatv length = sqrt(squared_x + dy * dy);
@@ -554,10 +556,10 @@ static inline void gather_far(__global const Light* lights, __global const uint*
       if (!LANES_ANY(counts)) continue;
     }
 #endif
-    floatv amplitude = a->amplitude;
+    floatv amplitude = p->amplitude;
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
     // Through the pixel, or away from it where the sample stands in front of the plane.
-    if (a->specular) {
+    if (p->specular) {
 #if RAYWAVE_SHARP
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
       const DoubleSingle from_row = ds_plus(from_y, ds((floatv)(step_y), 0.0f));
@@ -568,12 +570,12 @@ static inline void gather_far(__global const Light* lights, __global const uint*
       const Towards towards = ds3_scaled(from_sample, ds((floatv)(sign), 0.0f));
 #else
       const floatv unit = sign * inverse_length;
-      const Towards towards = {dx * unit, dy * unit, -a->depth * unit};
+      const Towards towards = {dx * unit, dy * unit, -p->depth * unit};
 #endif
       amplitude = shaded_amplitude(lights, lit, sample, towards);
     }
 #endif
-    const floatv area = projected_area(a->tilt_z, a->tilt_x * dx, (floatv)(a->tilt_y * dy));
+    const floatv area = projected_area(p->tilt_z, p->tilt_x * dx, (floatv)(p->tilt_y * dy));
     amplitude = LANES_SELECT(
         (floatv)(0.0f), amplitude * sqrt(area) * edge_x * edge_y * sign * inverse_length, counts);
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
@@ -596,8 +598,9 @@ static inline void gather_far(__global const Light* lights, __global const uint*
 }
 
 __kernel void gather(__global const Light* lights, __global const Sample* samples,
-                     __global const uint* views, __global const uint* lit, __global const Aim* aims,
-                     int stride, __global const int* boxes, __global const float* profiles,
+                     __global const uint* views, __global const uint* lit,
+                     __global const ProjectedSample* projected, int stride,
+                     __global const int* footprints, __global const float* profiles,
                      int first_profile, __global const float2* phasors,
                      __global const int* first_of_cell, int sample_count, int first_row,
                      int last_row, int accumulate, Lattice lattice, GatherPlane plane,
@@ -634,25 +637,26 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
     const int last = first_of_cell[cell_row * lattice.nx + cell_right + 1];
     for (int begin = first_of_cell[cell_row * lattice.nx + cell_left]; begin < last;
          begin += RAYWAVE_LANES) {
-      __global const int* box = boxes + begin;
-      const intv touches = (LANES_LOAD(box) < first + RAYWAVE_LANES) &
-                           (LANES_LOAD(box + stride) >= first) &
-                           (LANES_LOAD(box + 2 * stride) <= bottom) &
-                           (LANES_LOAD(box + 3 * stride) >= top) & (begin + LANES_INDEX < last);
+      __global const int* footprint = footprints + begin;
+      const intv touches = (LANES_LOAD(footprint) < first + RAYWAVE_LANES) &
+                           (LANES_LOAD(footprint + stride) >= first) &
+                           (LANES_LOAD(footprint + 2 * stride) <= bottom) &
+                           (LANES_LOAD(footprint + 3 * stride) >= top) &
+                           (begin + LANES_INDEX < last);
       if (!LANES_ANY(touches)) continue;
       int touching[RAYWAVE_LANES];
       LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), touches), touching);
       for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
         if (!touching[lane]) continue;
         const size_t index = (size_t)(begin + lane);
-        const Aim a = aims[index];
+        const ProjectedSample p = projected[index];
         __global const uint* view = views + index * VIEW_WORDS;
-        if (a.near) {
-          gather_near(profiles + (size_t)(a.profile - first_profile) * profile_size(&plane), view,
-                      &a, phasors + index, sample_count, &plane, &tile);
+        if (p.near) {
+          gather_near(profiles + (size_t)(p.profile - first_profile) * profile_size(&plane), view,
+                      &p, phasors + index, sample_count, &plane, &tile);
         } else {
           gather_far(lights, lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index,
-                     view, &a, phasors + index, sample_count, &plane, &tile);
+                     view, &p, phasors + index, sample_count, &plane, &tile);
         }
       }
     }
