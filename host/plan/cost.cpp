@@ -52,8 +52,8 @@ Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at
   const double window = plan.tile_window_m()[axis], fan = plan.tile_cone[axis];
   const double spot = plan.wavelength_m * z_m / (std::max(fan, 1e-3) * window),
                cone = fan * window / 2 * std::abs(1 - layer.distance_m / z_m);
-  const bool near = cone < Gatherer::default_near_spots * spot;
-  const double half = cone + (near ? Gatherer::near_tail * spot : 0);
+  const bool near = cone < Gatherer::default_plane_wave_spots * spot;
+  const double half = cone + (near ? Gatherer::plane_wave_tail * spot : 0);
   const double low = std::max(at_m - half, first_m), high = std::min(at_m + half, last_m);
   return low < high ? Crossing{(high - low) / plan.gathered_pitch_m(layer)[axis], near}
                     : Crossing{};

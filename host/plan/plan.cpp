@@ -34,7 +34,7 @@ constexpr double samples_across_nearest = 3;
 constexpr double pixels_across_nearest = 8;
 
 /// How far beyond its geometric footprint the light of a sample is kept, in diffraction spots.
-constexpr double tail_spots = Gatherer::near_tail;
+constexpr double tail_spots = Gatherer::plane_wave_tail;
 
 /// Mirrors show things up to this many times as deep as the scene: rays are spaced for it.
 constexpr double deepest_virtual_picture = 2;

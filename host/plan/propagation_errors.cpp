@@ -181,8 +181,8 @@ private:
       const Complex phasor = std::polar(1.0, 2 * pi * uniform(random));
       const double half_m = fan_ * half_m_ * std::abs(depth_m) / z_m;  // of the footprint
       const double spot_m = plan_.wavelength_m * z_m / (2 * fan_ * half_m_);
-      const bool is_near = plan_.aimed && half_m < Gatherer::default_near_spots * spot_m;
-      const double reach_m = is_near ? half_m + Gatherer::near_tail * spot_m : half_m,
+      const bool is_near = plan_.aimed && half_m < Gatherer::default_plane_wave_spots * spot_m;
+      const double reach_m = is_near ? half_m + Gatherer::plane_wave_tail * spot_m : half_m,
                    middle_m = x_m * layer_.distance_m / z_m;
       int first = 0, last = count - 1;
       if (plan_.aimed) {

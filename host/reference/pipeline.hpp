@@ -23,7 +23,7 @@ struct Gathering {
   std::span<const device::Sample> samples;
   std::span<const std::uint32_t> lit;    // light_words per sample
   std::size_t light_words = 1;           // DeviceScene::light_words
-  double near_spots = 0;                 // as Gatherer has it
+  double plane_wave_spots = 0;           // as Gatherer has it
   std::span<const std::uint32_t> views;  // of the samples, as SampleTable has them
   int view_parts = 8;
 };

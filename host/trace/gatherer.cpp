@@ -27,13 +27,13 @@ std::uint64_t profile_bytes(const cl::DeviceInfo& device) {
 }
 
 /// Spots from the middle of a near sample's wave to its rim, at most: kernels/gather/plane_waves.h
-/// has NEAR_WAVES for them.
-constexpr double widest_near_wave = 34;
+/// has PLANE_WAVES for them.
+constexpr double widest_plane_wave_sample = 34;
 
 }  // namespace
 
 Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
-                   const SampleTable& table, int frames, double near_spots)
+                   const SampleTable& table, int frames, double plane_wave_spots)
     : plan_(plan),
       scene_(scene),
       table_(table),
@@ -41,7 +41,7 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
       lanes_(lanes_for(device.info())),
       tile_rows_(rows_of_tile(work_shape(device.info()), frames)),
       strip_tiles_(work_shape(device.info()).strip_tiles),
-      near_spots_(near_spots),
+      plane_wave_spots_(plane_wave_spots),
       program_(device, "kernels/gather/gather.cl",
                cl::with(options_of(scene),
                         {{option::frames, std::to_string(frames)},
@@ -120,17 +120,18 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     const auto spot = plan_.wavelength_m * far_m / (2.0 * glm::max(fan, 1e-3) * half_window);
     const double nearest = std::max({0.0, near_m - centre_m.z, centre_m.z - far_m});
     const auto narrowest = fan * half_window * (nearest / far_m);
-    const bool any_near = narrowest.x < near_spots_ * spot.x || narrowest.y < near_spots_ * spot.y;
-    const auto tail = (any_near ? near_tail : 0.0) * spot / centre_m.z;
-    plane.near_spots = static_cast<float>(near_spots_);
-    plane.near_tail = static_cast<float>(near_tail);
+    const bool any_near =
+        narrowest.x < plane_wave_spots_ * spot.x || narrowest.y < plane_wave_spots_ * spot.y;
+    const auto tail = (any_near ? plane_wave_tail : 0.0) * spot / centre_m.z;
+    plane.plane_wave_spots = static_cast<float>(plane_wave_spots_);
+    plane.plane_wave_tail = static_cast<float>(plane_wave_tail);
     plane.window_x = static_cast<float>(widest.x * half_window.x + tail.x + spread.x);
     plane.window_y = static_cast<float>(widest.y * half_window.y + tail.y + spread.y);
     if (any_near) {
       const auto room = [&](int axis) {
         const double half =
-            std::min(widest_near_wave * spot[axis],
-                     widest[axis] * centre_m.z * half_window[axis] + near_tail * spot[axis]);
+            std::min(widest_plane_wave_sample * spot[axis],
+                     widest[axis] * centre_m.z * half_window[axis] + plane_wave_tail * spot[axis]);
         const int pixels =
             static_cast<int>(std::min(2 * half / pitch[axis] + 5, static_cast<double>(size[axis])));
         return (pixels + lanes_ - 1) / lanes_ * lanes_ + 2 * lanes_;

@@ -10,15 +10,16 @@ class Gatherer {
 public:
   /// frames      gathered together, 1 to `most_frames`: rays, visibility and shading are shared,
   ///             only phases differ
-  /// near_spots  samples whose geometric footprint on a plane is narrower than so many diffraction
+  /// plane_wave_spots  samples whose geometric footprint on a plane is narrower than so many diffraction
   ///             spots to each side are gathered as plane waves; 0: none, all geometrically
   Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
-           const SampleTable& table, int frames, double near_spots = default_near_spots);
+           const SampleTable& table, int frames,
+           double plane_wave_spots = default_plane_wave_spots);
 
-  static constexpr double default_near_spots = 12;
+  static constexpr double default_plane_wave_spots = 12;
   /// How far beyond their geometric footprint the waves of near samples are kept, in diffraction
   /// spots.
-  static constexpr double near_tail = 4;
+  static constexpr double plane_wave_tail = 4;
 
   static constexpr int most_frames = 16;
 
@@ -39,7 +40,7 @@ private:
   int frames_;
   int lanes_;
   int tile_rows_, strip_tiles_;
-  double near_spots_;
+  double plane_wave_spots_;
   cl::Program program_;
   cl::Kernel project_samples_, draw_phases_, profile_, gather_;
   cl::Device device_;

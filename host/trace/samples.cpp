@@ -150,7 +150,7 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   for (std::size_t row = 0; row <= ny; ++row) {
     const auto at = first[row * nx];
     first_of_row.push_back(at.x);
-    first_profile_of_row.push_back(at.x + std::int64_t{near_parts() - 1} * at.y);
+    first_profile_of_row.push_back(at.x + std::int64_t{plane_wave_parts() - 1} * at.y);
   }
 }
 

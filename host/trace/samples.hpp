@@ -41,7 +41,7 @@ public:
 
   /// Of the window's sides, whose light a near sample's profiles keep apart
   /// (kernels/samples/visibility.h).
-  int near_parts() const { return std::clamp(view_parts, 1, 8); }
+  int plane_wave_parts() const { return std::clamp(view_parts, 1, 8); }
   std::size_t view_words() const {
     return static_cast<std::size_t>(std::max(1, view_parts * view_parts / 32));
   }

@@ -89,7 +89,7 @@ typedef struct {
   uint key;  // of the random phase: cell and layer
   int triangle;
   int hidden;  // 1: some part of the hologram's window does not see it; view.h says which
-  // Its first among the profiles of all samples: NEAR_PARTS of a hidden one, one of any other
+  // Its first among the profiles of all samples: PLANE_WAVE_PARTS of a hidden one, one of any other
   int profile;
 } Sample;
 
@@ -197,9 +197,9 @@ typedef struct {
   float window_x;
   float window_y;
   // Samples whose footprint's half is narrower than so many diffraction spots are near; 0: none
-  float near_spots;
-  float near_tail;  // of their light beyond the footprint, in diffraction spots
-  int room_x;       // of a profile, in pixels; gather.cl
+  float plane_wave_spots;
+  float plane_wave_tail;  // of their light beyond the footprint, in diffraction spots
+  int room_x;             // of a profile, in pixels; gather.cl
   int room_y;
   // Half sides of the tile's window over those of the window that views speak of
   float view_scale_x;

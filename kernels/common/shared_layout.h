@@ -105,7 +105,7 @@
   MEMBER(ProjectedSample, specular)       \
   MEMBER(ProjectedSample, hidden)         \
   MEMBER(ProjectedSample, profile)        \
-  MEMBER(ProjectedSample, near)           \
+  MEMBER(ProjectedSample, plane_waves)    \
   MEMBER(ProjectedSample, left)           \
   MEMBER(ProjectedSample, top)            \
   MEMBER(ProjectedSample, columns)        \
@@ -144,8 +144,8 @@
   MEMBER(GatherPlane, tangent_step_y)     \
   MEMBER(GatherPlane, window_x)           \
   MEMBER(GatherPlane, window_y)           \
-  MEMBER(GatherPlane, near_spots)         \
-  MEMBER(GatherPlane, near_tail)          \
+  MEMBER(GatherPlane, plane_wave_spots)   \
+  MEMBER(GatherPlane, plane_wave_tail)    \
   MEMBER(GatherPlane, room_x)             \
   MEMBER(GatherPlane, room_y)             \
   MEMBER(GatherPlane, view_scale_x)       \

@@ -73,10 +73,10 @@ static inline int view_state(__global const uint* view, float x0, float x1, floa
   return all == columns ? VIEW_CLEAR : any ? VIEW_MIXED : VIEW_CLOSED;
 }
 
-// Share of part (i, j) of NEAR_PARTS x NEAR_PARTS of the window that sees the sample.
+// Share of part (i, j) of PLANE_WAVE_PARTS x PLANE_WAVE_PARTS of the window that sees the sample.
 static inline float view_share(__global const uint* view, int i, int j) {
 #if RAYWAVE_VIEW_PARTS > 0
-  const int side = RAYWAVE_VIEW_PARTS / NEAR_PARTS;
+  const int side = RAYWAVE_VIEW_PARTS / PLANE_WAVE_PARTS;
   int seen = 0;
   for (int row = j * side; row < (j + 1) * side; ++row)
     seen += (int)popcount(view_row(view, row) >> (i * side) & ((1u << side) - 1u));
@@ -190,7 +190,7 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   if (index >= sample_count) return;
   const Sample s = samples[index];
   if (!(plane.begin_z <= s.z && s.z < plane.end_z)) {  // it shines on another layer's planes
-    projected[index].near = projected[index].columns = 0;
+    projected[index].plane_waves = projected[index].columns = 0;
     footprints[index] = footprints[2 * stride + index] = 0;
     footprints[stride + index] = footprints[3 * stride + index] = -1;
     return;
@@ -230,16 +230,18 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   p.tangent_y = LANES_FIRST(ds_high(tangent_y));
   p.half_tangent_x = lattice.half_width / from_hologram;
   p.half_tangent_y = lattice.half_height / from_hologram;
-  const FootprintAxis across_x = footprint_axis(plane.cone_x, lattice.half_width, narrowed,
-                                                p.half_tangent_x, plane.turns_hi, plane.near_tail),
-                      across_y = footprint_axis(plane.cone_y, lattice.half_height, narrowed,
-                                                p.half_tangent_y, plane.turns_hi, plane.near_tail);
-  p.near = is_plane_wave_sample(across_x, across_y, plane.near_spots);
-  p.half_x = p.near ? across_x.extent : across_x.half_width;
-  p.half_y = p.near ? across_y.extent : across_y.half_width;
-  if (p.near) {
+  const FootprintAxis across_x =
+                          footprint_axis(plane.cone_x, lattice.half_width, narrowed,
+                                         p.half_tangent_x, plane.turns_hi, plane.plane_wave_tail),
+                      across_y =
+                          footprint_axis(plane.cone_y, lattice.half_height, narrowed,
+                                         p.half_tangent_y, plane.turns_hi, plane.plane_wave_tail);
+  p.plane_waves = is_plane_wave_sample(across_x, across_y, plane.plane_wave_spots);
+  p.half_x = p.plane_waves ? across_x.extent : across_x.half_width;
+  p.half_y = p.plane_waves ? across_y.extent : across_y.half_width;
+  if (p.plane_waves) {
     const DoubleSingle rate = ds(plane.turns_hi, plane.turns_lo);
-    const DoubleSingle over_x = near_slant(tangent_x), over_y = near_slant(tangent_y);
+    const DoubleSingle over_x = plane_wave_slant(tangent_x), over_y = plane_wave_slant(tangent_y);
     p.turns = LANES_FIRST(ds_turns(
         ds_times(ds_times(depth, rate), ds_plus(ds_plus(over_x, over_y), ds(1.0f, 0.0f)))));
     put(ds_times(ds_over(tangent_x, ds_plus(over_x, ds(1.0f, 0.0f))), rate), &p.chief_x,
@@ -301,13 +303,13 @@ static inline floatv amplitude_towards(__global const Light* lights, __global co
 // The waves of both axes of a sample near the plane. Its amplitude in a direction is taken for the
 // product of what it is along the two axes through its brightest direction: right to first order
 // for surfaces that turn away, and for highlights that fall off like a Gaussian.
-static inline void near_axes(__global const Light* lights, __global const uint* lit,
-                             __global const Sample* sample, const ProjectedSample* p,
-                             const GatherPlane* plane, NearWaves* x, NearWaves* y) {
-  near_waves(x, p->hidden, p->tangent_x, p->half_tangent_x, p->half_x, p->depth, gathered_x(plane),
-             plane->turns_hi);
-  near_waves(y, p->hidden, p->tangent_y, p->half_tangent_y, p->half_y, p->depth, gathered_y(plane),
-             plane->turns_hi);
+static inline void plane_wave_axes(__global const Light* lights, __global const uint* lit,
+                                   __global const Sample* sample, const ProjectedSample* p,
+                                   const GatherPlane* plane, PlaneWaves* x, PlaneWaves* y) {
+  plane_waves_of(x, p->hidden, p->tangent_x, p->half_tangent_x, p->half_x, p->depth,
+                 gathered_x(plane), plane->turns_hi);
+  plane_waves_of(y, p->hidden, p->tangent_y, p->half_tangent_y, p->half_y, p->depth,
+                 gathered_y(plane), plane->turns_hi);
   float best_x = p->tangent_x, best_y = p->tangent_y;
   float best =
       LANES_FIRST(amplitude_towards(lights, lit, sample, p, (floatv)(best_x), (floatv)(best_y)));
@@ -345,27 +347,29 @@ static inline void near_axes(__global const Light* lights, __global const uint* 
 
 // What waves `from` to before `to` add to g along x at pixels of columns first to first +
 // RAYWAVE_LANES - 1; zero beyond the footprint.
-static inline void near_across(const NearWaves* waves, int from, int to, const ProjectedSample* p,
-                               const GatherPlane* plane, int first, floatv* re, floatv* im) {
+static inline void plane_wave_columns(const PlaneWaves* waves, int from, int to,
+                                      const ProjectedSample* p, const GatherPlane* plane, int first,
+                                      floatv* re, floatv* im) {
   const DoubleSingle offset =
       ds_minus(ds_steps(first + LANES_INDEX, plane->pitch_x, plane->pitch_x_low),
                ds(p->centre_x, p->centre_x_low));
   const floatv turns =
       ds_turns(ds_times(offset, ds(p->chief_x, p->chief_x_low))) + (p->turns + 0.25f);
-  near_sum(waves, from, to, ds_high(offset), turns, re, im);
+  plane_wave_sum(waves, from, to, ds_high(offset), turns, re, im);
   const intv inside = fabs(ds_high(offset)) <= p->half_x;
   *re = LANES_SELECT((floatv)(0.0f), *re, inside);
   *im = LANES_SELECT((floatv)(0.0f), *im, inside);
 }
 
 // The same along y at pixels of rows first to first + RAYWAVE_LANES - 1.
-static inline void near_up(const NearWaves* waves, int from, int to, const ProjectedSample* p,
-                           const GatherPlane* plane, int first, floatv* re, floatv* im) {
+static inline void plane_wave_rows(const PlaneWaves* waves, int from, int to,
+                                   const ProjectedSample* p, const GatherPlane* plane, int first,
+                                   floatv* re, floatv* im) {
   const DoubleSingle offset =
       ds_minus(ds_steps(-(first + LANES_INDEX), plane->pitch_y, plane->pitch_y_low),
                ds(p->centre_y, p->centre_y_low));
-  near_sum(waves, from, to, ds_high(offset),
-           ds_turns(ds_times(offset, ds(p->chief_y, p->chief_y_low))), re, im);
+  plane_wave_sum(waves, from, to, ds_high(offset),
+                 ds_turns(ds_times(offset, ds(p->chief_y, p->chief_y_low))), re, im);
   const intv inside = fabs(ds_high(offset)) <= p->half_y;
   *re = LANES_SELECT((floatv)(0.0f), *re, inside);
   *im = LANES_SELECT((floatv)(0.0f), *im, inside);
@@ -389,12 +393,12 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
   if (number >= sample_count) return;
   const int index = first_sample + number;
   const ProjectedSample p = projected[index];
-  if (!p.near || p.columns <= 0 || p.rows <= 0) return;
-  NearWaves waves_x, waves_y;
-  near_axes(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index, &p,
-            &plane, &waves_x, &waves_y);
+  if (!p.plane_waves || p.columns <= 0 || p.rows <= 0) return;
+  PlaneWaves waves_x, waves_y;
+  plane_wave_axes(lights, lit + (size_t)index * (size_t)((RAYWAVE_LIGHTS + 31) / 32),
+                  samples + index, &p, &plane, &waves_x, &waves_y);
   const floatv zero = 0.0f;
-  for (int part = 0; part < (p.hidden ? NEAR_PARTS : 1); ++part) {
+  for (int part = 0; part < (p.hidden ? PLANE_WAVE_PARTS : 1); ++part) {
     const int from_x = waves_x.begin[part],
               to_x = p.hidden ? waves_x.begin[part + 1] : waves_x.count;
     const int from_y = waves_y.begin[part],
@@ -407,14 +411,14 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
     LANES_STORE(zero, across + plane.room_x);
     int column = 0;
     for (; column < p.columns; column += RAYWAVE_LANES) {
-      near_across(&waves_x, from_x, to_x, &p, &plane, p.left + column, &re, &im);
+      plane_wave_columns(&waves_x, from_x, to_x, &p, &plane, p.left + column, &re, &im);
       LANES_STORE(re, across + RAYWAVE_LANES + column);
       LANES_STORE(im, across + plane.room_x + RAYWAVE_LANES + column);
     }
     LANES_STORE(zero, across + RAYWAVE_LANES + column);
     LANES_STORE(zero, across + plane.room_x + RAYWAVE_LANES + column);
     for (int row = 0; row < p.rows; row += RAYWAVE_LANES) {
-      near_up(&waves_y, from_y, to_y, &p, &plane, p.top + row, &re, &im);
+      plane_wave_rows(&waves_y, from_y, to_y, &p, &plane, p.top + row, &re, &im);
       LANES_STORE(re, up + row);
       LANES_STORE(im, up + plane.room_y + row);
     }
@@ -448,9 +452,9 @@ static inline void add_product(floatv across_re, floatv across_im, __global cons
 }
 
 // Adds the wave of a sample near the plane, from its profiles.
-static inline void gather_near(__global const float* profiles, __global const uint* view,
-                               const ProjectedSample* p, __global const float2* phasors,
-                               int sample_count, const GatherPlane* plane, Tile* tile) {
+static inline void gather_plane_waves(__global const float* profiles, __global const uint* view,
+                                      const ProjectedSample* p, __global const float2* phasors,
+                                      int sample_count, const GatherPlane* plane, Tile* tile) {
   const size_t size = profile_size(plane);
   __global const float* column = profiles + (tile->first - p->left + RAYWAVE_LANES);
   __global const float* up = profiles + 2 * plane->room_x;
@@ -459,10 +463,10 @@ static inline void gather_near(__global const float* profiles, __global const ui
                 sample_count, plane, tile);
     return;
   }
-  for (int j = 0; j < NEAR_PARTS; ++j) {
+  for (int j = 0; j < PLANE_WAVE_PARTS; ++j) {
     floatv re = 0.0f, im = 0.0f;
     bool any = false;
-    for (int i = 0; i < NEAR_PARTS; ++i) {
+    for (int i = 0; i < PLANE_WAVE_PARTS; ++i) {
       const float share = view_share(view, i, j);
       if (share <= 0.0f) continue;
       re += share * LANES_LOAD(column + (size_t)i * size);
@@ -474,10 +478,10 @@ static inline void gather_near(__global const float* profiles, __global const ui
 }
 
 // Adds the wave of a sample away from the plane, ray by ray.
-static inline void gather_far(__global const Light* lights, __global const uint* lit,
-                              __global const Sample* sample, __global const uint* view,
-                              const ProjectedSample* p, __global const float2* phasors,
-                              int sample_count, const GatherPlane* plane, Tile* tile) {
+static inline void gather_spherical_wave(__global const Light* lights, __global const uint* lit,
+                                         __global const Sample* sample, __global const uint* view,
+                                         const ProjectedSample* p, __global const float2* phasors,
+                                         int sample_count, const GatherPlane* plane, Tile* tile) {
   const int top = tile->top, bottom = tile->bottom;
   const intv column = tile->first + LANES_INDEX;
   const DoubleSingle x = ds_steps(column, plane->pitch_x, plane->pitch_x_low),
@@ -651,12 +655,13 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
         const size_t index = (size_t)(begin + lane);
         const ProjectedSample p = projected[index];
         __global const uint* view = views + index * VIEW_WORDS;
-        if (p.near) {
-          gather_near(profiles + (size_t)(p.profile - first_profile) * profile_size(&plane), view,
-                      &p, phasors + index, sample_count, &plane, &tile);
+        if (p.plane_waves) {
+          gather_plane_waves(profiles + (size_t)(p.profile - first_profile) * profile_size(&plane),
+                             view, &p, phasors + index, sample_count, &plane, &tile);
         } else {
-          gather_far(lights, lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32), samples + index,
-                     view, &p, phasors + index, sample_count, &plane, &tile);
+          gather_spherical_wave(lights, lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32),
+                                samples + index, view, &p, phasors + index, sample_count, &plane,
+                                &tile);
         }
       }
     }

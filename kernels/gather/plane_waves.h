@@ -13,9 +13,9 @@
 //     = d^2 (c0 + s0 (s0 + s) / (c0 + cosine(s))) / (c0 (c0 + cosine(s))).
 // The wave is finite at depth 0, and turns by half a period on the way through it. Of the product
 // of both sines only powers above the second are neglected. What something hides is dealt with in
-// NEAR_PARTS x NEAR_PARTS parts of the window: g is a sum of as many parts per axis.
-#ifndef RAYWAVE_NEAR_H
-#define RAYWAVE_NEAR_H
+// PLANE_WAVE_PARTS x PLANE_WAVE_PARTS parts of the window: g is a sum of as many parts per axis.
+#ifndef RAYWAVE_PLANE_WAVES_H
+#define RAYWAVE_PLANE_WAVES_H
 
 #include "kernels/common/double_single.h"
 #include "kernels/common/lanes.h"
@@ -42,13 +42,13 @@ static inline Gathered gathered_y(const GatherPlane* plane) {
 }
 
 // 1 / cosine - 1 of a direction.
-static inline DoubleSingle near_slant(DoubleSingle tangent) {
+static inline DoubleSingle plane_wave_slant(DoubleSingle tangent) {
   const DoubleSingle squared = ds_times(tangent, tangent), one = ds(1.0f, 0.0f);
   return ds_over(squared, ds_plus(one, ds_sqrt(ds_plus(one, squared))));
 }
 
 // Sine of the direction whose tangent is t + step, less that of t.
-static inline float near_sine_step(float t, float step) {
+static inline float plane_wave_sine_step(float t, float step) {
   const float n = sqrt(1.0f + t * t), m = sqrt(1.0f + (t + step) * (t + step));
   return step * (n * m + 1.0f - t * (t + step)) / (n * m * (n + m));
 }
@@ -60,24 +60,24 @@ typedef struct {
   float step;
   float re[PLANE_WAVES];
   float im[PLANE_WAVES];
-  float tangent[PLANE_WAVES];  // of its direction
-  int begin[NEAR_PARTS + 1];   // first wave of each part of the window
-} NearWaves;
+  float tangent[PLANE_WAVES];       // of its direction
+  int begin[PLANE_WAVE_PARTS + 1];  // first wave of each part of the window
+} PlaneWaves;
 
 // centre_tangent: towards the hologram's centre; in_parts: `begin` is wanted.
-static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tangent,
-                              float half_tangent, float half_extent, float depth, Gathered axis,
-                              float turns_per_metre) {
+static inline void plane_waves_of(PlaneWaves* waves, bool in_parts, float centre_tangent,
+                                  float half_tangent, float half_extent, float depth, Gathered axis,
+                                  float turns_per_metre) {
   waves->count =
       min(plane_wave_count(half_extent, footprint_spot(half_tangent, axis.cone, turns_per_metre)),
           PLANE_WAVES);
-  const float low = near_sine_step(centre_tangent, -axis.cone * half_tangent);
+  const float low = plane_wave_sine_step(centre_tangent, -axis.cone * half_tangent);
   const float step =
-      (near_sine_step(centre_tangent, axis.cone * half_tangent) - low) / (float)waves->count;
+      (plane_wave_sine_step(centre_tangent, axis.cone * half_tangent) - low) / (float)waves->count;
   const float c0 = 1.0f / sqrt(1.0f + centre_tangent * centre_tangent), s0 = centre_tangent * c0;
   waves->first = (low + 0.5f * step) * turns_per_metre;
   waves->step = step * turns_per_metre;
-  for (int i = 0; i <= NEAR_PARTS; ++i) waves->begin[i] = i == 0 ? 0 : waves->count;
+  for (int i = 0; i <= PLANE_WAVE_PARTS; ++i) waves->begin[i] = i == 0 ? 0 : waves->count;
   for (int n = 0; n < waves->count; n += RAYWAVE_LANES) {
     const floatv d = low + (LANES_TO_FLOAT(n + LANES_INDEX) + 0.5f) * step, sine = s0 + d;
     const floatv cosine = sqrt(1.0f - sine * sine);
@@ -94,8 +94,9 @@ static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tang
     float ats[RAYWAVE_LANES];
     LANES_STORE(at, ats);
     for (int i = 0; i < RAYWAVE_LANES && n + i < waves->count; ++i) {
-      for (int part = 1; part < NEAR_PARTS; ++part) {
-        if (ats[i] * axis.view_scale + axis.view_shift >= (float)part * (2.0f / NEAR_PARTS) - 1.0f)
+      for (int part = 1; part < PLANE_WAVE_PARTS; ++part) {
+        if (ats[i] * axis.view_scale + axis.view_shift >=
+            (float)part * (2.0f / PLANE_WAVE_PARTS) - 1.0f)
           waves->begin[part] = min(waves->begin[part], n + i);
       }
     }
@@ -104,8 +105,8 @@ static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tang
 
 // What waves `from` to before `to` add to g at offset_m from the chief ray; `turns`: of the chief
 // ray there. Two recurrences, of every other wave, since one alone waits for its own products.
-static inline void near_sum(const NearWaves* waves, int from, int to, floatv offset_m, floatv turns,
-                            floatv* re, floatv* im) {
+static inline void plane_wave_sum(const PlaneWaves* waves, int from, int to, floatv offset_m,
+                                  floatv turns, floatv* re, floatv* im) {
   floatv even_re, even_im, step_re, step_im;
   cos_sin_turns((waves->first + (float)from * waves->step) * offset_m + turns, &even_re, &even_im);
   cos_sin_turns(waves->step * offset_m, &step_re, &step_im);

@@ -635,11 +635,11 @@ __kernel void pack_samples(__global const int2* counts, __global const int2* fir
   const int cell = (int)get_global_id(0);
   if (cell >= cell_count) return;
   const size_t from = (size_t)cell * (size_t)slots, to = (size_t)first_of_cell[cell].x;
-  int profile = first_of_cell[cell].x + (NEAR_PARTS - 1) * first_of_cell[cell].y;
+  int profile = first_of_cell[cell].x + (PLANE_WAVE_PARTS - 1) * first_of_cell[cell].y;
   for (size_t i = 0; i < (size_t)counts[cell].x; ++i) {
     Sample sample = samples[from + i];
     sample.profile = profile;
-    profile += sample.hidden ? NEAR_PARTS : 1;
+    profile += sample.hidden ? PLANE_WAVE_PARTS : 1;
     packed[to + i] = sample;
     for (int w = 0; w < VIEW_WORDS; ++w)
       packed_views[(to + i) * VIEW_WORDS + w] = views[(from + i) * VIEW_WORDS + w];

@@ -14,7 +14,8 @@
 #define VIEW_ALL (RAYWAVE_VIEW_PARTS > 0 ? RAYWAVE_VIEW_PARTS * RAYWAVE_VIEW_PARTS : 1)
 #define VIEW_WORDS ((VIEW_ALL + 31) / 32)
 // Of near.h; host/trace/samples.hpp
-#define NEAR_PARTS (RAYWAVE_VIEW_PARTS > 8 ? 8 : RAYWAVE_VIEW_PARTS > 0 ? RAYWAVE_VIEW_PARTS : 1)
+#define PLANE_WAVE_PARTS \
+  (RAYWAVE_VIEW_PARTS > 8 ? 8 : RAYWAVE_VIEW_PARTS > 0 ? RAYWAVE_VIEW_PARTS : 1)
 
 // Triangles that hid a neighbour from sixteen parts, or -1: most likely they hide the sample too.
 // GPUs have no neighbours to ask.
