@@ -140,7 +140,7 @@ void require_memory(const cl::Device& device, const Scene& scene, const MemoryNe
 /// What the kernels of a FieldSource are built for.
 bool same_kernels(const Plan& a, const Plan& b) {
   return a.aimed == b.aimed && a.bounces == b.bounces && a.antialias == b.antialias &&
-         a.view_parts == b.view_parts && a.beyond_diffraction == b.beyond_diffraction &&
+         a.visibility_parts == b.visibility_parts && a.beyond_diffraction == b.beyond_diffraction &&
          a.precision == b.precision;
 }
 

@@ -40,25 +40,27 @@ double edge_weight(const Plan& plan, double at) {
 
 /// Part of the window's side, in half windows of the view from its middle, and whether a float may
 /// find another.
-std::pair<int, bool> view_part(const Gathering& what, double at) {
-  const double place = (at / std::max(1.0, what.plan.cone_half_width) + 1) / 2 * what.view_parts;
-  return {std::clamp(static_cast<int>(std::floor(place)), 0, what.view_parts - 1),
+std::pair<int, bool> visibility_part(const Gathering& what, double at) {
+  const double place =
+      (at / std::max(1.0, what.plan.cone_half_width) + 1) / 2 * what.visibility_parts;
+  return {std::clamp(static_cast<int>(std::floor(place)), 0, what.visibility_parts - 1),
           std::abs(place - std::round(place)) < 1e-4};
 }
 
 bool is_seen(const Gathering& what, std::size_t index, int i, int j) {
-  const auto words = static_cast<std::size_t>(std::max(1, what.view_parts * what.view_parts / 32));
-  const auto bit = static_cast<std::size_t>(j * what.view_parts + i);
-  return what.views[index * words + bit / 32] >> (bit % 32) & 1u;
+  const auto words =
+      static_cast<std::size_t>(std::max(1, what.visibility_parts * what.visibility_parts / 32));
+  const auto bit = static_cast<std::size_t>(j * what.visibility_parts + i);
+  return what.visibility_masks[index * words + bit / 32] >> (bit % 32) & 1u;
 }
 
 /// Parts of the window's sides that the waves of near samples keep apart.
-int plane_wave_parts(const Gathering& what) { return std::clamp(what.view_parts, 1, 8); }
+int plane_wave_parts(const Gathering& what) { return std::clamp(what.visibility_parts, 1, 8); }
 
 /// Share of part (i, j) of plane_wave_parts x plane_wave_parts of the window that sees the sample.
 double seen_share(const Gathering& what, std::size_t index, int part_i, int part_j) {
   if (what.samples[index].hidden == 0) return 1;
-  const int side = what.view_parts / plane_wave_parts(what);
+  const int side = what.visibility_parts / plane_wave_parts(what);
   int seen = 0;
   for (int j = 0; j < side; ++j)
     for (int i = 0; i < side; ++i)
@@ -155,15 +157,15 @@ std::vector<Parts> plane_wave_sums(const Plan& plan, const Aimed& a, int parts, 
   const double low = sine_of(a.chief_tangent - plan.cone_half_width * a.half_tangent),
                high = sine_of(a.chief_tangent + plan.cone_half_width * a.half_tangent);
   const int count = std::min(wave_count(a).first, most_plane_waves);
-  const double view_half = std::max(1.0, plan.cone_half_width);
+  const double visibility_half = std::max(1.0, plan.cone_half_width);
   std::vector<Parts> sums(static_cast<std::size_t>(pixels));
   for (int n = 0; n < count; ++n) {
     const double step = (high - low) / count, sine = low + (n + 0.5) * step,
                  cosine = std::sqrt(1 - sine * sine);
     if (std::abs(sine) > plan.largest_sine[axis]) continue;
     const double at = (sine / cosine - a.chief_tangent) / a.half_tangent;
-    const auto part = static_cast<std::size_t>(
-        std::clamp(static_cast<int>(std::floor((at / view_half + 1) / 2 * parts)), 0, parts - 1));
+    const auto part = static_cast<std::size_t>(std::clamp(
+        static_cast<int>(std::floor((at / visibility_half + 1) / 2 * parts)), 0, parts - 1));
     const double weight = step / cosine * (plan.apodization > 0 ? edge_weight(plan, at) : 1) *
                           amplitude_at(sine / cosine);
     for (int i = 0; i < pixels; ++i) {
@@ -358,8 +360,8 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
   }
   if (s.hidden) {
     const auto at = (dvec2(pixel_m) + dvec2(towards) * pixel_m.z) / half_window(plan);
-    const auto [i, unsure_i] = view_part(what, at.x);
-    const auto [j, unsure_j] = view_part(what, at.y);
+    const auto [i, unsure_i] = visibility_part(what, at.x);
+    const auto [j, unsure_j] = visibility_part(what, at.y);
     ray.unsure |= unsure_i || unsure_j;
     if (!is_seen(what, sample, i, j)) return ray;
   }

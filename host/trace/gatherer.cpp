@@ -47,7 +47,7 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
                         {{option::frames, std::to_string(frames)},
                          {option::precision, precision_option(device.info(), plan.precision)},
                          {option::tile_rows, std::to_string(tile_rows_)},
-                         {option::view_parts, std::to_string(table.view_parts)},
+                         {option::visibility_parts, std::to_string(table.visibility_parts)},
                          {option::sine_limit, plan.beyond_diffraction ? "1" : "0"}})),
       project_samples_(program_.kernel("aim")),
       draw_phases_(program_.kernel("draw_phases")),
@@ -141,11 +141,11 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     }
   }
   // Views speak of the whole hologram's window, and of what the fan adds to it.
-  const auto view_half = std::max(1.0, plan_.cone_half_width) * plan_.window_m() / 2.0;
-  plane.view_scale_x = static_cast<float>(half_window.x / view_half.x);
-  plane.view_scale_y = static_cast<float>(half_window.y / view_half.y);
-  plane.view_shift_x = static_cast<float>(tile_m.x / view_half.x);
-  plane.view_shift_y = static_cast<float>(tile_m.y / view_half.y);
+  const auto visibility_half = std::max(1.0, plan_.cone_half_width) * plan_.window_m() / 2.0;
+  plane.visibility_scale_x = static_cast<float>(half_window.x / visibility_half.x);
+  plane.visibility_scale_y = static_cast<float>(half_window.y / visibility_half.y);
+  plane.visibility_shift_x = static_cast<float>(tile_m.x / visibility_half.x);
+  plane.visibility_shift_y = static_cast<float>(tile_m.y / visibility_half.y);
 
   auto lattice = table_.lattice;
   lattice.half_width = static_cast<float>(half_window.x);
@@ -188,9 +188,9 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
                strip = strip_tiles_ == 0 ? across
                                          : std::min(across, static_cast<std::size_t>(strip_tiles_));
     gather_.run({strip, tiles(plane.ny, tile_rows_), (across + strip - 1) / strip}, local,
-                scene_.lights, table_.samples, table_.views, table_.lit, projected_, stride,
-                footprints_, profiles_, first_profile, phasors_, table_.first_of_cell, table_.count,
-                row, end - 1, std::int32_t{row > 0}, lattice, plane, field);
+                scene_.lights, table_.samples, table_.visibility_masks, table_.lit, projected_,
+                stride, footprints_, profiles_, first_profile, phasors_, table_.first_of_cell,
+                table_.count, row, end - 1, std::int32_t{row > 0}, lattice, plane, field);
     row = end;
   }
 }

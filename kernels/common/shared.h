@@ -150,8 +150,8 @@ typedef struct {
   int specular;
   int hidden;  // as in Sample
   int profile;
-  int near;  // 1: near.h has its wave
-  int left;  // pixels of its footprint, with room for rounding; none: no columns or no rows
+  int plane_waves;  // 1: near.h has its wave
+  int left;         // pixels of its footprint, with room for rounding; none: no columns or no rows
   int top;
   int columns;
   int rows;
@@ -202,10 +202,10 @@ typedef struct {
   int room_x;             // of a profile, in pixels; gather.cl
   int room_y;
   // Half sides of the tile's window over those of the window that views speak of
-  float view_scale_x;
-  float view_scale_y;
-  float view_shift_x;  // from that one's centre to the tile's, in half sides of it
-  float view_shift_y;
+  float visibility_scale_x;
+  float visibility_scale_y;
+  float visibility_shift_x;  // from that one's centre to the tile's, in half sides of it
+  float visibility_shift_y;
 } GatherPlane;
 
 // Directional light (is_point 0): xyz is the unit vector towards it. Point light (is_point 1): xyz

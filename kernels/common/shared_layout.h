@@ -148,10 +148,10 @@
   MEMBER(GatherPlane, plane_wave_tail)    \
   MEMBER(GatherPlane, room_x)             \
   MEMBER(GatherPlane, room_y)             \
-  MEMBER(GatherPlane, view_scale_x)       \
-  MEMBER(GatherPlane, view_scale_y)       \
-  MEMBER(GatherPlane, view_shift_x)       \
-  MEMBER(GatherPlane, view_shift_y)       \
+  MEMBER(GatherPlane, visibility_scale_x) \
+  MEMBER(GatherPlane, visibility_scale_y) \
+  MEMBER(GatherPlane, visibility_shift_x) \
+  MEMBER(GatherPlane, visibility_shift_y) \
   MEMBER(Light, x)                        \
   MEMBER(Light, x_low)                    \
   MEMBER(Light, y)                        \

@@ -49,40 +49,41 @@ __kernel void draw_phases(__global const Sample* samples, int sample_count, int 
   }
 }
 
-#define VIEW_CLEAR 0
-#define VIEW_MIXED 1
-#define VIEW_CLOSED 2
+#define VISIBILITY_CLEAR 0
+#define VISIBILITY_MIXED 1
+#define VISIBILITY_NONE 2
 
 // Bits of row j of a view.
-static inline uint view_row(__global const uint* view, int j) {
-  const int bit = j * RAYWAVE_VIEW_PARTS;
-  return view[bit / 32] >> (bit % 32) & ((1u << RAYWAVE_VIEW_PARTS) - 1u);
+static inline uint visibility_row(__global const uint* visibility, int j) {
+  const int bit = j * RAYWAVE_VISIBILITY_PARTS;
+  return visibility[bit / 32] >> (bit % 32) & ((1u << RAYWAVE_VISIBILITY_PARTS) - 1u);
 }
 
 // What is seen from a box of the hologram's window, in half sides of the window that the view
 // speaks of.
-static inline int view_state(__global const uint* view, float x0, float x1, float y0, float y1) {
-  const int left = view_part(x0), right = view_part(x1);
+static inline int visibility_state(__global const uint* visibility, float x0, float x1, float y0,
+                                   float y1) {
+  const int left = visibility_part(x0), right = visibility_part(x1);
   const uint columns = (2u << right) - (1u << left);
   uint all = columns, any = 0;
-  for (int j = view_part(y0); j <= view_part(y1); ++j) {
-    const uint row = view_row(view, j) & columns;
+  for (int j = visibility_part(y0); j <= visibility_part(y1); ++j) {
+    const uint row = visibility_row(visibility, j) & columns;
     all &= row;
     any |= row;
   }
-  return all == columns ? VIEW_CLEAR : any ? VIEW_MIXED : VIEW_CLOSED;
+  return all == columns ? VISIBILITY_CLEAR : any ? VISIBILITY_MIXED : VISIBILITY_NONE;
 }
 
 // Share of part (i, j) of PLANE_WAVE_PARTS x PLANE_WAVE_PARTS of the window that sees the sample.
-static inline float view_share(__global const uint* view, int i, int j) {
-#if RAYWAVE_VIEW_PARTS > 0
-  const int side = RAYWAVE_VIEW_PARTS / PLANE_WAVE_PARTS;
+static inline float visible_share(__global const uint* visibility, int i, int j) {
+#if RAYWAVE_VISIBILITY_PARTS > 0
+  const int side = RAYWAVE_VISIBILITY_PARTS / PLANE_WAVE_PARTS;
   int seen = 0;
   for (int row = j * side; row < (j + 1) * side; ++row)
-    seen += (int)popcount(view_row(view, row) >> (i * side) & ((1u << side) - 1u));
+    seen += (int)popcount(visibility_row(visibility, row) >> (i * side) & ((1u << side) - 1u));
   return (float)seen / (float)(side * side);
 #else
-  (void)view, (void)i, (void)j;
+  (void)visibility, (void)i, (void)j;
   return 1.0f;
 #endif
 }
@@ -452,9 +453,10 @@ static inline void add_product(floatv across_re, floatv across_im, __global cons
 }
 
 // Adds the wave of a sample near the plane, from its profiles.
-static inline void gather_plane_waves(__global const float* profiles, __global const uint* view,
-                                      const ProjectedSample* p, __global const float2* phasors,
-                                      int sample_count, const GatherPlane* plane, Tile* tile) {
+static inline void gather_plane_waves(__global const float* profiles,
+                                      __global const uint* visibility, const ProjectedSample* p,
+                                      __global const float2* phasors, int sample_count,
+                                      const GatherPlane* plane, Tile* tile) {
   const size_t size = profile_size(plane);
   __global const float* column = profiles + (tile->first - p->left + RAYWAVE_LANES);
   __global const float* up = profiles + 2 * plane->room_x;
@@ -467,7 +469,7 @@ static inline void gather_plane_waves(__global const float* profiles, __global c
     floatv re = 0.0f, im = 0.0f;
     bool any = false;
     for (int i = 0; i < PLANE_WAVE_PARTS; ++i) {
-      const float share = view_share(view, i, j);
+      const float share = visible_share(visibility, i, j);
       if (share <= 0.0f) continue;
       re += share * LANES_LOAD(column + (size_t)i * size);
       im += share * LANES_LOAD(column + (size_t)i * size + plane->room_x);
@@ -479,14 +481,15 @@ static inline void gather_plane_waves(__global const float* profiles, __global c
 
 // Adds the wave of a sample away from the plane, ray by ray.
 static inline void gather_spherical_wave(__global const Light* lights, __global const uint* lit,
-                                         __global const Sample* sample, __global const uint* view,
-                                         const ProjectedSample* p, __global const float2* phasors,
-                                         int sample_count, const GatherPlane* plane, Tile* tile) {
+                                         __global const Sample* sample,
+                                         __global const uint* visibility, const ProjectedSample* p,
+                                         __global const float2* phasors, int sample_count,
+                                         const GatherPlane* plane, Tile* tile) {
   const int top = tile->top, bottom = tile->bottom;
   const intv column = tile->first + LANES_INDEX;
   const DoubleSingle x = ds_steps(column, plane->pitch_x, plane->pitch_x_low),
                      rate = ds(plane->turns_hi, plane->turns_lo);
-#if RAYWAVE_VIEW_PARTS > 0
+#if RAYWAVE_VISIBILITY_PARTS > 0
   const float left_x = plane->pitch_x * (float)tile->first,
               right_x = left_x + plane->pitch_x * (float)(RAYWAVE_LANES - 1);
   const float top_y = -plane->pitch_y * (float)top, bottom_y = -plane->pitch_y * (float)bottom;
@@ -499,25 +502,25 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
   intv inside_x = (across <= plane->cone_x) & (column < plane->nx);
   const floatv edge_x = apodization_weights(across, plane->cone_x, plane->apodization_rate_x);
   const float sign = p->depth < 0.0f ? -1.0f : 1.0f;
-#if RAYWAVE_VIEW_PARTS > 0
-  int state = VIEW_CLEAR;
-  const float to_view_x = sign * p->scale_x * plane->view_scale_x;
-  const float to_view_y = sign * p->scale_y * plane->view_scale_y;
+#if RAYWAVE_VISIBILITY_PARTS > 0
+  int state = VISIBILITY_CLEAR;
+  const float to_mask_x = sign * p->scale_x * plane->visibility_scale_x;
+  const float to_mask_y = sign * p->scale_y * plane->visibility_scale_y;
   intv part = 0;
   if (p->hidden) {
-    const float u0 =
-        (fmax(left_x, p->centre_x - p->half_x) - p->centre_x) * to_view_x + plane->view_shift_x;
-    const float u1 =
-        (fmin(right_x, p->centre_x + p->half_x) - p->centre_x) * to_view_x + plane->view_shift_x;
-    const float v0 =
-        (fmax(bottom_y, p->centre_y - p->half_y) - p->centre_y) * to_view_y + plane->view_shift_y;
-    const float v1 =
-        (fmin(top_y, p->centre_y + p->half_y) - p->centre_y) * to_view_y + plane->view_shift_y;
-    state = view_state(view, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1));
-    if (state == VIEW_CLOSED) return;
-    part = clamp(LANES_TO_INT((off_chief * to_view_x + plane->view_shift_x + 1.0f) *
-                              (0.5f * RAYWAVE_VIEW_PARTS)),
-                 (intv)(0), (intv)(RAYWAVE_VIEW_PARTS - 1));
+    const float u0 = (fmax(left_x, p->centre_x - p->half_x) - p->centre_x) * to_mask_x +
+                     plane->visibility_shift_x;
+    const float u1 = (fmin(right_x, p->centre_x + p->half_x) - p->centre_x) * to_mask_x +
+                     plane->visibility_shift_x;
+    const float v0 = (fmax(bottom_y, p->centre_y - p->half_y) - p->centre_y) * to_mask_y +
+                     plane->visibility_shift_y;
+    const float v1 = (fmin(top_y, p->centre_y + p->half_y) - p->centre_y) * to_mask_y +
+                     plane->visibility_shift_y;
+    state = visibility_state(visibility, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1));
+    if (state == VISIBILITY_NONE) return;
+    part = clamp(LANES_TO_INT((off_chief * to_mask_x + plane->visibility_shift_x + 1.0f) *
+                              (0.5f * RAYWAVE_VISIBILITY_PARTS)),
+                 (intv)(0), (intv)(RAYWAVE_VISIBILITY_PARTS - 1));
   }
 #endif
   const floatv squared_x = dx * dx + p->depth * p->depth;
@@ -553,9 +556,10 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
     counts &= (fabs(dx) * inverse_length <= plane->sine_limit_x) &
               (fabs(dy) * inverse_length <= plane->sine_limit_y);
 #endif
-#if RAYWAVE_VIEW_PARTS > 0
-    if (state == VIEW_MIXED) {
-      const uint seen = view_row(view, view_part(off_chief_y * to_view_y + plane->view_shift_y));
+#if RAYWAVE_VISIBILITY_PARTS > 0
+    if (state == VISIBILITY_MIXED) {
+      const uint seen = visibility_row(
+          visibility, visibility_part(off_chief_y * to_mask_y + plane->visibility_shift_y));
       counts &= ((intv)((int)seen) >> part & 1) != 0;
       if (!LANES_ANY(counts)) continue;
     }
@@ -602,7 +606,7 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
 }
 
 __kernel void gather(__global const Light* lights, __global const Sample* samples,
-                     __global const uint* views, __global const uint* lit,
+                     __global const uint* visibility_masks, __global const uint* lit,
                      __global const ProjectedSample* projected, int stride,
                      __global const int* footprints, __global const float* profiles,
                      int first_profile, __global const float2* phasors,
@@ -654,14 +658,14 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
         if (!touching[lane]) continue;
         const size_t index = (size_t)(begin + lane);
         const ProjectedSample p = projected[index];
-        __global const uint* view = views + index * VIEW_WORDS;
+        __global const uint* visibility = visibility_masks + index * VISIBILITY_WORDS;
         if (p.plane_waves) {
           gather_plane_waves(profiles + (size_t)(p.profile - first_profile) * profile_size(&plane),
-                             view, &p, phasors + index, sample_count, &plane, &tile);
+                             visibility, &p, phasors + index, sample_count, &plane, &tile);
         } else {
           gather_spherical_wave(lights, lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32),
-                                samples + index, view, &p, phasors + index, sample_count, &plane,
-                                &tile);
+                                samples + index, visibility, &p, phasors + index, sample_count,
+                                &plane, &tile);
         }
       }
     }

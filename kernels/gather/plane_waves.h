@@ -28,16 +28,16 @@ DEFINE_APODIZATION(apodization_weights, floatv)
 
 // What a plane gathers along one axis: GatherPlane's figures of it.
 typedef struct {
-  float cone, apodization_rate, sine_limit, view_scale, view_shift;
+  float cone, apodization_rate, sine_limit, visibility_scale, visibility_shift;
 } Gathered;
 static inline Gathered gathered_x(const GatherPlane* plane) {
   const Gathered x = {plane->cone_x, plane->apodization_rate_x, plane->sine_limit_x,
-                      plane->view_scale_x, plane->view_shift_x};
+                      plane->visibility_scale_x, plane->visibility_shift_x};
   return x;
 }
 static inline Gathered gathered_y(const GatherPlane* plane) {
   const Gathered y = {plane->cone_y, plane->apodization_rate_y, plane->sine_limit_y,
-                      plane->view_scale_y, plane->view_shift_y};
+                      plane->visibility_scale_y, plane->visibility_shift_y};
   return y;
 }
 
@@ -95,7 +95,7 @@ static inline void plane_waves_of(PlaneWaves* waves, bool in_parts, float centre
     LANES_STORE(at, ats);
     for (int i = 0; i < RAYWAVE_LANES && n + i < waves->count; ++i) {
       for (int part = 1; part < PLANE_WAVE_PARTS; ++part) {
-        if (ats[i] * axis.view_scale + axis.view_shift >=
+        if (ats[i] * axis.visibility_scale + axis.visibility_shift >=
             (float)part * (2.0f / PLANE_WAVE_PARTS) - 1.0f)
           waves->begin[part] = min(waves->begin[part], n + i);
       }

@@ -15,13 +15,13 @@
 
 // Parts per side of the hologram's window in a sample's visibility mask: 4, 8 or 16; 0: nothing
 // hides anything; SampleTable and Gatherer, from the Plan
-#ifndef RAYWAVE_VIEW_PARTS
-#define RAYWAVE_VIEW_PARTS 8
+#ifndef RAYWAVE_VISIBILITY_PARTS
+#define RAYWAVE_VISIBILITY_PARTS 8
 #endif
 
 #define RAYWAVE_SAMPLES_OPTIONS(OPTION)    \
   OPTION(antialias, RAYWAVE_ANTIALIAS)     \
   OPTION(keep_unseen, RAYWAVE_KEEP_UNSEEN) \
-  OPTION(view_parts, RAYWAVE_VIEW_PARTS)
+  OPTION(visibility_parts, RAYWAVE_VISIBILITY_PARTS)
 
 #endif

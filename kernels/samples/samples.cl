@@ -6,11 +6,11 @@
 // find_samples  of a band of `rows` rows of cells from first_row on: counts[cell] = number of
 //               samples of each cell (row by row), and how many of the first `slots` are hidden
 //               from some part; these go to samples[cell * slots] and on, their views and lights
-//               likewise, VIEW_WORDS and LIT_WORDS each
+//               likewise, VISIBILITY_WORDS and LIT_WORDS each
 // pack_samples  the same without gaps: those of cell c to packed[first[c].x] and on, after
 //               first[c].y hidden ones
 //
-// view  bit j * RAYWAVE_VIEW_PARTS + i: the middle of part (i, j) of the hologram's window, counted
+// view  bit j * RAYWAVE_VISIBILITY_PARTS + i: the middle of part (i, j) of the hologram's window, counted
 //       from the bottom left, is seen from the sample
 // lit   bit l: light l falls on the sample
 //
@@ -292,17 +292,17 @@ static inline float first_lane(floatv v) {
 // Where a cell's samples go.
 typedef struct {
   __global Sample* samples;
-  __global uint* views;
+  __global uint* visibility_masks;
   __global uint* lit;
   int slots;
   int count;                      // of all, whether they find a slot or not
   int hidden;                     // of those that do
   int rank;                       // of the next layer
   int packet_column;              // of the first cell whose parts share a packet with this one's
-  OccluderCache* occluder_cache;  // by rank, HIDERS of them; deeper layers share the last
+  OccluderCache* occluder_cache;  // by rank, OCCLUDER_CACHES of them; deeper layers share the last
 } Cell;
 
-#define HIDERS 4
+#define OCCLUDER_CACHES 4
 
 // Adds the sample of a layer: `hit` of the ray with tangents (dx, dy), at the distance t of the
 // centre ray. A sample shines for its whole cell: `parts` are the hits of the layer's parts,
@@ -316,7 +316,7 @@ static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, 
   LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row),
                        (intv)(cell->rank)),
               keys);
-  OccluderCache* occluder_cache = cell->occluder_cache + min(cell->rank, HIDERS - 1);
+  OccluderCache* occluder_cache = cell->occluder_cache + min(cell->rank, OCCLUDER_CACHES - 1);
   ++cell->rank;
   if (!RAYWAVE_KEEP_UNSEEN && (covered == 0 || seen == 0)) return;
   const float centre_dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step;
@@ -335,10 +335,10 @@ static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, 
   sample.ny = first_lane(s.ny);
   sample.nz = first_lane(s.nz);
 
-  uint view[VIEW_WORDS];
-  const int parts_seen = look_around(scene, lattice, &sample, occluder_cache, seen, view);
+  uint visibility[VISIBILITY_WORDS];
+  const int parts_seen = look_around(scene, lattice, &sample, occluder_cache, seen, visibility);
   if (!RAYWAVE_KEEP_UNSEEN && parts_seen == 0) return;
-  sample.hidden = parts_seen < VIEW_ALL;
+  sample.hidden = parts_seen < VISIBILITY_ALL;
 
   uintv words[LIT_WORDS];
   float radiance = first_lane(scattered(scene, &s, lattice, LANES_INDEX == 0, words));
@@ -384,7 +384,8 @@ static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, 
   if (slot >= cell->slots) return;
   cell->hidden += sample.hidden;
   cell->samples[slot] = sample;
-  for (int w = 0; w < VIEW_WORDS; ++w) cell->views[slot * VIEW_WORDS + w] = view[w];
+  for (int w = 0; w < VISIBILITY_WORDS; ++w)
+    cell->visibility_masks[slot * VISIBILITY_WORDS + w] = visibility[w];
   for (int w = 0; w < LIT_WORDS; ++w) {
     uint bits[RAYWAVE_LANES];
     LANES_STORE(words[w], bits);
@@ -465,7 +466,7 @@ static inline void look_around_centres(const SceneArrays* scene, const Lattice* 
   for (int i = 0; i < BVH_LAYERS; ++i) {
     for (int lane = 0; lane < RAYWAVE_LANES; ++lane) seen[i][lane] = SEEN_UNKNOWN;
   }
-#if RAYWAVE_LANES > 1 && RAYWAVE_VIEW_PARTS > 0
+#if RAYWAVE_LANES > 1 && RAYWAVE_VISIBILITY_PARTS > 0
   Layers layers = *first_centres;
   keep_sources(&layers, scene, centres, lattice->layer_gap);
   int rank = 0;
@@ -492,7 +493,7 @@ static inline void look_around_centres(const SceneArrays* scene, const Lattice* 
       if (!together) continue;
       const int all =
           look_around_four(scene, lattice, x + four, y + four, z + four, nx + four, ny + four,
-                           nz + four, occluder_cache + min(rank, HIDERS - 1));
+                           nz + four, occluder_cache + min(rank, OCCLUDER_CACHES - 1));
       for (int lane = four; lane < four + 4; ++lane) seen[i][lane] = all;
     }
     ++rank;
@@ -503,8 +504,8 @@ static inline void look_around_centres(const SceneArrays* scene, const Lattice* 
 }
 
 __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int rows, int slots,
-                           __global int2* counts, __global Sample* samples, __global uint* views,
-                           __global uint* lit) {
+                           __global int2* counts, __global Sample* samples,
+                           __global uint* visibility_masks, __global uint* lit) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   const int band_row = (int)get_global_id(1);
   const int row = first_row + band_row;
@@ -524,8 +525,8 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
 #endif
 #endif
 
-  OccluderCache occluder_cache[HIDERS];
-  for (int rank = 0; rank < HIDERS; ++rank) {
+  OccluderCache occluder_cache[OCCLUDER_CACHES];
+  for (int rank = 0; rank < OCCLUDER_CACHES; ++rank) {
     for (int i = 0; i < 16; ++i) occluder_cache[rank].triangle[i] = -1;
   }
   int seen[BVH_LAYERS][RAYWAVE_LANES];
@@ -535,7 +536,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
     const int column = first + lane;
     const size_t place = (size_t)band_row * (size_t)lattice.nx + (size_t)column;
     Cell cell = {samples + place * (size_t)slots,
-                 views + place * (size_t)slots * VIEW_WORDS,
+                 visibility_masks + place * (size_t)slots * VISIBILITY_WORDS,
                  lit + place * (size_t)slots * LIT_WORDS,
                  slots,
                  0,
@@ -629,8 +630,8 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
 // One work-item per cell of a band.
 __kernel void pack_samples(__global const int2* counts, __global const int2* first_of_cell,
                            int cell_count, int slots, __global const Sample* samples,
-                           __global const uint* views, __global const uint* lit,
-                           __global Sample* packed, __global uint* packed_views,
+                           __global const uint* visibility_masks, __global const uint* lit,
+                           __global Sample* packed, __global uint* packed_visibility,
                            __global uint* packed_lit) {
   const int cell = (int)get_global_id(0);
   if (cell >= cell_count) return;
@@ -641,8 +642,9 @@ __kernel void pack_samples(__global const int2* counts, __global const int2* fir
     sample.profile = profile;
     profile += sample.hidden ? PLANE_WAVE_PARTS : 1;
     packed[to + i] = sample;
-    for (int w = 0; w < VIEW_WORDS; ++w)
-      packed_views[(to + i) * VIEW_WORDS + w] = views[(from + i) * VIEW_WORDS + w];
+    for (int w = 0; w < VISIBILITY_WORDS; ++w)
+      packed_visibility[(to + i) * VISIBILITY_WORDS + w] =
+          visibility_masks[(from + i) * VISIBILITY_WORDS + w];
     for (int w = 0; w < LIT_WORDS; ++w)
       packed_lit[(to + i) * LIT_WORDS + w] = lit[(from + i) * LIT_WORDS + w];
   }
