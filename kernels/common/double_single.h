@@ -143,8 +143,8 @@ static inline DoubleSingle ds_steps(intv i, float pitch, float pitch_low) {
 // Reduced turns of a straight path, `rate` turns per metre, and its length.
 static inline floatv path_turns(DoubleSingle dx, DoubleSingle dy, DoubleSingle dz,
                                 DoubleSingle rate, floatv* length) {
-  const DoubleSingle3 way = {dx, dy, dz};
-  const DoubleSingle root = ds_sqrt(ds3_dot(way, way));
+  const DoubleSingle3 path = {dx, dy, dz};
+  const DoubleSingle root = ds_sqrt(ds3_dot(path, path));
   *length = ds_high(root);
   return ds_turns(ds_times(root, rate));
 }

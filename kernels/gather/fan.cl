@@ -164,17 +164,17 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
     // Paths yet to be followed: the ray's own, and those that mirrors and glass add
     int pending = 1;
 #if RAYWAVE_BOUNCES > 0
-    Way ways[BOUNCE_WAYS];
-    ways[0] = way_from(&line, shown);
+    Path paths[BOUNCE_PATHS];
+    paths[0] = path_from(&line, shown);
 #endif
     while (pending > 0) {
       --pending;
 #if RAYWAVE_BOUNCES > 0
-      Way way = ways[pending];
-      line = way.line;
-      rays = rays_of(&way, plane.reach);
+      Path path = paths[pending];
+      line = path.line;
+      rays = rays_of(&path, plane.reach);
 #if RAYWAVE_SOURCE != SOURCE_HIT
-      const bool bounced_before = way.bounces_left < RAYWAVE_BOUNCES;
+      const bool bounced_before = path.bounces_left < RAYWAVE_BOUNCES;
 #endif
 #elif RAYWAVE_SOURCE == SOURCE_SURFACE
       const bool bounced_before = false;
@@ -191,14 +191,14 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
 #endif
       floatv radiance = phong(&scene, &surface, plane.bias, plane.reach, hit);
 #if RAYWAVE_BOUNCES > 0
-      way.active = hit;
-      way.length += ds_high(distance) / ds_high(way.index);
-      way.turns =
-          turns_reduced(way.turns + ds_turns(ds_times(ds_times(distance, way.index), rate)));
-      radiance *= own_share(&way, &surface);
-      floatv length = way.length;
-      floatv turns = way.turns;
-      pending = bounce(&way, &surface, plane.bias, ways, pending);
+      path.active = hit;
+      path.length += ds_high(distance) / ds_high(path.index);
+      path.turns =
+          turns_reduced(path.turns + ds_turns(ds_times(ds_times(distance, path.index), rate)));
+      radiance *= own_share(&path, &surface);
+      floatv length = path.length;
+      floatv turns = path.turns;
+      pending = bounce(&path, &surface, plane.bias, paths, pending);
 #else
       radiance *= 1.0f - surface.reflectivity - surface.transparency;
       floatv length;
@@ -221,8 +221,8 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
       if (!bounced_before) {
         source = table_source(samples, first_of_cell, &lattice, &surface, hit);
         // The way to the sample itself: all pixels that see it must agree on its place.
-        const DoubleSingle3 way_there = ds3_minus(source.place, line.origin);
-        turns = path_turns(way_there.x, way_there.y, way_there.z, rate, &length);
+        const DoubleSingle3 path_there = ds3_minus(source.place, line.origin);
+        turns = path_turns(path_there.x, path_there.y, path_there.z, rate, &length);
       }
 #endif
 #if RAYWAVE_BOUNCES > 0
@@ -235,8 +235,8 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
         const floatv across_squared = ds_high(ds_minus(ds3_dot(off, off), ds_times(along, along)));
         const floatv curved =
             fmax(across_squared, (floatv)(0.0f)) / (2.0f * fmax(length, (floatv)(1e-12f)));
-        length += ds_high(along) / ds_high(way.index);
-        turns += ds_turns(ds_times(ds_plus(ds_times(along, way.index), ds(curved, 0.0f)), rate));
+        length += ds_high(along) / ds_high(path.index);
+        turns += ds_turns(ds_times(ds_plus(ds_times(along, path.index), ds(curved, 0.0f)), rate));
       }
 #endif
       source.weight *=

@@ -20,63 +20,63 @@ typedef struct {
   DoubleSingle index;  // of refraction along the line
   intv active;
   int bounces_left;
-} Way;
+} Path;
 
 // Ways still to follow, deepest last: each hit leaves at most one more than it takes, so these
 // places hold them all.
-#define BOUNCE_WAYS (RAYWAVE_BOUNCES + 1)
+#define BOUNCE_PATHS (RAYWAVE_BOUNCES + 1)
 
-static inline Way way_from(const Line* line, intv active) {
+static inline Path path_from(const Line* line, intv active) {
   const DoubleSingle one = ds(1.0f, 0.0f);
-  Way way;
-  way.line.origin = line->origin;
-  way.line.direction =
+  Path path;
+  path.line.origin = line->origin;
+  path.line.direction =
       ds3_scaled(line->direction, ds_over(one, ds_sqrt(ds3_dot(line->direction, line->direction))));
-  way.index = one;
-  way.weight = 1.0f;
-  way.nearest = way.length = way.turns = 0.0f;
-  way.active = active;
-  way.bounces_left = RAYWAVE_BOUNCES;
-  return way;
+  path.index = one;
+  path.weight = 1.0f;
+  path.nearest = path.length = path.turns = 0.0f;
+  path.active = active;
+  path.bounces_left = RAYWAVE_BOUNCES;
+  return path;
 }
 
 // What the tree is searched with.
-static inline Rays rays_of(const Way* way, float reach) {
-  const DoubleSingle3 o = way->line.origin, d = way->line.direction;
-  const Rays rays = {ds_high(o.x), ds_high(o.y), ds_high(o.z),    ds_high(d.x), ds_high(d.y),
-                     ds_high(d.z), way->nearest, (floatv)(reach), way->active};
+static inline Rays rays_of(const Path* path, float reach) {
+  const DoubleSingle3 o = path->line.origin, d = path->line.direction;
+  const Rays rays = {ds_high(o.x), ds_high(o.y),  ds_high(o.z),    ds_high(d.x), ds_high(d.y),
+                     ds_high(d.z), path->nearest, (floatv)(reach), path->active};
   return rays;
 }
 
 // Share of the light seen along the way that the surface itself sends out.
-static inline floatv own_share(const Way* way, const Surface* s) {
-  return way->weight * (1.0f - s->reflectivity - s->transparency);
+static inline floatv own_share(const Path* path, const Surface* s) {
+  return path->weight * (1.0f - s->reflectivity - s->transparency);
 }
 
 // The way onwards from a surface in a unit direction. It starts on the surface itself, so that its
 // length is exact, and meets nothing within `bias` of it.
-static inline Way bounced(const Way* way, const Surface* s, DoubleSingle3 direction, float bias,
-                          floatv share, DoubleSingle index) {
+static inline Path bounced(const Path* path, const Surface* s, DoubleSingle3 direction, float bias,
+                           floatv share, DoubleSingle index) {
   const floatv slope =
       ds_high(direction.x) * s->nx + ds_high(direction.y) * s->ny + ds_high(direction.z) * s->nz;
-  Way next = *way;
+  Path next = *path;
   next.line.origin = s->place;
   next.line.direction = direction;
   next.nearest = bias / fmax(fabs(slope), (floatv)(0x1p-6f));
-  next.weight = way->weight * share;
+  next.weight = path->weight * share;
   next.index = index;
-  next.active = way->active & (next.weight > 0.0f);
-  next.bounces_left = way->bounces_left - 1;
+  next.active = path->active & (next.weight > 0.0f);
+  next.bounces_left = path->bounces_left - 1;
   return next;
 }
 
 // Adds the ways that go on from where `way` hits the surface (lanes of way->active) to the pending
 // ones; their new number.
-static inline int bounce(const Way* way, const Surface* surface, float bias, Way* ways,
+static inline int bounce(const Path* path, const Surface* surface, float bias, Path* paths,
                          int pending) {
-  if (way->bounces_left <= 0) return pending;
+  if (path->bounces_left <= 0) return pending;
   const DoubleSingle one = ds(1.0f, 0.0f), ior = ds(surface->ior, surface->ior_low);
-  const DoubleSingle3 direction = way->line.direction;
+  const DoubleSingle3 direction = path->line.direction;
   const DoubleSingle slope = ds3_dot(direction, surface->normal);  // negative
   // Total reflection sends the refracted share along the mirrored ray.
   const DoubleSingle ratio = ds_select(ior, ds_over(one, ior), surface->entering);
@@ -85,17 +85,17 @@ static inline int bounce(const Way* way, const Surface* surface, float bias, Way
   const intv passes = ds_high(k) > 0.0f;
   const floatv refracted = LANES_SELECT((floatv)(0.0f), surface->transparency, passes);
   const floatv mirrored = surface->reflectivity + surface->transparency - refracted;
-  if (LANES_ANY(way->active & (mirrored > 0.0f))) {
+  if (LANES_ANY(path->active & (mirrored > 0.0f))) {
     const DoubleSingle3 onwards =
         ds3_along(direction, surface->normal, ds_times(slope, ds(-2.0f, 0.0f)));
-    ways[pending++] = bounced(way, surface, onwards, bias, mirrored, way->index);
+    paths[pending++] = bounced(path, surface, onwards, bias, mirrored, path->index);
   }
-  if (LANES_ANY(way->active & (refracted > 0.0f))) {
+  if (LANES_ANY(path->active & (refracted > 0.0f))) {
     const DoubleSingle inward = ds_plus(ds_times(ratio, slope), ds_sqrt(ds_select(one, k, passes)));
     const DoubleSingle3 onwards =
         ds3_along(ds3_scaled(direction, ratio), surface->normal, ds_times(inward, ds(-1.0f, 0.0f)));
-    ways[pending++] =
-        bounced(way, surface, onwards, bias, refracted, ds_select(one, ior, surface->entering));
+    paths[pending++] =
+        bounced(path, surface, onwards, bias, refracted, ds_select(one, ior, surface->entering));
   }
   return pending;
 }

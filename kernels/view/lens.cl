@@ -51,15 +51,15 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
       // Paths yet to be followed: the ray's own, and those that mirrors and glass add
       int pending = 1;
 #if RAYWAVE_BOUNCES > 0
-      Way ways[BOUNCE_WAYS];
-      ways[0] = way_from(&line, rays.active);
+      Path paths[BOUNCE_PATHS];
+      paths[0] = path_from(&line, rays.active);
 #endif
       while (pending > 0) {
         --pending;
 #if RAYWAVE_BOUNCES > 0
-        Way way = ways[pending];
-        line = way.line;
-        rays = rays_of(&way, lens.reach);
+        Path path = paths[pending];
+        line = path.line;
+        rays = rays_of(&path, lens.reach);
 #endif
         const Hits hits = bvh_nearest(&scene.tree, &rays);
         const intv hit = hits.triangle >= 0;
@@ -70,9 +70,9 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
 #endif
         floatv radiance = phong(&scene, &surface, lens.bias, lens.reach, hit);
 #if RAYWAVE_BOUNCES > 0
-        way.active = hit;
-        radiance *= own_share(&way, &surface);
-        pending = bounce(&way, &surface, lens.bias, ways, pending);
+        path.active = hit;
+        radiance *= own_share(&path, &surface);
+        pending = bounce(&path, &surface, lens.bias, paths, pending);
 #endif
         sum_of_row += LANES_SELECT((floatv)(0.0f), radiance, hit);
       }
