@@ -14,15 +14,6 @@ static inline floatv turns_reduced(floatv x) {
   return x - rounded;
 }
 
-// Reduced turns of length * wave_number, where wave_number = hi + lo is in turns per metre: the
-// product's rounding error is kept by fma.
-static inline floatv turns_of_length(floatv length_m, float wave_number_hi, float wave_number_lo) {
-#pragma OPENCL FP_CONTRACT OFF
-  const floatv product = length_m * wave_number_hi;
-  const floatv error = fma(length_m, (floatv)(wave_number_hi), -product);
-  return turns_reduced(product) + (error + length_m * wave_number_lo);
-}
-
 // sin(2 pi t) on [-1/4, 1/4]: odd minimax polynomial of degree 9, each coefficient rounded to float
 // before the next was fitted.
 static inline floatv sin_quarter(floatv t) {

@@ -32,13 +32,3 @@ __kernel void cos_sin(__global const float* turns, __global float* cosines, __gl
   LANES_STORE(c, cosines + block * RAYWAVE_LANES);
   LANES_STORE(s, sines + block * RAYWAVE_LANES);
 }
-
-// turns_of_length of lengths_m[i]; work-items as above.
-__kernel void length_turns(__global const float* lengths_m, __global float* turns,
-                           float wave_number_hi, float wave_number_lo, int blocks) {
-  const int block = (int)get_global_id(0);
-  if (block >= blocks) return;
-  LANES_STORE(turns_of_length(LANES_LOAD(lengths_m + block * RAYWAVE_LANES), wave_number_hi,
-                              wave_number_lo),
-              turns + block * RAYWAVE_LANES);
-}

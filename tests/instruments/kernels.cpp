@@ -233,8 +233,7 @@ void launch_tools(const cl::Device& device) {
   const cl::Buffer<float> in(device, std::span<const float>(numbers), "in");
   cl::Buffer<float> out_a(device, numbers.size(), "out"), out_b(device, numbers.size(), "out");
   selfcheck.kernel("cos_sin").run({3}, {64}, in, out_a, out_b, blocks);
-  selfcheck.kernel("length_turns").run({3}, {64}, in, out_a, 1.5e6f, 0.01f, blocks);
-  for (const float v : out_a.read()) CHECK(std::abs(v) <= 0.5f);
+  for (const float v : out_a.read()) CHECK(std::abs(v) <= 1);
 
   // Rays along z at a square, the last packet half empty.
   const std::vector<glm::dvec3> corners{{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
