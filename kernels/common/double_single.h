@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lengths of some 48 bits, RAYWAVE_LANES side by side: pairs of floats whose sum is meant, or
-// doubles. A path of a metre is more than 10^6 wavelengths; floats hold its phase only once whole
-// turns are taken off.
+// Double-single numbers: RAYWAVE_LANES numbers of about 48 bits side by side, each the unevaluated
+// sum of two floats. With RAYWAVE_PRECISION PRECISION_DOUBLE they are doubles. Optical paths need
+// them: a path of a metre is more than 10^6 wavelengths, so that floats hold its phase only after
+// whole turns are subtracted.
 //
-// Relative error of sum, product, quotient and root <= 2^-44 (of a sum: relative to the larger
+// Relative error of sum, product, quotient and square root <= 2^-44 (sum: relative to the larger
 // term). After Dekker, Numer. Math. 18, 224 (1971), and Joldes, Muller & Popescu, ACM Trans. Math.
 // Softw. 44, 15res (2017).
 #ifndef RAYWAVE_DOUBLE_SINGLE_H
@@ -39,7 +40,7 @@ typedef struct {
   floatv hi, lo;
 } DoubleSingle;
 
-// |lo| may be as large as an ulp of hi, or hi may be zero.
+// hi + lo as a double-single number. |lo| may be as large as an ulp of hi, and hi may be zero.
 static inline DoubleSingle ds(floatv hi, floatv lo) {
 #pragma OPENCL FP_CONTRACT OFF
   const floatv sum = hi + lo;
@@ -77,7 +78,7 @@ static inline DoubleSingle ds_over(DoubleSingle a, DoubleSingle b) {
   return ds(quotient, rest / b.hi);
 }
 
-// One step of Newton's method from the rounded root. a >= 0.
+// Square root for a >= 0: one step of Newton's method from the rounded root.
 static inline DoubleSingle ds_sqrt(DoubleSingle a) {
 #pragma OPENCL FP_CONTRACT OFF
   const floatv root = sqrt(a.hi);
@@ -85,8 +86,8 @@ static inline DoubleSingle ds_sqrt(DoubleSingle a) {
   return ds(root, rest / fmax(root + root, (floatv)(1e-30f)));
 }
 
-// Reduced turns. Beyond 2^22 turns a float's rounding to whole ones leaves some over, which the
-// second step takes.
+// Reduced turns. Beyond 2^22 turns the first reduction leaves whole turns over, because a float
+// rounds there to more than one turn; the second reduction removes them.
 static inline floatv ds_turns(DoubleSingle turns) {
   return turns_reduced(turns_reduced(turns.hi)) + turns.lo;
 }
@@ -97,7 +98,7 @@ static inline DoubleSingle ds_select(DoubleSingle no, DoubleSingle yes, intv mas
             LANES_SELECT(ds_low(no), ds_low(yes), mask));
 }
 
-// Vectors.
+// Vectors of double-single numbers.
 typedef struct {
   DoubleSingle x, y, z;
 } DoubleSingle3;
@@ -135,12 +136,12 @@ static inline DoubleSingle3 ds3_cross(DoubleSingle3 a, DoubleSingle3 b) {
   return v;
 }
 
-// Places i pitch.
+// i times the pitch.
 static inline DoubleSingle ds_steps(intv i, float pitch, float pitch_low) {
   return ds_times(ds(LANES_TO_FLOAT(i), 0.0f), ds(pitch, pitch_low));
 }
 
-// Reduced turns of a straight path, `rate` turns per metre, and its length.
+// Reduced turns of a straight path with `rate` turns per metre. *length: its length in metres.
 static inline floatv path_turns(DoubleSingle dx, DoubleSingle dy, DoubleSingle dz,
                                 DoubleSingle rate, floatv* length) {
   const DoubleSingle3 path = {dx, dy, dz};

@@ -2,16 +2,17 @@
 // Backward ray tracing onto a wavefront recording plane (WRP), after Sun, Yuan, Bi et al., Opt.
 // Express 28(23) 34994 (2020), Eq. 1-7.
 //
-// trace_fan: from every pixel of the plane starts the same fan of rays, away from the hologram.
-// Each nearest hit at optical distance r adds
+// trace_fan: the same fan of rays starts at every pixel of the plane, away from the hologram. Each
+// nearest hit at optical distance r adds
 //   sqrt(radiance) / r * exp(2 pi i (r / wavelength + phase(cell)))
-// to the pixel; the random phase belongs to the cubic cell of side p that the hit lies in. A miss
-// adds nothing. Mirrors and glass are followed to RAYWAVE_BOUNCES further hits, each a source at
-// the length of its whole optical path.
+// to the pixel. The random phase belongs to the cubic cell of side p that the hit lies in. A miss
+// adds nothing. Mirrors and glass are followed to RAYWAVE_BOUNCES further hits; each is a source at
+// the length of its whole optical path. RAYWAVE_SOURCE chooses sources on the lattice instead of
+// the hits.
 //
-// Arrays: the scene's (shared.h); rays: ray_count; field: plane.ny rows of plane.nx complex
-// samples, row 0 on top, written whole. A work-item fills RAYWAVE_LANES neighbouring pixels of one
-// row: global size (ceil(nx / lanes), ny). OpenCL C 1.2.
+// Arrays: the scene's (kernels/scene/arrays.h); fan: fan_size tangents; field: plane.ny rows of
+// plane.nx complex samples, row 0 on top, written whole. A work-item fills RAYWAVE_LANES
+// neighbouring pixels of one row. Global size: (ceil(nx / lanes), ny). OpenCL C 1.2.
 #include "kernels/common/double_single.h"
 #include "kernels/common/hash.h"
 #include "kernels/common/lanes.h"
@@ -22,7 +23,7 @@
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/shade.h"
 
-// A place that light comes from, and the mask of lanes that have one.
+// A point that light comes from, and the mask of lanes that have one.
 typedef struct {
   DoubleSingle3 place;
   uintv key;
@@ -30,14 +31,14 @@ typedef struct {
   intv found;
 } Source;
 
-// Whole part of x towards minus infinity, for |x| < 2^31.
+// Largest whole number <= x, for |x| < 2^31.
 static inline intv whole(floatv x) {
   const intv truncated = LANES_TO_INT(x);
   return truncated - LANES_SELECT((intv)(0), (intv)(1), LANES_TO_FLOAT(truncated) > x);
 }
 
 #if RAYWAVE_SOURCE == SOURCE_SURFACE
-// The sample of the hit's lattice cell that lies nearest to it.
+// The sample nearest to the hit among those of the hit's lattice cell.
 static inline Source table_source(__global const Sample* samples, __global const int* first_of_cell,
                                   const Lattice* lattice, const Surface* s, intv hit) {
   const floatv away = s->z - lattice->centre_z;
@@ -52,7 +53,7 @@ static inline Source table_source(__global const Sample* samples, __global const
   LANES_STORE(s->z, zs);
   for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
     const float z = zs[lane];
-    // Farther off, the hit belongs to a layer that the lattice missed.
+    // Hits farther off belong to a layer that the lattice missed.
     float nearest = 4.0f * lattice->step * (z - lattice->centre_z);
     found[lane] = 0;
     xs[lane] = ys[lane] = weights[lane] = 0.0f;
@@ -67,7 +68,7 @@ static inline Source table_source(__global const Sample* samples, __global const
       ys[lane] = sample->y;
       zs[lane] = sample->z;
       keys[lane] = sample->key;
-      weights[lane] = 1.0f / sample->weight;  // the lattice widens with depth
+      weights[lane] = 1.0f / sample->weight;  // lattice cells widen with depth
     }
   }
   const Source source = {ds3(LANES_LOAD(xs), LANES_LOAD(ys), LANES_LOAD(zs)), LANES_LOAD(keys),
@@ -77,8 +78,8 @@ static inline Source table_source(__global const Sample* samples, __global const
 #endif
 
 #if RAYWAVE_SOURCE != SOURCE_HIT && RAYWAVE_BOUNCES > 0
-// Where the line of the lattice of side p along the ray's dominant axis, in the hit's cell, meets
-// the surface near the hit.
+// The point near the hit where the surface meets a lattice line: the line of the lattice of side p,
+// along the ray's dominant axis, through the hit's cell.
 static inline Source axis_source(const SceneArrays* scene, const Rays* rays, const Surface* s,
                                  float rate, intv hit) {
   const floatv ax = fabs(rays->dx), ay = fabs(rays->dy), az = fabs(rays->dz);
@@ -105,8 +106,8 @@ static inline Source axis_source(const SceneArrays* scene, const Rays* rays, con
   const TrianglePlanes planes = triangle_planes_of(&scene->tree, meets.triangle);
   source.place =
       ds3_along(exact.origin, exact.direction, refined_distance(&planes, &exact, meets.t));
-  // Of the line and the material it meets: the third cell index of a flat surface would hang on
-  // rounding.
+  // The key contains the line and the material: the third cell index of a flat surface would depend
+  // on rounding.
   int third[RAYWAVE_LANES];
   LANES_STORE(meets.triangle, third);
   for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
@@ -145,7 +146,7 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
   const DoubleSingle turned_y =
       ds_times(convergence, ds_minus(pixel_y, ds(plane.axis_y, plane.axis_y_low)));
 
-  // A pixel receives the mean of 1 / r over a disc as wide as itself from what touches it.
+  // A pixel receives from what touches it the mean of 1 / r over a disc of its own width.
   const float nearest = 0.25f * fmin(plane.pitch_x, plane.pitch_y);
 
   floatv re = 0.0f, im = 0.0f;
@@ -153,7 +154,7 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
     const DoubleSingle tangent_x = ds_plus(ds(fan[ray].x, 0.0f), turned_x),
                        tangent_y = ds_plus(ds(fan[ray].y, 0.0f), turned_y);
     const floatv tx = ds_high(tangent_x), ty = ds_high(tangent_y);
-    // The SLM's pixels cannot show light that arrives steeper.
+    // The SLM's pixels cannot show light that arrives at steeper angles.
     const floatv slope = sqrt(1.0f + tx * tx + ty * ty);
     const intv shown = (column < plane.nx) & (fabs(tx) <= plane.sine_limit_x * slope) &
                        (fabs(ty) <= plane.sine_limit_y * slope);
@@ -161,7 +162,7 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
     Rays rays = {
         x,    y, (floatv)(plane.z), tx, ty, (floatv)(1.0f), (floatv)(0.0f), (floatv)(plane.reach),
         shown};
-    // Paths yet to be followed: the ray's own, and those that mirrors and glass add
+    // Paths still to be followed: the ray's own, and those that mirrors and glass add
     int pending = 1;
 #if RAYWAVE_BOUNCES > 0
     Path paths[BOUNCE_PATHS];
@@ -210,7 +211,8 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
 #endif
       Source source;
 #if RAYWAVE_SOURCE == SOURCE_HIT
-      // Off zero, the scene's middle, where a flat surface would flicker between two cells.
+      // The offset keeps cell limits off z = 0, the scene's middle, where a flat surface would
+      // alternate between two cells.
       source.key =
           cell_key(whole(surface.x * plane.sampling_rate), whole(surface.y * plane.sampling_rate),
                    whole(surface.z * plane.sampling_rate + 0.31f));
@@ -220,7 +222,7 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
 #if RAYWAVE_SOURCE == SOURCE_SURFACE
       if (!bounced_before) {
         source = table_source(samples, first_of_cell, &lattice, &surface, hit);
-        // The way to the sample itself: all pixels that see it must agree on its place.
+        // The path leads to the sample itself: all pixels that see it must agree on its position.
         const DoubleSingle3 path_there = ds3_minus(source.place, line.origin);
         turns = path_turns(path_there.x, path_there.y, path_there.z, rate, &length);
       }
@@ -228,8 +230,8 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
 #if RAYWAVE_BOUNCES > 0
       if (bounced_before) {
         source = axis_source(&scene, &rays, &surface, plane.sampling_rate, hit);
-        // From the hit to the source: along the ray, and across it by the curvature of a wave of this
-        // length.
+        // From the hit to the source: along the ray, and across it by the curvature of a wave of
+        // this length.
         const DoubleSingle3 off = ds3_minus(source.place, surface.place);
         const DoubleSingle along = ds3_dot(off, line.direction);
         const floatv across_squared = ds_high(ds_minus(ds3_dot(off, off), ds_times(along, along)));

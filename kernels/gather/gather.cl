@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// Aimed gathering: every pixel of a plane receives one wave from each surface sample whose light
-// passes through it on its way into the hologram's window,
-//   sqrt(radiance) weight / r * exp(2 pi i (r / wavelength + phase(sample, frame))),
-// converging waves (samples in front of the plane) with the opposite sign of both r: a wave that
-// passes its focus turns by half a period. Of a sample that something hides, the parts of the
-// hologram's window that see it count (view.h); highlights are shaded with the true direction. A
-// plane at the hologram itself gathers every sample at every pixel: the point-based method.
+// Aimed gathering: each pixel of a plane receives one wave from each surface sample whose light
+// crosses it on the way into the hologram's window,
+//   sqrt(radiance) weight / r * exp(2 pi i (r / wavelength + phase(sample, frame))).
+// Samples in front of the plane send converging waves: both r have the opposite sign, since a wave
+// turns by half a period in its focus. For a partly hidden sample, only the parts of the window
+// count that its visibility mask contains (visibility.h). Highlights are shaded for the true
+// direction of each pixel. A plane at the hologram itself gathers every sample at every pixel: the
+// point-based method.
 //
-// Where that footprint is no wider than a few diffraction spots, the wave is a sum of plane waves
-// instead (near.h).
+// Where the footprint is no wider than a few diffraction spots (footprint.h), the wave is a sum of
+// plane waves instead (plane_waves.h).
 //
-// aim          aims[i]: sample i as the pixels of this plane see it; boxes[i], boxes[stride + i],
-//              ...: first and last column, first and
-// last
-//              row of the pixels that may receive it, none where the last is before the first
-// profile      what the pixels' columns and rows receive of samples near the plane
-// draw_phases  phasors[frame * sample_count + i]: exp(i phase) of sample i in that frame
-// gather       field: RAYWAVE_FRAMES planes of plane.ny rows of plane.nx complex samples, row 0 on
-//              top, written whole, or added to, with the samples of the lattice's rows first_row to
-//              last_row, whose profiles begin with first_sample
+// project_samples  projected[i]: sample i as the pixels of this plane see it. footprints[i],
+//                  footprints[stride + i], ...: first and last column, first and last row of the
+//                  pixels that may receive it; none where the last one is before the first one
+// profile          what the pixels' columns and rows receive from plane-wave samples
+// draw_phases      phasors[frame * sample_count + i]: exp(i phase) of sample i in that frame
+// gather           field: RAYWAVE_FRAMES planes of plane.ny rows of plane.nx complex samples, row 0
+//                  on top. The samples of the lattice's rows first_row to last_row, whose profiles
+//                  begin with first_profile, are written, or added with `accumulate`
 //
-// gather's work-item fills a tile of RAYWAVE_LANES x RAYWAVE_TILE_ROWS pixels: global size (tiles
-// across a strip, ceil(ny / rows), strips). Rays, visibility and shading are done once for all
-// frames. OpenCL C 1.2.
+// A work-item of `gather` fills a tile of RAYWAVE_LANES x RAYWAVE_TILE_ROWS pixels. Global size:
+// (tiles across a strip, ceil(ny / rows), strips). Paths, visibility and shading are computed once
+// for all frames. OpenCL C 1.2.
 #include "kernels/common/complex_lanes.h"
 #include "kernels/common/double_single.h"
 #include "kernels/common/hash.h"
@@ -53,14 +53,14 @@ __kernel void draw_phases(__global const Sample* samples, int sample_count, int 
 #define VISIBILITY_MIXED 1
 #define VISIBILITY_NONE 2
 
-// Bits of row j of a view.
+// Bits of row j of a visibility mask.
 static inline uint visibility_row(__global const uint* visibility, int j) {
   const int bit = j * RAYWAVE_VISIBILITY_PARTS;
   return visibility[bit / 32] >> (bit % 32) & ((1u << RAYWAVE_VISIBILITY_PARTS) - 1u);
 }
 
-// What is seen from a box of the hologram's window, in half sides of the window that the view
-// speaks of.
+// Visibility of a sample from a box of the hologram's window, in half sides of the window that the
+// mask divides: VISIBILITY_CLEAR, _MIXED or _NONE.
 static inline int visibility_state(__global const uint* visibility, float x0, float x1, float y0,
                                    float y1) {
   const int left = visibility_part(x0), right = visibility_part(x1);
@@ -74,7 +74,8 @@ static inline int visibility_state(__global const uint* visibility, float x0, fl
   return all == columns ? VISIBILITY_CLEAR : any ? VISIBILITY_MIXED : VISIBILITY_NONE;
 }
 
-// Share of part (i, j) of PLANE_WAVE_PARTS x PLANE_WAVE_PARTS of the window that sees the sample.
+// Share of part (i, j) of PLANE_WAVE_PARTS x PLANE_WAVE_PARTS parts of the window that sees the
+// sample.
 static inline float visible_share(__global const uint* visibility, int i, int j) {
 #if RAYWAVE_VISIBILITY_PARTS > 0
   const int side = RAYWAVE_VISIBILITY_PARTS / PLANE_WAVE_PARTS;
@@ -89,7 +90,7 @@ static inline float visible_share(__global const uint* visibility, int i, int j)
 }
 
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-// A direction towards the hologram: exact, of any length, or a unit vector.
+// A direction towards the hologram: double-single and of any length, or a unit vector.
 #if RAYWAVE_SHARP
 typedef DoubleSingle3 Towards;
 #else
@@ -98,7 +99,7 @@ typedef struct {
 } Towards;
 #endif
 
-// What highlights need of a sample, but for where it is seen from.
+// What a highlight needs of a sample, except for the viewing direction.
 static inline Surface sample_surface(__global const Sample* sample) {
   Surface s;
   s.x = sample->x;
@@ -120,7 +121,7 @@ static inline bool is_lit(__global const uint* lit, int light) {
   return lit[light / 32] >> (light % 32) & 1u;
 }
 
-// Amplitude with the highlights that the sample shows in a direction.
+// Amplitude of a sample with the highlights that it shows in a direction.
 static inline floatv shaded_amplitude(__global const Light* lights, __global const uint* lit,
                                       __global const Sample* sample, Towards towards) {
   Surface s = sample_surface(sample);
@@ -140,8 +141,8 @@ static inline floatv shaded_amplitude(__global const Light* lights, __global con
   return sqrt(radiance) * sample->weight;
 }
 
-// Directions (tangents) in which highlights of lights `first` and on are brightest, of all that the
-// fan holds; the chief ray's where there is none.
+// Tangents of the directions inside the cone in which the highlights of lights `first` and on are
+// brightest; those of the chief ray where there is none.
 static inline void highlight_directions(__global const Light* lights, __global const uint* lit,
                                         __global const Sample* sample, const ProjectedSample* p,
                                         int first, const GatherPlane* plane, floatv* tx,
@@ -169,7 +170,7 @@ static inline void highlight_directions(__global const Light* lights, __global c
 }
 #endif
 
-// Light closer to a pixel than this is taken to come from there.
+// Distances between light and a pixel are at least this long.
 static inline float nearest_to(const GatherPlane* plane) {
   return 0x1p-10f * fmin(plane->pitch_x, plane->pitch_y);
 }
@@ -179,7 +180,7 @@ static inline void put(DoubleSingle value, float* hi, float* lo) {
   *lo = LANES_FIRST(ds_low(value));
 }
 
-// A whole place of an axis of `count` pixels, 0 to count.
+// A position on an axis of `count` pixels, rounded down and clamped to 0 to count.
 static inline int pixel_near(float place, int count) {
   return (int)clamp(place, 0.0f, (float)count);
 }
@@ -190,7 +191,8 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   const int index = (int)get_global_id(0);
   if (index >= sample_count) return;
   const Sample s = samples[index];
-  if (!(plane.begin_z <= s.z && s.z < plane.end_z)) {  // it shines on another layer's planes
+  if (!(plane.begin_z <= s.z &&
+        s.z < plane.end_z)) {  // its light belongs to another layer's planes
     projected[index].plane_waves = projected[index].columns = 0;
     footprints[index] = footprints[2 * stride + index] = 0;
     footprints[stride + index] = footprints[3 * stride + index] = -1;
@@ -251,7 +253,8 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
         &p.chief_y_low);
   }
   const float across = 1.0f / plane.pitch_x, down = -1.0f / plane.pitch_y;
-  // Whole pixels within the footprint, and within a sixteenth of one beside it against rounding.
+  // Pixels whose centre lies in the footprint, and within a sixteenth of a pixel beside it against
+  // rounding.
   p.left = pixel_near((p.centre_x - p.half_x) * across + 0.9375f, plane.nx);
   p.columns = pixel_near((p.centre_x + p.half_x) * across + 1.0625f, plane.nx) - p.left;
   p.top = pixel_near((p.centre_y + p.half_y) * down + 0.9375f, plane.ny);
@@ -263,23 +266,23 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   footprints[3 * stride + index] = p.top + p.rows - 1;
 }
 
-// A surface turned away from a direction shows less of itself there; at grazing angles a sample
-// stands for no more than four of its areas.
+// Projected area of a sample in a direction: a surface that is turned away shows less of itself. At
+// grazing angles it is limited to four times the area.
 static inline floatv projected_area(float tilt_z, floatv along_x, floatv along_y) {
   return clamp(along_x + along_y - tilt_z, (floatv)(0.0f), (floatv)(4.0f));
 }
 
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
-// Turns by which a path is longer than the one that ends `step` below it in y, dy from the sample:
-// r - r0 = (r^2 - r0^2) / (r + r0), the few turns that lie between neighbours, so that their
-// rounding stays below 10^-6.
+// Turns by which a path is longer than the path that ends `step` below it in y, where dy is the
+// latter's offset from the sample: r - r0 = (r^2 - r0^2) / (r + r0). Only a few turns lie between
+// neighbours, so that their rounding error stays below 10^-6.
 static inline floatv turns_beyond(float dy, float step, floatv sum_of_lengths,
                                   float turns_per_metre) {
   return (2.0f * dy + step) * step * turns_per_metre / sum_of_lengths;
 }
 #endif
 
-// Amplitude that a sample shows in directions (tangents).
+// Amplitude that a sample shows in directions, given as tangents.
 static inline floatv amplitude_towards(__global const Light* lights, __global const uint* lit,
                                        __global const Sample* sample, const ProjectedSample* p,
                                        floatv tx, floatv ty) {
@@ -301,9 +304,9 @@ static inline floatv amplitude_towards(__global const Light* lights, __global co
   return amplitude * sqrt(projected_area(p->tilt_z, sample->tilt_x * tx, sample->tilt_y * ty));
 }
 
-// The waves of both axes of a sample near the plane. Its amplitude in a direction is taken for the
-// product of what it is along the two axes through its brightest direction: right to first order
-// for surfaces that turn away, and for highlights that fall off like a Gaussian.
+// The plane waves of both axes of a sample. Its amplitude in a direction is approximated by the
+// product of its amplitudes along the two axes through its brightest direction. This is right to
+// first order for surfaces that turn away, and for highlights that fall off like a Gaussian.
 static inline void plane_wave_axes(__global const Light* lights, __global const uint* lit,
                                    __global const Sample* sample, const ProjectedSample* p,
                                    const GatherPlane* plane, PlaneWaves* x, PlaneWaves* y) {
@@ -323,7 +326,7 @@ static inline void plane_wave_axes(__global const Light* lights, __global const 
     LANES_STORE(tx, txs);
     LANES_STORE(ty, tys);
     for (int i = 0; i < RAYWAVE_LANES; ++i) {
-      if (!(amplitudes[i] > 1.01f * best)) continue;  // or rounding would choose among equals
+      if (!(amplitudes[i] > 1.01f * best)) continue;  // else rounding would choose among equals
       best = amplitudes[i];
       best_x = txs[i];
       best_y = tys[i];
@@ -346,8 +349,8 @@ static inline void plane_wave_axes(__global const Light* lights, __global const 
   }
 }
 
-// What waves `from` to before `to` add to g along x at pixels of columns first to first +
-// RAYWAVE_LANES - 1; zero beyond the footprint.
+// Sum of waves `from` to before `to` along x, at pixels of columns first to first + RAYWAVE_LANES -
+// 1; zero outside the footprint.
 static inline void plane_wave_columns(const PlaneWaves* waves, int from, int to,
                                       const ProjectedSample* p, const GatherPlane* plane, int first,
                                       floatv* re, floatv* im) {
@@ -362,7 +365,7 @@ static inline void plane_wave_columns(const PlaneWaves* waves, int from, int to,
   *im = LANES_SELECT((floatv)(0.0f), *im, inside);
 }
 
-// The same along y at pixels of rows first to first + RAYWAVE_LANES - 1.
+// The same along y, at pixels of rows first to first + RAYWAVE_LANES - 1.
 static inline void plane_wave_rows(const PlaneWaves* waves, int from, int to,
                                    const ProjectedSample* p, const GatherPlane* plane, int first,
                                    floatv* re, floatv* im) {
@@ -376,16 +379,16 @@ static inline void plane_wave_rows(const PlaneWaves* waves, int from, int to,
   *im = LANES_SELECT((floatv)(0.0f), *im, inside);
 }
 
-// Floats of a profile.
+// Number of floats of a profile.
 static inline size_t profile_size(const GatherPlane* plane) {
   return (size_t)(2 * (plane->room_x + plane->room_y));
 }
 
-// Profiles of samples near the plane, whose wave is a product of one along x and one along y; of
-// those that something hides, one for each part of the window's sides. Profile number `profile`
-// begins profile - first_profile times profile_size into profiles: real parts of RAYWAVE_LANES
-// zeros, its columns, and zeros up to room_x; imaginary parts likewise; real parts of its rows, in
-// room_y; imaginary parts.
+// Profiles of plane-wave samples, whose wave is the product of one along x and one along y. A
+// hidden sample has one profile for each part of the window's sides. Profile number `profile`
+// begins (profile - first_profile) profile_size floats into `profiles` and holds: real parts of
+// RAYWAVE_LANES zeros, of its columns, and zeros up to room_x; the imaginary parts likewise; real
+// parts of its rows, in room_y; the imaginary parts.
 __kernel void profile(__global const Light* lights, __global const Sample* samples,
                       __global const uint* lit, __global const ProjectedSample* projected,
                       int first_sample, int first_profile, int sample_count, GatherPlane plane,
@@ -426,7 +429,7 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
   }
 }
 
-// The pixels of a work-item, and their sums.
+// The pixels of a work-item and their sums.
 typedef struct {
   int first;  // column
   int top;    // row
@@ -435,7 +438,7 @@ typedef struct {
   floatv im[RAYWAVE_FRAMES][RAYWAVE_TILE_ROWS];
 } Tile;
 
-// Adds what a sample sends along the columns times what it sends along the rows, `up`.
+// Adds the product of a sample's profile along the columns and along the rows, `up`.
 static inline void add_product(floatv across_re, floatv across_im, __global const float* up,
                                const ProjectedSample* p, __global const float2* phasors,
                                int sample_count, const GatherPlane* plane, Tile* tile) {
@@ -452,7 +455,7 @@ static inline void add_product(floatv across_re, floatv across_im, __global cons
   }
 }
 
-// Adds the wave of a sample near the plane, from its profiles.
+// Adds the wave of a plane-wave sample, from its profiles.
 static inline void gather_plane_waves(__global const float* profiles,
                                       __global const uint* visibility, const ProjectedSample* p,
                                       __global const float2* phasors, int sample_count,
@@ -479,7 +482,7 @@ static inline void gather_plane_waves(__global const float* profiles,
   }
 }
 
-// Adds the wave of a sample away from the plane, ray by ray.
+// Adds the spherical wave of a sample, one path per pixel.
 static inline void gather_spherical_wave(__global const Light* lights, __global const uint* lit,
                                          __global const Sample* sample,
                                          __global const uint* visibility, const ProjectedSample* p,
@@ -497,7 +500,7 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
   const DoubleSingle from_x = ds_minus(x, ds(p->x, p->x_low)), depth = ds(p->depth, p->depth_low);
   const floatv dx = ds_high(from_x);
   const floatv off_chief = ds_high(ds_minus(x, ds(p->centre_x, p->centre_x_low)));
-  // Where the pixel's light meets the hologram, in half windows
+  // Where the light of a pixel meets the hologram, in half windows from its centre
   const floatv across = fabs(off_chief * p->scale_x);
   intv inside_x = (across <= plane->cone_x) & (column < plane->nx);
   const floatv edge_x = apodization_weights(across, plane->cone_x, plane->apodization_rate_x);
@@ -525,7 +528,7 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
 #endif
   const floatv squared_x = dx * dx + p->depth * p->depth;
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
-  // Each lane counts its phase from its pixel in the tile's middle row.
+  // The phase of each lane counts from its pixel in the tile's middle row.
   const int middle = (top + bottom) / 2;
   const DoubleSingle middle_y = ds_steps((intv)(-middle), plane->pitch_y, plane->pitch_y_low);
   const DoubleSingle from_y = ds_minus(middle_y, ds(p->y, p->y_low));
@@ -566,7 +569,7 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
 #endif
     floatv amplitude = p->amplitude;
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-    // Through the pixel, or away from it where the sample stands in front of the plane.
+    // The direction through the pixel, or away from it where the sample is in front of the plane.
     if (p->specular) {
 #if RAYWAVE_SHARP
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
@@ -626,7 +629,8 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
       tile.re[frame][row] = tile.im[frame][row] = 0.0f;
   }
 
-  // Cells whose samples' footprints can touch the tile, one more on each side against rounding.
+  // Cells whose samples' footprints can touch the tile, with one more on each side against
+  // rounding.
   const float cells = 1.0f / lattice.step;
   const float low_x = plane.tangent_x + plane.tangent_step_x * (float)first - plane.window_x;
   const float high_x =

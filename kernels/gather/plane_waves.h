@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sample so near to a plane that diffraction, not geometry, says where its light passes on the
-// way into the hologram's window: the plane waves that reach the window, added up. Per axis, with
-// the sine s of a wave's direction and edge(s) the cone's soft edge,
+// Plane-wave samples: samples so near to a plane that diffraction, not geometry, decides where
+// their light crosses it on the way into the hologram's window. Their light is the sum of the plane
+// waves that reach the window. Along one axis, with the sine s of a wave's direction and the cone's
+// apodization weight w(s),
 //   g(x) = integral of
-//          edge(s) / cosine(s) exp(2 pi i / wavelength (s x - depth (1 - cosine(s)))) ds,
+//          w(s) / cosine(s) exp(2 pi i / wavelength (s x - depth (1 - cosine(s)))) ds,
 // and the sample's wave is i / wavelength exp(2 pi i depth / wavelength) g(x) g(y): far away, by
 // stationary phase, exp(ikr) / r. Sines and offsets count from those of the chief ray, which goes
-// to the hologram's centre (sine s0, cosine c0, meeting the plane at x0), so that no more turns are
-// left to floats than the wave has fringes: with s = s0 + d,
+// to the hologram's centre (sine s0, cosine c0, meeting the plane at x0), so that floats hold no
+// more turns than the wave has fringes. With s = s0 + d,
 //   s x - depth (1 - cosine(s)) = s0 (x - x0) + depth (1 / c0 - 1) + d (x - x0) - depth e,
 //   e = (c0 - cosine(s)) - d s0 / c0
 //     = d^2 (c0 + s0 (s0 + s) / (c0 + cosine(s))) / (c0 (c0 + cosine(s))).
-// The wave is finite at depth 0, and turns by half a period on the way through it. Of the product
-// of both sines only powers above the second are neglected. What something hides is dealt with in
-// PLANE_WAVE_PARTS x PLANE_WAVE_PARTS parts of the window: g is a sum of as many parts per axis.
+// The wave is finite at depth 0, and turns by half a period through it. Products of both sines are
+// neglected from the third power on. Occlusion is resolved for PLANE_WAVE_PARTS x PLANE_WAVE_PARTS
+// parts of the window: g is a sum of as many parts per axis.
 #ifndef RAYWAVE_PLANE_WAVES_H
 #define RAYWAVE_PLANE_WAVES_H
 
@@ -26,7 +27,7 @@
 
 DEFINE_APODIZATION(apodization_weights, floatv)
 
-// What a plane gathers along one axis: GatherPlane's figures of it.
+// The members of GatherPlane that belong to one axis.
 typedef struct {
   float cone, apodization_rate, sine_limit, visibility_scale, visibility_shift;
 } Gathered;
@@ -41,30 +42,30 @@ static inline Gathered gathered_y(const GatherPlane* plane) {
   return y;
 }
 
-// 1 / cosine - 1 of a direction.
+// 1 / cosine - 1 of a direction, given by its tangent.
 static inline DoubleSingle plane_wave_slant(DoubleSingle tangent) {
   const DoubleSingle squared = ds_times(tangent, tangent), one = ds(1.0f, 0.0f);
   return ds_over(squared, ds_plus(one, ds_sqrt(ds_plus(one, squared))));
 }
 
-// Sine of the direction whose tangent is t + step, less that of t.
+// Sine of the direction with tangent t + step, minus the sine of that with tangent t.
 static inline float plane_wave_sine_step(float t, float step) {
   const float n = sqrt(1.0f + t * t), m = sqrt(1.0f + (t + step) * (t + step));
   return step * (n * m + 1.0f - t * (t + step)) / (n * m * (n + m));
 }
 
-// The plane waves of one axis at the sample.
+// The plane waves of one axis at a sample.
 typedef struct {
   int count;
-  float first;  // turns per metre
+  float first;  // of the first wave's sine, in turns per metre from the chief ray's
   float step;
   float re[PLANE_WAVES];
   float im[PLANE_WAVES];
-  float tangent[PLANE_WAVES];       // of its direction
+  float tangent[PLANE_WAVES];       // of each wave's direction
   int begin[PLANE_WAVE_PARTS + 1];  // first wave of each part of the window
 } PlaneWaves;
 
-// centre_tangent: towards the hologram's centre; in_parts: `begin` is wanted.
+// centre_tangent: of the direction to the hologram's centre. in_parts: fill `begin` too.
 static inline void plane_waves_of(PlaneWaves* waves, bool in_parts, float centre_tangent,
                                   float half_tangent, float half_extent, float depth, Gathered axis,
                                   float turns_per_metre) {
@@ -103,8 +104,9 @@ static inline void plane_waves_of(PlaneWaves* waves, bool in_parts, float centre
   }
 }
 
-// What waves `from` to before `to` add to g at offset_m from the chief ray; `turns`: of the chief
-// ray there. Two recurrences, of every other wave, since one alone waits for its own products.
+// Sum of waves `from` to before `to` at offset_m from the chief ray; `turns`: phase of the chief
+// ray there. Two recurrences, for every other wave each: a single one would wait for its own
+// products.
 static inline void plane_wave_sum(const PlaneWaves* waves, int from, int to, floatv offset_m,
                                   floatv turns, floatv* re, floatv* im) {
   floatv even_re, even_im, step_re, step_im;

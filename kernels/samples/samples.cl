@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sample table: every place where a ray of the lattice (shared.h) pierces a surface is one
-// source of light. Pixels that see it all use the same position and phase; that makes their sum a
-// spherical wave (docs/pipeline.md).
+// The sample table: each point where a ray of the lattice (shared.h) pierces a surface is one
+// source of light. All pixels that see a sample use the same position and phase, so that their sum
+// is a spherical wave (docs/pipeline.md).
 //
-// find_samples  of a band of `rows` rows of cells from first_row on: counts[cell] = number of
-//               samples of each cell (row by row), and how many of the first `slots` are hidden
-//               from some part; these go to samples[cell * slots] and on, their views and lights
-//               likewise, VISIBILITY_WORDS and LIT_WORDS each
-// pack_samples  the same without gaps: those of cell c to packed[first[c].x] and on, after
-//               first[c].y hidden ones
+// find_samples  samples of the cells of a band of `rows` rows from first_row on. counts[cell]:
+//               number of samples of the cell (row by row), and how many of its first `slots`
+//               samples are hidden from some part. samples[cell * slots] and on: the samples;
+//               visibility_masks, lit: their masks of VISIBILITY_WORDS and LIT_WORDS words
+// pack_samples  the same samples without gaps: those of cell c go to packed[first_of_cell[c].x] and
+//               on, after first_of_cell[c].y hidden ones
 //
-// view  bit j * RAYWAVE_VISIBILITY_PARTS + i: the middle of part (i, j) of the hologram's window, counted
-//       from the bottom left, is seen from the sample
-// lit   bit l: light l falls on the sample
+// visibility_masks  bit j * RAYWAVE_VISIBILITY_PARTS + i: the sample sees the middle of part (i, j)
+//                   of the hologram's window, counted from the bottom left
+// lit               bit l: light l falls on the sample
 //
-// find_samples handles RAYWAVE_LANES cells of one row per work-item: global size (ceil(nx / lanes),
-// rows). OpenCL C 1.2.
+// find_samples handles RAYWAVE_LANES cells of one row per work-item. Global size: (ceil(nx /
+// lanes), rows). OpenCL C 1.2.
 #include "kernels/common/hash.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
@@ -30,7 +30,7 @@
 #define PACKETS (PARTS > RAYWAVE_LANES ? PARTS / RAYWAVE_LANES : 1)
 #define CELLS_OF_PACKET (RAYWAVE_LANES > PARTS ? RAYWAVE_LANES / PARTS : 1)
 
-// Rays with these tangents, one for each lane.
+// Rays with these tangents, one per lane.
 static inline Rays lattice_rays(const Lattice* lattice, floatv tangent_x, floatv tangent_y,
                                 intv active) {
   Rays rays;
@@ -46,7 +46,7 @@ static inline Rays lattice_rays(const Lattice* lattice, floatv tangent_x, floatv
   return rays;
 }
 
-// Through the centres of the cells (first + lane, row).
+// Rays through the centres of the cells (first + lane, row).
 static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv active) {
   const intv column = first + LANES_INDEX;
   return lattice_rays(lattice, (LANES_TO_FLOAT(lattice->first_x + column) + 0.5f) * lattice->step,
@@ -55,8 +55,8 @@ static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv 
 }
 
 #if RAYWAVE_ANTIALIAS
-// Through the centres of RAYWAVE_LANES parts of a cell, the inner ones first, or of all parts of
-// CELLS_OF_PACKET cells from it on.
+// Rays through the centres of RAYWAVE_LANES parts of a cell, inner parts first, or through all
+// parts of CELLS_OF_PACKET cells, beginning with this one.
 static inline Rays part_rays(const Lattice* lattice, int column, int row, int packet, intv active) {
 #if RAYWAVE_ANTIALIAS == 4
   const float across[16] = {1, 2, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 0, 3, 0, 3};
@@ -74,8 +74,8 @@ static inline Rays part_rays(const Lattice* lattice, int column, int row, int pa
 }
 #endif
 
-// Layers closer than `gap` to the one before are one; inner sides of closed meshes are no sources.
-// What is left keeps its triangle.
+// Merges layers closer than `gap` to the one before, and removes inner sides of closed meshes,
+// which are no sources. Hits that remain keep their triangle.
 static inline void keep_sources(Layers* layers, const SceneArrays* scene, const Rays* rays,
                                 float gap) {
   floatv last = -1e30f;
@@ -119,22 +119,23 @@ static inline Hit hit_of_lane(const Layers* layers, int layer, int lane) {
   return hit;
 }
 
-// The same layer: within what a slope of 80 degrees spans in a cell.
+// Distance within which hits belong to the same layer: what a slope of 80 degrees spans in a cell.
 static inline float layer_reach(const Lattice* lattice, float t) {
   return 4.0f * lattice->step * (t + (lattice->near_z - lattice->centre_z));
 }
 
 #if RAYWAVE_ANTIALIAS
-// A layer, as a ray of its cell has met it: what hits of the parts' rays are compared with.
+// A layer as one ray of its cell meets it. Hits of the parts' rays are compared with it.
 typedef struct {
   float t;
   float reach;
   bool steep;              // seen so nearly edge-on that a cell spans more than `reach` of it
-  float3 at, normal;       // of a steep one
+  float3 at, normal;       // for steep layers only
   int packet_column, row;  // of the parts' rays
 } Sheet;
 
-// Of surfaces this steep, and their like by the cosine between their normals.
+// Cosine to the ray below which a layer is steep, and cosine between normals above which two hits
+// of a steep layer belong together.
 #define STEEP 0.25f
 #define ALIKE 0.9f
 
@@ -154,8 +155,8 @@ static inline Sheet sheet_of(const SceneArrays* scene, const Lattice* lattice, c
   return sheet;
 }
 
-// Mask of the hits of a packet's rays that belong to a layer: those about as far, and, of a steep
-// one, those in the same plane.
+// Mask of the hits of a packet's rays that belong to a layer: those at about the same distance and,
+// for a steep layer, those in the same plane.
 static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, const Sheet* sheet,
                            int packet, floatv t, intv triangle) {
   const intv near = fabs(t - sheet->t) < sheet->reach, far = (triangle >= 0) & !near;
@@ -177,9 +178,9 @@ static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, con
   return near | (LANES_LOAD(same) != 0);
 }
 
-// Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of something
-// that the centre ray passes by. What lies behind it there is hidden, and the sample of the layer
-// behind, which the centre ray meets, cannot know.
+// Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of an object
+// that the centre ray misses. It hides what lies behind it in those parts, which the sample of the
+// layer behind cannot know from the centre ray.
 static inline void find_rims(const SceneArrays* scene, const Lattice* lattice, const Layers* parts,
                              const Layers* centre, int lane, int column, int row, int packet_column,
                              floatv* rims) {
@@ -205,7 +206,7 @@ static inline void find_rims(const SceneArrays* scene, const Lattice* lattice, c
   }
 }
 
-// Takes the hits of a layer out of the parts' hits, one of each ray; returns how many of them lie
+// Removes the hits of a layer from the parts' hits, one for each ray. Returns how many of them lie
 // behind no rim.
 static inline int claim(const SceneArrays* scene, const Lattice* lattice, Layers* parts,
                         const floatv* rims, const Sheet* sheet, Hits* claimed) {
@@ -231,7 +232,7 @@ static inline int claim(const SceneArrays* scene, const Lattice* lattice, Layers
   return lanes_sum(count);
 }
 
-// The first ray with a hit that no layer has taken, or -1; that hit to *hit.
+// The first ray with a hit that no layer has claimed, or -1; *hit receives that hit.
 static inline int unclaimed(const Layers* parts, Hit* hit) {
   for (int packet = 0; packet < PACKETS; ++packet) {
     intv any = 0;
@@ -250,8 +251,8 @@ static inline int unclaimed(const Layers* parts, Hit* hit) {
 }
 #endif
 
-// Where the centre ray meets the plane of the triangle that another ray of the cell has hit.
-// Samples of edges then lie on the lattice too, whichever ray has found them.
+// Distance at which the centre ray meets the plane of the triangle that another ray of the cell has
+// hit. Samples of an object's edge thus lie on the lattice too, whichever ray has found them.
 static inline float through_centre(const SceneArrays* scene, const Lattice* lattice,
                                    float centre_dx, float centre_dy, float dx, float dy,
                                    const Hit* hit) {
@@ -265,7 +266,7 @@ static inline float through_centre(const SceneArrays* scene, const Lattice* latt
   return hit->t + clamp(further, -reach, reach);
 }
 
-// Radiance without highlights, and which lights it comes from.
+// Radiance without highlights. words: the mask of the lights that it comes from.
 static inline floatv scattered(const SceneArrays* scene, const Surface* s, const Lattice* lattice,
                                intv active, uintv* words) {
   floatv radiance = s->ambient * scene->ambient_light;
@@ -289,26 +290,27 @@ static inline float first_lane(floatv v) {
   return lanes[0];
 }
 
-// Where a cell's samples go.
+// The samples of one cell.
 typedef struct {
   __global Sample* samples;
   __global uint* visibility_masks;
   __global uint* lit;
   int slots;
-  int count;                      // of all, whether they find a slot or not
-  int hidden;                     // of those that do
-  int rank;                       // of the next layer
-  int packet_column;              // of the first cell whose parts share a packet with this one's
-  OccluderCache* occluder_cache;  // by rank, OCCLUDER_CACHES of them; deeper layers share the last
+  int count;                      // of all samples, with or without a slot
+  int hidden;                     // of the samples that have a slot
+  int rank;                       // number of the next layer
+  int packet_column;              // first cell whose parts share a packet with this one's
+  OccluderCache* occluder_cache;  // by rank; deeper layers share the last one
 } Cell;
 
 #define OCCLUDER_CACHES 4
 
-// Adds the sample of a layer: `hit` of the ray with tangents (dx, dy), at the distance t of the
-// centre ray. A sample shines for its whole cell: `parts` are the hits of the layer's parts,
-// `covered` of them. Without that, edges of objects, textures and shadows move by half a cell.
+// Adds the sample of a layer: `hit` of the ray with tangents (dx, dy), at the distance t along the
+// centre ray. A sample stands for its whole cell: `parts` are the hits of the layer's parts,
+// `covered` of them. Without that, edges of objects, textures and shadows would move by up to half
+// a cell.
 //
-// seen  what look_around_four says, of samples of the centre ray
+// seen  result of look_around_four for samples of the centre ray, else SEEN_UNKNOWN
 static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, int column, int row,
                               const Hit* hit, float dx, float dy, float t, const Hits* parts,
                               int covered, int seen, Cell* cell) {
@@ -394,8 +396,9 @@ static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, 
 }
 
 #if RAYWAVE_ANTIALIAS
-// What rays through parts meet from `from` on; to *from, where those that have met all that one
-// traversal keeps go on, reach for the others.
+// Hits of the rays through a packet's parts from the distances *from on. *from becomes the distance
+// where rays that met as many layers as one traversal keeps must go on, and lattice->reach for all
+// others.
 static inline void look_at_parts(const SceneArrays* scene, const Lattice* lattice, int column,
                                  int row, int packet, floatv* from, Layers* layers) {
   Rays rays = part_rays(lattice, column, row, packet, *from < lattice->reach);
@@ -408,14 +411,14 @@ static inline void look_at_parts(const SceneArrays* scene, const Lattice* lattic
 }
 #endif
 
-// Parts hold more than one layer's radiance says: all of them are looked at.
+// 1: the parts of a cell differ in more than coverage, so that all of them are traced.
 #define LOOK_AT_ALL_PARTS \
   (RAYWAVE_ANTIALIAS != 4 || RAYWAVE_LANES < 8 || RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
 
 #if RAYWAVE_ANTIALIAS && !LOOK_AT_ALL_PARTS
-// Cells where the centre ray and half of the parts' meet the same layers, so that the other half
-// would too. The half has rays in all four rows and columns, against thin objects, and in the
-// corners, against edges.
+// Marks cells in which the centre ray and half of the parts' rays meet the same layers, so that the
+// other half would too. That half has rays in all four rows and columns, to find thin objects, and
+// in the corners, to find edges.
 static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lattice, int first,
                                     int row, const Layers* centres, int* whole) {
   const float across[16] = {0, 3, 0, 3, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 1, 2};
@@ -429,7 +432,7 @@ static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lat
     LANES_STORE(centres->triangle[i], triangle[i]);
   }
   for (int lane = 0; lane < RAYWAVE_LANES; lane += RAYWAVE_LANES / 8) {
-    const intv of_lane = LANES_INDEX / 8;  // from `lane` on
+    const intv of_lane = LANES_INDEX / 8;  // cells from `lane` on
     const Rays rays = lattice_rays(
         lattice,
         (LANES_TO_FLOAT(lattice->first_x + first + lane + of_lane) + right) * lattice->step,
@@ -458,8 +461,7 @@ static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lat
 }
 #endif
 
-// What look_around_four says of the samples of centre rays, by layer and lane; layers are
-// first_centres.
+// Results of look_around_four for the samples of the centre rays, by layer and lane.
 static inline void look_around_centres(const SceneArrays* scene, const Lattice* lattice,
                                        const Rays* centres, const Layers* first_centres,
                                        OccluderCache* occluder_cache, int (*seen)[RAYWAVE_LANES]) {
@@ -564,7 +566,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
       from[packet] = LANES_SELECT((floatv)(lattice.reach), packet_from[packet], mine);
     }
 #endif
-    // Rays that have met as many layers as one traversal keeps go on behind them.
+    // Rays that have met as many layers as one traversal keeps are traced again behind them.
     bool more = true, again = false;
     for (; more; again = true) {
       more = false;

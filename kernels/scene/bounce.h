@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mirrors and glass: the ways that light took to a pixel, followed backwards from hit to hit, for
+// Mirrors and glass: optical paths that end in a pixel, followed backwards from hit to hit, for
 // packets of lanes.
 #ifndef RAYWAVE_BOUNCE_H
 #define RAYWAVE_BOUNCE_H
@@ -12,18 +12,19 @@
 
 #if RAYWAVE_BOUNCES > 0
 typedef struct {
-  Line line;           // its direction has unit length
-  floatv nearest;      // distance before which it meets nothing
-  floatv weight;       // share of the light that this way carries
-  floatv length;       // metres of air that spread light as much: sum of segments over their index
+  Line line;       // its direction has unit length
+  floatv nearest;  // hits closer than this along the line are ignored
+  floatv weight;   // share of the light that this path carries
+  // Sum of the segments' lengths over their refractive indices, metres: decides the amplitude
+  floatv length;
   floatv turns;        // of the optical path, reduced
-  DoubleSingle index;  // of refraction along the line
+  DoubleSingle index;  // refractive index along the line
   intv active;
   int bounces_left;
 } Path;
 
-// Ways still to follow, deepest last: each hit leaves at most one more than it takes, so these
-// places hold them all.
+// Capacity for the paths that are still to be followed. Each hit adds at most one path more than it
+// takes, so that these hold all of them.
 #define BOUNCE_PATHS (RAYWAVE_BOUNCES + 1)
 
 static inline Path path_from(const Line* line, intv active) {
@@ -40,7 +41,7 @@ static inline Path path_from(const Line* line, intv active) {
   return path;
 }
 
-// What the tree is searched with.
+// The rays with which the tree is searched.
 static inline Rays rays_of(const Path* path, float reach) {
   const DoubleSingle3 o = path->line.origin, d = path->line.direction;
   const Rays rays = {ds_high(o.x), ds_high(o.y),  ds_high(o.z),    ds_high(d.x), ds_high(d.y),
@@ -48,13 +49,13 @@ static inline Rays rays_of(const Path* path, float reach) {
   return rays;
 }
 
-// Share of the light seen along the way that the surface itself sends out.
+// Share of the light seen along the path that the surface itself emits.
 static inline floatv own_share(const Path* path, const Surface* s) {
   return path->weight * (1.0f - s->reflectivity - s->transparency);
 }
 
-// The way onwards from a surface in a unit direction. It starts on the surface itself, so that its
-// length is exact, and meets nothing within `bias` of it.
+// The path onwards from a surface in a unit direction. It starts on the surface itself, so that its
+// length is exact, and ignores hits within `bias` of the surface.
 static inline Path bounced(const Path* path, const Surface* s, DoubleSingle3 direction, float bias,
                            floatv share, DoubleSingle index) {
   const floatv slope =
@@ -70,15 +71,15 @@ static inline Path bounced(const Path* path, const Surface* s, DoubleSingle3 dir
   return next;
 }
 
-// Adds the ways that go on from where `way` hits the surface (lanes of way->active) to the pending
-// ones; their new number.
+// Adds the paths that continue from the surface that `path` hits (lanes of path->active) to
+// `paths`; returns the new number of pending ones.
 static inline int bounce(const Path* path, const Surface* surface, float bias, Path* paths,
                          int pending) {
   if (path->bounces_left <= 0) return pending;
   const DoubleSingle one = ds(1.0f, 0.0f), ior = ds(surface->ior, surface->ior_low);
   const DoubleSingle3 direction = path->line.direction;
   const DoubleSingle slope = ds3_dot(direction, surface->normal);  // negative
-  // Total reflection sends the refracted share along the mirrored ray.
+  // Total internal reflection: the refracted share follows the mirrored ray.
   const DoubleSingle ratio = ds_select(ior, ds_over(one, ior), surface->entering);
   const DoubleSingle k =
       ds_minus(one, ds_times(ds_times(ratio, ratio), ds_minus(one, ds_times(slope, slope))));

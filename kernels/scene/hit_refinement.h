@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a ray meets a surface, and the normal there, beyond floats: the tree (bvh.h) searches in
-// floats, and its hit is then made exact on the triangle it has found. Sharp highlights and ways
-// over mirrors need it, and phases need the distance.
+// Hit refinement: hit points and normals in double-single precision. The tree (bvh.h) searches in
+// floats; here its hit is computed again on the triangle that it has found. Sharp highlights,
+// mirrors and glass need the normals, and phases need the distances.
 #ifndef RAYWAVE_HIT_REFINEMENT_H
 #define RAYWAVE_HIT_REFINEMENT_H
 
@@ -15,14 +15,14 @@ typedef struct {
   DoubleSingle3 origin, direction;
 } Line;
 
-// A triangle in each lane: first corner, the edges from it, and their cross product.
+// One triangle per lane: first corner, the edges from it, and their cross product.
 typedef struct {
   DoubleSingle3 a, ab, ac, across;
 } TrianglePlanes;
 
-// What vertices have 3 floats of, at the three corners of a triangle in each lane, turned from its
-// instance's frame to the scene's; `places` are moved as well. Lanes without a triangle (index < 0)
-// receive those of the first one.
+// Values of 3 floats per vertex (positions or normals) at the three corners of each lane's
+// triangle, turned from its instance's frame into the scene frame; with `places` they are moved as
+// well. Lanes without a triangle (index < 0) receive the values of triangle 0.
 static inline void at_corners(const Tree* tree, __global const float* of_vertices, intv index,
                               bool places, DoubleSingle3* at) {
   int triangle[RAYWAVE_LANES];
@@ -44,7 +44,7 @@ static inline void at_corners(const Tree* tree, __global const float* of_vertice
                 LANES_LOAD(values[3 * c + 2]));
   if (!moved) return;
 
-  float high[12][RAYWAVE_LANES], low[12][RAYWAVE_LANES];  // outward, then centre
+  float high[12][RAYWAVE_LANES], low[12][RAYWAVE_LANES];  // the matrix `outward`, then `centre`
   for (int i = 0; i < RAYWAVE_LANES; ++i) {
     __global const Instance* instance = tree->instances + tree->triangles[triangle[i]].instance;
     for (int k = 0; k < 12; ++k) {
@@ -73,8 +73,9 @@ static inline TrianglePlanes triangle_planes_of(const Tree* tree, intv index) {
   return f;
 }
 
-// Distance along lines, whose directions are about 1 long, to the planes of planes that they have
-// met at t, to floats. Where rounding alone decided the hit, or the plane is seen edge-on, t stays.
+// Distances along lines to the triangles' planes. The lines' directions have about unit length, and
+// t is the distance found in floats. It is kept where rounding alone decided the hit, or where the
+// plane is seen edge-on.
 static inline DoubleSingle refined_distance(const TrianglePlanes* f, const Line* line, floatv t) {
   const DoubleSingle away = ds3_dot(f->across, ds3_minus(f->a, line->origin)),
                      along = ds3_dot(f->across, line->direction);
@@ -86,14 +87,14 @@ static inline DoubleSingle refined_distance(const TrianglePlanes* f, const Line*
   return ds_select(ds(t, 0.0f), distance, fabs(ds_high(distance) - t) <= 0x1p-18f * size);
 }
 
-// Normals of unit length at places on planes, as the mesh says. (u, v): the places' weights to
-// floats, which stay where the area_sample is so narrow that they are all there is.
+// Normals of unit length at points of triangles, in the mesh's sense. u and v are the weights found
+// in floats; they are kept where the triangle is so narrow that nothing better exists.
 static inline DoubleSingle3 refined_normal(const Tree* tree, __global const float* vertex_normals,
                                            intv index, const TrianglePlanes* f, DoubleSingle3 place,
                                            floatv u, floatv v) {
   DoubleSingle3 normals[3];
   at_corners(tree, vertex_normals, index, false, normals);
-  // The square of a small area would leave no room for the lower halves.
+  // Scaled to unit length first: the square of a small area would leave no room for the low parts.
   const floatv nx = ds_high(f->across.x), ny = ds_high(f->across.y), nz = ds_high(f->across.z);
   const DoubleSingle3 facing =
       ds3_scaled(f->across, ds(rsqrt(fmax(nx * nx + ny * ny + nz * nz, (floatv)(1e-37f))), 0.0f));

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an ideal lens sees: rays from points spread evenly over the lens, through a pixel of the
-// plane in focus, to the nearest hit. The pixel is the mean radiance of all points' rays; a miss is
-// black. Mirrors and glass are followed to RAYWAVE_BOUNCES further hits.
+// The view of an ideal lens: rays start at points spread evenly over the lens and go through a
+// pixel of the plane in focus to the nearest hit. A pixel is the mean radiance of the rays of all
+// points; a miss is black. Mirrors and glass are followed to RAYWAVE_BOUNCES further hits.
 //
-// Arrays: the scene's (shared.h); picture: lens.ny rows of lens.nx radiances, row 0 on top. A
-// work-item fills RAYWAVE_LANES neighbouring pixels of one row, a packet; packets are numbered row
-// by row, ceil(nx / lanes) to a row, and a launch fills [first_packet, first_packet +
-// packet_count). Global size packet_count. OpenCL C 1.2.
+// Arrays: the scene's (kernels/scene/arrays.h); picture: lens.ny rows of lens.nx radiances, row 0
+// on top. A work-item fills a packet: RAYWAVE_LANES neighbouring pixels of one row. Packets are
+// numbered row by row, ceil(nx / lanes) to a row; a launch fills [first_packet, first_packet +
+// packet_count). Global size: packet_count. OpenCL C 1.2.
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
 #include "kernels/scene/bounce.h"
@@ -30,8 +30,8 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
   floatv sum = 0.0f;
   for (int j = 0; j < lens.points; ++j) {
     const float from_y = lens.lens_top - lens.lens_pitch_y * (float)j;
-    const floatv dy = (y - from_y) * lens.inverse_focus;  // per metre of depth
-    // Two short sums round less than a long one
+    const floatv dy = (y - from_y) * lens.inverse_focus;  // tangent
+    // Two short sums round less than one long sum
     floatv sum_of_row = 0.0f;
     for (int i = 0; i < lens.points; ++i) {
       const float from_x = lens.lens_left + lens.lens_pitch_x * (float)i;
@@ -48,7 +48,7 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
 #if REFINED_SURFACES
       Line line = {ds3(rays.ox, rays.oy, rays.oz), ds3(rays.dx, rays.dy, rays.dz)};
 #endif
-      // Paths yet to be followed: the ray's own, and those that mirrors and glass add
+      // Paths still to be followed: the ray's own, and those that mirrors and glass add
       int pending = 1;
 #if RAYWAVE_BOUNCES > 0
       Path paths[BOUNCE_PATHS];
