@@ -209,6 +209,8 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
 #if RAYWAVE_SOURCE == SOURCE_BOUNCED
       if (!bounced_before) continue;
 #endif
+
+      // The source that the hit stands for, and the optical path to it.
       Source source;
 #if RAYWAVE_SOURCE == SOURCE_HIT
       // The offset keeps cell limits off z = 0, the scene's middle, where a flat surface would
@@ -244,6 +246,7 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
       source.weight *=
           length * length * plane.step_x * plane.step_y * plane.sampling_rate * plane.sampling_rate;
 #endif
+
       turns = turns_reduced(turns) + phase_turns(source.key, plane.seed);
       floatv c, s;
       cos_sin_turns(turns, &c, &s);

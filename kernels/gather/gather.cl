@@ -191,13 +191,15 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   const int index = (int)get_global_id(0);
   if (index >= sample_count) return;
   const Sample s = samples[index];
-  if (!(plane.begin_z <= s.z &&
-        s.z < plane.end_z)) {  // its light belongs to another layer's planes
+  // The light of samples at other depths belongs to another layer's planes.
+  if (!(plane.begin_z <= s.z && s.z < plane.end_z)) {
     projected[index].plane_waves = projected[index].columns = 0;
     footprints[index] = footprints[2 * stride + index] = 0;
     footprints[stride + index] = footprints[3 * stride + index] = -1;
     return;
   }
+
+  // The chief ray, from the sample to the window's centre, and where it meets the plane.
   ProjectedSample p;
   const DoubleSingle sample_x = ds(s.x, 0.0f), sample_y = ds(s.y, 0.0f), sample_z = ds(s.z, 0.0f);
   const DoubleSingle x = ds_minus(sample_x, ds(plane.left, plane.left_low)),
@@ -215,6 +217,8 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   put(depth, &p.depth, &p.depth_low);
   put(centre_x, &p.centre_x, &p.centre_x_low);
   put(centre_y, &p.centre_y, &p.centre_y_low);
+
+  // The window as the plane shows it, and the surface as the window sees it.
   const float distance = fmax(fabs(p.depth), nearest_to(&plane));
   p.inverse_depth = copysign(1.0f / distance, p.depth);
   const float from_hologram = LANES_FIRST(ds_high(away));
@@ -233,15 +237,17 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   p.tangent_y = LANES_FIRST(ds_high(tangent_y));
   p.half_tangent_x = lattice.half_width / from_hologram;
   p.half_tangent_y = lattice.half_height / from_hologram;
-  const FootprintAxis across_x =
-                          footprint_axis(plane.cone_x, lattice.half_width, narrowed,
-                                         p.half_tangent_x, plane.turns_hi, plane.plane_wave_tail),
-                      across_y =
-                          footprint_axis(plane.cone_y, lattice.half_height, narrowed,
-                                         p.half_tangent_y, plane.turns_hi, plane.plane_wave_tail);
-  p.plane_waves = is_plane_wave_sample(across_x, across_y, plane.plane_wave_spots);
-  p.half_x = p.plane_waves ? across_x.extent : across_x.half_width;
-  p.half_y = p.plane_waves ? across_y.extent : across_y.half_width;
+
+  // Its footprint, and the chief ray's phase and direction for plane-wave samples.
+  const FootprintAxis axis_x =
+      footprint_axis(plane.cone_x, lattice.half_width, narrowed, p.half_tangent_x, plane.turns_hi,
+                     plane.plane_wave_tail);
+  const FootprintAxis axis_y =
+      footprint_axis(plane.cone_y, lattice.half_height, narrowed, p.half_tangent_y, plane.turns_hi,
+                     plane.plane_wave_tail);
+  p.plane_waves = is_plane_wave_sample(axis_x, axis_y, plane.plane_wave_spots);
+  p.half_x = p.plane_waves ? axis_x.extent : axis_x.half_width;
+  p.half_y = p.plane_waves ? axis_y.extent : axis_y.half_width;
   if (p.plane_waves) {
     const DoubleSingle rate = ds(plane.turns_hi, plane.turns_lo);
     const DoubleSingle over_x = plane_wave_slant(tangent_x), over_y = plane_wave_slant(tangent_y);
@@ -252,9 +258,10 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
     put(ds_times(ds_over(tangent_y, ds_plus(over_y, ds(1.0f, 0.0f))), rate), &p.chief_y,
         &p.chief_y_low);
   }
-  const float across = 1.0f / plane.pitch_x, down = -1.0f / plane.pitch_y;
+
   // Pixels whose centre lies in the footprint, and within a sixteenth of a pixel beside it against
   // rounding.
+  const float across = 1.0f / plane.pitch_x, down = -1.0f / plane.pitch_y;
   p.left = pixel_near((p.centre_x - p.half_x) * across + 0.9375f, plane.nx);
   p.columns = pixel_near((p.centre_x + p.half_x) * across + 1.0625f, plane.nx) - p.left;
   p.top = pixel_near((p.centre_y + p.half_y) * down + 0.9375f, plane.ny);
@@ -506,6 +513,7 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
   const floatv edge_x = apodization_weights(across, plane->cone_x, plane->apodization_rate_x);
   const float sign = p->depth < 0.0f ? -1.0f : 1.0f;
 #if RAYWAVE_VISIBILITY_PARTS > 0
+  // Visibility of the tile's pixels: all, none, or by the bit of each pixel's part of the window.
   int state = VISIBILITY_CLEAR;
   const float to_mask_x = sign * p->scale_x * plane->visibility_scale_x;
   const float to_mask_y = sign * p->scale_y * plane->visibility_scale_y;
@@ -645,6 +653,7 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
   const int cell_high =
       min((int)clamp(high_y * cells - (float)lattice.first_y, -2.0f, 1e9f) + 1, last_row);
 
+  // Samples whose footprints touch the tile, a packet of samples at a time.
   for (int cell_row = cell_low; cell_row <= cell_high && cell_left <= cell_right; ++cell_row) {
     const int last = first_of_cell[cell_row * lattice.nx + cell_right + 1];
     for (int begin = first_of_cell[cell_row * lattice.nx + cell_left]; begin < last;
@@ -675,6 +684,7 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
     }
   }
 
+  // The tile's sums go to the field.
   for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
     for (int row = top; row <= bottom; ++row) {
       const floatv re = tile.re[frame][row - top], im = tile.im[frame][row - top];

@@ -513,6 +513,8 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
   const int row = first_row + band_row;
   if (first >= lattice.nx || band_row >= rows || row >= lattice.ny) return;
   const SceneArrays scene = SCENE_OF_PARAMETERS;
+
+  // Layers that the cells' centre rays meet, and cells whose parts need no rays of their own.
   const Rays centres = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
   Layers first_centres;
   bvh_layers(&scene.tree, &centres, &first_centres);
@@ -527,6 +529,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
 #endif
 #endif
 
+  // Visibility of the samples of centre rays, from four neighbours together where they agree.
   OccluderCache occluder_cache[OCCLUDER_CACHES];
   for (int rank = 0; rank < OCCLUDER_CACHES; ++rank) {
     for (int i = 0; i < 16; ++i) occluder_cache[rank].triangle[i] = -1;
@@ -534,6 +537,8 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
   int seen[BVH_LAYERS][RAYWAVE_LANES];
   look_around_centres(&scene, &lattice, &centres, &first_centres, occluder_cache, seen);
 
+  // The samples of each cell: one for each layer of its centre ray, then one for each layer that
+  // only parts of the cell show.
   for (int lane = 0; lane < RAYWAVE_LANES && first + lane < lattice.nx; ++lane) {
     const int column = first + lane;
     const size_t place = (size_t)band_row * (size_t)lattice.nx + (size_t)column;
