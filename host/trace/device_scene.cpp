@@ -11,6 +11,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave {
@@ -116,18 +117,18 @@ cl::Options kernel_options(const Plan& plan) {
   const int channel = channel_of(plan.wavelength_m);
   const auto lights = std::count_if(plan.lighting.lights.begin(), plan.lighting.lights.end(),
                                     [](const Light& l) { return l.type != LightType::ambient; });
-  return {{"RAYWAVE_LIGHTS", std::to_string(lights)},
-          {"RAYWAVE_SPECULAR",
-           any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
-          {"RAYWAVE_SHARP", any([&](const Material& m) {
-             return m.specular[channel] > 0 && m.shininess > sharp_shininess;
-           })
-                                ? "1"
-                                : "0"},
-          {"RAYWAVE_TEXTURES",
-           any([](const Material& m) { return m.texture.has_value(); }) ? "1" : "0"},
-          {"RAYWAVE_SHADOWS", plan.lighting.shadows && lights > 0 ? "1" : "0"},
-          {"RAYWAVE_BOUNCES", std::to_string(plan.bounces)}};
+  return {
+      {option::lights, std::to_string(lights)},
+      {option::specular,
+       any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
+      {option::sharp, any([&](const Material& m) {
+         return m.specular[channel] > 0 && m.shininess > sharp_shininess;
+       })
+                          ? "1"
+                          : "0"},
+      {option::textures, any([](const Material& m) { return m.texture.has_value(); }) ? "1" : "0"},
+      {option::shadows, plan.lighting.shadows && lights > 0 ? "1" : "0"},
+      {option::bounces, std::to_string(plan.bounces)}};
 }
 
 DeviceScene::DeviceScene(const cl::Device& device, const World& world, const Plan& plan)
@@ -138,8 +139,8 @@ DeviceScene::DeviceScene(const cl::Device& device, const World& world, const Pla
   texels = {device, std::span<const float>(made.texels), "textures"};
   normals = {device, floats_of(world.normals), "normals"};
   uvs = {device, floats_of(world.uvs), "places on textures"};
-  options =
-      cl::with(kernel_options(plan), {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))}});
+  options = cl::with(kernel_options(plan),
+                     {{option::lanes, std::to_string(lanes_for(device.info()))}});
   place(world, plan);
 }
 
@@ -149,8 +150,7 @@ void DeviceScene::place(const World& world, const Plan& plan) {
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   options =
       // Scenes alike in size share kernels
-      cl::with(options,
-               {{"RAYWAVE_BVH_DEPTH", std::to_string((instances_.depth() + 15) / 16 * 16)}});
+      cl::with(options, {{option::bvh_depth, std::to_string((instances_.depth() + 15) / 16 * 16)}});
   upload_lights(world, plan);
 }
 

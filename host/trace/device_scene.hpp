@@ -2,6 +2,7 @@
 /// The scene in device memory.
 #pragma once
 
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -46,6 +47,12 @@ public:
   // Distance that secondary rays start off a surface: far above rounding, far below anything
   // visible
   float bias_m = 0;
+  /// SCENE_PARAMETERS of kernels/scene/arrays.h, for cl::Kernel::run.
+  auto arguments() const {
+    return std::tuple_cat(tree.arguments(),
+                          std::tie(normals, uvs, materials, lights, texels, ambient_light));
+  }
+
   cl::Options options;      // leave out of the kernels what this scene does not use
   double tree_seconds = 0;  // for trees and instances, of the last time
 

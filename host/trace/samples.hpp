@@ -25,15 +25,15 @@ public:
   void find(const Plan& plan, const DeviceScene& scene);
 
   device::Lattice lattice{};
-  int view_parts;  // Plan::view_parts
+  int visibility_parts;  // Plan::visibility_parts
   int count = 0;
   int hidden = 0;  // samples that some part of the window does not see
   // Nx * ny + 1: samples of cell c are [first_of_cell[c], first_of_cell[c + 1])
   cl::Buffer<std::int32_t> first_of_cell;
   // `count`, cell by cell, row by row, and room to spare; at least one element
   cl::Buffer<device::Sample> samples;
-  // Which parts see each sample (kernels/samples/visibility.h), view_words() each
-  cl::Buffer<std::uint32_t> views;
+  // Which parts see each sample (kernels/samples/visibility.h), visibility_words() each
+  cl::Buffer<std::uint32_t> visibility_masks;
   cl::Buffer<std::uint32_t> lit;  // which lights fall on each sample, 32 to a word
 
   std::vector<std::int32_t> first_of_row;          // of the lattice, and the count
@@ -41,9 +41,9 @@ public:
 
   /// Of the window's sides, whose light a near sample's profiles keep apart
   /// (kernels/samples/visibility.h).
-  int near_parts() const { return std::clamp(view_parts, 1, 8); }
-  std::size_t view_words() const {
-    return static_cast<std::size_t>(std::max(1, view_parts * view_parts / 32));
+  int plane_wave_parts() const { return std::clamp(visibility_parts, 1, 8); }
+  std::size_t visibility_words() const {
+    return static_cast<std::size_t>(std::max(1, visibility_parts * visibility_parts / 32));
   }
 
 private:
@@ -51,7 +51,7 @@ private:
   struct Band {
     cl::Buffer<glm::ivec2> counts, first;  // samples, hidden ones
     cl::Buffer<device::Sample> samples;
-    cl::Buffer<std::uint32_t> views, lit;
+    cl::Buffer<std::uint32_t> visibility_masks, lit;
   };
 
   cl::Device device_;

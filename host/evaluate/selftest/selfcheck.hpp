@@ -25,11 +25,6 @@ double cos_sin_error_everywhere(const cl::Device& device, int lanes);
 /// folds meet and the largest there may be.
 std::vector<float> cos_sin_arguments();
 
-/// Largest distance, in turns, of the device's reduced phases of `lengths_m` from the exact ones of
-/// these floats.
-double length_turns_error(const cl::Device& device, int lanes, std::span<const float> lengths_m,
-                          double wavelength_m);
-
 /// Members of shared structs ("Sample.key") that the device places elsewhere than the host.
 std::vector<std::string> misplaced_members(const cl::Device& device);
 
