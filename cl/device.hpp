@@ -3,10 +3,6 @@
 /// of optics.
 #pragma once
 
-#define CL_HPP_ENABLE_EXCEPTIONS
-#define CL_HPP_MINIMUM_OPENCL_VERSION 120
-#define CL_HPP_TARGET_OPENCL_VERSION 120
-#include <CL/opencl.hpp>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -14,6 +10,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "cl/opencl.hpp"
 
 namespace raywave::cl {
 

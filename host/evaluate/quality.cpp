@@ -165,7 +165,7 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
                                          std::vector<Image>& lens) {
   // The lens sees the scene as WRPs do, whatever the method.
   const auto plan = make_plan(scene, world);
-  const DeviceScene arrays(device, scene, world, plan);
+  const DeviceScene arrays(device, world, plan);
   const auto window_m = what.window_m.value_or(glm::dvec2(plan.size * plan.grid) * plan.pitch_m);
   const auto depths_m = what.depths_m.empty() ? quality_depths_m(plan) : what.depths_m;
 

@@ -220,7 +220,7 @@ std::string plan_report_json(const Planned& planned, const World& world) {
   j["bounds_m"] = Json::array({json_of(world.min_m), json_of(world.max_m)});
   j["plan"] = json_of(plan);
   j["accuracy"] = json_of(scene.accuracy, plan);
-  j["kernels"] = kernel_options(scene, plan);
+  j["kernels"] = kernel_options(plan);
   j["prediction"] = json_of(prediction);
   j["reasons"] = reasons;
   j["warnings"] = warnings;
@@ -304,7 +304,7 @@ std::string plan_report_text(const Planned& planned, const World& world) {
         << " x " << plan.tile_size.y << " (oversampling " << *scene.wrp.oversampling
         << "), error predicted " << number(100 * plan.oversampling_error) << " %\n";
   }
-  const auto kernels = kernel_options(scene, plan);
+  const auto kernels = kernel_options(plan);
   out << "kernels   with";
   for (const auto& [option, name] : {std::pair{"RAYWAVE_SPECULAR", "highlights"},
                                      {"RAYWAVE_TEXTURES", "textures"},

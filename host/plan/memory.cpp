@@ -59,7 +59,7 @@ std::string missing(const MemoryNeeds& needs, const MemoryLimits& limits) {
 
 }  // namespace
 
-int frames_together(const Scene& scene, const Plan& plan, std::uint64_t largest_buffer_bytes) {
+int frames_together(const Plan& plan, std::uint64_t largest_buffer_bytes) {
   if (!plan.aimed || plan.bounces > 0) return 1;
   const double plane = 8.0 * static_cast<double>(plan.gathered_pixels()),
                half_a_gigabyte = 512.0 * 1024 * 1024;
@@ -67,8 +67,8 @@ int frames_together(const Scene& scene, const Plan& plan, std::uint64_t largest_
       half_a_gigabyte /
           (plane * static_cast<double>(std::max<std::size_t>(plan.most_wrps_of_a_tile(), 1))),
       static_cast<double>(largest_buffer_bytes) / plane);
-  return static_cast<int>(std::clamp(
-      fitting, 1.0, static_cast<double>(std::min(scene.sampling.frames, Gatherer::most_frames))));
+  return static_cast<int>(
+      std::clamp(fitting, 1.0, static_cast<double>(std::min(plan.frames, Gatherer::most_frames))));
 }
 
 MemoryLimits limits_of(const cl::DeviceInfo& device) {
@@ -81,9 +81,9 @@ std::uint64_t MemoryNeeds::device_bytes() const {
                          [](auto sum, const auto& need) { return sum + need.bytes; });
 }
 
-MemoryNeeds memory_needs(const Scene& scene, const World& world, const Plan& plan,
-                         const MemoryUse& use, std::uint64_t largest_buffer_bytes) {
-  const int together = frames_together(scene, plan, largest_buffer_bytes);
+MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& use,
+                         std::uint64_t largest_buffer_bytes) {
+  const int together = frames_together(plan, largest_buffer_bytes);
   const std::string
       planes = "a smaller hologram.resolution or wrp.padding, or more hologram.tiles, needs less",
       mesh = "fewer triangles need less";
@@ -110,17 +110,17 @@ MemoryNeeds memory_needs(const Scene& scene, const World& world, const Plan& pla
   }
   if (between > 0) needs.push_back({"gathered rows of a WRP", between, planes});
   needs.push_back({"field at the hologram", 8 * pixels, planes});
-  const auto pictures = size(scene.sampling.frames) * plan.tiles.size();
+  const auto pictures = size(plan.frames) * plan.tiles.size();
   for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, PhaseEncoder::buffers); ++i)
     needs.push_back({"hologram levels", pixels, planes});
-  if (plan.aimed || scene.sampling.source == FanSource::surface)
+  if (plan.aimed || plan.fan_source == FanSource::surface)
     needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1),
                      "a larger sampling.pitch needs less"});
   needs.push_back({"triangles", sizeof(device::Triangle) * world.triangles.size(), mesh});
   // Leaves hold two triangles and more
   needs.push_back({"trees", sizeof(device::BvhNode) * (world.triangles.size() / 3 + 1), mesh});
   needs.push_back({"vertices", 8 * sizeof(float) * world.positions.size(), mesh});
-  all.host_bytes += (use.keep_field ? 9 : 1) * size(scene.sampling.frames) * area(plan.size);
+  all.host_bytes += (use.keep_field ? 9 : 1) * size(plan.frames) * area(plan.size);
   return all;
 }
 
@@ -135,7 +135,7 @@ Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& li
   std::string why;
   while (why_in_one_piece(plan, use.method).empty()) {
     const auto lacking =
-        missing(memory_needs(scene, world, plan, use, limits.largest_buffer_bytes), limits);
+        missing(memory_needs(world, plan, use, limits.largest_buffer_bytes), limits);
     if (lacking.empty()) break;
     if (why.empty()) why = "in one piece " + lacking;
     const int longer = plan.tile_size.x >= plan.tile_size.y ? 0 : 1;

@@ -14,7 +14,7 @@ namespace raywave {
 
 /// Frames whose fields are held at the same time: as many as share one gathering and fit into half
 /// a gigabyte, one WRP's into one buffer.
-int frames_together(const Scene& scene, const Plan& plan, std::uint64_t largest_buffer_bytes);
+int frames_together(const Plan& plan, std::uint64_t largest_buffer_bytes);
 
 /// What there is.
 struct MemoryLimits {
@@ -39,8 +39,8 @@ struct MemoryNeeds {
 
   std::uint64_t device_bytes() const;
 };
-MemoryNeeds memory_needs(const Scene& scene, const World& world, const Plan& plan,
-                         const MemoryUse& use, std::uint64_t largest_buffer_bytes);
+MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& use,
+                         std::uint64_t largest_buffer_bytes);
 
 /// make_plan of the scene, where hologram.tiles is open in the fewest tiles whose needs leave an
 /// eighth of what there is to the surface samples: sides are divided in turn, a tile's longer side

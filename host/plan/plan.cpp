@@ -532,6 +532,12 @@ std::pair<Extents, std::array<Interval, 2>> place_wrps(const Scene& scene, const
   return {all, lit};
 }
 
+Lighting lighting_of(const Scene& scene) {
+  Lighting lighting{scene.lights, scene.materials, {}, scene.trace.shadows};
+  for (const auto& object : scene.objects) lighting.material_of_object.push_back(object.material);
+  return lighting;
+}
+
 }  // namespace
 
 std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m,
@@ -550,6 +556,14 @@ std::vector<double> fan_tangents(double window_m, double distance_m, double shif
 const DepthLayer& Plan::layer_at(double z_m) const {
   return *std::find_if(layers.begin(), layers.end() - 1,
                        [&](const DepthLayer& layer) { return z_m < layer.end_m; });
+}
+
+std::pair<std::size_t, std::size_t> Plan::wrps_of(std::size_t tile) const {
+  const auto [first, end] =
+      std::equal_range(wrps.begin(), wrps.end(), Wrp{.tile = tile},
+                       [](const Wrp& a, const Wrp& b) { return a.tile < b.tile; });
+  return {static_cast<std::size_t>(first - wrps.begin()),
+          static_cast<std::size_t>(end - wrps.begin())};
 }
 
 std::size_t Plan::most_wrps_of_a_tile() const {
@@ -638,20 +652,25 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
     const double sine = std::min(plan.largest_sine[axis], 0.999);
     return sine / std::sqrt(1 - sine * sine);
   };
+  plan.scene_name = scene.file.string();
+  plan.lighting = lighting_of(scene);
+  plan.frames = scene.sampling.frames;
+  plan.seed = scene.sampling.seed;
+  plan.sampling_pitch_m = scene.sampling.pitch_m;
+  plan.fan_source = scene.sampling.source;
+  plan.padding = scene.wrp.padding;
   plan.aimed = method == Method::points ||
                (method == Method::wrp && scene.sampling.mode == SamplingMode::aimed);
-  const bool has_bounces =
-      std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
-        const auto& m = scene.materials[static_cast<std::size_t>(o.material)];
-        return m.reflectivity > 0 || m.transparency > 0;
-      });
+  const bool has_bounces = plan.lighting.any_material(
+      [](const Material& m) { return m.reflectivity > 0 || m.transparency > 0; });
   plan.bounces = has_bounces ? scene.trace.depth : 0;
   plan.antialias = scene.sampling.antialias;
   plan.view_parts = scene.sampling.visibility;
   plan.cone_half_width = scene.sampling.cone;
   plan.apodization = scene.sampling.apodization;
 
-  const auto tiles = scene.hologram.tiles.value_or(glm::ivec2(1));
+  const auto tiles =
+      moved_from ? moved_from->tile_grid : scene.hologram.tiles.value_or(glm::ivec2(1));
   if (const auto why = why_in_one_piece(plan, method); tiles != glm::ivec2(1) && !why.empty()) {
     throw InputError(one_line(scene.file.string()) + ": hologram.tiles " + std::to_string(tiles.x) +
                      " x " + std::to_string(tiles.y) + ": " + why + "; give hologram.tiles [1, 1]");

@@ -3,6 +3,7 @@
 /// takes. A pure function, printed by `raywave plan` and followed by `raywave render`.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <glm/vec2.hpp>
@@ -86,7 +87,25 @@ struct DepthLayer {
   bool interpolates() const { return axes[0].interpolates() || axes[1].interpolates(); }
 };
 
+/// The lights and materials of the scene that a plan was made for.
+struct Lighting {
+  std::vector<Light> lights;
+  std::vector<Material> materials;
+  std::vector<std::int32_t> material_of_object;  // index into `materials`
+  bool shadows = false;                          // objects keep light from each other
+
+  /// True when `test` holds for the material of some object.
+  template <class Test>
+  bool any_material(const Test& test) const {
+    return std::any_of(material_of_object.begin(), material_of_object.end(), [&](std::int32_t i) {
+      return test(materials[static_cast<std::size_t>(i)]);
+    });
+  }
+};
+
+/// Everything that the stages after planning need to know of the scene, beside its World.
 struct Plan {
+  std::string scene_name;      // file of the scene, the start of messages
   glm::ivec2 size{1, 1};       // pixels of the hologram
   glm::ivec2 tile_grid{1, 1};  // {1, 1}: it is computed in one piece
   glm::ivec2 tile_size{1, 1};  // pixels of a tile and of every WRP
@@ -94,6 +113,12 @@ struct Plan {
   std::string why_tiles;       // as many; empty: in one piece it fits
   glm::dvec2 pitch_m{1, 1};
   double wavelength_m = 1;
+  Lighting lighting;
+  int frames = 1;               // holograms with independent random phases
+  std::uint32_t seed = 1;       // random phases of frame 0; frame i has seed + i
+  double sampling_pitch_m = 1;  // on surfaces, at the lattice's depth full_z_m
+  FanSource fan_source = FanSource::hit;
+  double padding = 2;              // side of the transformed plane over the side of a tile
   glm::dvec3 origin_m{0};          // of the scene frame, in world coordinates: middle of the scene
   double near_m = 0, far_m = 0;    // depths of the nearest and farthest surface, world z
   std::vector<DepthLayer> layers;  // front to back; every depth belongs to one of them
@@ -137,6 +162,8 @@ struct Plan {
   glm::dvec2 tile_window_m() const { return glm::dvec2(tile_size) * pitch_m; }  // of a tile
   /// WRPs of the tile that has most.
   std::size_t most_wrps_of_a_tile() const;
+  /// Places in `wrps` of a tile's first WRP and of the one after its last.
+  std::pair<std::size_t, std::size_t> wrps_of(std::size_t tile) const;
   /// The one that a surface at this depth belongs to.
   const DepthLayer& layer_at(double z_m) const;
   /// Of the fields that are gathered on a layer's WRPs.
@@ -165,8 +192,8 @@ std::pair<float, float> layer_bounds(const Plan& plan, const DepthLayer& layer);
 /// hologram.tiles "auto" is one here; fitting_plan (host/plan/memory.hpp) knows how many fit.
 /// rays_per_axis  of Method::rays: directions across the cone that the SLM's pixels can show
 /// has_doubles    whether the device can compute in doubles, for accuracy.precision "auto"
-/// moved_from     the plan of the same scene before its objects moved, if any: its predicted errors
-///                stand, which take long
+/// moved_from     the plan of the same scene before its objects moved, if any: its tiles and its
+///                predicted errors, which take long, stay
 Plan make_plan(const Scene& scene, const World& world, Method method = Method::wrp,
                int rays_per_axis = 100, bool has_doubles = false, const Plan* moved_from = nullptr);
 

@@ -365,7 +365,7 @@ Quality quality_of(const std::string& name) {
        {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
     if (name == name_of(quality)) return quality;
   }
-  throw InputError("--quality " + name +
+  throw InputError("--preset " + name +
                    ": unknown; there are draft, balanced, accurate and reference");
 }
 
@@ -446,7 +446,7 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   prediction.field_error = std::hypot(
       plan.cone_error, std::hypot(plan.padding_error, plan.oversampling_error, phase_error));
   const auto largest = device.memory.largest_buffer_bytes;
-  const auto needs = memory_needs(s, world, plan, {Method::wrp, device.fft}, largest);
+  const auto needs = memory_needs(world, plan, {Method::wrp, device.fft}, largest);
   prediction.device_bytes = needs.device_bytes();
   for (const auto& need : needs.device) {
     if (need.bytes > largest)

@@ -79,7 +79,7 @@ std::vector<Corners> corners_of(const DeviceTree& tree) {
 Rig::Rig(const cl::Device& device, const Stage& stage, Method method, bool keep_unseen)
     : scene(stage.scene),
       plan(make_plan(scene, stage.world, method)),
-      arrays(device, scene, stage.world, plan),
+      arrays(device, stage.world, plan),
       table(device, plan, arrays, keep_unseen),
       samples(table.samples.read()),
       first_of_cell(table.first_of_cell.read()),

@@ -9,14 +9,13 @@
 #include "host/geometry/shared_types.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
-#include "host/scene/scene.hpp"
 #include "host/trace/instances.hpp"
 
 namespace raywave {
 
 /// Which lights, highlights, textures, shadows and bounces kernels are built with: what some object
 /// of the scene has, nothing else.
-cl::Options kernel_options(const Scene& scene, const Plan& plan);
+cl::Options kernel_options(const Plan& plan);
 
 /// The scene as the kernels see it: trees, triangles, materials for the hologram's wavelength,
 /// lights and textures in device memory. Scene frame: the world minus Plan::origin_m, subtracted in
@@ -26,11 +25,11 @@ cl::Options kernel_options(const Scene& scene, const Plan& plan);
 /// (host/trace/instances.hpp).
 class DeviceScene {
 public:
-  DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan);
+  DeviceScene(const cl::Device& device, const World& world, const Plan& plan);
 
   /// The same meshes and materials at other places (World::motions), or under other lights (as many
   /// as before). `options` may change where objects part that were one instance.
-  void place(const Scene& scene, const World& world, const Plan& plan);
+  void place(const World& world, const Plan& plan);
 
   DeviceTree tree;
   cl::Buffer<float> normals, uvs;  // of the vertices: kernels/scene/shade.h
@@ -54,7 +53,7 @@ public:
   std::size_t light_words() const { return lights.size() > 32 ? (lights.size() + 31) / 32 : 1; }
 
 private:
-  void upload_lights(const Scene& scene, const World& world, const Plan& plan);
+  void upload_lights(const World& world, const Plan& plan);
 
   cl::Device device_;
   Instances instances_;
@@ -63,8 +62,5 @@ private:
 
 /// Pixels that one work-item handles side by side: the SIMD width on CPUs, one on GPUs.
 int lanes_for(const cl::DeviceInfo& device);
-
-/// value as the sum of two floats
-std::pair<float, float> split(double value);
 
 }  // namespace raywave

@@ -6,11 +6,10 @@
 #include <glm/geometric.hpp>
 
 namespace raywave {
-Tracer::Tracer(const cl::Device& device, const Scene& scene, const Plan& plan,
-               const DeviceScene& arrays, HitSource source, const SampleTable* table)
+FanTracer::FanTracer(const cl::Device& device, const Plan& plan, const DeviceScene& arrays,
+                     HitSource source, const SampleTable* table)
     : device_(device),
       plan_(plan),
-      sampling_pitch_m_(scene.sampling.pitch_m),
       scene_(arrays),
       table_(table),
       lanes_(lanes_for(device.info())),
@@ -22,7 +21,7 @@ Tracer::Tracer(const cl::Device& device, const Scene& scene, const Plan& plan,
       no_samples_(device, 1, "samples"),
       no_cells_(device, 1, "sample lattice") {}
 
-void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field) {
+void FanTracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field) {
   std::vector<std::complex<float>> tangents;
   for (const auto& t : wrp.fan)
     tangents.emplace_back(static_cast<float>(t.x), static_cast<float>(t.y));
@@ -47,7 +46,7 @@ void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field)
   plane.sine_limit_y = static_cast<float>(plan_.largest_sine.y);
   plane.step_x = static_cast<float>(wrp.fan_step.x);
   plane.step_y = static_cast<float>(wrp.fan_step.y);
-  plane.sampling_rate = static_cast<float>(1 / sampling_pitch_m_);
+  plane.sampling_rate = static_cast<float>(1 / plan_.sampling_pitch_m);
   plane.bias = scene_.bias_m;
   plane.reach = 4 * (scene_.diameter_m + static_cast<float>(plan_.far_m - wrp.centre_m.z) +
                      static_cast<float>(glm::length(centre)));

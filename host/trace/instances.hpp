@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "host/geometry/world.hpp"
-#include "host/scene/scene.hpp"
+#include "host/plan/plan.hpp"
 #include "host/trace/device_tree.hpp"
 
 namespace raywave {
@@ -24,15 +24,13 @@ public:
 
   /// The instances where World::motions have them now. Trees are built the first time, and where
   /// objects part that were one instance.
-  ///
-  /// origin_m  of the scene frame, world
-  void place(const Scene& scene, const World& world, glm::dvec3 origin_m, DeviceTree& tree);
+  void place(const World& world, const Plan& plan, DeviceTree& tree);
 
   /// Bvh::depth of the deepest tree there has been: kernels made for it serve all.
   int depth() const { return depth_; }
 
 private:
-  void build_trees(const Scene& scene, const World& world, DeviceTree& tree);
+  void build_trees(const World& world, const Plan& plan, DeviceTree& tree);
 
   cl::Device device_;
   glm::dvec3 anchor_m_;

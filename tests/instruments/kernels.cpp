@@ -160,7 +160,7 @@ void look(const cl::Device& device, const Folder& folder) {
   LensSpec lens;
   lens.z_m = 10 * mm;
   lens.points = 2;
-  const auto seen = lens_picture(device, plan, DeviceScene(device, scene, world, plan), lens);
+  const auto seen = lens_picture(device, plan, DeviceScene(device, world, plan), lens);
   CHECK(std::all_of(seen.pixels.begin(), seen.pixels.end(),
                     [](float v) { return std::isfinite(v) && v >= 0; }));
 

@@ -381,7 +381,7 @@ TEST_CASE("kernels are built without what no object of the scene has") {
   // The ball alone: no highlight; the card's texture stays among the materials
   scene.objects.resize(1);
   const auto plan = plan_of(scene, build_world(scene));
-  const auto plain = kernel_options(scene, plan);
+  const auto plain = kernel_options(plan);
   CHECK(plain.at("RAYWAVE_TEXTURES") == "0");
   CHECK(plain.at("RAYWAVE_SPECULAR") == "0");
   CHECK(plain.at("RAYWAVE_SHARP") == "0");
@@ -391,7 +391,7 @@ TEST_CASE("kernels are built without what no object of the scene has") {
 
   auto rich = data_scene("ball_smooth.toml", {"trace.shadows=true", "trace.depth=2",
                                               "materials.ball.reflectivity=0.3"});
-  const auto all = kernel_options(rich, plan_of(rich, build_world(rich)));
+  const auto all = kernel_options(plan_of(rich, build_world(rich)));
   CHECK(all.at("RAYWAVE_TEXTURES") == "1");
   CHECK(all.at("RAYWAVE_SPECULAR") == "1");
   CHECK(all.at("RAYWAVE_SHARP") == "0");  // an exponent of 60
@@ -399,11 +399,11 @@ TEST_CASE("kernels are built without what no object of the scene has") {
   CHECK(all.at("RAYWAVE_BOUNCES") == "2");
 
   rich.materials[static_cast<std::size_t>(rich.objects[0].material)].reflectivity = 0;
-  CHECK(kernel_options(rich, plan_of(rich, build_world(rich))).at("RAYWAVE_BOUNCES") == "0");
+  CHECK(kernel_options(plan_of(rich, build_world(rich))).at("RAYWAVE_BOUNCES") == "0");
   rich.materials[static_cast<std::size_t>(rich.objects[0].material)].shininess = 1e3;
-  CHECK(kernel_options(rich, plan_of(rich, build_world(rich))).at("RAYWAVE_SHARP") == "1");
+  CHECK(kernel_options(plan_of(rich, build_world(rich))).at("RAYWAVE_SHARP") == "1");
   rich.lights = {Light{LightType::ambient, {}, {}, 1}};
-  CHECK(kernel_options(rich, plan_of(rich, build_world(rich))).at("RAYWAVE_SHADOWS") == "0");
+  CHECK(kernel_options(plan_of(rich, build_world(rich))).at("RAYWAVE_SHADOWS") == "0");
 }
 
 TEST_CASE("the resolution is the coarsest of what is wanted, seen and resolved") {
@@ -479,8 +479,7 @@ TEST_CASE(
   const auto scene = data_scene("teapot.toml");
   const auto world = build_world(scene);
   const auto needs_of = [&](const Plan& plan) {
-    return memory_needs(scene, world, plan, {Method::wrp, small.fft},
-                        small.memory.largest_buffer_bytes);
+    return memory_needs(world, plan, {Method::wrp, small.fft}, small.memory.largest_buffer_bytes);
   };
   const auto p = plan_scene(scene, world, small);
   CHECK(p.plan.tile_grid == glm::ivec2(3, 2));
@@ -514,7 +513,7 @@ TEST_CASE("a second buffer of levels is counted where there is a second frame or
     const auto scene = data_scene("teapot.toml", set);
     const auto world = build_world(scene);
     const auto plan = fitting_plan(scene, world, {});
-    const auto needs = memory_needs(scene, world, plan, {}, MemoryLimits::none);
+    const auto needs = memory_needs(world, plan, {}, MemoryLimits::none);
     return std::count_if(needs.device.begin(), needs.device.end(), [&](const auto& need) {
       return need.name == "hologram levels" &&
              need.bytes == static_cast<std::uint64_t>(plan.tile_size.x * plan.tile_size.y);

@@ -102,7 +102,7 @@ Scene small_scene(const Folder& folder, double scale = 1) {
 std::vector<std::complex<double>> direct_sum(const cl::Device& device, const Scene& scene) {
   const auto world = test::world_of(scene);
   const auto plan = make_plan(scene, world, Method::points);
-  const DeviceScene arrays(device, scene, world, plan);
+  const DeviceScene arrays(device, world, plan);
   const SampleTable table(device, plan, arrays);
   auto samples = table.samples.read();
   samples.resize(static_cast<std::size_t>(table.count));
@@ -366,7 +366,7 @@ TEST_CASE(
         ContainsSubstring("brighter than a float holds"));
     const auto world = test::world_of(scene);
     const auto plan = make_plan(scene, world);
-    const DeviceScene arrays(device, scene, world, plan);
+    const DeviceScene arrays(device, world, plan);
     LensSpec lens;
     lens.z_m = 10 * mm;
     lens.points = 2;
@@ -656,7 +656,7 @@ TEST_CASE(
     const auto texels_with = [&](float value) {
       scene.materials[1].texture = texture(value);
       const auto world = build_world(scene);
-      return DeviceScene(device, scene, world, make_plan(scene, world)).texels.read();
+      return DeviceScene(device, world, make_plan(scene, world)).texels.read();
     };
     CHECK_THAT(input_error_of([&] { texels_with(2e30f); }),
                ContainsSubstring("material: picture") &&

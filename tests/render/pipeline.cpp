@@ -400,7 +400,7 @@ TEST_CASE("the point-based method is the direct sum over the sample table") {
     const auto result = rendered(device, scene, Method::points);
     const auto world = test::world_of(scene);
     const auto plan = make_plan(scene, world, Method::points);
-    const DeviceScene arrays(device, scene, world, plan);
+    const DeviceScene arrays(device, world, plan);
     const SampleTable table(device, plan, arrays);
     REQUIRE(table.count == result.samples);
     REQUIRE(table.count > 500);
@@ -437,7 +437,7 @@ TEST_CASE("samples lie on the surface, one to each ray of the lattice") {
     const auto scene = square_scene(folder, SamplingMode::aimed);
     const auto world = test::world_of(scene);
     const auto plan = make_plan(scene, world);
-    const DeviceScene arrays(device, scene, world, plan);
+    const DeviceScene arrays(device, world, plan);
     const SampleTable table(device, plan, arrays);
     // 0.3 mm / 8 um = 37.5 samples a side.
     CHECK(table.count >= 37 * 37);

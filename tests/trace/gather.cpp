@@ -512,7 +512,7 @@ FieldStack hologram_of(const raywave::cl::Device& device, const Stage& stage,
     gatherer.gather(plan.wrps[0], field);
   }
   if (plan.bounces > 0)
-    Tracer(device, rig.scene, plan, rig.arrays, HitSource::bounced).trace(plan.wrps[0], 1, field);
+    FanTracer(device, plan, rig.arrays, HitSource::bounced).trace(plan.wrps[0], 1, field);
   Propagator propagator(device, {plan.size, plan.pitch_m, plan.wavelength_m, 2});
   propagator.load(field);
   propagator.add({{-plan.wrps[0].centre_m.x, -plan.wrps[0].centre_m.y}, plan.layers[0].distance_m});

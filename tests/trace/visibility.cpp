@@ -51,7 +51,7 @@ public:
         spec_(scene.hologram),
         world_(build_world(scene)),
         plan_(make_plan(scene, world_)),
-        arrays_(device, scene, world_, plan_),
+        arrays_(device, world_, plan_),
         field_(render(device, scene).field) {}
 
   Image hologram(const View& view, double z_m = z_focus) const {

@@ -171,9 +171,9 @@ Finding traced(const cl::Device& device, Stage stage, double reach) {
       wrp.fan.emplace_back(glm::vec2(((i + 0.5 + 0.137 * std::sin(7 * j)) / 2.5 - 1) * reach,
                                      ((j + 0.5 + 0.119 * std::cos(5 * i)) / 2.5 - 1) * reach));
   wrp.fan_step = dvec2(reach / 2.5);
-  const DeviceScene arrays(device, scene, stage.world, plan);
+  const DeviceScene arrays(device, stage.world, plan);
   cl::ComplexBuffer field(device, pixels_of(plan), "field");
-  Tracer(device, scene, plan, arrays, HitSource::hit).trace(wrp, 5, field);
+  FanTracer(device, plan, arrays, HitSource::hit).trace(wrp, 5, field);
   const auto got = field.read();
   require_finite(got, "traced field");
   const auto oracle = reference::trace_fan(scene, stage.world, plan, wrp, 5);
@@ -219,7 +219,7 @@ Finding lens(const cl::Device& device) {
   light.intensity = 0.7;
   stage.scene.lights = {light};
   const auto plan = make_plan(stage.scene, stage.world);
-  const DeviceScene arrays(device, stage.scene, stage.world, plan);
+  const DeviceScene arrays(device, stage.world, plan);
   LensSpec what;
   what.z_m = z;
   what.points = 4;
