@@ -69,8 +69,8 @@ QualityResult assess(const cl::Device& device, const Scene& scene, RenderResult 
 
 /// Assesses a hologram with a world that exists already.
 ///
-/// lens  pictures of the lens, one for each row: filled when empty, otherwise used as given: several
-///       holograms of one scene share them
+/// lens  pictures of the lens, one for each row: filled when empty, otherwise used as given, so
+///       that several holograms of one scene share them
 QualityResult assess(const cl::Device& device, const Scene& scene, const World& world,
                      RenderResult rendered, const RenderOptions& how, const QualitySpec& what,
                      std::vector<Image>& lens);
