@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// WRPs gathered in fewer columns and rows than the hologram has. Light on its way to the
 /// hologram's window converges: once the convergence is divided out, it fills only a part of the
-/// band that pixels can hold, and samples a few pitches apart say all there is to know
+/// band that pixels can hold, and samples a few pitches apart determine it
 /// (docs/pipeline.md). Each axis for itself: the shorter side of the hologram leaves more to gain.
 #pragma once
 
@@ -49,7 +49,7 @@ public:
                    cl::ComplexBuffer& fine);
 
 private:
-  /// All columns of the gathered rows, all rows of all columns.
+  /// First all columns of the gathered rows, then all rows of all columns.
   void make_columns(const Plan& plan, const DepthLayer& layer, double centre_m,
                     const cl::ComplexBuffer& coarse, int frame, cl::ComplexBuffer& fine);
   void make_rows(const Plan& plan, const DepthLayer& layer, double centre_m,
