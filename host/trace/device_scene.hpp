@@ -14,8 +14,8 @@
 
 namespace raywave {
 
-/// Which lights, highlights, textures, shadows and bounces kernels are built with: what some object
-/// of the scene has, nothing else.
+/// The features that kernels are built with: lights, highlights, textures, shadows and bounces,
+/// each only when some object of the scene needs it.
 cl::Options kernel_options(const Plan& plan);
 
 /// The scene as the kernels see it: trees, triangles, materials for the hologram's wavelength,
@@ -28,8 +28,8 @@ class DeviceScene {
 public:
   DeviceScene(const cl::Device& device, const World& world, const Plan& plan);
 
-  /// The same meshes and materials at other places (World::motions), or under other lights (as many
-  /// as before). `options` may change where objects part that were one instance.
+  /// Updates the places of the objects (World::motions) and the lights (as many as before); meshes
+  /// and materials stay. `options` may change when an object leaves the shared instance.
   void place(const World& world, const Plan& plan);
 
   DeviceTree tree;

@@ -11,8 +11,8 @@
 
 namespace raywave::test {
 
-/// A scene's world, as build_world makes it. Every mesh file is read once per program, and once more
-/// when its bytes change: a reader process takes longer than a small hologram.
+/// A scene's world, as build_world makes it. Every mesh file is read once per program, and once
+/// more when its bytes change: a reader process takes longer than a small hologram.
 inline World world_of(const Scene& scene) {
   static std::map<std::pair<std::string, Normals>, std::pair<Mesh, bool>> known;
   Meshes meshes;

@@ -27,7 +27,7 @@ void append_bytes(std::string& text, const std::vector<T>& values) {
   text.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
 }
 
-/// Everything that the figures of a configuration depend on, but the configuration.
+/// Hash of everything that a configuration's figures depend on, except the configuration itself.
 std::string digits_of(const Trade& trade, const World& world) {
   auto scene = Json::parse(scene_json(with_knobs(trade.scene, {})));
   scene.erase("file");
@@ -153,7 +153,8 @@ void TradeBench::measure(const std::function<void()>& after_some, const Progress
   }
 }
 
-/// Rows not done yet whose frames are the first of one another's; fewest frames first.
+/// Unmeasured rows that differ from row `first` in the number of frames only, so that one render
+/// serves all of them; fewest frames first.
 std::vector<std::size_t> TradeBench::same_but_frames(std::size_t first) const {
   std::vector<std::size_t> some;
   for (std::size_t i = first; i < trade_.rows.size(); ++i) {
