@@ -159,7 +159,7 @@ _raywave() {
   if [[ $COMP_WORDBREAKS == *=* ]]; then signs+='='; fi
   if [[ $COMP_WORDBREAKS == *:* ]]; then signs+=':'; fi
   if [[ -n $signs && $prefix$value == *[$signs]* ]]; then
-    word=$prefix$value head=${word%"${word##*[$signs]}"}
+    word=$prefix$value head=${word%"${word##*["$signs"]}"}
     COMPREPLY=("${COMPREPLY[@]#"$head"}")
   fi
 }
