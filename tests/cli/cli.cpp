@@ -125,12 +125,15 @@ TEST_CASE("--json prints JSON alone, and with a file the usual text beside it") 
   const Desk desk;
   const auto scene = desk.file("scene.toml"), field = desk.out("field.npy").string();
   REQUIRE(desk.render({"--quiet"}).code == 0);
-  // tests/evaluate/ does the same for bench, trade and tune, which take longer.
+  // Not kernels, trade and tune, which take longer.
   const std::vector<std::vector<std::string>> lines{
       {"plan", "--json", scene},
       {"reconstruct", field, "-z", "10mm", "-o", desk.file("views"), "--json"},
       {"lens", scene, "-z", "10mm", "-o", desk.file("views"), "--lens-points", "2", "--json"},
       {"compare", "--json", field, field},
+      {"quality", scene, "-z", "10mm", "-o", desk.file("views"), "--no-views", "--lens-points", "2",
+       "--border", "0", "--json"},
+      {"bench", "--json", scene, "--quick", "--frames", "1"},
       {"devices", "--json"},
       {"selftest", "--only", "phase ", "--json"}};
   for (const auto& line : lines) {
