@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "cl/program_folder.hpp"
+#include "cl/environment.hpp"
 
 namespace raywave::cl {
 namespace {

@@ -289,7 +289,7 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
       << number(scene.accuracy.phase_turns) << "\n";
   if (plan.aimed)
-    out << "cone      " << plan.cone_half_width << " half holograms to each side, soft edge "
+    out << "cone      " << plan.cone_half_width << " half holograms to each side, apodization "
         << plan.apodization << ", error predicted " << number(100 * plan.cone_error) << " %\n";
   out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding "
       << scene.wrp.padding << "), propagation error predicted " << number(100 * plan.padding_error)

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over lanes: frames of a scene that moves wait for these passes.
 #include "host/geometry/extents.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <utility>
 #include <vector>
 
 #include "host/common/threads.hpp"
-#include "host/geometry/clusters.hpp"
-#include "host/geometry/lanes.hpp"
+#include "host/geometry/vertex_tree.hpp"
 
 namespace raywave {
 namespace {
@@ -19,8 +18,8 @@ constexpr int depth_bins = 256;  // of a scene's depth, for the choice of layers
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// What an extents is made of, per axis: functions of place that, over a convex set before the
-/// hologram, are largest at one of its corners.
+/// Per axis, the functions of position whose largest values make Extents. Over a convex set before
+/// the hologram, each is largest at one of its corners.
 enum Function : std::size_t {
   tangent_low,
   tangent_high,
@@ -29,40 +28,32 @@ enum Function : std::size_t {
   beyond,
   functions
 };
-using Largest = std::array<double, 2 * functions>;
+using Values = std::array<double, 2 * functions>;
 
-/// Infinite where a place is not before the hologram.
-RAYWAVE_FOR_SEVERAL_CPUS void raise_extents(const Places* places, std::size_t count,
-                                            const SeenThrough& seen, Lanes* largest) {
-  Lanes nearest(infinite);
-  for (std::size_t n = 0; n < count; ++n) {
-    const auto& z_m = places[n].at_m[2].v;
-    for (std::size_t i = 0; i < Lanes::count; ++i)
-      nearest.v[i] = z_m[i] < nearest.v[i] ? z_m[i] : nearest.v[i];
-    for (int axis = 0; axis < 2; ++axis) {
-      const auto& x_m = places[n].at_m[axis].v;
-      Lanes* const of_axis = largest + axis * functions;
-      for (std::size_t i = 0; i < Lanes::count; ++i) {
-        const double x = x_m[i], z = z_m[i], tangent = x / z;
-        // Of the way from the surface to the hologram
-        const double share = (z - seen.distance_m) / z;
-        const double off_centre = x - seen.centre_m[axis], centre = x - off_centre * share,
-                     reach = seen.half_m[axis] * std::abs(share);
-        const double values[functions] = {
-            -tangent, tangent, reach - centre, centre + reach,
-            std::abs(off_centre) + seen.wider * seen.half_m[axis] - seen.largest_tangent[axis] * z};
-        for (std::size_t f = 0; f < functions; ++f)
-          of_axis[f].v[i] = values[f] > of_axis[f].v[i] ? values[f] : of_axis[f].v[i];
-      }
-    }
+/// Infinite at a position that is not before the hologram.
+Values values_at(const glm::dvec3& p_m, const SeenThrough& seen) {
+  Values values;
+  if (p_m.z <= 0) {
+    values.fill(infinite);
+    return values;
   }
-  for (std::size_t f = 0; f < 2 * functions; ++f) {
-    for (std::size_t i = 0; i < Lanes::count; ++i)
-      largest[f].v[i] = nearest.v[i] > 0 ? largest[f].v[i] : infinite;
+  const double share = (p_m.z - seen.distance_m) / p_m.z;  // of the path from surface to hologram
+  for (int axis = 0; axis < 2; ++axis) {
+    const double x = p_m[axis], tangent = x / p_m.z;
+    const double off_centre = x - seen.centre_m[axis], centre = x - off_centre * share,
+                 reach = seen.half_m[axis] * std::abs(share);
+    const auto first = static_cast<std::size_t>(axis) * functions;
+    values[first + tangent_low] = -tangent;
+    values[first + tangent_high] = tangent;
+    values[first + passed_low] = reach - centre;
+    values[first + passed_high] = centre + reach;
+    values[first + beyond] =
+        std::abs(off_centre) + seen.wider * seen.half_m[axis] - seen.largest_tangent[axis] * p_m.z;
   }
+  return values;
 }
 
-Extents extents_from(const Largest& largest) {
+Extents extents_from(const Values& largest) {
   Extents extents;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto of = [&](Function f) { return largest[axis * functions + f]; };
@@ -73,105 +64,63 @@ Extents extents_from(const Largest& largest) {
   return extents;
 }
 
-/// Of some points, all looked at.
-Largest largest_among(std::span<const glm::dvec3> points, const SeenThrough& seen) {
-  std::array<Lanes, 2 * functions> largest;
-  largest.fill(Lanes(-infinite));
-  std::array<Places, 16> room;
-  for (std::size_t first = 0; first < points.size(); first += room.size() * Lanes::count) {
-    const auto count = std::min(room.size() * Lanes::count, points.size() - first);
-    const auto places = side_by_side(
-        count, [&](std::size_t i) { return points[first + i]; }, room);
-    raise_extents(places.data(), places.size(), seen, largest.data());
-  }
-  Largest all;
-  std::transform(largest.begin(), largest.end(), all.begin(),
-                 [](const Lanes& one) { return one.largest(); });
-  return all;
-}
-
-/// Of an object's surfaces: one side, or the other. Areas as the hologram sees them, and depths
-/// weighted with them.
+/// The two sides of an object's surface: area as the hologram sees it, and the sum of depth times
+/// that area.
 struct Sides {
-  double weight[2] = {0, 0}, sum[2] = {0, 0};
-  double middle(int side) const {
-    return weight[side] > 0 ? sum[side] / weight[side] : std::numeric_limits<double>::infinity();
+  double area[2] = {0, 0}, depth[2] = {0, 0};
+  double mean_depth_m(int side) const {
+    return area[side] > 0 ? depth[side] / area[side] : infinite;
   }
 };
 
-/// Of area_samples of an object that has moved so.
-RAYWAVE_FOR_SEVERAL_CPUS Sides sides_of(const AreaSamples* area_samples, std::size_t count,
-                                        const Motion& motion) {
-  Lanes weight[2] = {Lanes(0), Lanes(0)}, sum[2] = {Lanes(0), Lanes(0)};
-  for (std::size_t n = 0; n < count; ++n) {
-    const auto& share = area_samples[n].share.v;
-    Places corners[3] = {area_samples[n].corners[0], area_samples[n].corners[1],
-                         area_samples[n].corners[2]};
-    for (auto& corner : corners) corner.move(motion);
-    const auto &a = corners[0].at_m, &b = corners[1].at_m, &c = corners[2].at_m;
-    for (std::size_t i = 0; i < Lanes::count; ++i) {
-      const double ux = b[0].v[i] - a[0].v[i], uy = b[1].v[i] - a[1].v[i],
-                   uz = b[2].v[i] - a[2].v[i];
-      const double vx = c[0].v[i] - a[0].v[i], vy = c[1].v[i] - a[1].v[i],
-                   vz = c[2].v[i] - a[2].v[i];
-      const double x = a[0].v[i] + b[0].v[i] + c[0].v[i], y = a[1].v[i] + b[1].v[i] + c[1].v[i],
-                   z = a[2].v[i] + b[2].v[i] + c[2].v[i];  // of the centre, tripled
-      const double toward =
-          (uy * vz - uz * vy) * x + (uz * vx - ux * vz) * y + (ux * vy - uy * vx) * z;
-      const double depth_weight = share[i] * std::abs(toward) / z, area = depth_weight / z;
-      const bool other = toward < 0;
-      weight[0].v[i] += other ? 0.0 : area;
-      weight[1].v[i] += other ? area : 0.0;
-      sum[0].v[i] += other ? 0.0 : depth_weight;
-      sum[1].v[i] += other ? depth_weight : 0.0;
-    }
+/// Sums over the area samples of an object that has moved so.
+Sides sides_of(std::span<const AreaSample> samples, const Motion& motion) {
+  // The hologram's centre and its normal in the frame in which the object was placed.
+  const auto to_placed = glm::transpose(motion.turn) / motion.scale;
+  const auto eye_m = motion.moved ? motion.from_m - to_placed * motion.to_m : glm::dvec3(0);
+  const auto z_axis = glm::transpose(motion.scale * motion.turn)[2];
+  const double volume_scale = motion.scale * motion.scale * motion.scale;
+  // Partial sums, so that an addition need not wait for the one before.
+  constexpr std::size_t partial = 8;
+  double area[2][partial] = {}, depth[2][partial] = {};
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const auto& sample = samples[i];
+    const auto corner_sum_m = sample.corner_sum_m - 3.0 * eye_m;
+    const double toward = volume_scale * glm::dot(sample.normal_m2, corner_sum_m),
+                 z_m = glm::dot(z_axis, corner_sum_m);
+    const double sum = sample.share * std::abs(toward) / z_m;
+    const int side = toward < 0;
+    area[side][i % partial] += sum / z_m;
+    depth[side][i % partial] += sum;
   }
   Sides sides;
   for (int side = 0; side < 2; ++side) {
-    sides.weight[side] = weight[side].sum();
-    sides.sum[side] = sum[side].sum() / 3;
+    for (std::size_t i = 0; i < partial; ++i) {
+      sides.area[side] += area[side][i];
+      sides.depth[side] += depth[side][i];
+    }
+    sides.depth[side] /= 3;
   }
   return sides;
 }
 
-/// Middle of the near sides of all objects.
-double middle_of_surfaces(const World& world, std::span<const AreaSamples> area_samples) {
-  // Parts of ranges that belong to one object; added in order, for the same sum every time.
-  struct Part {
-    std::size_t object;
-    Sides sides;
-  };
-  std::vector<std::vector<Part>> ranges((area_samples.size() + cl::Threads::range - 1) /
-                                        cl::Threads::range);
-  cl::Threads::shared().for_ranges(
-      area_samples.size(), [&](std::size_t, std::size_t from, std::size_t to) {
-        auto& parts = ranges[from / cl::Threads::range];
-        while (from < to) {
-          const auto object = area_samples[from].object;
-          auto end = from + 1;
-          while (end < to && area_samples[end].object == object) ++end;
-          parts.push_back({static_cast<std::size_t>(object),
-                           sides_of(&area_samples[from], end - from, world.motion_of(object))});
-          from = end;
-        }
-      });
-  std::vector<Sides> objects(world.object_closed.size());
-  for (const auto& range : ranges) {
-    for (const auto& part : range) {
-      for (int side = 0; side < 2; ++side) {
-        objects[part.object].weight[side] += part.sides.weight[side];
-        objects[part.object].sum[side] += part.sides.sum[side];
-      }
-    }
-  }
-  double sum = 0, weight = 0;
+/// The mean depth of the near sides of all objects.
+double middle_of_surfaces(const World& world, const std::vector<std::vector<AreaSample>>& samples) {
+  std::vector<Sides> objects(samples.size());
+  auto& threads = cl::Threads::shared();
+  threads.for_each(std::min(threads.count(), samples.size()), samples.size(), 1,
+                   [&](std::size_t, std::size_t i) {
+                     objects[i] =
+                         sides_of(samples[i], world.motion_of(static_cast<std::int32_t>(i)));
+                   });
+  double depth = 0, area = 0;
   for (const auto& sides : objects) {
-    const int near = sides.middle(0) < sides.middle(1) ? 0 : 1;
-    sum += sides.sum[near];
-    weight += sides.weight[near];
+    const int near = sides.mean_depth_m(0) < sides.mean_depth_m(1) ? 0 : 1;
+    depth += sides.depth[near];
+    area += sides.area[near];
   }
-  const double middle = sum / weight;
-  return std::isfinite(middle) ? middle : (world.min_m.z + world.max_m.z) / 2;
+  const double middle_m = depth / area;
+  return std::isfinite(middle_m) ? middle_m : (world.min_m.z + world.max_m.z) / 2;
 }
 
 /// Area of surfaces by depth, in bins of equal depth: how much of it, and its mean depth times
@@ -309,8 +258,14 @@ Extents extents_of(std::span<const glm::dvec3> points, const SeenThrough& seen) 
   std::vector<Extents> ranges((points.size() + cl::Threads::range - 1) / cl::Threads::range);
   cl::Threads::shared().for_ranges(
       points.size(), [&](std::size_t, std::size_t from, std::size_t to) {
-        ranges[from / cl::Threads::range] =
-            extents_from(largest_among(points.subspan(from, to - from), seen));
+        Values largest;
+        largest.fill(-infinite);
+        for (auto i = from; i < to; ++i) {
+          const auto values = values_at(points[i], seen);
+          for (std::size_t f = 0; f < values.size(); ++f)
+            largest[f] = values[f] > largest[f] ? values[f] : largest[f];
+        }
+        ranges[from / cl::Threads::range] = extents_from(largest);
       });
   Extents all;
   for (const auto& range : ranges) all.add(range);
@@ -319,42 +274,37 @@ Extents extents_of(std::span<const glm::dvec3> points, const SeenThrough& seen) 
 
 Extents extents_of(const World& world, const SeenThrough& seen) {
   if (world.placed.empty()) return extents_of(world.positions, seen);
-  Largest largest;
+  Values largest;
   largest.fill(-infinite);
-  const auto raise = [&](std::span<const Places> places, std::span<Lanes> to) {
-    raise_extents(places.data(), places.size(), seen, to.data());
-  };
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
     const auto& placed = world.placed[i];
-    raise_to_largest(placed.clusters,
-                     std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
-                     world.motions[i], raise, 0, largest);
+    raise_to_largest(
+        placed.tree, std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
+        world.motions[i], [&](const glm::dvec3& p_m) { return values_at(p_m, seen); }, 0, largest);
   }
   return extents_from(largest);
 }
 
 std::vector<double> middles_of_surfaces(const World& world, int layers) {
-  std::vector<AreaSamples> every;
+  auto every = std::vector<std::vector<AreaSample>>(world.object_closed.size());
   if (world.area_samples.empty()) {
-    for (std::size_t i = 0; i < world.triangles.size(); ++i) add_area_sample(world, i, 1, every);
+    for (std::size_t i = 0; i < world.triangles.size(); ++i)
+      every[static_cast<std::size_t>(world.triangle_object[i])].push_back(area_sample(world, i, 1));
   }
-  const auto& area_samples = world.area_samples.empty() ? every : world.area_samples;
-  if (layers == 1) return {middle_of_surfaces(world, area_samples)};
+  const auto& samples = world.area_samples.empty() ? every : world.area_samples;
+  if (layers == 1) return {middle_of_surfaces(world, samples)};
   const DepthHistogram none(world.min_m.z, world.max_m.z);
-  std::vector<std::array<DepthHistogram, 2>> sides(world.object_closed.size(), {none, none});
-  for (auto group : area_samples) {
-    for (auto& corner : group.corners) corner.move(world.motion_of(group.object));
-    for (std::size_t i = 0; i < group.count; ++i) {
-      const auto a = group.corners[0].get(i), b = group.corners[1].get(i),
-                 c = group.corners[2].get(i);
+  auto all = none;
+  for (const auto& of_object : samples) {
+    std::array<DepthHistogram, 2> sides{none, none};
+    for (const auto& sample : of_object) {
+      const auto [a, b, c] = world.corners_m(sample.triangle);
       const auto n = glm::cross(b - a, c - a), centre = (a + b + c) / 3.0;
       const double seen = glm::dot(n, centre) / (centre.z * centre.z);
-      sides[static_cast<std::size_t>(group.object)][seen < 0].add(
-          {a.z, b.z, c.z}, group.share.v[i] * std::abs(seen));
+      sides[seen < 0].add({a.z, b.z, c.z}, sample.share * std::abs(seen));
     }
+    all.add(sides[0].mean() < sides[1].mean() ? sides[0] : sides[1]);
   }
-  auto all = none;
-  for (const auto& [one, other] : sides) all.add(one.mean() < other.mean() ? one : other);
   const auto means = all.means(layers);
   return means.empty() ? std::vector{(world.min_m.z + world.max_m.z) / 2} : means;
 }

@@ -9,14 +9,11 @@
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
-#include <map>
 #include <span>
 #include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/geometry/clusters.hpp"
-#include "host/scene/weld.hpp"
 
 namespace raywave {
 namespace {
@@ -47,27 +44,17 @@ glm::dmat3 rotation_xyz(const glm::dvec3& degrees) {
   return about(degrees.z, {0, 0, 1}) * about(degrees.y, {0, 1, 0}) * about(degrees.x, {1, 0, 0});
 }
 
-/// Of an object's vertices after a turn, to a few roundings of its size.
+/// The box of an object's vertices after a turn, to a few roundings of its size.
 Box turned_box(const World& world, const PlacedObject& placed, const glm::dmat3& turn) {
-  const auto raise = [](std::span<const Places> all, std::span<Lanes> largest) {
-    for (const auto& places : all) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const auto& at = places.at_m[axis].v;
-        auto &high = largest[axis].v, &low = largest[3 + axis].v;
-        for (std::size_t i = 0; i < Lanes::count; ++i) {
-          high[i] = at[i] > high[i] ? at[i] : high[i];
-          low[i] = -at[i] > low[i] ? -at[i] : low[i];
-        }
-      }
-    }
-  };
   std::array<double, 6> largest;
   largest.fill(-INFINITY);
-  // A flat side that faces an axis promises more by no more than rounding, everywhere.
+  // On a flat side that faces an axis, boxes promise more by a rounding, everywhere.
   const double least = 0x1p-50 * glm::length(placed.max_m - placed.min_m);
-  raise_to_largest(placed.clusters,
-                   std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
-                   {turn, 1, placed.position_m, glm::dvec3(0), true}, raise, least, largest);
+  raise_to_largest(
+      placed.tree, std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
+      {turn, 1, placed.position_m, glm::dvec3(0), true},
+      [](const glm::dvec3& p) { return std::array{p.x, p.y, p.z, -p.x, -p.y, -p.z}; }, least,
+      largest);
   return {{-largest[3], -largest[4], -largest[5]}, {largest[0], largest[1], largest[2]}};
 }
 
@@ -112,11 +99,12 @@ Placing placing_of(const Object& object, const glm::dmat3& turn, const glm::dvec
   return {{turn, scale, from, placed(glm::dvec3(0)), true}, box};
 }
 
-/// Adds triangles that stand for all of an object, drawn by area at even steps through the list;
-/// all of them where they are few.
+/// Triangles that stand for all of an object, drawn by area at even steps through the list; all of
+/// them where they are few.
 ///
 /// first  of its triangles, which are the world's last
-void add_area_samples(std::size_t first, World& world) {
+std::vector<AreaSample> area_samples_from(std::size_t first, const World& world) {
+  std::vector<AreaSample> samples;
   const auto count = world.triangles.size() - first;
   std::vector<double> area(count, 1);
   double whole = static_cast<double>(count);
@@ -137,10 +125,11 @@ void add_area_samples(std::size_t first, World& world) {
     reached += area[i];
     const auto last = std::min(static_cast<std::size_t>(reached / step + 0.5), wanted);
     if (last <= drawn) continue;
-    add_area_sample(world, first + i, static_cast<double>(last - drawn) * step / area[i],
-                    world.area_samples);
+    samples.push_back(
+        area_sample(world, first + i, static_cast<double>(last - drawn) * step / area[i]));
     drawn = last;
   }
+  return samples;
 }
 
 /// Adds an object's vertices and triangles, its vertices nowhere yet.
@@ -178,8 +167,7 @@ PlacedObject place(const Object& object, const Mesh& mesh, std::size_t first_ver
           .unit_m = placing.motion.scale,
           .min_m = placing.box.min,
           .max_m = placing.box.max,
-          .clusters = clusters_of(std::span(world.positions).subspan(first_vertex, count),
-                                  std::span(world.normals).subspan(first_vertex, count))};
+          .tree = build_vertex_tree(std::span(world.positions).subspan(first_vertex, count))};
 }
 
 Placing placing_of(const Object& object, const World& world, const PlacedObject& placed) {
@@ -194,38 +182,6 @@ Placing placing_of(const Object& object, const World& world, const PlacedObject&
 
 }  // namespace
 
-bool is_closed(const Mesh& mesh) {
-  const std::vector<std::uint32_t> weld = weld_positions(mesh.positions);
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges, reversed;
-  edges.reserve(3 * mesh.triangles.size());
-  for (const glm::uvec3& triangle : mesh.triangles)
-    for (int i = 0; i < 3; ++i) edges.emplace_back(weld[triangle[i]], weld[triangle[(i + 1) % 3]]);
-  for (const auto& [from, to] : edges) reversed.emplace_back(to, from);
-  std::sort(edges.begin(), edges.end());
-  std::sort(reversed.begin(), reversed.end());
-  return edges == reversed && std::adjacent_find(edges.begin(), edges.end()) == edges.end();
-}
-
-Meshes load_meshes(const Scene& scene) {
-  if (scene.objects.empty())
-    throw InputError(one_line(scene.file.string()) +
-                     ": there is no object: add [[object]] with mesh = \"FILE\"");
-  Meshes loaded;
-  std::map<std::pair<std::filesystem::path, Normals>, std::size_t> known;
-  for (const Object& object : scene.objects) {
-    std::error_code error;
-    const auto [found, is_new] =
-        known.try_emplace({std::filesystem::weakly_canonical(object.mesh, error), object.normals},
-                          loaded.meshes.size());
-    if (is_new) {
-      loaded.meshes.push_back(load_mesh(object.mesh, object.normals, object.where));
-      loaded.closed.push_back(is_closed(loaded.meshes.back()));
-    }
-    loaded.of_object.push_back(found->second);
-  }
-  return loaded;
-}
-
 World place_objects(const Scene& scene, const Meshes& meshes) {
   World world;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -234,7 +190,7 @@ World place_objects(const Scene& scene, const Meshes& meshes) {
     add(static_cast<std::int32_t>(i), scene.objects[i], meshes.meshes[mesh], world);
     world.object_closed.push_back(meshes.closed[mesh]);
     world.placed.push_back(place(scene.objects[i], meshes.meshes[mesh], first_vertex, world));
-    add_area_samples(first_triangle, world);
+    world.area_samples.push_back(area_samples_from(first_triangle, world));
   }
   move_objects(scene, world);
   return world;
@@ -258,24 +214,10 @@ std::array<glm::dvec3, 3> World::corners_m(std::size_t triangle) const {
   return {motion(positions[corners.x]), motion(positions[corners.y]), motion(positions[corners.z])};
 }
 
-void add_area_sample(const World& world, std::size_t triangle, double share,
-                     std::vector<AreaSamples>& area_samples) {
-  const auto object = world.triangle_object[triangle];
+AreaSample area_sample(const World& world, std::size_t triangle, double share) {
   const auto t = world.triangles[triangle];
-  if (area_samples.empty() || area_samples.back().object != object ||
-      area_samples.back().count == Lanes::count) {
-    area_samples.emplace_back().object = object;
-    // A triangle of no share in every lane.
-    for (int corner = 0; corner < 3; ++corner) {
-      for (std::size_t lane = 0; lane < Lanes::count; ++lane)
-        area_samples.back().corners[corner].set(lane, world.positions[t[corner]]);
-    }
-  }
-  auto& last = area_samples.back();
-  last.share.v[last.count] = share;
-  for (int corner = 0; corner < 3; ++corner)
-    last.corners[corner].set(last.count, world.positions[t[corner]]);
-  ++last.count;
+  const auto &a = world.positions[t.x], &b = world.positions[t.y], &c = world.positions[t.z];
+  return {triangle, share, glm::cross(b - a, c - a), a + b + c};
 }
 
 std::vector<glm::dvec3> positions_now(const World& world) {

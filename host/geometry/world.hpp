@@ -1,49 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Meshes as read, and the one world mesh that all of a scene's objects become.
+/// The one world mesh that all of a scene's objects become.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <vector>
 
-#include "host/geometry/clusters.hpp"
-#include "host/geometry/lanes.hpp"
 #include "host/geometry/motion.hpp"
+#include "host/geometry/vertex_tree.hpp"
+#include "host/scene/mesh.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {
 
-/// Triangles that index vertices; `normals` and `uvs` are empty or as long as `positions`.
-struct Mesh {
-  std::vector<glm::dvec3> positions;
-  std::vector<glm::dvec3> normals;
-  std::vector<glm::dvec2> uvs;  // (0, 0) is the bottom left of the texture
-  std::vector<glm::uvec3> triangles;
-};
-
-/// Reads any format Assimp reads; all parts of the file merged, polygons triangulated, points,
-/// lines and triangles of no area dropped, node transforms applied, vertices that agree in
-/// everything joined. Axes and numbers stay as in the file (in float, as Assimp keeps them).
-///
-/// throws  InputError, starting with `where`, when the file cannot be read, holds no triangle, or a
-///         vertex is NaN or infinite
-Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where);
-
-/// The last step of load_mesh, on a mesh as a file has it, with zero for a normal that is missing:
-/// triangles of no area dropped, every corner given its normal, and corners that agree in
-/// everything joined.
-Mesh finish_mesh(Mesh raw, Normals normals);
-
-/// Triangles that each stand for a part of an object's surface.
-struct AreaSamples {
-  std::int32_t object = 0;  // index into Scene::objects
-  std::size_t count = 0;    // lanes beyond have no share
-  Lanes share{0};           // of the surface: so many times the triangle's area
-  Places corners[3];        // as the object was placed
+/// A triangle that stands for a part of its object's surface, as the object was placed.
+struct AreaSample {
+  std::size_t triangle = 0;
+  double share = 1;            // of the surface: so many times the triangle's area
+  glm::dvec3 normal_m2{0};     // as long as twice the triangle's area
+  glm::dvec3 corner_sum_m{0};  // the sum of the corners, three times the centre
 };
 
 /// An object's vertices, which follow each other, and how place_objects has placed them.
@@ -53,7 +31,7 @@ struct PlacedObject {
   std::optional<double> width_m;
   double unit_m = 1;  // length of a mesh unit
   glm::dvec3 min_m{0}, max_m{0};
-  Clusters clusters;
+  VertexTree tree;
 };
 
 /// Every object placed in the world (metres), one after the other. All vectors of a vertex are as
@@ -70,8 +48,8 @@ struct World {
       // Per object: every edge shared by exactly two triangles in opposite directions (after
       // welding equal positions)
       object_closed;
-  // Stand for all surfaces in sums over them; none: every triangle stands for itself
-  std::vector<AreaSamples> area_samples;
+  // Per object: they stand for its surface in sums over it; none: every triangle stands for itself
+  std::vector<std::vector<AreaSample>> area_samples;
   std::vector<PlacedObject> placed;  // per object; none in worlds that place_objects has not made
   std::vector<Motion> motions;       // per object; none: nothing has moved
   glm::dvec3 min_m{0}, max_m{0};     // bounding box, as everything is now
@@ -83,29 +61,13 @@ struct World {
   std::array<glm::dvec3, 3> corners_m(std::size_t triangle) const;
 };
 
-/// Adds one of the world's triangles to those that stand for surfaces.
-void add_area_sample(const World& world, std::size_t triangle, double share,
-                     std::vector<AreaSamples>& area_samples);
+AreaSample area_sample(const World& world, std::size_t triangle, double share);
 
 /// Where all vertices are now.
 std::vector<glm::dvec3> positions_now(const World& world);
 
 /// The vertices' normals as they point now.
 std::vector<glm::vec3> normals_now(const World& world);
-
-/// Whether every edge is shared by exactly two triangles in opposite directions, after welding
-/// equal positions.
-bool is_closed(const Mesh& mesh);
-
-/// The meshes of a scene's objects, as read. Objects that name the same file and normals share one.
-struct Meshes {
-  std::vector<Mesh> meshes;
-  std::vector<bool> closed;
-  std::vector<std::size_t> of_object;  // index into `meshes`
-};
-
-/// throws  InputError when a mesh is unusable, or when the scene has no object
-Meshes load_meshes(const Scene& scene);
 
 /// Rotates, scales and places all objects.
 ///

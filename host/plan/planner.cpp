@@ -365,7 +365,7 @@ Quality quality_of(const std::string& name) {
        {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
     if (name == name_of(quality)) return quality;
   }
-  throw InputError("--quality " + name +
+  throw InputError("--preset " + name +
                    ": unknown; there are draft, balanced, accurate and reference");
 }
 

@@ -21,9 +21,9 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/geometry/world.hpp"
+#include "host/scene/mesh.hpp"
 #include "host/scene/reader_reply.hpp"
-#include "host/scene/weld.hpp"
+#include "host/scene/vectors.hpp"
 
 namespace raywave {
 namespace {
@@ -37,16 +37,6 @@ glm::dmat4 to_glm(const aiMatrix4x4& m) {  // Assimp stores rows, glm columns
 }
 
 glm::dvec3 to_glm(const aiVector3D& v) { return {v.x, v.y, v.z}; }
-
-bool is_finite(const glm::dvec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-glm::dvec3 unit_or_zero(const glm::dvec3& v) {
-  const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-  // No square under- or overflows
-  return largest > 0 && is_finite(v) ? glm::normalize(v / largest) : glm::dvec3(0);
-}
 
 /// Appends one part of the file. `raw` keeps a normal of zero where the file has none.
 void append(const aiMesh& part, const glm::dmat4& world_from_part, Mesh& raw) {
@@ -103,38 +93,6 @@ Mesh flatten(const aiScene& scene) {
   return raw;
 }
 
-std::array<glm::dvec3, 3> corners(const Mesh& mesh, const glm::uvec3& triangle) {
-  return {mesh.positions[triangle.x], mesh.positions[triangle.y], mesh.positions[triangle.z]};
-}
-
-/// Twice the area along the normal. Scaled by the longest edge first, so that no finite mesh under-
-/// or overflows.
-glm::dvec3 face_normal(const std::array<glm::dvec3, 3>& p) {
-  const glm::dvec3 a = p[1] - p[0], b = p[2] - p[0];
-  const double longest = std::max(
-      {std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y), std::abs(b.z)});
-  return longest > 0 ? unit_or_zero(glm::cross(a / longest, b / longest)) : glm::dvec3(0);
-}
-
-/// Normals at the welded positions: face normals weighted by the angle of the corner, which does
-/// not depend on how a polygon was cut.
-std::vector<glm::dvec3> smooth_normals(const Mesh& mesh) {
-  const std::vector<std::uint32_t> weld = weld_positions(mesh.positions);
-  std::vector<glm::dvec3> sum(mesh.positions.size(), glm::dvec3(0));
-  for (const glm::uvec3& triangle : mesh.triangles) {
-    const auto p = corners(mesh, triangle);
-    const glm::dvec3 normal = face_normal(p);
-    for (int i = 0; i < 3; ++i) {
-      const glm::dvec3 a = unit_or_zero(p[(i + 1) % 3] - p[i]),
-                       b = unit_or_zero(p[(i + 2) % 3] - p[i]);
-      sum[weld[triangle[i]]] += normal * std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
-    }
-  }
-  std::vector<glm::dvec3> normals(mesh.positions.size());
-  for (std::size_t i = 0; i < normals.size(); ++i) normals[i] = unit_or_zero(sum[weld[i]]);
-  return normals;
-}
-
 /// Files that end: Assimp's PLY reader asks for more for ever when the end of the header or the
 /// data is missing.
 class EndingStream : public Assimp::DefaultIOStream {
@@ -189,33 +147,6 @@ Mesh read_safely(const std::filesystem::path& file, std::uintmax_t file_bytes) {
 }
 
 }  // namespace
-
-Mesh finish_mesh(Mesh raw, Normals mode) {
-  std::erase_if(raw.triangles, [&](const glm::uvec3& triangle) {
-    return face_normal(corners(raw, triangle)) == glm::dvec3(0);
-  });
-  const std::vector<glm::dvec3> normals =
-      mode == Normals::smooth ? smooth_normals(raw) : raw.normals;
-  Mesh mesh;
-  Welder<8> welder(mode == Normals::smooth ? raw.positions.size() : 3 * raw.triangles.size());
-  for (const glm::uvec3& triangle : raw.triangles) {
-    const glm::dvec3 of_face = face_normal(corners(raw, triangle));
-    glm::uvec3 joined;
-    for (int i = 0; i < 3; ++i) {
-      const glm::dvec3 p = raw.positions[triangle[i]];
-      const glm::dvec2 uv = raw.uvs[triangle[i]];
-      const bool own = mode != Normals::flat && normals[triangle[i]] != glm::dvec3(0);
-      const glm::dvec3 n = own ? normals[triangle[i]] : of_face;
-      joined[i] = welder.id({p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y});
-      if (joined[i] < mesh.positions.size()) continue;
-      mesh.positions.push_back(p);
-      mesh.normals.push_back(n);
-      mesh.uvs.push_back(uv);
-    }
-    mesh.triangles.push_back(joined);
-  }
-  return mesh;
-}
 
 Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where) {
   const auto fail = [&](std::string_view what) {

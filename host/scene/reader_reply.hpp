@@ -3,8 +3,8 @@
 /// reader that ran wild may have sent it.
 #pragma once
 
-#include "host/geometry/world.hpp"
 #include "host/scene/image.hpp"
+#include "host/scene/mesh.hpp"
 #include "host/scene/reader_process.hpp"
 
 namespace raywave {

@@ -117,11 +117,6 @@ std::vector<device::Light> lights_in_scene_frame(const Plan& plan, double unit) 
 
 }  // namespace
 
-std::pair<float, float> split(double value) {
-  const auto high = static_cast<float>(value);
-  return {high, static_cast<float>(value - high)};
-}
-
 int lanes_for(const cl::DeviceInfo& device) { return work_shape(device).lanes; }
 
 cl::Options kernel_options(const Plan& plan) {

@@ -63,7 +63,4 @@ private:
 /// Pixels that one work-item handles side by side: the SIMD width on CPUs, one on GPUs.
 int lanes_for(const cl::DeviceInfo& device);
 
-/// value as the sum of two floats
-std::pair<float, float> split(double value);
-
 }  // namespace raywave

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+/// Types and numbers as devices take them.
 #pragma once
 
 #include <cstdint>
+#include <utility>
 
 #include "cl/program.hpp"
 #include "host/geometry/shared_types.hpp"
@@ -16,7 +18,13 @@ struct DeviceTree {
   cl::Buffer<device::Instance> instances;
 };
 
-/// A instance that has not moved, the root of its tree at node `root`.
+/// An instance that has not moved, the root of its tree at node `root`.
 device::Instance instance_at_rest(std::int32_t root = 0);
+
+/// The value as the sum of two floats, the higher first.
+inline std::pair<float, float> split(double value) {
+  const auto high = static_cast<float>(value);
+  return {high, static_cast<float>(value - high)};
+}
 
 }  // namespace raywave

@@ -9,7 +9,6 @@
 
 #include "host/geometry/bvh.hpp"
 #include "host/geometry/normal_cones.hpp"
-#include "host/trace/device_scene.hpp"
 
 namespace raywave {
 namespace {
@@ -70,7 +69,7 @@ std::vector<std::vector<std::size_t>> sets_of(const std::vector<bool>& apart) {
 
 void put_split(double value, float& high, float& low) { std::tie(high, low) = split(value); }
 
-/// A instance whose vertices a motion has moved.
+/// An instance whose vertices a motion has moved.
 ///
 /// anchor_m  origin of the instance's frame, world, before the motion
 /// origin_m  of the scene frame, world

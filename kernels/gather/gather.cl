@@ -29,6 +29,7 @@
 #include "kernels/common/lanes.h"
 #include "kernels/common/phase.h"
 #include "kernels/common/shared.h"
+#include "kernels/gather/footprint.h"
 #include "kernels/gather/plane_waves.h"
 #include "kernels/samples/visibility.h"
 #include "kernels/scene/shade.h"
@@ -225,8 +226,6 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   const float narrowed = distance / from_hologram;
   a.scale_x = 1.0f / (lattice.half_width * narrowed);
   a.scale_y = 1.0f / (lattice.half_height * narrowed);
-  a.half_x = plane.cone_x * lattice.half_width * narrowed;
-  a.half_y = plane.cone_y * lattice.half_height * narrowed;
   a.amplitude = sqrt(s.radiance) * s.weight;
   a.tilt_x = s.tilt_x * a.inverse_depth;
   a.tilt_y = s.tilt_y * a.inverse_depth;
@@ -239,15 +238,14 @@ __kernel void aim(__global const Sample* samples, int sample_count, Lattice latt
   a.tangent_y = LANES_FIRST(wide_high(tangent_y));
   a.half_tangent_x = lattice.half_width / from_hologram;
   a.half_tangent_y = lattice.half_height / from_hologram;
-  const float spot_x = near_spot(a.half_tangent_x, plane.cone_x, plane.turns_hi),
-              spot_y = near_spot(a.half_tangent_y, plane.cone_y, plane.turns_hi);
-  const float extent_x = a.half_x + plane.near_tail * spot_x,
-              extent_y = a.half_y + plane.near_tail * spot_y;
-  a.near = (a.half_x < plane.near_spots * spot_x || a.half_y < plane.near_spots * spot_y) &&
-           near_count(extent_x, spot_x) <= NEAR_WAVES && near_count(extent_y, spot_y) <= NEAR_WAVES;
+  const FootprintAxis across_x = footprint_axis(plane.cone_x, lattice.half_width, narrowed,
+                                                a.half_tangent_x, plane.turns_hi, plane.near_tail),
+                      across_y = footprint_axis(plane.cone_y, lattice.half_height, narrowed,
+                                                a.half_tangent_y, plane.turns_hi, plane.near_tail);
+  a.near = is_plane_wave_sample(across_x, across_y, plane.near_spots);
+  a.half_x = a.near ? across_x.extent : across_x.half_width;
+  a.half_y = a.near ? across_y.extent : across_y.half_width;
   if (a.near) {
-    a.half_x = extent_x;
-    a.half_y = extent_y;
     const Wide rate = wide(plane.turns_hi, plane.turns_lo);
     const Wide over_x = near_slant(tangent_x), over_y = near_slant(tangent_y);
     a.turns = LANES_FIRST(wide_turns(wide_times(
@@ -503,12 +501,7 @@ static inline void gather_far(__global const Light* lights, __global const uint*
   // Where the pixel's light meets the hologram, in half windows
   const floatv across = fabs(off_chief * a->scale_x);
   intv inside_x = (across <= plane->cone_x) & (column < plane->nx);
-  floatv edge_x = 1.0f;
-  if (plane->apodization_rate_x > 0.0f) {
-    const floatv e =
-        clamp((plane->cone_x - across) * plane->apodization_rate_x, (floatv)(0.0f), (floatv)(1.0f));
-    edge_x = e * e * (3.0f - 2.0f * e);
-  }
+  const floatv edge_x = apodization_weights(across, plane->cone_x, plane->apodization_rate_x);
   const float sign = a->depth < 0.0f ? -1.0f : 1.0f;
 #if RAYWAVE_VIEW_PARTS > 0
   int state = VIEW_CLEAR;
@@ -557,11 +550,7 @@ static inline void gather_far(__global const Light* lights, __global const uint*
 #endif
     const float up = fabs(off_chief_y * a->scale_y);
     if (up > plane->cone_y) continue;
-    float edge_y = 1.0f;
-    if (plane->apodization_rate_y > 0.0f) {
-      const float e = clamp((plane->cone_y - up) * plane->apodization_rate_y, 0.0f, 1.0f);
-      edge_y = e * e * (3.0f - 2.0f * e);
-    }
+    const float edge_y = apodization_weight(up, plane->cone_y, plane->apodization_rate_y);
     const floatv length = sqrt(squared_x + dy * dy);
     const floatv inverse_length = 1.0f / fmax(length, nearest_to(plane));
     intv counts = inside_x;

@@ -21,9 +21,10 @@
 #include "kernels/common/lanes.h"
 #include "kernels/common/phase.h"
 #include "kernels/common/shared.h"
+#include "kernels/gather/footprint.h"
 #include "kernels/samples/visibility.h"
 
-#define NEAR_WAVES 96  // per axis at most, a multiple of RAYWAVE_LANES
+DEFINE_APODIZATION(apodization_weights, floatv)
 
 // What a plane gathers along one axis: GatherPlane's figures of it.
 typedef struct {
@@ -38,18 +39,6 @@ static inline Gathered gathered_y(const GatherPlane* plane) {
   const Gathered y = {plane->cone_y, plane->apodization_rate_y, plane->sine_limit_y,
                       plane->view_scale_y, plane->view_shift_y};
   return y;
-}
-
-// Width of the bright spot that the whole cone makes of a point: one axis, `half_tangent` is of half
-// the tile's window as the sample sees it.
-static inline float near_spot(float half_tangent, float cone, float turns_per_metre) {
-  return 0.5f / (turns_per_metre * cone * half_tangent);
-}
-
-// Waves that an axis needs: a sum of evenly spaced waves repeats itself after as many spots, and
-// edges ring for about 12. A multiple of 8, so that none lies between two parts of the window.
-static inline int near_count(float half_extent, float spot) {
-  return 8 * (int)(0.25f * fmin(half_extent / spot, 1e6f)) + 32;
 }
 
 // 1 / cosine - 1 of a direction.
@@ -69,10 +58,10 @@ typedef struct {
   int count;
   float first;  // turns per metre
   float step;
-  float re[NEAR_WAVES];
-  float im[NEAR_WAVES];
-  float tangent[NEAR_WAVES];  // of its direction
-  int begin[NEAR_PARTS + 1];  // first wave of each part of the window
+  float re[PLANE_WAVES];
+  float im[PLANE_WAVES];
+  float tangent[PLANE_WAVES];  // of its direction
+  int begin[NEAR_PARTS + 1];   // first wave of each part of the window
 } NearWaves;
 
 // centre_tangent: towards the hologram's centre; in_parts: `begin` is wanted.
@@ -80,7 +69,8 @@ static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tang
                               float half_tangent, float half_extent, float depth, Gathered axis,
                               float turns_per_metre) {
   waves->count =
-      min(near_count(half_extent, near_spot(half_tangent, axis.cone, turns_per_metre)), NEAR_WAVES);
+      min(plane_wave_count(half_extent, footprint_spot(half_tangent, axis.cone, turns_per_metre)),
+          PLANE_WAVES);
   const float low = near_sine_step(centre_tangent, -axis.cone * half_tangent);
   const float step =
       (near_sine_step(centre_tangent, axis.cone * half_tangent) - low) / (float)waves->count;
@@ -93,12 +83,7 @@ static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tang
     const floatv cosine = sqrt(1.0f - sine * sine);
     const floatv bend = c0 + s0 * (s0 + sine) / (c0 + cosine);
     const floatv at = d * bend / (c0 * cosine * half_tangent);  // on the hologram, in half windows
-    floatv weight = step / cosine;
-    if (axis.apodization_rate > 0.0f) {
-      const floatv e =
-          clamp((axis.cone - fabs(at)) * axis.apodization_rate, (floatv)(0.0f), (floatv)(1.0f));
-      weight *= e * e * (3.0f - 2.0f * e);
-    }
+    floatv weight = step / cosine * apodization_weights(fabs(at), axis.cone, axis.apodization_rate);
     weight = LANES_SELECT((floatv)(0.0f), weight, fabs(sine) <= axis.sine_limit);
     floatv c, s;
     cos_sin_turns(-depth * turns_per_metre * d * d * bend / (c0 * (c0 + cosine)), &c, &s);

@@ -28,7 +28,7 @@
 #include "host/common/npy.hpp"
 #include "host/common/threads.hpp"
 #include "host/evaluate/bench/bench.hpp"
-#include "host/evaluate/bench/stopwatch.hpp"
+#include "host/evaluate/stopwatch.hpp"
 
 namespace raywave {
 namespace {

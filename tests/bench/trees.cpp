@@ -22,8 +22,8 @@
 #include <random>
 
 #include "cl/program.hpp"
-#include "host/evaluate/bench/stopwatch.hpp"
 #include "host/evaluate/selftest/ray_caster.hpp"
+#include "host/evaluate/stopwatch.hpp"
 #include "host/geometry/bvh.hpp"
 #include "host/geometry/world.hpp"
 #include "host/reference/surfaces.hpp"

@@ -135,7 +135,7 @@ TEST_CASE(
     CHECK_THAT(missing, ContainsSubstring((programs / "encode-").string()) &&
                             ContainsSubstring(".bin is missing") &&
                             ContainsSubstring("-DRAYWAVE_LANES=4") &&
-                            ContainsSubstring("raywave kernels --build " + programs.string() +
+                            ContainsSubstring("raywave kernels -o " + programs.string() +
                                               " --device " + info.index));
 
     fs::path binary;
@@ -160,7 +160,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "raywave kernels --build makes all that raywave render needs, and without it render says what "
+    "raywave kernels -o makes all that raywave render needs, and without it render says what "
     "is missing") {
   const Folder folder;
   folder.write("square.obj", test::square_obj());
@@ -184,21 +184,20 @@ TEST_CASE(
   CHECK_THAT(bytes_of(folder / "error.txt"), ContainsSubstring(".bin is missing"));
   CHECK_FALSE(fs::exists(folder / "none"));
 
-  CHECK(run(program + " kernels --build " + file("programs") + " " + file("scene.toml")) == 0);
+  CHECK(run(program + " kernels -o " + file("programs") + " " + file("scene.toml")) == 0);
   CHECK(run(offline + " render " + file("scene.toml") + " -o " + file("ahead")) == 0);
   CHECK(bytes_of(folder / "ahead" / "field.npy") == bytes_of(folder / "usual" / "field.npy"));
   CHECK(bytes_of(folder / "ahead" / "hologram.png") == bytes_of(folder / "usual" / "hologram.png"));
   CHECK(run(offline + " reconstruct " + file("ahead/field.npy") + " -z 10mm -o " + file("ahead")) ==
         0);
-  CHECK(run(offline + " lens " + file("scene.toml") + " -z 10mm --rays 2 -o " + file("ahead")) ==
-        0);
+  CHECK(run(offline + " lens " + file("scene.toml") + " -z 10mm --lens-points 2 -o " +
+            file("ahead")) == 0);
   // Nothing was compiled or planned by a compiler of clFFT's
   CHECK_FALSE(fs::exists(folder / "cache"));
   CHECK(run(offline + " render " + file("scene.toml") + " --fft clfft -o " + file("none")) == 3);
-  CHECK(run(offline + " kernels --build " + file("programs")) == 3);
+  CHECK(run(offline + " kernels -o " + file("programs")) == 3);
 
-  CHECK(run(program + " kernels --sources --build " + file("sources") + " " + file("scene.toml")) ==
-        0);
+  CHECK(run(program + " kernels --sources -o " + file("sources") + " " + file("scene.toml")) == 0);
   std::ifstream manifest(folder / "sources" / "manifest.tsv");
   int lines = 0;
   for (std::string line; std::getline(manifest, line); ++lines) {

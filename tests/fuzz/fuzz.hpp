@@ -17,7 +17,7 @@
 #include <string_view>
 
 #include "host/common/error.hpp"
-#include "host/geometry/world.hpp"
+#include "host/scene/mesh.hpp"
 
 namespace raywave::fuzz {
 

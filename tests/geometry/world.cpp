@@ -2,14 +2,15 @@
 #include "host/geometry/world.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
 
 #include "host/common/error.hpp"
-#include "host/geometry/clusters.hpp"
 #include "host/geometry/extents.hpp"
+#include "host/geometry/vertex_tree.hpp"
 #include "host/plan/plan.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/scenes.hpp"
@@ -247,60 +248,59 @@ TEST_CASE("box and extents of a moved world are those of all its vertices") {
   }
 }
 
-/// Sums of places times each of these directions, as functions of place.
-RaiseInPlaces along(const std::vector<dvec3>& directions, std::size_t& looked_at) {
-  return [&](std::span<const Places> all, std::span<Lanes> to) {
-    for (const auto& places : all) {
-      for (std::size_t lane = 0; lane < Lanes::count; ++lane) {
-        ++looked_at;
-        for (std::size_t f = 0; f < directions.size(); ++f)
-          to[f].v[lane] = std::max(to[f].v[lane], glm::dot(places.get(lane), directions[f]));
-      }
-    }
+/// Components of positions along each of some directions, as functions of position.
+auto along(const std::array<dvec3, 4>& directions, std::size_t& visits) {
+  return [&](const dvec3& p_m) {
+    ++visits;
+    std::array<double, 4> values;
+    for (std::size_t i = 0; i < 4; ++i) values[i] = glm::dot(p_m, directions[i]);
+    return values;
   };
 }
 
-TEST_CASE("the outermost of any number of vertices is found, whatever their normals") {
+std::array<dvec3, 4> four_directions(Random& random) {
+  std::array<dvec3, 4> directions;
+  for (auto& direction : directions) direction = unit_vector(random);
+  return directions;
+}
+
+TEST_CASE("a vertex tree finds the extremes of any number of vertices") {
   Random random(5);
-  for (const std::size_t count : {1, 2, 8, 63, 64, 65, 511, 512, 513, 1000, 5000, 40000}) {
+  for (const std::size_t count : {1, 2, 31, 32, 33, 64, 65, 1000, 5000, 40000}) {
     std::vector<dvec3> positions;
-    std::vector<glm::vec3> normals;
-    for (std::size_t i = 0; i < count; ++i) {
-      positions.push_back(in_box(random, 1) + dvec3(0, 0, 5));
-      normals.emplace_back(i % 3 == 0 ? dvec3(0) : i % 3 == 1 ? unit_vector(random) : dvec3(NAN));
-    }
+    for (std::size_t i = 0; i < count; ++i) positions.push_back(in_box(random, 1) + dvec3(0, 0, 5));
     // All in one place
     if (count == 1000) std::fill(positions.begin(), positions.end(), dvec3(1, 2, 3));
-    const auto clusters = clusters_of(positions, normals);
+    const auto tree = build_vertex_tree(positions);
     for (int n = 0; n < 10; ++n) {
-      std::vector<dvec3> directions;
-      for (int i = 0; i < 4; ++i) directions.push_back(unit_vector(random));
+      const auto directions = four_directions(random);
       const Motion motion{glm::dmat3(uniform(random, 0.1, 3)), 0.5, in_box(random, 1),
                           in_box(random, 1), n % 2 == 0};
-      std::vector<double> wanted(directions.size(), -INFINITY), found = wanted;
+      std::array<double, 4> wanted;
+      wanted.fill(-INFINITY);
+      auto found = wanted;
       for (const auto& p : positions) {
-        for (std::size_t f = 0; f < directions.size(); ++f)
-          wanted[f] = std::max(wanted[f], glm::dot(motion(p), directions[f]));
+        for (std::size_t i = 0; i < 4; ++i)
+          wanted[i] = std::max(wanted[i], glm::dot(motion(p), directions[i]));
       }
-      std::size_t looked_at = 0;
-      raise_to_largest(clusters, positions, motion, along(directions, looked_at), 0, found);
-      for (std::size_t f = 0; f < directions.size(); ++f)
-        REQUIRE(std::abs(found[f] - wanted[f]) < 1e-14);
+      std::size_t visits = 0;
+      raise_to_largest(tree, positions, motion, along(directions, visits), 0, found);
+      for (std::size_t i = 0; i < 4; ++i) REQUIRE(std::abs(found[i] - wanted[i]) < 1e-14);
     }
   }
 }
 
-TEST_CASE("of a ball's vertices and boxes few are looked at") {
+TEST_CASE("a vertex tree visits few vertices and boxes of a ball") {
   const auto ball = sphere({}, 1, 200);
-  const auto clusters = clusters_of(ball.positions, ball.normals);
+  const auto tree = build_vertex_tree(ball.positions);
   Random random(6);
-  std::size_t looked_at = 0;
-  std::vector<double> found(4, -INFINITY);
-  std::vector<dvec3> directions;
-  for (int i = 0; i < 4; ++i) directions.push_back(unit_vector(random));
-  raise_to_largest(clusters, ball.positions, {}, along(directions, looked_at), 0, found);
-  INFO(looked_at << " corners of boxes and vertices of " << ball.positions.size());
-  CHECK(looked_at < ball.positions.size() / 4);
+  const auto directions = four_directions(random);
+  std::size_t visits = 0;
+  std::array<double, 4> found;
+  found.fill(-INFINITY);
+  raise_to_largest(tree, ball.positions, {}, along(directions, visits), 0, found);
+  INFO(visits << " corners of boxes and vertices of " << ball.positions.size());
+  CHECK(visits < ball.positions.size() / 4);
 }
 
 TEST_CASE(

@@ -10,8 +10,8 @@
 #include "cl/device.hpp"
 #include "host/common/npy.hpp"
 #include "host/evaluate/report.hpp"
-#include "host/geometry/world.hpp"
 #include "host/scene/image.hpp"
+#include "host/scene/mesh.hpp"
 #include "tests/support/program.hpp"
 
 namespace raywave {

@@ -9,7 +9,8 @@
 #include <numeric>
 
 #include "host/common/error.hpp"
-#include "host/evaluate/bench/stopwatch.hpp"
+#include "host/evaluate/quality.hpp"
+#include "host/evaluate/stopwatch.hpp"
 #include "host/plan/cost.hpp"
 
 namespace raywave {
@@ -138,18 +139,6 @@ std::string lens_key(const Scene& scene, glm::ivec2 grid, double z_m) {
 }
 
 }  // namespace
-
-Spread spread_of(std::vector<double> values) {
-  if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
-  const auto at = [&](double share) {
-    const double place = share * static_cast<double>(values.size() - 1);
-    const auto below = static_cast<std::size_t>(place);
-    return std::lerp(values[below], values[std::min(below + 1, values.size() - 1)],
-                     place - static_cast<double>(below));
-  };
-  return {at(0.5), at(0.25), at(0.75)};
-}
 
 Spread BenchRow::wall_s() const {
   std::vector<double> values;

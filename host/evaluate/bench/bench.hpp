@@ -11,10 +11,13 @@
 #include <utility>
 #include <vector>
 
-#include "host/evaluate/quality.hpp"
-#include "host/render.hpp"
+#include "host/evaluate/spread.hpp"
+#include "host/plan/plan.hpp"
+#include "host/scene/image.hpp"
 
 namespace raywave {
+
+struct FieldStack;
 
 /// One frame: from the call that moves the object to the finished levels in host memory.
 struct BenchFrame {
@@ -23,14 +26,6 @@ struct BenchFrame {
   // Wall seconds; "rest" is what no stage claims, so that all add up to wall_s
   std::map<std::string, double> stages_s;
 };
-
-/// Median and quartiles.
-struct Spread {
-  double median = 0, low = 0, high = 0;
-};
-
-/// Linear between neighbours; zeros when empty.
-Spread spread_of(std::vector<double> values);
 
 /// What a device can do at most, as measured: bytes read plus bytes written by copies between its
 /// buffers, and floating-point operations of multiply-adds.

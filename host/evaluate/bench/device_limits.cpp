@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "host/evaluate/bench/bench.hpp"
-#include "host/evaluate/bench/stopwatch.hpp"
+#include "host/evaluate/stopwatch.hpp"
 #include "host/trace/device_scene.hpp"
 
 namespace raywave {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/bench/bench.hpp"
+#include "host/evaluate/built_in_meshes.hpp"
 
 namespace raywave {
 namespace {
@@ -119,28 +120,9 @@ BenchSuite paper_suite(const std::filesystem::path& data) {
   return suite;
 }
 
-/// Sphere of about so many triangles, diameter 1.
+/// A sphere of about so many triangles, diameter 1.
 Mesh sphere(int triangles) {
-  const int rings = std::max(2, static_cast<int>(std::lround(std::sqrt(triangles / 4.0)))),
-            sectors = 2 * rings;
-  Mesh mesh;
-  for (int j = 0; j <= rings; ++j) {
-    for (int i = 0; i <= sectors; ++i) {
-      const double a = 2 * std::numbers::pi * (i % sectors) / sectors,
-                   b = std::numbers::pi * j / rings, r = j % rings ? std::sin(b) : 0;
-      mesh.positions.push_back(0.5 * glm::dvec3(r * std::cos(a), std::cos(b), r * std::sin(a)));
-      mesh.normals.push_back(2.0 * mesh.positions.back());
-      mesh.uvs.emplace_back(0);
-    }
-  }
-  const auto at = [&](int i, int j) { return static_cast<unsigned>(j * (sectors + 1) + i); };
-  for (int j = 0; j < rings; ++j) {
-    for (int i = 0; i < sectors; ++i) {
-      if (j > 0) mesh.triangles.emplace_back(at(i, j), at(i + 1, j), at(i, j + 1));
-      if (j + 1 < rings) mesh.triangles.emplace_back(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
-    }
-  }
-  return finish_mesh(std::move(mesh), Normals::file);
+  return unit_sphere(std::max(2, static_cast<int>(std::lround(std::sqrt(triangles / 4.0)))));
 }
 
 /// What a frame costs when the scene, its sampling or the hologram grow.

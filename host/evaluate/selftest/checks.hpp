@@ -4,12 +4,37 @@
 #pragma once
 
 #include <complex>
+#include <functional>
 #include <span>
+#include <string>
+#include <vector>
 
+#include "cl/device.hpp"
 #include "host/common/error.hpp"
-#include "host/evaluate/selftest/selftest.hpp"
 
-namespace raywave::selftest {
+namespace raywave {
+
+/// What a check saw.
+struct Finding {
+  double measured = 0;  // 0 where a refusal is what is wanted, and it came with the right words
+  std::string note;     // the words of a refusal, or what explains the number
+};
+
+/// A claim about a device.
+struct SelfCheck {
+  std::string part;      // "FFT", "rays", ...
+  std::string claim;     // "clfft, 60 x 35, against the direct sum"
+  std::string quantity;  // what is measured, with its unit: "relative L2", "turns", "rays lost"
+  double bound = 0;      // of `measured`
+  std::function<Finding(const cl::Device&)> measure;
+};
+
+enum class SelfTestSize {
+  quick,  // seconds
+  full,   // minutes: every float, millions of rays, large planes
+};
+
+namespace selftest {
 
 std::vector<SelfCheck> device_checks(SelfTestSize size);
 std::vector<SelfCheck> fft_checks(const cl::DeviceInfo& device, SelfTestSize size);
@@ -45,4 +70,5 @@ Finding exact_or_refused(const std::string& words, Measure&& measure) {
 /// throws  std::runtime_error when a sample is NaN or infinite
 void require_finite(std::span<const std::complex<float>> field, const char* what);
 
-}  // namespace raywave::selftest
+}  // namespace selftest
+}  // namespace raywave

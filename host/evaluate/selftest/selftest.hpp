@@ -3,28 +3,12 @@
 /// precision on the host, and pushed to the limits that users push it to (docs/selftest.md).
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
-#include "cl/device.hpp"
+#include "host/evaluate/selftest/checks.hpp"
 
 namespace raywave {
-
-/// What a check saw.
-struct Finding {
-  double measured = 0;  // 0 where a refusal is what is wanted, and it came with the right words
-  std::string note;     // the words of a refusal, or what explains the number
-};
-
-/// A claim about a device.
-struct SelfCheck {
-  std::string part;      // "FFT", "rays", ...
-  std::string claim;     // "clfft, 60 x 35, against the direct sum"
-  std::string quantity;  // what is measured, with its unit: "relative L2", "turns", "rays lost"
-  double bound = 0;      // of `measured`
-  std::function<Finding(const cl::Device&)> measure;
-};
 
 struct SelfTestRow {
   std::string part, claim, quantity;
@@ -32,11 +16,6 @@ struct SelfTestRow {
   bool passed = false;
   double seconds = 0;
   std::string note;
-};
-
-enum class SelfTestSize {
-  quick,  // seconds
-  full,   // minutes: every float, millions of rays, large planes
 };
 
 /// All checks for a device, in the order of the pipeline, then the extremes.

@@ -157,7 +157,7 @@ std::string trade_json(const Trade& trade) {
             {"base", trade.base}};
   json["device"]["compute_units"] = trade.device.compute_units;
   for (const auto& preset : trade.presets) {
-    Json one{{"quality", name_of(preset.quality)},
+    Json one{{"preset", name_of(preset.quality)},
              {"row", preset.row},
              {"predicted",
               {{"time_s", preset.predicted.total_s()},
@@ -169,9 +169,9 @@ std::string trade_json(const Trade& trade) {
                {"device_bytes", preset.predicted_bytes}}}};
     const auto& row = trade.rows[preset.row];
     if (row.renders > 0) {
-      const auto fastest = fastest_as_true(trade.rows, preset.row);
-      one["fastest_as_true"] = {{"row", fastest},
-                                {"times", row.time_s / trade.rows[fastest].time_s}};
+      const auto fastest = fastest_as_accurate(trade.rows, preset.row);
+      one["fastest_as_accurate"] = {{"row", fastest},
+                                    {"times", row.time_s / trade.rows[fastest].time_s}};
     }
     json["presets"].push_back(one);
   }
@@ -249,9 +249,9 @@ std::string trade_text(const Trade& trade) {
     if (row.renders == 0) continue;
     text += format("%-10s  %8s     %6.2f     predicted\n", "",
                    milliseconds(preset.predicted.total_s()).c_str(), preset.predicted_psnr_db);
-    const auto fastest = fastest_as_true(trade.rows, preset.row);
+    const auto fastest = fastest_as_accurate(trade.rows, preset.row);
     if (fastest == preset.row) continue;
-    text += format("%-10s  %.2f times the time of the fastest as true:\n", "",
+    text += format("%-10s  %.2f times the time of the fastest that is as accurate:\n", "",
                    row.time_s / trade.rows[fastest].time_s);
     add("", trade.rows[fastest]);
   }

@@ -4,9 +4,9 @@
 
 #include "cl/cache.hpp"
 #include "host/common/error.hpp"
-#include "host/evaluate/bench/bench.hpp"
-#include "host/evaluate/bench/stopwatch.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/evaluate/spread.hpp"
+#include "host/evaluate/stopwatch.hpp"
 #include "host/evaluate/trade/knobs.hpp"
 #include "raywave_version.hpp"
 
@@ -278,7 +278,7 @@ std::vector<std::size_t> trade_frontier(const std::vector<TradeRow>& rows) {
   return best;
 }
 
-std::size_t fastest_as_true(const std::vector<TradeRow>& rows, std::size_t row) {
+std::size_t fastest_as_accurate(const std::vector<TradeRow>& rows, std::size_t row) {
   for (const auto i : trade_frontier(rows)) {
     if (rows[i].psnr_db() >= rows[row].psnr_db() && rows[i].time_s < rows[row].time_s) return i;
   }

@@ -167,7 +167,7 @@ private:
 std::vector<std::size_t> trade_frontier(const std::vector<TradeRow>& rows);
 
 /// The fastest row that is at least as true as this one; itself when none is faster.
-std::size_t fastest_as_true(const std::vector<TradeRow>& rows, std::size_t row);
+std::size_t fastest_as_accurate(const std::vector<TradeRow>& rows, std::size_t row);
 
 /// Rows of the frontier that the sheet shows: seven at most, evenly along it.
 std::vector<std::size_t> sheet_rows(const Trade& trade);

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/scene/mesh.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <map>
+#include <utility>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/scene/vectors.hpp"
+#include "host/scene/weld.hpp"
+
+namespace raywave {
+namespace {
+
+std::array<glm::dvec3, 3> corners(const Mesh& mesh, const glm::uvec3& triangle) {
+  return {mesh.positions[triangle.x], mesh.positions[triangle.y], mesh.positions[triangle.z]};
+}
+
+/// Twice the area along the normal. Scaled by the longest edge first, so that no finite mesh under-
+/// or overflows.
+glm::dvec3 face_normal(const std::array<glm::dvec3, 3>& p) {
+  const glm::dvec3 a = p[1] - p[0], b = p[2] - p[0];
+  const double longest = std::max(
+      {std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y), std::abs(b.z)});
+  return longest > 0 ? unit_or_zero(glm::cross(a / longest, b / longest)) : glm::dvec3(0);
+}
+
+/// Normals at the welded positions: face normals weighted by the angle of the corner, which does
+/// not depend on how a polygon was cut.
+std::vector<glm::dvec3> smooth_normals(const Mesh& mesh) {
+  const std::vector<std::uint32_t> weld = weld_positions(mesh.positions);
+  std::vector<glm::dvec3> sum(mesh.positions.size(), glm::dvec3(0));
+  for (const glm::uvec3& triangle : mesh.triangles) {
+    const auto p = corners(mesh, triangle);
+    const glm::dvec3 normal = face_normal(p);
+    for (int i = 0; i < 3; ++i) {
+      const glm::dvec3 a = unit_or_zero(p[(i + 1) % 3] - p[i]),
+                       b = unit_or_zero(p[(i + 2) % 3] - p[i]);
+      sum[weld[triangle[i]]] += normal * std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+    }
+  }
+  std::vector<glm::dvec3> normals(mesh.positions.size());
+  for (std::size_t i = 0; i < normals.size(); ++i) normals[i] = unit_or_zero(sum[weld[i]]);
+  return normals;
+}
+
+}  // namespace
+
+Mesh finish_mesh(Mesh raw, Normals mode) {
+  std::erase_if(raw.triangles, [&](const glm::uvec3& triangle) {
+    return face_normal(corners(raw, triangle)) == glm::dvec3(0);
+  });
+  const std::vector<glm::dvec3> normals =
+      mode == Normals::smooth ? smooth_normals(raw) : raw.normals;
+  Mesh mesh;
+  Welder<8> welder(mode == Normals::smooth ? raw.positions.size() : 3 * raw.triangles.size());
+  for (const glm::uvec3& triangle : raw.triangles) {
+    const glm::dvec3 of_face = face_normal(corners(raw, triangle));
+    glm::uvec3 joined;
+    for (int i = 0; i < 3; ++i) {
+      const glm::dvec3 p = raw.positions[triangle[i]];
+      const glm::dvec2 uv = raw.uvs[triangle[i]];
+      const bool own = mode != Normals::flat && normals[triangle[i]] != glm::dvec3(0);
+      const glm::dvec3 n = own ? normals[triangle[i]] : of_face;
+      joined[i] = welder.id({p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y});
+      if (joined[i] < mesh.positions.size()) continue;
+      mesh.positions.push_back(p);
+      mesh.normals.push_back(n);
+      mesh.uvs.push_back(uv);
+    }
+    mesh.triangles.push_back(joined);
+  }
+  return mesh;
+}
+
+bool is_closed(const Mesh& mesh) {
+  const std::vector<std::uint32_t> weld = weld_positions(mesh.positions);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges, reversed;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const glm::uvec3& triangle : mesh.triangles)
+    for (int i = 0; i < 3; ++i) edges.emplace_back(weld[triangle[i]], weld[triangle[(i + 1) % 3]]);
+  for (const auto& [from, to] : edges) reversed.emplace_back(to, from);
+  std::sort(edges.begin(), edges.end());
+  std::sort(reversed.begin(), reversed.end());
+  return edges == reversed && std::adjacent_find(edges.begin(), edges.end()) == edges.end();
+}
+
+Meshes load_meshes(const Scene& scene) {
+  if (scene.objects.empty())
+    throw InputError(one_line(scene.file.string()) +
+                     ": there is no object: add [[object]] with mesh = \"FILE\"");
+  Meshes loaded;
+  std::map<std::pair<std::filesystem::path, Normals>, std::size_t> known;
+  for (const Object& object : scene.objects) {
+    std::error_code error;
+    const auto [found, is_new] =
+        known.try_emplace({std::filesystem::weakly_canonical(object.mesh, error), object.normals},
+                          loaded.meshes.size());
+    if (is_new) {
+      loaded.meshes.push_back(load_mesh(object.mesh, object.normals, object.where));
+      loaded.closed.push_back(is_closed(loaded.meshes.back()));
+    }
+    loaded.of_object.push_back(found->second);
+  }
+  return loaded;
+}
+
+}  // namespace raywave

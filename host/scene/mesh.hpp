@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Meshes as their files hold them.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+#include "host/scene/scene.hpp"
+
+namespace raywave {
+
+/// Triangles that index vertices; `normals` and `uvs` are empty or as long as `positions`.
+struct Mesh {
+  std::vector<glm::dvec3> positions;
+  std::vector<glm::dvec3> normals;
+  std::vector<glm::dvec2> uvs;  // (0, 0) is the bottom left of the texture
+  std::vector<glm::uvec3> triangles;
+};
+
+/// Reads any format Assimp reads; all parts of the file merged, polygons triangulated, points,
+/// lines and triangles of no area dropped, node transforms applied, vertices that agree in
+/// everything joined. Axes and numbers stay as in the file (in float, as Assimp keeps them).
+///
+/// throws  InputError, starting with `where`, when the file cannot be read, holds no triangle, or a
+///         vertex is NaN or infinite
+Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where);
+
+/// The last step of load_mesh, on a mesh as a file has it, with zero for a normal that is missing:
+/// triangles of no area dropped, every corner given its normal, and corners that agree in
+/// everything joined.
+Mesh finish_mesh(Mesh raw, Normals normals);
+
+/// Whether every edge is shared by exactly two triangles in opposite directions, after welding
+/// equal positions.
+bool is_closed(const Mesh& mesh);
+
+/// The meshes of a scene's objects, as read. Objects that name the same file and normals share one.
+struct Meshes {
+  std::vector<Mesh> meshes;
+  std::vector<bool> closed;
+  std::vector<std::size_t> of_object;  // index into `meshes`
+};
+
+/// throws  InputError when a mesh is unusable, or when the scene has no object
+Meshes load_meshes(const Scene& scene);
+
+}  // namespace raywave
