@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "host/render.hpp"
+#include "host/scene/files.hpp"
 #include "tests/support/files.hpp"
 
 namespace raywave::test {
@@ -32,7 +33,7 @@ inline World world_of(const Scene& scene) {
     meshes.meshes.push_back(entry->second.first);
     meshes.closed.push_back(entry->second.second);
   }
-  return place_objects(scene, meshes);
+  return place_objects(scene, meshes, load_textures(scene));
 }
 
 /// render(), with the world of world_of.
