@@ -57,7 +57,6 @@ RenderResult Renderer::State::render() {
     make_plan();
   }
   RenderResult result;
-  result.notes = scene_.notes;
   result.wrps.resize(options_.keep_wrps ? plan_.wrps.size() : 0);
   encoder_.prepare(plan_);
   for (std::size_t tile = 0; tile < plan_.tiles.size(); ++tile) {

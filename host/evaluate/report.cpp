@@ -203,7 +203,8 @@ std::string render_report_json(const Scene& scene, const RenderResult& result,
   j["device"]["fft"] = cl::name_of(fft);
   j["samples"] = {{"count", result.samples}, {"with_visibility_rays", result.hidden_samples}};
   j["seed"] = scene.sampling.seed;
-  j["notes"] = result.notes;
+  j["notes"] = scene.notes;
+  for (const auto& note : result.notes) j["notes"].push_back(note);
   j["seconds"] = result.seconds;
   j["processor_seconds"] = result.processor_seconds;
   j["peak_memory"] = {{"host_bytes", host_peak_bytes()},
