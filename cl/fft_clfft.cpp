@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#define CL_TARGET_OPENCL_VERSION 120
 #include "cl/fft.hpp"
 
 #include <clFFT.h>

@@ -75,8 +75,11 @@ void ReportOptions::write(const Json& value) const {
   write(value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
-Scene load(const std::string& file, const std::vector<std::string>& set, const ReportOptions&) {
-  return load_scene(file, set);
+Scene load(const std::string& file, const std::vector<std::string>& set,
+           const ReportOptions& report) {
+  auto scene = load_scene(file, set);
+  for (const auto& note : scene.notes) report.note(note);
+  return scene;
 }
 
 void add_set(CLI::App& command, std::vector<std::string>& set) {

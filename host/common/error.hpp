@@ -7,9 +7,9 @@
 
 namespace raywave {
 
-/// Something the user gave is wrong and the user can mend it: a scene, a mesh, an option. The
-/// message is one line that says what is wrong, where (file and line, or option) and what would be
-/// right. The command line ends with exit code 2.
+/// Wrong input that the user can correct: a scene, a mesh, an option. The message is one line that
+/// says what is wrong, where (file and line, or option) and what would be right. The command line
+/// tool then ends with exit code 2.
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

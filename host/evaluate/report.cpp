@@ -12,6 +12,7 @@
 #include "host/common/text.hpp"
 #include "host/evaluate/device_json.hpp"
 #include "host/plan/precision.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/trace/device_scene.hpp"
 #include "raywave_version.hpp"
 
@@ -202,7 +203,8 @@ std::string render_report_json(const Scene& scene, const RenderResult& result,
   j["device"]["fft"] = cl::name_of(fft);
   j["samples"] = {{"count", result.samples}, {"with_visibility_rays", result.hidden_samples}};
   j["seed"] = scene.sampling.seed;
-  j["notes"] = result.notes;
+  j["notes"] = scene.notes;
+  for (const auto& note : result.notes) j["notes"].push_back(note);
   j["seconds"] = result.seconds;
   j["processor_seconds"] = result.processor_seconds;
   j["peak_memory"] = {{"host_bytes", host_peak_bytes()},
@@ -220,7 +222,8 @@ std::string plan_report_json(const Planned& planned, const World& world) {
   j["bounds_m"] = Json::array({json_of(world.min_m), json_of(world.max_m)});
   j["plan"] = json_of(plan);
   j["accuracy"] = json_of(scene.accuracy, plan);
-  j["kernels"] = kernel_options(plan);
+  for (const auto& [part, value] : kernel_options(plan))
+    j["kernels"][std::string(part.name)] = value;
   j["prediction"] = json_of(prediction);
   j["reasons"] = reasons;
   j["warnings"] = warnings;
@@ -306,12 +309,12 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   }
   const auto kernels = kernel_options(plan);
   out << "kernels   with";
-  for (const auto& [option, name] : {std::pair{"RAYWAVE_SPECULAR", "highlights"},
-                                     {"RAYWAVE_TEXTURES", "textures"},
-                                     {"RAYWAVE_SHADOWS", "shadows"},
-                                     {"RAYWAVE_BOUNCES", "bounces"}})
-    out << (option == std::string("RAYWAVE_SPECULAR") ? " " : ", ")
-        << (kernels.at(option) == "0" ? "no " : "") << name;
+  for (const auto& [part, name] : {std::pair{option::specular, "highlights"},
+                                   {option::textures, "textures"},
+                                   {option::shadows, "shadows"},
+                                   {option::bounces, "bounces"}})
+    out << (part == option::specular ? " " : ", ") << (kernels.at(part) == "0" ? "no " : "")
+        << name;
   out << "\n";
   out << "memory    " << cl::format_bytes(prediction.device_bytes) << " on the device\n";
   const auto& t = prediction.times;

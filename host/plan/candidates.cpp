@@ -72,7 +72,7 @@ Candidates::Candidates(const Scene& scene, const World& world, const DeviceFigur
       device_(device),
       plan_(make_plan(scene, world, Method::wrp, 100, device.has_doubles)),
       resolution_m_(wanted_resolution_m(scene, plan_)),
-      view_(front_view(scene, world, load_textures(scene), plan_)) {
+      view_(front_view(scene, world, plan_)) {
   add(layout(scene.wrp.layers, plan_));
 }
 

@@ -138,9 +138,10 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   const double cells = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y,
                parts = 1 + plan.antialias * plan.antialias;
   work.rays =
-      levels * (std::max(0.0, cells - work.samples) * std::min(rays_of_an_empty_cell, parts) +
-                work.samples * parts +
-                view.pierced * samples_of_a_cell * (plan.view_parts > 0 ? views_of_a_sample : 0)) +
+      levels *
+          (std::max(0.0, cells - work.samples) * std::min(rays_of_an_empty_cell, parts) +
+           work.samples * parts +
+           view.pierced * samples_of_a_cell * (plan.visibility_parts > 0 ? views_of_a_sample : 0)) +
       levels_of_a_picture;
   const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / most_frames_together);
   const auto lights = static_cast<double>(

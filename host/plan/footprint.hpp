@@ -25,16 +25,16 @@ using std::fmin;
 
 /// A sample is gathered as plane waves where its footprint is narrower than so many spots to each
 /// side.
-inline constexpr double default_near_spots = PLANE_WAVE_SPOTS;
+inline constexpr double default_plane_wave_spots = PLANE_WAVE_SPOTS;
 
 /// Tail of a footprint of plane waves, in spots to each side: the waves are cut off beyond.
-inline constexpr double near_tail = PLANE_WAVE_TAIL;
+inline constexpr double plane_wave_tail = PLANE_WAVE_TAIL;
 
 /// Spots from the middle of a footprint of plane waves to its rim, at most.
-inline constexpr double widest_near_wave = PLANE_WAVE_WIDEST;
+inline constexpr double widest_plane_wave_sample = PLANE_WAVE_WIDEST;
 
 /// Tail that the sample lattice keeps around what the WRPs cover, in spots to each side. Wider than
-/// near_tail, since rays of the lattice are few and cost little, while samples left out would leave
+/// plane_wave_tail, since rays of the lattice are few and cost little, while samples left out would leave
 /// a dark rim.
 inline constexpr double lattice_tail = 16;
 
@@ -66,12 +66,12 @@ struct Footprint {
   double spot_m = 0;  // width of the diffraction spot
 
   /// The sample is gathered as plane waves.
-  bool is_near(double near_spots = default_near_spots) const {
-    return half_m < near_spots * spot_m;
+  bool is_near(double plane_wave_spots = default_plane_wave_spots) const {
+    return half_m < plane_wave_spots * spot_m;
   }
   /// Half width with the tail that gathering keeps.
-  double reach_m(double near_spots = default_near_spots) const {
-    return half_m + (is_near(near_spots) ? near_tail * spot_m : 0);
+  double reach_m(double plane_wave_spots = default_plane_wave_spots) const {
+    return half_m + (is_near(plane_wave_spots) ? plane_wave_tail * spot_m : 0);
   }
 };
 

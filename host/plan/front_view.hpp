@@ -8,13 +8,9 @@
 
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
-#include "host/scene/image.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {
-
-/// Textures of a scene's materials, by material; empty pictures where there is none.
-std::vector<Image> load_textures(const Scene& scene);
 
 /// A raster of tangents (x/z, y/z) over the plan's lattice, row by row from the lowest y. Cells
 /// stand for equal solid angles, as samples do.
@@ -34,7 +30,6 @@ struct FrontView {
 };
 
 /// longest  cells of the raster's longer side; a surface smaller than a cell may be missed
-FrontView front_view(const Scene& scene, const World& world, const std::vector<Image>& textures,
-                     const Plan& plan, int longest = 512);
+FrontView front_view(const Scene& scene, const World& world, const Plan& plan, int longest = 512);
 
 }  // namespace raywave

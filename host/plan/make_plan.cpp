@@ -87,7 +87,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
       [](const Material& m) { return m.reflectivity > 0 || m.transparency > 0; });
   plan.bounces = has_bounces ? scene.trace.depth : 0;
   plan.antialias = scene.sampling.antialias;
-  plan.view_parts = scene.sampling.visibility;
+  plan.visibility_parts = scene.sampling.visibility;
   plan.cone_half_width = scene.sampling.cone;
   plan.apodization = scene.sampling.apodization;
 

@@ -139,7 +139,7 @@ struct Plan {
   int antialias = 4;  // rays per side of a sample's cell; 0: one through its centre
   // Parts per side of the hologram's window in the visibility mask of a sample; 0: nothing hides
   // anything
-  int view_parts = 8;
+  int visibility_parts = 8;
   // Half width and apodization of the cone that a pixel gathers, in half holograms
   double cone_half_width = 1, apodization = 0;
   // The same in half tiles: as far beyond a tile's borders, where the padded plane holds it

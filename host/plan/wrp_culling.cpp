@@ -65,7 +65,7 @@ glm::dvec2 reach_of_light(const Plan& plan, const DepthLayer& layer, double z_m)
     const double window_m = plan.tile_window_m()[axis], cone = plan.tile_cone[axis];
     reach[axis] = window_m / 2 +
                   half_width_of(std::max(cone, 1.0), window_m, layer.distance_m, z_m) +
-                  near_tail * spot_of(plan.wavelength_m, z_m, cone, window_m);
+                  plane_wave_tail * spot_of(plan.wavelength_m, z_m, cone, window_m);
   }
   return reach;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/trace/interpolator.hpp"
 
+#include "host/geometry/kernel_options.hpp"
 #include "host/trace/device_scene.hpp"
 
 namespace raywave {
@@ -25,8 +26,8 @@ Interpolator::Interpolator(const cl::Device& device)
     : device_(device),
       lanes_(lanes_for(device.info())),
       program_(device, "kernels/gather/interpolate.cl",
-               {{"RAYWAVE_LANES", std::to_string(lanes_)},
-                {"RAYWAVE_INTERPOLATE_ROWS", std::to_string(rows_together(lanes_))}}),
+               {{option::lanes, std::to_string(lanes_)},
+                {option::interpolate_rows, std::to_string(rows_together(lanes_))}}),
       rows_(program_.kernel("interpolate_rows")) {}
 
 void Interpolator::interpolate(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& coarse,

@@ -9,10 +9,7 @@
 // A work-item makes RAYWAVE_LANES samples of RAYWAVE_INTERPOLATE_ROWS rows: global size (ceil(nx /
 // lanes), ceil(ny / those)). OpenCL C 1.2.
 #include "kernels/common/complex_lanes.h"
-
-#ifndef RAYWAVE_INTERPOLATE_ROWS
-#define RAYWAVE_INTERPOLATE_ROWS 1  // host/trace/interpolator.cpp
-#endif
+#include "kernels/gather/options.h"
 
 __kernel void interpolate_rows(__global const float2* coarse, int coarse_rows, int frame, int nx,
                                int ny, int taps, __global const int* first,
@@ -26,7 +23,7 @@ __kernel void interpolate_rows(__global const float2* coarse, int coarse_rows, i
     __global const float2* c = coefficients + row * taps;
     __global float2* out = fine + (size_t)row * (size_t)nx;
     if (x + RAYWAVE_LANES <= nx) {
-      // Parts lie side by side until all is summed.
+      // Real and imaginary parts stay interleaved until all is summed.
       floatv first_by_re = 0.0f, first_by_im = 0.0f, second_by_re = 0.0f, second_by_im = 0.0f;
       for (int tap = 0; tap < taps; ++tap) {
         __global const float* parts = (__global const float*)(in + (size_t)tap * (size_t)nx + x);

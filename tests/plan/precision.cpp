@@ -184,7 +184,7 @@ reference::Field arrived(const Plan& plan, const std::vector<reference::Field>& 
 }
 
 Oracle oracle_of(const Rig& rig) {
-  const auto gathering = reference::gathering(rig, default_near_spots);
+  const auto gathering = reference::gathering(rig, default_plane_wave_spots);
   Oracle oracle;
   std::vector<reference::Field> planes;
   for (const auto& wrp : rig.plan.wrps) {

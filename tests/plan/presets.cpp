@@ -8,6 +8,7 @@
 #include <glm/common.hpp>
 
 #include "host/common/error.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/memory.hpp"
 #include "host/render.hpp"
@@ -387,28 +388,28 @@ TEST_CASE("kernels are built without features that no object of the scene needs"
   scene.objects.resize(1);
   const auto plan = plan_of(scene, build_world(scene));
   const auto plain = kernel_options(plan);
-  CHECK(plain.at("RAYWAVE_TEXTURES") == "0");
-  CHECK(plain.at("RAYWAVE_SPECULAR") == "0");
-  CHECK(plain.at("RAYWAVE_SHARP") == "0");
-  CHECK(plain.at("RAYWAVE_SHADOWS") == "0");
-  CHECK(plain.at("RAYWAVE_BOUNCES") == "0");
-  CHECK(plain.at("RAYWAVE_LIGHTS") == "1");
+  CHECK(plain.at(option::textures) == "0");
+  CHECK(plain.at(option::specular) == "0");
+  CHECK(plain.at(option::sharp) == "0");
+  CHECK(plain.at(option::shadows) == "0");
+  CHECK(plain.at(option::bounces) == "0");
+  CHECK(plain.at(option::lights) == "1");
 
   auto rich = data_scene("ball_smooth.toml", {"trace.shadows=true", "trace.depth=2",
                                               "materials.ball.reflectivity=0.3"});
   const auto all = kernel_options(plan_of(rich, build_world(rich)));
-  CHECK(all.at("RAYWAVE_TEXTURES") == "1");
-  CHECK(all.at("RAYWAVE_SPECULAR") == "1");
-  CHECK(all.at("RAYWAVE_SHARP") == "0");  // an exponent of 60
-  CHECK(all.at("RAYWAVE_SHADOWS") == "1");
-  CHECK(all.at("RAYWAVE_BOUNCES") == "2");
+  CHECK(all.at(option::textures) == "1");
+  CHECK(all.at(option::specular) == "1");
+  CHECK(all.at(option::sharp) == "0");  // an exponent of 60
+  CHECK(all.at(option::shadows) == "1");
+  CHECK(all.at(option::bounces) == "2");
 
   rich.materials[static_cast<std::size_t>(rich.objects[0].material)].reflectivity = 0;
-  CHECK(kernel_options(plan_of(rich, build_world(rich))).at("RAYWAVE_BOUNCES") == "0");
+  CHECK(kernel_options(plan_of(rich, build_world(rich))).at(option::bounces) == "0");
   rich.materials[static_cast<std::size_t>(rich.objects[0].material)].shininess = 1e3;
-  CHECK(kernel_options(plan_of(rich, build_world(rich))).at("RAYWAVE_SHARP") == "1");
+  CHECK(kernel_options(plan_of(rich, build_world(rich))).at(option::sharp) == "1");
   rich.lights = {Light{LightType::ambient, {}, {}, 1}};
-  CHECK(kernel_options(plan_of(rich, build_world(rich))).at("RAYWAVE_SHADOWS") == "0");
+  CHECK(kernel_options(plan_of(rich, build_world(rich))).at(option::shadows) == "0");
 }
 
 TEST_CASE(

@@ -294,7 +294,7 @@ TEST_CASE("the device holds at most 64 bytes per padded pixel of a tile, of one 
       for (const double padding : {1.0, 2.0}) {
         const cl::Device device(info);
         auto scene = ball_scene(folder);
-        scene.hologram.resolution = {2000, 1600};
+        scene.hologram.resolution = {1024, 1024};  // few kernels, and small ones
         scene.objects.erase(scene.objects.begin());
         // The light's band leaves rows to spare
         scene.objects[0].position_m.z = 150 * mm;

@@ -42,7 +42,7 @@ TradeKnob oversampling_knob() {
           }};
 }
 
-/// So many of them, evenly spread, the first and the last among them.
+/// At most `most` of the values, evenly spread, including the first and the last.
 template <class T>
 std::vector<T> thinned(std::vector<T> values, std::size_t most) {
   if (values.size() <= most || most < 2) return values;
@@ -71,7 +71,7 @@ private:
   std::vector<TradeRow>& rows_;
 };
 
-/// Predicted to be beaten by none in time and PSNR; the fastest first.
+/// The choices that no other is predicted to beat in time and PSNR; the fastest first.
 std::vector<Choice> predicted_frontier(std::vector<Choice> all) {
   std::stable_sort(all.begin(), all.end(),
                    [](const Choice& a, const Choice& b) { return a.seconds < b.seconds; });
@@ -82,9 +82,8 @@ std::vector<Choice> predicted_frontier(std::vector<Choice> all) {
   return best;
 }
 
-/// Those that may be on the frontier where predictions are wrong by as much as they are known to
-/// be: none that is as true is predicted to take less than 1 / margin of the time; the fastest
-/// first.
+/// Choices that may lie on the frontier, given the known error of the predictions: no choice of at
+/// least the same PSNR is predicted to take less than 1 / margin of the time; the fastest first.
 ///
 /// about_s  those that are predicted to take much longer than this are left out
 std::vector<Choice> near_frontier(std::vector<Choice> all, double about_s) {
@@ -101,13 +100,13 @@ std::vector<Choice> near_frontier(std::vector<Choice> all, double about_s) {
   return all;
 }
 
-/// Knobs about which nothing is predicted.
+/// Knobs whose effect is not predicted.
 struct Finish {
   int antialias, visibility;
   bool operator==(const Finish&) const = default;
 };
 
-/// What is tried of them with each choice of the others.
+/// The values of these knobs to be tried with each choice of the others.
 std::vector<Finish> finishes_of(const Scene& scene, const TradeKnobs& base, const TradeSpec& spec) {
   std::vector<Finish> finishes{{4, 8}, {2, 8}, {0, 8}};
   if (spec.exhaustive && spec.quick) finishes = {{4, 8}, {0, 8}, {4, 4}};

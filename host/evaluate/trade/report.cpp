@@ -24,8 +24,8 @@ std::string format(const char* how, auto... values) {
   return text.data();
 }
 
-/// What a row was measured for: "draft", "wrp.padding = 2", "together"; and "frontier" when it lies
-/// there.
+/// The reasons why a row was measured: "draft", "wrp.padding = 2", "together"; and "frontier" when
+/// it lies there.
 std::vector<std::string> roles_of(const Trade& trade, std::size_t row,
                                   const std::vector<std::size_t>& frontier) {
   std::vector<std::string> roles;
