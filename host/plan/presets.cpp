@@ -160,7 +160,7 @@ void predict_memory(const World& world, const DeviceFigures& device, Planned& pl
   }
   bytes += static_cast<std::uint64_t>(
       planned.prediction.work.samples *
-      (sizeof(device::Sample) + sizeof(device::Aim) + 16 + 8 * s.sampling.frames));
+      (sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 + 8 * s.sampling.frames));
   if (bytes > device.memory.device_bytes)
     planned.warnings.push_back("needs " + format_bytes(bytes) + ", " + device.name + " has " +
                                format_bytes(device.memory.device_bytes) +
