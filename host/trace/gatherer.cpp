@@ -46,7 +46,7 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
                          {option::tile_rows, std::to_string(tile_rows_)},
                          {option::visibility_parts, std::to_string(table.visibility_parts)},
                          {option::sine_limit, plan.beyond_diffraction ? "1" : "0"}})),
-      project_samples_(program_.kernel("aim")),
+      project_samples_(program_.kernel("project_samples")),
       draw_phases_(program_.kernel("draw_phases")),
       profile_(program_.kernel("profile")),
       gather_(program_.kernel("gather")),
@@ -55,7 +55,7 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
 void Gatherer::draw_phases(std::uint32_t seed) {
   const auto room = table_.samples.size();
   if (projected_.size() < room) {
-    projected_ = {device_, room, "aims"};
+    projected_ = {device_, room, "projected samples"};
     // Read in whole vectors, so there is one more than is written.
     const std::vector<std::int32_t> none(4 * (room + static_cast<std::size_t>(lanes_)));
     footprints_ = {device_, std::span<const std::int32_t>(none), "footprints of samples"};
