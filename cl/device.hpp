@@ -17,10 +17,16 @@
 
 namespace raywave::cl {
 
-/// The device or its driver cannot do what was asked. The message says what was asked, what is
-/// allowed and what may help; exit code 3.
+/// The device or its driver cannot do what was asked. The message says what was asked and what is
+/// allowed; exit code 3.
 struct DeviceError : std::runtime_error {
   using std::runtime_error::runtime_error;
+};
+
+/// Memory of the device or the host is out. The message gives the sizes asked and allowed; a caller
+/// that knows what takes the memory adds what needs less.
+struct MemoryError : DeviceError {
+  using DeviceError::DeviceError;
 };
 
 enum class DeviceKind { gpu, accelerator, cpu, other };
@@ -65,7 +71,7 @@ public:
   const DeviceInfo& info() const { return info_; }
   const ::cl::Context& context() const { return context_; }
   const ::cl::CommandQueue& queue() const { return queue_; }
-  /// The same as queue() on devices that give only one.
+  /// Equals queue() on devices that give only one.
   const ::cl::CommandQueue& copy_queue() const { return copy_queue_; }
   const ::cl::Device& handle() const { return handle_; }
 

@@ -23,7 +23,7 @@ inline constexpr std::array all_backends{FftBackend::host, FftBackend::clfft, Ff
 
 std::string_view name_of(FftBackend backend);
 
-/// Whether the back end can serve the device (clFFT and VkFFT need an online compiler).
+/// True when the back end can serve the device (clFFT and VkFFT need an online compiler).
 bool serves(FftBackend backend, const DeviceInfo& device);
 
 /// host on CPUs and devices without an online compiler, else clfft.
@@ -42,7 +42,7 @@ struct FreeLines {
 using Lines = std::unique_ptr<std::complex<float>[], FreeLines>;
 
 /// name  for messages ("sum of spectra"); the samples are not set
-/// throws  DeviceError when memory is out
+/// throws  MemoryError when memory is out
 Lines make_lines(std::size_t samples, const std::string& name);
 Lines make_zero_lines(std::size_t samples, const std::string& name);
 
@@ -67,7 +67,7 @@ public:
   std::size_t size() const { return size_; }
   /// out[k] = sum of in[i] exp(-2 pi i k / size); the lines do not overlap, `in` is left as it was.
   void forward(const std::complex<float>* in, std::complex<float>* out) const;
-  /// The same with +.
+  /// out[k] = sum of in[i] exp(+2 pi i k / size).
   void inverse(const std::complex<float>* in, std::complex<float>* out) const;
 
 private:
@@ -92,10 +92,10 @@ struct FftShape {
 class Fft {
 public:
   virtual ~Fft() = default;
-  virtual void forward(
-      // Sum of f exp(-2 pi i (x u / nx + y v / ny)); samples outside the live part must be zero
-      ComplexBuffer& plane) = 0;
-  virtual void inverse(ComplexBuffer& plane) = 0;  // the same with +
+  /// Sum of f exp(-2 pi i (x u / nx + y v / ny)); samples outside the live part must be zero.
+  virtual void forward(ComplexBuffer& plane) = 0;
+  /// Sum of f exp(+2 pi i (x u / nx + y v / ny)).
+  virtual void inverse(ComplexBuffer& plane) = 0;
 };
 
 /// Plans for FftBackend::clfft or vkfft. The first plan of a shape takes seconds (on PoCL 8 to 30 s

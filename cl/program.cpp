@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cl/program.hpp"
 
+#include <array>
 #include <cstdio>
 #include <set>
 #include <sstream>
@@ -11,8 +12,8 @@
 namespace raywave::cl {
 namespace {
 
-/// The file with every #include "name" replaced by that file, each once: devices compile from one
-/// string without include folders.
+/// The text of a kernel file with every #include "name" replaced by that file, each once. Devices
+/// compile one string, without include folders.
 std::string with_includes(const std::string& file, std::set<std::string>& seen) {
   seen.insert(file);
   const auto it = kernel_files().find(file);

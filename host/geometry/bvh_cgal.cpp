@@ -69,8 +69,8 @@ struct Box {
   }
 };
 
-/// What a node of the flat tree says of one child. As it stands: an empty box that no ray meets;
-/// its leaf is never opened.
+/// One child in a node of the flat tree. The default is an empty box that no ray meets, so that its
+/// leaf is never opened.
 struct Child {
   Box box;
   int child = 0;
@@ -117,13 +117,13 @@ public:
   }
 
 private:
-  /// Triangles of the parts that are divided anew, and levels that this may take: twice as many as
-  /// halves need.
+  /// Largest number of triangles of a part that is divided anew, and largest depth of the subtree
+  /// that replaces it: twice the depth of halving.
   static constexpr std::size_t divided_anew = 512;
-  static constexpr int most_levels = 18;
+  static constexpr int largest_depth = 18;
   static constexpr std::size_t bins = 16;
-  /// Time to test a triangle, in those to test the boxes of two children. Rays are as fast with
-  /// 0.6, fitting a moving tree is not.
+  /// Time to test a triangle, in units of the time to test the boxes of two children. Rays are as
+  /// fast with 0.6, but the tree has a third more nodes.
   static constexpr float triangle_cost = 0.35f;
 
   Child flatten(const Part& part, int depth) {
@@ -133,7 +133,7 @@ private:
           [&] { return flatten(part.right(), depth + 1); });
     items_.clear();
     collect(part);
-    return divide(0, items_.size(), depth, most_levels);
+    return divide(0, items_.size(), depth, largest_depth);
   }
 
   Child inner(int depth, const auto& make_left, const auto& make_right) {
@@ -164,16 +164,17 @@ private:
     items_.push_back(item);
   }
 
-  Child divide(std::size_t from, std::size_t to, int depth, int levels) {
-    const auto middle = split(from, to, levels);
+  Child divide(std::size_t from, std::size_t to, int depth, int depth_left) {
+    const auto middle = split(from, to, depth_left);
     if (middle == from) return leaf(from, to);
     return inner(
-        depth, [&] { return divide(from, middle, depth + 1, levels - 1); },
-        [&] { return divide(middle, to, depth + 1, levels - 1); });
+        depth, [&] { return divide(from, middle, depth + 1, depth_left - 1); },
+        [&] { return divide(middle, to, depth + 1, depth_left - 1); });
   }
 
-  /// Where the items from..to, then in that order, are best divided; `from`: not at all.
-  std::size_t split(std::size_t from, std::size_t to, int levels) {
+  /// Orders the items from..to and returns the index at which they are best divided; `from`: they
+  /// stay together.
+  std::size_t split(std::size_t from, std::size_t to, int depth_left) {
     const auto count = to - from;
     if (count == 1) return from;
     Box whole, centres;
@@ -227,7 +228,7 @@ private:
     }
     const auto at = [&](std::size_t i) { return items_.begin() + static_cast<std::ptrdiff_t>(i); };
     const bool halve =
-        count > leaf_size_ && (best_axis == 3 || count > std::size_t{1} << (levels - 1));
+        count > leaf_size_ && (best_axis == 3 || count > std::size_t{1} << (depth_left - 1));
     if (halve) {
       std::size_t longest = 0;
       for (std::size_t axis = 1; axis < 3; ++axis)

@@ -56,7 +56,7 @@ std::vector<Band> bands_across(const Axis& axis, const Axis& other, double wavel
 double largest_shift_m(const Axis& axis, double shift_m, const Axis& other, double other_shift_m,
                        double wavelength_m, double distance_m) {
   if (distance_m == 0) return axis.reach_m();
-  // That is not evanescent
+  // Steeper frequencies are evanescent.
   const double steepest = std::ceil(1 / (wavelength_m * axis.frequency(1))) - 1;
   const int last = std::abs(shift_m * distance_m < 0 ? axis.lowest() : axis.highest());
   const double u = std::min<double>(last, steepest) * axis.frequency(1);

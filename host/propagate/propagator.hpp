@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "cl/fft.hpp"
-#include "cl/program.hpp"
 
 namespace raywave {
 
@@ -40,8 +39,8 @@ struct PropagatorSpec {
 /// the FFT transforms fast.
 glm::ivec2 padded_size(glm::ivec2 size, double padding);
 
-/// Where a plane's light is wanted: on a plane `distance_m` away along the direction of travel, its
-/// centre shifted by `shift_m` (x right, y up) from the source's.
+/// A target plane `distance_m` away along the direction of travel, its centre shifted by `shift_m`
+/// (x right, y up) from the source's.
 struct Target {
   glm::dvec2 shift_m{0, 0};
   double distance_m = 0;
@@ -63,7 +62,7 @@ public:
 
   glm::ivec2 padded_size() const;
 
-  /// Whether any sampled frequency carries light to such a target.
+  /// True when any sampled frequency carries light to such a target.
   bool reaches(const Target& target) const;
 
   /// Distance up to which the padded plane samples directions densely enough to reach everywhere:

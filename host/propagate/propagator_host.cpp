@@ -10,9 +10,7 @@
 // over columns read and write a tile from beginning to end. Sources wait until `collect`, or until
 // they fill the memory of two padded planes; their sum is then kept by rows.
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
-#include <type_traits>
 
 #include "host/common/threads.hpp"
 #include "host/propagate/propagator_engine.hpp"
@@ -110,7 +108,7 @@ Transpose transpose_here() {
   return transpose_any;
 }
 
-/// What multiply_add needs of one row for `count` columns from one on: tables from that column on.
+/// Input of multiply_add for `count` columns of one row: tables from the first of these columns on.
 struct RowPart {
   const Sample* line;
   Sample* sum;
@@ -250,8 +248,8 @@ public:
   }
 
 private:
-  /// Of one thread: lines of the padded plane. What is right of the field in `row` and below it in
-  /// `field_columns` stays zero, so does what is outside the band in `band_columns`.
+  /// Lines of the padded plane, for one thread. These parts stay zero: right of the field in `row`,
+  /// below the field in `field_columns`, and outside the band in `band_columns`.
   struct Scratch {
     cl::Lines row, row_transformed, row_sum;
     cl::Lines field_columns, band_columns, columns_transformed;

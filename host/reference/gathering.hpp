@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a plane's pixels gather from a sample table, in double precision, sample by sample: what
-/// kernels/gather/gather.cl is held against.
+/// The field that a plane's pixels gather from a sample table, in double precision, sample by
+/// sample: the oracle of kernels/gather/gather.cl.
 #pragma once
 
 #include <complex>
 #include <span>
-#include <vector>
 
 #include "host/reference/pipeline.hpp"
 #include "host/reference/stage.hpp"
 
 namespace raywave::reference {
 
-/// What the device starts from.
+/// The input of the device's gathering.
 Gathering gathering(const Rig& rig, double near_spots = 0);
 
 struct Agreement {

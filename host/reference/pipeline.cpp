@@ -66,7 +66,7 @@ double seen_share(const Gathering& what, std::size_t index, int part_i, int part
   return static_cast<double>(seen) / (side * side);
 }
 
-/// Where the highlight of a light on a sample is brightest.
+/// The direction in which the highlight of a light on a sample is brightest.
 struct Highlight {
   dvec3 direction;  // of unit length
   double intensity;
@@ -97,7 +97,7 @@ double amplitude(const Gathering& what, std::size_t index, dvec3 towards) {
   for (const auto& h : highlights(what, index))
     radiance += h.intensity * s.specular *
                 power_of_cosine(dot(h.direction, normalize(towards)), s.shininess);
-  // Of a surface that is turned away, less is seen.
+  // A surface that is turned away shows less area.
   const double area = std::clamp(s.tilt_x * towards.x + s.tilt_y * towards.y - s.tilt_z, 0.0, 4.0);
   return s.weight * std::sqrt(radiance * area);
 }
@@ -285,7 +285,7 @@ private:
         result_.field[index_of(column, row)] += common * sum;
       }
     }
-    // Where the wave is cut off.
+    // The rim of the footprint cuts the wave off.
     doubt_rim(x, y);
   }
 
@@ -338,7 +338,7 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
   double edges = 1;
   if (pixel_m.z > 0) {
     for (int axis = 0; axis < 2; ++axis) {
-      // Where the light meets the hologram, in half holograms.
+      // The position at which the light meets the hologram, in half holograms.
       const double at =
           (pixel_m[axis] - (p[axis] - pixel_m[axis]) * pixel_m.z / depth) / half_window(plan)[axis];
       if (plan.apodization == 0 && std::abs(std::abs(at) - plan.cone_half_width) < 1e-3)

@@ -38,7 +38,7 @@ Plane plane_of(const Image& image) {
 
 constexpr double largest_float = std::numeric_limits<float>::max();
 
-/// What is beyond float becomes its largest number.
+/// Values beyond float become its largest number.
 Image image_of(const Plane& plane) {
   Image image{plane.width, plane.height, {}};
   for (const double value : plane.pixels)

@@ -7,8 +7,10 @@
 #include <glm/common.hpp>
 #include <numbers>
 
+#include "cl/program.hpp"
 #include "host/common/error.hpp"
 #include "host/propagate/propagator.hpp"
+#include "host/scene/scene.hpp"
 
 namespace raywave {
 namespace {
@@ -17,13 +19,13 @@ bool positive(double value) { return std::isfinite(value) && value > 0; }
 
 /// A part of the window that one propagation covers. Its size is the hologram's; columns x rows of
 /// it lie in the window.
-struct Tile {
+struct WindowTile {
   glm::ivec2 first{0, 0}, used{0, 0};
   glm::dvec2 centre_m{0, 0};
 };
 
-std::vector<Tile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 pitch_m) {
-  std::vector<Tile> tiles;
+std::vector<WindowTile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 pitch_m) {
+  std::vector<WindowTile> tiles;
   for (int y = 0; y < window.y; y += size.y) {
     for (int x = 0; x < window.x; x += size.x) {
       const glm::ivec2 first(x, y);
@@ -37,8 +39,8 @@ std::vector<Tile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 pitch_
   return tiles;
 }
 
-/// Whether sample i of n, at (2 i + 1) / n - 1 in half holograms, lies in the part that lets light
-/// through.
+/// True when sample i of n, at (2 i + 1) / n - 1 in half holograms, lies in the part that lets
+/// light through.
 bool lets_through(int i, int n, double centre, double size) {
   return std::abs((2.0 * i + 1) / n - 1 - centre) <= size;
 }
@@ -104,7 +106,7 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
   const double unit = unit_of(hologram);
   Propagator propagator(device, {size, spec.pitch_m, spec.wavelength_m, what.padding, backend});
   auto tiles = tiles_of(window, size, spec.pitch_m);
-  std::erase_if(tiles, [&](const Tile& tile) {
+  std::erase_if(tiles, [&](const WindowTile& tile) {
     return !propagator.reaches({tile.centre_m, -what.z_m});
   });
   std::vector<Target> targets;
