@@ -53,7 +53,7 @@ Memory::Memory(const Device& device, std::size_t bytes, const std::string& name)
   bytes = std::max<std::size_t>(bytes, 1);
   const auto& info = device.info();
   if (bytes > info.largest_buffer_bytes) throw MemoryError(too_large(info, name, bytes));
-  // Not every driver keeps count: some begin to swap, or fail at a launch.
+  // Not every driver checks this: some begin to swap, or fail at a launch.
   if (device.allocated_bytes() + bytes > info.memory_bytes) {
     throw MemoryError(name + ": " + format_bytes(bytes) + " asked, " + info.name + " has " +
                       format_bytes(info.memory_bytes) + " of which " +

@@ -87,7 +87,7 @@ Program::Program(const Device& device, const std::string& file, const Options& o
       record_program(program, *binary);
       return;
     } catch (const ::cl::Error&) {
-      // Written by a driver that has changed since, or damaged: compile again.
+      // The binary is damaged, or the driver has changed since: compile again.
     }
   }
   try {
@@ -124,7 +124,7 @@ Kernel::Kernel(Device device, ::cl::Kernel kernel, std::string name)
       while (!type.empty() && type.back() == '\0') type.pop_back();
       if (type.starts_with("struct ")) type.erase(0, 7);
     } catch (const ::cl::Error&) {
-      // Programs from binaries may not tell.
+      // Programs from binaries may not give the types.
     }
   }
 }

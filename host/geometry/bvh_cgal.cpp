@@ -49,7 +49,7 @@ float rounded_down(double x) {
 }
 float rounded_up(double x) { return -rounded_down(-x); }
 
-/// Four numbers make whole vectors; the last is not used.
+/// Four numbers fill a SIMD vector; the last is not used.
 using Lanes = std::array<float, 4>;
 
 struct Box {
@@ -97,9 +97,9 @@ struct Item {
   std::size_t triangle;
 };
 
-/// Flattens CGAL's tree, depth first. CGAL halves at the median; its lowest parts, which hold most
-/// of the boxes, are divided anew, where the surfaces of the boxes times the triangles in them add
-/// up to least (Wald, IEEE Symposium on Interactive Ray Tracing, 33 (2007)).
+/// Flattens CGAL's tree, depth first. CGAL halves at the median. Its lowest parts, which hold most
+/// of the boxes, are divided anew by the surface-area heuristic: the sum of box surface times
+/// triangle count is least (Wald, IEEE Symposium on Interactive Ray Tracing, 33 (2007)).
 class Flattener {
 public:
   Flattener(const Triangles& triangles, double margin_m, int leaf_size)

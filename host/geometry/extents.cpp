@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <utility>
@@ -276,11 +277,16 @@ Extents extents_of(const World& world, const SeenThrough& seen) {
   if (world.placed.empty()) return extents_of(world.positions, seen);
   Values largest;
   largest.fill(-infinite);
+  // Boxes that promise as much, to rounding, are opened too: no vertex is missed by a rounding.
+  const double reach_m = glm::length(glm::max(glm::abs(world.min_m), glm::abs(world.max_m))) +
+                         glm::length(glm::abs(seen.centre_m) + seen.half_m) + seen.distance_m;
+  const double least = -0x1p-48 * reach_m;
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
     const auto& placed = world.placed[i];
     raise_to_largest(
         placed.tree, std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
-        world.motions[i], [&](const glm::dvec3& p_m) { return values_at(p_m, seen); }, 0, largest);
+        world.motions[i], [&](const glm::dvec3& p_m) { return values_at(p_m, seen); }, least,
+        largest);
   }
   return extents_from(largest);
 }

@@ -13,9 +13,9 @@
 namespace raywave {
 namespace {
 
-// Samples; rows of padded planes are whole packets of any device's lanes
+// In samples; rows of padded planes are whole packets for the SIMD lanes of any device
 constexpr int packet = 16;
-// More needs two floats; docs/accuracy.md, "Propagation"
+// In turns; a larger remainder needs two floats; docs/accuracy.md, "Propagation"
 constexpr double float_remainder_turns = 2;
 constexpr double most_remainder_turns = 2e6;  // two floats reduce turns below 2^22
 constexpr double most_turns = 1e13;           // of the distance: double tells them to a thousandth
@@ -36,7 +36,7 @@ std::pair<double, double> band_of(double wave_number, double distance_m, double 
   return std::minmax({limit(shift_m - half_m), limit(shift_m + half_m)});
 }
 
-/// The frequencies kept of `axis` for each element of the other axis' transform.
+/// The frequencies of `axis` that are kept, for each element of the other axis' transform.
 std::vector<Band> bands_across(const Axis& axis, const Axis& other, double wavelength_m,
                                double distance_m, double shift_m) {
   std::vector<Band> bands(other.padded);
@@ -191,7 +191,7 @@ struct Propagator::State {
                                                   : make_device_engine(device, plan);
   }
 
-  /// Targets come back frame after frame.
+  /// Transfer functions are kept, since the same targets return in every frame.
   std::shared_ptr<const Transfer> transfer(const Target& target) {
     if (!std::isfinite(target.shift_m.x) || !std::isfinite(target.shift_m.y) ||
         !std::isfinite(target.distance_m))
@@ -239,7 +239,7 @@ struct Propagator::State {
     return result;
   }
 
-  /// A stack of `frames` planes or more; one plane alone must be of that size.
+  /// Checks for a stack of `frames` planes or more; a single plane must have exactly that size.
   void check_field(const cl::ComplexBuffer& field, int frames = 1) const {
     const auto plane = static_cast<std::size_t>(plan.spec.size.x) * plan.spec.size.y;
     if (frames < 1 || field.size() % plane != 0 ||

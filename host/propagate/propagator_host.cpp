@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Propagation by the host's threads. Memory is what bounds it, so every pass makes its lines in the
-// cache and writes only what the next one reads:
+// Propagation by the host's threads. Memory bandwidth limits it, so every pass makes its lines in
+// the cache and writes only the samples that the next pass reads:
 //   load     columns of the field with any light, zeros below it -> transform -> the rows that the
 //            targets' bands keep
 //   collect  each of these rows, zeros right of it -> transform -> times the transfer function,
@@ -30,18 +30,17 @@ namespace {
 using Sample = std::complex<float>;
 
 constexpr std::size_t tile_width = 16;  // columns: two cache lines
-// Samples; per thread, less is not worth waking one
+// Samples per thread below which waking it does not pay
 constexpr std::size_t small_plane = std::size_t{256} * 256;
 
 std::size_t size(int n) { return static_cast<std::size_t>(n); }
 
-/// cl::Lines from one line to the next in scratch memory: whole cache lines, an odd number, so that
-/// lines do not contend for one place.
+/// Distance between lines in scratch memory: an odd number of whole cache lines, so that lines do
+/// not compete for the same cache set.
 std::size_t pitch_of(std::size_t line) { return ((line + 7) / 8 | 1) * 8; }
 
-/// to[c][r] = from[r][c], block by block: of 8 x 8 samples each line in the cache is read and
-/// written once. Rows of the field lie farther apart than what the processor fetches ahead by
-/// itself.
+/// to[c][r] = from[r][c], in blocks of 8 x 8 samples, so that each cache line is read and written
+/// once. Rows of the field lie too far apart for the processor's prefetcher.
 [[gnu::always_inline]] inline void transpose(const Sample* from, std::size_t from_pitch,
                                              std::size_t rows, std::size_t columns, Sample* to,
                                              std::size_t to_pitch) {
@@ -139,7 +138,7 @@ template <bool two_floats>
   }
 }
 
-// Built for several kinds of CPU, since the binary is not built for the one it runs on.
+// Compiled for several CPUs: the binary is not built for the CPU that it runs on.
 template <bool two_floats>
 void multiply_add_any(const RowPart& p) {
   multiply_add<two_floats>(p);
@@ -294,7 +293,7 @@ private:
     }
   }
 
-  /// WRPs reach beyond the light; a look that ends at the first sample costs little.
+  /// WRPs reach beyond the light. A scan that ends at the first nonzero sample costs little.
   bool is_dark(const Sample* field_columns, std::size_t columns, std::size_t pitch) const {
     for (std::size_t c = 0; c < columns; ++c) {
       const Sample* column = field_columns + c * pitch;

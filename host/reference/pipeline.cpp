@@ -31,15 +31,15 @@ dvec3 normal(const device::Sample& s) { return {s.nx, s.ny, s.nz}; }
 
 dvec2 half_window(const Plan& plan) { return dvec2(plan.size) * plan.pitch_m / 2.0; }
 
-/// The fan's soft edge; at: on the hologram, in half windows.
+/// Apodization of the cone; at: position on the hologram, in half windows.
 double edge_weight(const Plan& plan, double at) {
   if (plan.apodization <= 0) return std::abs(at) <= plan.cone_half_width ? 1 : 0;
   const double e = std::clamp((plan.cone_half_width - std::abs(at)) / plan.apodization, 0.0, 1.0);
   return e * e * (3 - 2 * e);
 }
 
-/// Part of the window's side, in half windows of the view from its middle, and whether a float may
-/// find another.
+/// Part of the window's side at a position in half windows, and whether a float may find another
+/// part.
 std::pair<int, bool> view_part(const Gathering& what, double at) {
   const double place = (at / std::max(1.0, what.plan.cone_half_width) + 1) / 2 * what.view_parts;
   return {std::clamp(static_cast<int>(std::floor(place)), 0, what.view_parts - 1),
@@ -52,7 +52,7 @@ bool is_seen(const Gathering& what, std::size_t index, int i, int j) {
   return what.views[index * words + bit / 32] >> (bit % 32) & 1u;
 }
 
-/// Parts of the window's sides that the waves of near samples keep apart.
+/// Parts per side of the window that plane-wave samples tell apart.
 int near_parts(const Gathering& what) { return std::clamp(what.view_parts, 1, 8); }
 
 /// Share of part (i, j) of near_parts x near_parts of the window that sees the sample.
@@ -74,7 +74,7 @@ struct Highlight {
 
 std::vector<Highlight> highlights(const Gathering& what, std::size_t index) {
   const auto& s = what.samples[index];
-  // Whose length floats round: sharp highlights would see that as another direction
+  // Floats round its length; for a sharp highlight that would be another direction.
   const auto n = normalize(normal(s));
   std::vector<Highlight> all;
   std::size_t number = 0;
@@ -129,7 +129,7 @@ struct Decision {
 
 Decision is_less(double a, double b) { return {a < b, std::abs(a - b) <= undecided * std::abs(b)}; }
 
-/// Waves of an axis, and whether a float may count otherwise.
+/// Plane waves along an axis, and whether a float may give another number of them.
 std::pair<int, bool> wave_count(const Aimed& a) {
   const double eighths = std::min(0.25 * a.extent_m / a.spot_m, 1e6), nearest = std::round(eighths);
   return {8 * static_cast<int>(eighths) + 32, std::abs(eighths - nearest) <= undecided * nearest};
@@ -145,7 +145,7 @@ Decision is_near(const Aimed& x, const Aimed& y, double near_spots) {
           near_spots > 0 && (narrow_x.unsure || narrow_y.unsure || unsure_x || unsure_y)};
 }
 
-/// g of near.h in its parts, for each of `count` pixels from `first_m`, `step_m` apart.
+/// g of plane_waves.h in its parts, for each of `count` pixels from `first_m`, `step_m` apart.
 using Parts = std::array<Complex, 8>;
 std::vector<Parts> near_sums(const Plan& plan, const Aimed& a, int parts, double place_m,
                              double depth_m, int axis, double first_m, double step_m, int pixels,
@@ -247,7 +247,7 @@ private:
       if (s.specular <= 0) break;
       const auto towards = within_fan(plan_, x, y, h.direction);
       const double there = amplitude(what_, index, towards);
-      // As the kernel does, or rounding would choose among equals
+      // Like the kernel: otherwise rounding would choose among equal values.
       if (there <= 1.01 * most) continue;
       most = there;
       best = towards;

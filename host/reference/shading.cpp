@@ -154,7 +154,7 @@ private:
     return best;
   }
 
-  /// The hit, unless it lies as near to an edge as single precision may move it.
+  /// The hit, unless it lies so near to an edge that single precision may miss it.
   static Hit intersect_narrow(const Corners& triangle, const Ray& ray) {
     const auto hit = intersect(triangle, ray);
     if (hit.triangle < 0) return hit;
@@ -235,7 +235,7 @@ private:
   double cell_phase(glm::dvec3 point) {
     std::int32_t cell[3];
     for (int axis = 0; axis < 3; ++axis) {
-      // Flat scenes, whose middle is the origin, lie within a cell.
+      // Flat scenes lie within one cell, since the origin is their middle.
       const double place = point[axis] / scene_.sampling.pitch_m + (axis == 2 ? 0.31 : 0);
       cell[axis] = static_cast<std::int32_t>(std::floor(place));
       if (std::abs(place - std::round(place)) < cell_margin) undecided = true;

@@ -45,8 +45,8 @@ bool lets_through(int i, int n, double centre, double size) {
   return std::abs((2.0 * i + 1) / n - 1 - centre) <= size;
 }
 
-/// A power of two near the field's largest number, 1 where its square has room in a float anyway:
-/// dividing by it changes no digit.
+/// A power of two near the field's largest number, or 1 when its square fits into a float anyway.
+/// Division by it is exact.
 double unit_of(const FieldStack& hologram) {
   float largest = 0;
   for (const auto& sample : hologram.samples)
@@ -81,7 +81,7 @@ glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 ho
   const glm::dvec2 samples = glm::max(glm::round(*window_m / pitch_m), 1.0);
   if (samples.x * samples.y > 1e9)
     throw InputError("picture: the window has more than 1e9 samples");
-  // PNG's limit
+  // The limit of PNG
   if (std::max(samples.x, samples.y) > 1e6)
     throw InputError("picture: a side of the window has more than 1e6 samples");
   return samples;
