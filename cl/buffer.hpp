@@ -12,12 +12,7 @@
 
 namespace raywave::cl {
 
-/// Memory that something is going to take.
-struct MemoryNeed {
-  std::string name;  // for messages ("WRP field")
-  std::uint64_t bytes = 0;
-  std::string advice;  // the caller's, for the message: "a smaller ... needs less"
-};
+using raywave::MemoryNeed;
 
 /// Refuses needs that cannot fit, before any memory is taken.
 ///

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "cl/program_folder.hpp"
+#include "cl/environment.hpp"
 
 namespace raywave::cl {
 namespace {
@@ -53,6 +53,14 @@ DeviceInfo describe(const ::cl::Device& device, const std::string& index) {
   return info;
 }
 
+/// PoCL 6.0 (Debian 13) ends the process in LLVM ("Instruction Combining did not reach a fixpoint")
+/// on kernels with long loops, unless it makes work-groups with its second method. It reads the
+/// choice when it compiles a kernel.
+void spare_pocl(const ::cl::Platform& platform) {
+  if (platform.getInfo<CL_PLATFORM_VERSION>().find("PoCL 6.0") != std::string::npos)
+    setenv("POCL_WORK_GROUP_METHOD", "cbs", /*overwrite=*/0);
+}
+
 std::vector<Found> find_all() {
   std::vector<Found> found;
   std::vector<::cl::Platform> platforms;
@@ -64,6 +72,7 @@ std::vector<Found> find_all() {
   for (std::size_t p = 0; p < platforms.size(); ++p) {
     std::vector<::cl::Device> devices;
     try {
+      spare_pocl(platforms[p]);
       platforms[p].getDevices(CL_DEVICE_TYPE_ALL, &devices);
     } catch (const ::cl::Error&) {
       continue;  // a platform without devices reports an error
@@ -139,16 +148,6 @@ Device::Device(const DeviceInfo& info) : info_(info) {
 
 void Device::finish() const {
   checked(info_, [&] { queue_.finish(); });
-}
-
-std::string format_bytes(std::uint64_t bytes) {
-  static constexpr std::array units{"B", "KiB", "MiB", "GiB", "TiB"};
-  double value = static_cast<double>(bytes);
-  std::size_t unit = 0;
-  for (; value >= 1024 && unit + 1 < units.size(); ++unit) value /= 1024;
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), unit ? "%.1f %s" : "%.0f %s", value, units[unit]);
-  return text.data();
 }
 
 void throw_device_error(const ::cl::Error& error, const DeviceInfo& info) {

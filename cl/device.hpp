@@ -3,25 +3,21 @@
 /// of optics.
 #pragma once
 
-#define CL_HPP_ENABLE_EXCEPTIONS
-#define CL_HPP_MINIMUM_OPENCL_VERSION 120
-#define CL_HPP_TARGET_OPENCL_VERSION 120
-#include <CL/opencl.hpp>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "cl/opencl.hpp"
+#include "host/common/error.hpp"
+#include "host/common/memory_need.hpp"
+
 namespace raywave::cl {
 
-/// The device or its driver cannot do what was asked. The message says what was asked and what is
-/// allowed; exit code 3.
-struct DeviceError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+using raywave::DeviceError;
+using raywave::format_bytes;
 
 /// Memory of the device or the host is out. The message gives the sizes asked and allowed; a caller
 /// that knows what takes the memory adds what needs less.
@@ -105,8 +101,5 @@ auto checked(const DeviceInfo& info, F&& f) {
     throw_device_error(error, info);
   }
 }
-
-/// "2.0 GiB"
-std::string format_bytes(std::uint64_t bytes);
 
 }  // namespace raywave::cl

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#define CL_TARGET_OPENCL_VERSION 120
 #include "cl/fft.hpp"
 
 #include <clFFT.h>
@@ -8,7 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "cl/cache.hpp"
+#include "host/common/cache.hpp"
 
 namespace raywave::cl {
 namespace {

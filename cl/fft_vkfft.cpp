@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#define CL_TARGET_OPENCL_VERSION 120
 #define VKFFT_BACKEND 3  // OpenCL
 #include "cl/fft.hpp"
 

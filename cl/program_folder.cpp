@@ -12,7 +12,7 @@
 #include <string_view>
 #include <utility>
 
-#include "cl/cache.hpp"
+#include "host/common/cache.hpp"
 
 namespace raywave::cl {
 namespace fs = std::filesystem;
@@ -60,12 +60,6 @@ std::map<std::string, std::string> read_manifest(const fs::path& folder) {
 
 }  // namespace
 
-std::optional<fs::path> program_folder() {
-  const char* folder = std::getenv("RAYWAVE_PROGRAM_DIR");
-  if (!folder || !*folder) return std::nullopt;
-  return folder;
-}
-
 std::string ProgramSource::name() const {
   return fs::path(file).stem().string() + "-" + hash_name(text + '\n' + flags);
 }
@@ -74,7 +68,7 @@ std::vector<unsigned char> load_program(const fs::path& folder, const ProgramSou
                                         const DeviceInfo& device) {
   const auto name = source.name();
   const auto file = folder / (name + ".bin");
-  const auto remedy = "; raywave kernels --build " + folder.string() + " --device " + device.index +
+  const auto remedy = "; raywave kernels -o " + folder.string() + " --device " + device.index +
                       " SCENE, without RAYWAVE_PROGRAM_DIR, builds what a scene needs";
   const auto binary = read_file(file);
   if (!binary || binary->empty())

@@ -13,12 +13,9 @@
 #include <vector>
 
 #include "cl/device.hpp"
+#include "cl/environment.hpp"
 
 namespace raywave::cl {
-
-/// The environment's RAYWAVE_PROGRAM_DIR. Where it is set nothing is compiled: programs come from
-/// there, and the FFT runs on the host.
-std::optional<std::filesystem::path> program_folder();
 
 /// A program before it is built.
 struct ProgramSource {

@@ -8,9 +8,10 @@
 #include <memory>
 
 #include "host/cli/commands.hpp"
+#include "host/cli/help.hpp"
+#include "host/cli/options.hpp"
 #include "host/common/error.hpp"
 #include "host/common/npy.hpp"
-#include "host/common/output.hpp"
 #include "host/common/text.hpp"
 
 namespace raywave::cli {
@@ -19,9 +20,10 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options {
-  std::string scene, suite, only, data, peers, json;
-  std::vector<std::string> set;
+  SceneOptions scene;
+  std::string suite, only, data, peers;
   DeviceOptions device;
+  ReportOptions report;
   BenchOptions bench;
   bool markdown = false, no_quality = false;
 };
@@ -41,12 +43,12 @@ fs::path program_folder() {
 }
 
 BenchSuite suite_of(const Options& options, const cl::DeviceInfo& device) {
-  if (!options.scene.empty()) {
+  if (!options.scene.file.empty()) {
     if (!options.suite.empty()) throw InputError("--suite and a scene: give one of them");
     BenchCase one;
     one.group = "scene";
-    one.scene = load_scene(options.scene, options.set);
-    one.name = one_line(fs::path(options.scene).stem().string());
+    one.scene = options.scene.load(options.report);
+    one.name = one_line(fs::path(options.scene.file).stem().string());
     return {"scene", {one}, {}, {}};
   }
   const auto name = !options.suite.empty()               ? options.suite
@@ -92,11 +94,15 @@ void run(const Options& options) {
   if (how.quick) how.seconds = 1;
   Bench bench(info, how);
   const auto style = options.markdown ? BenchStyle::markdown : BenchStyle::aligned;
-  std::fputs((bench_header(bench, suite.name) + "\n" + bench_heads(style)).c_str(), stdout);
+  const auto print = [&](const std::string& text) {
+    if (!options.report.prints_text()) return;
+    std::fputs(text.c_str(), stdout);
+    std::fflush(stdout);
+  };
+  print(bench_header(bench, suite.name) + "\n" + bench_heads(style));
   std::vector<BenchRow> rows;
   const auto add = [&](BenchRow row) {
-    std::fputs(bench_line(row, style).c_str(), stdout);
-    std::fflush(stdout);
+    print(bench_line(row, style));
     rows.push_back(std::move(row));
   };
   for (const auto& c : suite.cases) add(bench.run(c));
@@ -109,41 +115,50 @@ void run(const Options& options) {
   const auto ratios = fill_ratios(suite.ratios, rows);
   for (const auto& table :
        {bench_work_table(bench, rows, style), bench_ratio_table(ratios, style)}) {
-    if (!table.empty()) std::fputs(("\n" + table).c_str(), stdout);
+    if (!table.empty()) print("\n" + table);
   }
-  if (!options.json.empty()) write_text(options.json, bench_json(bench, suite.name, rows, ratios));
+  options.report.write(bench_json(bench, suite.name, rows, ratios));
 }
 
 }  // namespace
 
 void add_bench(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "bench", "Measure frames of moving scenes: time by stage, memory, and quality beside it");
+  auto* command = add_command(app, section::measure, "bench",
+                              "Measure frames of moving scenes: time by stage, memory, quality",
+                              "build/raywave bench --quick --only \"1 WRP\"");
   auto options = std::make_shared<Options>();
-  command->add_option("scene", options->scene, "Scene file (TOML), in place of a suite");
-  command->add_option("--suite", options->suite,
-                      "cpu, gpu, paper or scaling; cpu or gpu by device when not given");
-  command->add_option("--only", options->only,
-                      "Only rows whose group and name hold this text, e.g. \"1 WRP\"");
+  options->scene.add_to(*command, "Scene file (TOML), in place of a suite");
+  command->add_option("--suite", options->suite, "cpu or gpu, by device, when not given")
+      ->type_name("cpu|gpu|paper|scaling")
+      ->group(group::measurement);
+  add_only(*command, options->only, "\"1 WRP\"");
   command
       ->add_option("--frames", options->bench.frames,
                    "Frames per row; as many as five seconds hold when not given, 3 to 101")
-      ->check(CLI::Range(1, 100000));
-  command->add_flag("--quick", options->bench.quick, "A second per row, without quality");
-  command->add_flag("--no-quality", options->no_quality,
-                    "Leave out the comparison with what a lens sees");
-  command->add_option("--points", options->bench.lens_points, "Points on that lens per axis (8)")
-      ->check(CLI::Range(1, 4096));
-  command->add_option("--set", options->set, "Change a value of the scene: section.key=value")
-      ->allow_extra_args(false);
-  command->add_option("--data", options->data,
-                      "Folder of the demo scenes; data/ beside the build or here when not given");
-  command->add_option(
-      "--peers", options->peers,
-      "Folder of peer_embree_fftw and bench_propagation; tests/ beside the program when not given");
-  command->add_flag("--markdown", options->markdown, "Tables in Markdown");
-  command->add_option("--json", options->json, "Also write everything to this file");
+      ->type_name("N")
+      ->check(CLI::Range(1, 100000))
+      ->group(group::measurement);
+  command->add_flag("--quick", options->bench.quick, "One second per row, without quality")
+      ->group(group::measurement);
+  command
+      ->add_flag("--no-quality", options->no_quality,
+                 "Leave out the comparison with the ideal lens")
+      ->group(group::measurement);
+  command
+      ->add_option("--data", options->data,
+                   "Folder of the demo scenes; data/ beside the build or here when not given")
+      ->type_name("FOLDER")
+      ->group(group::measurement);
+  command
+      ->add_option("--peers", options->peers,
+                   "Folder of peer_embree_fftw and bench_propagation; tests/ beside the program "
+                   "when not given")
+      ->type_name("FOLDER")
+      ->group(group::measurement);
+  add_lens_points(*command, options->bench.lens_points);
   options->device.add_to(*command);
+  command->add_flag("--markdown", options->markdown, "Tables in Markdown")->group(group::output);
+  options->report.add_to(*command, "all figures");
   command->callback([options] { run(*options); });
 }
 

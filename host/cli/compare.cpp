@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/view/compare.hpp"
 
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "host/cli/commands.hpp"
+#include "host/cli/help.hpp"
+#include "host/cli/options.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/view/reconstruct.hpp"
@@ -21,7 +22,8 @@ struct Options {
   std::string a, b, out, blur, pitch;
   std::vector<int> region;
   int border_px = 0;
-  bool levels = false, json = false;
+  bool levels = false;
+  ReportOptions report;
 };
 
 enum class Kind { field, picture };
@@ -40,25 +42,12 @@ FieldStack load_field(const std::filesystem::path& file) {
 
 double blur_px(const Options& options) {
   if (options.blur.empty()) return 0;
-  if (options.blur.ends_with("px")) {
-    std::size_t used = 0;
-    double pixels = NAN;
-    try {
-      pixels = std::stod(options.blur, &used);
-    } catch (const std::exception&) {
-    }
-    if (used == 0 || options.blur.find_first_not_of(' ', used) != options.blur.size() - 2)
-      throw InputError("--blur " + in_quotes(options.blur) +
-                       ": a number of pixels is needed, as in 4px");
-    return pixels;
-  }
-  const double blur_m = parse_length_m(options.blur, "--blur");
+  const auto blur = parse_blur(options.blur);
+  if (blur.in_pixels) return blur.value;
   if (options.pitch.empty())
     throw InputError("--blur " + in_quotes(options.blur) +
                      ": --pitch is needed too, or pixels, as in 4px");
-  const double pitch_m = parse_length_m(options.pitch, "--pitch");
-  if (!(pitch_m > 0)) throw InputError("--pitch " + in_quotes(options.pitch) + ": must be > 0");
-  return blur_m / pitch_m;
+  return blur.value / positive_length_m(options.pitch, "--pitch");
 }
 
 void print_field_table(const FieldStack& a, const FieldComparison& c) {
@@ -123,7 +112,7 @@ void run(const Options& options) {
     const auto a = load_field(options.a), b = load_field(options.b);
     auto comparison = compare_fields(a, b);
     json = json_of(a, comparison);
-    if (!options.json) print_field_table(a, comparison);
+    if (options.report.prints_text()) print_field_table(a, comparison);
     difference = std::move(comparison.difference);
   } else {
     PictureOptions how{blur_px(options), options.border_px, {}};
@@ -133,7 +122,7 @@ void run(const Options& options) {
     const auto a = load_grey(options.a, ""), b = load_grey(options.b, "");
     auto comparison = compare_pictures(a, b, how);
     json = json_of(a, how, comparison);
-    if (!options.json) print_picture_table(a, how, comparison);
+    if (options.report.prints_text()) print_picture_table(a, how, comparison);
     difference = std::move(comparison.difference);
   }
   if (!options.out.empty()) {
@@ -141,42 +130,55 @@ void run(const Options& options) {
     const double full = largest_magnitude(difference);
     save_png_rgb(file, difference.width, difference.height, diverging_colours(difference, full));
     json["difference"] = {{"file", file.string()}, {"full_colour", full}};
-    if (!options.json) {
+    if (options.report.prints_text()) {
       const char* meaning = kind == Kind::field
                                 ? "white where scaled B equals A, full red at"
                                 : "red where scaled B is brighter, blue where darker, full at";
       std::printf("difference         %s: %s %.4g\n", file.c_str(), meaning, full);
     }
   }
-  if (options.json) std::printf("%s\n", json.dump(2).c_str());
+  options.report.write(json);
 }
 
 }  // namespace
 
 void add_compare(CLI::App& app) {
-  auto* command = app.add_subcommand("compare", "Say how alike two fields or two pictures are");
+  auto* command =
+      add_command(app, section::look, "compare", "Measure how alike two fields or two pictures are",
+                  "build/raywave render data/study.toml -o out\n"
+                  "build/raywave reconstruct out/field.npy -z 18.55mm -o out\n"
+                  "build/raywave lens data/study.toml -z 18.55mm -o out --lens-points 8\n"
+                  "build/raywave compare out/lens_18.55mm.exr out/reconstruction_18.55mm.exr "
+                  "--blur 4px");
   auto options = std::make_shared<Options>();
   command
       ->add_option("A", options->a,
                    "Reference: field (.npy) or grey picture (.png in sRGB, .exr linear)")
+      ->type_name("FILE")
       ->required();
-  command->add_option("B", options->b, "What is judged, of the same kind and size")->required();
-  command->add_flag("--levels", options->levels,
-                    "PNGs hold the levels of phase holograms: compare them as fields");
-  auto* blur = command->add_option(
-      "--blur", options->blur,
-      "Blur both pictures first: standard deviation in pixels (4px), or a length with --pitch");
-  command->add_option("--pitch", options->pitch, "Pixel pitch of the pictures, for --blur")
-      ->needs(blur);
-  command->add_option("--border", options->border_px,
-                      "Pixels left out on every side after the blur");
+  command->add_option("B", options->b, "What is judged, of the same kind and size")
+      ->type_name("FILE")
+      ->required();
+  command
+      ->add_flag("--levels", options->levels,
+                 "PNGs hold the levels of phase holograms: compare them as fields")
+      ->group(group::pictures);
+  add_blur(*command, options->blur, "none");
+  auto* blur = command->get_option("--blur");
+  command->add_option("--pitch", options->pitch, "Pixel pitch, for a blur that is a length")
+      ->type_name("LENGTH")
+      ->needs(blur)
+      ->group(group::pictures);
+  add_border(*command, options->border_px);
   command
       ->add_option("--region", options->region,
                    "Part for the speckle contrast, in pixels: x,y,width,height")
+      ->type_name("X,Y,WIDTH,HEIGHT")
       ->delimiter(',')
-      ->expected(4);
-  command->add_option("-o,--out", options->out, "Folder for difference.png");
-  command->add_flag("--json", options->json, "Print JSON instead of a table");
+      ->expected(4)
+      ->group(group::pictures);
+  add_output(*command, options->out, "difference.png");
+  options->report.add_to(*command, "the figures");
   command->callback([options] { run(*options); });
 }
 

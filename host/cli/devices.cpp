@@ -5,6 +5,8 @@
 
 #include "cl/fft.hpp"
 #include "host/cli/commands.hpp"
+#include "host/cli/help.hpp"
+#include "host/cli/options.hpp"
 
 namespace raywave::cli {
 
@@ -32,57 +34,61 @@ std::vector<std::string> backends_of(const cl::DeviceInfo& device) {
   return names;
 }
 
-void print_devices(bool json) {
+nlohmann::ordered_json json_of(const cl::DeviceInfo& d, bool is_default) {
+  return {{"index", d.index},
+          {"name", d.name},
+          {"platform", d.platform},
+          {"kind", name_of(d.kind)},
+          {"vendor", d.vendor},
+          {"version", d.version},
+          {"driver", d.driver},
+          {"compute_units", d.compute_units},
+          {"memory_bytes", d.memory_bytes},
+          {"largest_buffer_bytes", d.largest_buffer_bytes},
+          {"local_bytes", d.local_bytes},
+          {"fp64", d.fp64},
+          {"online_compiler", d.online_compiler},
+          {"float_lanes", d.float_lanes},
+          {"fft", backends_of(d)},
+          {"default", is_default}};
+}
+
+void print(const cl::DeviceInfo& d, bool is_default) {
+  std::string fft;
+  for (const auto& name : backends_of(d)) fft += (fft.empty() ? "" : ", ") + name;
+  std::printf("%s  %s%s\n", d.index.c_str(), d.name.c_str(), is_default ? "  (default)" : "");
+  std::printf("     platform         %s\n", d.platform.c_str());
+  std::printf("     kind             %s, %u compute units\n", name_of(d.kind), d.compute_units);
+  std::printf("     version, driver  %s, %s\n", d.version.c_str(), d.driver.c_str());
+  std::printf("     memory           %s, largest buffer %s, local %s\n",
+              cl::format_bytes(d.memory_bytes).c_str(),
+              cl::format_bytes(d.largest_buffer_bytes).c_str(),
+              cl::format_bytes(d.local_bytes).c_str());
+  std::printf("     fp64             %s\n", d.fp64 ? "yes" : "no");
+  std::printf("     online compiler  %s\n", d.online_compiler ? "yes" : "no");
+  std::printf("     FFT              %s\n", fft.c_str());
+}
+
+void run(const ReportOptions& report) {
   const auto devices = cl::list_devices();
-  if (devices.empty()) cl::find_device();  // says what to install
-  const auto chosen = cl::find_device().index;
+  const auto chosen = cl::find_device().index;  // where there is none, the error says what to do
   auto list = nlohmann::ordered_json::array();
-  for (const auto& d : devices) {
-    const auto backends = backends_of(d);
-    if (json) {
-      list.push_back({{"index", d.index},
-                      {"name", d.name},
-                      {"platform", d.platform},
-                      {"kind", name_of(d.kind)},
-                      {"vendor", d.vendor},
-                      {"version", d.version},
-                      {"driver", d.driver},
-                      {"compute_units", d.compute_units},
-                      {"memory_bytes", d.memory_bytes},
-                      {"largest_buffer_bytes", d.largest_buffer_bytes},
-                      {"local_bytes", d.local_bytes},
-                      {"fp64", d.fp64},
-                      {"online_compiler", d.online_compiler},
-                      {"float_lanes", d.float_lanes},
-                      {"fft", backends},
-                      {"default", d.index == chosen}});
-      continue;
-    }
-    std::string fft;
-    for (const auto& name : backends) fft += (fft.empty() ? "" : ", ") + name;
-    std::printf("%s  %s%s\n", d.index.c_str(), d.name.c_str(),
-                d.index == chosen ? "  (default)" : "");
-    std::printf("     platform         %s\n", d.platform.c_str());
-    std::printf("     kind             %s, %u compute units\n", name_of(d.kind), d.compute_units);
-    std::printf("     version, driver  %s, %s\n", d.version.c_str(), d.driver.c_str());
-    std::printf("     memory           %s, largest buffer %s, local %s\n",
-                cl::format_bytes(d.memory_bytes).c_str(),
-                cl::format_bytes(d.largest_buffer_bytes).c_str(),
-                cl::format_bytes(d.local_bytes).c_str());
-    std::printf("     fp64             %s\n", d.fp64 ? "yes" : "no");
-    std::printf("     online compiler  %s\n", d.online_compiler ? "yes" : "no");
-    std::printf("     FFT              %s\n", fft.c_str());
+  for (const auto& device : devices) {
+    const bool is_default = device.index == chosen;
+    if (report.prints_text()) print(device, is_default);
+    list.push_back(json_of(device, is_default));
   }
-  if (json) std::printf("%s\n", list.dump(2).c_str());
+  report.write(list);
 }
 
 }  // namespace
 
 void add_devices(CLI::App& app) {
-  auto* command = app.add_subcommand("devices", "List OpenCL devices and what each can do");
-  auto json = std::make_shared<bool>(false);
-  command->add_flag("--json", *json, "Print JSON");
-  command->callback([json] { print_devices(*json); });
+  auto* command = add_command(app, section::devices, "devices",
+                              "List OpenCL devices and what each can do", "build/raywave devices");
+  auto report = std::make_shared<ReportOptions>();
+  report->add_to(*command, "the list");
+  command->callback([report] { run(*report); });
 }
 
 }  // namespace raywave::cli

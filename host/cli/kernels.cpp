@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "cl/program_folder.hpp"
 #include "host/cli/commands.hpp"
+#include "host/cli/help.hpp"
+#include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
-#include "host/plan/rates.hpp"
 #include "host/render.hpp"
+#include "host/trace/tuning.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
 
@@ -18,9 +21,11 @@ namespace raywave::cli {
 namespace {
 
 struct Options {
-  std::string folder, device;
   std::vector<std::string> scenes, set;
-  bool sources = false, quiet = false;
+  DeviceOptions device;
+  ReportOptions report;
+  std::string folder;
+  bool sources = false;
 };
 
 /// What every scene and `raywave reconstruct` need.
@@ -43,14 +48,14 @@ void use(const cl::Device& device, const Scene& scene, ProgressBar& bar) {
   lens.z_m = result.plan.far_m;
   lens.window_m = scene.hologram.pitch_m;
   lens.points = 1;
-  lens_picture(device, result.plan, DeviceScene(device, scene, world, result.plan), lens);
+  lens_picture(device, result.plan, DeviceScene(device, world, result.plan), lens);
 }
 
 void run(const Options& options) {
   if (cl::program_folder())
     throw cl::DeviceError(
         "RAYWAVE_PROGRAM_DIR is set, which forbids to compile; raywave kernels needs it unset");
-  auto info = cl::find_device(options.device);
+  auto info = cl::find_device(options.device.device);
   if (options.sources) {
     info.kind = cl::DeviceKind::accelerator;
     info.float_lanes = 1;
@@ -62,41 +67,49 @@ void run(const Options& options) {
   }
   const cl::Device device(info);
   std::vector<Scene> scenes;
-  for (const auto& file : options.scenes) scenes.push_back(load_scene(file, options.set));
+  for (const auto& file : options.scenes) scenes.push_back(load(file, options.set, options.report));
 
   const cl::ProgramRecorder recorder(options.folder, !options.sources);
   use_shared(device);
   for (const auto& scene : scenes) {
-    ProgressBar bar(options.quiet);
+    ProgressBar bar(options.report.quiet);
     use(device, scene, bar);
   }
-  if (options.quiet) return;
-  std::printf("%zu programs %s\n", recorder.names().size(),
-              options.sources ? "as sources" : ("for " + info.name).c_str());
+  std::vector<std::string> files;
   for (const auto& name : recorder.names())
-    std::printf("  %s\n", (std::filesystem::path(options.folder) /
-                           (name + (options.sources ? ".cl" : ".bin")))
-                              .c_str());
+    files.push_back(std::filesystem::path(options.folder) /
+                    (name + (options.sources ? ".cl" : ".bin")));
+  if (options.report.prints_text()) {
+    std::printf("%zu programs %s\n", files.size(),
+                options.sources ? "as sources" : ("for " + info.name).c_str());
+    for (const auto& file : files) std::printf("  %s\n", file.c_str());
+  }
+  options.report.write(nlohmann::ordered_json{
+      {"device", info.name}, {"sources", options.sources}, {"programs", files}});
 }
 
 }  // namespace
 
 void add_kernels(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "kernels", "Build kernels ahead, for runs without a compiler (RAYWAVE_PROGRAM_DIR)");
+  auto* command = add_command(app, section::devices, "kernels",
+                              "Build kernels ahead, for runs without a compiler",
+                              "build/raywave kernels data/study.toml -o programs\n"
+                              "RAYWAVE_PROGRAM_DIR=programs build/raywave render data/study.toml "
+                              "-o out");
   auto options = std::make_shared<Options>();
-  command->add_option("scenes", options->scenes,
-                      "Scene files (TOML): what they need is found by rendering them");
-  command->add_option("--build", options->folder, "Folder for binaries, sources and manifest.tsv")
-      ->required();
-  command->add_flag(
-      "--sources", options->sources,
-      "Only sources and options, as a GPU or FPGA needs them; --device is where that is found out");
-  command->add_option("--device", options->device,
-                      "Device: index (0:1) or part of its name; also RAYWAVE_DEVICE");
-  command->add_option("--set", options->set, "Change a value of the scenes: section.key=value")
-      ->allow_extra_args(false);
-  command->add_flag("--quiet", options->quiet, "Print nothing but errors");
+  command
+      ->add_option("SCENES", options->scenes,
+                   "Scene files (TOML): each is rendered, and what it uses is kept")
+      ->type_name("SCENE");
+  add_set(*command, options->set);
+  options->device.add_device_to(*command);
+  add_output(*command, options->folder, "binaries, sources and manifest.tsv")->required();
+  command
+      ->add_flag("--sources", options->sources,
+                 "Only sources and compiler options, as GPUs and FPGAs need them; --device is "
+                 "where the scenes are rendered")
+      ->group(group::output);
+  options->report.add_to(*command, "the list of programs");
   command->callback([options] { run(*options); });
 }
 

@@ -2,65 +2,69 @@
 #include "host/view/lens.hpp"
 
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "host/cli/commands.hpp"
-#include "host/cli/picture_options.hpp"
+#include "host/cli/help.hpp"
+#include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
+#include "host/plan/make_plan.hpp"
 
 namespace raywave::cli {
 
 namespace {
 
 struct Options {
-  std::string scene;
-  std::vector<std::string> set;
-  PictureOptions picture;
+  SceneOptions scene;
+  DepthOptions depths;
+  ViewOptions view;
   DeviceOptions device;
-  int rays = LensSpec{}.points;
-  bool quiet = false;
+  ReportOptions report;
+  int lens_points = LensSpec{}.points;
 };
 
 void run(const Options& options) {
-  const auto scene = load_scene(options.scene, options.set);
+  const auto scene = options.scene.load(options.report);
   LensSpec what;
-  what.window_m = options.picture.window_m();
-  what.view = options.picture.view();
-  what.aperture = options.picture.aperture();
-  what.points = options.rays;
-  options.picture.check_percentile();
-  const auto depths_m = options.picture.depths_m();
+  what.window_m = options.depths.window_m();
+  what.view = options.view.view();
+  what.aperture = options.view.aperture();
+  what.points = options.lens_points;
+  options.view.check_percentile();
+  const auto depths_m = options.depths.depths_m();
 
   const cl::Device device(options.device.info());
   const auto world = build_world(scene);
   const auto plan = make_plan(scene, world);
-  const DeviceScene arrays(device, scene, world, plan);
+  const DeviceScene arrays(device, world, plan);
+  auto pictures = nlohmann::ordered_json::array();
   for (const double z_m : depths_m) {
     what.z_m = z_m;
     const auto name = name_at_depth("lens", z_m);
     Image image;
     {
-      ProgressBar bar(options.quiet);
+      ProgressBar bar(options.report.quiet);
       image =
           lens_picture(device, plan, arrays, what, [&](double share) { bar.show(name, share); });
     }
-    options.picture.save(image, name, "radiance", options.quiet);
+    pictures.push_back(options.view.save(image, name, z_m, "radiance", options.report));
   }
+  options.report.write(nlohmann::ordered_json{{"pictures", pictures}});
 }
 
 }  // namespace
 
 void add_lens(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "lens", "Show what an ideal lens in the hologram's place sees at given depths");
+  auto* command = add_command(
+      app, section::look, "lens", "Show what an ideal lens in the hologram's place sees",
+      "build/raywave lens data/study.toml -z 18.55mm -o out --lens-points 8");
   auto options = std::make_shared<Options>();
-  command->add_option("scene", options->scene, "Scene file (TOML)")->required();
-  options->picture.add_to(*command);
-  command->add_option("--rays", options->rays,
-                      "Rays per pixel and axis, from a grid of points on the lens (24)");
-  command->add_option("--set", options->set, "Change a value of the scene: section.key=value")
-      ->allow_extra_args(false);
-  command->add_flag("--quiet", options->quiet, "Print nothing but errors");
+  options->scene.add_to(*command)->required();
+  options->depths.add_to(*command, "", "the hologram's");
+  add_lens_points(*command, options->lens_points);
   options->device.add_device_to(*command);
+  options->view.add_to(*command);
+  options->report.add_to(*command, "the list of pictures");
   command->callback([options] { run(*options); });
 }
 

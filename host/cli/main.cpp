@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <clocale>
+#include <algorithm>
 #include <cstdio>
 #include <new>
+#include <string>
+#include <utility>
 
 #include "cl/device.hpp"
+#include "host/cli/arguments.hpp"
 #include "host/cli/commands.hpp"
+#include "host/cli/help.hpp"
 #include "host/common/error.hpp"
-#include "host/common/text.hpp"
 #include "raywave_version.hpp"
 
 namespace {
@@ -21,34 +24,42 @@ int fail(int code, const char* message) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"raywave: photorealistic holograms of meshes for spatial light modulators"};
-  app.set_version_flag("--version", raywave::version);
+  using namespace raywave::cli;
+  CLI::App app{std::string("raywave ") + raywave::version +
+                   ": photorealistic holograms of meshes for spatial light modulators",
+               "raywave"};
+  app.formatter(help_formatter());
+  app.set_help_flag("-h,--help", "Show this help");
+  app.set_version_flag("--version", raywave::version, "Show the version");
   app.require_subcommand(1);
+  add_plan(app);
+  add_render(app);
+  add_reconstruct(app);
+  add_lens(app);
+  add_compare(app);
+  add_quality(app);
+  add_bench(app);
+  add_trade(app);
+  add_tune(app);
+  add_devices(app);
+  add_selftest(app);
+  add_kernels(app);
+  add_completion(app);
   app.footer(
-      "Exit codes: 0 done, 1 a self-test failed, 2 something given is wrong, 3 the device or its "
+      "raywave COMMAND --help shows the options of a command and an example.\n"
+      "Exit codes: 0 done, 1 a self-test failed, 2 something given is wrong, 3 the device or its\n"
       "driver cannot do it.");
-  raywave::cli::add_render(app);
-  raywave::cli::add_reconstruct(app);
-  raywave::cli::add_lens(app);
-  raywave::cli::add_compare(app);
-  raywave::cli::add_quality(app);
-  raywave::cli::add_plan(app);
-  raywave::cli::add_tune(app);
-  raywave::cli::add_devices(app);
-  raywave::cli::add_selftest(app);
-  raywave::cli::add_kernels(app);
-  raywave::cli::add_bench(app);
-  raywave::cli::add_trade(app);
   try {
-    app.parse(argc, argv);
+    auto arguments = read_arguments(argc, argv);
+    for (const auto& note : arguments.notes) std::fprintf(stderr, "raywave: %s\n", note.c_str());
+    std::reverse(arguments.words.begin(), arguments.words.end());  // as the parser takes them
+    app.parse(std::move(arguments.words));
     return 0;
   } catch (const CLI::RuntimeError& outcome) {
     return outcome.get_exit_code();  // a command that has said what there is to say
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    return fail(
-        exit_input,
-        (raywave::one_line(error.what()) + " (raywave --help lists what there is)").c_str());
+    return fail(exit_input, refusal(app, error).c_str());
   } catch (const raywave::InputError& error) {
     return fail(exit_input, error.what());
   } catch (const raywave::cl::MemoryError& error) {

@@ -6,7 +6,8 @@
 #include <memory>
 
 #include "host/cli/commands.hpp"
-#include "host/cli/picture_options.hpp"
+#include "host/cli/help.hpp"
+#include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
@@ -18,23 +19,23 @@ namespace raywave::cli {
 namespace {
 
 struct Options {
-  std::string scene, out = ".", window, blur;
-  std::vector<std::string> z, set;
-  std::string method = "wrp";
-  RenderOptions render;
-  QualitySpec quality;
+  SceneOptions scene;
+  MethodOptions method;
+  DepthOptions depths;
   DeviceOptions device;
-  bool json = false, quiet = false;
+  ReportOptions report;
+  QualitySpec quality;
+  std::string out = ".", blur;
 };
 
-QualitySpec spec_of(const Options& options) {
+QualitySpec spec_of(const Options& options, const Scene& scene) {
   auto spec = options.quality;
-  for (const auto& text : options.z) spec.depths_m.push_back(positive_length_m(text, "-z"));
-  if (!options.window.empty()) {
-    const auto [x, y] = two_parts(options.window, 'x', "--window");
-    spec.window_m = glm::dvec2(positive_length_m(x, "--window"), positive_length_m(y, "--window"));
+  spec.depths_m = options.depths.depths_m();
+  spec.window_m = options.depths.window_m();
+  if (!options.blur.empty()) {
+    const auto blur = parse_blur(options.blur);
+    spec.blur_m = blur.in_pixels ? blur.value * scene.hologram.pitch_m.x : blur.value;
   }
-  if (!options.blur.empty()) spec.blur_m = parse_length_m(options.blur, "--blur");
   return spec;
 }
 
@@ -59,21 +60,22 @@ void print_table(const QualityResult& result, const QualitySpec& spec, const Opt
   std::printf(
       "%s rendered in %.2f s (trace %.2f s, propagate %.2f s), reconstructed in %.2f s, seen by "
       "the lens in %.2f s\n",
-      options.method.c_str(), result.seconds.at("render"), result.render.seconds.at("trace"),
+      options.method.name.c_str(), result.seconds.at("render"), result.render.seconds.at("trace"),
       result.render.seconds.contains("propagate") ? result.render.seconds.at("propagate") : 0.0,
       result.seconds.at("reconstruct"), result.seconds.at("lens"));
 }
 
 void run(const Options& options) {
-  const auto scene = load_scene(options.scene, options.set);
-  const auto spec = spec_of(options);
+  const auto scene = options.scene.load(options.report);
+  const auto spec = spec_of(options, scene);
   const cl::Device device(options.device.info());
-  auto how = options.render;
+  RenderOptions how;
   how.fft = options.device.backend(device.info());
-  how.method = method_of(options.method);
+  how.method = options.method.method();
+  how.rays_per_axis = options.method.rays_per_axis;
   QualityResult result;
   {
-    ProgressBar bar(options.quiet);
+    ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
     result = assess(device, scene, how, spec);
   }
@@ -84,56 +86,39 @@ void run(const Options& options) {
   const auto json = quality_json(scene, result, device.info(), how, spec);
   write_text(out / "quality.json", json);
 
-  if (options.json) {
-    std::fputs(json.c_str(), stdout);
-  } else if (!options.quiet) {
+  if (options.report.prints_text()) {
     print_table(result, spec, options);
     std::printf(
         "%s  %d x %d, rows as in the table; columns: lens, hologram, difference; .json beside it\n",
         (out / "quality.png").c_str(), sheet.width, sheet.height);
   }
+  options.report.write(json);
 }
 
 }  // namespace
 
 void add_quality(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "quality",
-      "Say how true a scene's hologram is to what a lens sees, at several depths and views");
+  auto* command = add_command(app, section::look, "quality",
+                              "Compare a scene's hologram with an ideal lens, from several views",
+                              "build/raywave quality data/study.toml -o out --lens-points 8");
   auto options = std::make_shared<Options>();
   auto& quality = options->quality;
-  command->add_option("scene", options->scene, "Scene file (TOML)")->required();
-  command->add_option("-o,--out", options->out, "Folder for quality.png and quality.json (.)");
+  options->scene.add_to(*command)->required();
+  options->method.add_to(*command);
+  options->depths.add_to(*command, "nearest and farthest surface and a little in front",
+                         "what the WRPs cover");
+  add_views(*command, quality.views,
+            "At the first depth also through the left, right, top and bottom of the hologram");
+  add_blur(*command, options->blur, "0.6 sampling.pitch");
+  add_border(*command, quality.border_px);
+  add_lens_points(*command, quality.lens_points);
   command
-      ->add_option("-z", options->z,
-                   "Depth, e.g. 95mm; may be given many times; nearest and farthest surface and a "
-                   "little in front when not given")
-      ->allow_extra_args(false);
-  command->add_flag(
-      "--views,!--no-views", quality.views,
-      "At the first depth also through the left, right, top and bottom of the hologram");
-  command->add_option(
-      "--window", options->window,
-      "Size of the pictures, e.g. 14.36mmx8.08mm; what the WRPs cover when not given");
-  command->add_option("--blur", options->blur,
-                      "Blur both pictures first: standard deviation as a length; 0.6 "
-                      "sampling.pitch when not given");
-  command->add_option("--border", quality.border_px,
-                      "Pixels left out on every side after the blur (20)");
-  command->add_option("--points", quality.lens_points,
-                      "Points on the lens that rays start from, per axis (24)");
-  command->add_flag("--against-points", quality.against_points,
-                    "Also compare the field with the sum of all points (slow)");
-  command->add_option("--method", options->method, "As in raywave render: wrp, points or rays");
-  command
-      ->add_option("--rays", options->render.rays_per_axis,
-                   "Rays per axis and pixel of --method rays")
-      ->check(CLI::Range(1, 1000));
-  command->add_option("--set", options->set, "Change a value of the scene: section.key=value")
-      ->allow_extra_args(false);
-  command->add_flag("--json", options->json, "Print the JSON instead of a table");
-  command->add_flag("--quiet", options->quiet, "Print nothing but errors");
+      ->add_flag("--against-points", quality.against_points,
+                 "Also compare the field with the sum of all points (slow)")
+      ->group(group::pictures);
   options->device.add_to(*command);
+  add_output(*command, options->out, "quality.png and quality.json");
+  options->report.add_to(*command, "quality.json");
   command->callback([options] { run(*options); });
 }
 

@@ -2,9 +2,11 @@
 #include "host/view/reconstruct.hpp"
 
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "host/cli/commands.hpp"
-#include "host/cli/picture_options.hpp"
+#include "host/cli/help.hpp"
+#include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/evaluate/report.hpp"
@@ -15,9 +17,10 @@ namespace {
 
 struct Options {
   std::string hologram, pitch, wavelength;
-  PictureOptions picture;
+  DepthOptions depths;
+  ViewOptions view;
   DeviceOptions device;
-  bool quiet = false;
+  ReportOptions report;
 };
 
 HologramSpec spec_of(const Options& options, const std::filesystem::path& file) {
@@ -44,42 +47,54 @@ void run(const Options& options) {
   spec.resolution = {hologram.nx, hologram.ny};
 
   ReconstructSpec what;
-  what.window_m = options.picture.window_m();
-  what.view = options.picture.view();
-  what.aperture = options.picture.aperture();
-  options.picture.check_percentile();
-  const auto depths_m = options.picture.depths_m();
+  what.window_m = options.depths.window_m();
+  what.view = options.view.view();
+  what.aperture = options.view.aperture();
+  options.view.check_percentile();
+  const auto depths_m = options.depths.depths_m();
 
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());
+  auto pictures = nlohmann::ordered_json::array();
   for (const double z_m : depths_m) {
     what.z_m = z_m;
     const auto name = name_at_depth("reconstruction", z_m);
     Image image;
     {
-      ProgressBar bar(options.quiet);
+      ProgressBar bar(options.report.quiet);
       image = reconstruct(device, backend, hologram, spec, what,
                           [&](double share) { bar.show(name, share); });
     }
-    options.picture.save(image, name, "intensity", options.quiet);
+    pictures.push_back(options.view.save(image, name, z_m, "intensity", options.report));
   }
+  options.report.write(nlohmann::ordered_json{{"pictures", pictures}});
 }
 
 }  // namespace
 
 void add_reconstruct(CLI::App& app) {
-  auto* command = app.add_subcommand("reconstruct", "Show what a hologram shows at given depths");
+  auto* command =
+      add_command(app, section::look, "reconstruct", "Show what a hologram shows at given depths",
+                  "build/raywave render data/teapot.toml -o out --preset draft\n"
+                  "build/raywave reconstruct out/field.npy -z 95mm -z 100mm -o out");
   auto options = std::make_shared<Options>();
-  command->add_option("hologram", options->hologram, "field.npy, or hologram.png (phase levels)")
+  command->add_option("HOLOGRAM", options->hologram, "field.npy, or hologram.png (phase levels)")
+      ->type_name("FILE")
       ->required();
-  options->picture.add_to(*command);
-  command->add_option(
-      "--pitch", options->pitch,
-      "Pixel pitch (one, or x,y); from report.json beside the hologram when not given");
-  command->add_option("--wavelength", options->wavelength,
-                      "Wavelength; from report.json beside the hologram when not given");
-  command->add_flag("--quiet", options->quiet, "Print nothing but errors");
+  options->depths.add_to(*command, "", "the hologram's");
+  command
+      ->add_option("--pitch", options->pitch,
+                   "Pixel pitch (one, or x,y); from report.json beside the hologram when not given")
+      ->type_name("LENGTH")
+      ->group(group::pictures);
+  command
+      ->add_option("--wavelength", options->wavelength,
+                   "Wavelength; from report.json beside the hologram when not given")
+      ->type_name("LENGTH")
+      ->group(group::pictures);
   options->device.add_to(*command);
+  options->view.add_to(*command);
+  options->report.add_to(*command, "the list of pictures");
   command->callback([options] { run(*options); });
 }
 

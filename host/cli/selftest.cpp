@@ -5,8 +5,9 @@
 #include <memory>
 
 #include "host/cli/commands.hpp"
+#include "host/cli/help.hpp"
+#include "host/cli/options.hpp"
 #include "host/common/error.hpp"
-#include "host/common/output.hpp"
 
 namespace raywave::cli {
 
@@ -14,7 +15,8 @@ namespace {
 
 struct Options {
   DeviceOptions device;
-  std::string json, only;
+  ReportOptions report;
+  std::string only;
   bool full = false;
   double strict = 1;
 };
@@ -31,36 +33,45 @@ void run(const Options& options) {
     throw InputError("--only \"" + options.only +
                      "\": no row's name holds this; without --only all are shown");
 
-  std::fputs((self_test_header(info, size) + "\n").c_str(), stdout);
+  const auto print = [&](const std::string& text) {
+    if (!options.report.prints_text()) return;
+    std::fputs(text.c_str(), stdout);
+    std::fflush(stdout);
+  };
+  print(self_test_header(info, size) + "\n");
   std::vector<SelfTestRow> rows;
   std::size_t failed = 0;
   for (auto& check : checks) {
     check.bound /= options.strict;
     rows.push_back(raywave::run(check, device));
     failed += !rows.back().passed;
-    std::fputs(self_test_line(rows.back()).c_str(), stdout);
-    std::fflush(stdout);
+    print(self_test_line(rows.back()));
   }
-  std::printf("\n%zu of %zu passed\n", rows.size() - failed, rows.size());
-  if (!options.json.empty()) write_text(options.json, self_test_json(info, size, rows));
+  print("\n" + std::to_string(rows.size() - failed) + " of " + std::to_string(rows.size()) +
+        " passed\n");
+  options.report.write(self_test_json(info, size, rows));
   if (!all_passed(rows)) throw CLI::RuntimeError(1);
 }
 
 }  // namespace
 
 void add_selftest(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "selftest",
-      "Check a device and its driver against double precision; exit code 1 when a row fails");
+  auto* command = add_command(app, section::devices, "selftest",
+                              "Check a device and its driver against double precision",
+                              "build/raywave selftest");
   auto options = std::make_shared<Options>();
+  command
+      ->add_flag("--full", options->full,
+                 "Minutes instead of seconds: every float, millions of rays, large planes")
+      ->group(group::measurement);
+  add_only(*command, options->only, "FFT");
+  command->add_option("--strict", options->strict, "Divide every bound by this")
+      ->type_name("FACTOR")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str()
+      ->group(group::measurement);
   options->device.add_device_to(*command);
-  command->add_flag("--full", options->full,
-                    "Minutes in place of seconds: every float, millions of rays, large planes");
-  command->add_option("--json", options->json, "Also write the table to this file");
-  command->add_option("--only", options->only,
-                      "Only rows whose part and name hold this text, e.g. FFT");
-  command->add_option("--strict", options->strict, "Divide every bound by this (1)")
-      ->check(CLI::PositiveNumber);
+  options->report.add_to(*command, "the table");
   command->callback([options] { run(*options); });
 }
 

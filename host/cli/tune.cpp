@@ -7,8 +7,11 @@
 #include <nlohmann/json.hpp>
 
 #include "host/cli/commands.hpp"
+#include "host/cli/help.hpp"
+#include "host/cli/options.hpp"
 #include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/device_json.hpp"
+#include "host/trace/tuning.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave::cli {
@@ -48,55 +51,56 @@ nlohmann::ordered_json json_of(const ShapeTrial& trial) {
   return j;
 }
 
-void tune(const DeviceOptions& options, bool json) {
-  auto info = cl::find_device(options.device);  // whatever is stored of it
-  const auto backend = options.backend(info);
+struct Options {
+  DeviceOptions device;
+  ReportOptions report;
+};
+
+void run(const Options& options) {
+  // Not tuned(info): what is stored of the device is measured anew.
+  auto info = cl::find_device(options.device.device);
+  const auto backend = options.device.backend(info);
   const auto start = std::chrono::steady_clock::now();
+  const bool text = options.report.prints_text();
   auto trials = nlohmann::ordered_json::array();
-  if (!json)
+  if (text)
     std::printf("%s\nsamples and gathering of a picture, median (quartiles)\n", info.name.c_str());
   info.work = choose_work(info, backend, [&](const ShapeTrial& trial) {
-    if (json)
-      trials.push_back(json_of(trial));
-    else
-      print_trial(trial);
+    trials.push_back(json_of(trial));
+    if (text) print_trial(trial);
   });
   const auto rates = measure_rates(info, backend);
   store_tuning(info, {rates, *info.work});
-  if (json) {
-    const nlohmann::ordered_json all{{"device", rates.device},
-                                     {"ray_s", rates.ray_s},
-                                     {"pair_s", rates.pair_s},
-                                     {"pixel_s", rates.pixel_s},
-                                     {"butterfly_s", rates.butterfly_s},
-                                     {"level_s", rates.level_s},
-                                     {"work", raywave::json_of(*info.work)},
-                                     {"trials", trials}};
-    std::printf("%s\n", all.dump(2).c_str());
-    return;
+  if (text) {
+    std::printf("work        %s\n", text_of(*info.work).c_str());
+    std::printf(
+        "rays        %.3g ns a level of the tree\npairs       %.3g ns\npixels      %.3g "
+        "ns\ntransforms  %.3g ns a butterfly\n"
+        "levels      %.3g ns\n%s, in %.0f s\n",
+        rates.ray_s * 1e9, rates.pair_s * 1e9, rates.pixel_s * 1e9, rates.butterfly_s * 1e9,
+        rates.level_s * 1e9, tuning_file(info).c_str(),
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
-  std::printf("work        %s\n", text_of(*info.work).c_str());
-  std::printf(
-      "rays        %.3g ns a level of the tree\npairs       %.3g ns\npixels      %.3g "
-      "ns\ntransforms  %.3g ns a butterfly\n"
-      "levels      %.3g ns\n%s, in %.0f s\n",
-      rates.ray_s * 1e9, rates.pair_s * 1e9, rates.pixel_s * 1e9, rates.butterfly_s * 1e9,
-      rates.level_s * 1e9, tuning_file(info).c_str(),
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  options.report.write(nlohmann::ordered_json{{"device", rates.device},
+                                              {"ray_s", rates.ray_s},
+                                              {"pair_s", rates.pair_s},
+                                              {"pixel_s", rates.pixel_s},
+                                              {"butterfly_s", rates.butterfly_s},
+                                              {"level_s", rates.level_s},
+                                              {"work", raywave::json_of(*info.work)},
+                                              {"trials", trials}});
 }
 
 }  // namespace
 
 void add_tune(CLI::App& app) {
-  auto* command = app.add_subcommand("tune",
-                                     "Measure how a device works fastest, and its rates for the "
-                                     "times that plans predict (a minute or "
-                                     "more while kernels compile; kept in the cache folder)");
-  auto device = std::make_shared<DeviceOptions>();
-  auto json = std::make_shared<bool>(false);
-  device->add_to(*command);
-  command->add_flag("--json", *json, "Print JSON");
-  command->callback([device, json] { tune(*device, *json); });
+  auto* command = add_command(app, section::measure, "tune",
+                              "Measure a device: its fastest work shape, and rates for plan",
+                              "build/raywave tune    # some minutes; kept in the cache folder");
+  auto options = std::make_shared<Options>();
+  options->device.add_to(*command);
+  options->report.add_to(*command, "rates and trials");
+  command->callback([options] { run(*options); });
 }
 
 }  // namespace raywave::cli

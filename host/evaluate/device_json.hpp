@@ -1,28 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What reports say of the device they were made on.
+/// The description of a device in reports.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "cl/device.hpp"
-#include "host/trace/work_shape.hpp"
 
 namespace raywave {
 
-inline nlohmann::ordered_json json_of(const cl::WorkShape& shape) {
-  nlohmann::ordered_json j;
-  for (const auto& knob : work_knobs) j[knob.name] = shape.*knob.value;
-  return j;
-}
-
-inline nlohmann::ordered_json json_of(const cl::DeviceInfo& device) {
-  return {{"index", device.index},
-          {"name", device.name},
-          {"platform", device.platform},
-          {"vendor", device.vendor},
-          {"version", device.version},
-          {"driver", device.driver},
-          {"work", json_of(work_shape(device))}};
-}
+nlohmann::ordered_json json_of(const cl::WorkShape& shape);
+nlohmann::ordered_json json_of(const cl::DeviceInfo& device);
 
 }  // namespace raywave

@@ -4,42 +4,54 @@
 #include <algorithm>
 #include <array>
 
-#include "host/evaluate/bench/bench.hpp"
-#include "host/reference/stage.hpp"
+#include "host/evaluate/built_in_meshes.hpp"
+#include "host/evaluate/spread.hpp"
 #include "host/render.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave {
 namespace {
 
+struct BuiltIn {
+  Scene scene;
+  World world;
+};
+
 /// A ball 8 mm wide, half sunk into a wall of 14 mm x 8 mm, 100 mm away: samples at all distances
 /// from the WRPs.
-reference::Stage ball_in_wall(int frames) {
-  reference::Stage stage;
-  stage.scene = {};
-  stage.scene.file = "tune";
-  stage.scene.sampling.pitch_m = 100e-6;
-  stage.scene.sampling.frames = frames;
-  stage.scene.wrp.grid = glm::ivec2(2, 2);
-  stage.scene.lights.emplace_back();
-  Material shiny;
-  shiny.specular = glm::dvec3(0.5);
-  stage.add(reference::sphere({0, 0, 0.1}, 4e-3, 48), shiny);
-  stage.add(reference::rectangle({0, 0, 0.101}, {7e-3, 0, 0}, {0, 4e-3, 0}));
-  return stage;
+BuiltIn ball_in_wall(int frames) {
+  Scene scene;
+  scene.file = "tune";
+  scene.sampling.pitch_m = 100e-6;
+  scene.sampling.frames = frames;
+  scene.wrp.grid = glm::ivec2(2, 2);
+  scene.lights.emplace_back();
+  scene.materials.resize(2);
+  scene.materials[0].specular = glm::dvec3(0.5);
+  Object ball, wall;
+  ball.material = 0;
+  ball.position_m = {0, 0, 0.1};
+  ball.width_m = 8e-3;
+  wall.material = 1;
+  wall.position_m = {0, 0, 0.101};
+  wall.width_m = 14e-3;
+  scene.objects = {ball, wall};
+  const Meshes meshes{{unit_sphere(48), flat_rectangle(8.0 / 14)}, {true, false}, {0, 1}};
+  return {scene, place_objects(scene, meshes)};
 }
 
 constexpr std::array stages{"samples", "trace", "propagate", "encode"};
 
-/// What these stages take of four frames of the ball in the wall where the default rates hold.
+/// Seconds of these stages for four frames of the ball in the wall, on the device of the default
+/// rates.
 constexpr std::array ball_in_wall_s{0.0148, 0.108, 0.285, 0.0083};
 
-/// Of a picture, in the order of `stages`.
-std::array<double, stages.size()> stages_s(const cl::Device& device, const reference::Stage& stage,
+/// Seconds of a picture's stages, in the order of `stages`.
+std::array<double, stages.size()> stages_s(const cl::Device& device, const BuiltIn& ball,
                                            cl::FftBackend backend) {
   RenderOptions how;
   how.fft = backend;
-  const auto result = render(device, stage.scene, stage.world, how);
+  const auto result = render(device, ball.scene, ball.world, how);
   const bool on_processor = device.info().kind == cl::DeviceKind::cpu;
   const auto& seconds = on_processor ? result.processor_seconds : result.seconds;
   std::array<double, stages.size()> now{};

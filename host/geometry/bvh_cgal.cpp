@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Simple_cartesian.h>
+#if __has_include(<CGAL/AABB_traits_3.h>)  // CGAL 6; CGAL 5 has the names without _3
+#include <CGAL/AABB_traits_3.h>
+#include <CGAL/AABB_triangle_primitive_3.h>
+#else
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_triangle_primitive.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -20,8 +25,14 @@ namespace {
 
 using Cartesian = CGAL::Simple_cartesian<double>;
 using Triangles = std::vector<Cartesian::Triangle_3>;
+#if __has_include(<CGAL/AABB_traits_3.h>)
+using Primitive = CGAL::AABB_triangle_primitive_3<Cartesian, Triangles::const_iterator>;
+using Traits = CGAL::AABB_traits_3<Cartesian, Primitive>;
+#else
 using Primitive = CGAL::AABB_triangle_primitive<Cartesian, Triangles::const_iterator>;
-using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Cartesian, Primitive>>;
+using Traits = CGAL::AABB_traits<Cartesian, Primitive>;
+#endif
+using Tree = CGAL::AABB_tree<Traits>;
 using TreeNode = std::remove_cvref_t<decltype(*std::declval<Tree>().root_node())>;
 
 /// A part of CGAL's tree: a node, or the one triangle that stands in place of a node. CGAL keeps no

@@ -22,7 +22,7 @@ double phase_turns(std::int32_t i, std::int32_t j, std::int32_t k, std::uint32_t
 double phase_turns_of_key(std::uint32_t key, std::uint32_t seed);
 
 struct TracedField {
-  std::vector<std::complex<double>> field;  // as Tracer::trace fills it with HitSource::hit
+  std::vector<std::complex<double>> field;  // as FanTracer::trace fills it with HitSource::hit
   /// Pixels one of whose rays, moved by less than single precision resolves, would meet another
   /// triangle, phase cell or shadow: there two right answers differ.
   std::vector<bool> undecided;

@@ -4,6 +4,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "host/plan/make_plan.hpp"
+
 namespace raywave::reference {
 
 Stage::Stage() {
@@ -79,16 +81,16 @@ std::vector<Corners> corners_of(const DeviceTree& tree) {
 Rig::Rig(const cl::Device& device, const Stage& stage, Method method, bool keep_unseen)
     : scene(stage.scene),
       plan(make_plan(scene, stage.world, method)),
-      arrays(device, scene, stage.world, plan),
+      arrays(device, stage.world, plan),
       table(device, plan, arrays, keep_unseen),
       samples(table.samples.read()),
       first_of_cell(table.first_of_cell.read()),
-      views(table.views.read()),
+      visibility_masks(table.visibility_masks.read()),
       lit(table.lit.read()),
       triangles(arrays.tree.triangles.read()),
       corners(corners_of(arrays.tree)) {
   samples.resize(static_cast<std::size_t>(table.count));
-  views.resize(samples.size() * table.view_words());
+  visibility_masks.resize(samples.size() * table.visibility_words());
   lit.resize(samples.size() * arrays.light_words());
 }
 

@@ -11,7 +11,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/scene/image.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave {
@@ -42,12 +42,13 @@ struct Materials {
   double unit = 1;  // the shares of light are in it
 };
 
-Materials materials_of(const Scene& scene) {
-  const int channel = channel_of(scene.hologram.wavelength_m);
+Materials materials_of(const Plan& plan, const Textures& textures) {
+  const int channel = channel_of(plan.wavelength_m);
   Materials result;
   auto& [materials, texels, unit] = result;
   double brightest = 0;
-  for (const auto& m : scene.materials) {
+  for (std::size_t i = 0; i < plan.lighting.materials.size(); ++i) {
+    const auto& m = plan.lighting.materials[i];
     device::Material material{};
     material.ambient = static_cast<float>(m.ambient[channel]);
     material.diffuse = static_cast<float>(m.diffuse[channel]);
@@ -58,20 +59,12 @@ Materials materials_of(const Scene& scene) {
     std::tie(material.ior, material.ior_low) = split(m.ior);
     material.texture = -1;
     double brightest_texel = 1;
-    if (m.texture) {
-      auto image = load_texture(*m.texture, channel, m.where);
-      // Filters of other programs ring below black
-      for (float& texel : image.pixels) texel = std::max(texel, 0.0f);
+    if (const Image* texture = texture_of(scene, textures, i)) {
       material.texture = static_cast<std::int32_t>(texels.size());
-      material.texture_width = image.width;
-      material.texture_height = image.height;
-      if (texels.size() + image.pixels.size() > INT32_MAX)
-        throw InputError(m.where + ": with its texture the scene has more than 2147483647 texels");
-      texels.insert(texels.end(), image.pixels.begin(), image.pixels.end());
-      brightest_texel = *std::max_element(image.pixels.begin(), image.pixels.end());
-      if (brightest_texel > 1e30f)  // as all numbers of a scene
-        throw InputError(m.where + ": picture " + in_quotes(m.texture->string()) + ": holds " +
-                         number_text(brightest_texel) + ", more than 1e+30");
+      material.texture_width = texture->width;
+      material.texture_height = texture->height;
+      texels.insert(texels.end(), texture->pixels.begin(), texture->pixels.end());
+      brightest_texel = *std::max_element(texture->pixels.begin(), texture->pixels.end());
     }
     brightest =
         std::max({brightest, std::max(m.ambient[channel], m.diffuse[channel]) * brightest_texel,
@@ -87,10 +80,10 @@ Materials materials_of(const Scene& scene) {
 
 /// Sum of the ambient lights; 1 when there is none, so that a material's ambient part counts as
 /// given.
-double ambient_light_of(const Scene& scene) {
+double ambient_light_of(const Lighting& lighting) {
   double sum = 0;
   bool any = false;
-  for (const auto& l : scene.lights) {
+  for (const auto& l : lighting.lights) {
     if (l.type != LightType::ambient) continue;
     sum += l.intensity;
     any = true;
@@ -98,13 +91,12 @@ double ambient_light_of(const Scene& scene) {
   return any ? sum : 1;
 }
 
-std::vector<device::Light> lights_in_scene_frame(const Scene& scene, glm::dvec3 origin_m,
-                                                 double unit) {
+std::vector<device::Light> lights_in_scene_frame(const Plan& plan, double unit) {
   std::vector<device::Light> lights;
-  for (const auto& l : scene.lights) {
+  for (const auto& l : plan.lighting.lights) {
     if (l.type == LightType::ambient) continue;
     const bool is_point = l.type == LightType::point;
-    const auto v = is_point ? l.position_m - origin_m : -glm::normalize(l.direction);
+    const auto v = is_point ? l.position_m - plan.origin_m : -glm::normalize(l.direction);
     device::Light light{};
     std::tie(light.x, light.x_low) = split(v.x);
     std::tie(light.y, light.y_low) = split(v.y);
@@ -118,68 +110,58 @@ std::vector<device::Light> lights_in_scene_frame(const Scene& scene, glm::dvec3 
 
 }  // namespace
 
-std::pair<float, float> split(double value) {
-  const auto high = static_cast<float>(value);
-  return {high, static_cast<float>(value - high)};
-}
-
 int lanes_for(const cl::DeviceInfo& device) { return work_shape(device).lanes; }
 
-cl::Options kernel_options(const Scene& scene, const Plan& plan) {
-  const auto any = [&](auto&& test) {
-    return std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
-      return test(scene.materials[static_cast<std::size_t>(o.material)]);
-    });
-  };
-  const int channel = channel_of(scene.hologram.wavelength_m);
-  const auto lights = std::count_if(scene.lights.begin(), scene.lights.end(),
+cl::Options kernel_options(const Plan& plan) {
+  const auto any = [&](const auto& test) { return plan.lighting.any_material(test); };
+  const int channel = channel_of(plan.wavelength_m);
+  const auto lights = std::count_if(plan.lighting.lights.begin(), plan.lighting.lights.end(),
                                     [](const Light& l) { return l.type != LightType::ambient; });
-  return {{"RAYWAVE_LIGHTS", std::to_string(lights)},
-          {"RAYWAVE_SPECULAR",
-           any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
-          {"RAYWAVE_SHARP", any([&](const Material& m) {
-             return m.specular[channel] > 0 && m.shininess > sharp_shininess;
-           })
-                                ? "1"
-                                : "0"},
-          {"RAYWAVE_TEXTURES",
-           any([](const Material& m) { return m.texture.has_value(); }) ? "1" : "0"},
-          {"RAYWAVE_SHADOWS", scene.trace.shadows && lights > 0 ? "1" : "0"},
-          {"RAYWAVE_BOUNCES", std::to_string(plan.bounces)}};
+  return {
+      {option::lights, std::to_string(lights)},
+      {option::specular,
+       any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
+      {option::sharp, any([&](const Material& m) {
+         return m.specular[channel] > 0 && m.shininess > sharp_shininess;
+       })
+                          ? "1"
+                          : "0"},
+      {option::textures, any([](const Material& m) { return m.texture.has_value(); }) ? "1" : "0"},
+      {option::shadows, plan.lighting.shadows && lights > 0 ? "1" : "0"},
+      {option::bounces, std::to_string(plan.bounces)}};
 }
 
-DeviceScene::DeviceScene(const cl::Device& device, const Scene& scene, const World& world,
-                         const Plan& plan)
+DeviceScene::DeviceScene(const cl::Device& device, const World& world, const Plan& plan)
     : device_(device), instances_(device, world, plan.origin_m, tree) {
-  const auto made = materials_of(scene);
+  const auto made = materials_of(plan, world.textures);
   material_unit_ = made.unit;
   materials = {device, std::span<const device::Material>(made.materials), "materials"};
   texels = {device, std::span<const float>(made.texels), "textures"};
   normals = {device, floats_of(world.normals), "normals"};
   uvs = {device, floats_of(world.uvs), "places on textures"};
-  options = cl::with(kernel_options(scene, plan),
-                     {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))}});
-  place(scene, world, plan);
+  options = cl::with(kernel_options(plan),
+                     {{option::lanes, std::to_string(lanes_for(device.info()))}});
+  place(world, plan);
 }
 
-void DeviceScene::place(const Scene& scene, const World& world, const Plan& plan) {
+void DeviceScene::place(const World& world, const Plan& plan) {
   const auto start = std::chrono::steady_clock::now();
-  instances_.place(scene, world, plan.origin_m, tree);
+  instances_.place(world, plan, tree);
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   options =
       // Scenes alike in size share kernels
-      cl::with(options,
-               {{"RAYWAVE_BVH_DEPTH", std::to_string((instances_.depth() + 15) / 16 * 16)}});
-  upload_lights(scene, world, plan);
+      cl::with(options, {{option::bvh_depth, std::to_string((instances_.depth() + 15) / 16 * 16)}});
+  upload_lights(world, plan);
 }
 
-void DeviceScene::upload_lights(const Scene& scene, const World& world, const Plan& plan) {
-  double brightest_light = ambient_light_of(scene);
-  for (const auto& l : scene.lights) brightest_light = std::max(brightest_light, l.intensity);
+void DeviceScene::upload_lights(const World& world, const Plan& plan) {
+  double brightest_light = ambient_light_of(plan.lighting);
+  for (const auto& l : plan.lighting.lights)
+    brightest_light = std::max(brightest_light, l.intensity);
   const double light_unit = unit_of(brightest_light);
-  const auto light_data = lights_in_scene_frame(scene, plan.origin_m, light_unit);
+  const auto light_data = lights_in_scene_frame(plan, light_unit);
   cl::put(device_, lights, light_data, "lights");
-  ambient_light = in_units(ambient_light_of(scene), light_unit);
+  ambient_light = in_units(ambient_light_of(plan.lighting), light_unit);
   radiance_unit = material_unit_ * light_unit;
   diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));
   // Far from the origin, rounding of the coordinates themselves counts.

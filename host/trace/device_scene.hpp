@@ -2,6 +2,7 @@
 /// The scene in device memory.
 #pragma once
 
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -9,14 +10,13 @@
 #include "host/geometry/shared_types.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
-#include "host/scene/scene.hpp"
 #include "host/trace/instances.hpp"
 
 namespace raywave {
 
-/// Which lights, highlights, textures, shadows and bounces kernels are built with: what some object
-/// of the scene has, nothing else.
-cl::Options kernel_options(const Scene& scene, const Plan& plan);
+/// The features that kernels are built with: lights, highlights, textures, shadows and bounces,
+/// each only when some object of the scene needs it.
+cl::Options kernel_options(const Plan& plan);
 
 /// The scene as the kernels see it: trees, triangles, materials for the hologram's wavelength,
 /// lights and textures in device memory. Scene frame: the world minus Plan::origin_m, subtracted in
@@ -26,11 +26,11 @@ cl::Options kernel_options(const Scene& scene, const Plan& plan);
 /// (host/trace/instances.hpp).
 class DeviceScene {
 public:
-  DeviceScene(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan);
+  DeviceScene(const cl::Device& device, const World& world, const Plan& plan);
 
-  /// The same meshes and materials at other places (World::motions), or under other lights (as many
-  /// as before). `options` may change where objects part that were one instance.
-  void place(const Scene& scene, const World& world, const Plan& plan);
+  /// Updates the places of the objects (World::motions) and the lights (as many as before); meshes
+  /// and materials stay. `options` may change when an object leaves the shared instance.
+  void place(const World& world, const Plan& plan);
 
   DeviceTree tree;
   cl::Buffer<float> normals, uvs;  // of the vertices: kernels/scene/shade.h
@@ -47,6 +47,12 @@ public:
   // Distance that secondary rays start off a surface: far above rounding, far below anything
   // visible
   float bias_m = 0;
+  /// SCENE_PARAMETERS of kernels/scene/arrays.h, for cl::Kernel::run.
+  auto arguments() const {
+    return std::tuple_cat(tree.arguments(),
+                          std::tie(normals, uvs, materials, lights, texels, ambient_light));
+  }
+
   cl::Options options;      // leave out of the kernels what this scene does not use
   double tree_seconds = 0;  // for trees and instances, of the last time
 
@@ -54,7 +60,7 @@ public:
   std::size_t light_words() const { return lights.size() > 32 ? (lights.size() + 31) / 32 : 1; }
 
 private:
-  void upload_lights(const Scene& scene, const World& world, const Plan& plan);
+  void upload_lights(const World& world, const Plan& plan);
 
   cl::Device device_;
   Instances instances_;
@@ -63,8 +69,5 @@ private:
 
 /// Pixels that one work-item handles side by side: the SIMD width on CPUs, one on GPUs.
 int lanes_for(const cl::DeviceInfo& device);
-
-/// value as the sum of two floats
-std::pair<float, float> split(double value);
 
 }  // namespace raywave

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+/// Types and numbers as devices take them.
 #pragma once
 
 #include <cstdint>
+#include <utility>
+#include <tuple>
 
 #include "cl/program.hpp"
 #include "host/geometry/shared_types.hpp"
@@ -14,9 +17,18 @@ struct DeviceTree {
   cl::Buffer<device::Triangle> triangles;
   cl::Buffer<float> positions;  // 3 per vertex, frame of its instance
   cl::Buffer<device::Instance> instances;
+
+  /// TREE_PARAMETERS of kernels/scene/arrays.h, for cl::Kernel::run.
+  auto arguments() const { return std::tie(nodes, triangles, positions, instances); }
 };
 
-/// A instance that has not moved, the root of its tree at node `root`.
+/// An instance that has not moved, the root of its tree at node `root`.
 device::Instance instance_at_rest(std::int32_t root = 0);
+
+/// The value as the sum of two floats, the higher first.
+inline std::pair<float, float> split(double value) {
+  const auto high = static_cast<float>(value);
+  return {high, static_cast<float>(value - high)};
+}
 
 }  // namespace raywave

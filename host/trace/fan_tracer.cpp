@@ -5,24 +5,26 @@
 #include <chrono>
 #include <glm/geometric.hpp>
 
+#include "host/trace/precision_option.hpp"
+#include "host/geometry/kernel_options.hpp"
+
 namespace raywave {
-Tracer::Tracer(const cl::Device& device, const Scene& scene, const Plan& plan,
-               const DeviceScene& arrays, HitSource source, const SampleTable* table)
+FanTracer::FanTracer(const cl::Device& device, const Plan& plan, const DeviceScene& arrays,
+                     HitSource source, const SampleTable* table)
     : device_(device),
       plan_(plan),
-      sampling_pitch_m_(scene.sampling.pitch_m),
       scene_(arrays),
       table_(table),
       lanes_(lanes_for(device.info())),
       program_(device, "kernels/gather/fan.cl",
                cl::with(arrays.options,
-                        {{"RAYWAVE_SOURCE", std::to_string(static_cast<int>(source))},
-                         {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)}})),
+                        {{option::source, std::to_string(static_cast<int>(source))},
+                         {option::precision, precision_option(device.info(), plan.precision)}})),
       trace_fan_(program_.kernel("trace_fan")),
       no_samples_(device, 1, "samples"),
       no_cells_(device, 1, "sample lattice") {}
 
-void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field) {
+void FanTracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field) {
   std::vector<std::complex<float>> tangents;
   for (const auto& t : wrp.fan)
     tangents.emplace_back(static_cast<float>(t.x), static_cast<float>(t.y));
@@ -47,7 +49,7 @@ void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field)
   plane.sine_limit_y = static_cast<float>(plan_.largest_sine.y);
   plane.step_x = static_cast<float>(wrp.fan_step.x);
   plane.step_y = static_cast<float>(wrp.fan_step.y);
-  plane.sampling_rate = static_cast<float>(1 / sampling_pitch_m_);
+  plane.sampling_rate = static_cast<float>(1 / plan_.sampling_pitch_m);
   plane.bias = scene_.bias_m;
   plane.reach = 4 * (scene_.diameter_m + static_cast<float>(plan_.far_m - wrp.centre_m.z) +
                      static_cast<float>(glm::length(centre)));
@@ -55,10 +57,8 @@ void Tracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field)
 
   const auto packets = static_cast<std::size_t>((plan_.tile_size.x + lanes_ - 1) / lanes_);
   const cl::Range local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
-  trace_fan_.run({packets, static_cast<std::size_t>(plan_.tile_size.y)}, local, scene_.tree.nodes,
-                 scene_.tree.triangles, scene_.tree.positions, scene_.tree.instances,
-                 scene_.normals, scene_.uvs, scene_.materials, scene_.lights, scene_.texels,
-                 scene_.ambient_light, fan, static_cast<std::int32_t>(tangents.size()), plane,
+  trace_fan_.run({packets, static_cast<std::size_t>(plan_.tile_size.y)}, local, scene_.arguments(),
+                 fan, static_cast<std::int32_t>(tangents.size()), plane,
                  table_ ? table_->samples : no_samples_, table_ ? table_->first_of_cell : no_cells_,
                  table_ ? table_->lattice : device::Lattice{}, field);
 }

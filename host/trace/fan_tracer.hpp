@@ -8,7 +8,6 @@
 #include "host/geometry/shared_types.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
-#include "host/scene/scene.hpp"
 #include "host/trace/samples.hpp"
 
 namespace raywave {
@@ -16,12 +15,12 @@ namespace raywave {
 /// What a ray's hit stands for (kernels/gather/fan.cl, RAYWAVE_SOURCE).
 enum class HitSource { hit = 0, surface = 1, bounced = 2 };
 
-class Tracer {
+class FanTracer {
 public:
   /// table  the surface samples, needed by HitSource::surface; outlives the tracer like `plan` and
   ///        `arrays`
-  Tracer(const cl::Device& device, const Scene& scene, const Plan& plan, const DeviceScene& arrays,
-         HitSource source, const SampleTable* table = nullptr);
+  FanTracer(const cl::Device& device, const Plan& plan, const DeviceScene& arrays, HitSource source,
+            const SampleTable* table = nullptr);
 
   /// Fills `field` (ny x nx) with the field of one WRP; HitSource::bounced adds to it.
   ///
@@ -32,7 +31,6 @@ public:
 private:
   cl::Device device_;
   const Plan& plan_;
-  double sampling_pitch_m_;
   const DeviceScene& scene_;
   const SampleTable* table_;
   int lanes_;

@@ -9,7 +9,6 @@
 
 #include "host/geometry/bvh.hpp"
 #include "host/geometry/normal_cones.hpp"
-#include "host/trace/device_scene.hpp"
 
 namespace raywave {
 namespace {
@@ -70,7 +69,7 @@ std::vector<std::vector<std::size_t>> sets_of(const std::vector<bool>& apart) {
 
 void put_split(double value, float& high, float& low) { std::tie(high, low) = split(value); }
 
-/// A instance whose vertices a motion has moved.
+/// An instance whose vertices a motion has moved.
 ///
 /// anchor_m  origin of the instance's frame, world, before the motion
 /// origin_m  of the scene frame, world
@@ -122,26 +121,25 @@ Instances::Instances(const cl::Device& device, const World& world, glm::dvec3 an
   tree.positions = {device, std::span<const float>(in_frame), "vertices"};
 }
 
-void Instances::place(const Scene& scene, const World& world, glm::dvec3 origin_m,
-                      DeviceTree& tree) {
+void Instances::place(const World& world, const Plan& plan, DeviceTree& tree) {
   const auto motion_of = [&](std::size_t object) {
     return world.motion_of(static_cast<std::int32_t>(object));
   };
   for (std::size_t i = 0; i < apart_.size(); ++i) apart_[i] = apart_[i] || motion_of(i).moved;
   if (auto sets = sets_of(apart_); sets != objects_) {
     objects_ = std::move(sets);
-    build_trees(scene, world, tree);
+    build_trees(world, plan, tree);
   }
   std::vector<device::Instance> placed;
   for (std::size_t i = 0; i < roots_.size(); ++i) {
-    placed.push_back(
-        instance_after(motion_of(objects_[i][0]), anchor_m_, origin_m, root_nodes_[i], roots_[i]));
+    placed.push_back(instance_after(motion_of(objects_[i][0]), anchor_m_, plan.origin_m,
+                                    root_nodes_[i], roots_[i]));
     placed.back().last = i + 1 == roots_.size();
   }
   cl::put(device_, tree.instances, placed, "instances");
 }
 
-void Instances::build_trees(const Scene& scene, const World& world, DeviceTree& tree) {
+void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tree) {
   std::vector<std::size_t> instance_of_object(sides_.size());
   for (std::size_t instance = 0; instance < objects_.size(); ++instance) {
     for (const auto object : objects_[instance]) instance_of_object[object] = instance;
@@ -162,7 +160,7 @@ void Instances::build_trees(const Scene& scene, const World& world, DeviceTree& 
     for (const auto place : bvh.order) {
       const auto t = glm::ivec3(corners[place]);
       const auto object = static_cast<std::size_t>(world.triangle_object[numbers[place]]);
-      triangles.push_back({t.x, t.y, t.z, scene.objects[object].material, sides_[object],
+      triangles.push_back({t.x, t.y, t.z, plan.lighting.material_of_object[object], sides_[object],
                            static_cast<std::int32_t>(instance)});
       sides.push_back(sides_[object]);
     }

@@ -28,7 +28,8 @@
 #include "host/common/npy.hpp"
 #include "host/common/threads.hpp"
 #include "host/evaluate/bench/bench.hpp"
-#include "host/evaluate/bench/stopwatch.hpp"
+#include "host/evaluate/stopwatch.hpp"
+#include "host/plan/make_plan.hpp"
 
 namespace raywave {
 namespace {

@@ -18,7 +18,7 @@
 
 #include "host/common/text.hpp"
 #include "host/evaluate/bench/bench.hpp"
-#include "host/evaluate/bench/stopwatch.hpp"
+#include "host/evaluate/stopwatch.hpp"
 #include "host/propagate/propagator.hpp"
 
 namespace raywave {

@@ -8,6 +8,7 @@
 
 #include "cl/program_folder.hpp"
 #include "host/common/npy.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/render.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
@@ -67,7 +68,7 @@ Results all_of(const cl::DeviceInfo& info, const Scene& scene) {
   lens.points = 2;
   const auto world = build_world(scene);
   const auto& plan = results.hologram.plan;
-  results.seen = lens_picture(device, plan, DeviceScene(device, scene, world, plan), lens);
+  results.seen = lens_picture(device, plan, DeviceScene(device, world, plan), lens);
   return results;
 }
 
@@ -121,7 +122,7 @@ TEST_CASE(
     INFO(info.name);
     const auto programs = folder / ("programs-" + info.index);
     const auto build = [&] {
-      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{"RAYWAVE_LANES", "1"}});
+      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{option::lanes, "1"}});
     };
     {
       const cl::ProgramRecorder recorder(programs, true);
@@ -130,12 +131,12 @@ TEST_CASE(
     const Environment ahead(variable, programs.string());
     CHECK_NOTHROW(build());
     const auto missing = message_of([&] {
-      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{"RAYWAVE_LANES", "4"}});
+      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{option::lanes, "4"}});
     });
     CHECK_THAT(missing, ContainsSubstring((programs / "encode-").string()) &&
                             ContainsSubstring(".bin is missing") &&
                             ContainsSubstring("-DRAYWAVE_LANES=4") &&
-                            ContainsSubstring("raywave kernels --build " + programs.string() +
+                            ContainsSubstring("raywave kernels -o " + programs.string() +
                                               " --device " + info.index));
 
     fs::path binary;
@@ -160,7 +161,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "raywave kernels --build makes all that raywave render needs, and without it render says what "
+    "raywave kernels -o makes all that raywave render needs, and without it render says what "
     "is missing") {
   const Folder folder;
   folder.write("square.obj", test::square_obj());
@@ -184,21 +185,20 @@ TEST_CASE(
   CHECK_THAT(bytes_of(folder / "error.txt"), ContainsSubstring(".bin is missing"));
   CHECK_FALSE(fs::exists(folder / "none"));
 
-  CHECK(run(program + " kernels --build " + file("programs") + " " + file("scene.toml")) == 0);
+  CHECK(run(program + " kernels -o " + file("programs") + " " + file("scene.toml")) == 0);
   CHECK(run(offline + " render " + file("scene.toml") + " -o " + file("ahead")) == 0);
   CHECK(bytes_of(folder / "ahead" / "field.npy") == bytes_of(folder / "usual" / "field.npy"));
   CHECK(bytes_of(folder / "ahead" / "hologram.png") == bytes_of(folder / "usual" / "hologram.png"));
   CHECK(run(offline + " reconstruct " + file("ahead/field.npy") + " -z 10mm -o " + file("ahead")) ==
         0);
-  CHECK(run(offline + " lens " + file("scene.toml") + " -z 10mm --rays 2 -o " + file("ahead")) ==
-        0);
+  CHECK(run(offline + " lens " + file("scene.toml") + " -z 10mm --lens-points 2 -o " +
+            file("ahead")) == 0);
   // Nothing was compiled or planned by a compiler of clFFT's
   CHECK_FALSE(fs::exists(folder / "cache"));
   CHECK(run(offline + " render " + file("scene.toml") + " --fft clfft -o " + file("none")) == 3);
-  CHECK(run(offline + " kernels --build " + file("programs")) == 3);
+  CHECK(run(offline + " kernels -o " + file("programs")) == 3);
 
-  CHECK(run(program + " kernels --sources --build " + file("sources") + " " + file("scene.toml")) ==
-        0);
+  CHECK(run(program + " kernels --sources -o " + file("sources") + " " + file("scene.toml")) == 0);
   std::ifstream manifest(folder / "sources" / "manifest.tsv");
   int lines = 0;
   for (std::string line; std::getline(manifest, line); ++lines) {
@@ -206,7 +206,7 @@ TEST_CASE(
     const auto source = bytes_of(folder / "sources" / (line.substr(0, line.find('\t')) + ".cl"));
     CHECK_THAT(source, ContainsSubstring("__kernel"));
     CHECK_THAT(source, !ContainsSubstring("#include"));
-    CHECK((line.find("RAYWAVE_LANES") == std::string::npos ||
+    CHECK((line.find(option::lanes) == std::string::npos ||
            line.find("-DRAYWAVE_LANES=1") != std::string::npos));
   }
   CHECK(lines >= 5);

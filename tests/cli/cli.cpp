@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program as a person runs it: exit codes, messages, files.
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/common/npy.hpp"
-#include "host/plan/rates.hpp"
 #include "host/scene/image.hpp"
+#include "host/trace/tuning.hpp"
 #include "host/trace/work_shape.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/environment.hpp"
@@ -43,6 +48,215 @@ TEST_CASE(
   shape.lanes = 3;
   store_tuning(info, {{info.name, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9}, shape});
   check_refused(desk.render(), 2, tuning_file(info).filename().string() + ": work.lanes: must be ");
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+/// What `raywave COMMAND --help` prints; no command: `raywave --help`. Each is asked for once.
+const std::string& help_of(const std::string& command) {
+  static std::map<std::string, std::string> known;
+  const auto [at, is_new] = known.try_emplace(command);
+  if (is_new) {
+    const auto outcome = command.empty() ? Desk().run({"--help"}) : Desk().run({command, "--help"});
+    INFO(outcome.err);
+    REQUIRE((outcome.code == 0 && outcome.err.empty()));
+    at->second = outcome.out;
+  }
+  return at->second;
+}
+
+/// Names at the beginning of lines of the program's help.
+std::vector<std::string> commands() {
+  std::vector<std::string> names;
+  for (const auto& line : lines_of(help_of(""))) {
+    if (line.size() > 2 && line.starts_with("  ") && std::islower(line[2]))
+      names.push_back(line.substr(2, line.find(' ', 2) - 2));
+  }
+  return names;
+}
+
+/// "-o", "--output", ...: names at the beginning of lines of a help.
+std::vector<std::string> options_in(const std::string& help) {
+  std::vector<std::string> names;
+  for (const auto& line : lines_of(help)) {
+    if (!line.starts_with("  -")) continue;
+    std::istringstream words(line);
+    for (std::string word; words >> word && word.starts_with('-');) {
+      const bool more = word.ends_with(',');
+      names.push_back(more ? word.substr(0, word.size() - 1) : word);
+      if (!more) break;
+    }
+  }
+  return names;
+}
+
+TEST_CASE("help lists commands by what they are for, and each command's ends with an example") {
+  for (const char* text : {"Make a hologram:", "Look at it:", "Measure:", "Devices:", "Exit codes"})
+    CHECK_THAT(help_of(""), ContainsSubstring(text));
+  CHECK(commands().size() == 13);
+  for (const auto& command : commands()) {
+    const auto& help = help_of(command);
+    INFO(help);
+    CHECK_THAT(help, ContainsSubstring("Usage: raywave " + command + " "));
+    CHECK_THAT(help, ContainsSubstring("\nOutput:\n"));
+    const auto example = help.find("\nExample:\n");
+    REQUIRE(example != std::string::npos);
+    CHECK(help.find("build/raywave " + command, example) != std::string::npos);
+    for (const auto& line : lines_of(help)) CHECK(line.size() <= 100);
+  }
+}
+
+TEST_CASE("every command that reports something takes --json and --quiet") {
+  for (const auto& command : commands()) {
+    if (command == "completion") continue;
+    const auto names = options_in(help_of(command));
+    INFO(command);
+    for (const char* name : {"--json", "--quiet"})
+      CHECK(std::find(names.begin(), names.end(), name) != names.end());
+  }
+}
+
+TEST_CASE("--json prints JSON alone, and with a file the usual text beside it") {
+  const Desk desk;
+  const auto scene = desk.file("scene.toml"), field = desk.out("field.npy").string();
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  // Not kernels, trade and tune, which take longer.
+  const std::vector<std::vector<std::string>> lines{
+      {"plan", "--json", scene},
+      {"reconstruct", field, "-z", "10mm", "-o", desk.file("views"), "--json"},
+      {"lens", scene, "-z", "10mm", "-o", desk.file("views"), "--lens-points", "2", "--json"},
+      {"compare", "--json", field, field},
+      {"quality", scene, "-z", "10mm", "-o", desk.file("views"), "--no-views", "--lens-points", "2",
+       "--border", "0", "--json"},
+      {"bench", "--json", scene, "--quick", "--frames", "1"},
+      {"devices", "--json"},
+      {"selftest", "--only", "phase ", "--json"}};
+  for (const auto& line : lines) {
+    const auto outcome = desk.run(line);
+    INFO(line[0] << ": " << outcome.out << outcome.err);
+    CHECK(outcome.code == 0);
+    CHECK(outcome.err.empty());
+    CHECK(Json::accept(outcome.out));
+  }
+  const auto text = desk.run({"plan", scene}).out;
+  for (const std::vector<std::string>& option :
+       {std::vector<std::string>{"--json", desk.file("report.json")},
+        {"--json=" + desk.file("report")}}) {
+    std::vector<std::string> line{"plan"};
+    line.insert(line.end(), option.begin(), option.end());
+    line.push_back(scene);
+    const auto outcome = desk.run(line);
+    CHECK(outcome.code == 0);
+    CHECK(outcome.out == text);
+  }
+  CHECK(Json::parse(bytes_of(desk.file("report.json"))).contains("plan"));
+  CHECK(bytes_of(desk.file("report")) == bytes_of(desk.file("report.json")));
+  check_refused(desk.run({"devices", "--quiet", "--json", scene + "/report.json"}), 2, scene);
+}
+
+TEST_CASE("options go by their old names too, with a note unless --quiet") {
+  const Desk desk;
+  const auto scene = desk.file("scene.toml");
+  const auto now = desk.run({"plan", scene, "--preset", "draft"});
+  const auto before = desk.run({"plan", scene, "--quality", "draft"});
+  CHECK(before.code == 0);
+  CHECK(before.out == now.out);
+  CHECK(is_one_line(before.err));
+  CHECK_THAT(before.err, ContainsSubstring("--quality is now --preset"));
+  CHECK(desk.run({"plan", scene, "--quality=draft", "--quiet"}).err.empty());
+
+  // A scene that is not there ends a run after its command line was understood.
+  const auto understood = [&](const std::string& command, const std::string& old_name,
+                              const std::string& name, const std::string& value) {
+    std::vector<std::string> line{command, "none.toml", old_name, value};
+    if (command == "lens") line.insert(line.end(), {"-z", "10mm"});
+    if (command == "render" || command == "lens")
+      if (name != "--output") line.insert(line.end(), {"-o", desk.file("none")});
+    const auto outcome = desk.run(line);
+    INFO(command << " " << old_name << ": " << outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK_THAT(outcome.err,
+               ContainsSubstring(old_name + " is now " + name) && ContainsSubstring("none.toml"));
+  };
+  understood("render", "--quality", "--preset", "draft");
+  understood("render", "--out", "--output", desk.file("none"));
+  understood("lens", "--rays", "--lens-points", "2");
+  understood("lens", "--out", "--output", desk.file("none"));
+  for (const char* command : {"quality", "bench", "trade"})
+    understood(command, "--points", "--lens-points", "2");
+  for (const char* command : {"quality", "trade"})
+    understood(command, "--out", "--output", desk.file("none"));
+  understood("kernels", "--build", "--output", desk.file("none"));
+}
+
+TEST_CASE("shell completion offers every command and option, and the values that there are") {
+  const Desk desk;
+  const auto bash = desk.run({"completion", "bash"}), zsh = desk.run({"completion", "zsh"});
+  CHECK(bash.code == 0);
+  CHECK(zsh.code == 0);
+  check_refused(desk.run({"completion", "fish"}), 2, "there are bash and zsh");
+  desk.folder().write("completion.bash", bash.out);
+  std::filesystem::create_directory(desk.file("folder"));
+
+  // One line of `wanted` for each line of the program below: the words typed, and replies.
+  std::vector<std::pair<std::string, std::vector<std::string>>> wanted{
+      {"raywave ", commands()},
+      {"raywave -", options_in(help_of(""))},
+      {"raywave rend", {"render"}},
+      {"raywave plan --pres", {"--preset"}},
+      {"raywave plan --preset ", {"draft", "balanced", "accurate", "reference"}},
+      {"raywave plan x.toml --preset=d", {"draft"}},  // readline replaces what follows '='
+      {"raywave render --fft ", {"host", "clfft", "vkfft"}},
+      {"raywave render --method ", {"wrp", "points", "rays"}},
+      {"raywave render sc", {"scene.toml"}},
+      {"raywave render ", {"scene.toml", "folder"}},
+      {"raywave render x.toml -o ", {"folder"}},
+      {"raywave render --set a.b=", {}},
+      {"raywave plan --json s", {"scene.toml"}},
+      {"raywave compare sq", {"square.obj"}},
+      {"raywave completion ", {"bash", "zsh"}},
+      {"raywave bench --suite ", {"cpu", "gpu", "paper", "scaling"}}};
+  for (const auto& command : commands()) {
+    const auto options = options_in(help_of(command));
+    wanted.push_back({"raywave " + command + " -", options});
+    INFO(command);
+    CHECK(options.size() >= 2);
+    CHECK_THAT(zsh.out, ContainsSubstring("    '" + command + ":"));
+    const auto from = zsh.out.find("        " + command + ")\n");
+    REQUIRE(from != std::string::npos);
+    const auto part = zsh.out.substr(from, zsh.out.find(";;", from) - from);
+    for (const auto& option : options)
+      CHECK((part.find(")" + option + "[") != std::string::npos ||
+             part.find(")" + option + "=") != std::string::npos ||
+             part.find("*" + option + "[") != std::string::npos ||
+             part.find("*" + option + "=") != std::string::npos));
+  }
+
+  std::string script = "cd '" + desk.file("") +
+                       "' && source ./completion.bash || exit 1\n"
+                       "replies() {\n  COMP_LINE=$1 COMP_POINT=${#1}\n  _raywave\n"
+                       "  printf '%s ' \"${COMPREPLY[@]}\"\n  echo\n}\n";
+  for (const auto& [typed, replies] : wanted) script += "replies '" + typed + "'\n";
+  desk.folder().write("replies.bash", script);
+  const auto out = desk.file("replies");
+  if (std::system("command -v bash >/dev/null") != 0) return;
+  REQUIRE(std::system(("bash '" + desk.file("replies.bash") + "' >'" + out + "'").c_str()) == 0);
+  const auto lines = lines_of(bytes_of(out));
+  REQUIRE(lines.size() == wanted.size());
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    std::istringstream words(lines[i]);
+    std::vector<std::string> replies(std::istream_iterator<std::string>(words), {});
+    auto [typed, all] = wanted[i];
+    std::sort(replies.begin(), replies.end());
+    std::sort(all.begin(), all.end());
+    INFO(typed);
+    CHECK(replies == all);
+  }
 }
 
 TEST_CASE("render writes the hologram, the field and the report, and nothing else") {
@@ -181,19 +395,27 @@ TEST_CASE(
 
 TEST_CASE("mistakes on the command line get one line and exit code 2") {
   const Desk desk;
-  check_refused(desk.run({}), 2, "subcommand");
-  check_refused(desk.run({"rendr"}), 2, "subcommand");
-  check_refused(desk.run({"render", desk.file("scene.toml")}), 2, "--out");
+  check_refused(desk.run({}), 2, "a command is needed");
+  check_refused(desk.run({"--nonsense"}), 2, "--nonsense");
+  check_refused(desk.run({"render", desk.file("scene.toml")}), 2, "--output");
   check_refused(desk.render({"--nonsense"}), 2, "--nonsense");
+  check_refused(desk.render({"second.toml"}), 2, "second.toml");
   check_refused(desk.render({"--rays", "0"}), 2, "--rays");
   check_refused(desk.render({"--method", "magic"}), 2, "magic");
   check_refused(desk.render({"--fft", "magic"}), 2, "magic");
   CHECK_FALSE(desk.has_output());
-  const auto help = desk.run({"--help"});
-  CHECK(help.code == 0);
-  CHECK(help.err.empty());
-  CHECK_THAT(help.out, ContainsSubstring("render") && ContainsSubstring("reconstruct") &&
-                           ContainsSubstring("Exit codes"));
+}
+
+TEST_CASE("an unknown name is answered with the nearest one that exists") {
+  const Desk desk;
+  check_refused(desk.run({"rendr"}), 2, "did you mean render?");
+  check_refused(desk.render({"--presett", "draft"}), 2, "did you mean --preset?");
+  check_refused(desk.render({"--preest=draft"}), 2, "did you mean --preset?");
+  check_refused(desk.run({"render", desk.file("scene.toml"), "--ouput", desk.file("out")}), 2,
+                "did you mean --output?");
+  check_refused(desk.run({"lens", desk.file("scene.toml"), "--lens", "3"}), 2,
+                "did you mean --lens-points?");
+  CHECK_FALSE(desk.has_output());
 }
 
 TEST_CASE("a device that is not there gets one line, exit code 3, and nothing is written") {
@@ -295,9 +517,9 @@ TEST_CASE("plan says what would be computed without computing it") {
                            ContainsSubstring("2 x 2"));
   CHECK_THAT(text.out, ContainsSubstring("precision float (auto), predicted phase error"));
   const auto strict = desk.run({"plan", desk.file("scene.toml"), "--set",
-                                "accuracy.precision=extended", "--set", "accuracy.phase=1e-9"})
+                                "accuracy.precision=float", "--set", "accuracy.phase=1e-9"})
                           .out;
-  CHECK_THAT(strict, ContainsSubstring("precision extended, predicted phase error") &&
+  CHECK_THAT(strict, ContainsSubstring("precision float, predicted phase error") &&
                          ContainsSubstring("NOT below 1e-09"));
   const auto json = Json::parse(desk.run({"plan", desk.file("scene.toml"), "--json"}).out);
   CHECK(json["triangles"] == 2);
@@ -305,23 +527,22 @@ TEST_CASE("plan says what would be computed without computing it") {
   check_refused(desk.run({"plan", desk.file("none.toml")}), 2, "none.toml");
 }
 
-TEST_CASE("render follows the plan of the same goal, and goals that are none are refused") {
+TEST_CASE("render follows the plan of the same goal, and unknown goals are refused") {
   const Desk desk;
   const auto scene = desk.file("scene.toml");
   const auto plan = Json::parse(
-      desk.run({"plan", scene, "--quality", "draft", "--json", "--set", "sampling.pitch=auto"})
-          .out);
-  REQUIRE(desk.render({"--quality", "draft", "--set", "sampling.pitch=auto", "--quiet"}).code == 0);
+      desk.run({"plan", scene, "--preset", "draft", "--json", "--set", "sampling.pitch=auto"}).out);
+  REQUIRE(desk.render({"--preset", "draft", "--set", "sampling.pitch=auto", "--quiet"}).code == 0);
   std::ifstream file(desk.out("report.json"));
   const auto report = Json::parse(file);
   for (const char* section : {"wrp", "sampling"})
     CHECK(report["scene"][section] == plan["scene"][section]);
   CHECK(report["plan"] == plan["plan"]);
-  check_refused(desk.run({"plan", scene, "--quality", "best"}), 2,
+  check_refused(desk.run({"plan", scene, "--preset", "best"}), 2,
                 "there are draft, balanced, accurate and reference");
   check_refused(desk.run({"plan", scene, "--budget", "0 ms"}), 2, "must be a time such as");
   check_refused(desk.run({"plan", scene, "--budget", "1 s", "--psnr", "30"}), 2, "at most 1");
-  check_refused(desk.render({"--quality", "draft", "--method", "points"}), 2,
+  check_refused(desk.render({"--preset", "draft", "--method", "points"}), 2,
                 "plan --method wrp alone");
 }
 

@@ -235,7 +235,7 @@ TEST_CASE(
   const auto json = desk.file("bench.json");
   for (const bool markdown : {false, true}) {
     std::vector<std::string> words{
-        "bench", desk.file("scene.toml"), "--frames", "3", "--points", "3", "--json", json};
+        "bench", desk.file("scene.toml"), "--frames", "3", "--lens-points", "3", "--json", json};
     if (markdown) words.emplace_back("--markdown");
     const auto outcome = desk.run(words);
     INFO(outcome.err);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <random>
 
+#include "host/plan/make_plan.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/reference/shading.hpp"
@@ -18,6 +19,7 @@
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/finite.hpp"
+#include "tests/support/render.hpp"
 #include "tests/support/scenes.hpp"
 #include "tests/support/worlds.hpp"
 
@@ -54,7 +56,7 @@ RenderResult rendered(const cl::Device& device, Scene scene, const Way& way = wa
   options.method = way.method;
   options.rays_per_axis = 12;
   options.keep_wrps = true;
-  auto result = render(device, scene, options);
+  auto result = test::rendered(device, scene, options);
   INFO(way.name);
   CHECK(test::not_finite(scene, result, device) == "");
   CHECK(result.levels.at(0).size() == static_cast<std::size_t>(result.field.nx) * result.field.ny);
@@ -99,9 +101,9 @@ Scene small_scene(const Folder& folder, double scale = 1) {
 
 /// The sum of all samples at every hologram pixel in double precision, nothing hidden.
 std::vector<std::complex<double>> direct_sum(const cl::Device& device, const Scene& scene) {
-  const auto world = build_world(scene);
+  const auto world = test::world_of(scene);
   const auto plan = make_plan(scene, world, Method::points);
-  const DeviceScene arrays(device, scene, world, plan);
+  const DeviceScene arrays(device, world, plan);
   const SampleTable table(device, plan, arrays);
   auto samples = table.samples.read();
   samples.resize(static_cast<std::size_t>(table.count));
@@ -363,9 +365,9 @@ TEST_CASE(
           reconstruct(device, host, bright.field, scene.hologram, {10 * mm, {}, {0, 0}, {1, 1}, 2});
         }),
         ContainsSubstring("brighter than a float holds"));
-    const auto world = build_world(scene);
+    const auto world = test::world_of(scene);
     const auto plan = make_plan(scene, world);
-    const DeviceScene arrays(device, scene, world, plan);
+    const DeviceScene arrays(device, world, plan);
     LensSpec lens;
     lens.z_m = 10 * mm;
     lens.points = 2;
@@ -655,7 +657,7 @@ TEST_CASE(
     const auto texels_with = [&](float value) {
       scene.materials[1].texture = texture(value);
       const auto world = build_world(scene);
-      return DeviceScene(device, scene, world, make_plan(scene, world)).texels.read();
+      return DeviceScene(device, world, make_plan(scene, world)).texels.read();
     };
     CHECK_THAT(input_error_of([&] { texels_with(2e30f); }),
                ContainsSubstring("material: picture") &&
@@ -720,7 +722,7 @@ TEST_CASE("lattices and fans of absurd numbers of rays are refused with figures"
   auto scene = small_scene(folder);
   const auto refusal = [&](const Way& way) {
     scene.sampling.mode = way.mode;
-    return input_error_of([&] { make_plan(scene, build_world(scene), way.method); });
+    return input_error_of([&] { make_plan(scene, test::world_of(scene), way.method); });
   };
   scene.sampling.pitch_m = 1e-9;
   CHECK_THAT(refusal(ways[0]),
@@ -759,7 +761,7 @@ TEST_CASE(
     const cl::Device device(info);
     auto scene = small_scene(folder);
     scene.wrp.grid = glm::ivec2(64, 1);
-    const auto result = render(device, scene);
+    const auto result = test::rendered(device, scene);
     CHECK(result.plan.wrps.size() < 8);
     CHECK(std::any_of(result.field.samples.begin(), result.field.samples.end(),
                       [](const auto& z) { return std::abs(z) > 0; }));

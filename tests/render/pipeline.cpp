@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/plan/make_plan.hpp"
 #include "host/reference/shading.hpp"
 #include "host/render.hpp"
 #include "host/trace/samples.hpp"
@@ -11,6 +12,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
+#include "tests/support/render.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace raywave {
@@ -26,7 +28,7 @@ RenderResult rendered(const cl::Device& device, const Scene& scene, Method metho
   RenderOptions options;
   options.method = method;
   options.fft = fft;
-  return render(device, scene, options);
+  return test::rendered(device, scene, options);
 }
 
 /// A ball before a wall, 10 mm from a hologram of 96 x 80 pixels of 4 um.
@@ -186,7 +188,7 @@ TEST_CASE(
           renderer.set_pose(0, ball.position_m, ball.rotation_deg);
           renderer.set_pose(1, wall.position_m, wall.rotation_deg);
           const double off = test::relative_l2(renderer.render().field.samples,
-                                               render(device, scene).field.samples);
+                                               test::rendered(device, scene).field.samples);
           INFO((mode == SamplingMode::aimed ? "aimed" : "fan")
                << ", bounces " << bounces << ", frame " << frame << ": off by " << off);
           CHECK(off <= 0.02);  // measured up to 0.005: rays that pass an edge within rounding
@@ -397,9 +399,9 @@ TEST_CASE("the point-based method is the direct sum over the sample table") {
     scene.objects[0].rotation_deg = {10, 40, 0};
     scene.hologram.resolution = {37, 23};
     const auto result = rendered(device, scene, Method::points);
-    const auto world = build_world(scene);
+    const auto world = test::world_of(scene);
     const auto plan = make_plan(scene, world, Method::points);
-    const DeviceScene arrays(device, scene, world, plan);
+    const DeviceScene arrays(device, world, plan);
     const SampleTable table(device, plan, arrays);
     REQUIRE(table.count == result.samples);
     REQUIRE(table.count > 500);
@@ -434,9 +436,9 @@ TEST_CASE("samples lie on the surface, one to each ray of the lattice") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     const auto scene = square_scene(folder, SamplingMode::aimed);
-    const auto world = build_world(scene);
+    const auto world = test::world_of(scene);
     const auto plan = make_plan(scene, world);
-    const DeviceScene arrays(device, scene, world, plan);
+    const DeviceScene arrays(device, world, plan);
     const SampleTable table(device, plan, arrays);
     // 0.3 mm / 8 um = 37.5 samples a side.
     CHECK(table.count >= 37 * 37);

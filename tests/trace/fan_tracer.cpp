@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/plan/make_plan.hpp"
+#include "host/plan/precision.hpp"
 #include "host/reference/shading.hpp"
 #include "host/scene/image.hpp"
 #include "tests/support/catch.hpp"
@@ -52,9 +54,9 @@ Wrp wrp_with_fan(int n, double reach, glm::dvec2 centre_m = {0.031 * mm, -0.017 
 
 Field traced(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan,
              const Wrp& wrp, std::uint32_t seed, cl::Options* options = nullptr) {
-  const DeviceScene arrays(device, scene, world, plan);
+  const DeviceScene arrays(device, world, plan);
   if (options) *options = arrays.options;
-  Tracer tracer(device, scene, plan, arrays, HitSource::hit);
+  FanTracer tracer(device, plan, arrays, HitSource::hit);
   Field field(static_cast<std::size_t>(plan.size.x) * plan.size.y, {NAN, NAN});
   cl::ComplexBuffer buffer(device, std::span<const std::complex<float>>(field), "field");
   tracer.trace(wrp, seed, buffer);
@@ -80,7 +82,7 @@ reference::TracedField check_trace(const Scene& scene, const Wrp& wrp, std::uint
   auto plan = make_plan(scene, world);
   const auto oracle = reference::trace_fan(scene, world, plan, wrp, seed);
   for (const auto& device : test::all_devices()) {
-    for (const auto precision : {Precision::floats, Precision::extended, Precision::doubles}) {
+    for (const auto precision : {Precision::floats, Precision::doubles}) {
       if (precision == Precision::doubles && !device.info().fp64) continue;
       plan.precision = precision;
       const auto field = traced(device, scene, world, plan, wrp, seed);
@@ -280,12 +282,12 @@ TEST_CASE("sources that mirrors and glass show are where doubles find them") {
   wrp.convergence_per_m = 1 / distance_m;
   for (const auto& device : test::all_devices()) {
     if (!device.info().fp64) continue;
-    const DeviceScene arrays(device, scene, world, plan);
+    const DeviceScene arrays(device, world, plan);
     const auto field_in = [&](Precision precision) {
       plan.precision = precision;
       cl::ComplexBuffer field(device, std::span<const std::complex<float>>(Field(33 * 17)),
                               "field");
-      Tracer(device, scene, plan, arrays, HitSource::bounced).trace(wrp, 1, field);
+      FanTracer(device, plan, arrays, HitSource::bounced).trace(wrp, 1, field);
       return field.read();
     };
     const auto pairs = field_in(Precision::floats), doubles = field_in(Precision::doubles);

@@ -11,6 +11,7 @@
 
 #include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/geometry/normal_cones.hpp"
+#include "host/plan/make_plan.hpp"
 #include "host/reference/rays.hpp"
 #include "host/trace/device_scene.hpp"
 #include "tests/support/catch.hpp"
@@ -101,8 +102,8 @@ TEST_CASE("rays meet instances where the world has them, whatever moves") {
       const auto moved = after(stage.world, motions, false),
                  there = after(stage.world, motions, true);
       const auto plan = make_plan(stage.scene, moved);
-      DeviceScene arrays(device, stage.scene, stage.world, make_plan(stage.scene, stage.world));
-      arrays.place(stage.scene, moved, plan);
+      DeviceScene arrays(device, stage.world, make_plan(stage.scene, stage.world));
+      arrays.place(moved, plan);
       const auto corners = corners_in_order(there, plan.origin_m, arrays.tree);
       Random random(static_cast<unsigned>(kind + 1));
       std::vector<reference::Ray> rays;
@@ -156,8 +157,8 @@ TEST_CASE("moved instances have the samples of a world that was made where they 
       there.world = after(stage.world, motions, true);
       const Rig fresh(device, there, Method::wrp, false);
 
-      DeviceScene arrays(device, stage.scene, stage.world, make_plan(stage.scene, stage.world));
-      arrays.place(stage.scene, moved, fresh.plan);
+      DeviceScene arrays(device, stage.world, make_plan(stage.scene, stage.world));
+      arrays.place(moved, fresh.plan);
       const SampleTable table(device, fresh.plan, arrays, false);
       const auto samples = table.samples.read();
       REQUIRE(table.count > 200);
@@ -246,7 +247,7 @@ TEST_CASE(
 TEST_CASE("what turns away holds nothing but inner sides of closed meshes, and most of these") {
   const auto stage = stage_of_three();
   for (const auto& device : all_devices()) {
-    DeviceScene arrays(device, stage.scene, stage.world, make_plan(stage.scene, stage.world));
+    DeviceScene arrays(device, stage.world, make_plan(stage.scene, stage.world));
     const auto nodes = arrays.tree.nodes.read();
     const auto triangles = arrays.tree.triangles.read();
     const auto corners = reference::corners_of(arrays.tree);

@@ -2,6 +2,7 @@
 // What makes a picture three-dimensional: holograms must show it as a lens in their place would.
 #include <cmath>
 
+#include "host/plan/make_plan.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/lens.hpp"
@@ -51,7 +52,7 @@ public:
         spec_(scene.hologram),
         world_(build_world(scene)),
         plan_(make_plan(scene, world_)),
-        arrays_(device, scene, world_, plan_),
+        arrays_(device, world_, plan_),
         field_(render(device, scene).field) {}
 
   Image hologram(const View& view, double z_m = z_focus) const {

@@ -16,6 +16,7 @@
 namespace raywave {
 namespace {
 
+using Catch::Approx;
 using Catch::Matchers::ContainsSubstring;
 using std::numbers::pi;
 

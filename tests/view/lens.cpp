@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "host/common/error.hpp"
+#include "host/plan/make_plan.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 
@@ -47,7 +48,7 @@ Scene scene_of(const HologramSpec& hologram, std::vector<Material> materials,
 struct Seen {
   Seen(const cl::Device& on, const Scene& scene) : Seen(on, scene, build_world(scene)) {}
   Seen(const cl::Device& on, const Scene& scene, const World& world)
-      : device(on), plan(make_plan(scene, world)), arrays(on, scene, world, plan) {}
+      : device(on), plan(make_plan(scene, world)), arrays(on, world, plan) {}
   Image picture(const LensSpec& what) const { return lens_picture(device, plan, arrays, what); }
 
   cl::Device device;

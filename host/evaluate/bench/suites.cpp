@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/bench/bench.hpp"
+#include "host/evaluate/built_in_meshes.hpp"
 
 namespace raywave {
 namespace {
@@ -16,7 +17,7 @@ std::string wrps_text(glm::ivec2 grid) {
   return grid == glm::ivec2(1) ? "1 WRP" : grid_text(grid) + " WRPs";
 }
 
-/// Rates that are wanted: coarse samples on 1 and 2 x 2 WRPs, fine ones on both.
+/// Wanted rates: coarse samples on 1 and 2 x 2 WRPs, fine ones on both.
 struct Targets {
   BenchTarget coarse[2], fine[2];
 };
@@ -34,7 +35,7 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
         c.scene = load_scene(data / "teapot.toml");
         c.scene.wrp.grid = glm::ivec2(side);
         c.scene.wrp.padding = padding;
-        // As plans with a goal choose
+        // As presets choose it
         if (padding < 2 && pitch_m < 5e-5) c.scene.wrp.oversampling = 1.5;
         c.scene.sampling.pitch_m = pitch_m;
         c.name = "teapot, " + wrps_text(glm::ivec2(side)) + ", p " + length_text(pitch_m) +
@@ -119,31 +120,12 @@ BenchSuite paper_suite(const std::filesystem::path& data) {
   return suite;
 }
 
-/// Sphere of about so many triangles, diameter 1.
+/// A sphere of about so many triangles, diameter 1.
 Mesh sphere(int triangles) {
-  const int rings = std::max(2, static_cast<int>(std::lround(std::sqrt(triangles / 4.0)))),
-            sectors = 2 * rings;
-  Mesh mesh;
-  for (int j = 0; j <= rings; ++j) {
-    for (int i = 0; i <= sectors; ++i) {
-      const double a = 2 * std::numbers::pi * (i % sectors) / sectors,
-                   b = std::numbers::pi * j / rings, r = j % rings ? std::sin(b) : 0;
-      mesh.positions.push_back(0.5 * glm::dvec3(r * std::cos(a), std::cos(b), r * std::sin(a)));
-      mesh.normals.push_back(2.0 * mesh.positions.back());
-      mesh.uvs.emplace_back(0);
-    }
-  }
-  const auto at = [&](int i, int j) { return static_cast<unsigned>(j * (sectors + 1) + i); };
-  for (int j = 0; j < rings; ++j) {
-    for (int i = 0; i < sectors; ++i) {
-      if (j > 0) mesh.triangles.emplace_back(at(i, j), at(i + 1, j), at(i, j + 1));
-      if (j + 1 < rings) mesh.triangles.emplace_back(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
-    }
-  }
-  return finish_mesh(std::move(mesh), Normals::file);
+  return unit_sphere(std::max(2, static_cast<int>(std::lround(std::sqrt(triangles / 4.0)))));
 }
 
-/// What a frame costs when the scene, its sampling or the hologram grow.
+/// Cost of a frame as the scene, its sampling or the hologram grow.
 BenchSuite scaling_suite(const std::filesystem::path& data) {
   BenchSuite suite{"scaling", {}, {}, {}};
   BenchCase base;

@@ -4,12 +4,37 @@
 #pragma once
 
 #include <complex>
+#include <functional>
 #include <span>
+#include <string>
+#include <vector>
 
+#include "cl/device.hpp"
 #include "host/common/error.hpp"
-#include "host/evaluate/selftest/selftest.hpp"
 
-namespace raywave::selftest {
+namespace raywave {
+
+/// The result of a check.
+struct Finding {
+  double measured = 0;  // 0 where a refusal is wanted and came with the right words
+  std::string note;     // the words of a refusal, or what explains the number
+};
+
+/// A claim about a device.
+struct SelfCheck {
+  std::string part;      // "FFT", "rays", ...
+  std::string claim;     // "clfft, 60 x 35, against the direct sum"
+  std::string quantity;  // what is measured, with its unit: "relative L2", "turns", "rays lost"
+  double bound = 0;      // of `measured`
+  std::function<Finding(const cl::Device&)> measure;
+};
+
+enum class SelfTestSize {
+  quick,  // seconds
+  full,   // minutes: every float, millions of rays, large planes
+};
+
+namespace selftest {
 
 std::vector<SelfCheck> device_checks(SelfTestSize size);
 std::vector<SelfCheck> fft_checks(const cl::DeviceInfo& device, SelfTestSize size);
@@ -19,7 +44,7 @@ std::vector<SelfCheck> light_checks();
 std::vector<SelfCheck> optics_extremes(SelfTestSize size);
 std::vector<SelfCheck> scene_extremes(SelfTestSize size);
 
-/// The finding of a check that wants `action` refused with these words.
+/// The finding of a check in which `action` must be refused with these words.
 template <class Action>
 Finding refused(const std::string& words, Action&& action) {
   std::string message;
@@ -34,7 +59,7 @@ Finding refused(const std::string& words, Action&& action) {
   return {message.find(words) == std::string::npos ? 1.0 : 0.0, "refused: " + message};
 }
 
-/// What `measure` finds, or 0 when it is refused with these words.
+/// The finding of `measure`, or 0 when it is refused with these words.
 template <class Measure>
 Finding exact_or_refused(const std::string& words, Measure&& measure) {
   Finding found;
@@ -45,4 +70,5 @@ Finding exact_or_refused(const std::string& words, Measure&& measure) {
 /// throws  std::runtime_error when a sample is NaN or infinite
 void require_finite(std::span<const std::complex<float>> field, const char* what);
 
-}  // namespace raywave::selftest
+}  // namespace selftest
+}  // namespace raywave

@@ -9,6 +9,7 @@
 
 #include "host/encode/encode.hpp"
 #include "host/evaluate/selftest/checks.hpp"
+#include "host/plan/make_plan.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/reference/shading.hpp"
@@ -39,8 +40,8 @@ reference::Ray lattice_ray(const Rig& rig, std::size_t cell) {
   return {-rig.plan.origin_m, {tangent, 1}, 0, 2 * rig.plan.far_m};
 }
 
-/// Cells that do not hold one sample for each surface their ray meets: the ball's outside, the
-/// wall.
+/// Counts cells that do not hold one sample for each surface that their ray meets (the ball's
+/// outside and the wall).
 Finding layers(const cl::Device& device) {
   const Rig rig(device, ball_before_wall(30e-3));
   int wrong = 0, unsure = 0;
@@ -68,7 +69,7 @@ Finding layers(const cl::Device& device) {
   return {static_cast<double>(wrong), std::to_string(rig.table.count) + " samples"};
 }
 
-/// How far samples lie off their lattice ray, or off the plane of their triangle.
+/// Largest distance of a sample from its lattice ray or from the plane of its triangle, in metres.
 Finding places(const cl::Device& device) {
   const Rig rig(device, ball_before_wall(30e-3));
   Finding finding;
@@ -88,7 +89,7 @@ Finding places(const cl::Device& device) {
   return finding;
 }
 
-/// Samples that a light falls on or not, against brute force.
+/// Counts samples and lights whose visibility differs from brute force.
 Finding lit(const cl::Device& device) {
   const Rig rig(device, ball_before_wall(30e-3));
   Finding finding;
@@ -171,9 +172,9 @@ Finding traced(const cl::Device& device, Stage stage, double reach) {
       wrp.fan.emplace_back(glm::vec2(((i + 0.5 + 0.137 * std::sin(7 * j)) / 2.5 - 1) * reach,
                                      ((j + 0.5 + 0.119 * std::cos(5 * i)) / 2.5 - 1) * reach));
   wrp.fan_step = dvec2(reach / 2.5);
-  const DeviceScene arrays(device, scene, stage.world, plan);
+  const DeviceScene arrays(device, stage.world, plan);
   cl::ComplexBuffer field(device, pixels_of(plan), "field");
-  Tracer(device, scene, plan, arrays, HitSource::hit).trace(wrp, 5, field);
+  FanTracer(device, plan, arrays, HitSource::hit).trace(wrp, 5, field);
   const auto got = field.read();
   require_finite(got, "traced field");
   const auto oracle = reference::trace_fan(scene, stage.world, plan, wrp, 5);
@@ -219,7 +220,7 @@ Finding lens(const cl::Device& device) {
   light.intensity = 0.7;
   stage.scene.lights = {light};
   const auto plan = make_plan(stage.scene, stage.world);
-  const DeviceScene arrays(device, stage.scene, stage.world, plan);
+  const DeviceScene arrays(device, stage.world, plan);
   LensSpec what;
   what.z_m = z;
   what.points = 4;

@@ -10,7 +10,6 @@
 
 #include "host/common/text.hpp"
 #include "host/evaluate/device_json.hpp"
-#include "host/evaluate/selftest/checks.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
@@ -27,19 +26,6 @@ std::string figure(double value) {
 }
 
 }  // namespace
-
-namespace selftest {
-
-void require_finite(std::span<const std::complex<float>> field, const char* what) {
-  const auto bad = std::count_if(field.begin(), field.end(), [](auto z) {
-    return !std::isfinite(z.real()) || !std::isfinite(z.imag());
-  });
-  if (bad > 0)
-    throw std::runtime_error(std::string(what) + ": " + std::to_string(bad) +
-                             " samples are NaN or infinite");
-}
-
-}  // namespace selftest
 
 std::vector<SelfCheck> self_checks(const cl::DeviceInfo& device, SelfTestSize size) {
   std::vector<SelfCheck> all;

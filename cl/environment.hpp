@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Folders that the environment names.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+namespace raywave::cl {
+
+/// RAYWAVE_PROGRAM_DIR, where it is set. Nothing is compiled then: programs come from this folder,
+/// and the FFT runs on the host.
+std::optional<std::filesystem::path> program_folder();
+
+}  // namespace raywave::cl

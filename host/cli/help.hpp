@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What `raywave --help` and `raywave COMMAND --help` print.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+namespace raywave::cli {
+
+/// Headings of `raywave --help`.
+namespace section {
+constexpr const char* make = "Make a hologram";
+constexpr const char* look = "Look at it";
+constexpr const char* measure = "Measure";
+constexpr const char* devices = "Devices";
+constexpr const char* shell = "Shell";
+}  // namespace section
+
+/// Headings of a command's help. Output comes last: it holds --help, which every command has.
+namespace group {
+constexpr const char* scene = "Scene";
+constexpr const char* plan = "Plan (values that the scene gives stay as they are)";
+constexpr const char* method = "Method";
+constexpr const char* pictures = "Pictures";
+constexpr const char* measurement = "Measurement";
+constexpr const char* device = "Device";
+constexpr const char* output = "Output";
+}  // namespace group
+
+/// To be set before commands are added: they take it over.
+std::shared_ptr<CLI::FormatterBase> help_formatter();
+
+/// A command under a heading of `raywave --help`.
+///
+/// description  one line
+/// example      lines that work from a clone where raywave is built
+CLI::App* add_command(CLI::App& app, const char* section, const char* name, const char* description,
+                      const std::string& example);
+
+/// "LENGTH" of an option that takes a length: its placeholder, without the checks that CLI11 adds.
+std::string placeholder_of(const CLI::Option& option);
+
+}  // namespace raywave::cli

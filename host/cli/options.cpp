@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/cli/options.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "host/cli/help.hpp"
+#include "host/common/error.hpp"
+#include "host/common/output.hpp"
+#include "host/common/text.hpp"
+#include "host/plan/rates.hpp"
+#include "host/scene/scene.hpp"
+#include "host/view/reconstruct.hpp"
+
+namespace raywave::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::array<std::pair<const char*, Method>, 3> methods{
+    {{"wrp", Method::wrp}, {"points", Method::points}, {"rays", Method::rays}}};
+
+constexpr std::array presets{Preset::draft, Preset::balanced, Preset::accurate, Preset::reference};
+
+/// "draft|balanced|accurate|reference", a placeholder from which completion takes the values.
+template <class Items, class NameOf>
+std::string choices(const Items& items, NameOf name_of_item) {
+  std::string all;
+  for (const auto& item : items) all += (all.empty() ? "" : "|") + std::string(name_of_item(item));
+  return all;
+}
+
+double number(const std::string& text, const std::string& what, const char* wanted = "a number") {
+  std::size_t used = 0;
+  double value = NAN;
+  try {
+    value = std::stod(text, &used);
+  } catch (const std::exception&) {
+  }
+  if (used != text.size() || !std::isfinite(value))
+    throw InputError(what + " " + in_quotes(text) + ": " + wanted + " is needed");
+  return value;
+}
+
+}  // namespace
+
+void ReportOptions::add_to(CLI::App& command, const std::string& content) {
+  command
+      .add_option("--json", json,
+                  "Print " + content +
+                      " as JSON and nothing else; with FILE (a name that ends in .json, or "
+                      "--json=FILE), write it there beside the usual text")
+      ->type_name("[FILE]")
+      ->group(group::output);
+  command.add_flag("--quiet", quiet, "Print nothing but errors, and JSON where --json asks for it")
+      ->group(group::output);
+}
+
+void ReportOptions::note(const std::string& text) const {
+  if (!quiet) std::fprintf(stderr, "raywave: %s\n", text.c_str());
+}
+
+void ReportOptions::write(const std::string& text) const {
+  if (json == "-")
+    std::fputs(text.c_str(), stdout);
+  else if (!json.empty())
+    write_text(json, text);
+}
+
+void ReportOptions::write(const Json& value) const {
+  // Names of devices come from drivers, in any encoding.
+  write(value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+Scene load(const std::string& file, const std::vector<std::string>& set,
+           const ReportOptions& report) {
+  auto scene = load_scene(file, set);
+  for (const auto& note : scene.notes) report.note(note);
+  return scene;
+}
+
+void add_set(CLI::App& command, std::vector<std::string>& set) {
+  command.add_option("--set", set, "Change a value of the scene; may be given many times")
+      ->type_name("SECTION.KEY=VALUE")
+      ->allow_extra_args(false)
+      ->group(group::scene);
+}
+
+CLI::Option* SceneOptions::add_to(CLI::App& command, const std::string& help) {
+  add_set(command, set);
+  return command.add_option("SCENE", file, help)->type_name("SCENE");
+}
+
+void DeviceOptions::add_device_to(CLI::App& command) {
+  command
+      .add_option("--device", device,
+                  "Index (0:1) or part of the name; RAYWAVE_DEVICE when not given")
+      ->type_name("DEVICE")
+      ->group(group::device);
+}
+
+void DeviceOptions::add_to(CLI::App& command) {
+  add_device_to(command);
+  command.add_option("--fft", fft, "FFT back end; the device's own choice when not given")
+      ->type_name(choices(cl::all_backends, [](auto backend) { return cl::name_of(backend); }))
+      ->group(group::device);
+}
+
+cl::DeviceInfo DeviceOptions::info() const { return tuned(cl::find_device(device)); }
+
+cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
+  if (fft.empty()) return cl::default_backend(info);
+  for (const auto backend : cl::all_backends) {
+    if (fft != cl::name_of(backend)) continue;
+    if (!cl::serves(backend, info))
+      throw cl::DeviceError("--fft " + fft + " does not serve " + info.name);
+    return backend;
+  }
+  throw InputError("--fft " + one_line(fft) +
+                   ": unknown back end; there are host, clfft and vkfft");
+}
+
+void GoalOptions::add_to(CLI::App& command) {
+  command.add_option("--preset", preset, "Target PSNR, from the fastest to the most accurate")
+      ->type_name(choices(presets, [](Quality quality) { return name_of(quality); }))
+      ->group(group::plan);
+  command.add_option("--budget", budget, "The most accurate plan that takes this long: 30ms, 2s")
+      ->type_name("TIME")
+      ->group(group::plan);
+  command
+      .add_option("--psnr", psnr_db,
+                  "The fastest plan whose pictures reach this PSNR, at the viewer's resolution")
+      ->type_name("DB")
+      ->check(CLI::Range(0.0, 200.0))
+      ->group(group::plan);
+}
+
+Goal GoalOptions::goal() const {
+  if (!preset.empty() + !budget.empty() + psnr_db.has_value() > 1)
+    throw InputError("--preset, --budget and --psnr: at most 1 of them can be given");
+  Goal goal;
+  if (!preset.empty()) goal.preset = preset_of(preset);
+  if (!budget.empty()) goal.budget_s = parse_seconds(budget, "--budget");
+  if (psnr_db) goal.psnr_db = *psnr_db;
+  return goal;
+}
+
+void MethodOptions::add_to(CLI::App& command) {
+  command
+      .add_option("--method", name,
+                  "wrp: rays to WRPs, propagated to the hologram; points: every surface sample to "
+                  "every pixel (reference, slow); rays: rays from every pixel")
+      ->type_name(choices(methods, [](const auto& known) { return known.first; }))
+      ->capture_default_str()
+      ->group(group::method);
+  command.add_option("--rays", rays_per_axis, "Rays per axis and pixel of --method rays")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str()
+      ->group(group::method);
+}
+
+Method MethodOptions::method() const {
+  for (const auto& [known, value] : methods) {
+    if (name == known) return value;
+  }
+  throw InputError("--method " + one_line(name) + ": unknown; there are wrp, points and rays");
+}
+
+void DepthOptions::add_to(CLI::App& command, const std::string& default_depths,
+                          const std::string& default_window) {
+  const auto otherwise = [](const std::string& text) {
+    return text.empty() ? "" : "; " + text + " when not given";
+  };
+  command
+      .add_option("-z", z, "Depth, e.g. 95mm; may be given many times" + otherwise(default_depths))
+      ->type_name("LENGTH")
+      ->required(default_depths.empty())
+      ->allow_extra_args(false)
+      ->group(group::pictures);
+  command
+      .add_option("--window", window,
+                  "Size of the pictures, e.g. 14.36mmx8.08mm" + otherwise(default_window))
+      ->type_name("WIDTHxHEIGHT")
+      ->group(group::pictures);
+}
+
+std::vector<double> DepthOptions::depths_m() const {
+  std::vector<double> depths;
+  for (const auto& text : z) depths.push_back(positive_length_m(text, "-z"));
+  return depths;
+}
+
+std::optional<glm::dvec2> DepthOptions::window_m() const {
+  if (window.empty()) return std::nullopt;
+  const auto [x, y] = two_parts(window, 'x', "--window");
+  return glm::dvec2(positive_length_m(x, "--window"), positive_length_m(y, "--window"));
+}
+
+void ViewOptions::add_to(CLI::App& command) {
+  command
+      .add_option("--view", view_centre,
+                  "Look through a part of the hologram centred there, e.g. 0.5,0; from -1,-1 "
+                  "(bottom left) to 1,1 (top right)")
+      ->type_name("X,Y")
+      ->group(group::pictures);
+  command
+      .add_option("--aperture", aperture_size,
+                  "Size of that part in holograms; hologram: 1, part: 0.5; part with --view, else "
+                  "hologram")
+      ->type_name("hologram|part|SIZE")
+      ->group(group::pictures);
+  command
+      .add_option("--percentile", percentile, "Percentile of the pixels that the PNG shows white")
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group::pictures);
+  add_output(command, folder, "the pictures (.png, .exr)")->required();
+}
+
+glm::dvec2 ViewOptions::view() const {
+  if (view_centre.empty()) return {0, 0};
+  const auto [x, y] = two_parts(view_centre, ',', "--view");
+  const glm::dvec2 centre(number(x, "--view"), number(y, "--view"));
+  if (std::abs(centre.x) > 1 || std::abs(centre.y) > 1)
+    throw InputError("--view " + in_quotes(view_centre) + ": both must be from -1 to 1");
+  return centre;
+}
+
+glm::dvec2 ViewOptions::aperture() const {
+  const auto text = !aperture_size.empty() ? aperture_size
+                    : view_centre.empty()  ? "hologram"
+                                           : "part";
+  const double size = text == "hologram" ? 1
+                      : text == "part"
+                          ? 0.5
+                          : number(text, "--aperture", "a number, \"hologram\" or \"part\"");
+  if (!(size > 0 && size <= 1))
+    throw InputError("--aperture " + in_quotes(text) +
+                     ": must be > 0 and <= 1, or \"hologram\" or \"part\"");
+  return {size, size};
+}
+
+void ViewOptions::check_percentile() const {
+  if (!(percentile > 0 && percentile <= 100))
+    throw InputError("--percentile: must be > 0 and <= 100");
+}
+
+Json ViewOptions::save(const Image& image, const std::string& name, double z_m,
+                       const char* quantity, const ReportOptions& report) const {
+  double white = 0;
+  const auto picture = expose(image, percentile, &white);
+  const auto base = (std::filesystem::path(folder) / name).string();
+  save_png(base + ".png", image.width, image.height, picture);
+  save_exr(base + ".exr", image.width, image.height, image.pixels);
+  if (report.prints_text())
+    std::printf("%s.png  %d x %d, white = %s %.4g (percentile %g), .exr beside it\n", base.c_str(),
+                image.width, image.height, quantity, white, percentile);
+  return {{"z_m", z_m},
+          {"png", base + ".png"},
+          {"exr", base + ".exr"},
+          {"size", {image.width, image.height}},
+          {"quantity", quantity},
+          {"white", white},
+          {"percentile", percentile}};
+}
+
+std::string name_at_depth(const std::string& stem, double z_m) {
+  std::array<char, 32> depth;
+  std::snprintf(depth.data(), depth.size(), "_%gmm", z_m * 1e3);
+  return stem + depth.data();
+}
+
+void add_blur(CLI::App& command, std::string& text, const std::string& default_blur) {
+  command
+      .add_option("--blur", text,
+                  "Blur both pictures first: standard deviation as a length (60um) or in pixels "
+                  "(4px); " +
+                      default_blur + " when not given")
+      ->type_name("LENGTH")
+      ->group(group::pictures);
+}
+
+Blur parse_blur(const std::string& text) {
+  if (!text.ends_with("px")) return {parse_length_m(text, "--blur"), false};
+  auto digits = text.substr(0, text.size() - 2);
+  digits.erase(digits.find_last_not_of(' ') + 1);
+  std::size_t used = 0;
+  double pixels = NAN;
+  try {
+    pixels = std::stod(digits, &used);
+  } catch (const std::exception&) {
+  }
+  if (used == 0 || used != digits.size())
+    throw InputError("--blur " + in_quotes(text) + ": a number of pixels is needed, as in 4px");
+  return {pixels, true};
+}
+
+CLI::Option* add_output(CLI::App& command, std::string& folder, const std::string& content) {
+  auto* option = command.add_option("-o,--output", folder, "Folder for " + content);
+  if (!folder.empty()) option->capture_default_str();
+  return option->type_name("FOLDER")->group(group::output);
+}
+
+void add_lens_points(CLI::App& command, int& points) {
+  command
+      .add_option("--lens-points", points,
+                  "Points per axis of the ideal lens; its square is the number of rays per pixel")
+      ->type_name("N")
+      ->check(CLI::Range(1, 4096))
+      ->capture_default_str()
+      ->group(group::pictures);
+}
+
+void add_border(CLI::App& command, int& border_px) {
+  command
+      .add_option("--border", border_px,
+                  "Pixels left out on every side of a picture after the blur")
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group::pictures);
+}
+
+void add_views(CLI::App& command, bool& views, const std::string& help) {
+  command.add_flag("--views,!--no-views", views, help)->group(group::pictures);
+}
+
+void add_only(CLI::App& command, std::string& text, const std::string& example) {
+  command.add_option("--only", text, "Only rows whose name holds this text, e.g. " + example)
+      ->type_name("TEXT")
+      ->group(group::measurement);
+}
+
+double positive_length_m(const std::string& text, const std::string& what) {
+  const double length = parse_length_m(text, what);
+  if (!(length > 0)) throw InputError(what + " " + in_quotes(text) + ": must be > 0");
+  return length;
+}
+
+std::pair<std::string, std::string> two_parts(const std::string& text, char separator,
+                                              const std::string& what) {
+  const auto at = text.find(separator);
+  if (at == std::string::npos || text.find(separator, at + 1) != std::string::npos)
+    throw InputError(what + " " + in_quotes(text) + ": two values with '" + separator +
+                     "' between them are needed");
+  return {text.substr(0, at), text.substr(at + 1)};
+}
+
+}  // namespace raywave::cli

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Options that commands share, each declared once: the same name, words and meaning everywhere.
+///
+/// An option's placeholder (its type name) also tells shell completion what to offer: SCENE, FILE,
+/// FOLDER and DEVICE are known to it, and words with '|' between them are choices
+/// (host/cli/completion.cpp).
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <glm/vec2.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cl/device.hpp"
+#include "cl/fft.hpp"
+#include "host/plan/presets.hpp"
+#include "host/scene/image.hpp"
+
+namespace raywave::cli {
+
+/// --json [FILE] and --quiet: what a command says, and where.
+struct ReportOptions {
+  std::string json;  // empty: not asked for; "-": standard output; else a file
+  bool quiet = false;
+
+  /// content  of the JSON, e.g. "the report"
+  void add_to(CLI::App& command, const std::string& content);
+  /// Whether tables and summaries are printed: neither with --quiet nor beside JSON.
+  bool prints_text() const { return !quiet && json != "-"; }
+  /// Prints one line to standard error, but not with --quiet.
+  void note(const std::string& text) const;
+  /// Writes the JSON to where --json asks for it, if it does. A file is written whole or not at
+  /// all.
+  void write(const std::string& text) const;
+  void write(const nlohmann::ordered_json& value) const;
+};
+
+/// Loads a scene and prints its notes.
+Scene load(const std::string& file, const std::vector<std::string>& set,
+           const ReportOptions& report);
+
+void add_set(CLI::App& command, std::vector<std::string>& set);
+
+/// SCENE and --set.
+struct SceneOptions {
+  std::string file;
+  std::vector<std::string> set;
+
+  CLI::Option* add_to(CLI::App& command, const std::string& help = "Scene file (TOML)");
+  Scene load(const ReportOptions& report) const { return cli::load(file, set, report); }
+};
+
+/// --device and --fft.
+struct DeviceOptions {
+  std::string device, fft;
+
+  void add_device_to(CLI::App& command);
+  void add_to(CLI::App& command);  // and --fft
+  /// The device, in the work shape that `raywave tune` has stored for it, if any.
+  /// throws  InputError when that file is damaged, DeviceError when there is no such device
+  cl::DeviceInfo info() const;
+  /// throws  InputError when the named back end is unknown, DeviceError when it does not serve the
+  ///         device
+  cl::FftBackend backend(const cl::DeviceInfo& device) const;
+};
+
+/// --preset, --budget and --psnr: what the planner aims at.
+struct GoalOptions {
+  std::string preset, budget;
+  std::optional<double> psnr_db;
+
+  void add_to(CLI::App& command);
+  /// throws  InputError for an unknown preset, for what is no time, and when several are given
+  Goal goal() const;
+};
+
+/// --method and --rays.
+struct MethodOptions {
+  std::string name = "wrp";
+  int rays_per_axis = 100;
+
+  void add_to(CLI::App& command);
+  /// throws  InputError when the method is unknown
+  Method method() const;
+};
+
+/// -z and --window: the pictures that are looked at.
+struct DepthOptions {
+  std::vector<std::string> z;
+  std::string window;
+
+  /// default_depths  which depths are taken when none is given; empty: -z is required
+  /// default_window  whose size is taken when none is given
+  void add_to(CLI::App& command, const std::string& default_depths,
+              const std::string& default_window);
+  /// Both throw InputError naming the option when it cannot be understood.
+  std::vector<double> depths_m() const;
+  std::optional<glm::dvec2> window_m() const;
+};
+
+/// --view, --aperture, --percentile and --output of the commands that save what is seen.
+struct ViewOptions {
+  std::string view_centre, aperture_size, folder;
+  double percentile = 99.5;
+
+  void add_to(CLI::App& command);
+  /// All throw InputError naming the option when it cannot be understood.
+  glm::dvec2 view() const;      // centre of the open part, in half holograms
+  glm::dvec2 aperture() const;  // its size in holograms
+  void check_percentile() const;
+
+  /// Saves STEM_95mm.png, exposed, and STEM_95mm.exr in the output folder, and prints a line about
+  /// them. Returns what --json says of them.
+  nlohmann::ordered_json save(const Image& image, const std::string& name, double z_m,
+                              const char* quantity, const ReportOptions& report) const;
+};
+
+/// "reconstruction_95mm"
+std::string name_at_depth(const std::string& stem, double z_m);
+
+/// --blur: a standard deviation.
+struct Blur {
+  double value = 0;
+  bool in_pixels = false;  // else metres
+};
+
+void add_blur(CLI::App& command, std::string& text, const std::string& default_blur);
+/// throws  InputError for what is neither a length nor a number of pixels, as in 4px
+Blur parse_blur(const std::string& text);
+
+CLI::Option* add_output(CLI::App& command, std::string& folder, const std::string& content);
+void add_lens_points(CLI::App& command, int& points);
+void add_border(CLI::App& command, int& border_px);
+void add_views(CLI::App& command, bool& views, const std::string& help);
+void add_only(CLI::App& command, std::string& text, const std::string& example);
+
+/// throws  InputError naming the option when the text is no length > 0
+double positive_length_m(const std::string& text, const std::string& what);
+
+/// The parts of "a,b" before and after the separator.
+std::pair<std::string, std::string> two_parts(const std::string& text, char separator,
+                                              const std::string& what);
+
+}  // namespace raywave::cli

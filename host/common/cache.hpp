@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The folder where compiled kernels and FFT plans stay between runs. Losing it costs time, never a
+/// result.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace raywave {
+
+/// RAYWAVE_CACHE_DIR, else raywave/ in XDG_CACHE_HOME, else in ~/.cache, else in the system's
+/// temporary folder.
+std::filesystem::path cache_folder();
+
+/// The bytes stored under `name`, if any and undamaged.
+std::optional<std::vector<unsigned char>> load_cached(const std::string& name);
+
+/// Stores bytes under `name` (temporary name, then rename, so readers never see half). A folder
+/// that cannot be written is no error.
+void store_cached(const std::string& name, const void* data, std::size_t bytes);
+
+/// 32 hexadecimal digits that stand for `text` in a file name.
+std::string hash_name(std::string_view text);
+
+}  // namespace raywave

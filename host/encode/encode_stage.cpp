@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/encode/encode_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/common/error.hpp"
+
+namespace raywave {
+namespace {
+
+std::size_t pixels_of(const Plan& plan) {
+  return static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y);
+}
+
+}  // namespace
+
+void brighten(std::span<std::complex<float>> field, double radiance_unit, const Plan& plan) {
+  if (radiance_unit == 1) return;
+  const double factor = std::sqrt(radiance_unit);
+  for (auto& sample : field) {
+    sample = std::complex<float>(std::complex<double>(sample) * factor);
+    if (!std::isfinite(sample.real()) || !std::isfinite(sample.imag()))
+      throw InputError(plan.scene_name +
+                       ": the hologram's field is brighter than a float holds; give a smaller "
+                       "light.intensity");
+  }
+}
+
+EncodeStage::EncodeStage(const cl::Device& device, bool keep_field, StageTimes& times)
+    : device_(device), keep_field_(keep_field), times_(times), encoder_(device) {}
+
+void EncodeStage::prepare(const Plan& plan) {
+  plan_ = &plan;
+  for (auto& copy : copies_) copy = {};  // a picture that failed may have left some under way
+  encoded_ = 0;
+  const auto frames = static_cast<std::size_t>(plan.frames);
+  levels.assign(frames, std::vector<std::uint8_t>(pixels_of(plan)));
+  field = {};
+  if (keep_field_)
+    field = {plan.size.x, plan.size.y, plan.frames,
+             std::vector<std::complex<float>>(frames * pixels_of(plan))};
+}
+
+template <class T>
+cl::Copy EncodeStage::start_reading(const cl::Buffer<T>& from, std::size_t tile,
+                                    std::span<T> hologram) const {
+  const auto first = plan_->tiles[tile].first;
+  const auto width = static_cast<std::size_t>(plan_->size.x);
+  const auto at = static_cast<std::size_t>(first.y) * width + static_cast<std::size_t>(first.x);
+  return from.start_reading_rows(hologram.data() + at, static_cast<std::size_t>(plan_->tile_size.x),
+                                 width);
+}
+
+void EncodeStage::run(const cl::ComplexBuffer& at_hologram, std::size_t tile, int frame) {
+  const auto number = static_cast<std::size_t>(frame);
+  {
+    const StageClock clock(times_, "encode");
+    const auto buffer = encoded_++ % copies_.size();
+    copies_[buffer].wait();
+    copies_[buffer] =
+        start_reading(encoder_.levels_of(at_hologram, buffer), tile, std::span(levels[number]));
+    device_.finish();
+  }
+  if (!keep_field_) return;
+  const auto pixels = pixels_of(*plan_);
+  start_reading(at_hologram, tile, std::span(field.samples).subspan(number * pixels, pixels))
+      .wait();
+}
+
+void EncodeStage::finish(double radiance_unit, std::vector<std::string>& notes) {
+  {
+    const StageClock clock(times_, "encode");
+    for (auto& copy : copies_) copy.wait();
+  }
+  if (!keep_field_) return;
+  brighten(field.samples, radiance_unit, *plan_);
+  const auto is_zero = [](const auto& sample) { return sample == std::complex<float>(); };
+  if (std::all_of(field.samples.begin(), field.samples.end(), is_zero))
+    notes.emplace_back(
+        "the hologram is dark: no light comes from the scene at angles that its pixels can show");
+}
+
+}  // namespace raywave

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The stage "encode": from the fields at the hologram to the SLM's grey levels, on the host.
+#pragma once
+
+#include <array>
+#include <complex>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host/common/npy.hpp"
+#include "host/common/stage_clock.hpp"
+#include "host/encode/encode.hpp"
+#include "host/plan/plan.hpp"
+
+namespace raywave {
+
+/// Brings a field from the unit of radiance that a device computes in to the scene's own.
+///
+/// throws  InputError when the field is then brighter than a float holds
+void brighten(std::span<std::complex<float>> field, double radiance_unit, const Plan& plan);
+
+/// The results grow on the host tile by tile and frame by frame: the grey levels of one frame are
+/// copied while the next frame is computed.
+class EncodeStage {
+public:
+  /// keep_field  also copies the complex fields to the host
+  EncodeStage(const cl::Device& device, bool keep_field, StageTimes& times);
+
+  /// Takes the host's memory for a picture.
+  ///
+  /// plan  must outlive the picture
+  void prepare(const Plan& plan);
+
+  /// Encodes the field of one tile of one frame and begins to copy it.
+  void run(const cl::ComplexBuffer& field, std::size_t tile, int frame);
+
+  /// Waits for the copies and completes the picture: `levels` and `field` may be taken then.
+  /// Adds a line when the hologram is dark.
+  void finish(double radiance_unit, std::vector<std::string>& notes);
+
+  FieldStack field;                               // at the hologram, one per frame, when asked for
+  std::vector<std::vector<std::uint8_t>> levels;  // of the SLM, one per frame
+
+private:
+  /// Begins to copy the pixels of a tile to their places in the hologram.
+  template <class T>
+  cl::Copy start_reading(const cl::Buffer<T>& from, std::size_t tile, std::span<T> hologram) const;
+
+  cl::Device device_;
+  bool keep_field_;
+  StageTimes& times_;
+  const Plan* plan_ = nullptr;
+  PhaseEncoder encoder_;
+  // After the results, which they write into, so that they end before them.
+  std::array<cl::Copy, PhaseEncoder::buffers> copies_;
+  std::size_t encoded_ = 0;
+};
+
+}  // namespace raywave

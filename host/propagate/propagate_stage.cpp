@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/propagate/propagate_stage.hpp"
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+
+namespace raywave {
+
+PropagateStage::PropagateStage(const cl::Device& device, cl::FftBackend fft, StageTimes& times)
+    : device_(device), fft_(fft), times_(times) {}
+
+void PropagateStage::prepare(const Plan& plan, Method method) {
+  plan_ = &plan;
+  const auto pixels =
+      static_cast<std::size_t>(plan.tile_size.x) * static_cast<std::size_t>(plan.tile_size.y);
+  if (method == Method::wrp) {
+    if (!propagator_) {
+      const StageClock clock(times_, "prepare");
+      propagator_ = std::make_unique<Propagator>(
+          device_,
+          PropagatorSpec{plan.tile_size, plan.pitch_m, plan.wavelength_m, plan.padding, fft_});
+    }
+    require_reach();
+  }
+  if (field_.size() != pixels) field_ = {device_, pixels, "field at the hologram"};
+}
+
+Target PropagateStage::target_of(const Wrp& wrp) const {
+  return {plan_->tile_of(wrp).centre_m - glm::dvec2(wrp.centre_m), wrp.centre_m.z};
+}
+
+void PropagateStage::require_reach() const {
+  for (const auto& wrp : plan_->wrps) {
+    try {
+      propagator_->require_reach(target_of(wrp));
+    } catch (const InputError& error) {
+      throw InputError(plan_->scene_name + ": WRPs " + std::to_string(plan_->grid.x) + " x " +
+                       std::to_string(plan_->grid.y) + ": " + error.what());
+    }
+  }
+}
+
+void PropagateStage::run(std::size_t number, const cl::ComplexBuffer& stack, int plane) {
+  if (!propagator_) {
+    field_.copy_from(stack, static_cast<std::size_t>(plane) * field_.size());
+    return;
+  }
+  const StageClock clock(times_, "propagate");
+  const auto tile = target_of(plan_->wrps[number]);
+  propagator_->load(stack, plane, {&tile, 1});
+  propagator_->add(tile);
+  device_.finish();
+}
+
+const cl::ComplexBuffer& PropagateStage::finish() {
+  if (propagator_) {
+    const StageClock clock(times_, "propagate");
+    propagator_->collect(field_);
+    device_.finish();
+  }
+  return field_;
+}
+
+void PropagateStage::add_notes(std::vector<std::string>& notes) const {
+  if (!propagator_) return;
+  if (const double farthest_m = plan_->layers.back().distance_m;
+      farthest_m > propagator_->farthest_m())
+    notes.push_back("from " + length_text(farthest_m) +
+                    " away light gets lost: a padded plane this small samples enough directions up "
+                    "to " +
+                    length_text(propagator_->farthest_m()) + "; --method points has no such limit");
+}
+
+}  // namespace raywave

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The stage "propagate": from the fields on a tile's WRPs to the field at the hologram.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/common/stage_clock.hpp"
+#include "host/plan/plan.hpp"
+#include "host/propagate/propagator.hpp"
+
+namespace raywave {
+
+class PropagateStage {
+public:
+  PropagateStage(const cl::Device& device, cl::FftBackend fft, StageTimes& times);
+
+  /// Makes the propagator for the plan's tiles. Planes at the hologram itself (Method::points and
+  /// Method::rays) need none.
+  ///
+  /// plan    must outlive the stage, which reads it again in `run`
+  /// throws  InputError when no light of some WRP arrives at the hologram
+  void prepare(const Plan& plan, Method method);
+
+  /// Carries plane number `plane` of `stack`, the field on plan.wrps[wrp], to the hologram and adds
+  /// it there.
+  void run(std::size_t wrp, const cl::ComplexBuffer& stack, int plane);
+
+  /// The field of a tile at the hologram: the sum of all `run` since the last call. Valid until the
+  /// next `run`.
+  const cl::ComplexBuffer& finish();
+
+  /// Adds a line for light that is lost on its way.
+  void add_notes(std::vector<std::string>& notes) const;
+
+private:
+  /// The hologram's tile, as a WRP of it sees it.
+  Target target_of(const Wrp& wrp) const;
+  void require_reach() const;
+
+  cl::Device device_;
+  cl::FftBackend fft_;
+  StageTimes& times_;
+  const Plan* plan_ = nullptr;
+  std::unique_ptr<Propagator> propagator_;
+  cl::ComplexBuffer field_;
+};
+
+}  // namespace raywave

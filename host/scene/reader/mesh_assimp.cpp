@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <assimp/DefaultIOStream.h>
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/config.h>
+#include <assimp/mesh.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <array>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <cstdio>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/matrix.hpp>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "host/common/error.hpp"
+#include "host/scene/mesh.hpp"
+#include "host/scene/reader/readers.hpp"
+#include "host/scene/reader_reply.hpp"
+#include "host/scene/vectors.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr std::size_t kMaxNodes = 1'000'000;
+
+glm::dmat4 to_glm(const aiMatrix4x4& m) {  // Assimp stores rows, glm columns
+  return {m.a1, m.b1, m.c1, m.d1, m.a2, m.b2, m.c2, m.d2,
+          m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4, m.d4};
+}
+
+glm::dvec3 to_glm(const aiVector3D& v) { return {v.x, v.y, v.z}; }
+
+/// Appends one part of the file. `raw` keeps a normal of zero where the file has none.
+void append(const aiMesh& part, const glm::dmat4& world_from_part, Mesh& raw) {
+  const auto first = static_cast<glm::uint>(raw.positions.size());
+  const glm::dmat3 linear(world_from_part);
+  const double orientation = glm::determinant(linear) < 0 ? -1 : 1;
+  // The cofactor matrix turns normals also where the transform has no inverse.
+  const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
+                            glm::cross(linear[0], linear[1]));
+
+  for (unsigned i = 0; i < part.mNumVertices; ++i) {
+    const glm::dvec3 position =
+        glm::dvec3(world_from_part * glm::dvec4(to_glm(part.mVertices[i]), 1));
+    if (!is_finite(position))
+      throw InputError("vertex " + std::to_string(i) + " is NaN or infinite");
+    raw.positions.push_back(position);
+    raw.normals.push_back(part.HasNormals()
+                              ? unit_or_zero(orientation * (cofactor * to_glm(part.mNormals[i])))
+                              : glm::dvec3(0));
+    const glm::dvec3 uv =
+        part.HasTextureCoords(0) ? to_glm(part.mTextureCoords[0][i]) : glm::dvec3(0);
+    raw.uvs.push_back(is_finite(uv) ? glm::dvec2(uv) : glm::dvec2(0));
+  }
+  for (unsigned i = 0; i < part.mNumFaces; ++i) {
+    const aiFace& face = part.mFaces[i];
+    if (face.mNumIndices != 3) continue;  // points and lines
+    std::array<unsigned, 3> corner{face.mIndices[0], face.mIndices[1], face.mIndices[2]};
+    if (*std::max_element(corner.begin(), corner.end()) >= part.mNumVertices)
+      throw InputError("face " + std::to_string(i) + " names a vertex that is not there");
+    if (orientation < 0) std::swap(corner[1], corner[2]);  // a mirror turns triangles inside out
+    raw.triangles.emplace_back(first + corner[0], first + corner[1], first + corner[2]);
+  }
+}
+
+/// Merges all parts as the file places them. Without recursion, for a file may nest its nodes to
+/// any depth.
+Mesh flatten(const aiScene& scene) {
+  Mesh raw;
+  std::vector<std::pair<const aiNode*, glm::dmat4>> pending{{scene.mRootNode, glm::dmat4(1)}};
+  for (std::size_t visited = 0; !pending.empty(); ++visited) {
+    const auto [node, world_from_parent] = pending.back();
+    pending.pop_back();
+    const glm::dmat4 world_from_node = world_from_parent * to_glm(node->mTransformation);
+    for (unsigned i = 0; i < node->mNumMeshes; ++i) {
+      const aiMesh& part = *scene.mMeshes[node->mMeshes[i]];
+      if (visited > kMaxNodes || raw.triangles.size() + part.mNumFaces > most_triangles_of_file ||
+          raw.positions.size() + part.mNumVertices > most_vertices_of_file)
+        throw InputError("more than " + std::to_string(most_triangles_of_file) + " triangles");
+      append(part, world_from_node, raw);
+    }
+    for (unsigned i = 0; i < node->mNumChildren; ++i)
+      pending.emplace_back(node->mChildren[i], world_from_node);
+  }
+  return raw;
+}
+
+/// A file that throws at its end: Assimp's PLY reader reads for ever when the end of the header or
+/// of the data is missing.
+class EndingStream : public Assimp::DefaultIOStream {
+public:
+  EndingStream(std::FILE* file, const char* name) : DefaultIOStream(file, name) {}
+  std::size_t Read(void* buffer, std::size_t size, std::size_t count) override {
+    const std::size_t done = DefaultIOStream::Read(buffer, size, count);
+    if (done == 0 && ++empty_reads_ > 1000) throw std::runtime_error("the file ends too soon");
+    return done;
+  }
+
+private:
+  int empty_reads_ = 0;
+};
+
+class EndingFiles : public Assimp::DefaultIOSystem {
+public:
+  Assimp::IOStream* Open(const char* name, const char* mode) override {
+    std::FILE* file = std::fopen(name, mode);
+    return file ? new EndingStream(file, name) : nullptr;  // Close deletes it
+  }
+};
+
+}  // namespace
+
+Mesh read_mesh(const std::filesystem::path& file) {
+  Assimp::Importer importer;
+  importer.SetIOHandler(new EndingFiles);  // which the importer deletes
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+#ifdef AI_CONFIG_IMPORT_COLLADA_IGNORE_UNIT_SIZE
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UNIT_SIZE, true);
+#endif
+#ifdef AI_CONFIG_IMPORT_FBX_IGNORE_UP_DIRECTION
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_IGNORE_UP_DIRECTION, true);
+#endif
+  // Not aiProcess_JoinIdenticalVertices: it merges what lies within 1e-5 units, which eats a mesh
+  // of micrometres.
+  const aiScene* scene =
+      importer.ReadFile(file.string(), aiProcess_ValidateDataStructure | aiProcess_Triangulate);
+  if (!scene || !scene->mRootNode) throw InputError(importer.GetErrorString());
+  return flatten(*scene);
+}
+
+}  // namespace raywave

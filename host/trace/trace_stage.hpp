@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The stage "trace": from the world to the field on each WRP.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <tuple>
+#include <vector>
+
+#include "cl/program.hpp"
+#include "host/common/npy.hpp"
+#include "host/common/stage_clock.hpp"
+#include "host/geometry/world.hpp"
+#include "host/plan/plan.hpp"
+
+namespace raywave {
+
+class DeviceScene;
+class FieldSource;
+class Interpolator;
+
+/// A field of Plan::tile_size samples on a WRP: plane number `plane` of a stack in device memory.
+struct WrpField {
+  const cl::ComplexBuffer& stack;
+  int plane = 0;
+};
+
+/// What kernels are built for: see kernel_key in trace_stage.cpp.
+using KernelKey = std::tuple<bool, int, int, int, bool, Precision, cl::Options, int>;
+
+/// Rays, surface samples and gathering, for one plan after another of a scene that may move.
+class TraceStage {
+public:
+  TraceStage(const cl::Device& device, StageTimes& times);
+  ~TraceStage();
+
+  /// Uploads the world and finds its surface samples. Kernels, trees and memory of the plan before
+  /// stay where they still serve.
+  ///
+  /// plan    must outlive the stage, which reads it again in `run`
+  /// throws  InputError when no ray of a fan can be shown; DeviceError for the device
+  void prepare(const World& world, const Plan& plan);
+
+  /// The field of one frame on plan.wrps[wrp]. The WRPs of a tile come in order, once for every
+  /// frame; frames follow each other. The field is valid until the next call.
+  WrpField run(std::size_t wrp, int frame);
+
+  /// Surface samples of the plan, and those of them that need visibility rays.
+  int samples() const;
+  int hidden_samples() const;
+
+  /// Fields in the scene's own brightness are those on the device times the root of this.
+  double radiance_unit() const;
+
+private:
+  void make_stacks();
+
+  cl::Device device_;
+  StageTimes& times_;
+  const Plan* plan_ = nullptr;
+  std::unique_ptr<DeviceScene> arrays_;
+  std::unique_ptr<FieldSource> source_;  // refers to the plan and the arrays
+  int frames_together_ = 1;              // frames that one gathering fills
+  std::vector<cl::ComplexBuffer> stacks_;
+  std::unique_ptr<Interpolator> interpolator_;
+  cl::ComplexBuffer interpolated_;  // one frame of one WRP
+  KernelKey built_for_;             // the kernels of source_
+};
+
+}  // namespace raywave
