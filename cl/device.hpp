@@ -18,12 +18,7 @@ namespace raywave::cl {
 
 using raywave::DeviceError;
 using raywave::format_bytes;
-
-/// Memory of the device or the host is out. The message gives the sizes asked and allowed; a caller
-/// that knows what takes the memory adds what needs less.
-struct MemoryError : DeviceError {
-  using DeviceError::DeviceError;
-};
+using raywave::MemoryError;
 
 enum class DeviceKind { gpu, accelerator, cpu, other };
 
