@@ -22,7 +22,8 @@ struct Agreement {
 };
 
 /// `count` pixels drawn at random from fields of the frames seed, seed + 1, ... on the plane around
-/// `centre_m`, against the direct sum of all samples, none of them near (Gatherer's plane_wave_spots 0).
+/// `centre_m`, against the direct sum of all samples, none of them by plane waves (Gatherer's
+/// plane_wave_spots 0).
 Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>> fields,
                              int frames, std::uint32_t seed, glm::dvec3 centre_m, int count);
 
