@@ -7,10 +7,9 @@ namespace raywave::cl {
 
 namespace {
 
-DeviceError too_large(const DeviceInfo& info, const std::string& name, std::uint64_t bytes,
-                      const std::string& advice) {
-  return DeviceError(name + ": " + format_bytes(bytes) + " asked in one buffer, " + info.name +
-                     " allows " + format_bytes(info.largest_buffer_bytes) + "; " + advice);
+std::string too_large(const DeviceInfo& info, const std::string& name, std::uint64_t bytes) {
+  return name + ": " + format_bytes(bytes) + " asked in one buffer, " + info.name + " allows " +
+         format_bytes(info.largest_buffer_bytes);
 }
 
 }  // namespace
@@ -20,7 +19,7 @@ void require_memory(const Device& device, std::span<const MemoryNeed> needs) {
   std::uint64_t total = 0;
   for (const auto& need : needs) {
     if (need.bytes > info.largest_buffer_bytes)
-      throw too_large(info, need.name, need.bytes, need.advice);
+      throw DeviceError(too_large(info, need.name, need.bytes) + "; " + need.advice);
     total += need.bytes;
   }
   if (total <= info.memory_bytes) return;
@@ -41,7 +40,7 @@ Copy::~Copy() {
   try {
     wait();
   } catch (const DeviceError&) {
-    // Who wants the data waits for it; whoever left without waiting has an error of his own.
+    // A caller that wants the data has waited; one that left without has an error of its own.
   }
 }
 
@@ -53,22 +52,19 @@ Memory::Memory(const Device& device, std::size_t bytes, const std::string& name)
     : device_(std::make_unique<Device>(device)) {
   bytes = std::max<std::size_t>(bytes, 1);
   const auto& info = device.info();
-  const std::string less =
-      "a smaller hologram.resolution or wrp.padding, more hologram.tiles or a larger "
-      "sampling.pitch need less";
-  if (bytes > info.largest_buffer_bytes) throw too_large(info, name, bytes, less);
-  // Not every driver keeps count: some begin to swap, or fail at a launch.
+  if (bytes > info.largest_buffer_bytes) throw MemoryError(too_large(info, name, bytes));
+  // Not every driver checks this: some begin to swap, or fail at a launch.
   if (device.allocated_bytes() + bytes > info.memory_bytes) {
-    throw DeviceError(name + ": " + format_bytes(bytes) + " asked, " + info.name + " has " +
+    throw MemoryError(name + ": " + format_bytes(bytes) + " asked, " + info.name + " has " +
                       format_bytes(info.memory_bytes) + " of which " +
-                      format_bytes(device.allocated_bytes()) + " are taken; " + less);
+                      format_bytes(device.allocated_bytes()) + " are taken");
   }
   try {
     handle_ = ::cl::Buffer(device.context(), CL_MEM_READ_WRITE, bytes);
   } catch (const ::cl::Error& error) {
-    throw DeviceError(name + ": " + format_bytes(bytes) + " asked, out of memory on " + info.name +
+    throw MemoryError(name + ": " + format_bytes(bytes) + " asked, out of memory on " + info.name +
                       " with " + format_bytes(device.allocated_bytes()) + " taken (" +
-                      std::to_string(error.err()) + "); " + less);
+                      std::to_string(error.err()) + ")");
   }
   bytes_ = bytes;
   auto& meter = *device_->meter_;
@@ -107,7 +103,7 @@ Copy Memory::start_reading_rows(void* data, std::size_t bytes, std::size_t row_b
   checked(device_->info(), [&] {
     std::vector<::cl::Event> launched(1);
     device_->queue().enqueueMarkerWithWaitList(nullptr, &launched[0]);
-    device_->queue().flush();  // what another queue waits for has to be under way
+    device_->queue().flush();  // another queue may wait only for work that has been submitted
     const auto& queue = device_->copy_queue();
     if (row_bytes == stride_bytes)
       queue.enqueueReadBuffer(handle_, CL_FALSE, 0, bytes, data, &launched, &done);

@@ -14,14 +14,14 @@ namespace raywave::cl {
 
 using raywave::MemoryNeed;
 
-/// Refuses, before any is taken, what cannot fit.
+/// Refuses needs that cannot fit, before any memory is taken.
 ///
-/// throws  DeviceError when one need is larger than the device's largest buffer, or all together
-///         are more than its memory
+/// throws  DeviceError, with the caller's advice, when one need is larger than the device's largest
+///         buffer, or all together are more than its memory
 void require_memory(const Device& device, std::span<const MemoryNeed> needs);
 
-/// A copy to the host that is under way. The memory that it writes to, and the buffer that it reads
-/// from, stay until it has ended: it is waited for at the latest when this goes. Movable, not
+/// A copy to the host that is in progress. The memory that it writes to, and the buffer that it
+/// reads from, stay until it has ended: it is waited for at the latest when this goes. Movable, not
 /// copyable.
 class [[nodiscard]] Copy {
 public:
@@ -38,7 +38,7 @@ public:
   void wait();
 
 private:
-  std::unique_ptr<Device> device_;  // none: nothing is under way
+  std::unique_ptr<Device> device_;  // none: no copy is in progress
   ::cl::Event done_;
 };
 
@@ -47,7 +47,7 @@ class Memory {
 public:
   Memory() = default;
   /// name  for messages ("WRP field"); at least one byte is taken
-  /// throws DeviceError when it is larger than the device's largest buffer, or than what is left of
+  /// throws MemoryError when it is larger than the device's largest buffer, or than what is left of
   /// the device's memory
   Memory(const Device& device, std::size_t bytes, const std::string& name);
   Memory(Memory&& other) noexcept { *this = std::move(other); }
@@ -106,7 +106,7 @@ public:
   /// Takes size() elements of `other`, from element `first` on, without the host.
   void copy_from(const Buffer& other, std::size_t first) { copy_from(other, first, size_); }
 
-  /// The same of `count` elements, at the beginning of this buffer.
+  /// Takes `count` elements of `other` to the beginning of this buffer.
   void copy_from(const Buffer& other, std::size_t first, std::size_t count) {
     Memory::copy_from(other, count * sizeof(T), first * sizeof(T));
   }
@@ -118,7 +118,7 @@ public:
   void on_host(F&& f, cl_map_flags flags = CL_MAP_READ | CL_MAP_WRITE) {
     lend<T>(f, flags, 0, size_);
   }
-  /// The same for `count` elements from element `first` on, to be read only.
+  /// Lends `count` elements from element `first` on, to be read only.
   template <class F>
   void on_host(F&& f, std::size_t first, std::size_t count) const {
     lend<const T>(f, CL_MAP_READ, first, count);

@@ -18,6 +18,7 @@ namespace raywave::cl {
 
 using raywave::DeviceError;
 using raywave::format_bytes;
+using raywave::MemoryError;
 
 enum class DeviceKind { gpu, accelerator, cpu, other };
 
@@ -61,7 +62,7 @@ public:
   const DeviceInfo& info() const { return info_; }
   const ::cl::Context& context() const { return context_; }
   const ::cl::CommandQueue& queue() const { return queue_; }
-  /// The same as queue() on devices that give only one.
+  /// Equals queue() on devices that give only one.
   const ::cl::CommandQueue& copy_queue() const { return copy_queue_; }
   const ::cl::Device& handle() const { return handle_; }
 

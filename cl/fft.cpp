@@ -5,7 +5,7 @@
 
 namespace raywave::cl {
 
-// Each is defined by the one file that sees its library.
+// Each is defined in the one file that includes its library.
 std::unique_ptr<Fft> make_clfft(const Device& device, const FftShape& shape);  // fft_clfft.cpp
 std::unique_ptr<Fft> make_vkfft(const Device& device, const FftShape& shape);  // fft_vkfft.cpp
 

@@ -14,7 +14,7 @@ using raywave::all_backends;
 using raywave::FftBackend;
 using raywave::name_of;
 
-/// Whether the back end can serve the device (clFFT and VkFFT need an online compiler).
+/// True when the back end can serve the device (clFFT and VkFFT need an online compiler).
 bool serves(FftBackend backend, const DeviceInfo& device);
 
 /// host on CPUs and devices without an online compiler, else clfft.
@@ -36,10 +36,10 @@ struct FftShape {
 class Fft {
 public:
   virtual ~Fft() = default;
-  virtual void forward(
-      // Sum of f exp(-2 pi i (x u / nx + y v / ny)); samples outside the live part must be zero
-      ComplexBuffer& plane) = 0;
-  virtual void inverse(ComplexBuffer& plane) = 0;  // the same with +
+  /// Sum of f exp(-2 pi i (x u / nx + y v / ny)); samples outside the live part must be zero.
+  virtual void forward(ComplexBuffer& plane) = 0;
+  /// Sum of f exp(+2 pi i (x u / nx + y v / ny)).
+  virtual void inverse(ComplexBuffer& plane) = 0;
 };
 
 /// Plans for FftBackend::clfft or vkfft. The first plan of a shape takes seconds (on PoCL 8 to 30 s

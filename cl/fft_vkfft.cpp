@@ -11,7 +11,7 @@ class VkFft final : public Fft {
 public:
   VkFft(const Device& device, const FftShape& shape)
       : device_(device), size_(std::to_string(shape.nx) + " x " + std::to_string(shape.ny)) {
-    // An axis of length 1 is none.
+    // An axis of length 1 is no axis for VkFFT.
     for (const auto n : {shape.nx, shape.ny}) {
       if (n > 1) configuration_.size[configuration_.FFTdim++] = n;
     }

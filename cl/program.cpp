@@ -10,8 +10,8 @@
 namespace raywave::cl {
 namespace {
 
-/// The file with every #include "name" replaced by that file, each once: devices compile from one
-/// string without include folders.
+/// The text of a kernel file with every #include "name" replaced by that file, each once. Devices
+/// compile one string, without include folders.
 std::string with_includes(const std::string& file, std::set<std::string>& seen) {
   seen.insert(file);
   const auto it = kernel_files().find(file);
@@ -90,7 +90,7 @@ Program::Program(const Device& device, const std::string& file, const Options& o
       record_program(program, *binary);
       return;
     } catch (const ::cl::Error&) {
-      // Written by a driver that has changed since, or damaged: compile again.
+      // The binary is damaged, or the driver has changed since: compile again.
     }
   }
   try {
@@ -127,7 +127,7 @@ Kernel::Kernel(Device device, ::cl::Kernel kernel, std::string name)
       while (!type.empty() && type.back() == '\0') type.pop_back();
       if (type.starts_with("struct ")) type.erase(0, 7);
     } catch (const ::cl::Error&) {
-      // Programs from binaries may not tell.
+      // Programs from binaries may not give the types.
     }
   }
 }

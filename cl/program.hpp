@@ -50,8 +50,8 @@ class Kernel {
 public:
   Kernel(Device device, ::cl::Kernel kernel, std::string name);
 
-  /// As the kernel declares them, e.g. "float*"; empty where the driver does not tell (some do not
-  /// of programs from binaries).
+  /// Types as the kernel declares them, e.g. "float*"; empty when the driver does not give them
+  /// (some do not for programs from binaries).
   const std::vector<std::string>& argument_types() const { return argument_types_; }
 
   /// Enqueues the kernel over `global` work-items (rounded up to whole work-groups of `local`).

@@ -29,7 +29,7 @@ std::optional<std::string> read_file(const fs::path& file) {
   return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
-/// The file appears whole or not at all.
+/// Writes a file so that it appears whole or not at all.
 void write_file(const fs::path& file, std::string_view contents) {
   auto temporary = file;
   temporary += "." + std::to_string(getpid()) + ".tmp";
@@ -74,7 +74,8 @@ std::vector<unsigned char> load_program(const fs::path& folder, const ProgramSou
   if (!binary || binary->empty())
     throw DeviceError(file.string() + " is missing: " + source.file + " with " + source.flags +
                       ", and RAYWAVE_PROGRAM_DIR forbids compiling" + remedy);
-  // Drivers need not survive a damaged binary (PoCL 3.1 aborts), so none that we made reaches them.
+  // Drivers need not survive a damaged binary (PoCL 3.1 aborts), so none from this folder reaches
+  // them.
   const auto entries = read_manifest(folder);
   if (const auto it = entries.find(name); it != entries.end()) {
     const auto digest = it->second.substr(0, it->second.find('\t'));

@@ -62,6 +62,11 @@ int main(int argc, char** argv) {
     return fail(exit_input, refusal(app, error).c_str());
   } catch (const raywave::InputError& error) {
     return fail(exit_input, error.what());
+  } catch (const raywave::cl::MemoryError& error) {
+    return fail(exit_device,
+                (std::string(error.what()) + "; a smaller hologram.resolution or wrp.padding, more "
+                                             "hologram.tiles or a larger sampling.pitch need less")
+                    .c_str());
   } catch (const raywave::cl::DeviceError& error) {
     return fail(exit_device, error.what());
   } catch (const std::bad_alloc&) {

@@ -34,7 +34,8 @@ std::optional<std::vector<unsigned char>> load_cached(const std::string& name) {
   std::ifstream in(cache_folder() / name, std::ios::binary);
   if (!in) return std::nullopt;
   const std::string text(std::istreambuf_iterator<char>(in), {});
-  // Drivers need not survive a damaged binary (PoCL 3.1 aborts), so none reaches them.
+  // Drivers need not survive a damaged binary (PoCL 3.1 aborts), so damaged files are not passed
+  // on.
   const auto contents = std::string_view(text).substr(std::min(digest_size, text.size()));
   if (!text.starts_with(hash_name(contents))) return std::nullopt;
   return std::vector<unsigned char>(contents.begin(), contents.end());

@@ -20,4 +20,10 @@ struct DeviceError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Memory of the device or the host is out. The message gives the sizes asked and allowed; a caller
+/// that knows what takes the memory adds what needs less.
+struct MemoryError : DeviceError {
+  using DeviceError::DeviceError;
+};
+
 }  // namespace raywave

@@ -67,10 +67,7 @@ Lines make_lines(std::size_t samples, const std::string& name) {
   const std::size_t bytes =
       (samples * sizeof(std::complex<float>) / LineFft::alignment + 1) * LineFft::alignment;
   Lines lines(static_cast<std::complex<float>*>(std::aligned_alloc(LineFft::alignment, bytes)));
-  if (!lines)
-    throw DeviceError(
-        name + ": " + format_bytes(bytes) +
-        " asked, out of host memory; a smaller hologram.resolution or wrp.padding needs less");
+  if (!lines) throw MemoryError(name + ": " + format_bytes(bytes) + " asked, out of host memory");
   return lines;
 }
 

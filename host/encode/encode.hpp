@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From a complex field to the levels of a phase-only SLM.
+/// From a complex field to the grey levels of a phase-only SLM.
 #pragma once
 
 #include <array>
@@ -11,15 +11,15 @@
 
 namespace raywave {
 
-/// Phase of each sample as an 8-bit level: round(phase / 2 pi * 256) mod 256 with the phase in [0,
-/// 2 pi), so that level l shows the phase 2 pi l / 256. Zero samples have phase 0.
+/// Phase of each sample as an 8-bit grey level: round(phase / 2 pi * 256) mod 256 with the phase in
+/// [0, 2 pi), so that level l shows the phase 2 pi l / 256. Zero samples have phase 0.
 class PhaseEncoder {
 public:
   explicit PhaseEncoder(const cl::Device& device);
   std::vector<std::uint8_t> operator()(const cl::ComplexBuffer& field) {
     return levels_of(field).read();
   }
-  /// The same on the device, until the next field is encoded into that buffer.
+  /// The grey levels on the device, valid until the next field is encoded into that buffer.
   ///
   /// buffer  0 to buffers - 1: while one is copied to the host, the next field is encoded into
   ///         another

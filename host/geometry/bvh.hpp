@@ -11,7 +11,7 @@
 
 namespace raywave {
 
-/// Of a triangle, scene frame.
+/// Corners of a triangle, scene frame.
 struct Corners {
   float a[3], b[3], c[3];
 };
@@ -21,7 +21,7 @@ struct Bvh {
   std::vector<device::BvhNode> nodes;
   std::vector<Corners> triangles;    // in leaf order, rounded
   std::vector<std::uint32_t> order;  // order[i]: index, in the input, of the triangle at place i
-  // Nodes on the longest way from the root to a leaf; the device's stack holds this many
+  // Nodes on the longest path from the root to a leaf; the device's stack holds this many
   int depth = 0;
 };
 
@@ -35,9 +35,9 @@ struct Bvh {
 Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles,
               glm::dvec3 origin_m, int leaf_size = 2);
 
-/// What boxes are widened by on every side, for coordinates up to reach_m: enough for what
-/// kernels/scene/bvh.h does to direction components of zero, and for boxes rounded to nearest; too
-/// little to cost time.
+/// Margin (m) by which boxes are widened on every side, for coordinates up to reach_m. It covers
+/// the replacement of zero direction components in kernels/scene/bvh.h and boxes rounded to
+/// nearest, and is too small to cost time.
 double box_margin_m(double reach_m);
 
 }  // namespace raywave

@@ -60,7 +60,7 @@ float rounded_down(double x) {
 }
 float rounded_up(double x) { return -rounded_down(-x); }
 
-/// Four numbers make whole vectors; the last is not used.
+/// Four numbers fill a SIMD vector; the last is not used.
 using Lanes = std::array<float, 4>;
 
 struct Box {
@@ -80,8 +80,8 @@ struct Box {
   }
 };
 
-/// What a node of the flat tree says of one child. As it stands: an empty box that no ray meets;
-/// its leaf is never opened.
+/// One child in a node of the flat tree. The default is an empty box that no ray meets, so that its
+/// leaf is never opened.
 struct Child {
   Box box;
   int child = 0;
@@ -108,9 +108,9 @@ struct Item {
   std::size_t triangle;
 };
 
-/// Flattens CGAL's tree, depth first. CGAL halves at the median; its lowest parts, which hold most
-/// of the boxes, are divided anew, where the surfaces of the boxes times the triangles in them add
-/// up to least (Wald, IEEE Symposium on Interactive Ray Tracing, 33 (2007)).
+/// Flattens CGAL's tree, depth first. CGAL halves at the median. Its lowest parts, which hold most
+/// of the boxes, are divided anew by the surface-area heuristic: the sum of box surface times
+/// triangle count is least (Wald, IEEE Symposium on Interactive Ray Tracing, 33 (2007)).
 class Flattener {
 public:
   Flattener(const Triangles& triangles, double margin_m, int leaf_size)
@@ -128,13 +128,13 @@ public:
   }
 
 private:
-  /// Triangles of the parts that are divided anew, and levels that this may take: twice as many as
-  /// halves need.
+  /// Largest number of triangles of a part that is divided anew, and largest depth of the subtree
+  /// that replaces it: twice the depth of halving.
   static constexpr std::size_t divided_anew = 512;
-  static constexpr int most_levels = 18;
+  static constexpr int largest_depth = 18;
   static constexpr std::size_t bins = 16;
-  /// Time to test a triangle, in those to test the boxes of two children. Rays are as fast with
-  /// 0.6, fitting a moving tree is not.
+  /// Time to test a triangle, in units of the time to test the boxes of two children. Rays are as
+  /// fast with 0.6, but the tree has a third more nodes.
   static constexpr float triangle_cost = 0.35f;
 
   Child flatten(const Part& part, int depth) {
@@ -144,7 +144,7 @@ private:
           [&] { return flatten(part.right(), depth + 1); });
     items_.clear();
     collect(part);
-    return divide(0, items_.size(), depth, most_levels);
+    return divide(0, items_.size(), depth, largest_depth);
   }
 
   Child inner(int depth, const auto& make_left, const auto& make_right) {
@@ -175,16 +175,17 @@ private:
     items_.push_back(item);
   }
 
-  Child divide(std::size_t from, std::size_t to, int depth, int levels) {
-    const auto middle = split(from, to, levels);
+  Child divide(std::size_t from, std::size_t to, int depth, int depth_left) {
+    const auto middle = split(from, to, depth_left);
     if (middle == from) return leaf(from, to);
     return inner(
-        depth, [&] { return divide(from, middle, depth + 1, levels - 1); },
-        [&] { return divide(middle, to, depth + 1, levels - 1); });
+        depth, [&] { return divide(from, middle, depth + 1, depth_left - 1); },
+        [&] { return divide(middle, to, depth + 1, depth_left - 1); });
   }
 
-  /// Where the items from..to, then in that order, are best divided; `from`: not at all.
-  std::size_t split(std::size_t from, std::size_t to, int levels) {
+  /// Orders the items from..to and returns the index at which they are best divided; `from`: they
+  /// stay together.
+  std::size_t split(std::size_t from, std::size_t to, int depth_left) {
     const auto count = to - from;
     if (count == 1) return from;
     Box whole, centres;
@@ -238,7 +239,7 @@ private:
     }
     const auto at = [&](std::size_t i) { return items_.begin() + static_cast<std::ptrdiff_t>(i); };
     const bool halve =
-        count > leaf_size_ && (best_axis == 3 || count > std::size_t{1} << (levels - 1));
+        count > leaf_size_ && (best_axis == 3 || count > std::size_t{1} << (depth_left - 1));
     if (halve) {
       std::size_t longest = 0;
       for (std::size_t axis = 1; axis < 3; ++axis)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <utility>
@@ -14,7 +15,7 @@
 namespace raywave {
 namespace {
 
-constexpr int depth_bins = 256;  // of a scene's depth, for the choice of layers
+constexpr int depth_bins = 256;  // bins of a scene's depth, for the choice of layers
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
@@ -75,7 +76,7 @@ struct Sides {
 
 /// Sums over the area samples of an object that has moved so.
 Sides sides_of(std::span<const AreaSample> samples, const Motion& motion) {
-  // The hologram's centre and its normal in the frame in which the object was placed.
+  // The hologram's centre and normal are taken to where the object was placed.
   const auto to_placed = glm::transpose(motion.turn) / motion.scale;
   const auto eye_m = motion.moved ? motion.from_m - to_placed * motion.to_m : glm::dvec3(0);
   const auto z_axis = glm::transpose(motion.scale * motion.turn)[2];
@@ -130,8 +131,8 @@ public:
   DepthHistogram(double near_m, double far_m)
       : near_m_(near_m), bin_m_((far_m - near_m) / depth_bins) {}
 
-  /// A triangle of that area, evenly lit: its share beyond a depth falls as the square of what is
-  /// left to its ends.
+  /// Adds a triangle, its area spread evenly: the share of its area beyond a depth falls with the
+  /// square of the distance to its ends.
   void add(std::array<double, 3> z_m, double area) {
     std::sort(z_m.begin(), z_m.end());
     const auto bin = [&](double z) {
@@ -146,7 +147,7 @@ public:
       const double share = std::max(0.0, up_to.first - before.first),
                    begin_m = near_m_ + i * bin_m_;
       area_[static_cast<std::size_t>(i)] += area * share;
-      // Of next to nothing, rounding would put the mean anywhere.
+      // Without the clamp, rounding would put the mean of a tiny share anywhere.
       area_depth_[static_cast<std::size_t>(i)] +=
           area *
           std::clamp(up_to.second - before.second, share * begin_m, share * (begin_m + bin_m_));
@@ -161,14 +162,14 @@ public:
     }
   }
 
-  /// Infinite without any area.
+  /// Mean depth; infinite without any area.
   double mean() const { return mean_between(0, depth_bins); }
 
-  /// Means of `count` layers, or of as many as have area, between which the sum of area times
-  /// squared distance to the mean is least.
+  /// Mean depths of `count` layers (of those that have area), chosen so that the sum of area times
+  /// squared distance to the layer's mean is least.
   std::vector<double> means(int count) const {
-    // least[i]: of the first i bins in as many layers as the round says; from[round][i]: where the
-    // last of these begins.
+    // least[i]: that sum for the first i bins in `round` + 1 layers; from[round][i]: first bin of
+    // the last of these layers.
     std::vector<double> least(static_cast<std::size_t>(depth_bins) + 1,
                               std::numeric_limits<double>::infinity());
     least[0] = 0;
@@ -200,7 +201,7 @@ public:
   }
 
 private:
-  /// Of the bins of a layer, around the first's mean.
+  /// Moments of a layer's bins, relative to the mean depth of its first bin.
   struct Sums {
     double origin = 0, area = 0, depth = 0, squared = 0;
     void add(double more, double more_depth) {
@@ -214,7 +215,7 @@ private:
     double square() const { return area > 0 ? std::max(0.0, squared - depth * depth / area) : 0; }
   };
 
-  /// Of a triangle of unit area: the part before `at`, and the integral of its depth.
+  /// Share of a triangle's area before depth `at`, and the integral of depth over that share.
   static std::pair<double, double> moments_before(const std::array<double, 3>& z, double at) {
     // Between `end` and `to`, which lies before `middle`
     const auto corner = [](double end, double middle, double other, double to) {
@@ -276,11 +277,16 @@ Extents extents_of(const World& world, const SeenThrough& seen) {
   if (world.placed.empty()) return extents_of(world.positions, seen);
   Values largest;
   largest.fill(-infinite);
+  // Boxes that promise as much, to rounding, are opened too: no vertex is missed by a rounding.
+  const double reach_m = glm::length(glm::max(glm::abs(world.min_m), glm::abs(world.max_m))) +
+                         glm::length(glm::abs(seen.centre_m) + seen.half_m) + seen.distance_m;
+  const double least = -0x1p-48 * reach_m;
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
     const auto& placed = world.placed[i];
     raise_to_largest(
         placed.tree, std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
-        world.motions[i], [&](const glm::dvec3& p_m) { return values_at(p_m, seen); }, 0, largest);
+        world.motions[i], [&](const glm::dvec3& p_m) { return values_at(p_m, seen); }, least,
+        largest);
   }
   return extents_from(largest);
 }

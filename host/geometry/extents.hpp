@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What plans must know of every vertex and triangle of a world.
+/// Extents of a world as the hologram sees it, and its mean depths: the input of plans.
 #pragma once
 
 #include <algorithm>
@@ -23,36 +23,42 @@ struct Interval {
   double extent() const { return high - low; }
 };
 
-/// Surfaces as the hologram's window sees them through a plane at distance_m.
+/// Extents, along x and y, of surfaces as the hologram's window sees them through a plane.
 struct Extents {
-  std::array<Interval, 2> tangents;  // of chief rays, to the hologram's centre
-  // Where light passes through the plane on its way into the window
+  // Slopes x/z and y/z of the chief rays, from the surfaces to the hologram's centre
+  std::array<Interval, 2> tangents;
+  // Interval of the plane, in metres, in which light passes it on its path into the window
   std::array<Interval, 2> passed;
-  // How far surfaces lie beyond where the window, `wider` times as large, receives their light
-  // below largest_tangent; > 0: some do.
+  // Largest sideways distance, in metres, of a surface from the region whose light reaches all of
+  // the window, made `wider` times as large, below largest_tangent; > 0: some light is steeper
   std::array<double, 2> beyond_m{-std::numeric_limits<double>::infinity(),
                                  -std::numeric_limits<double>::infinity()};
   void add(const Extents& other);
 };
 
-/// The hologram's window, or a tile's, and what a plane before it shows of surfaces.
+/// The hologram's window, or a tile's, and a plane before it through which light passes.
 struct SeenThrough {
   double distance_m;    // from the plane to the hologram
   glm::dvec2 centre_m;  // of the window
-  glm::dvec2 half_m;    // of its sides
+  glm::dvec2 half_m;    // half the window's sides
   glm::dvec2 largest_tangent;
-  double wider;
+  double wider;  // factor on the window's sides, for `beyond_m`
 };
 
+/// Extents of surfaces.
+///
 /// points  all corners of the surfaces
 Extents extents_of(std::span<const glm::dvec3> points, const SeenThrough& seen);
 
-/// Of all surfaces, to a few roundings.
+/// Extents of all surfaces of a world, to a few roundings.
 Extents extents_of(const World& world, const SeenThrough& seen);
 
-/// Where aimed gathering costs least: footprints grow with the distance of a sample from its WRP,
-/// so the middles, by area as the hologram sees it, of the objects' near sides, in so many layers of
-/// depth (or as many as have surfaces). Either winding may be the outside.
+/// Distances (m) of WRPs from the hologram at which aimed gathering costs least. Footprints grow
+/// with the distance of a sample from its WRP, so these are the mean depths of the objects' near
+/// sides, weighted with their area as the hologram sees it.
+///
+/// layers   number of depth layers; fewer distances are returned when fewer have surfaces. Either
+///          winding may be the outside.
 std::vector<double> middles_of_surfaces(const World& world, int layers);
 
 }  // namespace raywave

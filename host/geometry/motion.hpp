@@ -6,12 +6,12 @@
 
 namespace raywave {
 
-/// Takes an object's vertices from where place_objects put them to where they are now.
+/// A similarity transform: from where place_objects put an object to where it is now.
 struct Motion {
   glm::dmat3 turn{1};
   double scale = 1;
   glm::dvec3 from_m{0}, to_m{0};  // `from_m` comes to `to_m`
-  bool moved = false;             // otherwise every place stays as it is, bit for bit
+  bool moved = false;             // otherwise every position stays as it is, bit for bit
 
   glm::dvec3 operator()(const glm::dvec3& p_m) const {
     return moved ? to_m + scale * (turn * (p_m - from_m)) : p_m;

@@ -10,8 +10,8 @@
 namespace raywave {
 namespace {
 
-/// Of all triangles below a node: the sum of their normals, each as long as twice the area, and the
-/// cone.
+/// Normals of all triangles below a node: their cone, and their sum, each as long as twice the
+/// triangle's area.
 struct Normals {
   glm::dvec3 sum{0};
   NormalCone cone;
@@ -85,18 +85,18 @@ std::int32_t normal_cone_bits(const NormalCone& cone) {
 }
 
 void set_view(device::Instance& instance, glm::dvec3 middle_m, double radius_m, glm::dvec3 eye_m) {
-  const auto way = middle_m - eye_m;
-  const double distance_m = glm::length(way);
+  const auto path = middle_m - eye_m;
+  const double distance_m = glm::length(path);
   instance.view_margin = INT32_MAX / 2;  // nothing is known
   if (!(radius_m < 0.5 * distance_m)) return;
-  const auto view = way * (VIEW_STEPS / distance_m);
+  const auto view = path * (VIEW_STEPS / distance_m);
   glm::dvec3 rounded;
   for (int i = 0; i < 3; ++i) {
     rounded[i] = std::round(view[i]);
     instance.view[i] = static_cast<std::int32_t>(rounded[i]);
   }
-  // Unit vectors to points of a sphere are within radius / distance / sqrt(1 - 1/4) of that to its
-  // middle.
+  // Unit vectors to points of a sphere differ from that to its middle by at most radius / distance
+  // / sqrt(1 - 1/4), for a radius below half the distance.
   const double stray = 1.16 * VIEW_STEPS * radius_m / distance_m + glm::length(view - rounded);
   instance.view_margin =
       static_cast<std::int32_t>(std::ceil(2 * NORMAL_CONE_STEPS * stray * (1 + 1e-9)));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which way the parts of a tree face, so that rays in search of samples pass by the inner sides of
-/// closed meshes (kernels/scene/normal_cones.h).
+/// Normal cones of the subtrees of a BVH. Normal-cone culling: sample rays skip a subtree when
+/// every triangle in it faces away from the hologram's centre (kernels/scene/normal_cones.h).
 #pragma once
 
 #include <cstdint>
@@ -11,25 +11,26 @@
 
 namespace raywave {
 
-/// Directions of the outer normals below a node: of unit length, all within `spread` of an axis, a
-/// unit vector.
+/// A cone that holds the outer normals below a node: unit vectors, each no farther than `spread`
+/// (length of the difference) from the axis, a unit vector. The default holds all directions.
 struct NormalCone {
   glm::dvec3 axis{0, 0, 1};
   double spread = 2;
 };
 
-/// Writes the facing of each child into the counts of a tree's nodes.
+/// Writes the normal cone of each child into the counts of a tree's nodes.
 ///
-/// sides  of bvh.triangles: device::Triangle::side; with an open mesh below it a child faces
-///        everywhere
+/// sides  device::Triangle::side of each of bvh.triangles; a subtree with an open mesh gets no cone
+///        and is never skipped
 void store_normal_cones(Bvh& bvh, const std::vector<std::int32_t>& sides);
 
-/// The bits of kernels/scene/normal_cones.h; 0 where the spread is too large for them.
+/// The cone as the bits of kernels/scene/normal_cones.h; 0 when its spread is too large for them.
 std::int32_t normal_cone_bits(const NormalCone& cone);
 
-/// Sets view and view_margin of a instance that lies in a sphere.
+/// Sets view and view_margin of an instance that lies in a sphere.
 ///
-/// middle_m, radius_m, eye_m  the sphere, and the hologram's centre, in the instance's frame
+/// middle_m, radius_m  the sphere, in the instance's frame
+/// eye_m               the hologram's centre, in the instance's frame
 void set_view(device::Instance& instance, glm::dvec3 middle_m, double radius_m, glm::dvec3 eye_m);
 
 }  // namespace raywave

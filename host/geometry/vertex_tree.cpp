@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/geometry/vertex_tree.hpp"
 
+#include <algorithm>
 #include <glm/common.hpp>
 #include <numeric>
 

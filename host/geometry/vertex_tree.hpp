@@ -4,10 +4,10 @@
 /// nothing per triangle.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
 #include <span>

@@ -10,7 +10,6 @@
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
 #include <span>
-#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -78,14 +77,14 @@ double scale_of(const Object& object, const Box& turned, double mesh_unit) {
   return scale;
 }
 
-/// What takes an object's vertices to where it belongs, and their box there.
+/// The motion that places an object's vertices, and their bounding box there.
 struct Placing {
   Motion motion;
   Box box;
 };
 
 /// turned     box of the vertices after `turn` about `from`
-/// mesh_unit  of the vertices' units
+/// mesh_unit  how many of the vertices' units a mesh unit is
 Placing placing_of(const Object& object, const glm::dmat3& turn, const glm::dvec3& from,
                    const Box& turned, double mesh_unit) {
   const double scale = scale_of(object, turned, mesh_unit);
@@ -132,7 +131,7 @@ std::vector<AreaSample> area_samples_from(std::size_t first, const World& world)
   return samples;
 }
 
-/// Adds an object's vertices and triangles, its vertices nowhere yet.
+/// Adds an object's vertices and triangles; positions and normals are set by place().
 void add(std::int32_t index, const Object& object, const Mesh& mesh, World& world) {
   if (world.triangles.size() + mesh.triangles.size() > kMaxTriangles)
     throw InputError(object.where + ": with it the scene has more than " +
@@ -145,7 +144,7 @@ void add(std::int32_t index, const Object& object, const Mesh& mesh, World& worl
   world.triangle_object.resize(world.triangles.size(), index);
 }
 
-/// Puts an object's vertices where they belong.
+/// Places an object's vertices.
 PlacedObject place(const Object& object, const Mesh& mesh, std::size_t first_vertex, World& world) {
   const glm::dmat3 rotation = rotation_xyz(object.rotation_deg);
   Box box, turned;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -45,11 +46,10 @@ struct World {
   std::vector<glm::vec2> uvs;  // (0, 0) where a mesh has none
   std::vector<glm::uvec3> triangles;
   std::vector<std::int32_t> triangle_object;  // index into Scene::objects
-  std::vector<bool>
-      // Per object: every edge shared by exactly two triangles in opposite directions (after
-      // welding equal positions)
-      object_closed;
-  // Per object: they stand for its surface in sums over it; none: every triangle stands for itself
+  // Per object: every edge is shared by exactly two triangles in opposite directions (after welding
+  // equal positions)
+  std::vector<bool> object_closed;
+  // Per object, for sums over its surface; none: every triangle stands for itself
   std::vector<std::vector<AreaSample>> area_samples;
   std::vector<PlacedObject> placed;  // per object; none in worlds that place_objects has not made
   std::vector<Motion> motions;       // per object; none: nothing has moved
@@ -59,16 +59,17 @@ struct World {
   Motion motion_of(std::int32_t object) const {
     return motions.empty() ? Motion{} : motions[static_cast<std::size_t>(object)];
   }
-  /// Where a triangle's corners are now.
+  /// A triangle's corners after its object's motion.
   std::array<glm::dvec3, 3> corners_m(std::size_t triangle) const;
 };
 
+/// A triangle as an area sample.
 AreaSample area_sample(const World& world, std::size_t triangle, double share);
 
-/// Where all vertices are now.
+/// Positions of all vertices after their objects' motions.
 std::vector<glm::dvec3> positions_now(const World& world);
 
-/// The vertices' normals as they point now.
+/// Normals of all vertices after their objects' motions.
 std::vector<glm::vec3> normals_now(const World& world);
 
 /// Rotates, scales and places all objects.
@@ -77,12 +78,11 @@ std::vector<glm::vec3> normals_now(const World& world);
 ///         lies behind the hologram plane (z <= 0)
 World place_objects(const Scene& scene, const Meshes& meshes, Textures textures = {});
 
-/// Moves all objects of a world that place_objects has made to where the scene has them now: its
-/// motions and its box.
+/// Moves all objects of a world that place_objects has made to their positions in the scene: sets
+/// the world's motions and its bounding box.
 ///
-/// throws    as place_objects; the world is then worth nothing until it has been moved again
-/// accuracy  places are those of a world placed there to a few roundings of the objects' sizes and
-///           distances
+/// throws    as place_objects; the world must not be used until another move has succeeded
+/// accuracy  equal to a world placed there to a few roundings of the objects' sizes and distances
 void move_objects(const Scene& scene, World& world);
 
 /// Reads meshes and textures, and places all objects.

@@ -40,7 +40,7 @@ std::vector<Band> bands_across(const Axis& axis, const Axis& other, double wavel
 double largest_shift_m(const Axis& axis, double shift_m, const Axis& other, double other_shift_m,
                        double wavelength_m, double distance_m) {
   if (distance_m == 0) return axis.reach_m();
-  // That is not evanescent
+  // Steeper frequencies are evanescent.
   const double steepest = std::ceil(1 / (wavelength_m * axis.frequency(1))) - 1;
   const int last = std::abs(shift_m * distance_m < 0 ? axis.lowest() : axis.highest());
   const double u = std::min<double>(last, steepest) * axis.frequency(1);
@@ -156,7 +156,7 @@ struct Propagator::State {
                                                   : make_device_engine(device, plan);
   }
 
-  /// Targets come back frame after frame.
+  /// Transfer functions are kept, since the same targets return in every frame.
   std::shared_ptr<const Transfer> transfer(const Target& target) {
     if (!std::isfinite(target.shift_m.x) || !std::isfinite(target.shift_m.y) ||
         !std::isfinite(target.distance_m))
@@ -204,7 +204,7 @@ struct Propagator::State {
     return result;
   }
 
-  /// A stack of `frames` planes or more; one plane alone must be of that size.
+  /// Checks for a stack of `frames` planes or more; a single plane must have exactly that size.
   void check_field(const cl::ComplexBuffer& field, int frames = 1) const {
     const auto plane = static_cast<std::size_t>(plan.spec.size.x) * plan.spec.size.y;
     if (frames < 1 || field.size() % plane != 0 ||

@@ -48,7 +48,7 @@ public:
 
   glm::ivec2 padded_size() const;
 
-  /// Whether any sampled frequency carries light to such a target.
+  /// True when any sampled frequency carries light to such a target.
   bool reaches(const Target& target) const;
 
   /// Distance up to which the padded plane samples directions densely enough to reach everywhere:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the two ways of propagating share: FFTs on the host's threads, line by line, and FFTs of
-/// whole planes on the device.
+/// The common part of the two propagation engines: FFTs on the host's threads, line by line, and
+/// FFTs of whole planes on the device.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct Transfer {
   Band columns_of(int row) const { return {band_y[row], band_y[band_y.size() / 2 + row]}; }
 };
 
-/// What both need to know.
+/// The settings and tables of both engines.
 struct PropagationPlan {
   PropagatorSpec spec;
   Axis x, y;

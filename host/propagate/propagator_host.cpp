@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Propagation by the host's threads. Memory is what bounds it, so every pass makes its lines in the
-// cache and writes only what the next one reads:
+// Propagation by the host's threads. Memory bandwidth limits it, so every pass makes its lines in
+// the cache and writes only the samples that the next pass reads:
 //   load     columns of the field with any light, zeros below it -> transform -> the rows that the
 //            targets' bands keep
 //   collect  each of these rows, zeros right of it -> transform -> times the transfer function,
@@ -10,9 +10,7 @@
 // over columns read and write a tile from beginning to end. Sources wait until `collect`, or until
 // they fill the memory of two padded planes; their sum is then kept by rows.
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
-#include <type_traits>
 
 #include "host/common/line_fft.hpp"
 #include "host/common/threads.hpp"
@@ -33,7 +31,7 @@ namespace {
 using Sample = std::complex<float>;
 
 constexpr std::size_t tile_width = 16;  // columns: two cache lines
-// Samples; per thread, less is not worth waking one
+// Samples per thread below which waking it does not pay
 constexpr std::size_t small_plane = std::size_t{256} * 256;
 
 std::size_t size(int n) { return static_cast<std::size_t>(n); }
@@ -42,9 +40,8 @@ std::size_t size(int n) { return static_cast<std::size_t>(n); }
 /// lines do not contend for one place.
 std::size_t pitch_of(std::size_t line) { return ((line + 7) / 8 | 1) * 8; }
 
-/// to[c][r] = from[r][c], block by block: of 8 x 8 samples each line in the cache is read and
-/// written once. Rows of the field lie farther apart than what the processor fetches ahead by
-/// itself.
+/// to[c][r] = from[r][c], in blocks of 8 x 8 samples, so that each cache line is read and written
+/// once. Rows of the field lie too far apart for the processor's prefetcher.
 [[gnu::always_inline]] inline void transpose(const Sample* from, std::size_t from_pitch,
                                              std::size_t rows, std::size_t columns, Sample* to,
                                              std::size_t to_pitch) {
@@ -111,7 +108,7 @@ Transpose transpose_here() {
   return transpose_any;
 }
 
-/// What multiply_add needs of one row for `count` columns from one on: tables from that column on.
+/// Input of multiply_add for `count` columns of one row: tables from the first of these columns on.
 struct RowPart {
   const Sample* line;
   Sample* sum;
@@ -142,7 +139,7 @@ template <bool two_floats>
   }
 }
 
-// Built for several kinds of CPU, since the binary is not built for the one it runs on.
+// Compiled for several CPUs: the binary is not built for the CPU that it runs on.
 template <bool two_floats>
 void multiply_add_any(const RowPart& p) {
   multiply_add<two_floats>(p);
@@ -251,8 +248,8 @@ public:
   }
 
 private:
-  /// Of one thread: lines of the padded plane. What is right of the field in `row` and below it in
-  /// `field_columns` stays zero, so does what is outside the band in `band_columns`.
+  /// Lines of the padded plane, for one thread. These parts stay zero: right of the field in `row`,
+  /// below the field in `field_columns`, and outside the band in `band_columns`.
   struct Scratch {
     Lines row, row_transformed, row_sum;
     Lines field_columns, band_columns, columns_transformed;
@@ -297,7 +294,7 @@ private:
     }
   }
 
-  /// WRPs reach beyond the light; a look that ends at the first sample costs little.
+  /// WRPs reach beyond the light. A scan that ends at the first nonzero sample costs little.
   bool is_dark(const Sample* field_columns, std::size_t columns, std::size_t pitch) const {
     for (std::size_t c = 0; c < columns; ++c) {
       const Sample* column = field_columns + c * pitch;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a plane's pixels gather from a sample table, in double precision, sample by sample: what
-/// kernels/gather/gather.cl is held against.
+/// The field that a plane's pixels gather from a sample table, in double precision, sample by
+/// sample: the oracle of kernels/gather/gather.cl.
 #pragma once
 
 #include <complex>
 #include <span>
-#include <vector>
 
 #include "host/reference/pipeline.hpp"
 #include "host/reference/stage.hpp"
@@ -23,7 +22,8 @@ struct Agreement {
 };
 
 /// `count` pixels drawn at random from fields of the frames seed, seed + 1, ... on the plane around
-/// `centre_m`, against the direct sum of all samples, none of them near (Gatherer's plane_wave_spots 0).
+/// `centre_m`, against the direct sum of all samples, none of them by plane waves (Gatherer's
+/// plane_wave_spots 0).
 Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>> fields,
                              int frames, std::uint32_t seed, glm::dvec3 centre_m, int count);
 

@@ -31,7 +31,7 @@ dvec3 normal(const device::Sample& s) { return {s.nx, s.ny, s.nz}; }
 
 dvec2 half_window(const Plan& plan) { return dvec2(plan.size) * plan.pitch_m / 2.0; }
 
-/// The fan's soft edge; at: on the hologram, in half windows.
+/// Apodization of the cone; at: position on the hologram, in half windows.
 double edge_weight(const Plan& plan, double at) {
   if (plan.apodization <= 0) return std::abs(at) <= plan.cone_half_width ? 1 : 0;
   const double e = std::clamp((plan.cone_half_width - std::abs(at)) / plan.apodization, 0.0, 1.0);
@@ -68,7 +68,7 @@ double seen_share(const Gathering& what, std::size_t index, int part_i, int part
   return static_cast<double>(seen) / (side * side);
 }
 
-/// Where the highlight of a light on a sample is brightest.
+/// The direction in which the highlight of a light on a sample is brightest.
 struct Highlight {
   dvec3 direction;  // of unit length
   double intensity;
@@ -76,7 +76,7 @@ struct Highlight {
 
 std::vector<Highlight> highlights(const Gathering& what, std::size_t index) {
   const auto& s = what.samples[index];
-  // Whose length floats round: sharp highlights would see that as another direction
+  // Floats round its length; for a sharp highlight that would be another direction.
   const auto n = normalize(normal(s));
   std::vector<Highlight> all;
   std::size_t number = 0;
@@ -99,7 +99,7 @@ double amplitude(const Gathering& what, std::size_t index, dvec3 towards) {
   for (const auto& h : highlights(what, index))
     radiance += h.intensity * s.specular *
                 power_of_cosine(dot(h.direction, normalize(towards)), s.shininess);
-  // Of a surface that is turned away, less is seen.
+  // A surface that is turned away shows less area.
   const double area = std::clamp(s.tilt_x * towards.x + s.tilt_y * towards.y - s.tilt_z, 0.0, 4.0);
   return s.weight * std::sqrt(radiance * area);
 }
@@ -131,7 +131,7 @@ struct Decision {
 
 Decision is_less(double a, double b) { return {a < b, std::abs(a - b) <= undecided * std::abs(b)}; }
 
-/// Waves of an axis, and whether a float may count otherwise.
+/// Plane waves along an axis, and whether a float may give another number of them.
 std::pair<int, bool> wave_count(const Aimed& a) {
   const double eighths = std::min(0.25 * a.extent_m / a.spot_m, 1e6), nearest = std::round(eighths);
   return {8 * static_cast<int>(eighths) + 32, std::abs(eighths - nearest) <= undecided * nearest};
@@ -147,7 +147,7 @@ Decision is_plane_wave_sample(const Aimed& x, const Aimed& y, double plane_wave_
           plane_wave_spots > 0 && (narrow_x.unsure || narrow_y.unsure || unsure_x || unsure_y)};
 }
 
-/// g of near.h in its parts, for each of `count` pixels from `first_m`, `step_m` apart.
+/// g of plane_waves.h in its parts, for each of `count` pixels from `first_m`, `step_m` apart.
 using Parts = std::array<Complex, 8>;
 std::vector<Parts> plane_wave_sums(const Plan& plan, const Aimed& a, int parts, double place_m,
                                    double depth_m, int axis, double first_m, double step_m,
@@ -251,7 +251,7 @@ private:
       if (s.specular <= 0) break;
       const auto towards = within_fan(plan_, x, y, h.direction);
       const double there = amplitude(what_, index, towards);
-      // As the kernel does, or rounding would choose among equals
+      // Like the kernel: otherwise rounding would choose among equal values.
       if (there <= 1.01 * most) continue;
       most = there;
       best = towards;
@@ -290,7 +290,7 @@ private:
         result_.field[index_of(column, row)] += common * sum;
       }
     }
-    // Where the wave is cut off.
+    // The rim of the footprint cuts the wave off.
     doubt_rim(x, y);
   }
 
@@ -343,7 +343,7 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
   double edges = 1;
   if (pixel_m.z > 0) {
     for (int axis = 0; axis < 2; ++axis) {
-      // Where the light meets the hologram, in half holograms.
+      // The position at which the light meets the hologram, in half holograms.
       const double at =
           (pixel_m[axis] - (p[axis] - pixel_m[axis]) * pixel_m.z / depth) / half_window(plan)[axis];
       if (plan.apodization == 0 && std::abs(std::abs(at) - plan.cone_half_width) < 1e-3)

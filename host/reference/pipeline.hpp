@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The field that aimed gathering puts on a plane, and the hologram made of such planes, in double
 /// precision from the sample table as the device has it: the same samples, phases, footprints,
-/// edges, visibility, padding and band. What kernels/gather/gather.cl and the whole pipeline are
-/// held against.
+/// apodization, visibility, padding and band. The oracle of kernels/gather/gather.cl and of the
+/// whole pipeline.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace raywave::reference {
 
-/// What the device starts from; lives elsewhere.
+/// The input of the device's gathering, by reference.
 struct Gathering {
   const Plan& plan;
   std::span<const Light> lights;  // of the scene

@@ -18,8 +18,8 @@ double position(int i, int n, double pitch) { return (i - (n - 1) / 2.0) * pitch
 // Frequency of element k of a transform of n samples.
 double frequency(int k, int n, double pitch) { return (k < (n + 1) / 2 ? k : k - n) / (n * pitch); }
 
-// Transform of n samples, `stride` apart, by splitting off the smallest prime factor; roots: of
-// unity, n stride of them.
+// Transform of n samples, `stride` apart, by splitting off the smallest prime factor; roots: the
+// n stride roots of unity.
 void transform_strided(const Complex* in, int n, int stride, const Field& roots, Complex* out) {
   if (n == 1) {
     out[0] = in[0];

@@ -12,7 +12,7 @@ namespace raywave::reference {
 
 using Field = std::vector<std::complex<double>>;  // size.y rows of size.x samples
 
-/// Where a field lies and where it is wanted, as for Propagator.
+/// A source plane and its target plane, as for Propagator.
 struct Setup {
   glm::ivec2 size{1, 1};
   glm::dvec2 pitch_m{1, 1};
@@ -29,9 +29,9 @@ struct Setup {
 Field rayleigh_sommerfeld(const Field& source, const Setup& setup,
                           const std::vector<int>& rows = {});
 
-/// What Propagator computes, from the definition: zero padding to `padded`, transform, the exact
-/// transfer function where its local frequency |x0 - z u/w| (likewise y) does not exceed half the
-/// padded plane, or the whole window when that is more, transform back, cut out.
+/// The field that Propagator computes, from the definition: zero padding to `padded`, transform,
+/// the exact transfer function where its local frequency |x0 - z u/w| (likewise y) does not exceed
+/// half the padded plane, or the whole window when that is more, transform back, cut out.
 Field shifted_angular_spectrum(const Field& source, const Setup& setup, glm::ivec2 padded);
 
 /// Discrete Fourier transform of any length, in place, not normalised; sign -1 forward, +1 inverse.

@@ -101,8 +101,8 @@ Verdict judge(const Hit& hit, const Ray& ray, std::span<const Corners> triangles
               (exact.triangle >= 0 && std::abs(exact.t - hit.t) <= 16 * u24 * exact.t)};
 }
 
-Seen free_way(std::span<const Corners> triangles, glm::dvec3 from, glm::dvec3 off_surface,
-              double bias_m, glm::dvec3 to) {
+Seen free_path(std::span<const Corners> triangles, glm::dvec3 from, glm::dvec3 off_surface,
+               double bias_m, glm::dvec3 to) {
   const Ray rays[] = {{from + bias_m * off_surface, to - from, 0, 1},
                       {from + 0.5 * bias_m * off_surface, to - from, 0, 1},
                       {from + 1.5 * bias_m * off_surface, to - from, 0, 1}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Rays against triangles one by one in double precision: what kernels/scene/bvh.h is held against.
+/// Rays against triangles one by one in double precision: the oracle of kernels/scene/bvh.h.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -20,8 +20,8 @@ struct Hit {
   double t = 0;
   int triangle = -1;    // -1: miss
   double u = 0, v = 0;  // the point is (1 - u - v) a + u b + v c
-  // How far t may move when the ray moves sideways by `sideways` of its distance, given to
-  // intersect()
+  // Largest change of t when the ray moves sideways by the fraction `sideways` of its distance,
+  // given to intersect()
   double t_uncertainty = 0;
 };
 
@@ -36,11 +36,12 @@ Hit intersect(const Corners& triangle, const Ray& ray, double sideways = 0);
 /// Nearest of all hits.
 Hit nearest_hit(std::span<const Corners> triangles, const Ray& ray);
 
-/// Whether anything lies in (t_min, t_max).
+/// True when anything lies in (t_min, t_max).
 bool occluded(std::span<const Corners> triangles, const Ray& ray);
 
-/// What single precision may move a ray by, of the summed distances to a triangle's corners: no
-/// less than the widening in bvh_triangle (20 2^-24 in the 1-norm, of up to 3 x 3 x the distance).
+/// Sideways error of a ray in single precision, as a fraction of the summed distances to a
+/// triangle's corners: no less than the widening in bvh_triangle (20 2^-24 in the 1-norm, of up to
+/// 3 x 3 x the distance).
 constexpr double float_sideways = 250 * 0x1p-24;
 
 /// Rounding explains a device's hit when it lies on a triangle that the ray meets within rounding,
@@ -54,8 +55,8 @@ Verdict judge(const Hit& hit, const Ray& ray, std::span<const Corners> triangles
 
 enum class Seen { no, yes, unsure };  // unsure: an edge passes closer than floats tell
 
-/// Whether the way from `from` to `to`, beginning `bias_m` off the surface, is free.
-Seen free_way(std::span<const Corners> triangles, glm::dvec3 from, glm::dvec3 off_surface,
-              double bias_m, glm::dvec3 to);
+/// Tells whether the path from `from` to `to`, which begins `bias_m` off the surface, is free.
+Seen free_path(std::span<const Corners> triangles, glm::dvec3 from, glm::dvec3 off_surface,
+               double bias_m, glm::dvec3 to);
 
 }  // namespace raywave::reference

@@ -12,13 +12,13 @@
 namespace raywave::reference {
 namespace {
 
-// Of the distance to a triangle: how far beside it single precision may meet it
-// (kernels/scene/bvh.h)
+// Sideways error of a hit in single precision, as a fraction of the distance (kernels/scene/bvh.h)
 constexpr double sideways = 1e-6;
 constexpr double cell_margin = 2e-5;  // of a phase cell
-// Of the scene's size, off the last surface: the device may leave out a shorter one
-constexpr double shortest_way = 0x1.2p-16;
-// Of the slope at which a light sets, or refraction becomes total
+// Shortest path off the last surface, as a fraction of the scene's size: the device may leave out
+// a shorter one
+constexpr double shortest_path = 0x1.2p-16;
+// Margin on the cosine at which a light sets, or refraction becomes total
 constexpr double cosine_margin = 1e-5;
 
 /// A surface where a ray meets it; the normal faces the side the ray came from.
@@ -77,21 +77,21 @@ public:
     ambient_light_ = has_ambient ? sum : 1;
   }
 
-  /// How far light has come: its phase counts each segment times the index there, its spreading
-  /// each divided by it.
+  /// Length of a path: the phase counts each segment times the refractive index there, the
+  /// spreading each segment divided by it.
   struct Length {
     double optical_m = 0, spread_m = 0;
   };
 
-  /// What arrives along a ray that has come `length` before, and leaves triangle `from` at the
-  /// cosine `slope` to its normal.
+  /// The wave that arrives along a ray after a path of `length`, which leaves triangle `from` at
+  /// the cosine `slope` to its normal.
   std::complex<double> gathered(glm::dvec3 origin, glm::dvec3 direction, double weight,
                                 Length length, double index, int bounces_left, int from = -1,
                                 double slope = 1) {
     const auto hit = nearest(origin, direction, 1, from);
     if (hit.triangle < 0) return 0;
     ++result.hits;
-    if (from >= 0 && hit.t < shortest_way * size_m_ / std::max(slope, 1.0 / 64)) undecided = true;
+    if (from >= 0 && hit.t < shortest_path * size_m_ / std::max(slope, 1.0 / 64)) undecided = true;
     const auto surface = surface_at(origin, direction, hit);
     const auto& m = *surface.material;
     length.optical_m += hit.t * index;
@@ -151,7 +151,7 @@ private:
     return best;
   }
 
-  /// The hit, unless it lies as near to an edge as single precision may move it.
+  /// The hit, unless it lies so near to an edge that single precision may miss it.
   static Hit intersect_narrow(const Corners& triangle, const Ray& ray) {
     const auto hit = intersect(triangle, ray);
     if (hit.triangle < 0) return hit;
@@ -196,13 +196,13 @@ private:
     return surface;
   }
 
-  /// Undecided where it hangs on how far off the surface the way to the light begins.
+  /// Undecided when it depends on how far off the surface the path to the light begins.
   bool in_shadow(const Surface& surface, glm::dvec3 direction, double distance_m) {
     const auto meets = [&](glm::dvec3 from) {
       return nearest(from, direction, distance_m, surface.triangle).triangle >= 0;
     };
     const bool shadowed = meets(surface.point);
-    if (meets(surface.point + shortest_way * size_m_ * surface.normal) != shadowed)
+    if (meets(surface.point + shortest_path * size_m_ * surface.normal) != shadowed)
       undecided = true;
     return shadowed;
   }
@@ -233,7 +233,7 @@ private:
   double cell_phase(glm::dvec3 point) {
     std::int32_t cell[3];
     for (int axis = 0; axis < 3; ++axis) {
-      // Flat scenes, whose middle is the origin, lie within a cell.
+      // Flat scenes lie within one cell, since the origin is their middle.
       const double place = point[axis] / scene_.sampling.pitch_m + (axis == 2 ? 0.31 : 0);
       cell[axis] = static_cast<std::int32_t>(std::floor(place));
       if (std::abs(place - std::round(place)) < cell_margin) undecided = true;

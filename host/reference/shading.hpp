@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a pixel's fan of rays gathers, in double precision, ray by ray and triangle by triangle,
-/// followed by recursion: what kernels/gather/fan.cl is held against.
+/// The field that a pixel's fan of rays gathers, in double precision, ray by ray and triangle by
+/// triangle, followed by recursion: the oracle of kernels/gather/fan.cl.
 #pragma once
 
 #include <complex>
@@ -26,7 +26,7 @@ struct TracedField {
   /// Pixels one of whose rays, moved by less than single precision resolves, would meet another
   /// triangle, phase cell or shadow: there two right answers differ.
   std::vector<bool> undecided;
-  /// What the rays met, to show that a test covers it.
+  /// Counts of events on the rays, to show that a test covers them.
   std::int64_t hits = 0, shadowed = 0, mirrored = 0, refracted = 0, totally_reflected = 0;
 };
 

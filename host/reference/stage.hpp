@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Scenes made in code, without mesh files, and their sample tables: what tests and the self-test
-/// compute on.
+/// Scenes made in code, without mesh files, and their sample tables, for tests and the self-test.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +30,7 @@ struct Stage {
 /// 61 x 47 pixels of 8 um x 10 um, samples 50 um apart, with shadows.
 Stage ball_before_wall(double z_m);
 
-/// Where the triangles of a tree on a device are, in leaf order.
+/// Corners of the triangles of a tree on a device, in leaf order.
 std::vector<Corners> corners_of(const DeviceTree& tree);
 
 /// The stage on a device, its sample table read back, and the triangles as the device has them.
@@ -52,7 +51,7 @@ struct Rig {
   Rig(const Rig&) = delete;
   Rig& operator=(const Rig&) = delete;
 
-  /// Whether part (i, j) of the hologram's window sees a sample.
+  /// True when part (i, j) of the hologram's window sees a sample.
   bool sees(std::size_t sample, int i, int j) const {
     const auto bit = static_cast<std::size_t>(j * table.visibility_parts + i);
     return visibility_masks[sample * table.visibility_words() + bit / 32] >> (bit % 32) & 1u;

@@ -44,7 +44,7 @@ Surface torus(double size);
 /// A closed axis-parallel box.
 Surface box(glm::dvec3 centre, glm::dvec3 half);
 
-/// The same with the other winding.
+/// The surface with the other winding.
 Surface flipped(Surface s);
 
 /// Random triangles, among them slivers, points, lines and triangles that are there twice.

@@ -38,7 +38,7 @@ Plane plane_of(const Image& image) {
 
 constexpr double largest_float = std::numeric_limits<float>::max();
 
-/// What is beyond float becomes its largest number.
+/// Values beyond float become its largest number.
 Image image_of(const Plane& plane) {
   Image image{plane.width, plane.height, {}};
   for (const double value : plane.pixels)
@@ -198,7 +198,7 @@ FieldComparison compare_fields(const FieldStack& a, const FieldStack& b) {
         throw InputError("compare: frame " + std::to_string(frame + 1) + " of " + name +
                          " is zero everywhere");
 
-    // The residual itself, not sqrt(1 - correlation^2), which loses all digits of a small error.
+    // The residual is summed directly: sqrt(1 - correlation^2) loses all digits of a small error.
     const std::complex<double> scale = inner / energy_b;
     double residual = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -271,7 +271,7 @@ double speckle_contrast(const Image& image, const std::optional<Region>& region)
 }
 
 std::vector<std::uint8_t> diverging_colours(const Image& values, double full) {
-  // The ends of ColorBrewer's RdBu
+  // The end colours of ColorBrewer's RdBu
   constexpr std::array<double, 3> red{178, 24, 43}, blue{33, 102, 172};
   std::vector<std::uint8_t> rgb;
   rgb.reserve(3 * values.pixels.size());

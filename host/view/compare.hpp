@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How alike two fields or two pictures are. A is the reference, B is judged against it; all sums
+/// Comparison of two fields or two pictures. A is the reference, B is judged against it; all sums
 /// are taken in double precision. docs/compare.md gives every formula.
 #pragma once
 
@@ -34,7 +34,7 @@ struct PictureOptions {
   // Standard deviation of the Gaussian that both pictures are blurred with first
   double blur_px = 0;
   int border_px = 0;  // left out on every side after the blur
-  // Of the speckle contrast, in the whole picture; empty: all within the border
+  // Where the speckle contrast is taken, in the whole picture; empty: all within the border
   std::optional<Region> region;
 };
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int most_points = 4096;
 
-/// Launches are made so long that progress shows and no driver's watchdog wakes.
+/// Duration of a launch: short enough to show progress and to stay below a driver's watchdog.
 constexpr double launch_seconds = 0.2;
 
 void check(const LensSpec& what) {
@@ -40,7 +40,7 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
   const glm::dvec2 half_m = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
   const glm::dvec2 step_m = (high - low) * half_m / static_cast<double>(what.points);
   const glm::dvec2 origin_m(plan.origin_m);
-  // A hair in front of the scene: from the hologram itself rounding would grow with its distance.
+  // Rays start just before the scene: from the hologram, rounding would grow with its distance.
   const double start_m =
       std::max(0.0, plan.near_m - 0x1p-10 * static_cast<double>(scene.diameter_m));
 

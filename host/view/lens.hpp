@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a lens would see of the scene: the picture that every hologram of it should approach
+/// The picture that a lens would see of the scene, which every hologram of it should approach
 /// (kernels/view/lens.cl).
 #pragma once
 
@@ -19,9 +19,9 @@ struct LensSpec {
   std::optional<glm::dvec2> window_m;  // size of the picture around the axis; empty: the hologram's
   // Centre of the lens, in half holograms: (-1, -1) bottom left to (1, 1) top right
   glm::dvec2 view{0, 0};
-  // Its size in holograms; what lies beyond the hologram's edge is cut off
+  // Size of the lens in holograms; parts beyond the hologram's edge are cut off
   glm::dvec2 aperture{1, 1};
-  // Of the lens that rays start from, per axis, 1 to 4096: points^2 rays per pixel
+  // Points of the lens from which rays start, per axis, 1 to 4096: points^2 rays per pixel
   int points = 24;
 };
 

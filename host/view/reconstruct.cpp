@@ -7,8 +7,10 @@
 #include <glm/common.hpp>
 #include <numbers>
 
+#include "cl/program.hpp"
 #include "host/common/error.hpp"
 #include "host/propagate/propagator.hpp"
+#include "host/scene/scene.hpp"
 
 namespace raywave {
 namespace {
@@ -17,13 +19,13 @@ bool positive(double value) { return std::isfinite(value) && value > 0; }
 
 /// A part of the window that one propagation covers. Its size is the hologram's; columns x rows of
 /// it lie in the window.
-struct Tile {
+struct WindowTile {
   glm::ivec2 first{0, 0}, used{0, 0};
   glm::dvec2 centre_m{0, 0};
 };
 
-std::vector<Tile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 pitch_m) {
-  std::vector<Tile> tiles;
+std::vector<WindowTile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 pitch_m) {
+  std::vector<WindowTile> tiles;
   for (int y = 0; y < window.y; y += size.y) {
     for (int x = 0; x < window.x; x += size.x) {
       const glm::ivec2 first(x, y);
@@ -37,14 +39,14 @@ std::vector<Tile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 pitch_
   return tiles;
 }
 
-/// Whether sample i of n, at (2 i + 1) / n - 1 in half holograms, lies in the part that lets light
-/// through.
+/// True when sample i of n, at (2 i + 1) / n - 1 in half holograms, lies in the part that lets
+/// light through.
 bool lets_through(int i, int n, double centre, double size) {
   return std::abs((2.0 * i + 1) / n - 1 - centre) <= size;
 }
 
-/// A power of two near the field's largest number, 1 where its square has room in a float anyway:
-/// dividing by it changes no digit.
+/// A power of two near the field's largest number, or 1 when its square fits into a float anyway.
+/// Division by it is exact.
 double unit_of(const FieldStack& hologram) {
   float largest = 0;
   for (const auto& sample : hologram.samples)
@@ -79,7 +81,7 @@ glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 ho
   const glm::dvec2 samples = glm::max(glm::round(*window_m / pitch_m), 1.0);
   if (samples.x * samples.y > 1e9)
     throw InputError("picture: the window has more than 1e9 samples");
-  // PNG's limit
+  // The limit of PNG
   if (std::max(samples.x, samples.y) > 1e6)
     throw InputError("picture: a side of the window has more than 1e6 samples");
   return samples;
@@ -104,7 +106,7 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
   const double unit = unit_of(hologram);
   Propagator propagator(device, {size, spec.pitch_m, spec.wavelength_m, what.padding, backend});
   auto tiles = tiles_of(window, size, spec.pitch_m);
-  std::erase_if(tiles, [&](const Tile& tile) {
+  std::erase_if(tiles, [&](const WindowTile& tile) {
     return !propagator.reaches({tile.centre_m, -what.z_m});
   });
   std::vector<Target> targets;

@@ -1,26 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a hologram shows: numerical propagation to any distance and window, as a camera sensor at
-/// that depth would see it.
+/// The picture that a hologram shows: numerical propagation to any distance and window, as a camera
+/// sensor at that depth would see it.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <glm/vec2.hpp>
 #include <optional>
+#include <vector>
 
 #include "cl/fft.hpp"
 #include "host/common/npy.hpp"
 #include "host/scene/image.hpp"
-#include "host/scene/scene.hpp"
 
 namespace raywave {
+
+struct HologramSpec;  // host/scene/scene.hpp
 
 struct ReconstructSpec {
   double z_m = 0.1;                    // of the plane looked at, > 0 on the object's side
   std::optional<glm::dvec2> window_m;  // size of the picture around the axis; empty: the hologram's
-  glm::dvec2 view{
-      // Centre of the part of the hologram that lets light through, in half holograms: (-1, -1)
-      // bottom left to (1, 1) top right
-      0, 0};
+  // Centre of the part of the hologram that lets light through, in half holograms: (-1, -1) bottom
+  // left to (1, 1) top right
+  glm::dvec2 view{0, 0};
   glm::dvec2 aperture{1, 1};  // size of that part in holograms; 1 is all of it
   double padding = 2;
 };
@@ -43,8 +45,8 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
                   const HologramSpec& spec, const ReconstructSpec& what,
                   const std::function<void(double)>& progress = {});
 
-/// exp(i phase) of an encoded hologram: level l of 256 (pixel value l / 255, as load_levels gives
-/// it) shows the phase 2 pi l / 256.
+/// exp(i phase) of an encoded hologram: grey level l of 256 (pixel value l / 255, as load_levels
+/// gives it) shows the phase 2 pi l / 256.
 FieldStack field_of_levels(const Image& levels);
 
 /// 8-bit sRGB picture of intensities where `percentile` (0..100) of the pixels stay at or below

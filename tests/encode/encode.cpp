@@ -51,7 +51,7 @@ TEST_CASE(
   for (const auto& device : test::all_devices()) CHECK(levels_of(device, field) == expected);
 }
 
-TEST_CASE("zero has level 0, and so has what is not finite") {
+TEST_CASE("zero and values that are not finite get level 0") {
   const float inf = std::numeric_limits<float>::infinity(),
               nan = std::numeric_limits<float>::quiet_NaN();
   const Field field{{0, 0}, {-0.0f, -0.0f}, {nan, 1}, {1, nan}, {inf, inf}, {-1, inf}, {nan, nan}};

@@ -131,7 +131,7 @@ TEST_CASE("the flat tree holds every triangle once, inside all its boxes, and st
   }
 }
 
-TEST_CASE("the boxes of long triangles are far smaller than halves at the median make them") {
+TEST_CASE("long triangles get far smaller boxes than division at the median gives") {
   Random random(6);
   Soup soup;
   for (int i = 0; i < 2000; ++i) {
@@ -173,7 +173,7 @@ TEST_CASE("the boxes of long triangles are far smaller than halves at the median
   CHECK(surfaces < 0.7 * halves(0, order.size()));
 }
 
-TEST_CASE("triangles that crowd together, or lie on each other, make no deep tree") {
+TEST_CASE("crowded or coinciding triangles do not make the tree deep") {
   for (const double ratio : {0.9, 1.0}) {
     Soup soup;
     double x = 1;
@@ -186,10 +186,11 @@ TEST_CASE("triangles that crowd together, or lie on each other, make no deep tre
   }
 }
 
-TEST_CASE("a tree of nothing is refused") { CHECK_THROWS_AS(build_bvh({}, {}, {}), InputError); }
+TEST_CASE("a tree without triangles is refused") {
+  CHECK_THROWS_AS(build_bvh({}, {}, {}), InputError);
+}
 
-TEST_CASE(
-    "every hit in a soup with slivers, points and duplicates is brute force's, at any scale") {
+TEST_CASE("hits in a soup with slivers, points and duplicates equal brute force, at any scale") {
   on_every_device([](const raywave::cl::Device& device, int lanes) {
     for (const double size : {1e-6, 1e-2, 1e3}) {
       INFO("size " << size);
@@ -215,7 +216,7 @@ TEST_CASE("scenes of one and two triangles are hit like any other") {
   });
 }
 
-TEST_CASE("the stack of exactly the tree's depth serves the deepest tree") {
+TEST_CASE("a stack of exactly the tree's depth is enough for the deepest tree") {
   on_every_device([](const raywave::cl::Device& device, int lanes) {
     Random random(4);
     const auto soup = reference::soup(random, 400, 1);
@@ -228,7 +229,7 @@ TEST_CASE("the stack of exactly the tree's depth serves the deepest tree") {
   });
 }
 
-TEST_CASE("hits on closed meshes are CGAL's and brute force's") {
+TEST_CASE("hits on closed meshes equal those of CGAL and brute force") {
   using Cartesian = CGAL::Simple_cartesian<double>;
   using Triangles = std::vector<Cartesian::Triangle_3>;
   using Tree = CGAL::AABB_tree<CGAL::AABB_traits<
@@ -293,12 +294,11 @@ void check_cracks(std::size_t count) {
   });
 }
 
-TEST_CASE("of a million rays at edges and vertices of closed meshes none slips through") {
+TEST_CASE("no ray of a million slips through edges and vertices of closed meshes") {
   check_cracks(1'000'000);
 }
 
-TEST_CASE("of ten million rays at edges and vertices of closed meshes none slips through",
-          "[.full]") {
+TEST_CASE("no ray of ten million slips through edges and vertices of closed meshes", "[.full]") {
   check_cracks(10'000'000);
 }
 
@@ -401,7 +401,7 @@ TEST_CASE("a mesh one kilometre away is hit as if it stood at the origin") {
   });
 }
 
-TEST_CASE("the distance of a hit is as good as a float holds it") {
+TEST_CASE("the distance of a hit is accurate to float rounding") {
   // Near-parallel rays onto a tilted, bumpy surface, as from a wavefront recording plane; rms of
   // the error against double.
   on_every_device([](const raywave::cl::Device& device, int lanes) {

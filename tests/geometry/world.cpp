@@ -101,7 +101,7 @@ Long turned(Long p, dvec3 degrees) {
   return p;
 }
 
-/// Where an object's vertices belong, by its definition.
+/// Positions of an object's vertices, by its definition.
 std::vector<dvec3> placed(const Object& object, const Mesh& mesh) {
   std::vector<Long> all;
   Long low(INFINITY), high(-INFINITY);
@@ -127,7 +127,7 @@ SeenThrough any_view(Random& random) {
           uniform(random, 1, 2)};
 }
 
-/// What an Extents is, vertex by vertex, from the rays to the window's edges.
+/// Extents by their definition: vertex by vertex, from the rays to the window's edges.
 Extents extents_by_hand(const std::vector<dvec3>& points, const SeenThrough& seen) {
   Extents extents;
   for (const auto& p : points) {
@@ -154,8 +154,8 @@ void check_alike(const Interval& a, const Interval& b, double within) {
 }  // namespace
 
 TEST_CASE(
-    "objects that have moved are where their definition puts them, to rounding, near their mesh's "
-    "origin or far") {
+    "moved objects are where their definition puts them, to rounding, near their mesh's origin or "
+    "far from it") {
   Random random(1);
   auto many = fleet(random);
   auto world = place_objects(many.scene, many.meshes);
@@ -199,7 +199,7 @@ TEST_CASE("triangles and normals move with their objects") {
   }
 }
 
-TEST_CASE("objects that have not moved, or have come back, are where they were, bit for bit") {
+TEST_CASE("objects that have not moved, or have moved back, keep their positions bit for bit") {
   Random random(3);
   auto many = fleet(random);
   const auto home = many.scene;
@@ -220,7 +220,7 @@ TEST_CASE("objects that have not moved, or have come back, are where they were, 
   CHECK(world.max_m == was.max_m);
 }
 
-TEST_CASE("box and extents of a moved world are those of all its vertices") {
+TEST_CASE("a moved world has the box and extents of all its vertices") {
   Random random(4);
   auto many = fleet(random);
   auto world = place_objects(many.scene, many.meshes);
@@ -305,8 +305,8 @@ TEST_CASE("a vertex tree visits few vertices and boxes of a ball") {
 }
 
 TEST_CASE(
-    "a move to where an object cannot be is refused as placing it there is, and a later one "
-    "works") {
+    "a move to an impossible position is refused with the message of placing there, and a later "
+    "move works") {
   Fleet one;
   one.add(mesh_of(grid(4, 4, [](double s, double t) { return dvec3(s, t, 0); })), 10 * mm);
   auto world = place_objects(one.scene, one.meshes);
@@ -336,7 +336,7 @@ TEST_CASE(
   CHECK(world.min_m.z == 0.2);
 }
 
-TEST_CASE("the plan of a moved world is that of a world placed there") {
+TEST_CASE("a moved world has the plan of a world placed there") {
   Random random(7);
   auto many = fleet(random);
   auto world = place_objects(many.scene, many.meshes);

@@ -85,7 +85,7 @@ std::complex<double> inner_product(const FloatField& a, const FloatField& b) {
   return sum;
 }
 
-/// Where the light is, in samples from the plane's centre, x right and y up.
+/// Centre of mass of the light, in samples from the plane's centre, x right and y up.
 glm::dvec2 centre_of_mass(const FloatField& field, glm::ivec2 size) {
   glm::dvec2 sum(0);
   double weight = 0;
@@ -353,11 +353,11 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("light that stays inside the window comes right at every padding") {
+TEST_CASE("light that stays inside the window is right at every padding") {
   // From one side to the other, too: farther than half the padded plane.
   const Setup s{{320, 160}, {1.6 * um, 1.6 * um}, red_m, {}, 2.4 * mm};
   auto source = beam(s, 20 * um, {0, 0});
-  // Its middle to the left end, from where it heads for the right one
+  // The beam's middle starts at the left end and travels to the right one.
   for (int y = 0; y < s.size.y; ++y) {
     auto* row = source.data() + y * s.size.x;
     std::rotate(row, row + 104, row + s.size.x);
@@ -402,7 +402,7 @@ TEST_CASE("more sources than wait for the inverse transform still add up") {
   }
 }
 
-TEST_CASE("columns without light hide nothing of what was there before them") {
+TEST_CASE("columns without light leave the sum of earlier sources as it was") {
   const Setup s{{75, 44}, {4 * um, 4 * um}, red_m, {}, 10 * mm};
   const auto part = [&](int first, int last) {  // columns of noise
     auto field = noise(s.size, 5);
@@ -425,7 +425,9 @@ TEST_CASE("columns without light hide nothing of what was there before them") {
   }
 }
 
-TEST_CASE("a source loaded for its targets arrives as one loaded for any, and others are refused") {
+TEST_CASE(
+    "a source loaded for given targets arrives as one loaded for any, and other targets are "
+    "refused") {
   const Setup s{{61, 44}, {4 * um, 4 * um}, red_m, {}, 10 * mm};
   for (const auto& device : test::all_devices()) {
     const auto source = noise(s.size, 3);

@@ -17,7 +17,7 @@ namespace raywave::test {
 
 using reference::box;
 using reference::flipped;
-using reference::free_way;
+using reference::free_path;
 using reference::grid;
 using reference::normal;
 using reference::place;

@@ -468,8 +468,8 @@ TEST_CASE(
         const auto& s = rig.samples[i];
         const auto truth = [&](int part_x, int part_y) {
           const dvec2 at = (dvec2(part_x, part_y) + 0.5) / (parts / 2.0) - 1.0;
-          return free_way(rig.corners, place(s), normal(s), rig.arrays.bias_m,
-                          hologram_centre(rig) + dvec3(at * half, 0));
+          return free_path(rig.corners, place(s), normal(s), rig.arrays.bias_m,
+                           hologram_centre(rig) + dvec3(at * half, 0));
         };
         // Sixteen parts, no two of a group of four in one row or column, speak for all when they
         // agree.
@@ -587,7 +587,7 @@ TEST_CASE(
           bool undecided = std::abs(facing) < 1e-5;
           if (shadows && lit) {
             const auto way_is =
-                free_way(rig.corners, place(s), normal(s), rig.arrays.bias_m, place(s) + way);
+                free_path(rig.corners, place(s), normal(s), rig.arrays.bias_m, place(s) + way);
             undecided |= way_is == Seen::unsure;
             shadowed += way_is == Seen::no;
             lit = way_is == Seen::yes;

@@ -74,7 +74,7 @@ double mirrored_pixel(const Image& image, int x, int y) {
       .pixels[static_cast<std::size_t>(fold(y, image.height)) * image.width + fold(x, image.width)];
 }
 
-/// What an InputError says; empty when there is none.
+/// Message of the InputError; empty when there is none.
 std::string message_of(const std::function<void()>& call) {
   try {
     call();
@@ -392,7 +392,7 @@ TEST_CASE("a picture's PNG is read as linear light, its EXR as it is, and colour
   std::filesystem::remove_all(folder);
 }
 
-TEST_CASE("what cannot be compared is refused, with the reason") {
+TEST_CASE("inputs that cannot be compared are refused, with the reason") {
   const auto f = random_field(4, 3, 1);
   auto two_frames = f;
   two_frames.frames = 2;

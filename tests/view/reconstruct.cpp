@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <glm/vec3.hpp>
 #include <numbers>
 
 #include "host/common/error.hpp"
 #include "host/reference/propagation.hpp"
+#include "host/scene/scene.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 

@@ -102,7 +102,7 @@ Finding lit(const cl::Device& device) {
                            : -normalize(light.direction) * 0.1;
       const double facing = dot(normal(s), normalize(way));
       const auto seen =
-          reference::free_way(rig.corners, place(s), normal(s), rig.arrays.bias_m, place(s) + way);
+          reference::free_path(rig.corners, place(s), normal(s), rig.arrays.bias_m, place(s) + way);
       if (std::abs(facing) < 1e-5 || (facing > 0 && seen == reference::Seen::unsure)) continue;
       const bool said = rig.lit[i * rig.arrays.light_words() + number / 32] >> (number % 32) & 1u;
       finding.measured += said != (facing > 0 && seen == reference::Seen::yes);

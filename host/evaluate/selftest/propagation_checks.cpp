@@ -273,8 +273,7 @@ std::vector<SelfCheck> optics_extremes(SelfTestSize size) {
     checks.push_back({"extremes",
                       "propagation, " + text + " x " + text + " samples: exact or refused",
                       "relative L2", discrete_bound, [=](const cl::Device& device) {
-                        return exact_or_refused("or wrp.padding needs less",
-                                                [&] { return plane_waves(device, n); });
+                        return exact_or_refused(" asked", [&] { return plane_waves(device, n); });
                       }});
   }
   return checks;
