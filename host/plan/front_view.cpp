@@ -28,7 +28,7 @@ public:
   double radiance(int material, glm::dvec3 place, glm::dvec3 normal, glm::dvec2 uv) const {
     const auto& m = scene_.materials[static_cast<std::size_t>(material)];
     const double texel =
-        texel_at(texture_of(scene_, textures_, static_cast<std::size_t>(material)), uv);
+        texel_at(texture_of(scene_.materials, textures_, static_cast<std::size_t>(material)), uv);
     const auto to_viewer = -glm::normalize(place);
     double sum = m.ambient[channel_] * texel * ambient_light_;
     for (const auto& light : scene_.lights) {

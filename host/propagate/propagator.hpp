@@ -11,27 +11,9 @@
 #include <memory>
 #include <span>
 
-#include "cl/fft.hpp"
-#include "cl/program.hpp"
-#include "host/plan/padded_plane.hpp"
+#include "host/propagate/propagation.hpp"
 
 namespace raywave {
-
-struct PropagatorSpec {
-  glm::ivec2 size{1, 1};  // samples of every plane in and out, x and y
-  glm::dvec2 pitch_m{1, 1};
-  double wavelength_m = 1;
-  double padding = 2;  // 1 to 64; the padded size is the next that the FFT transforms fast
-  cl::FftBackend backend = cl::FftBackend::host;
-};
-
-/// Where a plane's light is wanted: on a plane `distance_m` away along the direction of travel, its
-/// centre shifted by `shift_m` (x right, y up) from the source's.
-struct Target {
-  glm::dvec2 shift_m{0, 0};
-  double distance_m = 0;
-  bool operator==(const Target&) const = default;
-};
 
 /// Carries fields from any number of planes to one target plane: load, add, load, add, ...,
 /// collect. The inverse transform is done once, and only what the targets' bands hold is

@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "host/propagate/propagator.hpp"
+#include "host/propagate/propagation.hpp"
 
 namespace raywave {
 

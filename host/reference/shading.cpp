@@ -191,7 +191,7 @@ private:
     const auto material = static_cast<std::size_t>(scene_.objects[object].material);
     surface.material = &scene_.materials[material];
     surface.triangle = hit.triangle;
-    const auto* texture = texture_of(scene_, world_.textures, material);
+    const auto* texture = texture_of(scene_.materials, world_.textures, material);
     surface.texel = texture ? texture_at(*texture, uv) : 1;
     return surface;
   }

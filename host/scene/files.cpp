@@ -49,8 +49,9 @@ Textures load_textures(const Scene& scene) {
   return textures;
 }
 
-const Image* texture_of(const Scene& scene, const Textures& textures, std::size_t material) {
-  if (!scene.materials.at(material).texture) return nullptr;
+const Image* texture_of(const std::vector<Material>& materials, const Textures& textures,
+                        std::size_t material) {
+  if (!materials.at(material).texture) return nullptr;
   if (material >= textures.size() || !textures[material])
     throw std::logic_error("the textures of the scene have not been read");
   return textures[material].get();

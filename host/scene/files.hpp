@@ -24,7 +24,8 @@ Textures load_textures(const Scene& scene);
 /// The texture of a material; null where it has none.
 ///
 /// throws  std::logic_error when the material has one that `textures` lacks
-const Image* texture_of(const Scene& scene, const Textures& textures, std::size_t material);
+const Image* texture_of(const std::vector<Material>& materials, const Textures& textures,
+                        std::size_t material);
 
 struct SceneFiles {
   Meshes meshes;

@@ -8,13 +8,9 @@
 #include <string>
 #include <vector>
 
-namespace raywave {
+#include "host/scene/read_data.hpp"
 
-/// One channel of a picture, linear light, row-major.
-struct Image {
-  int width = 0, height = 0;
-  std::vector<float> pixels;
-};
+namespace raywave {
 
 /// Reads one channel (0 red, 1 green, 2 blue; a grey picture has one for all) as linear values:
 /// integer formats are decoded from sRGB, float formats are taken as they are.

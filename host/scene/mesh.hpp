@@ -4,22 +4,13 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <glm/vec2.hpp>
-#include <glm/vec3.hpp>
 #include <string>
 #include <vector>
 
+#include "host/scene/read_data.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {
-
-/// Triangles that index vertices; `normals` and `uvs` are empty or as long as `positions`.
-struct Mesh {
-  std::vector<glm::dvec3> positions;
-  std::vector<glm::dvec3> normals;
-  std::vector<glm::dvec2> uvs;  // (0, 0) is the bottom left of the texture
-  std::vector<glm::uvec3> triangles;
-};
 
 /// Reads a mesh file of any format that Assimp reads. Merges all parts, applies node transforms,
 /// triangulates polygons, drops points, lines and triangles without area, and joins equal vertices.

@@ -3,8 +3,7 @@
 /// sent them.
 #pragma once
 
-#include "host/scene/image.hpp"
-#include "host/scene/mesh.hpp"
+#include "host/scene/read_data.hpp"
 #include "host/scene/reader_pipe.hpp"
 
 namespace raywave {

@@ -59,7 +59,7 @@ Materials materials_of(const Plan& plan, const Textures& textures) {
     std::tie(material.ior, material.ior_low) = split(m.ior);
     material.texture = -1;
     double brightest_texel = 1;
-    if (const Image* texture = texture_of(scene, textures, i)) {
+    if (const Image* texture = texture_of(plan.lighting.materials, textures, i)) {
       material.texture = static_cast<std::int32_t>(texels.size());
       material.texture_width = texture->width;
       material.texture_height = texture->height;
