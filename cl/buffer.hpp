@@ -12,12 +12,7 @@
 
 namespace raywave::cl {
 
-/// Memory that something is going to take.
-struct MemoryNeed {
-  std::string name;  // for messages ("WRP field")
-  std::uint64_t bytes = 0;
-  std::string advice;  // what would need less
-};
+using raywave::MemoryNeed;
 
 /// Refuses, before any is taken, what cannot fit.
 ///

@@ -150,16 +150,6 @@ void Device::finish() const {
   checked(info_, [&] { queue_.finish(); });
 }
 
-std::string format_bytes(std::uint64_t bytes) {
-  static constexpr std::array units{"B", "KiB", "MiB", "GiB", "TiB"};
-  double value = static_cast<double>(bytes);
-  std::size_t unit = 0;
-  for (; value >= 1024 && unit + 1 < units.size(); ++unit) value /= 1024;
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), unit ? "%.1f %s" : "%.0f %s", value, units[unit]);
-  return text.data();
-}
-
 void throw_device_error(const ::cl::Error& error, const DeviceInfo& info) {
   struct Named {
     cl_int code;

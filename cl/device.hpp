@@ -6,20 +6,18 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "cl/opencl.hpp"
+#include "host/common/error.hpp"
+#include "host/common/memory_need.hpp"
 
 namespace raywave::cl {
 
-/// The device or its driver cannot do what was asked. The message says what was asked, what is
-/// allowed and what may help; exit code 3.
-struct DeviceError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+using raywave::DeviceError;
+using raywave::format_bytes;
 
 enum class DeviceKind { gpu, accelerator, cpu, other };
 
@@ -97,8 +95,5 @@ auto checked(const DeviceInfo& info, F&& f) {
     throw_device_error(error, info);
   }
 }
-
-/// "2.0 GiB"
-std::string format_bytes(std::uint64_t bytes);
 
 }  // namespace raywave::cl

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "cl/cache.hpp"
+#include "host/common/cache.hpp"
 
 namespace raywave::cl {
 namespace {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cl/program.hpp"
 
-#include <cstdio>
 #include <set>
 #include <sstream>
 
-#include "cl/cache.hpp"
 #include "cl/program_folder.hpp"
+#include "host/common/cache.hpp"
 
 namespace raywave::cl {
 namespace {
@@ -36,27 +35,32 @@ std::string with_includes(const std::string& file, std::set<std::string>& seen) 
 
 std::string build_options(const Options& options) {
   std::string text = "-cl-std=CL1.2 -cl-kernel-arg-info";
-  for (const auto& [name, value] : options) text += " -D" + name + "=" + value;
+  for (const auto& [option, value] : options)
+    text += " -D" + std::string(option.name) + "=" + value;
   return text;
+}
+
+/// Each option must have its default in the source: "#ifndef NAME".
+void refuse_unknown(const Options& options, const ProgramSource& program) {
+  for (const auto& [option, value] : options) {
+    const auto name = std::string(option.name);
+    if (program.text.find("\n#ifndef " + name + "\n") == std::string::npos)
+      throw DeviceError("kernel file " + program.file + " has no option " + name);
+  }
 }
 
 }  // namespace
 
 Options with(Options options, const Options& more) {
-  for (const auto& [name, value] : more) options[name] = value;
+  for (const auto& [option, value] : more) options[option] = value;
   return options;
-}
-
-std::string option_value(float value) {
-  std::array<char, 64> text;
-  std::snprintf(text.data(), text.size(), "%af", static_cast<double>(value));
-  return text.data();
 }
 
 Program::Program(const Device& device, const std::string& file, const Options& options)
     : device_(std::make_shared<Device>(device)), file_(file) {
   std::set<std::string> seen;
   const ProgramSource program{file, with_includes(file, seen), build_options(options)};
+  refuse_unknown(options, program);
   const auto& source = program.text;
   const auto& flags = program.flags;
   const auto& info = device.info();

@@ -3,9 +3,11 @@
 /// checked arguments.
 #pragma once
 
-#include <array>
+#include <compare>
 #include <map>
 #include <string>
+#include <string_view>
+#include <tuple>
 #include <type_traits>
 
 #include "cl/buffer.hpp"
@@ -15,14 +17,19 @@ namespace raywave::cl {
 /// The files of kernels/ by name, as they were when this program was built.
 const std::map<std::string, std::string>& kernel_files();
 
-/// Compile-time options of a kernel file: macro name to value.
-using Options = std::map<std::string, std::string>;
+/// A compile-time option of kernels by the name of its macro. Whoever knows the kernels declares a
+/// constant for each (host/geometry/kernel_options.hpp).
+struct Option {
+  explicit constexpr Option(std::string_view macro) : name(macro) {}
+  std::string_view name;
+  auto operator<=>(const Option&) const = default;
+};
+
+/// Options of a kernel file and their values.
+using Options = std::map<Option, std::string>;
 
 /// `options` with `more` added or replaced.
 Options with(Options options, const Options& more);
-
-/// A float as a macro's value, exact (hex float).
-std::string option_value(float value);
 
 /// Sizes of up to three dimensions; 0 stands for a dimension that is not there.
 struct Range {
@@ -48,19 +55,36 @@ public:
   const std::vector<std::string>& argument_types() const { return argument_types_; }
 
   /// Enqueues the kernel over `global` work-items (rounded up to whole work-groups of `local`).
-  /// Buffers pass their memory, everything else its value.
+  /// Buffers pass their memory, everything else its value. A std::tuple passes each of its members:
+  /// arrays that many kernels take are bundled once.
   ///
   /// throws  DeviceError when the arguments do not fit the kernel in number or element type, or
   ///         when the launch fails
   template <class... Args>
   void run(Range global, Range local, const Args&... args) {
-    check_count(sizeof...(Args));
+    check_count((count_of(args) + ... + 0));
     cl_uint i = 0;
-    (set(i++, args), ...);
+    (pass(i, args), ...);
     enqueue(global, local);
   }
 
 private:
+  template <class T>
+  static constexpr std::size_t count_of(const T&) {
+    return 1;
+  }
+  template <class... T>
+  static constexpr std::size_t count_of(const std::tuple<T...>&) {
+    return sizeof...(T);
+  }
+  template <class T>
+  void pass(cl_uint& i, const T& argument) {
+    set(i++, argument);
+  }
+  template <class... T>
+  void pass(cl_uint& i, const std::tuple<T...>& bundle) {
+    std::apply([&](const auto&... arguments) { (pass(i, arguments), ...); }, bundle);
+  }
   template <class T>
   void set(cl_uint i, const Buffer<T>& buffer) {
     check_type(i, std::string(TypeName<T>::value) + "*");
@@ -87,7 +111,8 @@ public:
   /// Compiles kernels/`file` with its includes, or loads it from RAYWAVE_PROGRAM_DIR
   /// (cl/program_folder.hpp).
   ///
-  /// throws  DeviceError with device, driver, options and the compiler's log when that fails
+  /// throws  DeviceError when the file has no such option; with device, driver, options and the
+  ///         compiler's log when it does not compile
   Program(const Device& device, const std::string& file, const Options& options);
 
   Kernel kernel(const std::string& name) const;

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <utility>
 
-#include "cl/cache.hpp"
+#include "host/common/cache.hpp"
 
 namespace raywave::cl {
 namespace fs = std::filesystem;

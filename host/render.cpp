@@ -7,9 +7,11 @@
 #include "host/common/error.hpp"
 #include "host/common/stage_clock.hpp"
 #include "host/encode/encode_stage.hpp"
+#include "host/plan/make_plan.hpp"
 #include "host/plan/memory.hpp"
 #include "host/propagate/propagate_stage.hpp"
 #include "host/trace/trace_stage.hpp"
+#include "host/trace/tuning.hpp"
 
 namespace raywave {
 
@@ -212,7 +214,13 @@ Renderer::Renderer(const cl::Device& device, Scene scene, RenderOptions options)
     : state_(std::make_unique<State>(device, std::move(scene), std::move(options))) {}
 Renderer::Renderer(const cl::Device& device, Scene scene, const Meshes& meshes,
                    RenderOptions options)
-    : state_(std::make_unique<State>(device, scene, place_objects(scene, meshes),
+    : state_(std::make_unique<State>(device, scene,
+                                     place_objects(scene, meshes, load_textures(scene)),
+                                     std::move(options))) {}
+Renderer::Renderer(const cl::Device& device, Scene scene, const SceneFiles& files,
+                   RenderOptions options)
+    : state_(std::make_unique<State>(device, scene,
+                                     place_objects(scene, files.meshes, files.textures),
                                      std::move(options))) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;

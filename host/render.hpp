@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "cl/device.hpp"
+#include "cl/fft.hpp"
 #include "host/common/npy.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
@@ -53,7 +55,7 @@ struct RenderResult {
 RenderResult render(const cl::Device& device, const Scene& scene,
                     const RenderOptions& options = {});
 
-/// The same of a world that is there already; no mesh file is read.
+/// The same of a world that is there already; no file is read.
 RenderResult render(const cl::Device& device, const Scene& scene, const World& world,
                     const RenderOptions& options = {});
 
@@ -71,8 +73,11 @@ class Renderer {
 public:
   /// throws  InputError for the scene, DeviceError for the device
   Renderer(const cl::Device& device, Scene scene, RenderOptions options = {});
-  /// The same of meshes that are there already, as finish_mesh makes them; no mesh file is read.
+  /// The same of meshes that are there already, as finish_mesh makes them; only textures are read.
   Renderer(const cl::Device& device, Scene scene, const Meshes& meshes, RenderOptions options = {});
+  /// The same of files that are there already; no file is read.
+  Renderer(const cl::Device& device, Scene scene, const SceneFiles& files,
+           RenderOptions options = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
 

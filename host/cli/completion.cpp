@@ -159,7 +159,7 @@ _raywave() {
   if [[ $COMP_WORDBREAKS == *=* ]]; then signs+='='; fi
   if [[ $COMP_WORDBREAKS == *:* ]]; then signs+=':'; fi
   if [[ -n $signs && $prefix$value == *[$signs]* ]]; then
-    word=$prefix$value head=${word%"${word##*[$signs]}"}
+    word=$prefix$value head=${word%"${word##*["$signs"]}"}
     COMPREPLY=("${COMPREPLY[@]#"$head"}")
   fi
 }
@@ -273,17 +273,19 @@ constexpr const char* zsh_helpers = R"sh(#compdef raywave
 # or write it to a file _raywave in a folder of $fpath.
 
 _raywave_devices() {
+  local list
   local -a indices
-  indices=(${(f)" $(_call_program devices $service devices 2 > / dev / null |
-                    sed - n 's/^\([0-9]*\):\([0-9]*\)  \(.*\)/\1\\:\2:\3/p') "})
-    _describe 'device' indices
+  list=$($program devices 2>/dev/null | sed -n 's/^\([0-9]*\):\([0-9]*\)  /\1\\:\2:/p')
+  indices=(${(f)list})
+  _describe 'device' indices
 }
 )sh";
 
 std::string zsh_completion(const CLI::App& app) {
   std::string all = zsh_helpers;
   all +=
-      "\n_raywave() {\n  local curcontext=$curcontext state line\n  local -a commands\n"
+      "\n_raywave() {\n  local curcontext=$curcontext program=$words[1] state line\n"
+      "  local -a commands\n"
       "  commands=(\n";
   for (const auto* command : app.get_subcommands({}))
     all += "    '" + command->get_name() + ":" + zsh_text(command->get_description()) + "'\n";

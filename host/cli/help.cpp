@@ -66,10 +66,13 @@ std::vector<std::string> groups_of(const CLI::App& app) {
 std::string options_text(const CLI::App& app) {
   std::string all;
   for (const auto& name : groups_of(app)) {
-    const auto options = app.get_options([&](const CLI::Option* option) {
+    auto options = app.get_options([&](const CLI::Option* option) {
       return option->nonpositional() && option->get_group() == name;
     });
     if (options.empty()) continue;
+    std::stable_partition(options.begin(), options.end(), [&](const CLI::Option* option) {
+      return option != app.get_help_ptr();  // which the parser puts first
+    });
     all += "\n" + name + ":\n";
     for (const auto* option : options) all += entry(heading_of(*option), text_of(*option));
   }

@@ -8,6 +8,7 @@
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
+#include "host/plan/make_plan.hpp"
 
 namespace raywave::cli {
 

@@ -23,8 +23,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::array<std::pair<const char*, Method>, 3> methods{
     {{"wrp", Method::wrp}, {"points", Method::points}, {"rays", Method::rays}}};
 
-constexpr std::array presets{Quality::draft, Quality::balanced, Quality::accurate,
-                             Quality::reference};
+constexpr std::array presets{Preset::draft, Preset::balanced, Preset::accurate, Preset::reference};
 
 /// "draft|balanced|accurate|reference", a placeholder from which completion takes the values.
 template <class Items, class NameOf>
@@ -76,8 +75,11 @@ void ReportOptions::write(const Json& value) const {
   write(value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
-Scene load(const std::string& file, const std::vector<std::string>& set, const ReportOptions&) {
-  return load_scene(file, set);
+Scene load(const std::string& file, const std::vector<std::string>& set,
+           const ReportOptions& report) {
+  auto scene = load_scene(file, set);
+  for (const auto& note : scene.notes) report.note(note);
+  return scene;
 }
 
 void add_set(CLI::App& command, std::vector<std::string>& set) {
@@ -140,7 +142,7 @@ Goal GoalOptions::goal() const {
   if (!preset.empty() + !budget.empty() + psnr_db.has_value() > 1)
     throw InputError("--preset, --budget and --psnr: at most 1 of them can be given");
   Goal goal;
-  if (!preset.empty()) goal.quality = quality_of(preset);
+  if (!preset.empty()) goal.preset = preset_of(preset);
   if (!budget.empty()) goal.budget_s = parse_seconds(budget, "--budget");
   if (psnr_db) goal.psnr_db = *psnr_db;
   return goal;

@@ -12,6 +12,7 @@
 #include "host/common/output.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/scene/image.hpp"
+#include "host/trace/tuning.hpp"
 
 namespace raywave::cli {
 

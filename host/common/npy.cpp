@@ -24,11 +24,11 @@ static_assert(std::endian::native == std::endian::little,
 
 constexpr std::string_view kMagic = "\x93NUMPY";
 constexpr std::uint32_t kMaxHeaderBytes = 4096;
-// Their product times 16 bytes fits 64 bits
+// The product of all limits times 16 bytes fits into 64 bits
 constexpr std::uint64_t kMaxSide = 1 << 20, kMaxFrames = 1 << 16;
 
-/// The dictionary of the header, read from left to right. `take...` consume what they find, after
-/// blanks, or leave it.
+/// Parser of the dictionary in the header, from left to right. Each `take...` skips blanks and
+/// consumes its item when it is there.
 class HeaderText {
 public:
   explicit HeaderText(std::string_view text) : rest_(text) {}
@@ -60,7 +60,7 @@ public:
     return number;
   }
 
-  /// Elements with commas between them, and perhaps one behind the last.
+  /// Elements separated by commas; a comma after the last one is allowed.
   template <class TakeElement>
   bool take_list(std::string_view open, std::string_view close, TakeElement take_element) {
     if (!take(open)) return false;
@@ -89,8 +89,8 @@ struct Header {
   std::optional<std::vector<std::uint64_t>> shape;
 };
 
-/// {'descr': '<c8', 'fortran_order': False, 'shape': (1080, 1920), }, the keys in any order and
-/// each once.
+/// Parses {'descr': '<c8', 'fortran_order': False, 'shape': (1080, 1920), }: each key once, in any
+/// order.
 std::optional<Header> parse_header(std::string_view text) {
   HeaderText in(text);
   Header header;
@@ -116,7 +116,7 @@ std::optional<Header> parse_header(std::string_view text) {
   return complete ? std::optional(header) : std::nullopt;
 }
 
-/// The text of the header; leaves the stream at the first sample.
+/// Reads the text of the header; the stream then stands at the first sample.
 std::optional<std::string> read_header_text(std::ifstream& stream) {
   std::array<char, 8> start{};  // magic, major and minor version
   stream.read(start.data(), start.size());
@@ -132,7 +132,7 @@ std::optional<std::string> read_header_text(std::ifstream& stream) {
   return stream ? std::optional(text) : std::nullopt;
 }
 
-/// Row by row, so that a file of doubles needs no second copy in memory.
+/// Reads row by row, so that a file of doubles needs no second copy in memory.
 template <class Sample>
 bool read_samples(std::ifstream& stream, int row_length,
                   std::vector<std::complex<float>>& samples) {

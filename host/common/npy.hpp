@@ -9,14 +9,14 @@
 
 namespace raywave {
 
-/// A stack of complex fields; frames = 1 is stored as shape (ny, nx), more as (frames, ny, nx). Row
-/// 0 is the top (largest y).
+/// A stack of complex fields. One frame is stored with shape (ny, nx), more with (frames, ny, nx).
+/// Row 0 is the top (largest y).
 struct FieldStack {
   int nx = 0, ny = 0, frames = 1;
   std::vector<std::complex<float>> samples;
 };
 
-/// throws  InputError when the file is no complex64 or complex128 array of 2 or 3 dimensions, is
+/// throws  InputError when the file is not a complex64 or complex128 array of 2 or 3 dimensions, is
 ///         cut short, or holds NaN or infinity
 FieldStack load_npy(const std::filesystem::path& file);
 

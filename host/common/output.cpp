@@ -22,7 +22,7 @@ struct Temporary {
 };
 
 std::filesystem::path temporary_beside(const std::filesystem::path& file) {
-  static std::atomic<unsigned> count{0};  // several at a time in one process
+  static std::atomic<unsigned> count{0};  // for several files at a time in one process
   std::string name = file.stem().string();
   name.append(".")
       .append(std::to_string(getpid()))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Files that appear whole or not at all.
+/// Writing of files that appear complete or not at all.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@ namespace raywave {
 void write_whole(const std::filesystem::path& file,
                  const std::function<void(const std::filesystem::path& temporary)>& write);
 
-/// The same for a text.
+/// write_whole of a text.
 void write_text(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace raywave

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Pieces of error messages. A message is one line, whatever the user's input holds.
+/// Text for messages. A message is one line, whatever the user's input holds.
 #pragma once
 
 #include <string>
@@ -7,19 +7,19 @@
 
 namespace raywave {
 
-/// Control characters become '?', and what is longer than 160 characters is cut.
+/// Replaces control characters by '?' and cuts the text after 160 characters.
 std::string one_line(std::string_view text);
 
-/// The same, in double quotes.
+/// one_line(text) in double quotes.
 std::string in_quotes(std::string_view text);
 
-/// Up to 6 digits: "0.5", "1e+06".
+/// The number with up to 6 digits: "0.5", "1e+06".
 std::string number_text(double value);
 
-/// The date in UTC: "2026-11-21".
+/// Today's date in UTC: "2026-11-21".
 std::string today();
 
-/// With the unit that suits: "3.74 um", "12.5 mm".
+/// The length with a suitable unit: "3.74 um", "12.5 mm".
 std::string length_text(double length_m);
 
 }  // namespace raywave

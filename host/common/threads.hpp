@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Threads of the host that wait for work, so that a pass of a few milliseconds need not start any.
+/// A pool of host threads that wait for work: passes of a few milliseconds start no threads.
 #pragma once
 
 #include <algorithm>
@@ -12,11 +12,11 @@
 
 namespace raywave::cl {
 
-/// As many as the host has processors for this program, the calling thread among them. Calls from
-/// several threads take turns.
+/// A pool of `count` threads, the calling thread included. Calls of run() from several threads
+/// take turns.
 class Threads {
 public:
-  /// The program's own.
+  /// The program's pool: one thread per processor of the host.
   static Threads& shared();
 
   explicit Threads(std::size_t count);
@@ -26,11 +26,11 @@ public:
 
   std::size_t count() const { return others_.size() + 1; }
 
-  /// Calls work(0), ..., work(threads - 1) at the same time and waits for all. At most count()
-  /// threads; `work` does not throw.
+  /// Calls work(0), ..., work(threads - 1) at the same time and waits for all. `threads` is at most
+  /// count(), and `work` must not throw.
   void run(std::size_t threads, const std::function<void(std::size_t)>& work);
 
-  /// Calls work(thread, i) for i = 0, ..., count - 1, each thread taking `grain` of them at a time.
+  /// Calls work(thread, i) for i = 0, ..., count - 1. Each thread takes `grain` numbers at a time.
   template <class F>
   void for_each(std::size_t threads, std::size_t count, std::size_t grain, const F& work) {
     std::atomic<std::size_t> next = 0;
@@ -41,11 +41,11 @@ public:
     });
   }
 
-  /// Vertices or triangles that a thread takes at a time.
+  /// Number of vertices or triangles that a thread takes at a time.
   static constexpr std::size_t range = 1 << 13;
 
-  /// Calls work(thread, first, last) for the ranges that 0, ..., count - 1 fall into, on as many
-  /// threads as are worth it.
+  /// Splits 0, ..., count - 1 into ranges and calls work(thread, first, last) for each; uses one
+  /// thread per range at most.
   template <class F>
   void for_ranges(std::size_t count, const F& work) {
     const auto ranges = (count + range - 1) / range;
@@ -58,7 +58,7 @@ private:
   void wait_for_work(std::size_t thread);
 
   std::mutex one_caller_;
-  const std::function<void(std::size_t)>* work_ = nullptr;  // none: the threads end
+  const std::function<void(std::size_t)>* work_ = nullptr;  // null: threads end
   std::size_t threads_ = 0;
   std::atomic<unsigned> round_ = 0;
   std::atomic<std::size_t> busy_ = 0;

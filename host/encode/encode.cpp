@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/encode/encode.hpp"
 
+#include "host/geometry/kernel_options.hpp"
+
 namespace raywave {
 
 PhaseEncoder::PhaseEncoder(const cl::Device& device)
     : device_(device),
       program_(device, "kernels/encode/encode.cl",
-               {{"RAYWAVE_LANES", std::to_string(device.info().float_lanes)}}) {}
+               {{option::lanes, std::to_string(device.info().float_lanes)}}) {}
 
 const cl::Buffer<std::uint8_t>& PhaseEncoder::levels_of(const cl::ComplexBuffer& field,
                                                         std::size_t buffer) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cl/program.hpp"
+#include "host/plan/memory.hpp"
 
 namespace raywave {
 
@@ -23,7 +24,7 @@ public:
   /// buffer  0 to buffers - 1: while one is copied to the host, the next field is encoded into
   ///         another
   const cl::Buffer<std::uint8_t>& levels_of(const cl::ComplexBuffer& field, std::size_t buffer = 0);
-  static constexpr std::size_t buffers = 2;
+  static constexpr std::size_t buffers = level_buffers;
 
 private:
   cl::Device device_;

@@ -7,6 +7,7 @@
 
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/plan/make_plan.hpp"
 #include "host/trace/device_scene.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
@@ -120,15 +121,6 @@ Image averaged(const Image& image, int side) {
   return result;
 }
 
-std::vector<double> quality_depths_m(const Plan& plan) {
-  std::vector<double> depths{plan.near_m};
-  if (plan.far_m - plan.near_m > 1e-6 * plan.near_m) depths.push_back(plan.far_m);
-  depths.push_back(
-      plan.near_m -
-      std::min(std::max(0.1 * (plan.far_m - plan.near_m), 0.01 * plan.near_m), 0.5 * plan.near_m));
-  return depths;
-}
-
 QualityResult assess(const cl::Device& device, const Scene& scene, const RenderOptions& how,
                      const QualitySpec& what) {
   double seconds = 0;
@@ -171,7 +163,8 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
 
   QualityResult empty;
   empty.picture_size = picture_size(window_m, plan.size, plan.pitch_m);
-  empty.blur_px = what.blur_m.value_or(0.6 * scene.sampling.pitch_m) / plan.pitch_m.x;
+  empty.blur_px =
+      what.blur_m.value_or(blur_of_resolution * scene.sampling.pitch_m) / plan.pitch_m.x;
   empty.border_px = what.border_px;
   std::vector<QualityResult> results(frame_counts.size(), empty);
 

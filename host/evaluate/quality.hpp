@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How true a scene's hologram is: what it shows at several depths and through several of its
-/// parts, beside what a lens sees there.
+/// The accuracy of a scene's hologram: its reconstructions at several depths and through several of
+/// its parts, compared with the pictures of an ideal lens.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "host/plan/judged_pictures.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"
 
@@ -24,7 +25,7 @@ struct QualitySpec {
   std::optional<glm::dvec2> window_m;
   // Standard deviation of the Gaussian before comparing; empty: 0.6 of sampling.pitch
   std::optional<double> blur_m;
-  int border_px = 20;  // left out on every side after the blur
+  int border_px = picture_border_px;  // left out on every side after the blur
   // Pictures are averaged over squares of so many pixels before the blur: faster
   int square_px = 1;
   int lens_points = 24;  // per axis, of the lens that rays start from
@@ -32,8 +33,8 @@ struct QualitySpec {
   bool against_points = false;
 };
 
-/// One depth and view: B of `figures` is the hologram, A the lens. Pictures are blurred, without
-/// the border, and made smaller for the contact sheet.
+/// One depth and view. In `figures`, picture A is the lens and picture B the hologram. Pictures are
+/// blurred, without the border, and made smaller for the contact sheet.
 struct QualityRow {
   std::string view;  // "whole", "left", "right", "top" or "bottom"
   double z_m = 0;
@@ -51,10 +52,6 @@ struct QualityResult {
   std::map<std::string, double> seconds;  // render, reconstruct, lens, points
 };
 
-/// Nearest surface, farthest surface, and out of focus: before the nearest by a tenth of the depth
-/// between them, or by 1 % of its distance where that is more. Surfaces at one depth count once.
-std::vector<double> quality_depths_m(const Plan& plan);
-
 /// Renders the scene, reconstructs the hologram (intensity averaged over frames) and compares it
 /// with lens_picture. A common factor of the brightness does not count.
 ///
@@ -63,33 +60,34 @@ std::vector<double> quality_depths_m(const Plan& plan);
 QualityResult assess(const cl::Device& device, const Scene& scene, const RenderOptions& how,
                      const QualitySpec& what = {});
 
-/// The same for a hologram that was rendered before, with the scene that it should show.
+/// Assesses a hologram that was rendered before, against the scene that it should show.
 QualityResult assess(const cl::Device& device, const Scene& scene, RenderResult rendered,
                      const RenderOptions& how, const QualitySpec& what = {});
 
-/// The same, of a world that is there already.
+/// Assesses a hologram with a world that exists already.
 ///
-/// lens  what the lens sees, a picture for each row: filled when empty, else taken as it is, so
-///       that several holograms of one scene need it only once
+/// lens  pictures of the lens, one for each row: filled when empty, otherwise used as given, so
+///       that several holograms of one scene share them
 QualityResult assess(const cl::Device& device, const Scene& scene, const World& world,
                      RenderResult rendered, const RenderOptions& how, const QualitySpec& what,
                      std::vector<Image>& lens);
 
-/// The rows of the first n frames of a hologram for every n of `frame_counts`, which ascend: a
-/// result for each, without its render, whose seconds are those spent since the one before. No
-/// hologram is looked at twice.
+/// Assesses the first n frames of a hologram for every n of `frame_counts`, in ascending order.
+/// Every frame is reconstructed once. Each result lacks `render`, and its seconds are those spent
+/// since the result before it.
 std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& scene,
                                          const World& world, const FieldStack& field,
                                          const std::vector<int>& frame_counts,
                                          const RenderOptions& how, const QualitySpec& what,
                                          std::vector<Image>& lens);
 
-/// The first frame's field of a hologram, rendered as `how` says, with that of Method::points.
+/// Compares the first frame's field of a hologram with that of Method::points.
 FieldComparison compare_with_points(const cl::Device& device, const Scene& scene,
                                     const World& world, const FieldStack& field,
                                     const RenderOptions& how);
 
-/// Means over squares of `side` whole pixels, or what is left of them at the right and below.
+/// Means over squares of `side` x `side` pixels; squares at the right and bottom rim may be
+/// smaller.
 Image averaged(const Image& image, int side);
 
 /// 8-bit RGB, interleaved.
@@ -114,7 +112,7 @@ ColourPicture grey_sheet(const std::vector<std::vector<Image>>& rows, int cell_p
 /// brighter, blue where it is darker, full at sheet_full_difference of white.
 ColourPicture contact_sheet(const QualityResult& result);
 
-/// All figures, and render_report_json as "render".
+/// All figures as JSON, with render_report_json as "render".
 std::string quality_json(const Scene& scene, const QualityResult& result,
                          const cl::DeviceInfo& device, const RenderOptions& how,
                          const QualitySpec& what);

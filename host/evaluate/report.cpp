@@ -11,6 +11,8 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/device_json.hpp"
+#include "host/plan/precision.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/trace/device_scene.hpp"
 #include "raywave_version.hpp"
 
@@ -111,7 +113,7 @@ Json json_of(const Scene& scene) {
 
 Json json_of(const AccuracySpec& accuracy, const Plan& plan) {
   Json predicted;
-  for (const auto p : {Precision::floats, Precision::extended, Precision::doubles}) {
+  for (const auto p : {Precision::floats, Precision::doubles}) {
     const auto& e = plan.phase_errors[static_cast<std::size_t>(p)];
     predicted[name_of(p)] = {{"waves", e.waves_turns},
                              {"bounces", e.bounces_turns},
@@ -138,13 +140,12 @@ Json json_of(const Plan& plan) {
          {"oversampling_error", plan.oversampling_error},
          {"rays", plan.rays}};
   for (const auto& s : plan.layers) {
-    j["layers"].push_back(
-        {{"distance_m", s.distance_m},
-         {"near_m", s.min_m.z},
-         {"far_m", s.max_m.z},
-         {"grid", json_of(s.grid)},
-         {"columns", {{"count", s.axes[0].count}, {"pitch_m", s.axes[0].pitch_m}}},
-         {"rows", {{"count", s.axes[1].count}, {"pitch_m", s.axes[1].pitch_m}}}});
+    j["layers"].push_back({{"distance_m", s.distance_m},
+                           {"near_m", s.min_m.z},
+                           {"far_m", s.max_m.z},
+                           {"grid", json_of(s.grid)},
+                           {"columns", {{"count", plan.tile_size.x}, {"pitch_m", plan.pitch_m.x}}},
+                           {"rows", {{"count", s.rows.count}, {"pitch_m", s.rows.pitch_m}}}});
   }
   for (const auto& w : plan.wrps) {
     j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}, {"layer", w.layer}, {"tile", w.tile}});
@@ -202,7 +203,8 @@ std::string render_report_json(const Scene& scene, const RenderResult& result,
   j["device"]["fft"] = cl::name_of(fft);
   j["samples"] = {{"count", result.samples}, {"with_visibility_rays", result.hidden_samples}};
   j["seed"] = scene.sampling.seed;
-  j["notes"] = result.notes;
+  j["notes"] = scene.notes;
+  for (const auto& note : result.notes) j["notes"].push_back(note);
   j["seconds"] = result.seconds;
   j["processor_seconds"] = result.processor_seconds;
   j["peak_memory"] = {{"host_bytes", host_peak_bytes()},
@@ -220,7 +222,8 @@ std::string plan_report_json(const Planned& planned, const World& world) {
   j["bounds_m"] = Json::array({json_of(world.min_m), json_of(world.max_m)});
   j["plan"] = json_of(plan);
   j["accuracy"] = json_of(scene.accuracy, plan);
-  j["kernels"] = kernel_options(plan);
+  for (const auto& [part, value] : kernel_options(plan))
+    j["kernels"][std::string(part.name)] = value;
   j["prediction"] = json_of(prediction);
   j["reasons"] = reasons;
   j["warnings"] = warnings;
@@ -306,12 +309,12 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   }
   const auto kernels = kernel_options(plan);
   out << "kernels   with";
-  for (const auto& [option, name] : {std::pair{"RAYWAVE_SPECULAR", "highlights"},
-                                     {"RAYWAVE_TEXTURES", "textures"},
-                                     {"RAYWAVE_SHADOWS", "shadows"},
-                                     {"RAYWAVE_BOUNCES", "bounces"}})
-    out << (option == std::string("RAYWAVE_SPECULAR") ? " " : ", ")
-        << (kernels.at(option) == "0" ? "no " : "") << name;
+  for (const auto& [part, name] : {std::pair{option::specular, "highlights"},
+                                   {option::textures, "textures"},
+                                   {option::shadows, "shadows"},
+                                   {option::bounces, "bounces"}})
+    out << (part == option::specular ? " " : ", ") << (kernels.at(part) == "0" ? "no " : "")
+        << name;
   out << "\n";
   out << "memory    " << cl::format_bytes(prediction.device_bytes) << " on the device\n";
   const auto& t = prediction.times;

@@ -42,10 +42,11 @@ BuiltIn ball_in_wall(int frames) {
 
 constexpr std::array stages{"samples", "trace", "propagate", "encode"};
 
-/// What these stages take of four frames of the ball in the wall where the default rates hold.
+/// Seconds of these stages for four frames of the ball in the wall, on the device of the default
+/// rates.
 constexpr std::array ball_in_wall_s{0.0148, 0.108, 0.285, 0.0083};
 
-/// Of a picture, in the order of `stages`.
+/// Seconds of a picture's stages, in the order of `stages`.
 std::array<double, stages.size()> stages_s(const cl::Device& device, const BuiltIn& ball,
                                            cl::FftBackend backend) {
   RenderOptions how;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Measures what planning and kernels want to know of a device: its rates, and the work shape in
-/// which it is fastest.
+/// Measures a device for planning and for the kernels: its rates, and its fastest work shape.
 #pragma once
 
 #include <functional>
@@ -8,7 +7,7 @@
 #include <vector>
 
 #include "cl/fft.hpp"
-#include "host/plan/rates.hpp"
+#include "host/trace/tuning.hpp"
 
 namespace raywave {
 
@@ -36,14 +35,15 @@ cl::WorkShape choose_work(const cl::DeviceInfo& device,
                               const cl::WorkShape&, const cl::WorkShape&)>& run,
                           const std::function<void(const ShapeTrial&)>& tell);
 
-/// The same with the samples and the gathering of a built-in scene, one frame of a ball in a wall.
-/// On CPUs in processor seconds over the compute units, so that other programs count little; else
-/// by the wall's clock. Kernels of each shape are compiled first.
+/// Chooses the work shape by rendering one frame of a built-in scene, a ball in a wall; sampling
+/// and gathering count. On CPUs, time is processor seconds divided by the compute units, so that
+/// other programs count little; on other devices, wall-clock seconds. Kernels of each shape are
+/// compiled first.
 cl::WorkShape choose_work(const cl::DeviceInfo& device, cl::FftBackend backend,
                           const std::function<void(const ShapeTrial&)>& tell);
 
-/// Renders four frames of that scene a few times; each stage scales its default rates. Time counts
-/// as above.
+/// Measures the rates: renders four frames of the built-in scene a few times; the time of each
+/// stage scales its default rates. Time is measured as in choose_work.
 DeviceRates measure_rates(const cl::DeviceInfo& device, cl::FftBackend backend);
 
 }  // namespace raywave

@@ -20,7 +20,7 @@ RAYWAVE_CL_TYPE(raywave::device::Light, "Light");
 RAYWAVE_CL_TYPE(raywave::device::TracePlane, "TracePlane");
 RAYWAVE_CL_TYPE(raywave::device::Sample, "Sample");
 RAYWAVE_CL_TYPE(raywave::device::Lattice, "Lattice");
-RAYWAVE_CL_TYPE(raywave::device::Aim, "Aim");
+RAYWAVE_CL_TYPE(raywave::device::ProjectedSample, "Aim");
 RAYWAVE_CL_TYPE(raywave::device::GatherPlane, "GatherPlane");
 RAYWAVE_CL_TYPE(raywave::device::LensPlane, "LensPlane");
 RAYWAVE_CL_TYPE(glm::ivec2, "int2");

@@ -182,8 +182,9 @@ Placing placing_of(const Object& object, const World& world, const PlacedObject&
 
 }  // namespace
 
-World place_objects(const Scene& scene, const Meshes& meshes) {
+World place_objects(const Scene& scene, const Meshes& meshes, Textures textures) {
   World world;
+  world.textures = std::move(textures);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto mesh = meshes.of_object[i];
     const auto first_vertex = world.positions.size(), first_triangle = world.triangles.size();
@@ -241,6 +242,9 @@ std::vector<glm::vec3> normals_now(const World& world) {
   return normals;
 }
 
-World build_world(const Scene& scene) { return place_objects(scene, load_meshes(scene)); }
+World build_world(const Scene& scene) {
+  auto files = load_files(scene);
+  return place_objects(scene, files.meshes, std::move(files.textures));
+}
 
 }  // namespace raywave

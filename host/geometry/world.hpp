@@ -11,6 +11,7 @@
 
 #include "host/geometry/motion.hpp"
 #include "host/geometry/vertex_tree.hpp"
+#include "host/scene/files.hpp"
 #include "host/scene/mesh.hpp"
 #include "host/scene/scene.hpp"
 
@@ -52,6 +53,7 @@ struct World {
   std::vector<std::vector<AreaSample>> area_samples;
   std::vector<PlacedObject> placed;  // per object; none in worlds that place_objects has not made
   std::vector<Motion> motions;       // per object; none: nothing has moved
+  Textures textures;                 // of the scene's materials
   glm::dvec3 min_m{0}, max_m{0};     // bounding box, as everything is now
 
   Motion motion_of(std::int32_t object) const {
@@ -73,7 +75,7 @@ std::vector<glm::vec3> normals_now(const World& world);
 ///
 /// throws  InputError when a width is asked of a mesh without x extent, or an object touches or
 ///         lies behind the hologram plane (z <= 0)
-World place_objects(const Scene& scene, const Meshes& meshes);
+World place_objects(const Scene& scene, const Meshes& meshes, Textures textures = {});
 
 /// Moves all objects of a world that place_objects has made to where the scene has them now: its
 /// motions and its box.
@@ -83,7 +85,7 @@ World place_objects(const Scene& scene, const Meshes& meshes);
 ///           distances
 void move_objects(const Scene& scene, World& world);
 
-/// Reads the meshes and places all objects.
+/// Reads meshes and textures, and places all objects.
 World build_world(const Scene& scene);
 
 }  // namespace raywave

@@ -5,42 +5,44 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "host/propagate/propagator.hpp"
-#include "host/trace/gatherer.hpp"
+#include "host/plan/footprint.hpp"
+#include "host/plan/memory.hpp"
 
 namespace raywave {
 namespace {
 
 // Weights, fitted to the stages of the demo scenes on PoCL (docs/planning.md).
 
-/// Work of a ray beside each level of the tree, in levels.
+/// Work of a ray beside its descent into the tree, in levels of depth.
 constexpr double levels_of_a_ray = 4;
 
-/// Rays of a lattice's cell that meets nothing, most of them turned away near the tree's root; of
-/// what the hologram's parts see of a sample.
-constexpr double rays_of_an_empty_cell = 2.6, views_of_a_sample = 16;
+/// Rays that a lattice cell without a surface costs, since most of them end near the tree's root.
+constexpr double rays_of_an_empty_cell = 2.6;
+
+/// Rays that the visibility mask of a sample costs.
+constexpr double views_of_a_sample = 16;
 
 /// The launches of a picture, in levels of rays.
 constexpr double levels_of_a_picture = 9e5;
 
-/// What a further frame costs of a pair, and what a light's highlight adds to it.
+/// Cost of a pair in each further frame, and what a light's highlight adds to a pair.
 constexpr double further_frame = 0.08, highlight = 0.65;
 
 /// Gathering goes by tiles, so many pixels wide and, of all frames together, high; a tile's rim
 /// costs as much as its middle.
 constexpr double tile_width = 16, tile_pixels_high = 16;
 
-/// Samples near their WRP, in pairs: a pixel of each frame, and making the profiles, per pixel of
-/// their width and height.
+/// Cost of a plane-wave sample in pairs: per pixel of each frame, and per pixel of its width and
+/// height to make its profiles.
 constexpr double near_pixel = 0.093, profile_of_a_pixel = 7;
 
-/// Aiming a sample at a WRP and looking for it from the tiles, each frame, in pairs.
+/// Projecting a sample onto a WRP and finding it from the tiles, each frame, in pairs.
 constexpr double aim_of_a_sample = 29;
 
 /// Passes over a pixel beside the transforms, in butterflies.
 constexpr double butterflies_of_a_pixel = 9;
 
-/// Pixels of all of a layer's WRPs that light of a sample in the plane z crosses, along one axis.
+/// Pixels of all WRPs of a layer that the light of a sample crosses, along one axis.
 struct Crossing {
   double pixels = 0;
   bool near = false;  // the sample's wave is made of plane waves
@@ -49,22 +51,18 @@ struct Crossing {
 /// at_m  where the sample's ray to a tile's centre crosses the WRPs, which reach from first to last
 Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at_m, double z_m,
                   double first_m, double last_m) {
-  const double window = plan.tile_window_m()[axis], fan = plan.tile_cone[axis];
-  const double spot = plan.wavelength_m * z_m / (std::max(fan, 1e-3) * window),
-               cone = fan * window / 2 * std::abs(1 - layer.distance_m / z_m);
-  const bool near = cone < Gatherer::default_near_spots * spot;
-  const double half = cone + (near ? Gatherer::near_tail * spot : 0);
-  const double low = std::max(at_m - half, first_m), high = std::min(at_m + half, last_m);
-  return low < high ? Crossing{(high - low) / plan.gathered_pitch_m(layer)[axis], near}
-                    : Crossing{};
+  const auto footprint = footprint_of(plan, axis, layer.distance_m, z_m);
+  const double low = std::max(at_m - footprint.reach_m(), first_m),
+               high = std::min(at_m + footprint.reach_m(), last_m);
+  return low < high
+             ? Crossing{(high - low) / plan.gathered_pitch_m(layer)[axis], footprint.is_near()}
+             : Crossing{};
 }
 
-/// Pixels of a WRP, one for each that a pass writes: gathered, and with all columns, and with all
-/// rows.
+/// Pixels of a WRP, one for each that a pass writes: gathered, and with all rows.
 double pixels_written(const Plan& plan, const DepthLayer& layer) {
   const glm::dvec2 few = plan.gathered_size(layer), all = plan.tile_size;
-  return few.x * few.y + (layer.axes[0].interpolates() ? all.x * few.y : 0) +
-         (layer.axes[1].interpolates() ? all.x * all.y : 0);
+  return few.x * few.y + (layer.interpolates() ? all.x * all.y : 0);
 }
 
 }  // namespace
@@ -140,11 +138,12 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   const double cells = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y,
                parts = 1 + plan.antialias * plan.antialias;
   work.rays =
-      levels * (std::max(0.0, cells - work.samples) * std::min(rays_of_an_empty_cell, parts) +
-                work.samples * parts +
-                view.pierced * samples_of_a_cell * (plan.view_parts > 0 ? views_of_a_sample : 0)) +
+      levels *
+          (std::max(0.0, cells - work.samples) * std::min(rays_of_an_empty_cell, parts) +
+           work.samples * parts +
+           view.pierced * samples_of_a_cell * (plan.visibility_parts > 0 ? views_of_a_sample : 0)) +
       levels_of_a_picture;
-  const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / Gatherer::most_frames);
+  const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / most_frames_together);
   const auto lights = static_cast<double>(
       std::count_if(scene.lights.begin(), scene.lights.end(),
                     [](const Light& l) { return l.type != LightType::ambient; }));
@@ -166,8 +165,6 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   return work;
 }
 
-DeviceRates default_rates() { return {"default", 1.85e-9, 1.55e-9, 1.24e-9, 0.125e-9, 1e-9}; }
-
 Band rows_kept(const Plan& plan, const Wrp& wrp) {
   const Axis axis{plan.padded.y, plan.pitch_m.y, plan.tile_size.y};
   return axis.sampled(
@@ -176,7 +173,7 @@ Band rows_kept(const Plan& plan, const Wrp& wrp) {
              axis.reach_m()));
 }
 
-StageTimes predict_times(const Work& work, const DeviceRates& rates) {
+PredictedTimes predict_times(const Work& work, const DeviceRates& rates) {
   return {work.rays * rates.ray_s, work.pairs * rates.pair_s + work.pixels * rates.pixel_s,
           work.butterflies * rates.butterfly_s, work.levels * rates.level_s};
 }

@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a plan takes: operations, counted from the scene, and how long a device needs for them.
+/// The cost of a plan: operations, counted from the scene, and how long a device needs for them.
 /// `raywave tune` measures its rates.
 #pragma once
 
-#include <cstdint>
-#include <string>
-
-#include "cl/device.hpp"
-#include "cl/fft.hpp"
 #include "host/plan/front_view.hpp"
-#include "host/propagate/propagator_engine.hpp"
+#include "host/plan/padded_plane.hpp"
+#include "host/plan/rates.hpp"
 
 namespace raywave {
 
@@ -17,29 +13,30 @@ namespace raywave {
 /// levels.
 struct Work {
   double samples = 0;  // surface samples that the hologram sees
-  // Of the sample lattice, and of what the hologram's parts see of each sample, times the depth of
-  // the tree
+  // Rays of the sample lattice and of the visibility masks, times the depth of the tree
   double rays = 0;
-  // Of a WRP's pixel and a sample far from it, or a fan's ray; the rest of the gathering in as many
-  // of these
+  // Pairs of a WRP's pixel and a sample far from it, or rays of fans; the rest of the gathering in
+  // units of these
   double pairs = 0;
   double pixels = 0;  // of all WRPs and frames
-  // Of all transforms: points times the binary logarithm of their lines, as far as window and band
+  // In all transforms: points times the binary logarithm of their lines, as far as window and band
   // need them
   double butterflies = 0;
   double levels = 0;  // pixels of all holograms
 };
 
-/// Pixels of WRPs that the front view's cells light, one sample in each: what neither pitch nor
-/// frames change. Tiles' width is filled up.
+/// Pixels of WRPs that the front view's cells light, one sample in each. They depend neither on the
+/// sampling pitch nor on the frames. Widths are rounded up to those of the gathering's tiles.
 struct Footprints {
-  // Of samples that are near their WRPs; their widths and heights
+  // Pixels of plane-wave samples, and their widths and heights together
   double near_pixels = 0, near_sides = 0;
   double far_pixels = 0, far_widths = 0;      // of the others
   double shiny_pixels = 0, shiny_widths = 0;  // of these, where highlights are shaded
 };
 Footprints footprints_of(const Plan& plan, const FrontView& view);
 
+/// Counts the operations of all frames.
+///
 /// footprints  of this plan, or of one with another lattice
 Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view,
                 const Footprints& footprints);
@@ -47,16 +44,7 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
 /// Work::butterflies, all that the padding changes.
 double count_butterflies(const Plan& plan, int frames);
 
-/// Seconds that a device takes per operation, all of its compute units together.
-struct DeviceRates {
-  std::string device;  // "default" for figures that no measurement stands behind
-  double ray_s = 0, pair_s = 0, pixel_s = 0, butterfly_s = 0, level_s = 0;
-};
-
-/// Of PoCL on two cores of a server processor.
-DeviceRates default_rates();
-
-struct StageTimes {
+struct PredictedTimes {
   double samples_s = 0, trace_s = 0, propagate_s = 0, encode_s = 0;
   double total_s() const { return samples_s + trace_s + propagate_s + encode_s; }
 };
@@ -64,6 +52,6 @@ struct StageTimes {
 /// Rows of the padded plane that the band keeps of a WRP.
 Band rows_kept(const Plan& plan, const Wrp& wrp);
 
-StageTimes predict_times(const Work& work, const DeviceRates& rates);
+PredictedTimes predict_times(const Work& work, const DeviceRates& rates);
 
 }  // namespace raywave

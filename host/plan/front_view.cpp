@@ -12,7 +12,7 @@ namespace {
 /// The lights' part of Phong's model and the ambient light, as kernels/scene/shade.h has them.
 class Shading {
 public:
-  Shading(const Scene& scene, const std::vector<Image>& textures)
+  Shading(const Scene& scene, const Textures& textures)
       : scene_(scene), textures_(textures), channel_(channel_of(scene.hologram.wavelength_m)) {
     double sum = 0;
     bool any = false;
@@ -27,7 +27,8 @@ public:
   /// normal  towards the viewer, of unit length
   double radiance(int material, glm::dvec3 place, glm::dvec3 normal, glm::dvec2 uv) const {
     const auto& m = scene_.materials[static_cast<std::size_t>(material)];
-    const double texel = texel_at(textures_[static_cast<std::size_t>(material)], uv);
+    const double texel =
+        texel_at(texture_of(scene_, textures_, static_cast<std::size_t>(material)), uv);
     const auto to_viewer = -glm::normalize(place);
     double sum = m.ambient[channel_] * texel * ambient_light_;
     for (const auto& light : scene_.lights) {
@@ -47,36 +48,26 @@ public:
   }
 
 private:
-  static double texel_at(const Image& texture, glm::dvec2 uv) {
-    if (texture.pixels.empty()) return 1;
+  static double texel_at(const Image* texture, glm::dvec2 uv) {
+    if (!texture) return 1;
     const auto index = [](double share, int count) {
       return std::clamp(static_cast<int>((share - std::floor(share)) * count), 0, count - 1);
     };
-    const int x = index(uv.x, texture.width), y = texture.height - 1 - index(uv.y, texture.height);
-    return std::max(
-        0.0f, texture.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(texture.width) +
-                             static_cast<std::size_t>(x)]);
+    const int x = index(uv.x, texture->width),
+              y = texture->height - 1 - index(uv.y, texture->height);
+    return texture->pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(texture->width) +
+                           static_cast<std::size_t>(x)];
   }
 
   const Scene& scene_;
-  const std::vector<Image>& textures_;
+  const Textures& textures_;
   int channel_;
   double ambient_light_;
 };
 
 }  // namespace
 
-std::vector<Image> load_textures(const Scene& scene) {
-  std::vector<Image> textures;
-  for (const auto& m : scene.materials)
-    textures.push_back(
-        m.texture ? load_texture(*m.texture, channel_of(scene.hologram.wavelength_m), m.where)
-                  : Image{});
-  return textures;
-}
-
-FrontView front_view(const Scene& scene, const World& world, const std::vector<Image>& textures,
-                     const Plan& plan, int longest) {
+FrontView front_view(const Scene& scene, const World& world, const Plan& plan, int longest) {
   FrontView view;
   const auto range = glm::dvec2(plan.lattice.size) * plan.lattice.step;
   view.step = std::max(range.x, range.y) / longest;
@@ -86,7 +77,7 @@ FrontView front_view(const Scene& scene, const World& world, const std::vector<I
   view.depth_m.assign(cells, 0);
   view.radiance.assign(cells, 0);
   view.shiny.assign(cells, false);
-  const Shading shading(scene, textures);
+  const Shading shading(scene, world.textures);
   std::vector<glm::vec3> hit(cells);  // triangle's index is kept apart: a float counts too few
   std::vector<std::uint32_t> nearest(cells, 0);
 

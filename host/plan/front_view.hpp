@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the middle of the hologram sees of a scene, coarsely: from it the planner counts samples
-/// and pairs, and predicts pictures.
+/// A coarse view of the scene from the middle of the hologram. Planning counts samples and pairs
+/// from it, and predicts pictures.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -8,13 +8,9 @@
 
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
-#include "host/scene/image.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {
-
-/// Textures of a scene's materials, by material; empty pictures where there is none.
-std::vector<Image> load_textures(const Scene& scene);
 
 /// A raster of tangents (x/z, y/z) over the plan's lattice, row by row from the lowest y. Cells
 /// stand for equal solid angles, as samples do.
@@ -34,7 +30,6 @@ struct FrontView {
 };
 
 /// longest  cells of the raster's longer side; a surface smaller than a cell may be missed
-FrontView front_view(const Scene& scene, const World& world, const std::vector<Image>& textures,
-                     const Plan& plan, int longest = 512);
+FrontView front_view(const Scene& scene, const World& world, const Plan& plan, int longest = 512);
 
 }  // namespace raywave

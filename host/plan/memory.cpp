@@ -1,32 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/plan/memory.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <fstream>
 #include <numeric>
 
-#include "host/encode/encode.hpp"
-#include "host/trace/gatherer.hpp"
+#include "host/geometry/shared_types.hpp"
+#include "host/plan/make_plan.hpp"
+#include "host/plan/tiles.hpp"
 
 namespace raywave {
 namespace {
 
-/// Of what there is, that a plan may take before its surface samples are known.
+/// Share of the memory that a plan may take before its surface samples are known.
 constexpr double share_without_samples = 7.0 / 8;
 
 std::uint64_t size(auto n) { return static_cast<std::uint64_t>(n); }
 std::uint64_t area(glm::ivec2 sides) { return size(sides.x) * size(sides.y); }
-
-/// What this process may use: the machine's memory, or what a container leaves of it.
-std::uint64_t host_memory_bytes() {
-  auto bytes = size(sysconf(_SC_PHYS_PAGES)) * size(sysconf(_SC_PAGE_SIZE));
-  std::uint64_t limit = 0;
-  // It may read "max"
-  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit) bytes = std::min(bytes, limit);
-  return bytes;
-}
 
 /// Rows of padded planes that the host's transforms keep (host/propagate/propagator_host.cpp), at
 /// most: those of the WRPs up to two padded planes, what comes back, and the sum of what is more.
@@ -36,24 +25,22 @@ std::uint64_t host_transform_bytes(const Plan& plan) {
   return 8 * (std::min(waiting, 2 * padded) + rows + (waiting > 2 * padded ? padded : 0));
 }
 
-/// What is missing, a line; empty when it fits.
+/// A line that tells which memory is short; empty when the plan fits.
 std::string missing(const MemoryNeeds& needs, const MemoryLimits& limits) {
   for (const auto& need : needs.device) {
     if (need.bytes > limits.largest_buffer_bytes)
-      return need.name + " " + cl::format_bytes(need.bytes) + " in one buffer, the device allows " +
-             cl::format_bytes(limits.largest_buffer_bytes);
+      return need.name + " " + format_bytes(need.bytes) + " in one buffer, the device allows " +
+             format_bytes(limits.largest_buffer_bytes);
   }
   const auto fits = [](std::uint64_t bytes, std::uint64_t limit) {
     return static_cast<double>(bytes) <= share_without_samples * static_cast<double>(limit);
   };
   const std::string beside = " and surface samples, ";
   if (const auto bytes = needs.device_bytes(); !fits(bytes, limits.device_bytes))
-    return cl::format_bytes(bytes) + beside + "the device has " +
-           cl::format_bytes(limits.device_bytes);
+    return format_bytes(bytes) + beside + "the device has " + format_bytes(limits.device_bytes);
   if (const auto bytes = needs.host_bytes + (limits.device_on_host ? needs.device_bytes() : 0);
       !fits(bytes, limits.host_bytes))
-    return cl::format_bytes(bytes) + beside + "the machine has " +
-           cl::format_bytes(limits.host_bytes);
+    return format_bytes(bytes) + beside + "the machine has " + format_bytes(limits.host_bytes);
   return "";
 }
 
@@ -68,12 +55,7 @@ int frames_together(const Plan& plan, std::uint64_t largest_buffer_bytes) {
           (plane * static_cast<double>(std::max<std::size_t>(plan.most_wrps_of_a_tile(), 1))),
       static_cast<double>(largest_buffer_bytes) / plane);
   return static_cast<int>(
-      std::clamp(fitting, 1.0, static_cast<double>(std::min(plan.frames, Gatherer::most_frames))));
-}
-
-MemoryLimits limits_of(const cl::DeviceInfo& device) {
-  return {device.memory_bytes, device.largest_buffer_bytes, host_memory_bytes(),
-          device.kind == cl::DeviceKind::cpu};
+      std::clamp(fitting, 1.0, static_cast<double>(std::min(plan.frames, most_frames_together))));
 }
 
 std::uint64_t MemoryNeeds::device_bytes() const {
@@ -91,27 +73,21 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
   MemoryNeeds all;
   auto& needs = all.device;
   if (use.method == Method::wrp) {
-    if (use.fft == cl::FftBackend::host)
+    if (use.fft == FftBackend::host)
       all.host_bytes += host_transform_bytes(plan);
     else
       needs = {{"padded plane", 8 * padded, planes}, {"sum of spectra", 8 * padded, planes}};
-    if (use.fft == cl::FftBackend::clfft)
+    if (use.fft == FftBackend::clfft)
       needs.push_back({"work space of the transform", 8 * padded, planes});
   }
-  std::uint64_t between = 0;  // host/trace/interpolator.hpp
   for (std::size_t i = 0; i < (together > 1 ? plan.most_wrps_of_a_tile() : 1); ++i)
     needs.push_back({"fields of a WRP", 8 * size(together) * size(plan.gathered_pixels()), planes});
   if (std::any_of(plan.layers.begin(), plan.layers.end(),
                   [](const DepthLayer& layer) { return layer.interpolates(); }))
     needs.push_back({"field of a WRP", 8 * pixels, planes});
-  for (const auto& layer : plan.layers) {
-    if (layer.axes[0].interpolates() && layer.axes[1].interpolates())
-      between = std::max(between, 8 * size(plan.tile_size.x) * size(layer.axes[1].count));
-  }
-  if (between > 0) needs.push_back({"gathered rows of a WRP", between, planes});
   needs.push_back({"field at the hologram", 8 * pixels, planes});
   const auto pictures = size(plan.frames) * plan.tiles.size();
-  for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, PhaseEncoder::buffers); ++i)
+  for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, level_buffers); ++i)
     needs.push_back({"hologram levels", pixels, planes});
   if (plan.aimed || plan.fan_source == FanSource::surface)
     needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1),

@@ -8,8 +8,6 @@
 #include <numbers>
 #include <numeric>
 
-#include "host/evaluate/quality.hpp"
-
 namespace raywave {
 namespace {
 
@@ -35,7 +33,7 @@ void blur_box(Raster& raster, glm::ivec2 size, glm::dvec2 half) {
               next = axis == 0 ? size.x : 1;
     const int whole = static_cast<int>(std::min(half[axis], 1.0 * n)), margin = whole + 1;
     const double part = half[axis] - std::floor(half[axis]), weight = 1 / (2 * half[axis] + 1);
-    // Of the cells before each, the margins' dark ones first
+    // Sums of the cells before each one; those in the margins are dark
     std::vector<double> sums(static_cast<std::size_t>(n + 2 * margin + 1));
     for (int line = 0; line < lines; ++line) {
       float* const cells = raster.data() + std::ptrdiff_t{line} * next;
@@ -58,8 +56,8 @@ void blur_gaussian(Raster& raster, glm::ivec2 size, double sigma) {
   for (int i = 0; i < 3; ++i) blur_box(raster, size, glm::dvec2(half));
 }
 
-/// What a lens of the hologram's size focused on z_m sees of the front view's cells, every depth on
-/// its own: what hides what is the view's.
+/// The picture that a lens of the hologram's size, focused on z_m, makes of the front view's cells.
+/// Every depth is blurred on its own; occlusion is that of the front view.
 ///
 /// layers  filled with what lies where, unless null
 Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan, double z_m,
@@ -105,7 +103,7 @@ std::pair<double, double> within_pixels(const Plan& plan, int axis, double x_m, 
   return {std::max(-half, x_m - reach), std::min(half, x_m + reach)};
 }
 
-/// Of that, the part whose light also crosses the planned WRPs; upside down when there is none.
+/// The part of it whose light also crosses the planned WRPs; low > high when there is none.
 std::pair<double, double> part_seen(const Plan& plan, int axis, double x_m, double z_m) {
   auto [low, high] = within_pixels(plan, axis, x_m, z_m);
   const auto& layer = plan.layer_at(z_m);
@@ -150,7 +148,7 @@ private:
   std::array<double, places + 1> sums_{};
 };
 
-/// What hologram and WRPs show of the cells' radiance.
+/// The part of the cells' radiance that hologram and WRPs show.
 Raster radiance_shown(const FrontView& view, const Plan& plan) {
   Raster shown(view.radiance);
   const LightOfCone light(plan.cone());
@@ -184,7 +182,7 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
     blur_gaussian(shown, view.size, blur_m / z_m / view.step);
   }
   const auto window = glm::dvec2(plan.size * plan.grid) * plan.pitch_m;
-  const auto border = static_cast<double>(QualitySpec{}.border_px) * plan.pitch_m;
+  const auto border = static_cast<double>(picture_border_px) * plan.pitch_m;
   double peak = 0, ll = 0, ls = 0, ss = 0, before_blur = 0, edges = 0;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
@@ -271,7 +269,7 @@ public:
 
 private:
   static constexpr std::size_t frequencies = 96, places = 24;
-  // Of the blur's spectrum, beyond which it leaves nothing
+  // Standard deviations of the blur's spectrum, beyond which it leaves nothing
   static constexpr double deviations = 4.5;
   static constexpr double coarsest = 64;  // samples farther apart hardly interfere
 

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How true the pictures of a hologram will be, before it is computed. docs/planning.md gives the
-/// terms and compares them with measurements.
+/// How accurate the pictures of a hologram will be, before it is computed. docs/planning.md gives
+/// the terms and compares them with measurements.
 #pragma once
 
 #include <vector>
 
 #include "host/plan/cone.hpp"
 #include "host/plan/front_view.hpp"
+#include "host/plan/judged_pictures.hpp"
 
 namespace raywave {
 
-/// What lies at one depth, in a picture that is focused elsewhere.
+/// The surfaces at one depth, in a picture that is focused elsewhere.
 struct PictureLayer {
   double defocus_per_m = 0;  // 1 / depth in focus less 1 / its own depth
-  // Of the mean square of the picture, what other layers add to it included
+  // Share of the picture's mean square, products with other layers included
   double share = 0;
 };
 
@@ -36,7 +37,7 @@ struct PictureRow {
 /// is seen no more steeply than the pixels can show.
 double share_within_pixels(const Plan& plan, int axis, double x_m, double z_m);
 
-/// Of these, the share whose light also crosses the planned WRPs.
+/// The part of that share whose light also crosses the planned WRPs.
 double share_seen(const Plan& plan, int axis, double x_m, double z_m);
 
 struct PictureModel {
@@ -48,25 +49,21 @@ struct PictureModel {
   std::vector<PictureRow> rows;
 };
 
-/// Standard deviation of the Gaussian that stands for a viewer who resolves no more, as in `raywave
-/// quality` at sampling.pitch.
-inline constexpr double blur_of_resolution = 0.6;
-
-/// plan  its fan and edge are the cone
+/// Model of the pictures that a plan's hologram shows.
 PictureModel picture_model(const FrontView& view, const Plan& plan, double resolution_m);
 
-/// What the lattice of samples makes of the pictures, before the light's amount counts: mean
-/// squares over that of the picture, by row.
+/// Errors that the lattice of samples brings to the pictures, by row: mean squares over that of the
+/// picture.
 struct LatticePattern {
   double pitch_m = 0;
   std::vector<double> speckle;  // of one frame: samples interfere
-  // The same as if every sample's wave were cut off hard at the hologram's rim
+  // Speckle as if every sample's wave were cut off hard at the hologram's rim
   std::vector<double> cut;
   std::vector<double> dots;  // what the blur leaves of the lattice
 };
 LatticePattern lattice_pattern(const PictureModel& model, double pitch_m);
 
-/// What a choice of samples, frames and padding makes of it.
+/// Predicted PSNR of the pictures, and where their errors come from.
 struct PicturePrediction {
   std::vector<double> psnr_db;  // of each row
   double mean_psnr_db = 0;      // of the rows

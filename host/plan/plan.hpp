@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From a scene to what will be computed: where the WRPs stand, which rays start on them, what it
-/// takes. A pure function, printed by `raywave plan` and followed by `raywave render`.
+/// What will be computed: where the WRPs stand, which rays start on them, what it takes. Made by
+/// host/plan/make_plan.hpp; everything after planning reads it.
 #pragma once
 
 #include <algorithm>
@@ -13,24 +13,21 @@
 #include <utility>
 #include <vector>
 
-#include "cl/fft.hpp"
-#include "host/geometry/world.hpp"
 #include "host/plan/cone.hpp"
-#include "host/plan/precision.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {
 
 /// How the field at the hologram comes about.
 enum class Method {
-  wrp,  // on wavefront recording planes, carried to the hologram: raywave's way
-  // Every surface sample to every hologram pixel, with visibility: point-based holography, the gold
-  // standard
+  wrp,  // light is gathered on wavefront recording planes and propagated to the hologram
+  // Light of every surface sample at every hologram pixel, with visibility: point-based holography,
+  // the gold standard
   points,
   rays,  // rays cast from each hologram pixel
 };
 
-/// A window of the hologram that is computed on its own. All are of one size, and overlap where
+/// A window of the hologram that is computed on its own. All tiles have one size, and overlap where
 /// that does not divide the hologram's.
 struct Tile {
   glm::ivec2 first{0, 0};     // its top left pixel
@@ -43,10 +40,9 @@ struct Wrp {
   glm::dvec3 centre_m{0};         // world
   std::vector<glm::dvec2> fan{};  // tangents (dx/dz, dy/dz) of the rays that start at its centre
   glm::dvec2 fan_step{0, 0};      // tangents between neighbours
-  double convergence_per_m =
-      // Added to the tangents per metre of a pixel's place: 0 for parallel views, 1 / distance for
-      // perspective ones
-      0;
+  // Added to the tangents per metre of a pixel's place: 0 for parallel fans, 1 / distance for
+  // perspective ones
+  double convergence_per_m = 0;
   std::size_t layer = 0;  // of Plan::layers
   std::size_t tile = 0;   // of Plan::tiles
 };
@@ -60,32 +56,42 @@ struct LatticePlan {
   glm::ivec2 size{1, 1};
 };
 
-/// Columns or rows that WRPs are gathered in (host/trace/interpolator.hpp). Those beyond the
-/// hologram's own edges are for the sums that make these.
-struct WrpAxis {
+/// Rows that WRPs are gathered in (host/plan/interpolation.hpp). Rows beyond the hologram's own
+/// edges are for the sums that make the hologram's rows.
+struct GatheredRows {
   int count = 1;
   double pitch_m = 1;
-  // Half of those that one of the hologram's pitch is made of; 0: they are gathered as they are
+  // Half of the gathered rows that one row of the hologram's pitch is made of; 0: the gathered rows
+  // are the hologram's
   int half_taps = 0;
-
-  bool interpolates() const { return half_taps > 0; }
 };
-/// Columns, rows.
-using WrpAxes = std::array<WrpAxis, 2>;
 
-/// A layer of depth, and the WRPs side by side at one distance that collect the light of its surface
-/// samples, for each tile some.
+/// A layer of depth, and the WRPs side by side at one distance that collect the light of its
+/// surface samples. Each tile has WRPs of its own.
 struct DepthLayer {
   double distance_m = 0;  // from the WRPs to the hologram
+  // Depths of its samples, world z: begin <= z < end
   double begin_m = -std::numeric_limits<double>::infinity(),
-         // Depths of its samples, world z: begin <= z < end
-      end_m = std::numeric_limits<double>::infinity();
+         end_m = std::numeric_limits<double>::infinity();
   glm::dvec3 min_m{0}, max_m{0};  // box of the surfaces in it, world
   glm::ivec2 grid{1, 1};          // of a tile's WRPs, at most
-  WrpAxes axes{};
+  GatheredRows rows{};
 
-  bool interpolates() const { return axes[0].interpolates() || axes[1].interpolates(); }
+  /// The hologram's rows are made from fewer gathered ones.
+  bool interpolates() const { return rows.half_taps > 0; }
 };
+
+/// Predicted errors of phase in turns, root mean square over a field; 2 pi times their sum is the
+/// field's relative L2 error.
+struct PhaseError {
+  double waves_turns = 0;      // from samples, or hits, to the pixels of the WRPs
+  double bounces_turns = 0;    // of paths over mirrors and through glass
+  double propagate_turns = 0;  // from the WRPs to the hologram
+
+  double total_turns() const { return waves_turns + bounces_turns + propagate_turns; }
+};
+
+using PhaseErrors = std::array<PhaseError, 2>;  // by Precision
 
 /// The lights and materials of the scene that a plan was made for.
 struct Lighting {
@@ -127,30 +133,29 @@ struct Plan {
   // that no light falls into
   std::vector<Wrp> wrps;
   bool aimed = true;  // rays are aimed at surface samples; else they form a fan
-  // Of mirrors and glass: trace.depth where a material in the scene has them
+  // At mirrors and glass: trace.depth where an object is one of them
   int bounces = 0;
   LatticePlan lattice;
   int antialias = 4;  // rays per side of a sample's cell; 0: one through its centre
-  // Per side of the hologram's window, whose sight of each sample is looked at; 0: nothing hides
+  // Parts per side of the hologram's window in the visibility mask of a sample; 0: nothing hides
   // anything
-  int view_parts = 8;
-  // Half width and soft edge of the cone that a pixel gathers, in half holograms
+  int visibility_parts = 8;
+  // Half width and apodization of the cone that a pixel gathers, in half holograms
   double cone_half_width = 1, apodization = 0;
-  // The same in half tiles: as far beyond a tile's borders, where the padding holds it
+  // The same in half tiles: as far beyond a tile's borders, where the padded plane holds it
   glm::dvec2 tile_cone{1, 1};
   glm::dvec2 tile_apodization{0, 0};
-  // Of a ray to the optical axis, per axis, that the SLM's pixels can show
+  // Sine of the steepest ray to the optical axis that the SLM's pixels can show, per axis
   glm::dvec2 largest_sine{1, 1};
   bool beyond_diffraction = false;  // some light of the scene would be steeper
   glm::ivec2 padded{1, 1};          // size that is transformed
   Precision precision = Precision::floats;
   PhaseErrors phase_errors;  // predicted, by precision
-  // Of the field at the hologram, predicted (host/plan/propagation_errors.hpp); 0 where nothing is
-  // propagated
+  // Predicted relative L2 error of the field at the hologram (host/plan/propagation_errors.hpp); 0
+  // where nothing is propagated
   double padding_error = 0;
-  double oversampling_error = 0;  // the same, of gathering fewer columns and rows
-  // The same, of what the cone leaves out of each sample's wave (host/plan/cone.hpp); 0 where rays
-  // are not aimed
+  double oversampling_error = 0;  // the same, of gathering fewer rows
+  // The same, of what the cone leaves out of each sample's wave (host/plan/cone.hpp); 0 for fans
   double cone_error = 0;
   std::uint64_t rays = 0;  // primary rays of a frame
 
@@ -164,20 +169,20 @@ struct Plan {
   std::size_t most_wrps_of_a_tile() const;
   /// Places in `wrps` of a tile's first WRP and of the one after its last.
   std::pair<std::size_t, std::size_t> wrps_of(std::size_t tile) const;
-  /// The one that a surface at this depth belongs to.
+  /// The layer that a surface at this depth belongs to.
   const DepthLayer& layer_at(double z_m) const;
-  /// Of the fields that are gathered on a layer's WRPs.
+  /// Columns and rows of the fields that are gathered on a layer's WRPs, and their pitch.
   glm::ivec2 gathered_size(const DepthLayer& layer) const {
-    return {layer.axes[0].count, layer.axes[1].count};
+    return {tile_size.x, layer.rows.count};
   }
   glm::dvec2 gathered_pitch_m(const DepthLayer& layer) const {
-    return {layer.axes[0].pitch_m, layer.axes[1].pitch_m};
+    return {pitch_m.x, layer.rows.pitch_m};
   }
-  /// Of the largest of them.
+  /// Pixels of the largest gathered field.
   std::size_t gathered_pixels() const;
 };
 
-/// Edges of what the WRPs of a layer cover; `first` beyond `last` where it has none.
+/// Borders of what the WRPs of a layer cover; `first` beyond `last` where it has none.
 struct WrpsExtent {
   glm::dvec2 first, last;
 };
@@ -185,29 +190,5 @@ WrpsExtent wrps_extent(const Plan& plan, const DepthLayer& layer);
 
 /// Depths of a layer's samples as devices compare them, scene frame.
 std::pair<float, float> layer_bounds(const Plan& plan, const DepthLayer& layer);
-
-/// throws  InputError when the scene cannot be computed as asked (WRP behind the scene or through
-///         the hologram, more than 1024 WRPs, tiles that would not add up to the hologram)
-///
-/// hologram.tiles "auto" is one here; fitting_plan (host/plan/memory.hpp) knows how many fit.
-/// rays_per_axis  of Method::rays: directions across the cone that the SLM's pixels can show
-/// has_doubles    whether the device can compute in doubles, for accuracy.precision "auto"
-/// moved_from     the plan of the same scene before its objects moved, if any: its tiles and its
-///                predicted errors, which take long, stay
-Plan make_plan(const Scene& scene, const World& world, Method method = Method::wrp,
-               int rays_per_axis = 100, bool has_doubles = false, const Plan* moved_from = nullptr);
-
-/// Why the hologram can only be computed in one piece; empty: it can be divided.
-std::string why_in_one_piece(const Plan& plan, Method method);
-
-/// Divides a plan's hologram into tiles: Plan::tile_grid, tile_size, tiles, padded, tile_cone and
-/// tile_apodization.
-void divide(Plan& plan, glm::ivec2 tile_grid, double padding);
-
-/// Rows or columns of a fan (paper, Eq. 4-7): tangents across an aperture `window_m` wide seen from
-/// `distance_m` away, turned by shift / distance, spaced so that neighbours lie `pitch_m` apart at
-/// `depth_m` behind the plane.
-std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m,
-                                 double pitch_m);
 
 }  // namespace raywave

@@ -10,24 +10,24 @@
 namespace raywave {
 namespace {
 
-// Relative errors of a few operations
+// Relative errors of a few operations in float, pairs of floats and double
 constexpr double float_ulp = 0x1p-24, pair_ulp = 0x1p-45, double_ulp = 0x1p-50;
 
-/// Sine and cosine, amplitudes and sums of many waves, whatever the precision.
+/// Error of sine, cosine, amplitudes and sums of many waves, in every precision.
 constexpr double wave_floor_turns = 1e-7;
 
-/// Plane waves of near samples: up to 16 turns from the chief ray, in floats, and 96 steps of a
-/// recurrence.
+/// Error of the plane waves of a sample: up to 16 turns from the chief ray, in floats, and 96 steps
+/// of a recurrence.
 constexpr double near_turns = 3e-7;
 
-/// The transforms, and what propagate.cl leaves to floats.
+/// Error of the transforms, and of what propagate.cl computes in floats.
 constexpr double propagation_floor_turns = 1e-7;
 
-/// A surface's plane, the place on it, the normal there and the direction onwards, in units of a
-/// path's own error; float_ulp: sums of turns.
+/// Errors of a bounce, over the error of an optical path: the surface's plane, the place on it, the
+/// normal there and the direction onwards.
 constexpr double bounce_steps = 16;
 
-/// Rows from a tile's middle.
+/// Rows from the middle of the pixels that share one optical path.
 constexpr double tile_reach_rows = 8;
 
 }  // namespace
@@ -42,7 +42,7 @@ PhaseErrors predict_phase_errors(const Plan& plan) {
         plan.largest_sine /
         glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.largest_sine * plan.largest_sine));
     path_m = std::max(path_m, depth_m * std::hypot(1.0, slope.x, slope.y));
-    rows_m = std::max(rows_m, layer.axes[1].pitch_m);
+    rows_m = std::max(rows_m, layer.rows.pitch_m);
     if (wrp.centre_m.z > 0) propagated_m = std::max(propagated_m, glm::length(wrp.centre_m));
   }
   const double path_turns = path_m / plan.wavelength_m;
@@ -50,7 +50,7 @@ PhaseErrors predict_phase_errors(const Plan& plan) {
   const bool any_near = plan.wrps[0].centre_m.z > 0;
 
   PhaseErrors errors;
-  for (const auto precision : {Precision::floats, Precision::extended, Precision::doubles}) {
+  for (const auto precision : {Precision::floats, Precision::doubles}) {
     auto& e = errors[static_cast<std::size_t>(precision)];
     e.waves_turns =
         wave_floor_turns + path_turns * (precision == Precision::doubles ? double_ulp : pair_ulp);
@@ -72,7 +72,7 @@ Precision choose_precision(const AccuracySpec& spec, const PhaseErrors& errors, 
   if (spec.precision) return *spec.precision;
   const auto error = [&](Precision p) { return errors[static_cast<std::size_t>(p)].total_turns(); };
   auto best = Precision::floats;
-  for (const auto precision : {Precision::floats, Precision::extended, Precision::doubles}) {
+  for (const auto precision : {Precision::floats, Precision::doubles}) {
     if (precision == Precision::doubles && !has_doubles) break;
     if (error(precision) < spec.phase_turns) return precision;
     if (error(precision) < error(best)) best = precision;
@@ -81,16 +81,8 @@ Precision choose_precision(const AccuracySpec& spec, const PhaseErrors& errors, 
 }
 
 const char* name_of(Precision precision) {
-  constexpr const char* names[] = {"float", "extended", "double"};
+  constexpr const char* names[] = {"float", "double"};
   return names[static_cast<std::size_t>(precision)];
-}
-
-std::string precision_option(const cl::DeviceInfo& device, Precision precision) {
-  if (precision == Precision::doubles && !device.fp64)
-    throw cl::DeviceError(
-        device.name +
-        " has no double precision; set accuracy.precision to \"extended\" or \"auto\"");
-  return std::to_string(static_cast<int>(precision));
 }
 
 }  // namespace raywave

@@ -10,9 +10,10 @@
 #include <numbers>
 #include <random>
 
-#include "cl/fft.hpp"
-#include "host/trace/gatherer.hpp"
-#include "host/trace/interpolator.hpp"
+#include "host/common/fft_backend.hpp"
+#include "host/common/line_fft.hpp"
+#include "host/plan/footprint.hpp"
+#include "host/plan/interpolation.hpp"
 
 namespace raywave {
 namespace {
@@ -25,7 +26,7 @@ constexpr int samples_of_a_line = 64;   // enough that the error's own scatter i
 constexpr int waves_of_a_sample = 192;  // near ones
 constexpr int wide = 4;                 // windows: what goes astray farther is taken to be lost
 
-/// Of light, what is wrong in a window and what there is.
+/// Squares of the light in a window: of its error, and of all of it.
 struct Squares {
   double wrong = 0, all = 0;
   void add(const Squares& other) {
@@ -54,7 +55,7 @@ public:
         edge_(plan.tile_apodization[axis]),
         low_m_(layer.min_m[axis] - tile_m),
         high_m_(layer.max_m[axis] - tile_m),
-        fft_(cl::next_fast_size(static_cast<std::size_t>(
+        fft_(next_fast_size(static_cast<std::size_t>(
                  std::max(wide * n_, 2 * *std::max_element(padded_.begin(), padded_.end())))),
              false),
         wanted_(static_cast<std::size_t>(n_)),
@@ -74,14 +75,14 @@ public:
     }
   }
 
-  /// The same, with samples of the plane made from those that are gathered.
+  /// The same along columns, with rows of the plane made from those that are gathered.
   void add_interpolated(double centre_m) {
     const auto light = line(), interpolated = line();
     fill(light.get() + first(), centre_m, n_, pitch_m_);
-    const auto& few = layer_.axes[static_cast<std::size_t>(axis_)];
+    const auto& few = layer_.rows;
     std::vector<std::complex<float>> gathered(static_cast<std::size_t>(few.count));
     fill(gathered.data(), centre_m, few.count, few.pitch_m);
-    const auto r = interpolation_of(plan_, layer_, axis_, centre_m);
+    const auto r = interpolation_of(plan_, layer_, centre_m);
     for (int i = 0; i < n_; ++i) {
       for (int tap = 0; tap < r.taps; ++tap) {
         const auto from = static_cast<std::size_t>(r.first[static_cast<std::size_t>(i)] + tap);
@@ -102,7 +103,7 @@ public:
   }
 
 private:
-  cl::Lines line() const { return cl::make_zero_lines(fft_.size(), "line across the WRPs"); }
+  Lines line() const { return make_zero_lines(fft_.size(), "line across the WRPs"); }
 
   /// Frequency of number i of a transform, in cycles per metre.
   double frequency(std::ptrdiff_t i) const {
@@ -117,7 +118,7 @@ private:
   }
 
   /// Spectrum at the hologram of a line of light at centre_m.
-  cl::Lines propagated(const cl::Lines& light, double centre_m) {
+  Lines propagated(const Lines& light, double centre_m) {
     auto spectrum = line();
     fft_.forward(light.get(), spectrum.get());
     for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
@@ -132,7 +133,7 @@ private:
   }
 
   /// Without the waves that move sideways farther than reach_m.
-  cl::Lines kept_within(double reach_m, const cl::Lines& spectrum, double centre_m) const {
+  Lines kept_within(double reach_m, const Lines& spectrum, double centre_m) const {
     auto kept = line();
     for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
       const double u = frequency(i), w = along_axis(u);
@@ -142,14 +143,14 @@ private:
     return kept;
   }
 
-  cl::Lines transformed_back(const cl::Lines& spectrum) {
+  Lines transformed_back(const Lines& spectrum) {
     auto result = line();
     fft_.inverse(spectrum.get(), result.get());
     return result;
   }
 
   /// Adds the tile's window of a line, and what comes round to it on a plane of `padded` samples.
-  void add(std::vector<Complex>& window, const cl::Lines& line, std::ptrdiff_t padded = 0) const {
+  void add(std::vector<Complex>& window, const Lines& line, std::ptrdiff_t padded = 0) const {
     const auto count = static_cast<std::ptrdiff_t>(fft_.size());
     if (padded == 0) padded = count;
     for (int i = 0; i < n_; ++i) {
@@ -169,7 +170,8 @@ private:
     return Cone{fan_, edge_}.passed(x_m / half_m_);
   }
 
-  /// The waves of samples in the layer's box, with random phases, at `count` places around centre_m.
+  /// Fills a line with the waves of samples in the layer's box, with random phases, at `count`
+  /// places around centre_m.
   void fill(std::complex<float>* light, double centre_m, int count, double pitch_m) const {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform(0, 1);
@@ -179,11 +181,9 @@ private:
                    depth_m = z_m - layer_.distance_m;
       const double x_m = low_m_ + (high_m_ - low_m_) * (i + uniform(random)) / samples_of_a_line;
       const Complex phasor = std::polar(1.0, 2 * pi * uniform(random));
-      const double half_m = fan_ * half_m_ * std::abs(depth_m) / z_m;  // of the footprint
-      const double spot_m = plan_.wavelength_m * z_m / (2 * fan_ * half_m_);
-      const bool is_near = plan_.aimed && half_m < Gatherer::default_near_spots * spot_m;
-      const double reach_m = is_near ? half_m + Gatherer::near_tail * spot_m : half_m,
-                   middle_m = x_m * layer_.distance_m / z_m;
+      const auto footprint = footprint_of(plan_, axis_, layer_.distance_m, z_m);
+      const bool is_near = plan_.aimed && footprint.is_near();
+      const double reach_m = footprint.reach_m(), middle_m = x_m * layer_.distance_m / z_m;
       int first = 0, last = count - 1;
       if (plan_.aimed) {
         const auto place = [&](double at_m) {
@@ -195,7 +195,7 @@ private:
       const double first_m = centre_m + (first - (count - 1) / 2.0) * pitch_m;
       if (is_near) {
         add_near(light + first, last - first + 1, first_m - x_m, pitch_m, {x_m, z_m, depth_m},
-                 phasor / spot_m);
+                 phasor / footprint.spot_m);
         continue;
       }
       for (int p = first; p <= last; ++p) {
@@ -253,7 +253,7 @@ private:
   std::vector<int> padded_;
   int n_;
   double pitch_m_, half_m_, largest_sine_, fan_, edge_, low_m_, high_m_;
-  cl::LineFft fft_;
+  LineFft fft_;
   std::vector<Complex> wanted_;
   std::vector<std::vector<Complex>> got_;  // with each padding
 };
@@ -314,16 +314,14 @@ std::vector<double> predicted_padding_errors(const Plan& plan,
 double predicted_oversampling_error(const Plan& plan) {
   double square = 0;
   for (const auto& layer : plan.layers) {
-    for (int axis = 0; axis < 2; ++axis) {
-      if (!layer.axes[static_cast<std::size_t>(axis)].interpolates()) continue;
-      Squares squares;
-      for (const auto& [tile_m, centres] : lines_along(plan, layer, axis)) {
-        AxisOfLayer line(plan, layer, axis, tile_m, {plan.tile_size[axis]});
-        for (const double centre_m : centres) line.add_interpolated(centre_m);
-        squares.add(line.squares());
-      }
-      square += share_of(plan, layer) * squares.relative();
+    if (!layer.interpolates()) continue;
+    Squares squares;
+    for (const auto& [tile_m, centres] : lines_along(plan, layer, 1)) {
+      AxisOfLayer line(plan, layer, 1, tile_m, {plan.tile_size.y});
+      for (const double centre_m : centres) line.add_interpolated(centre_m);
+      squares.add(line.squares());
     }
+    square += share_of(plan, layer) * squares.relative();
   }
   return std::sqrt(square);
 }

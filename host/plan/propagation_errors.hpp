@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What cheaper planes cost. Small wrp.padding: light that misses the hologram's window comes round
-/// to the other side of the padded plane, and into the window. Small wrp.oversampling: columns and
-/// rows in between are not quite those that would have been gathered.
+/// Errors that cheaper planes bring to the field. With a small wrp.padding, light that misses the
+/// hologram's window comes round to the other side of the padded plane, and into the window. With a
+/// small wrp.oversampling, interpolated rows differ from those that would have been gathered.
 #pragma once
 
 #include "host/plan/plan.hpp"
@@ -10,7 +10,7 @@ namespace raywave {
 
 /// Relative L2 error of the field at the hologram against an endless padding, predicted: along each
 /// axis, a line of every WRP (of 32 at most) is filled with the waves of some samples spread
-/// through the box of its layer's surfaces, cut by cone, soft edge and WRP as the gathering does,
+/// through the box of its layer's surfaces, cut by cone, apodization and WRP as the gathering does,
 /// and propagated with each padding and with a wide one. Takes milliseconds.
 ///
 /// padded    samples of the padded planes; {plan.padded} for the plan's own
@@ -20,8 +20,8 @@ namespace raywave {
 std::vector<double> predicted_padding_errors(const Plan& plan,
                                              const std::vector<glm::ivec2>& padded);
 
-/// The same of making the hologram's columns and rows from those of the layers, against gathering
-/// all of them.
+/// Relative L2 error of the field at the hologram when its rows are made from the gathered ones,
+/// against gathering all of them; predicted in the same way.
 ///
 /// accuracy  within a factor of 2 of what the scene itself shows (tests/trace/interpolator.cpp)
 double predicted_oversampling_error(const Plan& plan);

@@ -1,34 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What `raywave tune` has found out about a device: a small file in the cache folder, one per
-/// platform, device and driver.
+/// How long a device needs for each operation that planning counts (host/plan/cost.hpp).
 #pragma once
 
-#include <filesystem>
-#include <optional>
-
-#include "host/plan/cost.hpp"
+#include <string>
 
 namespace raywave {
 
-struct Tuning {
-  DeviceRates rates;
-  cl::WorkShape work;
+/// Seconds per operation, all compute units of the device together.
+struct DeviceRates {
+  std::string device;  // "default" for figures that no measurement stands behind
+  double ray_s = 0, pair_s = 0, pixel_s = 0, butterfly_s = 0, level_s = 0;
 };
 
-std::filesystem::path tuning_file(const cl::DeviceInfo& device);
-
-/// What is stored for the device; none where nothing is, or where it has another layout, from
-/// another version of raywave.
-///
-/// throws  InputError naming file and key (or line) for what is damaged, or no device can do
-std::optional<Tuning> load_tuning(const cl::DeviceInfo& device);
-
-/// throws  InputError when the file cannot be written
-void store_tuning(const cl::DeviceInfo& device, const Tuning& tuning);
-
-/// The device with its stored work shape, if any.
-///
-/// throws  as load_tuning
-cl::DeviceInfo tuned(cl::DeviceInfo device);
+/// Rates of PoCL on two cores of a server processor.
+inline DeviceRates default_rates() {
+  return {"default", 1.85e-9, 1.55e-9, 1.24e-9, 0.125e-9, 1e-9};
+}
 
 }  // namespace raywave

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a user may not have meant, or may not see, before anything is computed.
+/// Warnings about settings that a user may not have meant, before anything is computed.
 #pragma once
 
 #include <string>

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <string>
 
 #include "host/common/error.hpp"
@@ -13,8 +12,6 @@
 namespace raywave {
 namespace {
 
-// Samples; rows of padded planes are whole packets of any device's lanes
-constexpr int packet = 16;
 // More needs two floats; docs/accuracy.md, "Propagation"
 constexpr double float_remainder_turns = 2;
 constexpr double most_remainder_turns = 2e6;  // two floats reduce turns below 2^22
@@ -22,19 +19,6 @@ constexpr double most_turns = 1e13;           // of the distance: double tells t
 constexpr std::size_t most_transfers = 64;    // remembered, some 100 KB each
 
 double reduced(double turns) { return turns - std::round(turns); }
-
-/// band_m's closed form where the other frequency leaves `wave_number` = sqrt(1/lambda^2 - v^2) to
-/// this axis: |shift - z u/w| <= half.
-std::pair<double, double> band_of(double wave_number, double distance_m, double shift_m,
-                                  double half_m) {
-  constexpr double all = std::numeric_limits<double>::infinity();
-  if (distance_m == 0)
-    return std::abs(shift_m) <= half_m ? std::pair(-all, all) : std::pair(all, -all);
-  const auto limit = [&](double t) {
-    return wave_number * t / std::copysign(std::hypot(t, distance_m), distance_m);
-  };
-  return std::minmax({limit(shift_m - half_m), limit(shift_m + half_m)});
-}
 
 /// The frequencies kept of `axis` for each element of the other axis' transform.
 std::vector<Band> bands_across(const Axis& axis, const Axis& other, double wavelength_m,
@@ -157,25 +141,6 @@ void check(const PropagatorSpec& spec) {
 }
 
 }  // namespace
-
-std::pair<double, double> band_m(double wavelength_m, double distance_m, double shift_m,
-                                 double half_m) {
-  return band_of(1 / wavelength_m, distance_m, shift_m, half_m);
-}
-
-glm::ivec2 padded_size(glm::ivec2 size, double padding) {
-  const auto fast = [&](double samples) {
-    return static_cast<int>(cl::next_fast_size(static_cast<std::size_t>(samples)));
-  };
-  return {fast(packet * std::ceil(size.x * padding / packet)), fast(std::ceil(size.y * padding))};
-}
-
-Band Axis::sampled(std::pair<double, double> band) const {
-  const double step = 1 / (padded * pitch_m);
-  const double first = std::max<double>(std::ceil(band.first / step), lowest());
-  const double last = std::min<double>(std::floor(band.second / step), highest());
-  return first <= last ? Band{static_cast<int>(first), static_cast<int>(last)} : Band{};
-}
 
 struct Propagator::State {
   State(const cl::Device& device, const PropagatorSpec& spec) {

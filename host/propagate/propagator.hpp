@@ -10,23 +10,12 @@
 #include <glm/vec2.hpp>
 #include <memory>
 #include <span>
-#include <utility>
 
 #include "cl/fft.hpp"
 #include "cl/program.hpp"
+#include "host/plan/padded_plane.hpp"
 
 namespace raywave {
-
-/// Frequencies (cycles per metre) that a plane `distance_m` away and shifted by `shift_m` can
-/// receive from the window along one axis, the other frequency being zero: [L(shift - half),
-/// L(shift + half)], L(t) = t / (wavelength sqrt(t^2 + z^2)). half_m is the larger of the window's
-/// side and half the padded plane's. No frequency (first > second) when the distance is zero and
-/// the shift larger than half_m.
-///
-/// source  Matsushima's Table 1 without its case distinctions; the transfer function's local
-///         frequency |shift - z u/w| <= half_m
-std::pair<double, double> band_m(double wavelength_m, double distance_m, double shift_m,
-                                 double half_m);
 
 struct PropagatorSpec {
   glm::ivec2 size{1, 1};  // samples of every plane in and out, x and y
@@ -35,10 +24,6 @@ struct PropagatorSpec {
   double padding = 2;  // 1 to 64; the padded size is the next that the FFT transforms fast
   cl::FftBackend backend = cl::FftBackend::host;
 };
-
-/// Size of the padded plane: at least `padding` times `size`, rows of whole packets, and sizes that
-/// the FFT transforms fast.
-glm::ivec2 padded_size(glm::ivec2 size, double padding);
 
 /// Where a plane's light is wanted: on a plane `distance_m` away along the direction of travel, its
 /// centre shifted by `shift_m` (x right, y up) from the source's.

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "cl/program.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/propagate/propagator_engine.hpp"
 
 namespace raywave {
@@ -62,8 +63,8 @@ public:
 
 private:
   cl::Options options(bool two_floats) const {
-    return {{"RAYWAVE_LANES", std::to_string(device_.info().float_lanes)},
-            {"RAYWAVE_TWO_FLOATS", two_floats ? "1" : "0"}};
+    return {{option::lanes, std::to_string(device_.info().float_lanes)},
+            {option::two_floats, two_floats ? "1" : "0"}};
   }
 
   /// Kernels walk along a row: all of it on CPUs, one packet of it per work-item elsewhere.

@@ -14,6 +14,7 @@
 #include <cstring>
 #include <type_traits>
 
+#include "host/common/line_fft.hpp"
 #include "host/common/threads.hpp"
 #include "host/propagate/propagator_engine.hpp"
 
@@ -37,7 +38,7 @@ constexpr std::size_t small_plane = std::size_t{256} * 256;
 
 std::size_t size(int n) { return static_cast<std::size_t>(n); }
 
-/// cl::Lines from one line to the next in scratch memory: whole cache lines, an odd number, so that
+/// Lines from one line to the next in scratch memory: whole cache lines, an odd number, so that
 /// lines do not contend for one place.
 std::size_t pitch_of(std::size_t line) { return ((line + 7) / 8 | 1) * 8; }
 
@@ -173,7 +174,7 @@ auto multiply_add_here() {
 /// Rows of a plane between the passes, in tiles.
 struct Rows {
   Band band;
-  cl::Lines tiles;
+  Lines tiles;
   std::size_t capacity = 0;  // samples
 
   Sample* tile(std::size_t number) const {
@@ -186,7 +187,7 @@ struct Rows {
     if (wanted <= capacity) return;
     capacity = 0;
     tiles.reset();
-    tiles = cl::make_lines(wanted, "rows of a padded plane");
+    tiles = make_lines(wanted, "rows of a padded plane");
     capacity = wanted;
   }
 };
@@ -208,9 +209,9 @@ public:
       Scratch s;
       const char* what = "lines of a padded plane";
       for (auto* row : {&s.row, &s.row_transformed, &s.row_sum})
-        *row = cl::make_zero_lines(padded_nx_, what);
+        *row = make_zero_lines(padded_nx_, what);
       for (auto* columns : {&s.field_columns, &s.band_columns, &s.columns_transformed})
-        *columns = cl::make_zero_lines(tile_width * pitch_of(padded_ny_), what);
+        *columns = make_zero_lines(tile_width * pitch_of(padded_ny_), what);
       scratch_.push_back(std::move(s));
     }
   }
@@ -253,8 +254,8 @@ private:
   /// Of one thread: lines of the padded plane. What is right of the field in `row` and below it in
   /// `field_columns` stays zero, so does what is outside the band in `band_columns`.
   struct Scratch {
-    cl::Lines row, row_transformed, row_sum;
-    cl::Lines field_columns, band_columns, columns_transformed;
+    Lines row, row_transformed, row_sum;
+    Lines field_columns, band_columns, columns_transformed;
   };
 
   struct Pending {
@@ -345,7 +346,7 @@ private:
 
   /// Pending sources and the sum so far, row by row: back to `arrived_`, or into the sum.
   void transform_rows(const Band& rows, bool back) {
-    if (!back && !sum_) sum_ = cl::make_lines(padded_nx_ * padded_ny_, "sum of spectra");
+    if (!back && !sum_) sum_ = make_lines(padded_nx_ * padded_ny_, "sum of spectra");
     const auto sum_row = [&](int k) { return sum_.get() + size(plan_.y.index(k)) * padded_nx_; };
     const Band whole = rows.joined(sum_rows_);
     cl::Threads::shared().for_each(
@@ -405,7 +406,7 @@ private:
 
   PropagationPlan plan_;
   std::size_t nx_, ny_, padded_nx_, padded_ny_, tiles_;
-  cl::LineFft row_fft_, column_fft_;
+  LineFft row_fft_, column_fft_;
   std::size_t threads_;
   Transpose transpose_ = transpose_here();
   void (*multiply_add_float_)(const RowPart&) = multiply_add_here<false>();
@@ -415,7 +416,7 @@ private:
   std::size_t source_ = 0;
   std::vector<Pending> pending_;  // added, not summed
   Rows arrived_;
-  cl::Lines sum_;  // spectra of the rows sum_rows_; only where sources did not fit
+  Lines sum_;  // spectra of the rows sum_rows_; only where sources did not fit
   Band sum_rows_;
 };
 

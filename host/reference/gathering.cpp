@@ -9,9 +9,15 @@
 
 namespace raywave::reference {
 
-Gathering gathering(const Rig& rig, double near_spots) {
-  return {rig.plan,   rig.scene.lights, rig.samples,         rig.lit, rig.arrays.light_words(),
-          near_spots, rig.views,        rig.table.view_parts};
+Gathering gathering(const Rig& rig, double plane_wave_spots) {
+  return {rig.plan,
+          rig.scene.lights,
+          rig.samples,
+          rig.lit,
+          rig.arrays.light_words(),
+          plane_wave_spots,
+          rig.visibility_masks,
+          rig.table.visibility_parts};
 }
 
 Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>> fields,

@@ -13,7 +13,7 @@
 namespace raywave::reference {
 
 /// What the device starts from.
-Gathering gathering(const Rig& rig, double near_spots = 0);
+Gathering gathering(const Rig& rig, double plane_wave_spots = 0);
 
 struct Agreement {
   double error = 0;       // relative, L2, over the pixels compared and all frames
@@ -23,7 +23,7 @@ struct Agreement {
 };
 
 /// `count` pixels drawn at random from fields of the frames seed, seed + 1, ... on the plane around
-/// `centre_m`, against the direct sum of all samples, none of them near (Gatherer's near_spots 0).
+/// `centre_m`, against the direct sum of all samples, none of them near (Gatherer's plane_wave_spots 0).
 Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>> fields,
                              int frames, std::uint32_t seed, glm::dvec3 centre_m, int count);
 

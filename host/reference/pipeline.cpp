@@ -20,9 +20,9 @@ using glm::dvec3;
 using Complex = std::complex<double>;
 using std::numbers::pi;
 
-constexpr double undecided = 1e-5;   // of a float's comparisons, relative
-constexpr int most_near_waves = 96;  // kernels/gather/plane_waves.h
-constexpr double near_tail = 4;      // host/trace/gatherer.cpp
+constexpr double undecided = 1e-5;     // of a float's comparisons, relative
+constexpr int most_plane_waves = 96;   // kernels/gather/plane_waves.h
+constexpr double plane_wave_tail = 4;  // host/trace/gatherer.cpp
 
 Complex turned(double turns) { return std::polar(1.0, 2 * pi * std::remainder(turns, 1.0)); }
 
@@ -40,25 +40,27 @@ double edge_weight(const Plan& plan, double at) {
 
 /// Part of the window's side, in half windows of the view from its middle, and whether a float may
 /// find another.
-std::pair<int, bool> view_part(const Gathering& what, double at) {
-  const double place = (at / std::max(1.0, what.plan.cone_half_width) + 1) / 2 * what.view_parts;
-  return {std::clamp(static_cast<int>(std::floor(place)), 0, what.view_parts - 1),
+std::pair<int, bool> visibility_part(const Gathering& what, double at) {
+  const double place =
+      (at / std::max(1.0, what.plan.cone_half_width) + 1) / 2 * what.visibility_parts;
+  return {std::clamp(static_cast<int>(std::floor(place)), 0, what.visibility_parts - 1),
           std::abs(place - std::round(place)) < 1e-4};
 }
 
 bool is_seen(const Gathering& what, std::size_t index, int i, int j) {
-  const auto words = static_cast<std::size_t>(std::max(1, what.view_parts * what.view_parts / 32));
-  const auto bit = static_cast<std::size_t>(j * what.view_parts + i);
-  return what.views[index * words + bit / 32] >> (bit % 32) & 1u;
+  const auto words =
+      static_cast<std::size_t>(std::max(1, what.visibility_parts * what.visibility_parts / 32));
+  const auto bit = static_cast<std::size_t>(j * what.visibility_parts + i);
+  return what.visibility_masks[index * words + bit / 32] >> (bit % 32) & 1u;
 }
 
 /// Parts of the window's sides that the waves of near samples keep apart.
-int near_parts(const Gathering& what) { return std::clamp(what.view_parts, 1, 8); }
+int plane_wave_parts(const Gathering& what) { return std::clamp(what.visibility_parts, 1, 8); }
 
-/// Share of part (i, j) of near_parts x near_parts of the window that sees the sample.
+/// Share of part (i, j) of plane_wave_parts x plane_wave_parts of the window that sees the sample.
 double seen_share(const Gathering& what, std::size_t index, int part_i, int part_j) {
   if (what.samples[index].hidden == 0) return 1;
-  const int side = what.view_parts / near_parts(what);
+  const int side = what.visibility_parts / plane_wave_parts(what);
   int seen = 0;
   for (int j = 0; j < side; ++j)
     for (int i = 0; i < side; ++i)
@@ -119,7 +121,7 @@ Aimed aimed(const Plan& plan, dvec3 p, double plane_z_m, int axis) {
   a.centre_m = p[axis] + a.chief_tangent * (p.z - plane_z_m);
   a.spot_m = plan.wavelength_m / (2 * plan.cone_half_width * a.half_tangent);
   a.half_m = plan.cone_half_width * a.half_tangent * std::abs(p.z - plane_z_m);
-  a.extent_m = a.half_m + near_tail * a.spot_m;
+  a.extent_m = a.half_m + plane_wave_tail * a.spot_m;
   return a;
 }
 
@@ -135,34 +137,35 @@ std::pair<int, bool> wave_count(const Aimed& a) {
   return {8 * static_cast<int>(eighths) + 32, std::abs(eighths - nearest) <= undecided * nearest};
 }
 
-Decision is_near(const Aimed& x, const Aimed& y, double near_spots) {
-  const auto narrow_x = is_less(x.half_m, near_spots * x.spot_m),
-             narrow_y = is_less(y.half_m, near_spots * y.spot_m);
+Decision is_plane_wave_sample(const Aimed& x, const Aimed& y, double plane_wave_spots) {
+  const auto narrow_x = is_less(x.half_m, plane_wave_spots * x.spot_m),
+             narrow_y = is_less(y.half_m, plane_wave_spots * y.spot_m);
   const auto [count_x, unsure_x] = wave_count(x);
   const auto [count_y, unsure_y] = wave_count(y);
-  const bool fits = count_x <= most_near_waves && count_y <= most_near_waves;
+  const bool fits = count_x <= most_plane_waves && count_y <= most_plane_waves;
   return {(narrow_x.yes || narrow_y.yes) && fits,
-          near_spots > 0 && (narrow_x.unsure || narrow_y.unsure || unsure_x || unsure_y)};
+          plane_wave_spots > 0 && (narrow_x.unsure || narrow_y.unsure || unsure_x || unsure_y)};
 }
 
 /// g of near.h in its parts, for each of `count` pixels from `first_m`, `step_m` apart.
 using Parts = std::array<Complex, 8>;
-std::vector<Parts> near_sums(const Plan& plan, const Aimed& a, int parts, double place_m,
-                             double depth_m, int axis, double first_m, double step_m, int pixels,
-                             const std::function<double(double tangent)>& amplitude_at) {
+std::vector<Parts> plane_wave_sums(const Plan& plan, const Aimed& a, int parts, double place_m,
+                                   double depth_m, int axis, double first_m, double step_m,
+                                   int pixels,
+                                   const std::function<double(double tangent)>& amplitude_at) {
   const auto sine_of = [](double tangent) { return tangent / std::hypot(1.0, tangent); };
   const double low = sine_of(a.chief_tangent - plan.cone_half_width * a.half_tangent),
                high = sine_of(a.chief_tangent + plan.cone_half_width * a.half_tangent);
-  const int count = std::min(wave_count(a).first, most_near_waves);
-  const double view_half = std::max(1.0, plan.cone_half_width);
+  const int count = std::min(wave_count(a).first, most_plane_waves);
+  const double visibility_half = std::max(1.0, plan.cone_half_width);
   std::vector<Parts> sums(static_cast<std::size_t>(pixels));
   for (int n = 0; n < count; ++n) {
     const double step = (high - low) / count, sine = low + (n + 0.5) * step,
                  cosine = std::sqrt(1 - sine * sine);
     if (std::abs(sine) > plan.largest_sine[axis]) continue;
     const double at = (sine / cosine - a.chief_tangent) / a.half_tangent;
-    const auto part = static_cast<std::size_t>(
-        std::clamp(static_cast<int>(std::floor((at / view_half + 1) / 2 * parts)), 0, parts - 1));
+    const auto part = static_cast<std::size_t>(std::clamp(
+        static_cast<int>(std::floor((at / visibility_half + 1) / 2 * parts)), 0, parts - 1));
     const double weight = step / cosine * (plan.apodization > 0 ? edge_weight(plan, at) : 1) *
                           amplitude_at(sine / cosine);
     for (int i = 0; i < pixels; ++i) {
@@ -220,7 +223,8 @@ private:
     const auto& s = what_.samples[index];
     const auto p = place(s) + plan_.origin_m;
     const auto x = aimed(plan_, p, centre_.z, 0), y = aimed(plan_, p, centre_.z, 1);
-    const auto near = centre_.z > 0 ? is_near(x, y, what_.near_spots) : Decision{};
+    const auto near =
+        centre_.z > 0 ? is_plane_wave_sample(x, y, what_.plane_wave_spots) : Decision{};
     const auto phasor = turned(phase_turns_of_key(s.key, seed_));
     if (near.unsure) {
       doubt(x.centre_m, y.centre_m, x.extent_m, y.extent_m);
@@ -258,16 +262,17 @@ private:
     const auto [top, bottom] =
         pixels_within(corner_.y, -plan_.pitch_m.y, plan_.size.y, y.centre_m, y.extent_m);
     if (left > right || top > bottom) return;
-    const int parts = near_parts(what_);
+    const int parts = plane_wave_parts(what_);
     const auto across =
-        near_sums(plan_, x, parts, p.x, depth_m, 0, corner_.x + left * plan_.pitch_m.x,
-                  plan_.pitch_m.x, right - left + 1, [&](double t) {
-                    return amplitude(what_, index, {t, best.y, -1});
-                  });
-    const auto up = near_sums(plan_, y, parts, p.y, depth_m, 1, corner_.y - top * plan_.pitch_m.y,
-                              -plan_.pitch_m.y, bottom - top + 1, [&](double t) {
-                                return amplitude(what_, index, {best.x, t, -1});
-                              });
+        plane_wave_sums(plan_, x, parts, p.x, depth_m, 0, corner_.x + left * plan_.pitch_m.x,
+                        plan_.pitch_m.x, right - left + 1, [&](double t) {
+                          return amplitude(what_, index, {t, best.y, -1});
+                        });
+    const auto up =
+        plane_wave_sums(plan_, y, parts, p.y, depth_m, 1, corner_.y - top * plan_.pitch_m.y,
+                        -plan_.pitch_m.y, bottom - top + 1, [&](double t) {
+                          return amplitude(what_, index, {best.x, t, -1});
+                        });
     const auto common =
         Complex(0, 1) * turned(depth_m / plan_.wavelength_m) * phasor / (most * plan_.wavelength_m);
     std::array<double, 64> shares{};
@@ -355,8 +360,8 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
   }
   if (s.hidden) {
     const auto at = (dvec2(pixel_m) + dvec2(towards) * pixel_m.z) / half_window(plan);
-    const auto [i, unsure_i] = view_part(what, at.x);
-    const auto [j, unsure_j] = view_part(what, at.y);
+    const auto [i, unsure_i] = visibility_part(what, at.x);
+    const auto [j, unsure_j] = visibility_part(what, at.y);
     ray.unsure |= unsure_i || unsure_j;
     if (!is_seen(what, sample, i, j)) return ray;
   }

@@ -21,11 +21,11 @@ struct Gathering {
   const Plan& plan;
   std::span<const Light> lights;  // of the scene
   std::span<const device::Sample> samples;
-  std::span<const std::uint32_t> lit;    // light_words per sample
-  std::size_t light_words = 1;           // DeviceScene::light_words
-  double near_spots = 0;                 // as Gatherer has it
-  std::span<const std::uint32_t> views;  // of the samples, as SampleTable has them
-  int view_parts = 8;
+  std::span<const std::uint32_t> lit;               // light_words per sample
+  std::size_t light_words = 1;                      // DeviceScene::light_words
+  double plane_wave_spots = 0;                      // as Gatherer has it
+  std::span<const std::uint32_t> visibility_masks;  // of the samples, as SampleTable has them
+  int visibility_parts = 8;
 };
 
 /// One sample's light at one pixel of a plane, cut geometrically, without the random phase.

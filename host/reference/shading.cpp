@@ -67,9 +67,6 @@ public:
       }
       triangles_.push_back(triangle);
     }
-    for (const auto& m : scene.materials)
-      textures_.push_back(m.texture ? load_texture(*m.texture, channel_, m.where)
-                                    : Image{1, 1, {1.0f}});
     bool has_ambient = false;
     double sum = 0;
     for (const auto& l : scene.lights) {
@@ -194,7 +191,8 @@ private:
     const auto material = static_cast<std::size_t>(scene_.objects[object].material);
     surface.material = &scene_.materials[material];
     surface.triangle = hit.triangle;
-    surface.texel = texture_at(textures_[material], uv);
+    const auto* texture = texture_of(scene_, world_.textures, material);
+    surface.texel = texture ? texture_at(*texture, uv) : 1;
     return surface;
   }
 
@@ -251,7 +249,6 @@ private:
   double size_m_;  // of the scene
   double ambient_light_ = 1;
   std::vector<Corners> triangles_;
-  std::vector<Image> textures_;
 };
 
 }  // namespace

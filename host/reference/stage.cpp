@@ -4,6 +4,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "host/plan/make_plan.hpp"
+
 namespace raywave::reference {
 
 Stage::Stage() {
@@ -83,12 +85,12 @@ Rig::Rig(const cl::Device& device, const Stage& stage, Method method, bool keep_
       table(device, plan, arrays, keep_unseen),
       samples(table.samples.read()),
       first_of_cell(table.first_of_cell.read()),
-      views(table.views.read()),
+      visibility_masks(table.visibility_masks.read()),
       lit(table.lit.read()),
       triangles(arrays.tree.triangles.read()),
       corners(corners_of(arrays.tree)) {
   samples.resize(static_cast<std::size_t>(table.count));
-  views.resize(samples.size() * table.view_words());
+  visibility_masks.resize(samples.size() * table.visibility_words());
   lit.resize(samples.size() * arrays.light_words());
 }
 

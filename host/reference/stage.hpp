@@ -42,7 +42,7 @@ struct Rig {
   SampleTable table;
   std::vector<device::Sample> samples;
   std::vector<std::int32_t> first_of_cell;
-  std::vector<std::uint32_t> views, lit;
+  std::vector<std::uint32_t> visibility_masks, lit;
   std::vector<device::Triangle> triangles;
   std::vector<Corners> corners;  // theirs
 
@@ -54,8 +54,8 @@ struct Rig {
 
   /// Whether part (i, j) of the hologram's window sees a sample.
   bool sees(std::size_t sample, int i, int j) const {
-    const auto bit = static_cast<std::size_t>(j * table.view_parts + i);
-    return views[sample * table.view_words() + bit / 32] >> (bit % 32) & 1u;
+    const auto bit = static_cast<std::size_t>(j * table.visibility_parts + i);
+    return visibility_masks[sample * table.visibility_words() + bit / 32] >> (bit % 32) & 1u;
   }
 
   int object_of(const device::Sample& s) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Pictures in and out (OpenImageIO). Row 0 is the top.
+/// Reading and writing of pictures (OpenImageIO). Row 0 is the top.
 #pragma once
 
 #include <cstdint>
@@ -29,16 +29,16 @@ Image load_texture(const std::filesystem::path& file, int channel, const std::st
 /// throws  InputError like load_texture, and when the picture has more than one channel
 Image load_grey(const std::filesystem::path& file, const std::string& where);
 
-/// Reads an 8-bit or 16-bit grey picture as stored numbers divided by the format's largest (no sRGB
-/// decoding): the levels of a hologram.
+/// Reads the grey levels of a hologram: an 8-bit or 16-bit grey picture, as stored numbers divided
+/// by the format's largest number, without sRGB decoding.
 Image load_levels(const std::filesystem::path& file, const std::string& where);
 
-/// Writes 8-bit grey, values as they are. The file appears whole or not at all (temporary name,
-/// then rename).
+/// Writes an 8-bit grey picture, values as they are. The file appears complete or not at all
+/// (temporary name, then rename).
 void save_png(const std::filesystem::path& file, int width, int height,
               std::span<const std::uint8_t> pixels);
 
-/// The same for 8-bit RGB, interleaved.
+/// Writes an 8-bit RGB picture, channels interleaved, as save_png does.
 void save_png_rgb(const std::filesystem::path& file, int width, int height,
                   std::span<const std::uint8_t> pixels);
 

@@ -7,15 +7,20 @@
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <map>
+#include <string_view>
 #include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/scene/reader_process.hpp"
+#include "host/scene/reader_reply.hpp"
 #include "host/scene/vectors.hpp"
 #include "host/scene/weld.hpp"
 
 namespace raywave {
 namespace {
+
+constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{2} << 30;
 
 std::array<glm::dvec3, 3> corners(const Mesh& mesh, const glm::uvec3& triangle) {
   return {mesh.positions[triangle.x], mesh.positions[triangle.y], mesh.positions[triangle.z]};
@@ -49,6 +54,16 @@ std::vector<glm::dvec3> smooth_normals(const Mesh& mesh) {
   return normals;
 }
 
+/// Limits are generous: a text file of 100 MiB takes 10 s.
+Mesh read_safely(const std::filesystem::path& program, const std::filesystem::path& file,
+                 std::uintmax_t file_bytes) {
+  const ReaderLimits limits{static_cast<unsigned>(2 + (file_bytes >> 20)),
+                            (std::uint64_t{1} << 30) + 64 * file_bytes};
+  Mesh raw;
+  run_reader(program, limits, {file.string()}, [&](ReaderPipe& pipe) { raw = receive_mesh(pipe); });
+  return raw;
+}
+
 }  // namespace
 
 Mesh finish_mesh(Mesh raw, Normals mode) {
@@ -75,6 +90,27 @@ Mesh finish_mesh(Mesh raw, Normals mode) {
     }
     mesh.triangles.push_back(joined);
   }
+  return mesh;
+}
+
+Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where) {
+  const auto fail = [&](std::string_view what) {
+    throw InputError(where + ": mesh " + in_quotes(file.string()) + ": " + one_line(what));
+  };
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) fail("there is no such file");
+  const std::uintmax_t bytes = std::filesystem::file_size(file, error);
+  if (error || bytes > kMaxFileBytes) fail("larger than 2 GiB");
+
+  const auto program = find_reader("raywave_mesh_reader");
+  Mesh raw;
+  try {
+    raw = read_safely(program, file, bytes);
+  } catch (const std::exception& failure) {
+    fail(failure.what());
+  }
+  Mesh mesh = finish_mesh(std::move(raw), normals);
+  if (mesh.triangles.empty()) fail("holds no triangle that has an area");
   return mesh;
 }
 

@@ -21,21 +21,21 @@ struct Mesh {
   std::vector<glm::uvec3> triangles;
 };
 
-/// Reads any format Assimp reads; all parts of the file merged, polygons triangulated, points,
-/// lines and triangles of no area dropped, node transforms applied, vertices that agree in
-/// everything joined. Axes and numbers stay as in the file (in float, as Assimp keeps them).
+/// Reads a mesh file of any format that Assimp reads. Merges all parts, applies node transforms,
+/// triangulates polygons, drops points, lines and triangles without area, and joins equal vertices.
+/// Axes and numbers stay as in the file (in float, as Assimp keeps them).
 ///
 /// throws  InputError, starting with `where`, when the file cannot be read, holds no triangle, or a
 ///         vertex is NaN or infinite
 Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where);
 
-/// The last step of load_mesh, on a mesh as a file has it, with zero for a normal that is missing:
-/// triangles of no area dropped, every corner given its normal, and corners that agree in
-/// everything joined.
+/// The last step of load_mesh: drops triangles without area, gives every corner its normal, and
+/// joins equal corners. `raw` holds the mesh as in the file, with a normal of zero where the file
+/// has none.
 Mesh finish_mesh(Mesh raw, Normals normals);
 
-/// Whether every edge is shared by exactly two triangles in opposite directions, after welding
-/// equal positions.
+/// Returns true when every edge, after welding equal positions, is shared by exactly two triangles
+/// in opposite directions.
 bool is_closed(const Mesh& mesh);
 
 /// The meshes of a scene's objects, as read. Objects that name the same file and normals share one.

@@ -1,143 +1,163 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/reader_process.hpp"
 
+#include <dlfcn.h>
 #include <fcntl.h>
-#include <sys/resource.h>
+#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <csignal>
-#include <fstream>
-#include <new>
-#include <string>
+#include <cstdlib>
+#include <stdexcept>
+
+#include "host/common/error.hpp"
+
+extern char** environ;
 
 namespace raywave {
 namespace {
 
-#ifdef __SANITIZE_ADDRESS__
-constexpr bool kAddressSanitizer = true;  // its tables are larger than any limit
-#else
-constexpr bool kAddressSanitizer = false;
-#endif
+namespace fs = std::filesystem;
 
-void set_limit(decltype(RLIMIT_CPU) resource, rlim_t value) {
-  rlimit limits{};
-  getrlimit(resource, &limits);
-  limits.rlim_cur = std::min(value, limits.rlim_max);
-  setrlimit(resource, &limits);
+/// Exit status of a program that the dynamic loader cannot start.
+constexpr int kNotStarted = 127;
+
+/// Folders of the running program and of the file that holds this code: the same for a program
+/// that links the library statically, the library's for one that loads it (Python).
+std::vector<fs::path> own_folders() {
+  std::vector<fs::path> folders;
+  std::error_code error;
+  const auto add = [&](const fs::path& file) {
+    const auto whole = fs::canonical(file, error);
+    if (!error && (folders.empty() || folders.front() != whole.parent_path()))
+      folders.push_back(whole.parent_path());
+  };
+  add("/proc/self/exe");
+  Dl_info info{};
+  static const char here = 0;
+  if (dladdr(&here, &info) != 0 && info.dli_fname) add(info.dli_fname);
+  return folders;
 }
 
-/// What RLIMIT_DATA counts; /proc has it in pages as the sixth number.
-std::uint64_t data_bytes() {
-  std::ifstream stream("/proc/self/statm");
-  std::uint64_t pages = 0;
-  for (int i = 0; i < 6; ++i) stream >> pages;
-  return stream ? pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) : 0;
+bool is_program(const fs::path& file) {
+  std::error_code error;
+  return fs::is_regular_file(file, error) && access(file.c_str(), X_OK) == 0;
 }
 
-void confine(const ChildLimits& limits) {
-  for (const int signal : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS, SIGTERM, SIGINT, SIGALRM})
-    std::signal(signal, SIG_DFL);
-  std::signal(SIGPIPE, SIG_IGN);  // a write to nobody fails
-  if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0) {
-    dup2(nowhere, STDERR_FILENO);
-    dup2(nowhere, STDOUT_FILENO);  // what this process had buffered is not the child's to print
+/// What posix_spawn takes besides the program, freed at the end.
+class SpawnSettings {
+public:
+  /// reply  the descriptor that becomes the program's stdout
+  explicit SpawnSettings(int reply) {
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, reply, STDOUT_FILENO);
+    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+    // The host program may block or ignore signals that must end a reader.
+    posix_spawnattr_init(&attributes);
+    sigset_t none, all;
+    sigemptyset(&none);
+    sigfillset(&all);
+    posix_spawnattr_setsigmask(&attributes, &none);
+    posix_spawnattr_setsigdefault(&attributes, &all);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
   }
-  set_limit(RLIMIT_CORE, 0);
-  set_limit(RLIMIT_CPU, limits.seconds);
-  alarm(10 * limits.seconds);  // one that waits uses no processor time
-  if (!kAddressSanitizer) set_limit(RLIMIT_DATA, data_bytes() + limits.bytes);
-}
-
-/// What the child says before anything else: that `send` follows, or that a message does.
-enum class Verdict : char { done, failed };
-
-[[noreturn]] void be_child(ChildPipe pipe, const ChildLimits& limits,
-                           const std::function<void()>& work,
-                           const std::function<void(ChildPipe&)>& send) {
-  const auto say = [&](Verdict verdict) { pipe.write(std::as_bytes(std::span(&verdict, 1))); };
-  try {
-    std::string failure;
-    try {
-      confine(limits);
-      work();
-    } catch (const std::bad_alloc&) {
-      failure = "it asks for too much memory";
-    } catch (const std::exception& error) {
-      failure = error.what();
-    }
-    say(failure.empty() ? Verdict::done : Verdict::failed);
-    failure.empty() ? send(pipe)
-                    : pipe.write_vector(std::vector<char>(failure.begin(), failure.end()));
-  } catch (...) {  // the parent hears the pipe close
-    _exit(1);
+  ~SpawnSettings() {
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&actions);
   }
-  _exit(0);
+  SpawnSettings(const SpawnSettings&) = delete;
+  SpawnSettings& operator=(const SpawnSettings&) = delete;
+
+  posix_spawn_file_actions_t actions{};
+  posix_spawnattr_t attributes{};
+};
+
+/// throws  std::runtime_error when the program cannot be started
+pid_t start(const fs::path& program, std::vector<std::string> words, int reply) {
+  std::vector<char*> pointers;
+  for (auto& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  const SpawnSettings settings(reply);
+  pid_t reader = 0;
+  if (posix_spawn(&reader, program.c_str(), &settings.actions, &settings.attributes,
+                  pointers.data(), environ) != 0)
+    throw std::runtime_error("no process can be started");
+  return reader;
 }
 
-/// Waits, and says in words how the child ended when it did not say so itself.
-std::string end_of(pid_t child) {
+/// Waits, and says in words how the reader ended when it did not say so itself.
+std::string end_of(pid_t reader, const fs::path& program) {
   int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  while (waitpid(reader, &status, 0) < 0 && errno == EINTR) {
   }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kNotStarted)
+    return "its reader does not start; run " + program.string() + " to see why";
   const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
   return signal == SIGXCPU || signal == SIGALRM ? "its reader took too long" : "its reader crashed";
 }
 
 }  // namespace
 
-void ChildPipe::write(std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t done = ::write(descriptor_, bytes.data(), bytes.size());
-    if (done < 0 && errno != EINTR) throw std::runtime_error("the pipe is closed");
-    bytes = bytes.subspan(static_cast<std::size_t>(std::max<ssize_t>(done, 0)));
+fs::path find_reader(const std::string& name) {
+  if (const char* folder = std::getenv("RAYWAVE_READER_DIR"); folder && *folder) {
+    if (const auto file = fs::path(folder) / name; is_program(file)) return file;
+    throw InputError("there is no program " + name + " in " + folder +
+                     ", which RAYWAVE_READER_DIR names; raywave needs it to read files");
   }
+  const auto folders = own_folders();
+  for (const auto& folder : folders) {
+    for (const fs::path beside : {"", "..", "../libexec/raywave"}) {
+      if (const auto file = (folder / beside / name).lexically_normal(); is_program(file))
+        return file;
+    }
+  }
+  throw InputError("there is no program " + name + " beside " +
+                   (folders.empty() ? "raywave" : folders.front().string()) +
+                   ", and raywave needs it to read files; put it there, or set RAYWAVE_READER_DIR "
+                   "to its folder");
 }
 
-void ChildPipe::read(std::span<std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t done = ::read(descriptor_, bytes.data(), bytes.size());
-    if (done == 0 || (done < 0 && errno != EINTR)) throw std::runtime_error("the pipe is closed");
-    bytes = bytes.subspan(static_cast<std::size_t>(std::max<ssize_t>(done, 0)));
-  }
-}
-
-void run_in_child(const ChildLimits& limits, const std::function<void()>& work,
-                  const std::function<void(ChildPipe&)>& send,
-                  const std::function<void(ChildPipe&)>& receive) {
+void run_reader(const fs::path& program, const ReaderLimits& limits,
+                const std::vector<std::string>& arguments,
+                const std::function<void(ReaderPipe&)>& receive) {
+  std::vector<std::string> words{program.string(), std::to_string(limits.seconds),
+                                 std::to_string(limits.bytes)};
+  words.insert(words.end(), arguments.begin(), arguments.end());
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("no pipe can be made");
-  const pid_t child = fork();
-  if (child == 0) {
+  pid_t reader = 0;
+  try {
+    reader = start(program, std::move(words), ends[1]);
+  } catch (...) {
     close(ends[0]);
-    be_child(ChildPipe(ends[1]), limits, work, send);
+    close(ends[1]);
+    throw;
   }
   close(ends[1]);
-  if (child < 0) {
-    close(ends[0]);
-    throw std::runtime_error("no process can be started");
-  }
 
+  bool has_failed = false;
   std::string failure;
-  ChildPipe pipe(ends[0]);
+  ReaderPipe pipe(ends[0]);
   try {
     Verdict verdict{};
     pipe.read(std::as_writable_bytes(std::span(&verdict, 1)));
     if (verdict == Verdict::done) {
       receive(pipe);
     } else {
+      has_failed = true;
       std::vector<char> message;
       pipe.read_vector(message, 1 << 16);
       failure.assign(message.begin(), message.end());
     }
   } catch (const std::exception&) {
-    failure = "?";
+    has_failed = true;
   }
-  close(ends[0]);  // first: a child that still writes then ends too
-  const std::string end = end_of(child);
-  if (!failure.empty()) throw std::runtime_error(failure == "?" ? end : failure);
+  close(ends[0]);  // first: a reader that still writes then ends too
+  const std::string end = end_of(reader, program);
+  if (has_failed) throw std::runtime_error(failure.empty() ? end : failure);
 }
 
 }  // namespace raywave

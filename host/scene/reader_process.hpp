@@ -1,64 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Untrusted input in a process of its own, so that a crash or a hang of a third-party reader stays
-/// there.
+/// Reader processes: third-party libraries read untrusted files in a program of their own, so that
+/// a crash or a hang stays there.
+///
+/// The programs, raywave_mesh_reader and raywave_image_reader (host/scene/reader/), are started
+/// with posix_spawn: a fork would copy a process in which OpenCL drivers run threads.
 #pragma once
 
-#include <algorithm>
-#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
-#include <span>
-#include <stdexcept>
+#include <string>
 #include <vector>
+
+#include "host/scene/reader_pipe.hpp"
 
 namespace raywave {
 
-/// One end of the pipe from child to parent. Both throw std::runtime_error when the other side is
-/// gone.
-class ChildPipe {
-public:
-  explicit ChildPipe(int descriptor) : descriptor_(descriptor) {}
-
-  void write(std::span<const std::byte> bytes);
-  void read(std::span<std::byte> bytes);
-
-  template <class T>
-  void write_vector(const std::vector<T>& values) {
-    const std::uint64_t count = values.size();
-    write(std::as_bytes(std::span(&count, 1)));
-    write(std::as_bytes(std::span(values)));
-  }
-
-  template <class T>
-  void read_vector(std::vector<T>& values, std::uint64_t max_count) {
-    std::uint64_t count = 0;
-    read(std::as_writable_bytes(std::span(&count, 1)));
-    if (count > max_count)
-      throw std::runtime_error("more than was agreed on comes through the pipe");
-    // A count is only a claim until some of it has come.
-    values.resize(std::min<std::uint64_t>(count, (std::size_t{1} << 20) / sizeof(T)));
-    read(std::as_writable_bytes(std::span(values)));
-    const std::size_t first = values.size();
-    values.resize(count);
-    read(std::as_writable_bytes(std::span(values).subspan(first)));
-  }
-
-private:
-  int descriptor_;
-};
-
-struct ChildLimits {
+struct ReaderLimits {
   unsigned seconds;     // of processor time; ten times as much by the clock
-  std::uint64_t bytes;  // of memory, beyond what this process has
+  std::uint64_t bytes;  // of memory, beyond what the program takes at its start
 };
 
-/// Calls `work` and then `send` in a forked child whose output is discarded, and `receive` here on
-/// the other end of the pipe.
+/// Finds a reader program: in the folder that the environment variable RAYWAVE_READER_DIR names;
+/// without it, beside the running program or the raywave library, in the folder above, or in
+/// ../libexec/raywave.
 ///
-/// throws  std::runtime_error with what() of the exception that `work` threw, or saying how the
-///         child ended
-void run_in_child(const ChildLimits& limits, const std::function<void()>& work,
-                  const std::function<void(ChildPipe&)>& send,
-                  const std::function<void(ChildPipe&)>& receive);
+/// throws  InputError when it is in none of them
+std::filesystem::path find_reader(const std::string& name);
+
+/// Starts a reader program (arguments: the limits, then `arguments`), whose output is discarded,
+/// and calls `receive` on the pipe once it has a result.
+///
+/// throws  std::runtime_error with the reader's own message, or one that says how it ended
+void run_reader(const std::filesystem::path& program, const ReaderLimits& limits,
+                const std::vector<std::string>& arguments,
+                const std::function<void(ReaderPipe&)>& receive);
 
 }  // namespace raywave

@@ -23,7 +23,7 @@ bool all_finite(const std::vector<Vector>& vectors) {
   });
 }
 
-/// As readers give them: floats. Squares of areas then fit into doubles.
+/// Readers send floats. Within that range, squares of areas fit into doubles.
 bool are_positions(const std::vector<glm::dvec3>& vectors) {
   return std::all_of(vectors.begin(), vectors.end(), [](const glm::dvec3& p) {
     constexpr double largest = std::numeric_limits<float>::max();
@@ -39,19 +39,19 @@ bool are_normals(const std::vector<glm::dvec3>& vectors) {
 
 }  // namespace
 
-void send(ChildPipe& pipe, const Mesh& mesh) {
+void send(ReaderPipe& pipe, const Mesh& mesh) {
   pipe.write_vector(mesh.positions);
   pipe.write_vector(mesh.normals);
   pipe.write_vector(mesh.uvs);
   pipe.write_vector(mesh.triangles);
 }
 
-void send(ChildPipe& pipe, const Image& image) {
+void send(ReaderPipe& pipe, const Image& image) {
   pipe.write_vector(std::vector<int>{image.width, image.height});
   pipe.write_vector(image.pixels);
 }
 
-Mesh receive_mesh(ChildPipe& pipe) {
+Mesh receive_mesh(ReaderPipe& pipe) {
   Mesh mesh;
   pipe.read_vector(mesh.positions, most_vertices_of_file);
   const std::size_t count = mesh.positions.size();
@@ -66,7 +66,7 @@ Mesh receive_mesh(ChildPipe& pipe) {
   return mesh;
 }
 
-Image receive_image(ChildPipe& pipe) {
+Image receive_image(ReaderPipe& pipe) {
   std::vector<int> size;
   pipe.read_vector(size, 2);
   require(size.size() == 2 && std::min(size[0], size[1]) >= 1 &&

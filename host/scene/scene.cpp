@@ -27,14 +27,23 @@ constexpr std::uintmax_t kMaxSceneBytes = 1 << 20;
 // Each dot of a dotted key nests a table, and the parser frees tables by recursion
 constexpr int kMaxDotsPerLine = 32;
 
-/// What a number may be.
+/// Allowed range of a number.
 struct Range {
   double min, max;
-  bool one_sided = false;  // max is only where float ends, so a message need not name it
+  bool one_sided = false;  // max is only the limit of float, which messages omit
 };
 constexpr double kLargest = 1e30;  // leaves room to multiply in float
 constexpr Range between(double min, double max) { return {min, max}; }
 constexpr Range at_least(double min) { return {min, kLargest, true}; }
+
+/// Keys that have another name now; the old one works until the next version.
+struct RenamedKey {
+  std::string_view section, old_name, name;
+  std::string old_path() const { return std::string(section) + "." + std::string(old_name); }
+  std::string path() const { return std::string(section) + "." + std::string(name); }
+};
+constexpr RenamedKey kRenamedKeys[] = {
+    {"sampling", "fan", "cone"}, {"sampling", "edge", "apodization"}, {"wrp", "slabs", "layers"}};
 
 constexpr Range kAnyPosition = between(-1e4, 1e4);
 constexpr int kMostLayers = 16;
@@ -43,7 +52,7 @@ bool contains(const Range& range, double value) {
   return value >= range.min && value <= range.max;  // false for NaN
 }
 
-/// "1 to 8", ">= 0"; of a one-sided range the side that the value breaks.
+/// "1 to 8", ">= 0"; for a one-sided range only the bound that the value violates.
 std::string text(const Range& range, double value, std::string (*format)(double)) {
   if (!range.one_sided) return format(range.min) + " to " + format(range.max);
   if (value > range.max) return "<= " + format(range.max);
@@ -65,6 +74,8 @@ struct Document {
   std::filesystem::path file;
   toml::table root;
   std::map<std::string, std::string, std::less<>> overrides;  // path -> the override as given
+  std::map<std::string, std::string, std::less<>> old_names;  // path -> the key's old name, if used
+  mutable std::vector<std::string> notes;                     // whoever reads a value may leave one
 
   /// "--set wrp.padding=9" for what an override gave, else "scene.toml:12".
   std::string where(const toml::node& node, std::string_view path) const {
@@ -75,7 +86,7 @@ struct Document {
     }
     if (const auto line = node.source().begin.line; line > 0)
       return one_line(file.string()) + ":" + std::to_string(line);
-    // Of a section that only overrides made
+    // A section that only overrides made has no line.
     const auto child = overrides.lower_bound(std::string(path) + ".");
     return child != overrides.end() && child->first.starts_with(path)
                ? "--set " + one_line(child->second)
@@ -93,6 +104,11 @@ struct Value {
   [[noreturn]] void fail(const std::string& must_be) const {
     throw InputError(document->where(*node, path) + ": " + label + " must be " + must_be +
                      ", got " + describe(*node));
+  }
+
+  /// Leaves a note that starts with the value's place.
+  void note(const std::string& what) const {
+    document->notes.push_back(document->where(*node, path) + ": " + label + ": " + what);
   }
 
   double number(const Range& range) const {
@@ -209,7 +225,7 @@ private:
   }
 };
 
-/// Edit distance, to guess which key was meant.
+/// Edit distance, to suggest the key that was meant.
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -243,7 +259,7 @@ public:
     if (!read(key, use)) fail(std::string(key) + " is missing: give " + what);
   }
 
-  /// Complains about the table as a whole.
+  /// Throws an InputError about the table as a whole.
   [[noreturn]] void fail(const std::string& what) const { throw InputError(where() + ": " + what); }
 
   /// "scene.toml:41: object 0"
@@ -312,8 +328,10 @@ private:
     return path_.empty() ? std::string(key) : path_ + "." + std::string(key);
   }
   Value value(std::string_view key, const toml::node& node) const {
-    return {&document_, &node, join(key),
-            label_.empty() ? one_line(key) : label_ + ": " + one_line(key)};
+    std::string name = one_line(key);
+    if (const auto old = document_.old_names.find(join(key)); old != document_.old_names.end())
+      name += " (old name: " + old->second + ")";
+    return {&document_, &node, join(key), label_.empty() ? name : label_ + ": " + name};
   }
 
   const Document& document_;
@@ -420,10 +438,13 @@ TraceSpec read_trace(Section section) {
 AccuracySpec read_accuracy(Section section) {
   AccuracySpec spec;
   section.read("precision", [&](const Value& v) {
-    spec.precision = v.choice<std::optional<Precision>>({{"auto", std::nullopt},
-                                                         {"float", Precision::floats},
-                                                         {"extended", Precision::extended},
-                                                         {"double", Precision::doubles}});
+    if (v.is("extended")) {  // a choice of raywave 0.1, never much more accurate than "float"
+      v.note("\"extended\" is no longer a choice; \"float\" takes its place");
+      spec.precision = Precision::floats;
+      return;
+    }
+    spec.precision = v.choice<std::optional<Precision>>(
+        {{"auto", std::nullopt}, {"float", Precision::floats}, {"double", Precision::doubles}});
   });
   section.read("phase", [&](const Value& v) { spec.phase_turns = v.number(between(1e-9, 0.5)); });
   section.finish();
@@ -440,7 +461,7 @@ ViewerSpec read_viewer(Section section) {
   return spec;
 }
 
-/// The keys of sections that have a value of their own.
+/// Keys that have a value other than "auto": "sampling.pitch" ...
 std::set<std::string, std::less<>> given_keys(const toml::table& root) {
   std::set<std::string, std::less<>> keys;
   for (const auto& [section, node] : root) {
@@ -551,7 +572,7 @@ void refuse_deep_keys(std::string_view text, const std::string& name) {
   }
 }
 
-/// A value as TOML has it, or else the bare text: `auto`, `8 um`.
+/// Parses the value as TOML; a text that is not TOML, such as `auto` or `8 um`, becomes a string.
 void assign(toml::table& table, std::string_view key, const std::string& text) {
   toml::table parsed;
   try {
@@ -564,14 +585,55 @@ void assign(toml::table& table, std::string_view key, const std::string& text) {
   parsed.get("value")->visit([&](auto& value) { table.insert_or_assign(key, std::move(value)); });
 }
 
+std::string renamed_note(const std::string& where, const RenamedKey& key) {
+  return where + ": " + key.old_path() + " is now called " + key.path() +
+         "; the old name works until the next version";
+}
+
+/// Gives the file's keys their names of today.
+///
+/// throws  InputError when a key is there under both names
+void rename_old_keys(Document& document) {
+  for (const RenamedKey& key : kRenamedKeys) {
+    toml::node* const node = document.root.get(key.section);
+    toml::table* const section = node ? node->as_table() : nullptr;
+    toml::node* const old = section ? section->get(key.old_name) : nullptr;
+    if (!old) continue;
+    const std::string where = document.where(*old, key.old_path());
+    if (const toml::node* both = section->get(key.name))
+      throw InputError(where + ": " + key.old_path() + " is the old name of " + key.path() +
+                       ", which is given, too (" + document.where(*both, key.path()) +
+                       "); keep one of them");
+    document.notes.push_back(renamed_note(where, key));
+    document.old_names[key.path()] = key.old_name;
+    old->visit([&](auto& value) { section->insert_or_assign(key.name, std::move(value)); });
+    section->erase(key.old_name);
+  }
+}
+
+/// "sampling.cone=1" of "sampling.fan=1", with a note; any other override as it is.
+std::string with_new_name(Document& document, const std::string& text) {
+  for (const RenamedKey& key : kRenamedKeys) {
+    const std::string old_start = key.old_path() + "=";
+    if (text.starts_with(key.path() + "=")) document.old_names.erase(key.path());
+    if (!text.starts_with(old_start)) continue;
+    document.notes.push_back(renamed_note("--set " + one_line(text), key));
+    document.old_names[key.path()] = key.old_name;
+    return key.path() + "=" + text.substr(old_start.size());
+  }
+  return text;
+}
+
+/// text  as the user gave it
 void apply_override(Document& document, const std::string& text) {
+  const std::string renamed = with_new_name(document, text);
   const auto fail = [&](const std::string& what) {
     throw InputError("--set " + one_line(text) + ": " + what);
   };
-  const auto equals = text.find('=');
+  const auto equals = renamed.find('=');
   if (equals == std::string::npos || equals == 0)
     fail("must be section.key=value, for example wrp.padding=1.25");
-  const std::string path = text.substr(0, equals);
+  const std::string path = renamed.substr(0, equals);
   if (std::count(path.begin(), path.end(), '.') > 3) fail("names no key of a scene");
 
   toml::node* node = &document.root;
@@ -583,7 +645,7 @@ void apply_override(Document& document, const std::string& text) {
 
     if (toml::table* table = node->as_table()) {
       if (is_last) {
-        assign(*table, key, text.substr(equals + 1));
+        assign(*table, key, renamed.substr(equals + 1));
         break;
       }
       node = table->get(key);
@@ -619,7 +681,9 @@ Document read_document(const std::filesystem::path& file,
     throw InputError(name + ":" + std::to_string(error.source().begin.line) + ": " +
                      one_line(error.description()));
   }
+  rename_old_keys(document);
   for (const std::string& one : overrides) apply_override(document, one);
+  rename_old_keys(document);  // of sections that an override gives whole
   return document;
 }
 
@@ -628,7 +692,7 @@ struct Unit {
   double in_base;
 };
 
-/// "3.74 um" as 3.74e-6 where there is such a unit.
+/// "3.74 um" as 3.74e-6; empty when the unit is not among `units`.
 std::optional<double> in_base_unit(std::string_view text, std::span<const Unit> units) {
   const auto trim = [](std::string_view s) {
     const auto first = s.find_first_not_of(' ');
@@ -669,6 +733,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   for (Section& section : root.sections("object"))
     scene.objects.push_back(read_object(section, scene.materials));
   root.finish();
+  scene.notes = document.notes;
 
   const std::string name = one_line(file.string());
   if (scene.objects.empty())

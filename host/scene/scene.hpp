@@ -22,16 +22,16 @@ struct HologramSpec {
   glm::ivec2 resolution{1920, 1080};  // pixels, x and y, >= 1
   glm::dvec2 pitch_m{3.74e-6, 3.74e-6};
   double wavelength_m = 638e-9;
-  // Windows computed one after another, x and y; empty: as few as memory holds
+  // Number of windows in x and y, computed one after another; empty: as few as memory holds
   std::optional<glm::ivec2> tiles{};
 };
 
 struct WrpSpec {
   std::optional<glm::ivec2> grid;  // WRPs side by side; empty: as many as the scene projects to
-  // From WRPs to hologram, > 0, ascending; empty: as many as `layers`, amid the surfaces
+  // WRP to hologram, > 0, ascending; empty: one per depth layer, amid its surfaces
   std::vector<double> distances_m;
-  int layers = 1;  // distances at most where none is given, >= 1
-  // Columns and rows gathered over those that the light's band needs; empty: all of the hologram's
+  int layers = 1;  // largest number of depth layers where no distance is given, >= 1
+  // Columns and rows gathered, relative to those that the band of the light needs; empty: all
   std::optional<double> oversampling;
   // Side of the transformed plane over the side of the hologram, 1 to 8
   double padding = 2.0;
@@ -40,10 +40,10 @@ struct WrpSpec {
 /// How a WRP pixel gathers light: rays aimed at the surface samples, or the paper's fan of rays.
 enum class SamplingMode { aimed, fan };
 
-/// What a fan's hit stands for: itself, as in the paper, or the nearest surface sample.
+/// Light source of a fan ray: the hit itself, as in the paper, or the nearest surface sample.
 enum class FanSource { hit, surface };
 
-/// Directions of a fan: the same for all pixels, as in the paper, or from each pixel to the same
+/// Directions of a fan: equal for all pixels, as in the paper, or from each pixel to the same
 /// points of the hologram.
 enum class FanShape { orthographic, perspective };
 
@@ -52,12 +52,12 @@ struct SamplingSpec {
   double pitch_m = 1e-4;  // sampling interval p on the object, at the scene's middle depth
   // Half width of the cone that a pixel gathers, in half holograms; 1 just fills the hologram
   double cone = 1.2;
-  double apodization = 0.2;  // width of that cone's soft edge, in half holograms
-  // Rays per side of a cell that tell which part of it a sample covers, textures and shadows
-  // averaged over them: 2 or 4; 0: one through its centre alone
+  double apodization = 0.2;  // width of the cone's soft edge, in half holograms
+  // Rays per side of a sample's cell, 2 or 4: they give the covered part, and textures and shadows
+  // are averaged over them; 0: one ray through the centre
   int antialias = 4;
-  // Parts per side of the hologram's window whose sight of a sample is known: 4, 8 or 16; 0:
-  // nothing hides anything
+  // Parts per side of the hologram's window in the visibility mask of a sample: 4, 8 or 16; 0:
+  // without occlusion
   int visibility = 8;
   FanSource source = FanSource::hit;
   FanShape shape = FanShape::orthographic;
@@ -70,20 +70,20 @@ struct TraceSpec {
   bool shadows = false;
 };
 
-/// How phases are computed: in floats (differences within a tile of pixels; paths in pairs of
-/// floats), in pairs of floats, or in doubles.
-enum class Precision { floats, extended, doubles };
+/// How phases are computed: in floats (differences within a tile of pixels; optical paths in pairs
+/// of floats), or in doubles.
+enum class Precision { floats, doubles };
 
 struct AccuracySpec {
-  // empty: the cheapest whose predicted error of phase stays below phase_turns
+  // Empty: the cheapest whose predicted phase error stays below phase_turns
   std::optional<Precision> precision;
   double phase_turns = 0.01;
 };
 
 struct ViewerSpec {
-  // Of the eye from the hologram, on the side away from the scene
+  // Distance of the eye from the hologram, on the side away from the scene
   double distance_m = 0.25;
-  // Smallest detail wanted of the picture; empty: what an eye there makes out
+  // Smallest wanted detail of the picture; empty: what an eye at that distance resolves
   std::optional<double> resolution_m;
 };
 
@@ -91,7 +91,7 @@ enum class LightType { ambient, directional, point };
 
 struct Light {
   LightType type = LightType::directional;
-  // The way the light travels, need not be normalised; directional only
+  // Direction in which light travels, of any length > 0; directional only
   glm::dvec3 direction{0, 0, 1};
   // Point only; a point light does not weaken with distance (as in Phong's model)
   glm::dvec3 position_m{0};
@@ -137,8 +137,10 @@ struct Scene {
   TraceSpec trace;
   AccuracySpec accuracy;
   ViewerSpec viewer;
-  // Keys that file and overrides fix, "sampling.pitch"; those that say "auto" are not among them
+  // Keys that the file or an override sets, such as "sampling.pitch"; without those set to "auto"
   std::set<std::string, std::less<>> given;
+  // Notes for the user, a line each: keys that the file gives by their old names
+  std::vector<std::string> notes;
   std::vector<Light> lights;
   std::vector<Material> materials;  // [0] is the default of an object that names none
   std::vector<Object> objects;
@@ -147,9 +149,8 @@ struct Scene {
 /// Reads and checks a scene file (docs/scene.md lists every key).
 ///
 /// overrides  "section.key=value" each, the value as TOML or a bare string ("wrp.padding=1.25",
-///            "hologram.pitch=8 um", "object.0.width=9
-/// mm",
-///            "materials.gold.shininess=40"); applied before checks
+///            "hologram.pitch=8 um", "object.0.width=9 mm", "materials.gold.shininess=40"); applied
+///            before checks
 /// throws     InputError: one line with file, line and what would be right
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Joining of exactly equal tuples of numbers.
+/// Welding: equal numbers for exactly equal tuples.
 #pragma once
 
 #include <array>
@@ -39,7 +39,7 @@ private:
   std::pmr::unordered_map<std::array<double, N>, std::uint32_t, Hash> ids_{&memory_};
 };
 
-/// For each position a number that equal positions share.
+/// Returns an index for each position; equal positions share one.
 inline std::vector<std::uint32_t> weld_positions(const std::vector<glm::dvec3>& positions) {
   Welder<3> welder(positions.size());
   std::vector<std::uint32_t> ids;

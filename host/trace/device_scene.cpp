@@ -11,7 +11,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/scene/image.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave {
@@ -42,12 +42,13 @@ struct Materials {
   double unit = 1;  // the shares of light are in it
 };
 
-Materials materials_of(const Plan& plan) {
+Materials materials_of(const Plan& plan, const Textures& textures) {
   const int channel = channel_of(plan.wavelength_m);
   Materials result;
   auto& [materials, texels, unit] = result;
   double brightest = 0;
-  for (const auto& m : plan.lighting.materials) {
+  for (std::size_t i = 0; i < plan.lighting.materials.size(); ++i) {
+    const auto& m = plan.lighting.materials[i];
     device::Material material{};
     material.ambient = static_cast<float>(m.ambient[channel]);
     material.diffuse = static_cast<float>(m.diffuse[channel]);
@@ -58,20 +59,12 @@ Materials materials_of(const Plan& plan) {
     std::tie(material.ior, material.ior_low) = split(m.ior);
     material.texture = -1;
     double brightest_texel = 1;
-    if (m.texture) {
-      auto image = load_texture(*m.texture, channel, m.where);
-      // Filters of other programs ring below black
-      for (float& texel : image.pixels) texel = std::max(texel, 0.0f);
+    if (const Image* texture = texture_of(scene, textures, i)) {
       material.texture = static_cast<std::int32_t>(texels.size());
-      material.texture_width = image.width;
-      material.texture_height = image.height;
-      if (texels.size() + image.pixels.size() > INT32_MAX)
-        throw InputError(m.where + ": with its texture the scene has more than 2147483647 texels");
-      texels.insert(texels.end(), image.pixels.begin(), image.pixels.end());
-      brightest_texel = *std::max_element(image.pixels.begin(), image.pixels.end());
-      if (brightest_texel > 1e30f)  // as all numbers of a scene
-        throw InputError(m.where + ": picture " + in_quotes(m.texture->string()) + ": holds " +
-                         number_text(brightest_texel) + ", more than 1e+30");
+      material.texture_width = texture->width;
+      material.texture_height = texture->height;
+      texels.insert(texels.end(), texture->pixels.begin(), texture->pixels.end());
+      brightest_texel = *std::max_element(texture->pixels.begin(), texture->pixels.end());
     }
     brightest =
         std::max({brightest, std::max(m.ambient[channel], m.diffuse[channel]) * brightest_texel,
@@ -124,30 +117,30 @@ cl::Options kernel_options(const Plan& plan) {
   const int channel = channel_of(plan.wavelength_m);
   const auto lights = std::count_if(plan.lighting.lights.begin(), plan.lighting.lights.end(),
                                     [](const Light& l) { return l.type != LightType::ambient; });
-  return {{"RAYWAVE_LIGHTS", std::to_string(lights)},
-          {"RAYWAVE_SPECULAR",
-           any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
-          {"RAYWAVE_SHARP", any([&](const Material& m) {
-             return m.specular[channel] > 0 && m.shininess > sharp_shininess;
-           })
-                                ? "1"
-                                : "0"},
-          {"RAYWAVE_TEXTURES",
-           any([](const Material& m) { return m.texture.has_value(); }) ? "1" : "0"},
-          {"RAYWAVE_SHADOWS", plan.lighting.shadows && lights > 0 ? "1" : "0"},
-          {"RAYWAVE_BOUNCES", std::to_string(plan.bounces)}};
+  return {
+      {option::lights, std::to_string(lights)},
+      {option::specular,
+       any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
+      {option::sharp, any([&](const Material& m) {
+         return m.specular[channel] > 0 && m.shininess > sharp_shininess;
+       })
+                          ? "1"
+                          : "0"},
+      {option::textures, any([](const Material& m) { return m.texture.has_value(); }) ? "1" : "0"},
+      {option::shadows, plan.lighting.shadows && lights > 0 ? "1" : "0"},
+      {option::bounces, std::to_string(plan.bounces)}};
 }
 
 DeviceScene::DeviceScene(const cl::Device& device, const World& world, const Plan& plan)
     : device_(device), instances_(device, world, plan.origin_m, tree) {
-  const auto made = materials_of(plan);
+  const auto made = materials_of(plan, world.textures);
   material_unit_ = made.unit;
   materials = {device, std::span<const device::Material>(made.materials), "materials"};
   texels = {device, std::span<const float>(made.texels), "textures"};
   normals = {device, floats_of(world.normals), "normals"};
   uvs = {device, floats_of(world.uvs), "places on textures"};
-  options =
-      cl::with(kernel_options(plan), {{"RAYWAVE_LANES", std::to_string(lanes_for(device.info()))}});
+  options = cl::with(kernel_options(plan),
+                     {{option::lanes, std::to_string(lanes_for(device.info()))}});
   place(world, plan);
 }
 
@@ -157,8 +150,7 @@ void DeviceScene::place(const World& world, const Plan& plan) {
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   options =
       // Scenes alike in size share kernels
-      cl::with(options,
-               {{"RAYWAVE_BVH_DEPTH", std::to_string((instances_.depth() + 15) / 16 * 16)}});
+      cl::with(options, {{option::bvh_depth, std::to_string((instances_.depth() + 15) / 16 * 16)}});
   upload_lights(world, plan);
 }
 

@@ -2,6 +2,7 @@
 /// The scene in device memory.
 #pragma once
 
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -13,8 +14,8 @@
 
 namespace raywave {
 
-/// Which lights, highlights, textures, shadows and bounces kernels are built with: what some object
-/// of the scene has, nothing else.
+/// The features that kernels are built with: lights, highlights, textures, shadows and bounces,
+/// each only when some object of the scene needs it.
 cl::Options kernel_options(const Plan& plan);
 
 /// The scene as the kernels see it: trees, triangles, materials for the hologram's wavelength,
@@ -27,8 +28,8 @@ class DeviceScene {
 public:
   DeviceScene(const cl::Device& device, const World& world, const Plan& plan);
 
-  /// The same meshes and materials at other places (World::motions), or under other lights (as many
-  /// as before). `options` may change where objects part that were one instance.
+  /// Updates the places of the objects (World::motions) and the lights (as many as before); meshes
+  /// and materials stay. `options` may change when an object leaves the shared instance.
   void place(const World& world, const Plan& plan);
 
   DeviceTree tree;
@@ -46,6 +47,12 @@ public:
   // Distance that secondary rays start off a surface: far above rounding, far below anything
   // visible
   float bias_m = 0;
+  /// SCENE_PARAMETERS of kernels/scene/arrays.h, for cl::Kernel::run.
+  auto arguments() const {
+    return std::tuple_cat(tree.arguments(),
+                          std::tie(normals, uvs, materials, lights, texels, ambient_light));
+  }
+
   cl::Options options;      // leave out of the kernels what this scene does not use
   double tree_seconds = 0;  // for trees and instances, of the last time
 

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <utility>
+#include <tuple>
 
 #include "cl/program.hpp"
 #include "host/geometry/shared_types.hpp"
@@ -16,6 +17,9 @@ struct DeviceTree {
   cl::Buffer<device::Triangle> triangles;
   cl::Buffer<float> positions;  // 3 per vertex, frame of its instance
   cl::Buffer<device::Instance> instances;
+
+  /// TREE_PARAMETERS of kernels/scene/arrays.h, for cl::Kernel::run.
+  auto arguments() const { return std::tie(nodes, triangles, positions, instances); }
 };
 
 /// An instance that has not moved, the root of its tree at node `root`.

@@ -5,6 +5,9 @@
 #include <chrono>
 #include <glm/geometric.hpp>
 
+#include "host/trace/precision_option.hpp"
+#include "host/geometry/kernel_options.hpp"
+
 namespace raywave {
 FanTracer::FanTracer(const cl::Device& device, const Plan& plan, const DeviceScene& arrays,
                      HitSource source, const SampleTable* table)
@@ -15,8 +18,8 @@ FanTracer::FanTracer(const cl::Device& device, const Plan& plan, const DeviceSce
       lanes_(lanes_for(device.info())),
       program_(device, "kernels/gather/fan.cl",
                cl::with(arrays.options,
-                        {{"RAYWAVE_SOURCE", std::to_string(static_cast<int>(source))},
-                         {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)}})),
+                        {{option::source, std::to_string(static_cast<int>(source))},
+                         {option::precision, precision_option(device.info(), plan.precision)}})),
       trace_fan_(program_.kernel("trace_fan")),
       no_samples_(device, 1, "samples"),
       no_cells_(device, 1, "sample lattice") {}
@@ -54,10 +57,8 @@ void FanTracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& fie
 
   const auto packets = static_cast<std::size_t>((plan_.tile_size.x + lanes_ - 1) / lanes_);
   const cl::Range local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
-  trace_fan_.run({packets, static_cast<std::size_t>(plan_.tile_size.y)}, local, scene_.tree.nodes,
-                 scene_.tree.triangles, scene_.tree.positions, scene_.tree.instances,
-                 scene_.normals, scene_.uvs, scene_.materials, scene_.lights, scene_.texels,
-                 scene_.ambient_light, fan, static_cast<std::int32_t>(tangents.size()), plane,
+  trace_fan_.run({packets, static_cast<std::size_t>(plan_.tile_size.y)}, local, scene_.arguments(),
+                 fan, static_cast<std::int32_t>(tangents.size()), plane,
                  table_ ? table_->samples : no_samples_, table_ ? table_->first_of_cell : no_cells_,
                  table_ ? table_->lattice : device::Lattice{}, field);
 }

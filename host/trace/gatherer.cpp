@@ -5,6 +5,8 @@
 #include <cmath>
 #include <glm/common.hpp>
 
+#include "host/trace/precision_option.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave {
@@ -14,7 +16,7 @@ namespace {
 /// kernels, which take longest to compile.
 cl::Options options_of(const DeviceScene& scene) {
   cl::Options options;
-  for (const char* name : {"RAYWAVE_LANES", "RAYWAVE_LIGHTS", "RAYWAVE_SPECULAR", "RAYWAVE_SHARP"})
+  for (const auto& name : {option::lanes, option::lights, option::specular, option::sharp})
     options[name] = scene.options.at(name);
   return options;
 }
@@ -25,14 +27,10 @@ std::uint64_t profile_bytes(const cl::DeviceInfo& device) {
       {std::uint64_t{128} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16});
 }
 
-/// Spots from the middle of a near sample's wave to its rim, at most: kernels/gather/plane_waves.h
-/// has NEAR_WAVES for them.
-constexpr double widest_near_wave = 34;
-
 }  // namespace
 
 Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
-                   const SampleTable& table, int frames, double near_spots)
+                   const SampleTable& table, int frames, double plane_wave_spots)
     : plan_(plan),
       scene_(scene),
       table_(table),
@@ -40,15 +38,15 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
       lanes_(lanes_for(device.info())),
       tile_rows_(rows_of_tile(work_shape(device.info()), frames)),
       strip_tiles_(work_shape(device.info()).strip_tiles),
-      near_spots_(near_spots),
+      plane_wave_spots_(plane_wave_spots),
       program_(device, "kernels/gather/gather.cl",
                cl::with(options_of(scene),
-                        {{"RAYWAVE_FRAMES", std::to_string(frames)},
-                         {"RAYWAVE_PRECISION", precision_option(device.info(), plan.precision)},
-                         {"RAYWAVE_TILE_ROWS", std::to_string(tile_rows_)},
-                         {"RAYWAVE_VIEW_PARTS", std::to_string(table.view_parts)},
-                         {"RAYWAVE_SINE_LIMIT", plan.beyond_diffraction ? "1" : "0"}})),
-      aim_(program_.kernel("aim")),
+                        {{option::frames, std::to_string(frames)},
+                         {option::precision, precision_option(device.info(), plan.precision)},
+                         {option::tile_rows, std::to_string(tile_rows_)},
+                         {option::visibility_parts, std::to_string(table.visibility_parts)},
+                         {option::sine_limit, plan.beyond_diffraction ? "1" : "0"}})),
+      project_samples_(program_.kernel("aim")),
       draw_phases_(program_.kernel("draw_phases")),
       profile_(program_.kernel("profile")),
       gather_(program_.kernel("gather")),
@@ -56,11 +54,11 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
 
 void Gatherer::draw_phases(std::uint32_t seed) {
   const auto room = table_.samples.size();
-  if (aims_.size() < room) {
-    aims_ = {device_, room, "aims"};
+  if (projected_.size() < room) {
+    projected_ = {device_, room, "aims"};
     // Read in whole vectors, so there is one more than is written.
     const std::vector<std::int32_t> none(4 * (room + static_cast<std::size_t>(lanes_)));
-    boxes_ = {device_, std::span<const std::int32_t>(none), "footprints of samples"};
+    footprints_ = {device_, std::span<const std::int32_t>(none), "footprints of samples"};
     phasors_ = {device_, room * static_cast<std::size_t>(frames_), "phases"};
   }
   if (table_.count > 0)
@@ -106,8 +104,8 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   if (at_hologram) {
     plane.window_x = plane.window_y = 1e6f;
   } else {
-    const auto narrowed = [&](double z) { return std::abs(z - centre_m.z) / z; };
-    const auto widest = fan * std::max(narrowed(near_m), narrowed(far_m)) / centre_m.z;
+    const auto widest =
+        fan * std::max(narrowing(centre_m.z, near_m), narrowing(centre_m.z, far_m)) / centre_m.z;
     // A sample's ray to the tile's centre crosses the plane at x when its tangent in the lattice is
     // (x - centre) / distance + centre / z.
     const auto turned = tile_m * (1 / near_m + 1 / far_m) / 2.0,
@@ -116,20 +114,22 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     plane.tangent_y = static_cast<float>((corner.y - tile_m.y) / centre_m.z + turned.y);
     plane.tangent_step_x = static_cast<float>(pitch.x / centre_m.z);
     plane.tangent_step_y = static_cast<float>(pitch.y / centre_m.z);
-    const auto spot = plan_.wavelength_m * far_m / (2.0 * glm::max(fan, 1e-3) * half_window);
+    const glm::dvec2 spot(spot_of(plan_.wavelength_m, far_m, fan.x, 2 * half_window.x),
+                          spot_of(plan_.wavelength_m, far_m, fan.y, 2 * half_window.y));
     const double nearest = std::max({0.0, near_m - centre_m.z, centre_m.z - far_m});
     const auto narrowest = fan * half_window * (nearest / far_m);
-    const bool any_near = narrowest.x < near_spots_ * spot.x || narrowest.y < near_spots_ * spot.y;
-    const auto tail = (any_near ? near_tail : 0.0) * spot / centre_m.z;
-    plane.near_spots = static_cast<float>(near_spots_);
-    plane.near_tail = static_cast<float>(near_tail);
+    const bool any_near =
+        narrowest.x < plane_wave_spots_ * spot.x || narrowest.y < plane_wave_spots_ * spot.y;
+    const auto tail = (any_near ? plane_wave_tail : 0.0) * spot / centre_m.z;
+    plane.plane_wave_spots = static_cast<float>(plane_wave_spots_);
+    plane.plane_wave_tail = static_cast<float>(plane_wave_tail);
     plane.window_x = static_cast<float>(widest.x * half_window.x + tail.x + spread.x);
     plane.window_y = static_cast<float>(widest.y * half_window.y + tail.y + spread.y);
     if (any_near) {
       const auto room = [&](int axis) {
         const double half =
-            std::min(widest_near_wave * spot[axis],
-                     widest[axis] * centre_m.z * half_window[axis] + near_tail * spot[axis]);
+            std::min(widest_plane_wave_sample * spot[axis],
+                     widest[axis] * centre_m.z * half_window[axis] + plane_wave_tail * spot[axis]);
         const int pixels =
             static_cast<int>(std::min(2 * half / pitch[axis] + 5, static_cast<double>(size[axis])));
         return (pixels + lanes_ - 1) / lanes_ * lanes_ + 2 * lanes_;
@@ -139,21 +139,21 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     }
   }
   // Views speak of the whole hologram's window, and of what the fan adds to it.
-  const auto view_half = std::max(1.0, plan_.cone_half_width) * plan_.window_m() / 2.0;
-  plane.view_scale_x = static_cast<float>(half_window.x / view_half.x);
-  plane.view_scale_y = static_cast<float>(half_window.y / view_half.y);
-  plane.view_shift_x = static_cast<float>(tile_m.x / view_half.x);
-  plane.view_shift_y = static_cast<float>(tile_m.y / view_half.y);
+  const auto visibility_half = std::max(1.0, plan_.cone_half_width) * plan_.window_m() / 2.0;
+  plane.visibility_scale_x = static_cast<float>(half_window.x / visibility_half.x);
+  plane.visibility_scale_y = static_cast<float>(half_window.y / visibility_half.y);
+  plane.visibility_shift_x = static_cast<float>(tile_m.x / visibility_half.x);
+  plane.visibility_shift_y = static_cast<float>(tile_m.y / visibility_half.y);
 
   auto lattice = table_.lattice;
   lattice.half_width = static_cast<float>(half_window.x);
   lattice.half_height = static_cast<float>(half_window.y);
   const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}},
       local = lanes_ == 1 ? cl::Range{8, 8, 1} : cl::Range{1, 1, 1};
-  const auto stride = static_cast<std::int32_t>(boxes_.size() / 4);
+  const auto stride = static_cast<std::int32_t>(footprints_.size() / 4);
   if (table_.count > 0)
-    aim_.run({static_cast<std::size_t>(table_.count)}, group, table_.samples, table_.count, lattice,
-             plane, aims_, stride, boxes_);
+    project_samples_.run({static_cast<std::size_t>(table_.count)}, group, table_.samples,
+                         table_.count, lattice, plane, projected_, stride, footprints_);
 
   // As many of the lattice's rows at a time as the profiles of their samples fit.
   const auto profile_floats = 2 * static_cast<std::size_t>(plane.room_x + plane.room_y);
@@ -178,7 +178,7 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     }
     if (count > 0 && profile_floats > 0)
       profile_.run({static_cast<std::size_t>(count)}, group, scene_.lights, table_.samples,
-                   table_.lit, aims_, first_of(row), first_profile, count, plane, profiles_);
+                   table_.lit, projected_, first_of(row), first_profile, count, plane, profiles_);
     const auto tiles = [](int n, int side) {
       return static_cast<std::size_t>((n + side - 1) / side);
     };
@@ -186,9 +186,9 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
                strip = strip_tiles_ == 0 ? across
                                          : std::min(across, static_cast<std::size_t>(strip_tiles_));
     gather_.run({strip, tiles(plane.ny, tile_rows_), (across + strip - 1) / strip}, local,
-                scene_.lights, table_.samples, table_.views, table_.lit, aims_, stride, boxes_,
-                profiles_, first_profile, phasors_, table_.first_of_cell, table_.count, row,
-                end - 1, std::int32_t{row > 0}, lattice, plane, field);
+                scene_.lights, table_.samples, table_.visibility_masks, table_.lit, projected_,
+                stride, footprints_, profiles_, first_profile, phasors_, table_.first_of_cell,
+                table_.count, row, end - 1, std::int32_t{row > 0}, lattice, plane, field);
     row = end;
   }
 }

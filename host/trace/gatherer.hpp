@@ -2,25 +2,20 @@
 /// Fields on planes by aimed gathering from the sample table (kernels/gather/gather.cl).
 #pragma once
 
+#include "host/plan/footprint.hpp"
 #include "host/trace/samples.hpp"
 
 namespace raywave {
 
 class Gatherer {
 public:
-  /// frames      gathered together, 1 to `most_frames`: rays, visibility and shading are shared,
+  /// frames      gathered together, 1 to most_frames_together: rays, visibility and shading are shared,
   ///             only phases differ
-  /// near_spots  samples whose geometric footprint on a plane is narrower than so many diffraction
+  /// plane_wave_spots  samples whose geometric footprint on a plane is narrower than so many diffraction
   ///             spots to each side are gathered as plane waves; 0: none, all geometrically
   Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
-           const SampleTable& table, int frames, double near_spots = default_near_spots);
-
-  static constexpr double default_near_spots = 12;
-  /// How far beyond their geometric footprint the waves of near samples are kept, in diffraction
-  /// spots.
-  static constexpr double near_tail = 4;
-
-  static constexpr int most_frames = 16;
+           const SampleTable& table, int frames,
+           double plane_wave_spots = default_plane_wave_spots);
 
   /// Draws the random phases of frames seed, seed + 1, ... for the samples that the table holds
   /// now.
@@ -39,12 +34,12 @@ private:
   int frames_;
   int lanes_;
   int tile_rows_, strip_tiles_;
-  double near_spots_;
+  double plane_wave_spots_;
   cl::Program program_;
-  cl::Kernel aim_, draw_phases_, profile_, gather_;
+  cl::Kernel project_samples_, draw_phases_, profile_, gather_;
   cl::Device device_;
-  cl::Buffer<device::Aim> aims_;
-  cl::Buffer<std::int32_t> boxes_;  // pixels of each aim's footprint
+  cl::Buffer<device::ProjectedSample> projected_;
+  cl::Buffer<std::int32_t> footprints_;  // pixels of each aim's footprint
   cl::Buffer<float> profiles_;
   cl::ComplexBuffer phasors_;  // frames x samples
 };

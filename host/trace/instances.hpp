@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What moves as one: its tree and vertices stay on the device as they were made, rays are turned
-/// to it (kernels/scene/bvh.h).
+/// Instances of the BVH: the tree and vertices of an instance stay on the device as they were
+/// built, and rays are transformed into its frame (kernels/scene/bvh.h).
 #pragma once
 
 #include <cstdint>
@@ -13,20 +13,20 @@
 
 namespace raywave {
 
-/// A scene's objects as instances: those that have not moved since the world was made are one, each of
-/// the others is one of its own.
+/// A scene's objects as instances: all objects that never moved share one instance of the BVH;
+/// every object that has moved gets its own.
 class Instances {
 public:
-  /// The vertices go to the device, nothing else yet.
+  /// Uploads the vertices only.
   ///
   /// anchor_m  origin of the frames of all instances, world
   Instances(const cl::Device& device, const World& world, glm::dvec3 anchor_m, DeviceTree& tree);
 
-  /// The instances where World::motions have them now. Trees are built the first time, and where
-  /// objects part that were one instance.
+  /// Moves the instances to where World::motions places them. Trees are built on the first call,
+  /// and again when an object leaves the shared instance.
   void place(const World& world, const Plan& plan, DeviceTree& tree);
 
-  /// Bvh::depth of the deepest tree there has been: kernels made for it serve all.
+  /// Bvh::depth of the deepest tree so far: kernels compiled for it serve all trees.
   int depth() const { return depth_; }
 
 private:
@@ -37,7 +37,7 @@ private:
   std::vector<std::int32_t> sides_;                // of the objects: device::Triangle::side
   std::vector<bool> apart_;                        // objects that have moved
   std::vector<std::vector<std::size_t>> objects_;  // of each instance
-  // Of each instance: the place of its tree's root among the nodes
+  // Index of each instance's root among the nodes
   std::vector<std::int32_t> roots_;
   std::vector<device::BvhNode> root_nodes_;  // these nodes
   int depth_ = 0;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host/common/error.hpp"
+#include "host/geometry/kernel_options.hpp"
 
 namespace raywave {
 namespace {
@@ -66,12 +67,13 @@ void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std
 
 SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
                          bool keep_unseen)
-    : view_parts(plan.view_parts),
+    : visibility_parts(plan.visibility_parts),
       device_(device),
-      program_(device, "kernels/samples/samples.cl",
-               cl::with(scene.options, {{"RAYWAVE_ANTIALIAS", std::to_string(plan.antialias)},
-                                        {"RAYWAVE_VIEW_PARTS", std::to_string(view_parts)},
-                                        {"RAYWAVE_KEEP_UNSEEN", keep_unseen ? "1" : "0"}})),
+      program_(
+          device, "kernels/samples/samples.cl",
+          cl::with(scene.options, {{option::antialias, std::to_string(plan.antialias)},
+                                   {option::visibility_parts, std::to_string(visibility_parts)},
+                                   {option::keep_unseen, keep_unseen ? "1" : "0"}})),
       find_samples_(program_.kernel("find_samples")),
       pack_samples_(program_.kernel("pack_samples")) {
   find(plan, scene);
@@ -81,7 +83,7 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   lattice = lattice_of(plan, scene);
   const auto nx = static_cast<std::size_t>(lattice.nx), ny = static_cast<std::size_t>(lattice.ny);
   const auto lights = static_cast<std::size_t>(scene.light_words());
-  const auto bytes_per_slot = sizeof(device::Sample) + 4 * (view_words() + lights);
+  const auto bytes_per_slot = sizeof(device::Sample) + 4 * (visibility_words() + lights);
   const int lanes = lanes_for(device_.info());
   const cl::Range local = lanes == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
   const cl::Range group{lanes == 1 ? std::size_t{64} : std::size_t{1}};
@@ -96,14 +98,13 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
     const auto cells = rows * nx, room = cells * static_cast<std::size_t>(slots_);
     make_room(device_, band_.counts, cells, "samples of each cell");
     make_room(device_, band_.samples, room, "samples");
-    make_room(device_, band_.views, room * view_words(), "views of samples");
+    make_room(device_, band_.visibility_masks, room * visibility_words(),
+              "visibility masks of samples");
     make_room(device_, band_.lit, room * lights, "lights on samples");
     find_samples_.run(
         {(nx + static_cast<std::size_t>(lanes) - 1) / static_cast<std::size_t>(lanes), rows}, local,
-        scene.tree.nodes, scene.tree.triangles, scene.tree.positions, scene.tree.instances,
-        scene.normals, scene.uvs, scene.materials, scene.lights, scene.texels, scene.ambient_light,
-        lattice, static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows), slots_,
-        band_.counts, band_.samples, band_.views, band_.lit);
+        scene.arguments(), lattice, static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows),
+        slots_, band_.counts, band_.samples, band_.visibility_masks, band_.lit);
     int most = 0;
     const auto total_before = total;
     const auto hidden_before = hidden;
@@ -132,12 +133,14 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
     const auto kept = static_cast<std::size_t>(total_before),
                wanted = static_cast<std::size_t>(std::max<std::int64_t>(total, 1));
     grow(device_, samples, kept, wanted, "samples");
-    grow(device_, views, kept * view_words(), wanted * view_words(), "views of samples");
+    grow(device_, visibility_masks, kept * visibility_words(), wanted * visibility_words(),
+         "visibility masks of samples");
     grow(device_, lit, kept * lights, wanted * lights, "lights on samples");
     make_room(device_, band_.first, cells, "samples of each cell");
     band_.first.write(std::span<const glm::ivec2>(first).subspan(row * nx, cells));
     pack_samples_.run({cells}, group, band_.counts, band_.first, static_cast<std::int32_t>(cells),
-                      slots_, band_.samples, band_.views, band_.lit, samples, views, lit);
+                      slots_, band_.samples, band_.visibility_masks, band_.lit, samples,
+                      visibility_masks, lit);
     row += rows;
   }
   count = static_cast<int>(total);
@@ -151,7 +154,7 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   for (std::size_t row = 0; row <= ny; ++row) {
     const auto at = first[row * nx];
     first_of_row.push_back(at.x);
-    first_profile_of_row.push_back(at.x + std::int64_t{near_parts() - 1} * at.y);
+    first_profile_of_row.push_back(at.x + std::int64_t{plane_wave_parts() - 1} * at.y);
   }
 }
 

@@ -11,39 +11,40 @@
 
 namespace raywave {
 
-/// Where rays of a lattice from the hologram's centre pierce the scene: every layer, outsides of
-/// closed meshes, both sides of open ones. The set does not depend on how a surface is cut into
-/// triangles.
+/// The points where the rays of a lattice from the hologram's centre pierce the scene: every
+/// surface along a ray, the outside of closed meshes and both sides of open ones. The set does not
+/// depend on how a surface is divided into triangles.
 class SampleTable {
 public:
   /// keep_unseen  samples that no part of the hologram's window sees stay in the table
   SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
               bool keep_unseen = false);
 
-  /// Finds the samples of a scene with the same options, anew.
+  /// Finds the samples again, for a scene with the same options.
   /// throws  InputError when there are more than 2^28 cells or samples
   void find(const Plan& plan, const DeviceScene& scene);
 
   device::Lattice lattice{};
-  int view_parts;  // Plan::view_parts
+  int visibility_parts;  // Plan::visibility_parts
   int count = 0;
   int hidden = 0;  // samples that some part of the window does not see
   // Nx * ny + 1: samples of cell c are [first_of_cell[c], first_of_cell[c + 1])
   cl::Buffer<std::int32_t> first_of_cell;
   // `count`, cell by cell, row by row, and room to spare; at least one element
   cl::Buffer<device::Sample> samples;
-  // Which parts see each sample (kernels/samples/visibility.h), view_words() each
-  cl::Buffer<std::uint32_t> views;
-  cl::Buffer<std::uint32_t> lit;  // which lights fall on each sample, 32 to a word
+  // Visibility mask of each sample: the parts of the window that see it, visibility_words() each
+  // (kernels/samples/visibility.h)
+  cl::Buffer<std::uint32_t> visibility_masks;
+  cl::Buffer<std::uint32_t> lit;  // lights that reach each sample, 32 to a word
 
   std::vector<std::int32_t> first_of_row;          // of the lattice, and the count
   std::vector<std::int64_t> first_profile_of_row;  // the same of profiles: Sample::profile
 
   /// Of the window's sides, whose light a near sample's profiles keep apart
   /// (kernels/samples/visibility.h).
-  int near_parts() const { return std::clamp(view_parts, 1, 8); }
-  std::size_t view_words() const {
-    return static_cast<std::size_t>(std::max(1, view_parts * view_parts / 32));
+  int plane_wave_parts() const { return std::clamp(visibility_parts, 1, 8); }
+  std::size_t visibility_words() const {
+    return static_cast<std::size_t>(std::max(1, visibility_parts * visibility_parts / 32));
   }
 
 private:
@@ -51,7 +52,7 @@ private:
   struct Band {
     cl::Buffer<glm::ivec2> counts, first;  // samples, hidden ones
     cl::Buffer<device::Sample> samples;
-    cl::Buffer<std::uint32_t> views, lit;
+    cl::Buffer<std::uint32_t> visibility_masks, lit;
   };
 
   cl::Device device_;

@@ -31,7 +31,7 @@ void require_rays(const Plan& plan) {
 
 /// Kernels serve every plan of the same key.
 KernelKey kernel_key(const Plan& plan, const DeviceScene& arrays, int frames_together) {
-  return {plan.aimed,     plan.bounces,   plan.antialias, plan.view_parts, plan.beyond_diffraction,
+  return {plan.aimed,     plan.bounces,   plan.antialias, plan.visibility_parts, plan.beyond_diffraction,
           plan.precision, arrays.options, frames_together};
 }
 

@@ -82,10 +82,8 @@ Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene
   for (std::int64_t done = 0; done < packets;) {
     count = std::min(count, packets - done);
     const auto start = std::chrono::steady_clock::now();
-    see.run({static_cast<std::size_t>(count)}, {local}, scene.tree.nodes, scene.tree.triangles,
-            scene.tree.positions, scene.tree.instances, scene.normals, scene.uvs, scene.materials,
-            scene.lights, scene.texels, scene.ambient_light, lens, static_cast<std::int32_t>(done),
-            static_cast<std::int32_t>(count), picture);
+    see.run({static_cast<std::size_t>(count)}, {local}, scene.arguments(), lens,
+            static_cast<std::int32_t>(done), static_cast<std::int32_t>(count), picture);
     device.finish();
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

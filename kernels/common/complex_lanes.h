@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Packets of RAYWAVE_LANES complex samples, interleaved in memory, apart in registers (calls and
-// interleaved arithmetic stop PoCL's vectoriser).
+// Packets of RAYWAVE_LANES complex samples: interleaved in memory, separate vectors of real and
+// imaginary parts in registers. Function calls and interleaved arithmetic would stop PoCL's
+// vectoriser.
 #ifndef RAYWAVE_COMPLEX_LANES_H
 #define RAYWAVE_COMPLEX_LANES_H
 
 #include "kernels/common/lanes.h"
 
-// Samples that two vectors hold as they lie in memory.
+// Real and imaginary parts of samples that were loaded from memory into two vectors.
 static inline void split_complex(floatv first, floatv second, floatv* re, floatv* im) {
 #if RAYWAVE_LANES == 1
   *re = first;
@@ -64,7 +65,7 @@ static inline void store_complex(floatv re, floatv im, __global float2* p) {
 }
 #endif
 
-// The first `count` of them at most.
+// Stores the first `count` samples of the packet, or the whole packet where `count` exceeds it.
 static inline void store_some_complex(floatv re, floatv im, __global float2* p, int count) {
   if (count >= RAYWAVE_LANES) {
     store_complex(re, im, p);

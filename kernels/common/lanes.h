@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lanes: one work-item handles RAYWAVE_LANES neighbours side by side. CPUs want their SIMD width
-// (PoCL vectorises no divergent loop by itself), GPUs want 1. Masks come from comparisons: combine
-// them with !, & and | only, since true is -1 in a vector and 1 in a scalar.
+// Lanes: one work-item handles RAYWAVE_LANES neighbours side by side. CPUs need as many lanes as
+// their SIMD width, because PoCL vectorises no divergent loop by itself; GPUs need 1. Masks come
+// from comparisons: combine them with !, & and | only, since true is -1 in a vector and 1 in a
+// scalar.
 #ifndef RAYWAVE_LANES_H
 #define RAYWAVE_LANES_H
 
-#ifndef RAYWAVE_LANES
-#define RAYWAVE_LANES 1  // 1, 4, 8 or 16; host/trace/fan_tracer.cpp sets it from the device
-#endif
+#include "kernels/common/options.h"
 
 #if RAYWAVE_LANES == 1
 typedef float floatv;
@@ -48,8 +47,8 @@ typedef LANES_PASTE(uint, RAYWAVE_LANES) uintv;
 #define LANES_INDEX ((intv)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
 #endif
 
-// True when any lane of the mask is. PoCL makes any(int16) 16 tests and branches; halving the
-// vector is a few instructions.
+// True when any lane of the mask is true. PoCL turns any(int16) into 16 tests and branches; halving
+// the vector takes a few instructions.
 static inline bool lanes_any(intv mask) {
 #if RAYWAVE_LANES == 16
   const int8 eight = mask.lo | mask.hi;
@@ -64,7 +63,7 @@ static inline bool lanes_any(intv mask) {
 }
 #endif
 
-// Sum over the lanes; of words with different bits set, their union.
+// Sum over the lanes. For words that have different bits set, this is their union.
 static inline int lanes_sum(intv v) {
 #if RAYWAVE_LANES == 1
   return v;

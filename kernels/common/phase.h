@@ -1,30 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Phase in turns, kept exact until it is reduced, and the sine and cosine of it. docs/accuracy.md
-// derives the bounds.
+// Phases in turns: exact reduction to one turn, and sine and cosine. docs/accuracy.md derives the
+// bounds.
 #ifndef RAYWAVE_PHASE_H
 #define RAYWAVE_PHASE_H
 
 #include "kernels/common/lanes.h"
 
-// x minus the nearest whole number, in [-0.5, 0.5], exact for |x| < 2^22. Adding 1.5 * 2^23 rounds
-// to nearest; PoCL's rint costs ten times as much.
+// x minus the nearest whole number, in [-0.5, 0.5]; exact for |x| < 2^22. Adding 1.5 * 2^23 rounds
+// to nearest; PoCL's rint takes ten times as long.
 static inline floatv turns_reduced(floatv x) {
 #pragma OPENCL FP_CONTRACT OFF
   const floatv rounded = (x + 12582912.0f) - 12582912.0f;
   return x - rounded;
 }
 
-// Reduced turns of length * wave_number, where wave_number = hi + lo is in turns per metre: the
-// product's rounding error is kept by fma.
-static inline floatv turns_of_length(floatv length_m, float wave_number_hi, float wave_number_lo) {
-#pragma OPENCL FP_CONTRACT OFF
-  const floatv product = length_m * wave_number_hi;
-  const floatv error = fma(length_m, (floatv)(wave_number_hi), -product);
-  return turns_reduced(product) + (error + length_m * wave_number_lo);
-}
-
-// sin(2 pi t) on [-1/4, 1/4]: odd minimax polynomial of degree 9, each coefficient rounded to float
-// before the next was fitted.
+// sin(2 pi t) on [-1/4, 1/4]: odd minimax polynomial of degree 9. Each coefficient was rounded to
+// float before the next one was fitted.
 static inline floatv sin_quarter(floatv t) {
   const floatv s = t * t;
   floatv p = 0x1.3a4c44p+5f;
@@ -35,8 +26,8 @@ static inline floatv sin_quarter(floatv t) {
   return p * t;
 }
 
-// cos and sin of 2 pi t for |t| < 2^22, both folded into sin_quarter. Largest absolute error 1.7e-7
-// (tests/cl/device.cpp).
+// cos and sin of 2 pi turns for |turns| < 2^22, both folded into sin_quarter. Largest absolute
+// error 1.7e-7 (tests/cl/device.cpp).
 static inline void cos_sin_turns(floatv turns, floatv* c, floatv* s) {
   const floatv t = turns_reduced(turns);
   const floatv a = fabs(t);

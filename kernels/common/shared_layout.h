@@ -74,42 +74,42 @@
   MEMBER(Lattice, reach)                  \
   MEMBER(Lattice, half_width)             \
   MEMBER(Lattice, half_height)            \
-  MEMBER(Aim, x)                          \
-  MEMBER(Aim, x_low)                      \
-  MEMBER(Aim, y)                          \
-  MEMBER(Aim, y_low)                      \
-  MEMBER(Aim, depth)                      \
-  MEMBER(Aim, depth_low)                  \
-  MEMBER(Aim, inverse_depth)              \
-  MEMBER(Aim, centre_x)                   \
-  MEMBER(Aim, centre_x_low)               \
-  MEMBER(Aim, centre_y)                   \
-  MEMBER(Aim, centre_y_low)               \
-  MEMBER(Aim, half_x)                     \
-  MEMBER(Aim, half_y)                     \
-  MEMBER(Aim, scale_x)                    \
-  MEMBER(Aim, scale_y)                    \
-  MEMBER(Aim, amplitude)                  \
-  MEMBER(Aim, tilt_x)                     \
-  MEMBER(Aim, tilt_y)                     \
-  MEMBER(Aim, tilt_z)                     \
-  MEMBER(Aim, turns)                      \
-  MEMBER(Aim, chief_x)                    \
-  MEMBER(Aim, chief_x_low)                \
-  MEMBER(Aim, chief_y)                    \
-  MEMBER(Aim, chief_y_low)                \
-  MEMBER(Aim, tangent_x)                  \
-  MEMBER(Aim, tangent_y)                  \
-  MEMBER(Aim, half_tangent_x)             \
-  MEMBER(Aim, half_tangent_y)             \
-  MEMBER(Aim, specular)                   \
-  MEMBER(Aim, hidden)                     \
-  MEMBER(Aim, profile)                    \
-  MEMBER(Aim, near)                       \
-  MEMBER(Aim, left)                       \
-  MEMBER(Aim, top)                        \
-  MEMBER(Aim, columns)                    \
-  MEMBER(Aim, rows)                       \
+  MEMBER(ProjectedSample, x)              \
+  MEMBER(ProjectedSample, x_low)          \
+  MEMBER(ProjectedSample, y)              \
+  MEMBER(ProjectedSample, y_low)          \
+  MEMBER(ProjectedSample, depth)          \
+  MEMBER(ProjectedSample, depth_low)      \
+  MEMBER(ProjectedSample, inverse_depth)  \
+  MEMBER(ProjectedSample, centre_x)       \
+  MEMBER(ProjectedSample, centre_x_low)   \
+  MEMBER(ProjectedSample, centre_y)       \
+  MEMBER(ProjectedSample, centre_y_low)   \
+  MEMBER(ProjectedSample, half_x)         \
+  MEMBER(ProjectedSample, half_y)         \
+  MEMBER(ProjectedSample, scale_x)        \
+  MEMBER(ProjectedSample, scale_y)        \
+  MEMBER(ProjectedSample, amplitude)      \
+  MEMBER(ProjectedSample, tilt_x)         \
+  MEMBER(ProjectedSample, tilt_y)         \
+  MEMBER(ProjectedSample, tilt_z)         \
+  MEMBER(ProjectedSample, turns)          \
+  MEMBER(ProjectedSample, chief_x)        \
+  MEMBER(ProjectedSample, chief_x_low)    \
+  MEMBER(ProjectedSample, chief_y)        \
+  MEMBER(ProjectedSample, chief_y_low)    \
+  MEMBER(ProjectedSample, tangent_x)      \
+  MEMBER(ProjectedSample, tangent_y)      \
+  MEMBER(ProjectedSample, half_tangent_x) \
+  MEMBER(ProjectedSample, half_tangent_y) \
+  MEMBER(ProjectedSample, specular)       \
+  MEMBER(ProjectedSample, hidden)         \
+  MEMBER(ProjectedSample, profile)        \
+  MEMBER(ProjectedSample, plane_waves)    \
+  MEMBER(ProjectedSample, left)           \
+  MEMBER(ProjectedSample, top)            \
+  MEMBER(ProjectedSample, columns)        \
+  MEMBER(ProjectedSample, rows)           \
   MEMBER(GatherPlane, nx)                 \
   MEMBER(GatherPlane, ny)                 \
   MEMBER(GatherPlane, left)               \
@@ -144,14 +144,14 @@
   MEMBER(GatherPlane, tangent_step_y)     \
   MEMBER(GatherPlane, window_x)           \
   MEMBER(GatherPlane, window_y)           \
-  MEMBER(GatherPlane, near_spots)         \
-  MEMBER(GatherPlane, near_tail)          \
+  MEMBER(GatherPlane, plane_wave_spots)   \
+  MEMBER(GatherPlane, plane_wave_tail)    \
   MEMBER(GatherPlane, room_x)             \
   MEMBER(GatherPlane, room_y)             \
-  MEMBER(GatherPlane, view_scale_x)       \
-  MEMBER(GatherPlane, view_scale_y)       \
-  MEMBER(GatherPlane, view_shift_x)       \
-  MEMBER(GatherPlane, view_shift_y)       \
+  MEMBER(GatherPlane, visibility_scale_x) \
+  MEMBER(GatherPlane, visibility_scale_y) \
+  MEMBER(GatherPlane, visibility_shift_x) \
+  MEMBER(GatherPlane, visibility_shift_y) \
   MEMBER(Light, x)                        \
   MEMBER(Light, x_low)                    \
   MEMBER(Light, y)                        \

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Phase of a complex field as 8-bit levels. OpenCL C 1.2.
+// Phase of a complex field as 8-bit grey levels. OpenCL C 1.2.
 #include "kernels/common/complex_lanes.h"
 
 #if RAYWAVE_LANES == 1
@@ -11,14 +11,14 @@
   LANES_PASTE(vstore, RAYWAVE_LANES)(LANES_PASTE(convert_uchar, RAYWAVE_LANES)(v), 0, p)
 #endif
 
-// Level of the phase of re + i im: 256 to the turn, rounded to nearest, in 0..255. Zero, and what
-// is not finite, has level 0.
+// Grey level of the phase of re + i im: 256 to the turn, rounded to nearest, in 0..255. Zero and
+// numbers that are not finite have level 0.
 static inline intv level_of(floatv re, floatv im) {
   const floatv x = fabs(re), y = fabs(im);
   const intv known = (x <= FLT_MAX) & (y <= FLT_MAX) & (x + y > 0.0f);
   const floatv larger = fmax(x, y), smaller = fmin(x, y);
-  // Turns in the first octant: atan(t) / (2 pi), Abramowitz and Stegun 4.4.49, error 2e-8 rad
-  // (calls of builtins such as atan2 stop PoCL's vectoriser).
+  // Turns in the first octant: atan(t) / (2 pi), Abramowitz and Stegun 4.4.49, error 2e-8 rad.
+  // Calls of builtins such as atan2 would stop PoCL's vectoriser.
   const floatv t = LANES_SELECT((floatv)(0.0f), smaller / larger, known);
   const floatv s = t * t;
   floatv p = -0.0040540580f;
@@ -37,7 +37,7 @@ static inline intv level_of(floatv re, floatv im) {
   return LANES_SELECT((intv)(0), level, known);
 }
 
-// levels[i] of field[i]. A work-item takes one packet.
+// levels[i]: grey level of field[i]. A work-item takes one packet.
 __kernel void encode(const __global float2* restrict field, __global uchar* restrict levels,
                      uint size) {
   const uint i = RAYWAVE_LANES * (uint)get_global_id(0);

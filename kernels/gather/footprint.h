@@ -3,12 +3,12 @@
 // the hologram's window. For kernels/gather/, and for the host, which includes this file as C++
 // with FOOTPRINT_REAL double, inside a namespace that has fmin and clamp.
 //
-// Each axis has a footprint of its own. A cone of half width `cone` (in half windows of the hologram
-// or of its tile) leads from the sample to the window, and meets the plane around the sample's
-// chief ray, the line to the window's centre. Light also leaves the cone by diffraction: `spot` is
-// the width of the bright spot that the whole cone makes of a point. A cone that is no wider on the
-// plane than a few spots is a poor description, so that the sample's light is summed from plane
-// waves instead (plane_waves.h); its footprint then has a tail on each side.
+// Each axis has a footprint of its own. A cone leads from the sample to the window and meets the
+// plane around the sample's chief ray, the line to the window's centre. Its half width `cone` is in
+// half windows of the hologram or of its tile. Diffraction spreads the light beyond the cone:
+// `spot` is the width of the bright spot into which the whole cone focuses a point. Where the cone
+// on the plane is no wider than a few spots, the sample's light is summed from plane waves instead
+// (plane_waves.h), and its footprint has a tail on each side.
 #ifndef RAYWAVE_FOOTPRINT_H
 #define RAYWAVE_FOOTPRINT_H
 

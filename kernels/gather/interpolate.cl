@@ -1,47 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Columns and rows of a plane from fewer ones (host/trace/interpolator.hpp), sums of neighbours
-// times coefficients.
+// Rows of a plane from fewer ones (host/trace/interpolator.hpp): sums of neighbours times
+// coefficients.
 //
-// interpolate_columns  nx columns of `rows` rows, from plane number `frame` of coarse_nx columns: vector
-//                 v of RAYWAVE_LANES columns is the sum
-// of
-//                 `width` columns of `coarse` from first[v] on, times coefficients[2 RAYWAVE_LANES (v width + j)] and on: the real parts
-//                 for each lane, then the imaginary ones
-// interpolate_rows     ny rows of nx columns, from plane number `frame` of coarse_rows rows: row i is
-//                 the sum of `taps` rows of `coarse` from first[i] on, times coefficients[i * taps]
-//                 and on
+// interpolate_rows  ny rows of nx columns, from plane number `frame` of coarse_rows rows: row i is
+//                   the sum of `taps` rows of `coarse` from first[i] on, times
+//                   coefficients[i * taps] and on
 //
 // A work-item makes RAYWAVE_LANES samples of RAYWAVE_INTERPOLATE_ROWS rows: global size (ceil(nx /
-// lanes), ceil(rows / those)). OpenCL C 1.2.
+// lanes), ceil(ny / those)). OpenCL C 1.2.
 #include "kernels/common/complex_lanes.h"
-
-#ifndef RAYWAVE_INTERPOLATE_ROWS
-#define RAYWAVE_INTERPOLATE_ROWS 1  // host/trace/interpolator.cpp
-#endif
-
-__kernel void interpolate_columns(__global const float2* coarse, int coarse_nx, int rows, int frame,
-                                  int nx, int width, __global const int* first,
-                                  __global const float* coefficients, __global float2* fine) {
-  const int vector = (int)get_global_id(0), x = vector * RAYWAVE_LANES;
-  if (x >= nx) return;
-  const int top = (int)get_global_id(1) * RAYWAVE_INTERPOLATE_ROWS;
-  __global const float* c = coefficients + (size_t)vector * (size_t)(2 * RAYWAVE_LANES * width);
-  for (int row = top; row < min(top + RAYWAVE_INTERPOLATE_ROWS, rows); ++row) {
-    __global const float2* in =
-        coarse + ((size_t)frame * (size_t)rows + (size_t)row) * (size_t)coarse_nx + first[vector];
-    // Four sums, since one would wait for itself
-    floatv re_re = 0.0f, im_im = 0.0f, re_im = 0.0f, im_re = 0.0f;
-    for (int j = 0; j < width; ++j) {
-      const floatv re = LANES_LOAD(c + 2 * RAYWAVE_LANES * j),
-                   im = LANES_LOAD(c + 2 * RAYWAVE_LANES * j + RAYWAVE_LANES);
-      re_re += re * in[j].x;
-      im_im += im * in[j].y;
-      re_im += re * in[j].y;
-      im_re += im * in[j].x;
-    }
-    store_some_complex(re_re - im_im, re_im + im_re, fine + (size_t)row * (size_t)nx + x, nx - x);
-  }
-}
+#include "kernels/gather/options.h"
 
 __kernel void interpolate_rows(__global const float2* coarse, int coarse_rows, int frame, int nx,
                                int ny, int taps, __global const int* first,
@@ -55,7 +23,7 @@ __kernel void interpolate_rows(__global const float2* coarse, int coarse_rows, i
     __global const float2* c = coefficients + row * taps;
     __global float2* out = fine + (size_t)row * (size_t)nx;
     if (x + RAYWAVE_LANES <= nx) {
-      // Parts lie side by side until all is summed.
+      // Real and imaginary parts stay interleaved until all is summed.
       floatv first_by_re = 0.0f, first_by_im = 0.0f, second_by_re = 0.0f, second_by_im = 0.0f;
       for (int tap = 0; tap < taps; ++tap) {
         __global const float* parts = (__global const float*)(in + (size_t)tap * (size_t)nx + x);

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sample so near to a plane that diffraction, not geometry, says where its light passes on the
-// way into the hologram's window: the plane waves that reach the window, added up. Per axis, with
-// the sine s of a wave's direction and edge(s) the cone's soft edge,
+// Plane-wave samples: samples so near to a plane that diffraction, not geometry, decides where
+// their light crosses it on the way into the hologram's window. Their light is the sum of the plane
+// waves that reach the window. Along one axis, with the sine s of a wave's direction and the cone's
+// apodization weight w(s),
 //   g(x) = integral of
-//          edge(s) / cosine(s) exp(2 pi i / wavelength (s x - depth (1 - cosine(s)))) ds,
+//          w(s) / cosine(s) exp(2 pi i / wavelength (s x - depth (1 - cosine(s)))) ds,
 // and the sample's wave is i / wavelength exp(2 pi i depth / wavelength) g(x) g(y): far away, by
 // stationary phase, exp(ikr) / r. Sines and offsets count from those of the chief ray, which goes
-// to the hologram's centre (sine s0, cosine c0, meeting the plane at x0), so that no more turns are
-// left to floats than the wave has fringes: with s = s0 + d,
+// to the hologram's centre (sine s0, cosine c0, meeting the plane at x0), so that floats hold no
+// more turns than the wave has fringes. With s = s0 + d,
 //   s x - depth (1 - cosine(s)) = s0 (x - x0) + depth (1 / c0 - 1) + d (x - x0) - depth e,
 //   e = (c0 - cosine(s)) - d s0 / c0
 //     = d^2 (c0 + s0 (s0 + s) / (c0 + cosine(s))) / (c0 (c0 + cosine(s))).
-// The wave is finite at depth 0, and turns by half a period on the way through it. Of the product
-// of both sines only powers above the second are neglected. What something hides is dealt with in
-// NEAR_PARTS x NEAR_PARTS parts of the window: g is a sum of as many parts per axis.
-#ifndef RAYWAVE_NEAR_H
-#define RAYWAVE_NEAR_H
+// The wave is finite at depth 0, and turns by half a period through it. Products of both sines are
+// neglected from the third power on. Occlusion is resolved for PLANE_WAVE_PARTS x PLANE_WAVE_PARTS
+// parts of the window: g is a sum of as many parts per axis.
+#ifndef RAYWAVE_PLANE_WAVES_H
+#define RAYWAVE_PLANE_WAVES_H
 
 #include "kernels/common/double_single.h"
 #include "kernels/common/lanes.h"
@@ -26,58 +27,58 @@
 
 DEFINE_APODIZATION(apodization_weights, floatv)
 
-// What a plane gathers along one axis: GatherPlane's figures of it.
+// The members of GatherPlane that belong to one axis.
 typedef struct {
-  float cone, apodization_rate, sine_limit, view_scale, view_shift;
+  float cone, apodization_rate, sine_limit, visibility_scale, visibility_shift;
 } Gathered;
 static inline Gathered gathered_x(const GatherPlane* plane) {
   const Gathered x = {plane->cone_x, plane->apodization_rate_x, plane->sine_limit_x,
-                      plane->view_scale_x, plane->view_shift_x};
+                      plane->visibility_scale_x, plane->visibility_shift_x};
   return x;
 }
 static inline Gathered gathered_y(const GatherPlane* plane) {
   const Gathered y = {plane->cone_y, plane->apodization_rate_y, plane->sine_limit_y,
-                      plane->view_scale_y, plane->view_shift_y};
+                      plane->visibility_scale_y, plane->visibility_shift_y};
   return y;
 }
 
-// 1 / cosine - 1 of a direction.
-static inline Wide near_slant(Wide tangent) {
-  const Wide squared = wide_times(tangent, tangent), one = wide(1.0f, 0.0f);
-  return wide_over(squared, wide_plus(one, wide_sqrt(wide_plus(one, squared))));
+// 1 / cosine - 1 of a direction, given by its tangent.
+static inline DoubleSingle plane_wave_slant(DoubleSingle tangent) {
+  const DoubleSingle squared = ds_times(tangent, tangent), one = ds(1.0f, 0.0f);
+  return ds_over(squared, ds_plus(one, ds_sqrt(ds_plus(one, squared))));
 }
 
-// Sine of the direction whose tangent is t + step, less that of t.
-static inline float near_sine_step(float t, float step) {
+// Sine of the direction with tangent t + step, minus the sine of that with tangent t.
+static inline float plane_wave_sine_step(float t, float step) {
   const float n = sqrt(1.0f + t * t), m = sqrt(1.0f + (t + step) * (t + step));
   return step * (n * m + 1.0f - t * (t + step)) / (n * m * (n + m));
 }
 
-// The plane waves of one axis at the sample.
+// The plane waves of one axis at a sample.
 typedef struct {
   int count;
-  float first;  // turns per metre
+  float first;  // of the first wave's sine, in turns per metre from the chief ray's
   float step;
   float re[PLANE_WAVES];
   float im[PLANE_WAVES];
-  float tangent[PLANE_WAVES];  // of its direction
-  int begin[NEAR_PARTS + 1];   // first wave of each part of the window
-} NearWaves;
+  float tangent[PLANE_WAVES];       // of each wave's direction
+  int begin[PLANE_WAVE_PARTS + 1];  // first wave of each part of the window
+} PlaneWaves;
 
-// centre_tangent: towards the hologram's centre; in_parts: `begin` is wanted.
-static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tangent,
-                              float half_tangent, float half_extent, float depth, Gathered axis,
-                              float turns_per_metre) {
+// centre_tangent: of the direction to the hologram's centre. in_parts: fill `begin` too.
+static inline void plane_waves_of(PlaneWaves* waves, bool in_parts, float centre_tangent,
+                                  float half_tangent, float half_extent, float depth, Gathered axis,
+                                  float turns_per_metre) {
   waves->count =
       min(plane_wave_count(half_extent, footprint_spot(half_tangent, axis.cone, turns_per_metre)),
           PLANE_WAVES);
-  const float low = near_sine_step(centre_tangent, -axis.cone * half_tangent);
+  const float low = plane_wave_sine_step(centre_tangent, -axis.cone * half_tangent);
   const float step =
-      (near_sine_step(centre_tangent, axis.cone * half_tangent) - low) / (float)waves->count;
+      (plane_wave_sine_step(centre_tangent, axis.cone * half_tangent) - low) / (float)waves->count;
   const float c0 = 1.0f / sqrt(1.0f + centre_tangent * centre_tangent), s0 = centre_tangent * c0;
   waves->first = (low + 0.5f * step) * turns_per_metre;
   waves->step = step * turns_per_metre;
-  for (int i = 0; i <= NEAR_PARTS; ++i) waves->begin[i] = i == 0 ? 0 : waves->count;
+  for (int i = 0; i <= PLANE_WAVE_PARTS; ++i) waves->begin[i] = i == 0 ? 0 : waves->count;
   for (int n = 0; n < waves->count; n += RAYWAVE_LANES) {
     const floatv d = low + (LANES_TO_FLOAT(n + LANES_INDEX) + 0.5f) * step, sine = s0 + d;
     const floatv cosine = sqrt(1.0f - sine * sine);
@@ -94,18 +95,20 @@ static inline void near_waves(NearWaves* waves, bool in_parts, float centre_tang
     float ats[RAYWAVE_LANES];
     LANES_STORE(at, ats);
     for (int i = 0; i < RAYWAVE_LANES && n + i < waves->count; ++i) {
-      for (int part = 1; part < NEAR_PARTS; ++part) {
-        if (ats[i] * axis.view_scale + axis.view_shift >= (float)part * (2.0f / NEAR_PARTS) - 1.0f)
+      for (int part = 1; part < PLANE_WAVE_PARTS; ++part) {
+        if (ats[i] * axis.visibility_scale + axis.visibility_shift >=
+            (float)part * (2.0f / PLANE_WAVE_PARTS) - 1.0f)
           waves->begin[part] = min(waves->begin[part], n + i);
       }
     }
   }
 }
 
-// What waves `from` to before `to` add to g at offset_m from the chief ray; `turns`: of the chief
-// ray there. Two recurrences, of every other wave, since one alone waits for its own products.
-static inline void near_sum(const NearWaves* waves, int from, int to, floatv offset_m, floatv turns,
-                            floatv* re, floatv* im) {
+// Sum of waves `from` to before `to` at offset_m from the chief ray; `turns`: phase of the chief
+// ray there. Two recurrences, for every other wave each: a single one would wait for its own
+// products.
+static inline void plane_wave_sum(const PlaneWaves* waves, int from, int to, floatv offset_m,
+                                  floatv turns, floatv* re, floatv* im) {
   floatv even_re, even_im, step_re, step_im;
   cos_sin_turns((waves->first + (float)from * waves->step) * offset_m + turns, &even_re, &even_im);
   cos_sin_turns(waves->step * offset_m, &step_re, &step_im);

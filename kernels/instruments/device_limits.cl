@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many multiply-adds a device does in a second (host/evaluate/bench/device_limits.cpp). OpenCL
-// C 1.2.
+// Measures how many multiply-adds a device does in a second
+// (host/evaluate/bench/device_limits.cpp). OpenCL C 1.2.
 #include "kernels/common/lanes.h"
 
 // Eight chains of multiply-adds per work-item, so that none waits for its own last result: 16 *
-// rounds * RAYWAVE_LANES operations. They tend to 1 and stay finite. sums: RAYWAVE_LANES values per
-// work-item.
+// rounds * RAYWAVE_LANES operations. The values tend to 1 and stay finite. sums: RAYWAVE_LANES
+// values per work-item.
 __kernel void multiply_add(__global float* sums, int rounds, int work_items) {
   const int item = (int)get_global_id(0);
   if (item >= work_items) return;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Intersects an array of rays with the scene: what the tests, the self-test and the benchmark run.
-// OpenCL C 1.2.
+// Intersects an array of rays with a tree, for the tests, the self-test and the benchmark. OpenCL C
+// 1.2.
 //
 // rays   8 planes of `count` floats: origin x, y, z, direction x, y, z, t_min, t_max
-// One work-item handles RAYWAVE_LANES neighbours; the lanes past `count` write nothing.
+// A work-item handles RAYWAVE_LANES neighbours; lanes from `count` on write nothing.
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
 #include "kernels/scene/bvh.h"
 
-// Lanes past the end repeat the last ray, so that a partial packet reads nothing outside.
+// Lanes from `count` on repeat the last ray, so that a partial packet reads nothing outside.
 static inline floatv load_plane(__global const float* plane, int first, int count) {
   if (first + RAYWAVE_LANES <= count) return LANES_LOAD(plane + first);
   float values[RAYWAVE_LANES];
@@ -42,16 +42,15 @@ static inline void store_ints(intv values, __global int* plane, int first, int c
   for (int i = 0; i < min(RAYWAVE_LANES, count - first); ++i) plane[first + i] = v[i];
 }
 
-// hit_triangle  count ints, place in the tree's triangles or -1
+// Nearest hits.
+// hit_triangle  count ints: number among the tree's triangles, or -1
 // hit_t_u_v     3 planes of count floats; a miss has t = t_max, u = v = 0
-__kernel void intersect_nearest(__global const BvhNode* nodes, __global const Triangle* triangles,
-                                __global const float* positions, __global const Instance* instances,
-                                __global const float* rays, int count, __global int* hit_triangle,
-                                __global float* hit_t_u_v) {
+__kernel void intersect_nearest(TREE_PARAMETERS, __global const float* rays, int count,
+                                __global int* hit_triangle, __global float* hit_t_u_v) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   if (first >= count) return;
   const Rays r = load_rays(rays, first, count);
-  const Tree tree = {nodes, triangles, positions, instances};
+  const Tree tree = TREE_OF_PARAMETERS;
   const Hits hits = bvh_nearest(&tree, &r);
   store_ints(hits.triangle, hit_triangle, first, count);
   store_floats(hits.t, hit_t_u_v, first, count);
@@ -59,14 +58,13 @@ __kernel void intersect_nearest(__global const BvhNode* nodes, __global const Tr
   store_floats(hits.v, hit_t_u_v + 2 * count, first, count);
 }
 
-// occluded  count ints, 1 where anything lies in (t_min, t_max), else 0
-__kernel void intersect_any(__global const BvhNode* nodes, __global const Triangle* triangles,
-                            __global const float* positions, __global const Instance* instances,
-                            __global const float* rays, int count, __global int* occluded) {
+// occluded: count ints, 1 where anything lies in (t_min, t_max), else 0
+__kernel void intersect_any(TREE_PARAMETERS, __global const float* rays, int count,
+                            __global int* occluded) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   if (first >= count) return;
   const Rays r = load_rays(rays, first, count);
-  const Tree tree = {nodes, triangles, positions, instances};
+  const Tree tree = TREE_OF_PARAMETERS;
   const intv mask = bvh_occluded(&tree, &r);
   store_ints(LANES_SELECT((intv)(0), (intv)(1), mask), occluded, first, count);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What host/evaluate/selftest/selfcheck.cpp asks of a device about the headers that all kernels
-// share: where it puts the members of shared structs, and how true phase.h is there. OpenCL C 1.2.
+// For host/evaluate/selftest/selfcheck.cpp: where a device places the members of shared structs,
+// and how accurate phase.h is there. OpenCL C 1.2.
 #include "kernels/common/lanes.h"
 #include "kernels/common/phase.h"
 #include "kernels/common/shared.h"
@@ -21,8 +21,9 @@ __kernel void struct_layout(__global int* layout) {
 #undef MEMBER
 }
 
-// Cosine and sine of 2 pi turns[i]; one work-item for each of `blocks` runs of RAYWAVE_LANES
+// Cosine and sine of 2 pi turns[i]. One work-item for each of `blocks` runs of RAYWAVE_LANES
 // values.
+//
 __kernel void cos_sin(__global const float* turns, __global float* cosines, __global float* sines,
                       int blocks) {
   const int block = (int)get_global_id(0);
@@ -31,14 +32,4 @@ __kernel void cos_sin(__global const float* turns, __global float* cosines, __gl
   cos_sin_turns(LANES_LOAD(turns + block * RAYWAVE_LANES), &c, &s);
   LANES_STORE(c, cosines + block * RAYWAVE_LANES);
   LANES_STORE(s, sines + block * RAYWAVE_LANES);
-}
-
-// turns_of_length of lengths_m[i]; work-items as above.
-__kernel void length_turns(__global const float* lengths_m, __global float* turns,
-                           float wave_number_hi, float wave_number_lo, int blocks) {
-  const int block = (int)get_global_id(0);
-  if (block >= blocks) return;
-  LANES_STORE(turns_of_length(LANES_LOAD(lengths_m + block * RAYWAVE_LANES), wave_number_hi,
-                              wave_number_lo),
-              turns + block * RAYWAVE_LANES);
 }

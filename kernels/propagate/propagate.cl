@@ -2,20 +2,15 @@
 // Band-limited shifted angular spectrum propagation: the steps around the Fourier transforms.
 // Matsushima, Opt. Express 18, 18453 (2010). OpenCL C 1.2, no double, no images.
 //
-// Planes are row-major, complex samples interleaved. A padded plane has padded_ny rows of padded_nx
-// samples, padded_nx a multiple of 16, and holds the field in its top left corner. A work-item
-// takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it: CPUs launch one
-// work-item per row, GPUs one per sample.
+// Planes are row-major with interleaved complex samples. A padded plane has padded_ny rows of
+// padded_nx samples, padded_nx being a multiple of 16, and holds the field in its top left corner.
+// A work-item takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it: CPUs
+// launch one work-item per row, GPUs one per sample.
 #include "kernels/common/complex_lanes.h"
+#include "kernels/propagate/options.h"
 #include "kernels/propagate/transfer.h"
 
-#ifndef RAYWAVE_TWO_FLOATS
-// 1 where R of transfer.h exceeds a few turns; host/propagate/propagator.cpp decides per
-// propagation
-#define RAYWAVE_TWO_FLOATS 0
-#endif
-
-// padded: the field, zero elsewhere.
+// padded: the field, and zero elsewhere.
 __kernel void pad(const __global float2* restrict field, __global float2* restrict padded,
                   int frame, int nx, int ny, int padded_nx, int padded_ny) {
   const int row = (int)get_global_id(1);
@@ -55,13 +50,13 @@ __kernel void crop(const __global float2* restrict padded, __global float2* rest
   }
 }
 
-// sum (+)= scale * spectrum * H inside the band, H as in transfer.h. Out of it H is zero: nothing
-// is added, and zero is written unless `accumulate`.
+// sum (+)= scale * spectrum * H inside the band, with H as in transfer.h. H is zero outside the
+// band: nothing is added there, and zero is written unless `accumulate`.
 //
 // phase_x [nx], phase_y [ny]    X and Y, reduced turns
 // power_x [2 nx], power_y       (lambda u)^2 as high parts, then low parts; likewise v
-// band_x  [2 nx], band_y        per column the first and then the last signed row frequency kept;
-//         per row those of the columns
+// band_x  [2 nx], band_y        for each column the first and then the last signed row frequency
+//                               kept; for each row likewise those of the columns
 __kernel void multiply_add(const __global float2* restrict spectrum, __global float2* restrict sum,
                            const __global float* restrict phase_x,
                            const __global float* restrict phase_y,

@@ -1,47 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sample table: every place where a ray of the lattice (shared.h) pierces a surface is one
-// source of light. Pixels that see it all use the same position and phase; that makes their sum a
-// spherical wave (docs/pipeline.md).
+// The sample table: each point where a ray of the lattice (shared.h) pierces a surface is one
+// source of light. All pixels that see a sample use the same position and phase, so that their sum
+// is a spherical wave (docs/pipeline.md).
 //
-// find_samples  of a band of `rows` rows of cells from first_row on: counts[cell] = number of
-//               samples of each cell (row by row), and how many of the first `slots` are hidden
-//               from some part; these go to samples[cell * slots] and on, their views and lights
-//               likewise, VIEW_WORDS and LIT_WORDS each
-// pack_samples  the same without gaps: those of cell c to packed[first[c].x] and on, after
-//               first[c].y hidden ones
+// find_samples  samples of the cells of a band of `rows` rows from first_row on. counts[cell]:
+//               number of samples of the cell (row by row), and how many of its first `slots`
+//               samples are hidden from some part. samples[cell * slots] and on: the samples;
+//               visibility_masks, lit: their masks of VISIBILITY_WORDS and LIT_WORDS words
+// pack_samples  the same samples without gaps: those of cell c go to packed[first_of_cell[c].x] and
+//               on, after first_of_cell[c].y hidden ones
 //
-// view  bit j * RAYWAVE_VIEW_PARTS + i: the middle of part (i, j) of the hologram's window, counted
-//       from the bottom left, is seen from the sample
-// lit   bit l: light l falls on the sample
+// visibility_masks  bit j * RAYWAVE_VISIBILITY_PARTS + i: the sample sees the middle of part (i, j)
+//                   of the hologram's window, counted from the bottom left
+// lit               bit l: light l falls on the sample
 //
-// find_samples handles RAYWAVE_LANES cells of one row per work-item: global size (ceil(nx / lanes),
-// rows). OpenCL C 1.2.
+// find_samples handles RAYWAVE_LANES cells of one row per work-item. Global size: (ceil(nx /
+// lanes), rows). OpenCL C 1.2.
 #include "kernels/common/hash.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
+#include "kernels/samples/options.h"
 #include "kernels/samples/visibility.h"
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/shade.h"
 
 #define LIT_WORDS (RAYWAVE_LIGHTS > 32 ? (RAYWAVE_LIGHTS + 31) / 32 : 1)
 
-#ifndef RAYWAVE_ANTIALIAS
-#define RAYWAVE_ANTIALIAS \
-// Rays per side of a cell that it is looked at with besides the one through its centre: 0, 2 or \
-// 4; host/trace/samples.cpp
-4
-#endif
-#ifndef RAYWAVE_KEEP_UNSEEN
-// Samples that no part of the hologram sees stay in the table; host/trace/samples.cpp
-#define RAYWAVE_KEEP_UNSEEN 0
-#endif
 #define PARTS (RAYWAVE_ANTIALIAS > 0 ? RAYWAVE_ANTIALIAS * RAYWAVE_ANTIALIAS : 1)
 #define PACKETS (PARTS > RAYWAVE_LANES ? PARTS / RAYWAVE_LANES : 1)
 #define CELLS_OF_PACKET (RAYWAVE_LANES > PARTS ? RAYWAVE_LANES / PARTS : 1)
 
-    // Rays with these tangents, one for each lane.
-    static inline Rays
-    lattice_rays(const Lattice* lattice, floatv tangent_x, floatv tangent_y, intv active) {
+// Rays with these tangents, one per lane.
+static inline Rays lattice_rays(const Lattice* lattice, floatv tangent_x, floatv tangent_y,
+                                intv active) {
   Rays rays;
   rays.dx = tangent_x;
   rays.dy = tangent_y;
@@ -55,7 +46,7 @@
   return rays;
 }
 
-// Through the centres of the cells (first + lane, row).
+// Rays through the centres of the cells (first + lane, row).
 static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv active) {
   const intv column = first + LANES_INDEX;
   return lattice_rays(lattice, (LANES_TO_FLOAT(lattice->first_x + column) + 0.5f) * lattice->step,
@@ -64,8 +55,8 @@ static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv 
 }
 
 #if RAYWAVE_ANTIALIAS
-// Through the centres of RAYWAVE_LANES parts of a cell, the inner ones first, or of all parts of
-// CELLS_OF_PACKET cells from it on.
+// Rays through the centres of RAYWAVE_LANES parts of a cell, inner parts first, or through all
+// parts of CELLS_OF_PACKET cells, beginning with this one.
 static inline Rays part_rays(const Lattice* lattice, int column, int row, int packet, intv active) {
 #if RAYWAVE_ANTIALIAS == 4
   const float across[16] = {1, 2, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 0, 3, 0, 3};
@@ -83,8 +74,8 @@ static inline Rays part_rays(const Lattice* lattice, int column, int row, int pa
 }
 #endif
 
-// Layers closer than `gap` to the one before are one; inner sides of closed meshes are no sources.
-// What is left keeps its triangle.
+// Merges layers closer than `gap` to the one before, and removes inner sides of closed meshes,
+// which are no sources. Hits that remain keep their triangle.
 static inline void keep_sources(Layers* layers, const SceneArrays* scene, const Rays* rays,
                                 float gap) {
   floatv last = -1e30f;
@@ -128,22 +119,23 @@ static inline Hit hit_of_lane(const Layers* layers, int layer, int lane) {
   return hit;
 }
 
-// The same layer: within what a slope of 80 degrees spans in a cell.
+// Distance within which hits belong to the same layer: what a slope of 80 degrees spans in a cell.
 static inline float layer_reach(const Lattice* lattice, float t) {
   return 4.0f * lattice->step * (t + (lattice->near_z - lattice->centre_z));
 }
 
 #if RAYWAVE_ANTIALIAS
-// A layer, as a ray of its cell has met it: what hits of the parts' rays are compared with.
+// A layer as one ray of its cell meets it. Hits of the parts' rays are compared with it.
 typedef struct {
   float t;
   float reach;
   bool steep;              // seen so nearly edge-on that a cell spans more than `reach` of it
-  float3 at, normal;       // of a steep one
+  float3 at, normal;       // for steep layers only
   int packet_column, row;  // of the parts' rays
 } Sheet;
 
-// Of surfaces this steep, and their like by the cosine between their normals.
+// Cosine to the ray below which a layer is steep, and cosine between normals above which two hits
+// of a steep layer belong together.
 #define STEEP 0.25f
 #define ALIKE 0.9f
 
@@ -163,8 +155,8 @@ static inline Sheet sheet_of(const SceneArrays* scene, const Lattice* lattice, c
   return sheet;
 }
 
-// Mask of the hits of a packet's rays that belong to a layer: those about as far, and, of a steep
-// one, those in the same plane.
+// Mask of the hits of a packet's rays that belong to a layer: those at about the same distance and,
+// for a steep layer, those in the same plane.
 static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, const Sheet* sheet,
                            int packet, floatv t, intv triangle) {
   const intv near = fabs(t - sheet->t) < sheet->reach, far = (triangle >= 0) & !near;
@@ -186,9 +178,9 @@ static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, con
   return near | (LANES_LOAD(same) != 0);
 }
 
-// Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of something
-// that the centre ray passes by. What lies behind it there is hidden, and the sample of the layer
-// behind, which the centre ray meets, cannot know.
+// Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of an object
+// that the centre ray misses. It hides what lies behind it in those parts, which the sample of the
+// layer behind cannot know from the centre ray.
 static inline void find_rims(const SceneArrays* scene, const Lattice* lattice, const Layers* parts,
                              const Layers* centre, int lane, int column, int row, int packet_column,
                              floatv* rims) {
@@ -214,7 +206,7 @@ static inline void find_rims(const SceneArrays* scene, const Lattice* lattice, c
   }
 }
 
-// Takes the hits of a layer out of the parts' hits, one of each ray; returns how many of them lie
+// Removes the hits of a layer from the parts' hits, one for each ray. Returns how many of them lie
 // behind no rim.
 static inline int claim(const SceneArrays* scene, const Lattice* lattice, Layers* parts,
                         const floatv* rims, const Sheet* sheet, Hits* claimed) {
@@ -240,7 +232,7 @@ static inline int claim(const SceneArrays* scene, const Lattice* lattice, Layers
   return lanes_sum(count);
 }
 
-// The first ray with a hit that no layer has taken, or -1; that hit to *hit.
+// The first ray with a hit that no layer has claimed, or -1; *hit receives that hit.
 static inline int unclaimed(const Layers* parts, Hit* hit) {
   for (int packet = 0; packet < PACKETS; ++packet) {
     intv any = 0;
@@ -259,8 +251,8 @@ static inline int unclaimed(const Layers* parts, Hit* hit) {
 }
 #endif
 
-// Where the centre ray meets the plane of the triangle that another ray of the cell has hit.
-// Samples of edges then lie on the lattice too, whichever ray has found them.
+// Distance at which the centre ray meets the plane of the triangle that another ray of the cell has
+// hit. Samples of an object's edge thus lie on the lattice too, whichever ray has found them.
 static inline float through_centre(const SceneArrays* scene, const Lattice* lattice,
                                    float centre_dx, float centre_dy, float dx, float dy,
                                    const Hit* hit) {
@@ -274,10 +266,10 @@ static inline float through_centre(const SceneArrays* scene, const Lattice* latt
   return hit->t + clamp(further, -reach, reach);
 }
 
-// Radiance without highlights, and which lights it comes from.
-static inline floatv scattered(const SceneArrays* scene, const Surface* s, float ambient_light,
-                               const Lattice* lattice, intv active, uintv* words) {
-  floatv radiance = s->ambient * ambient_light;
+// Radiance without highlights. words: the mask of the lights that it comes from.
+static inline floatv scattered(const SceneArrays* scene, const Surface* s, const Lattice* lattice,
+                               intv active, uintv* words) {
+  floatv radiance = s->ambient * scene->ambient_light;
   for (int w = 0; w < LIT_WORDS; ++w) words[w] = 0;
 #if RAYWAVE_LIGHTS > 0
   for (int l = 0; l < RAYWAVE_LIGHTS; ++l) {
@@ -298,34 +290,35 @@ static inline float first_lane(floatv v) {
   return lanes[0];
 }
 
-// Where a cell's samples go.
+// The samples of one cell.
 typedef struct {
   __global Sample* samples;
-  __global uint* views;
+  __global uint* visibility_masks;
   __global uint* lit;
   int slots;
-  int count;                      // of all, whether they find a slot or not
-  int hidden;                     // of those that do
-  int rank;                       // of the next layer
-  int packet_column;              // of the first cell whose parts share a packet with this one's
-  OccluderCache* occluder_cache;  // by rank, HIDERS of them; deeper layers share the last
+  int count;                      // of all samples, with or without a slot
+  int hidden;                     // of the samples that have a slot
+  int rank;                       // number of the next layer
+  int packet_column;              // first cell whose parts share a packet with this one's
+  OccluderCache* occluder_cache;  // by rank; deeper layers share the last one
 } Cell;
 
-#define HIDERS 4
+#define OCCLUDER_CACHES 4
 
-// Adds the sample of a layer: `hit` of the ray with tangents (dx, dy), at the distance t of the
-// centre ray. A sample shines for its whole cell: `parts` are the hits of the layer's parts,
-// `covered` of them. Without that, edges of objects, textures and shadows move by half a cell.
+// Adds the sample of a layer: `hit` of the ray with tangents (dx, dy), at the distance t along the
+// centre ray. A sample stands for its whole cell: `parts` are the hits of the layer's parts,
+// `covered` of them. Without that, edges of objects, textures and shadows would move by up to half
+// a cell.
 //
-// seen  what look_around_four says, of samples of the centre ray
-static inline void add_sample(const SceneArrays* scene, float ambient_light, const Lattice* lattice,
-                              int column, int row, const Hit* hit, float dx, float dy, float t,
-                              const Hits* parts, int covered, int seen, Cell* cell) {
+// seen  result of look_around_four for samples of the centre ray, else SEEN_UNKNOWN
+static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, int column, int row,
+                              const Hit* hit, float dx, float dy, float t, const Hits* parts,
+                              int covered, int seen, Cell* cell) {
   uint keys[RAYWAVE_LANES];
   LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row),
                        (intv)(cell->rank)),
               keys);
-  OccluderCache* occluder_cache = cell->occluder_cache + min(cell->rank, HIDERS - 1);
+  OccluderCache* occluder_cache = cell->occluder_cache + min(cell->rank, OCCLUDER_CACHES - 1);
   ++cell->rank;
   if (!RAYWAVE_KEEP_UNSEEN && (covered == 0 || seen == 0)) return;
   const float centre_dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step;
@@ -344,14 +337,13 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
   sample.ny = first_lane(s.ny);
   sample.nz = first_lane(s.nz);
 
-  uint view[VIEW_WORDS];
-  const int parts_seen = look_around(scene, lattice, &sample, occluder_cache, seen, view);
+  uint visibility[VISIBILITY_WORDS];
+  const int parts_seen = look_around(scene, lattice, &sample, occluder_cache, seen, visibility);
   if (!RAYWAVE_KEEP_UNSEEN && parts_seen == 0) return;
-  sample.hidden = parts_seen < VIEW_ALL;
+  sample.hidden = parts_seen < VISIBILITY_ALL;
 
   uintv words[LIT_WORDS];
-  float radiance =
-      first_lane(scattered(scene, &s, ambient_light, lattice, LANES_INDEX == 0, words));
+  float radiance = first_lane(scattered(scene, &s, lattice, LANES_INDEX == 0, words));
 #if RAYWAVE_ANTIALIAS && (RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
   if (covered > 0) {
     float sum = 0.0f;
@@ -362,7 +354,7 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
       const Surface part = surface_at(scene, &rays, parts + packet);
       uintv unused[LIT_WORDS];
       float radiances[RAYWAVE_LANES];
-      const floatv all = scattered(scene, &part, ambient_light, lattice, found, unused);
+      const floatv all = scattered(scene, &part, lattice, found, unused);
       LANES_STORE(LANES_SELECT((floatv)(0.0f), all, found), radiances);
       for (int lane = 0; lane < RAYWAVE_LANES; ++lane) sum += radiances[lane];
     }
@@ -394,7 +386,8 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
   if (slot >= cell->slots) return;
   cell->hidden += sample.hidden;
   cell->samples[slot] = sample;
-  for (int w = 0; w < VIEW_WORDS; ++w) cell->views[slot * VIEW_WORDS + w] = view[w];
+  for (int w = 0; w < VISIBILITY_WORDS; ++w)
+    cell->visibility_masks[slot * VISIBILITY_WORDS + w] = visibility[w];
   for (int w = 0; w < LIT_WORDS; ++w) {
     uint bits[RAYWAVE_LANES];
     LANES_STORE(words[w], bits);
@@ -403,8 +396,9 @@ static inline void add_sample(const SceneArrays* scene, float ambient_light, con
 }
 
 #if RAYWAVE_ANTIALIAS
-// What rays through parts meet from `from` on; to *from, where those that have met all that one
-// traversal keeps go on, reach for the others.
+// Hits of the rays through a packet's parts from the distances *from on. *from becomes the distance
+// where rays that met as many layers as one traversal keeps must go on, and lattice->reach for all
+// others.
 static inline void look_at_parts(const SceneArrays* scene, const Lattice* lattice, int column,
                                  int row, int packet, floatv* from, Layers* layers) {
   Rays rays = part_rays(lattice, column, row, packet, *from < lattice->reach);
@@ -417,14 +411,14 @@ static inline void look_at_parts(const SceneArrays* scene, const Lattice* lattic
 }
 #endif
 
-// Parts hold more than one layer's radiance says: all of them are looked at.
+// 1: the parts of a cell differ in more than coverage, so that all of them are traced.
 #define LOOK_AT_ALL_PARTS \
   (RAYWAVE_ANTIALIAS != 4 || RAYWAVE_LANES < 8 || RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
 
 #if RAYWAVE_ANTIALIAS && !LOOK_AT_ALL_PARTS
-// Cells where the centre ray and half of the parts' meet the same layers, so that the other half
-// would too. The half has rays in all four rows and columns, against thin objects, and in the
-// corners, against edges.
+// Marks cells in which the centre ray and half of the parts' rays meet the same layers, so that the
+// other half would too. That half has rays in all four rows and columns, to find thin objects, and
+// in the corners, to find edges.
 static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lattice, int first,
                                     int row, const Layers* centres, int* whole) {
   const float across[16] = {0, 3, 0, 3, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 1, 2};
@@ -438,7 +432,7 @@ static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lat
     LANES_STORE(centres->triangle[i], triangle[i]);
   }
   for (int lane = 0; lane < RAYWAVE_LANES; lane += RAYWAVE_LANES / 8) {
-    const intv of_lane = LANES_INDEX / 8;  // from `lane` on
+    const intv of_lane = LANES_INDEX / 8;  // cells from `lane` on
     const Rays rays = lattice_rays(
         lattice,
         (LANES_TO_FLOAT(lattice->first_x + first + lane + of_lane) + right) * lattice->step,
@@ -467,15 +461,14 @@ static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lat
 }
 #endif
 
-// What look_around_four says of the samples of centre rays, by layer and lane; layers are
-// first_centres.
+// Results of look_around_four for the samples of the centre rays, by layer and lane.
 static inline void look_around_centres(const SceneArrays* scene, const Lattice* lattice,
                                        const Rays* centres, const Layers* first_centres,
                                        OccluderCache* occluder_cache, int (*seen)[RAYWAVE_LANES]) {
   for (int i = 0; i < BVH_LAYERS; ++i) {
     for (int lane = 0; lane < RAYWAVE_LANES; ++lane) seen[i][lane] = SEEN_UNKNOWN;
   }
-#if RAYWAVE_LANES > 1 && RAYWAVE_VIEW_PARTS > 0
+#if RAYWAVE_LANES > 1 && RAYWAVE_VISIBILITY_PARTS > 0
   Layers layers = *first_centres;
   keep_sources(&layers, scene, centres, lattice->layer_gap);
   int rank = 0;
@@ -502,7 +495,7 @@ static inline void look_around_centres(const SceneArrays* scene, const Lattice* 
       if (!together) continue;
       const int all =
           look_around_four(scene, lattice, x + four, y + four, z + four, nx + four, ny + four,
-                           nz + four, occluder_cache + min(rank, HIDERS - 1));
+                           nz + four, occluder_cache + min(rank, OCCLUDER_CACHES - 1));
       for (int lane = four; lane < four + 4; ++lane) seen[i][lane] = all;
     }
     ++rank;
@@ -512,19 +505,16 @@ static inline void look_around_centres(const SceneArrays* scene, const Lattice* 
 #endif
 }
 
-__kernel void find_samples(__global const BvhNode* nodes, __global const Triangle* triangles,
-                           __global const float* positions, __global const Instance* instances,
-                           __global const float* normals, __global const float* uvs,
-                           __global const Material* materials, __global const Light* lights,
-                           __global const float* texels, float ambient_light, Lattice lattice,
-                           int first_row, int rows, int slots, __global int2* counts,
-                           __global Sample* samples, __global uint* views, __global uint* lit) {
+__kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int rows, int slots,
+                           __global int2* counts, __global Sample* samples,
+                           __global uint* visibility_masks, __global uint* lit) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   const int band_row = (int)get_global_id(1);
   const int row = first_row + band_row;
   if (first >= lattice.nx || band_row >= rows || row >= lattice.ny) return;
-  const SceneArrays scene = {
-      {nodes, triangles, positions, instances}, normals, uvs, materials, lights, texels};
+  const SceneArrays scene = SCENE_OF_PARAMETERS;
+
+  // Layers that the cells' centre rays meet, and cells whose parts need no rays of their own.
   const Rays centres = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
   Layers first_centres;
   bvh_layers(&scene.tree, &centres, &first_centres);
@@ -539,18 +529,21 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
 #endif
 #endif
 
-  OccluderCache occluder_cache[HIDERS];
-  for (int rank = 0; rank < HIDERS; ++rank) {
+  // Visibility of the samples of centre rays, from four neighbours together where they agree.
+  OccluderCache occluder_cache[OCCLUDER_CACHES];
+  for (int rank = 0; rank < OCCLUDER_CACHES; ++rank) {
     for (int i = 0; i < 16; ++i) occluder_cache[rank].triangle[i] = -1;
   }
   int seen[BVH_LAYERS][RAYWAVE_LANES];
   look_around_centres(&scene, &lattice, &centres, &first_centres, occluder_cache, seen);
 
+  // The samples of each cell: one for each layer of its centre ray, then one for each layer that
+  // only parts of the cell show.
   for (int lane = 0; lane < RAYWAVE_LANES && first + lane < lattice.nx; ++lane) {
     const int column = first + lane;
     const size_t place = (size_t)band_row * (size_t)lattice.nx + (size_t)column;
     Cell cell = {samples + place * (size_t)slots,
-                 views + place * (size_t)slots * VIEW_WORDS,
+                 visibility_masks + place * (size_t)slots * VISIBILITY_WORDS,
                  lit + place * (size_t)slots * LIT_WORDS,
                  slots,
                  0,
@@ -578,7 +571,7 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
       from[packet] = LANES_SELECT((floatv)(lattice.reach), packet_from[packet], mine);
     }
 #endif
-    // Rays that have met as many layers as one traversal keeps go on behind them.
+    // Rays that have met as many layers as one traversal keeps are traced again behind them.
     bool more = true, again = false;
     for (; more; again = true) {
       more = false;
@@ -600,8 +593,8 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
           covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
         }
 #endif
-        add_sample(&scene, ambient_light, &lattice, column, row, &hit, centre_dx, centre_dy, hit.t,
-                   claimed, covered, again ? SEEN_UNKNOWN : seen[i][lane], &cell);
+        add_sample(&scene, &lattice, column, row, &hit, centre_dx, centre_dy, hit.t, claimed,
+                   covered, again ? SEEN_UNKNOWN : seen[i][lane], &cell);
       }
 #if RAYWAVE_ANTIALIAS
       Hit hit;
@@ -618,8 +611,8 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
         const Sheet sheet =
             sheet_of(&scene, &lattice, &hit, dx[from_lane], dy[from_lane], cell.packet_column, row);
         const int covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
-        add_sample(&scene, ambient_light, &lattice, column, row, &hit, dx[from_lane], dy[from_lane],
-                   t, claimed, covered, SEEN_UNKNOWN, &cell);
+        add_sample(&scene, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], t, claimed,
+                   covered, SEEN_UNKNOWN, &cell);
       }
       for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet) {
         if (!LANES_ANY(from[packet] < lattice.reach)) continue;
@@ -644,20 +637,21 @@ __kernel void find_samples(__global const BvhNode* nodes, __global const Triangl
 // One work-item per cell of a band.
 __kernel void pack_samples(__global const int2* counts, __global const int2* first_of_cell,
                            int cell_count, int slots, __global const Sample* samples,
-                           __global const uint* views, __global const uint* lit,
-                           __global Sample* packed, __global uint* packed_views,
+                           __global const uint* visibility_masks, __global const uint* lit,
+                           __global Sample* packed, __global uint* packed_visibility,
                            __global uint* packed_lit) {
   const int cell = (int)get_global_id(0);
   if (cell >= cell_count) return;
   const size_t from = (size_t)cell * (size_t)slots, to = (size_t)first_of_cell[cell].x;
-  int profile = first_of_cell[cell].x + (NEAR_PARTS - 1) * first_of_cell[cell].y;
+  int profile = first_of_cell[cell].x + (PLANE_WAVE_PARTS - 1) * first_of_cell[cell].y;
   for (size_t i = 0; i < (size_t)counts[cell].x; ++i) {
     Sample sample = samples[from + i];
     sample.profile = profile;
-    profile += sample.hidden ? NEAR_PARTS : 1;
+    profile += sample.hidden ? PLANE_WAVE_PARTS : 1;
     packed[to + i] = sample;
-    for (int w = 0; w < VIEW_WORDS; ++w)
-      packed_views[(to + i) * VIEW_WORDS + w] = views[(from + i) * VIEW_WORDS + w];
+    for (int w = 0; w < VISIBILITY_WORDS; ++w)
+      packed_visibility[(to + i) * VISIBILITY_WORDS + w] =
+          visibility_masks[(from + i) * VISIBILITY_WORDS + w];
     for (int w = 0; w < LIT_WORDS; ++w)
       packed_lit[(to + i) * LIT_WORDS + w] = lit[(from + i) * LIT_WORDS + w];
   }

@@ -1,37 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a sample sees of the hologram's window: RAYWAVE_VIEW_PARTS x RAYWAVE_VIEW_PARTS parts, one
-// bit each, set where a ray to the part's middle meets nothing. Bit j * RAYWAVE_VIEW_PARTS + i
-// belongs to part (i, j), counted from the bottom left.
-#ifndef RAYWAVE_VIEW_H
-#define RAYWAVE_VIEW_H
+// Visibility mask: the parts of the hologram's window that a sample sees. The window has
+// RAYWAVE_VISIBILITY_PARTS x RAYWAVE_VISIBILITY_PARTS parts with one bit each, set where a ray to
+// the part's middle meets nothing. Bit j * RAYWAVE_VISIBILITY_PARTS + i belongs to part (i, j),
+// counted from the bottom left.
+#ifndef RAYWAVE_VISIBILITY_H
+#define RAYWAVE_VISIBILITY_H
 
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
+#include "kernels/samples/options.h"
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/shade.h"
 
-#ifndef RAYWAVE_VIEW_PARTS
-// 4, 8 or 16 to a side; 0: nothing hides anything; host/trace/samples.cpp
-#define RAYWAVE_VIEW_PARTS 8
-#endif
-#define VIEW_ALL (RAYWAVE_VIEW_PARTS > 0 ? RAYWAVE_VIEW_PARTS * RAYWAVE_VIEW_PARTS : 1)
-#define VIEW_WORDS ((VIEW_ALL + 31) / 32)
-// Of near.h; host/trace/samples.hpp
-#define NEAR_PARTS (RAYWAVE_VIEW_PARTS > 8 ? 8 : RAYWAVE_VIEW_PARTS > 0 ? RAYWAVE_VIEW_PARTS : 1)
+#define VISIBILITY_ALL \
+  (RAYWAVE_VISIBILITY_PARTS > 0 ? RAYWAVE_VISIBILITY_PARTS * RAYWAVE_VISIBILITY_PARTS : 1)
+#define VISIBILITY_WORDS ((VISIBILITY_ALL + 31) / 32)
+// Parts per side for which plane-wave samples have profiles of their own (plane_waves.h;
+// host/trace/samples.hpp)
+#define PLANE_WAVE_PARTS \
+  (RAYWAVE_VISIBILITY_PARTS > 8 ? 8 : RAYWAVE_VISIBILITY_PARTS > 0 ? RAYWAVE_VISIBILITY_PARTS : 1)
 
-// Triangles that hid a neighbour from sixteen parts, or -1: most likely they hide the sample too.
-// GPUs have no neighbours to ask.
+// Occluder cache: the triangles that hid a neighbour from sixteen parts, or -1. Most likely they
+// hide the sample too. Used with more than one lane only.
 typedef struct {
   int triangle[16];
 } OccluderCache;
 
-#if RAYWAVE_VIEW_PARTS > 0
-// Rays to the middles of parts (i, j) from places on surfaces with unit normals (nx, ny, nz).
+#if RAYWAVE_VISIBILITY_PARTS > 0
+// Rays to the middles of parts (i, j), from points on surfaces with unit normals (nx, ny, nz).
 static inline Rays rays_to_parts(const Lattice* lattice, floatv x, floatv y, floatv z, floatv nx,
                                  floatv ny, floatv nz, intv i, intv j) {
   const floatv rate = 1.0f / (z - lattice->centre_z);
-  const floatv across = (2.0f * LANES_TO_FLOAT(i) + 1.0f) / (float)RAYWAVE_VIEW_PARTS - 1.0f;
-  const floatv up = (2.0f * LANES_TO_FLOAT(j) + 1.0f) / (float)RAYWAVE_VIEW_PARTS - 1.0f;
+  const floatv across = (2.0f * LANES_TO_FLOAT(i) + 1.0f) / (float)RAYWAVE_VISIBILITY_PARTS - 1.0f;
+  const floatv up = (2.0f * LANES_TO_FLOAT(j) + 1.0f) / (float)RAYWAVE_VISIBILITY_PARTS - 1.0f;
   Rays ray;
   ray.ox = x + lattice->bias * nx;
   ray.oy = y + lattice->bias * ny;
@@ -45,7 +46,8 @@ static inline Rays rays_to_parts(const Lattice* lattice, floatv x, floatv y, flo
   return ray;
 }
 
-// How many of RAYWAVE_LANES rays, numbers `first` and on of the sixteen, are hidden.
+// Number of hidden rays among RAYWAVE_LANES rays, which are `first` and the following of the
+// sixteen.
 static inline int hidden_of(const SceneArrays* scene, const Rays* rays,
                             OccluderCache* occluder_cache, int first) {
 #if RAYWAVE_LANES > 1
@@ -57,16 +59,16 @@ static inline int hidden_of(const SceneArrays* scene, const Rays* rays,
   return lanes_sum(LANES_SELECT((intv)(0), (intv)(1), hidden));
 }
 
-// The part of the window that stands for the four by four around it, number (a, b) of 4 x 4: no two
-// of four neighbours lie in one row or column.
+// The part of the window that represents block (a, b) of 4 x 4 blocks. No two of four neighbouring
+// blocks are represented by parts in one row or column.
 static inline intv part_of_16(intv a, intv b) {
-  return RAYWAVE_VIEW_PARTS / 4 * a + b % (RAYWAVE_VIEW_PARTS / 4);
+  return RAYWAVE_VISIBILITY_PARTS / 4 * a + b % (RAYWAVE_VISIBILITY_PARTS / 4);
 }
 #endif
 
 #define SEEN_UNKNOWN (-1)
 
-#if RAYWAVE_LANES > 1 && RAYWAVE_VIEW_PARTS > 0
+#if RAYWAVE_LANES > 1 && RAYWAVE_VISIBILITY_PARTS > 0
 #if RAYWAVE_LANES == 16
 #define FOUR_REPEATED(p) ((float16)(vload4(0, p), vload4(0, p), vload4(0, p), vload4(0, p)))
 #elif RAYWAVE_LANES == 8
@@ -75,9 +77,9 @@ static inline intv part_of_16(intv a, intv b) {
 #define FOUR_REPEATED(p) vload4(0, p)
 #endif
 
-// Looks at sixteen parts from four neighbours on one surface, at four from each, in different rows
-// and columns: 0 when all are hidden, VIEW_ALL when none is, else SEEN_UNKNOWN. Places and normals
-// of the four begin at x, y, ...
+// Tests sixteen parts from four neighbouring samples on one surface, four parts from each, in
+// different rows and columns. Returns 0 when all are hidden, VISIBILITY_ALL when none is, else
+// SEEN_UNKNOWN. Positions and normals of the four samples begin at x, y, ...
 static inline int look_around_four(const SceneArrays* scene, const Lattice* lattice, const float* x,
                                    const float* y, const float* z, const float* nx, const float* ny,
                                    const float* nz, OccluderCache* occluder_cache) {
@@ -90,21 +92,21 @@ static inline int look_around_four(const SceneArrays* scene, const Lattice* latt
     hidden += hidden_of(scene, &rays, occluder_cache, first);
     if (hidden != 0 && hidden != first + RAYWAVE_LANES) return SEEN_UNKNOWN;
   }
-  return hidden == 0 ? VIEW_ALL : 0;
+  return hidden == 0 ? VISIBILITY_ALL : 0;
 }
 #endif
 
-// Looks at the parts; returns how many are seen. Sixteen of them, spread evenly, speak for all when
-// they agree: what hides, or shows, less than a quarter of the window's width and height may be
-// missed.
+// Fills the visibility mask of a sample; returns how many parts it sees. Sixteen parts, spread
+// evenly, represent all parts when they agree. A hidden or visible region narrower and lower than a
+// quarter of the window may be missed.
 //
-// seen  what look_around_four says
+// seen  result of look_around_four
 static inline int look_around(const SceneArrays* scene, const Lattice* lattice, const Sample* s,
-                              OccluderCache* occluder_cache, int seen, uint* view) {
-  for (int w = 0; w < VIEW_WORDS; ++w) view[w] = 0;
-#if RAYWAVE_VIEW_PARTS == 0
+                              OccluderCache* occluder_cache, int seen, uint* visibility) {
+  for (int w = 0; w < VISIBILITY_WORDS; ++w) visibility[w] = 0;
+#if RAYWAVE_VISIBILITY_PARTS == 0
   (void)scene, (void)lattice, (void)s, (void)occluder_cache, (void)seen;
-  return VIEW_ALL;
+  return VISIBILITY_ALL;
 #else
   if (seen == SEEN_UNKNOWN) {
     int hidden = 0;
@@ -115,31 +117,33 @@ static inline int look_around(const SceneArrays* scene, const Lattice* lattice, 
                         (floatv)(s->ny), (floatv)(s->nz), part_of_16(a, b), part_of_16(b, a));
       hidden += hidden_of(scene, &rays, occluder_cache, first);
     }
-    if (hidden == 0) seen = VIEW_ALL;
+    if (hidden == 0) seen = VISIBILITY_ALL;
     if (hidden == 16) seen = 0;
   }
   if (seen == 0) return 0;
-  if (seen == VIEW_ALL) {
-    for (int part = 0; part < VIEW_ALL; ++part) view[part / 32] |= 1u << (part % 32);
-    return VIEW_ALL;
+  if (seen == VISIBILITY_ALL) {
+    for (int part = 0; part < VISIBILITY_ALL; ++part) visibility[part / 32] |= 1u << (part % 32);
+    return VISIBILITY_ALL;
   }
   seen = 0;
-  for (int first = 0; first < VIEW_ALL; first += RAYWAVE_LANES) {
+  for (int first = 0; first < VISIBILITY_ALL; first += RAYWAVE_LANES) {
     const intv part = first + LANES_INDEX;
-    const Rays rays = rays_to_parts(lattice, (floatv)(s->x), (floatv)(s->y), (floatv)(s->z),
-                                    (floatv)(s->nx), (floatv)(s->ny), (floatv)(s->nz),
-                                    part % RAYWAVE_VIEW_PARTS, part / RAYWAVE_VIEW_PARTS);
+    const Rays rays = rays_to_parts(
+        lattice, (floatv)(s->x), (floatv)(s->y), (floatv)(s->z), (floatv)(s->nx), (floatv)(s->ny),
+        (floatv)(s->nz), part % RAYWAVE_VISIBILITY_PARTS, part / RAYWAVE_VISIBILITY_PARTS);
     const intv hidden = bvh_occluded(&scene->tree, &rays);
     seen += lanes_sum(LANES_SELECT((intv)(1), (intv)(0), hidden));
-    view[first / 32] |= (uint)lanes_sum(LANES_SELECT((intv)(1) << (part % 32), (intv)(0), hidden));
+    visibility[first / 32] |=
+        (uint)lanes_sum(LANES_SELECT((intv)(1) << (part % 32), (intv)(0), hidden));
   }
   return seen;
 #endif
 }
 
-// Parts of one axis between places from and to, given in half windows of the view.
-static inline int view_part(float place) {
-  return clamp((int)((place + 1.0f) * (0.5f * RAYWAVE_VIEW_PARTS)), 0, RAYWAVE_VIEW_PARTS - 1);
+// The part, along one axis, that a position in half windows belongs to.
+static inline int visibility_part(float place) {
+  return clamp((int)((place + 1.0f) * (0.5f * RAYWAVE_VISIBILITY_PARTS)), 0,
+               RAYWAVE_VISIBILITY_PARTS - 1);
 }
 
 #endif

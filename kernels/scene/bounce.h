@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mirrors and glass: the ways that light took to a pixel, followed backwards from hit to hit, for
+// Mirrors and glass: optical paths that end in a pixel, followed backwards from hit to hit, for
 // packets of lanes.
 #ifndef RAYWAVE_BOUNCE_H
 #define RAYWAVE_BOUNCE_H
@@ -7,95 +7,96 @@
 #include "kernels/common/double_single.h"
 #include "kernels/common/lanes.h"
 #include "kernels/scene/hit_refinement.h"
+#include "kernels/scene/options.h"
 #include "kernels/scene/shade.h"
 
 #if RAYWAVE_BOUNCES > 0
 typedef struct {
   Line line;       // its direction has unit length
-  floatv nearest;  // distance before which it meets nothing
-  floatv weight;   // share of the light that this way carries
-  floatv length;   // metres of air that spread light as much: sum of segments over their index
-  floatv turns;    // of the optical path, reduced
-  Wide index;      // of refraction along the line
+  floatv nearest;  // hits closer than this along the line are ignored
+  floatv weight;   // share of the light that this path carries
+  // Sum of the segments' lengths over their refractive indices, metres: decides the amplitude
+  floatv length;
+  floatv turns;        // of the optical path, reduced
+  DoubleSingle index;  // refractive index along the line
   intv active;
   int bounces_left;
-} Way;
+} Path;
 
-// Ways still to follow, deepest last: each hit leaves at most one more than it takes, so these
-// places hold them all.
-#define BOUNCE_WAYS (RAYWAVE_BOUNCES + 1)
+// Capacity for the paths that are still to be followed. Each hit adds at most one path more than it
+// takes, so that these hold all of them.
+#define BOUNCE_PATHS (RAYWAVE_BOUNCES + 1)
 
-static inline Way way_from(const Line* line, intv active) {
-  const Wide one = wide(1.0f, 0.0f);
-  Way way;
-  way.line.origin = line->origin;
-  way.line.direction = wide3_scaled(
-      line->direction, wide_over(one, wide_sqrt(wide3_dot(line->direction, line->direction))));
-  way.index = one;
-  way.weight = 1.0f;
-  way.nearest = way.length = way.turns = 0.0f;
-  way.active = active;
-  way.bounces_left = RAYWAVE_BOUNCES;
-  return way;
+static inline Path path_from(const Line* line, intv active) {
+  const DoubleSingle one = ds(1.0f, 0.0f);
+  Path path;
+  path.line.origin = line->origin;
+  path.line.direction =
+      ds3_scaled(line->direction, ds_over(one, ds_sqrt(ds3_dot(line->direction, line->direction))));
+  path.index = one;
+  path.weight = 1.0f;
+  path.nearest = path.length = path.turns = 0.0f;
+  path.active = active;
+  path.bounces_left = RAYWAVE_BOUNCES;
+  return path;
 }
 
-// What the tree is searched with.
-static inline Rays rays_of(const Way* way, float reach) {
-  const Wide3 o = way->line.origin, d = way->line.direction;
-  const Rays rays = {wide_high(o.x), wide_high(o.y),  wide_high(o.z),
-                     wide_high(d.x), wide_high(d.y),  wide_high(d.z),
-                     way->nearest,   (floatv)(reach), way->active};
+// The rays with which the tree is searched.
+static inline Rays rays_of(const Path* path, float reach) {
+  const DoubleSingle3 o = path->line.origin, d = path->line.direction;
+  const Rays rays = {ds_high(o.x), ds_high(o.y),  ds_high(o.z),    ds_high(d.x), ds_high(d.y),
+                     ds_high(d.z), path->nearest, (floatv)(reach), path->active};
   return rays;
 }
 
-// Share of the light seen along the way that the surface itself sends out.
-static inline floatv own_share(const Way* way, const Surface* s) {
-  return way->weight * (1.0f - s->reflectivity - s->transparency);
+// Share of the light seen along the path that the surface itself emits.
+static inline floatv own_share(const Path* path, const Surface* s) {
+  return path->weight * (1.0f - s->reflectivity - s->transparency);
 }
 
-// The way onwards from a surface in a unit direction. It starts on the surface itself, so that its
-// length is exact, and meets nothing within `bias` of it.
-static inline Way bounced(const Way* way, const Surface* s, Wide3 direction, float bias,
-                          floatv share, Wide index) {
-  const floatv slope = wide_high(direction.x) * s->nx + wide_high(direction.y) * s->ny +
-                       wide_high(direction.z) * s->nz;
-  Way next = *way;
+// The path onwards from a surface in a unit direction. It starts on the surface itself, so that its
+// length is exact, and ignores hits within `bias` of the surface.
+static inline Path bounced(const Path* path, const Surface* s, DoubleSingle3 direction, float bias,
+                           floatv share, DoubleSingle index) {
+  const floatv slope =
+      ds_high(direction.x) * s->nx + ds_high(direction.y) * s->ny + ds_high(direction.z) * s->nz;
+  Path next = *path;
   next.line.origin = s->place;
   next.line.direction = direction;
   next.nearest = bias / fmax(fabs(slope), (floatv)(0x1p-6f));
-  next.weight = way->weight * share;
+  next.weight = path->weight * share;
   next.index = index;
-  next.active = way->active & (next.weight > 0.0f);
-  next.bounces_left = way->bounces_left - 1;
+  next.active = path->active & (next.weight > 0.0f);
+  next.bounces_left = path->bounces_left - 1;
   return next;
 }
 
-// Adds the ways that go on from where `way` hits the surface (lanes of way->active) to the pending
-// ones; their new number.
-static inline int bounce(const Way* way, const Surface* surface, float bias, Way* ways,
+// Adds the paths that continue from the surface that `path` hits (lanes of path->active) to
+// `paths`; returns the new number of pending ones.
+static inline int bounce(const Path* path, const Surface* surface, float bias, Path* paths,
                          int pending) {
-  if (way->bounces_left <= 0) return pending;
-  const Wide one = wide(1.0f, 0.0f), ior = wide(surface->ior, surface->ior_low);
-  const Wide3 direction = way->line.direction;
-  const Wide slope = wide3_dot(direction, surface->normal);  // negative
-  // Total reflection sends the refracted share along the mirrored ray.
-  const Wide ratio = wide_select(ior, wide_over(one, ior), surface->entering);
-  const Wide k = wide_minus(
-      one, wide_times(wide_times(ratio, ratio), wide_minus(one, wide_times(slope, slope))));
-  const intv passes = wide_high(k) > 0.0f;
+  if (path->bounces_left <= 0) return pending;
+  const DoubleSingle one = ds(1.0f, 0.0f), ior = ds(surface->ior, surface->ior_low);
+  const DoubleSingle3 direction = path->line.direction;
+  const DoubleSingle slope = ds3_dot(direction, surface->normal);  // negative
+  // Total internal reflection: the refracted share follows the mirrored ray.
+  const DoubleSingle ratio = ds_select(ior, ds_over(one, ior), surface->entering);
+  const DoubleSingle k =
+      ds_minus(one, ds_times(ds_times(ratio, ratio), ds_minus(one, ds_times(slope, slope))));
+  const intv passes = ds_high(k) > 0.0f;
   const floatv refracted = LANES_SELECT((floatv)(0.0f), surface->transparency, passes);
   const floatv mirrored = surface->reflectivity + surface->transparency - refracted;
-  if (LANES_ANY(way->active & (mirrored > 0.0f))) {
-    const Wide3 onwards =
-        wide3_along(direction, surface->normal, wide_times(slope, wide(-2.0f, 0.0f)));
-    ways[pending++] = bounced(way, surface, onwards, bias, mirrored, way->index);
+  if (LANES_ANY(path->active & (mirrored > 0.0f))) {
+    const DoubleSingle3 onwards =
+        ds3_along(direction, surface->normal, ds_times(slope, ds(-2.0f, 0.0f)));
+    paths[pending++] = bounced(path, surface, onwards, bias, mirrored, path->index);
   }
-  if (LANES_ANY(way->active & (refracted > 0.0f))) {
-    const Wide inward = wide_plus(wide_times(ratio, slope), wide_sqrt(wide_select(one, k, passes)));
-    const Wide3 onwards = wide3_along(wide3_scaled(direction, ratio), surface->normal,
-                                      wide_times(inward, wide(-1.0f, 0.0f)));
-    ways[pending++] =
-        bounced(way, surface, onwards, bias, refracted, wide_select(one, ior, surface->entering));
+  if (LANES_ANY(path->active & (refracted > 0.0f))) {
+    const DoubleSingle inward = ds_plus(ds_times(ratio, slope), ds_sqrt(ds_select(one, k, passes)));
+    const DoubleSingle3 onwards =
+        ds3_along(ds3_scaled(direction, ratio), surface->normal, ds_times(inward, ds(-1.0f, 0.0f)));
+    paths[pending++] =
+        bounced(path, surface, onwards, bias, refracted, ds_select(one, ior, surface->entering));
   }
   return pending;
 }

@@ -2,41 +2,32 @@
 // Rays against the flattened trees of host/geometry/bvh.hpp: RAYWAVE_LANES rays travel together
 // through one shared traversal. OpenCL C 1.2.
 //
-// Each instance has a tree in its own frame, to which rays are turned: a instance that moves costs nothing
-// but that.
+// Each instance has a tree in its own frame. Rays are turned into that frame, so that a moving
+// instance needs no new tree.
 //
-// Watertight: every test is widened by a bound on its own rounding, so a ray that meets a triangle
-// in exact arithmetic (of the float corners) meets it here, whether or not the compiler contracts
-// to fma. A ray that passes an edge within that bound, about 1e-6 of the distance, may meet the
-// triangle as well. Both sides of a triangle are hit. A hit lies on the triangle, and in its box.
-// Error of a hit's distance, rms: 0.15 nm at 5 mm, 4 nm at 100 mm, 30 nm at 1 m
-// (tests/geometry/bvh.cpp), about twice what a float resolves.
+// Watertight: every test is widened by a bound on its own rounding error. A ray that meets a
+// triangle in exact arithmetic (with the float corners) therefore meets it here, whether or not the
+// compiler contracts to fma. A ray that passes an edge within that bound, about 1e-6 of the
+// distance, may meet the triangle as well. Both sides of a triangle are hit. A hit lies on the
+// triangle and in its box. Error of a hit's distance, rms: 0.15 nm at 5 mm, 4 nm at 100 mm, 30 nm
+// at 1 m (tests/geometry/bvh.cpp), about twice a float's resolution.
 #ifndef RAYWAVE_BVH_H
 #define RAYWAVE_BVH_H
 
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
+#include "kernels/scene/arrays.h"
 #include "kernels/scene/normal_cones.h"
+#include "kernels/scene/options.h"
 
-#ifndef RAYWAVE_BVH_DEPTH
-#define RAYWAVE_BVH_DEPTH 64  // nodes from the root to a leaf; the host passes Bvh::depth
-#endif
-
-// The trees of all instances, and the triangles of their leaves.
-typedef struct {
-  __global const BvhNode* nodes;
-  __global const Triangle* triangles;
-  __global const float* positions;  // 3 per vertex, frame of its instance
-  __global const Instance* instances;
-} Tree;
-
-// Places of a triangle's corners, 3 floats each, frame of its instance.
+// The corners of a triangle, 3 floats each, frame of its instance.
 typedef struct {
   __global const float *a, *b, *c;
 } Corners;
 
-// Points origin + t direction with 0 <= t_min < t < t_max, scene frame or a instance's. Directions are
-// finite and not zero, but need not be unit vectors. Lanes outside the mask `active` meet nothing.
+// Points origin + t direction with 0 <= t_min < t < t_max, in the scene frame or an instance's.
+// Directions are finite and not zero, but need not be unit vectors. Lanes outside the mask `active`
+// meet nothing.
 typedef struct {
   floatv ox, oy, oz;
   floatv dx, dy, dz;
@@ -52,7 +43,7 @@ typedef struct {
   floatv u, v;
 } Hits;
 
-// The nearest hits of each ray, near to far. Places not used have triangle -1 and t = t_max.
+// The nearest hits of each ray, near to far. Unused places have triangle -1 and t = t_max.
 #define BVH_LAYERS 8
 typedef struct {
   floatv t[BVH_LAYERS];
@@ -60,7 +51,7 @@ typedef struct {
   floatv u[BVH_LAYERS], v[BVH_LAYERS];
 } Layers;
 
-// PoCL else keeps the rays in memory.
+// Inlining keeps the rays in registers; PoCL would keep them in memory.
 #define BVH_INLINE static inline __attribute__((always_inline))
 
 BVH_INLINE Corners corners_of(const Tree* tree, int index) {
@@ -85,8 +76,9 @@ BVH_INLINE floatv bvh_turned(__global const float* row, __global const float* ro
   return sum + rest;
 }
 
-// Rays of the scene in the frame of a instance. Distances along them stay. With `exact` their origins
-// are rounded once, which moves hits by no more than the rounding of the corners does.
+// Rays of the scene in the frame of an instance. Distances along them do not change. With `exact`
+// their origins are rounded once, which moves hits by no more than the rounding of the corners
+// does.
 BVH_INLINE Rays rays_of_instance(__global const Instance* instance, const Rays* rays, bool exact) {
 #pragma OPENCL FP_CONTRACT OFF
   Rays turned = *rays;
@@ -115,7 +107,7 @@ BVH_INLINE Rays rays_of_instance(__global const Instance* instance, const Rays* 
   return turned;
 }
 
-// A direction of a triangle's instance in the scene, as long as the instance's change of size makes it.
+// A direction of a triangle's instance in the scene, scaled as the instance is.
 BVH_INLINE float3 direction_in_scene(const Tree* tree, int triangle, float3 d) {
   __global const Instance* instance = tree->instances + tree->triangles[triangle].instance;
   if (!instance->moved) return d;
@@ -127,14 +119,14 @@ BVH_INLINE float3 direction_in_scene(const Tree* tree, int triangle, float3 d) {
 BVH_INLINE floatv bvh_min(floatv a, floatv b) { return LANES_SELECT(b, a, a < b); }
 BVH_INLINE floatv bvh_max(floatv a, floatv b) { return LANES_SELECT(b, a, a > b); }
 
-// 1 / d, where zero counts as tiny: that moves a ray by less than the margin of the tree's boxes,
-// and 1 / tiny times any length is finite.
+// 1 / d, with zero replaced by a tiny number. This moves a ray by less than the margin of the
+// tree's boxes, and 1 / tiny times any length is finite.
 BVH_INLINE floatv bvh_reciprocal(floatv d) {
   const floatv tiny = 1e-25f;
   return 1.0f / LANES_SELECT(d, tiny, fabs(d) < tiny);
 }
 
-// Mask of the rays that meet a box after t_min, and the distances at which they enter it.
+// Mask of the rays that meet a box after t_min. *enter: the distances at which they enter it.
 BVH_INLINE intv bvh_box(float min_x, float min_y, float min_z, float max_x, float max_y,
                         float max_z, const Rays* rays, const floatv* inverse, floatv* enter) {
   const floatv x0 = (min_x - rays->ox) * inverse[0], x1 = (max_x - rays->ox) * inverse[0];
@@ -142,15 +134,16 @@ BVH_INLINE intv bvh_box(float min_x, float min_y, float min_z, float max_x, floa
   const floatv z0 = (min_z - rays->oz) * inverse[2], z1 = (max_z - rays->oz) * inverse[2];
   *enter =
       bvh_max(bvh_max(bvh_max(bvh_min(x0, x1), bvh_min(y0, y1)), bvh_min(z0, z1)), rays->t_min);
-  // Each distance has a relative error of at most 3 * 2^-24: widen by twice what two of them need.
+  // Each distance has a relative error of at most 3 * 2^-24; the interval is widened by twice the
+  // error of two distances.
   const floatv leave =
       bvh_min(bvh_min(bvh_max(x0, x1), bvh_max(y0, y1)), bvh_max(z0, z1)) * (1.0f + 0xcp-24f);
   return *enter <= leave;
 }
 
-// The side of the edge from p to q on which the rays pass: d . ((q - p) x (p' + q')), where ' is
-// relative to the ray's origin. Differences of the corners come first: the rounding error is then
-// that of the edge's length times its distance, not that of its distance squared.
+// Side of the edge from p to q on which the rays pass: d . ((q - p) x (p' + q')), where ' means
+// relative to the ray's origin. Differences of the corners come first, so that the rounding error
+// scales with the edge's length times its distance, not with its distance squared.
 BVH_INLINE floatv bvh_side(__global const float* p, __global const float* q, const Rays* r) {
   const float ex = q[0] - p[0], ey = q[1] - p[1], ez = q[2] - p[2];
   const floatv sx = (p[0] - r->ox) + (q[0] - r->ox);
@@ -163,7 +156,7 @@ BVH_INLINE float bvh_norm1(__global const float* p, __global const float* q) {
   return fabs(q[0] - p[0]) + fabs(q[1] - p[1]) + fabs(q[2] - p[2]);
 }
 
-// Coordinate of the point with weights u and v, relative to the ray's origin o.
+// One coordinate of the point with weights u and v, relative to the ray's origin o.
 BVH_INLINE floatv bvh_blend(float a, float b, float c, floatv u, floatv v, floatv o) {
   return (a - o) + (u * (b - a) + v * (c - a));
 }
@@ -173,7 +166,7 @@ BVH_INLINE float bvh_min3(float a, float b, float c) {
   return ab < c ? ab : c;
 }
 
-// Mask of the rays that meet the triangle's own box, widened as the boxes of the tree are.
+// Mask of the rays that meet the triangle's own box, widened like the boxes of the tree.
 BVH_INLINE intv bvh_box_of(const Corners* t, const Rays* rays, const floatv* inverse) {
   const float min_x = bvh_min3(t->a[0], t->b[0], t->c[0]),
               max_x = -bvh_min3(-t->a[0], -t->b[0], -t->c[0]);
@@ -188,7 +181,8 @@ BVH_INLINE intv bvh_box_of(const Corners* t, const Rays* rays, const floatv* inv
                  max_z + margin, rays, inverse, &enter);
 }
 
-// Mask of the rays that meet the triangle in (t_min, best->t); those lanes of `best` take the hit.
+// Mask of the rays that meet the triangle in (t_min, best->t); `best` takes the hits of those
+// lanes.
 BVH_INLINE intv bvh_triangle(const Tree* tree, int index, const Rays* rays, const floatv* inverse,
                              Hits* best) {
   const Corners corners = corners_of(tree, index), *t = &corners;
@@ -197,8 +191,9 @@ BVH_INLINE intv bvh_triangle(const Tree* tree, int index, const Rays* rays, cons
   const floatv side_c = bvh_side(t->a, t->b, rays);
   const floatv volume = side_a + side_b + side_c;
 
-  // |rounding error| of a side <= 8 * 2^-24 |d|_max |q - p|_1 (|p'|_1 + |q'|_1), to first order; 10
-  // leaves room for the rest. No corner is farther from the origin than a is plus the perimeter.
+  // Rounding error of a side: |error| <= 8 * 2^-24 |d|_max |q - p|_1 (|p'|_1 + |q'|_1) to first
+  // order; 10 leaves room for the rest. No corner is farther from the origin than corner a plus the
+  // perimeter.
   const float length_a = bvh_norm1(t->b, t->c), length_b = bvh_norm1(t->c, t->a),
               length_c = bvh_norm1(t->a, t->b);
   const floatv reach = fabs(t->a[0] - rays->ox) + fabs(t->a[1] - rays->oy) +
@@ -211,17 +206,18 @@ BVH_INLINE intv bvh_triangle(const Tree* tree, int index, const Rays* rays, cons
   intv hit = rays->active & (front | back) & (volume != 0.0f);
   if (!LANES_ANY(hit)) return hit;
 
-  // On slivers and on triangles seen edge-on rounding alone decides. Then weights may be anything,
-  // so keep the point on the triangle; and the widened sides reach far past a sharp corner, so keep
-  // the ray in the triangle's box.
+  // On slivers, and on triangles seen edge-on, rounding alone decides. The weights may then be
+  // anything, so they are clamped to keep the point on the triangle. The widened sides also reach
+  // far beyond a sharp corner, so the ray must meet the triangle's box.
   const intv clear = ((side_a > bound_a) & (side_b > bound_b) & (side_c > bound_c)) |
                      ((side_a < -bound_a) & (side_b < -bound_b) & (side_c < -bound_c));
   if (LANES_ANY(hit & !clear)) hit &= clear | bvh_box_of(t, rays, inverse);
   const floatv zero = 0.0f, one = 1.0f;
   const floatv u = bvh_min(bvh_max(side_b / volume, zero), one);
   const floatv v = bvh_min(bvh_max(side_c / volume, zero), 1.0f - u);
-  // The point's distance along the ray, then once more that of what is left between the point and
-  // the ray there: the first has the rounding of sums and quotient, the second is small.
+  // Distance of the point along the ray, plus the distance of the remaining difference between the
+  // point and the ray there. The first term carries the rounding of sums and quotient; the second
+  // one corrects it.
   const floatv x = bvh_blend(t->a[0], t->b[0], t->c[0], u, v, rays->ox);
   const floatv y = bvh_blend(t->a[1], t->b[1], t->c[1], u, v, rays->oy);
   const floatv z = bvh_blend(t->a[2], t->b[2], t->c[2], u, v, rays->oz);
@@ -246,7 +242,7 @@ BVH_INLINE intv bvh_leaf(const Tree* tree, int first, int count, const Rays* ray
   return hit;
 }
 
-// Sorts the hits of one triangle in; what does not fit falls off the far end.
+// Sorts the hits of one triangle into the layers; the farthest hits beyond BVH_LAYERS are dropped.
 BVH_INLINE void bvh_insert(Layers* layers, const Hits* hits, intv hit) {
   floatv t = hits->t, u = hits->u, v = hits->v;
   intv triangle = hits->triangle;
@@ -259,7 +255,7 @@ BVH_INLINE void bvh_insert(Layers* layers, const Hits* hits, intv hit) {
     layers->u[i] = LANES_SELECT(old_u, u, nearer);
     layers->v[i] = LANES_SELECT(old_v, v, nearer);
     hit &= !nearer | (old_triangle >= 0);
-    if (!LANES_ANY(hit)) return;  // the places behind are empty
+    if (!LANES_ANY(hit)) return;  // all places behind are empty
     t = LANES_SELECT(t, old_t, nearer);
     triangle = LANES_SELECT(triangle, old_triangle, nearer);
     u = LANES_SELECT(u, old_u, nearer);
@@ -278,7 +274,7 @@ BVH_INLINE intv bvh_leaf_layers(const Tree* tree, int first, int count, const Ra
   return 0;
 }
 
-// Whether all that faces so shows the hologram's centre nothing but inner sides of closed meshes,
+// Normal-cone culling: true when every triangle in this cone faces away from the hologram's centre,
 // wherever it lies in the instance.
 BVH_INLINE bool bvh_turns_away(int normal_cone, __global const Instance* instance) {
   const int spread = normal_cone_spread(normal_cone);
@@ -288,8 +284,8 @@ BVH_INLINE bool bvh_turns_away(int normal_cone, __global const Instance* instanc
   return spread > 0 && 2 * along > VIEW_STEPS * spread + instance->view_margin;
 }
 
-// Mask of the rays that meet a child's box before `farthest`; none with `layers` where all in it
-// turns away.
+// Mask of the rays that meet a child's box before `farthest`; with `layers`, empty where the child
+// is culled by its normal cone.
 BVH_INLINE intv bvh_child(__global const float* box_min, __global const float* box_max,
                           int normal_cone, const Rays* rays, const floatv* inverse, floatv farthest,
                           __global const Instance* instance, const Layers* layers, floatv* enter) {
@@ -299,15 +295,15 @@ BVH_INLINE intv bvh_child(__global const float* box_min, __global const float* b
   return rays->active & meets & (*enter < farthest);
 }
 
-// Nearest hits of all rays with a instance, in its frame; with any_hit, rays that have met something
-// stop; with `layers`, the nearest BVH_LAYERS of each go there, but for those that turn away.
+// Nearest hits of all rays with an instance, in its frame. any_hit: rays that have met something
+// stop. layers: receives the nearest BVH_LAYERS hits of each ray, without those in culled subtrees.
 BVH_INLINE void bvh_traverse_instance(const Tree* tree, __global const Instance* instance,
                                       Rays* rays, bool any_hit, Hits* best, Layers* layers) {
   const floatv inverse[3] = {bvh_reciprocal(rays->dx), bvh_reciprocal(rays->dy),
                              bvh_reciprocal(rays->dz)};
-  // Children yet to be visited. Only a node with two inner children pushes, and it pushes one, so
-  // the stack never holds more than one child of each node on the way from the root: fewer than
-  // Bvh::depth.
+  // Children still to be visited. Only a node with two inner children pushes, and it pushes one of
+  // them. The stack therefore holds at most one child of each node on the path from the root: fewer
+  // than Bvh::depth.
   int waiting_node[RAYWAVE_BVH_DEPTH];
   floatv waiting_enter[RAYWAVE_BVH_DEPTH];
   int waiting = 0;
@@ -339,7 +335,8 @@ BVH_INLINE void bvh_traverse_instance(const Tree* tree, __global const Instance*
       right = false;
     }
     if (left && right) {
-      // Nearest first. Rays of a packet rarely disagree; where they do, order costs time only.
+      // Nearest first. The rays of a packet rarely disagree; where they do, the order costs time
+      // only.
       const bool left_first = LANES_ANY(in_left & in_right & (enter_left < enter_right));
       waiting_node[waiting] = left_first ? node->right_child : node->left_child;
       waiting_enter[waiting] = left_first ? enter_right : enter_left;
@@ -357,7 +354,7 @@ BVH_INLINE void bvh_traverse_instance(const Tree* tree, __global const Instance*
   }
 }
 
-// The same with all instances, in the scene frame.
+// Nearest hits with all instances, in the scene frame; any_hit and layers as above.
 BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, Layers* layers) {
   Hits best;
   best.t = rays->t_max;
@@ -379,9 +376,9 @@ BVH_INLINE Hits bvh_nearest(const Tree* tree, const Rays* rays) {
   return bvh_traverse(tree, rays, false, 0);
 }
 
-// The nearest BVH_LAYERS hits in (t_min, t_max) of rays that come from the hologram's centre,
-// without those in parts of the tree that turn away from it: inner sides of closed meshes are no
-// sources of light.
+// The nearest BVH_LAYERS hits in (t_min, t_max) of rays that come from the hologram's centre.
+// Subtrees that face away from it are skipped: inner sides of closed meshes are no sources of
+// light.
 BVH_INLINE void bvh_layers(const Tree* tree, const Rays* rays, Layers* layers) {
   for (int i = 0; i < BVH_LAYERS; ++i) {
     layers->t[i] = rays->t_max;
@@ -392,8 +389,9 @@ BVH_INLINE void bvh_layers(const Tree* tree, const Rays* rays, Layers* layers) {
 }
 
 #if RAYWAVE_LANES > 1
-// Mask of the rays that meet anything in (t_min, t_max). What stopped a packet like this one is
-// tried first: known[lane] is the triangle that stopped that ray, or -1, and is overwritten.
+// Mask of the rays that meet anything in (t_min, t_max). The triangles that stopped a similar
+// packet are tried first: known[lane] is the triangle that stopped that ray, or -1; it is updated.
+//
 static inline intv bvh_occluded_again(const Tree* tree, const Rays* rays, int* known) {
   Rays left = *rays, turned = *rays;
   floatv inverse[3];

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a ray meets a surface, and the normal there, beyond floats: the tree (bvh.h) searches in
-// floats, and its hit is then made exact on the triangle it has found. Sharp highlights and ways
-// over mirrors need it, and phases need the distance.
-#ifndef RAYWAVE_EXACT_H
-#define RAYWAVE_EXACT_H
+// Hit refinement: hit points and normals in double-single precision. The tree (bvh.h) searches in
+// floats; here its hit is computed again on the triangle that it has found. Sharp highlights,
+// mirrors and glass need the normals, and phases need the distances.
+#ifndef RAYWAVE_HIT_REFINEMENT_H
+#define RAYWAVE_HIT_REFINEMENT_H
 
 #include "kernels/common/double_single.h"
 #include "kernels/common/lanes.h"
@@ -12,19 +12,19 @@
 
 // Points origin + t direction, scene frame.
 typedef struct {
-  Wide3 origin, direction;
+  DoubleSingle3 origin, direction;
 } Line;
 
-// A triangle in each lane: first corner, the edges from it, and their cross product.
+// One triangle per lane: first corner, the edges from it, and their cross product.
 typedef struct {
-  Wide3 a, ab, ac, across;
-} AreaSamples;
+  DoubleSingle3 a, ab, ac, across;
+} TrianglePlanes;
 
-// What vertices have 3 floats of, at the three corners of a triangle in each lane, turned from its
-// instance's frame to the scene's; `places` are moved as well. Lanes without a triangle (index < 0)
-// receive those of the first one.
+// Values of 3 floats per vertex (positions or normals) at the three corners of each lane's
+// triangle, turned from its instance's frame into the scene frame; with `places` they are moved as
+// well. Lanes without a triangle (index < 0) receive the values of triangle 0.
 static inline void at_corners(const Tree* tree, __global const float* of_vertices, intv index,
-                              bool places, Wide3* at) {
+                              bool places, DoubleSingle3* at) {
   int triangle[RAYWAVE_LANES];
   float values[9][RAYWAVE_LANES];
   bool moved = false;
@@ -40,11 +40,11 @@ static inline void at_corners(const Tree* tree, __global const float* of_vertice
     moved |= tree->instances[t->instance].moved;
   }
   for (int c = 0; c < 3; ++c)
-    at[c] = wide3(LANES_LOAD(values[3 * c]), LANES_LOAD(values[3 * c + 1]),
-                  LANES_LOAD(values[3 * c + 2]));
+    at[c] = ds3(LANES_LOAD(values[3 * c]), LANES_LOAD(values[3 * c + 1]),
+                LANES_LOAD(values[3 * c + 2]));
   if (!moved) return;
 
-  float high[12][RAYWAVE_LANES], low[12][RAYWAVE_LANES];  // outward, then centre
+  float high[12][RAYWAVE_LANES], low[12][RAYWAVE_LANES];  // the matrix `outward`, then `centre`
   for (int i = 0; i < RAYWAVE_LANES; ++i) {
     __global const Instance* instance = tree->instances + tree->triangles[triangle[i]].instance;
     for (int k = 0; k < 12; ++k) {
@@ -52,67 +52,68 @@ static inline void at_corners(const Tree* tree, __global const float* of_vertice
       low[k][i] = k < 9 ? instance->outward_low[k] : instance->centre_low[k - 9];
     }
   }
-  Wide m[12];
-  for (int k = 0; k < 12; ++k) m[k] = wide(LANES_LOAD(high[k]), LANES_LOAD(low[k]));
-  const Wide zero = wide((floatv)(0.0f), (floatv)(0.0f));
-  const Wide3 centre = {places ? m[9] : zero, places ? m[10] : zero, places ? m[11] : zero};
-  const Wide3 columns[3] = {{m[0], m[3], m[6]}, {m[1], m[4], m[7]}, {m[2], m[5], m[8]}};
+  DoubleSingle m[12];
+  for (int k = 0; k < 12; ++k) m[k] = ds(LANES_LOAD(high[k]), LANES_LOAD(low[k]));
+  const DoubleSingle zero = ds((floatv)(0.0f), (floatv)(0.0f));
+  const DoubleSingle3 centre = {places ? m[9] : zero, places ? m[10] : zero, places ? m[11] : zero};
+  const DoubleSingle3 columns[3] = {{m[0], m[3], m[6]}, {m[1], m[4], m[7]}, {m[2], m[5], m[8]}};
   for (int c = 0; c < 3; ++c)
-    at[c] = wide3_along(wide3_along(wide3_along(centre, columns[0], at[c].x), columns[1], at[c].y),
-                        columns[2], at[c].z);
+    at[c] = ds3_along(ds3_along(ds3_along(centre, columns[0], at[c].x), columns[1], at[c].y),
+                      columns[2], at[c].z);
 }
 
-static inline AreaSamples area_samples_of(const Tree* tree, intv index) {
-  Wide3 corners[3];
+static inline TrianglePlanes triangle_planes_of(const Tree* tree, intv index) {
+  DoubleSingle3 corners[3];
   at_corners(tree, tree->positions, index, true, corners);
-  AreaSamples f;
+  TrianglePlanes f;
   f.a = corners[0];
-  f.ab = wide3_minus(corners[1], f.a);
-  f.ac = wide3_minus(corners[2], f.a);
-  f.across = wide3_cross(f.ab, f.ac);
+  f.ab = ds3_minus(corners[1], f.a);
+  f.ac = ds3_minus(corners[2], f.a);
+  f.across = ds3_cross(f.ab, f.ac);
   return f;
 }
 
-// Distance along lines, whose directions are about 1 long, to the planes of area_samples that they have
-// met at t, to floats. Where rounding alone decided the hit, or the plane is seen edge-on, t stays.
-static inline Wide exact_distance(const AreaSamples* f, const Line* line, floatv t) {
-  const Wide away = wide3_dot(f->across, wide3_minus(f->a, line->origin)),
-             along = wide3_dot(f->across, line->direction);
-  const floatv divisor = wide_high(along);
-  const Wide distance = wide_over(
-      away, wide(LANES_SELECT(divisor, (floatv)(1.0f), divisor == 0.0f), wide_low(along)));
-  const floatv size = t + fabs(wide_high(line->origin.x)) + fabs(wide_high(line->origin.y)) +
-                      fabs(wide_high(line->origin.z));
-  return wide_select(wide(t, 0.0f), distance, fabs(wide_high(distance) - t) <= 0x1p-18f * size);
+// Distances along lines to the triangles' planes. The lines' directions have about unit length, and
+// t is the distance found in floats. It is kept where rounding alone decided the hit, or where the
+// plane is seen edge-on.
+static inline DoubleSingle refined_distance(const TrianglePlanes* f, const Line* line, floatv t) {
+  const DoubleSingle away = ds3_dot(f->across, ds3_minus(f->a, line->origin)),
+                     along = ds3_dot(f->across, line->direction);
+  const floatv divisor = ds_high(along);
+  const DoubleSingle distance =
+      ds_over(away, ds(LANES_SELECT(divisor, (floatv)(1.0f), divisor == 0.0f), ds_low(along)));
+  const floatv size = t + fabs(ds_high(line->origin.x)) + fabs(ds_high(line->origin.y)) +
+                      fabs(ds_high(line->origin.z));
+  return ds_select(ds(t, 0.0f), distance, fabs(ds_high(distance) - t) <= 0x1p-18f * size);
 }
 
-// Normals of unit length at places on area_samples, as the mesh says. (u, v): the places' weights to
-// floats, which stay where the area_sample is so narrow that they are all there is.
-static inline Wide3 exact_normal(const Tree* tree, __global const float* vertex_normals, intv index,
-                                 const AreaSamples* f, Wide3 place, floatv u, floatv v) {
-  Wide3 normals[3];
+// Normals of unit length at points of triangles, in the mesh's sense. u and v are the weights found
+// in floats; they are kept where the triangle is so narrow that nothing better exists.
+static inline DoubleSingle3 refined_normal(const Tree* tree, __global const float* vertex_normals,
+                                           intv index, const TrianglePlanes* f, DoubleSingle3 place,
+                                           floatv u, floatv v) {
+  DoubleSingle3 normals[3];
   at_corners(tree, vertex_normals, index, false, normals);
-  // The square of a small area would leave no room for the lower halves.
-  const floatv nx = wide_high(f->across.x), ny = wide_high(f->across.y),
-               nz = wide_high(f->across.z);
-  const Wide3 facing = wide3_scaled(
-      f->across, wide(rsqrt(fmax(nx * nx + ny * ny + nz * nz, (floatv)(1e-37f))), 0.0f));
-  const Wide area = wide3_dot(f->across, facing);
-  const Wide safe = wide_select(area, wide(1.0f, 0.0f), wide_high(area) <= 0.0f);
-  const Wide3 from_a = wide3_minus(place, f->a);
-  const Wide at_b = wide_over(wide3_dot(wide3_cross(from_a, f->ac), facing), safe);
-  const Wide at_c = wide_over(wide3_dot(wide3_cross(f->ab, from_a), facing), safe);
-  const floatv off = fmax(fabs(wide_high(at_b) - u), fabs(wide_high(at_c) - v));
+  // Scaled to unit length first: the square of a small area would leave no room for the low parts.
+  const floatv nx = ds_high(f->across.x), ny = ds_high(f->across.y), nz = ds_high(f->across.z);
+  const DoubleSingle3 facing =
+      ds3_scaled(f->across, ds(rsqrt(fmax(nx * nx + ny * ny + nz * nz, (floatv)(1e-37f))), 0.0f));
+  const DoubleSingle area = ds3_dot(f->across, facing);
+  const DoubleSingle safe = ds_select(area, ds(1.0f, 0.0f), ds_high(area) <= 0.0f);
+  const DoubleSingle3 from_a = ds3_minus(place, f->a);
+  const DoubleSingle at_b = ds_over(ds3_dot(ds3_cross(from_a, f->ac), facing), safe);
+  const DoubleSingle at_c = ds_over(ds3_dot(ds3_cross(f->ab, from_a), facing), safe);
+  const floatv off = fmax(fabs(ds_high(at_b) - u), fabs(ds_high(at_c) - v));
   const intv agree = off <= 0x1p-6f;
-  const Wide weight_b = wide_select(wide(u, 0.0f), at_b, agree),
-             weight_c = wide_select(wide(v, 0.0f), at_c, agree);
-  const Wide3 normal =
-      wide3_along(wide3_along(normals[0], wide3_minus(normals[1], normals[0]), weight_b),
-                  wide3_minus(normals[2], normals[0]), weight_c);
-  const Wide squared = wide3_dot(normal, normal);
-  const Wide length =
-      wide_sqrt(wide_select(squared, wide(1.0f, 0.0f), wide_high(squared) <= 1e-30f));
-  return wide3_scaled(normal, wide_over(wide(1.0f, 0.0f), length));
+  const DoubleSingle weight_b = ds_select(ds(u, 0.0f), at_b, agree),
+                     weight_c = ds_select(ds(v, 0.0f), at_c, agree);
+  const DoubleSingle3 normal =
+      ds3_along(ds3_along(normals[0], ds3_minus(normals[1], normals[0]), weight_b),
+                ds3_minus(normals[2], normals[0]), weight_c);
+  const DoubleSingle squared = ds3_dot(normal, normal);
+  const DoubleSingle length =
+      ds_sqrt(ds_select(squared, ds(1.0f, 0.0f), ds_high(squared) <= 1e-30f));
+  return ds3_scaled(normal, ds_over(ds(1.0f, 0.0f), length));
 }
 
 #endif

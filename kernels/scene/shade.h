@@ -1,48 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a ray sees where it hits: surface attributes and Phong radiance (paper, Eq. 3), for packets
-// of lanes.
+// Surface attributes at hits, and Phong radiance (paper, Eq. 3), for packets of lanes.
 #ifndef RAYWAVE_SHADE_H
 #define RAYWAVE_SHADE_H
 
 #include "kernels/common/double_single.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
+#include "kernels/scene/arrays.h"
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/hit_refinement.h"
+#include "kernels/scene/options.h"
 
-#ifndef RAYWAVE_LIGHTS
-#define RAYWAVE_LIGHTS 1  // directional and point lights; host/trace/fan_tracer.cpp
-#endif
-#ifndef RAYWAVE_SPECULAR
-#define RAYWAVE_SPECULAR 1  // some material has a specular part
-#endif
-#ifndef RAYWAVE_SHARP
-// a highlight's exponent is so large that floats blur its directions; host/trace/device_scene.cpp
-#define RAYWAVE_SHARP 0
-#endif
-#ifndef RAYWAVE_BOUNCES
-#define RAYWAVE_BOUNCES 0  // mirror and refraction bounces; host/trace/device_scene.cpp
-#endif
-#ifndef RAYWAVE_TEXTURES
-#define RAYWAVE_TEXTURES 1  // some material has a texture
-#endif
-#ifndef RAYWAVE_SHADOWS
-#define RAYWAVE_SHADOWS 0  // lights are tested for occluders
-#endif
-
-// The scene's arrays, as every kernel that shades receives them.
-typedef struct {
-  Tree tree;
-  // 3 per vertex, unit length, outwards as the mesh says, frame of its instance
-  __global const float* normals;
-  __global const float* uvs;  // 2 per vertex; (0, 0) is the bottom left of the texture
-  __global const Material* materials;
-  __global const Light* lights;
-  __global const float* texels;
-} SceneArrays;
-
-// Direction of a triangle's normal, in the sense of its winding, scene frame. As long as twice its
-// area where its instance keeps its size.
+// Normal of a triangle in the sense of its winding, scene frame. Its length is twice the triangle's
+// area, unless the instance is scaled.
 static inline float3 triangle_cross(const Tree* tree, int index) {
   const Corners t = corners_of(tree, index);
   const float3 a = vload3(0, t.a), ab = vload3(0, t.b) - a, ac = vload3(0, t.c) - a;
@@ -51,26 +21,26 @@ static inline float3 triangle_cross(const Tree* tree, int index) {
       (float3)(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x));
 }
 
-#define EXACT_SURFACES \
+#define REFINED_SURFACES \
   (RAYWAVE_BOUNCES > 0 || (RAYWAVE_SHARP && RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0))
 
-// A hit's place and material, one lane each. The normal has unit length and faces the side the ray
-// came from.
+// Position and material of a hit, one per lane. The normal has unit length and points to the side
+// from which the ray came.
 typedef struct {
   floatv x, y, z;
   floatv nx, ny, nz;
-  floatv vx, vy, vz;                             // unit vector towards where it is seen from
+  floatv vx, vy, vz;                             // unit vector towards the viewer
   floatv ambient, diffuse, specular, shininess;  // textures applied
   floatv reflectivity, transparency, ior, ior_low;
-  intv entering;  // the ray meets the outside of the surface
-#if EXACT_SURFACES
-  // Beyond floats, where exact_surface has set them; towards the viewer, of any length
-  Wide3 place, normal, towards;
+  intv entering;  // the ray hits the outer side of the surface
+#if REFINED_SURFACES
+  // Double-single values from refine_surface; `towards` points to the viewer and has any length
+  DoubleSingle3 place, normal, towards;
 #endif
 } Surface;
 
-// (1 - gap)^m for gap in [0, 1] and m >= 0, 0^0 = 1. The logarithm keeps the relative accuracy of a
-// small gap, so that huge exponents stay right.
+// (1 - gap)^m for gap in [0, 1] and m >= 0, with 0^0 = 1. The logarithm keeps the relative accuracy
+// of a small gap, so that huge exponents stay accurate.
 static inline floatv pow_unit(floatv gap, floatv m) {
   const floatv x = fmax(1.0f - gap, (floatv)(1e-37f));
   const intv shifted = LANES_AS_INT(x) - 0x3f3504f3;  // bits of sqrt(1/2)
@@ -101,7 +71,8 @@ static inline floatv pow_unit(floatv gap, floatv m) {
 }
 
 #if RAYWAVE_TEXTURES
-// Bilinear, repeated; (0, 0) is the bottom left of the picture, whose row 0 is on top.
+// Bilinear interpolation of a repeated texture. (0, 0) is the bottom left; row 0 of the picture is
+// on top.
 static inline float texture_at(__global const float* texels, __global const Material* material,
                                float u, float v) {
   const int width = material->texture_width, height = material->texture_height;
@@ -117,7 +88,7 @@ static inline float texture_at(__global const float* texels, __global const Mate
 }
 #endif
 
-// The surface under each hit; lanes that miss receive a black one.
+// The surface at each hit. Lanes that miss receive a black one.
 static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, const Hits* hits) {
   int triangle[RAYWAVE_LANES];
   float u[RAYWAVE_LANES], v[RAYWAVE_LANES];
@@ -189,8 +160,8 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   surface.vy = rays->dy * toward_viewer;
   surface.vz = rays->dz * toward_viewer;
 
-  // The normal that shading uses faces the ray's side as the triangle does: right for either
-  // winding and for both sides of open meshes.
+  // The shading normal is turned to the ray's side as the triangle's normal is. This is right for
+  // either winding, and for both sides of open meshes.
   const floatv fx = LANES_LOAD(gx), fy = LANES_LOAD(gy), fz = LANES_LOAD(gz);
   const floatv mx = LANES_LOAD(nx), my = LANES_LOAD(ny), mz = LANES_LOAD(nz);
   const floatv face_along_ray = fx * rays->dx + fy * rays->dy + fz * rays->dz;
@@ -205,31 +176,31 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   return surface;
 }
 
-#if EXACT_SURFACES
-// The surface's place and normal beyond floats, where a line, the hits' ray, has met it; their
-// distance along it.
-static inline Wide exact_surface(const SceneArrays* scene, const Line* line, const Hits* hits,
-                                 Surface* s) {
-  const AreaSamples area_samples = area_samples_of(&scene->tree, hits->triangle);
-  const Wide distance = exact_distance(&area_samples, line, hits->t);
+#if REFINED_SURFACES
+// Refines the surface's position and normal where `line`, the ray of the hits, meets it. Returns
+// the distance along the line.
+static inline DoubleSingle refine_surface(const SceneArrays* scene, const Line* line,
+                                          const Hits* hits, Surface* s) {
+  const TrianglePlanes planes = triangle_planes_of(&scene->tree, hits->triangle);
+  const DoubleSingle distance = refined_distance(&planes, line, hits->t);
   const floatv side = LANES_SELECT((floatv)(-1.0f), (floatv)(1.0f), s->entering), away = -1.0f;
-  s->place = wide3_along(line->origin, line->direction, distance);
-  s->normal = wide3_scaled(exact_normal(&scene->tree, scene->normals, hits->triangle, &area_samples,
+  s->place = ds3_along(line->origin, line->direction, distance);
+  s->normal = ds3_scaled(refined_normal(&scene->tree, scene->normals, hits->triangle, &planes,
                                         s->place, hits->u, hits->v),
-                           wide(side, 0.0f));
-  s->towards = wide3_scaled(line->direction, wide(away, 0.0f));
-  s->x = wide_high(s->place.x);
-  s->y = wide_high(s->place.y);
-  s->z = wide_high(s->place.z);
-  s->nx = wide_high(s->normal.x);
-  s->ny = wide_high(s->normal.y);
-  s->nz = wide_high(s->normal.z);
+                         ds(side, 0.0f));
+  s->towards = ds3_scaled(line->direction, ds(away, 0.0f));
+  s->x = ds_high(s->place.x);
+  s->y = ds_high(s->place.y);
+  s->z = ds_high(s->place.z);
+  s->nx = ds_high(s->normal.x);
+  s->ny = ds_high(s->normal.y);
+  s->nz = ds_high(s->normal.z);
   return distance;
 }
 #endif
 
-// One light as a surface sees it: unit vector towards it, and the cosine of its slope (<= 0: behind
-// the surface).
+// A light as a surface sees it: unit vector towards it and the cosine of the angle of incidence (<=
+// 0: behind the surface).
 typedef struct {
   floatv x, y, z;
   floatv distance;
@@ -261,7 +232,7 @@ static inline Incident incident(__global const Light* lights, int index, const S
   return in;
 }
 
-// Lanes that the light falls on: they face it, and nothing stands between when shadows are on.
+// Mask of the lanes that the light reaches: they face it and, with shadows, nothing lies between.
 static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Surface* s,
                           float bias, intv active) {
 #if !RAYWAVE_SHADOWS
@@ -286,23 +257,21 @@ static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Su
 }
 
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-// One minus the cosine between the mirrored light and the way to the viewer.
+// One minus the cosine between the mirrored light and the direction to the viewer.
 static inline floatv mirror_gap(__global const Light* light, const Incident* in, const Surface* s) {
 #if RAYWAVE_SHARP
   (void)in;
-  Wide3 from = {wide(light->x, light->x_low), wide(light->y, light->y_low),
-                wide(light->z, light->z_low)};
-  if (light->is_point) from = wide3_minus(from, s->place);
-  // None of the vectors has unit length to the last bit. The cross product keeps small angles
-  // exact.
-  const Wide facing = wide3_dot(s->normal, from);
-  const Wide3 mirrored = wide3_minus(wide3_scaled(s->normal, wide_plus(facing, facing)),
-                                     wide3_scaled(from, wide3_dot(s->normal, s->normal)));
-  const Wide3 across = wide3_cross(mirrored, s->towards);
-  const floatv rx = wide_high(mirrored.x), ry = wide_high(mirrored.y), rz = wide_high(mirrored.z);
-  const floatv vx = wide_high(s->towards.x), vy = wide_high(s->towards.y),
-               vz = wide_high(s->towards.z);
-  const floatv cx = wide_high(across.x), cy = wide_high(across.y), cz = wide_high(across.z);
+  DoubleSingle3 from = {ds(light->x, light->x_low), ds(light->y, light->y_low),
+                        ds(light->z, light->z_low)};
+  if (light->is_point) from = ds3_minus(from, s->place);
+  // None of the vectors has exactly unit length. The cross product keeps small angles accurate.
+  const DoubleSingle facing = ds3_dot(s->normal, from);
+  const DoubleSingle3 mirrored = ds3_minus(ds3_scaled(s->normal, ds_plus(facing, facing)),
+                                           ds3_scaled(from, ds3_dot(s->normal, s->normal)));
+  const DoubleSingle3 across = ds3_cross(mirrored, s->towards);
+  const floatv rx = ds_high(mirrored.x), ry = ds_high(mirrored.y), rz = ds_high(mirrored.z);
+  const floatv vx = ds_high(s->towards.x), vy = ds_high(s->towards.y), vz = ds_high(s->towards.z);
+  const floatv cx = ds_high(across.x), cy = ds_high(across.y), cz = ds_high(across.z);
   const floatv squared =
       fmax((rx * rx + ry * ry + rz * rz) * (vx * vx + vy * vy + vz * vz), (floatv)(1e-37f));
   const floatv cosine = (rx * vx + ry * vy + rz * vz) * rsqrt(squared);
@@ -311,25 +280,25 @@ static inline floatv mirror_gap(__global const Light* light, const Incident* in,
 #else
   (void)light;
   const floatv twice = 2.0f * in->facing;
-  // Half the squared distance of two unit vectors is one minus their cosine, without the rounding
-  // of the cosine.
+  // Half the squared distance of two unit vectors is one minus their cosine, without the cosine's
+  // rounding error.
   const floatv dx = twice * s->nx - in->x - s->vx, dy = twice * s->ny - in->y - s->vy,
                dz = twice * s->nz - in->z - s->vz;
   return fmin(0.5f * (dx * dx + dy * dy + dz * dz), (floatv)(1.0f));
 #endif
 }
 
-// Specular part of the light that the viewer receives.
+// Radiance of a light's highlight towards the viewer.
 static inline floatv highlight(__global const Light* light, const Incident* in, const Surface* s) {
   return s->specular * pow_unit(mirror_gap(light, in, s), s->shininess);
 }
 #endif
 
-// Radiance that leaves the surface towards where it is seen from, without bounces: ambient + sum
-// over lights of diffuse and specular parts.
-static inline floatv phong(const SceneArrays* scene, const Surface* s, float ambient_light,
-                           float bias, float reach, intv active) {
-  floatv radiance = s->ambient * ambient_light;
+// Radiance from the surface towards the viewer, without bounces: the ambient part plus the diffuse
+// and specular parts of all lights.
+static inline floatv phong(const SceneArrays* scene, const Surface* s, float bias, float reach,
+                           intv active) {
+  floatv radiance = s->ambient * scene->ambient_light;
 #if RAYWAVE_LIGHTS > 0
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
     const Incident in = incident(scene->lights, i, s, reach);

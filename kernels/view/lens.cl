@@ -1,24 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an ideal lens sees: rays from points spread evenly over the lens, through a pixel of the
-// plane in focus, to the nearest hit. The pixel is the mean radiance of all points' rays; a miss is
-// black. Mirrors and glass are followed to RAYWAVE_BOUNCES further hits.
+// The view of an ideal lens: rays start at points spread evenly over the lens and go through a
+// pixel of the plane in focus to the nearest hit. A pixel is the mean radiance of the rays of all
+// points; a miss is black. Mirrors and glass are followed to RAYWAVE_BOUNCES further hits.
 //
-// Arrays: the scene's (shared.h); picture: lens.ny rows of lens.nx radiances, row 0 on top. A
-// work-item fills RAYWAVE_LANES neighbouring pixels of one row, a packet; packets are numbered row
-// by row, ceil(nx / lanes) to a row, and a launch fills [first_packet, first_packet +
-// packet_count). Global size packet_count. OpenCL C 1.2.
+// Arrays: the scene's (kernels/scene/arrays.h); picture: lens.ny rows of lens.nx radiances, row 0
+// on top. A work-item fills a packet: RAYWAVE_LANES neighbouring pixels of one row. Packets are
+// numbered row by row, ceil(nx / lanes) to a row; a launch fills [first_packet, first_packet +
+// packet_count). Global size: packet_count. OpenCL C 1.2.
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
 #include "kernels/scene/bounce.h"
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/shade.h"
 
-__kernel void see(__global const BvhNode* nodes, __global const Triangle* triangles,
-                  __global const float* positions, __global const Instance* instances,
-                  __global const float* normals, __global const float* uvs,
-                  __global const Material* materials, __global const Light* lights,
-                  __global const float* texels, float ambient_light, LensPlane lens,
-                  int first_packet, int packet_count, __global float* picture) {
+__kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet_count,
+                  __global float* picture) {
   const int index = (int)get_global_id(0);
   if (index >= packet_count) return;
   const int packet = first_packet + index;
@@ -26,8 +22,7 @@ __kernel void see(__global const BvhNode* nodes, __global const Triangle* triang
   const int row = packet / packets_per_row;
   const int first = (packet - row * packets_per_row) * RAYWAVE_LANES;
   if (row >= lens.ny) return;
-  const SceneArrays scene = {
-      {nodes, triangles, positions, instances}, normals, uvs, materials, lights, texels};
+  const SceneArrays scene = SCENE_OF_PARAMETERS;
   const intv column = first + LANES_INDEX;
   const floatv x = lens.left + lens.pitch_x * LANES_TO_FLOAT(column);
   const float y = lens.top - lens.pitch_y * (float)row;
@@ -35,8 +30,8 @@ __kernel void see(__global const BvhNode* nodes, __global const Triangle* triang
   floatv sum = 0.0f;
   for (int j = 0; j < lens.points; ++j) {
     const float from_y = lens.lens_top - lens.lens_pitch_y * (float)j;
-    const floatv dy = (y - from_y) * lens.inverse_focus;  // per metre of depth
-    // Two short sums round less than a long one
+    const floatv dy = (y - from_y) * lens.inverse_focus;  // tangent
+    // Two short sums round less than one long sum
     floatv sum_of_row = 0.0f;
     for (int i = 0; i < lens.points; ++i) {
       const float from_x = lens.lens_left + lens.lens_pitch_x * (float)i;
@@ -50,35 +45,37 @@ __kernel void see(__global const BvhNode* nodes, __global const Triangle* triang
                    (floatv)(0.0f),
                    (floatv)(lens.reach),
                    column < lens.nx};
-#if EXACT_SURFACES
-      Line line = {wide3(rays.ox, rays.oy, rays.oz), wide3(rays.dx, rays.dy, rays.dz)};
+#if REFINED_SURFACES
+      Line line = {ds3(rays.ox, rays.oy, rays.oz), ds3(rays.dx, rays.dy, rays.dz)};
 #endif
-#if RAYWAVE_BOUNCES > 0
-      Way ways[BOUNCE_WAYS];
-      ways[0] = way_from(&line, rays.active);
+      // Paths still to be followed: the ray's own, and those that mirrors and glass add
       int pending = 1;
+#if RAYWAVE_BOUNCES > 0
+      Path paths[BOUNCE_PATHS];
+      paths[0] = path_from(&line, rays.active);
+#endif
       while (pending > 0) {
-        Way way = ways[--pending];
-        line = way.line;
-        rays = rays_of(&way, lens.reach);
+        --pending;
+#if RAYWAVE_BOUNCES > 0
+        Path path = paths[pending];
+        line = path.line;
+        rays = rays_of(&path, lens.reach);
 #endif
         const Hits hits = bvh_nearest(&scene.tree, &rays);
         const intv hit = hits.triangle >= 0;
         if (!LANES_ANY(hit)) continue;
         Surface surface = surface_at(&scene, &rays, &hits);
-#if EXACT_SURFACES
-        exact_surface(&scene, &line, &hits, &surface);
+#if REFINED_SURFACES
+        refine_surface(&scene, &line, &hits, &surface);
 #endif
-        floatv radiance = phong(&scene, &surface, ambient_light, lens.bias, lens.reach, hit);
+        floatv radiance = phong(&scene, &surface, lens.bias, lens.reach, hit);
 #if RAYWAVE_BOUNCES > 0
-        way.active = hit;
-        radiance *= own_share(&way, &surface);
-        pending = bounce(&way, &surface, lens.bias, ways, pending);
+        path.active = hit;
+        radiance *= own_share(&path, &surface);
+        pending = bounce(&path, &surface, lens.bias, paths, pending);
 #endif
         sum_of_row += LANES_SELECT((floatv)(0.0f), radiance, hit);
-#if RAYWAVE_BOUNCES > 0
       }
-#endif
     }
     sum += sum_of_row;
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Intensity of a tile, added to a larger picture. OpenCL C 1.2.
+// Adds the intensity of a tile to a larger picture. OpenCL C 1.2.
 
-// intensity[y0 + y, x0 + x] += weight |field[y, x]|^2 for the part of the ny x nx tile that lies in
-// the window of window_nx columns. x0, y0: the tile's first sample in the window; columns and rows:
-// how much of the tile lies in it.
+// intensity[y0 + y, x0 + x] += weight |field[y, x]|^2 for the part of the tile, nx columns wide,
+// that lies in the window of window_nx columns. x0, y0: position of the tile's first sample in the
+// window; columns, rows: size of the part in the window.
 __kernel void add_intensity(const __global float2* restrict field,
                             __global float* restrict intensity, int nx, int window_nx, int x0,
                             int y0, int columns, int rows, float weight) {

@@ -29,6 +29,7 @@
 #include "host/common/threads.hpp"
 #include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/stopwatch.hpp"
+#include "host/plan/make_plan.hpp"
 
 namespace raywave {
 namespace {

@@ -25,6 +25,7 @@
 #include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/geometry/bvh.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/geometry/world.hpp"
 #include "host/reference/surfaces.hpp"
 #include "host/trace/device_scene.hpp"
@@ -301,9 +302,8 @@ constexpr std::size_t side = 1024;
 /// Processor nanoseconds per ray of primary and visibility rays.
 std::pair<double, double> ray_ns(const cl::Device& device, const Bvh& bvh) {
   const auto lanes = static_cast<std::size_t>(lanes_for(device.info()));
-  const cl::Program program(
-      device, "kernels/instruments/intersect.cl",
-      {{"RAYWAVE_LANES", std::to_string(lanes)}, {"RAYWAVE_BVH_DEPTH", "64"}});
+  const cl::Program program(device, "kernels/instruments/intersect.cl",
+                            {{option::lanes, std::to_string(lanes)}, {option::bvh_depth, "64"}});
   const auto tree = selftest::upload(device, bvh);
   constexpr std::size_t count = side * side;
   std::vector<float> rays(8 * count), back(8 * count);
@@ -324,8 +324,8 @@ std::pair<double, double> ray_ns(const cl::Device& device, const Bvh& bvh) {
     std::vector<double> ns;
     for (int i = 0; i < 6; ++i) {
       const Stopwatch watch;
-      program.kernel(kernel).run({count / lanes}, {8}, tree.nodes, tree.triangles, tree.positions,
-                                 tree.instances, planes, static_cast<std::int32_t>(count), out...);
+      program.kernel(kernel).run({count / lanes}, {8}, tree.arguments(), planes,
+                                 static_cast<std::int32_t>(count), out...);
       device.finish();
       if (i > 0) ns.push_back(1e9 * watch.processor_s() / count);
     }

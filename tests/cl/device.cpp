@@ -10,12 +10,12 @@
 #include <fstream>
 #include <functional>
 #include <map>
-#include <random>
 
 #include "cl/buffer.hpp"
-#include "cl/cache.hpp"
 #include "cl/program.hpp"
+#include "host/common/cache.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/geometry/shared_types.hpp"
 #include "kernels/common/shared_layout.h"
 #include "tests/support/catch.hpp"
@@ -44,7 +44,7 @@ std::vector<cl::DeviceInfo> all_devices() {
 
 cl::Program selfcheck(const cl::Device& device, int lanes = 1) {
   return cl::Program(device, "kernels/instruments/selfcheck.cl",
-                     {{"RAYWAVE_LANES", std::to_string(lanes)}});
+                     {{option::lanes, std::to_string(lanes)}});
 }
 
 std::string message_of(const std::function<void()>& f) {
@@ -161,7 +161,7 @@ TEST_CASE("a damaged kernel in the cache is compiled again") {
       if (damage == "cut") fs::resize_file(file, size / 2);
       if (damage == "overwritten") std::ofstream(file, std::ios::binary) << std::string(size, 'x');
       CHECK(selftest::cos_sin_error(device, 1, std::vector<float>(64, 0.125f)) < 1e-6);
-      CHECK(cl::load_cached(file.filename()));
+      CHECK(load_cached(file.filename()));
     }
   }
 }
@@ -199,20 +199,6 @@ TEST_CASE("cosine and sine of every float from -0.5 to 0.5 turns are right to 1.
     const double error = selftest::cos_sin_error_everywhere(cl::Device(info), 1);
     INFO(info.name << ": " << error);
     CHECK(error <= 1.7e-7);
-  }
-}
-
-TEST_CASE("the phase of a length up to 1 m is right to 5e-8 turns") {
-  std::mt19937 random(1);
-  std::uniform_real_distribution<float> exponent(-8, 0);
-  std::vector<float> lengths_m{0.0f, 1.0f, -1.0f, 0.1f};
-  while (lengths_m.size() < 1 << 18) lengths_m.push_back(std::pow(10.0f, exponent(random)));
-  for (const auto& info : all_devices()) {
-    const cl::Device device(info);
-    for (const int lanes : {1, 8, 16}) {
-      INFO(info.name << ", " << lanes << " lanes");
-      CHECK(selftest::length_turns_error(device, lanes, lengths_m, 638e-9) <= 5e-8);
-    }
   }
 }
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <random>
 
+#include "host/common/line_fft.hpp"
 #include "host/reference/propagation.hpp"
 #include "tests/support/catch.hpp"
 
@@ -42,8 +43,8 @@ void transform_on_host(std::vector<std::complex<float>>& plane, std::size_t nx, 
                        Direction direction) {
   const auto lines = [&](std::size_t n, std::size_t count, std::size_t stride,
                          std::size_t distance) {
-    const cl::LineFft fft(n);
-    const auto in_line = cl::make_lines(n, "line"), out_line = cl::make_lines(n, "line");
+    const LineFft fft(n);
+    const auto in_line = make_lines(n, "line"), out_line = make_lines(n, "line");
     std::complex<float>*in = in_line.get(), *out = out_line.get();
     for (std::size_t line = 0; line < count; ++line) {
       for (std::size_t i = 0; i < n; ++i) in[i] = plane[line * distance + i * stride];
@@ -201,7 +202,7 @@ TEST_CASE("a second plan of one shape gives the same bits") {
 TEST_CASE("sizes that are not positive, or live parts beyond the plane, are errors") {
   for_each_backend([](const cl::Device& device, FftBackend backend) {
     if (backend == FftBackend::host) {
-      CHECK_THROWS_AS(cl::LineFft(0), cl::DeviceError);
+      CHECK_THROWS_AS(LineFft(0), cl::DeviceError);
       return;
     }
     CHECK_THROWS_AS(cl::make_fft(device, backend, {0, 8, 0, 8}), cl::DeviceError);
@@ -233,11 +234,11 @@ TEST_CASE(
   std::size_t wrong = 0, expected = 20160;
   for (std::size_t n = 20000; n >= 1; --n) {
     if (is_fast[n]) expected = n;
-    wrong += cl::next_fast_size(n) != expected;
+    wrong += next_fast_size(n) != expected;
   }
   CHECK(wrong == 0);
-  CHECK(cl::next_fast_size(0) == 1);
-  CHECK(cl::next_fast_size(1350) == 1440);
+  CHECK(next_fast_size(0) == 1);
+  CHECK(next_fast_size(1350) == 1440);
 }
 
 TEST_CASE("long lines are planned by measuring and equal the direct sum") {

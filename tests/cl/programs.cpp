@@ -8,6 +8,7 @@
 
 #include "cl/program_folder.hpp"
 #include "host/common/npy.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/render.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
@@ -121,7 +122,7 @@ TEST_CASE(
     INFO(info.name);
     const auto programs = folder / ("programs-" + info.index);
     const auto build = [&] {
-      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{"RAYWAVE_LANES", "1"}});
+      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{option::lanes, "1"}});
     };
     {
       const cl::ProgramRecorder recorder(programs, true);
@@ -130,7 +131,7 @@ TEST_CASE(
     const Environment ahead(variable, programs.string());
     CHECK_NOTHROW(build());
     const auto missing = message_of([&] {
-      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{"RAYWAVE_LANES", "4"}});
+      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{option::lanes, "4"}});
     });
     CHECK_THAT(missing, ContainsSubstring((programs / "encode-").string()) &&
                             ContainsSubstring(".bin is missing") &&
@@ -205,7 +206,7 @@ TEST_CASE(
     const auto source = bytes_of(folder / "sources" / (line.substr(0, line.find('\t')) + ".cl"));
     CHECK_THAT(source, ContainsSubstring("__kernel"));
     CHECK_THAT(source, !ContainsSubstring("#include"));
-    CHECK((line.find("RAYWAVE_LANES") == std::string::npos ||
+    CHECK((line.find(option::lanes) == std::string::npos ||
            line.find("-DRAYWAVE_LANES=1") != std::string::npos));
   }
   CHECK(lines >= 5);

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "host/common/npy.hpp"
-#include "host/plan/rates.hpp"
 #include "host/scene/image.hpp"
+#include "host/trace/tuning.hpp"
 #include "host/trace/work_shape.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/environment.hpp"
@@ -125,12 +125,15 @@ TEST_CASE("--json prints JSON alone, and with a file the usual text beside it") 
   const Desk desk;
   const auto scene = desk.file("scene.toml"), field = desk.out("field.npy").string();
   REQUIRE(desk.render({"--quiet"}).code == 0);
-  // tests/evaluate/ does the same for bench, trade and tune, which take longer.
+  // Not kernels, trade and tune, which take longer.
   const std::vector<std::vector<std::string>> lines{
       {"plan", "--json", scene},
       {"reconstruct", field, "-z", "10mm", "-o", desk.file("views"), "--json"},
       {"lens", scene, "-z", "10mm", "-o", desk.file("views"), "--lens-points", "2", "--json"},
       {"compare", "--json", field, field},
+      {"quality", scene, "-z", "10mm", "-o", desk.file("views"), "--no-views", "--lens-points", "2",
+       "--border", "0", "--json"},
+      {"bench", "--json", scene, "--quick", "--frames", "1"},
       {"devices", "--json"},
       {"selftest", "--only", "phase ", "--json"}};
   for (const auto& line : lines) {
@@ -514,9 +517,9 @@ TEST_CASE("plan says what would be computed without computing it") {
                            ContainsSubstring("2 x 2"));
   CHECK_THAT(text.out, ContainsSubstring("precision float (auto), predicted phase error"));
   const auto strict = desk.run({"plan", desk.file("scene.toml"), "--set",
-                                "accuracy.precision=extended", "--set", "accuracy.phase=1e-9"})
+                                "accuracy.precision=float", "--set", "accuracy.phase=1e-9"})
                           .out;
-  CHECK_THAT(strict, ContainsSubstring("precision extended, predicted phase error") &&
+  CHECK_THAT(strict, ContainsSubstring("precision float, predicted phase error") &&
                          ContainsSubstring("NOT below 1e-09"));
   const auto json = Json::parse(desk.run({"plan", desk.file("scene.toml"), "--json"}).out);
   CHECK(json["triangles"] == 2);

@@ -3,11 +3,8 @@
 
 #include <cmath>
 #include <complex>
-#include <csignal>
 #include <cstdlib>
 #include <cstring>
-#include <functional>
-#include <new>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -16,8 +13,8 @@
 #include "host/common/npy.hpp"
 #include "host/common/output.hpp"
 #include "host/scene/image.hpp"
-#include "host/scene/reader_process.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/forked_reader.hpp"
 
 using namespace raywave;
 using Catch::Matchers::ContainsSubstring;
@@ -27,7 +24,7 @@ namespace {
 
 using Complex = std::complex<float>;
 
-/// A .npy file by the format's description, independent of save_npy.
+/// A .npy file written from the format's description, independent of save_npy.
 template <class Sample>
 std::string npy(const std::string& dictionary, const std::vector<Sample>& samples, int major = 1) {
   std::string bytes = "\x93NUMPY";
@@ -40,13 +37,13 @@ std::string npy(const std::string& dictionary, const std::vector<Sample>& sample
                       samples.size() * sizeof(Sample));
 }
 
-/// A portable float map: the simplest float picture there is. Rows from the bottom up.
+/// A portable float map, the simplest float picture format. Rows go from the bottom up.
 std::string pfm(int width, int height, const std::vector<float>& pixels) {
   std::string bytes = "Pf\n" + std::to_string(width) + " " + std::to_string(height) + "\n-1.0\n";
   return bytes.append(reinterpret_cast<const char*>(pixels.data()), pixels.size() * sizeof(float));
 }
 
-/// A portable grey map of 8 bits, rows from the top down.
+/// A portable grey map of 8 bits. Rows go from the top down.
 std::string pgm(int width, int height, const std::string& samples) {
   return "P5\n" + std::to_string(width) + " " + std::to_string(height) + "\n255\n" + samples;
 }
@@ -94,7 +91,7 @@ TEST_CASE("a field is read back as it was saved") {
   CHECK(folder.count() == 1);
 }
 
-TEST_CASE("a saved field is, byte by byte, what the format describes") {
+TEST_CASE("a saved field matches the format description byte by byte") {
   const Folder folder;
   const std::vector<Complex> samples{{1, 2}, {3, 4}};
   save_npy(folder / "field.npy", 2, 1, 1, samples);
@@ -119,7 +116,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("fields that cannot serve are refused with the reason") {
+TEST_CASE("unusable fields are refused with the reason") {
   const Folder folder;
   const std::vector<Complex> two{{1, 2}, {3, 4}};
   const auto refusal = [&](const std::string& dictionary, const std::vector<Complex>& samples) {
@@ -206,7 +203,7 @@ TEST_CASE("levels of 16 bits keep their steps") {
   CHECK(image.pixels == std::vector<float>{0, 1 / 65535.0f, 32768 / 65535.0f, 1});
 }
 
-TEST_CASE("textures of integers are decoded from sRGB, channel by channel") {
+TEST_CASE("integer textures are decoded from sRGB, channel by channel") {
   const Folder folder;
   const std::vector<std::uint8_t> pixels{0, 128, 255, 188, 10, 11};
   save_png_rgb(folder / "a.png", 2, 1, pixels);
@@ -238,7 +235,7 @@ TEST_CASE("float pictures are linear and come back exactly") {
   CHECK(load_texture(folder / "a.exr", 1, "").pixels == pixels);
 }
 
-TEST_CASE("pictures that cannot serve are refused with the reason, before memory is taken") {
+TEST_CASE("unusable pictures are refused with the reason, before memory is taken") {
   const Folder folder;
   const auto refusal = [&](const std::filesystem::path& file) {
     return input_error_of([&] { load_texture(file, 0, "here"); });
@@ -277,7 +274,7 @@ TEST_CASE("damaged pictures load or are refused in one line") {
     bool all_finite = true;
     const auto [accepted, refused] =
         read_damaged(folder, folder / name, 100, 300, [&](const auto& damaged) {
-          for (const float v : load_texture(damaged, 0, "").pixels)
+          for (const float v : test::load_texture_in_fork(damaged, 0).pixels)
             all_finite = all_finite && std::isfinite(v);
         });
     CHECK(all_finite);
@@ -309,7 +306,7 @@ TEST_CASE("a file appears whole or not at all") {
   CHECK(seen != file);
 }
 
-TEST_CASE("places that cannot be written are refused, and nothing is left behind") {
+TEST_CASE("paths that cannot be written are refused, and no file is left behind") {
   const Folder folder;
   folder.write("file", "");
   CHECK_THAT(input_error_of([&] { write_text(folder / "file/a.txt", "x"); }),
@@ -324,38 +321,4 @@ TEST_CASE("places that cannot be written are refused, and nothing is left behind
       input_error_of([&] { save_exr(folder / "a.no-such-format", 1, 1, std::vector<float>{1}); }),
       ContainsSubstring("cannot be written"));
   CHECK(folder.count() == 2);
-}
-
-TEST_CASE("a child hands over its result or the reason for having none") {
-  std::vector<int> result;
-  const auto run = [&](const std::function<void()>& work) {
-    run_in_child(
-        {1, std::uint64_t{1} << 28}, work, [&](ChildPipe& pipe) { pipe.write_vector(result); },
-        [&](ChildPipe& pipe) { pipe.read_vector(result, 1'000'000); });
-  };
-  run([&] { result.assign(500'000, 7); });
-  CHECK(result == std::vector<int>(500'000, 7));
-
-  const auto failure_of = [&](const std::function<void()>& work) -> std::string {
-    try {
-      run(work);
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "";
-  };
-  CHECK(failure_of([] { throw std::runtime_error("bad input"); }) == "bad input");
-  CHECK(failure_of([] { std::abort(); }) == "its reader crashed");
-  CHECK(failure_of([] { std::raise(SIGSEGV); }) == "its reader crashed");
-  CHECK(failure_of([] {
-          for (volatile bool spin = true; spin;) {
-          }
-        }) == "its reader took too long");
-  CHECK(failure_of([] { throw std::bad_alloc(); }) == "it asks for too much memory");
-#ifndef __SANITIZE_ADDRESS__
-  CHECK(failure_of([&] { result.assign(std::size_t{1} << 27, 1); }) ==
-        "it asks for too much memory");
-#endif
-  // More than agreed on
-  CHECK(failure_of([&] { result.assign(2'000'000, 1); }) == "its reader crashed");
 }

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "host/common/error.hpp"
+#include "host/trace/tuning.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
@@ -82,7 +83,7 @@ TEST_CASE("the frontier holds every row that no other beats in both time and PSN
                        [&](auto a, auto b) { return rows[a].time_s < rows[b].time_s; }));
 }
 
-TEST_CASE("the fastest as true as a row is as true and faster, or the row itself") {
+TEST_CASE("the fastest row as accurate as a row is as accurate and faster, or the row itself") {
   const std::vector<TradeRow> rows{row(5, 30), row(1, 20), row(3, 31), row(4, 35), row(2, 29.9)};
   CHECK(fastest_as_accurate(rows, 0) == 2);
   CHECK(fastest_as_accurate(rows, 1) == 1);
@@ -100,7 +101,7 @@ TEST_CASE("a PSNR is the mean over the whole views, and the sides' that over the
   CHECK(r.ssim() == Catch::Approx(0.6));
 }
 
-/// How many values differ; the ways to gather are one.
+/// Number of knobs that differ; mode, source and shape count as one.
 int differing(const TradeKnobs& a, const TradeKnobs& b) {
   return (a.pitch_m != b.pitch_m) + (a.frames != b.frames) + (a.padding != b.padding) +
          (a.oversampling != b.oversampling) + (a.layers != b.layers) +

@@ -8,6 +8,7 @@
 
 #include "host/common/error.hpp"
 #include "host/render.hpp"
+#include "host/trace/tuning.hpp"
 #include "host/trace/work_shape.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"

@@ -40,7 +40,10 @@ public:
   File(const File&) = delete;
   File& operator=(const File&) = delete;
 
-  std::filesystem::path path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+  /// Of any process: readers open it, too.
+  std::filesystem::path path() const {
+    return "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(descriptor_);
+  }
 
 private:
   int descriptor_;
@@ -66,6 +69,10 @@ inline void require_sound(const Mesh& mesh) {
     require(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
   for (const glm::dvec3& n : mesh.normals) require(std::abs(glm::length(n) - 1) < 1e-6);
 }
+
+#ifdef RAYWAVE_READERS
+inline const bool readers_known = setenv("RAYWAVE_READER_DIR", RAYWAVE_READERS, 0) == 0;
+#endif
 
 inline std::string_view text(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};

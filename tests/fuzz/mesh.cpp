@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// load_mesh as the program calls it, Assimp in a child under its limits: Assimp may crash or spin
-// there (on damaged files Debian's does), and the fuzzer sees no coverage of it. What it looks for
-// is a way out: a crash or a hang here, or a mesh that is none. The first byte chooses the format.
+// load_mesh as the program calls it. Assimp runs in a reader process under its limits and may crash
+// or spin there (Debian's does, on damaged files); the fuzzer sees no coverage of it. The target
+// fails on a crash or a hang in this process, or on an invalid mesh. The first byte selects the
+// format.
 #include <array>
 #include <fstream>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What this process believes of a child that read a mesh (first byte even) or a picture (odd): the
-// rest of the bytes is what the child sends. The reader itself, in the child, is a library's; it
-// may crash there, and targets mesh and texture call it so.
+// Replies of reader processes, as this process checks them: a mesh (first byte even) or a picture
+// (odd); the other bytes are the reply. Targets mesh and texture start the readers themselves.
 #include <fcntl.h>
 
 #include "host/scene/reader_reply.hpp"
@@ -14,7 +13,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const fuzz::File sent(fuzz::text(data, size).substr(1));
   const int descriptor = open(sent.path().c_str(), O_RDONLY | O_CLOEXEC);
   fuzz::require(descriptor >= 0);
-  ChildPipe pipe(descriptor);
+  ReaderPipe pipe(descriptor);
   try {
     if (data[0] % 2 == 0) {
       const Mesh mesh =

@@ -22,7 +22,7 @@ def packed(kind, rows):
 
 
 def vector(kind, rows):
-    """As a ChildPipe sends it: count, then elements."""
+    """As a ReaderPipe sends it: count, then elements."""
     return struct.pack("<Q", len(rows)) + packed(kind, rows)
 
 
@@ -42,7 +42,7 @@ for i, (kind, shape, samples) in enumerate([("<c8", (2, 3), packed("f", [1] * 12
         length = struct.pack("<H" if version == 1 else "<I", len(header))
         write("npy", f"{i}{version}", b"\x93NUMPY" + bytes([version, 0]) + length + header + samples)
 
-# Meshes by format (first byte), and as a child hands them over.
+# Meshes by format (first byte), and as a reader process sends them.
 corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
 uvs = [c[:2] for c in corners]
 faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]

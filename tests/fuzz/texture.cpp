@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// load_texture as the program calls it, OpenImageIO in a child under its limits, of which the
-// fuzzer sees no coverage. What it looks for is a way out: a crash or a hang here, or a picture
-// that is none. The format shows in the first bytes, whatever the extension.
+// load_texture as the program calls it. OpenImageIO runs in a reader process under its limits; the
+// fuzzer sees no coverage of it. The target fails on a crash or a hang in this process, or on an
+// invalid picture. OpenImageIO tells the format from the first bytes, whatever the extension.
 #include "host/scene/image.hpp"
 #include "tests/fuzz/fuzz.hpp"
 

@@ -11,6 +11,7 @@
 #include "host/common/error.hpp"
 #include "host/geometry/extents.hpp"
 #include "host/geometry/vertex_tree.hpp"
+#include "host/plan/make_plan.hpp"
 #include "host/plan/plan.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/scenes.hpp"

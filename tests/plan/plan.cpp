@@ -10,6 +10,8 @@
 #include <random>
 
 #include "host/common/error.hpp"
+#include "host/plan/fans.hpp"
+#include "host/plan/make_plan.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/scenes.hpp"
 
@@ -81,7 +83,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a fan that a hair's breadth of rounding would give one ray more has none more") {
+TEST_CASE("rounding errors do not add a ray to a fan") {
   // 0.1 * 3 mm / 0.1 mm is 3.0000000000000004 in double
   CHECK(fan_tangents(8 * mm, 80 * mm, 0, 3 * mm, 0.1 * mm).size() == 3);
   CHECK(fan_tangents(8 * mm, 80 * mm, 0, 1e-12, 0.1 * mm).size() == 1);
@@ -114,8 +116,7 @@ TEST_CASE(
   CHECK(centre.size() == most);
 }
 
-TEST_CASE(
-    "a perspective fan's rays converge on the hologram, whichever pixel and WRP they start from") {
+TEST_CASE("rays of a perspective fan converge on the hologram from every pixel of every WRP") {
   auto scene = paper_scene();
   scene.sampling.shape = FanShape::perspective;
   scene.wrp.grid = glm::ivec2(2, 2);
@@ -137,8 +138,9 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "WRPs that gather fans stand in front of the nearest surface, those that gather samples amid "
-    "the surfaces, both where they are told") {
+    "WRPs that gather fans stand in front of the nearest surface, WRPs that gather samples amid "
+    "the "
+    "surfaces, and both at a given distance") {
   for (const auto mode : {SamplingMode::fan, SamplingMode::aimed}) {
     for (const double z : {3 * mm, 10 * mm, 100 * mm, 10.0}) {
       for (const double p : {z / 3e3, z / 300, z}) {
@@ -171,8 +173,8 @@ TEST_CASE("a sampling pitch that would take too many rays or samples is refused"
 }
 
 TEST_CASE(
-    "WRPs placed behind the whole scene are refused where rays form a fan, which goes forwards, "
-    "and serve aimed rays") {
+    "WRPs behind the whole scene are refused for fans, whose rays go forwards, and accepted for "
+    "aimed rays") {
   auto scene = paper_scene();
   scene.wrp.distances_m = {102 * mm};
   scene.sampling.mode = SamplingMode::aimed;
@@ -187,8 +189,9 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "an automatic grid holds all light on its way from the scene into the hologram, and is no "
-    "larger than that takes") {
+    "an automatic grid of WRPs covers all light from the scene to the hologram and is no larger "
+    "than "
+    "necessary") {
   std::mt19937 random(1);
   for (const glm::dvec3 centre :
        {glm::dvec3(0, 0, 100 * mm), {3 * mm, -2 * mm, 100 * mm}, {0, 0, 300 * mm}}) {
@@ -287,7 +290,9 @@ Scene aimed_scene(std::vector<double> distances_m, int layers = 1) {
   return scene;
 }
 
-TEST_CASE("every depth belongs to one layer, the one on whose WRPs its light's cone is smallest") {
+TEST_CASE(
+    "every depth belongs to one layer, the one on whose WRPs the footprint of its light is "
+    "smallest") {
   const auto world = square_world(4 * mm, {0, 0, 100 * mm}, 60 * mm);
   const auto plan = plan_of(aimed_scene({80 * mm, 95 * mm, 99 * mm, 120 * mm}), world);
   REQUIRE(plan.layers.size() == 4);
@@ -332,7 +337,7 @@ TEST_CASE("light of a layer's surfaces crosses that layer's WRPs on its way to t
     ++wanted;
     caught += std::any_of(plan.wrps.begin(), plan.wrps.end(), [&](const Wrp& wrp) {
       const auto off = glm::abs(crossing - glm::dvec2(wrp.centre_m)) - window / 2.0;
-      // Which may be left out
+      // A hundredth of a WRP may be left out.
       return &plan.layer_of(wrp) == &layer && std::max(off.x / window.x, off.y / window.y) <= 0.01;
     });
   }
@@ -379,9 +384,11 @@ TEST_CASE("planned distances are the means of the layers that spread their surfa
   }
 }
 
-TEST_CASE("WRPs amid a mesh of many triangles stand where all of its triangles put them") {
-  // A ball whose triangles are hundreds of times smaller at its poles, more of them than planning
-  // looks at.
+TEST_CASE(
+    "WRPs amid a mesh of more triangles than planning looks at stand where all of them together "
+    "ask "
+    "for") {
+  // A ball whose triangles are hundreds of times smaller at its poles
   const int around = 512, up = 256;
   Mesh ball;
   for (int j = 0; j <= up; ++j) {
@@ -409,7 +416,7 @@ TEST_CASE("WRPs amid a mesh of many triangles stand where all of its triangles p
     scene.objects[0].rotation_deg = rotation;
     const auto world = place_objects(scene, {{ball}, {true}, {0}});
     REQUIRE(world.area_samples[0].size() < world.triangles.size() / 2);
-    double area[2] = {0, 0}, depth_m[2] = {0, 0};  // as the hologram sees them, of either side
+    double area[2] = {0, 0}, depth_m[2] = {0, 0};  // solid angles from the hologram, by side
     for (const auto& t : world.triangles) {
       const auto &a = world.positions[t.x], &b = world.positions[t.y], &c = world.positions[t.z];
       const auto middle = (a + b + c) / 3.0;
@@ -434,7 +441,7 @@ TEST_CASE("a tilted square's layers divide it evenly") {
   CHECK(one.layers[0].distance_m == Approx(100 * mm).margin(0.01 * mm));
 }
 
-TEST_CASE("layers without a surface are left out, and all at one depth make one") {
+TEST_CASE("layers without a surface are left out, and surfaces at one depth make one layer") {
   const auto two = squares_at_depths({{1 * mm, 75 * mm}, {1 * mm, 125 * mm}});
   const auto plan = plan_of(aimed_scene({76 * mm, 100 * mm, 124 * mm, 200 * mm}), two);
   REQUIRE(plan.layers.size() == 2);
@@ -448,7 +455,7 @@ TEST_CASE("layers without a surface are left out, and all at one depth make one"
 }
 
 TEST_CASE(
-    "several layers are refused where rays go from one to the other: fans, mirrors and glass") {
+    "several layers are refused for fans, mirrors and glass, whose rays go from layer to layer") {
   using Catch::Matchers::ContainsSubstring;
   const auto world = square_world(1 * mm, {0, 0, 100 * mm}, 4 * mm);
   auto scene = paper_scene();
@@ -467,7 +474,7 @@ TEST_CASE(
   CHECK(plan_of(scene, world).layers.size() == 2);
 }
 
-TEST_CASE("bounces are followed only when an object's material asks for them") {
+TEST_CASE("bounces are computed only when an object is a mirror or glass") {
   auto scene = paper_scene();
   scene.trace.depth = 3;
   auto mirror = test::glowing(), glass = test::glowing();
@@ -480,7 +487,7 @@ TEST_CASE("bounces are followed only when an object's material asks for them") {
     scene.trace.depth = depth;
     return plan_of(scene, world).bounces;
   };
-  CHECK(bounces(0, 3) == 0);  // mirror and glass are there, but nothing is made of them
+  CHECK(bounces(0, 3) == 0);  // no object is a mirror or glass, though materials are
   CHECK(bounces(1, 3) == 3);
   CHECK(bounces(2, 16) == 16);
   CHECK(bounces(1, 0) == 0);

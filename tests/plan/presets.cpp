@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "host/plan/presets.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -6,7 +8,9 @@
 #include <glm/common.hpp>
 
 #include "host/common/error.hpp"
-#include "host/plan/planner.hpp"
+#include "host/geometry/kernel_options.hpp"
+#include "host/plan/make_plan.hpp"
+#include "host/plan/memory.hpp"
 #include "host/render.hpp"
 #include "host/trace/device_scene.hpp"
 #include "tests/support/catch.hpp"
@@ -68,7 +72,7 @@ bool warns(const Planned& p, const std::string& text) {
                      [&](const auto& w) { return w.find(text) != std::string::npos; });
 }
 
-TEST_CASE("an empty corner gets no WRP") {
+TEST_CASE("a corner of the grid without light gets no WRP") {
   const auto scene = glowing_scene();
   const auto all = plan_of(
       scene,
@@ -82,8 +86,7 @@ TEST_CASE("an empty corner gets no WRP") {
   for (const auto& wrp : l_shaped.wrps) CHECK_FALSE((wrp.centre_m.x > 0 && wrp.centre_m.y > 0));
 }
 
-TEST_CASE(
-    "a triangle whose box, but not its light, reaches into a corner gives that corner no WRP") {
+TEST_CASE("a corner that a triangle's bounding box reaches, but not its light, gets no WRP") {
   const auto scene = glowing_scene();
   World world = squares_at({{0, 0}});
   world.positions = {{-9 * mm, -5 * mm, 0.1},
@@ -99,7 +102,7 @@ TEST_CASE(
   CHECK(plan.wrps.size() == 8);  // the one farthest from the long side is dark
 }
 
-TEST_CASE("leaving out dark WRPs leaves the hologram as it is") {
+TEST_CASE("leaving out WRPs without light does not change the hologram") {
   auto scene = glowing_scene();
   scene.hologram.resolution = {192, 160};
   scene.sampling.pitch_m = 60 * um;
@@ -121,8 +124,7 @@ TEST_CASE("leaving out dark WRPs leaves the hologram as it is") {
   }
 }
 
-TEST_CASE(
-    "the same teapot alone in one corner costs at most 0.4 of a scene that fills 2 x 2 WRPs") {
+TEST_CASE("a teapot in one corner costs at most 0.4 of four teapots that fill 2 x 2 WRPs") {
   const auto filled = data_scene("teapot_four.toml");
   auto alone = filled;
   alone.objects.resize(1);
@@ -133,7 +135,7 @@ TEST_CASE(
   CHECK(one.prediction.work.butterflies <= 0.4 * four.prediction.work.butterflies);
 }
 
-TEST_CASE("values that the file fixes are kept whatever the goal, all or one alone", "[slow]") {
+TEST_CASE("values that the scene file gives are kept with every goal", "[slow]") {
   const std::vector<std::string> all{"sampling.pitch=83 um", "sampling.frames=5",
                                      "wrp.padding=1.75",     "wrp.layers=3",
                                      "sampling.cone=1.05",   "sampling.apodization=0.25"};
@@ -154,7 +156,7 @@ TEST_CASE("values that the file fixes are kept whatever the goal, all or one alo
     keeps("sampling.apodization", p.scene.sampling.apodization == 0.25);
   };
   const Goal goals[] = {
-      {Quality::draft, {}, {}}, {Quality::accurate, {}, {}}, {{}, 0.2, {}}, {{}, {}, 38}};
+      {Preset::draft, {}, {}}, {Preset::accurate, {}, {}}, {{}, 0.2, {}}, {{}, {}, 38}};
   for (const Goal& goal : goals) check(all, goal);
   for (std::size_t i = 0; i < all.size(); ++i) {
     const auto key = all[i].substr(0, all[i].find('='));
@@ -165,7 +167,7 @@ TEST_CASE("values that the file fixes are kept whatever the goal, all or one alo
   }
 }
 
-TEST_CASE("without a goal nothing is changed") {
+TEST_CASE("without a goal the scene's values are kept") {
   const auto scene = data_scene("teapot.toml");
   const auto p = planned(scene);
   CHECK(p.scene.sampling.pitch_m == scene.sampling.pitch_m);
@@ -176,23 +178,23 @@ TEST_CASE("without a goal nothing is changed") {
 }
 
 TEST_CASE(
-    "goals for pictures let go of the wave's rim, within the error that they state; reference "
-    "keeps all of it") {
+    "presets for pictures leave out the rim of the wave within the cone error that they state, and "
+    "reference keeps the whole wave") {
   const auto scene = data_scene("teapot.toml");
   const auto world = build_world(scene);
   const auto plan_for = [&](const Goal& goal) { return plan_scene(scene, world, {}, goal); };
-  for (const auto& goal : {Goal{Quality::draft, {}, {}}, Goal{Quality::balanced, {}, {}},
+  for (const auto& goal : {Goal{Preset::draft, {}, {}}, Goal{Preset::balanced, {}, {}},
                            Goal{{}, 0.2, {}}, Goal{{}, {}, 38.0}}) {
     const auto p = plan_for(goal);
     CHECK(p.plan.cone_error > 0);
     CHECK(p.plan.cone_error <= largest_cone_error(goal));
     CHECK(p.prediction.field_error >= p.plan.cone_error);
   }
-  CHECK(plan_for({Quality::accurate, {}, {}}).plan.cone_error <= 0.06);
-  CHECK(plan_for({Quality::reference, {}, {}}).plan.cone_error == 0);
+  CHECK(plan_for({Preset::accurate, {}, {}}).plan.cone_error <= 0.06);
+  CHECK(plan_for({Preset::reference, {}, {}}).plan.cone_error == 0);
 }
 
-TEST_CASE("what a cone leaves out of a field is the closed form of its edge's cubic") {
+TEST_CASE("the error of a cone equals the closed form for its cubic apodization") {
   // e^2 (3 - 2 e) and its square, integrated from 0 to e.
   const auto first = [](double e) { return std::pow(e, 3) - std::pow(e, 4) / 2; };
   const auto second = [](double e) {
@@ -201,7 +203,7 @@ TEST_CASE("what a cone leaves out of a field is the closed form of its edge's cu
   for (const Cone& cone : {Cone{1.1, 0.3}, Cone{1.2, 0.3}, Cone{1.2, 0.4}, Cone{1.0, 0.2}}) {
     INFO(cone.half_width << ", " << cone.apodization);
     const double at_rim = (cone.half_width - 1) / cone.apodization;
-    // 1 up to fan - edge, then the cubic from 1 down to at_rim.
+    // 1 up to half_width - apodization, then the cubic from 1 down to at_rim.
     const double a =
         cone.half_width - cone.apodization + cone.apodization * (first(1) - first(at_rim));
     const double b =
@@ -230,8 +232,8 @@ LatticePattern pattern_of(const Cone& cone, double pitch, double blur, double de
   return lattice_pattern(model, pitch * 100e-6);
 }
 
-/// The same from the spots themselves, added up in space: of each pair of samples, the product of
-/// their waves is blurred and squared.
+/// The same speckle from the spots themselves, added up in space: for each pair of samples, the
+/// product of their waves is blurred and squared.
 double speckle_of_spots(const Cone& cone, double pitch, double blur, double defocus) {
   using Complex = std::complex<double>;
   constexpr double pi = 3.14159265358979323846, step = 0.2, reach = 120;
@@ -268,12 +270,13 @@ double speckle_of_spots(const Cone& cone, double pitch, double blur, double defo
 }
 
 TEST_CASE(
-    "samples interfere as their spots overlap, whatever the cone, the lattice and the defocus") {
+    "predicted speckle equals a direct sum over overlapping spots for every cone, lattice and "
+    "defocus") {
   for (const auto& cone : {Cone{1.2, 0.2}, Cone{1.1, 0.3}, Cone{1.0, 0.2}}) {
     for (const double pitch : {0.8, 1.4, 2.6, 3.0}) {
       for (const double defocus : {0.0, 6.0}) {
-        INFO("fan " << cone.half_width << ", edge " << cone.apodization << ", pitch " << pitch
-                    << ", defocus " << defocus);
+        INFO("cone " << cone.half_width << ", apodization " << cone.apodization << ", pitch "
+                     << pitch << ", defocus " << defocus);
         const double expected = speckle_of_spots(cone, pitch, 1.8, defocus);
         // Beyond the reach of the sum over spots, whose light falls with the square of the
         // distance, lies 1 / (pi^2 120 pitch).
@@ -285,8 +288,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "in focus, samples that lie a whole number of spots apart interfere least, and soft edges "
-    "leave less") {
+    "in focus, samples a whole number of spots apart interfere least, and apodization reduces "
+    "interference") {
   const auto speckle = [](const Cone& cone, double pitch) {
     return pattern_of(cone, pitch, 6, 0).speckle.at(0);
   };
@@ -299,7 +302,9 @@ TEST_CASE(
     CHECK(speckle(soft, pitch) < 0.7 * speckle(all, pitch));
 }
 
-TEST_CASE("the prediction keeps a budget, and more time never makes it less true", "[slow]") {
+TEST_CASE(
+    "the predicted time keeps the budget, and a larger budget never lowers the predicted PSNR",
+    "[slow]") {
   const auto scene = data_scene("ball_textured.toml");
   const auto world = build_world(scene);
   double before = -1e9;
@@ -313,7 +318,7 @@ TEST_CASE("the prediction keeps a budget, and more time never makes it less true
   CHECK(warns(plan_scene(scene, world, {}, {{}, 1e-6, {}}), "nothing keeps"));
 }
 
-TEST_CASE("the prediction reaches a PSNR with less time the less is asked for") {
+TEST_CASE("the predicted PSNR reaches the goal, and a lower goal never takes longer") {
   const auto scene = data_scene("teapot.toml");
   const auto world = build_world(scene);
   double before = 0;
@@ -326,16 +331,16 @@ TEST_CASE("the prediction reaches a PSNR with less time the less is asked for") 
   CHECK(warns(plan_scene(scene, world, {}, {{}, {}, 120.0}), "nothing reaches"));
 }
 
-TEST_CASE("qualities follow each other in time and truth, and reference samples finest", "[slow]") {
+TEST_CASE("presets take more time and reach more PSNR from draft to reference", "[slow]") {
   for (const char* name : {"teapot.toml", "study.toml", "plane.toml"}) {
     INFO(name);
     const auto scene =
         data_scene(name, {"sampling.pitch=auto", "sampling.frames=auto", "wrp.padding=auto"});
     const auto world = build_world(scene);
     double seconds = 0, psnr_db = 0, cone_error = 1;
-    for (const auto quality :
-         {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
-      const auto p = plan_scene(scene, world, {}, {quality, {}, {}});
+    for (const auto preset :
+         {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
+      const auto p = plan_scene(scene, world, {}, {preset, {}, {}});
       CHECK(p.prediction.times.total_s() >= seconds * 0.98);
       CHECK(p.plan.cone_error <= cone_error);
       // Of one cone's pictures
@@ -345,15 +350,16 @@ TEST_CASE("qualities follow each other in time and truth, and reference samples 
       seconds = p.prediction.times.total_s();
       psnr_db = p.prediction.pictures->mean_psnr_db;
       cone_error = p.plan.cone_error;
-      if (quality == Quality::reference) CHECK(p.scene.accuracy.phase_turns == 0.001);
+      if (preset == Preset::reference) CHECK(p.scene.accuracy.phase_turns == 0.001);
     }
   }
 }
 
-TEST_CASE("two objects far apart get WRPs at each, and take a fraction of the time of one depth") {
+TEST_CASE(
+    "two objects far apart get WRPs at each and take less than 0.3 of the time of one layer") {
   const auto scene = data_scene("apart.toml");
   const auto world = build_world(scene);
-  const auto p = plan_scene(scene, world, {}, {Quality::balanced, {}, {}});
+  const auto p = plan_scene(scene, world, {}, {Preset::balanced, {}, {}});
   CHECK(p.scene.wrp.layers == 2);
   REQUIRE(p.plan.layers.size() == 2);
   CHECK(p.plan.layers[0].distance_m == Approx(75 * mm).margin(2 * mm));     // a ball of 4 mm
@@ -367,46 +373,49 @@ TEST_CASE("two objects far apart get WRPs at each, and take a fraction of the ti
   }));
 }
 
-TEST_CASE("scenes that gain nothing from layers have one, and so has every scene without a goal") {
+TEST_CASE("scenes that gain nothing from layers have one, as every scene without a goal") {
   for (const char* name : {"study.toml", "teapot.toml", "wire.toml"}) {
     const auto scene = data_scene(name, {"sampling.pitch=auto", "sampling.frames=auto",
                                          "wrp.padding=auto", "wrp.distance=auto"});
-    CHECK(planned(scene, {Quality::balanced, {}, {}}).scene.wrp.layers == 1);
+    CHECK(planned(scene, {Preset::balanced, {}, {}}).scene.wrp.layers == 1);
   }
   CHECK(planned(data_scene("apart.toml")).plan.layers.size() == 1);
 }
 
-TEST_CASE("kernels are built without what no object of the scene has") {
+TEST_CASE("kernels are built without features that no object of the scene needs") {
   auto scene = data_scene("ball_rough.toml");
   // The ball alone: no highlight; the card's texture stays among the materials
   scene.objects.resize(1);
   const auto plan = plan_of(scene, build_world(scene));
   const auto plain = kernel_options(plan);
-  CHECK(plain.at("RAYWAVE_TEXTURES") == "0");
-  CHECK(plain.at("RAYWAVE_SPECULAR") == "0");
-  CHECK(plain.at("RAYWAVE_SHARP") == "0");
-  CHECK(plain.at("RAYWAVE_SHADOWS") == "0");
-  CHECK(plain.at("RAYWAVE_BOUNCES") == "0");
-  CHECK(plain.at("RAYWAVE_LIGHTS") == "1");
+  CHECK(plain.at(option::textures) == "0");
+  CHECK(plain.at(option::specular) == "0");
+  CHECK(plain.at(option::sharp) == "0");
+  CHECK(plain.at(option::shadows) == "0");
+  CHECK(plain.at(option::bounces) == "0");
+  CHECK(plain.at(option::lights) == "1");
 
   auto rich = data_scene("ball_smooth.toml", {"trace.shadows=true", "trace.depth=2",
                                               "materials.ball.reflectivity=0.3"});
   const auto all = kernel_options(plan_of(rich, build_world(rich)));
-  CHECK(all.at("RAYWAVE_TEXTURES") == "1");
-  CHECK(all.at("RAYWAVE_SPECULAR") == "1");
-  CHECK(all.at("RAYWAVE_SHARP") == "0");  // an exponent of 60
-  CHECK(all.at("RAYWAVE_SHADOWS") == "1");
-  CHECK(all.at("RAYWAVE_BOUNCES") == "2");
+  CHECK(all.at(option::textures) == "1");
+  CHECK(all.at(option::specular) == "1");
+  CHECK(all.at(option::sharp) == "0");  // an exponent of 60
+  CHECK(all.at(option::shadows) == "1");
+  CHECK(all.at(option::bounces) == "2");
 
   rich.materials[static_cast<std::size_t>(rich.objects[0].material)].reflectivity = 0;
-  CHECK(kernel_options(plan_of(rich, build_world(rich))).at("RAYWAVE_BOUNCES") == "0");
+  CHECK(kernel_options(plan_of(rich, build_world(rich))).at(option::bounces) == "0");
   rich.materials[static_cast<std::size_t>(rich.objects[0].material)].shininess = 1e3;
-  CHECK(kernel_options(plan_of(rich, build_world(rich))).at("RAYWAVE_SHARP") == "1");
+  CHECK(kernel_options(plan_of(rich, build_world(rich))).at(option::sharp) == "1");
   rich.lights = {Light{LightType::ambient, {}, {}, 1}};
-  CHECK(kernel_options(plan_of(rich, build_world(rich))).at("RAYWAVE_SHADOWS") == "0");
+  CHECK(kernel_options(plan_of(rich, build_world(rich))).at(option::shadows) == "0");
 }
 
-TEST_CASE("the resolution is the coarsest of what is wanted, seen and resolved") {
+TEST_CASE(
+    "the resolution is the coarsest of what the viewer wants, what the eye sees and what the "
+    "hologram "
+    "resolves") {
   auto scene = data_scene("teapot.toml");
   const auto plan = plan_of(scene, build_world(scene));
   const double limit = 638e-9 * plan.lattice.full_z_m / (1080 * 3.74 * um);
@@ -419,7 +428,7 @@ TEST_CASE("the resolution is the coarsest of what is wanted, seen and resolved")
   CHECK(wanted_resolution_m(scene, plan) == Approx(limit));
 }
 
-TEST_CASE("warnings name what the user may not have meant", "[slow]") {
+TEST_CASE("warnings name settings that the user may not have meant", "[slow]") {
   const auto with = [](const std::vector<std::string>& set) {
     return planned(data_scene("teapot.toml", set));
   };
@@ -450,7 +459,7 @@ TEST_CASE("warnings name what the user may not have meant", "[slow]") {
 
 TEST_CASE("a goal for a fan, whose pictures cannot be predicted, is refused") {
   CHECK_THROWS_WITH(
-      planned(data_scene("teapot.toml", {"sampling.mode=fan"}), Goal{Quality::draft, {}, {}}),
+      planned(data_scene("teapot.toml", {"sampling.mode=fan"}), Goal{Preset::draft, {}, {}}),
       ContainsSubstring("cannot be predicted"));
 }
 
@@ -463,7 +472,7 @@ DeviceFigures small_device() {
   return small;
 }
 
-TEST_CASE("memory that the device does not have is foretold, with what needs less") {
+TEST_CASE("a plan warns of memory that the device does not have, with what needs less") {
   const auto scene = data_scene("teapot.toml", {"hologram.tiles=[1, 1]"});
   const auto p = plan_scene(scene, build_world(scene), small_device(), {});
   CHECK(warns(p,
@@ -474,7 +483,9 @@ TEST_CASE("memory that the device does not have is foretold, with what needs les
 }
 
 TEST_CASE(
-    "a hologram that does not fit is planned in the fewest tiles that do, and the plan says why") {
+    "a hologram too large for the device is planned in the fewest tiles that fit, and the plan "
+    "says "
+    "why") {
   auto small = small_device();
   const auto scene = data_scene("teapot.toml");
   const auto world = build_world(scene);
@@ -502,13 +513,13 @@ TEST_CASE(
   CHECK(plan_scene(scene, world, small).plan.tile_grid == glm::ivec2(1, 1));
   small.memory.host_bytes = 90 << 20;  // 18 MiB of field and levels, planes of 158 MiB
   CHECK(plan_scene(scene, world, small).plan.tile_grid == glm::ivec2(2, 2));
-  // What the results take does not depend on tiles: the smallest, so that what is refused says so
+  // The memory of results does not depend on tiles: the smallest tiles are planned, and refused
   small.memory.host_bytes = 1 << 20;
   const auto none = plan_scene(scene, world, small).plan;
   CHECK(std::max(none.tile_size.x, none.tile_size.y) < 2 * least_tile);
 }
 
-TEST_CASE("a second buffer of levels is counted where there is a second frame or tile") {
+TEST_CASE("a second buffer of grey levels is counted where there is a second frame or tile") {
   const auto buffers_of = [](const std::vector<std::string>& set) {
     const auto scene = data_scene("teapot.toml", set);
     const auto world = build_world(scene);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <random>
 
+#include "host/plan/make_plan.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/reference/shading.hpp"

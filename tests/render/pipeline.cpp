@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/plan/make_plan.hpp"
 #include "host/reference/shading.hpp"
 #include "host/render.hpp"
 #include "host/trace/samples.hpp"

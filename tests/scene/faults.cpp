@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the program does when files are damaged, claims absurd, devices too small or gone, and when
-// it is killed.
+// The program's answers to damaged files, absurd claims, small or missing devices, and to signals
+// that kill it.
 #include <chrono>
 #include <csignal>
 #include <map>
@@ -10,8 +10,8 @@
 #include "cl/device.hpp"
 #include "host/common/npy.hpp"
 #include "host/evaluate/report.hpp"
-#include "host/scene/image.hpp"
 #include "host/scene/mesh.hpp"
+#include "tests/support/forked_reader.hpp"
 #include "tests/support/program.hpp"
 
 namespace raywave {
@@ -21,7 +21,7 @@ using namespace test;
 namespace fs = std::filesystem;
 using Catch::Matchers::ContainsSubstring;
 
-using Snapshot = std::map<std::string, std::string>;  // of a folder: name -> bytes
+using Snapshot = std::map<std::string, std::string>;  // file name -> bytes, of one folder
 
 Snapshot snapshot(const fs::path& folder) {
   Snapshot files;
@@ -37,18 +37,18 @@ std::vector<fs::path> demo_files() {
   return files;
 }
 
-/// What the program calls for a file of this name; every file must have one that reads it.
+/// Calls the reader that the program uses for files of this extension.
 void read_as_the_program_does(const fs::path& file) {
   const auto kind = file.extension();
   if (kind == ".toml") load_scene(file);
   if (kind == ".ply") load_mesh(file, Normals::smooth, "here");
   if (kind == ".npy") load_npy(file);
   if (kind == ".json") hologram_of_report(file);
-  if (kind == ".png" || kind == ".exr") load_texture(file, 1, "here");
+  if (kind == ".png" || kind == ".exr") load_texture_in_fork(file, 1);
 }
 
-/// Damaged copies of the demo's scenes, meshes, textures and results, this many per file; fewer of
-/// the large ones.
+/// Reads damaged copies of the demo's scenes, meshes, textures and results: `cuts` and `flips` per
+/// file (for_damaged), a fifth of them for large files.
 void check_damaged_demo_files(int cuts, int flips) {
   const Desk desk;
   // Scenes name their meshes beside them.
@@ -85,7 +85,7 @@ TEST_CASE(
 TEST_CASE("damaged demo files, many more", "[.long]") { check_damaged_demo_files(100, 300); }
 
 TEST_CASE(
-    "whatever is damaged, the program ends with 0, or with 2, one line and untouched outputs") {
+    "on any damaged file the program ends with code 0, or with 2, one line and untouched outputs") {
   Desk desk;
   const fs::path data(RAYWAVE_DATA_DIR);
   for (const char* name : {"square.ply", "checker.png"})
@@ -122,9 +122,8 @@ TEST_CASE(
   };
   const std::vector<std::string> render{"render", desk.file("scene.toml"), "-o", desk.file("out"),
                                         "--quiet"};
-  // Every run loads the driver, which takes most of its time: the readers get far more copies in
-  // the test above. A damaged scene may well be another scene that takes hours, so `info` reads
-  // those.
+  // Loading the OpenCL driver takes most of a run, so the test above damages far more copies. A
+  // damaged scene may be a valid scene that takes hours to render, so `plan` reads those.
   check("scene.toml", {"plan", desk.file("scene.toml")}, 10, 15);
   check("square.ply", render, 1, 1);
   check("square.obj", render, 1, 1);
@@ -165,7 +164,7 @@ TEST_CASE("files that claim absurd sizes are refused before memory is taken") {
       {"many.stl", std::string(80, ' ') + little(0x7fffffffu) + std::string(50, '\0')},
       {"far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 2147483647\n"},
   };
-  // a render of the small scene takes 190 MiB, most of it the driver
+  // A render of the small scene takes 190 MiB, most of it in the driver.
   constexpr std::uint64_t little_memory = std::uint64_t{400} << 20;
   const auto check = [&](const std::string& name, const std::vector<std::string>& arguments) {
     const auto outcome = desk.run(arguments);
@@ -181,7 +180,7 @@ TEST_CASE("files that claim absurd sizes are refused before memory is taken") {
     check(name, {"plan", desk.file("scene.toml")});
   }
 
-  // A PNG's header is right but for the size; the checksum behind it is too.
+  // Each PNG has a valid header and checksum; only its size is absurd.
   const auto png = [&](std::uint32_t width, std::uint32_t height) {
     const auto big = [](std::uint32_t v) {
       return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16),
@@ -230,7 +229,7 @@ TEST_CASE("files that claim absurd sizes are refused before memory is taken") {
 
 namespace {
 
-/// A folder of results to be kept, and what a run over it that fails must leave of them.
+/// A folder of results, all of which a failing run must leave as they are.
 struct Kept {
   Desk desk;
   Snapshot before;
@@ -238,7 +237,7 @@ struct Kept {
     REQUIRE(desk.render({"--quiet"}).code == 0);
     before = snapshot(desk.out(""));
   }
-  /// Exit code 3, one line that says all of `says`.
+  /// Checks for exit code 3 and one line that holds every text of `says`.
   void check_refused_by_device(const std::vector<std::string>& more,
                                const std::vector<std::string>& environment,
                                const std::vector<std::string>& says) const {
@@ -253,13 +252,14 @@ struct Kept {
 
 }  // namespace
 
-TEST_CASE("without any OpenCL device the program says what to install, and leaves outputs whole") {
+TEST_CASE(
+    "without any OpenCL device the program says which package to install, and keeps old outputs") {
   const Kept kept;
   fs::create_directory(kept.desk.folder() / "nothing");
   const std::vector<std::string> nowhere{"OCL_ICD_VENDORS=" + kept.desk.file("nothing")};
   kept.check_refused_by_device({}, nowhere, {"no OpenCL device found", "pocl-opencl-icd"});
   check_refused(kept.desk.run({"devices"}, nowhere), 3, "no OpenCL device found");
-  // Which needs none
+  // Planning needs no device.
   CHECK(kept.desk.run({"plan", kept.desk.file("scene.toml")}, nowhere).code == 0);
 }
 
@@ -267,7 +267,7 @@ TEST_CASE(
     "a kernel that does not compile is reported with device, driver, options and the compiler's "
     "log") {
   const Kept kept;
-  // Only PoCL adds options to order
+  // Only PoCL takes further options from the environment.
   if (cl::find_device().platform != "Portable Computing Language") return;
   const auto outcome = kept.desk.run(
       {"render", kept.desk.file("scene.toml"), "-o", kept.desk.file("out"), "--quiet"},
@@ -276,7 +276,7 @@ TEST_CASE(
   CHECK(outcome.code == 3);
   CHECK(outcome.out.empty());
   const auto message =
-      // The driver may have its say before
+      // The driver may print something first.
       outcome.err.substr(std::min(outcome.err.find("raywave: "), outcome.err.size()));
   const auto first_line = message.substr(0, message.find('\n'));
   const auto info = cl::find_device();
@@ -288,12 +288,12 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "what a device has no memory for is refused with what was asked, what is allowed and the "
-    "setting that helps") {
+    "a request beyond the device's memory is refused with its size, the limit and the setting "
+    "that helps") {
   const Kept kept;
-  // Only PoCL can be told to have less
+  // Only PoCL can be limited to less memory.
   if (cl::find_device().platform != "Portable Computing Language") return;
-  // GiB, and a quarter of it in one buffer
+  // In GiB; one buffer may take a quarter of it
   const std::vector<std::string> small{"POCL_MEMORY_LIMIT=1"};
   const auto set = [](const std::vector<std::string>& values) {
     std::vector<std::string> arguments;
@@ -303,7 +303,7 @@ TEST_CASE(
   const auto in_one_piece = [&](std::vector<std::string> values) {
     values.emplace_back("hologram.tiles=[1, 1]");
     auto arguments = set(values);
-    // Which needs padded planes on the device
+    // VkFFT keeps padded planes on the device.
     arguments.insert(arguments.end(), {"--fft", "vkfft"});
     return arguments;
   };
@@ -315,13 +315,13 @@ TEST_CASE(
       {"512.0 MiB asked in one buffer", "allows 256.0 MiB", "hologram.resolution"});
   kept.check_refused_by_device(set({"sampling.pitch=20 nm", "hologram.pitch=0.7 um"}), small,
                                {"sample lattice", "allows 256.0 MiB", "a larger sampling.pitch"});
-  // The host's memory is a matter of the scene.
+  // Too little host memory is an error of the scene, not of the device.
   check_refused(kept.desk.run({"render", kept.desk.file("scene.toml"), "-o", kept.desk.file("out"),
                                "--quiet", "--set", "hologram.resolution=[4096, 4096]", "--set",
                                "wrp.padding=1", "--set", "sampling.frames=4096"}),
                 2, "give fewer sampling.frames");
 
-  // What fits one by one but not together.
+  // Each buffer fits alone; together they do not.
   kept.check_refused_by_device(
       in_one_piece({"hologram.resolution=[5760, 5760]", "wrp.padding=1", "sampling.pitch=1 mm",
                     "wrp.grid=[1, 1]"}),
@@ -329,8 +329,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "killed at any moment, the program leaves every output as it was or as it should become, and "
-    "the next run is undisturbed") {
+    "killed at any moment, the program leaves every output file either old or new and complete, "
+    "and the next run succeeds") {
   const Desk desk;
   const auto arguments = [&](int seed, const std::string& out) {
     return std::vector<std::string>{"render",
@@ -359,7 +359,7 @@ TEST_CASE(
     for (const auto& [name, bytes] : old_files)
       std::ofstream(desk.out(name), std::ios::binary) << bytes;
     const pid_t program = desk.start(arguments(2, "out"));
-    // Most near the end, where files are written.
+    // Most kills come near the end of a run, when files are written.
     const double share = i % 3 == 0 ? anywhere(random) : 0.8 + anywhere(random) / 3;
     std::this_thread::sleep_for(share * whole_run);
     kill(program, i % 2 ? SIGKILL : SIGTERM);
@@ -369,7 +369,7 @@ TEST_CASE(
     for (const auto& [name, bytes] : old_files) {
       INFO(name << " after a kill at " << share << " of the run");
       const auto found = bytes_of(desk.out(name));
-      // The report holds times, so it cannot be compared with another run's.
+      // The report holds times, which differ from run to run.
       if (name == "report.json")
         CHECK((found == bytes || (found.starts_with('{') && found.ends_with("}\n") &&
                                   found.find("\"seed\": 2") != std::string::npos)));

@@ -19,11 +19,11 @@ using namespace raywave;
 
 namespace {
 
-/// Triangles as three corners each, the form that every file format below is made from.
+/// Triangles of three corners each; every file format below is written from this form.
 using Soup = std::vector<std::array<glm::dvec3, 3>>;
 
-/// A box around the origin, outside counter-clockwise; each side cut once, so that corners belong
-/// to one or two triangles of a side.
+/// A box around the origin, counter-clockwise seen from outside. Each side has two triangles, so a
+/// corner belongs to one or two triangles of a side.
 Soup box(const glm::dvec3& size) {
   const auto corner = [&](int i) {
     return glm::dvec3(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5) * size;
@@ -93,7 +93,7 @@ std::string binary_stl(const Soup& soup) {
 std::string base64(const std::string& bytes) {
   static const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string out;
-  // The test's buffers are multiples of three
+  // All buffers of these tests have a multiple of three bytes.
   for (std::size_t i = 0; i + 2 < bytes.size(); i += 3) {
     const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(bytes[i + k]); };
     const unsigned word = unsigned{byte(0)} << 16 | unsigned{byte(1)} << 8 | byte(2);
@@ -102,7 +102,7 @@ std::string base64(const std::string& bytes) {
   return out;
 }
 
-/// The soup as one glTF mesh, placed by each of the given node properties.
+/// glTF text: the soup as one mesh, with one node for each of the given node properties.
 std::string gltf(const Soup& soup, const std::vector<std::string>& nodes) {
   std::string buffer;
   for (const auto& triangle : soup)
@@ -137,7 +137,7 @@ glm::dvec3 face_normal(const Mesh& mesh, const glm::uvec3& t) {
                                    mesh.positions[t.z] - mesh.positions[t.x]));
 }
 
-/// For a mesh around the origin whose triangles shall face outwards.
+/// Checks that all triangles of a mesh around the origin face outwards.
 bool faces_outwards(const Mesh& mesh, const glm::dvec3& centre = glm::dvec3(0)) {
   return std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const glm::uvec3& t) {
     return glm::dot(face_normal(mesh, t), mesh.positions[t.x] - centre) > 0 &&
@@ -179,7 +179,7 @@ TEST_CASE("a box is the same closed box from every format") {
     INFO(file.filename().string());
     const Mesh mesh = load(file);
     CHECK(mesh.triangles.size() == 12);
-    // Joined within each side, split between sides, whose normals differ
+    // Vertices are joined within a side and split between sides, where normals differ.
     CHECK(mesh.positions.size() == 24);
     CHECK(mesh.normals.size() == mesh.positions.size());
     CHECK(mesh.uvs.size() == mesh.positions.size());
@@ -202,7 +202,7 @@ TEST_CASE("an edge with one, three or badly turned triangles leaves a mesh open"
   CHECK_FALSE(is_closed_as([](Soup& soup) { soup.pop_back(); }));
   CHECK_FALSE(is_closed_as([](Soup& soup) { std::swap(soup[3][0], soup[3][1]); }));
   CHECK_FALSE(is_closed_as([](Soup& soup) { soup.push_back(soup[0]); }));
-  // No area, dropped
+  // A triangle without area is dropped.
   CHECK(is_closed_as([](Soup& soup) { soup.push_back({soup[0][0], soup[0][0], soup[0][1]}); }));
 }
 
@@ -222,7 +222,7 @@ TEST_CASE("smooth normals of a box point along its diagonals, however its sides 
     CHECK(max_difference(mesh.normals[i], glm::normalize(mesh.positions[i])) < 1e-14);
 }
 
-TEST_CASE("normals of the file are kept at unit length, and faces stand in where they are zero") {
+TEST_CASE("normals of the file are kept at unit length, and face normals replace zero ones") {
   const Folder folder;
   const Mesh mesh = load(
       folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 3 4\nvn 0 0 0\nf 1//1 2//1 3//2\n"));
@@ -304,7 +304,7 @@ TEST_CASE("slivers give finite unit normals") {
   }
 }
 
-TEST_CASE("meshes that cannot serve are refused in one line that starts with the object") {
+TEST_CASE("unusable meshes are refused in one line that starts with the object") {
   const Folder folder;
   const auto refusal = [&](const std::filesystem::path& file) {
     return input_error_of([&] { load(file); });
@@ -323,7 +323,7 @@ TEST_CASE("meshes that cannot serve are refused in one line that starts with the
         folder.write("empty.ply", "ply\nformat ascii 1.0\nend_header\n")})
     CHECK_THAT(refusal(file), StartsWith("here: "));
   const Soup soup = box({1, 1, 1});
-  std::string one_line_only = ply(soup, false);  // this one fails an assertion inside Assimp
+  std::string one_line_only = ply(soup, false);  // fails an assertion inside Assimp
   std::replace(one_line_only.begin() + one_line_only.find("end_header") + 11, one_line_only.end(),
                '\n', ' ');
   CHECK_THAT(refusal(folder.write("flat.ply", one_line_only)), StartsWith("here: "));
@@ -369,7 +369,7 @@ TEST_CASE(
   for (auto& triangle : soup)
     for (glm::dvec3& p : triangle) p += glm::dvec3(5, 6, 7);
   const World world = build_world(scene_of({object_of(folder.write("a.obj", obj(soup)))}));
-  // The file's numbers are floats: 5 m has steps of 0.5 um
+  // Numbers in the file are floats: at 5 m they have steps of 0.5 um.
   CHECK(max_difference(world.min_m, {-0.005, -0.01, 0.085}) < 1e-6);
   CHECK(max_difference(world.max_m, {0.005, 0.01, 0.115}) < 1e-6);
 }
@@ -397,7 +397,7 @@ TEST_CASE("objects follow one another in the world, each with its own triangles"
                          glm::dvec3(0.01)) < 1e-15);
   for (const glm::vec3& n : world.normals) CHECK(std::abs(glm::length(n) - 1) < 1e-6f);
   CHECK(max_difference(world.max_m, {0.11, 0.01, 0.21}) < 1e-9);
-  // The file's numbers are floats
+  // Numbers in the file are floats.
   CHECK(max_difference(world.min_m, {-0.005, -0.01, 0.095}) < 1e-9);
 }
 
@@ -439,7 +439,7 @@ TEST_CASE(
              Catch::Matchers::EndsWith("there is no object: add [[object]] with mesh = \"FILE\""));
 }
 
-TEST_CASE("damaged meshes load or are refused in one line, and what loads is finite") {
+TEST_CASE("damaged meshes load with finite values, or are refused in one line") {
   const Folder folder;
   const Soup soup = box({1, 2, 3});
   for (const auto& file :

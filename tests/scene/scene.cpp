@@ -12,7 +12,7 @@ using namespace raywave;
 
 namespace {
 
-// Line 1 is [hologram]: the cases below count on it.
+// The test cases rely on line numbers: line 1 is [hologram].
 const std::string kScene = R"([hologram]
 resolution = [1280, 720]
 pitch = ["8 um", 4e-6]
@@ -68,7 +68,7 @@ struct Workshop {
   Scene load(const std::string& text, const std::vector<std::string>& overrides = {}) const {
     return load_scene(folder.write("scene.toml", text), overrides);
   }
-  /// The message without the folder's name.
+  /// The message of the InputError, without the folder's name.
   std::string refusal(const std::string& text,
                       const std::vector<std::string>& overrides = {}) const {
     std::string message = input_error_of([&] { load(text, overrides); });
@@ -79,7 +79,7 @@ struct Workshop {
   }
 };
 
-/// kScene with one line replaced; lines count from 1.
+/// kScene with one line replaced. Line numbers start at 1.
 std::string with_line(int line, const std::string& text) {
   std::size_t start = 0;
   for (int i = 1; i < line; ++i) start = kScene.find('\n', start) + 1;
@@ -168,7 +168,7 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
   struct Case {
     int line;
     const char* text;
-    const char* message;  // behind "scene.toml:LINE: "
+    const char* message;  // after "scene.toml:LINE: "
   };
   const std::vector<Case> cases{
       {2, "resolution = [0, 720]", "hologram: resolution[0] must be 1 to 65536, got 0"},
@@ -262,7 +262,7 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
   }
 }
 
-TEST_CASE("what is missing is asked for at the table that needs it") {
+TEST_CASE("a missing key is asked for at the table that needs it") {
   const Workshop workshop;
   CHECK(workshop.refusal(with_line(19, "")) ==
         "scene.toml:17: light 0: direction is missing: give the way the light travels, for example "
@@ -302,7 +302,7 @@ TEST_CASE("tables of the wrong kind are refused with the heading they need") {
         "scene.toml:3: light 0: unknown key \"direction\" (keys here: type, intensity)");
 }
 
-TEST_CASE("WRPs stand at as many distances as are given, or in as many layers as are wanted") {
+TEST_CASE("WRPs have as many distances as the file gives, or as many layers as it asks for") {
   const Workshop workshop;
   const auto both = workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]"});
   REQUIRE(both.wrp.distances_m.size() == 2);
@@ -362,14 +362,13 @@ TEST_CASE(
   CHECK(accuracy({}).phase_turns == 0.01);
   CHECK_FALSE(accuracy({"accuracy.precision=auto"}).precision.has_value());
   CHECK(accuracy({"accuracy.precision=float"}).precision == Precision::floats);
-  CHECK(accuracy({"accuracy.precision=extended"}).precision == Precision::extended);
   CHECK(accuracy({"accuracy.precision=double", "accuracy.phase=1e-4"}).precision ==
         Precision::doubles);
   CHECK(accuracy({"accuracy.phase=1e-4"}).phase_turns == 1e-4);
   const auto refusal = [&](const std::string& text) { return workshop.refusal(kScene, {text}); };
   CHECK(refusal("accuracy.precision=half") ==
         "--set accuracy.precision=half: accuracy: precision must be \"auto\" or \"float\" or "
-        "\"extended\" or \"double\", got \"half\"");
+        "\"double\", got \"half\"");
   CHECK(refusal("accuracy.phase=0") ==
         "--set accuracy.phase=0: accuracy: phase must be 1e-09 to 0.5, got 0");
   CHECK(refusal("accuracy.phase=nan") ==
@@ -377,6 +376,75 @@ TEST_CASE(
   CHECK(refusal("accuracy.phases=1") ==
         "--set accuracy.phases=1: accuracy: unknown key \"phases\"; did you mean \"phase\"? (keys "
         "here: precision, phase)");
+}
+
+TEST_CASE("a key's old name sets the new one and leaves a note") {
+  const Workshop workshop;
+  const auto name = (workshop.folder / "scene.toml").string();
+  std::string text = kScene;
+  text.insert(text.find("mode = "), "fan = 1.5\nedge = 0.1\n");
+  auto scene = workshop.load(text);
+  CHECK(scene.sampling.cone == 1.5);
+  CHECK(scene.sampling.apodization == 0.1);
+  CHECK(scene.given.contains("sampling.cone"));
+  CHECK_FALSE(scene.given.contains("sampling.fan"));
+  CHECK(scene.notes ==
+        std::vector<std::string>{
+            one_line(name) + ":10: sampling.fan is now called sampling.cone; the old name works "
+                             "until the next version",
+            one_line(name) + ":11: sampling.edge is now called sampling.apodization; the old name "
+                             "works until the next version"});
+
+  scene = workshop.load(kScene, {"wrp.distance=auto", "wrp.slabs=3"});
+  CHECK(scene.wrp.layers == 3);
+  CHECK(scene.notes ==
+        std::vector<std::string>{"--set wrp.slabs=3: wrp.slabs is now called wrp.layers; the old "
+                                 "name works until the next version"});
+  CHECK(workshop.load(kScene, {"sampling={fan=2}"}).sampling.cone == 2);
+  CHECK(workshop.load(kScene).notes.empty());
+}
+
+TEST_CASE("an override replaces what the file gives under another name") {
+  const Workshop workshop;
+  std::string old_name = kScene, new_name = kScene;
+  old_name.insert(old_name.find("mode = "), "fan = 1.5\n");
+  new_name.insert(new_name.find("mode = "), "cone = 1.5\n");
+  CHECK(workshop.load(old_name, {"sampling.cone=2"}).sampling.cone == 2);
+  CHECK(workshop.load(new_name, {"sampling.fan=2"}).sampling.cone == 2);
+  CHECK(workshop.load(kScene, {"sampling.fan=1", "sampling.cone=2"}).sampling.cone == 2);
+  CHECK(workshop.load(kScene, {"sampling.cone=1", "sampling.fan=2"}).sampling.cone == 2);
+}
+
+TEST_CASE("a key under its old and its new name is refused with both lines") {
+  const Workshop workshop;
+  std::string text = kScene;
+  text.insert(text.find("mode = "), "cone = 1.2\nfan = 1.5\n");
+  const auto name = one_line((workshop.folder / "scene.toml").string());
+  CHECK(input_error_of([&] { workshop.load(text); }) ==
+        name + ":11: sampling.fan is the old name of sampling.cone, which is given, too (" + name +
+            ":10); keep one of them");
+}
+
+TEST_CASE("a wrong value under a key's old name is refused with its line and both names") {
+  const Workshop workshop;
+  std::string text = kScene;
+  text.insert(text.find("mode = "), "fan = 9\n");
+  const auto name = one_line((workshop.folder / "scene.toml").string());
+  CHECK(input_error_of([&] { workshop.load(text); }) ==
+        name + ":10: sampling: cone (old name: fan) must be 0.01 to 4, got 9");
+  CHECK(input_error_of([&] { workshop.load(kScene, {"sampling.fan=8"}); }) ==
+        "--set sampling.fan=8: sampling: cone (old name: fan) must be 0.01 to 4, got 8");
+  CHECK(input_error_of([&] { workshop.load(text, {"sampling.cone=8"}); }) ==
+        "--set sampling.cone=8: sampling: cone must be 0.01 to 4, got 8");
+}
+
+TEST_CASE("precision \"extended\" is taken as \"float\", with a note") {
+  const Workshop workshop;
+  const auto scene = workshop.load(kScene, {"accuracy.precision=extended"});
+  CHECK(scene.accuracy.precision == Precision::floats);
+  CHECK(scene.notes ==
+        std::vector<std::string>{"--set accuracy.precision=extended: accuracy: precision: "
+                                 "\"extended\" is no longer a choice; \"float\" takes its place"});
 }
 
 TEST_CASE("a wrong override is named in place of the line") {
@@ -416,7 +484,7 @@ TEST_CASE("a wrong override is named in place of the line") {
         "--set wrp.padding=1?[trace]: wrp: padding must be a number, got \"1?[trace]\"");
 }
 
-TEST_CASE("the reader of lengths knows its units and nothing else") {
+TEST_CASE("parse_length_m accepts its units and nothing else") {
   CHECK_THAT(parse_length_m("3.74 um", "x"), Catch::Matchers::WithinRel(3.74e-6, 1e-15));
   CHECK_THAT(parse_length_m("95mm", "x"), Catch::Matchers::WithinRel(0.095, 1e-15));
   CHECK_THAT(parse_length_m(" 2 cm ", "x"), Catch::Matchers::WithinRel(0.02, 1e-15));
@@ -447,7 +515,7 @@ TEST_CASE("wavelengths fall into the channel of their colour") {
   CHECK(channel_of(10e-9) == 2);
 }
 
-TEST_CASE("a scene that is no readable file is refused by name") {
+TEST_CASE("a scene file that cannot be read is refused by name") {
   const Workshop workshop;
   CHECK(input_error_of([&] { load_scene(workshop.folder / "none.toml"); }) ==
         (workshop.folder / "none.toml").string() + ": there is no such file");
@@ -457,7 +525,7 @@ TEST_CASE("a scene that is no readable file is refused by name") {
         "scene.toml: too large for a scene file (at most 1 MiB)");
 }
 
-TEST_CASE("what is no TOML is refused with its line") {
+TEST_CASE("text that is not TOML is refused with its line") {
   const Workshop workshop;
   CHECK_THAT(workshop.refusal(with_line(8, "padding = = 2")),
              Catch::Matchers::StartsWith("scene.toml:8: "));
@@ -468,7 +536,7 @@ TEST_CASE("what is no TOML is refused with its line") {
              Catch::Matchers::StartsWith("scene.toml:1: "));
 }
 
-TEST_CASE("nesting without end is refused, not followed") {
+TEST_CASE("deep nesting is refused before it is followed") {
   const Workshop workshop;
   const auto repeat = [](const std::string& text, int count) {
     std::string all;
@@ -496,5 +564,5 @@ TEST_CASE("damaged scenes load or are refused in one line") {
   const auto [accepted, refused] = read_damaged(workshop.folder, file, 200, 3000,
                                                 [](const auto& damaged) { load_scene(damaged); });
   CHECK(refused > 1000);
-  CHECK(accepted > 10);  // a flipped digit is a scene too
+  CHECK(accepted > 10);  // a flipped digit gives another valid scene
 }

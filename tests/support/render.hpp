@@ -7,12 +7,13 @@
 #include <utility>
 
 #include "host/render.hpp"
+#include "host/scene/files.hpp"
 #include "tests/support/files.hpp"
 
 namespace raywave::test {
 
-/// A scene's world, as build_world makes it. Every mesh file is read once per program, and once more
-/// when its bytes change: a reader process takes longer than a small hologram.
+/// A scene's world, as build_world makes it. Every mesh file is read once per program, and once
+/// more when its bytes change: a reader process takes longer than a small hologram.
 inline World world_of(const Scene& scene) {
   static std::map<std::pair<std::string, Normals>, std::pair<Mesh, bool>> known;
   Meshes meshes;
@@ -32,7 +33,7 @@ inline World world_of(const Scene& scene) {
     meshes.meshes.push_back(entry->second.first);
     meshes.closed.push_back(entry->second.second);
   }
-  return place_objects(scene, meshes);
+  return place_objects(scene, meshes, load_textures(scene));
 }
 
 /// render(), with the world of world_of.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/plan/make_plan.hpp"
+#include "host/plan/precision.hpp"
 #include "host/reference/shading.hpp"
 #include "host/scene/image.hpp"
 #include "tests/support/catch.hpp"
@@ -80,7 +82,7 @@ reference::TracedField check_trace(const Scene& scene, const Wrp& wrp, std::uint
   auto plan = make_plan(scene, world);
   const auto oracle = reference::trace_fan(scene, world, plan, wrp, seed);
   for (const auto& device : test::all_devices()) {
-    for (const auto precision : {Precision::floats, Precision::extended, Precision::doubles}) {
+    for (const auto precision : {Precision::floats, Precision::doubles}) {
       if (precision == Precision::doubles && !device.info().fp64) continue;
       plan.precision = precision;
       const auto field = traced(device, scene, world, plan, wrp, seed);

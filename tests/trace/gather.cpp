@@ -4,6 +4,8 @@
 #include <complex>
 #include <optional>
 
+#include "host/plan/footprint.hpp"
+#include "host/plan/memory.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/pipeline.hpp"
 #include "host/reference/shading.hpp"
@@ -31,11 +33,11 @@ using reference::against_direct_sum;
 using reference::ball_before_wall;
 using reference::phase_turns_of_key;
 
-/// near_spots  as Gatherer has it; 0: all samples geometrically
+/// plane_wave_spots  as Gatherer has it; 0: all samples geometrically
 Fields gathered(const raywave::cl::Device& device, const Rig& rig, dvec3 centre,
-                double near_spots = 0, int frames = 1, std::uint32_t seed = 1,
+                double plane_wave_spots = 0, int frames = 1, std::uint32_t seed = 1,
                 std::size_t layer = 0) {
-  Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, frames, near_spots);
+  Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, frames, plane_wave_spots);
   gatherer.draw_phases(seed);
   const auto pixels =
       static_cast<std::size_t>(rig.plan.size.x) * static_cast<std::size_t>(rig.plan.size.y);
@@ -101,7 +103,7 @@ TEST_CASE("frames gathered together differ in their phases only") {
   const dvec3 centre(0, 0, 28.5e-3);
   for (const auto& device : all_devices()) {
     const Rig rig(device, stage);
-    for (const int frames : {3, Gatherer::most_frames}) {
+    for (const int frames : {3, most_frames_together}) {
       const auto result = against_direct_sum(rig, gathered(device, rig, centre, 0, frames, 40),
                                              frames, 40, centre, 100);
       CAPTURE(frames, result.error);
@@ -256,7 +258,7 @@ TEST_CASE(
     // The sphere is from 18.55 to 19.45 mm, the plane behind it at 19.5 mm.
     for (const double z :
          {16.5e-3, 17.55e-3, 18.2e-3, 18.6e-3, 19e-3, 19.2e-3, 19.47e-3, 19.5e-3, 19.7e-3, 21e-3}) {
-      const auto on_plane = gathered(device, rig, {0, 0, z}, Gatherer::default_near_spots);
+      const auto on_plane = gathered(device, rig, {0, 0, z}, default_plane_wave_spots);
       raywave::cl::ComplexBuffer field(device, std::span(on_plane), "field");
       propagator.load(field);
       propagator.add({{0, 0}, z});
@@ -405,10 +407,10 @@ TEST_CASE(
     layers[2].end_m = layers[3].begin_m = 1;
     REQUIRE(layer_bounds(rig.plan, layers[1]) ==
             std::pair(depths[1], std::nextafter(depths[3], 1.0f)));
-    const auto sum_of_layers = [&](double near_spots) {
+    const auto sum_of_layers = [&](double plane_wave_spots) {
       std::vector<Complex> sum(all.size());
       for (std::size_t layer = 0; layer < 4; ++layer) {
-        const auto part = gathered(device, rig, centre, near_spots, 1, 1, layer);
+        const auto part = gathered(device, rig, centre, plane_wave_spots, 1, 1, layer);
         if (layer == 3) CHECK(energy_of(part) == 0);
         if (layer < 3) CHECK(energy_of(part) > 0);
         for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += Complex(part[i]);

@@ -11,6 +11,7 @@
 
 #include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/geometry/normal_cones.hpp"
+#include "host/plan/make_plan.hpp"
 #include "host/reference/rays.hpp"
 #include "host/trace/device_scene.hpp"
 #include "tests/support/catch.hpp"

@@ -324,7 +324,7 @@ TEST_CASE(
       const Rig rig(device, stage);
       double light = 0;
       for (std::size_t i = 0; i < rig.samples.size(); ++i) {
-        const int middle = rig.table.view_parts / 2;
+        const int middle = rig.table.visibility_parts / 2;
         if (rig.sees(i, middle, middle)) light += rig.samples[i].radiance;
       }
       // The cone that touches the ball, cut at the depth where cells are the pitch wide.
@@ -462,7 +462,7 @@ TEST_CASE(
       const Rig rig(device, stage);
       const auto half =
           dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * std::max(1.0, rig.plan.cone_half_width);
-      const int parts = rig.table.view_parts;
+      const int parts = rig.table.visibility_parts;
       int seen = 0, blind = 0, wrong = 0, hidden = 0, unseen = 0;
       for (std::size_t i = 0; i < rig.samples.size(); ++i) {
         const auto& s = rig.samples[i];

@@ -2,6 +2,7 @@
 // What makes a picture three-dimensional: holograms must show it as a lens in their place would.
 #include <cmath>
 
+#include "host/plan/make_plan.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/lens.hpp"

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "host/common/error.hpp"
+#include "host/plan/make_plan.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 

@@ -12,6 +12,7 @@
 #include "host/evaluate/quality.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/plan/cost.hpp"
+#include "host/plan/make_plan.hpp"
 
 namespace raywave {
 namespace {
@@ -56,8 +57,9 @@ double others_share(const MachineTime& then, double processor_s) {
 
 double transform_operations(double samples) { return 5 * samples * std::log2(samples); }
 
-/// Of the transforms of one frame. The host's engine transforms the columns of the window and the
-/// rows of the band, line by line; those of the device transform whole planes.
+/// Floating-point operations of the transforms of one frame. The host's engine transforms the
+/// columns of the window and the rows of the band, line by line; those of the device transform
+/// whole planes.
 double propagation_operations(const Plan& plan, cl::FftBackend backend) {
   const double nx = plan.padded.x, ny = plan.padded.y;
   const auto wrps = static_cast<double>(plan.wrps.size());
@@ -105,8 +107,8 @@ BenchFrame timed_frame(Renderer& renderer, const std::vector<Object>& objects, i
   return frame;
 }
 
-/// What the frame would have taken for all of the hologram's rows; what does not depend on them
-/// stays.
+/// The times of a frame scaled from a strip to all of the hologram's rows. Times of stages that do
+/// not depend on the rows stay.
 BenchFrame scaled(BenchFrame frame, double factor) {
   double more = 0;
   for (const char* stage : {"trace", "propagate", "encode"}) {
@@ -119,7 +121,7 @@ BenchFrame scaled(BenchFrame frame, double factor) {
   return frame;
 }
 
-/// What tells one lens picture from another.
+/// Key of a lens picture in the cache.
 std::string lens_key(const Scene& scene, glm::ivec2 grid, double z_m) {
   std::string key = scene.file.string();
   const auto add = [&](double value) { key += ' ' + std::to_string(1e6 * value); };
@@ -244,8 +246,9 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
   row.padded = result.plan.padded;
   if (what.share == 1) row.work = work_of(result.plan, what, options_.fft);
 
-  const auto meshes = what.meshes ? *what.meshes : load_meshes(what.scene);
-  const auto world = place_objects(what.scene, meshes);
+  const auto world = what.meshes
+                         ? place_objects(what.scene, *what.meshes, load_textures(what.scene))
+                         : build_world(what.scene);
   row.triangles = world.triangles.size();
   if (!options_.quality || what.share != 1) return;
   how.keep_field = true;

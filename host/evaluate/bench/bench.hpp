@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How fast holograms of a moving scene are made on a device, where the time goes, and what they
-/// are worth (docs/performance.md).
+/// The speed of a device at holograms of a moving scene, the time of each stage, and the quality of
+/// the holograms (docs/performance.md).
 #pragma once
 
 #include <filesystem>
@@ -27,27 +27,27 @@ struct BenchFrame {
   std::map<std::string, double> stages_s;
 };
 
-/// What a device can do at most, as measured: bytes read plus bytes written by copies between its
-/// buffers, and floating-point operations of multiply-adds.
+/// Measured limits of a device: bytes read plus bytes written by copies between its buffers, and
+/// floating-point operations of multiply-adds, per second.
 struct DeviceLimits {
   double bytes_per_s = 0, operations_per_s = 0;
 };
 
-/// Takes half a second or less. `quick` is for tests: smaller, and less true.
+/// Takes half a second or less. `quick` is for tests: smaller buffers, less accurate rates.
 DeviceLimits device_limits(const cl::Device& device, bool quick = false);
 
-/// What a stage does in a frame, where the host can count it; 0 where it cannot.
+/// The work of a stage in a frame, where the host can count it; 0 where it cannot.
 struct StageWork {
   double operations = 0;  // floating-point: 5 n log2 n for each transform of n samples that is done
   double bytes = 0;       // of fields and levels that it must read and write at least
 };
 
-/// Frames per second that are wanted of a case.
+/// Wanted frames per second of a case.
 struct BenchTarget {
   double required_per_s = 0, aim_per_s = 0;  // 0: none
 };
 
-/// Something to be measured. Every object turns from frame to frame.
+/// A case to be measured. Every object turns from frame to frame.
 struct BenchCase {
   std::string group, name;
   Scene scene;
@@ -97,10 +97,10 @@ struct BenchOptions {
   double seconds = 5;   // for each case, when `frames` is 0
   bool quality = true;  // also compare a hologram with what a lens sees
   int lens_points = 8;  // per axis, of that lens
-  bool quick = false;   // rates of the device less true
+  bool quick = false;   // rates of the device less accurate
 };
 
-/// What a hologram shows in the middle of the scene's depth, against a lens there
+/// Quality of a hologram in the middle of the scene's depth, compared with a lens there
 /// (host/evaluate/quality.hpp).
 struct BenchQuality {
   double psnr_db = 0, ssim = 0, z_m = 0, blur_m = 0;
@@ -145,11 +145,11 @@ public:
   const BenchOptions& options() const { return options_; }
   const DeviceLimits& limits() const { return limits_; }
 
-  /// Warms up, then measures. Whatever is wrong with the case goes into the row's note.
+  /// Warms up, then measures. An error of the case goes into the row's note.
   BenchRow run(const BenchCase& what);
 
-  /// Quality of a hologram of the scene that was made elsewhere. What the lens sees of a scene is
-  /// kept.
+  /// Quality of a hologram of the scene that was made elsewhere. The lens's picture of a scene is
+  /// computed once.
   BenchQuality quality_of(const Scene& scene, const World& world, FieldStack field);
 
 private:
@@ -170,7 +170,7 @@ std::vector<BenchRow> run_peer(const std::filesystem::path& program,
 /// Names and frames of rows, as run_peer reads them.
 std::string peer_json(const std::vector<BenchRow>& rows);
 
-/// The ratios both of whose rows are there.
+/// The ratios whose two rows were both measured.
 std::vector<BenchRatio> fill_ratios(const std::vector<BenchRatio>& ratios,
                                     const std::vector<BenchRow>& rows);
 

@@ -4,6 +4,7 @@
 
 #include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/stopwatch.hpp"
+#include "host/geometry/kernel_options.hpp"
 #include "host/trace/device_scene.hpp"
 
 namespace raywave {
@@ -41,7 +42,7 @@ DeviceLimits device_limits(const cl::Device& device, bool quick) {
 
   const int lanes = lanes_for(device.info());
   const cl::Program program(device, "kernels/instruments/device_limits.cl",
-                            {{"RAYWAVE_LANES", std::to_string(lanes)}});
+                            {{option::lanes, std::to_string(lanes)}});
   auto multiply_add = program.kernel("multiply_add");
   // Enough work-items for any GPU; on CPUs, whose lanes stand side by side in one, a few for each
   // core.

@@ -17,7 +17,7 @@ std::string wrps_text(glm::ivec2 grid) {
   return grid == glm::ivec2(1) ? "1 WRP" : grid_text(grid) + " WRPs";
 }
 
-/// Rates that are wanted: coarse samples on 1 and 2 x 2 WRPs, fine ones on both.
+/// Wanted rates: coarse samples on 1 and 2 x 2 WRPs, fine ones on both.
 struct Targets {
   BenchTarget coarse[2], fine[2];
 };
@@ -35,7 +35,7 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
         c.scene = load_scene(data / "teapot.toml");
         c.scene.wrp.grid = glm::ivec2(side);
         c.scene.wrp.padding = padding;
-        // As plans with a goal choose
+        // As presets choose it
         if (padding < 2 && pitch_m < 5e-5) c.scene.wrp.oversampling = 1.5;
         c.scene.sampling.pitch_m = pitch_m;
         c.name = "teapot, " + wrps_text(glm::ivec2(side)) + ", p " + length_text(pitch_m) +
@@ -125,7 +125,7 @@ Mesh sphere(int triangles) {
   return unit_sphere(std::max(2, static_cast<int>(std::lround(std::sqrt(triangles / 4.0)))));
 }
 
-/// What a frame costs when the scene, its sampling or the hologram grow.
+/// Cost of a frame as the scene, its sampling or the hologram grow.
 BenchSuite scaling_suite(const std::filesystem::path& data) {
   BenchSuite suite{"scaling", {}, {}, {}};
   BenchCase base;

@@ -14,9 +14,9 @@
 
 namespace raywave {
 
-/// What a check saw.
+/// The result of a check.
 struct Finding {
-  double measured = 0;  // 0 where a refusal is what is wanted, and it came with the right words
+  double measured = 0;  // 0 where a refusal is wanted and came with the right words
   std::string note;     // the words of a refusal, or what explains the number
 };
 
@@ -44,7 +44,7 @@ std::vector<SelfCheck> light_checks();
 std::vector<SelfCheck> optics_extremes(SelfTestSize size);
 std::vector<SelfCheck> scene_extremes(SelfTestSize size);
 
-/// The finding of a check that wants `action` refused with these words.
+/// The finding of a check in which `action` must be refused with these words.
 template <class Action>
 Finding refused(const std::string& words, Action&& action) {
   std::string message;
@@ -59,7 +59,7 @@ Finding refused(const std::string& words, Action&& action) {
   return {message.find(words) == std::string::npos ? 1.0 : 0.0, "refused: " + message};
 }
 
-/// What `measure` finds, or 0 when it is refused with these words.
+/// The finding of `measure`, or 0 when it is refused with these words.
 template <class Measure>
 Finding exact_or_refused(const std::string& words, Measure&& measure) {
   Finding found;

@@ -9,6 +9,7 @@
 
 #include "host/encode/encode.hpp"
 #include "host/evaluate/selftest/checks.hpp"
+#include "host/plan/make_plan.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/reference/shading.hpp"
@@ -39,8 +40,8 @@ reference::Ray lattice_ray(const Rig& rig, std::size_t cell) {
   return {-rig.plan.origin_m, {tangent, 1}, 0, 2 * rig.plan.far_m};
 }
 
-/// Cells that do not hold one sample for each surface their ray meets: the ball's outside, the
-/// wall.
+/// Counts cells that do not hold one sample for each surface that their ray meets (the ball's
+/// outside and the wall).
 Finding layers(const cl::Device& device) {
   const Rig rig(device, ball_before_wall(30e-3));
   int wrong = 0, unsure = 0;
@@ -68,7 +69,7 @@ Finding layers(const cl::Device& device) {
   return {static_cast<double>(wrong), std::to_string(rig.table.count) + " samples"};
 }
 
-/// How far samples lie off their lattice ray, or off the plane of their triangle.
+/// Largest distance of a sample from its lattice ray or from the plane of its triangle, in metres.
 Finding places(const cl::Device& device) {
   const Rig rig(device, ball_before_wall(30e-3));
   Finding finding;
@@ -88,7 +89,7 @@ Finding places(const cl::Device& device) {
   return finding;
 }
 
-/// Samples that a light falls on or not, against brute force.
+/// Counts samples and lights whose visibility differs from brute force.
 Finding lit(const cl::Device& device) {
   const Rig rig(device, ball_before_wall(30e-3));
   Finding finding;

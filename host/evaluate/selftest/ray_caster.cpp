@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "host/geometry/kernel_options.hpp"
+
 namespace raywave::selftest {
 namespace {
 
@@ -64,7 +66,7 @@ RayCaster::RayCaster(const cl::Device& device, int lanes, DeviceTree tree, int d
       lanes_(static_cast<std::size_t>(lanes)),
       program_(
           device, "kernels/instruments/intersect.cl",
-          {{"RAYWAVE_LANES", std::to_string(lanes)}, {"RAYWAVE_BVH_DEPTH", std::to_string(depth)}}),
+          {{option::lanes, std::to_string(lanes)}, {option::bvh_depth, std::to_string(depth)}}),
       tree_(std::move(tree)) {}
 
 std::vector<reference::Hit> RayCaster::nearest(std::span<const reference::Ray> rays) {
@@ -73,8 +75,8 @@ std::vector<reference::Hit> RayCaster::nearest(std::span<const reference::Ray> r
   const auto triangle = guarded<std::int32_t>(device_, n, "triangle");
   const auto t_u_v = guarded<float>(device_, 3 * n, "t, u, v");
   program_.kernel("intersect_nearest")
-      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions,
-           tree_.instances, planes, static_cast<std::int32_t>(n), triangle, t_u_v);
+      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.arguments(), planes,
+           static_cast<std::int32_t>(n), triangle, t_u_v);
   const auto ids = read(triangle, n);
   const auto values = read(t_u_v, 3 * n);
   std::vector<reference::Hit> hits(n);
@@ -88,8 +90,8 @@ std::vector<int> RayCaster::occluded(std::span<const reference::Ray> rays) {
   const cl::Buffer<float> planes(device_, planes_of(rays), "rays");
   const auto result = guarded<std::int32_t>(device_, n, "occluded");
   program_.kernel("intersect_any")
-      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.nodes, tree_.triangles, tree_.positions,
-           tree_.instances, planes, static_cast<std::int32_t>(n), result);
+      .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.arguments(), planes,
+           static_cast<std::int32_t>(n), result);
   return read(result, n);
 }
 

@@ -11,8 +11,8 @@
 #include <random>
 #include <thread>
 
+#include "host/geometry/kernel_options.hpp"
 #include "host/geometry/shared_types.hpp"
-#include "host/trace/device_scene.hpp"
 #include "kernels/common/shared_layout.h"
 
 namespace raywave::selftest {
@@ -20,7 +20,7 @@ namespace {
 
 cl::Program selfcheck(const cl::Device& device, int lanes) {
   return cl::Program(device, "kernels/instruments/selfcheck.cl",
-                     {{"RAYWAVE_LANES", std::to_string(lanes)}});
+                     {{option::lanes, std::to_string(lanes)}});
 }
 
 /// `values` up to whole packets and work-groups, with zeros.
@@ -122,28 +122,6 @@ std::vector<float> cos_sin_arguments() {
       turns.insert(turns.end(), {x, -x});
   }
   return turns;
-}
-
-double length_turns_error(const cl::Device& device, int lanes, std::span<const float> lengths_m,
-                          double wavelength_m) {
-  const double wave_number = 1 / wavelength_m;
-  const auto [hi, lo] = split(wave_number);
-  const auto all = padded(lengths_m, lanes);
-  const cl::Buffer<float> in(device, all, "lengths");
-  const cl::Buffer<float> out(device, all.size(), "turns");
-  const auto blocks = static_cast<std::int32_t>(all.size()) / lanes;
-  selfcheck(device, lanes)
-      .kernel("length_turns")
-      .run({static_cast<std::size_t>(blocks)}, {64}, in, out, hi, lo, blocks);
-  const auto turns = out.read();
-  double error = 0;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const long double wanted = static_cast<long double>(all[i]) * wave_number;
-    const auto e = static_cast<double>(
-        std::abs(std::remainder(turns[i] - std::remainder(wanted, 1.0L), 1.0L)));
-    if (!(e <= error)) error = e;
-  }
-  return error;
 }
 
 std::vector<std::string> misplaced_members(const cl::Device& device) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What kernels/instruments/selfcheck.cl asks of a device, and how far its answers are off.
+/// Errors of a device's arithmetic and struct layout, measured with
+/// kernels/instruments/selfcheck.cl.
 #pragma once
 
 #include <span>
@@ -17,18 +18,13 @@ constexpr double cos_sin_bound = 1.7e-7;
 /// NaN when any is NaN.
 double cos_sin_error(const cl::Device& device, int lanes, std::span<const float> turns);
 
-/// The same over every float in [-0.5, 0.5]: 2.1 thousand million. Since arguments are reduced
+/// cos_sin_error over every float in [-0.5, 0.5]: 2.1 thousand million. Since arguments are reduced
 /// exactly first, this holds for all |turns| < 2^22.
 double cos_sin_error_everywhere(const cl::Device& device, int lanes);
 
 /// A hundred thousand arguments up to 0.75 turns, evenly spread and near zero, with those where
 /// folds meet and the largest there may be.
 std::vector<float> cos_sin_arguments();
-
-/// Largest distance, in turns, of the device's reduced phases of `lengths_m` from the exact ones of
-/// these floats.
-double length_turns_error(const cl::Device& device, int lanes, std::span<const float> lengths_m,
-                          double wavelength_m);
 
 /// Members of shared structs ("Sample.key") that the device places elsewhere than the host.
 std::vector<std::string> misplaced_members(const cl::Device& device);

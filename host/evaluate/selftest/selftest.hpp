@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What raywave's kernels and its FFTs are worth on one device: every part held against double
-/// precision on the host, and pushed to the limits that users push it to (docs/selftest.md).
+/// Accuracy of raywave's kernels and FFTs on one device: every part is compared with double
+/// precision on the host, up to the limits of ordinary use (docs/selftest.md).
 #pragma once
 
 #include <string>
@@ -21,13 +21,13 @@ struct SelfTestRow {
 /// All checks for a device, in the order of the pipeline, then the extremes.
 std::vector<SelfCheck> self_checks(const cl::DeviceInfo& device, SelfTestSize size);
 
-/// Measures. The row passes when the measurement is no larger than the bound; NaN and whatever is
-/// thrown fail it.
+/// Runs a check. The row passes when the measurement is at most the bound; NaN and exceptions fail
+/// it.
 SelfTestRow run(const SelfCheck& check, const cl::Device& device);
 
 bool all_passed(const std::vector<SelfTestRow>& rows);
 
-/// "raywave 0.1.0 on <device> ..., <date>": what the table was made with.
+/// The table's header: version, size of the self-test, date and device.
 std::string self_test_header(const cl::DeviceInfo& device, SelfTestSize size);
 
 /// A row as a line of the table, with its note in a line of its own where it failed.

@@ -7,6 +7,7 @@
 
 #include "host/common/text.hpp"
 #include "host/plan/precision.hpp"
+#include "host/trace/tuning.hpp"
 
 namespace raywave {
 namespace {
@@ -41,7 +42,7 @@ TradeKnob oversampling_knob() {
           }};
 }
 
-/// So many of them, evenly spread, the first and the last among them.
+/// At most `most` of the values, evenly spread, including the first and the last.
 template <class T>
 std::vector<T> thinned(std::vector<T> values, std::size_t most) {
   if (values.size() <= most || most < 2) return values;
@@ -70,7 +71,7 @@ private:
   std::vector<TradeRow>& rows_;
 };
 
-/// Predicted to be beaten by none in time and PSNR; the fastest first.
+/// The choices that no other is predicted to beat in time and PSNR; the fastest first.
 std::vector<Choice> predicted_frontier(std::vector<Choice> all) {
   std::stable_sort(all.begin(), all.end(),
                    [](const Choice& a, const Choice& b) { return a.seconds < b.seconds; });
@@ -81,9 +82,8 @@ std::vector<Choice> predicted_frontier(std::vector<Choice> all) {
   return best;
 }
 
-/// Those that may be on the frontier where predictions are wrong by as much as they are known to
-/// be: none that is as true is predicted to take less than 1 / margin of the time; the fastest
-/// first.
+/// Choices that may lie on the frontier, given the known error of the predictions: no choice of at
+/// least the same PSNR is predicted to take less than 1 / margin of the time; the fastest first.
 ///
 /// about_s  those that are predicted to take much longer than this are left out
 std::vector<Choice> near_frontier(std::vector<Choice> all, double about_s) {
@@ -100,13 +100,13 @@ std::vector<Choice> near_frontier(std::vector<Choice> all, double about_s) {
   return all;
 }
 
-/// Knobs about which nothing is predicted.
+/// Knobs whose effect is not predicted.
 struct Finish {
   int antialias, visibility;
   bool operator==(const Finish&) const = default;
 };
 
-/// What is tried of them with each choice of the others.
+/// The values of these knobs to be tried with each choice of the others.
 std::vector<Finish> finishes_of(const Scene& scene, const TradeKnobs& base, const TradeSpec& spec) {
   std::vector<Finish> finishes{{4, 8}, {2, 8}, {0, 8}};
   if (spec.exhaustive && spec.quick) finishes = {{4, 8}, {0, 8}, {4, 4}};
@@ -153,7 +153,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
   vary("sampling.visibility", {0, 4, 8, 16}, 2);
   vary("sampling.cone", {1.0, 1.1, 1.2, 1.4}, 2);
   vary("sampling.apodization", {0.0, 0.1, 0.2, 0.3, 0.4}, 2);
-  vary("accuracy.precision", {"float", "extended"}, 2);
+  vary("accuracy.precision", {"float"}, 2);
   if (trade.device.fp64) vary("accuracy.precision", {"double"}, 1);
   if (!spec.fft) {
     for (const auto backend : cl::all_backends) {
@@ -220,8 +220,7 @@ const std::vector<TradeKnob>& trade_knobs() {
       plain("sampling.cone", &TradeKnobs::cone),
       plain("sampling.apodization", &TradeKnobs::apodization),
       named("accuracy.precision", &TradeKnobs::precision,
-            std::array{name_of(Precision::floats), name_of(Precision::extended),
-                       name_of(Precision::doubles)}),
+            std::array{name_of(Precision::floats), name_of(Precision::doubles)}),
       named("fft", &TradeKnobs::fft,
             std::array{cl::name_of(cl::FftBackend::host).data(),
                        cl::name_of(cl::FftBackend::clfft).data(),
@@ -246,14 +245,13 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   const auto figures = figures_of(trade.device);
   const auto fft = spec.fft.value_or(cl::default_backend(trade.device));
   Rows rows(trade.rows);
-  for (const auto quality :
-       {Quality::draft, Quality::balanced, Quality::accurate, Quality::reference}) {
-    const auto planned = plan_scene(trade.scene, world, figures, {quality, {}, {}});
+  for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
+    const auto planned = plan_scene(trade.scene, world, figures, {preset, {}, {}});
     const auto row = rows.add(knobs_of(planned.scene, planned.plan.precision, fft), true);
     const auto& predicted = planned.prediction;
     trade.presets.push_back(
-        {quality, row, predicted.times, predicted.pictures->mean_psnr_db, predicted.device_bytes});
-    if (quality == Quality::balanced) trade.base = row;
+        {preset, row, predicted.times, predicted.pictures->mean_psnr_db, predicted.device_bytes});
+    if (preset == Preset::balanced) trade.base = row;
   }
 
   if (spec.presets) return;
@@ -267,7 +265,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
 
   const auto base = trade.rows[trade.base].knobs;
   const double balanced_s =
-      trade.presets[static_cast<std::size_t>(Quality::balanced)].predicted.total_s();
+      trade.presets[static_cast<std::size_t>(Preset::balanced)].predicted.total_s();
   const auto best = !spec.exhaustive ? predicted_frontier(all)
                     : spec.quick     ? near_frontier(all, balanced_s)
                                      : near_frontier(all, std::numeric_limits<double>::infinity());

@@ -23,10 +23,10 @@ const std::vector<TradeKnob>& trade_knobs();
 nlohmann::ordered_json json_of(const TradeKnobs& knobs);
 TradeKnobs knobs_of(const nlohmann::ordered_json& json);
 
-/// What the scene says; precision is the plan's.
+/// The knobs of a scene; the precision is the plan's.
 TradeKnobs knobs_of(const Scene& scene, Precision precision, cl::FftBackend fft);
 
-/// Rows, presets, steps and the rest of what to measure.
+/// Fills in rows, presets, steps and combinations: the configurations to measure.
 void plan_rows(Trade& trade, const World& world, const TradeSpec& spec);
 
 /// A row as trade_json writes it, and read again.

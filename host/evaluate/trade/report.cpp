@@ -7,6 +7,7 @@
 #include "host/common/text.hpp"
 #include "host/evaluate/device_json.hpp"
 #include "host/evaluate/trade/knobs.hpp"
+#include "host/plan/precision.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
@@ -23,13 +24,13 @@ std::string format(const char* how, auto... values) {
   return text.data();
 }
 
-/// What a row was measured for: "draft", "wrp.padding = 2", "together"; and "frontier" when it lies
-/// there.
+/// The reasons why a row was measured: "draft", "wrp.padding = 2", "together"; and "frontier" when
+/// it lies there.
 std::vector<std::string> roles_of(const Trade& trade, std::size_t row,
                                   const std::vector<std::size_t>& frontier) {
   std::vector<std::string> roles;
   for (const auto& preset : trade.presets) {
-    if (preset.row == row) roles.emplace_back(name_of(preset.quality));
+    if (preset.row == row) roles.emplace_back(name_of(preset.preset));
   }
   for (const auto& step : trade.steps) {
     if (step.row == row) roles.push_back(step.knob + " = " + step.value);
@@ -157,7 +158,7 @@ std::string trade_json(const Trade& trade) {
             {"base", trade.base}};
   json["device"]["compute_units"] = trade.device.compute_units;
   for (const auto& preset : trade.presets) {
-    Json one{{"preset", name_of(preset.quality)},
+    Json one{{"preset", name_of(preset.preset)},
              {"row", preset.row},
              {"predicted",
               {{"time_s", preset.predicted.total_s()},
@@ -245,7 +246,7 @@ std::string trade_text(const Trade& trade) {
   };
   for (const auto& preset : trade.presets) {
     const auto& row = trade.rows[preset.row];
-    add(name_of(preset.quality), row);
+    add(name_of(preset.preset), row);
     if (row.renders == 0) continue;
     text += format("%-10s  %8s     %6.2f     predicted\n", "",
                    milliseconds(preset.predicted.total_s()).c_str(), preset.predicted_psnr_db);

@@ -2,12 +2,13 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "cl/cache.hpp"
+#include "host/common/cache.hpp"
 #include "host/common/error.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/spread.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/evaluate/trade/knobs.hpp"
+#include "host/plan/make_plan.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
@@ -26,7 +27,7 @@ void append_bytes(std::string& text, const std::vector<T>& values) {
   text.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
 }
 
-/// Everything that the figures of a configuration depend on, but the configuration.
+/// Hash of everything that a configuration's figures depend on, except the configuration itself.
 std::string digits_of(const Trade& trade, const World& world) {
   auto scene = Json::parse(scene_json(with_knobs(trade.scene, {})));
   scene.erase("file");
@@ -42,8 +43,10 @@ std::string digits_of(const Trade& trade, const World& world) {
   append_bytes(all, world.normals);
   append_bytes(all, world.uvs);
   append_bytes(all, world.triangles);
-  for (const auto& texture : load_textures(trade.scene)) append_bytes(all, texture.pixels);
-  return cl::hash_name(all);
+  for (const auto& texture : world.textures) {
+    if (texture) append_bytes(all, texture->pixels);
+  }
+  return hash_name(all);
 }
 
 double mean(const std::vector<TradePicture>& pictures, bool sides, double TradePicture::*figure) {
@@ -83,8 +86,8 @@ double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device) {
 TradeBench::TradeBench(const cl::Device& device, const Scene& scene, const TradeSpec& spec)
     : device_(device),
       spec_(spec),
-      meshes_(load_meshes(scene)),
-      world_(place_objects(scene, meshes_)) {
+      files_(load_files(scene)),
+      world_(place_objects(scene, files_.meshes, files_.textures)) {
   trade_.scene = scene;
   trade_.device = device.info();
   const auto plan = make_plan(scene, world_);
@@ -150,7 +153,8 @@ void TradeBench::measure(const std::function<void()>& after_some, const Progress
   }
 }
 
-/// Rows not done yet whose frames are the first of one another's; fewest frames first.
+/// Unmeasured rows that differ from row `first` in the number of frames only, so that one render
+/// serves all of them; fewest frames first.
 std::vector<std::size_t> TradeBench::same_but_frames(std::size_t first) const {
   std::vector<std::size_t> some;
   for (std::size_t i = first; i < trade_.rows.size(); ++i) {
@@ -179,7 +183,7 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
   const auto scene = with_knobs(trade_.scene, rows.back().knobs);
   {
     // a device of its own: its peak of memory is the row's
-    Renderer renderer(cl::Device(device_.info()), scene, meshes_, how);
+    Renderer renderer(cl::Device(device_.info()), scene, files_, how);
     const auto rendered = renderer.render();
     auto pictures = trade_.pictures;
     pictures.views &= rows.back().thorough;
@@ -203,7 +207,7 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
   }
   how.keep_field = false;
   for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
-    Renderer renderer(cl::Device(device_.info()), with_knobs(trade_.scene, rows[i].knobs), meshes_,
+    Renderer renderer(cl::Device(device_.info()), with_knobs(trade_.scene, rows[i].knobs), files_,
                       how);
     renderer.render();  // warms up
     time(rows[i], renderer);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a scene's knobs cost in time and buy in truth: configurations at, around and between the
-/// planner's choices, each rendered, timed and looked at (docs/trade.md).
+/// The cost of a scene's settings in time and their gain in accuracy: configurations at, around and
+/// between the planner's choices are rendered, timed and judged (docs/trade.md).
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@
 #include <vector>
 
 #include "host/evaluate/quality.hpp"
-#include "host/plan/planner.hpp"
+#include "host/plan/presets.hpp"
 #include "host/render.hpp"
 
 namespace raywave {
 
 constexpr int trade_sheet_cell_px = 320;  // widest cell of the sheet
 
-/// All that trades time for truth; named as in the scene file.
+/// The settings that trade time for accuracy; named as in the scene file.
 struct TradeKnobs {
   double pitch_m = 1e-4;
   int frames = 1;
@@ -38,7 +38,7 @@ struct TradeKnobs {
 
 Scene with_knobs(Scene scene, const TradeKnobs& knobs);
 
-/// Medians over the renders of a row.
+/// Medians over the renders of a row, in seconds.
 struct TradeTime {
   double wall_s = 0;
   double processor_s = 0;  // of all threads of this process
@@ -51,7 +51,7 @@ struct TradePicture {
   double contrast_lens = 0, contrast_hologram = 0;  // of speckle
 };
 
-/// A configuration and what was measured of it.
+/// A configuration and its measurements.
 struct TradeRow {
   TradeKnobs knobs;
   // Also looked at from the sides and, where asked for, compared with the sum of all points
@@ -76,34 +76,33 @@ struct TradeRow {
   double contrast_lens() const;
 };
 
-/// Samples, trace, propagate and encode together, which are what knobs change and plans predict: on
-/// CPUs processor seconds over the compute units, so that other programs hardly count, else by the
-/// wall's clock.
+/// Seconds of samples, trace, propagate and encode together: the stages that knobs change and plans
+/// predict. On CPUs, processor seconds divided by the compute units, so that other programs hardly
+/// count; on other devices, wall-clock seconds.
 double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device);
 
 struct TradePreset {
-  Quality quality = Quality::balanced;
+  Preset preset = Preset::balanced;
   std::size_t row = 0;
-  StageTimes predicted;
+  PredictedTimes predicted;
   double predicted_psnr_db = 0;
   std::uint64_t predicted_bytes = 0;  // of device memory
 };
 
-/// One knob at another value than the base's. The ways to gather (sampling.mode, source and shape)
-/// count as one.
+/// One knob at a value other than the base's. sampling.mode, source and shape count as one knob.
 struct TradeStep {
   std::string knob, value;
   std::size_t row = 0;
 };
 
-/// What to measure, and what is known of it.
+/// The configurations to measure, and the measurements so far.
 struct Trade {
   Scene scene;
   cl::DeviceInfo device;
   QualitySpec pictures;  // how all rows are looked at: same depths, window and blur
   double resolution_m = 0;
   glm::ivec2 grid{1, 1};
-  // Digits that stand for scene, meshes, textures, device and pictures: rows of one are no other's
+  // Hash of scene, meshes, textures, device and pictures: only rows of the same hash are comparable
   std::string of;
   std::size_t base = 0;  // "balanced"
   // No configuration twice, in an order that depends on scene, device and spec alone
@@ -116,8 +115,9 @@ struct Trade {
 struct TradeSpec {
   bool quick = false;    // fewer values of every knob
   bool presets = false;  // nothing but the presets
-  // All that goals choose among but what is predicted to be far from the frontier, with antialias
-  // and visibility; quick: some of what takes about as long as "balanced" or less
+  // All configurations that presets choose among, except those predicted to be far from the
+  // frontier, each with several values of antialias and visibility; quick: some of those that take
+  // about as long as "balanced" or less
   bool exhaustive = false;
   QualitySpec pictures;  // blur_m and square_px do not count; against_points: of thorough rows
   std::optional<cl::FftBackend> fft;  // empty: the device's default, and the others as a knob
@@ -156,17 +156,17 @@ private:
 
   cl::Device device_;
   TradeSpec spec_;
-  Meshes meshes_;
+  SceneFiles files_;
   World world_;
   Trade trade_;
   std::vector<Image> seen_by_lens_;  // as rows look: depths, then sides
 };
 
-/// Rows that no other beats in time and PSNR, or equals in one and beats in the other; the fastest
-/// first.
+/// The Pareto frontier: rows that no other row beats in time without a lower PSNR, or in PSNR
+/// without a longer time; the fastest first.
 std::vector<std::size_t> trade_frontier(const std::vector<TradeRow>& rows);
 
-/// The fastest row that is at least as true as this one; itself when none is faster.
+/// The fastest row whose PSNR is at least that of this one; the row itself when none is faster.
 std::size_t fastest_as_accurate(const std::vector<TradeRow>& rows, std::size_t row);
 
 /// Rows of the frontier that the sheet shows: seven at most, evenly along it.
@@ -178,7 +178,7 @@ std::string trade_label(const TradeKnobs& knobs, const TradeKnobs& base);
 /// Everything, for machines (docs/trade.md); one line per row.
 std::string trade_json(const Trade& trade);
 std::string trade_csv(const Trade& trade);
-/// For people: presets, frontier, and what each knob costs and buys.
+/// For people: presets, frontier, and the cost and gain of each knob.
 std::string trade_text(const Trade& trade);
 
 }  // namespace raywave

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cl/cache.hpp"
+#include "host/common/cache.hpp"
 
 #include <unistd.h>
 
@@ -11,7 +11,7 @@
 #include <fstream>
 #include <iterator>
 
-namespace raywave::cl {
+namespace raywave {
 namespace fs = std::filesystem;
 
 namespace {
@@ -70,4 +70,4 @@ std::string hash_name(std::string_view text) {
   return hex.data();
 }
 
-}  // namespace raywave::cl
+}  // namespace raywave

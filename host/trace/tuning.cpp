@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/rates.hpp"
+#include "host/trace/tuning.hpp"
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "cl/cache.hpp"
+#include "cl/fft.hpp"
+#include "host/common/cache.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
@@ -25,11 +29,21 @@ constexpr RateKey rate_keys[] = {{"ray_s", &DeviceRates::ray_s},
                                  {"butterfly_s", &DeviceRates::butterfly_s},
                                  {"level_s", &DeviceRates::level_s}};
 
+/// What this process may use: the machine's memory, or what a container leaves of it.
+std::uint64_t host_memory_bytes() {
+  auto bytes = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+               static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
+  std::uint64_t limit = 0;
+  // It may read "max"
+  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit) bytes = std::min(bytes, limit);
+  return bytes;
+}
+
 }  // namespace
 
 std::filesystem::path tuning_file(const cl::DeviceInfo& device) {
-  return cl::cache_folder() /
-         ("rates_" + cl::hash_name(device.platform + "\n" + device.name + "\n" + device.driver) +
+  return cache_folder() /
+         ("rates_" + hash_name(device.platform + "\n" + device.name + "\n" + device.driver) +
           ".json");
 }
 
@@ -71,6 +85,18 @@ void store_tuning(const cl::DeviceInfo& device, const Tuning& tuning) {
 cl::DeviceInfo tuned(cl::DeviceInfo device) {
   if (const auto tuning = load_tuning(device)) device.work = tuning->work;
   return device;
+}
+
+MemoryLimits limits_of(const cl::DeviceInfo& device) {
+  return {device.memory_bytes, device.largest_buffer_bytes, host_memory_bytes(),
+          device.kind == cl::DeviceKind::cpu};
+}
+
+DeviceFigures figures_of(const cl::DeviceInfo& device) {
+  DeviceFigures figures{device.name, device.fp64, limits_of(device), cl::default_backend(device),
+                        default_rates()};
+  if (const auto tuning = load_tuning(device)) figures.rates = tuning->rates;
+  return figures;
 }
 
 }  // namespace raywave

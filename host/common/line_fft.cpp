@@ -3,16 +3,20 @@
 // in place (1440 samples: 1.2 us against 1.6), and lines side by side, one sample of each next to
 // the other, half as slow again. Threads are the caller's: plans are then quick to measure, and
 // neither they nor a single bit of a result depends on the number of threads.
+#include "host/common/line_fft.hpp"
+
 #include <fftw3.h>
 
+#include <algorithm>
 #include <climits>
 #include <fstream>
 #include <mutex>
 
-#include "cl/cache.hpp"
-#include "cl/fft.hpp"
+#include "host/common/cache.hpp"
+#include "host/common/error.hpp"
+#include "host/common/memory_need.hpp"
 
-namespace raywave::cl {
+namespace raywave {
 namespace {
 
 using Sample = std::complex<float>;
@@ -58,6 +62,23 @@ std::string exported_wisdom() {
 }
 
 }  // namespace
+
+Lines make_lines(std::size_t samples, const std::string& name) {
+  const std::size_t bytes =
+      (samples * sizeof(std::complex<float>) / LineFft::alignment + 1) * LineFft::alignment;
+  Lines lines(static_cast<std::complex<float>*>(std::aligned_alloc(LineFft::alignment, bytes)));
+  if (!lines)
+    throw DeviceError(
+        name + ": " + format_bytes(bytes) +
+        " asked, out of host memory; a smaller hologram.resolution or wrp.padding needs less");
+  return lines;
+}
+
+Lines make_zero_lines(std::size_t samples, const std::string& name) {
+  auto lines = make_lines(samples, name);
+  std::fill_n(lines.get(), samples, std::complex<float>{});
+  return lines;
+}
 
 struct LineFft::Plans {
   Plan forward, inverse;
@@ -105,4 +126,4 @@ void LineFft::inverse(const Sample* in, Sample* out) const {
   fftwf_execute_dft(plans_->inverse.get(), fftw(in), fftw(out));
 }
 
-}  // namespace raywave::cl
+}  // namespace raywave

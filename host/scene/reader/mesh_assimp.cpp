@@ -20,15 +20,14 @@
 #include <utility>
 
 #include "host/common/error.hpp"
-#include "host/common/text.hpp"
 #include "host/scene/mesh.hpp"
+#include "host/scene/reader/readers.hpp"
 #include "host/scene/reader_reply.hpp"
 #include "host/scene/vectors.hpp"
 
 namespace raywave {
 namespace {
 
-constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{2} << 30;
 constexpr std::size_t kMaxNodes = 1'000'000;
 
 glm::dmat4 to_glm(const aiMatrix4x4& m) {  // Assimp stores rows, glm columns
@@ -71,8 +70,8 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, Mesh& raw) {
   }
 }
 
-/// All parts as the file places them, without recursion: a file may nest its nodes as deep as it
-/// likes.
+/// Merges all parts as the file places them. Without recursion, for a file may nest its nodes to
+/// any depth.
 Mesh flatten(const aiScene& scene) {
   Mesh raw;
   std::vector<std::pair<const aiNode*, glm::dmat4>> pending{{scene.mRootNode, glm::dmat4(1)}};
@@ -93,8 +92,8 @@ Mesh flatten(const aiScene& scene) {
   return raw;
 }
 
-/// Files that end: Assimp's PLY reader asks for more for ever when the end of the header or the
-/// data is missing.
+/// A file that throws at its end: Assimp's PLY reader reads for ever when the end of the header or
+/// of the data is missing.
 class EndingStream : public Assimp::DefaultIOStream {
 public:
   EndingStream(std::FILE* file, const char* name) : DefaultIOStream(file, name) {}
@@ -116,7 +115,9 @@ public:
   }
 };
 
-Mesh read(const std::filesystem::path& file) {
+}  // namespace
+
+Mesh read_mesh(const std::filesystem::path& file) {
   Assimp::Importer importer;
   importer.SetIOHandler(new EndingFiles);  // which the importer deletes
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
@@ -132,40 +133,6 @@ Mesh read(const std::filesystem::path& file) {
       importer.ReadFile(file.string(), aiProcess_ValidateDataStructure | aiProcess_Triangulate);
   if (!scene || !scene->mRootNode) throw InputError(importer.GetErrorString());
   return flatten(*scene);
-}
-
-/// In a child, because Assimp can fail an assertion, crash, or spin on a damaged file. Limits are
-/// generous: a text file of 100 MiB takes 10 s.
-Mesh read_safely(const std::filesystem::path& file, std::uintmax_t file_bytes) {
-  const ChildLimits limits{static_cast<unsigned>(2 + (file_bytes >> 20)),
-                           (std::uint64_t{1} << 30) + 64 * file_bytes};
-  Mesh raw;
-  run_in_child(
-      limits, [&] { raw = read(file); }, [&](ChildPipe& pipe) { send(pipe, raw); },
-      [&](ChildPipe& pipe) { raw = receive_mesh(pipe); });
-  return raw;
-}
-
-}  // namespace
-
-Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where) {
-  const auto fail = [&](std::string_view what) {
-    throw InputError(where + ": mesh " + in_quotes(file.string()) + ": " + one_line(what));
-  };
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) fail("there is no such file");
-  const std::uintmax_t bytes = std::filesystem::file_size(file, error);
-  if (error || bytes > kMaxFileBytes) fail("larger than 2 GiB");
-
-  Mesh raw;
-  try {
-    raw = read_safely(file, bytes);
-  } catch (const std::exception& failure) {
-    fail(failure.what());
-  }
-  Mesh mesh = finish_mesh(std::move(raw), normals);
-  if (mesh.triangles.empty()) fail("holds no triangle that has an area");
-  return mesh;
 }
 
 }  // namespace raywave

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace raywave::cl {
+namespace raywave {
 
 /// RAYWAVE_CACHE_DIR, else raywave/ in XDG_CACHE_HOME, else in ~/.cache, else in the system's
 /// temporary folder.
@@ -25,4 +25,4 @@ void store_cached(const std::string& name, const void* data, std::size_t bytes);
 /// 32 hexadecimal digits that stand for `text` in a file name.
 std::string hash_name(std::string_view text);
 
-}  // namespace raywave::cl
+}  // namespace raywave

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/candidates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+#include <numbers>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/plan/interpolation.hpp"
+#include "host/plan/make_plan.hpp"
+#include "host/plan/padded_plane.hpp"
+#include "host/plan/propagation_errors.hpp"
+#include "host/plan/tiles.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr double arc_minute = std::numbers::pi / 180 / 60;
+
+/// Sampling pitches tried, over the resolution. Coarser lattices show their dots.
+constexpr std::array pitches_of_resolution{1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.3, 0.25};
+
+/// Tried beside all rows: an error of one or two per cent of the field (docs/accuracy.md) for half
+/// of the gathering.
+constexpr double planned_oversampling = 1.5;
+
+constexpr int most_layers_tried = 8;
+
+/// Predictions are no better: what saves less time is not tried.
+constexpr double least_saving = 0.1;
+
+/// Fields that are more wrong than this show ghosts beside bright objects.
+constexpr double worst_padding_error = 0.15;
+
+/// To two digits: as a person would write it.
+double round_pitch(double p) {
+  const double digit = std::pow(10, std::floor(std::log10(p)) - 1);
+  return std::floor(p / digit + 1e-9) * digit;
+}
+
+Plan with_pitch(Plan plan, double pitch_m) {
+  const double finer = plan.lattice.step * plan.lattice.full_z_m / pitch_m;
+  plan.lattice.step /= finer;
+  plan.lattice.size = glm::ivec2(glm::ceil(glm::dvec2(plan.lattice.size) * finer));
+  return plan;
+}
+
+}  // namespace
+
+double detail_for_eye_m(const Scene& scene, const Plan& plan) {
+  return arc_minute * (scene.viewer.distance_m + plan.lattice.full_z_m);
+}
+
+double wanted_resolution_m(const Scene& scene, const Plan& plan) {
+  double limit = 0;
+  for (int axis = 0; axis < 2; ++axis)
+    limit = std::max(
+        limit, plan.wavelength_m * plan.lattice.full_z_m / (plan.size[axis] * plan.pitch_m[axis]));
+  return std::max(limit, scene.viewer.resolution_m.value_or(detail_for_eye_m(scene, plan)));
+}
+
+std::vector<Choice> choices(const Scene& scene, const World& world, const DeviceFigures& device) {
+  return Candidates(scene, world, device).choices(std::numeric_limits<double>::infinity());
+}
+
+Candidates::Candidates(const Scene& scene, const World& world, const DeviceFigures& device)
+    : scene_(scene),
+      world_(world),
+      device_(device),
+      plan_(make_plan(scene, world, Method::wrp, 100, device.has_doubles)),
+      resolution_m_(wanted_resolution_m(scene, plan_)),
+      view_(front_view(scene, world, plan_)) {
+  add(layout(scene.wrp.layers, plan_));
+}
+
+const std::optional<PictureModel>& Candidates::model_of(int layers, const Cone& cone) const {
+  const auto found = std::find_if(layouts_.begin(), layouts_.end(), [&](const Layout& l) {
+    return l.layers == layers && l.all_rows.plan.cone() == cone;
+  });
+  return found->model;
+}
+
+std::vector<Choice> Candidates::choices(double most_cone_error) {
+  if (!plan_.aimed)
+    throw InputError(one_line(scene_.file.string()) +
+                     ": pictures of sampling.mode \"fan\" cannot be predicted; give "
+                     "sampling.pitch, sampling.frames and wrp.padding "
+                     "instead of a goal, or sampling.mode \"aimed\"");
+  const auto pitches_m = pitches();
+  const auto counts = scene_.given.contains("sampling.frames")
+                          ? std::vector{scene_.sampling.frames}
+                          : std::vector(frames_tried.begin(), frames_tried.end());
+
+  // Layouts first: their planes, footprints and errors hold for all pitches and frames.
+  add_layers(pitches_m.back(), counts);
+  add_cones(most_cone_error);
+  for (auto& layout : layouts_) predict_errors(layout);
+
+  std::vector<Choice> all;
+  for (const double pitch_m : pitches_m) add_choices(pitch_m, counts, all);
+  return all;
+}
+
+/// Sampling pitches to try, the coarsest first: the scene's own, or what lies between the detail
+/// that counts and the hologram's limit.
+std::vector<double> Candidates::pitches() const {
+  if (scene_.given.contains("sampling.pitch")) return {scene_.sampling.pitch_m};
+  const double finest =
+      std::max(plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.x * plan_.pitch_m.x),
+               plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.y * plan_.pitch_m.y));
+  std::vector<double> pitches_m;
+  for (const double share : pitches_of_resolution) {
+    if (const double p = round_pitch(share * resolution_m_); pitches_m.empty() || p >= finest)
+      pitches_m.push_back(p);
+  }
+  return pitches_m;
+}
+
+/// Appends the choices of one pitch: cone by cone, all numbers of frames, layouts with more layers
+/// only where they save time, and each with all paddings.
+void Candidates::add_choices(double pitch_m, const std::vector<int>& counts,
+                             std::vector<Choice>& all) const {
+  for (std::size_t first = 0; first < layouts_.size();) {
+    const auto cone = layouts_[first].all_rows.plan.cone();
+    auto end = first;
+    while (end < layouts_.size() && layouts_[end].all_rows.plan.cone() == cone) ++end;
+    const auto pattern = lattice_pattern(*layouts_[first].model, pitch_m);
+    for (const int frames : counts) {
+      double least_s = std::numeric_limits<double>::infinity();
+      for (auto i = first; i < end; ++i) {
+        const auto& layout = layouts_[i];
+        const Choice c{.pitch_m = pitch_m,
+                       .padding = 1,
+                       .frames = frames,
+                       .layers = layout.layers,
+                       .cone = cone};
+        const double seconds = seconds_of(c, fastest_of(layout));
+        if (!(seconds < (1 - least_saving) * least_s)) continue;
+        least_s = seconds;
+        add_paddings(c, layout, layout.all_rows, pattern, all);
+        if (!layout.few_rows) continue;
+        auto few = c;
+        few.oversampling = planned_oversampling;
+        add_paddings(few, layout, *layout.few_rows, pattern, all);
+      }
+    }
+    first = end;
+  }
+}
+
+/// Without predictions of errors and pictures.
+Candidates::Layout Candidates::layout(int layers, const Plan& plan) const {
+  Layout l{layers, gathering_of(plan), {}, {}};
+  if (scene_.given.contains("wrp.oversampling") || !plan.aimed || plan.bounces > 0) return l;
+  auto few = plan;
+  bool any = false;
+  for (auto& layer : few.layers) {
+    layer.rows = rows_for_band(few, layer, planned_oversampling);
+    any |= layer.interpolates();
+  }
+  if (any) l.few_rows = gathering_of(few);
+  return l;
+}
+
+void Candidates::add(Layout layout) {
+  if (plan_.aimed) {
+    auto seen = layout.all_rows.plan;
+    seen.grid = plan_.grid;  // pictures of one size are compared
+    layout.model = picture_model(view_, seen, resolution_m_);
+  }
+  layouts_.push_back(std::move(layout));
+}
+
+/// Adds more and more layers, as long as they save time on the finest lattice, with the fewest
+/// frames or the most, and there are surfaces in them.
+void Candidates::add_layers(double finest_pitch_m, const std::vector<int>& counts) {
+  if (scene_.given.contains("wrp.layers") || scene_.given.contains("wrp.distance") ||
+      plan_.bounces > 0)
+    return;
+  for (int layers = layouts_.back().layers + 1; layers <= most_layers_tried; ++layers) {
+    auto scene = scene_;
+    scene.wrp.layers = layers;
+    auto more = layout(layers, make_plan(scene, world_, Method::wrp, 100, device_.has_doubles));
+    if (more.all_rows.plan.layers.size() == layouts_.back().all_rows.plan.layers.size()) return;
+    const auto saves = [&](int frames) {
+      const Choice c{.pitch_m = finest_pitch_m, .padding = 1, .frames = frames};
+      return seconds_of(c, fastest_of(more)) <
+             (1 - least_saving) * seconds_of(c, fastest_of(layouts_.back()));
+    };
+    if (!saves(counts.front()) && !saves(counts.back())) return;
+    add(std::move(more));
+  }
+}
+
+/// Adds the same layers with other cones, which change neither planes nor lattice enough to count.
+void Candidates::add_cones(double most_error) {
+  const auto layers = layouts_.size();
+  auto tried = std::vector{plan_.cone()};
+  for (auto cone : cones_tried) {
+    if (scene_.given.contains("sampling.cone")) cone.half_width = plan_.cone_half_width;
+    if (scene_.given.contains("sampling.apodization")) cone.apodization = plan_.apodization;
+    if (cone.apodization > cone.half_width || cone.field_error() > most_error ||
+        std::find(tried.begin(), tried.end(), cone) != tried.end())
+      continue;
+    tried.push_back(cone);
+    for (std::size_t i = 0; i < layers; ++i) {
+      auto plan = layouts_[i].all_rows.plan;
+      plan.cone_half_width = cone.half_width;
+      plan.apodization = cone.apodization;
+      plan.cone_error = cone.field_error();
+      divide(plan, plan.tile_grid, scene_.wrp.padding);  // tiles have cones of their own
+      add(layout(layouts_[i].layers, plan));
+    }
+  }
+}
+
+/// Errors of few rows, and of the paddings that are tried; paddings with ghosts are left out.
+void Candidates::predict_errors(Layout& layout) const {
+  if (layout.few_rows)
+    layout.few_rows->plan.oversampling_error = predicted_oversampling_error(layout.few_rows->plan);
+  const auto given = scene_.given.contains("wrp.padding");
+  const auto tried = given ? std::vector{scene_.wrp.padding}
+                           : std::vector(paddings_tried.begin(), paddings_tried.end());
+  std::vector<glm::ivec2> sizes;
+  for (const double padding : tried) sizes.push_back(padded_size(plan_.tile_size, padding));
+  const auto errors = predicted_padding_errors(layout.all_rows.plan, sizes);
+  for (std::size_t i = 0; i < tried.size(); ++i) {
+    if (errors[i] <= worst_padding_error || i + 1 == tried.size())
+      layout.paddings.emplace_back(tried[i], errors[i]);
+  }
+}
+
+/// Appends a choice with each padding that is tried.
+void Candidates::add_paddings(const Choice& without, const Layout& layout,
+                              const Gathering& gathering, const LatticePattern& pattern,
+                              std::vector<Choice>& all) const {
+  auto plan = with_pitch(gathering.plan, without.pitch_m);
+  auto work = work_of(without, plan, gathering);
+  for (const auto& [padding, error] : layout.paddings) {
+    auto c = without;
+    c.padding = padding;
+    plan.padded = padded_size(plan.tile_size, padding);
+    work.butterflies = count_butterflies(plan, c.frames);
+    c.seconds = predict_times(work, device_.rates).total_s();
+    c.psnr_db = predict_pictures(*layout.model, pattern, c.frames,
+                                 std::hypot(error, plan.oversampling_error))
+                    .mean_psnr_db;
+    all.push_back(c);
+  }
+}
+
+Work Candidates::work_of(const Choice& c, const Plan& plan, const Gathering& gathering) const {
+  auto scene = scene_;
+  scene.sampling.frames = c.frames;
+  return count_work(scene, world_, plan, view_, gathering.footprints);
+}
+
+double Candidates::seconds_of(const Choice& c, const Gathering& gathering) const {
+  auto plan = with_pitch(gathering.plan, c.pitch_m);
+  plan.padded = padded_size(plan.tile_size, c.padding);
+  return predict_times(work_of(c, plan, gathering), device_.rates).total_s();
+}
+
+}  // namespace raywave

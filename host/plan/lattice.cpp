@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/lattice.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/plan/footprint.hpp"
+#include "host/plan/message_text.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr double largest_lattice = 1 << 28;  // cells
+
+/// Cells from the axis: floats count no farther and still tell places within a cell.
+constexpr double farthest_lattice_ray = 1 << 22;
+
+}  // namespace
+
+void add_chief_tangents(const Plan& plan, const DepthLayer& layer, const Tile& tile,
+                        const WrpGrid& wrps, ChiefTangents& lit) {
+  for (int axis = 0; axis < 2; ++axis) {
+    // Light of a sample reaches a WRP when the sample's chief ray passes no farther beyond its edge
+    // than the widest footprint and a tail of the widest spot.
+    const double middle = wrps.middle_m[axis] - tile.centre_m[axis];
+    const auto nearest = footprint_of(plan, axis, layer.distance_m, layer.min_m.z),
+               farthest = footprint_of(plan, axis, layer.distance_m, layer.max_m.z);
+    const double footprint =
+        std::max(nearest.half_m, farthest.half_m) + lattice_tail * farthest.spot_m;
+    const double half = wrps.size[axis] * plan.tile_window_m()[axis] / 2 + footprint;
+    // A ray to the tile's centre that crosses the plane at x comes from the tangent (x - centre) /
+    // distance + centre / z.
+    for (const double z : {layer.min_m.z, layer.max_m.z}) {
+      for (const double side : {-half, half})
+        lit[static_cast<std::size_t>(axis)].add((middle + side) / layer.distance_m +
+                                                tile.centre_m[axis] / z);
+    }
+  }
+}
+
+LatticePlan lattice_over(const Scene& scene, const Extents& extents, const Plan& plan,
+                         glm::dvec2 largest_tangent, const ChiefTangents& lit) {
+  LatticePlan lattice;
+  lattice.full_z_m = (plan.near_m + plan.far_m) / 2;
+  lattice.step = scene.sampling.pitch_m / lattice.full_z_m;
+  const auto window = plan.window_m();
+  double cells = 1;
+  for (int axis = 0; axis < 2; ++axis) {
+    // Chief rays no steeper than light that pixels can show into some part of the window, and none
+    // whose light misses all WRPs
+    const auto& tangents = extents.tangents[axis];
+    const double reach = largest_tangent[axis] +
+                         std::max(1.0, plan.cone_half_width) * window[axis] / (2 * plan.near_m);
+    const double low = std::max(-reach, lit[axis].low),
+                 high = std::max(low, std::min(reach, lit[axis].high));
+
+    // Whole cells around what the scene's extents leave of them
+    const double first = std::floor(std::clamp(tangents.low, low, high) / lattice.step - 0.5);
+    const double last = std::ceil(std::clamp(tangents.high, low, high) / lattice.step - 0.5);
+    cells *= last - first + 1;
+    const std::string asked =
+        one_line(scene.file.string()) + ": sampling.pitch " + millimetres(scene.sampling.pitch_m);
+    if (!(cells <= largest_lattice))
+      throw InputError(
+          asked + " needs " + count_text(cells) +
+          " lattice cells or more, at most 268435456 are allowed; give a larger pitch");
+    if (const double farthest = std::max(std::abs(first), std::abs(last));
+        farthest > farthest_lattice_ray)
+      throw InputError(asked + " puts the scene " + count_text(farthest) +
+                       " pitches off the axis, at most 4194304 are allowed; give a larger pitch");
+    lattice.first[axis] = static_cast<int>(first);
+    lattice.size[axis] = static_cast<int>(last - first + 1);
+  }
+  return lattice;
+}
+
+std::uint64_t aimed_rays(const Plan& plan) {
+  double rays = 0;
+  for (const auto& layer : plan.layers) {
+    const double narrowed = narrowing(layer.distance_m, (layer.min_m.z + layer.max_m.z) / 2);
+    double of_layer = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y /
+                      static_cast<double>(plan.layers.size());
+    for (int axis = 0; axis < 2; ++axis)
+      of_layer *= std::max(
+          1.0, std::min(narrowed * (layer.distance_m > 0 ? plan.cone_half_width : 1.0), 1.0) *
+                   plan.size[axis]);
+    rays += of_layer;
+  }
+  return static_cast<std::uint64_t>(rays);
+}
+
+}  // namespace raywave

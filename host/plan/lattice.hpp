@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The sample lattice: the rays from the hologram's centre whose hits are the surface samples.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec2.hpp>
+
+#include "host/geometry/extents.hpp"
+#include "host/plan/plan.hpp"
+#include "host/scene/scene.hpp"
+
+namespace raywave {
+
+/// Tangents of chief rays (to the hologram's centre), low and high per axis.
+using ChiefTangents = std::array<Interval, 2>;
+
+/// Bounds nothing: for planes whose light may come from anywhere.
+inline constexpr ChiefTangents all_tangents{Interval{-1e9, 1e9}, Interval{-1e9, 1e9}};
+
+/// WRPs side by side.
+struct WrpGrid {
+  glm::ivec2 size{1, 1};  // columns, rows
+  glm::dvec2 middle_m{0, 0};
+};
+
+/// Extends `lit` by the chief rays of the light that falls onto a tile's WRPs, diffraction at their
+/// edges included.
+void add_chief_tangents(const Plan& plan, const DepthLayer& layer, const Tile& tile,
+                        const WrpGrid& wrps, ChiefTangents& lit);
+
+/// The lattice over everything in the scene whose light the hologram can show.
+///
+/// lit     chief rays of whatever light can fall onto a WRP
+/// throws  InputError when sampling.pitch needs more cells than are allowed, or cells too far off
+///         the axis
+LatticePlan lattice_over(const Scene& scene, const Extents& extents, const Plan& plan,
+                         glm::dvec2 largest_tangent, const ChiefTangents& lit);
+
+/// About how many rays are aimed at samples: as if one surface filled the lattice, the layers'
+/// middle depths in equal parts.
+std::uint64_t aimed_rays(const Plan& plan);
+
+}  // namespace raywave

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/layers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/geometry/extents.hpp"
+#include "host/plan/message_text.hpp"
+
+namespace raywave {
+namespace {
+
+/// Sampling pitches that the cone of a pixel spans on the nearest surface. Three keep neighbouring
+/// samples apart in direction (docs/pipeline.md, "Where the WRPs stand"); more only cost rays.
+constexpr double samples_across_nearest = 3;
+
+/// Pixels that the cone spans there at least: fewer do not resolve it.
+constexpr double pixels_across_nearest = 8;
+
+bool holds(const DepthLayer& layer, double z_m) {
+  return layer.begin_m <= z_m && z_m < layer.end_m;
+}
+
+}  // namespace
+
+std::vector<double> distances_of(const Scene& scene, const World& world, const Plan& plan) {
+  // Fans, mirrors and glass send rays from layer to layer, so they allow one distance only.
+  const auto& given = scene.wrp.distances_m;
+  const bool gathers_fans = !plan.aimed || plan.bounces > 0;
+  if (const auto layers = std::max(given.size(), static_cast<std::size_t>(scene.wrp.layers));
+      gathers_fans && layers > 1) {
+    throw InputError(one_line(scene.file.string()) + ": wrp.layers " + std::to_string(layers) +
+                     ": rays of fans, mirrors and glass pass from layer to layer, which needs all "
+                     "WRPs at one distance; give wrp.layers 1" +
+                     (given.empty() ? "" : " and one wrp.distance"));
+  }
+
+  // Distances that the scene gives are taken. Rays of a fan go forwards and need surfaces behind
+  // the WRPs; aimed rays meet samples on either side.
+  if (!given.empty()) {
+    if (!plan.aimed && given[0] >= plan.far_m) {
+      throw InputError(one_line(scene.file.string()) + ": wrp.distance " + millimetres(given[0]) +
+                       " puts the WRPs behind the whole scene, which ends at " +
+                       millimetres(plan.far_m) + "; give less, or \"auto\"");
+    }
+    return given;
+  }
+
+  // WRPs that gather samples stand amid the surfaces, where footprints are smallest. WRPs that
+  // gather fans stand so far in front that a pixel's cone spans a few samples.
+  if (!gathers_fans) return middles_of_surfaces(world, scene.wrp.layers);
+  const auto window = plan.window_m();
+  const double cone = std::max(window.x, window.y) / plan.near_m;
+  const double across = std::max(samples_across_nearest * scene.sampling.pitch_m,
+                                 pixels_across_nearest * std::max(plan.pitch_m.x, plan.pitch_m.y));
+  return {plan.near_m - std::min(across / cone, plan.near_m / 2)};
+}
+
+std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const World& world,
+                                      std::span<const glm::dvec3> positions_m) {
+  for (;;) {
+    // Layers meet midway between their WRPs: there footprints, as wide as |1 - distance / depth|,
+    // are equal on both.
+    std::vector<DepthLayer> layers(distances_m.size());
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+      layers[i].distance_m = distances_m[i];
+      if (i > 0)
+        layers[i].begin_m = layers[i - 1].end_m = (distances_m[i - 1] + distances_m[i]) / 2;
+    }
+    if (layers.size() == 1) {
+      layers[0].min_m = world.min_m;
+      layers[0].max_m = world.max_m;
+      return layers;
+    }
+
+    // Layers without a surface go, and the others share out the depths anew.
+    std::vector<double> kept;
+    for (auto& layer : layers) {
+      layer.min_m = glm::dvec3(std::numeric_limits<double>::infinity());
+      layer.max_m = -layer.min_m;
+      for (const auto& p : corners_in(world, positions_m, layer)) {
+        layer.min_m = glm::min(layer.min_m, p);
+        layer.max_m = glm::max(layer.max_m, p);
+      }
+      if (layer.min_m.z <= layer.max_m.z) kept.push_back(layer.distance_m);
+    }
+    if (kept.size() == distances_m.size()) return layers;
+    distances_m = kept.empty() ? std::vector{distances_m[0]} : kept;
+  }
+}
+
+std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec3> positions_m,
+                                   const DepthLayer& layer) {
+  std::vector<glm::dvec3> all;
+  for (const auto& p : positions_m) {
+    if (holds(layer, p.z)) all.push_back(p);
+  }
+  for (const double at : {layer.begin_m, layer.end_m}) {
+    if (!std::isfinite(at)) continue;
+    for (const auto& corners : world.triangles) {
+      for (int i = 0; i < 3; ++i) {
+        const auto &a = positions_m[corners[i]], &b = positions_m[corners[(i + 1) % 3]];
+        if ((a.z < at) != (b.z < at)) all.push_back(glm::mix(a, b, (at - a.z) / (b.z - a.z)));
+      }
+    }
+  }
+  return all;
+}
+
+}  // namespace raywave

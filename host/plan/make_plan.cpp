@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/make_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/plan/fans.hpp"
+#include "host/plan/interpolation.hpp"
+#include "host/plan/lattice.hpp"
+#include "host/plan/precision.hpp"
+#include "host/plan/propagation_errors.hpp"
+#include "host/plan/tiles.hpp"
+#include "host/plan/wrp_placement.hpp"
+
+namespace raywave {
+namespace {
+
+/// Tangent of the steepest ray to the optical axis that pixels can show, per axis.
+glm::dvec2 steepest_tangent(glm::dvec2 largest_sine) {
+  glm::dvec2 tangent;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double sine = std::min(largest_sine[axis], 0.999);
+    tangent[axis] = sine / std::sqrt(1 - sine * sine);
+  }
+  return tangent;
+}
+
+Lighting lighting_of(const Scene& scene) {
+  Lighting lighting{scene.lights, scene.materials, {}, scene.trace.shadows};
+  for (const auto& object : scene.objects) lighting.material_of_object.push_back(object.material);
+  return lighting;
+}
+
+/// The planes of Method::points and Method::rays, at the hologram itself: one per tile.
+Placement place_at_hologram(const World& world, glm::dvec2 steepest, int rays_per_axis,
+                            Plan& plan) {
+  Placement placement{{}, all_tangents};
+  plan.layers = {{.distance_m = 0, .min_m = world.min_m, .max_m = world.max_m}};
+  for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
+    placement.extents.add(extents_of(world, seen_through(0, steepest, plan, plan.tiles[i])));
+    plan.wrps.push_back(plane_at_hologram(plan, i, steepest, rays_per_axis));
+  }
+  return placement;
+}
+
+/// Rays of all fans.
+std::uint64_t fan_rays(const Plan& plan) {
+  std::uint64_t rays = 0;
+  for (const auto& wrp : plan.wrps)
+    rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.tile_size.x) *
+            static_cast<std::uint64_t>(plan.tile_size.y);
+  return rays;
+}
+
+}  // namespace
+
+Plan make_plan(const Scene& scene, const World& world, Method method, int rays_per_axis,
+               bool has_doubles, const Plan* moved_from) {
+  // The hologram, the depths of the scene, and the steepest light that pixels can show
+  Plan plan;
+  plan.size = scene.hologram.resolution;
+  plan.pitch_m = scene.hologram.pitch_m;
+  plan.wavelength_m = scene.hologram.wavelength_m;
+  plan.near_m = world.min_m.z;
+  plan.far_m = world.max_m.z;
+  plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,
+                   (plan.near_m + plan.far_m) / 2};
+  for (int axis = 0; axis < 2; ++axis)
+    plan.largest_sine[axis] = std::min(1.0, plan.wavelength_m / (2 * plan.pitch_m[axis]));
+  const auto steepest = steepest_tangent(plan.largest_sine);
+
+  // What later stages need to know of the scene
+  plan.scene_name = scene.file.string();
+  plan.lighting = lighting_of(scene);
+  plan.frames = scene.sampling.frames;
+  plan.seed = scene.sampling.seed;
+  plan.sampling_pitch_m = scene.sampling.pitch_m;
+  plan.fan_source = scene.sampling.source;
+  plan.padding = scene.wrp.padding;
+
+  // How light is gathered
+  plan.aimed = method == Method::points ||
+               (method == Method::wrp && scene.sampling.mode == SamplingMode::aimed);
+  const bool has_bounces = plan.lighting.any_material(
+      [](const Material& m) { return m.reflectivity > 0 || m.transparency > 0; });
+  plan.bounces = has_bounces ? scene.trace.depth : 0;
+  plan.antialias = scene.sampling.antialias;
+  plan.visibility_parts = scene.sampling.visibility;
+  plan.cone_half_width = scene.sampling.cone;
+  plan.apodization = scene.sampling.apodization;
+
+  // Tiles: windows of the hologram that are computed one after another
+  const auto tiles =
+      moved_from ? moved_from->tile_grid : scene.hologram.tiles.value_or(glm::ivec2(1));
+  if (const auto why = why_in_one_piece(plan, method); tiles != glm::ivec2(1) && !why.empty()) {
+    throw InputError(one_line(scene.file.string()) + ": hologram.tiles " + std::to_string(tiles.x) +
+                     " x " + std::to_string(tiles.y) + ": " + why + "; give hologram.tiles [1, 1]");
+  }
+  divide(plan, tiles, scene.wrp.padding);
+
+  // Layers and the planes in them
+  const auto placement = method == Method::wrp
+                             ? place_wrps(scene, world, steepest, plan)
+                             : place_at_hologram(world, steepest, rays_per_axis, plan);
+
+  // The lattice of rays that finds the surface samples
+  plan.lattice = lattice_over(scene, placement.extents, plan, steepest, placement.lit);
+  plan.beyond_diffraction = placement.extents.beyond_m[0] > 0 || placement.extents.beyond_m[1] > 0;
+
+  // Rows that WRPs are gathered in: those of the hologram, or as few as the light needs
+  for (auto& layer : plan.layers) {
+    layer.rows = {plan.tile_size.y, plan.pitch_m.y, 0};
+    if (method == Method::wrp && plan.aimed && plan.bounces == 0 && scene.wrp.oversampling)
+      layer.rows = rows_for_band(plan, layer, *scene.wrp.oversampling);
+  }
+  plan.rays = plan.aimed ? aimed_rays(plan) : fan_rays(plan);
+
+  // The precision that keeps the phase error
+  plan.phase_errors = predict_phase_errors(plan);
+  plan.precision = choose_precision(scene.accuracy, plan.phase_errors, has_doubles);
+
+  // Errors of the field that the settings bring with them
+  if (method == Method::wrp && plan.aimed) plan.cone_error = plan.cone().field_error();
+  if (method == Method::wrp && moved_from) {
+    plan.why_tiles = moved_from->why_tiles;
+    plan.padding_error = moved_from->padding_error;
+    plan.oversampling_error = moved_from->oversampling_error;
+  } else if (method == Method::wrp) {
+    plan.padding_error = predicted_padding_errors(plan, {plan.padded})[0];
+    plan.oversampling_error = predicted_oversampling_error(plan);
+  }
+  return plan;
+}
+
+}  // namespace raywave

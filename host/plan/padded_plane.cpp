@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/padded_plane.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "host/common/fft_backend.hpp"
+
+namespace raywave {
+namespace {
+
+/// Rows of padded planes are whole packets of any device's lanes, in samples.
+constexpr int packet = 16;
+
+}  // namespace
+
+glm::ivec2 padded_size(glm::ivec2 size, double padding) {
+  const auto fast = [&](double samples) {
+    return static_cast<int>(next_fast_size(static_cast<std::size_t>(samples)));
+  };
+  return {fast(packet * std::ceil(size.x * padding / packet)), fast(std::ceil(size.y * padding))};
+}
+
+std::pair<double, double> band_of(double wave_number, double distance_m, double shift_m,
+                                  double half_m) {
+  // Closed form of |shift - z u/w| <= half
+  constexpr double all = std::numeric_limits<double>::infinity();
+  if (distance_m == 0)
+    return std::abs(shift_m) <= half_m ? std::pair(-all, all) : std::pair(all, -all);
+  const auto limit = [&](double t) {
+    return wave_number * t / std::copysign(std::hypot(t, distance_m), distance_m);
+  };
+  return std::minmax({limit(shift_m - half_m), limit(shift_m + half_m)});
+}
+
+std::pair<double, double> band_m(double wavelength_m, double distance_m, double shift_m,
+                                 double half_m) {
+  return band_of(1 / wavelength_m, distance_m, shift_m, half_m);
+}
+
+Band Axis::sampled(std::pair<double, double> band) const {
+  const double step = 1 / (padded * pitch_m);
+  const double first = std::max<double>(std::ceil(band.first / step), lowest());
+  const double last = std::min<double>(std::floor(band.second / step), highest());
+  return first <= last ? Band{static_cast<int>(first), static_cast<int>(last)} : Band{};
+}
+
+}  // namespace raywave

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/presets.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/geometry/shared_types.hpp"
+#include "host/plan/warnings.hpp"
+
+namespace raywave {
+namespace {
+
+/// A preset selects a target PSNR between that of the fastest candidate (0) and that of the most
+/// accurate one (1), in decibels.
+constexpr std::array shares_of_preset{0.0, 0.5, 0.85, 1.0};
+
+/// A smaller gain is not worth the time, except to reference.
+constexpr double no_gain_db = 0.5;
+
+/// The accuracy.phase of the preset reference, where the scene gives none.
+constexpr double reference_phase_turns = 0.001;
+
+/// The largest error of a cone that a preset accepts: draft and balanced are for pictures, accurate
+/// and reference for the wavefront.
+constexpr std::array cone_errors_of_preset{0.25, 0.25, 0.06, 0.0};
+
+/// The most accurate of the choices that take no longer; the fastest when all take longer.
+const Choice& most_accurate_within(const std::vector<Choice>& all, double seconds) {
+  const Choice* best = nullptr;
+  for (const auto& c : all) {
+    if (c.seconds <= seconds && (!best || c.psnr_db > best->psnr_db ||
+                                 (c.psnr_db == best->psnr_db && c.seconds < best->seconds)))
+      best = &c;
+  }
+  return best ? *best : *std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return a.seconds < b.seconds;
+  });
+}
+
+/// The fastest of the choices that reach this PSNR; the most accurate when none does.
+const Choice& fastest_reaching(const std::vector<Choice>& all, double psnr_db) {
+  const Choice* best = nullptr;
+  for (const auto& c : all) {
+    if (c.psnr_db >= psnr_db && (!best || c.seconds < best->seconds)) best = &c;
+  }
+  return best ? *best : *std::max_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return a.psnr_db < b.psnr_db;
+  });
+}
+
+const Choice& chosen(const std::vector<Choice>& all, const Goal& goal) {
+  if (goal.budget_s) return most_accurate_within(all, *goal.budget_s);
+  if (goal.psnr_db) return fastest_reaching(all, *goal.psnr_db);
+  const auto least = most_accurate_within(all, 0).psnr_db;  // of the fastest
+  const auto most = fastest_reaching(all, std::numeric_limits<double>::infinity()).psnr_db;
+  const double wanted =
+      least + shares_of_preset[static_cast<std::size_t>(*goal.preset)] * (most - least);
+  return fastest_reaching(all, wanted - (goal.preset == Preset::reference ? 1e-9 : no_gain_db));
+}
+
+std::string seconds_text(double seconds) {
+  return seconds < 1 ? number_text(std::round(seconds * 1e4) / 10) + " ms"
+                     : number_text(std::round(seconds * 100) / 100) + " s";
+}
+std::string decibels_text(double db) { return number_text(std::round(db * 10) / 10) + " dB"; }
+
+std::string why_resolution(const Scene& scene, const Plan& plan, double resolution_m) {
+  const std::string text = "resolution " + length_text(std::round(resolution_m * 1e8) / 1e8) + ": ";
+  if (scene.viewer.resolution_m == resolution_m) return text + "viewer.resolution";
+  if (!scene.viewer.resolution_m && resolution_m == detail_for_eye_m(scene, plan))
+    return text + "1 arc minute for an eye " + length_text(scene.viewer.distance_m) +
+           " from the hologram";
+  return text + "the hologram's own limit, wavelength z / width";
+}
+
+/// Predicted times of the choice with other numbers of layers, where any was tried.
+std::string why_so_many_layers(const std::vector<Choice>& all, const Choice& choice) {
+  std::vector<std::pair<int, double>> least;
+  for (const auto& c : all) {
+    if (c.pitch_m != choice.pitch_m || c.padding != choice.padding || c.frames != choice.frames ||
+        c.cone != choice.cone)
+      continue;
+    if (least.empty() || least.back().first != c.layers) least.emplace_back(c.layers, c.seconds);
+    least.back().second = std::min(least.back().second, c.seconds);
+  }
+  if (least.size() < 2) return "";
+  std::string text;
+  for (const auto& [layers, seconds] : least)
+    text += (text.empty() ? "" : ", ") + std::to_string(layers) + " takes " + seconds_text(seconds);
+  return "layers of depth: predicted " + text;
+}
+
+/// Takes the values of the choice that the goal selects over into the planned scene, and warns
+/// where no choice reaches the goal.
+///
+/// returns  why the scene has so many layers; empty where only one number was tried
+std::string choose(Candidates& candidates, const Goal& goal, Planned& planned) {
+  const auto all = candidates.choices(largest_cone_error(goal));
+  const auto& c = chosen(all, goal);
+  const auto why_layers = why_so_many_layers(all, c);
+  auto& s = planned.scene;
+  s.sampling.pitch_m = c.pitch_m;
+  s.sampling.frames = c.frames;
+  s.wrp.padding = c.padding;
+  s.wrp.layers = c.layers;
+  s.sampling.cone = c.cone.half_width;
+  s.sampling.apodization = c.cone.apodization;
+  if (c.oversampling) s.wrp.oversampling = c.oversampling;
+  if (goal.budget_s && c.seconds > *goal.budget_s)
+    planned.warnings.push_back("nothing keeps " + seconds_text(*goal.budget_s) +
+                               ": the fastest takes " + seconds_text(c.seconds) +
+                               "; a smaller hologram.resolution or wrp.grid needs less");
+  if (goal.psnr_db && c.psnr_db < *goal.psnr_db)
+    planned.warnings.push_back("nothing reaches " + decibels_text(*goal.psnr_db) +
+                               ": the most accurate has " + decibels_text(c.psnr_db) +
+                               "; a larger viewer.resolution asks for less detail");
+  return why_layers;
+}
+
+/// Time, pictures and errors of the plan.
+Prediction predicted(const Planned& planned, const World& world, const DeviceFigures& device,
+                     const Candidates& candidates) {
+  const auto& s = planned.scene;
+  const auto& plan = planned.plan;
+  Prediction prediction;
+  prediction.resolution_m = candidates.resolution_m();
+  prediction.work =
+      count_work(s, world, plan, candidates.view(), footprints_of(plan, candidates.view()));
+  prediction.times = predict_times(prediction.work, device.rates);
+  prediction.rates_of = device.rates.device;
+  if (const auto& model = candidates.model_of(s.wrp.layers, plan.cone()))
+    prediction.pictures =
+        predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
+                         std::hypot(plan.padding_error, plan.oversampling_error));
+  const double phase_error =
+      2 * std::numbers::pi *
+      plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
+  prediction.field_error = std::hypot(
+      plan.cone_error, std::hypot(plan.padding_error, plan.oversampling_error, phase_error));
+  return prediction;
+}
+
+/// Predicts the device's memory, surface samples included, and warns where it is short.
+void predict_memory(const World& world, const DeviceFigures& device, Planned& planned) {
+  const auto& s = planned.scene;
+  auto& bytes = planned.prediction.device_bytes;
+  const auto largest = device.memory.largest_buffer_bytes;
+  const auto needs = memory_needs(world, planned.plan, {Method::wrp, device.fft}, largest);
+  bytes = needs.device_bytes();
+  for (const auto& need : needs.device) {
+    if (need.bytes > largest)
+      planned.warnings.push_back(need.name + ": " + format_bytes(need.bytes) + " in one buffer, " +
+                                 device.name + " allows " + format_bytes(largest) + "; " +
+                                 need.advice);
+  }
+  bytes += static_cast<std::uint64_t>(
+      planned.prediction.work.samples *
+      (sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 + 8 * s.sampling.frames));
+  if (bytes > device.memory.device_bytes)
+    planned.warnings.push_back("needs " + format_bytes(bytes) + ", " + device.name + " has " +
+                               format_bytes(device.memory.device_bytes) +
+                               "; a smaller hologram.resolution or wrp.padding, more "
+                               "hologram.tiles or a larger sampling.pitch need less");
+}
+
+/// A line for each value: what it is, and whether it was given, chosen or is the default.
+std::vector<std::string> reasons_of(const Scene& scene, const Goal& goal, const Planned& planned,
+                                    const std::string& why_layers) {
+  const auto& s = planned.scene;
+  const auto& plan = planned.plan;
+  const auto fixed = [&](const char* key) {
+    return scene.given.contains(key) ? "given" : goal.any() ? "chosen" : "default";
+  };
+  std::vector<std::string> reasons = {
+      why_resolution(s, plan, planned.prediction.resolution_m),
+      "sampling.pitch " + length_text(s.sampling.pitch_m) + " (" + fixed("sampling.pitch") +
+          "), sampling.frames " + std::to_string(s.sampling.frames) + " (" +
+          fixed("sampling.frames") + "), wrp.padding " + number_text(s.wrp.padding) + " (" +
+          fixed("wrp.padding") + "), wrp.oversampling " +
+          (s.wrp.oversampling ? number_text(*s.wrp.oversampling) : "full") + " (" +
+          fixed("wrp.oversampling") + "), sampling.cone " + number_text(s.sampling.cone) + " (" +
+          fixed("sampling.cone") + "), sampling.apodization " +
+          number_text(s.sampling.apodization) + " (" + fixed("sampling.apodization") +
+          "), wrp.layers " + std::to_string(s.wrp.layers) + " (" +
+          fixed(scene.given.contains("wrp.distance") ? "wrp.distance" : "wrp.layers") + ")"};
+  if (!why_layers.empty()) reasons.push_back(why_layers);
+  if (!plan.why_tiles.empty())
+    reasons.push_back("hologram.tiles " + std::to_string(plan.tile_grid.x) + " x " +
+                      std::to_string(plan.tile_grid.y) + ": " + plan.why_tiles);
+  return reasons;
+}
+
+}  // namespace
+
+Preset preset_of(const std::string& name) {
+  for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
+    if (name == name_of(preset)) return preset;
+  }
+  throw InputError("preset " + name +
+                   ": unknown; there are draft, balanced, accurate and reference");
+}
+
+const char* name_of(Preset preset) {
+  constexpr const char* names[] = {"draft", "balanced", "accurate", "reference"};
+  return names[static_cast<std::size_t>(preset)];
+}
+
+double largest_cone_error(const Goal& goal) {
+  return cone_errors_of_preset[static_cast<std::size_t>(goal.preset.value_or(Preset::balanced))];
+}
+
+Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device,
+                   const Goal& goal) {
+  // Values that the scene leaves open keep their defaults, or are chosen as the goal says.
+  Planned planned;
+  planned.scene = scene;
+  auto& s = planned.scene;
+  if (goal.preset == Preset::reference && !scene.given.contains("accuracy.phase"))
+    s.accuracy.phase_turns = reference_phase_turns;
+  Candidates candidates(s, world, device);
+  std::string why_layers;
+  if (goal.any()) why_layers = choose(candidates, goal, planned);
+
+  // The plan with these values, in as few tiles as the device's memory allows
+  planned.plan =
+      fitting_plan(s, world, device.memory, {Method::wrp, device.fft}, 100, device.has_doubles);
+
+  // What to expect of it, and why it is as it is
+  planned.prediction = predicted(planned, world, device, candidates);
+  predict_memory(world, device, planned);
+  planned.reasons = reasons_of(scene, goal, planned, why_layers);
+  for (auto& warning :
+       warnings_of(s, world, planned.plan, candidates.view(), candidates.resolution_m()))
+    planned.warnings.push_back(std::move(warning));
+  return planned;
+}
+
+}  // namespace raywave

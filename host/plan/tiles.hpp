@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Tiles: windows of the hologram that are computed one after another where memory is short.
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <string>
+
+#include "host/plan/plan.hpp"
+
+namespace raywave {
+
+/// Why the hologram can only be computed in one piece; empty: it can be divided.
+std::string why_in_one_piece(const Plan& plan, Method method);
+
+/// Divides a plan's hologram into tiles: Plan::tile_grid, tile_size, tiles, padded, tile_cone and
+/// tile_apodization.
+void divide(Plan& plan, glm::ivec2 tile_grid, double padding);
+
+}  // namespace raywave

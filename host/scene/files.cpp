@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/scene/files.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <stdexcept>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr float kBrightestTexel = 1e30f;  // as all numbers of a scene
+
+std::shared_ptr<const Image> load(const Material& material, int channel) {
+  Image image = load_texture(*material.texture, channel, material.where);
+  // Filters of other programs ring below black
+  for (float& texel : image.pixels) texel = std::max(texel, 0.0f);
+  if (const float brightest = *std::max_element(image.pixels.begin(), image.pixels.end());
+      brightest > kBrightestTexel)
+    throw InputError(material.where + ": picture " + in_quotes(material.texture->string()) +
+                     ": holds " + number_text(brightest) + ", more than 1e+30");
+  return std::make_shared<const Image>(std::move(image));
+}
+
+}  // namespace
+
+Textures load_textures(const Scene& scene) {
+  const int channel = channel_of(scene.hologram.wavelength_m);
+  Textures textures;
+  std::map<std::filesystem::path, std::shared_ptr<const Image>> known;
+  std::uint64_t texels = 0;
+  for (const Material& material : scene.materials) {
+    textures.emplace_back();
+    if (!material.texture) continue;
+    std::error_code error;
+    const auto whole = std::filesystem::weakly_canonical(*material.texture, error);
+    auto& texture = known[error ? *material.texture : whole];
+    if (!texture) texture = load(material, channel);
+    texels += texture->pixels.size();
+    if (texels > INT32_MAX)
+      throw InputError(material.where +
+                       ": with its texture the scene has more than 2147483647 texels");
+    textures.back() = texture;
+  }
+  return textures;
+}
+
+const Image* texture_of(const Scene& scene, const Textures& textures, std::size_t material) {
+  if (!scene.materials.at(material).texture) return nullptr;
+  if (material >= textures.size() || !textures[material])
+    throw std::logic_error("the textures of the scene have not been read");
+  return textures[material].get();
+}
+
+SceneFiles load_files(const Scene& scene) {
+  auto meshes = load_meshes(scene);
+  return {std::move(meshes), load_textures(scene)};
+}
+
+}  // namespace raywave

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "host/common/error.hpp"
+#include "host/scene/reader/readers.hpp"
+#include "host/scene/reader_reply.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr int kMaxTextureSide = 16384;
+constexpr int kMaxChannels = 64;
+
+float linear_from_srgb(float s) {
+  return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
+}
+
+/// Opens a picture and checks the size that it claims.
+std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& file, int max_side) {
+  OIIO::ImageSpec as_stored;
+  as_stored["oiio:UnassociatedAlpha"] = 1;  // colours not multiplied by alpha
+  auto input = OIIO::ImageInput::open(file.string(), &as_stored);
+  if (!input) throw InputError(OIIO::geterror());
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.width > max_side ||
+      spec.height > max_side)
+    throw InputError("its size is " + std::to_string(spec.width) + " x " +
+                     std::to_string(spec.height) + ", and each side must be 1 to " +
+                     std::to_string(max_side));
+  if (spec.nchannels < 1 || spec.nchannels > kMaxChannels || spec.deep)
+    throw InputError("must have 1 to " + std::to_string(kMaxChannels) + " channels");
+  return input;
+}
+
+/// One channel as float; integer formats are divided by the format's largest number.
+Image read(OIIO::ImageInput& input, int channel) {
+  Image image{input.spec().width, input.spec().height, {}};
+  image.pixels.resize(std::size_t{1} * image.width * image.height);
+  if (!input.read_image(0, 0, channel, channel + 1, OIIO::TypeFloat, image.pixels.data()))
+    throw InputError(input.geterror());
+  if (!std::all_of(image.pixels.begin(), image.pixels.end(),
+                   [](float v) { return std::isfinite(v); }))
+    throw InputError("holds NaN or infinity");
+  return image;
+}
+
+/// One channel as linear light: integer formats are sRGB.
+Image read_linear(OIIO::ImageInput& input, int channel) {
+  Image image = read(input, channel);
+  if (!input.spec().format.is_floating_point())
+    std::transform(image.pixels.begin(), image.pixels.end(), image.pixels.begin(),
+                   linear_from_srgb);
+  return image;
+}
+
+Image read_texture(const std::filesystem::path& file, int channel) {
+  const auto input = open(file, kMaxTextureSide);
+  return read_linear(*input, input->spec().nchannels < 3 ? 0 : channel);
+}
+
+Image read_grey(const std::filesystem::path& file) {
+  const auto input = open(file, kMaxTextureSide);
+  if (input->spec().nchannels != 1)
+    throw InputError("must be grey; it has " + std::to_string(input->spec().nchannels) +
+                     " channels");
+  return read_linear(*input, 0);
+}
+
+Image read_levels(const std::filesystem::path& file) {
+  const auto input = open(file, largest_picture_side);
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.nchannels != 1 || (spec.format != OIIO::TypeUInt8 && spec.format != OIIO::TypeUInt16))
+    throw InputError("must be grey of 8 or 16 bits; it has " + std::to_string(spec.nchannels) +
+                     " channels of type " + spec.format.c_str());
+  return read(*input, 0);
+}
+
+}  // namespace
+
+Image read_image(const std::vector<std::string>& arguments) {
+  // Threads count against the limits.
+  OIIO::attribute("threads", 1);
+  OIIO::attribute("exr_threads", -1);
+  const auto &kind = arguments.at(0), &file = arguments.at(1);
+  if (kind == "texture") return read_texture(file, std::stoi(arguments.at(2)));
+  if (kind == "grey") return read_grey(file);
+  if (kind == "levels") return read_levels(file);
+  throw std::invalid_argument("raywave and its reader are not of the same version");
+}
+
+}  // namespace raywave

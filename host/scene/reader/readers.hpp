@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The third-party readers. On damaged files they may print, crash, fail assertions or hang, so
+/// only reader programs call them.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/scene/image.hpp"
+#include "host/scene/mesh.hpp"
+
+namespace raywave {
+
+/// All parts of a mesh file (Assimp), triangles without area and missing normals as they are:
+/// finish_mesh takes them.
+Mesh read_mesh(const std::filesystem::path& file);
+
+/// One channel of a picture (OpenImageIO).
+///
+/// arguments  "texture" FILE CHANNEL as load_texture reads it, "grey" FILE as load_grey does, or
+///            "levels" FILE as load_levels does
+Image read_image(const std::vector<std::string>& arguments);
+
+}  // namespace raywave

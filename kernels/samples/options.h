@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compile-time options of the sample table (kernels/common/options.h).
+#ifndef RAYWAVE_SAMPLES_OPTIONS_H
+#define RAYWAVE_SAMPLES_OPTIONS_H
+
+// Rays per side of a lattice cell besides the ray through its centre: 0, 2 or 4; SampleTable
+#ifndef RAYWAVE_ANTIALIAS
+#define RAYWAVE_ANTIALIAS 4
+#endif
+
+// 1: samples that no part of the hologram sees stay in the table; SampleTable
+#ifndef RAYWAVE_KEEP_UNSEEN
+#define RAYWAVE_KEEP_UNSEEN 0
+#endif
+
+// Parts per side of the hologram's window in a sample's visibility mask: 4, 8 or 16; 0: nothing
+// hides anything; SampleTable and Gatherer, from the Plan
+#ifndef RAYWAVE_VISIBILITY_PARTS
+#define RAYWAVE_VISIBILITY_PARTS 8
+#endif
+
+#define RAYWAVE_SAMPLES_OPTIONS(OPTION)    \
+  OPTION(antialias, RAYWAVE_ANTIALIAS)     \
+  OPTION(keep_unseen, RAYWAVE_KEEP_UNSEEN) \
+  OPTION(visibility_parts, RAYWAVE_VISIBILITY_PARTS)
+
+#endif
