@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct BenchArguments {
   SceneOptions scene;
   std::string suite, only, data, peers;
   DeviceOptions device;
@@ -42,7 +42,7 @@ fs::path program_folder() {
   return fs::read_symlink("/proc/self/exe", ignored).parent_path();
 }
 
-BenchSuite suite_of(const Options& options, const cl::DeviceInfo& device) {
+BenchSuite suite_of(const BenchArguments& options, const cl::DeviceInfo& device) {
   if (!options.scene.file.empty()) {
     if (!options.suite.empty()) throw InputError("--suite and a scene: give one of them");
     BenchCase one;
@@ -76,7 +76,7 @@ std::vector<BenchRow> rows_of(const BenchPeer& peer, const fs::path& folder, Ben
   return rows;
 }
 
-void run(const Options& options) {
+void run_bench(const BenchArguments& options) {
   const auto info = options.device.info();
   auto suite = suite_of(options, info);
   const auto unwanted = [&](const std::string& name) {
@@ -126,7 +126,7 @@ void add_bench(CLI::App& app) {
   auto* command = add_command(app, section::measure, "bench",
                               "Measure frames of moving scenes: time by stage, memory, quality",
                               "build/raywave bench --quick --only \"1 WRP\"");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<BenchArguments>();
   options->scene.add_to(*command, "Scene file (TOML), in place of a suite");
   command->add_option("--suite", options->suite, "cpu or gpu, by device, when not given")
       ->type_name("cpu|gpu|paper|scaling")
@@ -159,7 +159,7 @@ void add_bench(CLI::App& app) {
   options->device.add_to(*command);
   command->add_flag("--markdown", options->markdown, "Tables in Markdown")->group(group::output);
   options->report.add_to(*command, "all figures");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_bench(*options); });
 }
 
 }  // namespace raywave::cli

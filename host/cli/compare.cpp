@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct CompareArguments {
   std::string a, b, out, blur, pitch;
   std::vector<int> region;
   int border_px = 0;
@@ -40,7 +40,7 @@ FieldStack load_field(const std::filesystem::path& file) {
   return file.extension() == ".npy" ? load_npy(file) : field_of_levels(load_levels(file, ""));
 }
 
-double blur_px(const Options& options) {
+double blur_px(const CompareArguments& options) {
   if (options.blur.empty()) return 0;
   const auto blur = parse_blur(options.blur);
   if (blur.in_pixels) return blur.value;
@@ -97,7 +97,7 @@ Json json_of(const Image& a, const PictureOptions& how, const PictureComparison&
   return json;
 }
 
-void run(const Options& options) {
+void run_compare(const CompareArguments& options) {
   const Kind kind = kind_of(options.a, options.levels);
   if (kind_of(options.b, options.levels) != kind) {
     throw InputError(
@@ -150,7 +150,7 @@ void add_compare(CLI::App& app) {
                   "build/raywave lens data/study.toml -z 18.55mm -o out --lens-points 8\n"
                   "build/raywave compare out/lens_18.55mm.exr out/reconstruction_18.55mm.exr "
                   "--blur 4px");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareArguments>();
   command
       ->add_option("A", options->a,
                    "Reference: field (.npy) or grey picture (.png in sRGB, .exr linear)")
@@ -179,7 +179,7 @@ void add_compare(CLI::App& app) {
       ->group(group::pictures);
   add_output(*command, options->out, "difference.png");
   options->report.add_to(*command, "the figures");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_compare(*options); });
 }
 
 }  // namespace raywave::cli

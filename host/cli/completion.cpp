@@ -15,12 +15,12 @@ namespace raywave::cli {
 namespace {
 
 /// What the word after an option may be.
-enum class Kind { nothing, anything, choice, scene, file, folder, device, json };
+enum class ArgumentKind { nothing, anything, choice, scene, file, folder, device, json };
 
 struct Value {
-  Kind kind = Kind::nothing;
+  ArgumentKind kind = ArgumentKind::nothing;
   std::string placeholder;
-  std::vector<std::string> choices;  // of Kind::choice
+  std::vector<std::string> choices;  // of ArgumentKind::choice
 };
 
 /// "hologram|part|SIZE" -> hologram, part: words in capitals stand for something.
@@ -39,15 +39,15 @@ Value value_of(const CLI::Option& option) {
   Value value;
   value.placeholder = placeholder_of(option);
   const auto& name = value.placeholder;
-  value.kind = name.empty()                          ? Kind::nothing
-               : name.find('|') != std::string::npos ? Kind::choice
-               : name == "SCENE"                     ? Kind::scene
-               : name == "FILE"                      ? Kind::file
-               : name == "FOLDER"                    ? Kind::folder
-               : name == "DEVICE"                    ? Kind::device
-               : name == "[FILE]"                    ? Kind::json
-                                                     : Kind::anything;
-  if (value.kind == Kind::choice) value.choices = choices_of(name);
+  value.kind = name.empty()                          ? ArgumentKind::nothing
+               : name.find('|') != std::string::npos ? ArgumentKind::choice
+               : name == "SCENE"                     ? ArgumentKind::scene
+               : name == "FILE"                      ? ArgumentKind::file
+               : name == "FOLDER"                    ? ArgumentKind::folder
+               : name == "DEVICE"                    ? ArgumentKind::device
+               : name == "[FILE]"                    ? ArgumentKind::json
+                                                     : ArgumentKind::anything;
+  if (value.kind == ArgumentKind::choice) value.choices = choices_of(name);
   return value;
 }
 
@@ -74,20 +74,20 @@ std::vector<const CLI::Option*> options_of(const CLI::App& app, bool positional)
 /// A call that offers what a value may be.
 std::string bash_offer(const Value& value) {
   switch (value.kind) {
-    case Kind::choice:
+    case ArgumentKind::choice:
       return "_raywave_words " + joined(value.choices, " ");
-    case Kind::scene:
+    case ArgumentKind::scene:
       return "_raywave_files toml";
-    case Kind::file:
+    case ArgumentKind::file:
       return "_raywave_files";
-    case Kind::folder:
+    case ArgumentKind::folder:
       return "_raywave_folders";
-    case Kind::device:
+    case ArgumentKind::device:
       return "_raywave_devices";
-    case Kind::json:
+    case ArgumentKind::json:
       return "_raywave_files json";
-    case Kind::nothing:
-    case Kind::anything:
+    case ArgumentKind::nothing:
+    case ArgumentKind::anything:
       break;
   }
   return ":";
@@ -175,13 +175,13 @@ std::string bash_completion(const CLI::App& app) {
       const auto own = names_of(*option);
       names.insert(names.end(), own.begin(), own.end());
       const auto value = value_of(*option);
-      if (value.kind == Kind::nothing) continue;
+      if (value.kind == ArgumentKind::nothing) continue;
       std::string patterns;
       for (const auto& one : own)
         patterns.append(patterns.empty() ? "'" : " | '").append(name + " " + one + "'");
       // A file after --json is optional: an argument may follow instead.
       values += "    " + patterns + ") " + bash_offer(value) +
-                (value.kind == Kind::json ? "; [[ -n $prefix ]]" : "") + " ;;\n";
+                (value.kind == ArgumentKind::json ? "; [[ -n $prefix ]]" : "") + " ;;\n";
     }
     options += "    '" + name + "') echo " + joined(names, " ") + " ;;\n";
   };
@@ -224,20 +224,20 @@ std::string zsh_text(const std::string& text) {
 std::string zsh_action(const Value& value) {
   const auto action = [&]() -> std::string {
     switch (value.kind) {
-      case Kind::choice:
+      case ArgumentKind::choice:
         return "(" + joined(value.choices, " ") + ")";
-      case Kind::scene:
+      case ArgumentKind::scene:
         return "_files -g \"*.toml(-.)\"";
-      case Kind::file:
+      case ArgumentKind::file:
         return "_files";
-      case Kind::folder:
+      case ArgumentKind::folder:
         return "_files -/";
-      case Kind::device:
+      case ArgumentKind::device:
         return "_raywave_devices";
-      case Kind::json:
+      case ArgumentKind::json:
         return "_files -g \"*.json(-.)\"";
-      case Kind::nothing:
-      case Kind::anything:
+      case ArgumentKind::nothing:
+      case ArgumentKind::anything:
         break;
     }
     return " ";
@@ -253,14 +253,14 @@ std::string zsh_options(const CLI::App& command, const std::string& indent) {
     const bool many = option->get_expected_max() > 1 && option->get_delimiter() == '\0';
     for (const auto& name : names) {
       const bool is_long = name.starts_with("--");
-      const std::string joint = value.kind == Kind::nothing || !is_long ? ""
-                                : value.kind == Kind::json              ? "=-"
-                                                                        : "=";
+      const std::string joint = value.kind == ArgumentKind::nothing || !is_long ? ""
+                                : value.kind == ArgumentKind::json              ? "=-"
+                                                                                : "=";
       all += indent + "'" + (many ? "*" : "(" + joined(names, " ") + ")") + name + joint + "[" +
              zsh_text(option->get_description()) + "]" +
-             (value.kind == Kind::nothing ? ""
-              : value.kind == Kind::json  ? ":" + zsh_action(value)
-                                          : zsh_action(value)) +
+             (value.kind == ArgumentKind::nothing ? ""
+              : value.kind == ArgumentKind::json  ? ":" + zsh_action(value)
+                                                  : zsh_action(value)) +
              "' \\\n";
     }
   }

@@ -69,7 +69,7 @@ void print(const cl::DeviceInfo& d, bool is_default) {
   std::printf("     FFT              %s\n", fft.c_str());
 }
 
-void run(const ReportOptions& report) {
+void run_devices(const ReportOptions& report) {
   const auto devices = cl::list_devices();
   const auto chosen = cl::find_device().index;  // where there is none, the error says what to do
   auto list = nlohmann::ordered_json::array();
@@ -88,7 +88,7 @@ void add_devices(CLI::App& app) {
                               "List OpenCL devices and what each can do", "build/raywave devices");
   auto report = std::make_shared<ReportOptions>();
   report->add_to(*command, "the list");
-  command->callback([report] { run(*report); });
+  command->callback([report] { run_devices(*report); });
 }
 
 }  // namespace raywave::cli

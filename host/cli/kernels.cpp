@@ -20,7 +20,7 @@ namespace raywave::cli {
 
 namespace {
 
-struct Options {
+struct KernelsArguments {
   std::vector<std::string> scenes, set;
   DeviceOptions device;
   ReportOptions report;
@@ -51,7 +51,7 @@ void use(const cl::Device& device, const Scene& scene, ProgressBar& bar) {
   lens_picture(device, result.plan, DeviceScene(device, world, result.plan), lens);
 }
 
-void run(const Options& options) {
+void run_kernels(const KernelsArguments& options) {
   if (cl::program_folder())
     throw cl::DeviceError(
         "RAYWAVE_PROGRAM_DIR is set, which forbids to compile; raywave kernels needs it unset");
@@ -96,7 +96,7 @@ void add_kernels(CLI::App& app) {
                               "build/raywave kernels data/study.toml -o programs\n"
                               "RAYWAVE_PROGRAM_DIR=programs build/raywave render data/study.toml "
                               "-o out");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<KernelsArguments>();
   command
       ->add_option("SCENES", options->scenes,
                    "Scene files (TOML): each is rendered, and what it uses is kept")
@@ -110,7 +110,7 @@ void add_kernels(CLI::App& app) {
                  "where the scenes are rendered")
       ->group(group::output);
   options->report.add_to(*command, "the list of programs");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_kernels(*options); });
 }
 
 }  // namespace raywave::cli

@@ -14,7 +14,7 @@ namespace raywave::cli {
 
 namespace {
 
-struct Options {
+struct LensArguments {
   SceneOptions scene;
   DepthOptions depths;
   ViewOptions view;
@@ -23,7 +23,7 @@ struct Options {
   int lens_points = LensSpec{}.points;
 };
 
-void run(const Options& options) {
+void run_lens(const LensArguments& options) {
   const auto scene = options.scene.load(options.report);
   LensSpec what;
   what.window_m = options.depths.window_m();
@@ -58,14 +58,14 @@ void add_lens(CLI::App& app) {
   auto* command = add_command(
       app, section::look, "lens", "Show what an ideal lens in the hologram's place sees",
       "build/raywave lens data/study.toml -z 18.55mm -o out --lens-points 8");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LensArguments>();
   options->scene.add_to(*command)->required();
   options->depths.add_to(*command, "", "the hologram's");
   add_lens_points(*command, options->lens_points);
   options->device.add_device_to(*command);
   options->view.add_to(*command);
   options->report.add_to(*command, "the list of pictures");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_lens(*options); });
 }
 
 }  // namespace raywave::cli

@@ -13,7 +13,7 @@
 namespace raywave::cli {
 namespace {
 
-struct Options {
+struct PlanArguments {
   SceneOptions scene;
   GoalOptions goal;
   DeviceOptions device;
@@ -26,7 +26,7 @@ DeviceFigures figures(const DeviceOptions& options) {
   return figures_of(options.info());
 }
 
-void run(const Options& options) {
+void run_plan(const PlanArguments& options) {
   const auto scene = options.scene.load(options.report);
   const auto world = build_world(scene);
   const auto planned = plan_scene(scene, world, figures(options.device), options.goal.goal());
@@ -40,12 +40,12 @@ void add_plan(CLI::App& app) {
   auto* command = add_command(app, section::make, "plan",
                               "Show how a scene is read, what would be computed, what to expect",
                               "build/raywave plan data/teapot.toml --preset balanced");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PlanArguments>();
   options->scene.add_to(*command)->required();
   options->goal.add_to(*command);
   options->device.add_device_to(*command);
   options->report.add_to(*command, "the plan");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_plan(*options); });
 }
 
 }  // namespace raywave::cli

@@ -18,7 +18,7 @@ namespace raywave::cli {
 
 namespace {
 
-struct Options {
+struct QualityArguments {
   SceneOptions scene;
   MethodOptions method;
   DepthOptions depths;
@@ -28,7 +28,7 @@ struct Options {
   std::string out = ".", blur;
 };
 
-QualitySpec spec_of(const Options& options, const Scene& scene) {
+QualitySpec spec_of(const QualityArguments& options, const Scene& scene) {
   auto spec = options.quality;
   spec.depths_m = options.depths.depths_m();
   spec.window_m = options.depths.window_m();
@@ -39,7 +39,8 @@ QualitySpec spec_of(const Options& options, const Scene& scene) {
   return spec;
 }
 
-void print_table(const QualityResult& result, const QualitySpec& spec, const Options& options) {
+void print_table(const QualityResult& result, const QualitySpec& spec,
+                 const QualityArguments& options) {
   std::printf(
       "%d x %d pixels, mean of %d frames, blur %.4g px, border %d px, lens of %d x %d points\n",
       result.picture_size.x, result.picture_size.y, result.render.field.frames, result.blur_px,
@@ -65,7 +66,7 @@ void print_table(const QualityResult& result, const QualitySpec& spec, const Opt
       result.seconds.at("reconstruct"), result.seconds.at("lens"));
 }
 
-void run(const Options& options) {
+void run_quality(const QualityArguments& options) {
   const auto scene = options.scene.load(options.report);
   const auto spec = spec_of(options, scene);
   const cl::Device device(options.device.info());
@@ -101,7 +102,7 @@ void add_quality(CLI::App& app) {
   auto* command = add_command(app, section::look, "quality",
                               "Compare a scene's hologram with an ideal lens, from several views",
                               "build/raywave quality data/study.toml -o out --lens-points 8");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<QualityArguments>();
   auto& quality = options->quality;
   options->scene.add_to(*command)->required();
   options->method.add_to(*command);
@@ -119,7 +120,7 @@ void add_quality(CLI::App& app) {
   options->device.add_to(*command);
   add_output(*command, options->out, "quality.png and quality.json");
   options->report.add_to(*command, "quality.json");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_quality(*options); });
 }
 
 }  // namespace raywave::cli

@@ -15,7 +15,7 @@ namespace raywave::cli {
 
 namespace {
 
-struct Options {
+struct ReconstructArguments {
   std::string hologram, pitch, wavelength;
   DepthOptions depths;
   ViewOptions view;
@@ -23,7 +23,7 @@ struct Options {
   ReportOptions report;
 };
 
-HologramSpec spec_of(const Options& options, const std::filesystem::path& file) {
+HologramSpec spec_of(const ReconstructArguments& options, const std::filesystem::path& file) {
   HologramSpec spec;
   if (options.pitch.empty() || options.wavelength.empty())
     spec = hologram_of_report(file.parent_path() / "report.json");
@@ -38,7 +38,7 @@ HologramSpec spec_of(const Options& options, const std::filesystem::path& file) 
   return spec;
 }
 
-void run(const Options& options) {
+void run_reconstruct(const ReconstructArguments& options) {
   const std::filesystem::path file(options.hologram);
   const auto hologram = file.extension() == ".npy"
                             ? load_npy(file)
@@ -77,7 +77,7 @@ void add_reconstruct(CLI::App& app) {
       add_command(app, section::look, "reconstruct", "Show what a hologram shows at given depths",
                   "build/raywave render data/teapot.toml -o out --preset draft\n"
                   "build/raywave reconstruct out/field.npy -z 95mm -z 100mm -o out");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReconstructArguments>();
   command->add_option("HOLOGRAM", options->hologram, "field.npy, or hologram.png (phase levels)")
       ->type_name("FILE")
       ->required();
@@ -95,7 +95,7 @@ void add_reconstruct(CLI::App& app) {
   options->device.add_to(*command);
   options->view.add_to(*command);
   options->report.add_to(*command, "the list of pictures");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_reconstruct(*options); });
 }
 
 }  // namespace raywave::cli

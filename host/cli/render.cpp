@@ -18,7 +18,7 @@ namespace raywave::cli {
 
 namespace {
 
-struct Options {
+struct RenderArguments {
   SceneOptions scene;
   GoalOptions goal;
   MethodOptions method;
@@ -33,7 +33,7 @@ std::string numbered(const char* stem, std::size_t number, const char* extension
                      : std::string(stem) + "_" + std::to_string(number) + extension;
 }
 
-void run(const Options& options) {
+void run_render(const RenderArguments& options) {
   auto scene = options.scene.load(options.report);
   const cl::Device device(options.device.info());
   RenderOptions how;
@@ -98,7 +98,7 @@ void run(const Options& options) {
 void add_render(CLI::App& app) {
   auto* command = add_command(app, section::make, "render", "Compute the hologram of a scene",
                               "build/raywave render data/teapot.toml -o out --preset balanced");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RenderArguments>();
   options->scene.add_to(*command)->required();
   options->goal.add_to(*command);
   options->method.add_to(*command);
@@ -113,7 +113,7 @@ void add_render(CLI::App& app) {
                  "Write no field.npy; results take an eighth of the host's memory")
       ->group(group::output);
   options->report.add_to(*command, "report.json");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_render(*options); });
 }
 
 }  // namespace raywave::cli

@@ -13,7 +13,7 @@ namespace raywave::cli {
 
 namespace {
 
-struct Options {
+struct SelftestArguments {
   DeviceOptions device;
   ReportOptions report;
   std::string only;
@@ -21,7 +21,7 @@ struct Options {
   double strict = 1;
 };
 
-void run(const Options& options) {
+void run_selftest(const SelftestArguments& options) {
   const cl::Device device(options.device.info());
   const auto& info = device.info();
   const auto size = options.full ? SelfTestSize::full : SelfTestSize::quick;
@@ -59,7 +59,7 @@ void add_selftest(CLI::App& app) {
   auto* command = add_command(app, section::devices, "selftest",
                               "Check a device and its driver against double precision",
                               "build/raywave selftest");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SelftestArguments>();
   command
       ->add_flag("--full", options->full,
                  "Minutes instead of seconds: every float, millions of rays, large planes")
@@ -72,7 +72,7 @@ void add_selftest(CLI::App& app) {
       ->group(group::measurement);
   options->device.add_device_to(*command);
   options->report.add_to(*command, "the table");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_selftest(*options); });
 }
 
 }  // namespace raywave::cli

@@ -22,7 +22,7 @@ namespace {
 /// Holograms up to this size are compared with the sum of all points unasked.
 constexpr double few_pixels = 512.0 * 512;
 
-struct Options {
+struct TradeArguments {
   SceneOptions scene;
   TradeSpec trade;
   DepthOptions depths;
@@ -32,7 +32,7 @@ struct Options {
   std::optional<bool> against_points;
 };
 
-TradeSpec spec_of(const Options& options, const Scene& scene, const cl::DeviceInfo& device) {
+TradeSpec spec_of(const TradeArguments& options, const Scene& scene, const cl::DeviceInfo& device) {
   auto spec = options.trade;
   auto& pictures = spec.pictures;
   pictures.depths_m = options.depths.depths_m();
@@ -49,7 +49,7 @@ std::string text_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-void run(const Options& options) {
+void run_trade(const TradeArguments& options) {
   const auto scene = options.scene.load(options.report);
   const cl::Device device(options.device.info());
   TradeBench bench(device, scene, spec_of(options, scene, device.info()));
@@ -88,7 +88,7 @@ void add_trade(CLI::App& app) {
   auto* command = add_command(app, section::measure, "trade",
                               "Measure what each setting of a scene costs in time and accuracy",
                               "build/raywave trade data/study.toml -o out --quick");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TradeArguments>();
   auto& trade = options->trade;
   trade.pictures.lens_points = 8;
   options->scene
@@ -132,7 +132,7 @@ void add_trade(CLI::App& app) {
   add_output(*command, options->out,
              "trade.json, trade.csv and trade.png; goes on where an earlier run there stopped");
   options->report.add_to(*command, "trade.json");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_trade(*options); });
 }
 
 }  // namespace raywave::cli

@@ -51,12 +51,12 @@ nlohmann::ordered_json json_of(const ShapeTrial& trial) {
   return j;
 }
 
-struct Options {
+struct TuneArguments {
   DeviceOptions device;
   ReportOptions report;
 };
 
-void run(const Options& options) {
+void run_tune(const TuneArguments& options) {
   // Not tuned(info): what is stored of the device is measured anew.
   auto info = cl::find_device(options.device.device);
   const auto backend = options.device.backend(info);
@@ -97,10 +97,10 @@ void add_tune(CLI::App& app) {
   auto* command = add_command(app, section::measure, "tune",
                               "Measure a device: its fastest work shape, and rates for plan",
                               "build/raywave tune    # some minutes; kept in the cache folder");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TuneArguments>();
   options->device.add_to(*command);
   options->report.add_to(*command, "rates and trials");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_tune(*options); });
 }
 
 }  // namespace raywave::cli
