@@ -214,14 +214,12 @@ Renderer::Renderer(const cl::Device& device, Scene scene, RenderOptions options)
     : state_(std::make_unique<State>(device, std::move(scene), std::move(options))) {}
 Renderer::Renderer(const cl::Device& device, Scene scene, const Meshes& meshes,
                    RenderOptions options)
-    : state_(std::make_unique<State>(device, scene,
-                                     place_objects(scene, meshes, load_textures(scene)),
-                                     std::move(options))) {}
+    : state_(std::make_unique<State>(
+          device, scene, place_objects(scene, meshes, load_textures(scene)), std::move(options))) {}
 Renderer::Renderer(const cl::Device& device, Scene scene, const SceneFiles& files,
                    RenderOptions options)
-    : state_(std::make_unique<State>(device, scene,
-                                     place_objects(scene, files.meshes, files.textures),
-                                     std::move(options))) {}
+    : state_(std::make_unique<State>(
+          device, scene, place_objects(scene, files.meshes, files.textures), std::move(options))) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 

@@ -11,8 +11,8 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/device_json.hpp"
-#include "host/plan/precision.hpp"
 #include "host/geometry/kernel_options.hpp"
+#include "host/plan/precision.hpp"
 #include "host/trace/device_scene.hpp"
 #include "raywave_version.hpp"
 

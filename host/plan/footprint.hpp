@@ -34,8 +34,8 @@ inline constexpr double plane_wave_tail = PLANE_WAVE_TAIL;
 inline constexpr double widest_plane_wave_sample = PLANE_WAVE_WIDEST;
 
 /// Tail that the sample lattice keeps around what the WRPs cover, in spots to each side. Wider than
-/// plane_wave_tail, since rays of the lattice are few and cost little, while samples left out would leave
-/// a dark rim.
+/// plane_wave_tail, since rays of the lattice are few and cost little, while samples left out would
+/// leave a dark rim.
 inline constexpr double lattice_tail = 16;
 
 /// Below this cone, in half windows, a spot is taken to grow no more: a cone of 0 has none.

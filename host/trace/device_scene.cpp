@@ -139,8 +139,8 @@ DeviceScene::DeviceScene(const cl::Device& device, const World& world, const Pla
   texels = {device, std::span<const float>(made.texels), "textures"};
   normals = {device, floats_of(world.normals), "normals"};
   uvs = {device, floats_of(world.uvs), "places on textures"};
-  options = cl::with(kernel_options(plan),
-                     {{option::lanes, std::to_string(lanes_for(device.info()))}});
+  options =
+      cl::with(kernel_options(plan), {{option::lanes, std::to_string(lanes_for(device.info()))}});
   place(world, plan);
 }
 

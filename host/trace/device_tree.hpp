@@ -3,8 +3,8 @@
 #pragma once
 
 #include <cstdint>
-#include <utility>
 #include <tuple>
+#include <utility>
 
 #include "cl/program.hpp"
 #include "host/geometry/shared_types.hpp"

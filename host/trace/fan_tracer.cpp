@@ -5,8 +5,8 @@
 #include <chrono>
 #include <glm/geometric.hpp>
 
-#include "host/trace/precision_option.hpp"
 #include "host/geometry/kernel_options.hpp"
+#include "host/trace/precision_option.hpp"
 
 namespace raywave {
 FanTracer::FanTracer(const cl::Device& device, const Plan& plan, const DeviceScene& arrays,

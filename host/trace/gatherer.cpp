@@ -5,8 +5,8 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "host/trace/precision_option.hpp"
 #include "host/geometry/kernel_options.hpp"
+#include "host/trace/precision_option.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave {

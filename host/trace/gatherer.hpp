@@ -9,10 +9,10 @@ namespace raywave {
 
 class Gatherer {
 public:
-  /// frames      gathered together, 1 to most_frames_together: rays, visibility and shading are shared,
-  ///             only phases differ
-  /// plane_wave_spots  samples whose geometric footprint on a plane is narrower than so many diffraction
-  ///             spots to each side are gathered as plane waves; 0: none, all geometrically
+  /// frames            gathered together, 1 to most_frames_together: they share rays, visibility
+  ///                   and shading, and differ in their phases
+  /// plane_wave_spots  a sample whose geometric footprint on a plane is narrower than so many
+  ///                   diffraction spots to each side is gathered as plane waves; 0: none is
   Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
            const SampleTable& table, int frames,
            double plane_wave_spots = default_plane_wave_spots);
@@ -21,8 +21,8 @@ public:
   /// now.
   void draw_phases(std::uint32_t seed);
 
-  /// Fills `field` (frames x Plan::gathered_size of its layer) with the field of the layer's samples
-  /// on a WRP. One at the hologram itself receives every sample at every pixel.
+  /// Fills `field` (frames x Plan::gathered_size of its layer) with the field of the layer's
+  /// samples on a WRP. One at the hologram itself receives every sample at every pixel.
   ///
   /// accuracy  docs/accuracy.md, "Gathering"
   void gather(const Wrp& wrp, cl::ComplexBuffer& field);

@@ -31,8 +31,14 @@ void require_rays(const Plan& plan) {
 
 /// Kernels serve every plan of the same key.
 KernelKey kernel_key(const Plan& plan, const DeviceScene& arrays, int frames_together) {
-  return {plan.aimed,     plan.bounces,   plan.antialias, plan.visibility_parts, plan.beyond_diffraction,
-          plan.precision, arrays.options, frames_together};
+  return {plan.aimed,
+          plan.bounces,
+          plan.antialias,
+          plan.visibility_parts,
+          plan.beyond_diffraction,
+          plan.precision,
+          arrays.options,
+          frames_together};
 }
 
 }  // namespace
@@ -112,8 +118,8 @@ void TraceStage::prepare(const World& world, const Plan& plan) {
   device_.finish();
 }
 
-/// Takes the memory for fields on WRPs. Frames gathered together wait for each other's WRPs; a frame
-/// alone needs one field at a time.
+/// Takes the memory for fields on WRPs. Frames gathered together wait for each other's WRPs; a
+/// frame alone needs one field at a time.
 void TraceStage::make_stacks() {
   const auto size = static_cast<std::size_t>(frames_together_) * plan_->gathered_pixels();
   stacks_.resize(frames_together_ > 1 ? plan_->most_wrps_of_a_tile() : 1);

@@ -35,7 +35,8 @@ cl::DeviceInfo tuned(cl::DeviceInfo device);
 /// Memory of the device and of this machine (of its container, where that has less).
 MemoryLimits limits_of(const cl::DeviceInfo& device);
 
-/// What planning needs to know of a device, with the rates that `raywave tune` has measured, if any.
+/// What planning needs to know of a device, with the rates that `raywave tune` has measured, if
+/// any.
 ///
 /// throws  as load_tuning
 DeviceFigures figures_of(const cl::DeviceInfo& device);

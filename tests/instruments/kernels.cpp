@@ -9,8 +9,8 @@
 
 #include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/geometry/bvh.hpp"
-#include "host/plan/make_plan.hpp"
 #include "host/geometry/kernel_options.hpp"
+#include "host/plan/make_plan.hpp"
 #include "host/render.hpp"
 #include "host/trace/interpolator.hpp"
 #include "host/view/lens.hpp"

@@ -52,8 +52,8 @@ Wrp wrp_with_fan(int n, double reach, glm::dvec2 centre_m = {0.031 * mm, -0.017 
   return wrp;
 }
 
-Field traced(const cl::Device& device, const Scene& scene, const World& world, const Plan& plan,
-             const Wrp& wrp, std::uint32_t seed, cl::Options* options = nullptr) {
+Field traced(const cl::Device& device, const World& world, const Plan& plan, const Wrp& wrp,
+             std::uint32_t seed, cl::Options* options = nullptr) {
   const DeviceScene arrays(device, world, plan);
   if (options) *options = arrays.options;
   FanTracer tracer(device, plan, arrays, HitSource::hit);
@@ -85,7 +85,7 @@ reference::TracedField check_trace(const Scene& scene, const Wrp& wrp, std::uint
     for (const auto precision : {Precision::floats, Precision::doubles}) {
       if (precision == Precision::doubles && !device.info().fp64) continue;
       plan.precision = precision;
-      const auto field = traced(device, scene, world, plan, wrp, seed);
+      const auto field = traced(device, world, plan, wrp, seed);
       INFO(name_of(precision) << " on " << device.info().name);
       CHECK(test::all_finite(field));
       const double error = error_of(field, oracle);
@@ -324,7 +324,7 @@ TEST_CASE("a WRP that no ray leaves for a surface is exactly zero") {
   const auto world = build_world(scene);
   const auto plan = make_plan(scene, world);
   for (const auto& device : test::all_devices())
-    CHECK(traced(device, scene, world, plan, wrp_with_fan(5, 0.3), 1) == Field(33 * 17));
+    CHECK(traced(device, world, plan, wrp_with_fan(5, 0.3), 1) == Field(33 * 17));
 }
 
 TEST_CASE("what a scene does not use changes nothing") {
@@ -342,8 +342,8 @@ TEST_CASE("what a scene does not use changes nothing") {
   const auto rich_plan = make_plan(rich, world);
   for (const auto& device : test::all_devices()) {
     cl::Options lean_options, rich_options;
-    const auto a = traced(device, lean, world, plan, wrp_with_fan(5, 0.3), 1, &lean_options);
-    const auto b = traced(device, rich, world, rich_plan, wrp_with_fan(5, 0.3), 1, &rich_options);
+    const auto a = traced(device, world, plan, wrp_with_fan(5, 0.3), 1, &lean_options);
+    const auto b = traced(device, world, rich_plan, wrp_with_fan(5, 0.3), 1, &rich_options);
     CHECK(lean_options != rich_options);  // other code was compiled
     CHECK(test::relative_l2(a, b) <= 1e-6);
   }
