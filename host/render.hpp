@@ -17,52 +17,54 @@
 
 namespace raywave {
 
-/// Called with what is going on ("trace", "WRP 2 of 4") and the share done, 0 to 1.
+/// Called with the current step ("trace", "WRP 2 of 4") and the completed share, 0 to 1.
 using Progress = std::function<void(const std::string& what, double share)>;
 
 struct RenderOptions {
   Method method = Method::wrp;
-  int rays_per_axis = 100;  // of Method::rays
+  int rays_per_axis = 100;  // for Method::rays only
   cl::FftBackend fft = cl::FftBackend::host;
   bool keep_wrps = false;  // also return the fields on the WRPs
-  bool keep_field = true;  // also return the field at the hologram, not the levels alone
+  bool keep_field = true;  // also return the field at the hologram, beside the levels
   Progress progress;
 };
 
 struct RenderResult {
   Plan plan;
-  // At the hologram, one per frame, when asked for
+  // Field at the hologram, one plane per frame, if RenderOptions::keep_field
   FieldStack field;
-  std::vector<std::vector<std::uint8_t>> levels;  // of the SLM, one per frame
-  std::vector<FieldStack> wrps;                   // one per WRP, when asked for
+  std::vector<std::vector<std::uint8_t>> levels;  // grey levels of the SLM, per frame
+  std::vector<FieldStack> wrps;                   // one per WRP, if RenderOptions::keep_wrps
   int samples = 0;                                // surface samples (sampling.mode "aimed")
-  int hidden_samples = 0;                         // those that need visibility rays
-  // What the user should know of the result, a line each
+  int hidden_samples = 0;                         // samples that need visibility rays
+  // Notes on the result for the user, one line each
   std::vector<std::string> notes;
-  // Of each stage: meshes, plan, tree, prepare, samples, trace, propagate, encode
+  // Wall time of each stage: meshes, plan, tree, prepare, samples, trace, propagate, encode
   std::map<std::string, double> seconds;
-  // The same by the clock of all threads of this process; the tree counts as prepare
+  // Processor time of each stage, over all threads of this process; "prepare" includes the tree
   std::map<std::string, double> processor_seconds;
   std::uint64_t device_peak_bytes = 0;
 };
 
-/// Computes the holograms of a scene: for every frame, traces each WRP, carries it to the hologram
-/// and adds it there, and encodes the phase of the sum. Fields stay on the device from the first
-/// ray to the last level. Frames differ in their random phases only.
+/// Computes the holograms of a scene. For every frame it traces each WRP, propagates the fields to
+/// the hologram, adds them there and encodes the phase of the sum. Fields stay on the device until
+/// they are encoded. Frames differ only in their random phases.
 ///
-/// Bit-identical for the same scene, seed and device.
+/// The result is bit-identical for equal scene, seed and device.
+///
 /// throws  InputError for the scene, DeviceError for the device
 RenderResult render(const cl::Device& device, const Scene& scene,
                     const RenderOptions& options = {});
 
-/// The same of a world that is there already; no file is read.
+/// Renders a world that is already in memory; no file is read.
 RenderResult render(const cl::Device& device, const Scene& scene, const World& world,
                     const RenderOptions& options = {});
 
-/// The same for scenes that move: meshes, kernels, plans and memory stay from one picture to the
-/// next, and only what has changed is computed and uploaded. Rays are turned to what has moved
-/// (host/trace/instances.hpp); a field may therefore differ from render()'s as rays that pass an
-/// edge within rounding may (1e-4, up to 6e-3 where samples hang on one).
+/// Renders scenes that move. Meshes, kernels, plans and memory are kept from one picture to the
+/// next; only changed data is computed and uploaded. Rays are transformed into the frame of a moved
+/// object (host/trace/instances.hpp). A ray that meets an edge within rounding errors may therefore
+/// have another hit than in render(): fields differ by 1e-4 (relative L2), by up to 6e-3 when many
+/// samples lie on one edge.
 ///
 ///     Renderer renderer(device, load_scene("scene.toml"));
 ///     for (double angle_deg = 0; angle_deg < 360; angle_deg += 5) {
@@ -73,9 +75,9 @@ class Renderer {
 public:
   /// throws  InputError for the scene, DeviceError for the device
   Renderer(const cl::Device& device, Scene scene, RenderOptions options = {});
-  /// The same of meshes that are there already, as finish_mesh makes them; only textures are read.
+  /// Takes meshes that are already in memory, as finish_mesh returns them; only textures are read.
   Renderer(const cl::Device& device, Scene scene, const Meshes& meshes, RenderOptions options = {});
-  /// The same of files that are there already; no file is read.
+  /// Takes files that are already in memory; no file is read.
   Renderer(const cl::Device& device, Scene scene, const SceneFiles& files,
            RenderOptions options = {});
   ~Renderer();
@@ -83,20 +85,20 @@ public:
 
   const Scene& scene() const;
 
-  /// Centre of an object's bounding box, and its turns about x, then y, then z.
+  /// Sets the centre of an object's bounding box and its rotation about x, then y, then z.
   void set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg);
 
-  /// throws  std::out_of_range; InputError when the light becomes ambient, or was: that is another
-  ///         scene
+  /// throws  std::out_of_range; InputError when the old or the new light is ambient, but not both:
+  ///         kernels are compiled for the number of other lights
   void set_light(std::size_t light, const Light& value);
 
-  /// Random phases of the next frames.
+  /// Sets the seed of the random phases of the next frames.
   void set_seed(std::uint32_t seed);
 
-  /// seconds, in the result, count from this call on; the first call's include what the constructor
-  /// took.
+  /// Renders the current scene. RenderResult::seconds covers this call; in the first result it
+  /// includes the time of the constructor.
   ///
-  /// throws  InputError when an object touches the hologram plane, or needs what cannot be
+  /// throws  InputError when an object touches the hologram plane, or when the scene cannot be
   ///         computed; the renderer stays usable
   RenderResult render();
 

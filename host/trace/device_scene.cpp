@@ -17,8 +17,8 @@
 namespace raywave {
 namespace {
 
-/// From this exponent on a highlight's shape asks for directions beyond floats: their error of 3e-7
-/// costs sqrt(shininess / 2) times as much.
+/// Highlights with a larger exponent need directions in more than single precision: the relative
+/// error of a float direction, 3e-7, grows by sqrt(shininess / 2) in the highlight.
 constexpr double sharp_shininess = 128;
 
 template <class Vector>
@@ -27,8 +27,8 @@ std::span<const float> floats_of(const std::vector<Vector>& vectors) {
           vectors.size() * sizeof(Vector) / sizeof(float)};
 }
 
-/// A power of four near the brightest number, 1 where floats have room anyway: dividing by it
-/// changes no digit.
+/// A power of four near the largest brightness; 1 when the brightness fits floats well (2^-40 to
+/// 2^40). Division by it is exact.
 double unit_of(double brightest) {
   if (brightest == 0 || (brightest >= 0x1p-40 && brightest <= 0x1p40)) return 1;
   return std::ldexp(1.0, 2 * static_cast<int>(std::floor(std::log2(brightest) / 2)));
@@ -39,7 +39,7 @@ float in_units(double value, double unit) { return static_cast<float>(value / un
 struct Materials {
   std::vector<device::Material> materials;
   std::vector<float> texels;
-  double unit = 1;  // the shares of light are in it
+  double unit = 1;  // unit of ambient, diffuse and specular
 };
 
 Materials materials_of(const Plan& plan, const Textures& textures) {
@@ -78,8 +78,8 @@ Materials materials_of(const Plan& plan, const Textures& textures) {
   return result;
 }
 
-/// Sum of the ambient lights; 1 when there is none, so that a material's ambient part counts as
-/// given.
+/// Sum of the ambient lights; 1 when there is none, so that the ambient share of a material is
+/// used unchanged.
 double ambient_light_of(const Lighting& lighting) {
   double sum = 0;
   bool any = false;
@@ -149,7 +149,7 @@ void DeviceScene::place(const World& world, const Plan& plan) {
   instances_.place(world, plan, tree);
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   options =
-      // Scenes alike in size share kernels
+      // The depth is rounded up to a multiple of 16, so that scenes of similar size share kernels.
       cl::with(options, {{option::bvh_depth, std::to_string((instances_.depth() + 15) / 16 * 16)}});
   upload_lights(world, plan);
 }
@@ -164,7 +164,8 @@ void DeviceScene::upload_lights(const World& world, const Plan& plan) {
   ambient_light = in_units(ambient_light_of(plan.lighting), light_unit);
   radiance_unit = material_unit_ * light_unit;
   diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));
-  // Far from the origin, rounding of the coordinates themselves counts.
+  // The bias exceeds the rounding error of coordinates, which grows with the distance from the
+  // origin.
   const auto reach_m =
       std::max(glm::length(world.min_m - plan.origin_m), glm::length(world.max_m - plan.origin_m));
   bias_m = std::max(diameter_m * 0x1p-16f, static_cast<float>(reach_m) * 0x1p-20f);

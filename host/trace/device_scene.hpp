@@ -14,16 +14,15 @@
 
 namespace raywave {
 
-/// The features that kernels are built with: lights, highlights, textures, shadows and bounces,
-/// each only when some object of the scene needs it.
+/// Build options of the kernels: lights, highlights, textures, shadows and bounces. A feature is
+/// compiled in only when the scene uses it.
 cl::Options kernel_options(const Plan& plan);
 
 /// The scene as the kernels see it: trees, triangles, materials for the hologram's wavelength,
 /// lights and textures in device memory. Scene frame: the world minus Plan::origin_m, subtracted in
 /// double.
 ///
-/// Vertices and trees stay as they were made, in the first plan's scene frame
-/// (host/trace/instances.hpp).
+/// Vertices and trees stay in the scene frame of the first plan (host/trace/instances.hpp).
 class DeviceScene {
 public:
   DeviceScene(const cl::Device& device, const World& world, const Plan& plan);
@@ -37,15 +36,15 @@ public:
   cl::Buffer<device::Material> materials;
   cl::Buffer<device::Light> lights;
   cl::Buffer<float> texels;
-  // Sum of the ambient lights; 1 when there is none, so that a material's ambient part counts as
-  // given
+  // Sum of the ambient lights; 1 when there is none, so that the ambient share of a material is
+  // used unchanged
   float ambient_light = 1;
-  // Radiances on the device are in it, and fields in its root: a power of four that keeps them
-  // within float
+  // Unit of radiances on the device; fields are in units of its square root. It is a power of four
+  // that keeps both in the range of floats.
   double radiance_unit = 1;
   float diameter_m = 0;  // of the scene's bounding box
-  // Distance that secondary rays start off a surface: far above rounding, far below anything
-  // visible
+  // Offset of secondary rays from their surface: far above rounding errors, far below visible
+  // sizes
   float bias_m = 0;
   /// SCENE_PARAMETERS of kernels/scene/arrays.h, for cl::Kernel::run.
   auto arguments() const {
@@ -53,8 +52,8 @@ public:
                           std::tie(normals, uvs, materials, lights, texels, ambient_light));
   }
 
-  cl::Options options;      // leave out of the kernels what this scene does not use
-  double tree_seconds = 0;  // for trees and instances, of the last time
+  cl::Options options;      // of the kernels: features that this scene does not use are left out
+  double tree_seconds = 0;  // of the last call of place(): trees and instances
 
   /// 32-bit words that hold a bit for each light.
   std::size_t light_words() const { return lights.size() > 32 ? (lights.size() + 31) / 32 : 1; }

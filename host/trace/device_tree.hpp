@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Types and numbers as devices take them.
+/// BVHs in device memory, and doubles as pairs of floats.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct DeviceTree {
   auto arguments() const { return std::tie(nodes, triangles, positions, instances); }
 };
 
-/// An instance that has not moved, the root of its tree at node `root`.
+/// An instance that has not moved; `root` is the node number of its tree's root.
 device::Instance instance_at_rest(std::int32_t root = 0);
 
 /// The value as the sum of two floats, the higher first.

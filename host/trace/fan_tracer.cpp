@@ -25,11 +25,13 @@ FanTracer::FanTracer(const cl::Device& device, const Plan& plan, const DeviceSce
       no_cells_(device, 1, "sample lattice") {}
 
 void FanTracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field) {
+  // Ray directions as tangents
   std::vector<std::complex<float>> tangents;
   for (const auto& t : wrp.fan)
     tangents.emplace_back(static_cast<float>(t.x), static_cast<float>(t.y));
   const cl::ComplexBuffer fan(device_, std::span<const std::complex<float>>(tangents), "fan");
 
+  // The WRP in the scene frame, lengths as pairs of floats
   const glm::dvec3 centre = wrp.centre_m - plan_.origin_m;
   device::TracePlane plane{};
   plane.nx = plan_.tile_size.x;
@@ -55,6 +57,7 @@ void FanTracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& fie
                      static_cast<float>(glm::length(centre)));
   plane.seed = seed;
 
+  // One work-item per packet of `lanes_` pixels of a row
   const auto packets = static_cast<std::size_t>((plan_.tile_size.x + lanes_ - 1) / lanes_);
   const cl::Range local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
   trace_fan_.run({packets, static_cast<std::size_t>(plan_.tile_size.y)}, local, scene_.arguments(),

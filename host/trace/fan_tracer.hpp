@@ -12,7 +12,7 @@
 
 namespace raywave {
 
-/// What a ray's hit stands for (kernels/gather/fan.cl, RAYWAVE_SOURCE).
+/// The light source that a ray's hit represents (kernels/gather/fan.cl, RAYWAVE_SOURCE).
 enum class HitSource { hit = 0, surface = 1, bounced = 2 };
 
 class FanTracer {
@@ -36,7 +36,7 @@ private:
   int lanes_;
   cl::Program program_;
   cl::Kernel trace_fan_;
-  cl::Buffer<device::Sample> no_samples_;  // stand in where there is no table
+  cl::Buffer<device::Sample> no_samples_;  // kernel arguments when there is no table
   cl::Buffer<std::int32_t> no_cells_;
 };
 

@@ -12,8 +12,8 @@
 namespace raywave {
 namespace {
 
-/// Of the scene's options those that gather.cl reads: scenes that differ in others share its
-/// kernels, which take longest to compile.
+/// The options of the scene that gather.cl reads. Scenes that differ only in other options share
+/// its kernels, which take the longest to compile.
 cl::Options options_of(const DeviceScene& scene) {
   cl::Options options;
   for (const auto& name : {option::lanes, option::lights, option::specular, option::sharp})
@@ -21,7 +21,7 @@ cl::Options options_of(const DeviceScene& scene) {
   return options;
 }
 
-/// Of the profiles of near samples that are held at a time, on devices that have as much.
+/// Memory for the profiles of plane-wave samples: 128 MiB, less on small devices.
 std::uint64_t profile_bytes(const cl::DeviceInfo& device) {
   return std::min(
       {std::uint64_t{128} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16});
@@ -56,7 +56,7 @@ void Gatherer::draw_phases(std::uint32_t seed) {
   const auto room = table_.samples.size();
   if (projected_.size() < room) {
     projected_ = {device_, room, "projected samples"};
-    // Read in whole vectors, so there is one more than is written.
+    // Kernels read whole vectors: the buffer has one vector of padding at its end.
     const std::vector<std::int32_t> none(4 * (room + static_cast<std::size_t>(lanes_)));
     footprints_ = {device_, std::span<const std::int32_t>(none), "footprints of samples"};
     phasors_ = {device_, room * static_cast<std::size_t>(frames_), "phases"};
@@ -74,9 +74,11 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   const glm::ivec2 size = plan_.gathered_size(layer);
   const glm::dvec2 pitch = plan_.gathered_pitch_m(layer), half_window = plan_.tile_window_m() / 2.0;
   const auto tile_m = plan_.tile_of(wrp).centre_m;
-  // World, of pixel (0, 0)
+  // Centre of pixel (0, 0), world
   const glm::dvec2 corner =
       glm::dvec2(centre_m) + glm::dvec2(-1, 1) * glm::dvec2(size - 1) * pitch / 2.0;
+
+  // The plane in the scene frame, lengths as pairs of floats
   device::GatherPlane plane{};
   plane.nx = size.x;
   plane.ny = size.y;
@@ -90,9 +92,10 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   std::tie(plane.hologram_z, plane.hologram_z_low) = split(-plan_.origin_m.z);
   std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
   std::tie(plane.begin_z, plane.end_z) = layer_bounds(plan_, layer);
-  const bool at_hologram = centre_m.z <= 0;
-  // At the hologram itself the window is the plane: there is no cone to soften, and each pixel sees
+
+  // The cone of each sample. A plane at the hologram has no cone to apodize: every pixel receives
   // every sample.
+  const bool at_hologram = centre_m.z <= 0;
   const auto fan = at_hologram ? glm::dvec2(1) : plan_.tile_cone,
              edge = at_hologram ? glm::dvec2(0) : plan_.tile_apodization;
   plane.cone_x = static_cast<float>(fan.x);
@@ -104,16 +107,18 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   if (at_hologram) {
     plane.window_x = plane.window_y = 1e6f;
   } else {
+    // The widest footprint of a sample: its half width over half the window and the plane's depth
     const auto widest =
         fan * std::max(narrowing(centre_m.z, near_m), narrowing(centre_m.z, far_m)) / centre_m.z;
-    // A sample's ray to the tile's centre crosses the plane at x when its tangent in the lattice is
-    // (x - centre) / distance + centre / z.
+    // The ray from a sample to the tile's centre crosses the plane at x when the sample's tangent
+    // in the lattice is (x - centre) / distance + centre / z.
     const auto turned = tile_m * (1 / near_m + 1 / far_m) / 2.0,
                spread = glm::abs(tile_m) * (1 / near_m - 1 / far_m) / 2.0;
     plane.tangent_x = static_cast<float>((corner.x - tile_m.x) / centre_m.z + turned.x);
     plane.tangent_y = static_cast<float>((corner.y - tile_m.y) / centre_m.z + turned.y);
     plane.tangent_step_x = static_cast<float>(pitch.x / centre_m.z);
     plane.tangent_step_y = static_cast<float>(pitch.y / centre_m.z);
+    // Samples whose footprint is narrow are gathered as plane waves, with diffraction tails.
     const glm::dvec2 spot(spot_of(plan_.wavelength_m, far_m, fan.x, 2 * half_window.x),
                           spot_of(plan_.wavelength_m, far_m, fan.y, 2 * half_window.y));
     const double nearest = std::max({0.0, near_m - centre_m.z, centre_m.z - far_m});
@@ -125,6 +130,7 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     plane.plane_wave_tail = static_cast<float>(plane_wave_tail);
     plane.window_x = static_cast<float>(widest.x * half_window.x + tail.x + spread.x);
     plane.window_y = static_cast<float>(widest.y * half_window.y + tail.y + spread.y);
+    // Pixels that the profile of one plane-wave sample covers, in whole packets
     if (any_near) {
       const auto room = [&](int axis) {
         const double half =
@@ -138,13 +144,16 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
       plane.room_y = room(1);
     }
   }
-  // Views speak of the whole hologram's window, and of what the fan adds to it.
+
+  // Visibility masks divide the window of the whole hologram, enlarged by the cone: scale and shift
+  // map positions in the tile's window to it.
   const auto visibility_half = std::max(1.0, plan_.cone_half_width) * plan_.window_m() / 2.0;
   plane.visibility_scale_x = static_cast<float>(half_window.x / visibility_half.x);
   plane.visibility_scale_y = static_cast<float>(half_window.y / visibility_half.y);
   plane.visibility_shift_x = static_cast<float>(tile_m.x / visibility_half.x);
   plane.visibility_shift_y = static_cast<float>(tile_m.y / visibility_half.y);
 
+  // Positions and footprints of all samples on the plane
   auto lattice = table_.lattice;
   lattice.half_width = static_cast<float>(half_window.x);
   lattice.half_height = static_cast<float>(half_window.y);
@@ -155,7 +164,8 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     project_samples_.run({static_cast<std::size_t>(table_.count)}, group, table_.samples,
                          table_.count, lattice, plane, projected_, stride, footprints_);
 
-  // As many of the lattice's rows at a time as the profiles of their samples fit.
+  // Each pass gathers as many rows of the lattice as have profiles that fit the memory for them,
+  // at least one row.
   const auto profile_floats = 2 * static_cast<std::size_t>(plane.room_x + plane.room_y);
   const auto at_once = static_cast<std::int64_t>(profile_bytes(device_.info()) /
                                                  (4 * std::max<std::size_t>(profile_floats, 1)));
@@ -173,7 +183,7 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
         1);
     if (profiles_.size() < room) {
       profiles_ = {};
-      // The next pose may need a little more
+      // An eighth is spare: the next pose of a moving scene may need a little more.
       profiles_ = {device_, room + room / 8, "profiles of samples"};
     }
     if (count > 0 && profile_floats > 0)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fields on planes by aimed gathering from the sample table (kernels/gather/gather.cl).
+/// Fields on planes, gathered from the sample table (kernels/gather/gather.cl).
 #pragma once
 
 #include "host/plan/footprint.hpp"
@@ -9,20 +9,19 @@ namespace raywave {
 
 class Gatherer {
 public:
-  /// frames            gathered together, 1 to most_frames_together: they share rays, visibility
-  ///                   and shading, and differ in their phases
-  /// plane_wave_spots  a sample whose geometric footprint on a plane is narrower than so many
-  ///                   diffraction spots to each side is gathered as plane waves; 0: none is
+  /// frames            number gathered together, 1 to most_frames_together: they share rays,
+  ///                   visibility and shading, and differ in their phases
+  /// plane_wave_spots  a sample is gathered as plane waves when the half width of its geometric
+  ///                   footprint is below this many diffraction spots; 0: no sample is
   Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
            const SampleTable& table, int frames,
            double plane_wave_spots = default_plane_wave_spots);
 
-  /// Draws the random phases of frames seed, seed + 1, ... for the samples that the table holds
-  /// now.
+  /// Draws the random phases of frames seed, seed + 1, ... for the current samples of the table.
   void draw_phases(std::uint32_t seed);
 
-  /// Fills `field` (frames x Plan::gathered_size of its layer) with the field of the layer's
-  /// samples on a WRP. One at the hologram itself receives every sample at every pixel.
+  /// Fills `field` (frames x Plan::gathered_size of the WRP's layer) with the field of the layer's
+  /// samples on the WRP. Every pixel of a WRP at the hologram receives every sample.
   ///
   /// accuracy  docs/accuracy.md, "Gathering"
   void gather(const Wrp& wrp, cl::ComplexBuffer& field);
@@ -39,7 +38,7 @@ private:
   cl::Kernel project_samples_, draw_phases_, profile_, gather_;
   cl::Device device_;
   cl::Buffer<device::ProjectedSample> projected_;
-  cl::Buffer<std::int32_t> footprints_;  // pixels of each aim's footprint
+  cl::Buffer<std::int32_t> footprints_;  // pixels of each projected sample's footprint
   cl::Buffer<float> profiles_;
   cl::ComplexBuffer phasors_;  // frames x samples
 };

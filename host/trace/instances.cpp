@@ -15,14 +15,15 @@ namespace {
 
 constexpr int triangles_of_leaf = 4;
 
-/// Per object: 1 when its triangles wind counter-clockwise seen from outside, -1 when clockwise, 0
-/// when it has no inside.
+/// Winding of each object: 1 when its triangles are counter-clockwise seen from outside, -1 when
+/// they are clockwise, 0 when the mesh is open.
 std::vector<std::int32_t> sides_of(const World& world) {
   std::vector<double> volume(world.object_closed.size(), 0.0);
   for (std::size_t i = 0; i < world.triangles.size(); ++i) {
     const auto corners = world.triangles[i];
     const auto object = static_cast<std::size_t>(world.triangle_object[i]);
-    // From a corner of the scene, so that the sum does not drown in the distance to the hologram.
+    // Positions are relative to a corner of the scene: the distance to the hologram would cancel
+    // digits of the sum.
     const auto a = world.positions[corners.x] - world.min_m,
                b = world.positions[corners.y] - world.min_m,
                c = world.positions[corners.z] - world.min_m;
@@ -34,7 +35,7 @@ std::vector<std::int32_t> sides_of(const World& world) {
   return sides;
 }
 
-/// Trees of several instances, one behind the other.
+/// The trees of all instances, concatenated.
 struct Trees {
   std::vector<device::BvhNode> nodes;
   std::vector<device::Triangle> triangles;
@@ -54,7 +55,8 @@ struct Trees {
   }
 };
 
-/// The instances' sets of objects: those that have not moved, then each of the others.
+/// The objects of each instance: first all that have never moved, if any, then one instance for
+/// each object that has.
 std::vector<std::vector<std::size_t>> sets_of(const std::vector<bool>& apart) {
   std::vector<std::vector<std::size_t>> instances(1);
   for (std::size_t i = 0; i < apart.size(); ++i) {
@@ -69,11 +71,11 @@ std::vector<std::vector<std::size_t>> sets_of(const std::vector<bool>& apart) {
 
 void put_split(double value, float& high, float& low) { std::tie(high, low) = split(value); }
 
-/// An instance whose vertices a motion has moved.
+/// An instance after a motion.
 ///
-/// anchor_m  origin of the instance's frame, world, before the motion
-/// origin_m  of the scene frame, world
-/// root      of its tree, node number `place`
+/// anchor_m  origin of the instance's frame before the motion, world
+/// origin_m  origin of the scene frame, world
+/// root      root of its tree; its node number is `place`
 device::Instance instance_after(const Motion& motion, glm::dvec3 anchor_m, glm::dvec3 origin_m,
                                 const device::BvhNode& root, std::int32_t place) {
   auto instance = instance_at_rest(place);
@@ -140,6 +142,7 @@ void Instances::place(const World& world, const Plan& plan, DeviceTree& tree) {
 }
 
 void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tree) {
+  // Triangle numbers of each instance
   std::vector<std::size_t> instance_of_object(sides_.size());
   for (std::size_t instance = 0; instance < objects_.size(); ++instance) {
     for (const auto object : objects_[instance]) instance_of_object[object] = instance;
@@ -149,6 +152,7 @@ void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tr
     triangles_of_instances[instance_of_object[static_cast<std::size_t>(world.triangle_object[i])]]
         .push_back(static_cast<std::uint32_t>(i));
 
+  // One tree per instance; triangles are stored in the order of the tree's leaves.
   Trees trees;
   for (std::size_t instance = 0; instance < triangles_of_instances.size(); ++instance) {
     const auto& numbers = triangles_of_instances[instance];

@@ -22,11 +22,11 @@ public:
   /// anchor_m  origin of the frames of all instances, world
   Instances(const cl::Device& device, const World& world, glm::dvec3 anchor_m, DeviceTree& tree);
 
-  /// Moves the instances to where World::motions places them. Trees are built on the first call,
-  /// and again when an object leaves the shared instance.
+  /// Moves the instances as World::motions says. Trees are built on the first call and rebuilt when
+  /// an object leaves the shared instance.
   void place(const World& world, const Plan& plan, DeviceTree& tree);
 
-  /// Bvh::depth of the deepest tree so far: kernels compiled for it serve all trees.
+  /// The largest Bvh::depth so far: kernels compiled for it serve all trees.
   int depth() const { return depth_; }
 
 private:
@@ -37,9 +37,9 @@ private:
   std::vector<std::int32_t> sides_;                // of the objects: device::Triangle::side
   std::vector<bool> apart_;                        // objects that have moved
   std::vector<std::vector<std::size_t>> objects_;  // of each instance
-  // Index of each instance's root among the nodes
+  // Node number of each instance's root
   std::vector<std::int32_t> roots_;
-  std::vector<device::BvhNode> root_nodes_;  // these nodes
+  std::vector<device::BvhNode> root_nodes_;  // copies of the nodes at roots_
   int depth_ = 0;
 };
 

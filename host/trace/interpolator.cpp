@@ -9,7 +9,7 @@ namespace {
 
 std::size_t groups(int n, int size) { return static_cast<std::size_t>((n + size - 1) / size); }
 
-/// Rows that a work-item makes.
+/// Number of rows that one work-item computes.
 int rows_together(int lanes) { return lanes == 1 ? 1 : 16; }
 
 cl::Range group_of(int lanes) { return lanes == 1 ? cl::Range{64, 1} : cl::Range{1, 1}; }
@@ -33,7 +33,7 @@ Interpolator::Interpolator(const cl::Device& device)
 void Interpolator::interpolate(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& coarse,
                                int frame, cl::ComplexBuffer& fine) {
   const auto& layer = plan.layer_of(wrp);
-  // Rows are counted downwards
+  // The offset of the WRP from the tile's centre; rows are counted downwards.
   const double centre_m = plan.tile_of(wrp).centre_m.y - wrp.centre_m.y;
   const auto r = interpolation_of(plan, layer, centre_m);
   upload(device_, r.first, first_row_);

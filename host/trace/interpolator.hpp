@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Band-limited interpolation on the device: all rows of a WRP from the gathered ones
+/// Band-limited interpolation on the device: computes all rows of a WRP from the gathered rows
 /// (host/plan/interpolation.hpp).
 #pragma once
 
@@ -14,10 +14,10 @@ class Interpolator {
 public:
   explicit Interpolator(const cl::Device& device);
 
-  /// Makes all rows of a WRP whose layer interpolates.
+  /// Computes all rows of a WRP whose layer interpolates.
   ///
-  /// coarse  frames x Plan::gathered_size, of which frame `frame` is read
-  /// fine    Plan::tile_size
+  /// coarse  the gathered rows, frames x Plan::gathered_size; only frame `frame` is read
+  /// fine    receives Plan::tile_size samples
   void interpolate(const Plan& plan, const Wrp& wrp, const cl::ComplexBuffer& coarse, int frame,
                    cl::ComplexBuffer& fine);
 

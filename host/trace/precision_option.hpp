@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How kernels are told the precision of a plan.
+/// The kernel option for the precision of a plan.
 #pragma once
 
 #include <string>

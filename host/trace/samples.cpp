@@ -10,7 +10,7 @@
 namespace raywave {
 namespace {
 
-/// Of a band's samples, about, on devices that have as much.
+/// Approximate memory for the samples of a band: 64 MiB, less on small devices.
 std::size_t band_bytes(const cl::DeviceInfo& device) {
   return static_cast<std::size_t>(std::min(
       {std::uint64_t{64} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16}));
@@ -42,18 +42,18 @@ device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
   return lattice;
 }
 
-/// With an eighth to spare: a scene that moves needs a little more now and then, and new memory is
-/// slow at first.
+/// Reallocates a buffer that is too small, with an eighth to spare: a moving scene sometimes needs
+/// a little more, and new memory is slow at first. The contents are lost.
 template <class T>
 void make_room(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t size,
                const char* name) {
   if (buffer.size() < size) {
-    buffer = {};  // before the new one is asked for
+    buffer = {};  // frees the old memory first
     buffer = {device, size + size / 8, name};
   }
 }
 
-/// Room for `wanted` elements, of which the first `kept` stay.
+/// Enlarges a buffer to at least `wanted` elements and keeps its first `kept`.
 template <class T>
 void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std::size_t wanted,
           const char* name) {
@@ -80,6 +80,7 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
 }
 
 void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
+  // Sizes of the lattice and of one slot (a place for one sample in a cell)
   lattice = lattice_of(plan, scene);
   const auto nx = static_cast<std::size_t>(lattice.nx), ny = static_cast<std::size_t>(lattice.ny);
   const auto lights = static_cast<std::size_t>(scene.light_words());
@@ -88,6 +89,8 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   const cl::Range local = lanes == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
   const cl::Range group{lanes == 1 ? std::size_t{64} : std::size_t{1}};
 
+  // Samples are found band by band of the lattice's rows. first: samples, and hidden samples, in
+  // all cells before a cell
   std::vector<glm::ivec2> first(nx * ny + 1, {0, 0});
   std::int64_t total = 0;
   hidden = 0;
@@ -105,6 +108,8 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
         {(nx + static_cast<std::size_t>(lanes) - 1) / static_cast<std::size_t>(lanes), rows}, local,
         scene.arguments(), lattice, static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows),
         slots_, band_.counts, band_.samples, band_.visibility_masks, band_.lit);
+
+    // The counts of the band's cells, summed
     int most = 0;
     const auto total_before = total;
     const auto hidden_before = hidden;
@@ -119,6 +124,7 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
           }
         },
         CL_MAP_READ);
+    // A cell had more samples than slots: the band is repeated with enough slots.
     if (most > slots_) {
       slots_ = most;
       total = total_before;
@@ -130,6 +136,7 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
           "sampling.pitch: " + std::to_string(total) +
           " surface samples or more, at most 268435456 are allowed; give a larger pitch");
 
+    // The band's samples are appended to the table without gaps.
     const auto kept = static_cast<std::size_t>(total_before),
                wanted = static_cast<std::size_t>(std::max<std::int64_t>(total, 1));
     grow(device_, samples, kept, wanted, "samples");
@@ -143,6 +150,8 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
                       visibility_masks, lit);
     row += rows;
   }
+
+  // Index of the table by cell for the device, and by row for the host
   count = static_cast<int>(total);
   std::vector<std::int32_t> cells;
   for (const auto& at : first) cells.push_back(at.x);

@@ -29,7 +29,7 @@ void require_rays(const Plan& plan) {
       "axis");
 }
 
-/// Kernels serve every plan of the same key.
+/// Plans with equal keys share kernels.
 KernelKey kernel_key(const Plan& plan, const DeviceScene& arrays, int frames_together) {
   return {plan.aimed,
           plan.bounces,
@@ -43,7 +43,7 @@ KernelKey kernel_key(const Plan& plan, const DeviceScene& arrays, int frames_tog
 
 }  // namespace
 
-/// The fields on WRPs, by gathering from surface samples or by fans of rays.
+/// Computes the fields on WRPs by gathering from surface samples or by tracing fans of rays.
 class FieldSource {
 public:
   FieldSource(const cl::Device& device, const Plan& plan, const DeviceScene& arrays, int frames) {
@@ -65,7 +65,7 @@ public:
     if (table_) table_->find(plan, arrays);
   }
 
-  /// Begins the frames seed, seed + 1, ...
+  /// Starts the frames of seed, seed + 1, ...
   void start(std::uint32_t seed) {
     seed_ = seed;
     if (gatherer_) gatherer_->draw_phases(seed);
@@ -94,6 +94,7 @@ double TraceStage::radiance_unit() const { return arrays_->radiance_unit; }
 void TraceStage::prepare(const World& world, const Plan& plan) {
   require_rays(plan);
   plan_ = &plan;
+  // The scene in device memory. The time for trees is reported as a stage of its own.
   if (arrays_) {
     const StageClock clock(times_, "tree");
     arrays_->place(world, plan);
@@ -106,26 +107,27 @@ void TraceStage::prepare(const World& world, const Plan& plan) {
     times_.wall_s["prepare"] -= arrays_->tree_seconds;
   }
 
+  // Surface samples; kernels are kept when they fit the plan.
   const StageClock clock(times_, "samples");
   frames_together_ = frames_together(plan, device_.info().largest_buffer_bytes);
   if (const auto key = kernel_key(plan, *arrays_, frames_together_); source_ && key == built_for_) {
     source_->find_samples(plan, *arrays_);
   } else {
-    source_ = nullptr;  // before the new one asks for memory
+    source_ = nullptr;  // frees the old memory first
     source_ = std::make_unique<FieldSource>(device_, plan, *arrays_, frames_together_);
     built_for_ = key;
   }
   device_.finish();
 }
 
-/// Takes the memory for fields on WRPs. Frames gathered together wait for each other's WRPs; a
-/// frame alone needs one field at a time.
+/// Allocates the memory for fields on WRPs. Frames gathered together need one stack for every WRP
+/// of a tile; a single frame needs one field at a time.
 void TraceStage::make_stacks() {
   const auto size = static_cast<std::size_t>(frames_together_) * plan_->gathered_pixels();
   stacks_.resize(frames_together_ > 1 ? plan_->most_wrps_of_a_tile() : 1);
   for (auto& stack : stacks_) {
     if (stack.size() >= size) continue;
-    stack = {};  // before the new one is asked for
+    stack = {};  // frees the old memory first
     stack = {device_, size, "fields of a WRP"};
   }
   const auto interpolates = [](const DepthLayer& layer) { return layer.interpolates(); };
@@ -144,13 +146,14 @@ WrpField TraceStage::run(std::size_t number, int frame) {
   if (number == first) make_stacks();
   auto& stack = stacks_[frames_together_ > 1 ? number - first : 0];
 
-  // One gathering fills the planes of all frames that are computed together.
+  // The first frame of a group fills the planes of all frames that are computed together.
   if (within == 0) {
     if (number == first) source_->start(plan_->seed + static_cast<std::uint32_t>(frame));
     const StageClock clock(times_, "trace");
     source_->fill(wrp, stack);
     device_.finish();
   }
+  // A layer with fewer rows is interpolated frame by frame.
   if (!plan_->layer_of(wrp).interpolates()) return {stack, within};
 
   const StageClock clock(times_, "trace");

@@ -25,31 +25,31 @@ struct WrpField {
   int plane = 0;
 };
 
-/// What kernels are built for: see kernel_key in trace_stage.cpp.
+/// The properties of a plan that kernels are built for: see kernel_key in trace_stage.cpp.
 using KernelKey = std::tuple<bool, int, int, int, bool, Precision, cl::Options, int>;
 
-/// Rays, surface samples and gathering, for one plan after another of a scene that may move.
+/// Traces rays, finds surface samples and gathers, for successive plans of a scene that may move.
 class TraceStage {
 public:
   TraceStage(const cl::Device& device, StageTimes& times);
   ~TraceStage();
 
-  /// Uploads the world and finds its surface samples. Kernels, trees and memory of the plan before
-  /// stay where they still serve.
+  /// Uploads the world and finds its surface samples. Kernels, trees and memory of the previous
+  /// plan are reused where they fit.
   ///
   /// plan    must outlive the stage, which reads it again in `run`
-  /// throws  InputError when no ray of a fan can be shown; DeviceError for the device
+  /// throws  InputError when the pixels can show no ray of a fan; DeviceError for the device
   void prepare(const World& world, const Plan& plan);
 
-  /// The field of one frame on plan.wrps[wrp]. The WRPs of a tile come in order, once for every
-  /// frame; frames follow each other. The field is valid until the next call.
+  /// Returns the field of one frame on plan.wrps[wrp], valid until the next call. Callers request
+  /// the WRPs of a tile in order, once for every frame, and the frames in order.
   WrpField run(std::size_t wrp, int frame);
 
-  /// Surface samples of the plan, and those of them that need visibility rays.
+  /// Number of surface samples of the plan, and how many of them need visibility rays.
   int samples() const;
   int hidden_samples() const;
 
-  /// Fields in the scene's own brightness are those on the device times the root of this.
+  /// Fields on the device times the square root of this are in the scene's brightness.
   double radiance_unit() const;
 
 private:

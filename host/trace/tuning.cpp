@@ -29,12 +29,13 @@ constexpr RateKey rate_keys[] = {{"ray_s", &DeviceRates::ray_s},
                                  {"butterfly_s", &DeviceRates::butterfly_s},
                                  {"level_s", &DeviceRates::level_s}};
 
-/// What this process may use: the machine's memory, or what a container leaves of it.
+/// Memory that this process may use: that of the machine, or the limit of its container when that
+/// is less.
 std::uint64_t host_memory_bytes() {
   auto bytes = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
                static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
   std::uint64_t limit = 0;
-  // It may read "max"
+  // The file holds "max" when there is no limit: reading fails then.
   if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit) bytes = std::min(bytes, limit);
   return bytes;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What `raywave tune` has measured of a device: a small file in the cache folder, one per
-/// platform, device and driver; and what planning is told about a device.
+/// Results of `raywave tune` for a device, and the device properties that planning needs. Results
+/// are stored in the cache folder, one file per platform, device and driver.
 #pragma once
 
 #include <filesystem>
@@ -18,10 +18,11 @@ struct Tuning {
 
 std::filesystem::path tuning_file(const cl::DeviceInfo& device);
 
-/// What is stored for the device; none where nothing is, or where it has another layout, from
-/// another version of raywave.
+/// The stored results for the device; none when there is no file, or when another version of
+/// raywave wrote it in another layout.
 ///
-/// throws  InputError naming file and key (or line) for what is damaged, or no device can do
+/// throws  InputError with file and key (or line) when the file is damaged or has a value that the
+///         device cannot use
 std::optional<Tuning> load_tuning(const cl::DeviceInfo& device);
 
 /// throws  InputError when the file cannot be written
@@ -29,16 +30,16 @@ void store_tuning(const cl::DeviceInfo& device, const Tuning& tuning);
 
 /// The device with its stored work shape, if any.
 ///
-/// throws  as load_tuning
+/// throws  the errors of load_tuning
 cl::DeviceInfo tuned(cl::DeviceInfo device);
 
-/// Memory of the device and of this machine (of its container, where that has less).
+/// Memory of the device and of this machine, or of its container when that has less.
 MemoryLimits limits_of(const cl::DeviceInfo& device);
 
-/// What planning needs to know of a device, with the rates that `raywave tune` has measured, if
-/// any.
+/// The properties of a device that planning needs, with the rates that `raywave tune` measured, or
+/// default rates.
 ///
-/// throws  as load_tuning
+/// throws  the errors of load_tuning
 DeviceFigures figures_of(const cl::DeviceInfo& device);
 
 }  // namespace raywave

@@ -18,8 +18,8 @@ int lanes_of_kind(const cl::DeviceInfo& device) {
 cl::WorkShape work_shape(const cl::DeviceInfo& device) {
   if (device.work) return *device.work;
   const int lanes = lanes_of_kind(device);
-  // Rows: enough that a sample's set-up is shared by many pixels, few enough that all sums stay in
-  // the first cache. Strips so narrow that the profiles they need stay in the second.
+  // 16 rows: many pixels share the set-up of a sample, and all sums fit the first-level cache.
+  // 8 tiles per strip: the profiles that a strip needs fit the second-level cache.
   return lanes == 1 ? cl::WorkShape{1, 1, 0} : cl::WorkShape{lanes, 16, 8};
 }
 

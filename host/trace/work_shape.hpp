@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How pixels are shared out among work-items: one source of kernels, shaped for the device. Fields
-/// depend on the shape by rounding only.
+/// The work shape: how pixels are distributed over work-items. All devices use the same kernel
+/// sources. Fields depend on the shape by rounding only.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace raywave {
 
-/// DeviceInfo::work where it is measured; else, on CPUs, work-items of their SIMD width (PoCL
-/// vectorises no divergent loop by itself) and many rows, strip by strip; on other devices one
-/// pixel each.
+/// DeviceInfo::work when it is set, a default otherwise. On CPUs a work-item handles a packet of
+/// SIMD width (PoCL does not vectorise divergent loops) and many rows, strip by strip. On other
+/// devices it handles one pixel.
 cl::WorkShape work_shape(const cl::DeviceInfo& device);
 
-/// A member of a shape with its name in files and messages.
+/// A member of WorkShape and its name in files and messages.
 struct WorkKnob {
   const char* name;
   int cl::WorkShape::*value;
@@ -23,13 +23,12 @@ inline constexpr WorkKnob work_knobs[] = {{"lanes", &cl::WorkShape::lanes},
                                           {"tile_rows", &cl::WorkShape::tile_rows},
                                           {"strip_tiles", &cl::WorkShape::strip_tiles}};
 
-/// Why a device cannot work in this shape, a line that begins with the knob's name: "lanes: must be
-/// 4, 8 or 16, got 3"; empty when it can. Packets of pixels are for CPUs, whose work-groups are
-/// single work-items; there is no strip without packets, since work-groups of many work-items would
-/// reach beyond it.
+/// The reason why a device cannot use this shape, a line that begins with the knob's name: "lanes:
+/// must be 4, 8 or 16, got 3"; empty when it can. Packets are for CPUs, where a work-group is one
+/// work-item. Strips need packets: a work-group of many work-items would extend beyond a strip.
 std::string why_unfit(const cl::WorkShape& shape, const cl::DeviceInfo& device);
 
-/// Rows of pixels that a work-item fills of each frame.
+/// Rows of pixels that a work-item computes in each frame.
 int rows_of_tile(const cl::WorkShape& shape, int frames);
 
 }  // namespace raywave
