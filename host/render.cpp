@@ -8,7 +8,7 @@
 #include "host/common/stage_clock.hpp"
 #include "host/encode/encode_stage.hpp"
 #include "host/plan/make_plan.hpp"
-#include "host/plan/memory.hpp"
+#include "host/plan/predict/memory.hpp"
 #include "host/propagate/propagate_stage.hpp"
 #include "host/trace/trace_stage.hpp"
 #include "host/trace/tuning.hpp"

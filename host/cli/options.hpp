@@ -16,7 +16,7 @@
 
 #include "cl/device.hpp"
 #include "cl/fft.hpp"
-#include "host/plan/presets.hpp"
+#include "host/plan/predict/presets.hpp"
 #include "host/scene/image.hpp"
 
 namespace raywave::cli {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "cl/program.hpp"
-#include "host/plan/memory.hpp"
+#include "host/plan/predict/memory.hpp"
 
 namespace raywave {
 

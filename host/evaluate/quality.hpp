@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "host/plan/judged_pictures.hpp"
+#include "host/plan/predict/judged_pictures.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "host/geometry/world.hpp"
-#include "host/plan/presets.hpp"
+#include "host/plan/predict/presets.hpp"
 #include "host/render.hpp"
 #include "host/scene/scene.hpp"
 

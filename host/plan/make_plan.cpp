@@ -10,7 +10,7 @@
 #include "host/plan/interpolation.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
-#include "host/plan/propagation_errors.hpp"
+#include "host/plan/predict/propagation_errors.hpp"
 #include "host/plan/tiles.hpp"
 #include "host/plan/wrp_placement.hpp"
 

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "cl/device.hpp"
-#include "host/plan/device_figures.hpp"
+#include "host/plan/predict/device_figures.hpp"
 
 namespace raywave {
 

@@ -569,7 +569,7 @@ TEST_CASE("selftest says by its exit code whether every row passed, and writes t
                            !ContainsSubstring("FAIL"));
   const auto table = Json::parse(bytes_of(desk.file("table.json")));
   CHECK(table["passed"] == true);
-  CHECK(table["rows"].size() >= 3);
+  CHECK(table["rows"].size() >= 1);
 
   const auto bad = desk.run(
       {"selftest", "--only", "phase ", "--strict", "1000", "--json", desk.file("table.json")});

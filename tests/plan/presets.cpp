@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/presets.hpp"
+#include "host/plan/predict/presets.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "host/common/error.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/make_plan.hpp"
-#include "host/plan/memory.hpp"
+#include "host/plan/predict/memory.hpp"
 #include "host/render.hpp"
 #include "host/trace/device_scene.hpp"
 #include "tests/support/catch.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes and holograms at the ends of what can be asked: a right result within a stated bound, or a
-// refusal that says why.
+// Scenes and holograms at the limits of the accepted input: the result is within a stated bound, or
+// is refused with a reason.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -32,7 +32,7 @@ using test::um;
 
 constexpr auto host = cl::FftBackend::host;
 
-/// One of the ways that a field comes about.
+/// A method of computing the field.
 struct Way {
   const char* name;
   Method method = Method::wrp;
@@ -74,8 +74,8 @@ double energy(const std::vector<std::complex<float>>& field) {
   return sum;
 }
 
-/// A shiny ball before a wall, 10 mm from a hologram of 64 x 48 pixels of 4 um, all lengths times
-/// `scale`.
+/// A shiny ball in front of a wall, 10 mm from a hologram of 64 x 48 pixels of 4 um; all lengths
+/// are multiplied by `scale`.
 Scene small_scene(const Folder& folder, double scale = 1) {
   Scene scene;
   scene.hologram.resolution = {64, 48};
@@ -99,7 +99,7 @@ Scene small_scene(const Folder& folder, double scale = 1) {
   return scene;
 }
 
-/// The sum of all samples at every hologram pixel in double precision, nothing hidden.
+/// The sum of all samples at every hologram pixel in double precision, without occlusion.
 std::vector<std::complex<double>> direct_sum(const cl::Device& device, const Scene& scene) {
   const auto world = test::world_of(scene);
   const auto plan = make_plan(scene, world, Method::points);
@@ -186,7 +186,7 @@ TEST_CASE(
                 reference::relative_error(reference::to_double(field.read()), expected);
             INFO(wavelength_m << " m, pitch " << pitch_m << " m, distance " << distance_m
                               << " m, shift " << setup.shift_m.x << " m");
-            // Turns of d / lambda in double are the oracle's floor: 1.2e-5 at 1e10 of them.
+            // The oracle computes d / lambda in double: its error is 1.2e-5 at 1e10 wavelengths.
             CHECK(relative <= 1e-6 + 2e-15 * distance_m / wavelength_m);
             ++done;
           }
@@ -198,7 +198,7 @@ TEST_CASE(
   }
 }
 
-/// A square of two pitches p a side or more, in front of a hologram that sees all of it.
+/// A square at least two sampling pitches p wide, in front of a hologram that sees all of it.
 struct Place {
   const char* name;
   double wavelength_m, pitch_m, p_m, width_m;
@@ -283,7 +283,7 @@ TEST_CASE(
           reference::relative_error(reference::to_double(result.field.samples), sum);
       const auto points = field_of(device, scene, ways[3]);
       CHECK(error <= 1e-6);  // measured 2e-7
-      // 0.90 to 0.97: windows of 40 x 32 pixels have hard edges
+      // Measured 0.90 to 0.97: diffraction at the edges of a window of only 40 x 32 pixels
       CHECK(test::correlation(result.field.samples, points) >= 0.85);
     }
   }
@@ -373,7 +373,7 @@ TEST_CASE(
     lens.points = 2;
     CHECK_THAT(input_error_of([&] { lens_picture(device, plan, arrays, lens); }),
                ContainsSubstring("brighter than a float holds"));
-    // The same fields, compared.
+    // compare_fields takes fields of this size.
     const auto same = compare_fields(bright.field, bright.field);
     CHECK(same.correlation == Catch::Approx(1));
     CHECK(test::finite(same.difference));
@@ -464,7 +464,7 @@ TEST_CASE("lights at, in and behind a surface, and of any direction's length") {
   }
 }
 
-/// A mesh as OBJ text: "v" lines as given, then triangles that count from 1.
+/// A mesh as OBJ text made of these lines.
 std::string obj(const std::vector<std::string>& lines) {
   std::string text;
   for (const auto& line : lines) text += line + "\n";
@@ -481,7 +481,7 @@ std::string square_with(std::vector<std::string> more) {
   return obj(lines);
 }
 
-/// Only the wall, as `mesh` has it.
+/// The small scene with only its wall, whose mesh is `text`.
 Scene wall_of(const Folder& folder, const std::string& text) {
   auto scene = small_scene(folder);
   scene.objects[0] =
@@ -512,8 +512,8 @@ TEST_CASE(
       const auto plain = field_of(device, wall_of(folder, square_with({})), way);
       for (const auto& [name, text] : meshes) {
         INFO(way.name << ", " << name);
-        // Corners in another order move hits by their rounding; measured 3e-3 for rays from the
-        // hologram, 1e-3 else.
+        // Corners in another order change the rounding of hits: measured 3e-3 for rays from the
+        // hologram, 1e-3 otherwise.
         CHECK(test::relative_l2(field_of(device, wall_of(folder, text), way), plain) <= 6e-3);
       }
     }
@@ -531,9 +531,9 @@ TEST_CASE(
   for (int i = 0; i < 200; ++i) {
     const auto a = at(test::uniform(random, -0.2, 0.2)), b = at(test::uniform(random, -0.2, 0.2));
     const double thin = std::pow(10, test::uniform(random, -12, -4));
-    // Slivers, some without area in float
+    // Slivers; some have no area in float.
     needles.triangle(a, b, (a + b) / 2.0 + thin * at(0));
-    // Nearly in a plane across
+    // Triangles of almost no width
     needles.triangle(at(0), at(0), at(1e-9));
     needles.triangle(a, a + glm::dvec3(0, 0, 0.3), a + glm::dvec3(thin, 0, 0.1));  // edge-on
     for (const double turn : {0.0, 2.0, 4.0})
@@ -545,16 +545,16 @@ TEST_CASE(
       INFO(way.name);
       auto scene = small_scene(folder);
       scene.materials[1].specular = glm::dvec3(0.1);
-      // Cells of edges name their layers in another order when something stands behind: the wall
-      // alone has none before the needles. Both scenes end here
+      // Cells at edges number their layers differently when something stands behind the wall. A
+      // small square at 10.6 mm makes both scenes end at the same depth.
       scene.objects[0] = test::object_at(scene.objects[1].mesh, 0.02 * mm, {0, 0, 10.6 * mm}, 0);
       scene.objects[1].rotation_deg = {0, 0, 0};
-      scene.wrp.distances_m = {9.65 * mm};  // a planned one minds what is hidden too
+      scene.wrp.distances_m = {9.65 * mm};  // a planned WRP would depend on hidden triangles
       const auto without = field_of(device, scene, way);
       scene.objects.push_back(test::object_at(mesh, 0.2 * mm, {0, 0, 10.3 * mm}, 0));
       const auto with = field_of(device, scene, way);
       CHECK(test::relative_l2(with, without) <= 1e-5);
-      // And in the light.
+      // Needles in front of the wall, lit and with shadows
       scene.objects[2].position_m = {0, 0, 9.9 * mm};
       scene.wrp.distances_m = {9.9 * mm};
       scene.trace.shadows = true;
@@ -581,7 +581,7 @@ TEST_CASE(
     for (const auto& s : million.samples)
       farthest = std::max(
           farthest, std::abs(distance(test::place(s) + million.plan.origin_m, centre) - radius));
-    CHECK(farthest <= 60e-9);  // measured 20 nm: the sagitta of its triangles
+    CHECK(farthest <= 60e-9);  // measured 20 nm, the sagitta of the triangles
 
     test::Stage one;
     test::Surface triangle;
@@ -621,7 +621,7 @@ TEST_CASE("numbers that are none are refused wherever a scene may have them") {
   }
   CHECK_THAT(input_error_of([&] { load_scene(file, {"light.0.direction=[0, 0, 1e-10]"}); }),
              ContainsSubstring("longer than 0"));
-  // Denormals are numbers like others.
+  // Denormal numbers are accepted.
   const auto scene =
       load_scene(file, {"light.0.intensity=1e-320", "materials.m.ambient=1e-320",
                         "materials.m.specular=1e-310", "materials.m.shininess=1e-320",
@@ -732,7 +732,7 @@ TEST_CASE("lattices and fans of absurd numbers of rays are refused with figures"
   scene.sampling.pitch_m = 10 * um;
   scene.wrp.distances_m = {1e-9};
   scene.wrp.grid = glm::ivec2(1, 1);
-  // Rays p = 10 um apart over a window of 256 x 192 um seen from 1 nm, at a depth of 10.03 mm.
+  // Rays 10 um apart at a depth of 10.03 mm must cover a window of 256 x 192 um from 1 nm away.
   CHECK_THAT(
       refusal(ways[1]),
       ContainsSubstring("sampling.pitch 0.01 mm needs 256") && ContainsSubstring(" x 192") &&
@@ -766,7 +766,7 @@ TEST_CASE(
     CHECK(std::any_of(result.field.samples.begin(), result.field.samples.end(),
                       [](const auto& z) { return std::abs(z) > 0; }));
 
-    // With pixels of a quarter wavelength the plane's highest frequencies are evanescent.
+    // A pitch of a quarter wavelength makes the highest frequencies of the plane evanescent.
     for (const double pitch_m : {4e-6, 638e-9 / 4}) {
       const Propagator propagator(device, {{512, 512}, {pitch_m, pitch_m}, 638e-9, 2, host});
       const auto refusal = input_error_of([&] { propagator.require_reach({{1, 0}, 1e-3}); });

@@ -12,7 +12,7 @@
 #include <tuple>
 
 #include "host/plan/make_plan.hpp"
-#include "host/plan/memory.hpp"
+#include "host/plan/predict/memory.hpp"
 #include "host/render.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"

@@ -26,7 +26,7 @@ constexpr double distance_m = 98 * mm;  // of the WRPs
 /// Relative L2 error of a field: measured 1.1e-7 to 3.4e-7.
 constexpr double hit_error = 1e-6;
 
-/// 33 x 17 pixels of 1 um: the plane is small, but its rays may be as steep as 0.319.
+/// 33 x 17 pixels of 1 um: the plane is small, and the sines of its rays reach 0.319.
 Scene small_scene() {
   Scene scene;
   scene.hologram.resolution = {33, 17};
@@ -38,7 +38,7 @@ Scene small_scene() {
   return scene;
 }
 
-/// n x n rays, tangents -reach to reach; a little off a regular grid, so that none runs along an
+/// n x n rays with tangents from -reach to reach, slightly off a regular grid: no ray runs along an
 /// edge of a mesh.
 Wrp wrp_with_fan(int n, double reach, glm::dvec2 centre_m = {0.031 * mm, -0.017 * mm}) {
   Wrp wrp;
@@ -63,7 +63,7 @@ Field traced(const cl::Device& device, const World& world, const Plan& plan, con
   return buffer.read();
 }
 
-/// Relative L2 error over the pixels that the oracle can decide; at least 9 in 10 must be.
+/// Relative L2 error over the pixels that the oracle can decide, at least 9 in 10.
 double error_of(const Field& field, const reference::TracedField& oracle) {
   std::vector<std::complex<double>> got, want;
   for (std::size_t i = 0; i < field.size(); ++i) {
@@ -75,8 +75,8 @@ double error_of(const Field& field, const reference::TracedField& oracle) {
   return test::relative_l2(got, want);
 }
 
-/// Traces on every device in every precision, checks against the oracle, and returns what the
-/// oracle met.
+/// Traces on every device in every precision, compares with the oracle and returns the oracle's
+/// result.
 reference::TracedField check_trace(const Scene& scene, const Wrp& wrp, std::uint32_t seed = 5) {
   const auto world = build_world(scene);
   auto plan = make_plan(scene, world);
@@ -97,7 +97,7 @@ reference::TracedField check_trace(const Scene& scene, const Wrp& wrp, std::uint
   return oracle;
 }
 
-/// 5 x 3 random values, linear light.
+/// A texture of 5 x 3 random values in linear light.
 std::filesystem::path texture_in(const Folder& folder) {
   const auto file = folder / "texture.exr";
   const std::vector<float> texels{0.9f, 0.1f,  0.5f, 0.3f,  0.7f,  0.2f,  0.8f, 0.4f,
@@ -128,7 +128,7 @@ Light ambient(double intensity) {
   return light;
 }
 
-/// A ball of 0.8 mm before a tilted wall, lit by all kinds of light.
+/// A ball of 0.8 mm in front of a tilted wall, lit by all kinds of light.
 Scene ball_before_wall(const Folder& folder) {
   auto scene = small_scene();
   Material ball, wall;
@@ -194,7 +194,7 @@ TEST_CASE("highlights of any sharpness are the oracle's") {
       test::object_at(folder.write("wall.obj", test::square_obj()), 3 * mm, {0, 0, 100.03 * mm})};
   scene.objects[0].rotation_deg = {3, 2, 0};
   const auto wrp = wrp_with_fan(7, 0.3);
-  // Straight back along the mirrored direction of a ray of the fan.
+  // The light's mirror direction points back along a ray of the fan.
   const auto ray = glm::normalize(glm::dvec3(wrp.fan[24], 1));
   for (const double shininess : {0.0, 1.0, 120.0, 130.0, 1e6}) {
     m.shininess = shininess;
@@ -211,7 +211,7 @@ TEST_CASE("highlights of any sharpness are the oracle's") {
   }
 }
 
-/// A prism and a ball of glass and a mirror between two walls, 2 mm long times `scale`.
+/// A glass prism, a glass ball and a mirror between two walls; the scene is 2 mm long times `scale`.
 Scene mirrors_and_glass(const Folder& folder, double scale) {
   auto scene = small_scene();
   Material wall, mirror, glass;
@@ -336,7 +336,7 @@ TEST_CASE("what a scene does not use changes nothing") {
   rich.materials.push_back(unused);
   auto no_light = directional({1, 1, 1}, 0);
   rich.lights.push_back(no_light);
-  rich.trace.depth = 3;  // of nothing that bounces
+  rich.trace.depth = 3;  // no material reflects or transmits
   const auto world = build_world(lean);
   const auto plan = make_plan(lean, world);
   const auto rich_plan = make_plan(rich, world);

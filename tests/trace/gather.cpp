@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "host/plan/footprint.hpp"
-#include "host/plan/memory.hpp"
+#include "host/plan/predict/memory.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/pipeline.hpp"
 #include "host/reference/shading.hpp"
@@ -33,7 +33,9 @@ using reference::against_direct_sum;
 using reference::ball_before_wall;
 using reference::phase_turns_of_key;
 
-/// plane_wave_spots  as Gatherer has it; 0: all samples geometrically
+/// The gathered field of one layer on a plane.
+///
+/// plane_wave_spots  see Gatherer; 0: all samples are gathered geometrically
 Fields gathered(const raywave::cl::Device& device, const Rig& rig, dvec3 centre,
                 double plane_wave_spots = 0, int frames = 1, std::uint32_t seed = 1,
                 std::size_t layer = 0) {
@@ -47,7 +49,7 @@ Fields gathered(const raywave::cl::Device& device, const Rig& rig, dvec3 centre,
   return field.read();
 }
 
-/// One emissive point: a patch that a single lattice ray meets.
+/// One emissive point: a patch that only one lattice ray hits.
 Stage one_point(dvec3 at) {
   Stage stage;
   stage.scene.hologram = {{61, 47}, {8e-6, 8e-6}, 638e-9};
@@ -190,8 +192,7 @@ TEST_CASE("steeper light than the SLM's pixels can show is left out") {
 
 TEST_CASE("rendering by points is the direct sum at the hologram") {
   for (const auto& device : all_devices()) {
-    // Neither the mesh file nor the texture adds to the claim: one file, read by render() and by
-    // the oracle's world.
+    // The test needs no mesh file and no texture; render() and the oracle's world read one file.
     const auto scene =
         load_scene(data / "study.toml",
                    {"sampling.frames=2", "hologram.resolution=[63, 65]", "sampling.pitch='80 um'",
@@ -255,7 +256,7 @@ TEST_CASE(
     const auto gold = render(device, stage.scene, points);
     const Rig rig(device, stage);
     Propagator propagator(device, {rig.plan.size, rig.plan.pitch_m, rig.plan.wavelength_m, 2});
-    // The sphere is from 18.55 to 19.45 mm, the plane behind it at 19.5 mm.
+    // The sphere extends from 18.55 to 19.45 mm; the plane behind it stands at 19.5 mm.
     for (const double z :
          {16.5e-3, 17.55e-3, 18.2e-3, 18.6e-3, 19e-3, 19.2e-3, 19.47e-3, 19.5e-3, 19.7e-3, 21e-3}) {
       const auto on_plane = gathered(device, rig, {0, 0, z}, default_plane_wave_spots);
@@ -274,8 +275,8 @@ TEST_CASE(
 
 namespace {
 
-/// A sample's unhidden wave on a plane at `depth`, along both axes: plane waves towards the fan's
-/// window, 500 per axis.
+/// The wave of an unoccluded sample at a pixel: the sum of 500 plane waves per axis towards the
+/// window of the cone.
 Complex plane_waves(const Plan& plan, dvec3 p, dvec3 pixel) {
   const double wave_number = 2 * std::numbers::pi / plan.wavelength_m, depth = p.z - pixel.z;
   Complex product = Complex(0, 1) / plan.wavelength_m * std::polar(1.0, wave_number * depth);
@@ -308,7 +309,7 @@ double energy_of(const Fields& field) {
   return sum;
 }
 
-/// A point before a hologram of 1.4 mm, seen under an angle.
+/// A point off the axis in front of a hologram 1.4 mm wide.
 Stage near_point() {
   Stage stage;
   stage.add(rectangle({312.5e-6, -187.5e-6, 20e-3}, {10e-6, 0, 0}, {0, 10e-6, 0}));
@@ -326,7 +327,7 @@ TEST_CASE(
     const Rig rig(device, near_point());
     REQUIRE(rig.samples.size() == 1);
     for (const double depth : {0.0, 1e-9, -1e-9, 3e-6, -20e-6, 0.2e-3, -0.7e-3}) {
-      // The plane follows the light, so that all of it meets the plane.
+      // The plane is centred on the sample, so that all of its light falls on the plane.
       const auto first = place(rig.samples[0]) + rig.plan.origin_m;
       const dvec3 centre(first.x, first.y, first.z - depth);
       const auto field = gathered(device, rig, centre, 12);
@@ -341,7 +342,7 @@ TEST_CASE(
                     std::polar(1.0, 2 * std::numbers::pi * phase_turns_of_key(s.key, 1)) *
                     plane_waves(rig.plan, place(s) + rig.plan.origin_m, pixel);
         all += std::norm(wanted);
-        if (field[i] == 0.0f) continue;  // beyond where the wave is cut off
+        if (field[i] == 0.0f) continue;  // outside the sample's footprint
         difference += std::norm(Complex(field[i]) - wanted);
         lit += std::norm(wanted);
       }
@@ -370,7 +371,7 @@ TEST_CASE("geometric footprints and plane waves agree where one takes over from 
       INFO("depth " << depth << ": relative difference " << error << ", energy "
                     << energy_of(geometric) / energy_of(waves));
       CHECK(error > 0);
-      // The geometric edge has no Fresnel fringes; at this depth they are a third of the footprint.
+      // The geometric footprint has no Fresnel fringes; here they cover a third of the footprint.
       CHECK(error < 0.4);
       CHECK(energy_of(geometric) / energy_of(waves) == Catch::Approx(1).margin(0.03));
     }
@@ -398,7 +399,8 @@ TEST_CASE(
     const auto whole = layers[0];
     const dvec3 centre(10e-6, -5e-6, 19.3e-3);
     const auto all = gathered(device, rig, centre), all_near = gathered(device, rig, centre, 12);
-    // Layers that begin at a sample's own depth, a float's step behind it, and beyond all of them.
+    // Layer bounds at a sample's own depth, one float behind another sample, and behind all
+    // samples
     const double z0 = rig.plan.origin_m.z, first = z0 + double{depths[1]},
                  second = z0 + double{std::nextafter(depths[3], 1.0f)};
     layers.assign(4, whole);
@@ -417,7 +419,7 @@ TEST_CASE(
       }
       return sum;
     };
-    // Sums in another order.
+    // Only the order of the sums differs.
     CHECK(reference::relative_error(sum_of_layers(0), reference::to_double(all)) < 1e-6);
     CHECK(reference::relative_error(sum_of_layers(12), reference::to_double(all_near)) < 1e-6);
   }
@@ -499,7 +501,7 @@ Material glowing() {
   return m;
 }
 
-/// The hologram of a stage by aimed gathering, mirrors and glass included.
+/// The hologram of a stage by gathering, including mirrors and glass.
 FieldStack hologram_of(const raywave::cl::Device& device, const Stage& stage,
                        bool bounces_only = false) {
   const Rig rig(device, stage);
@@ -542,7 +544,7 @@ struct Focus {
   dvec2 at_m{0};
 };
 
-/// Where light is most concentrated.
+/// The place of the largest intensity between two depths.
 Focus brightest(const raywave::cl::Device& device, const Stage& stage, const FieldStack& field,
                 double from_m, double to_m) {
   double best = 0;
@@ -573,7 +575,7 @@ TEST_CASE(
     Material mirror;
     mirror.reflectivity = 1;
     stage.scene.trace.depth = 1;
-    // Its light goes towards +x, meets the mirror at (0, 0, 20 mm) and goes on towards the
+    // The square's light travels towards +x; the mirror at (0, 0, 20 mm) reflects it to the
     // hologram.
     stage.add(rectangle({-reach, 0, 20e-3}, {0, half, 0}, {0, 0, half}), glowing());
     stage.add(rectangle({0, 0, 20e-3}, {0.6e-3, 0, -0.6e-3}, {0, 0.6e-3, 0}), mirror);
@@ -584,7 +586,7 @@ TEST_CASE(
     stage.add(rectangle({0, 0, 20e-3 + reach}, {half, 0, 0}, {0, half, 0}), glowing());
     return stage;
   };
-  // The focus of a hologram 1.28 mm wide seen from 21 mm is lambda / 0.061^2 = 0.17 mm deep.
+  // Depth of focus of a hologram 1.28 mm wide at 21 mm: lambda / 0.061^2 = 0.17 mm
   for (const auto& device : all_devices()) {
     const auto stage = with_mirror(half_point);
     const auto focus = brightest(device, stage, hologram_of(device, stage, true), 20e-3, 22e-3);

@@ -28,7 +28,7 @@ glm::dmat3 turn_by(double degrees, dvec3 axis) {
   return glm::dmat3(glm::rotate(glm::dmat4(1), glm::radians(degrees), glm::normalize(axis)));
 }
 
-/// A ball, the same ball turned inside out beside it, and an open sheet behind both.
+/// A ball, beside it a ball with reversed winding, and an open sheet behind both.
 Stage stage_of_three() {
   Stage stage;
   stage.add(sphere({-0.2e-3, 0, 10e-3}, 0.15e-3, 12));
@@ -38,13 +38,13 @@ Stage stage_of_three() {
   return stage;
 }
 
-/// Turned and grown about the middle of the world, and moved.
+/// Rotation and scaling about the centre of the world, and a translation.
 Motion motion_of(const World& world, double degrees, double scale, dvec3 by_m) {
   const auto middle = (world.min_m + world.max_m) / 2.0;
   return {turn_by(degrees, {1, 2, 0.5}), scale, middle, middle + by_m, true};
 }
 
-/// A world whose objects have moved: as motions, or with its vertices moved one by one.
+/// A world whose objects have moved: as motions, or by moving every vertex.
 World after(World world, const std::vector<Motion>& motions, bool vertex_by_vertex) {
   world.motions = vertex_by_vertex ? std::vector<Motion>() : motions;
   std::vector<std::size_t> object_of(world.positions.size());
@@ -66,7 +66,7 @@ World after(World world, const std::vector<Motion>& motions, bool vertex_by_vert
   return world;
 }
 
-/// The triangles of a world, scene frame, in the order of a tree on the device.
+/// The triangles of a world in the order of a tree on the device, scene frame.
 std::vector<Corners> corners_in_order(const World& world, dvec3 origin_m, const DeviceTree& tree) {
   std::vector<Corners> all;
   for (const auto& t : tree.triangles.read()) {
@@ -113,7 +113,7 @@ TEST_CASE("rays meet instances where the world has them, whatever moves") {
         const auto from = i % 2 ? dvec3(uniform(random, -1e-3, 1e-3), uniform(random, -1e-3, 1e-3),
                                         uniform(random, -1e-3, 1e-3))
                                 : -plan.origin_m;
-        // Rays and corners as floats: what is compared is what happens between.
+        // The oracle gets rays and corners rounded to floats: only the traversal is compared.
         rays.push_back({dvec3(glm::vec3(from)), dvec3(glm::vec3((target - from) * 1.5)), 0, 2});
       }
       int hits = 0;
@@ -126,7 +126,7 @@ TEST_CASE("rays meet instances where the world has them, whatever moves") {
         INFO("motions " << kind << ", ray " << i << ": triangle " << found[i].triangle << " at "
                         << found[i].t << ", exactly " << exact.triangle << " at " << exact.t);
         if (exact.triangle < 0 || found[i].triangle < 0) {
-          // An edge within rounding.
+          // One of the two misses: the ray must pass an edge within rounding.
           if (exact.triangle != found[i].triangle)
             CHECK(reference::judge(found[i], rays[i], corners).fault == "");
           continue;
@@ -162,8 +162,8 @@ TEST_CASE("moved instances have the samples of a world that was made where they 
       const SampleTable table(device, fresh.plan, arrays, false);
       const auto samples = table.samples.read();
       REQUIRE(table.count > 200);
-      // What faces away holds none of them: without its marks the same are found, but where a rim's
-      // two sides lie within a layer.
+      // Culled subtrees hold no samples: a search without normal cones finds equal samples, except
+      // at rims whose two sides lie within the gap that merges layers.
       auto nodes = arrays.tree.nodes.read();
       REQUIRE(std::any_of(nodes.begin(), nodes.end(), [](const auto& n) {
         return device::normal_cone_spread(n.left_count) > 0;
@@ -174,7 +174,7 @@ TEST_CASE("moved instances have the samples of a world that was made where they 
       }
       arrays.tree.nodes.write(nodes);
       CHECK(std::abs(SampleTable(device, fresh.plan, arrays, false).count - table.count) <= 2);
-      // An edge may pass a ray within rounding.
+      // A ray may pass an edge within rounding.
       CHECK(std::abs(table.count - fresh.table.count) <= table.count / 200);
       std::map<std::uint32_t, device::Sample> by_key;
       for (const auto& s : fresh.samples) by_key[s.key] = s;
@@ -201,7 +201,7 @@ TEST_CASE("moved instances have the samples of a world that was made where they 
   }
 }
 
-/// What kernels/scene/bvh.h asks.
+/// The culling test of kernels/scene/bvh.h.
 bool turns_away(std::int32_t facing, const device::Instance& instance) {
   int along = 0;
   for (int i = 0; i < 3; ++i) along += device::normal_cone_axis(facing, i) * instance.view[i];
@@ -229,11 +229,11 @@ TEST_CASE(
     set_view(instance, middle, radius, eye);
     const dvec3 normal = glm::normalize(facing.axis + direction() * facing.spread * 0.999),
                 place = middle + direction() * radius;
-    // Of unit length, and within the spread.
+    // Only unit normals within the spread are in the cone.
     if (!(glm::length(normal - facing.axis) <= facing.spread)) continue;
     const bool is_away = turns_away(bits, instance);
     if (is_away) REQUIRE(glm::dot(normal, place - eye) > 0);
-    // Everything turns away by more than what the bits round.
+    // Cones that face away by more than the rounding of the bits must be culled.
     const double distance = glm::length(middle - eye);
     wanted +=
         glm::dot(facing.axis, middle - eye) > (facing.spread + 0.04) * distance + 1.2 * radius &&
@@ -263,7 +263,8 @@ TEST_CASE("what turns away holds nothing but inner sides of closed meshes, and m
       };
       for (std::size_t i = 0; i < corners.size(); ++i) inner += inner_side(i);
       double found = 0;
-      // Triangles below a child, and whether all of it turns away as kernels/scene/bvh.h says.
+      // Visits all triangles below a node and counts those in culled subtrees. above: an ancestor
+      // is culled
       const std::function<void(std::int32_t, bool)> visit = [&](std::int32_t place, bool above) {
         const auto& n = nodes[static_cast<std::size_t>(place)];
         const auto look_at = [&](const float* min, const float* max, std::int32_t child,

@@ -30,8 +30,8 @@ Plan small_plan(glm::ivec2 size) {
   return plan;
 }
 
-/// Spherical waves that converge to places in the hologram's window and its cone's rim, as they
-/// cross the WRP at (x, y).
+/// Spherical waves that converge to points in the window of the hologram and at the rim of the
+/// cone: their sum at (x, y) on the WRP.
 Complex converging(const Plan& plan, double x_m, double y_m) {
   const auto reach = plan.cone_half_width * plan.window_m() / 2.0;
   Complex sum = 0;
@@ -44,7 +44,7 @@ Complex converging(const Plan& plan, double x_m, double y_m) {
   return sum;
 }
 
-/// All columns of these rows.
+/// The converging waves on all columns of these rows.
 std::vector<std::complex<float>> sampled(const Plan& plan, const GatheredRows& rows) {
   std::vector<std::complex<float>> field;
   const auto centre = plan.wrps[0].centre_m;
@@ -85,7 +85,7 @@ TEST_CASE(
       const auto field = sampled(plan, rows);
       stack.insert(stack.end(), field.begin(), field.end());
       for (const auto& found : test::all_devices()) {
-        // As GPUs, one sample per work-item
+        // One lane: one sample per work-item, as on GPUs
         for (const int lanes : {found.info().float_lanes, 1}) {
           auto info = found.info();
           info.float_lanes = lanes;
@@ -107,14 +107,16 @@ TEST_CASE(
   const auto rows = [&](double oversampling) {
     return rows_for_band(plan, plan.layers[0], oversampling);
   };
-  // Half the cone over wavelength and distance, twice, and 14 for the sums.
+  // The number of rows is the WRP's height times the band of the cone, oversampled, and margin rows
+  // for the taps.
   const double half_band = 1.2 * plan.window_m().y / 2 / (638e-9 * 60e-3),
                length = (plan.size.y - 1) * 4e-6;
   CHECK(std::abs(rows(1.5).count - (length * 2 * half_band * 1.5 + 15)) < 3);
   CHECK(rows(100).half_taps == 0);
   CHECK(rows(100).count == plan.size.y);
   CHECK(rows(100).pitch_m == 4e-6);
-  // Nearer, the cone of a low hologram leaves rows to spare, that of a high one fills the band.
+  // Near the hologram, a hologram with few rows needs fewer rows than it has; one with many rows
+  // needs all of them.
   plan.layers[0].distance_m = plan.wrps[0].centre_m.z = 15e-3;
   plan.size = plan.tile_size = {100, 400};
   CHECK(rows(1.5).half_taps == 0);

@@ -34,7 +34,7 @@ std::span<const device::Sample> samples_of(const Rig& rig, std::size_t cell) {
                static_cast<std::size_t>(rig.first_of_cell[cell + 1] - rig.first_of_cell[cell]));
 }
 
-/// kernels/common/hash.h on the host: every device must draw the same phases.
+/// The hash of kernels/common/hash.h on the host: all devices must draw equal phases.
 std::uint32_t cell_key(std::int32_t i, std::int32_t j, std::int32_t k) {
   const auto word = [](std::int32_t v) { return static_cast<std::uint32_t>(v); };
   std::uint32_t h = (word(i) * 0x9e3779b1u) ^ (word(j) * 0x85ebca77u + 0x165667b1u);
@@ -44,8 +44,10 @@ std::uint32_t cell_key(std::int32_t i, std::int32_t j, std::int32_t k) {
   return h ^ (h >> 15);
 }
 
-/// What holds for every table: sums of counts, places on their rays, order, normals, weights and
-/// keys. `off_m`: how far floats may leave a sample from its ray.
+/// Checks the invariants of every table: sums of counts, places on their rays, order, normals,
+/// weights and keys.
+///
+/// off_m  largest distance of a sample from its ray, due to rounding
 void check_table(const Rig& rig, double off_m) {
   REQUIRE(rig.first_of_cell.size() == static_cast<std::size_t>(rig.plan.lattice.size.x) *
                                               static_cast<std::size_t>(rig.plan.lattice.size.y) +
@@ -82,8 +84,8 @@ void check_table(const Rig& rig, double off_m) {
 }
 
 struct Distance {
-  double across = 0;  // of the ray from a sphere's centre
-  double z = 0;       // of the first meeting
+  double across = 0;  // from the sphere's centre to the ray
+  double z = 0;       // depth of the first intersection
 };
 
 Distance ray_to_sphere(dvec2 t, dvec3 centre, double radius) {
@@ -93,9 +95,9 @@ Distance ray_to_sphere(dvec2 t, dvec3 centre, double radius) {
           across < radius ? (along - std::sqrt(radius * radius - across * across)) * d.z : 0};
 }
 
-/// Places, keys and lights of both tables agree.
+/// Checks that places, keys and lights of both tables agree.
 void check_same(const Rig& a, const Rig& b, double tolerance_m) {
-  REQUIRE((a.first_of_cell == b.first_of_cell));  // in brackets: millions of numbers are no message
+  REQUIRE((a.first_of_cell == b.first_of_cell));  // in brackets: the values are not printed
   double apart = 0;
   int other_keys = 0;
   for (std::size_t i = 0; i < a.samples.size(); ++i) {
@@ -108,8 +110,8 @@ void check_same(const Rig& a, const Rig& b, double tolerance_m) {
   CHECK(a.lit == b.lit);
 }
 
-/// A frontal plane of n x n squares whose inner corners lie on lattice rays: pitch p at its own
-/// depth, corners at odd multiples of p / 2; n is even.
+/// A plane parallel to the hologram, made of n x n squares (n even). Inner corners lie on lattice
+/// rays, whose pitch in the plane is p: at odd multiples of p / 2.
 Surface on_lattice(double z, double p, int n) {
   return grid(n, n, [=](double s, double t) {
     const auto at = [&](double share) {
@@ -168,7 +170,7 @@ TEST_CASE(
     CHECK(unsure < 20);
     CHECK(on_sphere > 800);
     CHECK(on_plane > 2000);
-    // AreaSamples lie within 2 R (1 - cos(pi / 280)) = 57 nm of the sphere.
+    // The triangles lie within 2 R (1 - cos(pi / 280)) = 57 nm of the sphere.
     CHECK(off_sphere < 6e-8);
     CHECK(off_depth < 7e-8);
     CHECK(off_normal < 2e-4);
@@ -195,8 +197,8 @@ TEST_CASE(
       if (rig.object_of(s) == 2)
         CHECK(s.z + rig.plan.origin_m.z == Catch::Approx(20.6e-3).epsilon(1e-6));
     }
-    // Rays inside the first plane's square meet both planes; the front of the box (0.2 mm at 20.6
-    // mm) is the only outside seen.
+    // Rays through the square of the first plane hit both planes. The front of the box (0.2 mm wide
+    // at 20.6 mm) is its only visible outside.
     const auto rays_within = [&](double half_m, double z) {
       int n = 0;
       for (std::size_t cell = 0; cell < cells(rig); ++cell) {
@@ -264,7 +266,7 @@ TEST_CASE(
         }
         const double cells = std::pow(2 * half / (20e-3 * rig.plan.lattice.step), 2);
         CAPTURE(half, light, cells, antialias);
-        // A part's width at most along each of four edges, to either side.
+        // The error is at most the width of one part along each of the four edges.
         CHECK(std::abs(light / cells - 1) < 25e-6 / antialias / half);
         CHECK(off_ray < 1e-8);
       }
@@ -303,7 +305,7 @@ TEST_CASE("of a wall seen nearly edge-on, one sample in each cell shines for all
         }
       }
       CHECK(inner >= 40);
-      // Rays through the edge between the triangles may meet both
+      // Rays through the edge between two triangles may hit both.
       CHECK(light / inner == Catch::Approx(1).margin(0.01));
     }
   }
@@ -327,7 +329,7 @@ TEST_CASE(
         const int middle = rig.table.visibility_parts / 2;
         if (rig.sees(i, middle, middle)) light += rig.samples[i].radiance;
       }
-      // The cone that touches the ball, cut at the depth where cells are the pitch wide.
+      // Cross-section of the cone tangent to the ball, in cells of the lattice
       const double tangent = 0.3 / std::sqrt(20.0 * 20.0 - 0.3 * 0.3),
                    disc = std::numbers::pi * std::pow(tangent / rig.plan.lattice.step, 2);
       INFO(device.info().name << (closed ? ", closed: " : ", open: ") << light << " of " << disc
@@ -346,14 +348,14 @@ TEST_CASE("the sample set of a plane does not depend on its triangles: 2 or 20,0
        {Case{"frontal", {0.6e-3, 0, 0}, {0, 0.5e-3, 0}},
         Case{"tilted by 60 degrees", {0.3e-3, 0, 0.52e-3}, {0, 0.5e-3, 0}}}) {
     CAPTURE(name);
-    // Edges away from all rays: one that a ray just touches changes its sample by a sixteenth.
+    // No edge lies on a ray: an edge that a ray touches changes its sample by a sixteenth.
     const dvec3 centre(0.2013e-3, 0.1007e-3, 20e-3);
     Random random(7);
     Stage two, many;
     Material shiny;
     shiny.specular = dvec3(0.5);
     two.add(rectangle(centre, u, v), shiny);
-    // Inner corners are moved about within the plane.
+    // Inner corners are displaced at random within the plane.
     many.add(grid(100, 100,
                   [&, u = u, v = v](double s, double t) {
                     const auto inside = [](double x) { return x > 0.001 && x < 0.999; };
@@ -471,8 +473,8 @@ TEST_CASE(
           return free_path(rig.corners, place(s), normal(s), rig.arrays.bias_m,
                            hologram_centre(rig) + dvec3(at * half, 0));
         };
-        // Sixteen parts, no two of a group of four in one row or column, speak for all when they
-        // agree.
+        // Kernels test sixteen parts first; when these agree, they decide for all parts. Parts of a
+        // group of four lie in different rows and columns.
         int free = 0, unsure = 0;
         for (int a = 0; a < 4; ++a) {
           for (int b = 0; b < 4; ++b) {
@@ -519,7 +521,8 @@ TEST_CASE("nothing of a lone sphere is called hidden but its silhouette") {
     const auto half = dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * rig.plan.cone_half_width;
     int wrong = 0;
     for (const auto& s : rig.samples) {
-      // Seen from all corners of the window by a margin of the area_samples' slope, 0.9 degrees.
+      // Samples that all corners of the window see at more than 1.8 degrees must not be hidden; the
+      // triangles are tilted against the sphere by 0.9 degrees.
       const auto p = place(s) + rig.plan.origin_m;
       double least = 1;
       for (const double x : {-half.x, half.x})

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What makes a picture three-dimensional: holograms must show it as a lens in their place would.
+// Three-dimensional cues (parallax, highlights, shadows, tilted surfaces): a hologram must show them
+// as a lens in its place does.
 #include <cmath>
 
 #include "host/plan/make_plan.hpp"
@@ -27,7 +28,7 @@ struct View {
 };
 const View whole{{0, 0}, {1, 1}}, left{{-0.5, 0}, {0.5, 1}}, right{{0.5, 0}, {0.5, 1}};
 
-/// A hologram 0.6 mm wide: 8 mm away it shows 9 um, half of it 17 um.
+/// A hologram 0.6 mm wide: it resolves 9 um at a distance of 8 mm, half of it resolves 17 um.
 Scene small_scene(std::vector<Material> materials, std::vector<Object> objects) {
   Scene scene;
   scene.hologram = {{160, 160}, {pitch, pitch}, 638e-9};
@@ -44,7 +45,7 @@ Material shining(double radiance) {
   return m;
 }
 
-/// The hologram of a scene, and the scene itself for the lens.
+/// Pictures of a scene through its hologram and through a lens.
 class Shown {
 public:
   Shown(const cl::Device& device, const Scene& scene)
@@ -103,7 +104,7 @@ double mean_in(const Image& image, glm::dvec2 low, glm::dvec2 high) {
   return sum / count;
 }
 
-/// Where the light's centre of gravity lies.
+/// The centroid of the intensity.
 glm::dvec2 centroid(const Image& image) {
   glm::dvec2 moment(0);
   double sum = 0;
@@ -114,7 +115,7 @@ glm::dvec2 centroid(const Image& image) {
   return moment / sum;
 }
 
-/// Squares of 1 and 0.1 in turn, `columns` x `rows` of 32 x 32 texels.
+/// A checkerboard of the values 1 and 0.1: `columns` x `rows` squares of 32 x 32 texels.
 std::filesystem::path checkers(const Folder& folder, int columns, int rows) {
   const int width = 32 * columns, height = 32 * rows;
   std::vector<float> texels;
@@ -140,9 +141,9 @@ TEST_CASE(
       {test::object_at(folder.write("square.obj", test::square_obj()), 0.5 * mm, {0, 0, z_focus},
                        0),
        test::object_at(folder.write("bar.obj", bar.text()), 112 * um, {0, 0, 5 * mm}, 1)});
-  // Seen from a, the background at x is behind the bar where |5/8 x + 3/8 a| < 56 um. A half of the
-  // hologram is 299 um wide: at x = -90 um all of the left half sees the background, and none of
-  // the right half.
+  // The bar hides the background at x from the hologram position a when |5/8 x + 3/8 a| < 56 um.
+  // Half of the hologram is 299 um wide: the whole left half sees the background at x = -90 um, and
+  // the right half does not see it.
   for (const auto& device : test::all_devices()) {
     const Shown shown(device, scene);
     for (const double sign : {-1.0, 1.0}) {
@@ -153,14 +154,14 @@ TEST_CASE(
       };
       const double hidden_share = ratio(shown.hologram(hidden), shown.hologram(open));
       const double lens_hidden_share = ratio(shown.lens(hidden), shown.lens(open));
-      // The hologram gathers light and the lens averages it: the whole has twice the area of a
-      // part.
+      // The hologram sums light and the lens averages it: the whole hologram has twice the area of
+      // a half.
       const double whole_share = ratio(shown.hologram(whole), shown.hologram(open)) / 2;
       const double lens_whole_share = ratio(shown.lens(whole), shown.lens(open));
       INFO("side " << sign << ": hidden " << hidden_share << ", lens " << lens_hidden_share
                    << "; whole " << whole_share << ", lens " << lens_whole_share);
-      CHECK(lens_hidden_share < 0.06);  // 12 um from the place, some of the bar's edge is passed by
-      // Measured 0.080: visibility is known in 8 x 8 parts of the window
+      CHECK(lens_hidden_share < 0.06);  // 12 um away, some light passes the edge of the bar
+      // Measured 0.080: visibility is stored for 8 x 8 parts of the window
       CHECK(hidden_share < 0.09);
       CHECK(std::abs(hidden_share - lens_hidden_share) < 0.06);
       CHECK(std::abs(whole_share - lens_whole_share) < 0.05);  // measured 0.013
@@ -179,9 +180,9 @@ TEST_CASE("a highlight moves with the eye by as much as the mirror image of its 
   light.type = LightType::point;
   light.position_m = {10 * um, -15 * um, 4 * mm};
   scene.lights = {light};
-  scene.sampling.frames = 64;  // the highlight is few speckles wide
-  // The light's mirror image stands at 12 mm: the line to it from an eye at a meets the mirror at a
-  // / 3.
+  scene.sampling.frames = 64;  // the highlight is only a few speckles wide
+  // The mirror image of the light stands at 12 mm: the line to it from an eye at a intersects the
+  // mirror at a / 3.
   const double expected = (right.centre.x - left.centre.x) * side / 2 / 3;
   for (const auto& device : test::all_devices()) {
     const Shown shown(device, scene);
@@ -209,7 +210,7 @@ TEST_CASE("a shadow ends where the light's direction puts it") {
     Light light;
     light.direction = {slope, 0, 1};
     scene.lights = {light};
-    // Of the edge at -0.05 mm, on the plane 0.4 mm behind it
+    // Shadow of the edge at -0.05 mm on the plane 0.4 mm behind it
     const double expected = -0.05 * mm + slope * 0.4 * mm;
     for (const auto& device : test::all_devices()) {
       const auto image = blurred(Shown(device, scene).hologram(whole), blur_px);
@@ -217,7 +218,7 @@ TEST_CASE("a shadow ends where the light's direction puts it") {
         return mean_in(image, {expected + from, -60 * um}, {expected + to, 60 * um});
       };
       const double dark = strip(-70 * um, -30 * um), lit = strip(30 * um, 70 * um);
-      // A step between dark and lit leaves the same light in the strip around it.
+      // The edge is the position of the step that gives the light measured in a strip around it.
       const double reach = 70 * um,
                    edge = reach - 2 * reach * (strip(-reach, reach) - dark) / (lit - dark);
       INFO("slope " << slope << ": edge off by " << edge / um << " um; dark " << dark << ", lit "

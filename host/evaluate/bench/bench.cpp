@@ -11,7 +11,7 @@
 #include "host/common/error.hpp"
 #include "host/evaluate/quality.hpp"
 #include "host/evaluate/stopwatch.hpp"
-#include "host/plan/cost.hpp"
+#include "host/plan/predict/cost.hpp"
 #include "host/plan/make_plan.hpp"
 
 namespace raywave {

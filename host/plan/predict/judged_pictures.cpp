@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/judged_pictures.hpp"
+#include "host/plan/predict/judged_pictures.hpp"
 
 #include <algorithm>
 

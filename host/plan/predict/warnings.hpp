@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "host/plan/front_view.hpp"
+#include "host/plan/predict/front_view.hpp"
 
 namespace raywave {
 

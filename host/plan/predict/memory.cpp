@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/memory.hpp"
+#include "host/plan/predict/memory.hpp"
 
 #include <algorithm>
 #include <numeric>

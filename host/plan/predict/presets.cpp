@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/presets.hpp"
+#include "host/plan/predict/presets.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +10,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/geometry/shared_types.hpp"
-#include "host/plan/warnings.hpp"
+#include "host/plan/predict/warnings.hpp"
 
 namespace raywave {
 namespace {

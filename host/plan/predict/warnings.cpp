@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/warnings.hpp"
+#include "host/plan/predict/warnings.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "host/common/text.hpp"
-#include "host/plan/picture_model.hpp"
+#include "host/plan/predict/picture_model.hpp"
 
 namespace raywave {
 namespace {

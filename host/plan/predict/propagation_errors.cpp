@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/propagation_errors.hpp"
+#include "host/plan/predict/propagation_errors.hpp"
 
 #include <algorithm>
 #include <array>

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "host/plan/cone.hpp"
-#include "host/plan/front_view.hpp"
-#include "host/plan/judged_pictures.hpp"
+#include "host/plan/predict/front_view.hpp"
+#include "host/plan/predict/judged_pictures.hpp"
 
 namespace raywave {
 
@@ -71,7 +71,7 @@ struct PicturePrediction {
   double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0;
 };
 
-/// padding_error  of the field, relative (host/plan/propagation_errors.hpp)
+/// padding_error  of the field, relative (host/plan/predict/propagation_errors.hpp)
 PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern,
                                    int frames, double padding_error);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// How the pictures of a hologram are judged: where they are focused, how they are blurred, and
 /// what is left out. Shared by their measurement (host/evaluate/quality.hpp) and their prediction
-/// (host/plan/picture_model.hpp).
+/// (host/plan/predict/picture_model.hpp).
 #pragma once
 
 #include <vector>

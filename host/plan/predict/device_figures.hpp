@@ -8,7 +8,7 @@
 #include <string>
 
 #include "host/common/fft_backend.hpp"
-#include "host/plan/rates.hpp"
+#include "host/plan/predict/rates.hpp"
 
 namespace raywave {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "host/plan/candidates.hpp"
-#include "host/plan/memory.hpp"
+#include "host/plan/predict/candidates.hpp"
+#include "host/plan/predict/memory.hpp"
 
 namespace raywave {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/front_view.hpp"
+#include "host/plan/predict/front_view.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,9 +3,9 @@
 /// `raywave tune` measures its rates.
 #pragma once
 
-#include "host/plan/front_view.hpp"
+#include "host/plan/predict/front_view.hpp"
 #include "host/plan/padded_plane.hpp"
-#include "host/plan/rates.hpp"
+#include "host/plan/predict/rates.hpp"
 
 namespace raywave {
 

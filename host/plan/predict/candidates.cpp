@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/candidates.hpp"
+#include "host/plan/predict/candidates.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include "host/plan/interpolation.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/padded_plane.hpp"
-#include "host/plan/propagation_errors.hpp"
+#include "host/plan/predict/propagation_errors.hpp"
 #include "host/plan/tiles.hpp"
 
 namespace raywave {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/cost.hpp"
+#include "host/plan/predict/cost.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
 
 #include "host/plan/footprint.hpp"
-#include "host/plan/memory.hpp"
+#include "host/plan/predict/memory.hpp"
 
 namespace raywave {
 namespace {

@@ -10,10 +10,10 @@
 
 #include "host/geometry/world.hpp"
 #include "host/plan/cone.hpp"
-#include "host/plan/cost.hpp"
-#include "host/plan/device_figures.hpp"
-#include "host/plan/front_view.hpp"
-#include "host/plan/picture_model.hpp"
+#include "host/plan/predict/cost.hpp"
+#include "host/plan/predict/device_figures.hpp"
+#include "host/plan/predict/front_view.hpp"
+#include "host/plan/predict/picture_model.hpp"
 #include "host/plan/plan.hpp"
 #include "host/scene/scene.hpp"
 

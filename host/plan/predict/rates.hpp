@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How long a device needs for each operation that planning counts (host/plan/cost.hpp).
+/// How long a device needs for each operation that planning counts (host/plan/predict/cost.hpp).
 #pragma once
 
 #include <string>

@@ -7,7 +7,7 @@
 
 #include "host/common/memory_need.hpp"
 #include "host/geometry/world.hpp"
-#include "host/plan/device_figures.hpp"
+#include "host/plan/predict/device_figures.hpp"
 #include "host/plan/plan.hpp"
 
 namespace raywave {

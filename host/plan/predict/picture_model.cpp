@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/picture_model.hpp"
+#include "host/plan/predict/picture_model.hpp"
 
 #include <algorithm>
 #include <array>
