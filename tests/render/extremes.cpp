@@ -133,8 +133,7 @@ std::vector<std::complex<double>> direct_sum(const cl::Device& device, const Sce
   return direct;
 }
 
-TEST_CASE(
-    "light of 10 nm and of 1.3 mm gives the field of a scene as many times smaller or larger") {
+TEST_CASE("a scene scaled to wavelengths of 10 nm and 1.3 mm has the field of the original scene") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto& way : ways) {
@@ -151,8 +150,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "propagation at the ends of wavelength, pitch and distance is the discrete one, or refused "
-    "with a reason") {
+    "propagation at the limits of wavelength, pitch and distance matches the discrete sum or is "
+    "refused with a reason") {
   std::mt19937 random(1);
   const glm::ivec2 size(36, 29);
   std::vector<std::complex<float>> source(static_cast<std::size_t>(size.x) * size.y);
@@ -237,7 +236,7 @@ Scene scene_at(const Place& place, const std::filesystem::path& mesh) {
 }
 
 TEST_CASE(
-    "the sum of all points is the direct sum at every end of wavelength, pitch, size and "
+    "the sum of all points matches the direct sum at the limits of wavelength, pitch, size and "
     "distance") {
   const Folder folder;
   const auto mesh = folder.write("square.obj", test::square_obj());
@@ -255,8 +254,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "WRPs at every end of wavelength, pitch, size and distance: the field is the discrete "
-    "propagation of theirs, or is refused") {
+    "at the limits of wavelength, pitch, size and distance the field matches the discrete "
+    "propagation of the WRPs or is refused") {
   const Folder folder;
   const auto mesh = folder.write("square.obj", test::square_obj());
   for (const auto& device : test::all_devices()) {
@@ -290,8 +289,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "a WRP that touches, cuts or coincides with a surface gives finite light, no spikes, in every "
-    "mode") {
+    "a WRP that touches, cuts or coincides with a surface gives a finite field without spikes in "
+    "every mode") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto& way : ways) {
@@ -322,9 +321,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "light a power of four brighter or dimmer gives the same field, brighter or dimmer, to the "
-    "last bit") {
+TEST_CASE("light scaled by a power of four scales the field exactly") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto& way : ways) {
@@ -350,7 +347,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "light and materials of 1e30 give the ordinary hologram, and what no float holds is refused") {
+    "lights and materials of 1e30 give an ordinary hologram, and values beyond floats are "
+    "refused") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     auto scene = small_scene(folder);
@@ -373,7 +371,7 @@ TEST_CASE(
     lens.points = 2;
     CHECK_THAT(input_error_of([&] { lens_picture(device, plan, arrays, lens); }),
                ContainsSubstring("brighter than a float holds"));
-    // compare_fields takes fields of this size.
+    // compare_fields gives finite results for fields this bright.
     const auto same = compare_fields(bright.field, bright.field);
     CHECK(same.correlation == Catch::Approx(1));
     CHECK(test::finite(same.difference));
@@ -401,7 +399,9 @@ TEST_CASE("no light gives a dark hologram") {
   }
 }
 
-TEST_CASE("a highlight of shininess 0 is even, of 1e-3 nearly so, of 1e6 finite and no brighter") {
+TEST_CASE(
+    "a highlight is uniform for shininess 0, nearly uniform for 1e-3, finite and no brighter for "
+    "1e6") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto& way : ways) {
@@ -426,7 +426,7 @@ TEST_CASE("a highlight of shininess 0 is even, of 1e-3 nearly so, of 1e6 finite 
   }
 }
 
-TEST_CASE("lights at, in and behind a surface, and of any direction's length") {
+TEST_CASE("lights may lie on, inside or behind a surface, and directions may have any length") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto& way : ways) {
@@ -481,7 +481,7 @@ std::string square_with(std::vector<std::string> more) {
   return obj(lines);
 }
 
-/// The small scene with only its wall, whose mesh is `text`.
+/// The small scene with a tilted object of this mesh in place of the ball.
 Scene wall_of(const Folder& folder, const std::string& text) {
   auto scene = small_scene(folder);
   scene.objects[0] =
@@ -491,8 +491,8 @@ Scene wall_of(const Folder& folder, const std::string& text) {
 }
 
 TEST_CASE(
-    "triangles without area, duplicates, coincident layers and useless normals leave the field as "
-    "it is") {
+    "triangles without area, duplicates, coincident layers and invalid normals do not change the "
+    "field") {
   const Folder folder;
   const std::pair<const char*, std::string> meshes[] = {
       {"duplicates", square_with({"f 1 2 3", "f 1 3 4", "f 2 3 1"})},
@@ -521,7 +521,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "slivers, triangles seen edge-on and edges of three triangles behind a wall change nothing") {
+    "slivers, edge-on triangles and edges of three triangles behind a wall do not change the "
+    "field") {
   const Folder folder;
   test::ObjText needles;
   std::mt19937 random(1);
@@ -533,7 +534,7 @@ TEST_CASE(
     const double thin = std::pow(10, test::uniform(random, -12, -4));
     // Slivers; some have no area in float.
     needles.triangle(a, b, (a + b) / 2.0 + thin * at(0));
-    // Triangles of almost no width
+    // Triangles nearly parallel to the hologram
     needles.triangle(at(0), at(0), at(1e-9));
     needles.triangle(a, a + glm::dvec3(0, 0, 0.3), a + glm::dvec3(thin, 0, 0.1));  // edge-on
     for (const double turn : {0.0, 2.0, 4.0})
@@ -563,9 +564,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "one triangle and a million: samples lie on the surface, as many as the lattice has rays for "
-    "it") {
+TEST_CASE("with one triangle and with a million, samples lie on the surface, one per lattice ray") {
   for (const auto& device : test::all_devices()) {
     test::Stage stage;
     stage.scene.sampling.pitch_m = 40 * um;
@@ -592,7 +591,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("numbers that are none are refused wherever a scene may have them") {
+TEST_CASE("NaN and infinity are refused in every number of a scene") {
   const Folder folder;
   folder.write("square.obj", test::square_obj());
   const auto file = folder.write(
@@ -631,7 +630,7 @@ TEST_CASE("numbers that are none are refused wherever a scene may have them") {
 }
 
 TEST_CASE(
-    "vertices and texels that are no numbers are refused by name, texels below zero are black") {
+    "NaN or infinite vertices and texels are refused by name, and negative texels are black") {
   const Folder folder;
   for (const char* bad : {"nan", "inf", "-inf", "1e39"}) {
     auto corners = square_with({});
@@ -672,8 +671,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "what device or host have no memory for is refused before any is taken, with asked and allowed "
-    "sizes") {
+    "scenes beyond the memory of device or host are refused before allocation, with both sizes") {
   const Folder folder;
   for (const auto& info : cl::list_devices()) {
     const cl::Device device(info);
@@ -717,7 +715,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("lattices and fans of absurd numbers of rays are refused with figures") {
+TEST_CASE("lattices and fans with too many rays are refused with their numbers") {
   const Folder folder;
   auto scene = small_scene(folder);
   const auto refusal = [&](const Way& way) {
@@ -754,8 +752,8 @@ TEST_CASE("lattices and fans of absurd numbers of rays are refused with figures"
 }
 
 TEST_CASE(
-    "WRPs that no light reaches are left out; propagation that loses all light is refused with the "
-    "largest usable shift or distance") {
+    "WRPs without light are skipped; propagation that loses all light is refused with the largest "
+    "usable shift or distance") {
   const Folder folder;
   for (const auto& info : cl::list_devices()) {
     const cl::Device device(info);
@@ -786,7 +784,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("pictures too far or too wide are refused") {
+TEST_CASE("pictures that are too far away or too wide are refused") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     const auto result = rendered(device, small_scene(folder));
@@ -805,7 +803,7 @@ TEST_CASE("pictures too far or too wide are refused") {
   }
 }
 
-TEST_CASE("a hologram that can show nothing says so") {
+TEST_CASE("a hologram that can show no light is refused with the reason") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     auto scene = small_scene(folder);

@@ -31,7 +31,7 @@ RenderResult rendered(const cl::Device& device, const Scene& scene, Method metho
   return test::rendered(device, scene, options);
 }
 
-/// A ball before a wall, 10 mm from a hologram of 96 x 80 pixels of 4 um.
+/// A ball in front of a wall, 10 mm from a hologram of 96 x 80 pixels of 4 um.
 Scene small_scene(const Folder& folder, SamplingMode mode) {
   Scene scene;
   scene.hologram.resolution = {96, 80};
@@ -66,7 +66,7 @@ Peak peak_of(const Image& image, glm::dvec2 pitch_m) {
 }
 
 TEST_CASE(
-    "a bright point in any quadrant focuses within a pixel and a depth of focus of where it is") {
+    "a bright point in any quadrant focuses within one pixel and one depth of focus of its place") {
   const Folder folder;
   const auto mesh = folder.write("point.obj", test::square_obj());
   const double z = 10 * mm;
@@ -83,8 +83,8 @@ TEST_CASE(
         auto black = test::glowing();
         black.ambient = glm::dvec3(0);
         scene.materials = {test::glowing(), black};
-        // The origin of the random phase's cells lies between the two: the bright square fills most
-        // of one cell of 4 um.
+        // The origin of the random-phase cells lies between the two squares: the bright square
+        // fills most of one cell of 4 um.
         scene.objects = {test::object_at(mesh, 3 * um, {xy, z}, 0),
                          test::object_at(mesh, 3 * um, {xy + 4 * um, z}, 1)};
         if (mode == SamplingMode::fan) {
@@ -92,7 +92,7 @@ TEST_CASE(
           scene.wrp.distances_m = {z - 3 * mm};
         } else {
           scene.sampling.pitch_m = 0.5 * um;
-          scene.sampling.frames = 4;  // their mean does not depend on how the samples interfere
+          scene.sampling.frames = 4;  // the mean averages out interference between samples
         }
         const auto result = rendered(device, scene);
         const double depth_of_focus =
@@ -117,7 +117,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("the same seed gives the same bits, another seed another field") {
+TEST_CASE("equal seeds give bit-identical fields, and different seeds give different fields") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto mode : both_modes) {
@@ -152,7 +152,7 @@ TEST_CASE("frames differ, and frame k of a seed is the first frame of the seed p
         const auto start = stack.field.samples.begin() + static_cast<std::ptrdiff_t>(k * pixels);
         const double error = test::relative_l2(
             std::vector(start, start + static_cast<std::ptrdiff_t>(pixels)), alone[k]);
-        // Measured 0; frames gathered together may be rounded in another order
+        // Measured 0; frames gathered together may be summed in another order.
         CHECK(error <= 1e-6);
       }
       CHECK(test::correlation(alone[0], alone[1]) < 0.5);
@@ -163,8 +163,8 @@ TEST_CASE("frames differ, and frame k of a seed is the first frame of the seed p
 }
 
 TEST_CASE(
-    "frames of objects that move are those of a scene placed there, with mirrors, glass and sharp "
-    "highlights, too") {
+    "frames of moving objects match those of a scene placed there, also with mirrors, glass and "
+    "sharp highlights") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto mode : both_modes) {
@@ -184,7 +184,7 @@ TEST_CASE(
         for (const int frame : {1, 2, 3}) {
           ball.position_m += glm::dvec3(10 * um, -5 * um, 20 * um);
           ball.rotation_deg = {15.0 * frame, 30, -70.0 * frame};
-          if (frame > 1) wall.rotation_deg = {5, -8, 3.0 * frame};  // parts from what has not moved
+          if (frame > 1) wall.rotation_deg = {5, -8, 3.0 * frame};  // leaves the shared instance
           renderer.set_pose(0, ball.position_m, ball.rotation_deg);
           renderer.set_pose(1, wall.position_m, wall.rotation_deg);
           const double off = test::relative_l2(renderer.render().field.samples,
@@ -198,7 +198,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("every FFT back end gives the same hologram") {
+TEST_CASE("all FFT back ends give equal holograms") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto mode : both_modes) {
@@ -220,7 +220,7 @@ TEST_CASE("holograms of any size are computed") {
     for (const auto mode : both_modes) {
       for (const glm::ivec2 size : {glm::ivec2(1, 1), {1, 9}, {9, 1}, {7, 5}, {37, 23}}) {
         auto scene = small_scene(folder, mode);
-        // Small enough that a single pixel catches some of its light.
+        // The object is so small that a single pixel receives some of its light.
         scene.objects.resize(1);
         scene.objects[0].width_m = 20 * um;
         scene.objects[0].position_m = {0, 0, 10 * mm};
@@ -241,7 +241,7 @@ TEST_CASE("holograms of any size are computed") {
   }
 }
 
-TEST_CASE("a black scene gives a dark hologram, not an undefined one") {
+TEST_CASE("a black scene gives a dark hologram") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto mode : both_modes) {
@@ -269,7 +269,7 @@ Scene square_scene(const Folder& folder, SamplingMode mode) {
   return scene;
 }
 
-/// Two of 0.8 mm, 17 and 23 mm away, before 400 x 300 pixels.
+/// Two squares of 0.8 mm, 17 and 23 mm from a hologram of 400 x 300 pixels.
 Scene two_squares_scene(const Folder& folder, double left_m, double right_m) {
   auto scene = square_scene(folder, SamplingMode::aimed);
   scene.hologram.resolution = {400, 300};
@@ -288,10 +288,10 @@ double mean_of_columns(const Image& image, int first, int count) {
   return sum / (count * (image.height / 2));
 }
 
-// Speckle is thousands of times what a seam would be, so the picture is compared, sample for sample
-// of the same random phases, with the one made with a WRP in the middle of the square, where the
-// other has its seam.
-TEST_CASE("two WRPs side by side show no seam where they meet") {
+// Speckle is thousands of times stronger than a seam. The picture is therefore compared with that
+// of a single WRP in the middle of the square, where the two WRPs meet; the random phases are
+// equal.
+TEST_CASE("two WRPs side by side show no seam between them") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     auto scene = square_scene(folder, SamplingMode::aimed);
@@ -311,8 +311,7 @@ TEST_CASE("two WRPs side by side show no seam where they meet") {
   }
 }
 
-TEST_CASE(
-    "WRPs before and amid the objects give nearly the same hologram as the points themselves") {
+TEST_CASE("WRPs in front of and between the objects give nearly the hologram of the points") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     auto scene = two_squares_scene(folder, -0.5 * mm, 0.5 * mm);
@@ -328,10 +327,11 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("WRPs at two distances give the hologram of the points as well as those at one") {
+TEST_CASE(
+    "WRPs at two distances match the hologram of the points as well as WRPs at one distance") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
-    // The one in front hides a part of the one behind
+    // The square in front hides a part of the square behind.
     auto scene = two_squares_scene(folder, -0.2 * mm, 0.3 * mm);
     const auto at = [&](const std::vector<double>& z_m) {
       scene.wrp.distances_m = z_m;
@@ -352,7 +352,7 @@ TEST_CASE("WRPs at two distances give the hologram of the points as well as thos
   }
 }
 
-TEST_CASE("what several layers add up to does not depend on where they meet") {
+TEST_CASE("the sum of several layers does not depend on their boundaries") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     auto scene = square_scene(folder, SamplingMode::aimed);
@@ -387,12 +387,12 @@ TEST_CASE("a WRP that cuts through a surface loses some of the light next to it"
       return test::correlation(rendered(device, scene).field.samples, points);
     };
     CHECK(alike(17 * mm) >= 0.97);  // measured 0.978
-    // 0.871: samples nearer than a pixel over the cone's angle reach no pixel, or one
+    // Measured 0.871: samples very close to the WRP have a footprint of at most one pixel.
     CHECK(alike(20 * mm) >= 0.85);
   }
 }
 
-TEST_CASE("the point-based method is the direct sum over the sample table") {
+TEST_CASE("the point-based method matches the direct sum over the sample table") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     auto scene = square_scene(folder, SamplingMode::aimed);
@@ -432,7 +432,7 @@ TEST_CASE("the point-based method is the direct sum over the sample table") {
   }
 }
 
-TEST_CASE("samples lie on the surface, one to each ray of the lattice") {
+TEST_CASE("samples lie on the surface, one per lattice ray") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     const auto scene = square_scene(folder, SamplingMode::aimed);
@@ -440,7 +440,7 @@ TEST_CASE("samples lie on the surface, one to each ray of the lattice") {
     const auto plan = make_plan(scene, world);
     const DeviceScene arrays(device, world, plan);
     const SampleTable table(device, plan, arrays);
-    // 0.3 mm / 8 um = 37.5 samples a side.
+    // 0.3 mm / 8 um = 37.5 samples per side
     CHECK(table.count >= 37 * 37);
     CHECK(table.count <= 38 * 38);
     auto samples = table.samples.read();
@@ -456,7 +456,7 @@ TEST_CASE("samples lie on the surface, one to each ray of the lattice") {
   }
 }
 
-TEST_CASE("levels show the field's phase") {
+TEST_CASE("grey levels encode the phase of the field") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto mode : both_modes) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levels on their way to the host while the next frame is computed.
+// Grey levels are copied to the host while the next frame is computed.
 #include <algorithm>
 
 #include "host/encode/encode.hpp"
@@ -19,7 +19,7 @@ using test::um;
 constexpr glm::ivec2 size{120, 90};
 constexpr std::size_t pixels = 120 * 90;
 
-/// Tilted wall 10 mm from a hologram of 120 x 90 pixels of 4 um.
+/// A tilted wall 10 mm from a hologram of 120 x 90 pixels of 4 um.
 Scene wall_scene(const Folder& folder, glm::ivec2 tiles, int frames) {
   Scene scene;
   scene.hologram.resolution = size;
@@ -36,8 +36,7 @@ Scene wall_scene(const Folder& folder, glm::ivec2 tiles, int frames) {
 
 constexpr glm::ivec2 divisions[] = {{1, 1}, {2, 2}};
 
-TEST_CASE(
-    "the levels of every frame and tile are those of the field that is returned beside them") {
+TEST_CASE("the levels of every frame and tile match the returned field") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
     for (const auto tiles : divisions) {
@@ -61,8 +60,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "levels are copied without blocking, after their frame's kernels, on a queue that launches "
-    "nothing") {
+    "levels are copied without blocking, after the kernels of their frame, on a queue without "
+    "launches") {
   const Folder folder;
   auto& spy = test::opencl_spy();
   for (const auto& info : cl::list_devices()) {
@@ -100,9 +99,7 @@ TEST_CASE("a device that gives only one queue computes the same levels") {
   }
 }
 
-TEST_CASE(
-    "what is launched after a copy has begun does not reach it, and a copy left behind ends with "
-    "its handle") {
+TEST_CASE("later launches do not change a copy, and an abandoned copy ends with its handle") {
   for (const auto& device : test::all_devices()) {
     const std::vector<float> ones(1 << 20, 1.0f), twos(1 << 20, 2.0f);
     std::vector<float> first(ones.size()), second(ones.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Holograms computed in tiles, against the same in one piece.
+// Holograms computed in tiles, compared with holograms computed in one piece.
 #include "host/plan/tiles.hpp"
 
 #include <algorithm>
@@ -27,8 +27,8 @@ using Catch::Matchers::ContainsSubstring;
 using test::mm;
 using test::um;
 
-/// A ball of 1 mm before a wall of 3 mm, 20 mm from a hologram of 603 x 401 pixels of 4 um: both
-/// numbers of pixels are odd, 401 is prime.
+/// A ball of 1 mm in front of a wall of 3 mm, 20 mm from a hologram of 603 x 401 pixels of 4 um:
+/// both numbers of pixels are odd, 401 is prime.
 Scene ball_scene(const Folder& folder) {
   Scene scene;
   scene.hologram.resolution = {603, 401};
@@ -77,7 +77,7 @@ TEST_CASE(
             (tile.first[axis] >= 0 && tile.first[axis] + plan.tile_size[axis] <= plan.size[axis]));
         for (int i = 0; i < plan.tile_size[axis]; ++i)
           covered[static_cast<std::size_t>(tile.first[axis] + i)] = true;
-        // Pixel i of n lies at (i - (n - 1) / 2) pitch, downwards along y.
+        // Pixel i of n lies at (i - (n - 1) / 2) pitch; y decreases with i.
         const double place = tile.centre_m[axis] / plan.pitch_m[axis] * (axis == 0 ? 1 : -1) -
                              (plan.tile_size[axis] - 1) / 2.0;
         CHECK(std::abs(place - (tile.first[axis] - (plan.size[axis] - 1) / 2.0)) < 1e-9);
@@ -103,7 +103,8 @@ TEST_CASE("the points' own hologram in tiles is the one in one piece") {
   }
 }
 
-/// How far a field in one piece is from that of all points, one in tiles from either, relative L2.
+/// Relative L2 differences: the field of one piece and that of all points, the field of the tiles
+/// and that of all points, the fields of the tiles and of one piece.
 struct Apart {
   double whole_points, tiles_points, tiles_whole;
 };
@@ -122,8 +123,8 @@ Apart apart(const cl::Device& device, const Scene& scene,
           test::relative_l2(divided.field.samples, whole.field.samples)};
 }
 
-// Nothing is hidden or too steep for the pixels, and the cone is wide, so that the WRPs' field is
-// nearly that of the points.
+// The scene has no occlusion and no light too steep for the pixels, and the cone is wide: the field
+// of the WRPs is nearly that of the points.
 TEST_CASE(
     "tiles give the field of one piece within the predicted error of the padding and what the "
     "piece itself lacks") {
@@ -141,11 +142,12 @@ TEST_CASE(
       std::vector<double> distances_m{38 * mm};
       std::optional<double> oversampling{};
     };
-    // The sum of all points knows no WRPs; a piece depends on all that a case sets but its tiles.
+    // The sum of all points does not depend on WRPs; one piece depends on all settings of a case
+    // but the tiles.
     const auto points = rendered(device, scene, {1, 1}, Method::points).field.samples;
     std::map<std::tuple<double, std::vector<double>, std::optional<double>>, RenderResult> wholes;
-    // Measured, from the piece (the piece from the points): 0.046 (0.016), 0.017 (0.015), 0.042
-    // (0.016).
+    // Measured, tiles against one piece (one piece against points): 0.046 (0.016), 0.017 (0.015),
+    // 0.042 (0.016)
     for (const auto& c : {Case{{2, 2}, 2},
                           {{2, 2}, 4},
                           {{3, 1}, 2},
@@ -219,7 +221,7 @@ TEST_CASE(
     const auto equal =
         std::inner_product(alone.levels[0].begin(), alone.levels[0].end(), stack.levels[2].begin(),
                            0, std::plus<>(), [](auto a, auto b) { return a == b; });
-    CHECK(equal >= 211 * 150 - 100);  // levels may be rounded apart
+    CHECK(equal >= 211 * 150 - 100);  // some levels differ by rounding
 
     scene.sampling.frames = 3;
     scene.sampling.seed = 1;
@@ -227,7 +229,7 @@ TEST_CASE(
     renderer.set_pose(0, scene.objects[0].position_m, scene.objects[0].rotation_deg);
     const auto moved = renderer.render();
     CHECK(moved.plan.tile_grid == glm::ivec2(2, 2));
-    // Rays that pass an edge within rounding
+    // Rays that meet an edge within rounding errors may have other hits.
     CHECK(test::relative_l2(moved.field.samples, test::rendered(device, scene).field.samples) <=
           0.02);
   }
@@ -238,8 +240,8 @@ TEST_CASE("tiles that no light reaches are dark, and do not stop the others") {
   for (const auto& device : test::all_devices()) {
     auto scene = ball_scene(folder);
     scene.objects.erase(scene.objects.begin());
-    // Light of a small object near the left edge is too steep for the right tiles: 4.6 degrees at
-    // most.
+    // The light of a small object near the left edge is too steep for the right tiles, whose pixels
+    // show at most 4.6 degrees.
     scene.hologram.resolution = {1500, 100};
     scene.objects[0].width_m = 0.2 * mm;
     scene.objects[0].position_m = {-2.8 * mm, 0, 15 * mm};
@@ -296,7 +298,7 @@ TEST_CASE("the device holds at most 64 bytes per padded pixel of a tile, of one 
         auto scene = ball_scene(folder);
         scene.hologram.resolution = {1024, 1024};  // few kernels, and small ones
         scene.objects.erase(scene.objects.begin());
-        // The light's band leaves rows to spare
+        // At 150 mm the band of the light needs fewer rows than the hologram has.
         scene.objects[0].position_m.z = 150 * mm;
         scene.sampling.pitch_m = 100 * um;
         scene.wrp.padding = padding;

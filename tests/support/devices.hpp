@@ -8,7 +8,7 @@
 
 namespace raywave::test {
 
-/// Every device found, opened. None at all fails the test.
+/// All devices found, opened; the test fails when there is none.
 inline std::vector<cl::Device> all_devices() {
   const auto infos = cl::list_devices();
   REQUIRE_FALSE(infos.empty());

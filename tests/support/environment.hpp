@@ -8,7 +8,7 @@
 
 namespace raywave::test {
 
-/// An environment variable with another value until the end of the scope.
+/// Sets an environment variable until the end of the scope.
 class Environment {
 public:
   Environment(std::string name, const std::string& value) : name_(std::move(name)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Files for tests: a folder that vanishes, and damaged copies.
+/// Files for tests: temporary folders and damaged copies of files.
 #pragma once
 
 #include <unistd.h>
@@ -14,7 +14,7 @@
 
 #include "host/common/error.hpp"
 
-/// A folder of its own, removed at the end.
+/// A new temporary folder, removed by the destructor.
 class Folder {
 public:
   Folder() {
@@ -50,8 +50,8 @@ inline std::string bytes_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// The message of the InputError that `action` must throw; "" when it throws none. Anything else it
-/// throws goes on to the test.
+/// The message of the InputError that `action` throws; "" when it throws nothing. Other exceptions
+/// are passed on to the test.
 template <class Action>
 std::string input_error_of(Action action) {
   try {
@@ -62,9 +62,9 @@ std::string input_error_of(Action action) {
   return "";
 }
 
-/// Calls `use` with damaged copies of `whole`: cut short at `cuts` places all over, with as many
-/// runs of up to 64 zeroed bytes, with one to four bits turned `flips` times, and with garbage
-/// behind the end. The same copies every time.
+/// Calls `use` with damaged copies of `whole`: `cuts` truncated copies, `cuts` copies with up to 64
+/// zeroed bytes, `flips` copies with one to four flipped bits, and two with garbage at their ends.
+/// The copies are equal in every run.
 template <class Use>
 void for_damaged(const std::string& whole, int cuts, int flips, Use use) {
   const auto step = std::max<std::size_t>(1, whole.size() / static_cast<std::size_t>(cuts));
@@ -90,8 +90,8 @@ void for_damaged(const std::string& whole, int cuts, int flips, Use use) {
     use(whole + garbage.substr(0, more));
 }
 
-/// Feeds `read` damaged copies of the file. Returns how many were read without complaint and how
-/// many gave an InputError of one line; any other exception goes on to the test.
+/// Calls `read` with damaged copies of the file. Returns the number of copies read without an error
+/// and the number with an InputError of one line; other exceptions are passed on to the test.
 template <class Read>
 std::pair<int, int> read_damaged(const Folder& folder, const std::filesystem::path& file, int cuts,
                                  int flips, Read read) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// No NaN or infinity in any output.
+/// Checks for NaN and infinity in all outputs.
 #pragma once
 
 #include <algorithm>
@@ -37,8 +37,8 @@ bool all_finite_in(const Range& range) {
 
 inline bool finite(const Image& image) { return all_finite_in(image.pixels); }
 
-/// What is wrong with the outputs of a render; "" when every number is one. JSON writes NaN and
-/// infinity as null.
+/// The outputs of a render that hold NaN or infinity, as text; "" when all numbers are finite. JSON
+/// has null in place of NaN and infinity.
 inline std::string not_finite(const Scene& scene, const RenderResult& result,
                               const cl::Device& device) {
   if (!all_finite_in(result.field.samples)) return "field";

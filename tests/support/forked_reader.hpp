@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The image reader in a forked child: raywave_image_reader takes 0.3 s to start, too long for
+/// The image reader in a forked process: raywave_image_reader takes 0.3 s to start, too long for
 /// thousands of damaged pictures.
 #pragma once
 
@@ -19,7 +19,7 @@
 
 namespace raywave::test {
 
-/// As load_texture; an InputError stands for every way in which the reader fails.
+/// Does what load_texture does. Every failure of the reader becomes an InputError.
 inline Image load_texture_in_fork(const std::filesystem::path& file, int channel) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("no pipe");

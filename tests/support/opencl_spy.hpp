@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Stands between a test and OpenCL: canaries behind every buffer, the names of the kernels
-/// launched, copies to the host, and a compiler or a second queue that can be refused. For one .cpp
-/// of a test program; its definitions go before those of the OpenCL library, for raywave and clFFT
-/// alike.
+/// Intercepts OpenCL calls of raywave and clFFT: adds canaries behind every buffer, records
+/// launched kernels and copies to the host, and can refuse the compiler or a second queue. Include
+/// it in only one .cpp of a test program: its definitions take precedence over those of the OpenCL
+/// library.
 #pragma once
 
 #include <dlfcn.h>
@@ -21,40 +21,40 @@ namespace raywave::test {
 struct OpenclSpy {
   static constexpr std::size_t canary_bytes = 4096;
   static constexpr unsigned char canary = 0xa5;
-  // What buffers hold at first: NaN as floats, -1 as integers
+  // Initial contents of buffers: NaN as floats, -1 as integers
   static constexpr unsigned char junk = 0xff;
 
-  /// Off under oclgrind, which watches the buffers' ends itself. Version 21.10 takes for
-  /// uninitialised what is filled, what is written through a map for reading and writing, and all
-  /// of a buffer that has the number of one given back: so fills and maps become plain writes here,
-  /// and no number comes back.
+  /// Off under oclgrind, which checks the ends of buffers itself. Oclgrind 21.10 reports as
+  /// uninitialised: filled memory, memory written through a map for reading and writing, and a
+  /// buffer that reuses the handle of a released one. Fills and maps therefore become plain writes
+  /// here, and no handle is reused.
   bool canaries = true;
-  bool refuse_compiler = false;      // programs only from binaries
-  bool refuse_second_queue = false;  // of a context
+  bool refuse_compiler = false;      // programs are built from binaries only
+  bool refuse_second_queue = false;  // one queue per context
   std::set<std::string> launched;
-  int watched = 0;                   // buffers, until their end
-  std::vector<std::size_t> overrun;  // sizes in bytes of buffers whose canary died
+  int watched = 0;                   // number of buffers whose canary was checked
+  std::vector<std::size_t> overrun;  // sizes in bytes of buffers whose canary was overwritten
 
-  /// A copy to the host of a whole buffer, or of its rows.
+  /// A copy of a whole buffer, or of its rows, to the host.
   struct Read {
     cl_command_queue queue;
     std::size_t bytes;
     bool blocking;
-    cl_uint waits;  // for so many events
+    cl_uint waits;  // number of events that it waits for
   };
   std::vector<Read> reads;
   std::set<cl_command_queue> launched_on;
 
   struct Watched {
     std::size_t bytes = 0;
-    // In the program; a driver's own references may outlive the launches that took them
+    // References held by the program; references of the driver may outlive their launches.
     int owners = 1;
   };
 
   std::mutex mutex;
   std::map<cl_mem, Watched> live;
   std::map<cl_context, std::set<cl_command_queue>> queues;
-  // For writing: offset and size in bytes
+  // Maps for writing: offset and size in bytes
   std::map<void*, std::pair<std::size_t, std::size_t>> maps;
 };
 
@@ -63,7 +63,7 @@ inline OpenclSpy& opencl_spy() {
   return spy;
 }
 
-/// The function of the OpenCL library that a definition here hides.
+/// The function of the OpenCL library that a definition in this file replaces.
 template <class F>
 F* hidden(F*, const char* name) {
   auto* address = reinterpret_cast<F*>(dlsym(RTLD_NEXT, name));
@@ -81,7 +81,7 @@ inline void note_read(cl_command_queue queue, std::size_t bytes, cl_bool blockin
   opencl_spy().reads.push_back({queue, bytes, blocking != CL_FALSE, waits});
 }
 
-/// Called before one of the program's references goes.
+/// Called before the program releases a reference.
 inline void check_canary(cl_mem memory) {
   auto& spy = opencl_spy();
   const auto it = spy.live.find(memory);
@@ -114,7 +114,7 @@ cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void*
   static auto* const real = hidden(&clCreateBuffer, "clCreateBuffer");
   auto& spy = opencl_spy();
   if (!spy.canaries) {
-    // Takes the numbers that launches gave back
+    // These buffers take the handles that launches have released.
     for (int i = 0; i < 8; ++i) real(context, CL_MEM_READ_WRITE, 1, nullptr, error);
     return real(context, flags, size, host, error);
   }
@@ -145,7 +145,7 @@ cl_int clRetainMemObject(cl_mem memory) {
 cl_int clReleaseMemObject(cl_mem memory) {
   using namespace raywave::test;
   static auto* const real = hidden(&clReleaseMemObject, "clReleaseMemObject");
-  if (!opencl_spy().canaries) return CL_SUCCESS;  // its number would come back
+  if (!opencl_spy().canaries) return CL_SUCCESS;  // keeps the handle from being reused
   {
     const std::lock_guard lock(opencl_spy().mutex);
     check_canary(memory);
@@ -209,7 +209,7 @@ cl_context clCreateContext(const cl_context_properties* properties, cl_uint coun
   static auto* const real = hidden(&clCreateContext, "clCreateContext");
   const cl_context context = real(properties, count, devices, notify, data, error);
   const std::lock_guard lock(opencl_spy().mutex);
-  opencl_spy().queues[context].clear();  // of one that had this number before
+  opencl_spy().queues[context].clear();  // queues of an earlier context with this handle
   return context;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The program as a person runs it, in a folder of its own.
+/// Runs the program as a user does, in a temporary folder.
 #pragma once
 
 #include <fcntl.h>
@@ -22,12 +22,12 @@
 namespace raywave::test {
 
 struct Outcome {
-  int code = -1;  // -1 when a signal ended it, the time limit's among them
+  int code = -1;  // exit code; -1 when a signal ended it, for example at the time limit
   std::string out, err;
-  std::uint64_t peak_bytes = 0;  // of resident memory, the program's or a child's
+  std::uint64_t peak_bytes = 0;  // peak resident memory of the program or of a child
 };
 
-/// A folder with a small scene in it, and the program to run there.
+/// A folder with a small scene, in which the program runs.
 class Desk {
 public:
   Desk() {
@@ -45,7 +45,7 @@ public:
             more);
   }
 
-  /// environment  "NAME=value" each, on top of this process's
+  /// environment  "NAME=value" each, added to the environment of this process
   Outcome run(const std::vector<std::string>& arguments,
               const std::vector<std::string>& environment = {}) const {
     const pid_t program = start(arguments, environment);
@@ -57,7 +57,7 @@ public:
             bytes_of(file("stderr")), static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
   }
 
-  /// The same without waiting.
+  /// Starts the program and does not wait for it.
   pid_t start(const std::vector<std::string>& arguments,
               const std::vector<std::string>& environment = {}) const {
     constexpr unsigned time_limit_s = 300;
@@ -94,13 +94,13 @@ private:
   Folder folder_;
 };
 
-/// One line on stderr, as every refusal is.
+/// True when stderr has exactly one line, as every refusal must have.
 inline bool is_one_line(const std::string& err) {
   return std::count(err.begin(), err.end(), '\n') == 1 && err.starts_with("raywave: ") &&
          err.ends_with('\n');
 }
 
-/// One line on stderr that says this, nothing on stdout, this exit code.
+/// Checks a refusal: one line on stderr that contains `says`, nothing on stdout, this exit code.
 inline void check_refused(const Outcome& outcome, int code, const std::string& says) {
   INFO("stdout: " << outcome.out << "\nstderr: " << outcome.err);
   CHECK(outcome.code == code);

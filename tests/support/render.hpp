@@ -12,8 +12,8 @@
 
 namespace raywave::test {
 
-/// A scene's world, as build_world makes it. Every mesh file is read once per program, and once
-/// more when its bytes change: a reader process takes longer than a small hologram.
+/// A scene's world as build_world makes it. A mesh file is read once per program and again when its
+/// bytes change, because a reader process takes longer than a small hologram.
 inline World world_of(const Scene& scene) {
   static std::map<std::pair<std::string, Normals>, std::pair<Mesh, bool>> known;
   Meshes meshes;
@@ -36,7 +36,7 @@ inline World world_of(const Scene& scene) {
   return place_objects(scene, meshes, load_textures(scene));
 }
 
-/// render(), with the world of world_of.
+/// Calls render() with the world of world_of.
 inline RenderResult rendered(const cl::Device& device, const Scene& scene,
                              const RenderOptions& options = {}) {
   return render(device, scene, world_of(scene), options);

@@ -25,8 +25,8 @@ public:
 
   void triangle(glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) { face({a, b, c}, {}); }
 
-  /// Corners counter-clockwise seen from outside, with texture coordinates (u0, v0) at a and (u1,
-  /// v1) at c.
+  /// Adds a quad with corners counter-clockwise seen from outside; texture coordinates are uv0 at a
+  /// and uv1 at c.
   void quad(glm::dvec3 a, glm::dvec3 b, glm::dvec3 c, glm::dvec3 d, glm::dvec2 uv0 = {0, 0},
             glm::dvec2 uv1 = {1, 1}) {
     face({a, b, c}, {{uv0, {uv1.x, uv0.y}, uv1}});
@@ -48,15 +48,15 @@ private:
   int count_ = 1;
 };
 
-/// Square of side 1 in the plane z = 0 that faces the hologram; texture coordinates run from uv0 to
-/// uv1.
+/// A square of side 1 in the plane z = 0 that faces the hologram; texture coordinates run from uv0
+/// to uv1.
 inline std::string square_obj(glm::dvec2 uv0 = {0, 0}, glm::dvec2 uv1 = {1, 1}) {
   ObjText obj;
   obj.quad({-0.5, -0.5, 0}, {-0.5, 0.5, 0}, {0.5, 0.5, 0}, {0.5, -0.5, 0}, uv0, uv1);
   return obj.text();
 }
 
-/// Closed ball of diameter 1, with outward winding.
+/// A closed ball of diameter 1 with outward winding.
 inline std::string ball_obj(int sectors, int rings) {
   const auto at = [&](int i, int j) {
     const double a = 2 * std::numbers::pi * (i % sectors) / sectors,
@@ -74,8 +74,8 @@ inline std::string ball_obj(int sectors, int rings) {
   return obj.text();
 }
 
-/// Glass prism: a right angle in the (x, z) plane with its short faces towards -z and +x, so that
-/// light from -z is turned to +x.
+/// A glass prism with a right angle in the (x, z) plane; its short faces point to -z and +x, so
+/// that it deflects light from -z to +x.
 inline std::string prism_obj() {
   const glm::dvec3 corner(0.5, 0, -0.5), left(-0.5, 0, -0.5), back(0.5, 0, 0.5), up(0, 0.5, 0);
   ObjText obj;
@@ -87,7 +87,7 @@ inline std::string prism_obj() {
   return obj.text();
 }
 
-/// Material that shines by itself: no light changes it.
+/// A self-luminous material: lights do not change it.
 inline Material glowing() {
   Material m;
   m.ambient = glm::dvec3(1);
@@ -106,7 +106,7 @@ inline Object object_at(std::filesystem::path mesh, double width_m, glm::dvec3 p
   return o;
 }
 
-/// Root of sum |a - b|^2 / sum |b|^2, in double.
+/// The relative L2 difference: root of sum |a - b|^2 / sum |b|^2, in double.
 template <class A, class B>
 double relative_l2(const std::vector<std::complex<A>>& a, const std::vector<std::complex<B>>& b) {
   double difference = 0, norm = 0;
@@ -117,7 +117,7 @@ double relative_l2(const std::vector<std::complex<A>>& a, const std::vector<std:
   return std::sqrt(difference / norm);
 }
 
-/// |<a, b>| / (|a| |b|)
+/// The correlation |<a, b>| / (|a| |b|)
 inline double correlation(const std::vector<std::complex<float>>& a,
                           const std::vector<std::complex<float>>& b) {
   std::complex<double> product = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Worlds made in the test itself, without mesh files, and their sample tables.
+/// Worlds built in test code, without mesh files, and their sample tables.
 #pragma once
 
 #include <cmath>

@@ -65,8 +65,8 @@ Scene study(std::vector<std::string> settings) {
 }  // namespace
 
 TEST_CASE(
-    "a plane gathered geometrically is the direct sum of the samples, before, inside and behind "
-    "the scene, on and off the axis") {
+    "geometric gathering matches the direct sum in front of, inside and behind the scene, on and "
+    "off the axis") {
   struct Case {
     const char* name;
     double scene_z_m;
@@ -100,7 +100,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("frames gathered together differ in their phases only") {
+TEST_CASE("frames gathered together differ only in their phases") {
   const auto stage = ball_before_wall(30e-3);
   const dvec3 centre(0, 0, 28.5e-3);
   for (const auto& device : all_devices()) {
@@ -115,7 +115,7 @@ TEST_CASE("frames gathered together differ in their phases only") {
   }
 }
 
-TEST_CASE("frames beyond those gathered together go on with the next seeds") {
+TEST_CASE("frames beyond one group continue with the next seeds") {
   const auto device = all_devices().front();
   auto scene =
       load_scene(data / "study.toml",
@@ -134,7 +134,7 @@ TEST_CASE("frames beyond those gathered together go on with the next seeds") {
   }
 }
 
-TEST_CASE("a hard fan lights exactly the pixels whose rays reach the hologram") {
+TEST_CASE("a cone without apodization lights exactly the pixels whose rays reach the hologram") {
   for (const double z_wrp : {19e-3, 15e-3, 23e-3}) {
     auto stage = one_point({13e-6, 13e-6, 20e-3});
     stage.scene.sampling.cone = 1;
@@ -161,7 +161,7 @@ TEST_CASE("a hard fan lights exactly the pixels whose rays reach the hologram") 
   }
 }
 
-TEST_CASE("steeper light than the SLM's pixels can show is left out") {
+TEST_CASE("light too steep for the pixels of the SLM is left out") {
   // 4 um pixels show sines up to 0.0798: a sample 1.2 mm off the axis at 15 mm sends steeper light
   // to one side of the hologram.
   Stage stage;
@@ -190,7 +190,7 @@ TEST_CASE("steeper light than the SLM's pixels can show is left out") {
   }
 }
 
-TEST_CASE("rendering by points is the direct sum at the hologram") {
+TEST_CASE("rendering by points matches the direct sum at the hologram") {
   for (const auto& device : all_devices()) {
     // The test needs no mesh file and no texture; render() and the oracle's world read one file.
     const auto scene =
@@ -215,7 +215,7 @@ TEST_CASE("rendering by points is the direct sum at the hologram") {
 }
 
 TEST_CASE(
-    "aimed and fanned holograms of the study scene are as like the sum of all points as measured",
+    "gathered and fan-traced holograms of the study scene correlate with the sum of all points",
     "[slow]") {
   for (const auto& device : all_devices()) {
     RenderOptions points;
@@ -244,8 +244,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "where the plane stands does not matter: before the scene, through it, between its surfaces, "
-    "on one of them, and behind it",
+    "the hologram does not depend on the place of the WRP: in front of, inside, on a surface of or "
+    "behind the scene",
     "[slow]") {
   for (const auto& device : all_devices()) {
     Stage stage;
@@ -322,7 +322,7 @@ Stage near_point() {
 }  // namespace
 
 TEST_CASE(
-    "a sample near the plane, or on it, is the sum of the plane waves that reach the hologram") {
+    "a sample on or near the plane gives the sum of the plane waves that reach the hologram") {
   for (const auto& device : all_devices()) {
     const Rig rig(device, near_point());
     REQUIRE(rig.samples.size() == 1);
@@ -354,7 +354,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("geometric footprints and plane waves agree where one takes over from the other") {
+TEST_CASE("geometric footprints and plane waves agree at the switch between them") {
   for (const auto& device : all_devices()) {
     const Rig rig(device, near_point());
     const auto first = place(rig.samples.at(0)) + rig.plan.origin_m;
@@ -379,7 +379,7 @@ TEST_CASE("geometric footprints and plane waves agree where one takes over from 
 }
 
 TEST_CASE(
-    "every sample is gathered in one layer, also on the boundary of two, before the first and "
+    "every sample is gathered in exactly one layer, also at boundaries, before the first and "
     "behind the last") {
   for (const auto& device : all_devices()) {
     Stage stage;
@@ -426,7 +426,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "a pixel of the study scene gathers at most 30 rays, and most of its light reaches the "
+    "a pixel of the study scene gathers at most 30 rays, and most of the light reaches the "
     "hologram",
     "[slow]") {
   for (const auto& device : all_devices()) {
@@ -568,7 +568,8 @@ Focus brightest(const raywave::cl::Device& device, const Stage& stage, const Fie
 }  // namespace
 
 TEST_CASE(
-    "a mirror at 45 degrees shows a point at its mirrored place, and a patch as bright as it is") {
+    "a mirror at 45 degrees shows a point at its mirrored place and a patch with its own "
+    "brightness") {
   const double reach = 1e-3, half_point = 13e-6, half_patch = 0.16e-3;
   const auto with_mirror = [&](double half) {
     auto stage = bench();
@@ -603,7 +604,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a glass plate shifts what lies behind it towards the viewer by t (1 - 1/n)") {
+TEST_CASE("a glass plate shifts objects behind it towards the viewer by t (1 - 1/n)") {
   const double thickness = 1.5e-3, at = 21e-3;
   const auto with_layer = [&](double half) {
     auto stage = bench();

@@ -94,7 +94,7 @@ std::vector<Motion> some_motions(const World& world, int kind) {
 
 }  // namespace
 
-TEST_CASE("rays meet instances where the world has them, whatever moves") {
+TEST_CASE("rays hit instances at their places in the world, whichever objects move") {
   const auto stage = stage_of_three();
   for (const auto& device : all_devices()) {
     for (const int kind : {0, 1, 2}) {
@@ -140,7 +140,7 @@ TEST_CASE("rays meet instances where the world has them, whatever moves") {
   }
 }
 
-TEST_CASE("moved instances have the samples of a world that was made where they are") {
+TEST_CASE("moved instances have the samples of a world built at their places") {
   auto stage = stage_of_three();
   stage.scene.sampling.antialias = 4;
   stage.scene.trace.shadows = true;
@@ -210,8 +210,8 @@ bool turns_away(std::int32_t facing, const device::Instance& instance) {
 }
 
 TEST_CASE(
-    "what a facing's bits say turns away does, seen from the eye to anywhere in the instance, and "
-    "little else is kept") {
+    "normal cones culled by their bits face away everywhere in the instance, and few such cones "
+    "are kept") {
   Random random(5);
   const auto direction = [&] {
     return glm::normalize(
@@ -244,7 +244,7 @@ TEST_CASE(
   CHECK(away >= wanted);
 }
 
-TEST_CASE("what turns away holds nothing but inner sides of closed meshes, and most of these") {
+TEST_CASE("culled subtrees hold only inner sides of closed meshes, and most of these") {
   const auto stage = stage_of_three();
   for (const auto& device : all_devices()) {
     DeviceScene arrays(device, stage.world, make_plan(stage.scene, stage.world));

@@ -72,8 +72,8 @@ std::vector<std::complex<float>> interpolated(const cl::Device& device, const Pl
 }
 
 TEST_CASE(
-    "converging waves are made from fewer rows to a part in a thousand, in every frame and for "
-    "planes of any width") {
+    "converging waves are interpolated from fewer rows within 1e-3, in every frame and for planes "
+    "of any width") {
   for (const glm::ivec2 size : {glm::ivec2(9, 400), {403, 300}}) {
     auto plan = small_plan(size);
     const auto wanted = to_double(sampled(plan, {size.y, plan.pitch_m.y, 0}));
@@ -100,8 +100,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "rows are as many as the light's band needs, and all of the hologram's where that saves "
-    "little") {
+    "the number of rows follows the band of the light, and all rows are kept when few are saved") {
   auto plan = small_plan({300, 400});
   plan.wrps[0].centre_m = {0, 0, 60e-3};
   const auto rows = [&](double oversampling) {
@@ -124,7 +123,7 @@ TEST_CASE(
   CHECK(rows(1.5).half_taps > 0);
 }
 
-TEST_CASE("the error that fewer rows bring to the hologram is predicted within a factor of 2") {
+TEST_CASE("the error due to fewer rows is predicted within a factor of 2") {
   struct Case {
     const char *resolution, *grid, *distance;
   };

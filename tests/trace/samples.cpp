@@ -126,8 +126,8 @@ Surface on_lattice(double z, double p, int n) {
 }  // namespace
 
 TEST_CASE(
-    "samples of a sphere before a plane lie where the lattice's rays pierce them, once each, near "
-    "to far") {
+    "samples of a sphere and a plane are the intersections of the lattice rays, once each, near to "
+    "far") {
   const double radius = 0.45e-3, half = 0.6137e-3;
   const dvec3 middle(0.1e-3, -0.05e-3, 19e-3);
   const double plane_z = 19.5e-3;
@@ -178,8 +178,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "every layer of open meshes is kept, from closed ones the outsides only, for either winding") {
+TEST_CASE("open meshes keep all layers and closed meshes only their outsides, for either winding") {
   const double half = 0.31e-3;
   const auto front = rectangle({0, 0, 20e-3}, {half, 0, 0}, {0, half, 0});
   const auto back = rectangle({0, 0, 20.4e-3}, {half, 0, 0}, {0, half, 0});
@@ -214,7 +213,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("one sample where a ray meets a shared edge or corner, and where layers coincide") {
+TEST_CASE("shared edges, shared corners and coincident layers give one sample per ray") {
   const double p = 25e-6, z = 20e-3;
   {
     const int n = 20;
@@ -240,8 +239,7 @@ TEST_CASE("one sample where a ray meets a shared edge or corner, and where layer
 }
 
 TEST_CASE(
-    "antialiased samples shine for the area that an object covers, wherever its edges lie, and lie "
-    "on the lattice") {
+    "antialiased samples lie on the lattice and weigh the covered area, wherever the edges lie") {
   Material glowing;
   glowing.ambient = dvec3(1);
   glowing.diffuse = dvec3(0);
@@ -273,7 +271,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("of a wall seen nearly edge-on, one sample in each cell shines for all of the cell") {
+TEST_CASE("on a wall seen nearly edge-on one sample per cell stands for the whole cell") {
   Material glowing;
   glowing.ambient = dvec3(1);
   glowing.diffuse = dvec3(0);
@@ -311,8 +309,7 @@ TEST_CASE("of a wall seen nearly edge-on, one sample in each cell shines for all
   }
 }
 
-TEST_CASE(
-    "rims of open meshes shine no more than their cells' area, though two layers lie in each") {
+TEST_CASE("rims of open meshes weigh no more than their cells, although two layers lie in each") {
   Material glowing;
   glowing.ambient = dvec3(1);
   glowing.diffuse = dvec3(0);
@@ -339,7 +336,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("the sample set of a plane does not depend on its triangles: 2 or 20,000", "[slow]") {
+TEST_CASE("the samples of a plane do not depend on its triangles: 2 or 20,000", "[slow]") {
   struct Case {
     const char* name;
     dvec3 u, v;
@@ -403,8 +400,7 @@ TEST_CASE("the sample set of a plane does not depend on its triangles: 2 or 20,0
   }
 }
 
-TEST_CASE(
-    "far from the hologram, small objects keep their samples and are not hidden by themselves") {
+TEST_CASE("small objects far from the hologram keep their samples and do not hide themselves") {
   for (const double z : {0.1, 1.0, 10.0}) {
     CAPTURE(z);
     Stage stage;
@@ -438,8 +434,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "a part of the hologram is called blind to a sample exactly where something stands between, "
-    "and samples that none sees are left out") {
+    "a sample is hidden from a part of the hologram exactly when an object lies between, and "
+    "samples hidden from all parts are left out") {
   Random random(11);
   std::vector<Stage> stages(3);
   stages[0]
@@ -511,7 +507,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("nothing of a lone sphere is called hidden but its silhouette") {
+TEST_CASE("only the silhouette of a single sphere has hidden samples") {
   Stage stage;
   const dvec3 middle(0, 0, 19e-3);
   stage.add(sphere(middle, 0.45e-3, 100));
@@ -538,8 +534,8 @@ TEST_CASE("nothing of a lone sphere is called hidden but its silhouette") {
 }
 
 TEST_CASE(
-    "radiance and lights of samples are those of Phong's model in double precision, with shadows "
-    "and 40 lights") {
+    "radiance and lights of samples match Phong's model in double precision, with shadows and 40 "
+    "lights") {
   Random random(3);
   Stage stage;
   Material matt, glass;
@@ -616,7 +612,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a lattice whose rays pierce nothing gives an empty table") {
+TEST_CASE("a lattice without intersections gives an empty table") {
   Stage stage;
   stage.scene.sampling.pitch_m = 1e-3;
   stage.add(rectangle({0.1e-3, 0.1e-3, 20e-3}, {0.05e-3, 0, 0}, {0, 0.05e-3, 0}));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Three-dimensional cues (parallax, highlights, shadows, tilted surfaces): a hologram must show them
-// as a lens in its place does.
+// Three-dimensional cues: a hologram must show parallax, highlights, shadows and tilted surfaces as
+// a lens in its place does.
 #include <cmath>
 
 #include "host/plan/make_plan.hpp"
@@ -130,8 +130,8 @@ double psnr_db(const Shown& shown, const View& view) {
 }
 
 TEST_CASE(
-    "through the left part of the hologram one sees behind a bar what the right part hides, and "
-    "the other way round") {
+    "the left part of the hologram shows places behind a bar that the bar hides from the right "
+    "part, and vice versa") {
   const Folder folder;
   test::ObjText bar;
   bar.quad({-56 * um, -0.3 * mm, 0}, {-56 * um, 0.3 * mm, 0}, {56 * um, 0.3 * mm, 0},
@@ -169,7 +169,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a highlight moves with the eye by as much as the mirror image of its light") {
+TEST_CASE("a highlight moves with the eye like the mirror image of its light") {
   const Folder folder;
   auto shiny = shining(0);
   shiny.specular = glm::dvec3(1);
@@ -196,7 +196,7 @@ TEST_CASE("a highlight moves with the eye by as much as the mirror image of its 
   }
 }
 
-TEST_CASE("a shadow ends where the light's direction puts it") {
+TEST_CASE("a shadow ends at the place given by the light's direction") {
   const Folder folder;
   const auto square = folder.write("square.obj", test::square_obj());
   auto white = shining(0);
@@ -229,7 +229,7 @@ TEST_CASE("a shadow ends where the light's direction puts it") {
   }
 }
 
-TEST_CASE("a plane tilted by 60 degrees shows its pattern as the lens sees it") {
+TEST_CASE("a plane tilted by 60 degrees shows its pattern as seen by the lens") {
   const Folder folder;
   auto pattern = shining(1);
   pattern.texture = checkers(folder, 4, 4);
@@ -244,7 +244,7 @@ TEST_CASE("a plane tilted by 60 degrees shows its pattern as the lens sees it") 
   }
 }
 
-TEST_CASE("a textured ball shows its pattern as the lens sees it") {
+TEST_CASE("a textured ball shows its pattern as seen by the lens") {
   const Folder folder;
   auto pattern = shining(1);
   pattern.texture = checkers(folder, 12, 6);
