@@ -33,7 +33,7 @@ Mesh flat_rectangle(double height) {
   for (const double y : {-height / 2, height / 2}) {
     for (const double x : {-0.5, 0.5}) mesh.positions.emplace_back(x, y, 0);
   }
-  mesh.normals.resize(4, glm::dvec3(0));  // missing: the face's
+  mesh.normals.resize(4, glm::dvec3(0));  // zero: the normal of the face is used
   mesh.uvs.resize(4, glm::dvec2(0));
   mesh.triangles = {{0, 2, 3}, {0, 3, 1}};
   return finish_mesh(std::move(mesh), Normals::flat);

@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A part of the hologram, as in ReconstructSpec.
+/// A part of the hologram: view and aperture of ReconstructSpec.
 struct View {
   const char* name;
   glm::dvec2 centre, aperture;
@@ -29,7 +29,7 @@ const View parts[] = {{"left", {-0.5, 0}, {0.5, 0.5}},
                       {"top", {0, 0.5}, {0.5, 0.5}},
                       {"bottom", {0, -0.5}, {0.5, 0.5}}};
 
-/// Calls f and adds the seconds it takes.
+/// Calls f and adds its wall time to `seconds`.
 template <class F>
 auto timed(double& seconds, F&& f) {
   const auto start = std::chrono::steady_clock::now();
@@ -47,7 +47,7 @@ Image without_border(const Image& image, int border) {
   return inner;
 }
 
-/// So that the picture fits into a cell.
+/// The picture, averaged over squares until it fits into a cell of the contact sheet.
 Image small(const Image& image, int cell_px = sheet_cell_px) {
   return averaged(image, (image.width + cell_px - 1) / cell_px);
 }
@@ -74,7 +74,7 @@ Image scaled(Image image, double factor) {
   return image;
 }
 
-/// Both pictures are blurred once, for the figures and for the sheet.
+/// Compares two pictures. Both are blurred once, for the figures and for the sheet.
 QualityRow row_of(const View& view, double z_m, const Image& lens, const Image& hologram,
                   double blur_px, int border_px) {
   QualityRow row{view.name, z_m, {}, {}, {}, {}};
@@ -92,7 +92,7 @@ FieldStack some_frames(const FieldStack& field, int first, int count) {
   return {field.nx, field.ny, count, {start, start + std::ptrdiff_t{count} * field.nx * field.ny}};
 }
 
-/// The mean of `count` and `more_count` frames from their means.
+/// Updates the mean of `count` frames with the mean of `more_count` other frames.
 void average_in(Image& mean, int count, const Image& more, int more_count) {
   if (count == 0) {
     mean = more;
@@ -155,12 +155,13 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
                                          const std::vector<int>& frame_counts,
                                          const RenderOptions& how, const QualitySpec& what,
                                          std::vector<Image>& lens) {
-  // The lens sees the scene as WRPs do, whatever the method.
+  // The lens uses the plan of the WRP method, whatever the method of the hologram.
   const auto plan = make_plan(scene, world);
   const DeviceScene arrays(device, world, plan);
   const auto window_m = what.window_m.value_or(glm::dvec2(plan.size * plan.grid) * plan.pitch_m);
   const auto depths_m = what.depths_m.empty() ? quality_depths_m(plan) : what.depths_m;
 
+  // Fields that all results share
   QualityResult empty;
   empty.picture_size = picture_size(window_m, plan.size, plan.pitch_m);
   empty.blur_px =
@@ -168,6 +169,7 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
   empty.border_px = what.border_px;
   std::vector<QualityResult> results(frame_counts.size(), empty);
 
+  // A row compares the hologram with the lens for one view and depth.
   std::size_t row = 0;
   const auto add_row = [&](const View& view, double z_m) {
     const auto progress_of = [&](const char* step) {
@@ -176,6 +178,7 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
         if (how.progress) how.progress(name, share);
       };
     };
+    // Pictures of the lens that an earlier call made are reused.
     if (row == lens.size()) {
       const auto seen = timed(results.front().seconds["lens"], [&] {
         return lens_picture(device, plan, arrays,
@@ -184,6 +187,7 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
       });
       lens.push_back(averaged(seen, what.square_px));
     }
+    // Each result adds frames to the mean picture of the result before.
     Image shown;
     int frames = 0;
     for (std::size_t i = 0; i < results.size(); ++i) {
@@ -229,7 +233,8 @@ FieldComparison compare_with_points(const cl::Device& device, const Scene& scene
 }
 
 ColourPicture grey_sheet(const std::vector<std::vector<Image>>& rows, int cell_px, double* white) {
-  Image all;  // one below the other, exposed as one picture
+  // All pictures form one tall image, so that they share an exposure.
+  Image all;
   std::size_t columns = 0;
   for (const auto& row : rows) {
     columns = std::max(columns, row.size());
@@ -241,6 +246,8 @@ ColourPicture grey_sheet(const std::vector<std::vector<Image>>& rows, int cell_p
     }
   }
   const auto grey = expose(all, 99.5, white);
+
+  // The cells are arranged in rows and columns.
   const int height = all.height / static_cast<int>(rows.size() * columns);
   ColourPicture sheet =
       empty_sheet(static_cast<int>(columns), static_cast<int>(rows.size()), {all.width, height});

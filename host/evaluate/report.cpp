@@ -49,7 +49,7 @@ const char* name_of(Normals normals) {
   return "";
 }
 
-/// The scene with every default filled in; lengths in metres.
+/// The scene as JSON, with all defaults filled in; lengths are in metres.
 Json json_of(const Scene& scene) {
   Json j;
   j["file"] = scene.file.string();
@@ -245,6 +245,7 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   };
   const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
   const glm::dvec3 extent = world.max_m - world.min_m;
+  // Hologram, objects and scene
   out << "hologram  " << plan.size.x << " x " << plan.size.y << " pixels, " << mm(window.x) << " x "
       << mm(window.y) << ", wavelength " << plan.wavelength_m * 1e9 << " nm\n";
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -258,6 +259,7 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   out << "scene     " << world.triangles.size() << " triangles, " << mm(extent.x) << " x "
       << mm(extent.y) << " x " << mm(extent.z) << ", " << mm(plan.near_m) << " to "
       << mm(plan.far_m) << " from the hologram\n";
+  // Tiles and WRPs
   if (plan.tiles.size() > 1)
     out << "tiles     " << plan.tile_grid.x << " x " << plan.tile_grid.y << " of "
         << plan.tile_size.x << " x " << plan.tile_size.y << " pixels, one after another\n";
@@ -280,6 +282,7 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       out << "\n";
     }
   }
+  // Sampling and its predicted errors
   if (plan.aimed)
     out << "samples   a lattice of " << plan.lattice.size.x << " x " << plan.lattice.size.y
         << " rays, " << mm(scene.sampling.pitch_m) << " apart at " << mm(plan.lattice.full_z_m)
@@ -307,6 +310,7 @@ std::string plan_report_text(const Planned& planned, const World& world) {
         << " x " << plan.tile_size.y << " (oversampling " << *scene.wrp.oversampling
         << "), error predicted " << number(100 * plan.oversampling_error) << " %\n";
   }
+  // Kernels, memory and predictions
   const auto kernels = kernel_options(plan);
   out << "kernels   with";
   for (const auto& [part, name] : {std::pair{option::specular, "highlights"},

@@ -17,8 +17,8 @@ struct BuiltIn {
   World world;
 };
 
-/// A ball 8 mm wide, half sunk into a wall of 14 mm x 8 mm, 100 mm away: samples at all distances
-/// from the WRPs.
+/// A ball 8 mm wide, partly inside a wall of 14 mm x 8 mm, 100 mm away: it has samples at many
+/// distances from the WRPs.
 BuiltIn ball_in_wall(int frames) {
   Scene scene;
   scene.file = "tune";
@@ -42,11 +42,12 @@ BuiltIn ball_in_wall(int frames) {
 
 constexpr std::array stages{"samples", "trace", "propagate", "encode"};
 
-/// Seconds of these stages for four frames of the ball in the wall, on the device of the default
-/// rates.
+/// Seconds of these stages for four frames of the ball in the wall, measured on the device whose
+/// rates are the defaults.
 constexpr std::array ball_in_wall_s{0.0148, 0.108, 0.285, 0.0083};
 
-/// Seconds of a picture's stages, in the order of `stages`.
+/// Seconds of each stage of one rendering, in the order of `stages`; on CPUs the processor time
+/// divided by the number of compute units.
 std::array<double, stages.size()> stages_s(const cl::Device& device, const BuiltIn& ball,
                                            cl::FftBackend backend) {
   RenderOptions how;
@@ -113,7 +114,7 @@ cl::WorkShape choose_work(const cl::DeviceInfo& device, cl::FftBackend backend,
     for (int turn = 0; turn < 8; ++turn) {
       for (std::size_t i = 0; i < devices.size(); ++i) {
         const auto now = stages_s(devices[i], ball, backend);
-        if (turn > 0) runs[i].push_back(now[0] + now[1]);  // kernels are compiled
+        if (turn > 0) runs[i].push_back(now[0] + now[1]);  // turn 0 compiles the kernels
       }
     }
     return std::pair(runs[0], runs[1]);
@@ -127,7 +128,7 @@ DeviceRates measure_rates(const cl::DeviceInfo& info, cl::FftBackend backend) {
   std::array<double, stages.size()> least{};
   for (int turn = 0; turn < 6; ++turn) {
     const auto now = stages_s(device, ball, backend);
-    if (turn == 0) continue;  // kernels are compiled
+    if (turn == 0) continue;  // turn 0 compiles the kernels
     for (std::size_t i = 0; i < least.size(); ++i)
       least[i] = turn == 1 ? now[i] : std::min(least[i], now[i]);
   }

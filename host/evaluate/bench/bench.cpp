@@ -18,10 +18,10 @@ namespace raywave {
 namespace {
 
 constexpr int fewest_frames = 3, most_frames = 101;
-// That frames take in turn, so that medians do not hang on how many are measured
+// Frames cycle through this number of poses, so that medians do not depend on the number of frames.
 constexpr int poses = 16;
 constexpr double turn_deg = 0.25;
-constexpr double long_s = 4;  // one frame warms up enough where it takes as long
+constexpr double long_s = 4;  // one warm-up frame is enough when it takes longer
 
 std::uint64_t resident_bytes() {
   std::uint64_t pages = 0, resident = 0;
@@ -29,7 +29,7 @@ std::uint64_t resident_bytes() {
   return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
 }
 
-/// Seconds that the machine's processors have worked, and waited, since it started.
+/// Busy and total seconds of all processors since the machine started.
 struct MachineTime {
   double busy_s = 0, all_s = 0;
 };
@@ -48,7 +48,8 @@ MachineTime machine_time() {
   return time;
 }
 
-/// Share of the machine that others used between then and now, while this process used processor_s.
+/// Share of the machine's processor time since `then` that other processes used; this process used
+/// processor_s.
 double others_share(const MachineTime& then, double processor_s) {
   const auto now = machine_time();
   if (!(now.all_s > then.all_s)) return 0;
@@ -57,9 +58,8 @@ double others_share(const MachineTime& then, double processor_s) {
 
 double transform_operations(double samples) { return 5 * samples * std::log2(samples); }
 
-/// Floating-point operations of the transforms of one frame. The host's engine transforms the
-/// columns of the window and the rows of the band, line by line; those of the device transform
-/// whole planes.
+/// Floating-point operations of the FFTs of one frame. The host FFT transforms only the columns of
+/// the window and the rows of the band; device FFTs transform whole planes.
 double propagation_operations(const Plan& plan, cl::FftBackend backend) {
   const double nx = plan.padded.x, ny = plan.padded.y;
   const auto wrps = static_cast<double>(plan.wrps.size());
@@ -85,7 +85,7 @@ std::map<std::string, StageWork> work_of(const Plan& plan, const BenchCase& what
   work["trace"].bytes = wrps * field;
   if (what.method == Method::wrp)
     work["propagate"] = {holograms * propagation_operations(plan, backend), (wrps + 1) * field};
-  // Levels are written, read, and written into the host's memory
+  // Levels are written, read, and written to host memory.
   work["encode"].bytes = field + 3 * holograms * pixels;
   return work;
 }
@@ -107,8 +107,8 @@ BenchFrame timed_frame(Renderer& renderer, const std::vector<Object>& objects, i
   return frame;
 }
 
-/// The times of a frame scaled from a strip to all of the hologram's rows. Times of stages that do
-/// not depend on the rows stay.
+/// The times of a frame, scaled from a strip to all rows of the hologram. Stages whose time does
+/// not depend on the rows are unchanged.
 BenchFrame scaled(BenchFrame frame, double factor) {
   double more = 0;
   for (const char* stage : {"trace", "propagate", "encode"}) {
@@ -121,7 +121,7 @@ BenchFrame scaled(BenchFrame frame, double factor) {
   return frame;
 }
 
-/// Key of a lens picture in the cache.
+/// Key of a lens picture in the cache; lengths enter in micrometres.
 std::string lens_key(const Scene& scene, glm::ivec2 grid, double z_m) {
   std::string key = scene.file.string();
   const auto add = [&](double value) { key += ' ' + std::to_string(1e6 * value); };
@@ -173,7 +173,7 @@ double BenchRow::part_s(const std::string& stage) const {
     whole += f.wall_s;
   }
   if (whole > 0) return all.median * part / whole;
-  return stage_s(stage).median;  // two frames: none lies between
+  return stage_s(stage).median;  // with two frames, none lies between the quartiles
 }
 
 double BenchRow::per_second() const {
@@ -203,6 +203,7 @@ BenchRow Bench::run(const BenchCase& what) {
 }
 
 void Bench::measure(const BenchCase& what, BenchRow& row) {
+  // A case may measure only a strip of the hologram's rows; times are scaled by `factor`.
   auto scene = what.scene;
   const int rows = std::max(1, scene.hologram.resolution.y / what.share);
   const double factor = static_cast<double>(scene.hologram.resolution.y) / rows;
@@ -215,7 +216,8 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
 
   RenderResult result;
   {
-    const cl::Device device(device_);  // of its own: its peak of memory is the case's
+    // Each case has its own cl::Device, whose memory peak is that of the case.
+    const cl::Device device(device_);
     const Stopwatch first;
     auto renderer =
         what.meshes ? Renderer(device, scene, *what.meshes, how) : Renderer(device, scene, how);
@@ -225,6 +227,8 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
       if (warm_up == 0) row.first_frame_s = first.wall_s();
       if (is_long) break;
     }
+
+    // Measured frames
     const auto then = machine_time();
     const Stopwatch watch;
     const auto wanted = [&](int done) {
@@ -237,6 +241,8 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
     row.device_peak_bytes = result.device_peak_bytes;
     row.resident_bytes = resident_bytes();
   }
+
+  // Counts of the last frame
   row.samples = result.samples;
   row.hidden_samples = result.hidden_samples;
   if (!result.plan.aimed)
@@ -246,6 +252,7 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
   row.padded = result.plan.padded;
   if (what.share == 1) row.work = work_of(result.plan, what, options_.fft);
 
+  // The quality of the whole hologram, which is rendered again with its field
   const auto world = what.meshes
                          ? place_objects(what.scene, *what.meshes, load_textures(what.scene))
                          : build_world(what.scene);

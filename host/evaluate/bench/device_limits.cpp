@@ -10,8 +10,8 @@
 namespace raywave {
 namespace {
 
-/// Seconds that `work` takes at best: launches return before their work is done, and others may
-/// want the machine.
+/// The least seconds of `work` in several turns, including the wait for the device: launches return
+/// early, and other processes may use the machine.
 template <class F>
 double least_seconds(const cl::Device& device, int turns, F&& work) {
   double least = std::numeric_limits<double>::infinity();
@@ -44,8 +44,8 @@ DeviceLimits device_limits(const cl::Device& device, bool quick) {
   const cl::Program program(device, "kernels/instruments/device_limits.cl",
                             {{option::lanes, std::to_string(lanes)}});
   auto multiply_add = program.kernel("multiply_add");
-  // Enough work-items for any GPU; on CPUs, whose lanes stand side by side in one, a few for each
-  // core.
+  // GPUs need many work-items; on CPUs, where a work-item holds several lanes, a few per core are
+  // enough.
   const std::size_t items = lanes == 1 ? std::size_t{2048} * device.info().compute_units
                                        : std::size_t{16} * device.info().compute_units;
   cl::Buffer<float> sums(device, items * static_cast<std::size_t>(lanes), "sums");
@@ -53,7 +53,7 @@ DeviceLimits device_limits(const cl::Device& device, bool quick) {
     multiply_add.run({items}, {lanes == 1 ? std::size_t{64} : std::size_t{1}}, sums, rounds,
                      static_cast<std::int32_t>(items));
   };
-  // As many rounds as take some milliseconds.
+  // The number of rounds is doubled until a launch takes 10 ms (1 ms when quick).
   int rounds = 1 << 10;
   while (rounds < 1 << 20 && least_seconds(device, 2, [&] { run(rounds); }) < (quick ? 1e-3 : 1e-2))
     rounds *= 2;

@@ -17,12 +17,12 @@ std::string wrps_text(glm::ivec2 grid) {
   return grid == glm::ivec2(1) ? "1 WRP" : grid_text(grid) + " WRPs";
 }
 
-/// Wanted rates: coarse samples on 1 and 2 x 2 WRPs, fine ones on both.
+/// Target rates for coarse and for fine samples; each on 1 WRP and on 2 x 2 WRPs.
 struct Targets {
   BenchTarget coarse[2], fine[2];
 };
 
-/// The teapot of 12.5 mm on 1 and 2 x 2 WRPs.
+/// The teapot, 12.5 mm wide, with 1 WRP and with 2 x 2 WRPs.
 BenchSuite frames_suite(const std::string& name, const std::filesystem::path& data,
                         const Targets& targets) {
   BenchSuite suite{name, {}, {}, {}};
@@ -35,7 +35,7 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
         c.scene = load_scene(data / "teapot.toml");
         c.scene.wrp.grid = glm::ivec2(side);
         c.scene.wrp.padding = padding;
-        // As presets choose it
+        // The presets choose this value too.
         if (padding < 2 && pitch_m < 5e-5) c.scene.wrp.oversampling = 1.5;
         c.scene.sampling.pitch_m = pitch_m;
         c.name = "teapot, " + wrps_text(glm::ivec2(side)) + ", p " + length_text(pitch_m) +
@@ -77,7 +77,7 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
   return suite;
 }
 
-/// Table 2, Fig. 8 and Fig. 9 of the paper.
+/// The cases of Table 2, Fig. 8 and Fig. 9 of the paper.
 BenchSuite paper_suite(const std::filesystem::path& data) {
   BenchSuite suite{"paper", {}, {}, {}};
   const std::vector<std::pair<std::string, std::string>> objects{
@@ -120,12 +120,12 @@ BenchSuite paper_suite(const std::filesystem::path& data) {
   return suite;
 }
 
-/// A sphere of about so many triangles, diameter 1.
+/// A sphere of diameter 1 with about this number of triangles.
 Mesh sphere(int triangles) {
   return unit_sphere(std::max(2, static_cast<int>(std::lround(std::sqrt(triangles / 4.0)))));
 }
 
-/// Cost of a frame as the scene, its sampling or the hologram grow.
+/// The cost of a frame for growing scenes, sample numbers and holograms.
 BenchSuite scaling_suite(const std::filesystem::path& data) {
   BenchSuite suite{"scaling", {}, {}, {}};
   BenchCase base;

@@ -14,8 +14,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Columns of the main table before "rest"; a stage of another name counts as rest there, and as
-/// itself in the JSON.
+/// Stages with a column of the main table. Other stages count as "rest" there; the JSON lists all
+/// stages.
 constexpr std::array stages{"meshes", "plan", "tree", "samples", "trace", "propagate", "encode"};
 
 struct Column {
@@ -48,7 +48,7 @@ std::string format(const char* how, auto... values) {
   return text.data();
 }
 
-/// Three digits, two of what is small.
+/// The value with three digits, with two when it is small; "-" when it is not finite.
 std::string figure(double value) {
   if (!std::isfinite(value)) return "-";
   const double size = std::abs(value);
@@ -78,7 +78,7 @@ std::string joined(const std::vector<std::string>& cells, const std::vector<int>
   return line + "\n";
 }
 
-/// Heads, and the line that Markdown wants below them.
+/// The heads of a table and the line below them that Markdown needs.
 std::string heads_of(const std::vector<std::string>& heads, const std::vector<int>& widths,
                      BenchStyle style) {
   std::string text = joined(heads, widths, style);

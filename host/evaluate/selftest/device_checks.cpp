@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layout of shared structs, and the phase functions that all kernels share.
+// Checks of the layout of shared structs and of the phase functions that all kernels use.
 #include "host/evaluate/selftest/checks.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/trace/device_scene.hpp"

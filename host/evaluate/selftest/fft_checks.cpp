@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every FFT back end that serves the device, against direct sums and against each other.
+// Checks of all FFT back ends that support the device, against direct sums and each other.
 #include <cmath>
 #include <optional>
 
@@ -12,8 +12,8 @@ namespace {
 
 using reference::Field;
 
-/// c eps sqrt(log2 n), the growth of rounding errors in an FFT; c as measured in tests/cl/fft.cpp,
-/// with a margin.
+/// Bound c eps sqrt(log2 n) of rounding errors in an FFT; c is measured in tests/cl/fft.cpp and has
+/// a margin.
 double tolerance(glm::ivec2 size) {
   return 1.5 * 0x1p-24 * std::sqrt(1 + std::log2(static_cast<double>(size.x) * size.y));
 }
@@ -61,11 +61,11 @@ std::string text(glm::ivec2 size) {
 
 std::vector<SelfCheck> fft_checks(const cl::DeviceInfo& info, SelfTestSize size) {
   std::vector<SelfCheck> checks;
-  // The host's is part of the propagation
+  // The host FFT is checked as part of the propagation.
   for (const auto backend : {cl::FftBackend::clfft, cl::FftBackend::vkfft}) {
     if (!cl::serves(backend, info)) continue;
     const std::string name(cl::name_of(backend));
-    // clFFT takes seconds for a new shape, and its planes are products of 2, 3, 5 and 7.
+    // clFFT takes seconds for a new shape and supports only products of 2, 3, 5 and 7.
     std::vector<glm::ivec2> sizes{{1, 7}, {12, 18}, {60, 35}};
     if (size == SelfTestSize::full) sizes.insert(sizes.end(), {{1, 1}, {7, 1}, {105, 63}});
     for (const auto n : sizes)
@@ -77,7 +77,7 @@ std::vector<SelfCheck> fft_checks(const cl::DeviceInfo& info, SelfTestSize size)
         {"FFT", name + ", " + text(live) + " live of " + text(n) + ", against the direct sum",
          "relative L2", tolerance(n),
          [=](const cl::Device& device) { return against_direct_sum(device, backend, n, live); }});
-    if (backend == cl::FftBackend::vkfft) continue;  // does any size
+    if (backend == cl::FftBackend::vkfft) continue;  // supports any size
     checks.push_back(
         {"FFT", name + " refuses 17 x 4", "refusals lost", 0, [=](const cl::Device& device) {
            return refused("products of 2, 3, 5, 7", [&] {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From surfaces to levels: samples, shading, gathering, the lens and the encoder, each against
-// double precision.
+// Checks from surfaces to grey levels against double precision: samples, shading, gathering, the
+// lens and the encoder.
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -32,7 +32,7 @@ std::size_t pixels_of(const Plan& plan) {
   return static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y);
 }
 
-/// The lattice's ray through a cell, from the hologram's centre, scene frame.
+/// The lattice ray through a cell, from the centre of the hologram, scene frame.
 reference::Ray lattice_ray(const Rig& rig, std::size_t cell) {
   const auto& lattice = rig.plan.lattice;
   const auto nx = static_cast<std::size_t>(lattice.size.x);
@@ -40,8 +40,8 @@ reference::Ray lattice_ray(const Rig& rig, std::size_t cell) {
   return {-rig.plan.origin_m, {tangent, 1}, 0, 2 * rig.plan.far_m};
 }
 
-/// Counts cells that do not hold one sample for each surface that their ray meets (the ball's
-/// outside and the wall).
+/// Counts cells that do not hold exactly one sample for each surface that their ray hits: the
+/// outside of the ball, and the wall.
 Finding layers(const cl::Device& device) {
   const Rig rig(device, ball_before_wall(30e-3));
   int wrong = 0, unsure = 0;
@@ -111,7 +111,7 @@ Finding lit(const cl::Device& device) {
   return finding;
 }
 
-/// Largest relative error of the radiance of samples that does not depend on direction.
+/// Largest relative error of the samples' radiance that does not depend on direction.
 Finding radiance(const cl::Device& device) {
   const Rig rig(device, ball_before_wall(30e-3));
   Finding finding;
@@ -134,10 +134,10 @@ Finding radiance(const cl::Device& device) {
   return finding;
 }
 
-/// A plane around `centre_m` gathered geometrically, against the direct sum of the samples.
+/// Error of geometric gathering on a plane around `centre_m` against the direct sum of the samples.
 Finding gathered(const cl::Device& device, dvec3 centre_m) {
-  // The farther the plane, the more samples each of its pixels sees: fewer pixels do, and the sum
-  // is slow.
+  // A pixel of a plane far from the samples sees more samples, and the direct sum is slow: 40
+  // pixels are enough there.
   const int pixels = centre_m.z > 25e-3 ? 600 : 40;
   const Rig rig(device, ball_before_wall(30e-3));
   Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1, 0);
@@ -152,10 +152,10 @@ Finding gathered(const cl::Device& device, dvec3 centre_m) {
           result.dark_error > 0 ? "light where none should be" : ""};
 }
 
-/// Three times what is measured (docs/accuracy.md).
+/// Three times the measured error (docs/accuracy.md).
 constexpr double fan_bound = 1e-6;
 
-/// A WRP's fan of rays against the same rays followed in double, over the pixels that single
+/// Error of a WRP traced with a fan against the rays traced in double, over the pixels that single
 /// precision can decide.
 Finding traced(const cl::Device& device, Stage stage, double reach) {
   auto& scene = stage.scene;
@@ -166,7 +166,7 @@ Finding traced(const cl::Device& device, Stage stage, double reach) {
   const auto plan = make_plan(scene, stage.world);
   Wrp wrp;
   wrp.centre_m = {0.031e-3, -0.017e-3, plan.layers[0].distance_m};
-  // Tangents as the device has them, a little off a regular grid, so that none runs along an edge.
+  // Tangents rounded to floats, slightly off a regular grid: no ray runs along an edge.
   for (int j = 0; j < 5; ++j)
     for (int i = 0; i < 5; ++i)
       wrp.fan.emplace_back(glm::vec2(((i + 0.5 + 0.137 * std::sin(7 * j)) / 2.5 - 1) * reach,
@@ -189,8 +189,7 @@ Finding traced(const cl::Device& device, Stage stage, double reach) {
   return {reference::relative_error(decided, expected), std::to_string(oracle.hits) + " hits"};
 }
 
-/// A wall that shines by its highlight only, lit so that the fan's middle ray sees its brightest
-/// place.
+/// A wall with only a highlight, lit so that the middle ray of the fan hits its brightest place.
 Stage highlight(double shininess) {
   Stage stage;
   Material m;
@@ -207,7 +206,7 @@ Stage highlight(double shininess) {
   return stage;
 }
 
-/// A matt wall in focus: its radiance, anywhere in the picture.
+/// Error of the lens picture of a matt wall in focus: every pixel must have the wall's radiance.
 Finding lens(const cl::Device& device) {
   Stage stage;
   const double z = 30e-3, half = 1e-3;
@@ -233,7 +232,7 @@ Finding lens(const cl::Device& device) {
   return finding;
 }
 
-/// Levels that are not the nearest to the phase; zero, NaN and infinity must have level 0.
+/// Counts levels that are not nearest to the phase; zero, NaN and infinity must give level 0.
 Finding encoded(const cl::Device& device) {
   reference::Random random(1);
   std::vector<std::complex<float>> field;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Propagation, as Propagator does it with the device's own FFT, against sums and transforms in
-// double; and the limits of what can be propagated.
+// Checks of Propagator with the device's default FFT against sums and transforms in double, and of
+// the limits of propagation.
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -21,7 +21,7 @@ constexpr double nm = 1e-9, um = 1e-6, mm = 1e-3, red_m = 638e-9;
 /// docs/accuracy.md, "Propagation": measured 1.8e-7 to 4.2e-7.
 constexpr double discrete_bound = 1e-6;
 
-/// The same where so few frequencies arrive that their phases' errors do not average out.
+/// Bound when only a few frequencies arrive: errors of their phases do not average out.
 constexpr double few_frequencies_bound = 2e-6;
 
 PropagatorSpec spec_of(const cl::Device& device, const Setup& s, double padding) {
@@ -39,7 +39,7 @@ FloatField propagated(const cl::Device& device, Propagator& propagator, const Fl
   return arrived;
 }
 
-/// Against the same discrete propagation in double.
+/// Relative L2 error against the discrete propagation in double.
 Finding discrete(const cl::Device& device, const PropagatorSpec& spec, const Setup& s,
                  const FloatField& source) {
   Propagator propagator(device, spec);
@@ -54,8 +54,8 @@ Finding discrete_noise(const cl::Device& device, const Setup& s, double padding 
   return discrete(device, spec_of(device, s, padding), s, reference::noise(s.size, 7));
 }
 
-/// The field of a single bright sample holds every frequency once: its error is that of the
-/// transfer function (and of one transform, 1e-7).
+/// Error of the transfer function. A single bright sample contains all frequencies equally: the
+/// error of its field is that of the transfer function (and 1e-7 of one transform).
 Finding transfer_function(const cl::Device& device, const Setup& s) {
   FloatField impulse(static_cast<std::size_t>(s.size.x) * s.size.y);
   impulse[0] = 1;
@@ -65,7 +65,7 @@ Finding transfer_function(const cl::Device& device, const Setup& s) {
   return discrete(device, spec, s, impulse);
 }
 
-/// Light that stays inside band and window against the direct Rayleigh-Sommerfeld sum, on every
+/// Error of light inside band and window against the direct Rayleigh-Sommerfeld sum, on every
 /// seventh row.
 Finding direct_sum(const cl::Device& device, const Setup& s, double waist_m, glm::dvec2 sine) {
   const auto source = reference::beam(s, waist_m, sine);
@@ -81,7 +81,7 @@ Finding direct_sum(const cl::Device& device, const Setup& s, double waist_m, glm
   return {reference::relative_error(got, reference::rayleigh_sommerfeld(source, s, rows)), ""};
 }
 
-/// The largest usable shift that the refusal of a larger one names, in x.
+/// The largest usable shift in x, taken from the message that refuses a larger shift.
 double named_shift_m(const cl::Device& device, const Setup& s) {
   const auto finding = refused("usable shift is ", [&] {
     Propagator propagator(device, spec_of(device, s, 2));
@@ -95,13 +95,13 @@ double named_shift_m(const cl::Device& device, const Setup& s) {
   return x_mm * mm;
 }
 
-/// n x n samples, not padded, of a few plane waves that fit the plane exactly: each is multiplied
-/// by its value of the transfer function, and nothing else happens, so that no second plane and no
-/// slow sum is needed.
+/// Error for n x n unpadded samples of a few plane waves that are periodic in the plane.
+/// Propagation only multiplies each wave by the transfer function, so that the test needs no second
+/// plane and no slow sum.
 Finding plane_waves(const cl::Device& device, int n) {
   const Setup s{{n, n}, {3.74 * um, 3.74 * um}, red_m, {1 * mm, -0.5 * mm}, 95 * mm};
   struct PlaneWave {
-    int across, down;  // periods
+    int across, down;  // periods in the plane
     Field x, y;        // values along a row and along a column
     std::complex<double> factor;
   };
@@ -123,6 +123,7 @@ Finding plane_waves(const cl::Device& device, int n) {
     wave.factor = std::polar(1.0, 2 * std::numbers::pi * std::remainder(turns, 1.0));
     waves.push_back(std::move(wave));
   }
+  // A row of the field, before and after propagation
   const auto row_of = [&](int row, bool arrived) {
     Field values(n);
     for (const auto& wave : waves) {

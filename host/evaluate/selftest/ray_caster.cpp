@@ -17,7 +17,7 @@ cl::Buffer<T> guarded(const cl::Device& device, std::size_t size, const char* na
   return {device, std::vector<T>(size + canaries, T(canary)), name};
 }
 
-/// The buffer's first `size` elements.
+/// Reads the first `size` elements of the buffer.
 template <class T>
 std::vector<T> read(const cl::Buffer<T>& buffer, std::size_t size) {
   auto values = buffer.read();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays against the tree, held against every triangle in double precision.
+// Checks of rays through the tree against a search of all triangles in double precision.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -22,7 +22,7 @@ RayCaster caster(const cl::Device& device, const Bvh& bvh) {
 
 Bvh tree_of(const Surface& surface) { return build_bvh(surface.positions, surface.triangles, {}); }
 
-/// Hits that rounding cannot explain.
+/// Counts hits that rounding errors cannot explain.
 Finding hits(const cl::Device& device, const Surface& surface, const std::vector<Ray>& rays) {
   const auto bvh = tree_of(surface);
   const auto found = caster(device, bvh).nearest(rays);
@@ -36,8 +36,8 @@ Finding hits(const cl::Device& device, const Surface& surface, const std::vector
   return finding;
 }
 
-/// Rays through a ring, cut off anywhere, that are said to be free although something stands in
-/// their way by more than rounding, or not to be although nothing does.
+/// Counts wrong occlusion tests of rays of any length through a ring: a ray is reported as free
+/// although it is blocked by more than rounding errors, or as blocked although it is free.
 Finding visibility(const cl::Device& device) {
   Random random(4);
   const double size = 5e-3;
@@ -65,7 +65,7 @@ Finding visibility(const cl::Device& device) {
   return finding;
 }
 
-/// Rays aimed at shared edges and vertices of closed meshes, 5 mm and 1 m large, that slip through.
+/// Counts rays at shared edges and vertices of closed meshes (5 mm and 1 m wide) that pass through.
 Finding cracks(const cl::Device& device, std::size_t count) {
   constexpr std::size_t most_at_once = 1 << 18;
   Finding finding;
@@ -86,8 +86,7 @@ Finding cracks(const cl::Device& device, std::size_t count) {
   return finding;
 }
 
-/// Near-parallel rays onto a bumpy surface, as from a wavefront recording plane; rms of the error
-/// of their length.
+/// RMS error of the length of nearly parallel rays from a WRP to a bumpy surface.
 Finding hit_distance(const cl::Device& device, double distance_m) {
   Random random(8);
   const auto bvh = tree_of(reference::torus(5e-3));
@@ -110,7 +109,7 @@ Finding hit_distance(const cl::Device& device, double distance_m) {
     sum += std::pow(hit.t - exact.t, 2);
     ++count;
   }
-  return {std::sqrt(sum / count), ""};  // NaN, a failure, without hits
+  return {std::sqrt(sum / count), ""};  // without hits NaN, which fails the check
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole holograms at the limits of wavelength, pitch, distance, size and light.
+// Checks of whole holograms at the limits of wavelength, pitch, distance, size and light.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -18,20 +18,20 @@ using reference::Stage;
 
 constexpr double nm = 1e-9, um = 1e-6, mm = 1e-3, red_m = 638e-9;
 
-/// What must hold (docs/accuracy.md).
+/// Largest accepted relative L2 error (docs/accuracy.md).
 constexpr double field_bound = 1e-4;
 
 struct Extreme {
   const char* name;
   glm::ivec2 resolution;
   double pitch_m, wavelength_m;
-  double width_m;  // of a square plate, tilted by a tenth and a twentieth
+  double width_m;  // of a square plate, tilted by slopes of 1/10 and 1/20
   dvec3 centre_m;
   double intensity = 1, shininess = 20;
   std::optional<double> wrp_m = {};
 };
 
-/// A shiny plate of twenty samples a side under one light.
+/// A shiny plate of 20 x 20 samples under one light.
 Stage plate(const Extreme& e) {
   Stage stage;
   Material material;
@@ -40,7 +40,7 @@ Stage plate(const Extreme& e) {
   const double half = e.width_m / 2;
   stage.add(reference::rectangle(e.centre_m, {half, 0, 0.1 * half}, {0, half, 0.05 * half}),
             material);
-  Light light;  // whose highlight points along the axis
+  Light light;  // its highlight points along the axis
   const auto u = stage.world.positions[1] - stage.world.positions[0],
              v = stage.world.positions[2] - stage.world.positions[0];
   const auto normal = normalize(cross(u, v));
@@ -70,8 +70,8 @@ bool dark(const FieldStack& field) {
   return std::all_of(field.samples.begin(), field.samples.end(), [](auto z) { return z == 0.0f; });
 }
 
-/// The field of all samples at the hologram against the same sum in double; the way over WRPs must
-/// be finite and not dark.
+/// Error of the sum of all samples at the hologram against that sum in double. The field by way of
+/// WRPs must be finite and not dark.
 Finding whole(const cl::Device& device, const Extreme& e) {
   const auto stage = plate(e);
   if (dark(rendered(device, stage, Method::wrp).field))
@@ -86,7 +86,8 @@ Finding whole(const cl::Device& device, const Extreme& e) {
   return {result.error, std::to_string(points.samples) + " samples"};
 }
 
-/// 1 - correlation of the hologram by way of a WRP in a bad place with the sum of all samples.
+/// 1 - correlation between the field by way of an unfavourably placed WRP and the sum of all
+/// samples.
 Finding by_wrp(const cl::Device& device, const Extreme& e) {
   auto stage = plate(e);
   const auto points = rendered(device, stage, Method::points),
@@ -125,7 +126,7 @@ std::vector<SelfCheck> scene_extremes(SelfTestSize) {
                       "relative L2", field_bound,
                       [=](const cl::Device& device) { return whole(device, e); }});
 
-  // A plate from 19.925 to 20.075 mm.
+  // The plate extends from 19.925 to 20.075 mm.
   const auto wrp_at = [&](const char* name, double wrp_m) {
     const Extreme e{name, {384, 320}, slm, red_m, 1 * mm, {0, 0, 20 * mm}, 1, 20, wrp_m};
     checks.push_back({"extremes", std::string("WRP that ") + name + ": against all samples",

@@ -23,7 +23,7 @@ cl::Program selfcheck(const cl::Device& device, int lanes) {
                      {{option::lanes, std::to_string(lanes)}});
 }
 
-/// `values` up to whole packets and work-groups, with zeros.
+/// The values, padded with zeros to whole packets and work-groups.
 std::vector<float> padded(std::span<const float> values, int lanes) {
   std::vector<float> all(values.begin(), values.end());
   const auto packet = static_cast<std::size_t>(lanes);
@@ -31,8 +31,8 @@ std::vector<float> padded(std::span<const float> values, int lanes) {
   return all;
 }
 
-/// Runs `part(first, last)` over [0, count) on all of the host's threads and returns the largest of
-/// what they return; NaN when any is.
+/// Runs `part(first, last)` over [0, count) on all host threads and returns the largest result; NaN
+/// when any result is NaN.
 template <class F>
 double largest_of_threads(std::size_t count, F&& part) {
   const std::size_t threads = std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 64);
@@ -64,7 +64,7 @@ double cos_sin_error(const cl::Device& device, int lanes, std::span<const float>
     for (std::size_t i = first; i < last; ++i) {
       const double radians =
           2 * std::numbers::pi * std::remainder(static_cast<double>(all[i]), 1.0);
-      // !(a <= b) lets no NaN through.
+      // !(a <= b) is true for NaN too.
       for (const double e :
            {std::abs(c[i] - std::cos(radians)), std::abs(s[i] - std::sin(radians))}) {
         if (!(e <= error)) error = e;

@@ -17,7 +17,7 @@ namespace {
 
 const char* name_of(SelfTestSize size) { return size == SelfTestSize::full ? "full" : "quick"; }
 
-/// Two digits; whole numbers as they are.
+/// The value with two digits; whole numbers with all digits.
 std::string figure(double value) {
   std::array<char, 32> text;
   std::snprintf(text.data(), text.size(),
@@ -84,7 +84,7 @@ std::string self_test_json(const cl::DeviceInfo& device, SelfTestSize size,
     j["rows"].push_back({{"part", row.part},
                          {"claim", row.claim},
                          {"quantity", row.quantity},
-                         {"measured", row.measured},  // null when there is no number
+                         {"measured", row.measured},  // null for NaN and infinity
                          {"bound", row.bound},
                          {"passed", row.passed},
                          {"seconds", row.seconds},

@@ -20,7 +20,9 @@ TradeKnob plain(const char* key, T TradeKnobs::*member) {
           [member](TradeKnobs& k, const Json& j) { k.*member = j.template get<T>(); }};
 }
 
-/// names  of the enumeration's values, in their order
+/// A knob whose values are those of an enumeration.
+///
+/// names  the names of the values, in their order
 template <class T, std::size_t n>
 TradeKnob named(const char* key, T TradeKnobs::*member, std::array<const char*, n> names) {
   return {key,
@@ -42,7 +44,7 @@ TradeKnob oversampling_knob() {
           }};
 }
 
-/// At most `most` of the values, evenly spread, including the first and the last.
+/// At most `most` of the values, evenly spaced, including the first and the last.
 template <class T>
 std::vector<T> thinned(std::vector<T> values, std::size_t most) {
   if (values.size() <= most || most < 2) return values;
@@ -52,7 +54,7 @@ std::vector<T> thinned(std::vector<T> values, std::size_t most) {
   return some;
 }
 
-/// No configuration twice; the order is that of the first mention.
+/// A list of configurations without duplicates, in the order of their first addition.
 class Rows {
 public:
   explicit Rows(std::vector<TradeRow>& rows) : rows_(rows) {}
@@ -71,7 +73,7 @@ private:
   std::vector<TradeRow>& rows_;
 };
 
-/// The choices that no other is predicted to beat in time and PSNR; the fastest first.
+/// The Pareto frontier of predicted time and PSNR, fastest choice first.
 std::vector<Choice> predicted_frontier(std::vector<Choice> all) {
   std::stable_sort(all.begin(), all.end(),
                    [](const Choice& a, const Choice& b) { return a.seconds < b.seconds; });
@@ -82,10 +84,10 @@ std::vector<Choice> predicted_frontier(std::vector<Choice> all) {
   return best;
 }
 
-/// Choices that may lie on the frontier, given the known error of the predictions: no choice of at
-/// least the same PSNR is predicted to take less than 1 / margin of the time; the fastest first.
+/// Choices that may lie on the frontier, given the known error of predictions, fastest first: no
+/// other choice of at least equal PSNR is predicted to take less than 1 / margin of the time.
 ///
-/// about_s  those that are predicted to take much longer than this are left out
+/// about_s  choices with a much longer predicted time are left out
 std::vector<Choice> near_frontier(std::vector<Choice> all, double about_s) {
   constexpr double margin = 1.3;
   std::stable_sort(all.begin(), all.end(),
@@ -106,7 +108,7 @@ struct Finish {
   bool operator==(const Finish&) const = default;
 };
 
-/// The values of these knobs to be tried with each choice of the others.
+/// The values of these knobs that are tried with each choice of the other knobs.
 std::vector<Finish> finishes_of(const Scene& scene, const TradeKnobs& base, const TradeSpec& spec) {
   std::vector<Finish> finishes{{4, 8}, {2, 8}, {0, 8}};
   if (spec.exhaustive && spec.quick) finishes = {{4, 8}, {0, 8}, {4, 4}};
@@ -120,7 +122,8 @@ std::vector<Finish> finishes_of(const Scene& scene, const TradeKnobs& base, cons
   return some;
 }
 
-/// Every value of each knob that the scene leaves open, the others as in the base.
+/// Adds, for each knob that the scene leaves open, a row for every value; other knobs keep the base
+/// value.
 void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
                const TradeSpec& spec) {
   const auto base = trade.rows[trade.base].knobs;
@@ -168,7 +171,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
       knobs.mode = SamplingMode::fan;
       knobs.source = source;
       knobs.shape = shape;
-      knobs.layers = 1;  // rays pass from layer to layer
+      knobs.layers = 1;  // rays of a fan cross all layers
       const auto json = json_of(knobs);
       step("sampling.mode",
            "fan, " + json["sampling.source"].get<std::string>() + ", " +

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Columns of the CSV and lines of the text; a row has more in the JSON.
+/// Stages shown in the CSV and the text; the JSON has more stages.
 constexpr std::array stages{"samples", "trace", "propagate", "encode"};
 
 std::string format(const char* how, auto... values) {
@@ -55,7 +55,7 @@ std::string quoted(std::string text) {
   return '"' + text + '"';
 }
 
-/// "12.3" milliseconds.
+/// The time in milliseconds as text without a unit: "12.3".
 std::string milliseconds(double seconds) {
   return format(seconds < 0.1 ? "%.2f" : seconds < 1 ? "%.1f" : "%.0f", 1e3 * seconds);
 }

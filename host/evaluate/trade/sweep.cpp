@@ -19,7 +19,8 @@ using Json = nlohmann::ordered_json;
 constexpr int fewest_renders = 3, most_renders = 15;
 constexpr double enough_s = 1, long_s = 4;
 
-/// Squares a third as wide as the blur add a hundredth to its variance.
+/// Width of the blur in squares of averaged pixels: squares a third as wide as the blur add 1 % to
+/// its variance.
 constexpr double squares_in_blur = 3;
 
 template <class T>
@@ -27,7 +28,7 @@ void append_bytes(std::string& text, const std::vector<T>& values) {
   text.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
 }
 
-/// Hash of everything that a configuration's figures depend on, except the configuration itself.
+/// Hash of all data that the figures of a configuration depend on, except the configuration itself.
 std::string digits_of(const Trade& trade, const World& world) {
   auto scene = Json::parse(scene_json(with_knobs(trade.scene, {})));
   scene.erase("file");
@@ -115,7 +116,7 @@ std::optional<int> TradeBench::resume(const std::string& text) {
   }
   int count = 0;
   for (auto& row : known) {
-    if (row.renders == 0) continue;  // what was impossible may be possible now
+    if (row.renders == 0) continue;  // failed rows are tried again
     const auto mine = std::find_if(trade_.rows.begin(), trade_.rows.end(),
                                    [&](const TradeRow& r) { return r.knobs == row.knobs; });
     if (mine == trade_.rows.end()) {
@@ -153,8 +154,8 @@ void TradeBench::measure(const std::function<void()>& after_some, const Progress
   }
 }
 
-/// Unmeasured rows that differ from row `first` in the number of frames only, so that one render
-/// serves all of them; fewest frames first.
+/// Unmeasured rows that differ from row `first` only in the number of frames, sorted by it. One
+/// rendering serves all of them.
 std::vector<std::size_t> TradeBench::same_but_frames(std::size_t first) const {
   std::vector<std::size_t> some;
   for (std::size_t i = first; i < trade_.rows.size(); ++i) {
@@ -172,7 +173,7 @@ std::vector<std::size_t> TradeBench::same_but_frames(std::size_t first) const {
 }
 
 void TradeBench::measure_together(const std::vector<std::size_t>& some) {
-  std::vector<TradeRow> rows;  // taken over when all are done
+  std::vector<TradeRow> rows;  // stored in trade_ when all are measured
   std::vector<int> frames;
   for (const auto i : some) {
     rows.push_back(trade_.rows[i]);
@@ -181,8 +182,9 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
   RenderOptions how;
   how.fft = rows.back().knobs.fft;
   const auto scene = with_knobs(trade_.scene, rows.back().knobs);
+  // Pictures and figures of all rows come from the rendering with the most frames.
   {
-    // a device of its own: its peak of memory is the row's
+    // Each row has its own cl::Device, whose memory peak is that of the row.
     Renderer renderer(cl::Device(device_.info()), scene, files_, how);
     const auto rendered = renderer.render();
     auto pictures = trade_.pictures;
@@ -205,6 +207,7 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
     }
     time(rows.back(), renderer);
   }
+  // The other rows are only timed.
   how.keep_field = false;
   for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
     Renderer renderer(cl::Device(device_.info()), with_knobs(trade_.scene, rows[i].knobs), files_,
@@ -246,7 +249,7 @@ ColourPicture TradeBench::sheet(const Progress& progress) {
   const auto depths = trade_.pictures.depths_m.size();
   auto what = trade_.pictures;
   what.views = false;
-  std::vector<std::vector<Image>> cells(depths);  // by depth, then lens and columns
+  std::vector<std::vector<Image>> cells(depths);  // one row per depth: lens, then configurations
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const auto& knobs = trade_.rows[columns[i]].knobs;
     if (progress)
