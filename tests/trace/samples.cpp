@@ -455,6 +455,7 @@ TEST_CASE(
     stages[i].add(soup);
   }
   for (auto& stage : stages) stage.scene.sampling.pitch_m = 50e-6;
+  // The mask of every sample is compared with rays of the oracle to the centres of all parts.
   for (const auto& device : all_devices()) {
     for (const auto& stage : stages) {
       const Rig rig(device, stage);

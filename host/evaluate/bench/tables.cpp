@@ -143,6 +143,7 @@ Json json_of(const BenchRow& row, const DeviceLimits& rates) {
   json["holograms_per_s"] = row.per_second();
   json["required_per_s"] = row.target.required_per_s;
   json["aim_per_s"] = row.target.aim_per_s;
+  // Times of each stage; where the amount of work is known, also rates and shares of the limits
   std::map<std::string, bool> named;
   for (const auto& f : row.frames) {
     for (const auto& [stage, seconds] : f.stages_s) named[stage] = true;
@@ -227,6 +228,7 @@ std::string bench_line(const BenchRow& row, BenchStyle style) {
                                  figure(row.per_second()),
                                  targets_text(row.target.required_per_s, row.target.aim_per_s),
                                  row.quality ? format("%.1f", row.quality->psnr_db) : ""};
+  // The rest is the wall time that no column of a stage shows.
   double rest = wall.median;
   for (const auto* stage : stages) {
     const double seconds = row.part_s(stage);

@@ -75,6 +75,7 @@ double cos_sin_error(const cl::Device& device, int lanes, std::span<const float>
 }
 
 double cos_sin_error_everywhere(const cl::Device& device, int lanes) {
+  // All floats from 0 to 0.5 turns, in blocks of `step`, with both signs
   constexpr std::uint32_t end = std::bit_cast<std::uint32_t>(0.5f) + 1, step = 1u << 22;
   auto kernel = selfcheck(device, lanes).kernel("cos_sin");
   cl::Buffer<float> in(device, 2 * step, "turns");
@@ -109,6 +110,7 @@ double cos_sin_error_everywhere(const cl::Device& device, int lanes) {
 }
 
 std::vector<float> cos_sin_arguments() {
+  // A uniform grid, random values of all magnitudes, and neighbours of special values
   std::vector<float> turns;
   constexpr int half = 1 << 16;
   for (int i = -half; i < half; ++i) turns.push_back(0.75f * static_cast<float>(i) / half);

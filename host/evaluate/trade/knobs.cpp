@@ -245,6 +245,7 @@ TradeKnobs knobs_of(const Json& json) {
 }
 
 void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
+  // A row for each preset; "balanced" is the base.
   const auto figures = figures_of(trade.device);
   const auto fft = spec.fft.value_or(cl::default_backend(trade.device));
   Rows rows(trade.rows);
@@ -257,6 +258,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
     if (preset == Preset::balanced) trade.base = row;
   }
 
+  // Rows that differ from the base in one knob
   if (spec.presets) return;
   const auto all = choices(trade.scene, world, figures);
   std::vector<double> pitches_m;
@@ -266,6 +268,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   }
   add_steps(trade, rows, pitches_m, spec);
 
+  // Rows of choices at or near the predicted frontier, in which several knobs vary together
   const auto base = trade.rows[trade.base].knobs;
   const double balanced_s =
       trade.presets[static_cast<std::size_t>(Preset::balanced)].predicted.total_s();

@@ -234,6 +234,7 @@ std::string trade_text(const Trade& trade) {
       "encode\n\n",
       trade.scene.file.filename().c_str(), trade.device.name.c_str(),
       length_text(trade.resolution_m).c_str(), trade.pictures.depths_m.size());
+  // A line for a row: its figures, or why it has none
   const auto add = [&](const std::string& name, const TradeRow& row) {
     if (row.renders == 0) {
       text += format("%-10s  %s: %s\n", name.c_str(), trade_label(row.knobs, base.knobs).c_str(),
@@ -244,6 +245,7 @@ std::string trade_text(const Trade& trade) {
                      trade_label(row.knobs, base.knobs).c_str());
     }
   };
+  // Presets: measured, predicted, and the fastest row that is as accurate
   for (const auto& preset : trade.presets) {
     const auto& row = trade.rows[preset.row];
     add(name_of(preset.preset), row);
@@ -258,6 +260,7 @@ std::string trade_text(const Trade& trade) {
   }
   text += "\nfrontier\n";
   for (const auto i : trade_frontier(trade.rows)) add("", trade.rows[i]);
+  // Rows that differ from the base in one knob
   if (!trade.steps.empty())
     text += format("\n%-20s  %-28s  %6s  %7s   alone, against balanced\n", "knob", "value",
                    "time x", "dB");
