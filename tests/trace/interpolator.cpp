@@ -17,7 +17,7 @@ using Complex = std::complex<double>;
 using reference::relative_error;
 using reference::to_double;
 
-/// A WRP off the axis, 60 mm before a hologram.
+/// A WRP off the axis, 60 mm from a hologram.
 Plan small_plan(glm::ivec2 size) {
   Plan plan;
   plan.size = plan.tile_size = size;
