@@ -151,14 +151,14 @@ Scene ball_before_wall(const Folder& folder) {
   return scene;
 }
 
-TEST_CASE("nearest hits, Phong light of every kind and phases are the oracle's") {
+TEST_CASE("nearest hits, Phong light of every kind and phases match the oracle") {
   const Folder folder;
   const auto oracle = check_trace(ball_before_wall(folder), wrp_with_fan(7, 0.3));
   CHECK(oracle.hits == 33 * 17 * 49);
   CHECK(oracle.shadowed == 0);
 }
 
-TEST_CASE("smooth normals are the oracle's") {
+TEST_CASE("smooth normals match the oracle") {
   const Folder folder;
   auto scene = ball_before_wall(folder);
   const auto flat = check_trace(scene, wrp_with_fan(7, 0.3));
@@ -167,14 +167,14 @@ TEST_CASE("smooth normals are the oracle's") {
   CHECK(test::relative_l2(flat.field, smooth.field) > 0.01);
 }
 
-TEST_CASE("shadows are the oracle's") {
+TEST_CASE("shadows match the oracle") {
   const Folder folder;
   auto scene = ball_before_wall(folder);
   scene.trace.shadows = true;
   CHECK(check_trace(scene, wrp_with_fan(7, 0.3)).shadowed > 1000);
 }
 
-TEST_CASE("textures are bilinear, repeated and the oracle's") {
+TEST_CASE("textures are bilinear, repeat and match the oracle") {
   const Folder folder;
   auto scene = ball_before_wall(folder);
   const auto plain = check_trace(scene, wrp_with_fan(7, 0.3));
@@ -183,7 +183,7 @@ TEST_CASE("textures are bilinear, repeated and the oracle's") {
   CHECK(test::relative_l2(plain.field, textured.field) > 0.1);
 }
 
-TEST_CASE("highlights of any sharpness are the oracle's") {
+TEST_CASE("highlights of any sharpness match the oracle") {
   const Folder folder;
   auto scene = small_scene();
   Material m;
@@ -194,7 +194,7 @@ TEST_CASE("highlights of any sharpness are the oracle's") {
       test::object_at(folder.write("wall.obj", test::square_obj()), 3 * mm, {0, 0, 100.03 * mm})};
   scene.objects[0].rotation_deg = {3, 2, 0};
   const auto wrp = wrp_with_fan(7, 0.3);
-  // The light's mirror direction points back along a ray of the fan.
+  // The wall reflects the light almost exactly back along one ray of the fan.
   const auto ray = glm::normalize(glm::dvec3(wrp.fan[24], 1));
   for (const double shininess : {0.0, 1.0, 120.0, 130.0, 1e6}) {
     m.shininess = shininess;
@@ -211,7 +211,7 @@ TEST_CASE("highlights of any sharpness are the oracle's") {
   }
 }
 
-/// A glass prism, a glass ball and a mirror between two walls; the scene is 2 mm long times `scale`.
+/// A glass prism, a glass ball and a mirror between two walls, 2 mm long times `scale`.
 Scene mirrors_and_glass(const Folder& folder, double scale) {
   auto scene = small_scene();
   Material wall, mirror, glass;
@@ -245,9 +245,8 @@ Scene mirrors_and_glass(const Folder& folder, double scale) {
   return scene;
 }
 
-TEST_CASE(
-    "mirrors and glass are followed to depth 3 as by the oracle, through total reflection too",
-    "[slow]") {
+TEST_CASE("paths over mirrors and through glass match the oracle to depth 3, with total reflection",
+          "[slow]") {
   const Folder folder;
   auto scene = mirrors_and_glass(folder, 1);
   std::complex<double> last = 0;
@@ -265,14 +264,14 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("ways of 100 mm over mirrors and through glass are the oracle's") {
+TEST_CASE("paths of 100 mm over mirrors and through glass match the oracle") {
   const Folder folder;
   auto scene = mirrors_and_glass(folder, 40);
   scene.trace.depth = 2;
   CHECK(check_trace(scene, wrp_with_fan(6, 0.3)).refracted > 1000);
 }
 
-TEST_CASE("sources that mirrors and glass show are where doubles find them") {
+TEST_CASE("pairs of floats place sources seen in mirrors and through glass where doubles do") {
   const Folder folder;
   auto scene = mirrors_and_glass(folder, 1);
   scene.trace.depth = 2;
@@ -297,8 +296,7 @@ TEST_CASE("sources that mirrors and glass show are where doubles find them") {
 }
 
 TEST_CASE(
-    "rays steeper than the SLM's pixels can show add nothing, from any pixel of a perspective "
-    "fan") {
+    "rays too steep for the pixels of the SLM add nothing, from any pixel of a perspective fan") {
   const Folder folder;
   auto scene = small_scene();
   scene.hologram.pitch_m = {2 * um, 3 * um};  // sines up to 0.1595 and 0.106
@@ -314,7 +312,7 @@ TEST_CASE(
   check_trace(scene, wrp);
 }
 
-TEST_CASE("a WRP that no ray leaves for a surface is exactly zero") {
+TEST_CASE("a WRP whose rays hit no surface is exactly zero") {
   const Folder folder;
   auto scene = small_scene();
   scene.objects = {test::object_at(folder.write("wall.obj", test::square_obj()), 0.1 * mm,
@@ -327,7 +325,7 @@ TEST_CASE("a WRP that no ray leaves for a surface is exactly zero") {
     CHECK(traced(device, world, plan, wrp_with_fan(5, 0.3), 1) == Field(33 * 17));
 }
 
-TEST_CASE("what a scene does not use changes nothing") {
+TEST_CASE("unused materials and lights do not change the field") {
   const Folder folder;
   const auto lean = ball_before_wall(folder);
   auto rich = lean;
@@ -337,19 +335,18 @@ TEST_CASE("what a scene does not use changes nothing") {
   auto no_light = directional({1, 1, 1}, 0);
   rich.lights.push_back(no_light);
   rich.trace.depth = 3;  // no material reflects or transmits
-  const auto world = build_world(lean);
-  const auto plan = make_plan(lean, world);
-  const auto rich_plan = make_plan(rich, world);
+  const auto world = build_world(lean), rich_world = build_world(rich);
+  const auto plan = make_plan(lean, world), rich_plan = make_plan(rich, rich_world);
   for (const auto& device : test::all_devices()) {
     cl::Options lean_options, rich_options;
     const auto a = traced(device, world, plan, wrp_with_fan(5, 0.3), 1, &lean_options);
-    const auto b = traced(device, world, rich_plan, wrp_with_fan(5, 0.3), 1, &rich_options);
+    const auto b = traced(device, rich_world, rich_plan, wrp_with_fan(5, 0.3), 1, &rich_options);
     CHECK(lean_options != rich_options);  // other code was compiled
     CHECK(test::relative_l2(a, b) <= 1e-6);
   }
 }
 
-TEST_CASE("odd sizes and single pixels are traced whole") {
+TEST_CASE("planes of odd sizes and single pixels are traced completely") {
   const Folder folder;
   for (const glm::ivec2 size : {glm::ivec2(1, 1), {1, 5}, {16, 2}, {17, 3}, {31, 1}}) {
     auto scene = ball_before_wall(folder);
@@ -359,7 +356,7 @@ TEST_CASE("odd sizes and single pixels are traced whole") {
   }
 }
 
-TEST_CASE("seeds draw different phases, and phases are spread evenly over the turn") {
+TEST_CASE("seeds draw different phases, distributed uniformly over the turn") {
   std::vector<int> histogram(16);
   int same = 0;
   for (int i = -20; i < 20; ++i)
