@@ -11,8 +11,8 @@
 #include "host/common/error.hpp"
 #include "host/evaluate/quality.hpp"
 #include "host/evaluate/stopwatch.hpp"
-#include "host/plan/predict/cost.hpp"
 #include "host/plan/make_plan.hpp"
+#include "host/plan/predict/cost.hpp"
 
 namespace raywave {
 namespace {

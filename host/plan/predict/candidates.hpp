@@ -10,11 +10,11 @@
 
 #include "host/geometry/world.hpp"
 #include "host/plan/cone.hpp"
+#include "host/plan/plan.hpp"
 #include "host/plan/predict/cost.hpp"
 #include "host/plan/predict/device_figures.hpp"
 #include "host/plan/predict/front_view.hpp"
 #include "host/plan/predict/picture_model.hpp"
-#include "host/plan/plan.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {

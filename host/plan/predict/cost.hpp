@@ -3,8 +3,8 @@
 /// `raywave tune` measures its rates.
 #pragma once
 
-#include "host/plan/predict/front_view.hpp"
 #include "host/plan/padded_plane.hpp"
+#include "host/plan/predict/front_view.hpp"
 #include "host/plan/predict/rates.hpp"
 
 namespace raywave {

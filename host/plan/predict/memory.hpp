@@ -7,8 +7,8 @@
 
 #include "host/common/memory_need.hpp"
 #include "host/geometry/world.hpp"
-#include "host/plan/predict/device_figures.hpp"
 #include "host/plan/plan.hpp"
+#include "host/plan/predict/device_figures.hpp"
 
 namespace raywave {
 
