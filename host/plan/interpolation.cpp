@@ -13,7 +13,7 @@ using std::numbers::pi;
 /// Attenuation of frequencies outside the band by the sinc's window, in decibels.
 constexpr double stop_db = 66;
 
-/// Fewer rows than this share of the hologram's are worth another pass (docs/performance.md).
+/// Fewer rows than this share of the hologram's are worth another pass (docs/accuracy.md).
 constexpr double worthwhile = 0.8;
 
 /// Half of the samples that make one (Kaiser's formula): the passband ends at 1 / (2 oversampling)

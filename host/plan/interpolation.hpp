@@ -2,7 +2,7 @@
 /// Band-limited interpolation: WRPs gathered in fewer rows than the hologram has. Light on its way
 /// to the hologram's window converges. Once the converging wave is divided out, the light fills
 /// only a part of the band that pixels can hold, and rows a few pitches apart determine it
-/// (docs/pipeline.md).
+/// (docs/accuracy.md, "Fewer rows").
 #pragma once
 
 #include <complex>

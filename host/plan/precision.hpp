@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How far phases will be off, by precision, and which precision a scene needs. docs/accuracy.md,
+/// How far phases will be off, by precision, and which precision a scene needs. docs/precision.md,
 /// "Predicted phase error", derives it.
 #pragma once
 

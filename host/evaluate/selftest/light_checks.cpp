@@ -152,7 +152,7 @@ Finding gathered(const cl::Device& device, dvec3 centre_m) {
           result.dark_error > 0 ? "light where none should be" : ""};
 }
 
-/// Three times the measured error (docs/accuracy.md).
+/// Three times the measured error (docs/selftest.md).
 constexpr double fan_bound = 1e-6;
 
 /// Error of a WRP traced with a fan against the rays traced in double, over the pixels that single

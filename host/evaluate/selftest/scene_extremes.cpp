@@ -18,7 +18,7 @@ using reference::Stage;
 
 constexpr double nm = 1e-9, um = 1e-6, mm = 1e-3, red_m = 638e-9;
 
-/// Largest accepted relative L2 error (docs/accuracy.md).
+/// Largest accepted relative L2 error (docs/robustness.md).
 constexpr double field_bound = 1e-4;
 
 struct Extreme {

@@ -11,7 +11,7 @@
 namespace raywave {
 namespace {
 
-// Weights, fitted to the stages of the demo scenes on PoCL (docs/planning.md).
+// Weights, fitted to the stages of the demo scenes on PoCL (docs/predictions.md).
 
 /// Work of a ray beside its descent into the tree, in levels of depth.
 constexpr double levels_of_a_ray = 4;

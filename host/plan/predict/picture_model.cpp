@@ -13,7 +13,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// Fitted to the demo scenes (docs/planning.md): what the formulas below leave out.
+/// Fitted to the demo scenes (docs/predictions.md): what the formulas below leave out.
 constexpr double speckle_factor = 0.9;
 // Some waves are cut off hard whatever the cone: by the pixels' reach, by an occluder
 constexpr double cut_factor = 0.28;
