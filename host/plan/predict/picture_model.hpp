@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How accurate the pictures of a hologram will be, before it is computed. docs/predictions.md gives
-/// the terms and compares them with measurements.
+/// How accurate the pictures of a hologram will be, before it is computed. docs/predictions.md
+/// gives the terms and compares them with measurements.
 #pragma once
 
 #include <vector>
