@@ -151,8 +151,8 @@ struct Plan {
   glm::ivec2 padded{1, 1};          // size that is transformed
   Precision precision = Precision::floats;
   PhaseErrors phase_errors;  // predicted, by precision
-  // Predicted relative L2 error of the field at the hologram (host/plan/predict/propagation_errors.hpp); 0
-  // where nothing is propagated
+  // Predicted relative L2 error of the field at the hologram
+  // (host/plan/predict/propagation_errors.hpp); 0 where nothing is propagated
   double padding_error = 0;
   double oversampling_error = 0;  // the same, of gathering fewer rows
   // The same, of what the cone leaves out of each sample's wave (host/plan/cone.hpp); 0 for fans

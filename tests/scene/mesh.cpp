@@ -119,9 +119,11 @@ std::string gltf(const Soup& soup, const std::vector<std::string>& nodes) {
   }
   return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[)" + indices +
          R"(]}],"nodes":[)" + node_list +
-         R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":)" +
+         R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],)"
+         R"("accessors":[{"bufferView":0,"componentType":5126,"count":)" +
          count +
-         R"(,"type":"VEC3","min":[-9,-9,-9],"max":[9,9,9]}],"bufferViews":[{"buffer":0,"byteLength":)" +
+         R"(,"type":"VEC3","min":[-9,-9,-9],"max":[9,9,9]}],)"
+         R"("bufferViews":[{"buffer":0,"byteLength":)" +
          bytes + R"(}],"buffers":[{"byteLength":)" + bytes +
          R"(,"uri":"data:application/octet-stream;base64,)" + base64(buffer) + R"("}]})";
 }
