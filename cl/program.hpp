@@ -130,4 +130,5 @@ RAYWAVE_CL_TYPE(double, "double");
 RAYWAVE_CL_TYPE(std::int32_t, "int");
 RAYWAVE_CL_TYPE(std::uint32_t, "uint");
 RAYWAVE_CL_TYPE(std::uint8_t, "uchar");
+RAYWAVE_CL_TYPE(std::uint16_t, "ushort");
 RAYWAVE_CL_TYPE(std::complex<float>, "float2");

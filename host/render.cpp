@@ -196,6 +196,7 @@ void Renderer::State::finish(RenderResult& result) {
   encoder_.finish(tracer_.radiance_unit(), result.notes);
   result.plan = plan_;
   result.levels = std::move(encoder_.levels);
+  result.panel = encoder_.panel();
   result.field = std::move(encoder_.field);
   result.samples = tracer_.samples();
   result.hidden_samples = tracer_.hidden_samples();

@@ -11,6 +11,7 @@
 #include "cl/device.hpp"
 #include "cl/fft.hpp"
 #include "host/common/npy.hpp"
+#include "host/encode/panel.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
 #include "host/scene/scene.hpp"
@@ -34,6 +35,7 @@ struct RenderResult {
   // Field at the hologram, one plane per frame, if RenderOptions::keep_field
   FieldStack field;
   std::vector<std::vector<std::uint8_t>> levels;  // grey levels of the SLM, per frame
+  std::shared_ptr<const Panel> panel;             // what they show (host/encode/shown.hpp)
   std::vector<FieldStack> wrps;                   // one per WRP, if RenderOptions::keep_wrps
   int samples = 0;                                // surface samples (sampling.mode "aimed")
   int hidden_samples = 0;                         // samples that need visibility rays

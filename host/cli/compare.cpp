@@ -7,10 +7,11 @@
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
+#include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/view/reconstruct.hpp"
+#include "host/encode/shown.hpp"
 
 namespace raywave::cli {
 
@@ -36,8 +37,14 @@ Kind kind_of(const std::filesystem::path& file, bool png_holds_levels) {
   throw InputError(in_quotes(file.string()) + ": must be a field (.npy) or a picture (.png, .exr)");
 }
 
+/// A field, or what the levels of a picture show, 256 to a turn.
 FieldStack load_field(const std::filesystem::path& file) {
-  return file.extension() == ".npy" ? load_npy(file) : field_of_levels(load_levels(file, ""));
+  if (file.extension() == ".npy") return load_npy(file);
+  glm::ivec2 size;
+  SlmSpec slm;
+  slm.encoding = Encoding::phase;
+  const std::vector<std::vector<std::uint8_t>> frames{load_hologram_levels(file, slm, &size)};
+  return shown_field(Panel(slm, size, glm::dvec2(1), 1), frames);
 }
 
 double blur_px(const CompareArguments& options) {

@@ -30,7 +30,9 @@ struct KernelsArguments {
 
 /// What every scene and `raywave reconstruct` need.
 void use_shared(const cl::Device& device) {
-  const PhaseEncoder encode(device);
+  SlmSpec slm;
+  slm.encoding = Encoding::phase;  // the self-test's
+  const Encoder encode(device, std::make_shared<Panel>(slm, glm::ivec2(1), glm::dvec2(1), 1));
   const FieldStack hologram{16, 1, 1, std::vector<std::complex<float>>(16)};
   HologramSpec spec;
   spec.resolution = {16, 1};

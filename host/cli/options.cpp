@@ -12,6 +12,7 @@
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/scene/scene.hpp"
+#include "host/scene/units.hpp"
 #include "host/trace/tuning.hpp"
 #include "host/view/reconstruct.hpp"
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/evaluate/quality.hpp"
 
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -45,13 +46,18 @@ void print_table(const QualityResult& result, const QualitySpec& spec,
       "%d x %d pixels, mean of %d frames, blur %.4g px, border %d px, lens of %d x %d points\n",
       result.picture_size.x, result.picture_size.y, result.render.field.frames, result.blur_px,
       result.border_px, spec.lens_points, spec.lens_points);
-  std::printf("%-10s  %-6s  %8s  %6s  %s\n", "depth", "view", "PSNR, dB", "SSIM",
-              "speckle contrast: hologram (lens)");
+  std::printf("%-10s  %-6s  %8s  %6s  %5s  %6s  %-15s  %s\n", "depth", "view", "PSNR, dB", "SSIM",
+              "light", "haze", "speckle (lens)", "field: PSNR, dB");
   for (const auto& row : result.rows) {
-    std::printf("%-10s  %-6s  %8.2f  %6.4f  %.4f (%.4f)\n", length_text(row.z_m).c_str(),
-                row.view.c_str(), row.figures.psnr_db, row.figures.ssim, row.figures.contrast_b,
-                row.figures.contrast_a);
+    std::array<char, 16> haze{"-"};
+    if (row.haze) std::snprintf(haze.data(), haze.size(), "%.4f", *row.haze);
+    std::printf("%-10s  %-6s  %8.2f  %6.4f  %5.2f  %6s  %.4f (%.4f)  %8.2f\n",
+                length_text(row.z_m).c_str(), row.view.c_str(), row.figures.psnr_db,
+                row.figures.ssim, row.light_share, haze.data(), row.figures.contrast_b,
+                row.figures.contrast_a, row.field_figures.psnr_db);
   }
+  std::printf("levels by %s; %.2f of the SLM's light is the wanted wave\n",
+              name_of(result.render.plan.slm.encoding).c_str(), result.wanted_share);
   if (result.against_points) {
     std::printf(
         "against the sum of all points, first frame: complex correlation %.4f, relative L2 error "

@@ -6,45 +6,25 @@
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
+#include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
-#include "host/common/error.hpp"
-#include "host/evaluate/report.hpp"
 
 namespace raywave::cli {
 
 namespace {
 
 struct ReconstructArguments {
-  std::string hologram, pitch, wavelength;
+  HologramOptions hologram;
   DepthOptions depths;
   ViewOptions view;
   DeviceOptions device;
   ReportOptions report;
 };
 
-HologramSpec spec_of(const ReconstructArguments& options, const std::filesystem::path& file) {
-  HologramSpec spec;
-  if (options.pitch.empty() || options.wavelength.empty())
-    spec = hologram_of_report(file.parent_path() / "report.json");
-  if (!options.pitch.empty()) {
-    const bool two = options.pitch.find(',') != std::string::npos;
-    const auto [x, y] =
-        two ? two_parts(options.pitch, ',', "--pitch") : std::pair(options.pitch, options.pitch);
-    spec.pitch_m = {positive_length_m(x, "--pitch"), positive_length_m(y, "--pitch")};
-  }
-  if (!options.wavelength.empty())
-    spec.wavelength_m = positive_length_m(options.wavelength, "--wavelength");
-  return spec;
-}
-
 void run_reconstruct(const ReconstructArguments& options) {
-  const std::filesystem::path file(options.hologram);
-  const auto hologram = file.extension() == ".npy"
-                            ? load_npy(file)
-                            : field_of_levels(load_levels(file, file.string()));
-  auto spec = spec_of(options, file);
-  spec.resolution = {hologram.nx, hologram.ny};
+  const auto hologram = options.hologram.load();
+  const auto spec = options.hologram.spec({hologram.nx, hologram.ny});
 
   ReconstructSpec what;
   what.window_m = options.depths.window_m();
@@ -76,22 +56,12 @@ void add_reconstruct(CLI::App& app) {
   auto* command =
       add_command(app, section::look, "reconstruct", "Show what a hologram shows at given depths",
                   "build/raywave render data/teapot.toml -o out --preset draft\n"
-                  "build/raywave reconstruct out/field.npy -z 95mm -z 100mm -o out");
+                  "build/raywave reconstruct out/report.json -z 95mm -z 100mm -o out");
   auto options = std::make_shared<ReconstructArguments>();
-  command->add_option("HOLOGRAM", options->hologram, "field.npy, or hologram.png (phase levels)")
-      ->type_name("FILE")
-      ->required();
+  options->hologram.add_to(*command,
+                           "report.json or hologram.png ... (what the SLM shows, mean of the "
+                           "frames), or field.npy");
   options->depths.add_to(*command, "", "the hologram's");
-  command
-      ->add_option("--pitch", options->pitch,
-                   "Pixel pitch (one, or x,y); from report.json beside the hologram when not given")
-      ->type_name("LENGTH")
-      ->group(group::pictures);
-  command
-      ->add_option("--wavelength", options->wavelength,
-                   "Wavelength; from report.json beside the hologram when not given")
-      ->type_name("LENGTH")
-      ->group(group::pictures);
   options->device.add_to(*command);
   options->view.add_to(*command);
   options->report.add_to(*command, "the list of pictures");

@@ -6,6 +6,7 @@
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
+#include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
@@ -27,11 +28,6 @@ struct RenderArguments {
   std::string out;
   bool save_wrps = false, no_field = false;
 };
-
-std::string numbered(const char* stem, std::size_t number, const char* extension) {
-  return number == 1 ? std::string(stem) + extension
-                     : std::string(stem) + "_" + std::to_string(number) + extension;
-}
 
 void run_render(const RenderArguments& options) {
   auto scene = options.scene.load(options.report);
@@ -68,8 +64,8 @@ void run_render(const RenderArguments& options) {
   const std::filesystem::path out(options.out);
   std::vector<std::string> written;
   for (std::size_t frame = 0; frame < result.levels.size(); ++frame) {
-    written.push_back(numbered("hologram", frame + 1, ".png"));
-    save_png(out / written.back(), result.plan.size.x, result.plan.size.y, result.levels[frame]);
+    written.push_back(
+        save_hologram(out, frame, result.plan.slm, result.plan.size, result.levels[frame]));
   }
   const auto save_field = [&](const std::string& name, const FieldStack& field) {
     save_npy(out / name, field.nx, field.ny, field.frames, field.samples);

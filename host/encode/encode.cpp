@@ -1,22 +1,156 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/encode/encode.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "host/common/error.hpp"
+#include "host/encode/shown.hpp"
 #include "host/geometry/kernel_options.hpp"
 
 namespace raywave {
+namespace {
 
-PhaseEncoder::PhaseEncoder(const cl::Device& device)
+// Enough for a quantile to 0.5 % of its amplitude
+constexpr std::size_t most_samples = 32768;
+
+/// Distance of the samples that a quantile is taken from: odd, so that no column is preferred.
+std::size_t stride_of(std::size_t size) { return (size / most_samples) | 1; }
+
+std::size_t count_of(std::size_t size) { return (size + stride_of(size) - 1) / stride_of(size); }
+
+cl::Options options_of(const cl::Device& device, const Panel& panel) {
+  const auto& slm = panel.slm();
+  const bool has_table = !panel.level_table().empty();
+  cl::Options options{{option::lanes, std::to_string(device.info().float_lanes)},
+                      {option::encoding, std::to_string(static_cast<int>(slm.encoding))},
+                      {option::added_turns, panel.added().empty() ? "0" : "1"},
+                      {option::level_table, has_table ? "1" : "0"}};
+  if (has_table)
+    options[option::table_size] = std::to_string(Panel::table_size);
+  else if (!shows_amplitude(slm.encoding)) {
+    options[option::levels_per_turn] = std::to_string(slm.levels_per_turn);
+    options[option::invert] = slm.invert ? "1" : "0";
+  }
+  return options;
+}
+
+static_assert(static_cast<int>(Encoding::phase) == ENCODING_PHASE &&
+              static_cast<int>(Encoding::double_phase) == ENCODING_DOUBLE_PHASE &&
+              static_cast<int>(Encoding::off_axis) == ENCODING_OFF_AXIS &&
+              static_cast<int>(Encoding::burckhardt) == ENCODING_BURCKHARDT &&
+              static_cast<int>(Encoding::lee) == ENCODING_LEE);
+
+}  // namespace
+
+Encoder::Encoder(const cl::Device& device, std::shared_ptr<const Panel> panel)
     : device_(device),
-      program_(device, "kernels/encode/encode.cl",
-               {{option::lanes, std::to_string(device.info().float_lanes)}}) {}
+      panel_(std::move(panel)),
+      program_(device, "kernels/encode/encode.cl", options_of(device, *panel_)),
+      table_(device, std::max<std::size_t>(1, panel_->level_table().size()), "levels by phase"),
+      added_(device, 1, "added phases") {
+  if (!panel_->level_table().empty()) table_.write(panel_->level_table());
+}
 
-const cl::Buffer<std::uint8_t>& PhaseEncoder::levels_of(const cl::ComplexBuffer& field,
-                                                        std::size_t buffer) {
-  const std::size_t lanes = static_cast<std::size_t>(device_.info().float_lanes);
+double Encoder::quantile(std::vector<float> amplitudes) const {
+  std::erase_if(amplitudes, [](float a) { return !std::isfinite(a); });
+  if (amplitudes.empty()) return 1;
+  const double last = static_cast<double>(amplitudes.size() - 1);
+  const auto nth = amplitudes.begin() + std::lround(panel_->slm().clip * last);
+  std::nth_element(amplitudes.begin(), nth, amplitudes.end());
+  // Where most of the hologram is dark, its brightest pixel counts.
+  const double clip = *nth > 0 ? *nth : *std::max_element(nth, amplitudes.end());
+  return clip > 0 ? clip : 1;
+}
+
+double Encoder::clip_of(const cl::ComplexBuffer& field) {
+  if (!needs_clip()) return 1;
+  const auto count = count_of(field.size());
+  if (amplitudes_.size() != count) amplitudes_ = {device_, count, "amplitudes"};
+  program_.kernel("sample_amplitudes")
+      .run({count}, {64}, field, amplitudes_, static_cast<std::uint32_t>(stride_of(field.size())),
+           static_cast<std::uint32_t>(count));
+  return quantile(amplitudes_.read());
+}
+
+double Encoder::clip_of(std::span<const std::complex<float>> field) const {
+  if (!needs_clip()) return 1;
+  std::vector<float> amplitudes;
+  for (std::size_t i = 0; i < field.size(); i += stride_of(field.size()))
+    amplitudes.push_back(std::abs(field[i]));
+  return quantile(std::move(amplitudes));
+}
+
+void Encoder::upload_added(const PixelWindow& window) {
+  if (panel_->added().empty() || window == added_window_) return;
+  const auto width = static_cast<std::size_t>(window.size.x);
+  std::vector<std::uint16_t> part(width * static_cast<std::size_t>(window.size.y));
+  for (std::size_t y = 0; y < static_cast<std::size_t>(window.size.y); ++y) {
+    const auto from = (static_cast<std::size_t>(window.first.y) + y) *
+                          static_cast<std::size_t>(panel_->size_px().x) +
+                      static_cast<std::size_t>(window.first.x);
+    std::copy_n(panel_->added().begin() + static_cast<std::ptrdiff_t>(from), width,
+                part.begin() + static_cast<std::ptrdiff_t>(y * width));
+  }
+  if (added_.size() != part.size()) added_ = {device_, part.size(), "added phases"};
+  added_.write(part);
+  added_window_ = window;
+}
+
+const cl::Buffer<std::uint8_t>& Encoder::levels_of(const cl::ComplexBuffer& field,
+                                                   const PixelWindow& window, double clip,
+                                                   std::size_t buffer) {
+  upload_added(window);
   auto& levels = levels_.at(buffer);
   if (levels.size() != field.size()) levels = {device_, field.size(), "hologram levels"};
-  program_.kernel("encode").run({(field.size() + lanes - 1) / lanes}, {64}, field, levels,
-                                static_cast<std::uint32_t>(field.size()));
+  const bool cpu = device_.info().kind == cl::DeviceKind::cpu;
+  const auto lanes = static_cast<std::size_t>(device_.info().float_lanes);
+  const std::size_t columns =
+      cpu ? 1 : (static_cast<std::size_t>(window.size.x) + lanes - 1) / lanes;
+  // Beyond float's range the quotient would be infinite, and dark pixels no number.
+  const auto inverse_clip =
+      static_cast<float>(std::min<double>(1 / clip, std::numeric_limits<float>::max()));
+  program_.kernel("encode").run(
+      {columns, static_cast<std::size_t>(window.size.y)}, {cpu ? 1u : 64u, 1}, field, added_,
+      table_, levels, static_cast<std::int32_t>(window.size.x),
+      static_cast<std::int32_t>(window.size.y), static_cast<std::int32_t>(window.first.x),
+      static_cast<std::int32_t>(window.first.y), inverse_clip);
+  return levels;
+}
+
+std::vector<std::vector<std::uint8_t>> encode(const cl::Device& device, Encoder& encoder,
+                                              const FieldStack& field) {
+  const auto size = encoder.panel().size_px();
+  if (field.nx != size.x || field.ny != size.y)
+    throw InputError("encode: the field has " + std::to_string(field.nx) + " x " +
+                     std::to_string(field.ny) + " samples, the SLM " + std::to_string(size.x) +
+                     " x " + std::to_string(size.y) + " pixels");
+  // In strips of rows, so that memory for one is enough
+  constexpr std::size_t strip_pixels = std::size_t{1} << 24;
+  const auto nx = static_cast<std::size_t>(size.x), ny = static_cast<std::size_t>(size.y);
+  const auto rows = std::clamp<std::size_t>(strip_pixels / nx, 1, ny);
+  const auto band = encoder.panel().slm().band;
+  std::vector<std::vector<std::uint8_t>> levels;
+  std::vector<std::complex<float>> limited;
+  for (std::size_t frame = 0; frame < static_cast<std::size_t>(field.frames); ++frame) {
+    auto samples = std::span(field.samples).subspan(frame * nx * ny, nx * ny);
+    if (band != glm::dvec2(1)) {
+      limited.assign(samples.begin(), samples.end());
+      keep_band(limited, size, band, {0, 0});
+      samples = limited;
+    }
+    const double clip = encoder.clip_of(samples);
+    auto& picture = levels.emplace_back(nx * ny);
+    for (std::size_t y = 0; y < ny; y += rows) {
+      const auto strip = std::min(rows, ny - y);
+      const cl::ComplexBuffer on_device(device, samples.subspan(y * nx, strip * nx),
+                                        "hologram field");
+      encoder
+          .levels_of(on_device, {{0, static_cast<int>(y)}, {size.x, static_cast<int>(strip)}}, clip)
+          .read(std::span(picture).subspan(y * nx, strip * nx));
+    }
+  }
   return levels;
 }
 

@@ -1,35 +1,74 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From a complex field to the grey levels of a phase-only SLM.
+/// From a complex field to the grey levels of an SLM, on the device.
 #pragma once
 
 #include <array>
+#include <complex>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "cl/program.hpp"
+#include "host/common/npy.hpp"
+#include "host/encode/panel.hpp"
 #include "host/plan/predict/memory.hpp"
 
 namespace raywave {
 
-/// Phase of each sample as an 8-bit grey level: round(phase / 2 pi * 256) mod 256 with the phase in
-/// [0, 2 pi), so that level l shows the phase 2 pi l / 256. Zero samples have phase 0.
-class PhaseEncoder {
+/// A part of the SLM: its first column and row; its columns and rows.
+struct PixelWindow {
+  glm::ivec2 first{0, 0}, size{1, 1};
+  bool operator==(const PixelWindow&) const = default;
+};
+
+/// Grey levels of fields, by the SLM's encoding (docs/slm.md).
+///
+/// accuracy  a phase within 2e-7 turns of the middle between two levels may go to either; where
+///           levels come from a table, within 1/8192 turn
+class Encoder {
 public:
-  explicit PhaseEncoder(const cl::Device& device);
-  std::vector<std::uint8_t> operator()(const cl::ComplexBuffer& field) {
-    return levels_of(field).read();
-  }
+  Encoder(const cl::Device& device, std::shared_ptr<const Panel> panel);
+
+  const Panel& panel() const { return *panel_; }
+
+  /// The amplitude that the share slm.clip of a hologram's pixels does not exceed, from at most
+  /// 32,768 of them. 1 where the encoding does not need it, or the field is dark.
+  double clip_of(const cl::ComplexBuffer& field);
+  double clip_of(std::span<const std::complex<float>> field) const;
+
   /// The grey levels on the device, valid until the next field is encoded into that buffer.
   ///
+  /// field   of the window
+  /// clip    of the whole hologram (clip_of): brighter pixels are shown as bright as this
   /// buffer  0 to buffers - 1: while one is copied to the host, the next field is encoded into
   ///         another
-  const cl::Buffer<std::uint8_t>& levels_of(const cl::ComplexBuffer& field, std::size_t buffer = 0);
+  const cl::Buffer<std::uint8_t>& levels_of(const cl::ComplexBuffer& field,
+                                            const PixelWindow& window, double clip,
+                                            std::size_t buffer = 0);
   static constexpr std::size_t buffers = level_buffers;
 
 private:
+  /// Brings the phases that are added in a window to the device.
+  void upload_added(const PixelWindow& window);
+  double quantile(std::vector<float> amplitudes) const;
+  bool needs_clip() const { return panel_->slm().encoding != Encoding::phase; }
+
   cl::Device device_;
+  std::shared_ptr<const Panel> panel_;
   cl::Program program_;
+  cl::Buffer<std::uint8_t> table_;
+  cl::Buffer<std::uint16_t> added_;
+  PixelWindow added_window_{{0, 0}, {0, 0}};
+  cl::Buffer<float> amplitudes_;
   std::array<cl::Buffer<std::uint8_t>, buffers> levels_;
 };
+
+/// The levels of holograms that the host holds, one picture per frame.
+///
+/// field   of the panel's size
+/// throws  InputError when it has another size
+std::vector<std::vector<std::uint8_t>> encode(const cl::Device& device, Encoder& encoder,
+                                              const FieldStack& field);
 
 }  // namespace raywave

@@ -28,16 +28,20 @@ void brighten(std::span<std::complex<float>> field, double radiance_unit, const 
 }
 
 EncodeStage::EncodeStage(const cl::Device& device, bool keep_field, StageTimes& times)
-    : device_(device), keep_field_(keep_field), times_(times), encoder_(device) {}
+    : device_(device), keep_field_(keep_field), times_(times) {}
 
 void EncodeStage::prepare(const Plan& plan) {
   plan_ = &plan;
   for (auto& copy : copies_) copy = {};  // a picture that failed may have left some under way
   encoded_ = 0;
+  if (!encoder_) {
+    panel_ = std::make_shared<Panel>(plan.slm, plan.size, plan.pitch_m, plan.wavelength_m);
+    encoder_.emplace(device_, panel_);
+  }
   const auto frames = static_cast<std::size_t>(plan.frames);
   levels.assign(frames, std::vector<std::uint8_t>(pixels_of(plan)));
   field = {};
-  if (keep_field_)
+  if (keep_field_ || encodes_whole(plan))
     field = {plan.size.x, plan.size.y, plan.frames,
              std::vector<std::complex<float>>(frames * pixels_of(plan))};
 }
@@ -54,15 +58,18 @@ cl::Copy EncodeStage::start_reading(const cl::Buffer<T>& from, std::size_t tile,
 
 void EncodeStage::run(const cl::ComplexBuffer& at_hologram, std::size_t tile, int frame) {
   const auto number = static_cast<std::size_t>(frame);
-  {
+  const bool whole = encodes_whole(*plan_);
+  if (!whole) {
     const StageClock clock(times_, "encode");
     const auto buffer = encoded_++ % copies_.size();
     copies_[buffer].wait();
-    copies_[buffer] =
-        start_reading(encoder_.levels_of(at_hologram, buffer), tile, std::span(levels[number]));
+    const double clip = encoder_->clip_of(at_hologram);
+    const PixelWindow window{plan_->tiles[tile].first, plan_->tile_size};
+    copies_[buffer] = start_reading(encoder_->levels_of(at_hologram, window, clip, buffer), tile,
+                                    std::span(levels[number]));
     device_.finish();
   }
-  if (!keep_field_) return;
+  if (!keep_field_ && !whole) return;
   const auto pixels = pixels_of(*plan_);
   start_reading(at_hologram, tile, std::span(field.samples).subspan(number * pixels, pixels))
       .wait();
@@ -72,8 +79,12 @@ void EncodeStage::finish(double radiance_unit, std::vector<std::string>& notes) 
   {
     const StageClock clock(times_, "encode");
     for (auto& copy : copies_) copy.wait();
+    if (encodes_whole(*plan_)) levels = encode(device_, *encoder_, field);
   }
-  if (!keep_field_) return;
+  if (!keep_field_) {
+    field = {};
+    return;
+  }
   brighten(field.samples, radiance_unit, *plan_);
   const auto is_zero = [](const auto& sample) { return sample == std::complex<float>(); };
   if (std::all_of(field.samples.begin(), field.samples.end(), is_zero))

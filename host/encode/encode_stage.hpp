@@ -5,6 +5,7 @@
 #include <array>
 #include <complex>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,7 +23,8 @@ namespace raywave {
 void brighten(std::span<std::complex<float>> field, double radiance_unit, const Plan& plan);
 
 /// The results grow on the host tile by tile and frame by frame: the grey levels of one frame are
-/// copied while the next frame is computed.
+/// copied while the next frame is computed. An encoding that looks at the whole hologram
+/// (encodes_whole) waits for all its tiles: their fields are kept on the host until `finish`.
 class EncodeStage {
 public:
   /// keep_field  also copies the complex fields to the host
@@ -42,6 +44,7 @@ public:
 
   FieldStack field;                               // at the hologram, one per frame, when asked for
   std::vector<std::vector<std::uint8_t>> levels;  // of the SLM, one per frame
+  std::shared_ptr<const Panel> panel() const { return panel_; }
 
 private:
   /// Begins to copy the pixels of a tile to their places in the hologram.
@@ -52,9 +55,10 @@ private:
   bool keep_field_;
   StageTimes& times_;
   const Plan* plan_ = nullptr;
-  PhaseEncoder encoder_;
+  std::shared_ptr<const Panel> panel_;
+  std::optional<Encoder> encoder_;  // from the first plan on: the SLM stays
   // After the results, which they write into, so that they end before them.
-  std::array<cl::Copy, PhaseEncoder::buffers> copies_;
+  std::array<cl::Copy, Encoder::buffers> copies_;
   std::size_t encoded_ = 0;
 };
 

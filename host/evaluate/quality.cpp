@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "host/common/text.hpp"
+#include "host/encode/encode.hpp"
+#include "host/encode/shown.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/trace/device_scene.hpp"
@@ -74,14 +76,57 @@ Image scaled(Image image, double factor) {
   return image;
 }
 
-/// Compares two pictures. Both are blurred once, for the figures and for the sheet.
+/// Light of the picture in the rectangle around what the lens sees.
+double light_in_picture(const Image& lens, const Image& hologram) {
+  const float least = *std::max_element(lens.pixels.begin(), lens.pixels.end()) / 100;
+  int left = lens.width, right = -1, top = lens.height, bottom = -1;
+  for (int y = 0; y < lens.height; ++y) {
+    for (int x = 0; x < lens.width; ++x) {
+      if (lens.pixels[std::size_t{1} * y * lens.width + x] <= least) continue;
+      left = std::min(left, x);
+      right = std::max(right, x);
+      top = std::min(top, y);
+      bottom = y;
+    }
+  }
+  double sum = 0;
+  for (int y = top; y <= bottom; ++y) {
+    for (int x = left; x <= right; ++x)
+      sum += hologram.pixels[std::size_t{1} * y * hologram.width + x];
+  }
+  return sum;
+}
+
+/// Mean of the hologram where the lens sees nothing, in units of the lens's brightest pixel.
+std::optional<double> haze_of(const Image& lens, const Image& hologram, double scale) {
+  const float brightest = *std::max_element(lens.pixels.begin(), lens.pixels.end());
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < lens.pixels.size(); ++i) {
+    if (lens.pixels[i] > brightest / 1000) continue;
+    sum += hologram.pixels[i];
+    ++count;
+  }
+  if (count == 0 || brightest <= 0) return {};
+  return sum / count * scale / brightest;
+}
+
+/// Compares pictures of lens, levels and field. Each is blurred once, for the figures and for the
+/// sheet.
 QualityRow row_of(const View& view, double z_m, const Image& lens, const Image& hologram,
-                  double blur_px, int border_px) {
-  QualityRow row{view.name, z_m, {}, {}, {}, {}};
+                  const Image& field, double blur_px, int border_px) {
+  QualityRow row;
+  row.view = view.name;
+  row.z_m = z_m;
   const auto seen = blurred(lens, blur_px), shown = blurred(hologram, blur_px);
   row.figures = compare_pictures(seen, shown, {0, border_px, {}});
-  row.lens = small(without_border(seen, border_px));
-  row.hologram = scaled(small(without_border(shown, border_px)), row.figures.scale);
+  row.field_figures = compare_pictures(seen, blurred(field, blur_px), {0, border_px, {}});
+  row.field_figures.difference = {};
+  row.light_share = light_in_picture(lens, hologram);
+  const auto inner = without_border(seen, border_px),
+             inner_shown = without_border(shown, border_px);
+  row.haze = haze_of(inner, inner_shown, row.figures.scale);
+  row.lens = small(inner);
+  row.hologram = scaled(small(inner_shown), row.figures.scale);
   row.difference = small(row.figures.difference);
   row.figures.difference = {};
   return row;
@@ -101,6 +146,25 @@ void average_in(Image& mean, int count, const Image& more, int more_count) {
   const double share = static_cast<double>(more_count) / (count + more_count);
   for (std::size_t i = 0; i < mean.pixels.size(); ++i)
     mean.pixels[i] = static_cast<float>(mean.pixels[i] + share * (more.pixels[i] - mean.pixels[i]));
+}
+
+/// Squared correlation of two waves, mean of the first frames.
+double wanted_share(const JudgedHologram& hologram, int frames) {
+  const auto& [field, shown] = hologram;
+  const auto pixels = std::size_t{1} * field.nx * field.ny;
+  double sum = 0;
+  for (int frame = 0; frame < frames; ++frame) {
+    std::complex<double> product;
+    double wanted = 0;
+    for (std::size_t i = frame * pixels; i < (frame + 1) * pixels; ++i) {
+      const std::complex<double> u(field.samples[i]), v(shown.samples[i]);
+      product += u * std::conj(v);
+      wanted += std::norm(u);
+    }
+    // The light on the SLM is 1 per pixel.
+    if (wanted > 0) sum += std::norm(product) / (wanted * static_cast<double>(pixels));
+  }
+  return sum / frames;
 }
 
 }  // namespace
@@ -136,12 +200,23 @@ QualityResult assess(const cl::Device& device, const Scene& scene, RenderResult 
   return assess(device, scene, build_world(scene), std::move(rendered), how, what, lens);
 }
 
+FieldStack shown_by_slm(const cl::Device& device, const Scene& scene, const FieldStack& field) {
+  const auto& hologram = scene.hologram;
+  const auto panel = std::make_shared<const Panel>(scene.slm, hologram.resolution, hologram.pitch_m,
+                                                   hologram.wavelength_m);
+  Encoder encoder(device, panel);
+  return shown_field(*panel, encode(device, encoder, field));
+}
+
 QualityResult assess(const cl::Device& device, const Scene& scene, const World& world,
                      RenderResult rendered, const RenderOptions& how, const QualitySpec& what,
                      std::vector<Image>& lens) {
-  auto result = std::move(
-      assess_frames(device, scene, world, rendered.field, {rendered.field.frames}, how, what, lens)
-          .front());
+  // Fields of other programs come without levels.
+  const auto shown = rendered.panel ? shown_field(*rendered.panel, rendered.levels)
+                                    : shown_by_slm(device, scene, rendered.field);
+  auto result = std::move(assess_frames(device, scene, world, {rendered.field, shown},
+                                        {rendered.field.frames}, how, what, lens)
+                              .front());
   result.render = std::move(rendered);
   if (what.against_points)
     result.against_points = timed(result.seconds["points"], [&] {
@@ -151,7 +226,7 @@ QualityResult assess(const cl::Device& device, const Scene& scene, const World& 
 }
 
 std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& scene,
-                                         const World& world, const FieldStack& field,
+                                         const World& world, const JudgedHologram& hologram,
                                          const std::vector<int>& frame_counts,
                                          const RenderOptions& how, const QualitySpec& what,
                                          std::vector<Image>& lens) {
@@ -168,6 +243,9 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
       what.blur_m.value_or(blur_of_resolution * scene.sampling.pitch_m) / plan.pitch_m.x;
   empty.border_px = what.border_px;
   std::vector<QualityResult> results(frame_counts.size(), empty);
+  for (std::size_t i = 0; i < results.size(); ++i)
+    results[i].wanted_share = wanted_share(hologram, frame_counts[i]);
+  const auto frame_pixels = static_cast<double>(plan.size.x) * plan.size.y;
 
   // A row compares the hologram with the lens for one view and depth.
   std::size_t row = 0;
@@ -187,28 +265,34 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
       });
       lens.push_back(averaged(seen, what.square_px));
     }
-    // Each result adds frames to the mean picture of the result before.
-    Image shown;
+    // Each result adds frames to the mean pictures of the result before.
+    Image shown, shown_by_field;
     int frames = 0;
     for (std::size_t i = 0; i < results.size(); ++i) {
       const int more_frames = frame_counts[i] - frames;
-      const auto more = timed(results[i].seconds["reconstruct"], [&] {
+      const auto look = [&](const FieldStack& all) {
         ReconstructSpec spec;
         spec.z_m = z_m;
         spec.window_m = window_m;
         spec.view = view.centre;
         spec.aperture = view.aperture;
-        const auto look = [&](const FieldStack& at) {
+        const auto picture = [&](const FieldStack& at) {
           return reconstruct(device, how.fft, at, scene.hologram, spec, progress_of("hologram"));
         };
-        return averaged(more_frames == field.frames ? look(field)
-                                                    : look(some_frames(field, frames, more_frames)),
+        return averaged(more_frames == all.frames ? picture(all)
+                                                  : picture(some_frames(all, frames, more_frames)),
                         what.square_px);
+      };
+      timed(results[i].seconds["reconstruct"], [&] {
+        average_in(shown, frames, look(hologram.shown), more_frames);
+        average_in(shown_by_field, frames, look(hologram.field), more_frames);
+        return 0;
       });
-      average_in(shown, frames, more, more_frames);
       frames = frame_counts[i];
-      results[i].rows.push_back(row_of(view, z_m, lens[row], shown, empty.blur_px / what.square_px,
-                                       what.border_px / what.square_px));
+      auto& done = results[i].rows.emplace_back(row_of(view, z_m, lens[row], shown, shown_by_field,
+                                                       empty.blur_px / what.square_px,
+                                                       what.border_px / what.square_px));
+      done.light_share *= what.square_px * what.square_px / frame_pixels;
     }
     ++row;
   };
@@ -287,6 +371,8 @@ std::string quality_json(const Scene& scene, const QualityResult& result,
   Json json{{"method", methods[static_cast<int>(how.method)]},
             {"picture_size", {result.picture_size.x, result.picture_size.y}},
             {"frames", result.render.field.frames},
+            {"encoding", name_of(scene.slm.encoding)},
+            {"wanted_share", result.wanted_share},
             {"blur_px", result.blur_px},
             {"border_px", result.border_px},
             {"lens_points_per_axis", what.lens_points}};
@@ -297,6 +383,9 @@ std::string quality_json(const Scene& scene, const QualityResult& result,
          {"psnr_db", row.figures.psnr_db},
          {"ssim", row.figures.ssim},
          {"scale", row.figures.scale},
+         {"light_share", row.light_share},
+         {"haze", row.haze ? Json(*row.haze) : Json()},
+         {"field", {{"psnr_db", row.field_figures.psnr_db}, {"ssim", row.field_figures.ssim}}},
          {"speckle_contrast",
           {{"lens", row.figures.contrast_a}, {"hologram", row.figures.contrast_b}}}});
   }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The accuracy of a scene's hologram: its reconstructions at several depths and through several of
+/// The accuracy of a scene's hologram: what the SLM shows at several depths and through several of
 /// its parts, compared with the pictures of an ideal lens.
+///
+/// Levels are judged, as they are sent to the SLM, behind its optics (host/encode/shown.hpp). The
+/// complex field, which no SLM shows, stands beside them.
 #pragma once
 
 #include <cstdint>
@@ -38,9 +41,25 @@ struct QualitySpec {
 struct QualityRow {
   std::string view;  // "whole", "left", "right", "top" or "bottom"
   double z_m = 0;
-  PictureComparison figures;
+  PictureComparison figures;        // of the levels
+  PictureComparison field_figures;  // of the complex field
+  // Share of the light on the SLM that falls into the picture: the rectangle around what the lens
+  // sees brighter than a hundredth of its brightest
+  double light_share = 0;
+  // Mean of the hologram where the lens sees less than a thousandth of its brightest, in units of
+  // that; empty where there are no such pixels
+  std::optional<double> haze;
   Image lens, hologram, difference;  // radiance; hologram times scale; hologram less lens
 };
+
+/// A hologram in the two ways it is judged, on the host; both have the same frames.
+struct JudgedHologram {
+  const FieldStack& field;  // complex, as computed
+  const FieldStack& shown;  // light behind the SLM (shown_field)
+};
+
+/// What the scene's SLM shows of a field.
+FieldStack shown_by_slm(const cl::Device& device, const Scene& scene, const FieldStack& field);
 
 struct QualityResult {
   RenderResult render;
@@ -48,12 +67,15 @@ struct QualityResult {
   double blur_px = 0;
   int border_px = 0;
   std::vector<QualityRow> rows;  // depths in the order given, then views
+  // Share of the SLM's light in the wave that was wanted: squared correlation of the light behind
+  // the SLM with the field, mean of the frames
+  double wanted_share = 0;
   std::optional<FieldComparison> against_points;
   std::map<std::string, double> seconds;  // render, reconstruct, lens, points
 };
 
-/// Renders the scene, reconstructs the hologram (intensity averaged over frames) and compares it
-/// with lens_picture. A common factor of the brightness does not count.
+/// Renders the scene, reconstructs what the SLM shows (intensity averaged over frames) and compares
+/// it with lens_picture. A common factor of the brightness does not count.
 ///
 /// how     of the rendering; its progress is called for all steps
 /// throws  InputError for the scene or impossible pictures, DeviceError for the device
@@ -76,7 +98,7 @@ QualityResult assess(const cl::Device& device, const Scene& scene, const World& 
 /// Every frame is reconstructed once. Each result lacks `render`, and its seconds are those spent
 /// since the result before it.
 std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& scene,
-                                         const World& world, const FieldStack& field,
+                                         const World& world, const JudgedHologram& hologram,
                                          const std::vector<int>& frame_counts,
                                          const RenderOptions& how, const QualitySpec& what,
                                          std::vector<Image>& lens);

@@ -11,6 +11,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/device_json.hpp"
+#include "host/evaluate/slm_json.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/precision.hpp"
 #include "host/trace/device_scene.hpp"
@@ -57,6 +58,7 @@ Json json_of(const Scene& scene) {
                    {"pitch_m", json_of(scene.hologram.pitch_m)},
                    {"wavelength_m", scene.hologram.wavelength_m},
                    {"tiles", scene.hologram.tiles ? json_of(*scene.hologram.tiles) : Json("auto")}};
+  j["slm"] = json_of(scene.slm);
   j["wrp"] = {{"padding", scene.wrp.padding}};
   if (scene.wrp.oversampling) j["wrp"]["oversampling"] = *scene.wrp.oversampling;
   j["wrp"]["grid"] = scene.wrp.grid ? json_of(*scene.wrp.grid) : Json("auto");
@@ -174,7 +176,9 @@ Json json_of(const Prediction& prediction) {
                        {"cells_and_edges", p->edges},
                        {"light_missing", p->missing},
                        {"dots", p->dots},
-                       {"padding", p->padding}}}};
+                       {"padding", p->padding},
+                       {"encoding", p->encoding}}},
+                     {"field", {{"mean_psnr_db", p->field_psnr_db}}}};
   const auto& w = prediction.work;
   j["work"] = {
       {"samples", w.samples},         {"rays", w.rays},    {"pairs", w.pairs}, {"pixels", w.pixels},
@@ -333,14 +337,15 @@ std::string plan_report_text(const Planned& planned, const World& world) {
               : prediction.rates_of)
       << ")\n";
   if (const auto& pictures = prediction.pictures) {
-    std::array<char, 160> text;
+    std::array<char, 240> text;
     std::snprintf(text.data(), text.size(),
-                  "pictures  PSNR %.1f dB predicted at %s: speckle %.0f %%, cells and edges %.0f "
-                  "%%, light missing %.0f %%, dots %.0f %%, "
+                  "pictures  PSNR %.1f dB predicted at %s (of the field %.1f): encoding %.0f %%, "
+                  "speckle %.0f %%, cells and edges %.0f %%, light missing %.0f %%, dots %.0f %%, "
                   "padding %.0f %% of the error\n",
                   pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(),
-                  100 * pictures->speckle, 100 * pictures->edges, 100 * pictures->missing,
-                  100 * pictures->dots, 100 * pictures->padding);
+                  pictures->field_psnr_db, 100 * pictures->encoding, 100 * pictures->speckle,
+                  100 * pictures->edges, 100 * pictures->missing, 100 * pictures->dots,
+                  100 * pictures->padding);
     out << text.data();
   }
   out << "field     error " << number(100 * prediction.field_error) << " % predicted\n";

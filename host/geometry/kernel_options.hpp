@@ -6,6 +6,7 @@
 
 #include "cl/program.hpp"
 #include "kernels/common/options.h"
+#include "kernels/encode/options.h"
 #include "kernels/gather/options.h"
 #include "kernels/propagate/options.h"
 #include "kernels/samples/options.h"
@@ -21,6 +22,7 @@ RAYWAVE_SCENE_OPTIONS(RAYWAVE_KERNEL_OPTION)
 RAYWAVE_SAMPLES_OPTIONS(RAYWAVE_KERNEL_OPTION)
 RAYWAVE_GATHER_OPTIONS(RAYWAVE_KERNEL_OPTION)
 RAYWAVE_PROPAGATE_OPTIONS(RAYWAVE_KERNEL_OPTION)
+RAYWAVE_ENCODE_OPTIONS(RAYWAVE_KERNEL_OPTION)
 #undef RAYWAVE_KERNEL_OPTION
 
 }  // namespace raywave::option

@@ -63,6 +63,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.size = scene.hologram.resolution;
   plan.pitch_m = scene.hologram.pitch_m;
   plan.wavelength_m = scene.hologram.wavelength_m;
+  plan.slm = scene.slm;
   plan.near_m = world.min_m.z;
   plan.far_m = world.max_m.z;
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,

@@ -35,6 +35,11 @@ std::size_t Plan::gathered_pixels() const {
   return largest;
 }
 
+bool encodes_whole(const Plan& plan) {
+  return plan.slm.band != glm::dvec2(1) ||
+         (plan.tiles.size() > 1 && plan.slm.encoding != Encoding::phase);
+}
+
 WrpsExtent wrps_extent(const Plan& plan, const DepthLayer& layer) {
   WrpsExtent extent{glm::dvec2(std::numeric_limits<double>::infinity()),
                     glm::dvec2(-std::numeric_limits<double>::infinity())};

@@ -119,6 +119,7 @@ struct Plan {
   std::string why_tiles;       // as many; empty: in one piece it fits
   glm::dvec2 pitch_m{1, 1};
   double wavelength_m = 1;
+  SlmSpec slm;
   Lighting lighting;
   int frames = 1;               // holograms with independent random phases
   std::uint32_t seed = 1;       // random phases of frame 0; frame i has seed + i
@@ -181,6 +182,10 @@ struct Plan {
   /// Pixels of the largest gathered field.
   std::size_t gathered_pixels() const;
 };
+
+/// True when the levels of a tile depend on the others: the encoding asks how bright the hologram
+/// is as a whole, or limits its band.
+bool encodes_whole(const Plan& plan);
 
 /// Borders of what the WRPs of a layer cover; `first` beyond `last` where it has none.
 struct WrpsExtent {

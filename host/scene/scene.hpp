@@ -16,6 +16,8 @@
 #include <string_view>
 #include <vector>
 
+#include "host/scene/slm.hpp"
+
 namespace raywave {
 
 struct HologramSpec {
@@ -132,6 +134,7 @@ struct Object {
 struct Scene {
   std::filesystem::path file;
   HologramSpec hologram;
+  SlmSpec slm;
   WrpSpec wrp;
   SamplingSpec sampling;
   TraceSpec trace;
@@ -153,14 +156,6 @@ struct Scene {
 ///            before checks
 /// throws     InputError: one line with file, line and what would be right
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
-
-/// Metres from "3.74 um", "95mm", "0.1" ...: nm, um, mm, cm, m, or none for metres.
-/// throws  InputError naming `what` when the text is no such length
-double parse_length_m(std::string_view text, std::string_view what);
-
-/// Seconds from "30 ms", "2s", "0.5" ...: us, ms, s, or none for seconds; > 0.
-/// throws  InputError naming `what` when the text is no such time
-double parse_seconds(std::string_view text, std::string_view what);
 
 /// 0 red (>= 580 nm), 1 green, 2 blue (< 490 nm): the channel of colours and textures that light of
 /// this wavelength sees.

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <complex>
 #include <glm/common.hpp>
-#include <numbers>
 
 #include "cl/program.hpp"
 #include "host/common/error.hpp"
@@ -156,16 +155,6 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
           "reconstruction: the picture is brighter than a float holds; scale the hologram's field");
   }
   return image;
-}
-
-FieldStack field_of_levels(const Image& levels) {
-  FieldStack field{levels.width, levels.height, 1, {}};
-  field.samples.reserve(levels.pixels.size());
-  for (const float value : levels.pixels) {
-    const double phase = 2 * std::numbers::pi * value * 255 / 256;
-    field.samples.emplace_back(std::polar(1.0, phase));
-  }
-  return field;
 }
 
 std::vector<std::uint8_t> expose(const Image& intensity, double percentile, double* white) {

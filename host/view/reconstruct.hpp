@@ -45,10 +45,6 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
                   const HologramSpec& spec, const ReconstructSpec& what,
                   const std::function<void(double)>& progress = {});
 
-/// exp(i phase) of an encoded hologram: grey level l of 256 (pixel value l / 255, as load_levels
-/// gives it) shows the phase 2 pi l / 256.
-FieldStack field_of_levels(const Image& levels);
-
 /// 8-bit sRGB picture of intensities where `percentile` (0..100) of the pixels stay at or below
 /// white; `white` receives the intensity shown white (the largest when the percentile is black). A
 /// black picture stays black.

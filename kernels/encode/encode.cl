@@ -1,24 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-// Phase of a complex field as 8-bit grey levels. OpenCL C 1.2.
+// Grey levels of an SLM that show a complex field. OpenCL C 1.2, no double, no images.
+//
+// A work-item takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it: CPUs
+// launch one work-item per row, GPUs one per packet. docs/slm.md gives formulas and papers.
 #include "kernels/common/complex_lanes.h"
+#include "kernels/common/phase.h"
+#include "kernels/encode/options.h"
 
 #if RAYWAVE_LANES == 1
 #define ROUNDED(v) convert_int_rte(v)
+#define LOAD_TURNS(p) (*(p))
+#define TURNS_TO_FLOAT(v) convert_float(v)
 #define STORE_LEVELS(v, p) (*(p) = (uchar)(v))
 #else
 #define ROUNDED(v) LANES_PASTE(LANES_PASTE(convert_int, RAYWAVE_LANES), _rte)(v)
+#define LOAD_TURNS(p) LANES_PASTE(vload, RAYWAVE_LANES)(0, p)
+#define TURNS_TO_FLOAT(v) LANES_TO_FLOAT(v)
 #define STORE_LEVELS(v, p) \
   LANES_PASTE(vstore, RAYWAVE_LANES)(LANES_PASTE(convert_uchar, RAYWAVE_LANES)(v), 0, p)
 #endif
 
-// Grey level of the phase of re + i im: 256 to the turn, rounded to nearest, in 0..255. Zero and
-// numbers that are not finite have level 0.
-static inline intv level_of(floatv re, floatv im) {
+// Turns in one unit of a stored added phase.
+#define TURNS_PER_UNIT (1.0f / 65536.0f)
+
+// Amplitude and phase, in turns from -0.5 to 0.5, of re + i im. Zero and numbers that are not
+// finite have both 0. Calls of builtins such as atan2 would stop PoCL's vectoriser.
+static inline void polar(floatv re, floatv im, floatv* amplitude, floatv* turns) {
   const floatv x = fabs(re), y = fabs(im);
   const intv known = (x <= FLT_MAX) & (y <= FLT_MAX) & (x + y > 0.0f);
   const floatv larger = fmax(x, y), smaller = fmin(x, y);
-  // Turns in the first octant: atan(t) / (2 pi), Abramowitz and Stegun 4.4.49, error 2e-8 rad.
-  // Calls of builtins such as atan2 would stop PoCL's vectoriser.
+  // The first octant: atan(t) / (2 pi), Abramowitz and Stegun 4.4.49, error 2e-8 rad
   const floatv t = LANES_SELECT((floatv)(0.0f), smaller / larger, known);
   const floatv s = t * t;
   floatv p = -0.0040540580f;
@@ -29,29 +40,131 @@ static inline intv level_of(floatv re, floatv im) {
   p = p * s + 0.1994653599f;
   p = p * s - 0.3332985605f;
   p = p * s + 0.9999993329f;
-  floatv turns = p * t * 0.15915494f;
-  turns = LANES_SELECT(turns, 0.25f - turns, y > x);
-  turns = LANES_SELECT(turns, 0.5f - turns, re < 0.0f);
-  turns = LANES_SELECT(turns, -turns, im < 0.0f);
-  const intv level = ROUNDED(turns * 256.0f) & 255;
-  return LANES_SELECT((intv)(0), level, known);
+  floatv a = p * t * 0.15915494f;
+  a = LANES_SELECT(a, 0.25f - a, y > x);
+  a = LANES_SELECT(a, 0.5f - a, re < 0.0f);
+  a = LANES_SELECT(a, -a, im < 0.0f);
+  *turns = LANES_SELECT((floatv)(0.0f), a, known);
+  *amplitude = LANES_SELECT((floatv)(0.0f), larger * sqrt(1.0f + s), known);
 }
 
-// levels[i]: grey level of field[i]. A work-item takes one packet.
-__kernel void encode(const __global float2* restrict field, __global uchar* restrict levels,
-                     uint size) {
-  const uint i = RAYWAVE_LANES * (uint)get_global_id(0);
-  if (i >= size) return;
-  floatv re = 0.0f, im = 0.0f;
-  if (i + RAYWAVE_LANES <= size) {
-    load_complex(field + i, &re, &im);
-    STORE_LEVELS(level_of(re, im), levels + i);
-    return;
+// acos(a) in turns for 0 <= a <= 1: Abramowitz and Stegun 4.4.46, error 2e-8 rad.
+static inline floatv acos_turns(floatv a) {
+  floatv p = -0.0012624911f;
+  p = p * a + 0.0066700901f;
+  p = p * a - 0.0170881256f;
+  p = p * a + 0.0308918810f;
+  p = p * a - 0.0501743046f;
+  p = p * a + 0.0889789874f;
+  p = p * a - 0.2145988016f;
+  p = p * a + 1.5707963050f;
+  return 0.15915494f * p * sqrt(1.0f - a);
+}
+
+// The levels of a table at t, 0 to 1.
+static inline intv looked_up(floatv t, const __global uchar* restrict table, int entries) {
+  const intv at = ROUNDED(t * (float)entries);
+#if RAYWAVE_LANES == 1
+  return table[at & (RAYWAVE_TABLE_SIZE - 1)];
+#else
+  int places[RAYWAVE_LANES], found[RAYWAVE_LANES];
+  LANES_STORE(at, places);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
+    found[lane] = table[places[lane] & (RAYWAVE_TABLE_SIZE - 1)];
+  return LANES_LOAD(found);
+#endif
+}
+
+// Level of a phase in turns, any number of them.
+static inline intv level_of_phase(floatv turns, const __global uchar* restrict table) {
+  floatv t = turns_reduced(turns);
+  t = LANES_SELECT(t, t + 1.0f, t < 0.0f);
+  if (RAYWAVE_LEVEL_TABLE) return looked_up(t, table, RAYWAVE_TABLE_SIZE);
+  if (RAYWAVE_INVERT) t = 1.0f - t;
+  const intv level = ROUNDED(t * (float)RAYWAVE_LEVELS_PER_TURN);
+  return LANES_SELECT(level, (intv)(0), level > 255);
+}
+
+// Level of an amplitude, 0 to 1.
+static inline intv level_of_amplitude(floatv amplitude, const __global uchar* restrict table) {
+  if (RAYWAVE_LEVEL_TABLE) return looked_up(amplitude, table, RAYWAVE_TABLE_SIZE - 1);
+  return ROUNDED(amplitude * 255.0f);
+}
+
+// Levels of the samples re + i im in the columns x of row y. An amplitude of 1 / inverse_clip is
+// the largest that is shown.
+static inline intv levels_of(floatv re, floatv im, floatv added, intv x, int y, float inverse_clip,
+                             const __global uchar* restrict table) {
+  floatv amplitude, turns;
+  polar(re, im, &amplitude, &turns);
+  turns += added;
+  if (RAYWAVE_ENCODING == ENCODING_PHASE) return level_of_phase(turns, table);
+
+  const floatv a = fmin(amplitude * inverse_clip, (floatv)(1.0f));
+  if (RAYWAVE_ENCODING == ENCODING_DOUBLE_PHASE) {
+    const floatv apart = acos_turns(a);
+    const intv odd = ((x + y) & 1) != 0;
+    return level_of_phase(turns + LANES_SELECT(-apart, apart, odd), table);
   }
-  for (uint lane = 0; lane < size - i; ++lane) {
-    ((float*)&re)[lane] = field[i + lane].x;
-    ((float*)&im)[lane] = field[i + lane].y;
+  if (RAYWAVE_ENCODING == ENCODING_OFF_AXIS) {
+    floatv c, s;
+    cos_sin_turns(turns, &c, &s);
+    return level_of_amplitude(0.5f + 0.5f * a * c, table);
   }
-  const intv level = level_of(re, im);
-  for (uint lane = 0; lane < size - i; ++lane) levels[i + lane] = (uchar)((const int*)&level)[lane];
+  if (RAYWAVE_ENCODING == ENCODING_BURCKHARDT) {
+    // The part along the direction of this column is what two neighbours leave of the vector.
+    const floatv third = LANES_TO_FLOAT(x - 3 * (x / 3)) * (1.0f / 3.0f);
+    const floatv away = fabs(turns_reduced(turns - third));
+    floatv c, s;
+    cos_sin_turns(fmax(1.0f / 3.0f - away, (floatv)(0.0f)), &c, &s);
+    return level_of_amplitude(fmin(a * s, (floatv)(1.0f)), table);
+  }
+  // Lee: bright where the stripe, whose width shows the amplitude, covers the pixel
+  const floatv half_width = 0.25f - acos_turns(a);
+  return LANES_SELECT((intv)(0), (intv)(255), fabs(turns_reduced(turns)) < half_width);
+}
+
+// levels: those of the field, rows of nx samples. The field begins in column x0 and row y0 of the
+// SLM.
+//
+// added  phase of each pixel in units of 1/65536 turn, where RAYWAVE_ADDED_TURNS
+// table  levels by phase or amplitude, where RAYWAVE_LEVEL_TABLE
+__kernel void encode(const __global float2* restrict field, const __global ushort* restrict added,
+                     const __global uchar* restrict table, __global uchar* restrict levels, int nx,
+                     int ny, int x0, int y0, float inverse_clip) {
+  const int row = (int)get_global_id(1);
+  if (row >= ny) return;
+  const size_t start = (size_t)nx * (size_t)row;
+  const int step = RAYWAVE_LANES * (int)get_global_size(0);
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < nx; i += step) {
+    floatv re = 0.0f, im = 0.0f, turns = 0.0f;
+    const intv x = x0 + i + LANES_INDEX;
+    if (i + RAYWAVE_LANES <= nx) {
+      load_complex(field + start + i, &re, &im);
+      if (RAYWAVE_ADDED_TURNS)
+        turns = TURNS_TO_FLOAT(LOAD_TURNS(added + start + i)) * TURNS_PER_UNIT;
+      STORE_LEVELS(levels_of(re, im, turns, x, y0 + row, inverse_clip, table), levels + start + i);
+    } else {
+      for (int lane = 0; lane < nx - i; ++lane) {
+        ((float*)&re)[lane] = field[start + i + lane].x;
+        ((float*)&im)[lane] = field[start + i + lane].y;
+        if (RAYWAVE_ADDED_TURNS)
+          ((float*)&turns)[lane] = (float)added[start + i + lane] * TURNS_PER_UNIT;
+      }
+      const intv level = levels_of(re, im, turns, x, y0 + row, inverse_clip, table);
+      for (int lane = 0; lane < nx - i; ++lane)
+        levels[start + i + lane] = (uchar)((const int*)&level)[lane];
+    }
+  }
+}
+
+// Amplitudes of every stride-th sample of a field.
+__kernel void sample_amplitudes(const __global float2* restrict field,
+                                __global float* restrict amplitudes, uint stride, uint count) {
+  const uint i = (uint)get_global_id(0);
+  if (i >= count) return;
+  const float2 u = field[(size_t)i * stride];
+  const float larger = fmax(fabs(u.x), fabs(u.y)), smaller = fmin(fabs(u.x), fabs(u.y));
+  const float t = larger > 0.0f ? smaller / larger : 0.0f;
+  amplitudes[i] = larger * sqrt(1.0f + t * t);
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host/common/text.hpp"
+#include "host/scene/units.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 

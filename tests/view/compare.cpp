@@ -10,7 +10,7 @@
 #include <random>
 
 #include "host/common/error.hpp"
-#include "host/view/reconstruct.hpp"
+#include "host/encode/shown.hpp"
 #include "tests/support/catch.hpp"
 
 namespace raywave {
@@ -154,11 +154,12 @@ TEST_CASE("a hologram of levels correlates with the phase it was made of by sinc
   const int n = 256 * 64;  // the phase runs evenly through 64 places in each level
   const auto phase = [](int x) { return (x + 0.5) / n; };
   const auto exact = field_of(n, 1, [&](int x, int) { return std::polar(1.0, 2 * pi * phase(x)); });
-  const auto levels = image_of(n, 1, [&](int x, int) {
-    return static_cast<int>(std::lround(phase(x) * 256)) % 256 / 255.0;
-  });
+  std::vector<std::uint8_t> levels;
+  for (int x = 0; x < n; ++x)
+    levels.push_back(static_cast<std::uint8_t>(std::lround(phase(x) * 256) % 256));
+  const Panel panel(SlmSpec{}, {n, 1}, glm::dvec2(1), 1);
   const double sinc = std::sin(pi / 256) / (pi / 256);
-  CHECK(compare_fields(exact, field_of_levels(levels)).correlation == Approx(sinc).margin(eps));
+  CHECK(compare_fields(exact, shown_field(panel, std::vector<std::vector<std::uint8_t>>{levels})).correlation == Approx(sinc).margin(eps));
 }
 
 TEST_CASE("PSNR of a picture that is off by d is 20 log10(peak / d), whatever the scale of B") {

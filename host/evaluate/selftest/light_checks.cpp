@@ -253,7 +253,11 @@ Finding encoded(const cl::Device& device) {
     field.push_back(special);
     expected.push_back(0);
   }
-  const auto levels = PhaseEncoder(device)(cl::ComplexBuffer(device, field, "field"));
+  SlmSpec slm;
+  slm.encoding = Encoding::phase;
+  const auto count = static_cast<int>(field.size());
+  Encoder encoder(device, std::make_shared<Panel>(slm, glm::ivec2(count, 1), glm::dvec2(1), 1));
+  const auto levels = encode(device, encoder, {count, 1, 1, field}).front();
   Finding finding;
   for (std::size_t i = 0; i < levels.size(); ++i) finding.measured += levels[i] != expected[i];
   return finding;

@@ -90,7 +90,8 @@ Json json_of(const TradeRow& row) {
          {"z_m", p.z_m},
          {"psnr_db", p.psnr_db},
          {"ssim", p.ssim},
-         {"speckle_contrast", {{"lens", p.contrast_lens}, {"hologram", p.contrast_hologram}}}});
+         {"speckle_contrast", {{"lens", p.contrast_lens}, {"hologram", p.contrast_hologram}}},
+         {"field", {{"psnr_db", p.field_psnr_db}}}});
   }
   if (row.correlation)
     json["against_points"] = {{"correlation", *row.correlation},
@@ -113,7 +114,8 @@ TradeRow row_of(const Json& json) {
   for (const auto& p : json.at("pictures")) {
     const auto& contrast = p.at("speckle_contrast");
     row.pictures.push_back({p.at("view"), p.at("z_m"), p.at("psnr_db"), p.at("ssim"),
-                            contrast.at("lens"), contrast.at("hologram")});
+                            contrast.at("lens"), contrast.at("hologram"),
+                            p.at("field").at("psnr_db")});
   }
   if (json.contains("against_points")) {
     row.correlation = json["against_points"].at("correlation");

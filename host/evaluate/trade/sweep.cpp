@@ -4,6 +4,7 @@
 
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"
+#include "host/encode/shown.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/spread.hpp"
 #include "host/evaluate/stopwatch.hpp"
@@ -189,13 +190,14 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
     const auto rendered = renderer.render();
     auto pictures = trade_.pictures;
     pictures.views &= rows.back().thorough;
-    const auto looks =
-        assess_frames(device_, scene, world_, rendered.field, frames, how, pictures, seen_by_lens_);
+    const auto shown = shown_field(*rendered.panel, rendered.levels);
+    const auto looks = assess_frames(device_, scene, world_, {rendered.field, shown}, frames, how,
+                                     pictures, seen_by_lens_);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       for (const auto& look : looks[i].rows) {
         const auto& f = look.figures;
-        rows[i].pictures.push_back(
-            {look.view, look.z_m, f.psnr_db, f.ssim, f.contrast_a, f.contrast_b});
+        rows[i].pictures.push_back({look.view, look.z_m, f.psnr_db, f.ssim, f.contrast_a,
+                                    f.contrast_b, look.field_figures.psnr_db});
       }
     }
     if (pictures.against_points && rows.back().thorough) {
@@ -258,10 +260,11 @@ ColourPicture TradeBench::sheet(const Progress& progress) {
     RenderOptions how;
     how.fft = knobs.fft;
     const auto scene = with_knobs(trade_.scene, knobs);
-    const auto field = render(device_, scene, world_, how).field;
-    const auto look =
-        assess_frames(device_, scene, world_, field, {field.frames}, how, what, seen_by_lens_)
-            .front();
+    const auto rendered = render(device_, scene, world_, how);
+    const auto shown = shown_field(*rendered.panel, rendered.levels);
+    const auto look = assess_frames(device_, scene, world_, {rendered.field, shown}, {shown.frames},
+                                    how, what, seen_by_lens_)
+                          .front();
     for (std::size_t row = 0; row < depths; ++row) {
       if (i == 0) cells[row].push_back(look.rows[row].lens);
       cells[row].push_back(look.rows[row].hologram);

@@ -49,6 +49,7 @@ struct TradePicture {
   std::string view;
   double z_m = 0, psnr_db = 0, ssim = 0;
   double contrast_lens = 0, contrast_hologram = 0;  // of speckle
+  double field_psnr_db = 0;                         // of the complex field; psnr_db: of the levels
 };
 
 /// A configuration and its measurements.

@@ -96,7 +96,9 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
   // Leaves hold two triangles and more
   needs.push_back({"trees", sizeof(device::BvhNode) * (world.triangles.size() / 3 + 1), mesh});
   needs.push_back({"vertices", 8 * sizeof(float) * world.positions.size(), mesh});
-  all.host_bytes += (use.keep_field ? 9 : 1) * size(plan.frames) * area(plan.size);
+  needs.push_back({"added phases", 2 * pixels, planes});
+  all.host_bytes +=
+      (use.keep_field || encodes_whole(plan) ? 9 : 1) * size(plan.frames) * area(plan.size);
   return all;
 }
 

@@ -22,6 +22,17 @@ constexpr double spot_factor = 4.3e-3;
 constexpr double cell_factor = 1.7e-4;
 constexpr double background = 0.3;
 
+/// What an encoding adds to the light of the field: a haze over the picture, in units of the
+/// picture's mean, and grain where it interferes with the picture.
+struct EncodingNoise {
+  double haze = 0, grain = 0;
+};
+
+EncodingNoise noise_of(Encoding encoding) {
+  if (encoding == Encoding::phase) return {0.2, 1};
+  return {0.2, 1};
+}
+
 using Raster = std::vector<float>;
 
 /// Mean over a box of 2 half + 1 cells (a fraction of the outermost ones), along both axes; what
@@ -183,7 +194,7 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
   }
   const auto window = glm::dvec2(plan.size * plan.grid) * plan.pitch_m;
   const auto border = static_cast<double>(picture_border_px) * plan.pitch_m;
-  double peak = 0, ll = 0, ls = 0, ss = 0, before_blur = 0, edges = 0;
+  double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, before_blur = 0, edges = 0;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
       if (glm::any(glm::greaterThan(glm::abs(view.tangent(x, y)) * z_m, window / 2.0 - border)))
@@ -192,6 +203,7 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
                      static_cast<std::size_t>(x);
       const double l = lens[i], s = shown[i];
       peak = std::max(peak, l);
+      light += l;
       ll += l * l;
       ls += l * s;
       ss += s * s;
@@ -202,6 +214,7 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
   if (peak == 0) return row;
   const double cells = window.x * window.y / (z_m * view.step * z_m * view.step),
                unit = 1 / (cells * peak * peak);
+  row.mean = light / (cells * peak);
   row.light = ll * unit;
   row.sharp = before_blur * unit;
   row.missing = ss > 0 ? std::max(0.0, ll - ls * ls / ss) * unit : row.light;
@@ -347,6 +360,7 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
   model.wavelength_m = plan.wavelength_m;
   model.window_m = glm::dvec2(plan.size) * plan.pitch_m;
   model.cone = plan.cone();
+  model.encoding = plan.slm.encoding;
   model.spot_m = plan.wavelength_m * plan.lattice.full_z_m / model.window_m;
   Raster steps(view.radiance.size(), 0);  // squared, to the next cells right and below
   for (int y = 0; y < view.size.y; ++y) {
@@ -403,6 +417,7 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
   // Light that comes round the padded plane: its own, spread over the picture, and where it
   // interferes with the picture.
   const double wrapped = std::min(1.0, padding_error * padding_error);
+  const auto noise = noise_of(model.encoding);
   const double grain = std::min(1.0, spot2 / (4 * pi * blur_m * blur_m));
   for (std::size_t i = 0; i < model.rows.size(); ++i) {
     const auto& row = model.rows[i];
@@ -413,9 +428,18 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
                                              spot_factor * spot2 / blur_m) +
                               cell_factor * row.light * p / blur_m;
     const double padding_here = row.light * wrapped * (background * wrapped + 2 * grain / frames);
-    const double error = dots_here + speckle_here + edges_here + row.missing + padding_here;
-    prediction.psnr_db.push_back(error > 0 ? -10 * std::log10(error) : 200);
-    prediction.mean_psnr_db += prediction.psnr_db.back() / static_cast<double>(model.rows.size());
+    const double field = dots_here + speckle_here + edges_here + row.missing + padding_here;
+    const double haze = noise.haze * row.mean;
+    // A constant haze is partly taken for light of the picture, whose brightness is free.
+    const double flat = row.light > 0 ? std::min(1.0, row.mean * row.mean / row.light) : 1;
+    const double encoding_here =
+        haze * haze * (1 - flat) + noise.grain * haze * row.mean * grain / frames;
+    const auto decibels = [](double error) { return error > 0 ? -10 * std::log10(error) : 200; };
+    const double rows = static_cast<double>(model.rows.size());
+    prediction.psnr_db.push_back(decibels(field + encoding_here));
+    prediction.mean_psnr_db += prediction.psnr_db.back() / rows;
+    prediction.field_psnr_db += decibels(field) / rows;
+    prediction.encoding += encoding_here;
     prediction.dots += dots_here;
     prediction.speckle += speckle_here;
     prediction.edges += edges_here;
@@ -423,9 +447,9 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     prediction.padding += padding_here;
   }
   const double all = prediction.dots + prediction.speckle + prediction.edges + prediction.missing +
-                     prediction.padding;
+                     prediction.padding + prediction.encoding;
   for (double* part : {&prediction.dots, &prediction.speckle, &prediction.edges,
-                       &prediction.missing, &prediction.padding})
+                       &prediction.missing, &prediction.padding, &prediction.encoding})
     *part /= std::max(all, 1e-300);
   return prediction;
 }

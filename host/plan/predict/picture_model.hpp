@@ -22,6 +22,7 @@ struct PictureLayer {
 /// the picture, in squares of the brightest point that a lens sees.
 struct PictureRow {
   double z_m = 0;
+  double mean = 0;   // of the lens's picture, in units of the brightest point
   double light = 0;  // mean square of the lens's picture
   double sharp = 0;  // the same before the blur
   // Mean square of what hologram and WRPs cannot show: light too steep for the pixels or beyond the
@@ -46,6 +47,7 @@ struct PictureModel {
   glm::dvec2 window_m{0, 0};  // size of the hologram
   Cone cone;
   glm::dvec2 spot_m{0, 0};  // the hologram's limit, wavelength z / width, at the scene's middle
+  Encoding encoding = Encoding::double_phase;
   std::vector<PictureRow> rows;
 };
 
@@ -65,10 +67,11 @@ LatticePattern lattice_pattern(const PictureModel& model, double pitch_m);
 
 /// Predicted PSNR of the pictures, and where their errors come from.
 struct PicturePrediction {
-  std::vector<double> psnr_db;  // of each row
+  std::vector<double> psnr_db;  // of the levels, of each row
   double mean_psnr_db = 0;      // of the rows
+  double field_psnr_db = 0;     // mean of the rows, of the complex field
   // Shares of the mean square error of all rows
-  double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0;
+  double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0;
 };
 
 /// padding_error  of the field, relative (host/plan/predict/propagation_errors.hpp)

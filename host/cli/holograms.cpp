@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/cli/holograms.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "host/cli/help.hpp"
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/encode/shown.hpp"
+#include "host/evaluate/report.hpp"
+#include "host/evaluate/slm_json.hpp"
+#include "host/scene/image.hpp"
+#include "host/scene/read_slm.hpp"
+
+namespace raywave::cli {
+namespace {
+
+std::string name_of_frame(std::size_t number, const std::string& format) {
+  return "hologram" + (number == 0 ? "" : "_" + std::to_string(number + 1)) + "." + format;
+}
+
+/// The pictures that a report was written beside.
+std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& report) {
+  std::ifstream in(report);
+  if (!in) throw InputError(one_line(report.string()) + ": cannot be read");
+  int frames = 0;
+  try {
+    frames = nlohmann::json::parse(in).at("scene").at("sampling").at("frames");
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(one_line(report.string()) + ": not a report of raywave: " + error.what());
+  }
+  std::vector<std::filesystem::path> files;
+  for (int frame = 0; frame < frames; ++frame)
+    files.push_back(report.parent_path() / name_of_frame(static_cast<std::size_t>(frame), "png"));
+  return files;
+}
+
+}  // namespace
+
+void HologramOptions::add_to(CLI::App& command, const std::string& what) {
+  command.add_option("HOLOGRAM", files, what)->type_name("FILE")->required();
+  command
+      .add_option("--pitch", pitch,
+                  "Pixel pitch (one, or x,y); from report.json beside the hologram when not given")
+      ->type_name("LENGTH")
+      ->group(group::pictures);
+  command
+      .add_option("--wavelength", wavelength,
+                  "Wavelength; from report.json beside the hologram when not given")
+      ->type_name("LENGTH")
+      ->group(group::pictures);
+  command
+      .add_option("--slm", slm,
+                  "File with section [slm]; from report.json beside the hologram when not given")
+      ->type_name("SCENE")
+      ->group(group::pictures);
+}
+
+HologramSpec HologramOptions::spec(glm::ivec2 size_px) const {
+  HologramSpec spec;
+  if (pitch.empty() || wavelength.empty())
+    spec = hologram_of_report(std::filesystem::path(files.at(0)).parent_path() / "report.json");
+  if (!pitch.empty()) {
+    const bool two = pitch.find(',') != std::string::npos;
+    const auto [x, y] = two ? two_parts(pitch, ',', "--pitch") : std::pair(pitch, pitch);
+    spec.pitch_m = {positive_length_m(x, "--pitch"), positive_length_m(y, "--pitch")};
+  }
+  if (!wavelength.empty()) spec.wavelength_m = positive_length_m(wavelength, "--wavelength");
+  spec.resolution = size_px;
+  return spec;
+}
+
+SlmSpec HologramOptions::slm_spec() const {
+  if (!slm.empty()) return load_slm(slm, set);
+  if (!set.empty()) throw InputError("--set changes keys of the file of --slm, which is not given");
+  const auto report = std::filesystem::path(files.at(0)).parent_path() / "report.json";
+  std::error_code error;
+  if (std::filesystem::exists(report, error)) return slm_of_report(report);
+  SlmSpec plain;
+  plain.encoding = Encoding::phase;
+  return plain;
+}
+
+FieldStack HologramOptions::load() const {
+  const std::filesystem::path first(files.at(0));
+  if (first.extension() == ".npy") {
+    if (files.size() > 1) throw InputError("of fields (.npy), one at a time can be given");
+    return load_npy(first);
+  }
+  std::vector<std::filesystem::path> pictures(files.begin(), files.end());
+  if (first.extension() == ".json") {
+    if (files.size() > 1) throw InputError("of reports (.json), one at a time can be given");
+    pictures = pictures_of(first);
+  }
+  const auto slm_of_pictures = slm_spec();
+  glm::ivec2 size(0);
+  std::vector<std::vector<std::uint8_t>> frames;
+  for (const auto& file : pictures) {
+    glm::ivec2 size_here;
+    frames.push_back(load_hologram_levels(file, slm_of_pictures, &size_here));
+    if (frames.size() == 1) size = size_here;
+    if (size_here != size)
+      throw InputError(one_line(file.string()) + ": is " + std::to_string(size_here.x) + " x " +
+                       std::to_string(size_here.y) + " pixels, the picture before it " +
+                       std::to_string(size.x) + " x " + std::to_string(size.y));
+  }
+  const auto hologram = spec(size);
+  return shown_field(Panel(slm_of_pictures, size, hologram.pitch_m, hologram.wavelength_m), frames);
+}
+
+std::vector<std::uint8_t> load_hologram_levels(const std::filesystem::path& file,
+                                               const SlmSpec& slm, glm::ivec2* size_px) {
+  const auto image = load_levels(file, "");
+  LevelPicture picture{{image.width, image.height}, {}};
+  picture.levels.reserve(image.pixels.size());
+  for (const float value : image.pixels)
+    picture.levels.push_back(static_cast<std::uint8_t>(std::lround(value * 255)));
+  picture = from_slm(std::move(picture), slm);
+  *size_px = picture.size_px;
+  return picture.levels;
+}
+
+std::string save_hologram(const std::filesystem::path& folder, std::size_t number,
+                          const SlmSpec& slm, glm::ivec2 size_px,
+                          const std::vector<std::uint8_t>& levels, const std::string& format) {
+  const auto picture = for_slm({size_px, levels}, slm);
+  const auto name = name_of_frame(number, format);
+  save_png(folder / name, picture.size_px.x, picture.size_px.y, picture.levels);
+  return name;
+}
+
+}  // namespace raywave::cli

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The holograms that commands look at or encode again, and the SLM that they are for.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/cli/options.hpp"
+#include "host/common/npy.hpp"
+#include "host/scene/slm.hpp"
+
+namespace raywave::cli {
+
+/// HOLOGRAM..., --pitch, --wavelength, --slm and --set.
+struct HologramOptions {
+  std::vector<std::string> files, set;
+  std::string pitch, wavelength, slm;
+
+  /// what  of the files, for the help
+  void add_to(CLI::App& command, const std::string& what);
+
+  /// Size, pitch and wavelength of a hologram; what is not given comes from report.json beside it.
+  HologramSpec spec(glm::ivec2 size_px) const;
+  /// The SLM: of --slm, else of report.json beside the hologram, else one of 256 levels to a turn.
+  SlmSpec slm_spec() const;
+
+  /// The complex field of a .npy file; or what an SLM shows of pictures, one frame each. A
+  /// report.json stands for the pictures that were rendered with it.
+  FieldStack load() const;
+};
+
+/// The grey levels of a picture, as render and encode write them, in the hologram's frame: turned
+/// and flipped back.
+///
+/// throws  InputError when it is no 8-bit grey picture
+std::vector<std::uint8_t> load_hologram_levels(const std::filesystem::path& file,
+                                               const SlmSpec& slm, glm::ivec2* size_px);
+
+/// Saves the levels of frame `number` (from 0) as hologram.png, hologram_2.png ..., turned and
+/// flipped as the SLM wants them. Returns the file's name.
+std::string save_hologram(const std::filesystem::path& folder, std::size_t number,
+                          const SlmSpec& slm, glm::ivec2 size_px,
+                          const std::vector<std::uint8_t>& levels,
+                          const std::string& format = "png");
+
+}  // namespace raywave::cli

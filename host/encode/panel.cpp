@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/encode/panel.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/common/threads.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr double units_per_turn = 65536;
+
+double factorial(int n) {
+  double product = 1;
+  for (int i = 2; i <= n; ++i) product *= i;
+  return product;
+}
+
+/// The level of 0 to 255 whose value is nearest to `wanted`; the lowest of equals.
+template <class Distance>
+std::uint8_t nearest_level(const std::vector<double>& shown, const Distance& distance) {
+  std::size_t best = 0;
+  for (std::size_t level = 1; level < shown.size(); ++level)
+    if (distance(shown[level]) < distance(shown[best])) best = level;
+  return static_cast<std::uint8_t>(best);
+}
+
+/// Distance of phases in turns, on the circle.
+double apart(double a, double b) { return std::abs(a - b - std::round(a - b)); }
+
+std::string size_text(int width, int height) {
+  return std::to_string(width) + " x " + std::to_string(height);
+}
+
+void flip(LevelPicture& picture, bool x, bool y) {
+  const auto nx = static_cast<std::ptrdiff_t>(picture.size_px.x);
+  auto& levels = picture.levels;
+  if (x)
+    for (auto row = levels.begin(); row != levels.end(); row += nx) std::reverse(row, row + nx);
+  if (y)
+    for (auto top = levels.begin(), bottom = levels.end() - nx; top < bottom;
+         top += nx, bottom -= nx)
+      std::swap_ranges(top, top + nx, bottom);
+}
+
+/// A quarter turn counterclockwise.
+LevelPicture turned(const LevelPicture& picture) {
+  const auto [nx, ny] = std::pair(picture.size_px.x, picture.size_px.y);
+  LevelPicture result{{ny, nx}, {}};
+  result.levels.reserve(picture.levels.size());
+  for (int row = 0; row < nx; ++row)
+    for (int column = 0; column < ny; ++column)
+      result.levels.push_back(picture.levels[std::size_t{1} * column * nx + (nx - 1 - row)]);
+  return result;
+}
+
+}  // namespace
+
+LevelPicture for_slm(LevelPicture picture, const SlmSpec& slm) {
+  for (int turns = 0; turns < slm.rotate_deg / 90; ++turns) picture = turned(picture);
+  flip(picture, slm.flip_x, slm.flip_y);
+  return picture;
+}
+
+LevelPicture from_slm(LevelPicture picture, const SlmSpec& slm) {
+  flip(picture, slm.flip_x, slm.flip_y);
+  for (int turns = slm.rotate_deg / 90; turns % 4 != 0; ++turns) picture = turned(picture);
+  return picture;
+}
+
+double zernike(int noll, double x, double y) {
+  // Noll counts by radial degree n; within one, by azimuthal degree m, even indices the cosines.
+  int n = 0, first = 1;
+  while (first + n < noll) first += ++n;
+  const int place = noll - first;
+  const int m = n % 2 == 0 ? 2 * ((place + 1) / 2) : 2 * (place / 2) + 1;
+  const double r = std::hypot(x, y), angle = std::atan2(y, x);
+  double radial = 0;
+  for (int s = 0; s <= (n - m) / 2; ++s)
+    radial += (s % 2 == 0 ? 1 : -1) * factorial(n - s) /
+              (factorial(s) * factorial((n + m) / 2 - s) * factorial((n - m) / 2 - s)) *
+              std::pow(r, n - 2 * s);
+  if (m == 0) return std::sqrt(n + 1.0) * radial;
+  return std::sqrt(2.0 * (n + 1)) * radial *
+         (noll % 2 == 0 ? std::cos(m * angle) : std::sin(m * angle));
+}
+
+Panel::Panel(const SlmSpec& slm, glm::ivec2 size_px, glm::dvec2 pitch_m, double wavelength_m)
+    : slm_(slm), size_(size_px) {
+  make_levels();
+  make_added(pitch_m, wavelength_m);
+}
+
+void Panel::make_levels() {
+  const bool amplitude = shows_amplitude(slm_.encoding);
+  std::vector<double> values = slm_.lut;
+  if (values.empty()) {
+    for (int level = 0; level < 256; ++level) {
+      const double turns = static_cast<double>(level) / slm_.levels_per_turn;
+      values.push_back(amplitude ? level / 255.0 : slm_.invert ? -turns : turns);
+    }
+  }
+  for (std::size_t level = 0; level < values.size(); ++level)
+    shown_[level] =
+        amplitude ? values[level] : std::polar(1.0, 2 * std::numbers::pi * values[level]);
+
+  const bool proportional =
+      slm_.lut.empty() && slm_.levels == 256 && (amplitude || slm_.levels_per_turn <= 256);
+  if (proportional || slm_.encoding == Encoding::lee) return;
+  for (int i = 0; i < table_size; ++i) {
+    if (amplitude) {
+      const double steps = slm_.levels - 1;
+      const double wanted = std::round(i / (table_size - 1.0) * steps) / steps;
+      level_table_.push_back(
+          nearest_level(values, [&](double shown) { return std::abs(shown - wanted); }));
+    } else {
+      const double steps = slm_.levels;
+      const double wanted = slm_.levels == 256
+                                ? static_cast<double>(i) / table_size
+                                : std::round(static_cast<double>(i) / table_size * steps) / steps;
+      level_table_.push_back(
+          nearest_level(values, [&](double shown) { return apart(shown, wanted); }));
+    }
+  }
+}
+
+glm::dvec2 Panel::own_carrier() const {
+  return slm_.encoding == Encoding::burckhardt ? glm::dvec2(-1.0 / 3, 0) : glm::dvec2(0);
+}
+
+void Panel::make_added(glm::dvec2 pitch_m, double wavelength_m) {
+  // Light of direction cosine s along x advances by s pitch / wavelength per pixel. It comes from
+  // behind the SLM: what moves the picture to +x in the plane z turns the light towards -x.
+  glm::dvec2 carrier = slm_.carrier;
+  if (slm_.shift_m != glm::dvec2(0)) {
+    const double distance_m = std::hypot(slm_.shift_m.x, slm_.shift_m.y, slm_.shift_distance_m);
+    carrier = -slm_.shift_m / distance_m * pitch_m / wavelength_m;
+  }
+  if (std::max(std::abs(carrier.x), std::abs(carrier.y)) > 0.5) {
+    throw InputError("slm.shift: " + length_text(slm_.shift_m.x) + ", " +
+                     length_text(slm_.shift_m.y) + " at " + length_text(slm_.shift_distance_m) +
+                     " needs a carrier of " + number_text(carrier.x) + ", " +
+                     number_text(carrier.y) +
+                     " cycles per pixel, and pixels show at most 0.5; give a smaller shift");
+  }
+
+  const auto& flatness = slm_.flatness;
+  const auto& picture = flatness.picture;
+  const bool is_flat = picture.pixels.empty();
+  if (!is_flat && !flatness.centre && (picture.width != size_.x || picture.height != size_.y))
+    throw InputError(flatness.where + ": the picture is " +
+                     size_text(picture.width, picture.height) + ", the SLM " +
+                     size_text(size_.x, size_.y) +
+                     "; give flatness_fit = \"centre\" to crop or pad it around its middle");
+  if (is_flat && slm_.zernike.empty() && !slm_.lens_m && carrier == glm::dvec2(0) &&
+      slm_.offset_turns == 0)
+    return;
+
+  const double turns_per_value =
+      flatness.in_nm ? -1e-9 / wavelength_m : 255.0 / slm_.levels_per_turn;
+  const int left = (picture.width - size_.x) / 2, top = (picture.height - size_.y) / 2;
+  const double radius = 0.5 * std::max(size_.x * pitch_m.x, size_.y * pitch_m.y);
+  added_.resize(std::size_t{1} * size_.x * size_.y);
+  auto& threads = cl::Threads::shared();
+  threads.for_each(
+      threads.count(), static_cast<std::size_t>(size_.y), 8, [&](std::size_t, std::size_t row) {
+        const int y = static_cast<int>(row);
+        const double up = (size_.y - 1) / 2.0 - y;  // row 0 is the top
+        for (int x = 0; x < size_.x; ++x) {
+          const double right = x - (size_.x - 1) / 2.0;
+          const double x_m = right * pitch_m.x, y_m = up * pitch_m.y;
+          double turns = slm_.offset_turns + carrier.x * right + carrier.y * up;
+          if (slm_.lens_m) turns -= (x_m * x_m + y_m * y_m) / (2 * wavelength_m * *slm_.lens_m);
+          if (const int i = x + left, j = y + top;
+              !is_flat && i >= 0 && j >= 0 && i < picture.width && j < picture.height)
+            turns += turns_per_value * picture.pixels[std::size_t{1} * j * picture.width + i];
+          for (const auto& term : slm_.zernike)
+            turns += term.turns * zernike(term.noll, x_m / radius, y_m / radius);
+          const double units = std::round((turns - std::floor(turns)) * units_per_turn);
+          added_[std::size_t{1} * y * size_.x + x] =
+              static_cast<std::uint16_t>(static_cast<std::uint32_t>(units) & 0xffff);
+        }
+      });
+}
+
+}  // namespace raywave

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/// An SLM in numbers: what each grey level shows, which level shows a wanted phase, and what is
+/// added to each pixel. Encoding and judging share them.
+#pragma once
+
+#include <array>
+#include <complex>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <memory>
+#include <vector>
+
+#include "host/scene/slm.hpp"
+
+namespace raywave {
+
+class Panel {
+public:
+  static constexpr int table_size = 4096;
+
+  /// size_px  columns and rows of the SLM
+  /// throws   InputError when the flatness picture does not fit the SLM, or a carrier or shift
+  ///          exceeds its band
+  Panel(const SlmSpec& slm, glm::ivec2 size_px, glm::dvec2 pitch_m, double wavelength_m);
+
+  const SlmSpec& slm() const { return slm_; }
+  glm::ivec2 size_px() const { return size_; }
+
+  /// Levels by phase (i / table_size turns) or amplitude (i / (table_size - 1)); empty where they
+  /// are proportional. Wanted and shown phase differ by half a step of the table more than levels
+  /// alone would have it: 1/8192 turn.
+  const std::vector<std::uint8_t>& level_table() const { return level_table_; }
+
+  /// Phase added to each pixel, in units of 1/65536 turn, rows from the top; empty: none. Carrier,
+  /// lens, flatness, Zernike terms and offset.
+  const std::vector<std::uint16_t>& added() const { return added_; }
+
+  /// The carrier that the picture stands on beside the one that is added, in cycles per pixel:
+  /// Burckhardt's encoding brings its own.
+  glm::dvec2 own_carrier() const;
+
+  /// Light of a pixel with this level, relative to the light that falls on it: of modulus 1 for
+  /// phases, real for amplitudes.
+  std::complex<double> shown(std::uint8_t level) const { return shown_[level]; }
+
+private:
+  void make_levels();
+  void make_added(glm::dvec2 pitch_m, double wavelength_m);
+
+  SlmSpec slm_;
+  glm::ivec2 size_;
+  std::vector<std::uint8_t> level_table_;
+  std::vector<std::uint16_t> added_;
+  std::array<std::complex<double>, 256> shown_;
+};
+
+/// Levels of one frame, row 0 the top.
+struct LevelPicture {
+  glm::ivec2 size_px{0, 0};
+  std::vector<std::uint8_t> levels;
+};
+
+/// The picture as the SLM wants it: turned by slm.rotate_deg, then flipped.
+LevelPicture for_slm(LevelPicture picture, const SlmSpec& slm);
+/// for_slm taken back.
+LevelPicture from_slm(LevelPicture picture, const SlmSpec& slm);
+
+/// Zernike polynomial of Noll's index, of mean square 1 over the unit disc.
+///
+/// source  Noll, J. Opt. Soc. Am. 66, 207 (1976), Table I
+double zernike(int noll, double x, double y);
+
+}  // namespace raywave

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/evaluate/slm_json.hpp"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/scene/read_slm.hpp"
+
+namespace raywave {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(glm::dvec2 v) { return Json::array({v.x, v.y}); }
+
+glm::dvec2 pair_of(const Json& json) {
+  return {json.at(0).get<double>(), json.at(1).get<double>()};
+}
+
+}  // namespace
+
+Json json_of(const SlmSpec& slm) {
+  Json json{{"encoding", name_of(slm.encoding)},
+            {"clip", slm.clip},
+            {"band", json_of(slm.band)},
+            {"levels", slm.levels},
+            {"levels_per_turn", slm.levels_per_turn},
+            {"invert", slm.invert},
+            {"offset_turns", slm.offset_turns},
+            {"carrier", json_of(slm.carrier)},
+            {"shift_m", json_of(slm.shift_m)},
+            {"shift_distance_m", slm.shift_distance_m},
+            {"lens_m", slm.lens_m ? Json(*slm.lens_m) : Json()},
+            {"lut", slm.lut},
+            {"zernike", Json::array()},
+            {"flip", std::string(slm.flip_x ? "x" : "") + (slm.flip_y ? "y" : "")},
+            {"rotate_deg", slm.rotate_deg},
+            {"stop", slm.stop ? Json{{"size", json_of(slm.stop->size)},
+                                     {"centre", json_of(slm.stop->centre)}}
+                              : Json()}};
+  for (const auto& term : slm.zernike) json["zernike"].push_back({term.noll, term.turns});
+  if (!slm.flatness.picture.pixels.empty())
+    json["flatness"] = {{"file", slm.flatness.file.string()},
+                        {"unit", slm.flatness.in_nm ? "nm" : "levels"},
+                        {"fit", slm.flatness.centre ? "centre" : "exact"}};
+  return json;
+}
+
+SlmSpec slm_of_report(const std::filesystem::path& report) {
+  const auto name = one_line(report.string());
+  std::ifstream in(report);
+  if (!in)
+    throw InputError(name + ": not found; it tells how the SLM shows phases (or give --slm)");
+  SlmSpec slm;
+  try {
+    const auto scene = Json::parse(in).at("scene");
+    if (!scene.contains("slm")) {
+      slm.encoding = Encoding::phase;
+      return slm;
+    }
+    const auto& json = scene.at("slm");
+    slm.encoding = encoding_of(json.at("encoding").get<std::string>());
+    slm.clip = json.at("clip");
+    slm.band = pair_of(json.at("band"));
+    slm.levels = json.at("levels");
+    slm.levels_per_turn = json.at("levels_per_turn");
+    slm.invert = json.at("invert");
+    slm.offset_turns = json.at("offset_turns");
+    slm.carrier = pair_of(json.at("carrier"));
+    slm.shift_m = pair_of(json.at("shift_m"));
+    slm.shift_distance_m = json.at("shift_distance_m");
+    if (!json.at("lens_m").is_null()) slm.lens_m = json.at("lens_m").get<double>();
+    slm.lut = json.at("lut").get<std::vector<double>>();
+    for (const auto& term : json.at("zernike"))
+      slm.zernike.push_back({term.at(0).get<int>(), term.at(1).get<double>()});
+    const auto flip = json.at("flip").get<std::string>();
+    slm.flip_x = flip.find('x') != std::string::npos;
+    slm.flip_y = flip.find('y') != std::string::npos;
+    slm.rotate_deg = json.at("rotate_deg");
+    if (const auto& stop = json.at("stop"); !stop.is_null())
+      slm.stop = {pair_of(stop.at("size")), pair_of(stop.at("centre"))};
+    if (json.contains("flatness")) {
+      const auto& flatness = json.at("flatness");
+      slm.flatness.in_nm = flatness.at("unit") == "nm";
+      slm.flatness.centre = flatness.at("fit") == "centre";
+      slm.flatness.file = flatness.at("file").get<std::string>();
+    }
+    const bool lut_fits = slm.lut.empty() || slm.lut.size() == 256;
+    if (slm.levels < 2 || slm.levels > 256 || slm.levels_per_turn < 2 ||
+        slm.levels_per_turn > 1024 || !lut_fits || slm.rotate_deg % 90 != 0)
+      throw InputError(name + ": its SLM is damaged (or give --slm)");
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(name + ": not a report of raywave: " + error.what());
+  }
+  if (!slm.flatness.file.empty()) {
+    slm.flatness.where = name + ": flatness";
+    load_flatness(slm.flatness);
+  }
+  return slm;
+}
+
+}  // namespace raywave

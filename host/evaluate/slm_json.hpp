@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The SLM in report.json: what the pictures beside it were made for.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+
+#include "host/scene/slm.hpp"
+
+namespace raywave {
+
+nlohmann::ordered_json json_of(const SlmSpec& slm);
+
+/// The SLM of a report; a report of an earlier version has none, and stands for phases in 256
+/// levels.
+///
+/// throws  InputError when the report is missing or damaged, or the flatness picture is gone
+SlmSpec slm_of_report(const std::filesystem::path& report);
+
+}  // namespace raywave

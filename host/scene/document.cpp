@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/scene/document.hpp"
+
+#include <charconv>
+#include <fstream>
+#include <iterator>
+#include <numeric>
+
+namespace raywave {
+namespace {
+
+constexpr std::uintmax_t kMaxSceneBytes = 1 << 20;
+// Each dot of a dotted key nests a table, and the parser frees tables by recursion
+constexpr int kMaxDotsPerLine = 32;
+
+/// Keys that have another name now; the old one works until the next version.
+struct RenamedKey {
+  std::string_view section, old_name, name;
+  std::string old_path() const { return std::string(section) + "." + std::string(old_name); }
+  std::string path() const { return std::string(section) + "." + std::string(name); }
+};
+constexpr RenamedKey kRenamedKeys[] = {
+    {"sampling", "fan", "cone"}, {"sampling", "edge", "apodization"}, {"wrp", "slabs", "layers"}};
+
+}  // namespace
+
+/// "1 to 8", ">= 0"; for a one-sided range only the bound that the value violates.
+std::string range_text(const Range& range, double value, std::string (*format)(double)) {
+  if (!range.one_sided) return format(range.min) + " to " + format(range.max);
+  if (value > range.max) return "<= " + format(range.max);
+  return ">= " + format(range.min);
+}
+
+std::string describe(const toml::node& node) {
+  if (const auto* text = node.as_string()) return in_quotes(text->get());
+  if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
+  if (const auto* number = node.as_floating_point()) return number_text(number->get());
+  if (const auto* boolean = node.as_boolean()) return boolean->get() ? "true" : "false";
+  if (const auto* array = node.as_array()) return "an array of " + std::to_string(array->size());
+  return node.is_table() ? "a table" : "a date or time";
+}
+
+/// Edit distance, to suggest the key that was meant.
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j)
+      diagonal = std::exchange(row[j + 1],
+                               std::min({diagonal + (a[i] != b[j]), row[j] + 1, row[j + 1] + 1}));
+  }
+  return row.back();
+}
+
+namespace {
+
+std::string read_text(const std::filesystem::path& file) {
+  const std::string name = one_line(file.string());
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error))
+    throw InputError(name + ": there is no such file");
+  if (std::filesystem::file_size(file, error) > kMaxSceneBytes || error)
+    throw InputError(name + ": too large for a scene file (at most 1 MiB)");
+  std::ifstream stream(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream) throw InputError(name + ": cannot be read");
+  return text;
+}
+
+/// Refuses `a.a.a.a. ... = 1`, whose tables would nest deeper than the parser's recursion can free.
+void refuse_deep_keys(std::string_view text, const std::string& name) {
+  for (int line = 1; !text.empty(); ++line) {
+    const std::string_view rest = text.substr(0, text.find('\n'));
+    const auto first = rest.find_first_not_of(" \t");
+    const bool is_comment = first != std::string_view::npos && rest[first] == '#';
+    if (!is_comment && std::count(rest.begin(), rest.end(), '.') > kMaxDotsPerLine)
+      throw InputError(name + ":" + std::to_string(line) + ": more than " +
+                       std::to_string(kMaxDotsPerLine) + " dots in one line");
+    text.remove_prefix(std::min(text.size(), rest.size() + 1));
+  }
+}
+
+/// Parses the value as TOML; a text that is not TOML, such as `auto` or `8 um`, becomes a string.
+void assign(toml::table& table, std::string_view key, const std::string& text) {
+  toml::table parsed;
+  try {
+    if (std::count(text.begin(), text.end(), '.') <= kMaxDotsPerLine)
+      parsed = toml::parse("value = " + text);
+  } catch (const toml::parse_error&) {
+    parsed.clear();
+  }
+  if (parsed.size() != 1 || !parsed.contains("value")) parsed.insert_or_assign("value", text);
+  parsed.get("value")->visit([&](auto& value) { table.insert_or_assign(key, std::move(value)); });
+}
+
+std::string renamed_note(const std::string& where, const RenamedKey& key) {
+  return where + ": " + key.old_path() + " is now called " + key.path() +
+         "; the old name works until the next version";
+}
+
+/// Gives the file's keys their names of today.
+///
+/// throws  InputError when a key is there under both names
+void rename_old_keys(Document& document) {
+  for (const RenamedKey& key : kRenamedKeys) {
+    toml::node* const node = document.root.get(key.section);
+    toml::table* const section = node ? node->as_table() : nullptr;
+    toml::node* const old = section ? section->get(key.old_name) : nullptr;
+    if (!old) continue;
+    const std::string where = document.where(*old, key.old_path());
+    if (const toml::node* both = section->get(key.name))
+      throw InputError(where + ": " + key.old_path() + " is the old name of " + key.path() +
+                       ", which is given, too (" + document.where(*both, key.path()) +
+                       "); keep one of them");
+    document.notes.push_back(renamed_note(where, key));
+    document.old_names[key.path()] = key.old_name;
+    old->visit([&](auto& value) { section->insert_or_assign(key.name, std::move(value)); });
+    section->erase(key.old_name);
+  }
+}
+
+/// "sampling.cone=1" of "sampling.fan=1", with a note; any other override as it is.
+std::string with_new_name(Document& document, const std::string& text) {
+  for (const RenamedKey& key : kRenamedKeys) {
+    const std::string old_start = key.old_path() + "=";
+    if (text.starts_with(key.path() + "=")) document.old_names.erase(key.path());
+    if (!text.starts_with(old_start)) continue;
+    document.notes.push_back(renamed_note("--set " + one_line(text), key));
+    document.old_names[key.path()] = key.old_name;
+    return key.path() + "=" + text.substr(old_start.size());
+  }
+  return text;
+}
+
+/// text  as the user gave it
+void apply_override(Document& document, const std::string& text) {
+  const std::string renamed = with_new_name(document, text);
+  const auto fail = [&](const std::string& what) {
+    throw InputError("--set " + one_line(text) + ": " + what);
+  };
+  const auto equals = renamed.find('=');
+  if (equals == std::string::npos || equals == 0)
+    fail("must be section.key=value, for example wrp.padding=1.25");
+  const std::string path = renamed.substr(0, equals);
+  if (std::count(path.begin(), path.end(), '.') > 3) fail("names no key of a scene");
+
+  toml::node* node = &document.root;
+  for (std::string_view rest = path;;) {
+    const auto dot = rest.find('.');
+    const std::string_view key = rest.substr(0, dot);
+    const bool is_last = dot == std::string_view::npos;
+    if (key.empty()) fail("must be section.key=value, for example wrp.padding=1.25");
+
+    if (toml::table* table = node->as_table()) {
+      if (is_last) {
+        assign(*table, key, renamed.substr(equals + 1));
+        break;
+      }
+      node = table->get(key);
+      if (!node && table == &document.root) node = &table->insert(key, toml::table{}).first->second;
+      if (!node)
+        fail("the scene has no " +
+             in_quotes(path.substr(0, path.size() - rest.size() + key.size())));
+    } else if (toml::array* array = node->as_array(); array && !is_last) {
+      std::size_t index = array->size();
+      const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), index);
+      if (error != std::errc() || end != key.data() + key.size() || index >= array->size())
+        fail("there are " + std::to_string(array->size()) + ", counted from 0, so " +
+             in_quotes(key) + " is none of them");
+      node = array->get(index);
+    } else {
+      fail("names no key of a scene");
+    }
+    rest.remove_prefix(dot + 1);
+  }
+  document.overrides[path] = text;
+}
+
+}  // namespace
+
+Document read_document(const std::filesystem::path& file,
+                       const std::vector<std::string>& overrides) {
+  Document document;
+  document.file = file;
+  const std::string name = one_line(file.string());
+  const std::string text = read_text(file);
+  refuse_deep_keys(text, name);
+  try {
+    document.root = toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    throw InputError(name + ":" + std::to_string(error.source().begin.line) + ": " +
+                     one_line(error.description()));
+  }
+  rename_old_keys(document);
+  for (const std::string& one : overrides) apply_override(document, one);
+  rename_old_keys(document);  // of sections that an override gives whole
+  return document;
+}
+
+}  // namespace raywave

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Reading of section [slm].
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/scene/slm.hpp"
+
+namespace raywave {
+
+class Section;  // host/scene/document.hpp
+
+/// Section [slm] of a scene. The LUT and the flatness picture are read, too.
+///
+/// throws  InputError: one line with file and line
+SlmSpec read_slm(Section section);
+
+/// Reads the picture of flatness.file.
+///
+/// throws  InputError, starting with flatness.where
+void load_flatness(FlatnessSpec& flatness);
+
+/// Reads a file with section [slm] and nothing else; overrides as in load_scene.
+///
+/// throws  InputError: one line with file and line
+SlmSpec load_slm(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+
+}  // namespace raywave

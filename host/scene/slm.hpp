@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The SLM on the bench as the user describes it: how fields become grey levels, what each level
+/// shows, and what stands behind the SLM. Section [slm] of a scene, or a file of its own
+/// (docs/slm.md lists every key).
+#pragma once
+
+#include <filesystem>
+#include <glm/vec2.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/scene/image.hpp"
+
+namespace raywave {
+
+/// How a complex field becomes one number per pixel. docs/slm.md gives formulas and papers.
+enum class Encoding {
+  phase,         // the field's phase; its amplitude is lost
+  double_phase,  // two phases on a checkerboard whose mean is the field; phase SLMs
+  off_axis,      // amplitude SLMs: interference with a tilted plane wave
+  burckhardt,    // amplitude SLMs: three pixels of a row show three parts, 120 degrees apart
+  lee            // binary SLMs (DMDs): the width and place of stripes
+};
+
+/// True when levels stand for amplitudes, not for phases.
+constexpr bool shows_amplitude(Encoding encoding) {
+  return encoding == Encoding::off_axis || encoding == Encoding::burckhardt ||
+         encoding == Encoding::lee;
+}
+
+/// Zernike polynomial by Noll's index, of the given root mean square over the unit disc.
+/// source  Noll, J. Opt. Soc. Am. 66, 207 (1976)
+struct ZernikeTerm {
+  int noll = 1;
+  double turns = 0;
+};
+
+/// The aperture in the Fourier plane of the optics behind the SLM.
+struct StopSpec {
+  glm::dvec2 size{1, 1};    // share of the SLM's band (1 / pitch) that passes, 0 to 1 per axis
+  glm::dvec2 centre{0, 0};  // cycles per pixel, relative to the carrier
+};
+
+/// A picture that corrects the panel's unevenness.
+struct FlatnessSpec {
+  std::filesystem::path file;
+  Image picture;        // as stored, integers divided by their largest; empty: none
+  bool in_nm = false;   // error of the wavefront in nm, which is taken off; else levels, added
+  bool centre = false;  // cropped or padded around its middle; else it must have the SLM's size
+  std::string where;    // "scene.toml:12: slm: flatness", the start of messages
+};
+
+struct SlmSpec {
+  Encoding encoding = Encoding::double_phase;
+  // Share of the pixels whose amplitude is shown in full; brighter ones are clipped
+  double clip = 0.9;
+  glm::dvec2 band{1, 1};      // share of the SLM's band that the field keeps before it is encoded
+  int levels = 256;           // number of different phases, or amplitudes, that are shown, >= 2
+  int levels_per_turn = 256;  // grey levels to a turn of phase
+  bool invert = false;        // phase falls as grey rises
+  double offset_turns = 0;    // added to every phase
+  // Phase in turns, or amplitude, that each of 256 levels shows; strictly monotone. Empty: linear
+  std::vector<double> lut;
+  FlatnessSpec flatness;
+  std::vector<ZernikeTerm> zernike;  // added; the unit disc reaches to the middle of the long sides
+  glm::dvec2 carrier{0, 0};          // cycles per pixel: moves the picture off the zero order
+  // The same as a distance that the picture moves in the plane shift_distance_m
+  glm::dvec2 shift_m{0, 0};
+  double shift_distance_m = 0.1;
+  std::optional<double> lens_m;         // focal length of a lens that is added, > 0 converging
+  bool flip_x = false, flip_y = false;  // of the pictures that are written
+  int rotate_deg = 0;                   // of the pictures, counterclockwise: 0, 90, 180 or 270
+  std::optional<StopSpec> stop;         // empty: all light passes
+};
+
+/// "double-phase"
+std::string name_of(Encoding encoding);
+
+/// throws  InputError for a name that is none
+Encoding encoding_of(const std::string& name);
+
+}  // namespace raywave

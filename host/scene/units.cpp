@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/scene/units.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+
+namespace raywave {
+namespace {
+
+struct Unit {
+  std::string_view name;
+  double in_base;
+};
+
+/// "3.74 um" as 3.74e-6; empty when the unit is not among `units`.
+std::optional<double> in_base_unit(std::string_view text, std::span<const Unit> units) {
+  const auto trim = [](std::string_view s) {
+    const auto first = s.find_first_not_of(' ');
+    return first == std::string_view::npos ? std::string_view{}
+                                           : s.substr(first, s.find_last_not_of(' ') - first + 1);
+  };
+  const std::string_view trimmed = trim(text);
+  double number = 0;
+  const auto [end, error] =
+      std::from_chars(trimmed.data(), trimmed.data() + trimmed.size(), number);
+  if (error != std::errc() || !std::isfinite(number)) return {};
+  const std::string_view unit =
+      trim(trimmed.substr(static_cast<std::size_t>(end - trimmed.data())));
+  for (const auto& one : units)
+    if (one.name == unit) return number * one.in_base;
+  return {};
+}
+
+}  // namespace
+
+double parse_length_m(std::string_view text, std::string_view what) {
+  constexpr Unit units[] = {{"", 1},      {"m", 1},     {"cm", 1e-2},
+                            {"mm", 1e-3}, {"um", 1e-6}, {"nm", 1e-9}};
+  if (const auto length = in_base_unit(text, units)) return *length;
+  throw InputError(
+      std::string(what) +
+      " must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for metres), got " +
+      in_quotes(text));
+}
+
+double parse_seconds(std::string_view text, std::string_view what) {
+  constexpr Unit units[] = {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"us", 1e-6}};
+  if (const auto time = in_base_unit(text, units); time && *time > 0) return *time;
+  throw InputError(std::string(what) +
+                   " must be a time such as \"30 ms\" (units: us, ms, s; none for seconds), got " +
+                   in_quotes(text));
+}
+
+}  // namespace raywave

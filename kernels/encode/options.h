@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compile-time options of encoding (kernels/common/options.h). Encoder decides them by [slm].
+#ifndef RAYWAVE_ENCODE_OPTIONS_H
+#define RAYWAVE_ENCODE_OPTIONS_H
+
+// How a complex sample becomes one number.
+#define ENCODING_PHASE 0         // its phase
+#define ENCODING_DOUBLE_PHASE 1  // on a checkerboard, the two phases whose mean it is
+#define ENCODING_OFF_AXIS 2      // its interference with a plane wave
+#define ENCODING_BURCKHARDT 3    // one of its three parts, by column
+#define ENCODING_LEE 4           // dark or bright
+#ifndef RAYWAVE_ENCODING
+#define RAYWAVE_ENCODING ENCODING_PHASE
+#endif
+
+// 1: a phase of its own is added to each pixel (carrier, lens, flatness).
+#ifndef RAYWAVE_ADDED_TURNS
+#define RAYWAVE_ADDED_TURNS 0
+#endif
+
+// 1: levels come from a table (LUTs, few levels); else they are proportional.
+#ifndef RAYWAVE_LEVEL_TABLE
+#define RAYWAVE_LEVEL_TABLE 0
+#endif
+
+// Entries of that table, for phases from 0 to 1 turn or amplitudes from 0 to 1.
+#ifndef RAYWAVE_TABLE_SIZE
+#define RAYWAVE_TABLE_SIZE 4096
+#endif
+
+// Grey levels to a turn, at most 256, where levels are proportional.
+#ifndef RAYWAVE_LEVELS_PER_TURN
+#define RAYWAVE_LEVELS_PER_TURN 256
+#endif
+
+// 1: phase falls as levels rise, where they are proportional.
+#ifndef RAYWAVE_INVERT
+#define RAYWAVE_INVERT 0
+#endif
+
+#define RAYWAVE_ENCODE_OPTIONS(OPTION)             \
+  OPTION(encoding, RAYWAVE_ENCODING)               \
+  OPTION(added_turns, RAYWAVE_ADDED_TURNS)         \
+  OPTION(level_table, RAYWAVE_LEVEL_TABLE)         \
+  OPTION(table_size, RAYWAVE_TABLE_SIZE)           \
+  OPTION(levels_per_turn, RAYWAVE_LEVELS_PER_TURN) \
+  OPTION(invert, RAYWAVE_INVERT)
+
+#endif
