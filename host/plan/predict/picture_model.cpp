@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <numbers>
 #include <numeric>
 
@@ -22,15 +23,33 @@ constexpr double spot_factor = 4.3e-3;
 constexpr double cell_factor = 1.7e-4;
 constexpr double background = 0.3;
 
-/// What an encoding adds to the light of the field: a haze over the picture, in units of the
-/// picture's mean, and grain where it interferes with the picture.
+/// What an encoding adds to the light of the field: a haze about the picture, and grain where it
+/// interferes with the picture. Mean squares over that of the picture, fitted like the others.
 struct EncodingNoise {
   double haze = 0, grain = 0;
 };
 
-EncodingNoise noise_of(Encoding encoding) {
-  if (encoding == Encoding::phase) return {0.2, 1};
-  return {0.2, 1};
+/// filled  geometric mean of the shares of the SLM's band that the scene fills along x and y
+EncodingNoise noise_of(Encoding encoding, double filled) {
+  if (encoding == Encoding::phase) return {6.2e-3, 0.25};
+  // The light that the checkerboard throws aside comes back into pictures that fill the band.
+  return {std::clamp(0.033 * (filled - 0.3), 0.002, 0.012), 0.06};
+}
+
+/// The part of the SLM's band, per axis, that light from the front surfaces to the hologram's middle
+/// needs; at most 1.
+glm::dvec2 band_filled(const FrontView& view, const Plan& plan) {
+  glm::dvec2 filled(0);
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x) {
+      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                     static_cast<std::size_t>(x);
+      if (view.depth_m[i] == 0) continue;
+      const auto tangent = glm::abs(view.tangent(x, y));
+      filled = glm::max(filled, tangent / glm::sqrt(1.0 + tangent * tangent));
+    }
+  }
+  return glm::min(filled / plan.largest_sine, 1.0);
 }
 
 using Raster = std::vector<float>;
@@ -361,6 +380,8 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
   model.window_m = glm::dvec2(plan.size) * plan.pitch_m;
   model.cone = plan.cone();
   model.encoding = plan.slm.encoding;
+  const auto filled = band_filled(view, plan);
+  model.band_filled = std::sqrt(filled.x * filled.y);
   model.spot_m = plan.wavelength_m * plan.lattice.full_z_m / model.window_m;
   Raster steps(view.radiance.size(), 0);  // squared, to the next cells right and below
   for (int y = 0; y < view.size.y; ++y) {
@@ -417,7 +438,7 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
   // Light that comes round the padded plane: its own, spread over the picture, and where it
   // interferes with the picture.
   const double wrapped = std::min(1.0, padding_error * padding_error);
-  const auto noise = noise_of(model.encoding);
+  const auto noise = noise_of(model.encoding, model.band_filled);
   const double grain = std::min(1.0, spot2 / (4 * pi * blur_m * blur_m));
   for (std::size_t i = 0; i < model.rows.size(); ++i) {
     const auto& row = model.rows[i];
@@ -429,11 +450,10 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
                               cell_factor * row.light * p / blur_m;
     const double padding_here = row.light * wrapped * (background * wrapped + 2 * grain / frames);
     const double field = dots_here + speckle_here + edges_here + row.missing + padding_here;
-    const double haze = noise.haze * row.mean;
-    // A constant haze is partly taken for light of the picture, whose brightness is free.
+    // A haze all over the picture is partly taken for the picture, whose brightness is free.
     const double flat = row.light > 0 ? std::min(1.0, row.mean * row.mean / row.light) : 1;
     const double encoding_here =
-        haze * haze * (1 - flat) + noise.grain * haze * row.mean * grain / frames;
+        row.light * (noise.haze * (1 - flat) + noise.grain * grain / frames);
     const auto decibels = [](double error) { return error > 0 ? -10 * std::log10(error) : 200; };
     const double rows = static_cast<double>(model.rows.size());
     prediction.psnr_db.push_back(decibels(field + encoding_here));

@@ -22,7 +22,7 @@ struct PictureLayer {
 /// the picture, in squares of the brightest point that a lens sees.
 struct PictureRow {
   double z_m = 0;
-  double mean = 0;   // of the lens's picture, in units of the brightest point
+  double mean = 0;   // of the lens's picture, in units of its brightest point
   double light = 0;  // mean square of the lens's picture
   double sharp = 0;  // the same before the blur
   // Mean square of what hologram and WRPs cannot show: light too steep for the pixels or beyond the
@@ -48,6 +48,7 @@ struct PictureModel {
   Cone cone;
   glm::dvec2 spot_m{0, 0};  // the hologram's limit, wavelength z / width, at the scene's middle
   Encoding encoding = Encoding::double_phase;
+  double band_filled = 0;  // share of the SLM's band that the scene needs, mean of the axes
   std::vector<PictureRow> rows;
 };
 
