@@ -39,17 +39,19 @@ EncodingNoise noise_of(Encoding encoding, double filled) {
 /// The part of the SLM's band, per axis, that light from the front surfaces to the hologram's middle
 /// needs; at most 1.
 glm::dvec2 band_filled(const FrontView& view, const Plan& plan) {
-  glm::dvec2 filled(0);
+  glm::dvec2 low(1), high(-1);
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
                      static_cast<std::size_t>(x);
       if (view.depth_m[i] == 0) continue;
-      const auto tangent = glm::abs(view.tangent(x, y));
-      filled = glm::max(filled, tangent / glm::sqrt(1.0 + tangent * tangent));
+      const auto tangent = view.tangent(x, y);
+      const auto sine = tangent / glm::sqrt(1.0 + tangent * tangent);
+      low = glm::min(low, sine);
+      high = glm::max(high, sine);
     }
   }
-  return glm::min(filled / plan.largest_sine, 1.0);
+  return glm::clamp((high - low) / (2.0 * plan.largest_sine), 0.0, 1.0);
 }
 
 using Raster = std::vector<float>;
