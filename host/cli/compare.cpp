@@ -20,7 +20,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct CompareArguments {
-  std::string a, b, out, blur, pitch;
+  std::string a, b, out, blur, pitch, domain = "intensity";
   std::vector<int> region;
   int border_px = 0;
   bool levels = false;
@@ -67,8 +67,8 @@ void print_field_table(const FieldStack& a, const FieldComparison& c) {
 }
 
 void print_picture_table(const Image& a, const PictureOptions& how, const PictureComparison& c) {
-  std::printf("pictures           %d x %d, blur %.4g px, border %d px\n", a.width, a.height,
-              how.blur_px, how.border_px);
+  std::printf("pictures           %d x %d, blur %.4g px, border %d px, compared as %s\n", a.width,
+              a.height, how.blur_px, how.border_px, name_of(how.domain));
   std::printf("PSNR               %.2f dB\n", c.psnr_db);
   std::printf("SSIM               %.4f\n", c.ssim);
   std::printf("scale of B to A    %.6g\n", c.scale);
@@ -95,6 +95,7 @@ Json json_of(const Image& a, const PictureOptions& how, const PictureComparison&
             {"size", {a.width, a.height}},
             {"blur_px", how.blur_px},
             {"border_px", how.border_px},
+            {"domain", name_of(how.domain)},
             {"psnr_db", c.psnr_db},  // null when infinite
             {"ssim", c.ssim},
             {"scale", c.scale},
@@ -105,6 +106,7 @@ Json json_of(const Image& a, const PictureOptions& how, const PictureComparison&
 }
 
 void run_compare(const CompareArguments& options) {
+  const Domain domain = domain_of(options.domain);
   const Kind kind = kind_of(options.a, options.levels);
   if (kind_of(options.b, options.levels) != kind) {
     throw InputError(
@@ -114,15 +116,16 @@ void run_compare(const CompareArguments& options) {
   Json json;
   Image difference;
   if (kind == Kind::field) {
-    if (!options.blur.empty() || options.border_px != 0 || !options.region.empty())
-      throw InputError("--blur, --border and --region are for pictures, not for fields");
+    if (!options.blur.empty() || options.border_px != 0 || !options.region.empty() ||
+        domain != Domain::intensity)
+      throw InputError("--blur, --border, --region and --domain are for pictures, not for fields");
     const auto a = load_field(options.a), b = load_field(options.b);
     auto comparison = compare_fields(a, b);
     json = json_of(a, comparison);
     if (options.report.prints_text()) print_field_table(a, comparison);
     difference = std::move(comparison.difference);
   } else {
-    PictureOptions how{blur_px(options), options.border_px, {}};
+    PictureOptions how{blur_px(options), options.border_px, {}, domain};
     if (!options.region.empty())
       how.region =
           Region{options.region[0], options.region[1], options.region[2], options.region[3]};
@@ -177,6 +180,13 @@ void add_compare(CLI::App& app) {
       ->needs(blur)
       ->group(group::pictures);
   add_border(*command, options->border_px);
+  command
+      ->add_option("--domain", options->domain,
+                   "What pixels are compared as: linear values, their square roots, or values "
+                   "encoded for a screen")
+      ->type_name("intensity|amplitude|srgb")
+      ->capture_default_str()
+      ->group(group::pictures);
   command
       ->add_option("--region", options->region,
                    "Part for the speckle contrast, in pixels: x,y,width,height")

@@ -12,7 +12,7 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
-#include "host/evaluate/slm_json.hpp"
+#include "host/encode/pictures.hpp"
 
 namespace raywave::cli {
 namespace {
@@ -21,10 +21,11 @@ struct EncodeArguments {
   HologramOptions hologram;
   DeviceOptions device;
   ReportOptions report;
-  std::string out;
+  std::string out, format = "png";
 };
 
 void run_encode(const EncodeArguments& options) {
+  const auto format = picture_format_of(options.format);
   if (!std::filesystem::path(options.hologram.files.at(0)).extension().string().ends_with("npy"))
     throw InputError(in_quotes(options.hologram.files[0]) +
                      ": encode takes the complex field that render writes, field.npy");
@@ -38,18 +39,8 @@ void run_encode(const EncodeArguments& options) {
   const auto levels = encode(device, encoder, field);
 
   const std::filesystem::path out(options.out);
-  std::vector<std::string> written;
-  for (std::size_t frame = 0; frame < levels.size(); ++frame)
-    written.push_back(save_hologram(out, frame, slm, size, levels[frame]));
-  // What reconstruct and encode need to know of the pictures beside it
-  const nlohmann::ordered_json report{{"scene",
-                                       {{"hologram",
-                                         {{"resolution", {size.x, size.y}},
-                                          {"pitch_m", {spec.pitch_m.x, spec.pitch_m.y}},
-                                          {"wavelength_m", spec.wavelength_m}}},
-                                        {"slm", json_of(slm)},
-                                        {"sampling", {{"frames", field.frames}}}}},
-                                      {"pictures", written}};
+  auto written = save_pictures(out, "hologram", format, *panel, levels, field);
+  const auto report = encoded_report(spec, slm, field.frames, format, written);
   write_text(out / "report.json", report.dump(2) + "\n");
   written.push_back("report.json");
   if (options.report.prints_text()) {
@@ -72,6 +63,13 @@ void add_encode(CLI::App& app) {
   options->hologram.add_to(*command, "field.npy");
   add_set(*command, options->hologram.set);
   options->device.add_device_to(*command);
+  command
+      ->add_option("--format", options->format,
+                   "Of the pictures; rgb-24x1 and the like hold 24 frames of 1 bit ... in one RGB "
+                   "picture, exr and mat hold the field (docs/slm.md)")
+      ->type_name(picture_format_names())
+      ->capture_default_str()
+      ->group(group::output);
   add_output(*command, options->out, "hologram.png ... and report.json")->required();
   options->report.add_to(*command, "report.json");
   command->callback([options] { run_encode(*options); });

@@ -9,6 +9,7 @@
 #include "host/cli/help.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/encode/pictures.hpp"
 #include "host/encode/shown.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/slm_json.hpp"
@@ -26,15 +27,26 @@ std::string name_of_frame(std::size_t number, const std::string& format) {
 std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& report) {
   std::ifstream in(report);
   if (!in) throw InputError(one_line(report.string()) + ": cannot be read");
-  int frames = 0;
+  std::vector<std::filesystem::path> files;
   try {
-    frames = nlohmann::json::parse(in).at("scene").at("sampling").at("frames");
+    const auto json = nlohmann::json::parse(in);
+    if (json.contains("pictures")) {  // of encode and pattern
+      const auto format = picture_format_of(json.at("format").get<std::string>());
+      if (!is_read_again(format))
+        throw InputError(one_line(report.string()) + ": its pictures have the format " +
+                         name_of(format) +
+                         ", which is not read again; encode with --format png, or give field.npy");
+      for (const auto& name : json.at("pictures"))
+        files.push_back(report.parent_path() /
+                        std::filesystem::path(name.get<std::string>()).filename());
+      return files;
+    }
+    const int frames = json.at("scene").at("sampling").at("frames");
+    for (int frame = 0; frame < frames; ++frame)
+      files.push_back(report.parent_path() / name_of_frame(static_cast<std::size_t>(frame), "png"));
   } catch (const nlohmann::json::exception& error) {
     throw InputError(one_line(report.string()) + ": not a report of raywave: " + error.what());
   }
-  std::vector<std::filesystem::path> files;
-  for (int frame = 0; frame < frames; ++frame)
-    files.push_back(report.parent_path() / name_of_frame(static_cast<std::size_t>(frame), "png"));
   return files;
 }
 
@@ -121,6 +133,20 @@ std::vector<std::uint8_t> load_hologram_levels(const std::filesystem::path& file
   picture = from_slm(std::move(picture), slm);
   *size_px = picture.size_px;
   return picture.levels;
+}
+
+nlohmann::ordered_json encoded_report(const HologramSpec& hologram, const SlmSpec& slm, int frames,
+                                      PictureFormat format,
+                                      const std::vector<std::string>& pictures) {
+  return {{"scene",
+           {{"hologram",
+             {{"resolution", {hologram.resolution.x, hologram.resolution.y}},
+              {"pitch_m", {hologram.pitch_m.x, hologram.pitch_m.y}},
+              {"wavelength_m", hologram.wavelength_m}}},
+            {"slm", json_of(slm)},
+            {"sampling", {{"frames", frames}}}}},
+          {"format", name_of(format)},
+          {"pictures", pictures}};
 }
 
 std::string save_hologram(const std::filesystem::path& folder, std::size_t number,

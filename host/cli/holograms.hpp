@@ -3,11 +3,13 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "host/cli/options.hpp"
 #include "host/common/npy.hpp"
+#include "host/encode/pictures.hpp"
 #include "host/scene/slm.hpp"
 
 namespace raywave::cli {
@@ -36,6 +38,12 @@ struct HologramOptions {
 /// throws  InputError when it is no 8-bit grey picture
 std::vector<std::uint8_t> load_hologram_levels(const std::filesystem::path& file,
                                                const SlmSpec& slm, glm::ivec2* size_px);
+
+/// The report.json beside pictures that were not rendered: what reconstruct and encode need to know
+/// of them.
+nlohmann::ordered_json encoded_report(const HologramSpec& hologram, const SlmSpec& slm, int frames,
+                                      PictureFormat format,
+                                      const std::vector<std::string>& pictures);
 
 /// Saves the levels of frame `number` (from 0) as hologram.png, hologram_2.png ..., turned and
 /// flipped as the SLM wants them. Returns the file's name.

@@ -35,6 +35,7 @@ int main(int argc, char** argv) {
   add_plan(app);
   add_render(app);
   add_encode(app);
+  add_pattern(app);
   add_reconstruct(app);
   add_lens(app);
   add_compare(app);

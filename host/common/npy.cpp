@@ -147,6 +147,35 @@ bool read_samples(std::ifstream& stream, int row_length,
   return true;
 }
 
+/// frames_text  the beginning of the shape: "4, ", or nothing
+template <class T>
+void save_array(const std::filesystem::path& file, const std::string& type,
+                const std::string& frames_text, int nx, int ny, int frames,
+                std::span<const T> samples) {
+  if (nx < 1 || ny < 1 || frames < 1 || samples.size() != std::size_t{1} * nx * ny * frames)
+    throw std::invalid_argument("save_npy: the samples do not fill nx * ny * frames");
+  const std::string shape = frames_text + std::to_string(ny) + ", " + std::to_string(nx);
+  std::string header =
+      "{'descr': '" + type + "', 'fortran_order': False, 'shape': (" + shape + "), }";
+  constexpr std::size_t start_bytes = 10,
+                        // Magic, version, length; samples begin at a multiple of 64, as NumPy
+      // writes them
+      alignment = 64;
+  header.append(alignment - 1 - (start_bytes + header.size()) % alignment, ' ').push_back('\n');
+
+  write_whole(file, [&](const std::filesystem::path& temporary) {
+    const auto length = static_cast<std::uint16_t>(header.size());
+    std::ofstream stream(temporary, std::ios::binary);
+    stream << kMagic << '\1' << '\0';
+    stream.write(reinterpret_cast<const char*>(&length), sizeof length);
+    stream << header;
+    stream.write(reinterpret_cast<const char*>(samples.data()),
+                 static_cast<std::streamsize>(samples.size_bytes()));
+    stream.close();
+    if (!stream) throw InputError(in_quotes(file.string()) + ": cannot be written");
+  });
+}
+
 }  // namespace
 
 FieldStack load_npy(const std::filesystem::path& file) {
@@ -199,29 +228,13 @@ FieldStack load_npy(const std::filesystem::path& file) {
 }
 
 void save_npy(const std::filesystem::path& file, int nx, int ny, int frames,
-              std::span<const std::complex<float>> samples) {
-  if (nx < 1 || ny < 1 || frames < 1 || samples.size() != std::size_t{1} * nx * ny * frames)
-    throw std::invalid_argument("save_npy: the samples do not fill nx * ny * frames");
-  const std::string shape = (frames > 1 ? std::to_string(frames) + ", " : "") + std::to_string(ny) +
-                            ", " + std::to_string(nx);
-  std::string header = "{'descr': '<c8', 'fortran_order': False, 'shape': (" + shape + "), }";
-  constexpr std::size_t start_bytes = 10,
-                        // Magic, version, length; samples begin at a multiple of 64, as NumPy
-      // writes them
-      alignment = 64;
-  header.append(alignment - 1 - (start_bytes + header.size()) % alignment, ' ').push_back('\n');
+              std::span<const std::uint8_t> numbers) {
+  save_array(file, "|u1", std::to_string(frames) + ", ", nx, ny, frames, numbers);
+}
 
-  write_whole(file, [&](const std::filesystem::path& temporary) {
-    const auto length = static_cast<std::uint16_t>(header.size());
-    std::ofstream stream(temporary, std::ios::binary);
-    stream << kMagic << '\1' << '\0';
-    stream.write(reinterpret_cast<const char*>(&length), sizeof length);
-    stream << header;
-    stream.write(reinterpret_cast<const char*>(samples.data()),
-                 static_cast<std::streamsize>(samples.size_bytes()));
-    stream.close();
-    if (!stream) throw InputError(in_quotes(file.string()) + ": cannot be written");
-  });
+void save_npy(const std::filesystem::path& file, int nx, int ny, int frames,
+              std::span<const std::complex<float>> samples) {
+  save_array(file, "<c8", frames > 1 ? std::to_string(frames) + ", " : "", nx, ny, frames, samples);
 }
 
 }  // namespace raywave

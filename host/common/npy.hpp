@@ -3,6 +3,7 @@
 #pragma once
 
 #include <complex>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <vector>
@@ -19,6 +20,10 @@ struct FieldStack {
 /// throws  InputError when the file is not a complex64 or complex128 array of 2 or 3 dimensions, is
 ///         cut short, or holds NaN or infinity
 FieldStack load_npy(const std::filesystem::path& file);
+
+/// Writes uint8 numbers of shape (frames, ny, nx), as the function below.
+void save_npy(const std::filesystem::path& file, int nx, int ny, int frames,
+              std::span<const std::uint8_t> numbers);
 
 /// The file appears whole or not at all (temporary name, then rename).
 void save_npy(const std::filesystem::path& file, int nx, int ny, int frames,

@@ -4,11 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <string>
 #include <utility>
 
-#include "host/common/error.hpp"
-#include "host/common/text.hpp"
 #include "host/common/threads.hpp"
 
 namespace raywave {
@@ -33,10 +30,6 @@ std::uint8_t nearest_level(const std::vector<double>& shown, const Distance& dis
 
 /// Distance of phases in turns, on the circle.
 double apart(double a, double b) { return std::abs(a - b - std::round(a - b)); }
-
-std::string size_text(int width, int height) {
-  return std::to_string(width) + " x " + std::to_string(height);
-}
 
 void flip(LevelPicture& picture, bool x, bool y) {
   const auto nx = static_cast<std::ptrdiff_t>(picture.size_px.x);
@@ -130,34 +123,14 @@ void Panel::make_levels() {
   }
 }
 
-glm::dvec2 Panel::own_carrier() const {
-  return slm_.encoding == Encoding::burckhardt ? glm::dvec2(-1.0 / 3, 0) : glm::dvec2(0);
-}
+glm::dvec2 Panel::own_carrier() const { return own_carrier_of(slm_.encoding); }
 
 void Panel::make_added(glm::dvec2 pitch_m, double wavelength_m) {
-  // Light of direction cosine s along x advances by s pitch / wavelength per pixel. It comes from
-  // behind the SLM: what moves the picture to +x in the plane z turns the light towards -x.
-  glm::dvec2 carrier = slm_.carrier;
-  if (slm_.shift_m != glm::dvec2(0)) {
-    const double distance_m = std::hypot(slm_.shift_m.x, slm_.shift_m.y, slm_.shift_distance_m);
-    carrier = -slm_.shift_m / distance_m * pitch_m / wavelength_m;
-  }
-  if (std::max(std::abs(carrier.x), std::abs(carrier.y)) > 0.5) {
-    throw InputError("slm.shift: " + length_text(slm_.shift_m.x) + ", " +
-                     length_text(slm_.shift_m.y) + " at " + length_text(slm_.shift_distance_m) +
-                     " needs a carrier of " + number_text(carrier.x) + ", " +
-                     number_text(carrier.y) +
-                     " cycles per pixel, and pixels show at most 0.5; give a smaller shift");
-  }
-
+  const auto carrier = carrier_of(slm_, pitch_m, wavelength_m);
   const auto& flatness = slm_.flatness;
   const auto& picture = flatness.picture;
   const bool is_flat = picture.pixels.empty();
-  if (!is_flat && !flatness.centre && (picture.width != size_.x || picture.height != size_.y))
-    throw InputError(flatness.where + ": the picture is " +
-                     size_text(picture.width, picture.height) + ", the SLM " +
-                     size_text(size_.x, size_.y) +
-                     "; give flatness_fit = \"centre\" to crop or pad it around its middle");
+  require_fit(flatness, size_);
   if (is_flat && slm_.zernike.empty() && !slm_.lens_m && carrier == glm::dvec2(0) &&
       slm_.offset_turns == 0)
     return;

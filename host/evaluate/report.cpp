@@ -179,6 +179,14 @@ Json json_of(const Prediction& prediction) {
                        {"padding", p->padding},
                        {"encoding", p->encoding}}},
                      {"field", {{"mean_psnr_db", p->field_psnr_db}}}};
+  const auto& light = prediction.slm_light;
+  j["slm_light"] = {{"through_stop", light.through_stop},
+                    {"zero_order",
+                     {{"z_m", light.z_m},
+                      {"centre_m", {light.zero_order_m.x, light.zero_order_m.y}},
+                      {"size_m", {light.zero_order_size_m.x, light.zero_order_size_m.y}},
+                      {"stopped", light.zero_order_stopped},
+                      {"share_of_picture", light.on_picture}}}};
   const auto& w = prediction.work;
   j["work"] = {
       {"samples", w.samples},         {"rays", w.rays},    {"pairs", w.pairs}, {"pixels", w.pixels},
@@ -252,6 +260,16 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   // Hologram, objects and scene
   out << "hologram  " << plan.size.x << " x " << plan.size.y << " pixels, " << mm(window.x) << " x "
       << mm(window.y) << ", wavelength " << plan.wavelength_m * 1e9 << " nm\n";
+  const auto& light = prediction.slm_light;
+  out << "SLM       " << name_of(plan.slm.encoding) << ", ";
+  if (plan.slm.stop)
+    out << "its stop passes " << std::round(1000 * light.through_stop) / 10 << " % of the light, ";
+  out << "zero order " << mm(light.zero_order_size_m.x) << " x " << mm(light.zero_order_size_m.y)
+      << " around (" << mm(light.zero_order_m.x) << ", " << mm(light.zero_order_m.y) << ") at "
+      << mm(light.z_m)
+      << (light.zero_order_stopped  ? ", stopped\n"
+          : light.on_picture == 0.0 ? ", beside the picture\n"
+                                    : ", in the picture\n");
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto& object = scene.objects[i];
     const auto count = std::count(world.triangle_object.begin(), world.triangle_object.end(),

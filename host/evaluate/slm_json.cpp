@@ -61,7 +61,13 @@ SlmSpec slm_of_report(const std::filesystem::path& report) {
       return slm;
     }
     const auto& json = scene.at("slm");
-    slm.encoding = encoding_of(json.at("encoding").get<std::string>());
+    const auto encoding = json.at("encoding").get<std::string>();
+    try {
+      slm.encoding = encoding_of(encoding);
+    } catch (const InputError& error) {
+      throw InputError(name + ": slm: encoding must be " + error.what() + ", got " +
+                       in_quotes(encoding));
+    }
     slm.clip = json.at("clip");
     slm.band = pair_of(json.at("band"));
     slm.levels = json.at("levels");

@@ -11,6 +11,7 @@
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
 #include "host/plan/predict/propagation_errors.hpp"
+#include "host/plan/predict/slm_light.hpp"
 #include "host/plan/tiles.hpp"
 #include "host/plan/wrp_placement.hpp"
 
@@ -81,12 +82,17 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.fan_source = scene.sampling.source;
   plan.padding = scene.wrp.padding;
 
+  // What the SLM cannot do
+  carrier_of(plan.slm, plan.pitch_m, plan.wavelength_m);
+  require_fit(plan.slm.flatness, plan.size);
+
   // How light is gathered
   plan.aimed = method == Method::points ||
                (method == Method::wrp && scene.sampling.mode == SamplingMode::aimed);
   const bool has_bounces = plan.lighting.any_material(
       [](const Material& m) { return m.reflectivity > 0 || m.transparency > 0; });
   plan.bounces = has_bounces ? scene.trace.depth : 0;
+  require_light_through_stop(plan, world);
   plan.antialias = scene.sampling.antialias;
   plan.visibility_parts = scene.sampling.visibility;
   plan.cone_half_width = scene.sampling.cone;

@@ -2,6 +2,7 @@
 /// Reading and writing of pictures (OpenImageIO). Row 0 is the top.
 #pragma once
 
+#include <complex>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -37,6 +38,18 @@ void save_png(const std::filesystem::path& file, int width, int height,
 /// Writes an 8-bit RGB picture, channels interleaved, as save_png does.
 void save_png_rgb(const std::filesystem::path& file, int width, int height,
                   std::span<const std::uint8_t> pixels);
+
+/// Writes an 8-bit grey picture, values as they are, as PNG, BMP or TIFF by the file's extension.
+void save_grey(const std::filesystem::path& file, int width, int height,
+               std::span<const std::uint8_t> pixels);
+
+/// Writes a 16-bit grey PNG, values as they are.
+void save_png16(const std::filesystem::path& file, int width, int height,
+                std::span<const std::uint16_t> pixels);
+
+/// Writes a field as 32-bit float OpenEXR: channel R holds its real, G its imaginary part.
+void save_exr(const std::filesystem::path& file, int width, int height,
+              std::span<const std::complex<float>> pixels);
 
 /// Writes a one-channel 32-bit float OpenEXR picture of linear values.
 void save_exr(const std::filesystem::path& file, int width, int height,

@@ -55,6 +55,24 @@ void save_png_rgb(const std::filesystem::path& file, int width, int height,
   save(file, width, height, 3, OIIO::TypeUInt8, pixels.data());
 }
 
+void save_grey(const std::filesystem::path& file, int width, int height,
+               std::span<const std::uint8_t> pixels) {
+  require_size(width, height, 1, pixels);
+  save(file, width, height, 1, OIIO::TypeUInt8, pixels.data());
+}
+
+void save_png16(const std::filesystem::path& file, int width, int height,
+                std::span<const std::uint16_t> pixels) {
+  require_size(width, height, 1, pixels);
+  save(file, width, height, 1, OIIO::TypeUInt16, pixels.data());
+}
+
+void save_exr(const std::filesystem::path& file, int width, int height,
+              std::span<const std::complex<float>> pixels) {
+  require_size(width, height, 1, pixels);
+  save(file, width, height, 2, OIIO::TypeFloat, pixels.data());
+}
+
 void save_exr(const std::filesystem::path& file, int width, int height,
               std::span<const float> pixels) {
   require_size(width, height, 1, pixels);

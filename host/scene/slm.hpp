@@ -63,7 +63,7 @@ struct SlmSpec {
   // Phase in turns, or amplitude, that each of 256 levels shows; strictly monotone. Empty: linear
   std::vector<double> lut;
   FlatnessSpec flatness;
-  std::vector<ZernikeTerm> zernike;  // added; the unit disc reaches to the middle of the long sides
+  std::vector<ZernikeTerm> zernike;  // added; radius of the unit disc: half of the longer side
   glm::dvec2 carrier{0, 0};          // cycles per pixel: moves the picture off the zero order
   // The same as a distance that the picture moves in the plane shift_distance_m
   glm::dvec2 shift_m{0, 0};
@@ -73,6 +73,18 @@ struct SlmSpec {
   int rotate_deg = 0;                   // of the pictures, counterclockwise: 0, 90, 180 or 270
   std::optional<StopSpec> stop;         // empty: all light passes
 };
+
+/// The carrier that is added to each pixel, of slm.carrier or slm.shift, in cycles per pixel.
+///
+/// throws  InputError when the shift asks for more than the SLM's band
+glm::dvec2 carrier_of(const SlmSpec& slm, glm::dvec2 pitch_m, double wavelength_m);
+
+/// The carrier that an encoding brings beside it: Burckhardt's parts stand on one.
+glm::dvec2 own_carrier_of(Encoding encoding);
+
+/// throws  InputError when the flatness picture has not the SLM's size, and may not be cropped or
+///         padded
+void require_fit(const FlatnessSpec& flatness, glm::ivec2 size_px);
 
 /// "double-phase"
 std::string name_of(Encoding encoding);

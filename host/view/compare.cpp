@@ -9,6 +9,7 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -128,6 +129,31 @@ Plane product(const Plane& a, const Plane& b) {
   return result;
 }
 
+/// The factor of b that brings it nearest to a.
+double best_scale(const Plane& a, const Plane& b) { return dot(b, a) / dot(b, b); }
+
+double largest(const Plane& plane) {
+  return *std::max_element(plane.pixels.begin(), plane.pixels.end());
+}
+
+double srgb_of(double linear) {
+  const double v = std::clamp(linear, 0.0, 1.0);
+  return v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+}
+
+/// Brings intensities to the domain that they are compared in.
+void bring_to(Domain domain, Plane& a, Plane& b) {
+  if (domain == Domain::intensity) return;
+  if (domain == Domain::amplitude) {
+    for (auto* plane : {&a, &b})
+      for (double& v : plane->pixels) v = std::sqrt(std::max(v, 0.0));
+    return;
+  }
+  const double white = largest(a), scale = best_scale(a, b);
+  for (double& v : a.pixels) v = srgb_of(v / white);
+  for (double& v : b.pixels) v = srgb_of(v * scale / white);
+}
+
 double contrast_of(const Plane& plane, const char* subject) {
   const double count = static_cast<double>(plane.pixels.size());
   const double mean = std::accumulate(plane.pixels.begin(), plane.pixels.end(), 0.0) / count;
@@ -164,7 +190,19 @@ double mean_ssim(const Plane& a, const Plane& b, double dynamic_range) {
   return sum / (1.0 * (a.width - 2 * margin_x) * (a.height - 2 * margin_y));
 }
 
+constexpr std::array<std::pair<const char*, Domain>, 3> domains{
+    {{"intensity", Domain::intensity}, {"amplitude", Domain::amplitude}, {"srgb", Domain::srgb}}};
+
 }  // namespace
+
+const char* name_of(Domain domain) { return domains[static_cast<std::size_t>(domain)].first; }
+
+Domain domain_of(const std::string& name) {
+  for (const auto& [known, value] : domains)
+    if (name == known) return value;
+  throw InputError("--domain " + one_line(name) +
+                   ": unknown; there are intensity, amplitude and srgb");
+}
 
 FieldComparison compare_fields(const FieldStack& a, const FieldStack& b) {
   const auto shape_text = [](const FieldStack& f) {
@@ -232,13 +270,12 @@ PictureComparison compare_pictures(const Image& a, const Image& b, const Picture
   const auto weights = blur_weights(options.blur_px);
   const Plane whole_a = smoothed(plane_of(a), weights), whole_b = smoothed(plane_of(b), weights);
   const Region inner{border, border, a.width - 2 * border, a.height - 2 * border};
-  const Plane reference = cut_out(whole_a, inner);
-  Plane judged = cut_out(whole_b, inner);
-
-  const double peak = *std::max_element(reference.pixels.begin(), reference.pixels.end()),
-               energy_b = dot(judged, judged);
-  if (!(peak > 0)) throw InputError("compare: A is black");
-  if (energy_b == 0) throw InputError("compare: B is black");
+  Plane reference = cut_out(whole_a, inner), judged = cut_out(whole_b, inner);
+  if (!(largest(reference) > 0)) throw InputError("compare: A is black");
+  if (dot(judged, judged) == 0) throw InputError("compare: B is black");
+  bring_to(options.domain, reference, judged);
+  if (dot(judged, judged) == 0) throw InputError("compare: B has no light where A has some");
+  const double peak = largest(reference);
 
   PictureComparison result;
   const Region region = options.region.value_or(inner);
@@ -246,7 +283,7 @@ PictureComparison compare_pictures(const Image& a, const Image& b, const Picture
   result.contrast_a = contrast_of(cut_out(whole_a, region), "A");
   result.contrast_b = contrast_of(cut_out(whole_b, region), "B");
 
-  result.scale = dot(judged, reference) / energy_b;
+  result.scale = best_scale(reference, judged);
   for (double& v : judged.pixels) v *= result.scale;
   Plane difference = judged;
   for (std::size_t i = 0; i < difference.pixels.size(); ++i)

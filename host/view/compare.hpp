@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "host/common/npy.hpp"
@@ -30,12 +31,26 @@ struct Region {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
+/// What the pixels are compared as. Papers of the field use all three.
+enum class Domain {
+  intensity,  // linear values, as they are
+  amplitude,  // their square roots; values below zero are black
+  srgb        // encoded as a screen shows them, 0 to 1, with max(a) as white
+};
+
+/// "intensity", "amplitude", "srgb"
+const char* name_of(Domain domain);
+
+/// throws  InputError for a name that is none
+Domain domain_of(const std::string& name);
+
 struct PictureOptions {
   // Standard deviation of the Gaussian that both pictures are blurred with first
   double blur_px = 0;
   int border_px = 0;  // left out on every side after the blur
   // Where the speckle contrast is taken, in the whole picture; empty: all within the border
   std::optional<Region> region;
+  Domain domain = Domain::intensity;  // of PSNR, SSIM, scale and difference
 };
 
 struct PictureComparison {
@@ -44,12 +59,13 @@ struct PictureComparison {
   // Mean structural similarity of a and scale b, 1 when they are equal
   double ssim = 0;
   double scale = 0;                       // least-squares scale of B to A
-  double contrast_a = 0, contrast_b = 0;  // speckle contrast
+  double contrast_a = 0, contrast_b = 0;  // speckle contrast, of intensities
   Image difference;                       // scale b - a, without the border
 };
 
 /// Compares pictures of linear values (intensities) after the blur; a common factor of the
-/// brightness does not count.
+/// brightness does not count. For sRGB, whose curve is no power, B is first scaled to A as
+/// intensities; what is then brighter than max(a) is white.
 ///
 /// throws  InputError when the sizes differ, a picture or the region is black, nothing lies within
 ///         the border, the region reaches beyond the picture, or the blur is not possible

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/view/compare.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -159,7 +160,8 @@ TEST_CASE("a hologram of levels correlates with the phase it was made of by sinc
     levels.push_back(static_cast<std::uint8_t>(std::lround(phase(x) * 256) % 256));
   const Panel panel(SlmSpec{}, {n, 1}, glm::dvec2(1), 1);
   const double sinc = std::sin(pi / 256) / (pi / 256);
-  CHECK(compare_fields(exact, shown_field(panel, std::vector<std::vector<std::uint8_t>>{levels})).correlation == Approx(sinc).margin(eps));
+  CHECK(compare_fields(exact, shown_field(panel, std::vector<std::vector<std::uint8_t>>{levels}))
+            .correlation == Approx(sinc).margin(eps));
 }
 
 TEST_CASE("PSNR of a picture that is off by d is 20 log10(peak / d), whatever the scale of B") {
@@ -186,6 +188,56 @@ TEST_CASE("equal pictures have an infinite PSNR and SSIM 1, and so have scaled o
     }
     CHECK(std::isinf(compare_pictures(a, a).psnr_db));
   }
+}
+
+/// IEC 61966-2-1
+double on_screen(double linear) {
+  const double v = std::min(std::max(linear, 0.0), 1.0);
+  return v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+}
+
+TEST_CASE(
+    "pictures are compared as intensities, amplitudes or on a screen, as plain sums give it") {
+  const auto a = random_image(23, 17, 1), b = random_image(23, 17, 2);
+  const auto peak = *std::max_element(a.pixels.begin(), a.pixels.end());
+  double ab = 0, bb = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    ab += 1.0 * a.pixels[i] * b.pixels[i];
+    bb += 1.0 * b.pixels[i] * b.pixels[i];
+  }
+  const std::function<double(double)> to_a[] = {[](double v) { return v; },
+                                                [](double v) { return std::sqrt(v); },
+                                                [&](double v) { return on_screen(v / peak); }};
+  const std::function<double(double)> to_b[] = {
+      to_a[0], to_a[1], [&](double v) { return on_screen(v * ab / bb / peak); }};
+  for (const auto domain : {Domain::intensity, Domain::amplitude, Domain::srgb}) {
+    INFO(name_of(domain));
+    const auto of_a = [&](std::size_t i) { return to_a[static_cast<int>(domain)](a.pixels[i]); };
+    const auto of_b = [&](std::size_t i) { return to_b[static_cast<int>(domain)](b.pixels[i]); };
+    double xy = 0, yy = 0, most = 0, squares = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+      xy += of_a(i) * of_b(i);
+      yy += of_b(i) * of_b(i);
+      most = std::max(most, of_a(i));
+    }
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+      squares += std::pow(xy / yy * of_b(i) - of_a(i), 2);
+    const double psnr = 10 * std::log10(most * most * (23 * 17) / squares);
+    PictureOptions how;
+    how.domain = domain;
+    const auto c = compare_pictures(a, b, how);
+    CHECK(c.psnr_db == Approx(psnr).epsilon(1e-9));
+    CHECK(c.scale == Approx(xy / yy).epsilon(1e-9));
+    CHECK(c.difference.pixels[5] == Approx(xy / yy * of_b(5) - of_a(5)).margin(1e-6));
+    // Brightness counts in none; speckle contrast is always of intensities.
+    auto brighter = b;
+    for (float& v : brighter.pixels) v *= 4096;
+    CHECK(compare_pictures(a, brighter, how).psnr_db == Approx(psnr).epsilon(1e-6));
+    CHECK(c.contrast_a == compare_pictures(a, b).contrast_a);
+    CHECK(domain_of(name_of(domain)) == domain);
+  }
+  CHECK(
+      contains(message_of([] { domain_of("linear"); }), "there are intensity, amplitude and srgb"));
 }
 
 TEST_CASE("the border counts in no figure but a region's") {

@@ -137,6 +137,7 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
     prediction.pictures =
         predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
                          std::hypot(plan.padding_error, plan.oversampling_error));
+  prediction.slm_light = slm_light(plan, candidates.view());
   const double phase_error =
       2 * std::numbers::pi *
       plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
@@ -234,8 +235,8 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   planned.prediction = predicted(planned, world, device, candidates);
   predict_memory(world, device, planned);
   planned.reasons = reasons_of(scene, goal, planned, why_layers);
-  for (auto& warning :
-       warnings_of(s, world, planned.plan, candidates.view(), candidates.resolution_m()))
+  for (auto& warning : warnings_of(s, world, planned.plan, candidates.view(),
+                                   planned.prediction.slm_light, candidates.resolution_m()))
     planned.warnings.push_back(std::move(warning));
   return planned;
 }

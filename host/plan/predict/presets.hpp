@@ -10,6 +10,7 @@
 
 #include "host/plan/predict/candidates.hpp"
 #include "host/plan/predict/memory.hpp"
+#include "host/plan/predict/slm_light.hpp"
 
 namespace raywave {
 
@@ -37,7 +38,8 @@ struct Prediction {
   Work work;
   std::uint64_t device_bytes = 0;
   std::optional<PicturePrediction> pictures;  // of aimed sampling
-  double resolution_m = 0;                    // detail that they are judged at
+  SlmLight slm_light;
+  double resolution_m = 0;  // detail that they are judged at
   // Relative L2, of cone, padding, oversampling and phases
   double field_error = 0;
 };

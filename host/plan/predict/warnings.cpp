@@ -22,14 +22,13 @@ std::string degrees(double sine) {
   return number_text(std::round(std::asin(sine) * 1800 / std::numbers::pi) / 10);
 }
 
-/// Sums of the light of the front surfaces: all, what the SLM's pixels can show of it, what passes
-/// the WRPs besides, and what falls where the light goes that the SLM leaves undiffracted.
+/// Sums of the light of the front surfaces: all, what the SLM's pixels can show of it, and what
+/// passes the WRPs besides.
 struct Light {
-  double all = 0, within_pixels = 0, within_planes = 0, on_zero_order = 0;
+  double all = 0, within_pixels = 0, within_planes = 0;
 };
 
 Light light_of(const Plan& plan, const FrontView& view) {
-  const auto half = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
   Light light;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
@@ -46,16 +45,51 @@ Light light_of(const Plan& plan, const FrontView& view) {
       light.all += here;
       light.within_pixels += within_pixels;
       light.within_planes += within_planes;
-      if (std::abs(place.x) < half.x && std::abs(place.y) < half.y) light.on_zero_order += here;
     }
   }
   return light;
 }
 
+/// "[\"4.1 mm\", 0]"
+std::string shift_text(glm::dvec2 shift_m) {
+  const auto text = [](double metres) {
+    if (metres == 0) return std::string("0");
+    return in_quotes(length_text(std::round(metres * 1e5) / 1e5));
+  };
+  return "[" + text(shift_m.x) + ", " + text(shift_m.y) + "]";
+}
+
+/// What the stop cuts off, and undiffracted light in the picture.
+template <class Warn>
+void warn_of_slm(const SlmLight& light, const Warn& warn) {
+  const auto up = [](double share) { return number_text(std::ceil(share * 100) / 100); };
+  if (const double lost = 1 - light.through_stop; lost > least_loss)
+    warn(percent(lost) +
+         " of the light that the pixels can show is cut off by slm.stop: slm.stop [" +
+         up(light.open_stop.x) + ", " + up(light.open_stop.y) +
+         "] passes all of it; a scene closer to the axis or farther away needs less");
+  if (light.on_picture == 0 || light.zero_order_stopped) return;
+  const auto& size_m = light.zero_order_size_m;
+  const std::string place = light.zero_order_m == glm::dvec2(0)
+                                ? "the axis"
+                                : length_text(std::round(light.zero_order_m.x * 1e5) / 1e5) + ", " +
+                                      length_text(std::round(light.zero_order_m.y * 1e5) / 1e5);
+  warn("light that the SLM leaves undiffracted falls onto " + percent(light.on_picture) +
+       " of the picture: " + length_text(size_m.x) + " x " + length_text(size_m.y) + " around " +
+       place + "; " +
+       (light.beside_m == glm::dvec2(0)
+            ? std::string("the pixels can move the picture no farther: move the scene off the axis "
+                          "or away, or block that light with slm.stop")
+            : "slm.shift = " + shift_text(light.beside_m) + " with slm.shift_distance = " +
+                  in_quotes(length_text(std::round(light.z_m * 1e5) / 1e5)) +
+                  " moves the picture beside it, slm.stop then blocks it"));
+}
+
 }  // namespace
 
 std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
-                                     const FrontView& view, double resolution_m) {
+                                     const FrontView& view, const SlmLight& slm_light,
+                                     double resolution_m) {
   std::vector<std::string> warnings;
   const auto warn = [&](const std::string& text) { warnings.push_back(text); };
   const auto& hologram = scene.hologram;
@@ -81,13 +115,8 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
       warn(percent(lost) +
            " of the scene's light passes beside the WRPs: a larger wrp.grid, or \"auto\", catches "
            "it");
-    if (light.on_zero_order > 0)
-      warn("light that the SLM leaves undiffracted falls onto " +
-           percent(light.on_zero_order / light.all) +
-           " of the picture: " + length_text(plan.size.x * plan.pitch_m.x) + " x " +
-           length_text(plan.size.y * plan.pitch_m.y) +
-           " around the axis; move the scene off the axis, or block it");
   }
+  warn_of_slm(slm_light, warn);
   for (int axis = 0; axis < 2; ++axis) {
     const double period = plan.wavelength_m * plan.far_m / plan.pitch_m[axis],
                  extent = world.max_m[axis] - world.min_m[axis];

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/encode/pattern.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "host/cli/commands.hpp"
+#include "host/cli/help.hpp"
+#include "host/cli/holograms.hpp"
+#include "host/cli/options.hpp"
+#include "host/common/error.hpp"
+#include "host/common/output.hpp"
+#include "host/common/text.hpp"
+#include "host/encode/encode.hpp"
+#include "host/scene/read_slm.hpp"
+#include "host/scene/units.hpp"
+
+namespace raywave::cli {
+namespace {
+
+struct PatternArguments {
+  std::string pattern, slm, size, pitch, wavelength, focal = "300mm", to = "right", out;
+  double period_px = 16;
+  std::vector<std::string> set;
+  DeviceOptions device;
+  ReportOptions report;
+};
+
+int pixels(const std::string& text) {
+  int count = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+  if (error != std::errc() || end != text.data() + text.size() || count < 1 || count > 65536)
+    throw InputError("--size " + in_quotes(text) + ": must be 1 to 65536 pixels, as in 1920x1080");
+  return count;
+}
+
+HologramSpec hologram_of(const PatternArguments& options) {
+  HologramSpec hologram;
+  const auto [columns, rows] = two_parts(options.size, 'x', "--size");
+  hologram.resolution = {pixels(columns), pixels(rows)};
+  const bool two = options.pitch.find(',') != std::string::npos;
+  const auto [x, y] =
+      two ? two_parts(options.pitch, ',', "--pitch") : std::pair(options.pitch, options.pitch);
+  hologram.pitch_m = {positive_length_m(x, "--pitch"), positive_length_m(y, "--pitch")};
+  hologram.wavelength_m = positive_length_m(options.wavelength, "--wavelength");
+  return hologram;
+}
+
+/// The SLM without what hides a phase: phases are shown as they are.
+SlmSpec slm_of(const PatternArguments& options) {
+  SlmSpec slm;
+  if (!options.slm.empty())
+    slm = load_slm(options.slm, options.set);
+  else if (!options.set.empty())
+    throw InputError("--set changes keys of the file of --slm, which is not given");
+  if (!shows_amplitude(slm.encoding)) slm.encoding = Encoding::phase;
+  slm.band = {1, 1};
+  return slm;
+}
+
+/// What is to be seen where the SLM is described right.
+std::string expectation(const PatternSpec& spec, const HologramSpec& hologram) {
+  const auto rounded = [](double length_m) {
+    return length_text(std::round(length_m * 1e5) / 1e5);
+  };
+  switch (spec.pattern) {
+    case Pattern::lens:
+      return spec.focal_m > 0
+                 ? "a spot " + rounded(spec.focal_m) + " after the SLM"
+                 : "a spot that seems to lie " + rounded(-spec.focal_m) + " before the SLM";
+    case Pattern::blaze: {
+      const char* side = spec.side == Side::right  ? "to the right"
+                         : spec.side == Side::left ? "to the left"
+                         : spec.side == Side::up   ? "up"
+                                                   : "down";
+      return "a spot " + rounded(blaze_slope(spec, hologram)) + " per metre of way " + side +
+             ", looking along the light";
+    }
+    case Pattern::checker:
+      return "no light on the axis, four spots around it";
+    case Pattern::ramp:
+      return "grey that rises to the right, under a plain quarter";
+  }
+  return "";
+}
+
+void run_pattern(const PatternArguments& options) {
+  PatternSpec spec;
+  spec.pattern = pattern_of(options.pattern);
+  spec.side = side_of(options.to);
+  spec.focal_m = parse_length_m(options.focal, "--focal");
+  spec.period_px = options.period_px;
+  const auto hologram = hologram_of(options);
+  const auto slm = slm_of(options);
+  const auto field = pattern_field(spec, hologram);
+  const auto panel = std::make_shared<const Panel>(slm, hologram.resolution, hologram.pitch_m,
+                                                   hologram.wavelength_m);
+  const cl::Device device(options.device.info());
+  Encoder encoder(device, panel);
+  const auto levels = encode(device, encoder, field);
+
+  const std::filesystem::path out(options.out);
+  const auto stem = std::string("pattern_") + name_of(spec.pattern);
+  auto written = save_pictures(out, stem, PictureFormat::png, *panel, levels, field);
+  auto report = encoded_report(hologram, slm, 1, PictureFormat::png, written);
+  const auto seen = expectation(spec, hologram);
+  report["pattern"] = {{"name", name_of(spec.pattern)}, {"shows", seen}};
+  if (spec.pattern == Pattern::lens) report["pattern"]["focal_m"] = spec.focal_m;
+  if (spec.pattern == Pattern::blaze) report["pattern"]["slope"] = blaze_slope(spec, hologram);
+  write_text(out / "report.json", report.dump(2) + "\n");
+  written.push_back("report.json");
+  if (options.report.prints_text()) {
+    std::printf("%s shows %s\n", name_of(spec.pattern), seen.c_str());
+    for (const auto& name : written) std::printf("  %s\n", (out / name).c_str());
+  }
+  options.report.write(report);
+}
+
+}  // namespace
+
+void add_pattern(CLI::App& app) {
+  auto* command = add_command(
+      app, section::make, "pattern",
+      "Make a test picture that tells whether an SLM is set up right",
+      "build/raywave pattern lens --slm data/bench.toml --size 1920x1080 --pitch 3.74um \\\n"
+      "    --wavelength 638nm -o patterns");
+  auto options = std::make_shared<PatternArguments>();
+  command->add_option("PATTERN", options->pattern, "What it shows: docs/bench.md says what to see")
+      ->type_name("lens|blaze|checker|ramp")
+      ->required();
+  command
+      ->add_option("--slm", options->slm, "File with section [slm]; levels of phase when not given")
+      ->type_name("SCENE")
+      ->group(group::pictures);
+  add_set(*command, options->set);
+  command->add_option("--size", options->size, "Pixels of the SLM, e.g. 1920x1080")
+      ->type_name("WIDTHxHEIGHT")
+      ->required()
+      ->group(group::pictures);
+  command->add_option("--pitch", options->pitch, "Pixel pitch (one, or x,y)")
+      ->type_name("LENGTH")
+      ->required()
+      ->group(group::pictures);
+  command->add_option("--wavelength", options->wavelength, "Wavelength")
+      ->type_name("LENGTH")
+      ->required()
+      ->group(group::pictures);
+  command
+      ->add_option("--focal", options->focal, "lens: focal length; negative ones spread the light")
+      ->type_name("LENGTH")
+      ->capture_default_str()
+      ->group(group::pictures);
+  command
+      ->add_option("--period", options->period_px,
+                   "blaze: pixels to a turn of phase; checker: pixels to two squares")
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group::pictures);
+  command->add_option("--to", options->to, "blaze: where the light goes, looking along it")
+      ->type_name("right|left|up|down")
+      ->capture_default_str()
+      ->group(group::pictures);
+  options->device.add_device_to(*command);
+  add_output(*command, options->out, "the picture and report.json")->required();
+  options->report.add_to(*command, "report.json");
+  command->callback([options] { run_pattern(*options); });
+}
+
+}  // namespace raywave::cli

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/encode/pictures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/scene/image.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr std::array<std::pair<const char*, PictureFormat>, 11> formats{
+    {{"png", PictureFormat::png},
+     {"png16", PictureFormat::png16},
+     {"bmp", PictureFormat::bmp},
+     {"tiff", PictureFormat::tiff},
+     {"exr", PictureFormat::exr},
+     {"npy", PictureFormat::npy},
+     {"mat", PictureFormat::mat},
+     {"rgb-24x1", PictureFormat::rgb_24x1},
+     {"rgb-12x2", PictureFormat::rgb_12x2},
+     {"rgb-8x3", PictureFormat::rgb_8x3},
+     {"rgb-6x4", PictureFormat::rgb_6x4}}};
+
+/// Bits of a frame in a RGB picture; 0: not packed.
+int packed_bits(PictureFormat format) {
+  switch (format) {
+    case PictureFormat::rgb_24x1:
+      return 1;
+    case PictureFormat::rgb_12x2:
+      return 2;
+    case PictureFormat::rgb_8x3:
+      return 3;
+    case PictureFormat::rgb_6x4:
+      return 4;
+    default:
+      return 0;
+  }
+}
+
+const char* extension_of(PictureFormat format) {
+  switch (format) {
+    case PictureFormat::bmp:
+      return ".bmp";
+    case PictureFormat::tiff:
+      return ".tif";
+    case PictureFormat::exr:
+      return ".exr";
+    case PictureFormat::npy:
+      return ".npy";
+    case PictureFormat::mat:
+      return ".mat";
+    default:
+      return ".png";
+  }
+}
+
+std::string name_of_file(const std::string& stem, std::size_t number, PictureFormat format) {
+  return stem + (number == 0 ? "" : "_" + std::to_string(number + 1)) + extension_of(format);
+}
+
+/// The levels that an encoder sends, from the lowest on; empty where it sends all.
+std::vector<std::uint8_t> sent_levels(const Panel& panel) {
+  if (panel.slm().encoding == Encoding::lee) return {0, 255};
+  const std::set<std::uint8_t> levels(panel.level_table().begin(), panel.level_table().end());
+  return {levels.begin(), levels.end()};
+}
+
+/// RGB pictures of 24 / bits frames each; frames that are missing from the last one are 0.
+std::vector<std::vector<std::uint8_t>> packed(const Panel& panel, PictureFormat format,
+                                              const std::vector<LevelPicture>& frames) {
+  const int bits = packed_bits(format);
+  const auto sent = sent_levels(panel);
+  const std::size_t most = std::size_t{1} << bits;
+  if (sent.empty() || sent.size() > most)
+    throw InputError(std::string("--format ") + name_of(format) + " takes pictures of at most " +
+                     std::to_string(most) + " levels, and slm.levels is " +
+                     std::to_string(panel.slm().levels) +
+                     "; give slm.levels = " + std::to_string(most));
+  std::array<std::uint32_t, 256> rank{};
+  for (std::uint32_t i = 0; i < sent.size(); ++i) rank[sent[i]] = i;
+
+  const auto frames_each = static_cast<std::size_t>(24 / bits);
+  std::vector<std::vector<std::uint8_t>> pictures;
+  for (std::size_t first = 0; first < frames.size(); first += frames_each) {
+    std::vector<std::uint32_t> colours(frames[0].levels.size());
+    for (std::size_t k = first; k < std::min(first + frames_each, frames.size()); ++k)
+      for (std::size_t i = 0; i < colours.size(); ++i)
+        colours[i] |= rank[frames[k].levels[i]] << (static_cast<std::size_t>(bits) * (k - first));
+    auto& picture = pictures.emplace_back();
+    picture.reserve(3 * colours.size());
+    for (const std::uint32_t colour : colours)
+      for (const int shift : {0, 8, 16})
+        picture.push_back(static_cast<std::uint8_t>(colour >> shift & 0xff));
+  }
+  return pictures;
+}
+
+}  // namespace
+
+std::string picture_format_names() {
+  std::string names;
+  for (const auto& [name, format] : formats)
+    names += (names.empty() ? "" : "|") + std::string(name);
+  return names;
+}
+
+PictureFormat picture_format_of(const std::string& name) {
+  for (const auto& [known, format] : formats)
+    if (name == known) return format;
+  if (name == "rgb-8x4")
+    throw InputError(
+        "--format rgb-8x4: 8 frames of 4 bits take 32 bits, and a RGB picture has 24; there are "
+        "rgb-6x4 and rgb-8x3");
+  std::string names = picture_format_names();
+  for (std::size_t at; (at = names.find('|')) != std::string::npos;) names.replace(at, 1, ", ");
+  throw InputError("--format " + one_line(name) + ": unknown; there are " + names);
+}
+
+const char* name_of(PictureFormat format) {
+  return formats[static_cast<std::size_t>(format)].first;
+}
+
+std::vector<std::string> save_pictures(const std::filesystem::path& folder, const std::string& stem,
+                                       PictureFormat format, const Panel& panel,
+                                       const std::vector<std::vector<std::uint8_t>>& levels,
+                                       const FieldStack& field) {
+  std::vector<std::string> written;
+  const auto next_file = [&] {
+    written.push_back(name_of_file(stem, written.size(), format));
+    return folder / written.back();
+  };
+  if (format == PictureFormat::exr || format == PictureFormat::mat) {
+    const auto pixels = std::size_t{1} * field.nx * field.ny;
+    const auto save =
+        format == PictureFormat::mat ? save_mat : static_cast<decltype(&save_mat)>(&save_exr);
+    for (std::size_t frame = 0; frame < static_cast<std::size_t>(field.frames); ++frame)
+      save(next_file(), field.nx, field.ny,
+           std::span(field.samples).subspan(frame * pixels, pixels));
+    return written;
+  }
+
+  std::vector<LevelPicture> frames;
+  for (const auto& frame : levels) frames.push_back(for_slm({panel.size_px(), frame}, panel.slm()));
+  const auto size = frames.at(0).size_px;
+  if (packed_bits(format) > 0) {
+    for (const auto& picture : packed(panel, format, frames))
+      save_png_rgb(next_file(), size.x, size.y, picture);
+  } else if (format == PictureFormat::npy) {
+    std::vector<std::uint8_t> all;
+    for (const auto& frame : frames)
+      all.insert(all.end(), frame.levels.begin(), frame.levels.end());
+    save_npy(next_file(), size.x, size.y, static_cast<int>(frames.size()), all);
+  } else if (format == PictureFormat::png16) {
+    for (const auto& frame : frames) {
+      std::vector<std::uint16_t> scaled;
+      scaled.reserve(frame.levels.size());
+      for (const auto level : frame.levels)
+        scaled.push_back(static_cast<std::uint16_t>(level * 257));
+      save_png16(next_file(), size.x, size.y, scaled);
+    }
+  } else {
+    for (const auto& frame : frames) save_grey(next_file(), size.x, size.y, frame.levels);
+  }
+  return written;
+}
+
+}  // namespace raywave

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands that make pictures for SLMs and look at them, as a person runs them.
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host/scene/image.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/program.hpp"
+
+namespace raywave {
+namespace {
+
+using Catch::Approx;
+using Catch::Matchers::ContainsSubstring;
+using Json = nlohmann::json;
+using namespace test;
+
+const std::string slm_text = R"([slm]
+encoding = "double-phase"
+levels_per_turn = 254
+invert = true
+carrier = [0.05, -0.1]
+flip = "x"
+rotate = 90
+stop = 0.5
+)";
+
+TEST_CASE("encode makes of a render's field the pictures that the render made, bit by bit") {
+  for (const auto& more : {std::string(), slm_text,
+                           std::string("[slm]\nencoding = \"phase\"\nlevels = 4\nlens = \"1 m\"\n"),
+                           std::string("[slm]\nband = [0.6, 0.8]\nclip = 0.8\n")}) {
+    INFO(more);
+    Desk desk;
+    desk.scene(more);
+    REQUIRE(desk.render({"--set", "sampling.frames=2", "--quiet"}).code == 0);
+    // Beside the field, report.json describes the SLM.
+    const auto again =
+        desk.run({"encode", desk.out("field.npy").string(), "-o", desk.file("again"), "--quiet"});
+    INFO(again.err);
+    REQUIRE(again.code == 0);
+    CHECK(again.out.empty());
+    for (const char* name : {"hologram.png", "hologram_2.png"})
+      CHECK(bytes_of(desk.folder() / "again" / name) == bytes_of(desk.out(name)));
+    if (more != slm_text) continue;
+    // So does a file of its own.
+    desk.folder().write("bench.toml", slm_text);
+    REQUIRE(desk.run({"encode", desk.out("field.npy").string(), "--slm", desk.file("bench.toml"),
+                      "-o", desk.file("by_file")})
+                .code == 0);
+    CHECK(bytes_of(desk.folder() / "by_file" / "hologram.png") ==
+          bytes_of(desk.out("hologram.png")));
+    REQUIRE(desk.run({"encode", desk.out("field.npy").string(), "--slm", desk.file("bench.toml"),
+                      "--set", "slm.invert=false", "-o", desk.file("changed")})
+                .code == 0);
+    CHECK(bytes_of(desk.folder() / "changed" / "hologram.png") !=
+          bytes_of(desk.out("hologram.png")));
+  }
+}
+
+TEST_CASE("reconstruct shows of report.json the mean of its frames, one by one, in any format") {
+  Desk desk;
+  desk.scene(slm_text);
+  REQUIRE(desk.render({"--set", "sampling.frames=3", "--quiet"}).code == 0);
+  const auto seen = [&](const std::vector<std::string>& holograms, const std::string& folder) {
+    std::vector<std::string> line{"reconstruct", "-z", "10mm", "-o", desk.file(folder), "--quiet"};
+    line.insert(line.end(), holograms.begin(), holograms.end());
+    const auto outcome = desk.run(line);
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    return load_grey(desk.folder() / folder / "reconstruction_10mm.exr", "").pixels;
+  };
+  const auto all = seen({desk.out("report.json").string()}, "all");
+  std::vector<double> mean(all.size());
+  for (const char* name : {"hologram.png", "hologram_2.png", "hologram_3.png"}) {
+    const auto one = seen({desk.out(name).string()}, "one");
+    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += one[i] / 3.0;
+  }
+  const double peak = *std::max_element(mean.begin(), mean.end());
+  for (std::size_t i = 0; i < mean.size(); ++i)
+    CHECK(all[i] == Approx(mean[i]).margin(1e-5 * peak));
+  CHECK(seen({desk.out("hologram.png").string(), desk.out("hologram_2.png").string(),
+              desk.out("hologram_3.png").string()},
+             "named") == all);
+
+  for (const char* format : {"png16", "bmp", "tiff"}) {
+    INFO(format);
+    const auto folder = desk.file(format);
+    REQUIRE(desk.run({"encode", desk.out("field.npy").string(), "--format", format, "-o", folder})
+                .code == 0);
+    CHECK(seen({folder + "/report.json"}, std::string(format) + "_seen") == all);
+  }
+  for (const char* format : {"npy", "exr"}) {
+    const auto folder = desk.file(format);
+    REQUIRE(desk.run({"encode", desk.out("field.npy").string(), "--format", format, "-o", folder})
+                .code == 0);
+    check_refused(
+        desk.run({"reconstruct", folder + "/report.json", "-z", "10mm", "-o", desk.file("none")}),
+        2, "which is not read again; encode with --format png");
+  }
+  check_refused(desk.run({"encode", desk.out("field.npy").string(), "--format", "rgb-24x1", "-o",
+                          desk.file("none")}),
+                2, "give slm.levels = 2");
+  check_refused(desk.run({"encode", desk.out("field.npy").string(), "--format", "jpeg", "-o",
+                          desk.file("none")}),
+                2, "--format jpeg: unknown");
+  check_refused(desk.run({"encode", desk.out("hologram.png").string(), "-o", desk.file("none")}), 2,
+                "encode takes the complex field");
+  CHECK_FALSE(std::filesystem::exists(desk.folder() / "none"));
+}
+
+TEST_CASE("mistakes in [slm] get one line and exit code 2 from every command that reads it") {
+  Desk desk;
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  std::filesystem::rename(desk.out(""), desk.folder() / "good");
+  const auto field = desk.file("good/field.npy");
+  save_png(desk.folder() / "flat.png", 2, 2, std::vector<std::uint8_t>(4));
+  std::string turns_back;
+  for (int i = 0; i < 256; ++i) turns_back += std::to_string(i % 128) + "\n";
+  desk.folder().write("lut.txt", turns_back);
+  const auto refused = [&](const std::string& keys, const std::string& says) {
+    INFO(keys);
+    const auto slm = "[slm]\n" + keys + "\n";
+    desk.folder().write("bench.toml", slm);
+    check_refused(
+        desk.run({"encode", field, "--slm", desk.file("bench.toml"), "-o", desk.file("out")}), 2,
+        says);
+    check_refused(desk.run({"pattern", "lens", "--slm", desk.file("bench.toml"), "--size", "64x64",
+                            "--pitch", "4um", "--wavelength", "638nm", "-o", desk.file("out")}),
+                  2, says);
+    desk.scene(slm);
+    check_refused(desk.render(), 2, says);
+    check_refused(desk.run({"plan", desk.file("scene.toml")}), 2, says);
+    desk.scene("");
+    CHECK_FALSE(desk.has_output());
+  };
+  refused("encoding = \"kinoform\"", "encoding must be \"phase\" or \"double-phase\"");
+  refused("lut = \"lut.txt\"", "lut must rise or fall from level to level; level 128 shows 0");
+  refused("flatness = \"flat.png\"", "flatness: the picture is 2 x 2, the SLM ");
+  refused("carrier = [0.7, 0]", "carrier[0] must be -0.5 to 0.5");
+  refused("shift = [\"90 mm\", 0]", "slm.shift: 90 mm, 0 m at 100 mm needs a carrier of ");
+  desk.scene("[slm]\nstop = 0.05\nstop_centre = [0.4, 0]\n");
+  for (const auto& outcome : {desk.render(), desk.run({"plan", desk.file("scene.toml")})})
+    check_refused(outcome, 2, "slm.stop passes none of the scene's light");
+}
+
+TEST_CASE("plan states what the stop passes and where the undiffracted light falls") {
+  Desk desk;
+  desk.scene("[slm]\nstop = 0.02\ncarrier = [0.2, 0]\n");
+  const auto text = desk.run({"plan", desk.file("scene.toml")});
+  INFO(text.err);
+  CHECK(text.code == 0);
+  CHECK_THAT(text.out, ContainsSubstring("SLM       double-phase, its stop passes ") &&
+                           ContainsSubstring(", stopped") &&
+                           ContainsSubstring("cut off by slm.stop"));
+  const auto json =
+      Json::parse(desk.run({"plan", desk.file("scene.toml"), "--json"}).out)["prediction"];
+  const auto& light = json["slm_light"];
+  CHECK(light["through_stop"].get<double>() < 0.99);
+  CHECK(light["zero_order"]["stopped"] == true);
+  // 10 mm times the tangent of the angle of 0.2 cycles per 4 um
+  const double sine = 0.2 * 638e-9 / 4e-6;
+  CHECK(light["zero_order"]["centre_m"][0].get<double>() ==
+        Approx(10e-3 * sine / std::sqrt(1 - sine * sine)));
+}
+
+TEST_CASE("patterns are written with a report, and what they show is said") {
+  Desk desk;
+  desk.folder().write("bench.toml", slm_text);
+  const auto pattern = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), "pattern");
+    for (const char* word : {"--size", "96x64", "--pitch", "4um", "--wavelength", "532nm"})
+      more.emplace_back(word);
+    more.insert(more.end(), {"-o", desk.file("patterns")});
+    return desk.run(more);
+  };
+  const auto lens = pattern({"lens", "--focal", "20mm"});
+  INFO(lens.err);
+  CHECK(lens.code == 0);
+  CHECK_THAT(lens.out, ContainsSubstring("lens shows a spot 20 mm after the SLM") &&
+                           ContainsSubstring("pattern_lens.png"));
+  const auto blaze = pattern({"blaze", "--to", "up", "--slm", desk.file("bench.toml"), "--json"});
+  CHECK(blaze.code == 0);
+  const auto json = Json::parse(blaze.out);
+  CHECK(json["pattern"]["name"] == "blaze");
+  CHECK(json["pattern"]["slope"].get<double>() == Approx(532e-9 / 64e-6).epsilon(1e-4));
+  CHECK(json["scene"]["slm"]["encoding"] == "phase");
+  CHECK(json["scene"]["slm"]["invert"] == true);
+  const auto picture = load_levels(desk.folder() / "patterns" / "pattern_blaze.png", "");
+  CHECK(picture.width == 64);  // turned
+  CHECK(picture.height == 96);
+  for (const char* name : {"checker", "ramp"}) CHECK(pattern({name}).code == 0);
+  for (const char* name :
+       {"pattern_lens.png", "pattern_checker.png", "pattern_ramp.png", "report.json"})
+    CHECK(std::filesystem::exists(desk.folder() / "patterns" / name));
+  // A diverging lens seems to shine from before the SLM: reconstruct looks there.
+  REQUIRE(pattern({"lens", "--focal", "-20mm"}).code == 0);
+  REQUIRE(desk.run({"reconstruct", desk.file("patterns/report.json"), "-z", "20mm", "-o",
+                    desk.file("seen")})
+              .code == 0);
+  const auto seen = load_grey(desk.folder() / "seen" / "reconstruction_20mm.exr", "");
+  const auto brightest =
+      std::max_element(seen.pixels.begin(), seen.pixels.end()) - seen.pixels.begin();
+  CHECK(std::abs(static_cast<int>(brightest % 96) - 48) <= 1);
+  CHECK(std::abs(static_cast<int>(brightest / 96) - 32) <= 1);
+
+  check_refused(pattern({"grid"}), 2, "there are lens, blaze, checker and ramp");
+  check_refused(pattern({"lens", "--focal", "1mm"}), 2, "too strong a lens");
+  check_refused(pattern({"blaze", "--period", "1"}), 2, "--period 1: ");
+  check_refused(pattern({"blaze", "--to", "east"}), 2, "there are right, left, up and down");
+  check_refused(pattern({"blaze", "--set", "slm.invert=true"}), 2, "--slm, which is not given");
+  check_refused(desk.run({"pattern", "lens", "--size", "64", "--pitch", "4um", "--wavelength",
+                          "532nm", "-o", desk.file("none")}),
+                2, "--size \"64\": two values with 'x' between them");
+}
+
+TEST_CASE("compare takes pictures as intensities, amplitudes or as a screen shows them") {
+  const Desk desk;
+  std::vector<float> a(64), b(64);
+  for (std::size_t i = 0; i < 64; ++i) {
+    a[i] = static_cast<float>(i * i) / 4096;
+    b[i] = static_cast<float>(i * i) / 2048 + 0.01f;
+  }
+  save_exr(desk.folder() / "a.exr", 8, 8, a);
+  save_exr(desk.folder() / "b.exr", 8, 8, b);
+  const auto psnr = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> line{"compare", desk.file("a.exr"), desk.file("b.exr"), "--json"};
+    line.insert(line.end(), more.begin(), more.end());
+    const auto json = Json::parse(desk.run(line).out);
+    if (!more.empty()) CHECK(json["domain"] == more.back());
+    return json["psnr_db"].get<double>();
+  };
+  CHECK(psnr({}) == psnr({"--domain", "intensity"}));
+  CHECK(psnr({"--domain", "amplitude"}) < psnr({}) - 3);
+  CHECK(psnr({"--domain", "srgb"}) < psnr({}) - 3);
+  check_refused(desk.run({"compare", desk.file("a.exr"), desk.file("b.exr"), "--domain", "log"}), 2,
+                "there are intensity, amplitude and srgb");
+}
+
+}  // namespace
+}  // namespace raywave

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/evaluate/slm_json.hpp"
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "host/scene/image.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/files.hpp"
+
+namespace raywave {
+namespace {
+
+using Catch::Matchers::ContainsSubstring;
+using Json = nlohmann::json;
+
+std::filesystem::path report_of(const Folder& folder, const SlmSpec& slm) {
+  Json report;
+  report["scene"]["slm"] = json_of(slm);
+  return folder.write("report.json", report.dump());
+}
+
+TEST_CASE("an SLM comes back from its report as it was, whatever it is") {
+  const Folder folder;
+  save_png(folder / "flat.png", 2, 1, std::vector<std::uint8_t>{10, 20});
+  SlmSpec slm;
+  slm.clip = 0.75;
+  slm.band = {0.5, 0.25};
+  slm.levels = 16;
+  slm.levels_per_turn = 254;
+  slm.invert = true;
+  slm.offset_turns = 1.0 / 3;
+  for (int i = 0; i < 256; ++i) slm.lut.push_back(i / 254.0);
+  slm.flatness.file = folder / "flat.png";
+  slm.flatness.picture = load_levels(slm.flatness.file, "");
+  slm.flatness.centre = true;
+  slm.zernike = {{4, 0.1}, {11, -1.0 / 7}};
+  slm.carrier = {0.1, -1.0 / 3};
+  slm.shift_m = {1e-3, -2e-3};
+  slm.shift_distance_m = 0.3;
+  slm.lens_m = -0.25;
+  slm.stop = StopSpec{{0.3, 0.4}, {0.01, -0.02}};
+  for (const auto encoding : {Encoding::phase, Encoding::double_phase, Encoding::off_axis,
+                              Encoding::burckhardt, Encoding::lee}) {
+    for (const int rotate : {0, 90, 180, 270}) {
+      for (const bool flip_x : {false, true}) {
+        for (const bool flip_y : {false, true}) {
+          slm.encoding = encoding;
+          slm.rotate_deg = rotate;
+          slm.flip_x = flip_x;
+          slm.flip_y = flip_y;
+          const auto back = slm_of_report(report_of(folder, slm));
+          CHECK(back.encoding == encoding);
+          CHECK(back.rotate_deg == rotate);
+          CHECK(back.flip_x == flip_x);
+          CHECK(back.flip_y == flip_y);
+        }
+      }
+    }
+  }
+  const auto back = slm_of_report(report_of(folder, slm));
+  CHECK(back.clip == slm.clip);
+  CHECK(back.band == slm.band);
+  CHECK(back.levels == slm.levels);
+  CHECK(back.levels_per_turn == slm.levels_per_turn);
+  CHECK(back.invert);
+  CHECK(back.offset_turns == slm.offset_turns);
+  CHECK(back.lut == slm.lut);
+  CHECK(back.flatness.file == slm.flatness.file);
+  CHECK(back.flatness.picture.pixels == slm.flatness.picture.pixels);
+  CHECK_FALSE(back.flatness.in_nm);
+  CHECK(back.flatness.centre);
+  REQUIRE(back.zernike.size() == 2);
+  CHECK(back.zernike[1].noll == 11);
+  CHECK(back.zernike[1].turns == slm.zernike[1].turns);
+  CHECK(back.carrier == slm.carrier);
+  CHECK(back.shift_m == slm.shift_m);
+  CHECK(back.shift_distance_m == slm.shift_distance_m);
+  CHECK(back.lens_m == slm.lens_m);
+  CHECK(back.stop.value().size == slm.stop->size);
+  CHECK(back.stop.value().centre == slm.stop->centre);
+  // And every other key that there may be
+  CHECK(json_of(back) == json_of(slm));
+  CHECK(json_of(slm_of_report(report_of(folder, SlmSpec{}))) == json_of(SlmSpec{}));
+}
+
+TEST_CASE("a report of an earlier version stands for phases in 256 levels") {
+  const Folder folder;
+  const auto slm = slm_of_report(folder.write("report.json", R"({"scene": {}})"));
+  CHECK(slm.encoding == Encoding::phase);
+  CHECK(slm.levels_per_turn == 256);
+}
+
+TEST_CASE("a damaged report is refused with one line") {
+  const Folder folder;
+  const auto refusal = [&](const std::string& text) {
+    return input_error_of([&] { slm_of_report(folder.write("report.json", text)); });
+  };
+  Json good;
+  good["scene"]["slm"] = json_of(SlmSpec{});
+  const auto with = [&](const char* key, const Json& value) {
+    auto report = good;
+    report["scene"]["slm"][key] = value;
+    return refusal(report.dump());
+  };
+  CHECK(with("levels", 16).empty());
+  for (const auto& [key, value] : {std::pair<const char*, Json>{"levels", 0},
+                                   {"levels", 300},
+                                   {"levels_per_turn", 1},
+                                   {"rotate_deg", 45},
+                                   {"lut", Json::array({1, 2})},
+                                   {"clip", "much"},
+                                   {"carrier", 3},
+                                   {"encoding", "kinoform"},
+                                   {"stop", Json::array()}}) {
+    INFO(key << " " << value);
+    const auto said = with(key, value);
+    CHECK_THAT(said, ContainsSubstring("report.json: "));
+    CHECK(said.find('\n') == std::string::npos);
+  }
+  CHECK_THAT(refusal("{"), ContainsSubstring("not a report of raywave"));
+  CHECK_THAT(input_error_of([&] { slm_of_report(folder / "none.json"); }),
+             ContainsSubstring("none.json: not found"));
+}
+
+}  // namespace
+}  // namespace raywave

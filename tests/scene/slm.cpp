@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// Section [slm]: what arrives, and what is refused.
+#include "host/scene/slm.hpp"
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "host/scene/image.hpp"
+#include "host/scene/read_slm.hpp"
+#include "host/scene/scene.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/files.hpp"
+
+namespace raywave {
+namespace {
+
+using Catch::Approx;
+using Catch::Matchers::ContainsSubstring;
+
+/// One line per level.
+std::string lut_text(const std::function<std::string(int)>& line) {
+  std::string text = "# measured\n";
+  for (int level = 0; level < 256; ++level) text += line(level) + "\n";
+  return text;
+}
+
+struct Bench {
+  Folder folder;
+  Bench() {
+    folder.write("rising.txt", lut_text([](int i) { return std::to_string(i / 255.0); }));
+    folder.write("falling.csv", lut_text([](int i) {
+                   return std::to_string(i) + ", " + std::to_string(6 - i / 50.0);
+                 }));
+    folder.write("turns_back.txt", lut_text([](int i) { return std::to_string(i % 200); }));
+    folder.write("flat.txt", lut_text([](int i) { return std::to_string(i / 2); }));
+    folder.write("short.txt", "0 0.5 1");
+    folder.write("words.txt", lut_text([](int i) { return i == 7 ? "about 3" : "1"; }));
+    folder.write("nan.txt", lut_text([](int i) { return i == 7 ? "nan" : "1"; }));
+    folder.write("shuffled.txt", lut_text([](int i) {
+                   return std::to_string(i == 9 ? 10 : i) + " " + std::to_string(i);
+                 }));
+    folder.write("ragged.txt", lut_text([](int i) {
+                   return std::to_string(i) + (i == 20 ? "" : " " + std::to_string(i));
+                 }));
+    folder.write("large.txt", std::string(2 << 20, '1'));
+    folder.write("empty.txt", "");
+    folder.write("none.png", "no picture");
+    save_png(folder / "flat.png", 3, 2, std::vector<std::uint8_t>{0, 1, 2, 3, 4, 255});
+  }
+
+  SlmSpec load(const std::string& keys, const std::vector<std::string>& set = {}) const {
+    return load_slm(folder.write("slm.toml", "[slm]\n" + keys + "\n"), set);
+  }
+
+  /// The message of the InputError, without the folder's name.
+  std::string refusal(const std::string& keys, const std::vector<std::string>& set = {}) const {
+    auto message = input_error_of([&] { load(keys, set); });
+    for (const std::string prefix = (folder / "").string();
+         message.find(prefix) != std::string::npos;)
+      message.erase(message.find(prefix), prefix.size());
+    return message;
+  }
+};
+
+TEST_CASE("every key of [slm] arrives at its place") {
+  const Bench bench;
+  const auto slm = bench.load(R"(encoding = "off-axis"
+clip = 0.95
+band = [0.5, 0.75]
+levels = 16
+levels_per_turn = 254
+offset = -0.25
+lut = "falling.csv"
+carrier = [0.25, -0.1]
+lens = "-30 cm"
+zernike = [[4, 0.1], [11, -0.05]]
+flatness = "flat.png"
+flatness_unit = "nm"
+flatness_fit = "centre"
+flip = "xy"
+rotate = 270
+stop = [0.4, 0.3]
+stop_centre = [0.05, -0.02])");
+  CHECK(slm.encoding == Encoding::off_axis);
+  CHECK(slm.clip == 0.95);
+  CHECK(slm.band == glm::dvec2(0.5, 0.75));
+  CHECK(slm.levels == 16);
+  CHECK(slm.levels_per_turn == 254);
+  CHECK(slm.offset_turns == -0.25);
+  REQUIRE(slm.lut.size() == 256);
+  CHECK(slm.lut[50] == Approx(5));
+  CHECK(slm.carrier == glm::dvec2(0.25, -0.1));
+  CHECK(slm.lens_m.value() == Approx(-0.3));
+  REQUIRE(slm.zernike.size() == 2);
+  CHECK(slm.zernike[1].noll == 11);
+  CHECK(slm.zernike[1].turns == -0.05);
+  CHECK(slm.flatness.picture.width == 3);
+  CHECK(slm.flatness.in_nm);
+  CHECK(slm.flatness.centre);
+  CHECK(slm.flip_x);
+  CHECK(slm.flip_y);
+  CHECK(slm.rotate_deg == 270);
+  CHECK(slm.stop.value().size == glm::dvec2(0.4, 0.3));
+  CHECK(slm.stop.value().centre == glm::dvec2(0.05, -0.02));
+  CHECK(bench.load("invert = true").invert);
+
+  const auto moved = bench.load("shift = [\"1 mm\", 0]\nshift_distance = \"20 cm\"");
+  CHECK(moved.shift_m.x == Approx(1e-3));
+  CHECK(moved.shift_distance_m == Approx(0.2));
+}
+
+TEST_CASE("keys of [slm] left out have the documented defaults") {
+  const auto slm = Bench().load("");
+  CHECK(slm.encoding == Encoding::double_phase);
+  CHECK(slm.clip == 0.9);
+  CHECK(slm.band == glm::dvec2(1));
+  CHECK(slm.levels == 256);
+  CHECK(slm.levels_per_turn == 256);
+  CHECK_FALSE(slm.invert);
+  CHECK(slm.offset_turns == 0);
+  CHECK(slm.lut.empty());
+  CHECK(slm.flatness.picture.pixels.empty());
+  CHECK(slm.zernike.empty());
+  CHECK(slm.carrier == glm::dvec2(0));
+  CHECK(slm.shift_m == glm::dvec2(0));
+  CHECK(slm.shift_distance_m == 0.1);
+  CHECK_FALSE(slm.lens_m.has_value());
+  CHECK_FALSE((slm.flip_x || slm.flip_y));
+  CHECK(slm.rotate_deg == 0);
+  CHECK_FALSE(slm.stop.has_value());
+}
+
+TEST_CASE("a LUT may be one column or two, in turns or radians, of a file or of the scene itself") {
+  const Bench bench;
+  CHECK(bench.load("lut = \"rising.txt\"").lut[255] == Approx(1));
+  CHECK(bench.load("lut = \"falling.csv\"").lut[255] == Approx(0.9));
+  CHECK(bench.load("lut = \"falling.csv\"\nlut_unit = \"radians\"").lut[255] ==
+        Approx(0.9 / (2 * std::numbers::pi)));
+  std::string numbers;
+  for (int i = 0; i < 256; ++i) numbers += std::to_string(i) + (i % 8 == 7 ? ".5,\n" : ".5, ");
+  CHECK(bench.load("lut = [" + numbers + "]").lut[17] == 17.5);
+}
+
+TEST_CASE("a wrong value in [slm] is refused with its line and what would be right") {
+  struct Case {
+    const char* keys;
+    const char* message;  // how it begins
+  };
+  const std::vector<Case> cases{
+      {"encoding = \"kinoform\"",
+       "slm.toml:2: slm: encoding must be \"phase\" or \"double-phase\" or \"off-axis\" or "
+       "\"burckhardt\" or \"lee\", got \"kinoform\""},
+      {"clip = 0", "slm.toml:2: slm: clip must be 0.01 to 1, got 0"},
+      {"band = [1, 2]", "slm.toml:2: slm: band[1] must be 0.001 to 1, got 2"},
+      {"levels = 1", "slm.toml:2: slm: levels must be 2 to 256, got 1"},
+      {"levels_per_turn = 2000", "slm.toml:2: slm: levels_per_turn must be 2 to 1024, got 2000"},
+      {"invert = 1", "slm.toml:2: slm: invert must be true or false, got 1"},
+      {"lut_unit = \"degrees\"",
+       "slm.toml:2: slm: lut_unit must be \"turns\" or \"radians\", got \"degrees\""},
+      {"\nlut = \"turns_back.txt\"",
+       "slm.toml:3: slm: lut must rise or fall from level to level; level 200 shows 0 after 199"},
+      {"lut = \"flat.txt\"",
+       "slm.toml:2: slm: lut must rise or fall from level to level; level 1 shows 0 after 0"},
+      {"lut = \"short.txt\"", "short.txt: a LUT has a number for each of 256 levels, got 3"},
+      {"lut = \"empty.txt\"", "empty.txt: a LUT has a number for each of 256 levels, got 0"},
+      {"lut = \"words.txt\"", "words.txt:9: \"about\" is no number"},
+      {"lut = \"nan.txt\"", "nan.txt:9: \"nan\" is no number"},
+      {"lut = \"shuffled.txt\"", "shuffled.txt:11: level 9 expected, got 10"},
+      {"lut = \"ragged.txt\"", "ragged.txt:22: two columns expected, level and phase, got 1"},
+      {"lut = \"large.txt\"", "large.txt: too large for a LUT (at most 1 MiB)"},
+      {"lut = \"none.txt\"", "slm.toml:2: slm: lut must be a file (there is none at \"none.txt\")"},
+      {"lut = [0, 1]", "slm.toml:2: slm: lut must be 256 numbers, or the name of a file"},
+      {"invert = true\nlut = \"rising.txt\"",
+       "slm.toml:3: slm: lut must be given without invert: the LUT says itself whether phase falls "
+       "as grey rises"},
+      {"carrier = [0.6, 0]", "slm.toml:2: slm: carrier[0] must be -0.5 to 0.5, got 0.6"},
+      {"carrier = 0.1",
+       "slm.toml:2: slm: carrier must be two numbers [x, y] in cycles per pixel, got 0.1"},
+      {"carrier = [0.1, 0]\nshift = [\"1 mm\", 0]",
+       "slm.toml:3: slm: shift must be given without carrier: both say the same"},
+      {"encoding = \"off-axis\"", "slm.toml:1: slm: encoding \"off-axis\" needs slm.carrier"},
+      {"encoding = \"lee\"", "slm.toml:1: slm: encoding \"lee\" needs slm.carrier"},
+      {"lens = 0", "slm.toml:2: slm: lens must be a focal length other than 0, got 0"},
+      {"zernike = 4", "slm.toml:2: slm: zernike must be an array of pairs [Noll index, turns]"},
+      {"zernike = [4, 0.1]", "slm.toml:2: slm: zernike must be an array of pairs"},
+      {"zernike = [[0, 0.1]]",
+       "slm.toml:2: slm: zernike must be [Noll index, turns] with an index of 1 to 105"},
+      {"zernike = [[2.5, 0.1]]",
+       "slm.toml:2: slm: zernike must be [Noll index, turns] with an index of 1 to 105"},
+      {"flatness = \"none.png\"", "slm.toml:2: slm: flatness"},
+      {"flatness = \"gone.png\"", "slm.toml:2: slm: flatness must be a file"},
+      {"flatness_unit = \"um\"",
+       "slm.toml:2: slm: flatness_unit must be \"levels\" or \"nm\", got \"um\""},
+      {"flip = \"z\"", "slm.toml:2: slm: flip must be \"x\", \"y\", \"xy\" or \"\", got \"z\""},
+      {"rotate = 45", "slm.toml:2: slm: rotate must be 0, 90, 180 or 270, got 45"},
+      {"stop = 0", "slm.toml:2: slm: stop must be 0.001 to 1, got 0"},
+      {"stop_centre = [0, 0]",
+       "slm.toml:2: slm: stop_centre must be given with stop, the size of the aperture"},
+      {"stop = \"none\"\nstop_centre = [0, 0]",
+       "slm.toml:3: slm: stop_centre must be given with stop, the size of the aperture"},
+      {"encodign = \"phase\"",
+       "slm.toml:2: slm: unknown key \"encodign\"; did you mean \"encoding\"?"},
+  };
+  const Bench bench;
+  for (const auto& [keys, message] : cases) {
+    INFO(keys);
+    const auto said = bench.refusal(keys);
+    CHECK(said.substr(0, std::string(message).size()) == message);
+    CHECK(said.find('\n') == std::string::npos);
+  }
+  CHECK_THAT(bench.refusal("", {"slm.levels=1"}),
+             ContainsSubstring("--set slm.levels=1: slm: levels must be 2 to 256, got 1"));
+}
+
+TEST_CASE("a file of an SLM holds [slm] and nothing else, and a scene may hold it, too") {
+  const Bench bench;
+  CHECK_THAT(bench.refusal("[hologram]\n"), ContainsSubstring("unknown key \"hologram\""));
+  bench.folder.write("ball.obj", "");
+  const auto scene = load_scene(
+      bench.folder.write("scene.toml",
+                         "[slm]\nflip = \"x\"\n[[light]]\ndirection = [0, 0, 1]\n[[object]]\nmesh "
+                         "= \"ball.obj\"\n"),
+      {"slm.rotate=90"});
+  CHECK(scene.slm.flip_x);
+  CHECK(scene.slm.rotate_deg == 90);
+}
+
+TEST_CASE("a shift is a carrier against it, as far as the SLM's band goes") {
+  SlmSpec slm;
+  slm.shift_m = {3e-3, -4e-3};
+  slm.shift_distance_m = 12e-3;
+  const auto carrier = carrier_of(slm, {1e-6, 0.5e-6}, 800e-9);
+  CHECK(carrier.x == Approx(-3.0 / 13 / 0.8));
+  CHECK(carrier.y == Approx(4.0 / 13 * 0.5 / 0.8));
+  CHECK_THAT(input_error_of([&] {
+               carrier_of(slm, {2e-6, 2e-6}, 800e-9);
+             }),
+             ContainsSubstring("slm.shift: 3 mm, -4 mm at 12 mm needs a carrier of ") &&
+                 ContainsSubstring("pixels show at most 0.5; give a smaller shift"));
+}
+
+TEST_CASE("a flatness picture of another size than the SLM is refused, unless it may be cropped") {
+  const Bench bench;
+  auto slm = bench.load("flatness = \"flat.png\"");
+  require_fit(slm.flatness, {3, 2});
+  CHECK_THAT(input_error_of([&] {
+               require_fit(slm.flatness, {2, 3});
+             }),
+             ContainsSubstring("slm.toml:2: slm: flatness: the picture is 3 x 2, the SLM 2 x 3; "
+                               "give flatness_fit = \"centre\" to crop or pad it"));
+  slm.flatness.centre = true;
+  require_fit(slm.flatness, {2, 3});
+}
+
+}  // namespace
+}  // namespace raywave
