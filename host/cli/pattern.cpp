@@ -137,7 +137,7 @@ void add_pattern(CLI::App& app) {
       ->group(group::pictures);
   add_set(*command, options->set);
   command->add_option("--size", options->size, "Pixels of the SLM, e.g. 1920x1080")
-      ->type_name("WIDTHxHEIGHT")
+      ->type_name("NXxNY")
       ->required()
       ->group(group::pictures);
   command->add_option("--pitch", options->pitch, "Pixel pitch (one, or x,y)")

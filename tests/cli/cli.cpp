@@ -220,6 +220,8 @@ TEST_CASE("shell completion offers every command and option, and the values that
       {"raywave plan --json s", {"scene.toml"}},
       {"raywave compare sq", {"square.obj"}},
       {"raywave completion ", {"bash", "zsh"}},
+      {"raywave pattern ", {"lens", "blaze", "checker", "ramp"}},
+      {"raywave encode --format rgb", {"rgb-24x1", "rgb-12x2", "rgb-8x3", "rgb-6x4"}},
       {"raywave bench --suite ", {"cpu", "gpu", "paper", "scaling"}}};
   for (const auto& command : commands()) {
     const auto options = options_in(help_of(command));

@@ -199,7 +199,8 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {4, "colour = 5e-7",
        "hologram: unknown key \"colour\" (keys here: resolution, pitch, wavelength, tiles)"},
       {5, "[wpr]",
-       "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, wrp, sampling, trace, "
+       "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, slm, wrp, sampling, "
+       "trace, "
        "accuracy, viewer, light, materials, "
        "object)"},
       {6, "grid = \"large\"", "wrp: grid must be two whole numbers [x, y], got \"large\""},

@@ -78,8 +78,8 @@ void warn_of_slm(const SlmLight& light, const Warn& warn) {
        " of the picture: " + length_text(size_m.x) + " x " + length_text(size_m.y) + " around " +
        place + "; " +
        (light.beside_m == glm::dvec2(0)
-            ? std::string("the pixels can move the picture no farther: move the scene off the axis "
-                          "or away, or block that light with slm.stop")
+            ? std::string("the pixels cannot move the picture beside it: move the scene off the "
+                          "axis or farther away, or block that light where it is focused")
             : "slm.shift = " + shift_text(light.beside_m) + " with slm.shift_distance = " +
                   in_quotes(length_text(std::round(light.z_m * 1e5) / 1e5)) +
                   " moves the picture beside it, slm.stop then blocks it"));
