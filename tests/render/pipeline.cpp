@@ -421,8 +421,8 @@ TEST_CASE("the point-based method matches the direct sum over the sample table")
               (pixel_m - glm::dvec3(s.x, s.y, s.z) - plan.origin_m) / (s.z + plan.origin_m.z);
           const double area =
               std::clamp(s.tilt_x * towards.x + s.tilt_y * towards.y - s.tilt_z, 0.0, 4.0);
-          sum +=
-              std::polar(std::sqrt(s.radiance * area) * s.weight / r, 2 * std::numbers::pi * turns);
+          sum += std::polar(amplitude_unit_m(plan) * std::sqrt(s.radiance * area) * s.weight / r,
+                            2 * std::numbers::pi * turns);
         }
         direct.push_back(sum);
       }

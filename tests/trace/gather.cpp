@@ -206,7 +206,8 @@ TEST_CASE("rendering by points matches the direct sum at the hologram") {
     const Rig rig(device, stage, Method::points, false);
     CHECK(result.samples == rig.table.count);
     CHECK(result.hidden_samples == rig.table.hidden);
-    const auto agreement = against_direct_sum(rig, result.field.samples, 2, 1, {0, 0, 0}, 300);
+    const auto agreement = against_direct_sum(rig, result.field.samples, 2, 1, {0, 0, 0}, 300,
+                                              amplitude_unit_m(rig.plan));
     INFO("points: error " << agreement.error << ", unsure " << agreement.unsure
                           << " of 300, hidden " << rig.table.hidden << " of " << rig.table.count);
     CHECK(agreement.pixels > 100);
