@@ -384,7 +384,7 @@ TEST_CASE(
         CHECK(off.samples > 700);
         CHECK(off.moved > (texture ? 400 : 30));
         CHECK(10 * off.unsure < static_cast<int>(cells(rig)));
-        CHECK(off.place_m < 1e-9);  // measured 0.23 nm
+        CHECK(off.place_m < 1e-9);   // measured 0.23 nm
         CHECK(off.radiance < 1e-5);  // measured 2.2e-6: places on the texture in float
       }
     }
