@@ -283,47 +283,45 @@ static inline float first_lane(floatv v) {
 }
 
 #if RAYWAVE_ANTIALIAS
-// Light that the rays through the parts of a cell meet on one layer: sums over these rays. A ray
-// counts with its light, and a little more, so that the centroid of a black layer is that of its
-// area.
+// Means over the rays through the parts of a cell that meet one layer, weighted with their light.
 typedef struct {
-  float light;
-  float weight;  // of the rays
-  float across;  // weight times place, in cells from the cell's middle
+  float across;  // place, in cells from the cell's middle
   float up;
-  float nearness;  // weight over depth, from the hologram's centre
-  float beyond;    // the same times the distance of the hit behind `t`
-} LightOfParts;
+  float nearness;  // 1 / depth, from the hologram's centre
+  float beyond;    // the same times the distance of the hit behind that of the sample
+} Centroid;
 
-#define DARK_WEIGHT 1e-30f
-
-// Adds rays of a packet with their light; lanes that have not `found` the layer do not count.
-static inline void add_parts(const Lattice* lattice, int packet, float t, const Hits* hits,
-                             floatv light, intv found, LightOfParts* sums) {
-  floatv right, upwards;
-  part_places(packet, &right, &upwards);
-  const floatv none = 0.0f, lit = LANES_SELECT(none, light, found);
-  const floatv weight = LANES_SELECT(none, light + DARK_WEIGHT, found);
-  const floatv nearness = weight / (hits->t + (lattice->near_z - lattice->centre_z));
-  sums->light += lanes_float_sum(lit);
-  sums->weight += lanes_float_sum(weight);
-  sums->across += lanes_float_sum(weight * (right - 0.5f));
-  sums->up += lanes_float_sum(weight * (upwards - 0.5f));
-  sums->nearness += lanes_float_sum(nearness);
-  sums->beyond += lanes_float_sum(nearness * (hits->t - t));
+// lights  of each packet's rays; a layer without light counts by its area
+// t       distance of the hit that has found the sample
+static inline Centroid centroid_of(const Lattice* lattice, const Hits* parts, const floatv* lights,
+                                   float light, int covered, float t) {
+  Centroid centroid = {0.0f, 0.0f, 0.0f, 0.0f};
+  const floatv none = 0.0f, even = 1.0f / (float)covered;
+  for (int packet = 0; packet < PACKETS; ++packet) {
+    const Hits* hits = parts + packet;
+    const floatv share = light > 0.0f ? lights[packet] / light : even;
+    const floatv weight = LANES_SELECT(none, share, hits->triangle >= 0);
+    const floatv nearness = weight / (hits->t + (lattice->near_z - lattice->centre_z));
+    floatv right, upwards;
+    part_places(packet, &right, &upwards);
+    centroid.across += lanes_float_sum(weight * (right - 0.5f));
+    centroid.up += lanes_float_sum(weight * (upwards - 0.5f));
+    centroid.nearness += lanes_float_sum(nearness);
+    centroid.beyond += lanes_float_sum(nearness * (hits->t - t));
+  }
+  return centroid;
 }
 
 // Moves a sample from the hit that has found it, at the distance t of the ray with tangents (dx,
 // dy), to the centroid of its light. The harmonic mean of depths puts it onto a plane surface. A
 // curved one bends away from it by p^2 / 12 R.
-static inline void move_to_centroid(const Lattice* lattice, const LightOfParts* sums,
+static inline void move_to_centroid(const Lattice* lattice, const Centroid* centroid,
                                     float centre_dx, float centre_dy, float dx, float dy, float t,
                                     Sample* sample) {
-  const float across = clamp(sums->across / sums->weight, -0.5f, 0.5f),
-              up = clamp(sums->up / sums->weight, -0.5f, 0.5f);
-  const float to_x = centre_dx + across * lattice->step, to_y = centre_dy + up * lattice->step;
+  const float to_x = centre_dx + clamp(centroid->across, -0.5f, 0.5f) * lattice->step,
+              to_y = centre_dy + clamp(centroid->up, -0.5f, 0.5f) * lattice->step;
   if (fabs(to_x - dx) < 1e-6f * lattice->step && fabs(to_y - dy) < 1e-6f * lattice->step) return;
-  const float there = t + sums->beyond / sums->nearness,
+  const float there = t + centroid->beyond / centroid->nearness,
               start = lattice->near_z - lattice->centre_z;
   sample->x = lattice->centre_x + start * to_x + there * to_x;
   sample->y = lattice->centre_y + start * to_y + there * to_y;
@@ -387,23 +385,25 @@ static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, 
   // Parts that differ in coverage only are not shaded.
   const bool shaded = RAYWAVE_TEXTURES || RAYWAVE_SHADOWS;
   if (shaded ? covered > 0 : covered > 0 && covered < PARTS) {
-    LightOfParts sums = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+    floatv lights[PACKETS];
+    float light = 0.0f;
     for (int packet = 0; packet < PACKETS; ++packet) {
       const intv found = parts[packet].triangle >= 0;
-      if (!LANES_ANY(found)) continue;
-      floatv light = radiance;
+      lights[packet] = radiance;
 #if RAYWAVE_TEXTURES || RAYWAVE_SHADOWS
+      if (!LANES_ANY(found)) continue;
       const Rays rays = part_rays(lattice, cell->packet_column, row, packet, found);
       const Surface part = surface_at(scene, &rays, parts + packet);
       uintv unused[LIT_WORDS];
-      light = scattered(scene, &part, lattice, found, unused);
+      lights[packet] = scattered(scene, &part, lattice, found, unused);
 #endif
-      add_parts(lattice, packet, hit->t, parts + packet, light, found, &sums);
+      light += lanes_float_sum(LANES_SELECT((floatv)(0.0f), lights[packet], found));
     }
-    radiance = sums.light / (float)covered;
-    move_to_centroid(lattice, &sums, ((float)(lattice->first_x + column) + 0.5f) * lattice->step,
-                     ((float)(lattice->first_y + row) + 0.5f) * lattice->step, dx, dy, hit->t,
-                     &sample);
+    radiance = light / (float)covered;
+    const Centroid centroid = centroid_of(lattice, parts, lights, light, covered, hit->t);
+    move_to_centroid(
+        lattice, &centroid, ((float)(lattice->first_x + column) + 0.5f) * lattice->step,
+        ((float)(lattice->first_y + row) + 0.5f) * lattice->step, dx, dy, hit->t, &sample);
   }
 #else
   (void)parts;
