@@ -16,15 +16,17 @@ std::size_t pixels_of(const Plan& plan) {
 }  // namespace
 
 void brighten(std::span<std::complex<float>> field, double radiance_unit, const Plan& plan) {
-  if (radiance_unit == 1) return;
-  const double factor = std::sqrt(radiance_unit);
+  const double factor = std::sqrt(radiance_unit) * amplitude_unit_m(plan);
+  bool finite = true;
   for (auto& sample : field) {
-    sample = std::complex<float>(std::complex<double>(sample) * factor);
-    if (!std::isfinite(sample.real()) || !std::isfinite(sample.imag()))
-      throw InputError(plan.scene_name +
-                       ": the hologram's field is brighter than a float holds; give a smaller "
-                       "light.intensity");
+    sample = {static_cast<float>(sample.real() * factor),
+              static_cast<float>(sample.imag() * factor)};
+    finite &= std::isfinite(sample.real()) && std::isfinite(sample.imag());
   }
+  if (!finite)
+    throw InputError(plan.scene_name +
+                     ": the hologram's field is brighter than a float holds; give a smaller "
+                     "light.intensity");
 }
 
 EncodeStage::EncodeStage(const cl::Device& device, bool keep_field, StageTimes& times)
@@ -85,11 +87,11 @@ void EncodeStage::finish(double radiance_unit, std::vector<std::string>& notes) 
     field = {};
     return;
   }
-  brighten(field.samples, radiance_unit, *plan_);
   const auto is_zero = [](const auto& sample) { return sample == std::complex<float>(); };
   if (std::all_of(field.samples.begin(), field.samples.end(), is_zero))
     notes.emplace_back(
         "the hologram is dark: no light comes from the scene at angles that its pixels can show");
+  brighten(field.samples, radiance_unit, *plan_);
 }
 
 }  // namespace raywave

@@ -17,8 +17,10 @@
 
 namespace raywave {
 
-/// Brings a field from the unit of radiance that a device computes in to the scene's own.
+/// Brings a field from the units that a device computes in to the scene's own: |u|^2 is then the
+/// irradiance of the scene's radiance (docs/conventions.md#brightness).
 ///
+/// radiance_unit  DeviceScene::radiance_unit
 /// throws  InputError when the field is then brighter than a float holds
 void brighten(std::span<std::complex<float>> field, double radiance_unit, const Plan& plan);
 

@@ -193,6 +193,11 @@ struct WrpsExtent {
 };
 WrpsExtent wrps_extent(const Plan& plan, const DepthLayer& layer);
 
+/// Unit of the fields on devices, which add up waves sqrt(radiance) / r, one for each sample: times
+/// this length, |u|^2 is the irradiance of the scene's radiance, whatever the sampling pitch
+/// (docs/conventions.md#brightness).
+inline double amplitude_unit_m(const Plan& plan) { return plan.sampling_pitch_m; }
+
 /// Depths of a layer's samples as devices compare them, scene frame.
 std::pair<float, float> layer_bounds(const Plan& plan, const DepthLayer& layer);
 

@@ -21,7 +21,8 @@ Gathering gathering(const Rig& rig, double plane_wave_spots) {
 }
 
 Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>> fields,
-                             int frames, std::uint32_t seed, glm::dvec3 centre_m, int count) {
+                             int frames, std::uint32_t seed, glm::dvec3 centre_m, int count,
+                             double unit_m) {
   const auto what = gathering(rig);
   Random random(1);
   const auto pixels =
@@ -39,7 +40,7 @@ Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>
       dark = false;
       for (int f = 0; f < frames; ++f)
         sums[static_cast<std::size_t>(f)] +=
-            wave.wave *
+            unit_m * wave.wave *
             std::polar(1.0, 2 * std::numbers::pi *
                                 phase_turns_of_key(rig.samples[i].key,
                                                    seed + static_cast<std::uint32_t>(f)));

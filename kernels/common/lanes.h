@@ -80,4 +80,21 @@ static inline int lanes_sum(intv v) {
 #endif
 }
 
+// The same of floats.
+static inline float lanes_float_sum(floatv v) {
+#if RAYWAVE_LANES == 1
+  return v;
+#else
+#if RAYWAVE_LANES == 16
+  const float8 eight = v.lo + v.hi;
+  const float4 four = eight.lo + eight.hi;
+#elif RAYWAVE_LANES == 8
+  const float4 four = v.lo + v.hi;
+#else
+  const float4 four = v;
+#endif
+  return (four.x + four.y) + (four.z + four.w);
+#endif
+}
+
 #endif

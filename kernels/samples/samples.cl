@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The sample table: each point where a ray of the lattice (shared.h) pierces a surface is one
 // source of light. All pixels that see a sample use the same position and phase, so that their sum
-// is a spherical wave (docs/pipeline.md).
+// is a spherical wave (docs/pipeline.md). With antialiasing, a sample shines from the centroid of
+// the light that the rays through the parts of its cell meet.
 //
 // find_samples  samples of the cells of a band of `rows` rows from first_row on. counts[cell]:
 //               number of samples of the cell (row by row), and how many of its first `slots`
@@ -55,9 +56,8 @@ static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv 
 }
 
 #if RAYWAVE_ANTIALIAS
-// Rays through the centres of RAYWAVE_LANES parts of a cell, inner parts first, or through all
-// parts of CELLS_OF_PACKET cells, beginning with this one.
-static inline Rays part_rays(const Lattice* lattice, int column, int row, int packet, intv active) {
+// Centres of RAYWAVE_LANES parts of a cell, inner parts first, in cells from its left bottom corner.
+static inline void part_places(int packet, floatv* right, floatv* upwards) {
 #if RAYWAVE_ANTIALIAS == 4
   const float across[16] = {1, 2, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 0, 3, 0, 3};
   const float up[16] = {1, 1, 2, 2, 0, 0, 1, 1, 2, 2, 3, 3, 0, 0, 3, 3};
@@ -66,8 +66,15 @@ static inline Rays part_rays(const Lattice* lattice, int column, int row, int pa
   const float up[16] = {0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1};
 #endif
   const float part = 1.0f / (float)RAYWAVE_ANTIALIAS;
-  const floatv right = (0.5f + LANES_LOAD(across + packet * RAYWAVE_LANES)) * part;
-  const floatv upwards = (0.5f + LANES_LOAD(up + packet * RAYWAVE_LANES)) * part;
+  *right = (0.5f + LANES_LOAD(across + packet * RAYWAVE_LANES)) * part;
+  *upwards = (0.5f + LANES_LOAD(up + packet * RAYWAVE_LANES)) * part;
+}
+
+// Rays through the centres of RAYWAVE_LANES parts of a cell, or through all parts of
+// CELLS_OF_PACKET cells, beginning with this one.
+static inline Rays part_rays(const Lattice* lattice, int column, int row, int packet, intv active) {
+  floatv right, upwards;
+  part_places(packet, &right, &upwards);
   const intv cell = lattice->first_x + column + LANES_INDEX / PARTS;
   return lattice_rays(lattice, (LANES_TO_FLOAT(cell) + right) * lattice->step,
                       ((float)(lattice->first_y + row) + upwards) * lattice->step, active);
@@ -251,21 +258,6 @@ static inline int unclaimed(const Layers* parts, Hit* hit) {
 }
 #endif
 
-// Distance at which the centre ray meets the plane of the triangle that another ray of the cell has
-// hit. Samples of an object's edge thus lie on the lattice too, whichever ray has found them.
-static inline float through_centre(const SceneArrays* scene, const Lattice* lattice,
-                                   float centre_dx, float centre_dy, float dx, float dy,
-                                   const Hit* hit) {
-  const float3 n = normalize(triangle_cross(&scene->tree, hit->triangle));
-  // From the hit to the centre ray at the same depth, then along it to the plane.
-  const float away = hit->t + (lattice->near_z - lattice->centre_z);
-  const float along = n.x * centre_dx + n.y * centre_dy + n.z;
-  const float further = -away * (n.x * (centre_dx - dx) + n.y * (centre_dy - dy)) /
-                        (fabs(along) < 1e-6f ? 1e-6f : along);
-  const float reach = layer_reach(lattice, hit->t);
-  return hit->t + clamp(further, -reach, reach);
-}
-
 // Radiance without highlights. words: the mask of the lights that it comes from.
 static inline floatv scattered(const SceneArrays* scene, const Surface* s, const Lattice* lattice,
                                intv active, uintv* words) {
@@ -290,6 +282,53 @@ static inline float first_lane(floatv v) {
   return lanes[0];
 }
 
+#if RAYWAVE_ANTIALIAS
+// Means over the rays through the parts of a cell that meet one layer, weighted with their light.
+typedef struct {
+  float across;  // place, in cells from the cell's middle
+  float up;
+  float nearness;  // 1 / depth, from the hologram's centre
+  float beyond;    // the same times the distance of the hit behind that of the sample
+} Centroid;
+
+// lights  of each packet's rays; a layer without light counts by its area
+// t       distance of the hit that has found the sample
+static inline Centroid centroid_of(const Lattice* lattice, const Hits* parts, const floatv* lights,
+                                   float light, int covered, float t) {
+  Centroid centroid = {0.0f, 0.0f, 0.0f, 0.0f};
+  const floatv none = 0.0f, even = 1.0f / (float)covered;
+  for (int packet = 0; packet < PACKETS; ++packet) {
+    const Hits* hits = parts + packet;
+    const floatv share = light > 0.0f ? lights[packet] / light : even;
+    const floatv weight = LANES_SELECT(none, share, hits->triangle >= 0);
+    const floatv nearness = weight / (hits->t + (lattice->near_z - lattice->centre_z));
+    floatv right, upwards;
+    part_places(packet, &right, &upwards);
+    centroid.across += lanes_float_sum(weight * (right - 0.5f));
+    centroid.up += lanes_float_sum(weight * (upwards - 0.5f));
+    centroid.nearness += lanes_float_sum(nearness);
+    centroid.beyond += lanes_float_sum(nearness * (hits->t - t));
+  }
+  return centroid;
+}
+
+// Moves a sample from the hit that has found it, at the distance t of the ray with tangents (dx,
+// dy), to the centroid of its light. The harmonic mean of depths puts it onto a plane surface. A
+// curved one bends away from it by p^2 / 12 R.
+static inline void move_to_centroid(const Lattice* lattice, const Centroid* centroid,
+                                    float centre_dx, float centre_dy, float dx, float dy, float t,
+                                    Sample* sample) {
+  const float to_x = centre_dx + clamp(centroid->across, -0.5f, 0.5f) * lattice->step,
+              to_y = centre_dy + clamp(centroid->up, -0.5f, 0.5f) * lattice->step;
+  if (fabs(to_x - dx) < 1e-6f * lattice->step && fabs(to_y - dy) < 1e-6f * lattice->step) return;
+  const float there = t + centroid->beyond / centroid->nearness,
+              start = lattice->near_z - lattice->centre_z;
+  sample->x = lattice->centre_x + start * to_x + there * to_x;
+  sample->y = lattice->centre_y + start * to_y + there * to_y;
+  sample->z = lattice->near_z + there;
+}
+#endif
+
 // The samples of one cell.
 typedef struct {
   __global Sample* samples;
@@ -305,15 +344,15 @@ typedef struct {
 
 #define OCCLUDER_CACHES 4
 
-// Adds the sample of a layer: `hit` of the ray with tangents (dx, dy), at the distance t along the
-// centre ray. A sample stands for its whole cell: `parts` are the hits of the layer's parts,
-// `covered` of them. Without that, edges of objects, textures and shadows would move by up to half
-// a cell.
+// Adds the sample of a layer, found by `hit` of the ray with tangents (dx, dy). A sample stands for
+// its whole cell: `parts` are the hits of the layer's parts, `covered` of them. Without that, edges
+// of objects, textures and shadows would move by up to half a cell. It shines from the centroid of
+// their light; its normal, its visibility and the lights of its highlights are those of `hit`.
 //
 // seen  result of look_around_four for samples of the centre ray, else SEEN_UNKNOWN
 static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, int column, int row,
-                              const Hit* hit, float dx, float dy, float t, const Hits* parts,
-                              int covered, int seen, Cell* cell) {
+                              const Hit* hit, float dx, float dy, const Hits* parts, int covered,
+                              int seen, Cell* cell) {
   uint keys[RAYWAVE_LANES];
   LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row),
                        (intv)(cell->rank)),
@@ -321,8 +360,6 @@ static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, 
   OccluderCache* occluder_cache = cell->occluder_cache + min(cell->rank, OCCLUDER_CACHES - 1);
   ++cell->rank;
   if (!RAYWAVE_KEEP_UNSEEN && (covered == 0 || seen == 0)) return;
-  const float centre_dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step;
-  const float centre_dy = ((float)(lattice->first_y + row) + 0.5f) * lattice->step;
 
   const Rays ray = lattice_rays(lattice, (floatv)(dx), (floatv)(dy), LANES_INDEX == 0);
   const Hits hits = {(floatv)(hit->t),
@@ -330,9 +367,9 @@ static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, 
                      (floatv)(hit->u), (floatv)(hit->v)};
   const Surface s = surface_at(scene, &ray, &hits);
   Sample sample;
-  sample.x = lattice->centre_x + (lattice->near_z - lattice->centre_z) * centre_dx + t * centre_dx;
-  sample.y = lattice->centre_y + (lattice->near_z - lattice->centre_z) * centre_dy + t * centre_dy;
-  sample.z = lattice->near_z + t;
+  sample.x = first_lane(s.x);
+  sample.y = first_lane(s.y);
+  sample.z = first_lane(s.z);
   sample.nx = first_lane(s.nx);
   sample.ny = first_lane(s.ny);
   sample.nz = first_lane(s.nz);
@@ -344,21 +381,29 @@ static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, 
 
   uintv words[LIT_WORDS];
   float radiance = first_lane(scattered(scene, &s, lattice, LANES_INDEX == 0, words));
-#if RAYWAVE_ANTIALIAS && (RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
-  if (covered > 0) {
-    float sum = 0.0f;
+#if RAYWAVE_ANTIALIAS
+  // Parts that differ in coverage only are not shaded.
+  const bool shaded = RAYWAVE_TEXTURES || RAYWAVE_SHADOWS;
+  if (shaded ? covered > 0 : covered > 0 && covered < PARTS) {
+    floatv lights[PACKETS];
+    float light = 0.0f;
     for (int packet = 0; packet < PACKETS; ++packet) {
       const intv found = parts[packet].triangle >= 0;
+      lights[packet] = radiance;
+#if RAYWAVE_TEXTURES || RAYWAVE_SHADOWS
       if (!LANES_ANY(found)) continue;
       const Rays rays = part_rays(lattice, cell->packet_column, row, packet, found);
       const Surface part = surface_at(scene, &rays, parts + packet);
       uintv unused[LIT_WORDS];
-      float radiances[RAYWAVE_LANES];
-      const floatv all = scattered(scene, &part, lattice, found, unused);
-      LANES_STORE(LANES_SELECT((floatv)(0.0f), all, found), radiances);
-      for (int lane = 0; lane < RAYWAVE_LANES; ++lane) sum += radiances[lane];
+      lights[packet] = scattered(scene, &part, lattice, found, unused);
+#endif
+      light += lanes_float_sum(LANES_SELECT((floatv)(0.0f), lights[packet], found));
     }
-    radiance = sum / (float)covered;
+    radiance = light / (float)covered;
+    const Centroid centroid = centroid_of(lattice, parts, lights, light, covered, hit->t);
+    move_to_centroid(
+        lattice, &centroid, ((float)(lattice->first_x + column) + 0.5f) * lattice->step,
+        ((float)(lattice->first_y + row) + 0.5f) * lattice->step, dx, dy, hit->t, &sample);
   }
 #else
   (void)parts;
@@ -593,8 +638,8 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
           covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
         }
 #endif
-        add_sample(&scene, &lattice, column, row, &hit, centre_dx, centre_dy, hit.t, claimed,
-                   covered, again ? SEEN_UNKNOWN : seen[i][lane], &cell);
+        add_sample(&scene, &lattice, column, row, &hit, centre_dx, centre_dy, claimed, covered,
+                   again ? SEEN_UNKNOWN : seen[i][lane], &cell);
       }
 #if RAYWAVE_ANTIALIAS
       Hit hit;
@@ -606,12 +651,10 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
         LANES_STORE(rays.dx, dx);
         LANES_STORE(rays.dy, dy);
         const int from_lane = ray % RAYWAVE_LANES;
-        const float t = through_centre(&scene, &lattice, centre_dx, centre_dy, dx[from_lane],
-                                       dy[from_lane], &hit);
         const Sheet sheet =
             sheet_of(&scene, &lattice, &hit, dx[from_lane], dy[from_lane], cell.packet_column, row);
         const int covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
-        add_sample(&scene, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], t, claimed,
+        add_sample(&scene, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], claimed,
                    covered, SEEN_UNKNOWN, &cell);
       }
       for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet) {

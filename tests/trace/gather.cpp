@@ -206,7 +206,8 @@ TEST_CASE("rendering by points matches the direct sum at the hologram") {
     const Rig rig(device, stage, Method::points, false);
     CHECK(result.samples == rig.table.count);
     CHECK(result.hidden_samples == rig.table.hidden);
-    const auto agreement = against_direct_sum(rig, result.field.samples, 2, 1, {0, 0, 0}, 300);
+    const auto agreement = against_direct_sum(rig, result.field.samples, 2, 1, {0, 0, 0}, 300,
+                                              amplitude_unit_m(rig.plan));
     INFO("points: error " << agreement.error << ", unsure " << agreement.unsure
                           << " of 300, hidden " << rig.table.hidden << " of " << rig.table.count);
     CHECK(agreement.pixels > 100);
@@ -264,7 +265,9 @@ TEST_CASE(
       propagator.load(field);
       propagator.add({{0, 0}, z});
       propagator.collect(field);
-      const auto result = compare_fields(gold.field, {384, 384, 1, field.read()});
+      auto samples = field.read();
+      for (auto& u : samples) u *= static_cast<float>(amplitude_unit_m(rig.plan));
+      const auto result = compare_fields(gold.field, {384, 384, 1, std::move(samples)});
       INFO("plane at " << z << ": correlation with points " << result.correlation << ", energy "
                        << result.energy_ratio);
       CHECK(result.correlation >= 0.97);

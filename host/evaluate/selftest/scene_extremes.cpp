@@ -78,8 +78,9 @@ Finding whole(const cl::Device& device, const Extreme& e) {
     throw std::runtime_error("no light arrives by way of the WRP");
   const auto points = rendered(device, stage, Method::points);
   const Rig rig(device, stage, Method::points);
-  const auto result = reference::against_direct_sum(rig, points.field.samples, 1,
-                                                    stage.scene.sampling.seed, {0, 0, 0}, 100);
+  const auto result =
+      reference::against_direct_sum(rig, points.field.samples, 1, stage.scene.sampling.seed,
+                                    {0, 0, 0}, 100, amplitude_unit_m(rig.plan));
   if (result.pixels < 50)
     throw std::runtime_error("only " + std::to_string(result.pixels) +
                              " of 100 pixels can be decided");

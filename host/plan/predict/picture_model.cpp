@@ -18,7 +18,7 @@ using std::numbers::pi;
 constexpr double speckle_factor = 0.9;
 // Some waves are cut off hard whatever the cone: by the pixels' reach, by an occluder
 constexpr double cut_factor = 0.28;
-constexpr double edge_factor = 1e-3;
+constexpr double edge_factor = 3e-4;
 constexpr double spot_factor = 4.3e-3;
 constexpr double cell_factor = 1.7e-4;
 constexpr double background = 0.3;
