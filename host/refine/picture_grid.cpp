@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/refine/picture_grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <string>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/plan/padded_plane.hpp"
+#include "host/view/reconstruct.hpp"
+
+namespace raywave::refinement {
+namespace {
+
+constexpr int packet = PictureGrid::packet;
+
+int whole_packets(int n) { return (n + packet - 1) / packet * packet; }
+
+std::vector<float> blur_weights(double sigma_px) {
+  const int radius = static_cast<int>(4 * sigma_px + 0.5);
+  std::vector<double> weights{1};
+  double sum = 1;
+  for (int k = 1; k <= radius; ++k) {
+    weights.push_back(std::exp(-0.5 * k * k / (sigma_px * sigma_px)));
+    sum += 2 * weights.back();
+  }
+  for (double& w : weights) w /= sum;
+  return {weights.begin(), weights.end()};
+}
+
+/// First pixel and number of pixels, out of `count`, whose centres lie in the window.
+std::pair<int, int> pixels_in(double window_m, double pixel_m, int count) {
+  const double half = window_m / 2 / pixel_m, middle = (count - 1) / 2.0;
+  const int first = std::max(0, static_cast<int>(std::ceil(middle - half - 1e-6))),
+            last = std::min(count - 1, static_cast<int>(std::floor(middle + half + 1e-6)));
+  return {first, std::max(0, last - first + 1)};
+}
+
+/// One output pixel's share of consecutive input pixels.
+struct Shares {
+  int first = 0;
+  std::vector<double> weights;
+};
+
+/// Gaussian weights of `count` pixels around the axis at a place, summing to 1.
+Shares shares_at(double place_m, int count, double pixel_m, double sigma_m) {
+  const double at = place_m / pixel_m + (count - 1) / 2.0, sigma = sigma_m / pixel_m;
+  const double reach = std::max(4 * sigma, 1.0);
+  const int first = std::clamp(static_cast<int>(std::ceil(at - reach)), 0, count - 1),
+            last = std::clamp(static_cast<int>(std::floor(at + reach)), first, count - 1);
+  Shares shares{first, {}};
+  double sum = 0;
+  for (int i = first; i <= last; ++i) {
+    const double t = (i - at) / sigma;
+    shares.weights.push_back(std::exp(-0.5 * t * t));
+    sum += shares.weights.back();
+  }
+  if (!(sum > 0)) {  // beyond the edge by more than the Gaussian reaches
+    shares.weights.assign(1, 1.0);
+    shares.first = at < 0 ? 0 : count - 1;
+    return shares;
+  }
+  for (double& w : shares.weights) w /= sum;
+  return shares;
+}
+
+/// Share of pairs of points, one on each of two centred lines, that are farther than `limit` apart.
+double share_beyond(double side_a, double side_b, double limit) {
+  const double low = std::abs(side_a - side_b) / 2, high = (side_a + side_b) / 2;
+  if (limit >= high) return 0;
+  // The distance of the two has a trapezium as its density: flat to `low`, then falling to `high`.
+  const double area = low + high;
+  return limit <= low ? 1 - 2 * limit / area
+                      : (high - limit) * (high - limit) / ((high - low) * area);
+}
+
+}  // namespace
+
+OpenPart open_part(glm::ivec2 hologram, glm::dvec2 view, glm::dvec2 aperture) {
+  OpenPart part;
+  const glm::dvec2 centre(view.x, -view.y);
+  for (int axis = 0; axis < 2; ++axis) {
+    const int n = hologram[axis];
+    int first = 0;
+    while (first < n && !lets_through(first, n, centre[axis], aperture[axis])) ++first;
+    int end = first;
+    while (end < n && lets_through(end, n, centre[axis], aperture[axis])) ++end;
+    part.first[axis] = first;
+    part.size[axis] = end - first;
+  }
+  return part;
+}
+
+PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propagation) {
+  const auto depth = [&] { return "refinement: the picture at " + length_text(key.z_m); };
+  if (!(std::isfinite(key.z_m) && key.z_m > 0))
+    throw InputError("refinement: z must be > 0, on the object's side of the hologram");
+  PictureGrid grid;
+  grid.propagation = propagation;
+  grid.z_m = key.z_m;
+  grid.open = open_part(optics.size, key.view, key.aperture);
+  if (grid.open.size.x < 1 || grid.open.size.y < 1)
+    throw InputError(depth() + ": view and aperture leave no part of the hologram open");
+  const glm::dvec2 window_m = key.window_m();
+  if (!(window_m.x > 0 && window_m.y > 0)) throw InputError(depth() + " is empty");
+
+  if (propagation == Propagation::fresnel) {
+    grid.size = padded_size(grid.open.size, optics.padding);
+    grid.size.x = whole_packets(grid.size.x);
+    grid.pixel_m = optics.wavelength_m * key.z_m / (glm::dvec2(grid.size) * optics.pitch_m);
+  } else {
+    grid.size = glm::max(glm::ivec2(glm::ceil(window_m / optics.pitch_m - 1e-6)), glm::ivec2(1));
+    grid.size.x = whole_packets(grid.size.x);
+    grid.pixel_m = optics.pitch_m;
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto [first, count] = pixels_in(window_m[axis], grid.pixel_m[axis], grid.size[axis]);
+    if (count < 1) throw InputError(depth() + " is smaller than what the hologram resolves");
+    grid.known_first[axis] = first;
+    grid.known_size[axis] = count;
+  }
+  grid.region_first = {grid.known_first.x / packet * packet, grid.known_first.y};
+  grid.region_size = {whole_packets(grid.known_first.x + grid.known_size.x) - grid.region_first.x,
+                      grid.known_size.y};
+  grid.weights_x = blur_weights(optics.blur_m / grid.pixel_m.x);
+  grid.weights_y = blur_weights(optics.blur_m / grid.pixel_m.y);
+
+  // Light that a radiance L sends through an aperture falls with 1 / z^2 on the picture's plane.
+  const double open_share =
+      1.0 * grid.open.size.x * grid.open.size.y / (1.0 * optics.size.x * optics.size.y);
+  const double pixels_per_pixel =
+      grid.pixel_m.x * grid.pixel_m.y / (optics.pitch_m.x * optics.pitch_m.y);
+  const double per_transform =
+      propagation == Propagation::fresnel ? 1 / (1.0 * grid.size.x * grid.size.y) : 1;
+  grid.unit = per_transform / pixels_per_pixel / open_share * key.z_m * key.z_m;
+  return grid;
+}
+
+std::vector<float> blurred_target(const Optics& optics, const Key& key, const PictureGrid& grid) {
+  const auto& picture = key.picture;
+  // A blur narrower than the picture's pixels still has to reach from pixel to pixel.
+  const glm::dvec2 sigma_m = glm::max(glm::dvec2(optics.blur_m), 0.4 * key.pixel_m);
+  const auto known = grid.known_size;
+  std::vector<Shares> columns, rows;
+  for (int x = 0; x < known.x; ++x)
+    columns.push_back(
+        shares_at(grid.x_m(grid.known_first.x + x), picture.width, key.pixel_m.x, sigma_m.x));
+  for (int y = 0; y < known.y; ++y)
+    rows.push_back(
+        shares_at(-grid.y_m(grid.known_first.y + y), picture.height, key.pixel_m.y, sigma_m.y));
+
+  std::vector<double> across(static_cast<std::size_t>(picture.height) * known.x);
+  for (int j = 0; j < picture.height; ++j) {
+    const float* row = picture.pixels.data() + std::size_t{1} * j * picture.width;
+    double* out = across.data() + std::size_t{1} * j * known.x;
+    for (int x = 0; x < known.x; ++x) {
+      const auto& shares = columns[static_cast<std::size_t>(x)];
+      double sum = 0;
+      for (std::size_t i = 0; i < shares.weights.size(); ++i)
+        sum += shares.weights[i] * row[shares.first + static_cast<int>(i)];
+      out[x] = sum;
+    }
+  }
+
+  const auto region = grid.region_size;
+  std::vector<float> target(static_cast<std::size_t>(region.x) * region.y, -1.0f);
+  std::vector<double> line(static_cast<std::size_t>(known.x));
+  for (int y = 0; y < known.y; ++y) {
+    std::fill(line.begin(), line.end(), 0.0);
+    const auto& shares = rows[static_cast<std::size_t>(y)];
+    for (std::size_t j = 0; j < shares.weights.size(); ++j) {
+      const double w = shares.weights[j];
+      const double* row =
+          across.data() + (static_cast<std::size_t>(shares.first) + j) * line.size();
+      for (std::size_t x = 0; x < line.size(); ++x) line[x] += w * row[x];
+    }
+    float* out =
+        target.data() + std::size_t{1} * y * region.x + (grid.known_first.x - grid.region_first.x);
+    for (std::size_t x = 0; x < line.size(); ++x)
+      out[x] = static_cast<float>(std::max(line[x], 0.0));
+  }
+  return target;
+}
+
+FresnelLimits fresnel_limits(const Optics& optics, double z_m, glm::dvec2 window_m) {
+  FresnelLimits limits;
+  const glm::dvec2 hologram_m = glm::dvec2(optics.size) * optics.pitch_m;
+  // A ray between opposite corners: its frequency says z sin where the exact place is z tan.
+  const double across_m = glm::length((hologram_m + window_m) / 2.0);
+  const double sine = across_m / std::hypot(across_m, z_m);
+  limits.miss = (across_m - z_m * sine) /
+                std::max(optics.blur_m, glm::min(optics.pitch_m.x, optics.pitch_m.y));
+  const glm::dvec2 reach_m = optics.wavelength_m * z_m / (2.0 * optics.pitch_m);
+  limits.folded = 1 - (1 - share_beyond(hologram_m.x, window_m.x, reach_m.x)) *
+                          (1 - share_beyond(hologram_m.y, window_m.y, reach_m.y));
+  return limits;
+}
+
+}  // namespace raywave::refinement
