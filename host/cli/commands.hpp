@@ -10,6 +10,7 @@ namespace raywave::cli {
 
 void add_plan(CLI::App& app);
 void add_render(CLI::App& app);
+void add_refine(CLI::App& app);
 
 void add_reconstruct(CLI::App& app);
 void add_lens(CLI::App& app);

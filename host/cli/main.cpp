@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   add_plan(app);
   add_render(app);
+  add_refine(app);
   add_reconstruct(app);
   add_lens(app);
   add_compare(app);

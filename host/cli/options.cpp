@@ -11,6 +11,7 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/scene/scene.hpp"
 #include "host/trace/tuning.hpp"
 #include "host/view/reconstruct.hpp"
@@ -123,10 +124,14 @@ cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
                    ": unknown back end; there are host, clfft and vkfft");
 }
 
-void GoalOptions::add_to(CLI::App& command) {
+void GoalOptions::add_preset_to(CLI::App& command) {
   command.add_option("--preset", preset, "Target PSNR, from the fastest to the most accurate")
       ->type_name(choices(presets, [](Preset quality) { return name_of(quality); }))
       ->group(group::plan);
+}
+
+void GoalOptions::add_to(CLI::App& command) {
+  add_preset_to(command);
   command.add_option("--budget", budget, "The most accurate plan that takes this long: 30ms, 2s")
       ->type_name("TIME")
       ->group(group::plan);
@@ -198,6 +203,31 @@ std::optional<glm::dvec2> DepthOptions::window_m() const {
   if (window.empty()) return std::nullopt;
   const auto [x, y] = two_parts(window, 'x', "--window");
   return glm::dvec2(positive_length_m(x, "--window"), positive_length_m(y, "--window"));
+}
+
+void PixelOptions::add_to(CLI::App& command) {
+  command
+      .add_option("--pitch", pitch,
+                  "Pixel pitch (one, or x,y); from report.json beside the hologram when not given")
+      ->type_name("LENGTH")
+      ->group(group::pictures);
+  command
+      .add_option("--wavelength", wavelength,
+                  "Wavelength; from report.json beside the hologram when not given")
+      ->type_name("LENGTH")
+      ->group(group::pictures);
+}
+
+HologramSpec PixelOptions::spec(const std::filesystem::path& report) const {
+  HologramSpec spec;
+  if (pitch.empty() || wavelength.empty()) spec = hologram_of_report(report);
+  if (!pitch.empty()) {
+    const bool two = pitch.find(',') != std::string::npos;
+    const auto [x, y] = two ? two_parts(pitch, ',', "--pitch") : std::pair(pitch, pitch);
+    spec.pitch_m = {positive_length_m(x, "--pitch"), positive_length_m(y, "--pitch")};
+  }
+  if (!wavelength.empty()) spec.wavelength_m = positive_length_m(wavelength, "--wavelength");
+  return spec;
 }
 
 void ViewOptions::add_to(CLI::App& command) {
@@ -272,6 +302,11 @@ std::string name_at_depth(const std::string& stem, double z_m) {
   std::array<char, 32> depth;
   std::snprintf(depth.data(), depth.size(), "_%gmm", z_m * 1e3);
   return stem + depth.data();
+}
+
+std::string numbered(const char* stem, std::size_t number, const char* extension) {
+  return number == 1 ? std::string(stem) + extension
+                     : std::string(stem) + "_" + std::to_string(number) + extension;
 }
 
 void add_blur(CLI::App& command, std::string& text, const std::string& default_blur) {

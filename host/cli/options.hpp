@@ -7,6 +7,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <glm/vec2.hpp>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -73,6 +74,7 @@ struct GoalOptions {
   std::optional<double> psnr_db;
 
   void add_to(CLI::App& command);
+  void add_preset_to(CLI::App& command);
   /// throws  InputError for an unknown preset, for what is no time, and when several are given
   Goal goal() const;
 };
@@ -101,6 +103,15 @@ struct DepthOptions {
   std::optional<glm::dvec2> window_m() const;
 };
 
+/// --pitch and --wavelength of a hologram that a file holds.
+struct PixelOptions {
+  std::string pitch, wavelength;
+
+  void add_to(CLI::App& command);
+  /// Both; from `report` what is not given. The resolution is left to the caller.
+  HologramSpec spec(const std::filesystem::path& report) const;
+};
+
 /// --view, --aperture, --percentile and --output of the commands that save what is seen.
 struct ViewOptions {
   std::string view_centre, aperture_size, folder;
@@ -120,6 +131,9 @@ struct ViewOptions {
 
 /// "reconstruction_95mm"
 std::string name_at_depth(const std::string& stem, double z_m);
+
+/// "hologram.png", "hologram_2.png", ...
+std::string numbered(const char* stem, std::size_t number, const char* extension);
 
 /// --blur: a standard deviation.
 struct Blur {

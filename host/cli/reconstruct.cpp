@@ -9,41 +9,26 @@
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
-#include "host/evaluate/report.hpp"
 
 namespace raywave::cli {
 
 namespace {
 
 struct ReconstructArguments {
-  std::string hologram, pitch, wavelength;
+  std::string hologram;
+  PixelOptions pixels;
   DepthOptions depths;
   ViewOptions view;
   DeviceOptions device;
   ReportOptions report;
 };
 
-HologramSpec spec_of(const ReconstructArguments& options, const std::filesystem::path& file) {
-  HologramSpec spec;
-  if (options.pitch.empty() || options.wavelength.empty())
-    spec = hologram_of_report(file.parent_path() / "report.json");
-  if (!options.pitch.empty()) {
-    const bool two = options.pitch.find(',') != std::string::npos;
-    const auto [x, y] =
-        two ? two_parts(options.pitch, ',', "--pitch") : std::pair(options.pitch, options.pitch);
-    spec.pitch_m = {positive_length_m(x, "--pitch"), positive_length_m(y, "--pitch")};
-  }
-  if (!options.wavelength.empty())
-    spec.wavelength_m = positive_length_m(options.wavelength, "--wavelength");
-  return spec;
-}
-
 void run_reconstruct(const ReconstructArguments& options) {
   const std::filesystem::path file(options.hologram);
   const auto hologram = file.extension() == ".npy"
                             ? load_npy(file)
                             : field_of_levels(load_levels(file, file.string()));
-  auto spec = spec_of(options, file);
+  auto spec = options.pixels.spec(file.parent_path() / "report.json");
   spec.resolution = {hologram.nx, hologram.ny};
 
   ReconstructSpec what;
@@ -82,16 +67,7 @@ void add_reconstruct(CLI::App& app) {
       ->type_name("FILE")
       ->required();
   options->depths.add_to(*command, "", "the hologram's");
-  command
-      ->add_option("--pitch", options->pitch,
-                   "Pixel pitch (one, or x,y); from report.json beside the hologram when not given")
-      ->type_name("LENGTH")
-      ->group(group::pictures);
-  command
-      ->add_option("--wavelength", options->wavelength,
-                   "Wavelength; from report.json beside the hologram when not given")
-      ->type_name("LENGTH")
-      ->group(group::pictures);
+  options->pixels.add_to(*command);
   options->device.add_to(*command);
   options->view.add_to(*command);
   options->report.add_to(*command, "the list of pictures");

@@ -28,11 +28,6 @@ struct RenderArguments {
   bool save_wrps = false, no_field = false;
 };
 
-std::string numbered(const char* stem, std::size_t number, const char* extension) {
-  return number == 1 ? std::string(stem) + extension
-                     : std::string(stem) + "_" + std::to_string(number) + extension;
-}
-
 void run_render(const RenderArguments& options) {
   auto scene = options.scene.load(options.report);
   const cl::Device device(options.device.info());

@@ -67,6 +67,54 @@ Shares shares_at(double place_m, int count, double pixel_m, double sigma_m) {
   return shares;
 }
 
+/// f(0), ..., f(count - 1)
+std::vector<double> places(int count, const auto& f) {
+  std::vector<double> all;
+  for (int i = 0; i < count; ++i) all.push_back(f(i));
+  return all;
+}
+
+/// The key's picture, blurred, at the crossings of columns and rows: metres to the right of the axis
+/// and below it.
+std::vector<float> blurred_at(const Key& key, double blur_m, const std::vector<double>& columns_m,
+                              const std::vector<double>& rows_m) {
+  const auto& picture = key.picture;
+  // A blur narrower than the picture's pixels still has to reach from pixel to pixel.
+  const auto sigma_of = [&](double pixel_m) {
+    const double own_m2 = key.area ? pixel_m * pixel_m / 12 : 0;
+    return std::max(std::sqrt(std::max(blur_m * blur_m - own_m2, 0.0)), 0.4 * pixel_m);
+  };
+  std::vector<Shares> columns, rows;
+  for (const double x_m : columns_m)
+    columns.push_back(shares_at(x_m, picture.width, key.pixel_m.x, sigma_of(key.pixel_m.x)));
+  for (const double y_m : rows_m)
+    rows.push_back(shares_at(y_m, picture.height, key.pixel_m.y, sigma_of(key.pixel_m.y)));
+
+  std::vector<double> across;
+  for (int j = 0; j < picture.height; ++j) {
+    const float* row = picture.pixels.data() + std::size_t{1} * j * picture.width;
+    for (const auto& shares : columns) {
+      double sum = 0;
+      for (std::size_t i = 0; i < shares.weights.size(); ++i)
+        sum += shares.weights[i] * row[shares.first + static_cast<int>(i)];
+      across.push_back(sum);
+    }
+  }
+  std::vector<float> result;
+  std::vector<double> line(columns.size());
+  for (const auto& shares : rows) {
+    std::fill(line.begin(), line.end(), 0.0);
+    for (std::size_t j = 0; j < shares.weights.size(); ++j) {
+      const double w = shares.weights[j];
+      const double* row =
+          across.data() + (static_cast<std::size_t>(shares.first) + j) * line.size();
+      for (std::size_t x = 0; x < line.size(); ++x) line[x] += w * row[x];
+    }
+    for (const double value : line) result.push_back(static_cast<float>(std::max(value, 0.0)));
+  }
+  return result;
+}
+
 /// Share of pairs of points, one on each of two centred lines, that are farther than `limit` apart.
 double share_beyond(double side_a, double side_b, double limit) {
   const double low = std::abs(side_a - side_b) / 2, high = (side_a + side_b) / 2;
@@ -140,49 +188,26 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
 }
 
 std::vector<float> blurred_target(const Optics& optics, const Key& key, const PictureGrid& grid) {
-  const auto& picture = key.picture;
-  // A blur narrower than the picture's pixels still has to reach from pixel to pixel.
-  const glm::dvec2 sigma_m = glm::max(glm::dvec2(optics.blur_m), 0.4 * key.pixel_m);
-  const auto known = grid.known_size;
-  std::vector<Shares> columns, rows;
-  for (int x = 0; x < known.x; ++x)
-    columns.push_back(
-        shares_at(grid.x_m(grid.known_first.x + x), picture.width, key.pixel_m.x, sigma_m.x));
-  for (int y = 0; y < known.y; ++y)
-    rows.push_back(
-        shares_at(-grid.y_m(grid.known_first.y + y), picture.height, key.pixel_m.y, sigma_m.y));
-
-  std::vector<double> across(static_cast<std::size_t>(picture.height) * known.x);
-  for (int j = 0; j < picture.height; ++j) {
-    const float* row = picture.pixels.data() + std::size_t{1} * j * picture.width;
-    double* out = across.data() + std::size_t{1} * j * known.x;
-    for (int x = 0; x < known.x; ++x) {
-      const auto& shares = columns[static_cast<std::size_t>(x)];
-      double sum = 0;
-      for (std::size_t i = 0; i < shares.weights.size(); ++i)
-        sum += shares.weights[i] * row[shares.first + static_cast<int>(i)];
-      out[x] = sum;
-    }
-  }
-
-  const auto region = grid.region_size;
+  const auto known = grid.known_size, region = grid.region_size;
+  const auto blurred = blurred_at(
+      key, optics.blur_m, places(known.x, [&](int x) { return grid.x_m(grid.known_first.x + x); }),
+      places(known.y, [&](int y) { return -grid.y_m(grid.known_first.y + y); }));
   std::vector<float> target(static_cast<std::size_t>(region.x) * region.y, -1.0f);
-  std::vector<double> line(static_cast<std::size_t>(known.x));
   for (int y = 0; y < known.y; ++y) {
-    std::fill(line.begin(), line.end(), 0.0);
-    const auto& shares = rows[static_cast<std::size_t>(y)];
-    for (std::size_t j = 0; j < shares.weights.size(); ++j) {
-      const double w = shares.weights[j];
-      const double* row =
-          across.data() + (static_cast<std::size_t>(shares.first) + j) * line.size();
-      for (std::size_t x = 0; x < line.size(); ++x) line[x] += w * row[x];
-    }
-    float* out =
-        target.data() + std::size_t{1} * y * region.x + (grid.known_first.x - grid.region_first.x);
-    for (std::size_t x = 0; x < line.size(); ++x)
-      out[x] = static_cast<float>(std::max(line[x], 0.0));
+    const auto row = blurred.begin() + std::ptrdiff_t{y} * known.x;
+    std::copy(
+        row, row + known.x,
+        target.begin() + std::ptrdiff_t{y} * region.x + (grid.known_first.x - grid.region_first.x));
   }
   return target;
+}
+
+Image blurred_picture(const Key& key, double blur_m, glm::ivec2 size, glm::dvec2 pixel_m) {
+  const auto along = [&](int n, double step_m) {
+    return places(n, [=](int i) { return (i - (n - 1) / 2.0) * step_m; });
+  };
+  return {size.x, size.y,
+          blurred_at(key, blur_m, along(size.x, pixel_m.x), along(size.y, pixel_m.y))};
 }
 
 FresnelLimits fresnel_limits(const Optics& optics, double z_m, glm::dvec2 window_m) {

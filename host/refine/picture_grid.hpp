@@ -33,6 +33,8 @@ struct Key {
   Image picture;              // nothing is known beyond its edges
   glm::dvec2 pixel_m{1, 1};   // of the picture
   int times = 1;              // how often it is drawn in each round
+  // Pixels are means over their area (LensSpec::area), which blurs by itself; else they are samples
+  bool area = false;
 
   glm::dvec2 window_m() const { return glm::dvec2(picture.width, picture.height) * pixel_m; }
 };
@@ -78,6 +80,9 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
 /// The key's picture at the pixels of the region, blurred in the same step; negative where it is
 /// not known. Row by row from the top.
 std::vector<float> blurred_target(const Optics& optics, const Key& key, const PictureGrid& grid);
+
+/// The key's picture, blurred, on other pixels around the axis.
+Image blurred_picture(const Key& key, double blur_m, glm::ivec2 size, glm::dvec2 pixel_m);
 
 /// How far the Fresnel propagation is from the exact one.
 struct FresnelLimits {

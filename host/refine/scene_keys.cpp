@@ -32,7 +32,7 @@ std::vector<int> shuffled(int count, std::mt19937& random) {
   return order;
 }
 
-double share(std::mt19937& random) { return random() * 0x1p-32; }
+double share(std::mt19937& random) { return static_cast<double>(random()) * 0x1p-32; }
 
 }  // namespace
 
@@ -78,12 +78,12 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
   return places;
 }
 
-int refine_iterations(const std::vector<KeyPlace>& places) {
+int refine_iterations(const std::vector<RefineKey>& keys) {
   int draws = 0;
   bool views = false;
-  for (const auto& place : places) {
-    draws += place.times;
-    views = views || place.aperture != glm::dvec2(1, 1);
+  for (const auto& key : keys) {
+    draws += key.times;
+    views = views || key.aperture != glm::dvec2(1, 1);
   }
   return std::max(
       least_iterations,
@@ -109,7 +109,7 @@ RefineKey lens_key(const cl::Device& device, const Plan& plan, const DeviceScene
       static_cast<int>(std::ceil(how.lens_points * std::max(place.aperture.x, place.aperture.y))));
   lens.pixel_m = window_m / count;
   lens.area = true;
-  RefineKey key{place.z_m, place.view, place.aperture, {}, *lens.pixel_m, place.times};
+  RefineKey key{place.z_m, place.view, place.aperture, {}, *lens.pixel_m, place.times, true};
   key.picture = lens_picture(device, plan, scene, lens, progress);
   return key;
 }

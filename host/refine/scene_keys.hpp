@@ -36,7 +36,7 @@ std::vector<double> refine_depths_m(const Plan& plan, double blur_m);
 std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec& what);
 
 /// Iterations per frame that so many pictures need.
-int refine_iterations(const std::vector<KeyPlace>& places);
+int refine_iterations(const std::vector<RefineKey>& keys);
 
 struct KeyPictures {
   std::optional<glm::dvec2> window_m;  // empty: what the WRPs cover

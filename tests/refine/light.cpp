@@ -226,6 +226,7 @@ TEST_CASE("an edge becomes the closed form of its blur, at any size of the pictu
     // Bright right of x = 0 and above y = 0
     const int n = 2 * static_cast<int>(0.2 * mm / pixel_m);
     auto key = key_at(18 * mm, {0, 0}, {1, 1}, {n, n}, {pixel_m, pixel_m});
+    key.area = true;
     for (int y = 0; y < n; ++y) {
       for (int x = 0; x < n; ++x)
         key.picture.pixels[static_cast<std::size_t>(y) * n + x] = x >= n / 2 && y < n / 2 ? 3 : 0;
