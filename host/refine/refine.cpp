@@ -270,7 +270,7 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
       loop.look(holograms, frame, key);
       if (t == 0) loop.keep_brightness(key, frame + 1, spec.brightness);
       loop.correct(holograms, frame, key, frame + 1,
-                   spec.first_step * (1 - static_cast<double>(t) / iterations));
+                   spec.first_step + (spec.last_step - spec.first_step) * t / iterations);
       report(name, (frame + (t + 1.0) / iterations) / frames);
     }
     if (frame + 1 < frames) loop.add_frame(holograms, frame);

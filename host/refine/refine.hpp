@@ -29,7 +29,7 @@ struct RefineSpec {
   double wavelength_m = 1;
   double blur_m = 0;      // pictures are compared after a Gaussian of this standard deviation
   int iterations = 28;    // per frame
-  double first_step = 2;  // 4 diverges
+  double first_step = 4, last_step = 1;  // linear in between; from 5 on pictures get worse
   // Seconds for all frames, the keys' preparation left out; it decides the iterations
   std::optional<double> budget_s;
   // Light wanted in the pictures, relative to what the start has there
