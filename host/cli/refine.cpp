@@ -118,8 +118,7 @@ Task task_of_scene(const RefineArguments& options, const cl::Device& device, Pro
   task.middle_m = (plan.near_m + plan.far_m) / 2;
 
   const DeviceScene arrays(device, world, plan);
-  KeyPictures pictures{options.depths.window_m(), options.lens_points};
-  if (getenv("PPB")) pictures.pixels_per_blur = atof(getenv("PPB"));
+  const KeyPictures pictures{options.depths.window_m(), options.lens_points};
   const double count = static_cast<double>(places.size() + unseen.size());
   double done = 0;
   const auto picture_of = [&](const KeyPlace& place) {
@@ -204,11 +203,6 @@ void run_refine(const RefineArguments& options) {
     spec.brightness = options.is_brighter ? brighter : 1;
     spec.iterations = options.iterations > 0 ? options.iterations : refine_iterations(task.keys);
     spec.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    if (getenv("STEP")) spec.first_step = atof(getenv("STEP"));
-    if (getenv("LAST")) spec.last_step = atof(getenv("LAST"));
-    if (getenv("PAD")) spec.padding = atof(getenv("PAD"));
-    if (getenv("SEED")) spec.seed = (unsigned)atoi(getenv("SEED"));
-    if (getenv("EXACT")) spec.propagation = refinement::Propagation::exact;
     const auto start =
         options.start.empty()
             ? std::nullopt
