@@ -2,6 +2,7 @@
 #include "host/refine/picture_grid.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -115,6 +116,54 @@ std::vector<float> blurred_at(const Key& key, double blur_m, const std::vector<d
   return result;
 }
 
+/// Catmull and Rom's weights for the samples -1, 0, 1 and 2 at a place between 0 and 1.
+std::array<double, 4> cubic(double t) {
+  return {t * (-0.5 + t * (1 - 0.5 * t)), 1 + t * t * (-2.5 + 1.5 * t),
+          t * (0.5 + t * (2 - 1.5 * t)), t * t * (-0.5 + 0.5 * t)};
+}
+
+/// The picture as a Fresnel propagation sees it. Light that it brings to x arrives at x + dx, dx
+/// being (x - h) |x - h|^2 / (2 z^2) for a pixel h of the hologram: a frequency is a sine, not a
+/// tangent. The mean of dx over the open part is made up for here; FresnelLimits bound the rest.
+std::vector<float> bent_back(const Optics& optics, const PictureGrid& grid,
+                             const std::vector<float>& picture) {
+  const auto known = grid.known_size;
+  const glm::dvec2 middle_px = glm::dvec2(grid.open.first) + glm::dvec2(grid.open.size - 1) / 2.0 -
+                               glm::dvec2(optics.size - 1) / 2.0;
+  const glm::dvec2 centre_m = middle_px * optics.pitch_m,  // x right, y down
+      half_m = glm::dvec2(grid.open.size) * optics.pitch_m / 2.0;
+  const double two_z2 = 2 * grid.z_m * grid.z_m;
+  std::vector<float> bent;
+  bent.reserve(picture.size());
+  for (int y = 0; y < known.y; ++y) {
+    const double down_m = -grid.y_m(grid.known_first.y + y) - centre_m.y;
+    for (int x = 0; x < known.x; ++x) {
+      const double right_m = grid.x_m(grid.known_first.x + x) - centre_m.x;
+      const double square = right_m * right_m + down_m * down_m;
+      const double to_x =
+          right_m * (square + half_m.x * half_m.x + half_m.y * half_m.y / 3) / two_z2;
+      const double to_y =
+          down_m * (square + half_m.y * half_m.y + half_m.x * half_m.x / 3) / two_z2;
+      const double at_x = std::clamp(x + to_x / grid.pixel_m.x, 0.0, known.x - 1.0),
+                   at_y = std::clamp(y + to_y / grid.pixel_m.y, 0.0, known.y - 1.0);
+      const int i = static_cast<int>(at_x), j = static_cast<int>(at_y);
+      const auto across = cubic(at_x - i), down = cubic(at_y - j);
+      double sum = 0;
+      for (int l = 0; l < 4; ++l) {
+        const int row = std::clamp(j + l - 1, 0, known.y - 1);
+        const float* line = picture.data() + std::ptrdiff_t{row} * known.x;
+        double of_line = 0;
+        for (int k = 0; k < 4; ++k)
+          of_line += across[static_cast<std::size_t>(k)] *
+                     static_cast<double>(line[std::clamp(i + k - 1, 0, known.x - 1)]);
+        sum += down[static_cast<std::size_t>(l)] * of_line;
+      }
+      bent.push_back(static_cast<float>(std::max(sum, 0.0)));
+    }
+  }
+  return bent;
+}
+
 /// Share of pairs of points, one on each of two centred lines, that are farther than `limit` apart.
 double share_beyond(double side_a, double side_b, double limit) {
   const double low = std::abs(side_a - side_b) / 2, high = (side_a + side_b) / 2;
@@ -189,9 +238,10 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
 
 std::vector<float> blurred_target(const Optics& optics, const Key& key, const PictureGrid& grid) {
   const auto known = grid.known_size, region = grid.region_size;
-  const auto blurred = blurred_at(
+  auto blurred = blurred_at(
       key, optics.blur_m, places(known.x, [&](int x) { return grid.x_m(grid.known_first.x + x); }),
       places(known.y, [&](int y) { return -grid.y_m(grid.known_first.y + y); }));
+  if (grid.propagation == Propagation::fresnel) blurred = bent_back(optics, grid, blurred);
   std::vector<float> target(static_cast<std::size_t>(region.x) * region.y, -1.0f);
   for (int y = 0; y < known.y; ++y) {
     const auto row = blurred.begin() + std::ptrdiff_t{y} * known.x;

@@ -94,7 +94,7 @@ struct FresnelLimits {
   double folded = 0;
 
   bool hold() const { return miss <= most_miss && folded <= most_folded; }
-  static constexpr double most_miss = 2, most_folded = 0.15;
+  static constexpr double most_miss = 2.5, most_folded = 0.15;
 };
 FresnelLimits fresnel_limits(const Optics& optics, double z_m, glm::dvec2 window_m);
 

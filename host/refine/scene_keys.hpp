@@ -31,8 +31,8 @@ struct KeySpec {
 /// times distance over hologram. At least five.
 std::vector<double> refine_depths_m(const Plan& plan, double blur_m);
 
-/// The depths, twice where there are views, and the views: spread over all places of a quarter and
-/// over the depths, one depth each.
+/// The depths, those amid the scene drawn more often than the outermost, and the views: spread over
+/// all places of a quarter and over the depths, one depth each.
 std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec& what);
 
 /// Iterations per frame that so many pictures need.
