@@ -58,6 +58,16 @@ double blur_of(const RefineArguments& options, const HologramSpec& hologram, dou
   return blur.in_pixels ? blur.value * hologram.pitch_m.x : blur.value;
 }
 
+/// Refuses at once what the table would refuse in the end.
+void require_border(const RefineArguments& options, glm::ivec2 resolution) {
+  const int widest = (std::min(resolution.x, resolution.y) - 1) / 2;
+  if (options.table && options.depths.window.empty() &&
+      (options.border_px < 0 || options.border_px > widest))
+    throw InputError("--border " + std::to_string(options.border_px) + ": must be 0 to " +
+                     std::to_string(widest) + " for a hologram of " + std::to_string(resolution.x) +
+                     " x " + std::to_string(resolution.y) + " pixels, or give --no-table");
+}
+
 FieldStack load_start(const std::string& file, const HologramSpec& hologram, int frames) {
   auto start = load_npy(file);
   if (start.nx != hologram.resolution.x || start.ny != hologram.resolution.y ||
@@ -87,6 +97,7 @@ std::vector<std::pair<KeyRole, KeyPlace>> unseen_places(std::vector<double> dept
 Task task_of_scene(const RefineArguments& options, const cl::Device& device, ProgressBar& bar) {
   Task task;
   auto scene = load(options.input, options.set, options.report);
+  require_border(options, scene.hologram.resolution);
   const auto goal = options.goal.goal();
   RenderOptions how;
   how.fft = options.device.backend(device.info());
@@ -141,6 +152,7 @@ Task task_of_field(const RefineArguments& options) {
   task.field = load_npy(file);
   task.hologram = options.pixels.spec(file.parent_path() / "report.json");
   task.hologram.resolution = {task.field.nx, task.field.ny};
+  require_border(options, task.hologram.resolution);
   task.blur_m = blur_of(options, task.hologram, 4 * task.hologram.pitch_m.x);
   task.report = {{"scene",
                   {{"hologram",
