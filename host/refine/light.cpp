@@ -24,8 +24,8 @@ using Sample = std::complex<float>;
 
 constexpr int packet = PictureGrid::packet;
 
-std::size_t whole(int n) { return static_cast<std::size_t>(n); }
-std::size_t area(glm::ivec2 n) { return whole(n.x) * whole(n.y); }
+std::size_t count_of(int n) { return static_cast<std::size_t>(n); }
+std::size_t area(glm::ivec2 n) { return count_of(n.x) * count_of(n.y); }
 int whole_packets(int n) { return (n + packet - 1) / packet * packet; }
 
 /// The chirp of a Fresnel propagation along one axis, from a plane z away to the hologram and
@@ -33,19 +33,20 @@ int whole_packets(int n) { return (n + packet - 1) / packet * packet; }
 /// axis in the middle of the transform. Only these few numbers need more than a float's digits.
 std::vector<Sample> fresnel_chirp(double wavelength_m, double z_m, double pitch_m, int hologram,
                                   int first, int count, int padded) {
-  std::vector<Sample> chirp(whole(whole_packets(count)));
+  std::vector<Sample> chirp(count_of(whole_packets(count)));
   for (int i = 0; i < count; ++i) {
     const double x_m = (first + i - (hologram - 1) / 2.0) * pitch_m;
     const double turns =
         -x_m * x_m / (2 * wavelength_m * z_m) - (padded - 1.0) / (2.0 * padded) * i;
-    chirp[whole(i)] = Sample(std::polar(1.0, 2 * std::numbers::pi * (turns - std::round(turns))));
+    chirp[count_of(i)] =
+        Sample(std::polar(1.0, 2 * std::numbers::pi * (turns - std::round(turns))));
   }
   return chirp;
 }
 
 /// 1 in the open part of an axis, 0 elsewhere.
 std::vector<Sample> mask(int hologram, int first, int count) {
-  std::vector<Sample> values(whole(whole_packets(hologram)));
+  std::vector<Sample> values(count_of(whole_packets(hologram)));
   std::fill_n(values.begin() + first, count, Sample(1));
   return values;
 }
@@ -53,24 +54,24 @@ std::vector<Sample> mask(int hologram, int first, int count) {
 /// Part of the plane along one axis that the blur of the region reads.
 LinePart with_margin(int first, int count, int margin, int plane) {
   const int low = std::max(0, first - margin), high = std::min(plane, first + count + margin);
-  return {whole(low), whole(high - low)};
+  return {count_of(low), count_of(high - low)};
 }
 
 }  // namespace
 
 PhaseStack::PhaseStack(const cl::Device& device, const FieldStack& field)
     : size_(field.nx, field.ny), frames_(field.frames), pitch_(whole_packets(field.nx) + packet) {
-  const std::size_t rows = whole(frames_) * whole(size_.y), all = rows * whole(pitch_);
+  const std::size_t rows = count_of(frames_) * count_of(size_.y), all = rows * count_of(pitch_);
   if (all > std::numeric_limits<std::uint32_t>::max())
     throw InputError("refinement: " + std::to_string(frames_) + " frames of " +
                      std::to_string(size_.x) + " x " + std::to_string(size_.y) +
                      " pixels are too many for one call; refine fewer frames at a time");
   std::vector<Sample> padded(all);
   for (std::size_t row = 0; row < rows; ++row) {
-    for (std::size_t x = 0; x < whole(size_.x); ++x) {
-      const std::complex<double> value(field.samples[row * whole(size_.x) + x]);
+    for (std::size_t x = 0; x < count_of(size_.x); ++x) {
+      const std::complex<double> value(field.samples[row * count_of(size_.x) + x]);
       const double modulus = std::abs(value);
-      padded[row * whole(pitch_) + x] = modulus > 0 ? Sample(value / modulus) : Sample(1);
+      padded[row * count_of(pitch_) + x] = modulus > 0 ? Sample(value / modulus) : Sample(1);
     }
   }
   samples = {device, std::span<const Sample>(padded), "phases of the holograms"};
@@ -79,10 +80,10 @@ PhaseStack::PhaseStack(const cl::Device& device, const FieldStack& field)
 FieldStack PhaseStack::read() const {
   const auto padded = samples.read();
   FieldStack field{size_.x, size_.y, frames_, {}};
-  const std::size_t rows = whole(frames_) * whole(size_.y);
-  field.samples.reserve(rows * whole(size_.x));
+  const std::size_t rows = count_of(frames_) * count_of(size_.y);
+  field.samples.reserve(rows * count_of(size_.x));
   for (std::size_t row = 0; row < rows; ++row) {
-    const auto from = padded.begin() + static_cast<std::ptrdiff_t>(row * whole(pitch_));
+    const auto from = padded.begin() + static_cast<std::ptrdiff_t>(row * count_of(pitch_));
     field.samples.insert(field.samples.end(), from, from + size_.x);
   }
   return field;
@@ -150,11 +151,11 @@ Light::State::State(const cl::Device& its_device, cl::FftBackend its_backend,
                                             first.y, count.y, grid.size.y));
       const std::pair shape(grid.size.x, grid.size.y);
       if (backend == cl::FftBackend::host) {
-        host_ffts.try_emplace(shape, whole(shape.first), whole(shape.second));
+        host_ffts.try_emplace(shape, count_of(shape.first), count_of(shape.second));
       } else if (!device_ffts.contains(shape)) {
         device_ffts.emplace(shape, cl::make_fft(device, backend,
-                                                {whole(shape.first), whole(shape.second),
-                                                 whole(count.x), whole(count.y)}));
+                                                {count_of(shape.first), count_of(shape.second),
+                                                 count_of(count.x), count_of(count.y)}));
       }
     } else {
       t.open = {{0, 0}, n};
@@ -180,12 +181,12 @@ cl::Kernel& Light::State::kernel(const char* name) {
 }
 
 PlanePart Light::State::live_at_hologram(const PictureGrid& grid) const {
-  return {{0, whole(grid.open.size.x)}, {0, whole(grid.open.size.y)}};
+  return {{0, count_of(grid.open.size.x)}, {0, count_of(grid.open.size.y)}};
 }
 
 PlanePart Light::State::live_in_picture(const PictureGrid& grid) const {
   const auto first = grid.region_first, count = grid.region_size;
-  return {{whole(first.x), whole(count.x)}, {whole(first.y), whole(count.y)}};
+  return {{count_of(first.x), count_of(count.x)}, {count_of(first.y), count_of(count.y)}};
 }
 
 /// inverse: from the hologram to the picture
@@ -303,7 +304,7 @@ void Light::step(PhaseStack& holograms, int frame, std::size_t key, double step)
 }
 
 const cl::ComplexBuffer& Light::back(std::size_t key) { return state_->back(key); }
-std::size_t Light::back_pitch(std::size_t key) const { return whole(state_->back_pitch(key)); }
+std::size_t Light::back_pitch(std::size_t key) const { return count_of(state_->back_pitch(key)); }
 
 std::vector<std::complex<float>> Light::column_chirp(std::size_t key) const {
   return state_->tables[key].column_chirp.read();

@@ -61,6 +61,32 @@ Propagation propagation_of(const refinement::Optics& optics, const RefineKey& ke
                                                                             : Propagation::exact;
 }
 
+/// Refuses what the device has no memory for, before any is taken.
+void require_memory(const cl::Device& device, const FieldStack& start,
+                    const std::vector<PictureGrid>& grids) {
+  const auto area = [](glm::ivec2 n) {
+    return static_cast<std::uint64_t>(n.x) * static_cast<std::uint64_t>(n.y);
+  };
+  const std::string advice = "fewer frames, views or depths, or a smaller hologram, need less";
+  std::vector<cl::MemoryNeed> needs;
+  std::uint64_t plane = 0, wide = 0;
+  for (const auto& grid : grids) {
+    plane = std::max(plane, area(grid.size));
+    wide = std::max(wide, area(grid.wide_size()));
+    needs.push_back({"wanted picture", area(grid.region_size) * 4, advice});
+    if (start.frames > 1)
+      needs.push_back({"intensity of former frames", area(grid.region_size) * 4, advice});
+  }
+  needs.push_back({"phases of the holograms",
+                   area({start.nx + 2 * PictureGrid::packet, start.ny}) *
+                       static_cast<std::uint64_t>(start.frames) * 8,
+                   advice});
+  needs.push_back({"light of the pictures", plane * 8, advice});
+  needs.push_back({"intensity", wide * 4, advice});
+  needs.push_back({"blurred intensity", wide * 4, advice});
+  cl::require_memory(device, needs);
+}
+
 /// A number below `count` from 32 random bits; the same on every C++ library.
 std::size_t below(std::mt19937& random, std::size_t count) {
   return static_cast<std::size_t>(random() * static_cast<std::uint64_t>(count) >> 32);
@@ -73,22 +99,53 @@ public:
     for (std::size_t key = 0; key < keys.size(); ++key)
       all_.insert(all_.end(), static_cast<std::size_t>(keys[key].times), key);
   }
-  void begin_round() { left_.clear(); }
+  /// A new round, in which `first` comes first.
+  void begin_round(std::size_t first) {
+    shuffle();
+    std::swap(*std::find(left_.begin(), left_.end(), first), left_.back());
+  }
   std::size_t next() {
-    if (left_.empty()) {
-      left_ = all_;
-      for (std::size_t i = left_.size(); i > 1; --i)
-        std::swap(left_[i - 1], left_[below(random_, i)]);
-    }
+    if (left_.empty()) shuffle();
     const auto key = left_.back();
     left_.pop_back();
     return key;
   }
 
 private:
+  void shuffle() {
+    left_ = all_;
+    for (std::size_t i = left_.size(); i > 1; --i)
+      std::swap(left_[i - 1], left_[below(random_, i)]);
+  }
+
   std::mt19937 random_;
   std::vector<std::size_t> all_, left_;
 };
+
+/// The key that sets the brightness: the largest aperture, and of these the depth nearest to their
+/// middle, where most of the light is within the picture.
+std::size_t key_of_brightness(const std::vector<PictureGrid>& grids) {
+  const auto open = [](const PictureGrid& grid) {
+    return 1.0 * grid.open.size.x * grid.open.size.y;
+  };
+  double largest = 0, near_m = INFINITY, far_m = 0;
+  for (const auto& grid : grids) largest = std::max(largest, open(grid));
+  for (const auto& grid : grids) {
+    if (open(grid) < largest) continue;
+    near_m = std::min(near_m, grid.z_m);
+    far_m = std::max(far_m, grid.z_m);
+  }
+  const double middle_m = (near_m + far_m) / 2;
+  std::size_t best = 0;
+  double least_m = INFINITY;
+  for (std::size_t key = 0; key < grids.size(); ++key) {
+    const double away_m = std::abs(grids[key].z_m - middle_m);
+    if (open(grids[key]) < largest || away_m >= least_m) continue;
+    best = key;
+    least_m = away_m;
+  }
+  return best;
+}
 
 /// The iterations, with everything on the device.
 class Loop {
@@ -232,6 +289,7 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
     result.figures.exact_keys += propagation == Propagation::exact;
     grids.push_back(picture_grid(optics, key, propagation));
   }
+  require_memory(device, start, grids);
   const int frames = start.frames;
   Loop loop(device, backend, optics, keys, grids, frames > 1);
   loop.set_unit(keys.front().z_m * keys.front().z_m);
@@ -241,6 +299,7 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
 
   const auto began = Clock::now();
   Draw draw(keys, spec.seed);
+  const auto bright_key = key_of_brightness(grids);
   int iterations = spec.iterations;
   if (spec.budget_s) {
     // Steps of zero leave the hologram as it is. The first iteration is slower than the others.
@@ -264,7 +323,7 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
     const auto name = frames > 1
                           ? "frame " + std::to_string(frame + 1) + " of " + std::to_string(frames)
                           : std::string("refine");
-    draw.begin_round();
+    draw.begin_round(bright_key);
     for (int t = 0; t < iterations; ++t) {
       const auto key = draw.next();
       loop.look(holograms, frame, key);

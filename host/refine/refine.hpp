@@ -27,8 +27,8 @@ using RefineKey = refinement::Key;
 struct RefineSpec {
   glm::dvec2 pitch_m{1, 1};
   double wavelength_m = 1;
-  double blur_m = 0;      // pictures are compared after a Gaussian of this standard deviation
-  int iterations = 28;    // per frame
+  double blur_m = 0;    // pictures are compared after a Gaussian of this standard deviation
+  int iterations = 28;  // per frame
   double first_step = 4, last_step = 1;  // linear in between; from 5 on pictures get worse
   // Seconds for all frames, the keys' preparation left out; it decides the iterations
   std::optional<double> budget_s;
