@@ -87,39 +87,33 @@ void require_memory(const cl::Device& device, const FieldStack& start,
   cl::require_memory(device, needs);
 }
 
-/// A number below `count` from 32 random bits; the same on every C++ library.
-std::size_t below(std::mt19937& random, std::size_t count) {
-  return static_cast<std::size_t>(random() * static_cast<std::uint64_t>(count) >> 32);
-}
-
-/// Draws keys in rounds, each in a new order.
+/// Draws keys as often as each asks for, evenly spread over the iterations, so that no key has been
+/// forgotten when they end. The order differs from frame to frame.
 class Draw {
 public:
   Draw(std::span<const RefineKey> keys, std::uint32_t seed) : random_(seed) {
-    for (std::size_t key = 0; key < keys.size(); ++key)
-      all_.insert(all_.end(), static_cast<std::size_t>(keys[key].times), key);
+    for (const auto& key : keys) times_.push_back(key.times);
   }
-  /// A new round, in which `first` comes first.
-  void begin_round(std::size_t first) {
-    shuffle();
-    std::swap(*std::find(left_.begin(), left_.end(), first), left_.back());
+  /// Begins a frame: keys have waited for a random part of their periods.
+  void begin_frame() {
+    waited_.clear();
+    for (const int times : times_)
+      waited_.push_back(times * static_cast<double>(random_()) * 0x1p-32);
+    all_ = std::accumulate(times_.begin(), times_.end(), 0.0);
   }
+  /// The key that has waited longest, in its own periods.
   std::size_t next() {
-    if (left_.empty()) shuffle();
-    const auto key = left_.back();
-    left_.pop_back();
-    return key;
+    for (std::size_t key = 0; key < times_.size(); ++key) waited_[key] += times_[key];
+    const auto longest = std::max_element(waited_.begin(), waited_.end());
+    *longest -= all_;
+    return static_cast<std::size_t>(longest - waited_.begin());
   }
 
 private:
-  void shuffle() {
-    left_ = all_;
-    for (std::size_t i = left_.size(); i > 1; --i)
-      std::swap(left_[i - 1], left_[below(random_, i)]);
-  }
-
   std::mt19937 random_;
-  std::vector<std::size_t> all_, left_;
+  std::vector<int> times_;
+  std::vector<double> waited_;
+  double all_ = 0;
 };
 
 /// The key that sets the brightness: the largest aperture, and of these the depth nearest to their
@@ -323,9 +317,9 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
     const auto name = frames > 1
                           ? "frame " + std::to_string(frame + 1) + " of " + std::to_string(frames)
                           : std::string("refine");
-    draw.begin_round(bright_key);
+    draw.begin_frame();
     for (int t = 0; t < iterations; ++t) {
-      const auto key = draw.next();
+      const auto key = t == 0 ? bright_key : draw.next();
       loop.look(holograms, frame, key);
       if (t == 0) loop.keep_brightness(key, frame + 1, spec.brightness);
       loop.correct(holograms, frame, key, frame + 1,

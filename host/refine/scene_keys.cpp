@@ -20,7 +20,7 @@ constexpr double between = 2.2, first_beyond = 2.15, second_beyond = 4.85, behin
 constexpr int most_depths_within = 12;
 
 constexpr int least_iterations = 28;
-constexpr double rounds_of_depths = 3.5, rounds_with_views = 3.2;
+constexpr double rounds_of_depths = 2.15, rounds_with_views = 3;
 
 /// 0, ..., count - 1 in random order, the same on every C++ library.
 std::vector<int> shuffled(int count, std::mt19937& random) {
@@ -62,9 +62,9 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
   std::vector<KeyPlace> places;
   for (const double z_m : depths) places.push_back({z_m, {0, 0}, {1, 1}, what.views > 0 ? 2 : 1});
   if (own) {
-    // The outermost depths have no neighbours to agree with, and need half of the draws.
-    for (auto& place : places) place.times = what.views > 0 ? 3 : 2;
-    places.front().times = places.back().times = 1;
+    // The outermost depths have no neighbours to agree with, and need fewer draws.
+    for (auto& place : places) place.times = 3;
+    places.front().times = places.back().times = 2;
   }
   if (what.views < 1) return places;
 
