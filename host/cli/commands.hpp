@@ -12,6 +12,7 @@ void add_plan(CLI::App& app);
 void add_render(CLI::App& app);
 void add_encode(CLI::App& app);
 void add_pattern(CLI::App& app);
+void add_refine(CLI::App& app);
 
 void add_reconstruct(CLI::App& app);
 void add_lens(CLI::App& app);

@@ -22,6 +22,7 @@ namespace group {
 constexpr const char* scene = "Scene";
 constexpr const char* plan = "Plan (values that the scene gives stay as they are)";
 constexpr const char* method = "Method";
+constexpr const char* refinement = "Refinement";
 constexpr const char* pictures = "Pictures";
 constexpr const char* measurement = "Measurement";
 constexpr const char* device = "Device";

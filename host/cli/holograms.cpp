@@ -52,8 +52,7 @@ std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& repo
 
 }  // namespace
 
-void HologramOptions::add_to(CLI::App& command, const std::string& what) {
-  command.add_option("HOLOGRAM", files, what)->type_name("FILE")->required();
+void PixelOptions::add_to(CLI::App& command) {
   command
       .add_option("--pitch", pitch,
                   "Pixel pitch (one, or x,y); from report.json beside the hologram when not given")
@@ -71,10 +70,10 @@ void HologramOptions::add_to(CLI::App& command, const std::string& what) {
       ->group(group::pictures);
 }
 
-HologramSpec HologramOptions::spec(glm::ivec2 size_px) const {
+HologramSpec PixelOptions::spec(const std::filesystem::path& hologram, glm::ivec2 size_px) const {
   HologramSpec spec;
   if (pitch.empty() || wavelength.empty())
-    spec = hologram_of_report(std::filesystem::path(files.at(0)).parent_path() / "report.json");
+    spec = hologram_of_report(hologram.parent_path() / "report.json");
   if (!pitch.empty()) {
     const bool two = pitch.find(',') != std::string::npos;
     const auto [x, y] = two ? two_parts(pitch, ',', "--pitch") : std::pair(pitch, pitch);
@@ -85,15 +84,21 @@ HologramSpec HologramOptions::spec(glm::ivec2 size_px) const {
   return spec;
 }
 
-SlmSpec HologramOptions::slm_spec() const {
+SlmSpec PixelOptions::slm_spec(const std::filesystem::path& hologram,
+                               const std::vector<std::string>& set) const {
   if (!slm.empty()) return load_slm(slm, set);
   if (!set.empty()) throw InputError("--set changes keys of the file of --slm, which is not given");
-  const auto report = std::filesystem::path(files.at(0)).parent_path() / "report.json";
+  const auto report = hologram.parent_path() / "report.json";
   std::error_code error;
   if (std::filesystem::exists(report, error)) return slm_of_report(report);
   SlmSpec plain;
   plain.encoding = Encoding::phase;
   return plain;
+}
+
+void HologramOptions::add_to(CLI::App& command, const std::string& what) {
+  command.add_option("HOLOGRAM", files, what)->type_name("FILE")->required();
+  pixels.add_to(command);
 }
 
 FieldStack HologramOptions::load() const {

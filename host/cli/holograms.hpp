@@ -14,18 +14,31 @@
 
 namespace raywave::cli {
 
-/// HOLOGRAM..., --pitch, --wavelength, --slm and --set.
+/// --pitch, --wavelength and --slm: what a hologram in a file is made for. What is not given comes
+/// from report.json beside the hologram.
+struct PixelOptions {
+  std::string pitch, wavelength, slm;
+
+  void add_to(CLI::App& command);
+  bool any() const { return !pitch.empty() || !wavelength.empty() || !slm.empty(); }
+  HologramSpec spec(const std::filesystem::path& hologram, glm::ivec2 size_px) const;
+  /// Without --slm and report: an SLM of 256 levels to a turn.
+  ///
+  /// set  keys of the file of --slm that are changed
+  SlmSpec slm_spec(const std::filesystem::path& hologram,
+                   const std::vector<std::string>& set) const;
+};
+
+/// HOLOGRAM..., PixelOptions and --set.
 struct HologramOptions {
   std::vector<std::string> files, set;
-  std::string pitch, wavelength, slm;
+  PixelOptions pixels;
 
   /// what  of the files, for the help
   void add_to(CLI::App& command, const std::string& what);
 
-  /// Size, pitch and wavelength of a hologram; what is not given comes from report.json beside it.
-  HologramSpec spec(glm::ivec2 size_px) const;
-  /// The SLM: of --slm, else of report.json beside the hologram, else one of 256 levels to a turn.
-  SlmSpec slm_spec() const;
+  HologramSpec spec(glm::ivec2 size_px) const { return pixels.spec(files.at(0), size_px); }
+  SlmSpec slm_spec() const { return pixels.slm_spec(files.at(0), set); }
 
   /// The complex field of a .npy file; or what an SLM shows of pictures, one frame each. A
   /// report.json stands for the pictures that were rendered with it.

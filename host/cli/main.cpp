@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
   add_render(app);
   add_encode(app);
   add_pattern(app);
+  add_refine(app);
   add_reconstruct(app);
   add_lens(app);
   add_compare(app);

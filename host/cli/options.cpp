@@ -11,6 +11,7 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/scene/scene.hpp"
 #include "host/scene/units.hpp"
 #include "host/trace/tuning.hpp"
@@ -124,10 +125,14 @@ cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
                    ": unknown back end; there are host, clfft and vkfft");
 }
 
-void GoalOptions::add_to(CLI::App& command) {
+void GoalOptions::add_preset_to(CLI::App& command) {
   command.add_option("--preset", preset, "Target PSNR, from the fastest to the most accurate")
       ->type_name(choices(presets, [](Preset quality) { return name_of(quality); }))
       ->group(group::plan);
+}
+
+void GoalOptions::add_to(CLI::App& command) {
+  add_preset_to(command);
   command.add_option("--budget", budget, "The most accurate plan that takes this long: 30ms, 2s")
       ->type_name("TIME")
       ->group(group::plan);

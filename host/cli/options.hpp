@@ -7,6 +7,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <glm/vec2.hpp>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -73,6 +74,7 @@ struct GoalOptions {
   std::optional<double> psnr_db;
 
   void add_to(CLI::App& command);
+  void add_preset_to(CLI::App& command);
   /// throws  InputError for an unknown preset, for what is no time, and when several are given
   Goal goal() const;
 };

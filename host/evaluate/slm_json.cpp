@@ -32,14 +32,13 @@ Json json_of(const SlmSpec& slm) {
             {"carrier", json_of(slm.carrier)},
             {"shift_m", json_of(slm.shift_m)},
             {"shift_distance_m", slm.shift_distance_m},
-            {"lens_m", slm.lens_m ? Json(*slm.lens_m) : Json()},
             {"lut", slm.lut},
             {"zernike", Json::array()},
             {"flip", std::string(slm.flip_x ? "x" : "") + (slm.flip_y ? "y" : "")},
-            {"rotate_deg", slm.rotate_deg},
-            {"stop", slm.stop ? Json{{"size", json_of(slm.stop->size)},
-                                     {"centre", json_of(slm.stop->centre)}}
-                              : Json()}};
+            {"rotate_deg", slm.rotate_deg}};
+  if (slm.lens_m) json["lens_m"] = *slm.lens_m;
+  if (slm.stop)
+    json["stop"] = {{"size", json_of(slm.stop->size)}, {"centre", json_of(slm.stop->centre)}};
   for (const auto& term : slm.zernike) json["zernike"].push_back({term.noll, term.turns});
   if (!slm.flatness.picture.pixels.empty())
     json["flatness"] = {{"file", slm.flatness.file.string()},
@@ -77,7 +76,7 @@ SlmSpec slm_of_report(const std::filesystem::path& report) {
     slm.carrier = pair_of(json.at("carrier"));
     slm.shift_m = pair_of(json.at("shift_m"));
     slm.shift_distance_m = json.at("shift_distance_m");
-    if (!json.at("lens_m").is_null()) slm.lens_m = json.at("lens_m").get<double>();
+    if (json.contains("lens_m")) slm.lens_m = json.at("lens_m").get<double>();
     slm.lut = json.at("lut").get<std::vector<double>>();
     for (const auto& term : json.at("zernike"))
       slm.zernike.push_back({term.at(0).get<int>(), term.at(1).get<double>()});
@@ -85,8 +84,8 @@ SlmSpec slm_of_report(const std::filesystem::path& report) {
     slm.flip_x = flip.find('x') != std::string::npos;
     slm.flip_y = flip.find('y') != std::string::npos;
     slm.rotate_deg = json.at("rotate_deg");
-    if (const auto& stop = json.at("stop"); !stop.is_null())
-      slm.stop = {pair_of(stop.at("size")), pair_of(stop.at("centre"))};
+    if (json.contains("stop"))
+      slm.stop = {pair_of(json.at("stop").at("size")), pair_of(json.at("stop").at("centre"))};
     if (json.contains("flatness")) {
       const auto& flatness = json.at("flatness");
       slm.flatness.in_nm = flatness.at("unit") == "nm";

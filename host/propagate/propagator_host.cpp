@@ -10,10 +10,10 @@
 // over columns read and write a tile from beginning to end. Sources wait until `collect`, or until
 // they fill the memory of two padded planes; their sum is then kept by rows.
 #include <cmath>
-#include <cstring>
 
 #include "host/common/line_fft.hpp"
 #include "host/common/threads.hpp"
+#include "host/common/transpose.hpp"
 #include "host/propagate/propagator_engine.hpp"
 
 // kernels/propagate/transfer.h as C++: one lane, vectorised by the compiler.
@@ -35,78 +35,6 @@ constexpr std::size_t tile_width = 16;  // columns: two cache lines
 constexpr std::size_t small_plane = std::size_t{256} * 256;
 
 std::size_t size(int n) { return static_cast<std::size_t>(n); }
-
-/// Lines from one line to the next in scratch memory: whole cache lines, an odd number, so that
-/// lines do not contend for one place.
-std::size_t pitch_of(std::size_t line) { return ((line + 7) / 8 | 1) * 8; }
-
-/// to[c][r] = from[r][c], in blocks of 8 x 8 samples, so that each cache line is read and written
-/// once. Rows of the field lie too far apart for the processor's prefetcher.
-[[gnu::always_inline]] inline void transpose(const Sample* from, std::size_t from_pitch,
-                                             std::size_t rows, std::size_t columns, Sample* to,
-                                             std::size_t to_pitch) {
-  using Quad = double __attribute__((vector_size(32)));  // four samples
-  constexpr std::size_t block = 8, quad = 4;
-  for (std::size_t r0 = 0; r0 < rows; r0 += block) {
-    for (std::size_t c0 = 0; c0 < columns; c0 += block) {
-      if (r0 + block > rows || c0 + block > columns) {
-        for (std::size_t r = r0; r < std::min(rows, r0 + block); ++r)
-          for (std::size_t c = c0; c < std::min(columns, c0 + block); ++c)
-            to[c * to_pitch + r] = from[r * from_pitch + c];
-        continue;
-      }
-      for (std::size_t i = 0; i < block; ++i) {
-        __builtin_prefetch(from + (r0 + 2 * block + i) * from_pitch + c0);
-        __builtin_prefetch(to + (c0 + 2 * block + i) * to_pitch + r0, 1);
-      }
-      for (std::size_t r = r0; r < r0 + block; r += quad) {
-        for (std::size_t c = c0; c < c0 + block; c += quad) {
-          const Sample* in = from + r * from_pitch + c;
-          Sample* out = to + c * to_pitch + r;
-          Quad a, b, d, e;
-          std::memcpy(&a, in, sizeof a);
-          std::memcpy(&b, in + from_pitch, sizeof b);
-          std::memcpy(&d, in + 2 * from_pitch, sizeof d);
-          std::memcpy(&e, in + 3 * from_pitch, sizeof e);
-          const Quad even_ab = __builtin_shufflevector(a, b, 0, 4, 2, 6),
-                     odd_ab = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-          const Quad even_de = __builtin_shufflevector(d, e, 0, 4, 2, 6),
-                     odd_de = __builtin_shufflevector(d, e, 1, 5, 3, 7);
-          a = __builtin_shufflevector(even_ab, even_de, 0, 1, 4, 5);
-          b = __builtin_shufflevector(odd_ab, odd_de, 0, 1, 4, 5);
-          d = __builtin_shufflevector(even_ab, even_de, 2, 3, 6, 7);
-          e = __builtin_shufflevector(odd_ab, odd_de, 2, 3, 6, 7);
-          std::memcpy(static_cast<void*>(out), &a, sizeof a);
-          std::memcpy(static_cast<void*>(out + to_pitch), &b, sizeof b);
-          std::memcpy(static_cast<void*>(out + 2 * to_pitch), &d, sizeof d);
-          std::memcpy(static_cast<void*>(out + 3 * to_pitch), &e, sizeof e);
-        }
-      }
-    }
-  }
-}
-
-using Transpose = void (*)(const Sample*, std::size_t, std::size_t, std::size_t, Sample*,
-                           std::size_t);
-
-void transpose_any(const Sample* from, std::size_t from_pitch, std::size_t rows,
-                   std::size_t columns, Sample* to, std::size_t to_pitch) {
-  transpose(from, from_pitch, rows, columns, to, to_pitch);
-}
-#if defined(__x86_64__)
-[[gnu::target("avx2")]] void transpose_avx2(const Sample* from, std::size_t from_pitch,
-                                            std::size_t rows, std::size_t columns, Sample* to,
-                                            std::size_t to_pitch) {
-  transpose(from, from_pitch, rows, columns, to, to_pitch);
-}
-#endif
-
-Transpose transpose_here() {
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2")) return transpose_avx2;
-#endif
-  return transpose_any;
-}
 
 /// Input of multiply_add for `count` columns of one row: tables from the first of these columns on.
 struct RowPart {
@@ -208,7 +136,7 @@ public:
       for (auto* row : {&s.row, &s.row_transformed, &s.row_sum})
         *row = make_zero_lines(padded_nx_, what);
       for (auto* columns : {&s.field_columns, &s.band_columns, &s.columns_transformed})
-        *columns = make_zero_lines(tile_width * pitch_of(padded_ny_), what);
+        *columns = make_zero_lines(tile_width * pitch_of_lines(padded_ny_), what);
       scratch_.push_back(std::move(s));
     }
   }
@@ -239,7 +167,7 @@ public:
     if (rows.empty()) return field.fill_zero();
     if (!(rows.first == arrived_.band.first && rows.last == arrived_.band.last)) {
       for (auto& s : scratch_)
-        std::fill_n(s.band_columns.get(), tile_width * pitch_of(padded_ny_), Sample{});
+        std::fill_n(s.band_columns.get(), tile_width * pitch_of_lines(padded_ny_), Sample{});
     }
     arrived_.reserve(rows, tiles_);
     transform_rows(rows, true);
@@ -306,7 +234,7 @@ private:
   }
 
   void columns_forward(const Sample* field, Rows& rows) {
-    const std::size_t pitch = pitch_of(padded_ny_);
+    const std::size_t pitch = pitch_of_lines(padded_ny_);
     cl::Threads::shared().for_each(threads_, tiles_, 1, [&](std::size_t thread, std::size_t tile) {
       auto& s = scratch_[thread];
       const std::size_t columns = columns_of(tile);
@@ -326,7 +254,7 @@ private:
   }
 
   void columns_inverse(Sample* field) {
-    const std::size_t pitch = pitch_of(padded_ny_);
+    const std::size_t pitch = pitch_of_lines(padded_ny_);
     cl::Threads::shared().for_each(threads_, tiles_, 1, [&](std::size_t thread, std::size_t tile) {
       auto& s = scratch_[thread];
       const std::size_t columns = columns_of(tile);

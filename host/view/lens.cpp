@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
+#include <numeric>
 
 #include "host/common/error.hpp"
 #include "host/view/reconstruct.hpp"
@@ -25,13 +26,23 @@ void check(const LensSpec& what) {
     throw InputError("lens: view must be two finite numbers");
   if (!positive(what.aperture.x) || !positive(what.aperture.y))
     throw InputError("lens: aperture must be > 0");
+  if (what.pixel_m && !(positive(what.pixel_m->x) && positive(what.pixel_m->y)))
+    throw InputError("lens: pixels must be > 0");
   if (what.points < 1 || what.points > most_points)
     throw InputError("lens: rays per axis must be 1 to " + std::to_string(most_points) + ", got " +
                      std::to_string(what.points));
 }
 
+/// Near the golden section of n, without a common divisor: multiples of it, modulo n, meet every
+/// number once and lie far from their neighbours.
+int scatter_of(int n) {
+  int scatter = std::max(1, static_cast<int>(std::lround(0.618 * n)));
+  while (std::gcd(scatter, n) != 1) ++scatter;
+  return scatter;
+}
+
 device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const LensSpec& what,
-                             glm::ivec2 size) {
+                             glm::ivec2 size, glm::dvec2 pixel_m) {
   // The part of the hologram that is open, in half holograms.
   const glm::dvec2 low = glm::max(what.view - what.aperture, -1.0),
                    high = glm::min(what.view + what.aperture, 1.0);
@@ -47,10 +58,10 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
   device::LensPlane lens{};
   lens.nx = size.x;
   lens.ny = size.y;
-  lens.left = static_cast<float>(-(size.x - 1) / 2.0 * plan.pitch_m.x - origin_m.x);
-  lens.top = static_cast<float>((size.y - 1) / 2.0 * plan.pitch_m.y - origin_m.y);
-  lens.pitch_x = static_cast<float>(plan.pitch_m.x);
-  lens.pitch_y = static_cast<float>(plan.pitch_m.y);
+  lens.left = static_cast<float>(-(size.x - 1) / 2.0 * pixel_m.x - origin_m.x);
+  lens.top = static_cast<float>((size.y - 1) / 2.0 * pixel_m.y - origin_m.y);
+  lens.pitch_x = static_cast<float>(pixel_m.x);
+  lens.pitch_y = static_cast<float>(pixel_m.y);
   lens.inverse_focus = static_cast<float>(1 / what.z_m);
   lens.points = what.points;
   lens.lens_left = static_cast<float>(low.x * half_m.x + step_m.x / 2 - origin_m.x);
@@ -61,6 +72,9 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
   lens.start_z = static_cast<float>(start_m - plan.origin_m.z);
   lens.bias = scene.bias_m;
   lens.reach = 4 * (scene.diameter_m + static_cast<float>(plan.far_m));
+  lens.spread_x = what.area ? lens.pitch_x : 0;
+  lens.spread_y = what.area ? lens.pitch_y : 0;
+  lens.scatter = scatter_of(what.points);
   return lens;
 }
 
@@ -69,8 +83,9 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
 Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
                    const LensSpec& what, const std::function<void(double)>& progress) {
   check(what);
-  const auto size = picture_size(what.window_m, plan.size, plan.pitch_m);
-  const auto lens = lens_plane(plan, scene, what, size);
+  const auto pixel_m = what.pixel_m.value_or(plan.pitch_m);
+  const auto size = picture_size(what.window_m.value_or(plan.window_m()), plan.size, pixel_m);
+  const auto lens = lens_plane(plan, scene, what, size, pixel_m);
   cl::Buffer<float> picture(
       device, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), "picture");
   auto see = cl::Program(device, "kernels/view/lens.cl", scene.options).kernel("see");

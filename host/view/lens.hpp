@@ -23,6 +23,11 @@ struct LensSpec {
   glm::dvec2 aperture{1, 1};
   // Points of the lens from which rays start, per axis, 1 to 4096: points^2 rays per pixel
   int points = 24;
+  // Size of a pixel; empty: the hologram's pitch
+  std::optional<glm::dvec2> pixel_m{};
+  // The rays to a pixel go through places spread over it, not all through its centre: larger pixels
+  // then show the mean of what they cover
+  bool area = false;
 };
 
 /// Radiance in the plane z, averaged over the lens: an ideal rectangular lens in the hologram's

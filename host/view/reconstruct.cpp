@@ -16,34 +16,6 @@ namespace {
 
 bool positive(double value) { return std::isfinite(value) && value > 0; }
 
-/// A part of the window that one propagation covers. Its size is the hologram's; columns x rows of
-/// it lie in the window.
-struct WindowTile {
-  glm::ivec2 first{0, 0}, used{0, 0};
-  glm::dvec2 centre_m{0, 0};
-};
-
-std::vector<WindowTile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 pitch_m) {
-  std::vector<WindowTile> tiles;
-  for (int y = 0; y < window.y; y += size.y) {
-    for (int x = 0; x < window.x; x += size.x) {
-      const glm::ivec2 first(x, y);
-      // Both centres lie between samples where a size is even, so a tile may be off the hologram's
-      // grid by half a sample.
-      const glm::dvec2 offset = glm::dvec2(first) + (glm::dvec2(size) - glm::dvec2(window)) / 2.0;
-      tiles.push_back(
-          {first, glm::min(size, window - first), glm::dvec2(offset.x, -offset.y) * pitch_m});
-    }
-  }
-  return tiles;
-}
-
-/// True when sample i of n, at (2 i + 1) / n - 1 in half holograms, lies in the part that lets
-/// light through.
-bool lets_through(int i, int n, double centre, double size) {
-  return std::abs((2.0 * i + 1) / n - 1 - centre) <= size;
-}
-
 /// A power of two near the field's largest number, or 1 when its square fits into a float anyway.
 /// Division by it is exact.
 double unit_of(const FieldStack& hologram) {
@@ -71,6 +43,25 @@ void check(const FieldStack& hologram, const HologramSpec& spec, const Reconstru
 }
 
 }  // namespace
+
+std::vector<WindowTile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 pitch_m) {
+  std::vector<WindowTile> tiles;
+  for (int y = 0; y < window.y; y += size.y) {
+    for (int x = 0; x < window.x; x += size.x) {
+      const glm::ivec2 first(x, y);
+      // Both centres lie between samples where a size is even, so a tile may be off the hologram's
+      // grid by half a sample.
+      const glm::dvec2 offset = glm::dvec2(first) + (glm::dvec2(size) - glm::dvec2(window)) / 2.0;
+      tiles.push_back(
+          {first, glm::min(size, window - first), glm::dvec2(offset.x, -offset.y) * pitch_m});
+    }
+  }
+  return tiles;
+}
+
+bool lets_through(int i, int n, double centre, double size) {
+  return std::abs((2.0 * i + 1) / n - 1 - centre) <= size;
+}
 
 glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 hologram_size,
                         glm::dvec2 pitch_m) {

@@ -35,6 +35,20 @@ struct ReconstructSpec {
 glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 hologram_size,
                         glm::dvec2 pitch_m);
 
+/// True when sample i of n, at (2 i + 1) / n - 1 in half holograms, lies in the part that lets
+/// light through. Along y, i and `centre` count downwards.
+bool lets_through(int i, int n, double centre, double size);
+
+/// A part of the window that one propagation covers. Its size is the hologram's; columns x rows of
+/// it lie in the window.
+struct WindowTile {
+  glm::ivec2 first{0, 0}, used{0, 0};
+  glm::dvec2 centre_m{0, 0};
+};
+
+/// The tiles that cover a window of so many samples around the axis.
+std::vector<WindowTile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 pitch_m);
+
 /// Intensity (|u|^2 averaged over frames) on the hologram's pitch; the window is a whole number of
 /// samples. Windows larger than the hologram are put together from tiles, each a shifted
 /// propagation of its own; tiles that no light of the hologram reaches stay black.

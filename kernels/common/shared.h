@@ -284,6 +284,11 @@ typedef struct {
   float start_z;  // z of these starts in the scene frame
   float bias;     // distance from the surface at which a secondary ray starts
   float reach;    // longer than any path through the scene
+  // Size of the part of a pixel that rays go through; 0: all go through its centre
+  float spread_x;
+  float spread_y;
+  // Point i stands at i * scatter modulo points in the order of places in the pixel
+  int scatter;
 } LensPlane;
 
 #endif

@@ -203,6 +203,9 @@
   MEMBER(LensPlane, start)                \
   MEMBER(LensPlane, start_z)              \
   MEMBER(LensPlane, bias)                 \
-  MEMBER(LensPlane, reach)
+  MEMBER(LensPlane, reach)                \
+  MEMBER(LensPlane, spread_x)             \
+  MEMBER(LensPlane, spread_y)             \
+  MEMBER(LensPlane, scatter)
 
 #endif

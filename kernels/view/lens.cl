@@ -27,15 +27,23 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
   const floatv x = lens.left + lens.pitch_x * LANES_TO_FLOAT(column);
   const float y = lens.top - lens.pitch_y * (float)row;
 
+  // Places in the pixel, where rays are spread over it: a grid of points x points cells whose
+  // column is chosen by the lens's row, and the place within the cell by its column; likewise its
+  // row. So every part of the lens sees all of the pixel.
+  const float part = 1.0f / (float)lens.points;
   floatv sum = 0.0f;
   for (int j = 0; j < lens.points; ++j) {
     const float from_y = lens.lens_top - lens.lens_pitch_y * (float)j;
-    const floatv dy = (y - from_y) * lens.inverse_focus;  // tangent
+    const float cell_x = (float)(j * lens.scatter % lens.points), fine_y = ((float)j + 0.5f) * part;
     // Two short sums round less than one long sum
     floatv sum_of_row = 0.0f;
     for (int i = 0; i < lens.points; ++i) {
       const float from_x = lens.lens_left + lens.lens_pitch_x * (float)i;
-      const floatv dx = (x - from_x) * lens.inverse_focus;
+      const float cell_y = (float)(i * lens.scatter % lens.points);
+      const float place_x = (cell_x + ((float)i + 0.5f) * part) * part - 0.5f,
+                  place_y = (cell_y + fine_y) * part - 0.5f;
+      const floatv dx = (x + lens.spread_x * place_x - from_x) * lens.inverse_focus;  // tangents
+      const floatv dy = (y + lens.spread_y * place_y - from_y) * lens.inverse_focus;
       Rays rays = {from_x + lens.start * dx,
                    (floatv)(from_y) + lens.start * dy,
                    (floatv)(lens.start_z),

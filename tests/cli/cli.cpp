@@ -98,7 +98,7 @@ std::vector<std::string> options_in(const std::string& help) {
 TEST_CASE("help lists commands by what they are for, and each command's ends with an example") {
   for (const char* text : {"Make a hologram:", "Look at it:", "Measure:", "Devices:", "Exit codes"})
     CHECK_THAT(help_of(""), ContainsSubstring(text));
-  CHECK(commands().size() == 15);
+  CHECK(commands().size() == 16);
   for (const auto& command : commands()) {
     const auto& help = help_of(command);
     INFO(help);
@@ -131,6 +131,7 @@ TEST_CASE("--json prints JSON alone, and with a file the usual text beside it") 
       {"reconstruct", field, "-z", "10mm", "-o", desk.file("views"), "--json"},
       {"lens", scene, "-z", "10mm", "-o", desk.file("views"), "--lens-points", "2", "--json"},
       {"compare", "--json", field, field},
+      {"refine", scene, "-z", "10mm", "-o", desk.file("refined"), "--no-table", "--json"},
       {"quality", scene, "-z", "10mm", "-o", desk.file("views"), "--no-views", "--lens-points", "2",
        "--border", "0", "--json"},
       {"bench", "--json", scene, "--quick", "--frames", "1"},
@@ -157,6 +158,62 @@ TEST_CASE("--json prints JSON alone, and with a file the usual text beside it") 
   CHECK(Json::parse(bytes_of(desk.file("report.json"))).contains("plan"));
   CHECK(bytes_of(desk.file("report")) == bytes_of(desk.file("report.json")));
   check_refused(desk.run({"devices", "--quiet", "--json", scene + "/report.json"}), 2, scene);
+}
+
+TEST_CASE("refine writes a hologram that reconstruct reads, and goes on where it ended") {
+  const Desk desk;
+  const auto scene = desk.file("scene.toml"), out = desk.file("out"), more = desk.file("more");
+  const auto first = desk.run({"refine", scene, "-o", out, "--set", "sampling.frames=2", "--border",
+                               "2", "--lens-points", "3", "--iterations", "6"});
+  INFO(first.out << first.err);
+  REQUIRE(first.code == 0);
+  for (const char* text : {"optimised", "held out", "view", "light", "6 iterations"})
+    CHECK_THAT(first.out, ContainsSubstring(text));
+  for (const char* name : {"hologram.png", "hologram_2.png", "refined.npy", "report.json"})
+    CHECK(std::filesystem::exists(desk.out(name)));
+  CHECK(files_in(out) == 4);
+  const auto report = Json::parse(bytes_of(desk.out("report.json")));
+  for (const auto& row : report["refine"]["rows"]) {
+    if (row["role"] == "optimised") CHECK(row["psnr_db"]["refined"] > row["psnr_db"]["unrefined"]);
+  }
+  CHECK(desk.run({"reconstruct", out + "/hologram.png", "-z", "10mm", "-o", more}).code == 0);
+
+  // Further, from the scene and from pictures of a lens
+  CHECK(desk.run({"refine", scene, "-o", more, "--set", "sampling.frames=2", "--start",
+                  out + "/refined.npy", "--no-table", "--budget", "50ms", "--views", "2",
+                  "--brighter"})
+            .code == 0);
+  CHECK(desk.run({"lens", scene, "-z", "9.8mm", "-z", "10mm", "-o", desk.file("lens"),
+                  "--lens-points", "3"})
+            .code == 0);
+  const auto field = desk.run({"refine", out + "/refined.npy", "--targets", desk.file("lens"), "-o",
+                               more, "--border", "2", "--iterations", "3"});
+  INFO(field.out << field.err);
+  CHECK(field.code == 0);
+  CHECK_THAT(field.out, ContainsSubstring("9.8 mm"));
+  CHECK(load_npy(more + "/refined.npy").frames == 2);
+}
+
+TEST_CASE("impossible refinements get one line, and nothing is written") {
+  const Desk desk;
+  const auto scene = desk.file("scene.toml"), none = desk.file("none");
+  const auto refused = [&](std::vector<std::string> line, const std::string& says) {
+    line.insert(line.begin(), "refine");
+    line.insert(line.end(), {"-o", none});
+    check_refused(desk.run(line), 2, says);
+    CHECK_FALSE(std::filesystem::exists(none));
+  };
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  const auto field = desk.out("field.npy").string();
+  refused({desk.file("none.toml")}, "none.toml");
+  refused({field}, "--targets");
+  refused({field, "--targets", desk.file("out"), "--border", "0"}, "raywave lens");
+  refused({field, "--targets", desk.file("out"), "--views", "3"}, "--views");
+  refused({scene, "--targets", desk.file("out")}, "--targets");
+  refused({scene, "--iterations", "3", "--budget", "1s"}, "--budget");
+  refused({scene, "--iterations", "0"}, "--iterations");
+  refused({scene, "--border", "20"}, "border");
+  refused({scene, "--set", "sampling.frames=2", "--start", field, "--no-table"}, "1 frame");
 }
 
 TEST_CASE("options go by their old names too, with a note unless --quiet") {

@@ -342,16 +342,20 @@ TEST_CASE("a MATLAB file holds the field as matrix dh, by columns, or is refused
   CHECK(bytes.find(im) != std::string::npos);
 }
 
-/// The three bytes of pixel i.
-std::array<int, 3> colour(const Folder& folder, const std::string& name, std::size_t i) {
-  std::array<int, 3> bytes;
-  for (int channel = 0; channel < 3; ++channel) {
-    const double linear = load_texture(folder / name, channel, "").pixels[i];
-    const double srgb =
-        linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-    bytes[static_cast<std::size_t>(channel)] = static_cast<int>(std::lround(255 * srgb));
+/// The three bytes of each pixel.
+std::vector<std::array<int, 3>> colours(const Folder& folder, const std::string& name) {
+  std::vector<std::array<int, 3>> pixels;
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    const auto picture = load_texture(folder / name, static_cast<int>(channel), "");
+    pixels.resize(picture.pixels.size());
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const double linear = picture.pixels[i];
+      const double srgb =
+          linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+      pixels[i][channel] = static_cast<int>(std::lround(255 * srgb));
+    }
   }
-  return bytes;
+  return pixels;
 }
 
 TEST_CASE("frames of few levels share the 24 bits of a colour, the first in red's lowest") {
@@ -380,11 +384,13 @@ TEST_CASE("frames of few levels share the 24 bits of a colour, the first in red'
     const Written written(slm, format, levels, {7, 1});
     INFO(name_of(format));
     REQUIRE(written.names == std::vector<std::string>{"hologram.png", "hologram_2.png"});
+    const auto first = colours(written.folder, "hologram.png");
+    const auto second = colours(written.folder, "hologram_2.png");
     for (std::size_t i = 0; i < 7; ++i) {
-      const auto [r, g, b] = colour(written.folder, "hologram.png", i);
+      const auto [r, g, b] = first.at(i);
       CHECK(static_cast<std::uint32_t>(r | g << 8 | b << 16) == expected[i]);
       // The frame that is too many begins the next picture.
-      const auto [next, zero_g, zero_b] = colour(written.folder, "hologram_2.png", i);
+      const auto [next, zero_g, zero_b] = second.at(i);
       CHECK(next == levels.back()[i] * count / 256);
       CHECK((zero_g == 0 && zero_b == 0));
     }
@@ -396,8 +402,9 @@ TEST_CASE("a DMD's dark and bright pixels are the bits 0 and 1") {
   slm.encoding = Encoding::lee;
   slm.carrier = {0.2, 0};
   const Written written(slm, PictureFormat::rgb_24x1, {{0, 255, 255, 0, 0, 255}});
-  CHECK(colour(written.folder, "hologram.png", 0) == std::array{0, 0, 0});
-  CHECK(colour(written.folder, "hologram.png", 1) == std::array{1, 0, 0});
+  const auto pixels = colours(written.folder, "hologram.png");
+  CHECK(pixels.at(0) == std::array{0, 0, 0});
+  CHECK(pixels.at(1) == std::array{1, 0, 0});
 }
 
 TEST_CASE("formats that cannot hold the levels are refused with what can be done") {

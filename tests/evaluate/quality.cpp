@@ -52,7 +52,9 @@ TEST_CASE(
       CHECK(row.figures.psnr_db > (whole ? 29 : 24));
       CHECK(row.figures.psnr_db > shifted.figures.psnr_db + 5);
       CHECK(row.figures.ssim > shifted.figures.ssim + 0.05);
-      CHECK(row.figures.contrast_b == Catch::Approx(row.figures.contrast_a).epsilon(0.1));
+      CHECK(row.field_figures.contrast_b == Catch::Approx(row.figures.contrast_a).epsilon(0.1));
+      // Levels spread haze over the dark.
+      CHECK(row.figures.contrast_b == Catch::Approx(row.figures.contrast_a).epsilon(0.15));
     }
   }
 }

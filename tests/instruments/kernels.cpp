@@ -11,6 +11,7 @@
 #include "host/geometry/bvh.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/make_plan.hpp"
+#include "host/refine/refine.hpp"
 #include "host/render.hpp"
 #include "host/trace/interpolator.hpp"
 #include "host/view/lens.hpp"
@@ -220,6 +221,27 @@ void propagate(const cl::Device& device) {
   }
 }
 
+/// Refines a hologram of a few pixels towards a whole and a half picture, by both propagations.
+void refine_all(const cl::Device& device) {
+  const auto size = size_on(device);
+  const FieldStack start{
+      size.x, size.y, 2,
+      std::vector<std::complex<float>>(static_cast<std::size_t>(2 * size.x * size.y), {0, 1})};
+  RefineSpec spec;
+  spec.pitch_m = {8 * um, 8 * um};
+  spec.wavelength_m = 638e-9;
+  spec.blur_m = 10 * um;
+  spec.iterations = 2;
+  const Image picture{7, 2, std::vector<float>(14, 0.5f)};
+  const RefineKey keys[] = {{2 * mm, {0, 0}, {1, 1}, picture, {8 * um, 8 * um}},
+                            {2 * mm, {0.5, 0}, {0.5, 1}, picture, {8 * um, 8 * um}}};
+  for (const auto propagation :
+       {refinement::Propagation::fresnel, refinement::Propagation::exact}) {
+    spec.propagation = propagation;
+    CHECK(test::all_finite(refine(device, host, start, keys, spec).field.samples));
+  }
+}
+
 /// Launches the kernels of the self-test and of the benchmark.
 void launch_tools(const cl::Device& device) {
   const int lanes = device.info().float_lanes;
@@ -276,6 +298,7 @@ TEST_CASE("every kernel is launched, and none writes behind its buffers") {
         interpolate(device);
         look(device, folder);
         propagate(device);
+        refine_all(device);
         launch_tools(device);
         device.finish();
       }

@@ -56,7 +56,10 @@ TEST_CASE("the error of every padding is predicted within a factor of 1.6") {
       options.keep_wrps = true;
       const auto result = render(device, scene, options);
       const auto& plan = result.plan;
-      CHECK(plan.padding_error == predicted_padding_errors(plan, {plan.padded})[0]);
+      INFO(c.name);
+      // FFTW may have learnt another way to transform since.
+      CHECK(plan.padding_error ==
+            Catch::Approx(predicted_padding_errors(plan, {plan.padded})[0]).epsilon(1e-4));
       const auto exact = reference::to_double(at_hologram(device, result, 6));
       for (const double padding : {1.0, 1.125, 1.25, 1.5, 2.0}) {
         const double measured = reference::relative_error(

@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/refine/refine.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "host/cli/commands.hpp"
+#include "host/cli/help.hpp"
+#include "host/cli/holograms.hpp"
+#include "host/cli/options.hpp"
+#include "host/cli/progress.hpp"
+#include "host/common/error.hpp"
+#include "host/common/output.hpp"
+#include "host/common/text.hpp"
+#include "host/encode/encode.hpp"
+#include "host/encode/shown.hpp"
+#include "host/evaluate/refinement.hpp"
+#include "host/evaluate/report.hpp"
+#include "host/evaluate/slm_json.hpp"
+#include "host/plan/make_plan.hpp"
+#include "host/refine/scene_keys.hpp"
+#include "host/render.hpp"
+#include "host/scene/image.hpp"
+#include "host/trace/tuning.hpp"
+
+namespace raywave::cli {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct RefineArguments {
+  std::string input, targets, start, out, blur, budget;
+  std::vector<std::string> set;
+  GoalOptions goal;
+  DepthOptions depths;
+  PixelOptions pixels;
+  DeviceOptions device;
+  ReportOptions report;
+  int iterations = 0, views = 0, lens_points = KeyPictures{}.lens_points;
+  int border_px = picture_border_px;
+  bool is_brighter = false, table = true;
+};
+
+/// A hologram, what it should show, and what it is judged by.
+struct Task {
+  FieldStack field;  // as traced, or what was given
+  HologramSpec hologram;
+  SlmSpec slm;  // as the scene describes it
+  double blur_m = 0, middle_m = 0;
+  std::vector<RefineKey> keys;
+  std::vector<JudgedKey> judged;
+  Json report;  // of the hologram before
+};
+
+double blur_of(const RefineArguments& options, const HologramSpec& hologram, double otherwise_m) {
+  if (options.blur.empty()) return otherwise_m;
+  const auto blur = parse_blur(options.blur);
+  return blur.in_pixels ? blur.value * hologram.pitch_m.x : blur.value;
+}
+
+/// Refuses at once what the table would refuse in the end.
+void require_border(const RefineArguments& options, glm::ivec2 resolution) {
+  const int widest = (std::min(resolution.x, resolution.y) - 1) / 2;
+  if (options.table && options.depths.window.empty() &&
+      (options.border_px < 0 || options.border_px > widest))
+    throw InputError("--border " + std::to_string(options.border_px) + ": must be 0 to " +
+                     std::to_string(widest) + " for a hologram of " + std::to_string(resolution.x) +
+                     " x " + std::to_string(resolution.y) + " pixels, or give --no-table");
+}
+
+void require_phases(const SlmSpec& slm) {
+  if (shows_amplitude(slm.encoding))
+    throw InputError("slm.encoding = \"" + name_of(slm.encoding) +
+                     "\": refine changes phases; give an SLM of phase, encoding = \"phase\"");
+}
+
+FieldStack load_start(const std::string& file, const HologramSpec& hologram, int frames) {
+  auto start = load_npy(file);
+  if (start.nx != hologram.resolution.x || start.ny != hologram.resolution.y ||
+      start.frames != frames)
+    throw InputError(in_quotes(file) + ": " + std::to_string(start.frames) + " frames of " +
+                     std::to_string(start.nx) + " x " + std::to_string(start.ny) +
+                     " samples; the scene has " + std::to_string(frames) + " of " +
+                     std::to_string(hologram.resolution.x) + " x " +
+                     std::to_string(hologram.resolution.y));
+  return start;
+}
+
+/// Depths between those that are optimised, and views from elsewhere: what tells whether the
+/// refinement carries over.
+std::vector<std::pair<KeyRole, KeyPlace>> unseen_places(std::vector<double> depths_m,
+                                                        double near_m) {
+  std::vector<std::pair<KeyRole, KeyPlace>> places;
+  std::sort(depths_m.begin(), depths_m.end());
+  for (std::size_t i = 1; i < depths_m.size(); ++i)
+    places.push_back({KeyRole::held_out, {(depths_m[i - 1] + depths_m[i]) / 2}});
+  for (const glm::dvec2 view : {glm::dvec2(-0.5, 0), {0.5, 0}, {0.25, 0.25}, {-0.35, -0.1}})
+    places.push_back({KeyRole::unseen_view, {near_m, view, {0.5, 0.5}}});
+  return places;
+}
+
+/// Renders the scene and makes the pictures of a lens.
+Task task_of_scene(const RefineArguments& options, const cl::Device& device, ProgressBar& bar) {
+  Task task;
+  auto scene = load(options.input, options.set, options.report);
+  require_border(options, scene.hologram.resolution);
+  require_phases(scene.slm);
+  const auto goal = options.goal.goal();
+  RenderOptions how;
+  how.fft = options.device.backend(device.info());
+  how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+  const auto world = build_world(scene);
+  if (goal.any()) {
+    auto planned = plan_scene(scene, world, figures_of(device.info()), goal);
+    for (const auto& warning : planned.warnings) options.report.note(warning);
+    scene = std::move(planned.scene);
+  }
+  auto rendered = render(device, scene, world, how);
+  for (const auto& note : rendered.notes) options.report.note(note);
+  task.field = std::move(rendered.field);
+  task.hologram = scene.hologram;
+  task.slm = scene.slm;
+  task.blur_m = blur_of(options, scene.hologram, blur_of_resolution * scene.sampling.pitch_m);
+  task.report = Json::parse(render_report_json(scene, rendered, device.info(), how.fft));
+
+  const auto& plan = rendered.plan;
+  const auto places = key_places(plan, task.blur_m, {options.depths.depths_m(), options.views});
+  auto unseen = unseen_places(
+      [&] {
+        std::vector<double> depths;
+        for (const auto& place : places)
+          if (place.aperture == glm::dvec2(1, 1)) depths.push_back(place.z_m);
+        return depths;
+      }(),
+      plan.near_m);
+  if (!options.table) unseen.clear();
+  task.middle_m = (plan.near_m + plan.far_m) / 2;
+
+  const DeviceScene arrays(device, world, plan);
+  const KeyPictures pictures{options.depths.window_m(), options.lens_points};
+  const double count = static_cast<double>(places.size() + unseen.size());
+  double done = 0;
+  const auto picture_of = [&](const KeyPlace& place) {
+    bar.show("lens at " + length_text(place.z_m), done++ / count);
+    return lens_key(device, plan, arrays, place, task.blur_m, pictures);
+  };
+  for (const auto& place : places) {
+    task.keys.push_back(picture_of(place));
+    if (place.aperture == glm::dvec2(1, 1) && options.table)
+      task.judged.push_back({KeyRole::optimised, task.keys.back()});
+  }
+  for (const auto& [role, place] : unseen) task.judged.push_back({role, picture_of(place)});
+  return task;
+}
+
+/// Reads a field and the pictures that `raywave lens` has written.
+Task task_of_field(const RefineArguments& options) {
+  const std::filesystem::path file(options.input), folder(options.targets);
+  Task task;
+  task.field = load_npy(file);
+  task.hologram = options.pixels.spec(file, {task.field.nx, task.field.ny});
+  task.slm = options.pixels.slm_spec(file, options.set);
+  require_phases(task.slm);
+  require_border(options, task.hologram.resolution);
+  task.blur_m = blur_of(options, task.hologram, 4 * task.hologram.pitch_m.x);
+  task.report = encoded_report(task.hologram, task.slm, task.field.frames, PictureFormat::png, {});
+
+  std::error_code error;
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    const auto name = entry.path().filename().string();
+    if (name.starts_with("lens_") && name.ends_with("mm.exr")) files.push_back(entry.path());
+  }
+  if (files.empty())
+    throw InputError("--targets " + in_quotes(options.targets) +
+                     ": no pictures named as raywave lens writes them, such as lens_18.55mm.exr" +
+                     (error ? " (" + error.message() + ")" : ""));
+  std::sort(files.begin(), files.end());
+  for (const auto& picture : files) {
+    const auto name = picture.filename().string();
+    const auto depth = name.substr(5, name.size() - 9);  // between lens_ and .exr
+    RefineKey key;
+    key.z_m = positive_length_m(depth, in_quotes(picture.string()) + ": the depth");
+    key.picture = load_grey(picture, picture.string());
+    key.pixel_m = task.hologram.pitch_m;
+    task.keys.push_back(key);
+    if (options.table) task.judged.push_back({KeyRole::optimised, key});
+    task.middle_m += key.z_m / static_cast<double>(files.size());
+  }
+  return task;
+}
+
+void run_refine(const RefineArguments& options) {
+  const bool is_field = std::filesystem::path(options.input).extension() == ".npy";
+  if (is_field && options.targets.empty())
+    throw InputError("refine " + in_quotes(options.input) +
+                     ": a field needs --targets, the folder of what raywave lens has written");
+  if (!is_field && !options.targets.empty())
+    throw InputError("--targets belongs to a field.npy; a scene makes its own pictures");
+  if (!is_field && options.pixels.any())
+    throw InputError("--pitch, --wavelength and --slm belong to a field.npy; a scene says them itself");
+  if (is_field && (options.views > 0 || !options.depths.z.empty() || !options.start.empty()))
+    throw InputError("--views, -z and --start belong to a scene; a field takes all of --targets");
+
+  const cl::Device device(options.device.info());
+  const auto backend = options.device.backend(device.info());
+  RefineSpec spec;
+  if (!options.budget.empty()) spec.budget_s = parse_seconds(options.budget, "--budget");
+  if (spec.budget_s && options.iterations > 0)
+    throw InputError("--iterations and --budget: at most 1 of them can be given");
+
+  RefineResult refined;
+  std::vector<std::vector<std::uint8_t>> levels;
+  SlmSpec slm;
+  RefinementFigures figures;
+  Task task;
+  {
+    ProgressBar bar(options.report.quiet);
+    task = is_field ? task_of_field(options) : task_of_scene(options, device, bar);
+    spec.pitch_m = task.hologram.pitch_m;
+    spec.wavelength_m = task.hologram.wavelength_m;
+    spec.blur_m = task.blur_m;
+    spec.brightness = options.is_brighter ? brighter : 1;
+    spec.iterations = options.iterations > 0 ? options.iterations : refine_iterations(task.keys);
+    spec.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+    const auto start =
+        options.start.empty()
+            ? std::nullopt
+            : std::optional(load_start(options.start, task.hologram, task.field.frames));
+    refined = refine(device, backend, start ? *start : task.field, task.keys, spec);
+    const auto panel_of = [&](const SlmSpec& of) {
+      return std::make_shared<const Panel>(of, task.hologram.resolution, task.hologram.pitch_m,
+                                           task.hologram.wavelength_m);
+    };
+    slm = task.slm;
+    slm.encoding = Encoding::phase;
+    Encoder encoder(device, panel_of(slm));
+    levels = encode(device, encoder, refined.field);
+    if (!task.judged.empty()) {
+      Encoder before(device, panel_of(task.slm));
+      figures = judge_refinement(
+          device, backend, task.hologram,
+          {task.field, shown_field(before.panel(), encode(device, before, task.field)),
+           shown_field(encoder.panel(), levels)},
+          task.judged, task.blur_m, options.border_px, task.middle_m,
+          [&](double share) { bar.show("pictures", share); });
+    }
+  }
+
+  const std::filesystem::path out(options.out);
+  std::vector<std::string> written;
+  for (std::size_t frame = 0; frame < levels.size(); ++frame)
+    written.push_back(
+        save_hologram(out, frame, slm, {task.field.nx, task.field.ny}, levels[frame]));
+  if (is_field) task.report["pictures"] = written;
+  save_npy(out / "refined.npy", refined.field.nx, refined.field.ny, refined.field.frames,
+           refined.field.samples);
+  written.emplace_back("refined.npy");
+  task.report["scene"]["slm"] = json_of(slm);
+  task.report["refine"] = Json::parse(refinement_json(figures, refined.figures));
+  task.report["refine"]["blur_m"] = task.blur_m;
+  task.report["refine"]["brightness"] = spec.brightness;
+  const auto report = task.report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  write_text(out / "report.json", report);
+  written.emplace_back("report.json");
+
+  if (options.report.prints_text()) {
+    std::fputs(refinement_text(figures, refined.figures).c_str(), stdout);
+    for (const auto& name : written) std::printf("  %s\n", (out / name).c_str());
+  }
+  options.report.write(report);
+}
+
+}  // namespace
+
+void add_refine(CLI::App& app) {
+  auto* command =
+      add_command(app, section::make, "refine",
+                  "Change a hologram's phases until its pictures are what a lens sees",
+                  "build/raywave refine data/study.toml -o out --set sampling.frames=4\n"
+                  "build/raywave lens data/study.toml -z 18.55mm -z 19.5mm -o lens\n"
+                  "build/raywave refine out/refined.npy --targets lens -o further");
+  auto options = std::make_shared<RefineArguments>();
+  command
+      ->add_option("SCENE", options->input,
+                   "Scene file (TOML), which is rendered first; or field.npy, with --targets")
+      ->type_name("SCENE")
+      ->required();
+  add_set(*command, options->set);
+  options->goal.add_preset_to(*command);
+  command
+      ->add_option("--iterations", options->iterations,
+                   "Iterations per frame; as many as the pictures need when not given")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000000))
+      ->group(group::refinement);
+  command
+      ->add_option(
+          "--views", options->views,
+          "Also refine this many views through quarters of the hologram: 24 keep all views "
+          "as good as the traced field's")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str()
+      ->group(group::refinement);
+  command
+      ->add_option("--budget", options->budget,
+                   "Time for the iterations of all frames, e.g. 5s; it decides their number")
+      ->type_name("TIME")
+      ->group(group::refinement);
+  command
+      ->add_flag("--brighter", options->is_brighter,
+                 "Bring more of the light into the picture, for 1 to 2 dB")
+      ->group(group::refinement);
+  command
+      ->add_option("--start", options->start,
+                   "Begin with the phases of this field instead of the rendered one: goes on where "
+                   "an earlier refined.npy ended")
+      ->type_name("FILE")
+      ->group(group::refinement);
+  command
+      ->add_option("--targets", options->targets,
+                   "Folder of the pictures that a field is refined towards, as raywave lens writes "
+                   "them (lens_18.55mm.exr)")
+      ->type_name("FOLDER")
+      ->group(group::refinement);
+  command
+      ->add_flag("--table,!--no-table", options->table,
+                 "Compare field, phase and levels with the lens afterwards")
+      ->group(group::refinement);
+  options->depths.add_to(*command, "through the scene and a little beyond", "what the WRPs cover");
+  options->pixels.add_to(*command);
+  add_blur(*command, options->blur, "0.6 sampling.pitch, for a field 4px");
+  add_border(*command, options->border_px);
+  add_lens_points(*command, options->lens_points);
+  options->device.add_to(*command);
+  add_output(*command, options->out, "hologram.png, refined.npy and report.json")->required();
+  options->report.add_to(*command, "report.json");
+  command->callback([options] { run_refine(*options); });
+}
+
+}  // namespace raywave::cli

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/evaluate/refinement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "host/common/text.hpp"
+#include "host/evaluate/quality.hpp"
+#include "host/view/compare.hpp"
+#include "host/view/reconstruct.hpp"
+
+namespace raywave {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Region bright_part(const Image& picture) {
+  const float peak = *std::max_element(picture.pixels.begin(), picture.pixels.end());
+  int left = picture.width, right = 0, top = picture.height, bottom = 0;
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      if (!(picture.pixels[std::size_t{1} * y * picture.width + x] > 0.01f * peak)) continue;
+      left = std::min(left, x);
+      right = std::max(right, x + 1);
+      top = std::min(top, y);
+      bottom = std::max(bottom, y + 1);
+    }
+  }
+  return {left, top, std::max(0, right - left), std::max(0, bottom - top)};
+}
+
+/// Pixels whose surroundings, 9 x 9 pixels, are bright and even to 3 % of the peak.
+std::vector<bool> even_part(const Image& picture) {
+  constexpr int reach = 4;
+  const int nx = picture.width, ny = picture.height;
+  const float peak = *std::max_element(picture.pixels.begin(), picture.pixels.end());
+  // Minima and maxima along rows, then along columns
+  const auto extremes = [&](const std::vector<float>& from, int step, int count, int place,
+                            std::size_t at, bool largest) {
+    float value = from[at];
+    for (int k = -std::min(reach, place); k <= std::min(reach, count - 1 - place); ++k) {
+      const float other = from[at + std::ptrdiff_t{k} * step];
+      value = largest ? std::max(value, other) : std::min(value, other);
+    }
+    return value;
+  };
+  std::vector<float> low(picture.pixels.size()), high(picture.pixels.size());
+  for (int y = 0; y < ny; ++y) {
+    for (int x = 0; x < nx; ++x) {
+      const std::size_t at = std::size_t{1} * y * nx + x;
+      low[at] = extremes(picture.pixels, 1, nx, x, at, false);
+      high[at] = extremes(picture.pixels, 1, nx, x, at, true);
+    }
+  }
+  std::vector<bool> even(picture.pixels.size());
+  for (int y = 0; y < ny; ++y) {
+    for (int x = 0; x < nx; ++x) {
+      const std::size_t at = std::size_t{1} * y * nx + x;
+      even[at] =
+          picture.pixels[at] > 0.3f * peak &&
+          extremes(high, nx, ny, y, at, true) - extremes(low, nx, ny, y, at, false) < 0.03f * peak;
+    }
+  }
+  return even;
+}
+
+/// Standard deviation over mean of shown over seen.
+double contrast(const Image& shown, const Image& seen, const std::vector<bool>& where) {
+  double count = 0, sum = 0, squares = 0;
+  for (std::size_t i = 0; i < where.size(); ++i) {
+    if (!where[i]) continue;
+    const double ratio = static_cast<double>(shown.pixels[i]) / static_cast<double>(seen.pixels[i]);
+    count += 1;
+    sum += ratio;
+    squares += ratio * ratio;
+  }
+  const double mean = sum / count;
+  return std::sqrt(std::max(squares / count - mean * mean, 0.0)) / mean;
+}
+
+double light_in(const Image& picture, const Region& part) {
+  double sum = 0;
+  for (int y = part.y; y < part.y + part.height; ++y) {
+    for (int x = part.x; x < part.x + part.width; ++x)
+      sum += picture.pixels[std::size_t{1} * y * picture.width + x];
+  }
+  return sum;
+}
+
+double light_of(const FieldStack& field) {
+  double sum = 0;
+  for (const auto& sample : field.samples) sum += std::norm(std::complex<double>(sample));
+  return sum / field.frames;
+}
+
+const char* text_of(KeyRole role) {
+  return role == KeyRole::optimised ? "optimised" : role == KeyRole::held_out ? "held out" : "view";
+}
+
+bool is_whole(const RefineKey& key) { return key.aperture == glm::dvec2(1, 1); }
+
+}  // namespace
+
+RefinementFigures judge_refinement(const cl::Device& device, cl::FftBackend backend,
+                                   const HologramSpec& hologram, const JudgedHolograms& holograms,
+                                   std::span<const JudgedKey> keys, double blur_m, int border_px,
+                                   double middle_m, const std::function<void(double)>& progress) {
+  RefinementFigures figures;
+  // Squares of a quarter of the blur lose nothing, and save most of the time.
+  const int square_px = std::max(1, static_cast<int>(blur_m / hologram.pitch_m.x / 4));
+  const double blur_px = blur_m / hologram.pitch_m.x / square_px;
+  const RefineKey* amid = nullptr;
+  for (const auto& judged : keys) {
+    if (is_whole(judged.key) &&
+        (!amid || std::abs(judged.key.z_m - middle_m) < std::abs(amid->z_m - middle_m)))
+      amid = &judged.key;
+  }
+  double done = 0;
+  for (const auto& judged : keys) {
+    const auto& key = judged.key;
+    ReconstructSpec spec;
+    spec.z_m = key.z_m;
+    spec.window_m = key.window_m();
+    spec.view = key.view;
+    spec.aperture = key.aperture;
+    const auto size = picture_size(spec.window_m, hologram.resolution, hologram.pitch_m);
+    const auto seen =
+        averaged(refinement::blurred_picture(key, blur_m, size, hologram.pitch_m), square_px);
+    const auto part = bright_part(seen);
+    const auto even = even_part(seen);
+    const bool any_even = std::find(even.begin(), even.end(), true) != even.end();
+    RefinementRow row{judged.role, key.z_m, key.view, key.aperture, {}};
+    Gain light, speckle;
+    const auto look = [&](FieldStack JudgedHolograms::*which, double& psnr_db, double& share,
+                          double& c) {
+      const auto sharp =
+          averaged(reconstruct(device, backend, holograms.*which, hologram, spec), square_px);
+      const auto shown = blurred(sharp, blur_px);
+      psnr_db = compare_pictures(seen, shown, {0, border_px / square_px, {}}).psnr_db;
+      if (&key == amid) {
+        share = light_in(sharp, part) * square_px * square_px / light_of(holograms.*which);
+        if (any_even) c = contrast(shown, seen, even);
+      }
+      if (progress) progress((done += 1.0 / 3) / static_cast<double>(keys.size()));
+    };
+    look(&JudgedHolograms::field, row.psnr_db.field, light.field, speckle.field);
+    look(&JudgedHolograms::unrefined, row.psnr_db.unrefined, light.unrefined, speckle.unrefined);
+    look(&JudgedHolograms::refined, row.psnr_db.refined, light.refined, speckle.refined);
+    figures.rows.push_back(row);
+    if (&key == amid) {
+      figures.light = light;
+      if (any_even) figures.contrast = speckle;
+    }
+  }
+  return figures;
+}
+
+std::string refinement_text(const RefinementFigures& figures, const RefineFigures& loop) {
+  std::string text;
+  char line[160];
+  const auto add = [&](const char* what, const char* where, const char* format, const Gain& gain) {
+    std::snprintf(line, sizeof line, "%-10s  %-28s", what, where);
+    text += line;
+    for (const double value : {gain.field, gain.unrefined, gain.refined}) {
+      std::snprintf(line, sizeof line, format, value);
+      text += line;
+    }
+    text += "\n";
+  };
+  if (!figures.rows.empty()) {
+    std::snprintf(line, sizeof line, "%-10s  %-28s%10s%10s%10s\n", "PSNR, dB", "depth", "field",
+                  "unrefined", "refined");
+    text += line;
+  }
+  for (const auto& row : figures.rows) {
+    std::string where = length_text(row.z_m);
+    if (row.aperture != glm::dvec2(1, 1)) {
+      std::snprintf(line, sizeof line, ", from %g,%g", std::round(row.view.x * 100) / 100,
+                    std::round(row.view.y * 100) / 100);
+      where += line;
+    }
+    add(text_of(row.role), where.c_str(), "%10.1f", row.psnr_db);
+  }
+  if (!figures.rows.empty()) add("light", "in the picture", "%10.2f", figures.light);
+  if (figures.contrast) add("speckle", "contrast after the blur", "%10.3f", *figures.contrast);
+  std::snprintf(
+      line, sizeof line,
+      "%d iterations and %.0f transforms a frame in %.2f s, prepared in %.2f s%s\n",
+      loop.iterations, loop.transforms, loop.loop_s, loop.prepare_s,
+      loop.exact_keys
+          ? (", " + std::to_string(loop.exact_keys) + " pictures by exact propagation").c_str()
+          : "");
+  return text + line;
+}
+
+std::string refinement_json(const RefinementFigures& figures, const RefineFigures& loop) {
+  const auto json_of = [](const Gain& gain) {
+    return Json{{"field", gain.field}, {"unrefined", gain.unrefined}, {"refined", gain.refined}};
+  };
+  Json json;
+  for (const auto& row : figures.rows) {
+    json["rows"].push_back({{"role", text_of(row.role)},
+                            {"z_m", row.z_m},
+                            {"view", {row.view.x, row.view.y}},
+                            {"aperture", {row.aperture.x, row.aperture.y}},
+                            {"psnr_db", json_of(row.psnr_db)}});
+  }
+  if (!figures.rows.empty()) json["light"] = json_of(figures.light);
+  if (figures.contrast) json["speckle_contrast"] = json_of(*figures.contrast);
+  json["iterations"] = loop.iterations;
+  json["transforms_per_frame"] = loop.transforms;
+  json["exact_keys"] = loop.exact_keys;
+  json["seconds"] = {{"prepare", loop.prepare_s}, {"iterations", loop.loop_s}};
+  return json.dump();
+}
+
+}  // namespace raywave

@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/refine/light.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "cl/program.hpp"
+#include "host/common/error.hpp"
+#include "host/common/plane_fft.hpp"
+#include "host/geometry/kernel_options.hpp"
+#include "host/propagate/propagator.hpp"
+#include "host/view/reconstruct.hpp"
+
+namespace raywave::refinement {
+namespace {
+
+using Sample = std::complex<float>;
+
+constexpr int packet = PictureGrid::packet;
+
+std::size_t count_of(int n) { return static_cast<std::size_t>(n); }
+std::size_t area(glm::ivec2 n) { return count_of(n.x) * count_of(n.y); }
+int whole_packets(int n) { return (n + packet - 1) / packet * packet; }
+
+/// The chirp of a Fresnel propagation along one axis, from a plane z away to the hologram and
+/// conjugated, in the open part; zeros follow up to whole packets. A second, linear phase puts the
+/// axis in the middle of the transform. Only these few numbers need more than a float's digits.
+std::vector<Sample> fresnel_chirp(double wavelength_m, double z_m, double pitch_m, int hologram,
+                                  int first, int count, int padded) {
+  std::vector<Sample> chirp(count_of(whole_packets(count)));
+  for (int i = 0; i < count; ++i) {
+    const double x_m = (first + i - (hologram - 1) / 2.0) * pitch_m;
+    const double turns =
+        -x_m * x_m / (2 * wavelength_m * z_m) - (padded - 1.0) / (2.0 * padded) * i;
+    chirp[count_of(i)] =
+        Sample(std::polar(1.0, 2 * std::numbers::pi * (turns - std::round(turns))));
+  }
+  return chirp;
+}
+
+/// 1 in the open part of an axis, 0 elsewhere.
+std::vector<Sample> mask(int hologram, int first, int count) {
+  std::vector<Sample> values(count_of(whole_packets(hologram)));
+  std::fill_n(values.begin() + first, count, Sample(1));
+  return values;
+}
+
+/// Part of the plane along one axis that the blur of the region reads.
+LinePart with_margin(int first, int count, int margin, int plane) {
+  const int low = std::max(0, first - margin), high = std::min(plane, first + count + margin);
+  return {count_of(low), count_of(high - low)};
+}
+
+}  // namespace
+
+PhaseStack::PhaseStack(const cl::Device& device, const FieldStack& field)
+    : size_(field.nx, field.ny), frames_(field.frames), pitch_(whole_packets(field.nx) + packet) {
+  const std::size_t rows = count_of(frames_) * count_of(size_.y), all = rows * count_of(pitch_);
+  if (all > std::numeric_limits<std::uint32_t>::max())
+    throw InputError("refinement: " + std::to_string(frames_) + " frames of " +
+                     std::to_string(size_.x) + " x " + std::to_string(size_.y) +
+                     " pixels are too many for one call; refine fewer frames at a time");
+  std::vector<Sample> padded(all);
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t x = 0; x < count_of(size_.x); ++x) {
+      const std::complex<double> value(field.samples[row * count_of(size_.x) + x]);
+      const double modulus = std::abs(value);
+      padded[row * count_of(pitch_) + x] = modulus > 0 ? Sample(value / modulus) : Sample(1);
+    }
+  }
+  samples = {device, std::span<const Sample>(padded), "phases of the holograms"};
+}
+
+FieldStack PhaseStack::read() const {
+  const auto padded = samples.read();
+  FieldStack field{size_.x, size_.y, frames_, {}};
+  const std::size_t rows = count_of(frames_) * count_of(size_.y);
+  field.samples.reserve(rows * count_of(size_.x));
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto from = padded.begin() + static_cast<std::ptrdiff_t>(row * count_of(pitch_));
+    field.samples.insert(field.samples.end(), from, from + size_.x);
+  }
+  return field;
+}
+
+struct Light::State {
+  State(const cl::Device& device, cl::FftBackend backend, const Optics& optics,
+        std::vector<PictureGrid> grids);
+
+  /// What a key needs beside its grid.
+  struct Tables {
+    cl::ComplexBuffer column_chirp, row_chirp;
+    OpenPart open;  // of the hologram, as the kernels take it: all of it where a mask cuts
+  };
+
+  bool fresnel(std::size_t key) const { return grids[key].propagation == Propagation::fresnel; }
+  PlanePart live_at_hologram(const PictureGrid& grid) const;
+  PlanePart live_in_picture(const PictureGrid& grid) const;
+  void transform(const PictureGrid& grid, bool inverse);
+  void spread(const PhaseStack& holograms, int frame, std::size_t key, cl::ComplexBuffer& to,
+              int nx, int columns, int rows);
+  void show_exactly(std::size_t key);
+  void back_exactly(std::size_t key);
+  const cl::ComplexBuffer& back(std::size_t key);
+  int back_pitch(std::size_t key) const { return fresnel(key) ? grids[key].size.x : optics.size.x; }
+  cl::Kernel& kernel(const char* name);
+
+  cl::Device device;
+  cl::FftBackend backend;
+  Optics optics;
+  std::vector<PictureGrid> grids;
+  std::vector<Tables> tables;
+  cl::Program program;
+  std::map<std::string, cl::Kernel> kernels;
+  cl::ComplexBuffer plane;
+  std::map<std::pair<int, int>, PlaneFft> host_ffts;                    // by size
+  std::map<std::pair<int, int>, std::unique_ptr<cl::Fft>> device_ffts;  // by size
+  std::optional<Propagator> propagator;
+  cl::ComplexBuffer at_hologram;  // of the exact propagation
+  int transforms = 0;
+};
+
+Light::State::State(const cl::Device& its_device, cl::FftBackend its_backend,
+                    const Optics& its_optics, std::vector<PictureGrid> its_grids)
+    : device(its_device),
+      backend(its_backend),
+      optics(its_optics),
+      grids(std::move(its_grids)),
+      program(device, "kernels/refine/refine.cl",
+              {{option::lanes, std::to_string(device.info().float_lanes)}}) {
+  std::size_t largest = 1;
+  for (std::size_t key = 0; key < grids.size(); ++key) {
+    const auto& grid = grids[key];
+    largest = std::max(largest, area(grid.size));
+    Tables t;
+    const auto on_device = [&](const std::vector<Sample>& values) {
+      return cl::ComplexBuffer(device, std::span<const Sample>(values), "chirp");
+    };
+    const auto n = optics.size, first = grid.open.first, count = grid.open.size;
+    if (fresnel(key)) {
+      t.open = grid.open;
+      t.column_chirp = on_device(fresnel_chirp(optics.wavelength_m, grid.z_m, optics.pitch_m.x, n.x,
+                                               first.x, count.x, grid.size.x));
+      t.row_chirp = on_device(fresnel_chirp(optics.wavelength_m, grid.z_m, optics.pitch_m.y, n.y,
+                                            first.y, count.y, grid.size.y));
+      const std::pair shape(grid.size.x, grid.size.y);
+      if (backend == cl::FftBackend::host) {
+        host_ffts.try_emplace(shape, count_of(shape.first), count_of(shape.second));
+      } else if (!device_ffts.contains(shape)) {
+        device_ffts.emplace(shape, cl::make_fft(device, backend,
+                                                {count_of(shape.first), count_of(shape.second),
+                                                 count_of(count.x), count_of(count.y)}));
+      }
+    } else {
+      t.open = {{0, 0}, n};
+      t.column_chirp = on_device(mask(n.x, first.x, count.x));
+      t.row_chirp = on_device(mask(n.y, first.y, count.y));
+      if (!propagator) {
+        propagator.emplace(device, PropagatorSpec{n, optics.pitch_m, optics.wavelength_m,
+                                                  Optics::exact_padding, backend});
+        at_hologram = {device, area(n), "field at the hologram"};
+      }
+      for (const auto& tile : tiles_of(grid.size, n, optics.pitch_m))
+        propagator->require_reach({tile.centre_m, -grid.z_m});
+    }
+    tables.push_back(std::move(t));
+  }
+  plane = {device, largest, "light of the pictures"};
+}
+
+cl::Kernel& Light::State::kernel(const char* name) {
+  auto known = kernels.find(name);
+  if (known == kernels.end()) known = kernels.emplace(name, program.kernel(name)).first;
+  return known->second;
+}
+
+PlanePart Light::State::live_at_hologram(const PictureGrid& grid) const {
+  return {{0, count_of(grid.open.size.x)}, {0, count_of(grid.open.size.y)}};
+}
+
+PlanePart Light::State::live_in_picture(const PictureGrid& grid) const {
+  const auto first = grid.region_first, count = grid.region_size;
+  return {{count_of(first.x), count_of(count.x)}, {count_of(first.y), count_of(count.y)}};
+}
+
+/// inverse: from the hologram to the picture
+void Light::State::transform(const PictureGrid& grid, bool inverse) {
+  ++transforms;
+  const std::pair shape(grid.size.x, grid.size.y);
+  if (backend != cl::FftBackend::host) {
+    auto& fft = *device_ffts.at(shape);
+    return inverse ? fft.inverse(plane) : fft.forward(plane);
+  }
+  auto& fft = host_ffts.at(shape);
+  plane.on_host([&](std::span<Sample> samples) {
+    if (inverse) {
+      fft.inverse(
+          samples.data(), live_at_hologram(grid),
+          {with_margin(grid.region_first.x, grid.region_size.x, grid.margin_x(), shape.first),
+           with_margin(grid.region_first.y, grid.region_size.y, grid.radius_y(), shape.second)});
+    } else {
+      fft.forward(samples.data(), live_in_picture(grid), live_at_hologram(grid));
+    }
+  });
+}
+
+void Light::State::spread(const PhaseStack& holograms, int frame, std::size_t key,
+                          cl::ComplexBuffer& to, int nx, int columns, int rows) {
+  const auto& t = tables[key];
+  run_rows(device, kernel("spread"), columns, rows, holograms.samples,
+           holograms.first(frame, t.open.first), holograms.pitch(), t.column_chirp, t.row_chirp,
+           t.open.size.x, t.open.size.y, to, nx, columns, rows);
+}
+
+/// Tiles of the picture's plane, one propagation each.
+void Light::State::show_exactly(std::size_t key) {
+  const auto& grid = grids[key];
+  std::vector<Target> targets;
+  const auto tiles = tiles_of(grid.size, optics.size, optics.pitch_m);
+  for (const auto& tile : tiles) targets.push_back({tile.centre_m, -grid.z_m});
+  propagator->load(at_hologram, 0, targets);
+  ++transforms;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    propagator->add(targets[i]);
+    propagator->collect(at_hologram);
+    ++transforms;
+    run_rows(device, kernel("copy_tile"), optics.size.x, optics.size.y, at_hologram, optics.size.x,
+             optics.size.y, plane, grid.size.x, grid.size.y, tiles[i].first.x, tiles[i].first.y,
+             std::int32_t{0});
+  }
+}
+
+/// The adjoint: light of all tiles goes the opposite way, and adds up at the hologram.
+void Light::State::back_exactly(std::size_t key) {
+  const auto& grid = grids[key];
+  for (const auto& tile : tiles_of(grid.size, optics.size, optics.pitch_m)) {
+    run_rows(device, kernel("copy_tile"), optics.size.x, optics.size.y, at_hologram, optics.size.x,
+             optics.size.y, plane, grid.size.x, grid.size.y, tile.first.x, tile.first.y,
+             std::int32_t{1});
+    const Target target{-tile.centre_m, grid.z_m};
+    propagator->load(at_hologram, 0, {&target, 1});
+    propagator->add(target);
+    ++transforms;
+  }
+  propagator->collect(at_hologram);
+  ++transforms;
+}
+
+const cl::ComplexBuffer& Light::State::back(std::size_t key) {
+  if (fresnel(key)) {
+    transform(grids[key], false);
+    return plane;
+  }
+  back_exactly(key);
+  return at_hologram;
+}
+
+Light::Light(const cl::Device& device, cl::FftBackend backend, const Optics& optics,
+             std::vector<PictureGrid> grids)
+    : state_(std::make_unique<State>(device, backend, optics, std::move(grids))) {}
+Light::~Light() = default;
+Light::Light(Light&&) noexcept = default;
+
+const PictureGrid& Light::grid(std::size_t key) const { return state_->grids[key]; }
+cl::ComplexBuffer& Light::plane() { return state_->plane; }
+int Light::transforms() const { return state_->transforms; }
+
+OpenPart Light::read_back(std::size_t key) const {
+  const auto& grid = state_->grids[key];
+  if (state_->fresnel(key) && state_->backend == cl::FftBackend::host)
+    return {grid.region_first, grid.region_size};
+  return {{0, 0}, grid.size};
+}
+
+void Light::show(const PhaseStack& holograms, int frame, std::size_t key) {
+  auto& s = *state_;
+  const auto& grid = s.grids[key];
+  if (!s.fresnel(key)) {
+    s.spread(holograms, frame, key, s.at_hologram, s.optics.size.x, s.optics.size.x,
+             s.optics.size.y);
+    return s.show_exactly(key);
+  }
+  // FFTs of the device read all of the plane.
+  const auto written = s.backend == cl::FftBackend::host ? grid.open.size : grid.size;
+  s.spread(holograms, frame, key, s.plane, grid.size.x, written.x, written.y);
+  s.transform(grid, true);
+}
+
+void Light::step(PhaseStack& holograms, int frame, std::size_t key, double step) {
+  auto& s = *state_;
+  const auto& t = s.tables[key];
+  const auto& change = s.back(key);
+  const double factor = unitary(key);
+  run_rows(s.device, s.kernel("step_phase"), t.open.size.x, t.open.size.y, holograms.samples,
+           holograms.first(frame, t.open.first), holograms.pitch(), t.column_chirp, t.row_chirp,
+           t.open.size.x, t.open.size.y, change, s.back_pitch(key),
+           static_cast<float>(step * factor * factor));
+}
+
+const cl::ComplexBuffer& Light::back(std::size_t key) { return state_->back(key); }
+std::size_t Light::back_pitch(std::size_t key) const { return count_of(state_->back_pitch(key)); }
+
+std::vector<std::complex<float>> Light::column_chirp(std::size_t key) const {
+  return state_->tables[key].column_chirp.read();
+}
+std::vector<std::complex<float>> Light::row_chirp(std::size_t key) const {
+  return state_->tables[key].row_chirp.read();
+}
+
+double Light::unitary(std::size_t key) const {
+  return state_->fresnel(key) ? 1 / std::sqrt(1.0 * static_cast<double>(area(grid(key).size))) : 1;
+}
+
+}  // namespace raywave::refinement

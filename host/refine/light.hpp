@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+/// From a phase hologram to the light of a picture, and back: the operators A of the keys and their
+/// adjoints A*. All data stays on the device.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "cl/fft.hpp"
+#include "cl/program.hpp"
+#include "host/common/npy.hpp"
+#include "host/refine/picture_grid.hpp"
+
+namespace raywave::refinement {
+
+/// Holograms of modulus 1 in device memory, one per frame. Rows are longer than the holograms, so
+/// that packets may begin in any column.
+class PhaseStack {
+public:
+  /// Takes the phases of a field; zero samples have phase 0.
+  PhaseStack(const cl::Device& device, const FieldStack& field);
+
+  FieldStack read() const;
+  glm::ivec2 size() const { return size_; }
+  int frames() const { return frames_; }
+  std::int32_t pitch() const { return pitch_; }
+  std::uint32_t first(int frame, glm::ivec2 pixel) const {
+    return static_cast<std::uint32_t>((frame * size_.y + pixel.y) * pitch_ + pixel.x);
+  }
+  cl::ComplexBuffer samples;
+
+private:
+  glm::ivec2 size_{0, 0};
+  int frames_ = 0;
+  std::int32_t pitch_ = 0;
+};
+
+/// The operators of a list of keys. They share one plane, which holds the light of the key that was
+/// shown last.
+class Light {
+public:
+  /// throws  DeviceError when memory is out or the back end does not serve the sizes; InputError
+  ///         where no light of the hologram reaches a picture
+  Light(const cl::Device& device, cl::FftBackend backend, const Optics& optics,
+        std::vector<PictureGrid> grids);
+  ~Light();
+  Light(Light&&) noexcept;
+
+  const PictureGrid& grid(std::size_t key) const;
+  /// Rows of grid.size.x samples. Right after `show` in the region and the blur's margin around it,
+  /// as far as the plane goes.
+  cl::ComplexBuffer& plane();
+  /// Samples of the plane that `back` reads: they have to be zero outside the region. With FFTs on
+  /// the host that is the region alone.
+  OpenPart read_back(std::size_t key) const;
+
+  /// plane = A hologram.
+  void show(const PhaseStack& holograms, int frame, std::size_t key);
+  /// hologram = phase of (hologram + step A* plane), A being unitary but for the parts that
+  /// aperture and region cut off.
+  void step(PhaseStack& holograms, int frame, std::size_t key, double step);
+
+  /// The part of `step` that makes A* plane but for the chirp: rows of `back_pitch` samples. For
+  /// tests.
+  const cl::ComplexBuffer& back(std::size_t key);
+  std::size_t back_pitch(std::size_t key) const;
+  /// The chirp that `show` multiplies with, in the open part: per column and per row.
+  std::vector<std::complex<float>> column_chirp(std::size_t key) const;
+  std::vector<std::complex<float>> row_chirp(std::size_t key) const;
+  /// Factor from the plane to the values of a unitary transform.
+  double unitary(std::size_t key) const;
+
+  int transforms() const;  // FFTs of planes so far
+
+private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Launches a kernel that walks along rows: all of a row on CPUs, one packet of it per work-item
+/// elsewhere.
+template <class... Args>
+void run_rows(const cl::Device& device, cl::Kernel kernel, int nx, int ny, const Args&... args) {
+  const auto rows = static_cast<std::size_t>(ny);
+  if (device.info().kind == cl::DeviceKind::cpu) return kernel.run({1, rows}, {1, 1}, args...);
+  kernel.run({static_cast<std::size_t>(nx), rows}, {64, 1}, args...);
+}
+
+}  // namespace raywave::refinement

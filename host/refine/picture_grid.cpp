@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/refine/picture_grid.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <string>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/plan/padded_plane.hpp"
+#include "host/view/reconstruct.hpp"
+
+namespace raywave::refinement {
+namespace {
+
+constexpr int packet = PictureGrid::packet;
+
+int whole_packets(int n) { return (n + packet - 1) / packet * packet; }
+
+std::vector<float> blur_weights(double sigma_px) {
+  const int radius = static_cast<int>(4 * sigma_px + 0.5);
+  std::vector<double> weights{1};
+  double sum = 1;
+  for (int k = 1; k <= radius; ++k) {
+    weights.push_back(std::exp(-0.5 * k * k / (sigma_px * sigma_px)));
+    sum += 2 * weights.back();
+  }
+  for (double& w : weights) w /= sum;
+  return {weights.begin(), weights.end()};
+}
+
+/// First pixel and number of pixels, out of `count`, whose centres lie in the window.
+std::pair<int, int> pixels_in(double window_m, double pixel_m, int count) {
+  const double half = window_m / 2 / pixel_m, middle = (count - 1) / 2.0;
+  const int first = std::max(0, static_cast<int>(std::ceil(middle - half - 1e-6))),
+            last = std::min(count - 1, static_cast<int>(std::floor(middle + half + 1e-6)));
+  return {first, std::max(0, last - first + 1)};
+}
+
+/// One output pixel's share of consecutive input pixels.
+struct Shares {
+  int first = 0;
+  std::vector<double> weights;
+};
+
+/// Gaussian weights of `count` pixels around the axis at a place, summing to 1.
+Shares shares_at(double place_m, int count, double pixel_m, double sigma_m) {
+  const double at = place_m / pixel_m + (count - 1) / 2.0, sigma = sigma_m / pixel_m;
+  const double reach = std::max(4 * sigma, 1.0);
+  const int first = std::clamp(static_cast<int>(std::ceil(at - reach)), 0, count - 1),
+            last = std::clamp(static_cast<int>(std::floor(at + reach)), first, count - 1);
+  Shares shares{first, {}};
+  double sum = 0;
+  for (int i = first; i <= last; ++i) {
+    const double t = (i - at) / sigma;
+    shares.weights.push_back(std::exp(-0.5 * t * t));
+    sum += shares.weights.back();
+  }
+  if (!(sum > 0)) {  // beyond the edge by more than the Gaussian reaches
+    shares.weights.assign(1, 1.0);
+    shares.first = at < 0 ? 0 : count - 1;
+    return shares;
+  }
+  for (double& w : shares.weights) w /= sum;
+  return shares;
+}
+
+/// f(0), ..., f(count - 1)
+std::vector<double> places(int count, const auto& f) {
+  std::vector<double> all;
+  for (int i = 0; i < count; ++i) all.push_back(f(i));
+  return all;
+}
+
+/// The key's picture, blurred, at the crossings of columns and rows: metres to the right of the axis
+/// and below it.
+std::vector<float> blurred_at(const Key& key, double blur_m, const std::vector<double>& columns_m,
+                              const std::vector<double>& rows_m) {
+  const auto& picture = key.picture;
+  // A blur narrower than the picture's pixels still has to reach from pixel to pixel.
+  const auto sigma_of = [&](double pixel_m) {
+    const double own_m2 = key.area ? pixel_m * pixel_m / 12 : 0;
+    return std::max(std::sqrt(std::max(blur_m * blur_m - own_m2, 0.0)), 0.4 * pixel_m);
+  };
+  std::vector<Shares> columns, rows;
+  for (const double x_m : columns_m)
+    columns.push_back(shares_at(x_m, picture.width, key.pixel_m.x, sigma_of(key.pixel_m.x)));
+  for (const double y_m : rows_m)
+    rows.push_back(shares_at(y_m, picture.height, key.pixel_m.y, sigma_of(key.pixel_m.y)));
+
+  std::vector<double> across;
+  for (int j = 0; j < picture.height; ++j) {
+    const float* row = picture.pixels.data() + std::size_t{1} * j * picture.width;
+    for (const auto& shares : columns) {
+      double sum = 0;
+      for (std::size_t i = 0; i < shares.weights.size(); ++i)
+        sum += shares.weights[i] * row[shares.first + static_cast<int>(i)];
+      across.push_back(sum);
+    }
+  }
+  std::vector<float> result;
+  std::vector<double> line(columns.size());
+  for (const auto& shares : rows) {
+    std::fill(line.begin(), line.end(), 0.0);
+    for (std::size_t j = 0; j < shares.weights.size(); ++j) {
+      const double w = shares.weights[j];
+      const double* row =
+          across.data() + (static_cast<std::size_t>(shares.first) + j) * line.size();
+      for (std::size_t x = 0; x < line.size(); ++x) line[x] += w * row[x];
+    }
+    for (const double value : line) result.push_back(static_cast<float>(std::max(value, 0.0)));
+  }
+  return result;
+}
+
+/// Catmull and Rom's weights for the samples -1, 0, 1 and 2 at a place between 0 and 1.
+std::array<double, 4> cubic(double t) {
+  return {t * (-0.5 + t * (1 - 0.5 * t)), 1 + t * t * (-2.5 + 1.5 * t),
+          t * (0.5 + t * (2 - 1.5 * t)), t * t * (-0.5 + 0.5 * t)};
+}
+
+/// The picture as a Fresnel propagation sees it. Light that it brings to x arrives at x + dx, dx
+/// being (x - h) |x - h|^2 / (2 z^2) for a pixel h of the hologram: a frequency is a sine, not a
+/// tangent. The mean of dx over the open part is made up for here; FresnelLimits bound the rest.
+std::vector<float> bent_back(const Optics& optics, const PictureGrid& grid,
+                             const std::vector<float>& picture) {
+  const auto known = grid.known_size;
+  const glm::dvec2 middle_px = glm::dvec2(grid.open.first) + glm::dvec2(grid.open.size - 1) / 2.0 -
+                               glm::dvec2(optics.size - 1) / 2.0;
+  const glm::dvec2 centre_m = middle_px * optics.pitch_m,  // x right, y down
+      half_m = glm::dvec2(grid.open.size) * optics.pitch_m / 2.0;
+  const double two_z2 = 2 * grid.z_m * grid.z_m;
+  std::vector<float> bent;
+  bent.reserve(picture.size());
+  for (int y = 0; y < known.y; ++y) {
+    const double down_m = -grid.y_m(grid.known_first.y + y) - centre_m.y;
+    for (int x = 0; x < known.x; ++x) {
+      const double right_m = grid.x_m(grid.known_first.x + x) - centre_m.x;
+      const double square = right_m * right_m + down_m * down_m;
+      const double to_x =
+          right_m * (square + half_m.x * half_m.x + half_m.y * half_m.y / 3) / two_z2;
+      const double to_y =
+          down_m * (square + half_m.y * half_m.y + half_m.x * half_m.x / 3) / two_z2;
+      const double at_x = std::clamp(x + to_x / grid.pixel_m.x, 0.0, known.x - 1.0),
+                   at_y = std::clamp(y + to_y / grid.pixel_m.y, 0.0, known.y - 1.0);
+      const int i = static_cast<int>(at_x), j = static_cast<int>(at_y);
+      const auto across = cubic(at_x - i), down = cubic(at_y - j);
+      double sum = 0;
+      for (int l = 0; l < 4; ++l) {
+        const int row = std::clamp(j + l - 1, 0, known.y - 1);
+        const float* line = picture.data() + std::ptrdiff_t{row} * known.x;
+        double of_line = 0;
+        for (int k = 0; k < 4; ++k)
+          of_line += across[static_cast<std::size_t>(k)] *
+                     static_cast<double>(line[std::clamp(i + k - 1, 0, known.x - 1)]);
+        sum += down[static_cast<std::size_t>(l)] * of_line;
+      }
+      bent.push_back(static_cast<float>(std::max(sum, 0.0)));
+    }
+  }
+  return bent;
+}
+
+/// Share of pairs of points, one on each of two centred lines, that are farther than `limit` apart.
+double share_beyond(double side_a, double side_b, double limit) {
+  const double low = std::abs(side_a - side_b) / 2, high = (side_a + side_b) / 2;
+  if (limit >= high) return 0;
+  // The distance of the two has a trapezium as its density: flat to `low`, then falling to `high`.
+  const double area = low + high;
+  return limit <= low ? 1 - 2 * limit / area
+                      : (high - limit) * (high - limit) / ((high - low) * area);
+}
+
+}  // namespace
+
+OpenPart open_part(glm::ivec2 hologram, glm::dvec2 view, glm::dvec2 aperture) {
+  OpenPart part;
+  const glm::dvec2 centre(view.x, -view.y);
+  for (int axis = 0; axis < 2; ++axis) {
+    const int n = hologram[axis];
+    int first = 0;
+    while (first < n && !lets_through(first, n, centre[axis], aperture[axis])) ++first;
+    int end = first;
+    while (end < n && lets_through(end, n, centre[axis], aperture[axis])) ++end;
+    part.first[axis] = first;
+    part.size[axis] = end - first;
+  }
+  return part;
+}
+
+PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propagation) {
+  const auto depth = [&] { return "refinement: the picture at " + length_text(key.z_m); };
+  if (!(std::isfinite(key.z_m) && key.z_m > 0))
+    throw InputError("refinement: z must be > 0, on the object's side of the hologram");
+  PictureGrid grid;
+  grid.propagation = propagation;
+  grid.z_m = key.z_m;
+  grid.open = open_part(optics.size, key.view, key.aperture);
+  if (grid.open.size.x < 1 || grid.open.size.y < 1)
+    throw InputError(depth() + ": view and aperture leave no part of the hologram open");
+  const glm::dvec2 window_m = key.window_m();
+  if (!(window_m.x > 0 && window_m.y > 0)) throw InputError(depth() + " is empty");
+
+  if (propagation == Propagation::fresnel) {
+    grid.size = padded_size(grid.open.size, optics.padding);
+    grid.size.x = whole_packets(grid.size.x);
+    grid.pixel_m = optics.wavelength_m * key.z_m / (glm::dvec2(grid.size) * optics.pitch_m);
+  } else {
+    grid.size = glm::max(glm::ivec2(glm::ceil(window_m / optics.pitch_m - 1e-6)), glm::ivec2(1));
+    grid.size.x = whole_packets(grid.size.x);
+    grid.pixel_m = optics.pitch_m;
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto [first, count] = pixels_in(window_m[axis], grid.pixel_m[axis], grid.size[axis]);
+    if (count < 1) throw InputError(depth() + " is smaller than what the hologram resolves");
+    grid.known_first[axis] = first;
+    grid.known_size[axis] = count;
+  }
+  grid.region_first = {grid.known_first.x / packet * packet, grid.known_first.y};
+  grid.region_size = {whole_packets(grid.known_first.x + grid.known_size.x) - grid.region_first.x,
+                      grid.known_size.y};
+  grid.weights_x = blur_weights(optics.blur_m / grid.pixel_m.x);
+  grid.weights_y = blur_weights(optics.blur_m / grid.pixel_m.y);
+
+  // Light that a radiance L sends through an aperture falls with 1 / z^2 on the picture's plane.
+  const double open_share =
+      1.0 * grid.open.size.x * grid.open.size.y / (1.0 * optics.size.x * optics.size.y);
+  const double pixels_per_pixel =
+      grid.pixel_m.x * grid.pixel_m.y / (optics.pitch_m.x * optics.pitch_m.y);
+  const double per_transform =
+      propagation == Propagation::fresnel ? 1 / (1.0 * grid.size.x * grid.size.y) : 1;
+  grid.unit = per_transform / pixels_per_pixel / open_share * key.z_m * key.z_m;
+  return grid;
+}
+
+std::vector<float> blurred_target(const Optics& optics, const Key& key, const PictureGrid& grid) {
+  const auto known = grid.known_size, region = grid.region_size;
+  auto blurred = blurred_at(
+      key, optics.blur_m, places(known.x, [&](int x) { return grid.x_m(grid.known_first.x + x); }),
+      places(known.y, [&](int y) { return -grid.y_m(grid.known_first.y + y); }));
+  if (grid.propagation == Propagation::fresnel) blurred = bent_back(optics, grid, blurred);
+  std::vector<float> target(static_cast<std::size_t>(region.x) * region.y, -1.0f);
+  for (int y = 0; y < known.y; ++y) {
+    const auto row = blurred.begin() + std::ptrdiff_t{y} * known.x;
+    std::copy(
+        row, row + known.x,
+        target.begin() + std::ptrdiff_t{y} * region.x + (grid.known_first.x - grid.region_first.x));
+  }
+  return target;
+}
+
+Image blurred_picture(const Key& key, double blur_m, glm::ivec2 size, glm::dvec2 pixel_m) {
+  const auto along = [&](int n, double step_m) {
+    return places(n, [=](int i) { return (i - (n - 1) / 2.0) * step_m; });
+  };
+  return {size.x, size.y,
+          blurred_at(key, blur_m, along(size.x, pixel_m.x), along(size.y, pixel_m.y))};
+}
+
+FresnelLimits fresnel_limits(const Optics& optics, double z_m, glm::dvec2 window_m) {
+  FresnelLimits limits;
+  const glm::dvec2 hologram_m = glm::dvec2(optics.size) * optics.pitch_m;
+  // A ray between opposite corners: its frequency says z sin where the exact place is z tan.
+  const double across_m = glm::length((hologram_m + window_m) / 2.0);
+  const double sine = across_m / std::hypot(across_m, z_m);
+  limits.miss = (across_m - z_m * sine) /
+                std::max(optics.blur_m, glm::min(optics.pitch_m.x, optics.pitch_m.y));
+  const glm::dvec2 reach_m = optics.wavelength_m * z_m / (2.0 * optics.pitch_m);
+  limits.folded = 1 - (1 - share_beyond(hologram_m.x, window_m.x, reach_m.x)) *
+                          (1 - share_beyond(hologram_m.y, window_m.y, reach_m.y));
+  return limits;
+}
+
+}  // namespace raywave::refinement

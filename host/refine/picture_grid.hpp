@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Where the pictures of a refinement have their pixels, and how they are blurred: everything about
+/// a key (a depth and an aperture) that needs no device.
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <vector>
+
+#include "host/scene/read_data.hpp"
+
+namespace raywave::refinement {
+
+enum class Propagation {
+  fresnel,  // one transform, padded; pixels grow with the distance
+  exact,    // angular spectrum, padded 2; pixels are the hologram's
+};
+
+/// The hologram that is refined, and how its light is propagated.
+struct Optics {
+  glm::ivec2 size{1, 1};  // pixels
+  glm::dvec2 pitch_m{1, 1};
+  double wavelength_m = 1;
+  double blur_m = 0;      // standard deviation of the Gaussian that pictures are compared after
+  double padding = 1.25;  // of the Fresnel propagation; the exact one has exact_padding
+  static constexpr double exact_padding = 2;
+};
+
+/// A picture that the hologram should show: radiance around the axis, as lens_picture makes it.
+struct Key {
+  double z_m = 0.1;           // of the plane in focus, > 0
+  glm::dvec2 view{0, 0};      // centre of the open part of the hologram, in half holograms
+  glm::dvec2 aperture{1, 1};  // its size in holograms
+  Image picture;              // nothing is known beyond its edges
+  glm::dvec2 pixel_m{1, 1};   // of the picture
+  int times = 1;              // how often it is drawn in each round
+  // Pixels are means over their area (LensSpec::area), which blurs by itself; else they are samples
+  bool area = false;
+
+  glm::dvec2 window_m() const { return glm::dvec2(picture.width, picture.height) * pixel_m; }
+};
+
+/// The rectangle of hologram pixels that an aperture leaves open.
+struct OpenPart {
+  glm::ivec2 first{0, 0}, size{0, 0};
+};
+
+/// The same pixels as in reconstruct. Size 0 where the aperture misses the hologram.
+OpenPart open_part(glm::ivec2 hologram, glm::dvec2 view, glm::dvec2 aperture);
+
+/// Samples of the plane that a key's picture is computed on, and the part of it that is compared.
+struct PictureGrid {
+  Propagation propagation = Propagation::fresnel;
+  double z_m = 0.1;
+  OpenPart open;
+  glm::ivec2 size{1, 1};  // of the plane; x is a multiple of packet
+  glm::dvec2 pixel_m{1, 1};
+  // Pixels that the picture covers, widened to whole packets in x
+  glm::ivec2 region_first{0, 0}, region_size{0, 0};
+  glm::ivec2 known_first{0, 0}, known_size{0, 0};  // the same, not widened
+  // Of the blur at 0, 1, ..., per axis; both sides sum to 1
+  std::vector<float> weights_x, weights_y;
+  // Intensity on the plane per radiance, up to a factor that all keys share: times |transform|^2
+  // it gives numbers that are proportional to the key's picture
+  double unit = 1;
+
+  int radius_x() const { return static_cast<int>(weights_x.size()) - 1; }
+  int radius_y() const { return static_cast<int>(weights_y.size()) - 1; }
+  int margin_x() const { return (radius_x() + packet - 1) / packet * packet; }
+  glm::ivec2 wide_size() const { return region_size + 2 * glm::ivec2(margin_x(), radius_y()); }
+  /// Place of a pixel right of, and above, the axis.
+  double x_m(int column) const { return (column - (size.x - 1) / 2.0) * pixel_m.x; }
+  double y_m(int row) const { return ((size.y - 1) / 2.0 - row) * pixel_m.y; }
+
+  static constexpr int packet = 16;  // samples: whole vectors on every device
+};
+
+/// throws  InputError when z, the aperture or the window is not possible
+PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propagation);
+
+/// The key's picture at the pixels of the region, blurred in the same step; negative where it is
+/// not known. Row by row from the top.
+std::vector<float> blurred_target(const Optics& optics, const Key& key, const PictureGrid& grid);
+
+/// The key's picture, blurred, on other pixels around the axis.
+Image blurred_picture(const Key& key, double blur_m, glm::ivec2 size, glm::dvec2 pixel_m);
+
+/// How far the Fresnel propagation is from the exact one.
+struct FresnelLimits {
+  // Rays from the hologram's corners to the window's miss their places by so many standard
+  // deviations of the blur
+  double miss = 0;
+  // Share of the pairs of hologram pixels and window points between which the pixels cannot show
+  // the angle: their light is computed at a wrong place
+  double folded = 0;
+
+  bool hold() const { return miss <= most_miss && folded <= most_folded; }
+  static constexpr double most_miss = 2.5, most_folded = 0.15;
+};
+FresnelLimits fresnel_limits(const Optics& optics, double z_m, glm::dvec2 window_m);
+
+}  // namespace raywave::refinement

@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/refine/refine.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "cl/program.hpp"
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/geometry/kernel_options.hpp"
+#include "host/refine/light.hpp"
+
+namespace raywave {
+namespace {
+
+using refinement::Light;
+using refinement::PhaseStack;
+using refinement::PictureGrid;
+using refinement::Propagation;
+using refinement::run_rows;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+void check(const FieldStack& start, std::span<const RefineKey> keys, const RefineSpec& spec) {
+  const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
+  if (start.nx < 1 || start.ny < 1 || start.frames < 1)
+    throw InputError("refinement: the hologram has no pixels");
+  if (keys.empty()) throw InputError("refinement: at least 1 picture is needed");
+  if (!positive(spec.pitch_m.x) || !positive(spec.pitch_m.y) || !positive(spec.wavelength_m))
+    throw InputError("refinement: pitch and wavelength must be > 0");
+  if (!(std::isfinite(spec.blur_m) && spec.blur_m >= 0))
+    throw InputError("refinement: the blur must be >= 0");
+  if (spec.iterations < 0) throw InputError("refinement: iterations must be >= 0");
+  if (!positive(spec.brightness)) throw InputError("refinement: the brightness must be > 0");
+  if (!(spec.padding >= 1 && spec.padding <= 8))
+    throw InputError("refinement: the padding must be 1 to 8");
+  for (const auto& key : keys) {
+    const auto& p = key.picture;
+    const auto where = "refinement: the picture at " + length_text(key.z_m);
+    if (p.width < 1 || p.height < 1 ||
+        p.pixels.size() != static_cast<std::size_t>(p.width) * static_cast<std::size_t>(p.height))
+      throw InputError(where + " is empty");
+    if (!positive(key.pixel_m.x) || !positive(key.pixel_m.y))
+      throw InputError(where + ": pixels must be > 0");
+    if (key.times < 1) throw InputError(where + " must be drawn at least once");
+  }
+}
+
+Propagation propagation_of(const refinement::Optics& optics, const RefineKey& key,
+                           const RefineSpec& spec) {
+  if (spec.propagation) return *spec.propagation;
+  return refinement::fresnel_limits(optics, key.z_m, key.window_m()).hold() ? Propagation::fresnel
+                                                                            : Propagation::exact;
+}
+
+/// Refuses what the device has no memory for, before any is taken.
+void require_memory(const cl::Device& device, const FieldStack& start,
+                    const std::vector<PictureGrid>& grids) {
+  const auto area = [](glm::ivec2 n) {
+    return static_cast<std::uint64_t>(n.x) * static_cast<std::uint64_t>(n.y);
+  };
+  const std::string advice = "fewer frames, views or depths, or a smaller hologram, need less";
+  std::vector<cl::MemoryNeed> needs;
+  std::uint64_t plane = 0, wide = 0;
+  for (const auto& grid : grids) {
+    plane = std::max(plane, area(grid.size));
+    wide = std::max(wide, area(grid.wide_size()));
+    needs.push_back({"wanted picture", area(grid.region_size) * 4, advice});
+    if (start.frames > 1)
+      needs.push_back({"intensity of former frames", area(grid.region_size) * 4, advice});
+  }
+  needs.push_back({"phases of the holograms",
+                   area({start.nx + 2 * PictureGrid::packet, start.ny}) *
+                       static_cast<std::uint64_t>(start.frames) * 8,
+                   advice});
+  needs.push_back({"light of the pictures", plane * 8, advice});
+  needs.push_back({"intensity", wide * 4, advice});
+  needs.push_back({"blurred intensity", wide * 4, advice});
+  cl::require_memory(device, needs);
+}
+
+/// Draws keys as often as each asks for, evenly spread over the iterations, so that no key has been
+/// forgotten when they end. The order differs from frame to frame.
+class Draw {
+public:
+  Draw(std::span<const RefineKey> keys, std::uint32_t seed) : random_(seed) {
+    for (const auto& key : keys) times_.push_back(key.times);
+  }
+  /// Begins a frame: keys have waited for a random part of their periods.
+  void begin_frame() {
+    waited_.clear();
+    for (const int times : times_)
+      waited_.push_back(times * static_cast<double>(random_()) * 0x1p-32);
+    all_ = std::accumulate(times_.begin(), times_.end(), 0.0);
+  }
+  /// The key that has waited longest, in its own periods.
+  std::size_t next() {
+    for (std::size_t key = 0; key < times_.size(); ++key) waited_[key] += times_[key];
+    const auto longest = std::max_element(waited_.begin(), waited_.end());
+    *longest -= all_;
+    return static_cast<std::size_t>(longest - waited_.begin());
+  }
+
+private:
+  std::mt19937 random_;
+  std::vector<int> times_;
+  std::vector<double> waited_;
+  double all_ = 0;
+};
+
+/// The key that sets the brightness: the largest aperture, and of these the depth nearest to their
+/// middle, where most of the light is within the picture.
+std::size_t key_of_brightness(const std::vector<PictureGrid>& grids) {
+  const auto open = [](const PictureGrid& grid) {
+    return 1.0 * grid.open.size.x * grid.open.size.y;
+  };
+  double largest = 0, near_m = INFINITY, far_m = 0;
+  for (const auto& grid : grids) largest = std::max(largest, open(grid));
+  for (const auto& grid : grids) {
+    if (open(grid) < largest) continue;
+    near_m = std::min(near_m, grid.z_m);
+    far_m = std::max(far_m, grid.z_m);
+  }
+  const double middle_m = (near_m + far_m) / 2;
+  std::size_t best = 0;
+  double least_m = INFINITY;
+  for (std::size_t key = 0; key < grids.size(); ++key) {
+    const double away_m = std::abs(grids[key].z_m - middle_m);
+    if (open(grids[key]) < largest || away_m >= least_m) continue;
+    best = key;
+    least_m = away_m;
+  }
+  return best;
+}
+
+/// The iterations, with everything on the device.
+class Loop {
+public:
+  Loop(const cl::Device& device, cl::FftBackend backend, const refinement::Optics& optics,
+       std::span<const RefineKey> keys, const std::vector<PictureGrid>& grids, bool feeds_back)
+      : device_(device),
+        light_(device, backend, optics, grids),
+        program_(device, "kernels/refine/refine.cl",
+                 {{option::lanes, std::to_string(device.info().float_lanes)}}),
+        intensity_(program_.kernel("intensity")),
+        blur_rows_(program_.kernel("blur_rows")),
+        correct_(program_.kernel("correct")),
+        add_picture_(program_.kernel("add_picture")) {
+    std::size_t wide = 1, blurred = 1, region = 1;
+    for (std::size_t key = 0; key < keys.size(); ++key) {
+      const auto& grid = grids[key];
+      const auto target = refinement::blurred_target(optics, keys[key], grid);
+      Picture picture;
+      for (const float value : target) picture.light += std::max(value, 0.0f);
+      if (!(picture.light > 0))
+        throw InputError("refinement: the picture at " + length_text(grid.z_m) + " is black");
+      picture.target = {device, std::span<const float>(target), "target"};
+      picture.weights_x = {device, std::span<const float>(grid.weights_x), "blur"};
+      picture.weights_y = {device, std::span<const float>(grid.weights_y), "blur"};
+      if (feeds_back) {
+        picture.former = {device, target.size(), "intensity of former frames"};
+        picture.former.fill_zero();
+      }
+      pictures_.push_back(std::move(picture));
+      wide = std::max(wide, pixels(grid.wide_size()));
+      blurred = std::max(blurred, pixels({grid.region_size.x, grid.wide_size().y}));
+      region = std::max(region, target.size());
+    }
+    wide_ = {device, wide, "intensity"};
+    blurred_ = {device, blurred, "blurred intensity"};
+    shown_ = {device, region, "picture"};
+  }
+
+  /// The key's intensity, blurred along x.
+  void look(const PhaseStack& holograms, int frame, std::size_t key) {
+    const auto& grid = light_.grid(key);
+    light_.show(holograms, frame, key);
+    const auto wide = grid.wide_size();
+    run_rows(device_, intensity_, wide.x, wide.y, light_.plane(), grid.size.x, grid.size.y, wide_,
+             grid.region_first.x, grid.region_first.y, grid.region_size.x, grid.region_size.y,
+             grid.margin_x(), grid.radius_y(), static_cast<float>(grid.unit / unit_));
+    run_rows(device_, blur_rows_, grid.region_size.x, wide.y, wide_, pictures_[key].weights_x,
+             grid.radius_x(), blurred_, grid.region_size.x, grid.margin_x(), wide.y);
+  }
+
+  /// Adds the key's blurred intensity to a sum of such.
+  void add_picture(std::size_t key, cl::Buffer<float>& sum, bool accumulate) {
+    const auto& grid = light_.grid(key);
+    run_rows(device_, add_picture_, grid.region_size.x, grid.region_size.y, blurred_,
+             pictures_[key].weights_y, grid.radius_y(), sum, static_cast<std::int32_t>(accumulate),
+             grid.region_size.x, grid.region_size.y, grid.radius_y());
+  }
+
+  /// Sets the scale of the brightness, by the key that was looked at: what the frames so far and
+  /// this one have there is what is wanted.
+  void keep_brightness(std::size_t key, int number, double brightness) {
+    add_picture(key, shown_, false);
+    const auto& picture = pictures_[key];
+    const auto target = picture.target.read();
+    std::vector<float> shown(target.size());
+    shown_.read(shown);
+    std::vector<float> former(target.size(), 0.0f);
+    if (number > 1) former = picture.former.read();
+    double sum = 0;
+    for (std::size_t i = 0; i < target.size(); ++i)
+      if (target[i] >= 0) sum += static_cast<double>(shown[i]) + static_cast<double>(former[i]);
+    if (!(sum > 0))
+      throw InputError("refinement: no light of the hologram reaches the picture at " +
+                       length_text(light_.grid(key).z_m));
+    scale_ = number * picture.light / sum / brightness;
+  }
+
+  /// Moves the phases towards the key that was looked at.
+  void correct(PhaseStack& holograms, int frame, std::size_t key, int number, double step) {
+    const auto& grid = light_.grid(key);
+    const auto& picture = pictures_[key];
+    const auto part = light_.read_back(key);
+    const bool has_former = number > 1;
+    run_rows(device_, correct_, part.size.x, part.size.y, light_.plane(), grid.size.x, blurred_,
+             picture.weights_y, grid.radius_y(), picture.target,
+             has_former ? picture.former : picture.target, static_cast<std::int32_t>(has_former),
+             static_cast<float>(number / scale_), grid.region_first.x, grid.region_first.y,
+             grid.region_size.x, grid.region_size.y, grid.radius_y(), part.first.x, part.size.x,
+             part.first.y, part.size.y);
+    light_.step(holograms, frame, key, step);
+  }
+
+  /// Adds a finished frame to what the next ones build on.
+  void add_frame(const PhaseStack& holograms, int frame) {
+    for (std::size_t key = 0; key < pictures_.size(); ++key) {
+      look(holograms, frame, key);
+      add_picture(key, pictures_[key].former, true);
+    }
+  }
+
+  const Light& light() const { return light_; }
+  /// Intensities are in this unit, so that they are near 1.
+  void set_unit(double unit) { unit_ = unit; }
+
+private:
+  static std::size_t pixels(glm::ivec2 n) {
+    return static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y);
+  }
+
+  struct Picture {
+    cl::Buffer<float> target, former, weights_x, weights_y;
+    double light = 0;  // sum of the target
+  };
+
+  cl::Device device_;
+  Light light_;
+  cl::Program program_;
+  cl::Kernel intensity_, blur_rows_, correct_, add_picture_;
+  std::vector<Picture> pictures_;
+  cl::Buffer<float> wide_, blurred_, shown_;
+  double scale_ = 1, unit_ = 1;
+};
+
+}  // namespace
+
+RefineResult refine(const cl::Device& device, cl::FftBackend backend, const FieldStack& start,
+                    std::span<const RefineKey> keys, const RefineSpec& spec) {
+  check(start, keys, spec);
+  const auto prepared = Clock::now();
+  const auto report = [&](const std::string& what, double share) {
+    if (spec.progress) spec.progress(what, share);
+  };
+  report("targets and kernels", 0);
+  const refinement::Optics optics{
+      {start.nx, start.ny}, spec.pitch_m, spec.wavelength_m, spec.blur_m, spec.padding};
+  RefineResult result;
+  std::vector<PictureGrid> grids;
+  for (const auto& key : keys) {
+    const auto propagation = propagation_of(optics, key, spec);
+    result.figures.exact_keys += propagation == Propagation::exact;
+    grids.push_back(picture_grid(optics, key, propagation));
+  }
+  require_memory(device, start, grids);
+  const int frames = start.frames;
+  Loop loop(device, backend, optics, keys, grids, frames > 1);
+  loop.set_unit(keys.front().z_m * keys.front().z_m);
+  PhaseStack holograms(device, start);
+  device.finish();
+  result.figures.prepare_s = seconds_since(prepared);
+
+  const auto began = Clock::now();
+  Draw draw(keys, spec.seed);
+  const auto bright_key = key_of_brightness(grids);
+  int iterations = spec.iterations;
+  if (spec.budget_s) {
+    // Steps of zero leave the hologram as it is. The first iteration is slower than the others.
+    double each_s = 0;
+    const int trials = 1 + static_cast<int>(std::min<std::size_t>(3, keys.size()));
+    for (int trial = 0; trial < trials; ++trial) {
+      const auto trial_began = Clock::now();
+      const std::size_t key = static_cast<std::size_t>(trial) * (keys.size() - 1) /
+                              static_cast<std::size_t>(trials - 1);
+      loop.look(holograms, 0, key);
+      loop.correct(holograms, 0, key, 1, 0);
+      device.finish();
+      if (trial > 0) each_s += seconds_since(trial_began) / (trials - 1);
+    }
+    const double for_sums_s = 0.5 * each_s * static_cast<double>(keys.size()) * (frames - 1),
+                 left_s = *spec.budget_s - seconds_since(began) - for_sums_s;
+    iterations = std::clamp(static_cast<int>(left_s / (each_s * frames)), 1, 100000);
+  }
+  result.figures.iterations = iterations;
+  for (int frame = 0; frame < frames; ++frame) {
+    const auto name = frames > 1
+                          ? "frame " + std::to_string(frame + 1) + " of " + std::to_string(frames)
+                          : std::string("refine");
+    draw.begin_frame();
+    for (int t = 0; t < iterations; ++t) {
+      const auto key = t == 0 ? bright_key : draw.next();
+      loop.look(holograms, frame, key);
+      if (t == 0) loop.keep_brightness(key, frame + 1, spec.brightness);
+      loop.correct(holograms, frame, key, frame + 1,
+                   spec.first_step + (spec.last_step - spec.first_step) * t / iterations);
+      report(name, (frame + (t + 1.0) / iterations) / frames);
+    }
+    if (frame + 1 < frames) loop.add_frame(holograms, frame);
+  }
+  device.finish();
+  result.figures.loop_s = seconds_since(began);
+  result.figures.transforms = static_cast<double>(loop.light().transforms()) / frames;
+  result.field = holograms.read();
+  return result;
+}
+
+}  // namespace raywave

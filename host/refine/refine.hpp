@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Refinement of a hologram for a phase-only SLM: the phases change until the frames, averaged,
+/// show what a lens sees.
+///
+/// Alternating projections in the manner of Gerchberg and Saxton, on blurred intensities. Each
+/// iteration draws one key (a depth, and an aperture) and propagates the hologram h to it. There
+/// the light is multiplied by c, the root of the ratio between the blurred intensity wanted and the
+/// one shown. What that adds goes back to the hologram, and h is projected to modulus 1:
+/// h <- (h + a A*[(c - 1) A h]) / | |. Steps a fall linearly. Each frame corrects what the sum of
+/// the frames before it lacks. docs/refine.md says what this reaches and what it costs.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "cl/fft.hpp"
+#include "host/common/npy.hpp"
+#include "host/refine/picture_grid.hpp"
+
+namespace raywave {
+
+/// A picture that the hologram should show.
+using RefineKey = refinement::Key;
+
+struct RefineSpec {
+  glm::dvec2 pitch_m{1, 1};
+  double wavelength_m = 1;
+  double blur_m = 0;    // pictures are compared after a Gaussian of this standard deviation
+  int iterations = 28;  // per frame
+  double first_step = 4, last_step = 1;  // linear in between; from 5 on pictures get worse
+  // Seconds for all frames, the keys' preparation left out; it decides the iterations
+  std::optional<double> budget_s;
+  // Light wanted in the pictures, relative to what the start has there
+  double brightness = 1;
+  double padding = 1.25;   // of the Fresnel propagation
+  std::uint32_t seed = 1;  // of the order in which keys are drawn
+  // Empty: Fresnel where refinement::FresnelLimits hold, else exact
+  std::optional<refinement::Propagation> propagation;
+  // Called with the current step ("frame 2 of 4") and the completed share, 0 to 1
+  std::function<void(const std::string& what, double share)> progress;
+};
+
+struct RefineFigures {
+  int iterations = 0;     // per frame
+  double transforms = 0;  // FFTs of planes per frame
+  int exact_keys = 0;     // propagated exactly
+  double prepare_s = 0;   // targets, tables and kernels
+  double loop_s = 0;      // iterations of all frames
+};
+
+struct RefineResult {
+  FieldStack field;  // as many frames as the start's, samples of modulus 1
+  RefineFigures figures;
+};
+
+/// Refines the phases of `start`; its amplitudes do not count. A refined field may be refined
+/// again.
+///
+/// keys     pictures in one unit of radiance; black ones cannot be refined towards
+/// throws   InputError for keys and settings that are not possible, DeviceError for the device
+/// The result is bit-identical for equal input, seed and device, unless a budget decides the
+/// iterations.
+RefineResult refine(const cl::Device& device, cl::FftBackend backend, const FieldStack& start,
+                    std::span<const RefineKey> keys, const RefineSpec& spec);
+
+/// Brightness of `raywave refine --brighter`: 0.93 of the light in the window instead of 0.85.
+constexpr double brighter = 1.15;
+
+}  // namespace raywave

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+// One step of the refinement of a hologram for a phase-only SLM, around its Fourier transforms
+// (host/refine/refine.hpp). OpenCL C 1.2, no double, no images, no calls of trigonometry.
+//
+// A key is a picture that the hologram should show: a depth, and the aperture through which it is
+// seen. Planes:
+//
+//   hologram  frames x hologram_ny rows of hologram_pitch samples, of modulus 1; hologram_pitch is
+//             at least 15 samples wider than the hologram, so that packets may begin in any column
+//   plane     ny rows of nx samples: the aperture's part of the hologram in its top left corner,
+//             then the light in the picture; nx is a multiple of 16
+//   region    the pixels of the picture that have a target: rows of region_nx floats, from column
+//             x0 and row y0 of the plane on; x0 and region_nx are multiples of 16
+//   wide      the region with the margin that the blur reaches into, margin_x columns and margin_y
+//             rows on every side; margin_x is a multiple of 16
+//
+// column_chirp, row_chirp: the aperture's columns and rows of the chirp that makes the transform a
+// Fresnel propagation, zero behind the aperture's end, so that their product is the mask too.
+// A work-item takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it.
+#include "kernels/common/complex_lanes.h"
+
+// The first `count` samples of a packet, then zeros.
+static inline void load_some_complex(const __global float2* p, int count, floatv* re, floatv* im) {
+  if (count >= RAYWAVE_LANES) {
+    load_complex(p, re, im);
+    return;
+  }
+  float res[RAYWAVE_LANES], ims[RAYWAVE_LANES];
+  for (int i = 0; i < RAYWAVE_LANES; ++i) {
+    res[i] = i < count ? p[i].x : 0.0f;
+    ims[i] = i < count ? p[i].y : 0.0f;
+  }
+  *re = LANES_LOAD(res);
+  *im = LANES_LOAD(ims);
+}
+
+// plane: hologram * chirp in the aperture, zero elsewhere in its first `columns` x `rows` samples.
+//
+// first           sample of `hologram` where the aperture begins
+// aperture_nx,ny  samples of the aperture
+__kernel void spread(const __global float2* restrict hologram, uint first, int hologram_pitch,
+                     const __global float2* restrict column_chirp,
+                     const __global float2* restrict row_chirp, int aperture_nx, int aperture_ny,
+                     __global float2* restrict plane, int nx, int columns, int rows) {
+  const int row = (int)get_global_id(1);
+  if (row >= rows) return;
+  const float2 chirp = row < aperture_ny ? row_chirp[row] : (float2)(0.0f, 0.0f);
+  const __global float2* source =
+      hologram + (size_t)first + (size_t)hologram_pitch * (size_t)(row < aperture_ny ? row : 0);
+  __global float2* target = plane + (size_t)nx * (size_t)row;
+  const int step = RAYWAVE_LANES * (int)get_global_size(0);
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < columns; i += step) {
+    floatv re = 0.0f, im = 0.0f;
+    if (row < aperture_ny && i < aperture_nx) {
+      floatv a, b, c, s;
+      load_complex(source + i, &a, &b);
+      load_complex(column_chirp + i, &c, &s);
+      const floatv u = a * c - b * s, v = a * s + b * c;
+      re = u * chirp.x - v * chirp.y;
+      im = u * chirp.y + v * chirp.x;
+    }
+    store_some_complex(re, im, target + i, columns - i);
+  }
+}
+
+// wide: q |plane|^2, zero outside the plane.
+__kernel void intensity(const __global float2* restrict plane, int nx, int ny,
+                        __global float* restrict wide, int x0, int y0, int region_nx, int region_ny,
+                        int margin_x, int margin_y, float q) {
+  const int row = (int)get_global_id(1);
+  if (row >= region_ny + 2 * margin_y) return;
+  const int y = y0 - margin_y + row, left = x0 - margin_x, wide_nx = region_nx + 2 * margin_x;
+  const int inside = y >= 0 && y < ny;
+  const __global float2* source = plane + (size_t)nx * (size_t)(inside ? y : 0);
+  __global float* target = wide + (size_t)wide_nx * (size_t)row;
+  const int step = RAYWAVE_LANES * (int)get_global_size(0);
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < wide_nx; i += step) {
+    const int x = left + i;
+    floatv value = 0.0f;
+    if (inside && x >= 0 && x < nx) {
+      floatv re, im;
+      load_complex(source + x, &re, &im);
+      value = q * (re * re + im * im);
+    }
+    LANES_STORE(value, target + i);
+  }
+}
+
+// blurred: the rows of `wide`, blurred along x, without the margins at both ends.
+//
+// weights  of the blur at 0, 1, ..., radius; radius is at most margin_x
+__kernel void blur_rows(const __global float* restrict wide, const __global float* restrict weights,
+                        int radius, __global float* restrict blurred, int region_nx, int margin_x,
+                        int rows) {
+  const int row = (int)get_global_id(1);
+  if (row >= rows) return;
+  const __global float* source = wide + (size_t)(region_nx + 2 * margin_x) * (size_t)row + margin_x;
+  __global float* target = blurred + (size_t)region_nx * (size_t)row;
+  const int step = RAYWAVE_LANES * (int)get_global_size(0);
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < region_nx; i += step) {
+    floatv sum = weights[0] * LANES_LOAD(source + i);
+    for (int k = 1; k <= radius; ++k)
+      sum += weights[k] * (LANES_LOAD(source + (i - k)) + LANES_LOAD(source + (i + k)));
+    LANES_STORE(sum, target + i);
+  }
+}
+
+// Blur along y: one packet of the region, from rows that are blurred along x. `blurred` points at
+// the row's own samples.
+static inline floatv blurred_column(const __global float* blurred, int region_nx,
+                                    const __global float* weights, int radius) {
+  floatv sum = weights[0] * LANES_LOAD(blurred);
+  for (int k = 1; k <= radius; ++k) {
+    const size_t away = (size_t)region_nx * (size_t)k;
+    sum += weights[k] * (LANES_LOAD(blurred - away) + LANES_LOAD(blurred + away));
+  }
+  return sum;
+}
+
+// plane: (c - 1) plane in the region, zero elsewhere in its rows first_row to first_row + rows - 1
+// and columns first_column to first_column + columns - 1. c is the root of what the picture lacks:
+// wanted * target - former, over its own intensity.
+//
+// target  radiance, blurred; negative where nothing is known of it: c = 1
+// former  intensities of the frames before, summed; has_former 0: none, and not read
+// wanted  frames so far over the scale of the brightness
+__kernel void correct(__global float2* restrict plane, int nx,
+                      const __global float* restrict blurred,
+                      const __global float* restrict weights, int radius,
+                      const __global float* restrict target, const __global float* restrict former,
+                      int has_former, float wanted, int x0, int y0, int region_nx, int region_ny,
+                      int margin_y, int first_column, int columns, int first_row, int rows) {
+  if ((int)get_global_id(1) >= rows) return;
+  const int y = first_row + (int)get_global_id(1), row = y - y0;
+  __global float2* samples = plane + (size_t)nx * (size_t)y + first_column;
+  const int inside = row >= 0 && row < region_ny;
+  const size_t at = (size_t)region_nx * (size_t)(inside ? row : 0);
+  const __global float* rows_blurred = blurred + at + (size_t)region_nx * (size_t)margin_y;
+  const int step = RAYWAVE_LANES * (int)get_global_size(0);
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < columns; i += step) {
+    const int column = first_column + i - x0;
+    floatv re = 0.0f, im = 0.0f;
+    if (inside && column >= 0 && column < region_nx) {
+      const floatv known = LANES_LOAD(target + at + column);
+      const floatv before = has_former ? LANES_LOAD(former + at + column) : (floatv)(0.0f);
+      const floatv shown = blurred_column(rows_blurred + column, region_nx, weights, radius);
+      const floatv lacks = fmax(wanted * known - before, (floatv)(0.0f));
+      const floatv ratio =
+          fmin(fmax(lacks / fmax(shown, (floatv)(1e-30f)), (floatv)(0.1f)), (floatv)(8.0f));
+      const floatv change = LANES_SELECT((floatv)(0.0f), sqrt(ratio) - 1.0f, known >= 0.0f);
+      load_complex(samples + i, &re, &im);
+      re *= change;
+      im *= change;
+    }
+    store_complex(re, im, samples + i);
+  }
+}
+
+// sum (+)= the blurred intensity in the region.
+__kernel void add_picture(const __global float* restrict blurred,
+                          const __global float* restrict weights, int radius,
+                          __global float* restrict sum, int accumulate, int region_nx,
+                          int region_ny, int margin_y) {
+  const int row = (int)get_global_id(1);
+  if (row >= region_ny) return;
+  const __global float* rows_blurred = blurred + (size_t)region_nx * (size_t)(margin_y + row);
+  __global float* target = sum + (size_t)region_nx * (size_t)row;
+  const int step = RAYWAVE_LANES * (int)get_global_size(0);
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < region_nx; i += step) {
+    floatv value = blurred_column(rows_blurred + i, region_nx, weights, radius);
+    if (accumulate) value += LANES_LOAD(target + i);
+    LANES_STORE(value, target + i);
+  }
+}
+
+// hologram: its phase after hologram + step * conj(chirp) * plane, in the aperture. Phases need no
+// trigonometry: the sum is divided by its modulus.
+__kernel void step_phase(__global float2* restrict hologram, uint first, int hologram_pitch,
+                         const __global float2* restrict column_chirp,
+                         const __global float2* restrict row_chirp, int aperture_nx,
+                         int aperture_ny, const __global float2* restrict plane, int nx,
+                         float step_size) {
+  const int row = (int)get_global_id(1);
+  if (row >= aperture_ny) return;
+  const float2 chirp = step_size * row_chirp[row];
+  __global float2* samples = hologram + (size_t)first + (size_t)hologram_pitch * (size_t)row;
+  const __global float2* change = plane + (size_t)nx * (size_t)row;
+  const int step = RAYWAVE_LANES * (int)get_global_size(0);
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < aperture_nx; i += step) {
+    floatv re, im, c, s, a, b;
+    load_complex(samples + i, &re, &im);
+    load_complex(column_chirp + i, &c, &s);
+    load_some_complex(change + i, aperture_nx - i, &a, &b);
+    const floatv u = a * c + b * s, v = b * c - a * s;
+    re += u * chirp.x + v * chirp.y;
+    im += v * chirp.x - u * chirp.y;
+    const floatv inverse = 1.0f / sqrt(fmax(re * re + im * im, (floatv)(1e-30f)));
+    store_some_complex(re * inverse, im * inverse, samples + i, aperture_nx - i);
+  }
+}
+
+// plane: the part of `tile` (rows of tile_nx samples) that lies in it, from column x and row y of
+// the plane on; or, with `back`, the tile's samples from the plane, zero outside it.
+__kernel void copy_tile(__global float2* restrict tile, int tile_nx, int tile_ny,
+                        __global float2* restrict plane, int nx, int ny, int x, int y, int back) {
+  const int row = (int)get_global_id(1);
+  if (row >= tile_ny) return;
+  const int inside = y + row >= 0 && y + row < ny;
+  if (!back && !inside) return;
+  __global float2* in_tile = tile + (size_t)tile_nx * (size_t)row;
+  __global float2* in_plane = plane + (size_t)nx * (size_t)(inside ? y + row : 0) + x;
+  for (int i = (int)get_global_id(0); i < tile_nx; i += (int)get_global_size(0)) {
+    const int known = inside && x + i >= 0 && x + i < nx;
+    if (back)
+      in_tile[i] = known ? in_plane[i] : (float2)(0.0f, 0.0f);
+    else if (known)
+      in_plane[i] = in_tile[i];
+  }
+}

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/refine/light.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "host/common/error.hpp"
+#include "host/view/reconstruct.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace raywave::refinement {
+namespace {
+
+using Complex = std::complex<double>;
+using std::numbers::pi;
+using test::mm;
+using test::um;
+
+FieldStack random_phases(glm::ivec2 size, int frames, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> turns(0, 1);
+  FieldStack field{size.x, size.y, frames, {}};
+  for (int i = 0; i < size.x * size.y * frames; ++i)
+    field.samples.emplace_back(std::polar(1.0, 2 * pi * turns(random)));
+  return field;
+}
+
+Key key_at(double z_m, glm::dvec2 view, glm::dvec2 aperture, glm::ivec2 size, glm::dvec2 pixel_m) {
+  Key key{z_m, view, aperture, {size.x, size.y, {}}, pixel_m, 1};
+  key.picture.pixels.assign(static_cast<std::size_t>(size.x) * size.y, 1.0f);
+  return key;
+}
+
+struct Setup {
+  Optics optics;
+  std::vector<Key> keys;
+};
+
+/// Odd and non-square holograms, apertures on and off the axis.
+std::vector<Setup> setups() {
+  std::vector<Setup> all;
+  for (const glm::ivec2 size : {glm::ivec2(37, 29), {64, 48}, {33, 70}}) {
+    Setup s;
+    s.optics = {size, {3.74 * um, 3.74 * um}, 638e-9, 9 * um};
+    const glm::ivec2 pixels = size - glm::ivec2(6, 4);
+    for (const double z : {0.9 * mm, 1.6 * mm}) {
+      s.keys.push_back(key_at(z, {0, 0}, {1, 1}, pixels, s.optics.pitch_m));
+      s.keys.push_back(key_at(z, {0.31, -0.22}, {0.5, 0.5}, pixels, s.optics.pitch_m));
+      s.keys.push_back(key_at(z, {-0.9, 0.6}, {0.4, 0.7}, {20, 15}, {7 * um, 6 * um}));
+    }
+    all.push_back(s);
+  }
+  all[1].optics.pitch_m = {3.74 * um, 5 * um};
+  return all;
+}
+
+/// The hologram's pixels that the aperture leaves open; the rest is zero.
+std::vector<Complex> masked(const FieldStack& field, int frame, const OpenPart& open) {
+  std::vector<Complex> all(static_cast<std::size_t>(field.nx) * field.ny);
+  for (int y = open.first.y; y < open.first.y + open.size.y; ++y) {
+    for (int x = open.first.x; x < open.first.x + open.size.x; ++x)
+      all[static_cast<std::size_t>(y) * field.nx + x] =
+          field.samples[(static_cast<std::size_t>(frame) * field.ny + y) * field.nx + x];
+  }
+  return all;
+}
+
+/// Sum over the hologram of h exp(i k |x - p|^2 / (2 z)), conjugated as light that goes back to its
+/// source: the intensity of a Fresnel propagation, up to a factor.
+double direct_intensity(const Optics& optics, const std::vector<Complex>& h, double z_m,
+                        glm::dvec2 place_m) {
+  Complex sum = 0;
+  for (int y = 0; y < optics.size.y; ++y) {
+    for (int x = 0; x < optics.size.x; ++x) {
+      const glm::dvec2 at((x - (optics.size.x - 1) / 2.0) * optics.pitch_m.x,
+                          ((optics.size.y - 1) / 2.0 - y) * optics.pitch_m.y);
+      const auto d = at - place_m;
+      sum += h[static_cast<std::size_t>(y) * optics.size.x + x] *
+             std::polar(1.0, -pi * (d.x * d.x + d.y * d.y) / (optics.wavelength_m * z_m));
+    }
+  }
+  return std::norm(sum);
+}
+
+TEST_CASE("open parts are those that reconstruct lets through") {
+  const auto open = open_part({8, 6}, {0, 0}, {1, 1});
+  CHECK(open.first == glm::ivec2(0, 0));
+  CHECK(open.size == glm::ivec2(8, 6));
+  // Right and up: columns towards the end, rows towards the beginning
+  const auto quarter = open_part({8, 6}, {0.5, 0.5}, {0.5, 0.5});
+  CHECK(quarter.first == glm::ivec2(4, 0));
+  CHECK(quarter.size == glm::ivec2(4, 3));
+  CHECK(open_part({8, 6}, {3, 0}, {0.5, 0.5}).size.x == 0);
+}
+
+TEST_CASE("Fresnel pictures are the direct sums at the places that the grid names") {
+  for (const auto& device : test::all_devices()) {
+    for (const auto backend : test::backends_of(device)) {
+      for (const auto& s : setups()) {
+        const auto field = random_phases(s.optics.size, 2, 3);
+        const PhaseStack holograms(device, field);
+        std::vector<PictureGrid> grids;
+        for (const auto& key : s.keys)
+          grids.push_back(picture_grid(s.optics, key, Propagation::fresnel));
+        Light light(device, backend, s.optics, grids);
+        for (std::size_t key = 0; key < s.keys.size(); ++key) {
+          const auto& grid = light.grid(key);
+          const auto h = masked(field, 1, grid.open);
+          light.show(holograms, 1, key);
+          const auto plane = light.plane().read();
+          double worst = 0;
+          for (int y = grid.known_first.y; y < grid.known_first.y + grid.known_size.y; y += 7) {
+            for (int x = grid.known_first.x; x < grid.known_first.x + grid.known_size.x; x += 5) {
+              const double expected =
+                  direct_intensity(s.optics, h, grid.z_m, {grid.x_m(x), grid.y_m(y)});
+              const double got =
+                  std::norm(Complex(plane[static_cast<std::size_t>(y) * grid.size.x + x]));
+              worst = std::max(worst, std::abs(got - expected));
+            }
+          }
+          // Relative to the mean intensity, the number of open pixels; peaks are 10 times as bright
+          INFO(s.optics.size.x << " x " << s.optics.size.y << ", key " << key);
+          CHECK(worst <= 2e-5 * grid.open.size.x * grid.open.size.y);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("exact pictures are those of reconstruct") {
+  for (const auto& device : test::all_devices()) {
+    for (const auto& s : setups()) {
+      const auto field = random_phases(s.optics.size, 1, 5);
+      const PhaseStack holograms(device, field);
+      auto key = key_at(1.3 * mm, {0.2, -0.1}, {0.6, 0.5}, {48, 80}, s.optics.pitch_m);
+      const auto grid = picture_grid(s.optics, key, Propagation::exact);
+      Light light(device, cl::FftBackend::host, s.optics, {grid});
+      light.show(holograms, 0, 0);
+      const auto plane = light.plane().read();
+      ReconstructSpec what;
+      what.z_m = key.z_m;
+      what.view = key.view;
+      what.aperture = key.aperture;
+      what.window_m = glm::dvec2(grid.size) * s.optics.pitch_m;
+      const auto expected = reconstruct(device, cl::FftBackend::host, field,
+                                        {s.optics.size, s.optics.pitch_m, 638e-9}, what);
+      REQUIRE(expected.width == grid.size.x);
+      REQUIRE(expected.height == grid.size.y);
+      double worst = 0;
+      for (std::size_t i = 0; i < expected.pixels.size(); ++i)
+        worst = std::max(worst, std::abs(std::norm(Complex(plane[i])) - expected.pixels[i]));
+      CHECK(worst <= 1e-5);
+    }
+  }
+}
+
+TEST_CASE("the way back is the adjoint: <A x, y> = <x, A* y>") {
+  std::mt19937 random(7);
+  std::normal_distribution<float> value;
+  for (const auto& device : test::all_devices()) {
+    for (const auto backend : test::backends_of(device)) {
+      for (const auto propagation : {Propagation::fresnel, Propagation::exact}) {
+        for (const auto& s : setups()) {
+          const auto field = random_phases(s.optics.size, 1, 9);
+          const PhaseStack holograms(device, field);
+          std::vector<PictureGrid> grids;
+          for (const auto& key : s.keys) grids.push_back(picture_grid(s.optics, key, propagation));
+          Light light(device, backend, s.optics, grids);
+          for (std::size_t key = 0; key < s.keys.size(); ++key) {
+            const auto& grid = light.grid(key);
+            const double unitary = light.unitary(key);
+            light.show(holograms, 0, key);
+            auto plane = light.plane().read();
+            // y is zero outside the region
+            Complex left = 0;
+            double energy_y = 0;
+            std::vector<std::complex<float>> y(plane.size());
+            for (int row = 0; row < grid.region_size.y; ++row) {
+              for (int column = 0; column < grid.region_size.x; ++column) {
+                const auto at = static_cast<std::size_t>(grid.region_first.y + row) * grid.size.x +
+                                grid.region_first.x + column;
+                y[at] = {value(random), value(random)};
+                left += Complex(plane[at]) * std::conj(Complex(y[at])) * unitary;
+                energy_y += std::norm(Complex(y[at]));
+              }
+            }
+            light.plane().write(y);
+            const auto back = light.back(key).read();
+            const auto pitch = light.back_pitch(key);
+            const auto columns = light.column_chirp(key), rows = light.row_chirp(key);
+            const bool fresnel = propagation == Propagation::fresnel;
+            const auto open = fresnel ? grid.open : OpenPart{{0, 0}, s.optics.size};
+            Complex right = 0;
+            for (int row = 0; row < open.size.y; ++row) {
+              for (int column = 0; column < open.size.x; ++column) {
+                const Complex change =
+                    Complex(back[static_cast<std::size_t>(row) * pitch + column]) *
+                    std::conj(Complex(columns[static_cast<std::size_t>(column)]) *
+                              Complex(rows[static_cast<std::size_t>(row)])) *
+                    unitary;
+                const auto x =
+                    Complex(field.samples[static_cast<std::size_t>(open.first.y + row) * field.nx +
+                                          open.first.x + column]);
+                right += x * std::conj(change);
+              }
+            }
+            const double scale =
+                std::sqrt(energy_y * grid.open.size.x * grid.open.size.y);  // |x| |y|
+            INFO(s.optics.size.x << " x " << s.optics.size.y << ", key " << key << ", "
+                                 << (fresnel ? "Fresnel" : "exact"));
+            CHECK(std::abs(left) > 1e-4 * scale);
+            CHECK(std::abs(left - right) <= 1e-6 * scale);
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("a spot becomes the closed form of its blur, from samples and from means of any size") {
+  const Optics optics{{128, 96}, {3.74 * um, 3.74 * um}, 638e-9, 15 * um};
+  constexpr double spot_m = 20 * um;
+  const double wide_m = std::hypot(spot_m, optics.blur_m);
+  const glm::dvec2 centre_m(31 * um, -18 * um);
+  for (const bool area : {false, true}) {
+    for (const double pixel_m : {3.74 * um, 7 * um, 10 * um}) {
+      const int n = 2 * static_cast<int>(0.2 * mm / pixel_m);
+      auto key = key_at(18 * mm, {0, 0}, {1, 1}, {n, n}, {pixel_m, pixel_m});
+      key.area = area;
+      // exp(-d^2 / (2 spot^2)) at the middle of a pixel, or its mean over it
+      const auto value = [&](double d_m) {
+        const auto below = [&](double x) { return std::erf(x / (spot_m * std::sqrt(2))); };
+        return area ? (below(d_m + pixel_m / 2) - below(d_m - pixel_m / 2)) * spot_m *
+                          std::sqrt(pi / 2) / pixel_m
+                    : std::exp(-d_m * d_m / (2 * spot_m * spot_m));
+      };
+      for (int y = 0; y < n; ++y) {
+        for (int x = 0; x < n; ++x) {
+          const double right = (x - (n - 1) / 2.0) * pixel_m, up = ((n - 1) / 2.0 - y) * pixel_m;
+          key.picture.pixels[static_cast<std::size_t>(y) * n + x] =
+              static_cast<float>(value(right - centre_m.x) * value(up - centre_m.y));
+        }
+      }
+      const auto grid = picture_grid(optics, key, Propagation::fresnel);
+      const auto target = blurred_target(optics, key, grid);
+      double worst = 0;
+      int unknown = 0;
+      for (int y = 0; y < grid.region_size.y; ++y) {
+        for (int x = 0; x < grid.region_size.x; ++x) {
+          const double got = target[static_cast<std::size_t>(y) * grid.region_size.x + x];
+          unknown += got < 0;
+          if (got < 0) continue;
+          const glm::dvec2 d =
+              glm::dvec2(grid.x_m(grid.region_first.x + x), grid.y_m(grid.region_first.y + y)) -
+              centre_m;
+          const double share = spot_m / wide_m;
+          worst = std::max(worst, std::abs(got - share * share *
+                                                     std::exp(-(d.x * d.x + d.y * d.y) /
+                                                              (2 * wide_m * wide_m))));
+        }
+      }
+      INFO("pixels of " << pixel_m << " m, " << (area ? "means" : "samples"));
+      CHECK(unknown == (grid.region_size.x - grid.known_size.x) * grid.region_size.y);
+      CHECK(worst <= 5e-4);  // the blur ends at 4 sigma
+    }
+  }
+}
+
+TEST_CASE("Fresnel holds for narrow scenes, not for wide ones") {
+  const Optics study{{384, 384}, {3.74 * um, 3.74 * um}, 638e-9, 15 * um};
+  CHECK(fresnel_limits(study, 18.55 * mm, {1.436 * mm, 1.436 * mm}).hold());
+  CHECK_FALSE(fresnel_limits(study, 18.55 * mm, {4 * mm, 4 * mm}).hold());  // folded
+  const Optics near{{384, 384}, {0.5 * um, 0.5 * um}, 638e-9, 1 * um};
+  CHECK_FALSE(fresnel_limits(near, 0.2 * mm, {0.1 * mm, 0.1 * mm}).hold());  // wide angles
+}
+
+TEST_CASE("impossible pictures are refused") {
+  const Optics optics{{32, 32}, {4 * um, 4 * um}, 638e-9, 10 * um};
+  const auto refused = [&](const Key& key) {
+    CHECK_THROWS_AS(picture_grid(optics, key, Propagation::fresnel), InputError);
+  };
+  refused(key_at(0, {0, 0}, {1, 1}, {8, 8}, {4 * um, 4 * um}));
+  refused(key_at(1 * mm, {5, 0}, {0.5, 0.5}, {8, 8}, {4 * um, 4 * um}));
+  refused(key_at(1 * mm, {0, 0}, {1, 1}, {1, 1}, {1e-9, 1e-9}));
+}
+
+}  // namespace
+}  // namespace raywave::refinement
