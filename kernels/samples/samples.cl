@@ -58,16 +58,18 @@ static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv 
 #if RAYWAVE_ANTIALIAS
 // Centres of RAYWAVE_LANES parts of a cell, inner parts first, in cells from its left bottom corner.
 static inline void part_places(int packet, floatv* right, floatv* upwards) {
+  const intv part = packet * RAYWAVE_LANES + LANES_INDEX;
 #if RAYWAVE_ANTIALIAS == 4
-  const float across[16] = {1, 2, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 0, 3, 0, 3};
-  const float up[16] = {1, 1, 2, 2, 0, 0, 1, 1, 2, 2, 3, 3, 0, 0, 3, 3};
+  // Two bits for each part: columns 1 2 1 2, 1 2 0 3, 0 3 1 2, 0 3 0 3 and rows 1 1 2 2, 0 0 1 1,
+  // 2 2 3 3, 0 0 3 3
+  const intv column = (intv)((int)0xcc9cc999u) >> (2 * part) & 3;
+  const intv row = (intv)((int)0xf0fa50a5u) >> (2 * part) & 3;
 #else
-  const float across[16] = {0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1};
-  const float up[16] = {0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1};
+  const intv column = part & 1, row = part >> 1 & 1;
 #endif
-  const float part = 1.0f / (float)RAYWAVE_ANTIALIAS;
-  *right = (0.5f + LANES_LOAD(across + packet * RAYWAVE_LANES)) * part;
-  *upwards = (0.5f + LANES_LOAD(up + packet * RAYWAVE_LANES)) * part;
+  const float width = 1.0f / (float)RAYWAVE_ANTIALIAS;
+  *right = (0.5f + LANES_TO_FLOAT(column)) * width;
+  *upwards = (0.5f + LANES_TO_FLOAT(row)) * width;
 }
 
 // Rays through the centres of RAYWAVE_LANES parts of a cell, or through all parts of
@@ -295,7 +297,8 @@ typedef struct {
 // t       distance of the hit that has found the sample
 static inline Centroid centroid_of(const Lattice* lattice, const Hits* parts, const floatv* lights,
                                    float light, int covered, float t) {
-  Centroid centroid = {0.0f, 0.0f, 0.0f, 0.0f};
+  Centroid centroid;
+  centroid.across = centroid.up = centroid.nearness = centroid.beyond = 0.0f;
   const floatv none = 0.0f, even = 1.0f / (float)covered;
   for (int packet = 0; packet < PACKETS; ++packet) {
     const Hits* hits = parts + packet;
