@@ -203,7 +203,8 @@ void run_refine(const RefineArguments& options) {
   if (!is_field && !options.targets.empty())
     throw InputError("--targets belongs to a field.npy; a scene makes its own pictures");
   if (!is_field && options.pixels.any())
-    throw InputError("--pitch, --wavelength and --slm belong to a field.npy; a scene says them itself");
+    throw InputError(
+        "--pitch, --wavelength and --slm belong to a field.npy; a scene says them itself");
   if (is_field && (options.views > 0 || !options.depths.z.empty() || !options.start.empty()))
     throw InputError("--views, -z and --start belong to a scene; a field takes all of --targets");
 

@@ -364,8 +364,8 @@ TEST_CASE("a small scene's pictures gain several dB over its phase, between the 
       const auto refined = refine(device, host, rendered.field, keys, spec);
       const auto figures =
           judge_refinement(device, host, scene.hologram,
-                           {rendered.field, shown(rendered.field), shown(refined.field)},
-                           judged, blur_m, 5, 19 * mm);
+                           {rendered.field, shown(rendered.field), shown(refined.field)}, judged,
+                           blur_m, 5, 19 * mm);
       REQUIRE(figures.rows.size() == judged.size());
       for (const auto& row : figures.rows) {
         INFO("z " << row.z_m << ", brightness " << brightness << ": " << row.psnr_db.field << ", "
