@@ -28,6 +28,7 @@ struct Renderer::State {
   void trace(std::size_t wrp, int frame, RenderResult& result);
   void propagate(std::size_t wrp);
   void encode(std::size_t tile, int frame);
+  void refine();
 
   void make_first_plan();
   void prepare();
@@ -43,6 +44,7 @@ struct Renderer::State {
   StageTimes times_;
   TraceStage tracer_;
   PropagateStage propagator_;
+  RefineStage refiner_;
   EncodeStage encoder_;
   std::optional<WrpField> on_wrp_;  // traced last
   bool changed_ = false;            // the scene, since it was planned
@@ -58,6 +60,7 @@ RenderResult Renderer::State::render() {
   }
   RenderResult result;
   result.wrps.resize(options_.keep_wrps ? plan_.wrps.size() : 0);
+  if (plan_.refine) refiner_.prepare(plan_, options_.refine_start);
   encoder_.prepare(plan_);
   for (std::size_t tile = 0; tile < plan_.tiles.size(); ++tile) {
     const auto [first, end] = plan_.wrps_of(tile);
@@ -69,6 +72,7 @@ RenderResult Renderer::State::render() {
       encode(tile, frame);
     }
   }
+  if (plan_.refine) refine();
   finish(result);
   return result;
 }
@@ -112,6 +116,12 @@ void Renderer::State::encode(std::size_t tile, int frame) {
   encoder_.run(propagator_.finish(), tile, frame);
 }
 
+/// Phases whose pictures are what a lens sees, of all frames together.
+void Renderer::State::refine() {
+  const auto& start = options_.refine_start;
+  refiner_.run(start ? *start : encoder_.field, tracer_.scene());
+}
+
 namespace {
 
 /// Refuses what the device or the host has no memory for, before any is taken. The surface samples
@@ -139,6 +149,7 @@ Renderer::State::State(const cl::Device& device, Scene scene, RenderOptions opti
       options_(std::move(options)),
       tracer_(device, times_),
       propagator_(device, options_.fft, times_),
+      refiner_(device, options_.fft, times_, options_.progress),
       encoder_(device, options_.keep_field, times_) {
   report("meshes", 0);
   {
@@ -155,6 +166,7 @@ Renderer::State::State(const cl::Device& device, Scene scene, World world, Rende
       world_(std::move(world)),
       tracer_(device, times_),
       propagator_(device, options_.fft, times_),
+      refiner_(device, options_.fft, times_, options_.progress),
       encoder_(device, options_.keep_field, times_) {
   make_first_plan();
 }
@@ -193,7 +205,9 @@ void Renderer::State::keep_wrp(std::size_t wrp, RenderResult& result) const {
 /// Completes a picture, with what the user should know of it.
 void Renderer::State::finish(RenderResult& result) {
   propagator_.add_notes(result.notes);
-  encoder_.finish(tracer_.radiance_unit(), result.notes);
+  if (plan_.refine) result.refined = refiner_.finish();
+  encoder_.finish(tracer_.radiance_unit(), result.refined ? &result.refined->phases : nullptr,
+                  result.notes);
   result.plan = plan_;
   result.levels = std::move(encoder_.levels);
   result.panel = encoder_.panel();

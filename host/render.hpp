@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The pipeline: scene -> plan -> trace -> propagate -> encode.
+/// The pipeline: scene -> plan -> trace -> propagate -> encode; where the scene asks for it, phases
+/// are refined before they are encoded.
 #pragma once
 
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,7 @@
 #include "host/encode/panel.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
+#include "host/refine/refine_stage.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {
@@ -27,6 +30,9 @@ struct RenderOptions {
   cl::FftBackend fft = cl::FftBackend::host;
   bool keep_wrps = false;  // also return the fields on the WRPs
   bool keep_field = true;  // also return the field at the hologram, beside the levels
+  // Refinement begins with its phases, not with those of the field that is traced: goes on where an
+  // earlier one ended
+  std::optional<FieldStack> refine_start;
   Progress progress;
 };
 
@@ -36,12 +42,14 @@ struct RenderResult {
   FieldStack field;
   std::vector<std::vector<std::uint8_t>> levels;  // grey levels of the SLM, per frame
   std::shared_ptr<const Panel> panel;             // what they show (host/encode/shown.hpp)
+  std::optional<Refined> refined;                 // where Plan::refine asks for it
   std::vector<FieldStack> wrps;                   // one per WRP, if RenderOptions::keep_wrps
   int samples = 0;                                // surface samples (sampling.mode "aimed")
   int hidden_samples = 0;                         // samples that need visibility rays
   // Notes on the result for the user, one line each
   std::vector<std::string> notes;
-  // Wall time of each stage: meshes, plan, tree, prepare, samples, trace, propagate, encode
+  // Wall time of each stage: meshes, plan, tree, prepare, samples, trace, propagate, refine,
+  // encode
   std::map<std::string, double> seconds;
   // Processor time of each stage, over all threads of this process; "prepare" includes the tree
   std::map<std::string, double> processor_seconds;

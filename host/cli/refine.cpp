@@ -41,9 +41,16 @@ struct RefineArguments {
   PixelOptions pixels;
   DeviceOptions device;
   ReportOptions report;
-  int iterations = 0, views = 0, lens_points = KeyPictures{}.lens_points;
+  int iterations = 0;
+  std::optional<int> views;
+  int lens_points = RefineSettings{}.lens_points;
   int border_px = picture_border_px;
   bool is_brighter = false, table = true;
+
+  std::optional<double> budget_s() const {
+    if (budget.empty()) return std::nullopt;
+    return parse_seconds(budget, "--budget");
+  }
 };
 
 /// A hologram, what it should show, and what it is judged by.
@@ -52,9 +59,11 @@ struct Task {
   HologramSpec hologram;
   SlmSpec slm;  // as the scene describes it
   double blur_m = 0, middle_m = 0;
-  std::vector<RefineKey> keys;
+  Refined refined;
+  std::vector<std::vector<std::uint8_t>> levels;  // of the refined phases
+  std::shared_ptr<const Panel> panel;             // that they are for
   std::vector<JudgedKey> judged;
-  Json report;  // of the hologram before
+  Json report;
 };
 
 double blur_of(const RefineArguments& options, const HologramSpec& hologram, double otherwise_m) {
@@ -73,22 +82,15 @@ void require_border(const RefineArguments& options, glm::ivec2 resolution) {
                      " x " + std::to_string(resolution.y) + " pixels, or give --no-table");
 }
 
+std::shared_ptr<const Panel> panel_of(const SlmSpec& slm, const HologramSpec& hologram) {
+  return std::make_shared<const Panel>(slm, hologram.resolution, hologram.pitch_m,
+                                       hologram.wavelength_m);
+}
+
 void require_phases(const SlmSpec& slm) {
   if (shows_amplitude(slm.encoding))
     throw InputError("slm.encoding = \"" + name_of(slm.encoding) +
                      "\": refine changes phases; give an SLM of phase, encoding = \"phase\"");
-}
-
-FieldStack load_start(const std::string& file, const HologramSpec& hologram, int frames) {
-  auto start = load_npy(file);
-  if (start.nx != hologram.resolution.x || start.ny != hologram.resolution.y ||
-      start.frames != frames)
-    throw InputError(in_quotes(file) + ": " + std::to_string(start.frames) + " frames of " +
-                     std::to_string(start.nx) + " x " + std::to_string(start.ny) +
-                     " samples; the scene has " + std::to_string(frames) + " of " +
-                     std::to_string(hologram.resolution.x) + " x " +
-                     std::to_string(hologram.resolution.y));
-  return start;
 }
 
 /// Depths between those that are optimised, and views from elsewhere: what tells whether the
@@ -104,16 +106,32 @@ std::vector<std::pair<KeyRole, KeyPlace>> unseen_places(std::vector<double> dept
   return places;
 }
 
-/// Renders the scene and makes the pictures of a lens.
+/// The scene's settings, or the defaults, with what the options change.
+RefineSettings settings_of(const RefineArguments& options, const Scene& scene) {
+  auto settings = scene.refine.value_or(RefineSettings{});
+  if (options.iterations > 0) settings.iterations = options.iterations;
+  if (options.views) settings.views = *options.views;
+  if (options.is_brighter) settings.brightness = brighter;
+  if (!options.depths.z.empty()) settings.depths_m = options.depths.depths_m();
+  if (!options.depths.window.empty()) settings.window_m = options.depths.window_m();
+  if (!options.blur.empty()) settings.blur_m = blur_of(options, scene.hologram, 0);
+  if (options.lens_points != RefineSettings{}.lens_points)
+    settings.lens_points = options.lens_points;
+  settings.budget_s = options.budget_s();
+  return settings;
+}
+
+/// Renders the scene, refined, and makes the pictures that tell whether it carries over.
 Task task_of_scene(const RefineArguments& options, const cl::Device& device, ProgressBar& bar) {
   Task task;
   auto scene = load(options.input, options.set, options.report);
   require_border(options, scene.hologram.resolution);
-  require_phases(scene.slm);
+  scene.refine = settings_of(options, scene);
   const auto goal = options.goal.goal();
   RenderOptions how;
   how.fft = options.device.backend(device.info());
   how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+  if (!options.start.empty()) how.refine_start = load_npy(options.start);
   const auto world = build_world(scene);
   if (goal.any()) {
     auto planned = plan_scene(scene, world, figures_of(device.info()), goal);
@@ -122,44 +140,38 @@ Task task_of_scene(const RefineArguments& options, const cl::Device& device, Pro
   }
   auto rendered = render(device, scene, world, how);
   for (const auto& note : rendered.notes) options.report.note(note);
-  task.field = std::move(rendered.field);
+  const auto& plan = rendered.plan;
+  const auto& settings = plan.refine.value();
   task.hologram = scene.hologram;
   task.slm = scene.slm;
-  task.blur_m = blur_of(options, scene.hologram, blur_of_resolution * scene.sampling.pitch_m);
-  task.report = Json::parse(render_report_json(scene, rendered, device.info(), how.fft));
-
-  const auto& plan = rendered.plan;
-  const auto places = key_places(plan, task.blur_m, {options.depths.depths_m(), options.views});
-  auto unseen = unseen_places(
-      [&] {
-        std::vector<double> depths;
-        for (const auto& place : places)
-          if (place.aperture == glm::dvec2(1, 1)) depths.push_back(place.z_m);
-        return depths;
-      }(),
-      plan.near_m);
-  if (!options.table) unseen.clear();
+  task.blur_m = settings.blur_m.value();
   task.middle_m = (plan.near_m + plan.far_m) / 2;
+  task.report = Json::parse(render_report_json(scene, rendered, device.info(), how.fft));
+  task.field = std::move(rendered.field);
+  task.refined = std::move(rendered.refined.value());
+  task.levels = std::move(rendered.levels);
+  task.panel = rendered.panel;
+  if (!options.table) return task;
 
-  const DeviceScene arrays(device, world, plan);
-  const KeyPictures pictures{options.depths.window_m(), options.lens_points};
-  const double count = static_cast<double>(places.size() + unseen.size());
-  double done = 0;
-  const auto picture_of = [&](const KeyPlace& place) {
-    bar.show("lens at " + length_text(place.z_m), done++ / count);
-    return lens_key(device, plan, arrays, place, task.blur_m, pictures);
-  };
-  for (const auto& place : places) {
-    task.keys.push_back(picture_of(place));
-    if (place.aperture == glm::dvec2(1, 1) && options.table)
-      task.judged.push_back({KeyRole::optimised, task.keys.back()});
+  std::vector<double> depths_m;
+  for (std::size_t i = 0; i < task.refined.keys.size(); ++i) {
+    if (task.refined.places[i].aperture != glm::dvec2(1, 1)) continue;
+    depths_m.push_back(task.refined.places[i].z_m);
+    task.judged.push_back({KeyRole::optimised, task.refined.keys[i]});
   }
-  for (const auto& [role, place] : unseen) task.judged.push_back({role, picture_of(place)});
+  const auto unseen = unseen_places(depths_m, plan.near_m);
+  const DeviceScene arrays(device, world, plan);
+  double done = 0;
+  for (const auto& [role, place] : unseen) {
+    bar.show("lens at " + length_text(place.z_m), done++ / static_cast<double>(unseen.size()));
+    task.judged.push_back(
+        {role, lens_key(device, plan, arrays, place, task.blur_m, key_pictures(settings))});
+  }
   return task;
 }
 
-/// Reads a field and the pictures that `raywave lens` has written.
-Task task_of_field(const RefineArguments& options) {
+/// Reads a field and the pictures that `raywave lens` has written, and refines towards them.
+Task task_of_field(const RefineArguments& options, const cl::Device& device, ProgressBar& bar) {
   const std::filesystem::path file(options.input), folder(options.targets);
   Task task;
   task.field = load_npy(file);
@@ -168,7 +180,6 @@ Task task_of_field(const RefineArguments& options) {
   require_phases(task.slm);
   require_border(options, task.hologram.resolution);
   task.blur_m = blur_of(options, task.hologram, 4 * task.hologram.pitch_m.x);
-  task.report = encoded_report(task.hologram, task.slm, task.field.frames, PictureFormat::png, {});
 
   std::error_code error;
   std::vector<std::filesystem::path> files;
@@ -188,10 +199,31 @@ Task task_of_field(const RefineArguments& options) {
     key.z_m = positive_length_m(depth, in_quotes(picture.string()) + ": the depth");
     key.picture = load_grey(picture, picture.string());
     key.pixel_m = task.hologram.pitch_m;
-    task.keys.push_back(key);
+    task.refined.keys.push_back(key);
     if (options.table) task.judged.push_back({KeyRole::optimised, key});
     task.middle_m += key.z_m / static_cast<double>(files.size());
   }
+
+  RefineSettings settings;
+  if (options.iterations > 0) settings.iterations = options.iterations;
+  if (options.is_brighter) settings.brightness = brighter;
+  settings.blur_m = task.blur_m;
+  settings.budget_s = options.budget_s();
+  auto spec =
+      refine_spec(settings, task.hologram.pitch_m, task.hologram.wavelength_m, task.refined.keys);
+  spec.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+  auto refined =
+      refine(device, options.device.backend(device.info()), task.field, task.refined.keys, spec);
+  task.refined.phases = std::move(refined.field);
+  task.refined.figures = refined.figures;
+  auto slm = task.slm;
+  slm.encoding = Encoding::phase;
+  task.panel = panel_of(slm, task.hologram);
+  Encoder encoder(device, task.panel);
+  task.levels = encode(device, encoder, task.refined.phases);
+  task.report = encoded_report(task.hologram, slm, task.field.frames, PictureFormat::png, {});
+  task.report["refine"]["blur_m"] = task.blur_m;
+  task.report["refine"]["brightness"] = settings.brightness;
   return task;
 }
 
@@ -205,49 +237,25 @@ void run_refine(const RefineArguments& options) {
   if (!is_field && options.pixels.any())
     throw InputError(
         "--pitch, --wavelength and --slm belong to a field.npy; a scene says them itself");
-  if (is_field && (options.views > 0 || !options.depths.z.empty() || !options.start.empty()))
+  if (is_field &&
+      (options.views.value_or(0) > 0 || !options.depths.z.empty() || !options.start.empty()))
     throw InputError("--views, -z and --start belong to a scene; a field takes all of --targets");
 
-  const cl::Device device(options.device.info());
-  const auto backend = options.device.backend(device.info());
-  RefineSpec spec;
-  if (!options.budget.empty()) spec.budget_s = parse_seconds(options.budget, "--budget");
-  if (spec.budget_s && options.iterations > 0)
+  if (options.iterations > 0 && !options.budget.empty())
     throw InputError("--iterations and --budget: at most 1 of them can be given");
 
-  RefineResult refined;
-  std::vector<std::vector<std::uint8_t>> levels;
-  SlmSpec slm;
+  const cl::Device device(options.device.info());
   RefinementFigures figures;
   Task task;
   {
     ProgressBar bar(options.report.quiet);
-    task = is_field ? task_of_field(options) : task_of_scene(options, device, bar);
-    spec.pitch_m = task.hologram.pitch_m;
-    spec.wavelength_m = task.hologram.wavelength_m;
-    spec.blur_m = task.blur_m;
-    spec.brightness = options.is_brighter ? brighter : 1;
-    spec.iterations = options.iterations > 0 ? options.iterations : refine_iterations(task.keys);
-    spec.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    const auto start =
-        options.start.empty()
-            ? std::nullopt
-            : std::optional(load_start(options.start, task.hologram, task.field.frames));
-    refined = refine(device, backend, start ? *start : task.field, task.keys, spec);
-    const auto panel_of = [&](const SlmSpec& of) {
-      return std::make_shared<const Panel>(of, task.hologram.resolution, task.hologram.pitch_m,
-                                           task.hologram.wavelength_m);
-    };
-    slm = task.slm;
-    slm.encoding = Encoding::phase;
-    Encoder encoder(device, panel_of(slm));
-    levels = encode(device, encoder, refined.field);
+    task = is_field ? task_of_field(options, device, bar) : task_of_scene(options, device, bar);
     if (!task.judged.empty()) {
-      Encoder before(device, panel_of(task.slm));
+      Encoder encoder(device, panel_of(task.slm, task.hologram));
       figures = judge_refinement(
-          device, backend, task.hologram,
-          {task.field, shown_field(before.panel(), encode(device, before, task.field)),
-           shown_field(encoder.panel(), levels)},
+          device, options.device.backend(device.info()), task.hologram,
+          {task.field, shown_field(encoder.panel(), encode(device, encoder, task.field)),
+           shown_field(*task.panel, task.levels)},
           task.judged, task.blur_m, options.border_px, task.middle_m,
           [&](double share) { bar.show("pictures", share); });
     }
@@ -255,23 +263,20 @@ void run_refine(const RefineArguments& options) {
 
   const std::filesystem::path out(options.out);
   std::vector<std::string> written;
-  for (std::size_t frame = 0; frame < levels.size(); ++frame)
+  for (std::size_t frame = 0; frame < task.levels.size(); ++frame)
     written.push_back(
-        save_hologram(out, frame, slm, {task.field.nx, task.field.ny}, levels[frame]));
+        save_hologram(out, frame, task.panel->slm(), task.hologram.resolution, task.levels[frame]));
   if (is_field) task.report["pictures"] = written;
-  save_npy(out / "refined.npy", refined.field.nx, refined.field.ny, refined.field.frames,
-           refined.field.samples);
+  const auto& phases = task.refined.phases;
+  save_npy(out / "refined.npy", phases.nx, phases.ny, phases.frames, phases.samples);
   written.emplace_back("refined.npy");
-  task.report["scene"]["slm"] = json_of(slm);
-  task.report["refine"] = Json::parse(refinement_json(figures, refined.figures));
-  task.report["refine"]["blur_m"] = task.blur_m;
-  task.report["refine"]["brightness"] = spec.brightness;
+  task.report["refine"].update(Json::parse(refinement_json(figures, task.refined.figures)));
   const auto report = task.report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   write_text(out / "report.json", report);
   written.emplace_back("report.json");
 
   if (options.report.prints_text()) {
-    std::fputs(refinement_text(figures, refined.figures).c_str(), stdout);
+    std::fputs(refinement_text(figures, task.refined.figures).c_str(), stdout);
     for (const auto& name : written) std::printf("  %s\n", (out / name).c_str());
   }
   options.report.write(report);
@@ -307,7 +312,6 @@ void add_refine(CLI::App& app) {
           "as good as the traced field's")
       ->type_name("N")
       ->check(CLI::Range(0, 1000))
-      ->capture_default_str()
       ->group(group::refinement);
   command
       ->add_option("--budget", options->budget,

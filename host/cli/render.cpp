@@ -72,6 +72,7 @@ void run_render(const RenderArguments& options) {
     written.push_back(name);
   };
   if (how.keep_field) save_field("field.npy", result.field);
+  if (how.keep_field && result.refined) save_field("refined.npy", result.refined->phases);
   for (std::size_t i = 0; i < result.wrps.size(); ++i)
     save_field("wrp_" + std::to_string(i + 1) + ".npy", result.wrps[i]);
   const auto report = render_report_json(scene, result, device.info(), how.fft);

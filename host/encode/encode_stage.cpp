@@ -77,11 +77,12 @@ void EncodeStage::run(const cl::ComplexBuffer& at_hologram, std::size_t tile, in
       .wait();
 }
 
-void EncodeStage::finish(double radiance_unit, std::vector<std::string>& notes) {
+void EncodeStage::finish(double radiance_unit, const FieldStack* refined,
+                         std::vector<std::string>& notes) {
   {
     const StageClock clock(times_, "encode");
     for (auto& copy : copies_) copy.wait();
-    if (encodes_whole(*plan_)) levels = encode(device_, *encoder_, field);
+    if (encodes_whole(*plan_)) levels = encode(device_, *encoder_, refined ? *refined : field);
   }
   if (!keep_field_) {
     field = {};

@@ -42,9 +42,12 @@ public:
 
   /// Waits for the copies and completes the picture: `levels` and `field` may be taken then.
   /// Adds a line when the hologram is dark.
-  void finish(double radiance_unit, std::vector<std::string>& notes);
+  ///
+  /// refined  encoded instead of the fields that `run` was given, unless null
+  void finish(double radiance_unit, const FieldStack* refined, std::vector<std::string>& notes);
 
-  FieldStack field;                               // at the hologram, one per frame, when asked for
+  // At the hologram, one per frame: when asked for, and where the encoding needs it (encodes_whole)
+  FieldStack field;
   std::vector<std::vector<std::uint8_t>> levels;  // of the SLM, one per frame
   std::shared_ptr<const Panel> panel() const { return panel_; }
 

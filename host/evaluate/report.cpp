@@ -11,6 +11,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/device_json.hpp"
+#include "host/evaluate/refinement.hpp"
 #include "host/evaluate/slm_json.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/precision.hpp"
@@ -77,6 +78,14 @@ Json json_of(const Scene& scene) {
       {"seed", scene.sampling.seed},
       {"frames", scene.sampling.frames}};
   j["trace"] = {{"depth", scene.trace.depth}, {"shadows", scene.trace.shadows}};
+  if (const auto& refine = scene.refine) {
+    j["refine"] = {{"views", refine->views},
+                   {"brightness", refine->brightness},
+                   {"lens_points", refine->lens_points}};
+    j["refine"]["iterations"] = refine->iterations ? Json(*refine->iterations) : Json("auto");
+    j["refine"]["depths_m"] = refine->depths_m.empty() ? Json("auto") : Json(refine->depths_m);
+    j["refine"]["blur_m"] = refine->blur_m ? Json(*refine->blur_m) : Json("auto");
+  }
   j["viewer"] = {{"distance_m", scene.viewer.distance_m}};
   j["viewer"]["resolution_m"] =
       scene.viewer.resolution_m ? Json(*scene.viewer.resolution_m) : Json("auto");
@@ -162,6 +171,7 @@ Json json_of(const Prediction& prediction) {
           {{"samples", t.samples_s},
            {"trace", t.trace_s},
            {"propagate", t.propagate_s},
+           {"refine", t.refine_s},
            {"encode", t.encode_s},
            {"total", t.total_s()}}},
          {"rates_of", prediction.rates_of},
@@ -171,6 +181,7 @@ Json json_of(const Prediction& prediction) {
   if (const auto& p = prediction.pictures)
     j["pictures"] = {{"psnr_db", p->psnr_db},
                      {"mean_psnr_db", p->mean_psnr_db},
+                     {"refined", p->refined},
                      {"shares_of_error",
                       {{"speckle", p->speckle},
                        {"cells_and_edges", p->edges},
@@ -191,6 +202,10 @@ Json json_of(const Prediction& prediction) {
   j["work"] = {
       {"samples", w.samples},         {"rays", w.rays},    {"pairs", w.pairs}, {"pixels", w.pixels},
       {"butterflies", w.butterflies}, {"levels", w.levels}};
+  if (w.lens_rays > 0) {
+    j["work"]["lens_rays"] = w.lens_rays;
+    j["work"]["refine_butterflies"] = w.refine_butterflies;
+  }
   return j;
 }
 
@@ -209,12 +224,18 @@ std::string render_report_json(const Scene& scene, const RenderResult& result,
   Json j;
   j["raywave"] = version;
   j["scene"] = json_of(scene);
+  j["scene"]["slm"] = json_of(result.plan.slm);  // what the pictures are for
   j["plan"] = json_of(result.plan);
   j["accuracy"] = json_of(scene.accuracy, result.plan);
   j["device"] = json_of(device);
   j["device"]["fft"] = cl::name_of(fft);
   j["samples"] = {{"count", result.samples}, {"with_visibility_rays", result.hidden_samples}};
   j["seed"] = scene.sampling.seed;
+  if (result.refined) {
+    j["refine"] = Json::parse(refinement_json({}, result.refined->figures));
+    j["refine"]["blur_m"] = result.plan.refine->blur_m.value();
+    j["refine"]["brightness"] = result.plan.refine->brightness;
+  }
   j["notes"] = scene.notes;
   for (const auto& note : result.notes) j["notes"].push_back(note);
   j["seconds"] = result.seconds;
@@ -348,7 +369,8 @@ std::string plan_report_text(const Planned& planned, const World& world) {
     return value < 1 ? number(value * 1e3) + " ms" : number(value) + " s";
   };
   out << "time      " << seconds(t.total_s()) << " predicted: samples " << seconds(t.samples_s)
-      << ", trace " << seconds(t.trace_s) << ", propagate " << seconds(t.propagate_s) << ", encode "
+      << ", trace " << seconds(t.trace_s) << ", propagate " << seconds(t.propagate_s)
+      << (t.refine_s > 0 ? ", refine " + seconds(t.refine_s) : "") << ", encode "
       << seconds(t.encode_s) << " (rates of "
       << (prediction.rates_of == "default"
               ? "two processor cores; raywave tune measures this device"
@@ -356,14 +378,20 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       << ")\n";
   if (const auto& pictures = prediction.pictures) {
     std::array<char, 240> text;
-    std::snprintf(text.data(), text.size(),
-                  "pictures  PSNR %.1f dB predicted at %s (of the field %.1f): encoding %.0f %%, "
-                  "speckle %.0f %%, cells and edges %.0f %%, light missing %.0f %%, dots %.0f %%, "
-                  "padding %.0f %% of the error\n",
-                  pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(),
-                  pictures->field_psnr_db, 100 * pictures->encoding, 100 * pictures->speckle,
-                  100 * pictures->edges, 100 * pictures->missing, 100 * pictures->dots,
-                  100 * pictures->padding);
+    if (pictures->refined)
+      std::snprintf(text.data(), text.size(),
+                    "pictures  PSNR %.1f dB predicted at %s, refined (of the field %.1f)\n",
+                    pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(),
+                    pictures->field_psnr_db);
+    else
+      std::snprintf(
+          text.data(), text.size(),
+          "pictures  PSNR %.1f dB predicted at %s (of the field %.1f): encoding %.0f %%, "
+          "speckle %.0f %%, cells and edges %.0f %%, light missing %.0f %%, dots %.0f %%, "
+          "padding %.0f %% of the error\n",
+          pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(), pictures->field_psnr_db,
+          100 * pictures->encoding, 100 * pictures->speckle, 100 * pictures->edges,
+          100 * pictures->missing, 100 * pictures->dots, 100 * pictures->padding);
     out << text.data();
   }
   out << "field     error " << number(100 * prediction.field_error) << " % predicted\n";

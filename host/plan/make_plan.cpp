@@ -10,6 +10,7 @@
 #include "host/plan/interpolation.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
+#include "host/plan/predict/judged_pictures.hpp"
 #include "host/plan/predict/propagation_errors.hpp"
 #include "host/plan/predict/slm_light.hpp"
 #include "host/plan/tiles.hpp"
@@ -65,6 +66,16 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.pitch_m = scene.hologram.pitch_m;
   plan.wavelength_m = scene.hologram.wavelength_m;
   plan.slm = scene.slm;
+  if (scene.refine) {
+    if (shows_amplitude(plan.slm.encoding))
+      throw InputError(one_line(scene.file.string()) + ": slm.encoding \"" +
+                       name_of(plan.slm.encoding) +
+                       "\": [refine] changes phases; give an SLM that shows them, encoding = "
+                       "\"phase\", or leave [refine] out");
+    plan.slm.encoding = Encoding::phase;
+    plan.refine = scene.refine;
+    if (!plan.refine->blur_m) plan.refine->blur_m = blur_of_resolution * scene.sampling.pitch_m;
+  }
   plan.near_m = world.min_m.z;
   plan.far_m = world.max_m.z;
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,

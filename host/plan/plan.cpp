@@ -36,7 +36,7 @@ std::size_t Plan::gathered_pixels() const {
 }
 
 bool encodes_whole(const Plan& plan) {
-  return plan.slm.band != glm::dvec2(1) ||
+  return plan.refine || plan.slm.band != glm::dvec2(1) ||
          (plan.tiles.size() > 1 && plan.slm.encoding != Encoding::phase);
 }
 

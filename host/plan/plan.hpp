@@ -119,7 +119,8 @@ struct Plan {
   std::string why_tiles;       // as many; empty: in one piece it fits
   glm::dvec2 pitch_m{1, 1};
   double wavelength_m = 1;
-  SlmSpec slm;
+  SlmSpec slm;  // refined phases are encoded as phases, whatever the scene says
+  std::optional<RefineSettings> refine;  // with a blur
   Lighting lighting;
   int frames = 1;               // holograms with independent random phases
   std::uint32_t seed = 1;       // random phases of frame 0; frame i has seed + i

@@ -136,6 +136,30 @@ ViewerSpec read_viewer(Section section) {
   return spec;
 }
 
+/// Empty without the section, and with iterations = 0.
+std::optional<RefineSettings> read_refine(Section section, bool is_given) {
+  RefineSettings spec;
+  bool any = is_given;
+  section.read("iterations", [&](const Value& v) {
+    if (v.is_auto()) return;
+    spec.iterations = v.integer(0, 1000000);
+    any = *spec.iterations > 0;
+  });
+  section.read("views", [&](const Value& v) { spec.views = v.integer(0, 1000); });
+  section.read("brightness",
+               [&](const Value& v) { spec.brightness = v.number(between(0.01, 100)); });
+  section.read("depths", [&](const Value& v) {
+    if (!v.is_auto()) spec.depths_m = v.ascending_lengths_m(between(1e-9, 1e4), 100);
+  });
+  section.read("blur", [&](const Value& v) {
+    if (!v.is_auto()) spec.blur_m = v.length_m(between(1e-9, 1));
+  });
+  section.read("lens_points", [&](const Value& v) { spec.lens_points = v.integer(2, 100); });
+  section.finish();
+  if (!any) return std::nullopt;
+  return spec;
+}
+
 /// Keys that have a value other than "auto": "sampling.pitch" ...
 std::set<std::string, std::less<>> given_keys(const toml::table& root) {
   std::set<std::string, std::less<>> keys;
@@ -235,6 +259,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.trace = read_trace(root.section("trace"));
   scene.accuracy = read_accuracy(root.section("accuracy"));
   scene.viewer = read_viewer(root.section("viewer"));
+  scene.refine = read_refine(root.section("refine"), document.root.contains("refine"));
   scene.given = given_keys(document.root);
   for (Section& section : root.sections("light")) scene.lights.push_back(read_light(section));
   scene.materials.emplace_back();

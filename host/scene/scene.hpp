@@ -89,6 +89,19 @@ struct ViewerSpec {
   std::optional<double> resolution_m;
 };
 
+/// Section [refine]: phases are refined after propagation (docs/refine.md).
+struct RefineSettings {
+  std::optional<int> iterations;  // per frame, >= 1; empty: as many as the pictures need
+  int views = 0;                  // pictures through quarters of the hologram
+  double brightness = 1;          // light wanted in the pictures, over the traced field's there
+  std::vector<double> depths_m;   // of whole pictures; empty: through the scene and beyond
+  std::optional<double> blur_m;   // of the pictures; empty: 0.6 sampling.pitch
+  std::optional<glm::dvec2> window_m;  // of the pictures; empty: what the WRPs cover
+  int lens_points = 8;                 // per axis of the lens
+  // Time for the iterations of all frames, which decides their number; commands alone set it
+  std::optional<double> budget_s;
+};
+
 enum class LightType { ambient, directional, point };
 
 struct Light {
@@ -140,6 +153,7 @@ struct Scene {
   TraceSpec trace;
   AccuracySpec accuracy;
   ViewerSpec viewer;
+  std::optional<RefineSettings> refine;  // empty: the traced field is encoded
   // Keys that the file or an override sets, such as "sampling.pitch"; without those set to "auto"
   std::set<std::string, std::less<>> given;
   // Notes for the user, a line each: keys that the file gives by their old names

@@ -49,6 +49,9 @@ public:
   int samples() const;
   int hidden_samples() const;
 
+  /// The world on the device, as the last plan has it.
+  const DeviceScene& scene() const { return *arrays_; }
+
   /// Fields on the device times the square root of this are in the scene's brightness.
   double radiance_unit() const;
 

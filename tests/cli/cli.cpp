@@ -178,6 +178,19 @@ TEST_CASE("refine writes a hologram that reconstruct reads, and goes on where it
   }
   CHECK(desk.run({"reconstruct", out + "/hologram.png", "-z", "10mm", "-o", more}).code == 0);
 
+  // A scene that asks for it, by render
+  const auto rendered = desk.render({"--set", "refine.iterations=6", "--quiet"});
+  INFO(rendered.err);
+  CHECK(rendered.code == 0);
+  CHECK(std::filesystem::exists(desk.out("refined.npy")));
+  CHECK(Json::parse(bytes_of(desk.out("report.json")))["scene"]["slm"]["encoding"] == "phase");
+  CHECK(
+      desk.run({"reconstruct", desk.out("report.json").string(), "-z", "10mm", "-o", more}).code ==
+      0);
+  REQUIRE(desk.run({"refine", scene, "-o", out, "--set", "sampling.frames=2", "--no-table",
+                    "--iterations", "6", "--quiet"})
+              .code == 0);
+
   // Further, from the scene and from pictures of a lens
   CHECK(desk.run({"refine", scene, "-o", more, "--set", "sampling.frames=2", "--start",
                   out + "/refined.npy", "--no-table", "--budget", "50ms", "--views", "2",

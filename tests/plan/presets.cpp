@@ -331,6 +331,24 @@ TEST_CASE("the predicted PSNR reaches the goal, and a lower goal never takes lon
   CHECK(warns(plan_scene(scene, world, {}, {{}, {}, 120.0}), "nothing reaches"));
 }
 
+TEST_CASE("a PSNR that no encoding reaches is reached by refinement, at its price") {
+  const auto scene = data_scene("teapot.toml");
+  const auto world = build_world(scene);
+  const auto levels = plan_scene(scene, world, {}, {{}, {}, 31.0});
+  CHECK_FALSE(levels.scene.refine);
+  CHECK(levels.prediction.times.refine_s == 0);
+  const auto refined = plan_scene(scene, world, {}, {{}, {}, 40.0});
+  CHECK(refined.scene.refine);
+  CHECK(refined.prediction.pictures->mean_psnr_db >= 39.95);
+  CHECK(refined.prediction.times.refine_s > 10 * refined.prediction.times.trace_s);
+  // What cannot be refined stays as it is.
+  auto amplitudes = scene;
+  amplitudes.slm.encoding = Encoding::off_axis;
+  const auto p = plan_scene(amplitudes, world, {}, {{}, {}, 60.0});
+  CHECK_FALSE(p.scene.refine);
+  CHECK(warns(p, "nothing reaches"));
+}
+
 TEST_CASE("presets take more time and reach more PSNR from draft to reference", "[slow]") {
   for (const char* name : {"teapot.toml", "study.toml", "plane.toml"}) {
     INFO(name);

@@ -330,42 +330,37 @@ TEST_CASE("depths lie through the scene and beyond it, and views in every part o
     for (const int count : row) CHECK(count == 6);
 }
 
-TEST_CASE("a small scene's pictures gain several dB over its phase, between the depths too") {
-  const auto scene = load_scene(RAYWAVE_DATA_DIR "/study.toml",
-                                {"hologram.resolution=[96,80]", "sampling.frames=2",
-                                 "hologram.pitch=8um", "sampling.pitch=40um"});
-  const auto world = build_world(scene);
+TEST_CASE(
+    "a scene with [refine] gets levels that show several dB more than its phase, between the "
+    "depths "
+    "too") {
   const double blur_m = 24 * um;
   for (const auto& device : test::all_devices()) {
-    const auto rendered = render(device, scene, world);
-    const DeviceScene arrays(device, world, rendered.plan);
-    std::vector<RefineKey> keys;
-    std::vector<JudgedKey> judged;
-    KeyPictures pictures;
-    pictures.lens_points = 6;
-    for (const auto& place : key_places(rendered.plan, blur_m, {})) {
-      keys.push_back(lens_key(device, rendered.plan, arrays, place, blur_m, pictures));
-      judged.push_back({KeyRole::optimised, keys.back()});
-    }
-    judged.push_back(
-        {KeyRole::held_out, lens_key(device, rendered.plan, arrays, {19 * mm}, blur_m, pictures)});
-    auto spec = small_spec(28);
-    spec.pitch_m = scene.hologram.pitch_m;
-    spec.blur_m = blur_m;
-    SlmSpec slm;
-    slm.encoding = Encoding::phase;
-    Encoder encoder(device, std::make_shared<const Panel>(slm, glm::ivec2(96, 80), spec.pitch_m,
-                                                          spec.wavelength_m));
-    const auto shown = [&](const FieldStack& field) {
-      return shown_field(encoder.panel(), encode(device, encoder, field));
-    };
     for (const double brightness : {1.0, brighter}) {
-      spec.brightness = brightness;
-      const auto refined = refine(device, host, rendered.field, keys, spec);
-      const auto figures =
-          judge_refinement(device, host, scene.hologram,
-                           {rendered.field, shown(rendered.field), shown(refined.field)}, judged,
-                           blur_m, 5, 19 * mm);
+      auto scene =
+          load_scene(RAYWAVE_DATA_DIR "/study.toml",
+                     {"hologram.resolution=[96,80]", "sampling.frames=2", "hologram.pitch=8um",
+                      "sampling.pitch=40um", "refine.blur=24um", "refine.lens_points=6"});
+      scene.refine->brightness = brightness;
+      const auto world = build_world(scene);
+      const auto rendered = render(device, scene, world);
+      REQUIRE(rendered.refined);
+      const auto& refined = *rendered.refined;
+      CHECK(rendered.panel->slm().encoding == Encoding::phase);
+      REQUIRE(scene.slm.encoding == Encoding::double_phase);
+      Encoder encoder(device, rendered.panel);
+      CHECK(rendered.levels == encode(device, encoder, refined.phases));
+
+      std::vector<JudgedKey> judged;
+      for (const auto& key : refined.keys) judged.push_back({KeyRole::optimised, key});
+      const DeviceScene arrays(device, world, rendered.plan);
+      judged.push_back({KeyRole::held_out, lens_key(device, rendered.plan, arrays, {19 * mm},
+                                                    blur_m, key_pictures(*rendered.plan.refine))});
+      const auto figures = judge_refinement(
+          device, host, scene.hologram,
+          {rendered.field, shown_field(*rendered.panel, encode(device, encoder, rendered.field)),
+           shown_field(*rendered.panel, rendered.levels)},
+          judged, blur_m, 5, 19 * mm);
       REQUIRE(figures.rows.size() == judged.size());
       for (const auto& row : figures.rows) {
         INFO("z " << row.z_m << ", brightness " << brightness << ": " << row.psnr_db.field << ", "
@@ -377,6 +372,26 @@ TEST_CASE("a small scene's pictures gain several dB over its phase, between the 
       CHECK(figures.light.refined > 0.72 * brightness * figures.light.unrefined);
     }
   }
+}
+
+TEST_CASE("a scene without iterations is not refined, and an SLM of amplitudes cannot be") {
+  const std::string study = RAYWAVE_DATA_DIR "/study.toml";
+  CHECK_FALSE(load_scene(study, {"refine.iterations=0", "refine.views=3"}).refine);
+  const auto scene =
+      load_scene(study, {"refine.views=3", "slm.encoding=lee", "slm.carrier=[0.2, 0]"});
+  const auto world = build_world(scene);
+  CHECK_THROWS_WITH(make_plan(scene, world),
+                    Catch::Matchers::ContainsSubstring("encoding \"lee\""));
+}
+
+TEST_CASE("what a refinement is to begin with must have the scene's size") {
+  auto scene =
+      load_scene(RAYWAVE_DATA_DIR "/study.toml", {"hologram.resolution=[96,80]", "refine.views=0"});
+  RenderOptions how;
+  how.refine_start = random_phases({96, 81}, 16, 1);
+  CHECK_THROWS_WITH(
+      render(test::all_devices().front(), scene, how),
+      Catch::Matchers::ContainsSubstring("96 x 81 samples; the scene has 16 of 96 x 80"));
 }
 
 }  // namespace

@@ -201,7 +201,7 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {5, "[wpr]",
        "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, slm, wrp, sampling, "
        "trace, "
-       "accuracy, viewer, light, materials, "
+       "accuracy, viewer, refine, light, materials, "
        "object)"},
       {6, "grid = \"large\"", "wrp: grid must be two whole numbers [x, y], got \"large\""},
       {7, "distance = \"far\"",
@@ -302,6 +302,32 @@ TEST_CASE("tables of the wrong kind are refused with the heading they need") {
         "got \"gold\"");
   CHECK(workshop.refusal("[[light]]\ntype = \"ambient\"\ndirection = [0, 0, 1]\n") ==
         "scene.toml:3: light 0: unknown key \"direction\" (keys here: type, intensity)");
+}
+
+TEST_CASE("[refine] alone asks for refinement with the documented defaults, and its keys arrive") {
+  const Folder folder;
+  const std::string object = "[[light]]\ndirection = [0, 0, 1]\n[[object]]\nmesh = \"a.ply\"\n";
+  folder.write("a.ply", "");
+  CHECK_FALSE(load_scene(folder.write("none.toml", object)).refine);
+  const auto plain = load_scene(folder.write("bare.toml", "[refine]\n" + object)).refine.value();
+  CHECK_FALSE(plain.iterations);
+  CHECK(plain.views == 0);
+  CHECK(plain.brightness == 1);
+  CHECK(plain.depths_m.empty());
+  CHECK_FALSE(plain.blur_m);
+  CHECK(plain.lens_points == 8);
+  const auto all = load_scene(folder.write("all.toml",
+                                           "[refine]\niterations = 30\nviews = 24\nbrightness = "
+                                           "1.15\ndepths = [\"9 mm\", \"1 cm\"]\nblur = \"15 um\"\n"
+                                           "lens_points = 12\n" +
+                                               object))
+                       .refine.value();
+  CHECK(all.iterations == 30);
+  CHECK(all.views == 24);
+  CHECK(all.brightness == 1.15);
+  CHECK(all.depths_m == std::vector{9e-3, 1e-2});
+  CHECK(all.blur_m == 15e-6);
+  CHECK(all.lens_points == 12);
 }
 
 TEST_CASE("WRPs have as many distances as the file gives, or as many layers as it asks for") {

@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 
 #include "host/plan/footprint.hpp"
+#include "host/plan/key_places.hpp"
 #include "host/plan/predict/memory.hpp"
 
 namespace raywave {
@@ -41,6 +42,28 @@ constexpr double aim_of_a_sample = 29;
 
 /// Passes over a pixel beside the transforms, in butterflies.
 constexpr double butterflies_of_a_pixel = 9;
+
+/// Padding of the refinement's planes, and passes over their pixels in an iteration, in butterflies.
+constexpr double refine_padding = 1.25, butterflies_of_a_refined_pixel = 18;
+
+/// A ray of a lens's picture over one of the sample lattice: it is shaded as well.
+constexpr double lens_ray = 1;
+
+/// Adds what plan.refine costs.
+void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Work& work) {
+  const auto& settings = plan.refine.value();
+  const double blur_m = settings.blur_m.value();
+  const auto places = key_places(plan, blur_m, {settings.depths_m, settings.views});
+  const auto pixels = key_pixels(plan, settings.window_m.value_or(refine_window_m(plan)), blur_m);
+  for (const auto& place : places)
+    work.lens_rays += lens_ray * levels_of_a_descent * pixels.x * pixels.y *
+                      std::pow(key_lens_points(place, settings.lens_points), 2);
+  const double plane = refine_padding * refine_padding * plan.size.x * plan.size.y;
+  const double iterations = settings.iterations.value_or(refine_iterations(places)) * frames,
+               looks = static_cast<double>(places.size()) * (frames - 1);
+  work.refine_butterflies = plane * ((2 * iterations + looks) * std::log2(plane) +
+                                     (iterations + looks / 2) * butterflies_of_a_refined_pixel);
+}
 
 /// Pixels of all WRPs of a layer that the light of a sample crosses, along one axis.
 struct Crossing {
@@ -130,6 +153,7 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   work.butterflies = count_butterflies(plan, scene.sampling.frames);
   const double levels =
       levels_of_a_ray + std::log2(static_cast<double>(world.triangles.size()) + 1);
+  if (plan.refine) add_refinement(plan, scene.sampling.frames, levels, work);
   if (!plan.aimed) {
     work.pairs = static_cast<double>(plan.rays) * levels * frames;
     return work;
@@ -175,7 +199,9 @@ Band rows_kept(const Plan& plan, const Wrp& wrp) {
 
 PredictedTimes predict_times(const Work& work, const DeviceRates& rates) {
   return {work.rays * rates.ray_s, work.pairs * rates.pair_s + work.pixels * rates.pixel_s,
-          work.butterflies * rates.butterfly_s, work.levels * rates.level_s};
+          work.butterflies * rates.butterfly_s,
+          work.lens_rays * rates.ray_s + work.refine_butterflies * rates.butterfly_s,
+          work.levels * rates.level_s};
 }
 
 }  // namespace raywave

@@ -23,6 +23,9 @@ struct Work {
   // need them
   double butterflies = 0;
   double levels = 0;  // pixels of all holograms
+  // Of the refinement: rays of the lens's pictures, times the depth of the tree, and butterflies of
+  // its iterations
+  double lens_rays = 0, refine_butterflies = 0;
 };
 
 /// Pixels of WRPs that the front view's cells light, one sample in each. They depend neither on the
@@ -45,8 +48,8 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
 double count_butterflies(const Plan& plan, int frames);
 
 struct PredictedTimes {
-  double samples_s = 0, trace_s = 0, propagate_s = 0, encode_s = 0;
-  double total_s() const { return samples_s + trace_s + propagate_s + encode_s; }
+  double samples_s = 0, trace_s = 0, propagate_s = 0, refine_s = 0, encode_s = 0;
+  double total_s() const { return samples_s + trace_s + propagate_s + refine_s + encode_s; }
 };
 
 /// Rows of the padded plane that the band keeps of a WRP.

@@ -97,6 +97,14 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
   needs.push_back({"trees", sizeof(device::BvhNode) * (world.triangles.size() / 3 + 1), mesh});
   needs.push_back({"vertices", 8 * sizeof(float) * world.positions.size(), mesh});
   needs.push_back({"added phases", 2 * pixels, planes});
+  if (plan.refine) {
+    const std::string advice = "fewer sampling.frames or a smaller hologram.resolution needs less";
+    const auto all_pixels = area(plan.size);
+    needs.push_back({"phases of the holograms", 8 * size(plan.frames) * all_pixels, advice});
+    // A plane padded 1.25, its intensity and what is blurred of it
+    needs.push_back({"light of the pictures", 25 * all_pixels, advice});
+    all.host_bytes += 8 * size(plan.frames) * all_pixels;
+  }
   all.host_bytes +=
       (use.keep_field || encodes_whole(plan) ? 9 : 1) * size(plan.frames) * area(plan.size);
   return all;

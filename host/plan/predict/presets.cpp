@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -99,8 +101,7 @@ std::string why_so_many_layers(const std::vector<Choice>& all, const Choice& cho
 /// where no choice reaches the goal.
 ///
 /// returns  why the scene has so many layers; empty where only one number was tried
-std::string choose(Candidates& candidates, const Goal& goal, Planned& planned) {
-  const auto all = candidates.choices(largest_cone_error(goal));
+std::string choose(const std::vector<Choice>& all, const Goal& goal, Planned& planned) {
   const auto& c = chosen(all, goal);
   const auto why_layers = why_so_many_layers(all, c);
   auto& s = planned.scene;
@@ -223,20 +224,31 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   auto& s = planned.scene;
   if (goal.preset == Preset::reference && !scene.given.contains("accuracy.phase"))
     s.accuracy.phase_turns = reference_phase_turns;
-  Candidates candidates(s, world, device);
-  std::string why_layers;
-  if (goal.any()) why_layers = choose(candidates, goal, planned);
+  std::optional<Candidates> candidates(std::in_place, s, world, device);
+  std::string why_layers, why_refined;
+  if (goal.any()) {
+    auto all = candidates->choices(largest_cone_error(goal));
+    if (const double most_db = fastest_reaching(all, 1e9).psnr_db;
+        goal.psnr_db.value_or(0) > most_db && !s.refine && !shows_amplitude(s.slm.encoding)) {
+      s.refine.emplace();
+      why_refined = "refine: without it, at most " + decibels_text(most_db) + " are reached";
+      candidates.emplace(s, world, device);
+      all = candidates->choices(largest_cone_error(goal));
+    }
+    why_layers = choose(all, goal, planned);
+  }
 
   // The plan with these values, in as few tiles as the device's memory allows
   planned.plan =
       fitting_plan(s, world, device.memory, {Method::wrp, device.fft}, 100, device.has_doubles);
 
   // What to expect of it, and why it is as it is
-  planned.prediction = predicted(planned, world, device, candidates);
+  planned.prediction = predicted(planned, world, device, *candidates);
   predict_memory(world, device, planned);
   planned.reasons = reasons_of(scene, goal, planned, why_layers);
-  for (auto& warning : warnings_of(s, world, planned.plan, candidates.view(),
-                                   planned.prediction.slm_light, candidates.resolution_m()))
+  if (!why_refined.empty()) planned.reasons.push_back(why_refined);
+  for (auto& warning : warnings_of(s, world, planned.plan, candidates->view(),
+                                   planned.prediction.slm_light, candidates->resolution_m()))
     planned.warnings.push_back(std::move(warning));
   return planned;
 }

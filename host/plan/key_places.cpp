@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/key_places.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <numeric>
+#include <random>
+
+namespace raywave {
+namespace {
+
+/// Depth that a picture holds, before and behind its own, in blurs times distance over hologram.
+constexpr double held_blurs = 2.4;
+// Between pictures through the scene, and from its ends to those beyond it, in held depths;
+// measured on data/study.toml (docs/refine.md)
+constexpr double between = 2.2, first_beyond = 2.15, second_beyond = 4.85, behind = 3.65;
+constexpr int most_depths_within = 12;
+
+constexpr int least_iterations = 28;
+constexpr double rounds_of_depths = 2.15, rounds_with_views = 3;
+
+/// 0, ..., count - 1 in random order, the same on every C++ library.
+std::vector<int> shuffled(int count, std::mt19937& random) {
+  std::vector<int> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), 0);
+  for (std::size_t i = order.size(); i > 1; --i)
+    std::swap(order[i - 1],
+              order[static_cast<std::size_t>(random() * static_cast<std::uint64_t>(i) >> 32)]);
+  return order;
+}
+
+double share(std::mt19937& random) { return static_cast<double>(random()) * 0x1p-32; }
+
+/// Pixels per blur of a picture: it needs no more, and rays are what it costs.
+constexpr double pixels_per_blur = 1.5;
+
+}  // namespace
+
+std::vector<double> refine_depths_m(const Plan& plan, double blur_m) {
+  const auto window_m = plan.window_m();
+  const double hologram_m = std::max(window_m.x, window_m.y);
+  const auto held_m = [&](double z_m) { return held_blurs * blur_m * z_m / hologram_m; };
+  const double near_m = plan.near_m, far_m = plan.far_m, depth_m = far_m - near_m;
+  const double middle_m = held_m((near_m + far_m) / 2), front_m = held_m(near_m);
+  const auto in_front = [&](double helds) {
+    return std::max(near_m - helds * front_m, near_m / 2);
+  };
+
+  std::vector<double> depths{in_front(second_beyond), in_front(first_beyond)};
+  const int steps = std::clamp(static_cast<int>(std::ceil(depth_m / (between * middle_m) - 0.02)),
+                               depth_m > 1e-6 * near_m ? 1 : 0, most_depths_within - 1);
+  for (int i = 0; i <= steps; ++i)
+    depths.push_back(steps == 0 ? near_m : near_m + depth_m * i / steps);
+  if (steps == 0) depths.push_back(far_m + first_beyond * held_m(far_m));
+  depths.push_back(far_m + (steps == 0 ? second_beyond : behind) * held_m(far_m));
+  return depths;
+}
+
+std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec& what) {
+  const bool own = what.depths_m.empty();
+  const auto depths = own ? refine_depths_m(plan, blur_m) : what.depths_m;
+  std::vector<KeyPlace> places;
+  for (const double z_m : depths) places.push_back({z_m, {0, 0}, {1, 1}, what.views > 0 ? 2 : 1});
+  if (own) {
+    // The outermost depths have no neighbours to agree with, and need fewer draws.
+    for (auto& place : places) place.times = 3;
+    places.front().times = places.back().times = 2;
+  }
+  if (what.views < 1) return places;
+
+  // One view in each cell of a grid, and in each of as many ranges of depth
+  std::mt19937 random(what.seed);
+  const auto [first, last] = std::minmax_element(depths.begin(), depths.end());
+  const int columns = static_cast<int>(std::ceil(std::sqrt(what.views * 1.5 - 0.001))),
+            rows = (what.views + columns - 1) / columns;
+  const auto cells = shuffled(columns * rows, random), ranges = shuffled(what.views, random);
+  for (int i = 0; i < what.views; ++i) {
+    const int cell = what.views == columns * rows ? i : cells[static_cast<std::size_t>(i)];
+    const double x = (cell % columns + share(random)) / columns,
+                 y = (cell / columns + share(random)) / rows,
+                 z = (ranges[static_cast<std::size_t>(i)] + share(random)) / what.views;
+    places.push_back({*first + z * (*last - *first), {x - 0.5, y - 0.5}, {0.5, 0.5}, 1});
+  }
+  return places;
+}
+
+int refine_iterations(const std::vector<KeyPlace>& places) {
+  int draws = 0;
+  bool views = false;
+  for (const auto& place : places) {
+    draws += place.times;
+    views = views || place.aperture != glm::dvec2(1, 1);
+  }
+  return std::max(
+      least_iterations,
+      static_cast<int>(std::lround(draws * (views ? rounds_with_views : rounds_of_depths))));
+}
+
+glm::dvec2 refine_window_m(const Plan& plan) { return plan.window_m() * glm::dvec2(plan.grid); }
+
+glm::dvec2 key_pixels(const Plan& plan, glm::dvec2 window_m, double blur_m) {
+  const auto pixel_m = glm::max(glm::dvec2(blur_m / pixels_per_blur), plan.pitch_m);
+  return glm::max(glm::round(window_m / pixel_m), 1.0);
+}
+
+int key_lens_points(const KeyPlace& place, int points) {
+  return std::max(
+      2, static_cast<int>(std::ceil(points * std::max(place.aperture.x, place.aperture.y))));
+}
+
+}  // namespace raywave

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Which depths and views a hologram is refined towards, and at what cost.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "host/plan/plan.hpp"
+
+namespace raywave {
+
+/// A depth, and the part of the hologram that looks there.
+struct KeyPlace {
+  double z_m = 0;
+  glm::dvec2 view{0, 0}, aperture{1, 1};
+  int times = 1;
+};
+
+struct KeySpec {
+  std::vector<double> depths_m;  // of whole pictures; empty: refine_depths_m
+  int views = 0;                 // seen through quarters of the hologram
+  std::uint32_t seed = 1;        // of the views' places
+};
+
+/// Depths through the scene and beyond: a picture holds what lies within some 2.4 blurs of depth
+/// times distance over hologram. At least five.
+std::vector<double> refine_depths_m(const Plan& plan, double blur_m);
+
+/// The depths, those amid the scene drawn more often than the outermost, and the views: spread over
+/// all places of a quarter and over the depths, one depth each.
+std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec& what);
+
+/// Iterations per frame that so many pictures need.
+int refine_iterations(const std::vector<KeyPlace>& places);
+
+/// Size of the pictures when none is given: what the WRPs cover.
+glm::dvec2 refine_window_m(const Plan& plan);
+
+/// Columns and rows of a picture of this size: whole pixels, so that it ends where the window does.
+glm::dvec2 key_pixels(const Plan& plan, glm::dvec2 window_m, double blur_m);
+
+/// Points per axis of the lens that looks from a place.
+///
+/// points  of the whole hologram's
+int key_lens_points(const KeyPlace& place, int points);
+
+}  // namespace raywave

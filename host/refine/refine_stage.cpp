@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/refine/refine_stage.hpp"
+
+#include <utility>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+
+namespace raywave {
+
+RefineSpec refine_spec(const RefineSettings& settings, glm::dvec2 pitch_m, double wavelength_m,
+                       const std::vector<RefineKey>& keys) {
+  RefineSpec spec;
+  spec.pitch_m = pitch_m;
+  spec.wavelength_m = wavelength_m;
+  spec.blur_m = settings.blur_m.value();
+  spec.brightness = settings.brightness;
+  spec.iterations = settings.iterations.value_or(refine_iterations(keys));
+  spec.budget_s = settings.budget_s;
+  return spec;
+}
+
+KeyPictures key_pictures(const RefineSettings& settings) {
+  return {settings.window_m, settings.lens_points};
+}
+
+RefineStage::RefineStage(const cl::Device& device, cl::FftBackend backend, StageTimes& times,
+                         std::function<void(const std::string&, double)> progress)
+    : device_(device), backend_(backend), times_(times), progress_(std::move(progress)) {}
+
+void RefineStage::prepare(const Plan& plan, const std::optional<FieldStack>& start) {
+  plan_ = &plan;
+  if (start &&
+      (start->nx != plan.size.x || start->ny != plan.size.y || start->frames != plan.frames))
+    throw InputError("refinement is to begin with " + std::to_string(start->frames) +
+                     " frames of " + std::to_string(start->nx) + " x " + std::to_string(start->ny) +
+                     " samples; the scene has " + std::to_string(plan.frames) + " of " +
+                     std::to_string(plan.size.x) + " x " + std::to_string(plan.size.y));
+}
+
+void RefineStage::run(const FieldStack& start, const DeviceScene& scene) {
+  const StageClock clock(times_, "refine");
+  const auto& settings = plan_->refine.value();
+  const double blur_m = settings.blur_m.value();
+  refined_ = {};
+  refined_.places = key_places(*plan_, blur_m, {settings.depths_m, settings.views});
+  for (const auto& place : refined_.places) {
+    if (progress_)
+      progress_(
+          "lens at " + length_text(place.z_m),
+          static_cast<double>(refined_.keys.size()) / static_cast<double>(refined_.places.size()));
+    refined_.keys.push_back(
+        lens_key(device_, *plan_, scene, place, blur_m, key_pictures(settings)));
+  }
+  auto spec = refine_spec(settings, plan_->pitch_m, plan_->wavelength_m, refined_.keys);
+  spec.progress = progress_;
+  auto result = refine(device_, backend_, start, refined_.keys, spec);
+  refined_.phases = std::move(result.field);
+  refined_.figures = result.figures;
+}
+
+Refined RefineStage::finish() { return std::exchange(refined_, {}); }
+
+}  // namespace raywave

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The stage "refine": from the traced fields to phases whose pictures are what a lens sees.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/common/stage_clock.hpp"
+#include "host/plan/plan.hpp"
+#include "host/refine/refine.hpp"
+#include "host/refine/scene_keys.hpp"
+#include "host/trace/device_scene.hpp"
+
+namespace raywave {
+
+/// Phases that are encoded instead of the traced fields, and how they came about.
+struct Refined {
+  FieldStack phases;             // of modulus 1, as many frames as were traced
+  std::vector<KeyPlace> places;  // that the pictures were made for
+  std::vector<RefineKey> keys;   // what a lens sees there
+  RefineFigures figures;
+};
+
+/// Settings of the iterations: Plan::refine's, with a number of iterations for these pictures.
+RefineSpec refine_spec(const RefineSettings& settings, glm::dvec2 pitch_m, double wavelength_m,
+                       const std::vector<RefineKey>& keys);
+
+/// How pictures are made by Plan::refine.
+KeyPictures key_pictures(const RefineSettings& settings);
+
+class RefineStage {
+public:
+  /// progress  called with the current step and the completed share, 0 to 1, when given
+  RefineStage(const cl::Device& device, cl::FftBackend backend, StageTimes& times,
+              std::function<void(const std::string&, double)> progress);
+
+  /// plan    with Plan::refine; must outlive `run`
+  /// start   what `run` will be given, when it is known before
+  /// throws  InputError when it has another size or other frames than the plan
+  void prepare(const Plan& plan, const std::optional<FieldStack>& start);
+
+  /// Makes the pictures that a lens sees, and refines the fields' phases towards them.
+  ///
+  /// start  fields of the whole hologram; their brightness does not count
+  /// throws InputError when a lens sees nothing, DeviceError for the device
+  void run(const FieldStack& start, const DeviceScene& scene);
+
+  /// The result, once.
+  Refined finish();
+
+private:
+  cl::Device device_;
+  cl::FftBackend backend_;
+  StageTimes& times_;
+  std::function<void(const std::string&, double)> progress_;
+  const Plan* plan_ = nullptr;
+  Refined refined_;
+};
+
+}  // namespace raywave
