@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <numeric>
 #include <random>
 
@@ -34,6 +35,16 @@ double share(std::mt19937& random) { return static_cast<double>(random()) * 0x1p
 
 /// Pixels per blur of a picture: it needs no more, and rays are what it costs.
 constexpr double pixels_per_blur = 1.5;
+
+/// Share of pairs of points, one on each of two centred lines, that are farther than `limit` apart.
+double share_beyond(double side_a, double side_b, double limit) {
+  const double low = std::abs(side_a - side_b) / 2, high = (side_a + side_b) / 2;
+  if (limit >= high) return 0;
+  // The distance of the two has a trapezium as its density: flat to `low`, then falling to `high`.
+  const double area = low + high;
+  return limit <= low ? 1 - 2 * limit / area
+                      : (high - limit) * (high - limit) / ((high - low) * area);
+}
 
 }  // namespace
 
@@ -107,6 +118,20 @@ glm::dvec2 key_pixels(const Plan& plan, glm::dvec2 window_m, double blur_m) {
 int key_lens_points(const KeyPlace& place, int points) {
   return std::max(
       2, static_cast<int>(std::ceil(points * std::max(place.aperture.x, place.aperture.y))));
+}
+
+FresnelLimits fresnel_limits(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m,
+                             double blur_m, double z_m, glm::dvec2 window_m) {
+  FresnelLimits limits;
+  const glm::dvec2 hologram_m = glm::dvec2(size) * pitch_m;
+  // A ray between opposite corners: its frequency says z sin where the exact place is z tan.
+  const double across_m = glm::length((hologram_m + window_m) / 2.0);
+  const double sine = across_m / std::hypot(across_m, z_m);
+  limits.miss = (across_m - z_m * sine) / std::max(blur_m, glm::min(pitch_m.x, pitch_m.y));
+  const glm::dvec2 reach_m = wavelength_m * z_m / (2.0 * pitch_m);
+  limits.folded = 1 - (1 - share_beyond(hologram_m.x, window_m.x, reach_m.x)) *
+                          (1 - share_beyond(hologram_m.y, window_m.y, reach_m.y));
+  return limits;
 }
 
 }  // namespace raywave

@@ -44,4 +44,24 @@ glm::dvec2 key_pixels(const Plan& plan, glm::dvec2 window_m, double blur_m);
 /// points  of the whole hologram's
 int key_lens_points(const KeyPlace& place, int points);
 
+/// How far the Fresnel propagation is from the exact one.
+struct FresnelLimits {
+  // Rays from the hologram's corners to the window's miss their places by so many standard
+  // deviations of the blur
+  double miss = 0;
+  // Share of the pairs of hologram pixels and window points between which the pixels cannot show
+  // the angle: their light is computed at a wrong place
+  double folded = 0;
+
+  bool hold() const { return miss <= most_miss && folded <= most_folded; }
+  static constexpr double most_miss = 2.5, most_folded = 0.15;
+};
+
+/// Of a picture at z_m.
+///
+/// size    pixels of the hologram
+/// blur_m  standard deviation after which pictures are compared
+FresnelLimits fresnel_limits(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m,
+                             double blur_m, double z_m, glm::dvec2 window_m);
+
 }  // namespace raywave

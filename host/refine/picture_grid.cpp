@@ -164,16 +164,6 @@ std::vector<float> bent_back(const Optics& optics, const PictureGrid& grid,
   return bent;
 }
 
-/// Share of pairs of points, one on each of two centred lines, that are farther than `limit` apart.
-double share_beyond(double side_a, double side_b, double limit) {
-  const double low = std::abs(side_a - side_b) / 2, high = (side_a + side_b) / 2;
-  if (limit >= high) return 0;
-  // The distance of the two has a trapezium as its density: flat to `low`, then falling to `high`.
-  const double area = low + high;
-  return limit <= low ? 1 - 2 * limit / area
-                      : (high - limit) * (high - limit) / ((high - low) * area);
-}
-
 }  // namespace
 
 OpenPart open_part(glm::ivec2 hologram, glm::dvec2 view, glm::dvec2 aperture) {
@@ -261,17 +251,8 @@ Image blurred_picture(const Key& key, double blur_m, glm::ivec2 size, glm::dvec2
 }
 
 FresnelLimits fresnel_limits(const Optics& optics, double z_m, glm::dvec2 window_m) {
-  FresnelLimits limits;
-  const glm::dvec2 hologram_m = glm::dvec2(optics.size) * optics.pitch_m;
-  // A ray between opposite corners: its frequency says z sin where the exact place is z tan.
-  const double across_m = glm::length((hologram_m + window_m) / 2.0);
-  const double sine = across_m / std::hypot(across_m, z_m);
-  limits.miss = (across_m - z_m * sine) /
-                std::max(optics.blur_m, glm::min(optics.pitch_m.x, optics.pitch_m.y));
-  const glm::dvec2 reach_m = optics.wavelength_m * z_m / (2.0 * optics.pitch_m);
-  limits.folded = 1 - (1 - share_beyond(hologram_m.x, window_m.x, reach_m.x)) *
-                          (1 - share_beyond(hologram_m.y, window_m.y, reach_m.y));
-  return limits;
+  return raywave::fresnel_limits(optics.size, optics.pitch_m, optics.wavelength_m, optics.blur_m,
+                                 z_m, window_m);
 }
 
 }  // namespace raywave::refinement

@@ -6,6 +6,7 @@
 #include <glm/vec2.hpp>
 #include <vector>
 
+#include "host/plan/key_places.hpp"
 #include "host/scene/read_data.hpp"
 
 namespace raywave::refinement {
@@ -84,18 +85,7 @@ std::vector<float> blurred_target(const Optics& optics, const Key& key, const Pi
 /// The key's picture, blurred, on other pixels around the axis.
 Image blurred_picture(const Key& key, double blur_m, glm::ivec2 size, glm::dvec2 pixel_m);
 
-/// How far the Fresnel propagation is from the exact one.
-struct FresnelLimits {
-  // Rays from the hologram's corners to the window's miss their places by so many standard
-  // deviations of the blur
-  double miss = 0;
-  // Share of the pairs of hologram pixels and window points between which the pixels cannot show
-  // the angle: their light is computed at a wrong place
-  double folded = 0;
-
-  bool hold() const { return miss <= most_miss && folded <= most_folded; }
-  static constexpr double most_miss = 2.5, most_folded = 0.15;
-};
+/// Whether a Fresnel propagation is good enough for a picture at z_m.
 FresnelLimits fresnel_limits(const Optics& optics, double z_m, glm::dvec2 window_m);
 
 }  // namespace raywave::refinement

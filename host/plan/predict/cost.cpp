@@ -46,6 +46,9 @@ constexpr double butterflies_of_a_pixel = 9;
 /// Padding of the refinement's planes, and passes over their pixels in an iteration, in butterflies.
 constexpr double refine_padding = 1.25, butterflies_of_a_refined_pixel = 18;
 
+/// The same of pictures that are propagated exactly.
+constexpr double exact_padding = 2, exact_transforms = 2;
+
 /// A ray of a lens's picture over one of the sample lattice: it is shaded as well.
 constexpr double lens_ray = 1;
 
@@ -54,15 +57,32 @@ void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Wo
   const auto& settings = plan.refine.value();
   const double blur_m = settings.blur_m.value();
   const auto places = key_places(plan, blur_m, {settings.depths_m, settings.views});
-  const auto pixels = key_pixels(plan, settings.window_m.value_or(refine_window_m(plan)), blur_m);
+  const auto window_m = settings.window_m.value_or(refine_window_m(plan));
+  const auto pixels = key_pixels(plan, window_m, blur_m);
   for (const auto& place : places)
     work.lens_rays += lens_ray * levels_of_a_descent * pixels.x * pixels.y *
                       std::pow(key_lens_points(place, settings.lens_points), 2);
-  const double plane = refine_padding * refine_padding * plan.size.x * plan.size.y;
-  const double iterations = settings.iterations.value_or(refine_iterations(places)) * frames,
-               looks = static_cast<double>(places.size()) * (frames - 1);
-  work.refine_butterflies = plane * ((2 * iterations + looks) * std::log2(plane) +
-                                     (iterations + looks / 2) * butterflies_of_a_refined_pixel);
+  // Butterflies of a look at each picture, and of both ways of an iteration
+  const double area = static_cast<double>(plan.size.x) * plan.size.y;
+  const auto looking = [&](double padding, double transforms) {
+    const double plane = padding * padding * area;
+    return plane * (transforms * std::log2(plane) + butterflies_of_a_refined_pixel / 2);
+  };
+  double draws = 0, all_looks = 0, drawn_looks = 0;
+  for (const auto& place : places) {
+    const auto open = place.aperture.x * place.aperture.y;
+    const bool fresnel =
+        fresnel_limits(plan.size, plan.pitch_m, plan.wavelength_m, blur_m, place.z_m, window_m)
+            .hold();
+    const double look =
+        fresnel ? open * looking(refine_padding, 1) : looking(exact_padding, exact_transforms);
+    all_looks += look;
+    drawn_looks += place.times * look;
+    draws += place.times;
+  }
+  const double iterations = settings.iterations.value_or(refine_iterations(places));
+  work.refine_butterflies =
+      frames * iterations * 2 * drawn_looks / draws + (frames - 1) * all_looks;
 }
 
 /// Pixels of all WRPs of a layer that the light of a sample crosses, along one axis.
