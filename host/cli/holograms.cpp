@@ -86,7 +86,12 @@ HologramSpec PixelOptions::spec(const std::filesystem::path& hologram, glm::ivec
 
 SlmSpec PixelOptions::slm_spec(const std::filesystem::path& hologram,
                                const std::vector<std::string>& set) const {
-  if (!slm.empty()) return load_slm(slm, set);
+  if (!slm.empty()) {
+    const double wavelength_m =
+        wavelength.empty() ? hologram_of_report(hologram.parent_path() / "report.json").wavelength_m
+                           : positive_length_m(wavelength, "--wavelength");
+    return load_slm(slm, wavelength_m, set);
+  }
   if (!set.empty()) throw InputError("--set changes keys of the file of --slm, which is not given");
   const auto report = hologram.parent_path() / "report.json";
   std::error_code error;

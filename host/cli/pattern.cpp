@@ -50,10 +50,10 @@ HologramSpec hologram_of(const PatternArguments& options) {
 }
 
 /// The SLM without what hides a phase: phases are shown as they are.
-SlmSpec slm_of(const PatternArguments& options) {
+SlmSpec slm_of(const PatternArguments& options, double wavelength_m) {
   SlmSpec slm;
   if (!options.slm.empty())
-    slm = load_slm(options.slm, options.set);
+    slm = load_slm(options.slm, wavelength_m, options.set);
   else if (!options.set.empty())
     throw InputError("--set changes keys of the file of --slm, which is not given");
   if (!shows_amplitude(slm.encoding)) slm.encoding = Encoding::phase;
@@ -94,7 +94,7 @@ void run_pattern(const PatternArguments& options) {
   spec.focal_m = parse_length_m(options.focal, "--focal");
   spec.period_px = options.period_px;
   const auto hologram = hologram_of(options);
-  const auto slm = slm_of(options);
+  const auto slm = slm_of(options, hologram.wavelength_m);
   const auto field = pattern_field(spec, hologram);
   const auto panel = std::make_shared<const Panel>(slm, hologram.resolution, hologram.pitch_m,
                                                    hologram.wavelength_m);

@@ -5,15 +5,21 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <numbers>
+#include <optional>
 
 #include "host/scene/document.hpp"
+#include "host/scene/units.hpp"
 
 namespace raywave {
 namespace {
 
 constexpr std::size_t lut_levels = 256;
 constexpr std::uintmax_t most_lut_bytes = 1 << 20;
+// A turn of phase changes by about as large a share as the wavelength: 1 nm of visible light is a
+// quarter of a percent, or half a level
+constexpr double lut_reach_m = 1e-9;
 
 /// Numbers of a line, between spaces, commas, semicolons or tabs.
 ///
@@ -79,6 +85,55 @@ void require_monotone(const std::vector<double>& lut, const Value& v) {
   }
 }
 
+/// The LUT of a value: 256 numbers, or the name of a file that holds them.
+std::vector<double> lut_of(const Value& v) {
+  std::vector<double> lut;
+  if (v.is_array()) {
+    for (const auto& node : *v.node->as_array())
+      lut.push_back(Value{v.document, &node, v.path, v.label}.number(between(-1e6, 1e6)));
+    if (lut.size() != lut_levels) v.fail("256 numbers, or the name of a file");
+  } else {
+    lut = load_lut(v.existing_file());
+  }
+  require_monotone(lut, v);
+  return lut;
+}
+
+/// Of a table of LUTs by wavelength the one that is nearest. The others are not read.
+///
+/// throws  InputError when a key is no wavelength, or none is near
+Value nearest_lut(const Value& v, double wavelength_m) {
+  const auto where = v.document->where(*v.node, v.path) + ": " + v.label;
+  std::map<double, std::string> names;  // by wavelength
+  std::optional<Value> nearest;
+  double nearest_m = 0;
+  for (const auto& [key, node] : *v.node->as_table()) {
+    const std::string name(key.str());
+    const double length_m = parse_length_m(name, where + ": a key of a table of LUTs");
+    if (!(length_m >= 1e-9 && length_m <= 1e-2))
+      throw InputError(where + ": " + in_quotes(name) +
+                       " is no wavelength of 1 nm to 10 mm; give keys with a unit, such as "
+                       "\"638 nm\"");
+    // A picometre is what rounding of units stays below.
+    const auto twin = names.lower_bound(length_m - 1e-12);
+    if (twin != names.end() && twin->first <= length_m + 1e-12)
+      throw InputError(where + ": " + in_quotes(twin->second) + " and " + in_quotes(name) +
+                       " are the same wavelength; keep one of them");
+    names.emplace(length_m, name);
+    if (nearest && std::abs(length_m - wavelength_m) >= std::abs(nearest_m - wavelength_m))
+      continue;
+    nearest = Value{v.document, &node, v.path + "." + name, v.label + "." + in_quotes(name)};
+    nearest_m = length_m;
+  }
+  if (nearest && std::abs(nearest_m - wavelength_m) <= lut_reach_m * (1 + 1e-6)) return *nearest;
+  std::string all;
+  for (const auto& [length_m, name] : names) all += (all.empty() ? "" : ", ") + in_quotes(name);
+  const auto wanted = length_text(wavelength_m);
+  throw InputError(where + " has " +
+                   (all.empty() ? "no wavelength" : all + ", none within 1 nm of " + wanted) +
+                   "; add " + in_quotes(wanted) + " = \"FILE\"");
+}
+
 glm::dvec2 pair_of(const Value& v, const char* shape, const Range& range) {
   return v.vector<glm::dvec2>(shape, [&](const Value& one) { return one.number(range); });
 }
@@ -106,7 +161,7 @@ std::vector<ZernikeTerm> zernike_of(const Value& v) {
 
 }  // namespace
 
-SlmSpec read_slm(Section section) {
+SlmSpec read_slm(Section section, double wavelength_m) {
   SlmSpec slm;
   section.read("encoding", [&](const Value& v) {
     try {
@@ -129,14 +184,7 @@ SlmSpec read_slm(Section section) {
     turns_per_unit = v.choice<double>({{"turns", 1}, {"radians", 1 / (2 * std::numbers::pi)}});
   });
   section.read("lut", [&](const Value& v) {
-    if (v.is_array()) {
-      for (const auto& node : *v.node->as_array())
-        slm.lut.push_back(Value{v.document, &node, v.path, v.label}.number(between(-1e6, 1e6)));
-      if (slm.lut.size() != lut_levels) v.fail("256 numbers, or the name of a file");
-    } else {
-      slm.lut = load_lut(v.existing_file());
-    }
-    require_monotone(slm.lut, v);
+    slm.lut = lut_of(v.node->is_table() ? nearest_lut(v, wavelength_m) : v);
     for (double& number : slm.lut) number *= amplitude ? 1 : turns_per_unit;
     if (slm.invert)
       v.fail("given without invert: the LUT says itself whether phase falls as grey rises");
@@ -197,10 +245,11 @@ SlmSpec read_slm(Section section) {
   return slm;
 }
 
-SlmSpec load_slm(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+SlmSpec load_slm(const std::filesystem::path& file, double wavelength_m,
+                 const std::vector<std::string>& overrides) {
   const Document document = read_document(file, overrides);
   Section root(document, document.root, "", "");
-  auto slm = read_slm(root.section("slm"));
+  auto slm = read_slm(root.section("slm"), wavelength_m);
   root.finish();
   return slm;
 }

@@ -14,8 +14,9 @@ class Section;  // host/scene/document.hpp
 
 /// Section [slm] of a scene. The LUT and the flatness picture are read, too.
 ///
-/// throws  InputError: one line with file and line
-SlmSpec read_slm(Section section);
+/// wavelength_m  of the hologram: of LUTs by wavelength, it takes the nearest
+/// throws        InputError: one line with file and line
+SlmSpec read_slm(Section section, double wavelength_m);
 
 /// Reads the picture of flatness.file.
 ///
@@ -25,6 +26,7 @@ void load_flatness(FlatnessSpec& flatness);
 /// Reads a file with section [slm] and nothing else; overrides as in load_scene.
 ///
 /// throws  InputError: one line with file and line
-SlmSpec load_slm(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+SlmSpec load_slm(const std::filesystem::path& file, double wavelength_m,
+                 const std::vector<std::string>& overrides = {});
 
 }  // namespace raywave

@@ -60,7 +60,8 @@ struct SlmSpec {
   int levels_per_turn = 256;  // grey levels to a turn of phase
   bool invert = false;        // phase falls as grey rises
   double offset_turns = 0;    // added to every phase
-  // Phase in turns, or amplitude, that each of 256 levels shows; strictly monotone. Empty: linear
+  // Phase in turns, or amplitude, that each of 256 levels shows at the hologram's wavelength;
+  // strictly monotone. Empty: linear
   std::vector<double> lut;
   FlatnessSpec flatness;
   std::vector<ZernikeTerm> zernike;  // added; radius of the unit disc: half of the longer side

@@ -100,6 +100,16 @@ TEST_CASE("reconstruct shows of report.json the mean of its frames, one by one, 
         desk.run({"reconstruct", folder + "/report.json", "-z", "10mm", "-o", desk.file("none")}),
         2, "which is not read again; encode with --format png");
   }
+  // Beside MATLAB's matrix, the configuration of the program that reads it
+  const auto mat = desk.run(
+      {"encode", desk.out("field.npy").string(), "--format", "mat", "-o", desk.file("mat")});
+  if (mat.code == 0) {
+    CHECK_THAT(mat.out, ContainsSubstring("hologram_3.mat") && ContainsSubstring("_nrsh.txt"));
+    CHECK_THAT(bytes_of(desk.folder() / "mat" / "hologram_nrsh.txt"),
+               ContainsSubstring("wlen            : 6.38e-07\npixel_pitch     : "));
+  } else {
+    check_refused(mat, 2, "built without libmatio");
+  }
   check_refused(desk.run({"encode", desk.out("field.npy").string(), "--format", "rgb-24x1", "-o",
                           desk.file("none")}),
                 2, "give slm.levels = 2");
@@ -144,6 +154,54 @@ TEST_CASE("mistakes in [slm] get one line and exit code 2 from every command tha
   desk.scene("[slm]\nstop = 0.05\nstop_centre = [0.4, 0]\n");
   for (const auto& outcome : {desk.render(), desk.run({"plan", desk.file("scene.toml")})})
     check_refused(outcome, 2, "slm.stop passes none of the scene's light");
+}
+
+TEST_CASE("of LUTs by wavelength, every command takes the one of its hologram's wavelength") {
+  Desk desk;
+  const auto lut = [](double step) {
+    std::string text;
+    for (int i = 0; i < 256; ++i) text += std::to_string(i * step) + "\n";
+    return text;
+  };
+  desk.folder().write("red.txt", lut(1 / 250.0));
+  desk.folder().write("green.txt", lut(1 / 300.0));
+  const std::string both =
+      "[slm]\nencoding = \"phase\"\n"
+      "lut = { \"638 nm\" = \"red.txt\", \"532 nm\" = \"green.txt\" }\n";
+  desk.folder().write("bench.toml", both);
+  desk.scene(both);
+  REQUIRE(desk.render({"--set", "hologram.wavelength=\"532 nm\"", "--quiet"}).code == 0);
+  // report.json keeps the LUT that was taken, and no other.
+  const auto last_of = [&](const std::filesystem::path& report) {
+    const auto json = Json::parse(bytes_of(report));
+    REQUIRE(json["scene"]["slm"]["lut"].size() == 256);
+    return json["scene"]["slm"]["lut"][255].get<double>();
+  };
+  CHECK(last_of(desk.out("report.json")) == Approx(255 / 300.0));
+  // encode knows the wavelength by --wavelength, else by report.json beside the field.
+  const auto encoded = [&](std::vector<std::string> more) {
+    std::vector<std::string> line{"encode", desk.out("field.npy").string(), "-o",
+                                  desk.file("encoded"), "--quiet"};
+    line.insert(line.end(), more.begin(), more.end());
+    return desk.run(line);
+  };
+  const auto picture = [&] { return bytes_of(desk.folder() / "encoded" / "hologram.png"); };
+  REQUIRE(encoded({"--slm", desk.file("bench.toml")}).code == 0);
+  CHECK(picture() == bytes_of(desk.out("hologram.png")));
+  REQUIRE(encoded({"--slm", desk.file("bench.toml"), "--wavelength", "638nm"}).code == 0);
+  CHECK(last_of(desk.folder() / "encoded" / "report.json") == Approx(255 / 250.0));
+  CHECK(picture() != bytes_of(desk.out("hologram.png")));
+  const auto missing =
+      "bench.toml:3: slm: lut has \"532 nm\", \"638 nm\", none within 1 nm of 450 nm; add \"450 "
+      "nm\"";
+  check_refused(encoded({"--slm", desk.file("bench.toml"), "--wavelength", "450nm"}), 2, missing);
+  const auto pattern = [&](const std::string& wavelength) {
+    return desk.run({"pattern", "ramp", "--slm", desk.file("bench.toml"), "--size", "64x64",
+                     "--pitch", "4um", "--wavelength", wavelength, "-o", desk.file("pattern")});
+  };
+  REQUIRE(pattern("638.5nm").code == 0);
+  CHECK(last_of(desk.folder() / "pattern" / "report.json") == Approx(255 / 250.0));
+  check_refused(pattern("450nm"), 2, missing);
 }
 
 TEST_CASE("plan states what the stop passes and where the undiffracted light falls") {
