@@ -128,18 +128,35 @@ std::vector<Convention> conventions() {
   auto slmsuite = by_phase();
   slmsuite.invert = true;
   slmsuite.offset_turns = 0.5 / 256;
-  auto holoeye = by_phase();
+  auto holoeye_python = by_phase();
+  holoeye_python.offset_turns = -0.5 / 256;
   return {
-      // phasemap_8bit(inverted=True): round((1 - ((phi + pi) mod 2 pi) / 2 pi) 255)
+      // utils.phasemap_8bit(inverted=True): round((1 - ((phi + pi) mod 2 pi) / 2 pi) 255)
       {"neural-holography", neural,
        [](double t) { return static_cast<int>(std::lround((1 - std::fmod(t + 0.5, 1)) * 255)); },
        255, 0.5},
-      // SLM._phase2gray: the whole part of -256 phi / 2 pi, minus 1, in 8 bits
+      // hardware/slms/slm.py, SLM._phase2gray: the whole part of -256 phi / 2 pi, taken of negative
+      // numbers, minus 1, in 8 bits
       {"slmsuite", slmsuite, [](double t) { return 255 - static_cast<int>(std::floor(256 * t)); },
        256, 0.5 / 256},
-      // 2 pi to 256 levels, wrapped
-      {"HOLOEYE", holoeye, [](double t) { return static_cast<int>(std::lround(256 * t)) % 256; },
-       256, 0}};
+      // HOLOEYE, SLM Display SDK: phases are wrapped at "the phase value of a full circle, by default
+      // 2 pi" (3.x, heds_show_phasevalues_single, phaseWrap; 4.x, SLM.showPhaseData, phase_unit),
+      // grey rises with phase, and its examples have 256 levels to a circle. How the SDK rounds is
+      // not documented. The Python example, "phase data calculated using 8-bit integer values", takes
+      // the whole part: int(x * 256 / blazePeriod)
+      {"HOLOEYE, Python", holoeye_python,
+       [](double t) { return static_cast<int>(std::floor(256 * t)); }, 256, -0.5 / 256}};
+}
+
+TEST_CASE("HOLOEYE's example of a blaze has raywave's levels") {
+  // SLM Display SDK 3, data_uint8.m: 256 mod(x, 77) / 77, which MATLAB rounds to the nearest uint8
+  Field field;
+  std::vector<int> expected;
+  for (int x = 0; x < 1920; ++x) {
+    field.emplace_back(std::polar(1.0, 2 * pi * x / 77));
+    expected.push_back(static_cast<int>(std::lround(256.0 * (x % 77) / 77)));
+  }
+  for (const auto& device : test::all_devices()) CHECK(levels_of(device, field) == expected);
 }
 
 TEST_CASE("levels are those of other programs' conventions, byte by byte") {
