@@ -37,10 +37,13 @@ void run_encode(const EncodeArguments& options) {
   const auto panel = std::make_shared<const Panel>(slm, size, spec.pitch_m, spec.wavelength_m);
   const cl::Device device(options.device.info());
   Encoder encoder(device, panel);
-  const auto levels = encode(device, encoder, field);
 
   const std::filesystem::path out(options.out);
-  auto written = save_pictures(out, "hologram", format, *panel, levels, field);
+  const auto save = [&](const auto& levels) {
+    return save_pictures(out, "hologram", format, *panel, levels, field);
+  };
+  auto written = slm.bits > 8 ? save(encode<std::uint16_t>(device, encoder, field))
+                              : save(encode(device, encoder, field));
   const auto report = encoded_report(spec, slm, field.frames, format, written);
   write_text(out / "report.json", report.dump(2) + "\n");
   if (format == PictureFormat::mat) {

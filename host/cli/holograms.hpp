@@ -48,9 +48,11 @@ struct HologramOptions {
 /// The grey levels of a picture, as render and encode write them, in the hologram's frame: turned
 /// and flipped back.
 ///
-/// throws  InputError when it is no 8-bit grey picture
-std::vector<std::uint8_t> load_hologram_levels(const std::filesystem::path& file,
-                                               const SlmSpec& slm, glm::ivec2* size_px);
+/// Level   std::uint8_t, or std::uint16_t where levels have more than 8 bits
+/// throws  InputError when it is no grey picture of 8 or 16 bits
+template <class Level = std::uint8_t>
+std::vector<Level> load_hologram_levels(const std::filesystem::path& file, const SlmSpec& slm,
+                                        glm::ivec2* size_px);
 
 /// The report.json beside pictures that were not rendered: what reconstruct and encode need to know
 /// of them.

@@ -100,12 +100,16 @@ void run_pattern(const PatternArguments& options) {
                                                    hologram.wavelength_m);
   const cl::Device device(options.device.info());
   Encoder encoder(device, panel);
-  const auto levels = encode(device, encoder, field);
 
   const std::filesystem::path out(options.out);
   const auto stem = std::string("pattern_") + name_of(spec.pattern);
-  auto written = save_pictures(out, stem, PictureFormat::png, *panel, levels, field);
-  auto report = encoded_report(hologram, slm, 1, PictureFormat::png, written);
+  const auto format = slm.bits > 8 ? PictureFormat::png16 : PictureFormat::png;
+  const auto save = [&](const auto& levels) {
+    return save_pictures(out, stem, format, *panel, levels, field);
+  };
+  auto written = slm.bits > 8 ? save(encode<std::uint16_t>(device, encoder, field))
+                              : save(encode(device, encoder, field));
+  auto report = encoded_report(hologram, slm, 1, format, written);
   const auto seen = expectation(spec, hologram);
   report["pattern"] = {{"name", name_of(spec.pattern)}, {"shows", seen}};
   if (spec.pattern == Pattern::lens) report["pattern"]["focal_m"] = spec.focal_m;

@@ -15,7 +15,6 @@
 namespace raywave {
 namespace {
 
-constexpr std::size_t lut_levels = 256;
 constexpr std::uintmax_t most_lut_bytes = 1 << 20;
 // A turn of phase changes by about as large a share as the wavelength: 1 nm of visible light is a
 // quarter of a percent, or half a level
@@ -41,8 +40,8 @@ std::vector<double> numbers_of(std::string_view line, const std::string& where) 
   }
 }
 
-/// A file of 256 numbers, or of 256 lines with level and number.
-std::vector<double> load_lut(const std::filesystem::path& file) {
+/// A file of a number for each level, or of a line for each with level and number.
+std::vector<double> load_lut(const std::filesystem::path& file, std::size_t levels) {
   const std::string name = one_line(file.string());
   std::error_code error;
   if (std::filesystem::file_size(file, error) > most_lut_bytes || error)
@@ -68,9 +67,9 @@ std::vector<double> load_lut(const std::filesystem::path& file) {
                        number_text(numbers[0]));
     lut.push_back(numbers[1]);
   }
-  if (lut.size() != lut_levels)
-    throw InputError(name + ": a LUT has a number for each of 256 levels, got " +
-                     std::to_string(lut.size()));
+  if (lut.size() != levels)
+    throw InputError(name + ": a LUT has a number for each of " + std::to_string(levels) +
+                     " levels, got " + std::to_string(lut.size()));
   return lut;
 }
 
@@ -85,15 +84,15 @@ void require_monotone(const std::vector<double>& lut, const Value& v) {
   }
 }
 
-/// The LUT of a value: 256 numbers, or the name of a file that holds them.
-std::vector<double> lut_of(const Value& v) {
+/// The LUT of a value: a number for each level, or the name of a file that holds them.
+std::vector<double> lut_of(const Value& v, std::size_t levels) {
   std::vector<double> lut;
   if (v.is_array()) {
     for (const auto& node : *v.node->as_array())
       lut.push_back(Value{v.document, &node, v.path, v.label}.number(between(-1e6, 1e6)));
-    if (lut.size() != lut_levels) v.fail("256 numbers, or the name of a file");
+    if (lut.size() != levels) v.fail(std::to_string(levels) + " numbers, or the name of a file");
   } else {
-    lut = load_lut(v.existing_file());
+    lut = load_lut(v.existing_file(), levels);
   }
   require_monotone(lut, v);
   return lut;
@@ -161,7 +160,7 @@ std::vector<ZernikeTerm> zernike_of(const Value& v) {
 
 }  // namespace
 
-SlmSpec read_slm(Section section, double wavelength_m) {
+SlmSpec read_slm(Section section, double wavelength_m, int most_bits) {
   SlmSpec slm;
   section.read("encoding", [&](const Value& v) {
     try {
@@ -173,9 +172,18 @@ SlmSpec read_slm(Section section, double wavelength_m) {
   const bool amplitude = shows_amplitude(slm.encoding);
   section.read("clip", [&](const Value& v) { slm.clip = v.number(between(0.01, 1)); });
   section.read("band", [&](const Value& v) { slm.band = share_of(v); });
-  section.read("levels", [&](const Value& v) { slm.levels = v.integer(2, 256); });
+  section.read("bits", [&](const Value& v) {
+    slm.bits = v.integer(1, 64);
+    if (slm.bits != 8 && slm.bits != 10) v.fail("8 or 10");
+    if (slm.bits > most_bits)
+      v.fail(
+          "8 in a scene: its pictures have 8 bits; give 10 to raywave encode, in a file of "
+          "--slm");
+  });
+  const int grey_levels = slm.levels = slm.levels_per_turn = grey_levels_of(slm);
+  section.read("levels", [&](const Value& v) { slm.levels = v.integer(2, grey_levels); });
   section.read("levels_per_turn",
-               [&](const Value& v) { slm.levels_per_turn = v.integer(2, 1024); });
+               [&](const Value& v) { slm.levels_per_turn = v.integer(2, 4 * grey_levels); });
   section.read("invert", [&](const Value& v) { slm.invert = v.boolean(); });
   section.read("offset", [&](const Value& v) { slm.offset_turns = v.number(between(-1e3, 1e3)); });
 
@@ -184,7 +192,8 @@ SlmSpec read_slm(Section section, double wavelength_m) {
     turns_per_unit = v.choice<double>({{"turns", 1}, {"radians", 1 / (2 * std::numbers::pi)}});
   });
   section.read("lut", [&](const Value& v) {
-    slm.lut = lut_of(v.node->is_table() ? nearest_lut(v, wavelength_m) : v);
+    slm.lut = lut_of(v.node->is_table() ? nearest_lut(v, wavelength_m) : v,
+                     static_cast<std::size_t>(grey_levels_of(slm)));
     for (double& number : slm.lut) number *= amplitude ? 1 : turns_per_unit;
     if (slm.invert)
       v.fail("given without invert: the LUT says itself whether phase falls as grey rises");
@@ -249,7 +258,7 @@ SlmSpec load_slm(const std::filesystem::path& file, double wavelength_m,
                  const std::vector<std::string>& overrides) {
   const Document document = read_document(file, overrides);
   Section root(document, document.root, "", "");
-  auto slm = read_slm(root.section("slm"), wavelength_m);
+  auto slm = read_slm(root.section("slm"), wavelength_m, 10);
   root.finish();
   return slm;
 }

@@ -7,15 +7,24 @@
 #include "kernels/common/phase.h"
 #include "kernels/encode/options.h"
 
+// LEVEL: the type of a grey level. A macro, as drivers name the types of arguments as written.
+#if RAYWAVE_GREY_LEVELS > 256
+#define LEVEL ushort
+#define CONVERT_LEVELS convert_ushort
+#else
+#define LEVEL uchar
+#define CONVERT_LEVELS convert_uchar
+#endif
+
 #if RAYWAVE_LANES == 1
 #define LOAD_TURNS(p) (*(p))
 #define TURNS_TO_FLOAT(v) convert_float(v)
-#define STORE_LEVELS(v, p) (*(p) = (uchar)(v))
+#define STORE_LEVELS(v, p) (*(p) = (LEVEL)(v))
 #else
 #define LOAD_TURNS(p) LANES_PASTE(vload, RAYWAVE_LANES)(0, p)
 #define TURNS_TO_FLOAT(v) LANES_TO_FLOAT(v)
 #define STORE_LEVELS(v, p) \
-  LANES_PASTE(vstore, RAYWAVE_LANES)(LANES_PASTE(convert_uchar, RAYWAVE_LANES)(v), 0, p)
+  LANES_PASTE(vstore, RAYWAVE_LANES)(LANES_PASTE(CONVERT_LEVELS, RAYWAVE_LANES)(v), 0, p)
 #endif
 
 // Turns in one unit of a stored added phase.
@@ -74,14 +83,14 @@ static inline intv level_of_phase(floatv turns) {
   if (RAYWAVE_LEVEL_TABLE) return rounded(t * (float)RAYWAVE_TABLE_SIZE) & (RAYWAVE_TABLE_SIZE - 1);
   if (RAYWAVE_INVERT) t = 1.0f - t;
   const intv level = rounded(t * (float)RAYWAVE_LEVELS_PER_TURN);
-  return LANES_SELECT(level, (intv)(0), level > 255);
+  return LANES_SELECT(level, (intv)(0), level > RAYWAVE_GREY_LEVELS - 1);
 }
 
 // Level of an amplitude, 0 to 1, or its place in the table.
 static inline intv level_of_amplitude(floatv amplitude) {
   if (RAYWAVE_LEVEL_TABLE)
     return rounded(amplitude * (float)(RAYWAVE_TABLE_SIZE - 1)) & (RAYWAVE_TABLE_SIZE - 1);
-  return rounded(amplitude * 255.0f);
+  return rounded(amplitude * (float)(RAYWAVE_GREY_LEVELS - 1));
 }
 
 // Levels of the samples re + i im in the columns x of row y, or their places in the table. An
@@ -114,12 +123,13 @@ static inline intv levels_of(floatv re, floatv im, floatv added, intv x, int y,
   }
   // Lee: bright where the stripe, whose width shows the amplitude, covers the pixel
   const floatv half_width = 0.25f - acos_turns(a);
-  return LANES_SELECT((intv)(0), (intv)(255), fabs(turns_reduced(turns)) < half_width);
+  return LANES_SELECT((intv)(0), (intv)(RAYWAVE_GREY_LEVELS - 1),
+                      fabs(turns_reduced(turns)) < half_width);
 }
 
 // Stores the levels of a packet, or those at its places of the table.
-static inline void store_levels(intv level, const __global uchar* restrict table,
-                                __global uchar* restrict levels) {
+static inline void store_levels(intv level, const __global LEVEL* restrict table,
+                                __global LEVEL* restrict levels) {
   if (!RAYWAVE_LEVEL_TABLE) {
     STORE_LEVELS(level, levels);
     return;
@@ -137,7 +147,7 @@ static inline void store_levels(intv level, const __global uchar* restrict table
 // added  phase of each pixel in units of 1/65536 turn, where RAYWAVE_ADDED_TURNS
 // table  levels by phase or amplitude, where RAYWAVE_LEVEL_TABLE
 __kernel void encode(const __global float2* restrict field, const __global ushort* restrict added,
-                     const __global uchar* restrict table, __global uchar* restrict levels, int nx,
+                     const __global LEVEL* restrict table, __global LEVEL* restrict levels, int nx,
                      int ny, int x0, int y0, float inverse_clip) {
   const int row = (int)get_global_id(1);
   if (row >= ny) return;
@@ -167,7 +177,7 @@ __kernel void encode(const __global float2* restrict field, const __global ushor
           levels_of(LANES_LOAD(re), LANES_LOAD(im), LANES_LOAD(turns), x, y0 + row, inverse_clip),
           level);
       for (int lane = 0; lane < nx - i; ++lane)
-        levels[start + i + lane] = RAYWAVE_LEVEL_TABLE ? table[level[lane]] : (uchar)level[lane];
+        levels[start + i + lane] = RAYWAVE_LEVEL_TABLE ? table[level[lane]] : (LEVEL)level[lane];
     }
   }
 }

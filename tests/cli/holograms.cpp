@@ -204,6 +204,46 @@ TEST_CASE("of LUTs by wavelength, every command takes the one of its hologram's 
   check_refused(pattern("450nm"), 2, missing);
 }
 
+TEST_CASE("a hologram of 10 bits is encoded, described by its report and seen again") {
+  Desk desk;
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  desk.folder().write("wide.toml", "[slm]\nbits = 10\nencoding = \"phase\"\n");
+  desk.folder().write("bench.toml", "[slm]\nencoding = \"phase\"\n");
+  const auto encoded = [&](const std::string& slm, const std::string& format) {
+    return desk.run({"encode", desk.out("field.npy").string(), "--slm", desk.file(slm), "--format",
+                     format, "-o", desk.file(format)});
+  };
+  const auto seen = [&](const std::string& folder) {
+    const auto outcome = desk.run({"reconstruct", desk.file(folder + "/report.json"), "-z", "10mm",
+                                   "-o", desk.file("seen"), "--quiet"});
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    return load_grey(desk.folder() / "seen" / "reconstruction_10mm.exr", "").pixels;
+  };
+  REQUIRE(encoded("wide.toml", "png16").code == 0);
+  REQUIRE(encoded("bench.toml", "png").code == 0);
+  CHECK(Json::parse(bytes_of(desk.folder() / "png16" / "report.json"))["scene"]["slm"]["bits"] ==
+        10);
+  const auto wide = seen("png16"), narrow = seen("png");
+  CHECK(wide != narrow);
+  // Levels a quarter as far apart change the picture by little.
+  double apart = 0, all = 0;
+  for (std::size_t i = 0; i < wide.size(); ++i) {
+    apart += std::pow(wide[i] - narrow[i], 2);
+    all += std::pow(narrow[i], 2);
+  }
+  CHECK(apart < 1e-3 * all);
+  REQUIRE(encoded("wide.toml", "red-blue").code == 0);
+  check_refused(encoded("wide.toml", "png"), 2, "give --format png16, npy or red-blue");
+  check_refused(encoded("bench.toml", "red-blue"), 2, "give slm.bits = 10");
+  REQUIRE(desk.run({"pattern", "ramp", "--slm", desk.file("wide.toml"), "--size", "64x64",
+                    "--pitch", "4um", "--wavelength", "532nm", "-o", desk.file("pattern")})
+              .code == 0);
+  desk.scene("[slm]\nbits = 10\n");
+  for (const auto& outcome : {desk.render(), desk.run({"plan", desk.file("scene.toml")})})
+    check_refused(outcome, 2, "slm: bits must be 8 in a scene");
+}
+
 TEST_CASE("plan states what the stop passes and where the undiffracted light falls") {
   Desk desk;
   desk.scene("[slm]\nstop = 0.02\ncarrier = [0.2, 0]\n");

@@ -460,6 +460,50 @@ std::vector<std::array<int, 3>> colours(const Folder& folder, const std::string&
   return pixels;
 }
 
+TEST_CASE("10-bit levels are written exactly as words, as grey of 16 bits and over red and blue") {
+  auto slm = by_phase();
+  slm.bits = 10;
+  slm.levels = slm.levels_per_turn = 1024;
+  slm.flip_x = true;
+  const Panel panel(slm, {1024, 1}, glm::dvec2(4e-6), 532e-9);
+  std::vector<std::uint16_t> falling(1024), rising(1024);
+  for (std::size_t i = 0; i < 1024; ++i) {
+    rising[i] = static_cast<std::uint16_t>(i);
+    falling[i] = static_cast<std::uint16_t>(1023 - i);
+  }
+  // Flipped, the falling levels rise in the files.
+  const std::vector<std::vector<std::uint16_t>> levels{falling};
+  const FieldStack field{1024, 1, 1, std::vector<std::complex<float>>(1024, 1)};
+  const Folder folder;
+  const auto saved = [&](PictureFormat format) {
+    const auto names = save_pictures(folder / "", "hologram", format, panel, levels, field);
+    REQUIRE(names.size() == 1);
+    return folder / names[0];
+  };
+  const auto array = bytes_of(saved(PictureFormat::npy));
+  CHECK_THAT(array, ContainsSubstring(
+                        "{'descr': '<u2', 'fortran_order': False, 'shape': (1, 1, 1024), }"));
+  const auto* words = array.data() + array.size() - 2048;
+  const auto grey = load_levels(saved(PictureFormat::png16), "");
+  const auto pixels = colours(folder, saved(PictureFormat::red_blue).filename());
+  for (std::size_t i = 0; i < 1024; ++i) {
+    CHECK(static_cast<std::uint8_t>(words[2 * i]) +
+              256 * static_cast<std::uint8_t>(words[2 * i + 1]) ==
+          rising[i]);
+    CHECK(std::lround(grey.pixels[i] * 1023) == rising[i]);
+    CHECK(pixels[i] == std::array<int, 3>{rising[i] / 4, 0, rising[i] % 4});
+  }
+  CHECK(grey.pixels.front() == 0);
+  CHECK(grey.pixels.back() == 1);
+  for (const auto format :
+       {PictureFormat::png, PictureFormat::bmp, PictureFormat::tiff, PictureFormat::rgb_24x1})
+    CHECK_THAT(
+        input_error_of([&] { saved(format); }),
+        ContainsSubstring("takes levels of 8 bits, and slm.bits is 10; give --format png16"));
+  CHECK_THAT(input_error_of([] { Written(by_phase(), PictureFormat::red_blue, two_frames); }),
+             ContainsSubstring("takes levels of 10 bits, and slm.bits is 8; give slm.bits = 10"));
+}
+
 TEST_CASE("frames of few levels share the 24 bits of a colour, the first in red's lowest") {
   struct Case {
     PictureFormat format;

@@ -113,6 +113,31 @@ stop_centre = [0.05, -0.02])");
   CHECK(moved.shift_distance_m == Approx(0.2));
 }
 
+TEST_CASE("10 bits have 1024 levels, in files of an SLM and not in scenes") {
+  const Bench bench;
+  CHECK(bench.load("").bits == 8);
+  const auto plain = bench.load("bits = 10");
+  CHECK(plain.bits == 10);
+  CHECK(plain.levels == 1024);
+  CHECK(plain.levels_per_turn == 1024);
+  const auto given = bench.load("levels_per_turn = 4096\nlevels = 1000\nbits = 10");
+  CHECK(given.levels == 1000);
+  CHECK(given.levels_per_turn == 4096);
+  std::string wide;
+  for (int i = 0; i < 1024; ++i) wide += std::to_string(i / 1000.0) + "\n";
+  bench.folder.write("wide.txt", wide);
+  CHECK(bench.load("bits = 10\nlut = \"wide.txt\"").lut.size() == 1024);
+  CHECK_THAT(bench.refusal("bits = 10\nlut = \"rising.txt\""),
+             ContainsSubstring("a LUT has a number for each of 1024 levels, got 256"));
+  bench.folder.write("ball.obj", "");
+  const auto scene = bench.folder.write(
+      "scene.toml",
+      "[slm]\nbits = 10\n[[light]]\ndirection = [0, 0, 1]\n[[object]]\nmesh = \"ball.obj\"\n");
+  CHECK_THAT(input_error_of([&] { load_scene(scene); }),
+             ContainsSubstring("scene.toml:2: slm: bits must be 8 in a scene: its pictures have 8 "
+                               "bits; give 10 to raywave encode"));
+}
+
 TEST_CASE("keys of [slm] left out have the documented defaults") {
   const auto slm = Bench().load("");
   CHECK(slm.encoding == Encoding::double_phase);
@@ -183,7 +208,10 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
        "\"burckhardt\" or \"lee\", got \"kinoform\""},
       {"clip = 0", "slm.toml:2: slm: clip must be 0.01 to 1, got 0"},
       {"band = [1, 2]", "slm.toml:2: slm: band[1] must be 0.001 to 1, got 2"},
+      {"bits = 9", "slm.toml:2: slm: bits must be 8 or 10, got 9"},
+      {"bits = 12", "slm.toml:2: slm: bits must be 8 or 10, got 12"},
       {"levels = 1", "slm.toml:2: slm: levels must be 2 to 256, got 1"},
+      {"bits = 10\nlevels = 1025", "slm.toml:3: slm: levels must be 2 to 1024, got 1025"},
       {"levels_per_turn = 2000", "slm.toml:2: slm: levels_per_turn must be 2 to 1024, got 2000"},
       {"invert = 1", "slm.toml:2: slm: invert must be true or false, got 1"},
       {"lut_unit = \"degrees\"",
