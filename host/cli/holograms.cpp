@@ -85,20 +85,22 @@ HologramSpec PixelOptions::spec(const std::filesystem::path& hologram, glm::ivec
 }
 
 SlmSpec PixelOptions::slm_spec(const std::filesystem::path& hologram,
-                               const std::vector<std::string>& set) const {
-  if (!slm.empty()) {
-    const double wavelength_m =
-        wavelength.empty() ? hologram_of_report(hologram.parent_path() / "report.json").wavelength_m
-                           : positive_length_m(wavelength, "--wavelength");
-    return load_slm(slm, wavelength_m, set);
-  }
-  if (!set.empty()) throw InputError("--set changes keys of the file of --slm, which is not given");
+                               const std::vector<std::string>& set, int most_bits) const {
   const auto report = hologram.parent_path() / "report.json";
+  SlmSpec spec;
+  spec.encoding = Encoding::phase;
   std::error_code error;
-  if (std::filesystem::exists(report, error)) return slm_of_report(report);
-  SlmSpec plain;
-  plain.encoding = Encoding::phase;
-  return plain;
+  if (!slm.empty())
+    spec = load_slm(slm,
+                    wavelength.empty() ? hologram_of_report(report).wavelength_m
+                                       : positive_length_m(wavelength, "--wavelength"),
+                    set);
+  else if (!set.empty())
+    throw InputError("--set changes keys of the file of --slm, which is not given");
+  else if (std::filesystem::exists(report, error))
+    spec = slm_of_report(report);
+  if (most_bits == 8) require_level_bytes(spec, 1);
+  return spec;
 }
 
 void HologramOptions::add_to(CLI::App& command, const std::string& what) {

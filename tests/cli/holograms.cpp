@@ -239,6 +239,18 @@ TEST_CASE("a hologram of 10 bits is encoded, described by its report and seen ag
   REQUIRE(desk.run({"pattern", "ramp", "--slm", desk.file("wide.toml"), "--size", "64x64",
                     "--pitch", "4um", "--wavelength", "532nm", "-o", desk.file("pattern")})
               .code == 0);
+  // refine works with 8 bits, and says so before it computes, whoever asks for 10.
+  const auto refined = [&](const std::string& field, const std::vector<std::string>& more) {
+    std::vector<std::string> line{"refine",           field, "--targets",
+                                  desk.folder() / "", "-o",  desk.file("refined")};
+    line.insert(line.end(), more.begin(), more.end());
+    return desk.run(line);
+  };
+  const auto refusal = "slm.bits is 10: this takes levels of 8 bits";
+  check_refused(refined(desk.out("field.npy"), {"--slm", desk.file("wide.toml")}), 2, refusal);
+  std::filesystem::copy(desk.out("field.npy"), desk.folder() / "field.npy");
+  std::filesystem::copy(desk.folder() / "png16" / "report.json", desk.folder() / "report.json");
+  check_refused(refined(desk.file("field.npy"), {}), 2, refusal);
   desk.scene("[slm]\nbits = 10\n");
   for (const auto& outcome : {desk.render(), desk.run({"plan", desk.file("scene.toml")})})
     check_refused(outcome, 2, "slm: bits must be 8 in a scene");
