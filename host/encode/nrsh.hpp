@@ -14,8 +14,8 @@ namespace raywave {
 /// scene, as in raywave.
 ///
 /// name    of the file, for the comment that says how to call NRSH
-/// source  NRSH 13.0, core/read_render_cfg.m, core/rec_asm.m, and the configurations of JPEG Pleno's
-///         data base
+/// source  NRSH, core/read_render_cfg.m and core/rec_asm.m, and the configurations of JPEG Pleno's
+///         data base, as in the public repository rsbguerra/Single-Phase-Reconstruction
 std::string nrsh_configuration(const HologramSpec& hologram, const std::string& name);
 
 }  // namespace raywave

@@ -227,11 +227,11 @@ std::vector<Convention> conventions() {
       // numbers, minus 1, in 8 bits
       {"slmsuite", slmsuite, [](double t) { return 255 - static_cast<int>(std::floor(256 * t)); },
        256, 0.5 / 256},
-      // HOLOEYE, SLM Display SDK: phases are wrapped at "the phase value of a full circle, by default
-      // 2 pi" (3.x, heds_show_phasevalues_single, phaseWrap; 4.x, SLM.showPhaseData, phase_unit),
-      // grey rises with phase, and its examples have 256 levels to a circle. How the SDK rounds is
-      // not documented. The Python example, "phase data calculated using 8-bit integer values", takes
-      // the whole part: int(x * 256 / blazePeriod)
+      // HOLOEYE, SLM Display SDK: phases are wrapped at "the phase value of a full circle, by
+      // default 2pi" (3.x, heds_show_phasevalues_single, phaseWrap; 4.x, SLM.showPhaseData,
+      // phase_unit), and its examples have 256 levels to a circle, grey rising with phase. How the
+      // SDK itself rounds is not documented. The Python example, "phase data calculated using 8-bit
+      // integer values", takes the whole part: int(x * 256 / blazePeriod)
       {"HOLOEYE, Python", holoeye_python,
        [](double t) { return static_cast<int>(std::floor(256 * t)); }, 256, -0.5 / 256}};
 }
