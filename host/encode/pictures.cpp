@@ -123,8 +123,8 @@ std::vector<std::uint16_t> as_16_bits(const std::vector<Level>& levels, int bits
   return pixels;
 }
 
-/// source  OpenWFS, convert_floatdata_to_10b_rb of devices/slm/texture.py (pull request 73), for the
-///         HDMI SLMs of Meadowlark
+/// source  OpenWFS, devices/slm/texture.py, convert_floatdata_to_10b_rb (pull request 73), for HDMI
+///         SLMs of Meadowlark
 template <class Level>
 std::vector<std::uint8_t> as_red_and_blue(const std::vector<Level>& levels) {
   std::vector<std::uint8_t> pixels;
