@@ -12,6 +12,7 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/encode/nrsh.hpp"
 #include "host/encode/pictures.hpp"
 
 namespace raywave::cli {
@@ -36,12 +37,19 @@ void run_encode(const EncodeArguments& options) {
   const auto panel = std::make_shared<const Panel>(slm, size, spec.pitch_m, spec.wavelength_m);
   const cl::Device device(options.device.info());
   Encoder encoder(device, panel);
-  const auto levels = encode(device, encoder, field);
 
   const std::filesystem::path out(options.out);
-  auto written = save_pictures(out, "hologram", format, *panel, levels, field);
+  const auto save = [&](const auto& levels) {
+    return save_pictures(out, "hologram", format, *panel, levels, field);
+  };
+  auto written = slm.bits > 8 ? save(encode<std::uint16_t>(device, encoder, field))
+                              : save(encode(device, encoder, field));
   const auto report = encoded_report(spec, slm, field.frames, format, written);
   write_text(out / "report.json", report.dump(2) + "\n");
+  if (format == PictureFormat::mat) {
+    written.push_back("hologram_nrsh.txt");
+    write_text(out / written.back(), nrsh_configuration(spec, written.back()));
+  }
   written.push_back("report.json");
   if (options.report.prints_text()) {
     std::printf("%d x %d pixels, %d %s, by %s\n", size.x, size.y, field.frames,

@@ -85,15 +85,22 @@ HologramSpec PixelOptions::spec(const std::filesystem::path& hologram, glm::ivec
 }
 
 SlmSpec PixelOptions::slm_spec(const std::filesystem::path& hologram,
-                               const std::vector<std::string>& set) const {
-  if (!slm.empty()) return load_slm(slm, set);
-  if (!set.empty()) throw InputError("--set changes keys of the file of --slm, which is not given");
+                               const std::vector<std::string>& set, int most_bits) const {
   const auto report = hologram.parent_path() / "report.json";
+  SlmSpec spec;
+  spec.encoding = Encoding::phase;
   std::error_code error;
-  if (std::filesystem::exists(report, error)) return slm_of_report(report);
-  SlmSpec plain;
-  plain.encoding = Encoding::phase;
-  return plain;
+  if (!slm.empty())
+    spec = load_slm(slm,
+                    wavelength.empty() ? hologram_of_report(report).wavelength_m
+                                       : positive_length_m(wavelength, "--wavelength"),
+                    set);
+  else if (!set.empty())
+    throw InputError("--set changes keys of the file of --slm, which is not given");
+  else if (std::filesystem::exists(report, error))
+    spec = slm_of_report(report);
+  if (most_bits == 8) require_level_bytes(spec, 1);
+  return spec;
 }
 
 void HologramOptions::add_to(CLI::App& command, const std::string& what) {
@@ -112,33 +119,43 @@ FieldStack HologramOptions::load() const {
     if (files.size() > 1) throw InputError("of reports (.json), one at a time can be given");
     pictures = pictures_of(first);
   }
-  const auto slm_of_pictures = slm_spec();
-  glm::ivec2 size(0);
-  std::vector<std::vector<std::uint8_t>> frames;
-  for (const auto& file : pictures) {
-    glm::ivec2 size_here;
-    frames.push_back(load_hologram_levels(file, slm_of_pictures, &size_here));
-    if (frames.size() == 1) size = size_here;
-    if (size_here != size)
-      throw InputError(one_line(file.string()) + ": is " + std::to_string(size_here.x) + " x " +
-                       std::to_string(size_here.y) + " pixels, the picture before it " +
-                       std::to_string(size.x) + " x " + std::to_string(size.y));
-  }
-  const auto hologram = spec(size);
-  return shown_field(Panel(slm_of_pictures, size, hologram.pitch_m, hologram.wavelength_m), frames);
+  const auto slm = slm_spec();
+  const auto shown_by = [&]<class Level>(const Level&) {
+    glm::ivec2 size(0);
+    std::vector<std::vector<Level>> frames;
+    for (const auto& file : pictures) {
+      glm::ivec2 size_here;
+      frames.push_back(load_hologram_levels<Level>(file, slm, &size_here));
+      if (frames.size() == 1) size = size_here;
+      if (size_here != size)
+        throw InputError(one_line(file.string()) + ": is " + std::to_string(size_here.x) + " x " +
+                         std::to_string(size_here.y) + " pixels, the picture before it " +
+                         std::to_string(size.x) + " x " + std::to_string(size.y));
+    }
+    const auto hologram = spec(size);
+    return shown_field(Panel(slm, size, hologram.pitch_m, hologram.wavelength_m), frames);
+  };
+  return slm.bits > 8 ? shown_by(std::uint16_t{}) : shown_by(std::uint8_t{});
 }
 
-std::vector<std::uint8_t> load_hologram_levels(const std::filesystem::path& file,
-                                               const SlmSpec& slm, glm::ivec2* size_px) {
+template <class Level>
+std::vector<Level> load_hologram_levels(const std::filesystem::path& file, const SlmSpec& slm,
+                                        glm::ivec2* size_px) {
   const auto image = load_levels(file, "");
-  LevelPicture picture{{image.width, image.height}, {}};
+  LevelPictureOf<Level> picture{{image.width, image.height}, {}};
   picture.levels.reserve(image.pixels.size());
   for (const float value : image.pixels)
-    picture.levels.push_back(static_cast<std::uint8_t>(std::lround(value * 255)));
+    picture.levels.push_back(
+        static_cast<Level>(std::lround(value * static_cast<float>(grey_levels_of(slm) - 1))));
   picture = from_slm(std::move(picture), slm);
   *size_px = picture.size_px;
   return picture.levels;
 }
+
+template std::vector<std::uint8_t> load_hologram_levels(const std::filesystem::path&,
+                                                        const SlmSpec&, glm::ivec2*);
+template std::vector<std::uint16_t> load_hologram_levels(const std::filesystem::path&,
+                                                         const SlmSpec&, glm::ivec2*);
 
 nlohmann::ordered_json encoded_report(const HologramSpec& hologram, const SlmSpec& slm, int frames,
                                       PictureFormat format,
@@ -157,7 +174,7 @@ nlohmann::ordered_json encoded_report(const HologramSpec& hologram, const SlmSpe
 std::string save_hologram(const std::filesystem::path& folder, std::size_t number,
                           const SlmSpec& slm, glm::ivec2 size_px,
                           const std::vector<std::uint8_t>& levels, const std::string& format) {
-  const auto picture = for_slm({size_px, levels}, slm);
+  const auto picture = for_slm(LevelPicture{size_px, levels}, slm);
   const auto name = name_of_frame(number, format);
   save_png(folder / name, picture.size_px.x, picture.size_px.y, picture.levels);
   return name;

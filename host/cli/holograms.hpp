@@ -24,9 +24,10 @@ struct PixelOptions {
   HologramSpec spec(const std::filesystem::path& hologram, glm::ivec2 size_px) const;
   /// Without --slm and report: an SLM of 256 levels to a turn.
   ///
-  /// set  keys of the file of --slm that are changed
-  SlmSpec slm_spec(const std::filesystem::path& hologram,
-                   const std::vector<std::string>& set) const;
+  /// set        keys of the file of --slm that are changed
+  /// most_bits  of a grey level: more are refused
+  SlmSpec slm_spec(const std::filesystem::path& hologram, const std::vector<std::string>& set,
+                   int most_bits = 8) const;
 };
 
 /// HOLOGRAM..., PixelOptions and --set.
@@ -38,7 +39,7 @@ struct HologramOptions {
   void add_to(CLI::App& command, const std::string& what);
 
   HologramSpec spec(glm::ivec2 size_px) const { return pixels.spec(files.at(0), size_px); }
-  SlmSpec slm_spec() const { return pixels.slm_spec(files.at(0), set); }
+  SlmSpec slm_spec() const { return pixels.slm_spec(files.at(0), set, 10); }
 
   /// The complex field of a .npy file; or what an SLM shows of pictures, one frame each. A
   /// report.json stands for the pictures that were rendered with it.
@@ -48,9 +49,11 @@ struct HologramOptions {
 /// The grey levels of a picture, as render and encode write them, in the hologram's frame: turned
 /// and flipped back.
 ///
-/// throws  InputError when it is no 8-bit grey picture
-std::vector<std::uint8_t> load_hologram_levels(const std::filesystem::path& file,
-                                               const SlmSpec& slm, glm::ivec2* size_px);
+/// Level   std::uint8_t, or std::uint16_t where levels have more than 8 bits
+/// throws  InputError when it is no grey picture of 8 or 16 bits
+template <class Level = std::uint8_t>
+std::vector<Level> load_hologram_levels(const std::filesystem::path& file, const SlmSpec& slm,
+                                        glm::ivec2* size_px);
 
 /// The report.json beside pictures that were not rendered: what reconstruct and encode need to know
 /// of them.

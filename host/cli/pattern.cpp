@@ -50,10 +50,10 @@ HologramSpec hologram_of(const PatternArguments& options) {
 }
 
 /// The SLM without what hides a phase: phases are shown as they are.
-SlmSpec slm_of(const PatternArguments& options) {
+SlmSpec slm_of(const PatternArguments& options, double wavelength_m) {
   SlmSpec slm;
   if (!options.slm.empty())
-    slm = load_slm(options.slm, options.set);
+    slm = load_slm(options.slm, wavelength_m, options.set);
   else if (!options.set.empty())
     throw InputError("--set changes keys of the file of --slm, which is not given");
   if (!shows_amplitude(slm.encoding)) slm.encoding = Encoding::phase;
@@ -94,18 +94,22 @@ void run_pattern(const PatternArguments& options) {
   spec.focal_m = parse_length_m(options.focal, "--focal");
   spec.period_px = options.period_px;
   const auto hologram = hologram_of(options);
-  const auto slm = slm_of(options);
+  const auto slm = slm_of(options, hologram.wavelength_m);
   const auto field = pattern_field(spec, hologram);
   const auto panel = std::make_shared<const Panel>(slm, hologram.resolution, hologram.pitch_m,
                                                    hologram.wavelength_m);
   const cl::Device device(options.device.info());
   Encoder encoder(device, panel);
-  const auto levels = encode(device, encoder, field);
 
   const std::filesystem::path out(options.out);
   const auto stem = std::string("pattern_") + name_of(spec.pattern);
-  auto written = save_pictures(out, stem, PictureFormat::png, *panel, levels, field);
-  auto report = encoded_report(hologram, slm, 1, PictureFormat::png, written);
+  const auto format = slm.bits > 8 ? PictureFormat::png16 : PictureFormat::png;
+  const auto save = [&](const auto& levels) {
+    return save_pictures(out, stem, format, *panel, levels, field);
+  };
+  auto written = slm.bits > 8 ? save(encode<std::uint16_t>(device, encoder, field))
+                              : save(encode(device, encoder, field));
+  auto report = encoded_report(hologram, slm, 1, format, written);
   const auto seen = expectation(spec, hologram);
   report["pattern"] = {{"name", name_of(spec.pattern)}, {"shows", seen}};
   if (spec.pattern == Pattern::lens) report["pattern"]["focal_m"] = spec.focal_m;

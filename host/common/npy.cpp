@@ -233,6 +233,11 @@ void save_npy(const std::filesystem::path& file, int nx, int ny, int frames,
 }
 
 void save_npy(const std::filesystem::path& file, int nx, int ny, int frames,
+              std::span<const std::uint16_t> numbers) {
+  save_array(file, "<u2", std::to_string(frames) + ", ", nx, ny, frames, numbers);
+}
+
+void save_npy(const std::filesystem::path& file, int nx, int ny, int frames,
               std::span<const std::complex<float>> samples) {
   save_array(file, "<c8", frames > 1 ? std::to_string(frames) + ", " : "", nx, ny, frames, samples);
 }

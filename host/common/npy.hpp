@@ -21,9 +21,11 @@ struct FieldStack {
 ///         cut short, or holds NaN or infinity
 FieldStack load_npy(const std::filesystem::path& file);
 
-/// Writes uint8 numbers of shape (frames, ny, nx), as the function below.
+/// Writes uint8 or uint16 numbers of shape (frames, ny, nx), as the function below.
 void save_npy(const std::filesystem::path& file, int nx, int ny, int frames,
               std::span<const std::uint8_t> numbers);
+void save_npy(const std::filesystem::path& file, int nx, int ny, int frames,
+              std::span<const std::uint16_t> numbers);
 
 /// The file appears whole or not at all (temporary name, then rename).
 void save_npy(const std::filesystem::path& file, int nx, int ny, int frames,

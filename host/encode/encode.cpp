@@ -26,7 +26,8 @@ cl::Options options_of(const cl::Device& device, const Panel& panel) {
   cl::Options options{{option::lanes, std::to_string(device.info().float_lanes)},
                       {option::encoding, std::to_string(static_cast<int>(slm.encoding))},
                       {option::added_turns, panel.added().empty() ? "0" : "1"},
-                      {option::level_table, has_table ? "1" : "0"}};
+                      {option::level_table, has_table ? "1" : "0"},
+                      {option::grey_levels, std::to_string(grey_levels_of(slm))}};
   if (has_table)
     options[option::table_size] = std::to_string(Panel::table_size);
   else if (!shows_amplitude(slm.encoding)) {
@@ -48,9 +49,26 @@ Encoder::Encoder(const cl::Device& device, std::shared_ptr<const Panel> panel)
     : device_(device),
       panel_(std::move(panel)),
       program_(device, "kernels/encode/encode.cl", options_of(device, *panel_)),
-      table_(device, std::max<std::size_t>(1, panel_->level_table().size()), "levels by phase"),
       added_(device, 1, "added phases") {
-  if (!panel_->level_table().empty()) table_.write(panel_->level_table());
+  const auto fill = [&]<class Level>(LevelBuffers<Level>& to) {
+    const auto& levels = panel_->level_table();
+    to.table = {device, std::max<std::size_t>(1, levels.size()), "levels by phase"};
+    if (!levels.empty()) to.table.write(std::vector<Level>(levels.begin(), levels.end()));
+  };
+  if (panel_->slm().bits > 8)
+    fill(words_);
+  else
+    fill(bytes_);
+}
+
+template <>
+Encoder::LevelBuffers<std::uint8_t>& Encoder::level_buffers_of() {
+  return bytes_;
+}
+
+template <>
+Encoder::LevelBuffers<std::uint16_t>& Encoder::level_buffers_of() {
+  return words_;
 }
 
 double Encoder::quantile(std::vector<float> amplitudes) const {
@@ -98,11 +116,14 @@ void Encoder::upload_added(const PixelWindow& window) {
   added_window_ = window;
 }
 
-const cl::Buffer<std::uint8_t>& Encoder::levels_of(const cl::ComplexBuffer& field,
-                                                   const PixelWindow& window, double clip,
-                                                   std::size_t buffer) {
+template <class Level>
+const cl::Buffer<Level>& Encoder::levels_of(const cl::ComplexBuffer& field,
+                                            const PixelWindow& window, double clip,
+                                            std::size_t buffer) {
+  require_level_bytes(panel_->slm(), sizeof(Level));
   upload_added(window);
-  auto& levels = levels_.at(buffer);
+  auto& [table, all_levels] = level_buffers_of<Level>();
+  auto& levels = all_levels.at(buffer);
   if (levels.size() != field.size()) levels = {device_, field.size(), "hologram levels"};
   const bool cpu = device_.info().kind == cl::DeviceKind::cpu;
   const auto lanes = static_cast<std::size_t>(device_.info().float_lanes);
@@ -112,15 +133,23 @@ const cl::Buffer<std::uint8_t>& Encoder::levels_of(const cl::ComplexBuffer& fiel
   const auto inverse_clip =
       static_cast<float>(std::min<double>(1 / clip, std::numeric_limits<float>::max()));
   program_.kernel("encode").run(
-      {columns, static_cast<std::size_t>(window.size.y)}, {cpu ? 1u : 64u, 1}, field, added_,
-      table_, levels, static_cast<std::int32_t>(window.size.x),
-      static_cast<std::int32_t>(window.size.y), static_cast<std::int32_t>(window.first.x),
-      static_cast<std::int32_t>(window.first.y), inverse_clip);
+      {columns, static_cast<std::size_t>(window.size.y)}, {cpu ? 1u : 64u, 1}, field, added_, table,
+      levels, static_cast<std::int32_t>(window.size.x), static_cast<std::int32_t>(window.size.y),
+      static_cast<std::int32_t>(window.first.x), static_cast<std::int32_t>(window.first.y),
+      inverse_clip);
   return levels;
 }
 
-std::vector<std::vector<std::uint8_t>> encode(const cl::Device& device, Encoder& encoder,
-                                              const FieldStack& field) {
+template const cl::Buffer<std::uint8_t>& Encoder::levels_of(const cl::ComplexBuffer&,
+                                                            const PixelWindow&, double,
+                                                            std::size_t);
+template const cl::Buffer<std::uint16_t>& Encoder::levels_of(const cl::ComplexBuffer&,
+                                                             const PixelWindow&, double,
+                                                             std::size_t);
+
+template <class Level>
+std::vector<std::vector<Level>> encode(const cl::Device& device, Encoder& encoder,
+                                       const FieldStack& field) {
   const auto size = encoder.panel().size_px();
   if (field.nx != size.x || field.ny != size.y)
     throw InputError("encode: the field has " + std::to_string(field.nx) + " x " +
@@ -133,7 +162,7 @@ std::vector<std::vector<std::uint8_t>> encode(const cl::Device& device, Encoder&
   const auto nx = static_cast<std::size_t>(size.x), ny = static_cast<std::size_t>(size.y);
   const auto rows = std::clamp<std::size_t>(strip_pixels / nx, 1, ny);
   const auto band = encoder.panel().slm().band;
-  std::vector<std::vector<std::uint8_t>> levels;
+  std::vector<std::vector<Level>> levels;
   std::vector<std::complex<float>> limited;
   for (std::size_t frame = 0; frame < static_cast<std::size_t>(field.frames); ++frame) {
     auto samples = std::span(field.samples).subspan(frame * nx * ny, nx * ny);
@@ -149,11 +178,17 @@ std::vector<std::vector<std::uint8_t>> encode(const cl::Device& device, Encoder&
       const cl::ComplexBuffer on_device(device, samples.subspan(y * nx, strip * nx),
                                         "hologram field");
       encoder
-          .levels_of(on_device, {{0, static_cast<int>(y)}, {size.x, static_cast<int>(strip)}}, clip)
+          .template levels_of<Level>(
+              on_device, {{0, static_cast<int>(y)}, {size.x, static_cast<int>(strip)}}, clip)
           .read(std::span(picture).subspan(y * nx, strip * nx));
     }
   }
   return levels;
 }
+
+template std::vector<std::vector<std::uint8_t>> encode(const cl::Device&, Encoder&,
+                                                       const FieldStack&);
+template std::vector<std::vector<std::uint16_t>> encode(const cl::Device&, Encoder&,
+                                                        const FieldStack&);
 
 }  // namespace raywave

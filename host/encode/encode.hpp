@@ -43,12 +43,22 @@ public:
   /// clip    of the whole hologram (clip_of): brighter pixels are shown as bright as this
   /// buffer  0 to buffers - 1: while one is copied to the host, the next field is encoded into
   ///         another
-  const cl::Buffer<std::uint8_t>& levels_of(const cl::ComplexBuffer& field,
-                                            const PixelWindow& window, double clip,
-                                            std::size_t buffer = 0);
+  /// throws  InputError when the SLM's levels have more bits than Level, or fit a byte and Level is
+  ///         larger: std::uint8_t up to 8 bits, std::uint16_t beyond
+  template <class Level = std::uint8_t>
+  const cl::Buffer<Level>& levels_of(const cl::ComplexBuffer& field, const PixelWindow& window,
+                                     double clip, std::size_t buffer = 0);
   static constexpr std::size_t buffers = level_buffers;
 
 private:
+  template <class Level>
+  struct LevelBuffers {
+    cl::Buffer<Level> table;
+    std::array<cl::Buffer<Level>, level_buffers> levels;
+  };
+  template <class Level>
+  LevelBuffers<Level>& level_buffers_of();
+
   /// Brings the phases that are added in a window to the device.
   void upload_added(const PixelWindow& window);
   double quantile(std::vector<float> amplitudes) const;
@@ -57,18 +67,20 @@ private:
   cl::Device device_;
   std::shared_ptr<const Panel> panel_;
   cl::Program program_;
-  cl::Buffer<std::uint8_t> table_;
   cl::Buffer<std::uint16_t> added_;
   PixelWindow added_window_{{0, 0}, {0, 0}};
   cl::Buffer<float> amplitudes_;
-  std::array<cl::Buffer<std::uint8_t>, buffers> levels_;
+  LevelBuffers<std::uint8_t> bytes_;
+  LevelBuffers<std::uint16_t> words_;  // where levels have more than 8 bits
 };
 
 /// The levels of holograms that the host holds, one picture per frame.
 ///
+/// Level   std::uint8_t, or std::uint16_t where levels have more than 8 bits
 /// field   of the panel's size
-/// throws  InputError when it has another size
-std::vector<std::vector<std::uint8_t>> encode(const cl::Device& device, Encoder& encoder,
-                                              const FieldStack& field);
+/// throws  InputError when it has another size, or the levels another type
+template <class Level = std::uint8_t>
+std::vector<std::vector<Level>> encode(const cl::Device& device, Encoder& encoder,
+                                       const FieldStack& field);
 
 }  // namespace raywave

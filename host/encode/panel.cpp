@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <utility>
 
+#include "host/common/error.hpp"
 #include "host/common/threads.hpp"
 
 namespace raywave {
@@ -19,19 +21,20 @@ double factorial(int n) {
   return product;
 }
 
-/// The level of 0 to 255 whose value is nearest to `wanted`; the lowest of equals.
+/// The level whose value is nearest to `wanted`; the lowest of equals.
 template <class Distance>
-std::uint8_t nearest_level(const std::vector<double>& shown, const Distance& distance) {
+std::uint16_t nearest_level(const std::vector<double>& shown, const Distance& distance) {
   std::size_t best = 0;
   for (std::size_t level = 1; level < shown.size(); ++level)
     if (distance(shown[level]) < distance(shown[best])) best = level;
-  return static_cast<std::uint8_t>(best);
+  return static_cast<std::uint16_t>(best);
 }
 
 /// Distance of phases in turns, on the circle.
 double apart(double a, double b) { return std::abs(a - b - std::round(a - b)); }
 
-void flip(LevelPicture& picture, bool x, bool y) {
+template <class Level>
+void flip(LevelPictureOf<Level>& picture, bool x, bool y) {
   const auto nx = static_cast<std::ptrdiff_t>(picture.size_px.x);
   auto& levels = picture.levels;
   if (x)
@@ -43,9 +46,10 @@ void flip(LevelPicture& picture, bool x, bool y) {
 }
 
 /// A quarter turn counterclockwise.
-LevelPicture turned(const LevelPicture& picture) {
+template <class Level>
+LevelPictureOf<Level> turned(const LevelPictureOf<Level>& picture) {
   const auto [nx, ny] = std::pair(picture.size_px.x, picture.size_px.y);
-  LevelPicture result{{ny, nx}, {}};
+  LevelPictureOf<Level> result{{ny, nx}, {}};
   result.levels.reserve(picture.levels.size());
   for (int row = 0; row < nx; ++row)
     for (int column = 0; column < ny; ++column)
@@ -55,17 +59,30 @@ LevelPicture turned(const LevelPicture& picture) {
 
 }  // namespace
 
-LevelPicture for_slm(LevelPicture picture, const SlmSpec& slm) {
+template <class Level>
+LevelPictureOf<Level> for_slm(LevelPictureOf<Level> picture, const SlmSpec& slm) {
   for (int turns = 0; turns < slm.rotate_deg / 90; ++turns) picture = turned(picture);
   flip(picture, slm.flip_x, slm.flip_y);
   return picture;
 }
 
-LevelPicture from_slm(LevelPicture picture, const SlmSpec& slm) {
+template <class Level>
+LevelPictureOf<Level> from_slm(LevelPictureOf<Level> picture, const SlmSpec& slm) {
   flip(picture, slm.flip_x, slm.flip_y);
   for (int turns = slm.rotate_deg / 90; turns % 4 != 0; ++turns) picture = turned(picture);
   return picture;
 }
+
+void require_level_bytes(const SlmSpec& slm, std::size_t bytes) {
+  if (bytes == (slm.bits > 8 ? 2 : 1)) return;
+  throw InputError("slm.bits is " + std::to_string(slm.bits) +
+                   ": this takes levels of 8 bits; encode, pattern and reconstruct take 10");
+}
+
+template LevelPictureOf<std::uint8_t> for_slm(LevelPictureOf<std::uint8_t>, const SlmSpec&);
+template LevelPictureOf<std::uint16_t> for_slm(LevelPictureOf<std::uint16_t>, const SlmSpec&);
+template LevelPictureOf<std::uint8_t> from_slm(LevelPictureOf<std::uint8_t>, const SlmSpec&);
+template LevelPictureOf<std::uint16_t> from_slm(LevelPictureOf<std::uint16_t>, const SlmSpec&);
 
 double zernike(int noll, double x, double y) {
   // Noll counts by radial degree n; within one, by azimuthal degree m, even indices the cosines.
@@ -92,19 +109,19 @@ Panel::Panel(const SlmSpec& slm, glm::ivec2 size_px, glm::dvec2 pitch_m, double 
 
 void Panel::make_levels() {
   const bool amplitude = shows_amplitude(slm_.encoding);
+  const int grey_levels = grey_levels_of(slm_);
   std::vector<double> values = slm_.lut;
   if (values.empty()) {
-    for (int level = 0; level < 256; ++level) {
+    for (int level = 0; level < grey_levels; ++level) {
       const double turns = static_cast<double>(level) / slm_.levels_per_turn;
-      values.push_back(amplitude ? level / 255.0 : slm_.invert ? -turns : turns);
+      values.push_back(amplitude ? level / (grey_levels - 1.0) : slm_.invert ? -turns : turns);
     }
   }
-  for (std::size_t level = 0; level < values.size(); ++level)
-    shown_[level] =
-        amplitude ? values[level] : std::polar(1.0, 2 * std::numbers::pi * values[level]);
+  for (const double value : values)
+    shown_.push_back(amplitude ? value : std::polar(1.0, 2 * std::numbers::pi * value));
 
-  const bool proportional =
-      slm_.lut.empty() && slm_.levels == 256 && (amplitude || slm_.levels_per_turn <= 256);
+  const bool proportional = slm_.lut.empty() && slm_.levels == grey_levels &&
+                            (amplitude || slm_.levels_per_turn <= grey_levels);
   if (proportional || slm_.encoding == Encoding::lee) return;
   for (int i = 0; i < table_size; ++i) {
     if (amplitude) {
@@ -114,7 +131,7 @@ void Panel::make_levels() {
           nearest_level(values, [&](double shown) { return std::abs(shown - wanted); }));
     } else {
       const double steps = slm_.levels;
-      const double wanted = slm_.levels == 256
+      const double wanted = slm_.levels == grey_levels
                                 ? static_cast<double>(i) / table_size
                                 : std::round(static_cast<double>(i) / table_size * steps) / steps;
       level_table_.push_back(
@@ -136,7 +153,7 @@ void Panel::make_added(glm::dvec2 pitch_m, double wavelength_m) {
     return;
 
   const double turns_per_value =
-      flatness.in_nm ? -1e-9 / wavelength_m : 255.0 / slm_.levels_per_turn;
+      flatness.in_nm ? -1e-9 / wavelength_m : (grey_levels_of(slm_) - 1.0) / slm_.levels_per_turn;
   const int left = (picture.width - size_.x) / 2, top = (picture.height - size_.y) / 2;
   const double radius = 0.5 * std::max(size_.x * pitch_m.x, size_.y * pitch_m.y);
   added_.resize(std::size_t{1} * size_.x * size_.y);

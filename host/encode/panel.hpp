@@ -3,7 +3,6 @@
 /// added to each pixel. Encoding and judging share them.
 #pragma once
 
-#include <array>
 #include <complex>
 #include <cstdint>
 #include <glm/vec2.hpp>
@@ -29,7 +28,7 @@ public:
   /// Levels by phase (i / table_size turns) or amplitude (i / (table_size - 1)); empty where they
   /// are proportional. Wanted and shown phase differ by half a step of the table more than levels
   /// alone would have it: 1/8192 turn.
-  const std::vector<std::uint8_t>& level_table() const { return level_table_; }
+  const std::vector<std::uint16_t>& level_table() const { return level_table_; }
 
   /// Phase added to each pixel, in units of 1/65536 turn, rows from the top; empty: none. Carrier,
   /// lens, flatness, Zernike terms and offset.
@@ -41,7 +40,7 @@ public:
 
   /// Light of a pixel with this level, relative to the light that falls on it: of modulus 1 for
   /// phases, real for amplitudes.
-  std::complex<double> shown(std::uint8_t level) const { return shown_[level]; }
+  std::complex<double> shown(std::size_t level) const { return shown_[level]; }
 
 private:
   void make_levels();
@@ -49,21 +48,30 @@ private:
 
   SlmSpec slm_;
   glm::ivec2 size_;
-  std::vector<std::uint8_t> level_table_;
+  std::vector<std::uint16_t> level_table_;
   std::vector<std::uint16_t> added_;
-  std::array<std::complex<double>, 256> shown_;
+  std::vector<std::complex<double>> shown_;  // by level
 };
 
-/// Levels of one frame, row 0 the top.
-struct LevelPicture {
+/// throws  InputError when the SLM's levels have not the size of Level: more than 8 bits take two
+///         bytes
+void require_level_bytes(const SlmSpec& slm, std::size_t bytes);
+
+/// Levels of one frame, row 0 the top. A level is a std::uint8_t, or a std::uint16_t where it has
+/// more bits.
+template <class Level>
+struct LevelPictureOf {
   glm::ivec2 size_px{0, 0};
-  std::vector<std::uint8_t> levels;
+  std::vector<Level> levels;
 };
+using LevelPicture = LevelPictureOf<std::uint8_t>;
 
 /// The picture as the SLM wants it: turned by slm.rotate_deg, then flipped.
-LevelPicture for_slm(LevelPicture picture, const SlmSpec& slm);
+template <class Level>
+LevelPictureOf<Level> for_slm(LevelPictureOf<Level> picture, const SlmSpec& slm);
 /// for_slm taken back.
-LevelPicture from_slm(LevelPicture picture, const SlmSpec& slm);
+template <class Level>
+LevelPictureOf<Level> from_slm(LevelPictureOf<Level> picture, const SlmSpec& slm);
 
 /// Zernike polynomial of Noll's index, of mean square 1 over the unit disc.
 ///

@@ -14,7 +14,7 @@
 namespace raywave {
 namespace {
 
-constexpr std::array<std::pair<const char*, PictureFormat>, 11> formats{
+constexpr std::array<std::pair<const char*, PictureFormat>, 12> formats{
     {{"png", PictureFormat::png},
      {"png16", PictureFormat::png16},
      {"bmp", PictureFormat::bmp},
@@ -25,7 +25,8 @@ constexpr std::array<std::pair<const char*, PictureFormat>, 11> formats{
      {"rgb-24x1", PictureFormat::rgb_24x1},
      {"rgb-12x2", PictureFormat::rgb_12x2},
      {"rgb-8x3", PictureFormat::rgb_8x3},
-     {"rgb-6x4", PictureFormat::rgb_6x4}}};
+     {"rgb-6x4", PictureFormat::rgb_6x4},
+     {"red-blue", PictureFormat::red_blue}}};
 
 /// Bits of a frame in a RGB picture; 0: not packed.
 int packed_bits(PictureFormat format) {
@@ -65,9 +66,9 @@ std::string name_of_file(const std::string& stem, std::size_t number, PictureFor
 }
 
 /// The levels that an encoder sends, from the lowest on; empty where it sends all.
-std::vector<std::uint8_t> sent_levels(const Panel& panel) {
+std::vector<std::uint16_t> sent_levels(const Panel& panel) {
   if (panel.slm().encoding == Encoding::lee) return {0, 255};
-  const std::set<std::uint8_t> levels(panel.level_table().begin(), panel.level_table().end());
+  const std::set<std::uint16_t> levels(panel.level_table().begin(), panel.level_table().end());
   return {levels.begin(), levels.end()};
 }
 
@@ -101,6 +102,39 @@ std::vector<std::vector<std::uint8_t>> packed(const Panel& panel, PictureFormat 
   return pictures;
 }
 
+/// throws  InputError when the format has not as many bits as the levels
+void require_bits(PictureFormat format, int bits) {
+  const bool holds_ten = format == PictureFormat::png16 || format == PictureFormat::npy ||
+                         format == PictureFormat::red_blue;
+  const bool holds_eight = format != PictureFormat::red_blue;
+  if (bits > 8 ? holds_ten : holds_eight) return;
+  throw InputError(std::string("--format ") + name_of(format) + " takes levels of " +
+                   (holds_ten ? "10" : "8") + " bits, and slm.bits is " + std::to_string(bits) +
+                   (holds_ten ? "; give slm.bits = 10" : "; give --format png16, npy or red-blue"));
+}
+
+/// Pixels of 16 bits: the upper bits are the level, which is repeated below them.
+template <class Level>
+std::vector<std::uint16_t> as_16_bits(const std::vector<Level>& levels, int bits) {
+  std::vector<std::uint16_t> pixels;
+  pixels.reserve(levels.size());
+  for (const std::uint32_t level : levels)
+    pixels.push_back(static_cast<std::uint16_t>(level << (16 - bits) | level >> (2 * bits - 16)));
+  return pixels;
+}
+
+/// source  OpenWFS, devices/slm/texture.py, convert_floatdata_to_10b_rb (pull request 73), for HDMI
+///         SLMs of Meadowlark
+template <class Level>
+std::vector<std::uint8_t> as_red_and_blue(const std::vector<Level>& levels) {
+  std::vector<std::uint8_t> pixels;
+  pixels.reserve(3 * levels.size());
+  for (const std::uint32_t level : levels)
+    for (const std::uint32_t channel : {level >> 2, 0u, level & 3})
+      pixels.push_back(static_cast<std::uint8_t>(channel & 0xff));
+  return pixels;
+}
+
 }  // namespace
 
 std::string picture_format_names() {
@@ -126,9 +160,10 @@ const char* name_of(PictureFormat format) {
   return formats[static_cast<std::size_t>(format)].first;
 }
 
+template <class Level>
 std::vector<std::string> save_pictures(const std::filesystem::path& folder, const std::string& stem,
                                        PictureFormat format, const Panel& panel,
-                                       const std::vector<std::vector<std::uint8_t>>& levels,
+                                       const std::vector<std::vector<Level>>& levels,
                                        const FieldStack& field) {
   std::vector<std::string> written;
   const auto next_file = [&] {
@@ -145,29 +180,41 @@ std::vector<std::string> save_pictures(const std::filesystem::path& folder, cons
     return written;
   }
 
-  std::vector<LevelPicture> frames;
-  for (const auto& frame : levels) frames.push_back(for_slm({panel.size_px(), frame}, panel.slm()));
+  const int bits = panel.slm().bits;
+  require_bits(format, bits);
+  std::vector<LevelPictureOf<Level>> frames;
+  for (const auto& frame : levels)
+    frames.push_back(for_slm(LevelPictureOf<Level>{panel.size_px(), frame}, panel.slm()));
   const auto size = frames.at(0).size_px;
-  if (packed_bits(format) > 0) {
-    for (const auto& picture : packed(panel, format, frames))
-      save_png_rgb(next_file(), size.x, size.y, picture);
-  } else if (format == PictureFormat::npy) {
-    std::vector<std::uint8_t> all;
+  if (format == PictureFormat::npy) {
+    std::vector<Level> all;
     for (const auto& frame : frames)
       all.insert(all.end(), frame.levels.begin(), frame.levels.end());
-    save_npy(next_file(), size.x, size.y, static_cast<int>(frames.size()), all);
+    save_npy(next_file(), size.x, size.y, static_cast<int>(frames.size()), std::span(all));
   } else if (format == PictureFormat::png16) {
-    for (const auto& frame : frames) {
-      std::vector<std::uint16_t> scaled;
-      scaled.reserve(frame.levels.size());
-      for (const auto level : frame.levels)
-        scaled.push_back(static_cast<std::uint16_t>(level * 257));
-      save_png16(next_file(), size.x, size.y, scaled);
+    for (const auto& frame : frames)
+      save_png16(next_file(), size.x, size.y, as_16_bits(frame.levels, bits));
+  } else if (format == PictureFormat::red_blue) {
+    for (const auto& frame : frames)
+      save_png_rgb(next_file(), size.x, size.y, as_red_and_blue(frame.levels));
+  } else if constexpr (sizeof(Level) == 1) {
+    if (packed_bits(format) > 0) {
+      for (const auto& picture : packed(panel, format, frames))
+        save_png_rgb(next_file(), size.x, size.y, picture);
+    } else {
+      for (const auto& frame : frames) save_grey(next_file(), size.x, size.y, frame.levels);
     }
-  } else {
-    for (const auto& frame : frames) save_grey(next_file(), size.x, size.y, frame.levels);
   }
   return written;
 }
+
+template std::vector<std::string> save_pictures(const std::filesystem::path&, const std::string&,
+                                                PictureFormat, const Panel&,
+                                                const std::vector<std::vector<std::uint8_t>>&,
+                                                const FieldStack&);
+template std::vector<std::string> save_pictures(const std::filesystem::path&, const std::string&,
+                                                PictureFormat, const Panel&,
+                                                const std::vector<std::vector<std::uint16_t>>&,
+                                                const FieldStack&);
 
 }  // namespace raywave

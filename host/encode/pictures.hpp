@@ -16,7 +16,7 @@ namespace raywave {
 
 enum class PictureFormat {
   png,    // 8-bit grey
-  png16,  // 16-bit grey, 257 times the level
+  png16,  // 16-bit grey, the level's bits repeated so that white is white: 257 times 8-bit levels
   bmp,    // 8-bit grey
   tiff,   // 8-bit grey
   exr,    // the field that was encoded, not the levels: R its real, G its imaginary part
@@ -28,7 +28,9 @@ enum class PictureFormat {
   rgb_24x1,
   rgb_12x2,
   rgb_8x3,
-  rgb_6x4
+  rgb_6x4,
+  // 10-bit levels in 8-bit RGB PNGs: red the upper 8 bits, blue the lower 2
+  red_blue
 };
 
 /// "png|png16|bmp|..."
@@ -53,13 +55,14 @@ void save_mat(const std::filesystem::path& file, int nx, int ny,
 /// Writes the frames as STEM.png, STEM_2.png ..., turned and flipped as the SLM wants them; the
 /// field of `exr` and `mat` is not, as other programs encode it themselves.
 ///
-/// levels   one picture per frame, of the panel's size
+/// levels   one picture per frame, of the panel's size: std::uint8_t or std::uint16_t (encode)
 /// field    that they show, for `exr` and `mat`
 /// returns  the files' names
 /// throws   InputError when a file cannot be written, or the SLM has more levels than the format
+template <class Level>
 std::vector<std::string> save_pictures(const std::filesystem::path& folder, const std::string& stem,
                                        PictureFormat format, const Panel& panel,
-                                       const std::vector<std::vector<std::uint8_t>>& levels,
+                                       const std::vector<std::vector<Level>>& levels,
                                        const FieldStack& field);
 
 }  // namespace raywave

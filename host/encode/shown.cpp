@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/encode/shown.hpp"
 
-#include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 
@@ -47,23 +47,15 @@ void filter_lines(std::span<std::complex<float>> plane, std::size_t count, std::
   });
 }
 
-}  // namespace
-
-void keep_band(std::span<std::complex<float>> plane, glm::ivec2 plane_size, glm::dvec2 size,
-               glm::dvec2 centre) {
-  const auto nx = static_cast<std::size_t>(plane_size.x),
-             ny = static_cast<std::size_t>(plane_size.y);
-  if (size.x < 1) filter_lines(plane, ny, nx, nx, 1, kept(plane_size.x, size.x, centre.x));
-  // Rows run downwards, y upwards
-  if (size.y < 1) filter_lines(plane, nx, 1, ny, nx, kept(plane_size.y, size.y, -centre.y));
-}
-
-FieldStack shown_field(const Panel& panel, std::span<const std::vector<std::uint8_t>> levels) {
+/// shown_field for levels of either type.
+template <class Level>
+FieldStack shown_by(const Panel& panel, std::span<const std::vector<Level>> levels) {
   const auto size = panel.size_px();
   const auto pixels = std::size_t{1} * size.x * size.y;
-  std::array<std::complex<double>, 256> light;
-  for (int level = 0; level < 256; ++level)
-    light[level] = panel.shown(static_cast<std::uint8_t>(level));
+  require_level_bytes(panel.slm(), sizeof(Level));
+  std::vector<std::complex<double>> light(std::size_t{std::numeric_limits<Level>::max()} + 1);
+  for (int level = 0; level < grey_levels_of(panel.slm()); ++level)
+    light[level] = panel.shown(static_cast<std::size_t>(level));
   const auto& added = panel.added();
   const auto own = panel.own_carrier();
   const bool is_turned = !added.empty() || own != glm::dvec2(0);
@@ -91,6 +83,25 @@ FieldStack shown_field(const Panel& panel, std::span<const std::vector<std::uint
     if (panel.slm().stop) keep_band(plane, size, panel.slm().stop->size, panel.slm().stop->centre);
   }
   return field;
+}
+
+}  // namespace
+
+void keep_band(std::span<std::complex<float>> plane, glm::ivec2 plane_size, glm::dvec2 size,
+               glm::dvec2 centre) {
+  const auto nx = static_cast<std::size_t>(plane_size.x),
+             ny = static_cast<std::size_t>(plane_size.y);
+  if (size.x < 1) filter_lines(plane, ny, nx, nx, 1, kept(plane_size.x, size.x, centre.x));
+  // Rows run downwards, y upwards
+  if (size.y < 1) filter_lines(plane, nx, 1, ny, nx, kept(plane_size.y, size.y, -centre.y));
+}
+
+FieldStack shown_field(const Panel& panel, std::span<const std::vector<std::uint8_t>> levels) {
+  return shown_by(panel, levels);
+}
+
+FieldStack shown_field(const Panel& panel, std::span<const std::vector<std::uint16_t>> levels) {
+  return shown_by(panel, levels);
 }
 
 }  // namespace raywave

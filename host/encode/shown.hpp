@@ -15,9 +15,11 @@ namespace raywave {
 /// it is to be compared with the field that was encoded. Where the SLM has a stop, light beyond it
 /// is missing.
 ///
-/// levels   one picture per frame, of the panel's size
+/// levels   one picture per frame, of the panel's size; std::uint16_t where levels have more than 8
+///          bits
 /// throws   InputError when a picture has another size
 FieldStack shown_field(const Panel& panel, std::span<const std::vector<std::uint8_t>> levels);
+FieldStack shown_field(const Panel& panel, std::span<const std::vector<std::uint16_t>> levels);
 
 /// Keeps the spatial frequencies whose distance from `centre` is at most half of `size` of the
 /// band, per axis; the others become zero. The plane is taken as periodic.

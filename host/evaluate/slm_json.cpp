@@ -25,6 +25,7 @@ Json json_of(const SlmSpec& slm) {
   Json json{{"encoding", name_of(slm.encoding)},
             {"clip", slm.clip},
             {"band", json_of(slm.band)},
+            {"bits", slm.bits},
             {"levels", slm.levels},
             {"levels_per_turn", slm.levels_per_turn},
             {"invert", slm.invert},
@@ -69,6 +70,7 @@ SlmSpec slm_of_report(const std::filesystem::path& report) {
     }
     slm.clip = json.at("clip");
     slm.band = pair_of(json.at("band"));
+    slm.bits = json.value("bits", 8);  // reports of earlier versions have none
     slm.levels = json.at("levels");
     slm.levels_per_turn = json.at("levels_per_turn");
     slm.invert = json.at("invert");
@@ -92,9 +94,11 @@ SlmSpec slm_of_report(const std::filesystem::path& report) {
       slm.flatness.centre = flatness.at("fit") == "centre";
       slm.flatness.file = flatness.at("file").get<std::string>();
     }
-    const bool lut_fits = slm.lut.empty() || slm.lut.size() == 256;
-    if (slm.levels < 2 || slm.levels > 256 || slm.levels_per_turn < 2 ||
-        slm.levels_per_turn > 1024 || !lut_fits || slm.rotate_deg % 90 != 0)
+    const bool bits_fit = slm.bits == 8 || slm.bits == 10;
+    const int most = bits_fit ? grey_levels_of(slm) : 0;
+    const bool lut_fits = slm.lut.empty() || slm.lut.size() == static_cast<std::size_t>(most);
+    if (!bits_fit || slm.levels < 2 || slm.levels > most || slm.levels_per_turn < 2 ||
+        slm.levels_per_turn > 4 * most || !lut_fits || slm.rotate_deg % 90 != 0)
       throw InputError(name + ": its SLM is damaged (or give --slm)");
   } catch (const nlohmann::json::exception& error) {
     throw InputError(name + ": not a report of raywave: " + error.what());

@@ -5,15 +5,20 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <numbers>
+#include <optional>
 
 #include "host/scene/document.hpp"
+#include "host/scene/units.hpp"
 
 namespace raywave {
 namespace {
 
-constexpr std::size_t lut_levels = 256;
 constexpr std::uintmax_t most_lut_bytes = 1 << 20;
+// A turn of phase changes by about as large a share as the wavelength: 1 nm of visible light is a
+// quarter of a percent, or half a level
+constexpr double lut_reach_m = 1e-9;
 
 /// Numbers of a line, between spaces, commas, semicolons or tabs.
 ///
@@ -35,8 +40,8 @@ std::vector<double> numbers_of(std::string_view line, const std::string& where) 
   }
 }
 
-/// A file of 256 numbers, or of 256 lines with level and number.
-std::vector<double> load_lut(const std::filesystem::path& file) {
+/// A file of a number for each level, or of a line for each with level and number.
+std::vector<double> load_lut(const std::filesystem::path& file, std::size_t levels) {
   const std::string name = one_line(file.string());
   std::error_code error;
   if (std::filesystem::file_size(file, error) > most_lut_bytes || error)
@@ -62,9 +67,9 @@ std::vector<double> load_lut(const std::filesystem::path& file) {
                        number_text(numbers[0]));
     lut.push_back(numbers[1]);
   }
-  if (lut.size() != lut_levels)
-    throw InputError(name + ": a LUT has a number for each of 256 levels, got " +
-                     std::to_string(lut.size()));
+  if (lut.size() != levels)
+    throw InputError(name + ": a LUT has a number for each of " + std::to_string(levels) +
+                     " levels, got " + std::to_string(lut.size()));
   return lut;
 }
 
@@ -77,6 +82,55 @@ void require_monotone(const std::vector<double>& lut, const Value& v) {
                        " must rise or fall from level to level; level " + std::to_string(i) +
                        " shows " + number_text(lut[i]) + " after " + number_text(lut[i - 1]));
   }
+}
+
+/// The LUT of a value: a number for each level, or the name of a file that holds them.
+std::vector<double> lut_of(const Value& v, std::size_t levels) {
+  std::vector<double> lut;
+  if (v.is_array()) {
+    for (const auto& node : *v.node->as_array())
+      lut.push_back(Value{v.document, &node, v.path, v.label}.number(between(-1e6, 1e6)));
+    if (lut.size() != levels) v.fail(std::to_string(levels) + " numbers, or the name of a file");
+  } else {
+    lut = load_lut(v.existing_file(), levels);
+  }
+  require_monotone(lut, v);
+  return lut;
+}
+
+/// Of a table of LUTs by wavelength the one that is nearest. The others are not read.
+///
+/// throws  InputError when a key is no wavelength, or none is near
+Value nearest_lut(const Value& v, double wavelength_m) {
+  const auto where = v.document->where(*v.node, v.path) + ": " + v.label;
+  std::map<double, std::string> names;  // by wavelength
+  std::optional<Value> nearest;
+  double nearest_m = 0;
+  for (const auto& [key, node] : *v.node->as_table()) {
+    const std::string name(key.str());
+    const double length_m = parse_length_m(name, where + ": a key of a table of LUTs");
+    if (!(length_m >= 1e-9 && length_m <= 1e-2))
+      throw InputError(where + ": " + in_quotes(name) +
+                       " is no wavelength of 1 nm to 10 mm; give keys with a unit, such as "
+                       "\"638 nm\"");
+    // A picometre is what rounding of units stays below.
+    const auto twin = names.lower_bound(length_m - 1e-12);
+    if (twin != names.end() && twin->first <= length_m + 1e-12)
+      throw InputError(where + ": " + in_quotes(twin->second) + " and " + in_quotes(name) +
+                       " are the same wavelength; keep one of them");
+    names.emplace(length_m, name);
+    if (nearest && std::abs(length_m - wavelength_m) >= std::abs(nearest_m - wavelength_m))
+      continue;
+    nearest = Value{v.document, &node, v.path + "." + name, v.label + "." + in_quotes(name)};
+    nearest_m = length_m;
+  }
+  if (nearest && std::abs(nearest_m - wavelength_m) <= lut_reach_m * (1 + 1e-6)) return *nearest;
+  std::string all;
+  for (const auto& [length_m, name] : names) all += (all.empty() ? "" : ", ") + in_quotes(name);
+  const auto wanted = length_text(wavelength_m);
+  throw InputError(where + " has " +
+                   (all.empty() ? "no wavelength" : all + ", none within 1 nm of " + wanted) +
+                   "; add " + in_quotes(wanted) + " = \"FILE\"");
 }
 
 glm::dvec2 pair_of(const Value& v, const char* shape, const Range& range) {
@@ -106,7 +160,7 @@ std::vector<ZernikeTerm> zernike_of(const Value& v) {
 
 }  // namespace
 
-SlmSpec read_slm(Section section) {
+SlmSpec read_slm(Section section, double wavelength_m, int most_bits) {
   SlmSpec slm;
   section.read("encoding", [&](const Value& v) {
     try {
@@ -118,9 +172,18 @@ SlmSpec read_slm(Section section) {
   const bool amplitude = shows_amplitude(slm.encoding);
   section.read("clip", [&](const Value& v) { slm.clip = v.number(between(0.01, 1)); });
   section.read("band", [&](const Value& v) { slm.band = share_of(v); });
-  section.read("levels", [&](const Value& v) { slm.levels = v.integer(2, 256); });
+  section.read("bits", [&](const Value& v) {
+    slm.bits = v.integer(1, 64);
+    if (slm.bits != 8 && slm.bits != 10) v.fail("8 or 10");
+    if (slm.bits > most_bits)
+      v.fail(
+          "8 in a scene: its pictures have 8 bits; give 10 to raywave encode, in a file of "
+          "--slm");
+  });
+  const int grey_levels = slm.levels = slm.levels_per_turn = grey_levels_of(slm);
+  section.read("levels", [&](const Value& v) { slm.levels = v.integer(2, grey_levels); });
   section.read("levels_per_turn",
-               [&](const Value& v) { slm.levels_per_turn = v.integer(2, 1024); });
+               [&](const Value& v) { slm.levels_per_turn = v.integer(2, 4 * grey_levels); });
   section.read("invert", [&](const Value& v) { slm.invert = v.boolean(); });
   section.read("offset", [&](const Value& v) { slm.offset_turns = v.number(between(-1e3, 1e3)); });
 
@@ -129,14 +192,8 @@ SlmSpec read_slm(Section section) {
     turns_per_unit = v.choice<double>({{"turns", 1}, {"radians", 1 / (2 * std::numbers::pi)}});
   });
   section.read("lut", [&](const Value& v) {
-    if (v.is_array()) {
-      for (const auto& node : *v.node->as_array())
-        slm.lut.push_back(Value{v.document, &node, v.path, v.label}.number(between(-1e6, 1e6)));
-      if (slm.lut.size() != lut_levels) v.fail("256 numbers, or the name of a file");
-    } else {
-      slm.lut = load_lut(v.existing_file());
-    }
-    require_monotone(slm.lut, v);
+    slm.lut = lut_of(v.node->is_table() ? nearest_lut(v, wavelength_m) : v,
+                     static_cast<std::size_t>(grey_levels_of(slm)));
     for (double& number : slm.lut) number *= amplitude ? 1 : turns_per_unit;
     if (slm.invert)
       v.fail("given without invert: the LUT says itself whether phase falls as grey rises");
@@ -197,10 +254,11 @@ SlmSpec read_slm(Section section) {
   return slm;
 }
 
-SlmSpec load_slm(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+SlmSpec load_slm(const std::filesystem::path& file, double wavelength_m,
+                 const std::vector<std::string>& overrides) {
   const Document document = read_document(file, overrides);
   Section root(document, document.root, "", "");
-  auto slm = read_slm(root.section("slm"));
+  auto slm = read_slm(root.section("slm"), wavelength_m, 10);
   root.finish();
   return slm;
 }

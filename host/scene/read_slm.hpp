@@ -14,17 +14,21 @@ class Section;  // host/scene/document.hpp
 
 /// Section [slm] of a scene. The LUT and the flatness picture are read, too.
 ///
-/// throws  InputError: one line with file and line
-SlmSpec read_slm(Section section);
+/// wavelength_m  of the hologram: of LUTs by wavelength, it takes the nearest
+/// most_bits     of a grey level
+/// throws        InputError: one line with file and line
+SlmSpec read_slm(Section section, double wavelength_m, int most_bits = 8);
 
 /// Reads the picture of flatness.file.
 ///
 /// throws  InputError, starting with flatness.where
 void load_flatness(FlatnessSpec& flatness);
 
-/// Reads a file with section [slm] and nothing else; overrides as in load_scene.
+/// Reads a file with section [slm] and nothing else; overrides as in load_scene. Other than in a
+/// scene, levels may have 10 bits.
 ///
 /// throws  InputError: one line with file and line
-SlmSpec load_slm(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+SlmSpec load_slm(const std::filesystem::path& file, double wavelength_m,
+                 const std::vector<std::string>& overrides = {});
 
 }  // namespace raywave

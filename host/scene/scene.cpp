@@ -253,7 +253,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   Scene scene;
   scene.file = file;
   scene.hologram = read_hologram(root.section("hologram"));
-  scene.slm = read_slm(root.section("slm"));
+  scene.slm = read_slm(root.section("slm"), scene.hologram.wavelength_m);
   scene.wrp = read_wrp(root.section("wrp"));
   scene.sampling = read_sampling(root.section("sampling"));
   scene.trace = read_trace(root.section("trace"));

@@ -56,11 +56,13 @@ struct SlmSpec {
   // Share of the pixels whose amplitude is shown in full; brighter ones are clipped
   double clip = 0.9;
   glm::dvec2 band{1, 1};      // share of the SLM's band that the field keeps before it is encoded
+  int bits = 8;               // of a grey level: 8 or 10
   int levels = 256;           // number of different phases, or amplitudes, that are shown, >= 2
   int levels_per_turn = 256;  // grey levels to a turn of phase
   bool invert = false;        // phase falls as grey rises
   double offset_turns = 0;    // added to every phase
-  // Phase in turns, or amplitude, that each of 256 levels shows; strictly monotone. Empty: linear
+  // Phase in turns, or amplitude, that each grey level shows at the hologram's wavelength; strictly
+  // monotone. Empty: linear
   std::vector<double> lut;
   FlatnessSpec flatness;
   std::vector<ZernikeTerm> zernike;  // added; radius of the unit disc: half of the longer side
@@ -73,6 +75,9 @@ struct SlmSpec {
   int rotate_deg = 0;                   // of the pictures, counterclockwise: 0, 90, 180 or 270
   std::optional<StopSpec> stop;         // empty: all light passes
 };
+
+/// Grey levels that a pixel can take.
+constexpr int grey_levels_of(const SlmSpec& slm) { return 1 << slm.bits; }
 
 /// The carrier that is added to each pixel, of slm.carrier or slm.shift, in cycles per pixel.
 ///

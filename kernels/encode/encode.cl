@@ -7,28 +7,43 @@
 #include "kernels/common/phase.h"
 #include "kernels/encode/options.h"
 
+// LEVEL: the type of a grey level. A macro, as drivers name the types of arguments as written.
+#if RAYWAVE_GREY_LEVELS > 256
+#define LEVEL ushort
+#define CONVERT_LEVELS convert_ushort
+#else
+#define LEVEL uchar
+#define CONVERT_LEVELS convert_uchar
+#endif
+
 #if RAYWAVE_LANES == 1
-#define ROUNDED(v) convert_int_rte(v)
 #define LOAD_TURNS(p) (*(p))
 #define TURNS_TO_FLOAT(v) convert_float(v)
-#define STORE_LEVELS(v, p) (*(p) = (uchar)(v))
+#define STORE_LEVELS(v, p) (*(p) = (LEVEL)(v))
 #else
-#define ROUNDED(v) LANES_PASTE(LANES_PASTE(convert_int, RAYWAVE_LANES), _rte)(v)
 #define LOAD_TURNS(p) LANES_PASTE(vload, RAYWAVE_LANES)(0, p)
 #define TURNS_TO_FLOAT(v) LANES_TO_FLOAT(v)
 #define STORE_LEVELS(v, p) \
-  LANES_PASTE(vstore, RAYWAVE_LANES)(LANES_PASTE(convert_uchar, RAYWAVE_LANES)(v), 0, p)
+  LANES_PASTE(vstore, RAYWAVE_LANES)(LANES_PASTE(CONVERT_LEVELS, RAYWAVE_LANES)(v), 0, p)
 #endif
 
 // Turns in one unit of a stored added phase.
 #define TURNS_PER_UNIT (1.0f / 65536.0f)
+
+// The nearest whole number, of two the even one, of 0 <= v < 2^22: adding 1.5 * 2^23 leaves it in
+// the lowest bits. PoCL's convert_int_rte takes twenty instructions.
+static inline intv rounded(floatv v) {
+#pragma OPENCL FP_CONTRACT OFF
+  return LANES_AS_INT(v + 12582912.0f) - 0x4b400000;
+}
 
 // Amplitude and phase, in turns from -0.5 to 0.5, of re + i im. Zero and numbers that are not
 // finite have both 0. Calls of builtins such as atan2 would stop PoCL's vectoriser.
 static inline void polar(floatv re, floatv im, floatv* amplitude, floatv* turns) {
   const floatv x = fabs(re), y = fabs(im);
   const intv known = (x <= FLT_MAX) & (y <= FLT_MAX) & (x + y > 0.0f);
-  const floatv larger = fmax(x, y), smaller = fmin(x, y);
+  const intv steep = y > x;
+  const floatv larger = LANES_SELECT(x, y, steep), smaller = LANES_SELECT(y, x, steep);
   // The first octant: atan(t) / (2 pi), Abramowitz and Stegun 4.4.49, error 2e-8 rad
   const floatv t = LANES_SELECT((floatv)(0.0f), smaller / larger, known);
   const floatv s = t * t;
@@ -41,7 +56,7 @@ static inline void polar(floatv re, floatv im, floatv* amplitude, floatv* turns)
   p = p * s - 0.3332985605f;
   p = p * s + 0.9999993329f;
   floatv a = p * t * 0.15915494f;
-  a = LANES_SELECT(a, 0.25f - a, y > x);
+  a = LANES_SELECT(a, 0.25f - a, steep);
   a = LANES_SELECT(a, 0.5f - a, re < 0.0f);
   a = LANES_SELECT(a, -a, im < 0.0f);
   *turns = LANES_SELECT((floatv)(0.0f), a, known);
@@ -61,55 +76,42 @@ static inline floatv acos_turns(floatv a) {
   return 0.15915494f * p * sqrt(1.0f - a);
 }
 
-// The levels of a table at t, 0 to 1.
-static inline intv looked_up(floatv t, const __global uchar* restrict table, int entries) {
-  const intv at = ROUNDED(t * (float)entries);
-#if RAYWAVE_LANES == 1
-  return table[at & (RAYWAVE_TABLE_SIZE - 1)];
-#else
-  int places[RAYWAVE_LANES], found[RAYWAVE_LANES];
-  LANES_STORE(at, places);
-  for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
-    found[lane] = table[places[lane] & (RAYWAVE_TABLE_SIZE - 1)];
-  return LANES_LOAD(found);
-#endif
-}
-
-// Level of a phase in turns, any number of them.
-static inline intv level_of_phase(floatv turns, const __global uchar* restrict table) {
+// Level of a phase in turns, any number of them, or its place in the table.
+static inline intv level_of_phase(floatv turns) {
   floatv t = turns_reduced(turns);
   t = LANES_SELECT(t, t + 1.0f, t < 0.0f);
-  if (RAYWAVE_LEVEL_TABLE) return looked_up(t, table, RAYWAVE_TABLE_SIZE);
+  if (RAYWAVE_LEVEL_TABLE) return rounded(t * (float)RAYWAVE_TABLE_SIZE) & (RAYWAVE_TABLE_SIZE - 1);
   if (RAYWAVE_INVERT) t = 1.0f - t;
-  const intv level = ROUNDED(t * (float)RAYWAVE_LEVELS_PER_TURN);
-  return LANES_SELECT(level, (intv)(0), level > 255);
+  const intv level = rounded(t * (float)RAYWAVE_LEVELS_PER_TURN);
+  return LANES_SELECT(level, (intv)(0), level > RAYWAVE_GREY_LEVELS - 1);
 }
 
-// Level of an amplitude, 0 to 1.
-static inline intv level_of_amplitude(floatv amplitude, const __global uchar* restrict table) {
-  if (RAYWAVE_LEVEL_TABLE) return looked_up(amplitude, table, RAYWAVE_TABLE_SIZE - 1);
-  return ROUNDED(amplitude * 255.0f);
+// Level of an amplitude, 0 to 1, or its place in the table.
+static inline intv level_of_amplitude(floatv amplitude) {
+  if (RAYWAVE_LEVEL_TABLE)
+    return rounded(amplitude * (float)(RAYWAVE_TABLE_SIZE - 1)) & (RAYWAVE_TABLE_SIZE - 1);
+  return rounded(amplitude * (float)(RAYWAVE_GREY_LEVELS - 1));
 }
 
-// Levels of the samples re + i im in the columns x of row y. An amplitude of 1 / inverse_clip is
-// the largest that is shown.
-static inline intv levels_of(floatv re, floatv im, floatv added, intv x, int y, float inverse_clip,
-                             const __global uchar* restrict table) {
+// Levels of the samples re + i im in the columns x of row y, or their places in the table. An
+// amplitude of 1 / inverse_clip is the largest that is shown.
+static inline intv levels_of(floatv re, floatv im, floatv added, intv x, int y,
+                             float inverse_clip) {
   floatv amplitude, turns;
   polar(re, im, &amplitude, &turns);
   turns += added;
-  if (RAYWAVE_ENCODING == ENCODING_PHASE) return level_of_phase(turns, table);
+  if (RAYWAVE_ENCODING == ENCODING_PHASE) return level_of_phase(turns);
 
   const floatv a = fmin(amplitude * inverse_clip, (floatv)(1.0f));
   if (RAYWAVE_ENCODING == ENCODING_DOUBLE_PHASE) {
     const floatv apart = acos_turns(a);
     const intv odd = ((x + y) & 1) != 0;
-    return level_of_phase(turns + LANES_SELECT(-apart, apart, odd), table);
+    return level_of_phase(turns + LANES_SELECT(-apart, apart, odd));
   }
   if (RAYWAVE_ENCODING == ENCODING_OFF_AXIS) {
     floatv c, s;
     cos_sin_turns(turns, &c, &s);
-    return level_of_amplitude(0.5f + 0.5f * a * c, table);
+    return level_of_amplitude(0.5f + 0.5f * a * c);
   }
   if (RAYWAVE_ENCODING == ENCODING_BURCKHARDT) {
     // The part along the direction of this column is what two neighbours leave of the vector.
@@ -117,11 +119,26 @@ static inline intv levels_of(floatv re, floatv im, floatv added, intv x, int y, 
     const floatv away = fabs(turns_reduced(turns - third));
     floatv c, s;
     cos_sin_turns(fmax(1.0f / 3.0f - away, (floatv)(0.0f)), &c, &s);
-    return level_of_amplitude(fmin(a * s, (floatv)(1.0f)), table);
+    return level_of_amplitude(fmin(a * s, (floatv)(1.0f)));
   }
   // Lee: bright where the stripe, whose width shows the amplitude, covers the pixel
   const floatv half_width = 0.25f - acos_turns(a);
-  return LANES_SELECT((intv)(0), (intv)(255), fabs(turns_reduced(turns)) < half_width);
+  return LANES_SELECT((intv)(0), (intv)(RAYWAVE_GREY_LEVELS - 1),
+                      fabs(turns_reduced(turns)) < half_width);
+}
+
+// Stores the levels of a packet, or those at its places of the table.
+static inline void store_levels(intv level, const __global LEVEL* restrict table,
+                                __global LEVEL* restrict levels) {
+  if (!RAYWAVE_LEVEL_TABLE) {
+    STORE_LEVELS(level, levels);
+    return;
+  }
+  uint places[RAYWAVE_LANES];
+  LANES_STORE(LANES_AS_UINT(level), places);
+  // One by one: PoCL's vectoriser would join the levels to packets again, at twice the time.
+#pragma clang loop vectorize(disable) unroll(full)
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) levels[lane] = table[places[lane]];
 }
 
 // levels: those of the field, rows of nx samples. The field begins in column x0 and row y0 of the
@@ -130,30 +147,37 @@ static inline intv levels_of(floatv re, floatv im, floatv added, intv x, int y, 
 // added  phase of each pixel in units of 1/65536 turn, where RAYWAVE_ADDED_TURNS
 // table  levels by phase or amplitude, where RAYWAVE_LEVEL_TABLE
 __kernel void encode(const __global float2* restrict field, const __global ushort* restrict added,
-                     const __global uchar* restrict table, __global uchar* restrict levels, int nx,
+                     const __global LEVEL* restrict table, __global LEVEL* restrict levels, int nx,
                      int ny, int x0, int y0, float inverse_clip) {
   const int row = (int)get_global_id(1);
   if (row >= ny) return;
   const size_t start = (size_t)nx * (size_t)row;
   const int step = RAYWAVE_LANES * (int)get_global_size(0);
   for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < nx; i += step) {
-    floatv re = 0.0f, im = 0.0f, turns = 0.0f;
     const intv x = x0 + i + LANES_INDEX;
     if (i + RAYWAVE_LANES <= nx) {
+      floatv re, im, turns = 0.0f;
       load_complex(field + start + i, &re, &im);
       if (RAYWAVE_ADDED_TURNS)
         turns = TURNS_TO_FLOAT(LOAD_TURNS(added + start + i)) * TURNS_PER_UNIT;
-      STORE_LEVELS(levels_of(re, im, turns, x, y0 + row, inverse_clip, table), levels + start + i);
+      store_levels(levels_of(re, im, turns, x, y0 + row, inverse_clip), table, levels + start + i);
     } else {
-      for (int lane = 0; lane < nx - i; ++lane) {
-        ((float*)&re)[lane] = field[start + i + lane].x;
-        ((float*)&im)[lane] = field[start + i + lane].y;
-        if (RAYWAVE_ADDED_TURNS)
-          ((float*)&turns)[lane] = (float)added[start + i + lane] * TURNS_PER_UNIT;
+      float re[RAYWAVE_LANES], im[RAYWAVE_LANES], turns[RAYWAVE_LANES];
+      int level[RAYWAVE_LANES];
+      for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+        const bool is_there = lane < nx - i;
+        const float2 u = is_there ? field[start + i + lane] : (float2)(0.0f);
+        re[lane] = u.x;
+        im[lane] = u.y;
+        turns[lane] = RAYWAVE_ADDED_TURNS && is_there
+                          ? (float)added[start + i + lane] * TURNS_PER_UNIT
+                          : 0.0f;
       }
-      const intv level = levels_of(re, im, turns, x, y0 + row, inverse_clip, table);
+      LANES_STORE(
+          levels_of(LANES_LOAD(re), LANES_LOAD(im), LANES_LOAD(turns), x, y0 + row, inverse_clip),
+          level);
       for (int lane = 0; lane < nx - i; ++lane)
-        levels[start + i + lane] = (uchar)((const int*)&level)[lane];
+        levels[start + i + lane] = RAYWAVE_LEVEL_TABLE ? table[level[lane]] : (LEVEL)level[lane];
     }
   }
 }

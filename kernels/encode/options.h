@@ -28,7 +28,12 @@
 #define RAYWAVE_TABLE_SIZE 4096
 #endif
 
-// Grey levels to a turn, at most 256, where levels are proportional.
+// Grey levels of the SLM; more than 256 take two bytes each.
+#ifndef RAYWAVE_GREY_LEVELS
+#define RAYWAVE_GREY_LEVELS 256
+#endif
+
+// Grey levels to a turn, at most RAYWAVE_GREY_LEVELS, where levels are proportional.
 #ifndef RAYWAVE_LEVELS_PER_TURN
 #define RAYWAVE_LEVELS_PER_TURN 256
 #endif
@@ -43,6 +48,7 @@
   OPTION(added_turns, RAYWAVE_ADDED_TURNS)         \
   OPTION(level_table, RAYWAVE_LEVEL_TABLE)         \
   OPTION(table_size, RAYWAVE_TABLE_SIZE)           \
+  OPTION(grey_levels, RAYWAVE_GREY_LEVELS)         \
   OPTION(levels_per_turn, RAYWAVE_LEVELS_PER_TURN) \
   OPTION(invert, RAYWAVE_INVERT)
 

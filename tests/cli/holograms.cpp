@@ -100,6 +100,16 @@ TEST_CASE("reconstruct shows of report.json the mean of its frames, one by one, 
         desk.run({"reconstruct", folder + "/report.json", "-z", "10mm", "-o", desk.file("none")}),
         2, "which is not read again; encode with --format png");
   }
+  // Beside MATLAB's matrix, the configuration of the program that reads it
+  const auto mat = desk.run(
+      {"encode", desk.out("field.npy").string(), "--format", "mat", "-o", desk.file("mat")});
+  if (mat.code == 0) {
+    CHECK_THAT(mat.out, ContainsSubstring("hologram_3.mat") && ContainsSubstring("_nrsh.txt"));
+    CHECK_THAT(bytes_of(desk.folder() / "mat" / "hologram_nrsh.txt"),
+               ContainsSubstring("wlen            : 6.38e-07\npixel_pitch     : "));
+  } else {
+    check_refused(mat, 2, "built without libmatio");
+  }
   check_refused(desk.run({"encode", desk.out("field.npy").string(), "--format", "rgb-24x1", "-o",
                           desk.file("none")}),
                 2, "give slm.levels = 2");
@@ -144,6 +154,106 @@ TEST_CASE("mistakes in [slm] get one line and exit code 2 from every command tha
   desk.scene("[slm]\nstop = 0.05\nstop_centre = [0.4, 0]\n");
   for (const auto& outcome : {desk.render(), desk.run({"plan", desk.file("scene.toml")})})
     check_refused(outcome, 2, "slm.stop passes none of the scene's light");
+}
+
+TEST_CASE("of LUTs by wavelength, every command takes the one of its hologram's wavelength") {
+  Desk desk;
+  const auto lut = [](double step) {
+    std::string text;
+    for (int i = 0; i < 256; ++i) text += std::to_string(i * step) + "\n";
+    return text;
+  };
+  desk.folder().write("red.txt", lut(1 / 250.0));
+  desk.folder().write("green.txt", lut(1 / 300.0));
+  const std::string both =
+      "[slm]\nencoding = \"phase\"\n"
+      "lut = { \"638 nm\" = \"red.txt\", \"532 nm\" = \"green.txt\" }\n";
+  desk.folder().write("bench.toml", both);
+  desk.scene(both);
+  REQUIRE(desk.render({"--set", "hologram.wavelength=\"532 nm\"", "--quiet"}).code == 0);
+  // report.json keeps the LUT that was taken, and no other.
+  const auto last_of = [&](const std::filesystem::path& report) {
+    const auto json = Json::parse(bytes_of(report));
+    REQUIRE(json["scene"]["slm"]["lut"].size() == 256);
+    return json["scene"]["slm"]["lut"][255].get<double>();
+  };
+  CHECK(last_of(desk.out("report.json")) == Approx(255 / 300.0));
+  // encode knows the wavelength by --wavelength, else by report.json beside the field.
+  const auto encoded = [&](std::vector<std::string> more) {
+    std::vector<std::string> line{"encode", desk.out("field.npy").string(), "-o",
+                                  desk.file("encoded"), "--quiet"};
+    line.insert(line.end(), more.begin(), more.end());
+    return desk.run(line);
+  };
+  const auto picture = [&] { return bytes_of(desk.folder() / "encoded" / "hologram.png"); };
+  REQUIRE(encoded({"--slm", desk.file("bench.toml")}).code == 0);
+  CHECK(picture() == bytes_of(desk.out("hologram.png")));
+  REQUIRE(encoded({"--slm", desk.file("bench.toml"), "--wavelength", "638nm"}).code == 0);
+  CHECK(last_of(desk.folder() / "encoded" / "report.json") == Approx(255 / 250.0));
+  CHECK(picture() != bytes_of(desk.out("hologram.png")));
+  const auto missing =
+      "bench.toml:3: slm: lut has \"532 nm\", \"638 nm\", none within 1 nm of 450 nm; add \"450 "
+      "nm\"";
+  check_refused(encoded({"--slm", desk.file("bench.toml"), "--wavelength", "450nm"}), 2, missing);
+  const auto pattern = [&](const std::string& wavelength) {
+    return desk.run({"pattern", "ramp", "--slm", desk.file("bench.toml"), "--size", "64x64",
+                     "--pitch", "4um", "--wavelength", wavelength, "-o", desk.file("pattern")});
+  };
+  REQUIRE(pattern("638.5nm").code == 0);
+  CHECK(last_of(desk.folder() / "pattern" / "report.json") == Approx(255 / 250.0));
+  check_refused(pattern("450nm"), 2, missing);
+}
+
+TEST_CASE("a hologram of 10 bits is encoded, described by its report and seen again") {
+  Desk desk;
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  desk.folder().write("wide.toml", "[slm]\nbits = 10\nencoding = \"phase\"\n");
+  desk.folder().write("bench.toml", "[slm]\nencoding = \"phase\"\n");
+  const auto encoded = [&](const std::string& slm, const std::string& format) {
+    return desk.run({"encode", desk.out("field.npy").string(), "--slm", desk.file(slm), "--format",
+                     format, "-o", desk.file(format)});
+  };
+  const auto seen = [&](const std::string& folder) {
+    const auto outcome = desk.run({"reconstruct", desk.file(folder + "/report.json"), "-z", "10mm",
+                                   "-o", desk.file("seen"), "--quiet"});
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    return load_grey(desk.folder() / "seen" / "reconstruction_10mm.exr", "").pixels;
+  };
+  REQUIRE(encoded("wide.toml", "png16").code == 0);
+  REQUIRE(encoded("bench.toml", "png").code == 0);
+  CHECK(Json::parse(bytes_of(desk.folder() / "png16" / "report.json"))["scene"]["slm"]["bits"] ==
+        10);
+  const auto wide = seen("png16"), narrow = seen("png");
+  CHECK(wide != narrow);
+  // Levels a quarter as far apart change the picture by little.
+  double apart = 0, all = 0;
+  for (std::size_t i = 0; i < wide.size(); ++i) {
+    apart += std::pow(wide[i] - narrow[i], 2);
+    all += std::pow(narrow[i], 2);
+  }
+  CHECK(apart < 1e-3 * all);
+  REQUIRE(encoded("wide.toml", "red-blue").code == 0);
+  check_refused(encoded("wide.toml", "png"), 2, "give --format png16, npy or red-blue");
+  check_refused(encoded("bench.toml", "red-blue"), 2, "give slm.bits = 10");
+  REQUIRE(desk.run({"pattern", "ramp", "--slm", desk.file("wide.toml"), "--size", "64x64",
+                    "--pitch", "4um", "--wavelength", "532nm", "-o", desk.file("pattern")})
+              .code == 0);
+  // refine works with 8 bits, and says so before it computes, whoever asks for 10.
+  const auto refined = [&](const std::string& field, const std::vector<std::string>& more) {
+    std::vector<std::string> line{"refine",           field, "--targets",
+                                  desk.folder() / "", "-o",  desk.file("refined")};
+    line.insert(line.end(), more.begin(), more.end());
+    return desk.run(line);
+  };
+  const auto refusal = "slm.bits is 10: this takes levels of 8 bits";
+  check_refused(refined(desk.out("field.npy"), {"--slm", desk.file("wide.toml")}), 2, refusal);
+  std::filesystem::copy(desk.out("field.npy"), desk.folder() / "field.npy");
+  std::filesystem::copy(desk.folder() / "png16" / "report.json", desk.folder() / "report.json");
+  check_refused(refined(desk.file("field.npy"), {}), 2, refusal);
+  desk.scene("[slm]\nbits = 10\n");
+  for (const auto& outcome : {desk.render(), desk.run({"plan", desk.file("scene.toml")})})
+    check_refused(outcome, 2, "slm: bits must be 8 in a scene");
 }
 
 TEST_CASE("plan states what the stop passes and where the undiffracted light falls") {

@@ -76,6 +76,94 @@ TEST_CASE("all 256 levels come back from the field they show") {
     CHECK(levels_of(device, slm, {256, 1}, shown.samples) == levels);
 }
 
+SlmSpec of_10_bits() {
+  auto slm = by_phase();
+  slm.bits = 10;
+  slm.levels = slm.levels_per_turn = 1024;
+  return slm;
+}
+
+/// Levels of a row of samples, of more than 8 bits.
+std::vector<int> wide_levels_of(const cl::Device& device, const Field& field, const SlmSpec& slm) {
+  const int nx = static_cast<int>(field.size());
+  Encoder encoder(device, panel_of(slm, {nx, 1}));
+  const auto levels = encode<std::uint16_t>(device, encoder, {nx, 1, 1, field}).front();
+  return {levels.begin(), levels.end()};
+}
+
+TEST_CASE("a ramp of phase takes all 1024 levels of 10 bits, each where it is nearest") {
+  // 16 samples to a level, at odd multiples of a 32nd of it: none lies amid two levels.
+  Field ramp;
+  std::vector<int> expected;
+  for (int i = 0; i < 16 * 1024; ++i) {
+    const double levels = (2 * i + 1) / 32.0;
+    ramp.emplace_back(std::polar(1.0, 2 * pi * levels / 1024));
+    expected.push_back(static_cast<int>(std::lround(levels)) % 1024);
+  }
+  std::vector<int> falling;  // inverted, phase falls as levels rise
+  for (const int level : expected) falling.push_back((1024 - level) % 1024);
+  auto inverted = of_10_bits();
+  inverted.invert = true;
+  for (const auto& found : test::all_devices()) {
+    auto info = found.info();
+    for (const int lanes : {1, 4, 8, 16}) {
+      info.float_lanes = lanes;
+      const cl::Device device(info);
+      CHECK(wide_levels_of(device, ramp, of_10_bits()) == expected);
+      CHECK(wide_levels_of(device, ramp, inverted) == falling);
+    }
+  }
+}
+
+TEST_CASE("10 bits by a LUT, and amplitudes, are the nearest level within a step of the table") {
+  auto by_lut = of_10_bits();
+  for (int level = 0; level < 1024; ++level) {
+    const double x = level / 1023.0;
+    by_lut.lut.push_back(1.05 * (0.7 * x + 0.3 * x * x));
+  }
+  const auto field = random_field(20000);
+  for (const auto& device : test::all_devices()) {
+    const auto levels = wide_levels_of(device, field, by_lut);
+    double largest = 0;
+    for (std::size_t i = 0; i < field.size(); ++i) {
+      const double away = by_lut.lut[static_cast<std::size_t>(levels[i])] - turns_of(field[i]);
+      largest = std::max(largest, std::abs(away - std::round(away)));
+    }
+    // Half of the LUT's widest step, and half a step of the table of phases
+    const double half_step = 1.05 * 1.3 / 1023 / 2;
+    CHECK(largest <= half_step + 0.5 / Panel::table_size + 1e-6);
+    CHECK(largest > half_step / 2);
+
+    auto off_axis = of_10_bits();
+    off_axis.encoding = Encoding::off_axis;
+    off_axis.clip = 1;
+    const Field plain(64, {1, 0});  // (1 + cos 0) / 2
+    CHECK(wide_levels_of(device, plain, off_axis) == std::vector<int>(64, 1023));
+    off_axis.encoding = Encoding::lee;
+    CHECK(wide_levels_of(device, plain, off_axis) == std::vector<int>(64, 1023));
+  }
+}
+
+TEST_CASE("all 1024 levels of 10 bits come back from the field they show") {
+  std::vector<std::uint16_t> levels(1024);
+  for (std::size_t i = 0; i < levels.size(); ++i) levels[i] = static_cast<std::uint16_t>(i);
+  const auto shown = shown_field(*panel_of(of_10_bits(), {1024, 1}),
+                                 std::vector<std::vector<std::uint16_t>>{levels});
+  for (const auto& device : test::all_devices())
+    CHECK(wide_levels_of(device, shown.samples, of_10_bits()) ==
+          std::vector<int>(levels.begin(), levels.end()));
+}
+
+TEST_CASE("levels of 10 bits are refused where bytes are asked for, and bytes where words are") {
+  const Field field(4, 1);
+  for (const auto& device : test::all_devices()) {
+    CHECK_THAT(input_error_of([&] { levels_of(device, field, of_10_bits()); }),
+               Catch::Matchers::ContainsSubstring("slm.bits is 10: this takes levels of 8 bits"));
+    CHECK_THROWS_AS(wide_levels_of(device, field, by_phase()), InputError);
+  }
+  CHECK_THROWS_AS(shown_field(*panel_of(of_10_bits(), {4, 1}), Pictures{{0, 1, 2, 3}}), InputError);
+}
+
 TEST_CASE(
     "phases round to the nearest level, amplitude does not matter, and just below a full turn is "
     "level 0") {
@@ -128,18 +216,35 @@ std::vector<Convention> conventions() {
   auto slmsuite = by_phase();
   slmsuite.invert = true;
   slmsuite.offset_turns = 0.5 / 256;
-  auto holoeye = by_phase();
+  auto holoeye_python = by_phase();
+  holoeye_python.offset_turns = -0.5 / 256;
   return {
-      // phasemap_8bit(inverted=True): round((1 - ((phi + pi) mod 2 pi) / 2 pi) 255)
+      // utils.phasemap_8bit(inverted=True): round((1 - ((phi + pi) mod 2 pi) / 2 pi) 255)
       {"neural-holography", neural,
        [](double t) { return static_cast<int>(std::lround((1 - std::fmod(t + 0.5, 1)) * 255)); },
        255, 0.5},
-      // SLM._phase2gray: the whole part of -256 phi / 2 pi, minus 1, in 8 bits
+      // hardware/slms/slm.py, SLM._phase2gray: the whole part of -256 phi / 2 pi, taken of negative
+      // numbers, minus 1, in 8 bits
       {"slmsuite", slmsuite, [](double t) { return 255 - static_cast<int>(std::floor(256 * t)); },
        256, 0.5 / 256},
-      // 2 pi to 256 levels, wrapped
-      {"HOLOEYE", holoeye, [](double t) { return static_cast<int>(std::lround(256 * t)) % 256; },
-       256, 0}};
+      // HOLOEYE, SLM Display SDK: phases are wrapped at "the phase value of a full circle, by
+      // default 2pi" (3.x, heds_show_phasevalues_single, phaseWrap; 4.x, SLM.showPhaseData,
+      // phase_unit), and its examples have 256 levels to a circle, grey rising with phase. How the
+      // SDK itself rounds is not documented. The Python example, "phase data calculated using 8-bit
+      // integer values", takes the whole part: int(x * 256 / blazePeriod)
+      {"HOLOEYE, Python", holoeye_python,
+       [](double t) { return static_cast<int>(std::floor(256 * t)); }, 256, -0.5 / 256}};
+}
+
+TEST_CASE("HOLOEYE's example of a blaze has raywave's levels") {
+  // SLM Display SDK 3, data_uint8.m: 256 mod(x, 77) / 77, which MATLAB rounds to the nearest uint8
+  Field field;
+  std::vector<int> expected;
+  for (int x = 0; x < 1920; ++x) {
+    field.emplace_back(std::polar(1.0, 2 * pi * x / 77));
+    expected.push_back(static_cast<int>(std::lround(256.0 * (x % 77) / 77)));
+  }
+  for (const auto& device : test::all_devices()) CHECK(levels_of(device, field) == expected);
 }
 
 TEST_CASE("levels are those of other programs' conventions, byte by byte") {

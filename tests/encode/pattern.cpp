@@ -3,13 +3,17 @@
 #include "host/encode/pattern.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <complex>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <random>
+#include <sstream>
 
 #include "host/encode/encode.hpp"
+#include "host/encode/nrsh.hpp"
 #include "host/encode/pictures.hpp"
 #include "host/encode/shown.hpp"
 #include "host/scene/image.hpp"
@@ -342,6 +346,104 @@ TEST_CASE("a MATLAB file holds the field as matrix dh, by columns, or is refused
   CHECK(bytes.find(im) != std::string::npos);
 }
 
+/// Keys and values as NRSH reads them: lines are freed of spaces and split at colons, those with #
+/// in front are skipped, keys are lower case (core/read_render_cfg.m).
+std::map<std::string, std::string> read_by_nrsh(const std::string& text) {
+  std::map<std::string, std::string> values;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::erase_if(line, [](unsigned char c) { return std::isspace(c) != 0; });
+    if (line.empty() || line[0] == '#') continue;
+    const auto colon = line.find(':');
+    REQUIRE(colon != std::string::npos);
+    values[line.substr(0, colon)] = line.substr(colon + 1);
+  }
+  return values;
+}
+
+TEST_CASE("NRSH finds the keys of JPEG Pleno's configurations, the hologram's numbers in them") {
+  HologramSpec hologram;
+  hologram.resolution = {1920, 1080};
+  hologram.pitch_m = {3.74e-6, 3.74e-6};
+  hologram.wavelength_m = 632.8e-9;
+  auto values = read_by_nrsh(nrsh_configuration(hologram, "hologram_nrsh.txt"));
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : values) keys.push_back(key);
+  CHECK(keys == std::vector<std::string>{"apod", "bit_depth", "hist_stretch", "method", "perc_clip",
+                                         "perc_value", "pixel_pitch", "save_as_image",
+                                         "save_as_mat", "save_intensity", "show", "wlen",
+                                         "zero_pad"});
+  CHECK(std::stod(values["wlen"]) == 632.8e-9);
+  CHECK(std::stod(values["pixel_pitch"]) == 3.74e-6);
+  CHECK(values["method"] == "ASM");
+  CHECK(values["zero_pad"] == "1");
+  CHECK(values["apod"] == "0");
+  // NRSH cannot pad odd sizes.
+  hologram.resolution = {1920, 1081};
+  CHECK(read_by_nrsh(nrsh_configuration(hologram, ""))["zero_pad"] == "0");
+}
+
+TEST_CASE("NRSH's angular spectrum focuses a point at its depth by the configuration's numbers") {
+  using Complex = std::complex<double>;
+  constexpr int n = 64;
+  const double z_m = 5e-3;
+  HologramSpec hologram;
+  hologram.resolution = {n, n};
+  hologram.pitch_m = {4e-6, 6e-6};
+  hologram.wavelength_m = 532e-9;
+  auto values = read_by_nrsh(nrsh_configuration(hologram, ""));
+  const auto comma = values["pixel_pitch"].find(',');
+  REQUIRE(comma != std::string::npos);
+  // rec_asm.m: the first pitch is that of columns; light of a distance d is taken back by
+  // exp(-2 pi i d sqrt(1 / wlen^2 - fx^2 - fy^2)).
+  const double pitch_x = std::stod(values["pixel_pitch"]),
+               pitch_y = std::stod(values["pixel_pitch"].substr(comma + 1)),
+               wavelength_m = std::stod(values["wlen"]);
+  const auto transform = [](const std::vector<Complex>& plane, double sign) {
+    std::vector<Complex> rows(n * n), all(n * n);
+    const auto turn = [&](int a, int b) {
+      return std::polar(1.0, sign * 2 * std::numbers::pi * ((a * b) % n) / n);
+    };
+    for (int y = 0; y < n; ++y)
+      for (int u = 0; u < n; ++u)
+        for (int x = 0; x < n; ++x) rows[y * n + u] += plane[y * n + x] * turn(u, x);
+    for (int v = 0; v < n; ++v)
+      for (int u = 0; u < n; ++u)
+        for (int y = 0; y < n; ++y) all[v * n + u] += rows[y * n + u] * turn(v, y);
+    return all;
+  };
+  // Light of a point behind the middle of column 40 and row 20 (docs/conventions.md)
+  std::vector<Complex> field;
+  for (int row = 0; row < n; ++row)
+    for (int column = 0; column < n; ++column)
+      field.push_back(std::polar(1.0, 2 * std::numbers::pi / hologram.wavelength_m *
+                                          std::hypot((column - 40) * hologram.pitch_m.x,
+                                                     (row - 20) * hologram.pitch_m.y, z_m)));
+  const auto seen_at = [&](double depth_m) {
+    auto spectrum = transform(field, -1);
+    for (int v = 0; v < n; ++v) {
+      for (int u = 0; u < n; ++u) {
+        const double fx = (u < n / 2 ? u : u - n) / (n * pitch_x),
+                     fy = (v < n / 2 ? v : v - n) / (n * pitch_y);
+        const double w = std::sqrt(1 / (wavelength_m * wavelength_m) - fx * fx - fy * fy);
+        spectrum[v * n + u] *= std::polar(1.0, -2 * std::numbers::pi * w * depth_m);
+      }
+    }
+    return transform(spectrum, 1);
+  };
+  const auto brightest = [](const std::vector<Complex>& plane) {
+    return std::max_element(plane.begin(), plane.end(),
+                            [](Complex a, Complex b) { return std::norm(a) < std::norm(b); });
+  };
+  const auto in_focus = seen_at(z_m);
+  const auto spot = brightest(in_focus);
+  CHECK(spot - in_focus.begin() == 20 * n + 40);
+  for (const double other_m : {-z_m, 0.5 * z_m, 1.5 * z_m}) {
+    const auto plane = seen_at(other_m);
+    CHECK(std::norm(*brightest(plane)) < 0.5 * std::norm(*spot));
+  }
+}
+
 /// The three bytes of each pixel.
 std::vector<std::array<int, 3>> colours(const Folder& folder, const std::string& name) {
   std::vector<std::array<int, 3>> pixels;
@@ -356,6 +458,50 @@ std::vector<std::array<int, 3>> colours(const Folder& folder, const std::string&
     }
   }
   return pixels;
+}
+
+TEST_CASE("10-bit levels are written exactly as words, as grey of 16 bits and over red and blue") {
+  auto slm = by_phase();
+  slm.bits = 10;
+  slm.levels = slm.levels_per_turn = 1024;
+  slm.flip_x = true;
+  const Panel panel(slm, {1024, 1}, glm::dvec2(4e-6), 532e-9);
+  std::vector<std::uint16_t> falling(1024), rising(1024);
+  for (std::size_t i = 0; i < 1024; ++i) {
+    rising[i] = static_cast<std::uint16_t>(i);
+    falling[i] = static_cast<std::uint16_t>(1023 - i);
+  }
+  // Flipped, the falling levels rise in the files.
+  const std::vector<std::vector<std::uint16_t>> levels{falling};
+  const FieldStack field{1024, 1, 1, std::vector<std::complex<float>>(1024, 1)};
+  const Folder folder;
+  const auto saved = [&](PictureFormat format) {
+    const auto names = save_pictures(folder / "", "hologram", format, panel, levels, field);
+    REQUIRE(names.size() == 1);
+    return folder / names[0];
+  };
+  const auto array = bytes_of(saved(PictureFormat::npy));
+  CHECK_THAT(array, ContainsSubstring(
+                        "{'descr': '<u2', 'fortran_order': False, 'shape': (1, 1, 1024), }"));
+  const auto* words = array.data() + array.size() - 2048;
+  const auto grey = load_levels(saved(PictureFormat::png16), "");
+  const auto pixels = colours(folder, saved(PictureFormat::red_blue).filename());
+  for (std::size_t i = 0; i < 1024; ++i) {
+    CHECK(static_cast<std::uint8_t>(words[2 * i]) +
+              256 * static_cast<std::uint8_t>(words[2 * i + 1]) ==
+          rising[i]);
+    CHECK(std::lround(grey.pixels[i] * 1023) == rising[i]);
+    CHECK(pixels[i] == std::array<int, 3>{rising[i] / 4, 0, rising[i] % 4});
+  }
+  CHECK(grey.pixels.front() == 0);
+  CHECK(grey.pixels.back() == 1);
+  for (const auto format :
+       {PictureFormat::png, PictureFormat::bmp, PictureFormat::tiff, PictureFormat::rgb_24x1})
+    CHECK_THAT(
+        input_error_of([&] { saved(format); }),
+        ContainsSubstring("takes levels of 8 bits, and slm.bits is 10; give --format png16"));
+  CHECK_THAT(input_error_of([] { Written(by_phase(), PictureFormat::red_blue, two_frames); }),
+             ContainsSubstring("takes levels of 10 bits, and slm.bits is 8; give slm.bits = 10"));
 }
 
 TEST_CASE("frames of few levels share the 24 bits of a colour, the first in red's lowest") {

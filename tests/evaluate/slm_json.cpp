@@ -86,6 +86,10 @@ TEST_CASE("an SLM comes back from its report as it was, whatever it is") {
   // And every other key that there may be
   CHECK(json_of(back) == json_of(slm));
   CHECK(json_of(slm_of_report(report_of(folder, SlmSpec{}))) == json_of(SlmSpec{}));
+  slm.bits = 10;
+  slm.levels = 1024;
+  slm.lut.clear();
+  CHECK(json_of(slm_of_report(report_of(folder, slm))) == json_of(slm));
 }
 
 TEST_CASE("a report of an earlier version stands for phases in 256 levels") {
@@ -110,6 +114,8 @@ TEST_CASE("a damaged report is refused with one line") {
   CHECK(with("levels", 16).empty());
   for (const auto& [key, value] : {std::pair<const char*, Json>{"levels", 0},
                                    {"levels", 300},
+                                   {"bits", 9},
+                                   {"bits", 64},
                                    {"levels_per_turn", 1},
                                    {"rotate_deg", 45},
                                    {"lut", Json::array({1, 2})},

@@ -41,7 +41,7 @@ std::vector<fs::path> demo_files() {
 /// Calls the reader that the program uses for files of this extension.
 void read_as_the_program_does(const fs::path& file) {
   const auto kind = file.extension();
-  if (kind == ".toml" && file.filename() == "bench.toml") load_slm(file);
+  if (kind == ".toml" && file.filename() == "bench.toml") load_slm(file, 638e-9);
   if (kind == ".toml" && file.filename() != "bench.toml") load_scene(file);
   if (kind == ".ply") load_mesh(file, Normals::smooth, "here");
   if (kind == ".npy") load_npy(file);

@@ -51,8 +51,9 @@ struct Bench {
     save_png(folder / "flat.png", 3, 2, std::vector<std::uint8_t>{0, 1, 2, 3, 4, 255});
   }
 
-  SlmSpec load(const std::string& keys, const std::vector<std::string>& set = {}) const {
-    return load_slm(folder.write("slm.toml", "[slm]\n" + keys + "\n"), set);
+  SlmSpec load(const std::string& keys, const std::vector<std::string>& set = {},
+               double wavelength_m = 638e-9) const {
+    return load_slm(folder.write("slm.toml", "[slm]\n" + keys + "\n"), wavelength_m, set);
   }
 
   /// The message of the InputError, without the folder's name.
@@ -112,6 +113,31 @@ stop_centre = [0.05, -0.02])");
   CHECK(moved.shift_distance_m == Approx(0.2));
 }
 
+TEST_CASE("10 bits have 1024 levels, in files of an SLM and not in scenes") {
+  const Bench bench;
+  CHECK(bench.load("").bits == 8);
+  const auto plain = bench.load("bits = 10");
+  CHECK(plain.bits == 10);
+  CHECK(plain.levels == 1024);
+  CHECK(plain.levels_per_turn == 1024);
+  const auto given = bench.load("levels_per_turn = 4096\nlevels = 1000\nbits = 10");
+  CHECK(given.levels == 1000);
+  CHECK(given.levels_per_turn == 4096);
+  std::string wide;
+  for (int i = 0; i < 1024; ++i) wide += std::to_string(i / 1000.0) + "\n";
+  bench.folder.write("wide.txt", wide);
+  CHECK(bench.load("bits = 10\nlut = \"wide.txt\"").lut.size() == 1024);
+  CHECK_THAT(bench.refusal("bits = 10\nlut = \"rising.txt\""),
+             ContainsSubstring("a LUT has a number for each of 1024 levels, got 256"));
+  bench.folder.write("ball.obj", "");
+  const auto scene = bench.folder.write(
+      "scene.toml",
+      "[slm]\nbits = 10\n[[light]]\ndirection = [0, 0, 1]\n[[object]]\nmesh = \"ball.obj\"\n");
+  CHECK_THAT(input_error_of([&] { load_scene(scene); }),
+             ContainsSubstring("scene.toml:2: slm: bits must be 8 in a scene: its pictures have 8 "
+                               "bits; give 10 to raywave encode"));
+}
+
 TEST_CASE("keys of [slm] left out have the documented defaults") {
   const auto slm = Bench().load("");
   CHECK(slm.encoding == Encoding::double_phase);
@@ -144,6 +170,33 @@ TEST_CASE("a LUT may be one column or two, in turns or radians, of a file or of 
   CHECK(bench.load("lut = [" + numbers + "]").lut[17] == 17.5);
 }
 
+TEST_CASE("of LUTs by wavelength, the nearest within 1 nm is taken, and no other is read") {
+  const Bench bench;
+  const std::string line =
+      R"(lut = { "638 nm" = "rising.txt", "0.532 um" = "falling.csv", "450 nm" = "gone.txt" })";
+  const std::string section =
+      "[slm.lut]\n\"638 nm\" = \"rising.txt\"\n\"532 nm\" = \"falling.csv\"\n";
+  for (const auto& keys : {line, section}) {
+    for (const double near_m : {637e-9, 638e-9, 639e-9})
+      CHECK(bench.load(keys, {}, near_m).lut[255] == Approx(1));
+    CHECK(bench.load(keys, {}, 532.4e-9).lut[255] == Approx(0.9));
+  }
+  // Both are within 1 nm, and the nearer one is not the first.
+  const std::string close = R"(lut = { "637.4 nm" = "rising.txt", "638.2 nm" = "falling.csv" })";
+  CHECK(bench.load(close, {}, 637.7e-9).lut[255] == Approx(1));
+  CHECK(bench.load(close, {}, 637.9e-9).lut[255] == Approx(0.9));
+  CHECK(bench.load("lut_unit = \"radians\"\n" + line, {}, 532e-9).lut[255] ==
+        Approx(0.9 / (2 * std::numbers::pi)));
+  CHECK(bench.load(line, {"slm.lut.638 nm=\"falling.csv\""}).lut[255] == Approx(0.9));
+  CHECK(bench.load(line, {"slm.lut=\"falling.csv\""}).lut[255] == Approx(0.9));
+  // A scene takes its own wavelength.
+  bench.folder.write("ball.obj", "");
+  const auto scene = load_scene(bench.folder.write(
+      "scene.toml", "[hologram]\nwavelength = \"532 nm\"\n[slm]\n" + line +
+                        "\n[[light]]\ndirection = [0, 0, 1]\n[[object]]\nmesh = \"ball.obj\"\n"));
+  CHECK(scene.slm.lut[255] == Approx(0.9));
+}
+
 TEST_CASE("a wrong value in [slm] is refused with its line and what would be right") {
   struct Case {
     const char* keys;
@@ -155,7 +208,10 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
        "\"burckhardt\" or \"lee\", got \"kinoform\""},
       {"clip = 0", "slm.toml:2: slm: clip must be 0.01 to 1, got 0"},
       {"band = [1, 2]", "slm.toml:2: slm: band[1] must be 0.001 to 1, got 2"},
+      {"bits = 9", "slm.toml:2: slm: bits must be 8 or 10, got 9"},
+      {"bits = 12", "slm.toml:2: slm: bits must be 8 or 10, got 12"},
       {"levels = 1", "slm.toml:2: slm: levels must be 2 to 256, got 1"},
+      {"bits = 10\nlevels = 1025", "slm.toml:3: slm: levels must be 2 to 1024, got 1025"},
       {"levels_per_turn = 2000", "slm.toml:2: slm: levels_per_turn must be 2 to 1024, got 2000"},
       {"invert = 1", "slm.toml:2: slm: invert must be true or false, got 1"},
       {"lut_unit = \"degrees\"",
@@ -173,6 +229,28 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
       {"lut = \"large.txt\"", "large.txt: too large for a LUT (at most 1 MiB)"},
       {"lut = \"none.txt\"", "slm.toml:2: slm: lut must be a file (there is none at \"none.txt\")"},
       {"lut = [0, 1]", "slm.toml:2: slm: lut must be 256 numbers, or the name of a file"},
+      {"\nlut = { \"532 nm\" = \"rising.txt\", \"450 nm\" = \"rising.txt\" }",
+       "slm.toml:3: slm: lut has \"450 nm\", \"532 nm\", none within 1 nm of 638 nm; add \"638 "
+       "nm\" "
+       "= \"FILE\""},
+      {"lut = { \"636.9 nm\" = \"rising.txt\" }",
+       "slm.toml:2: slm: lut has \"636.9 nm\", none within 1 nm of 638 nm"},
+      {"lut = {}", "slm.toml:2: slm: lut has no wavelength; add \"638 nm\" = \"FILE\""},
+      {"lut = { red = \"rising.txt\" }",
+       "slm.toml:2: slm: lut: a key of a table of LUTs must be a length such as "},
+      {"lut = { 638 = \"rising.txt\" }",
+       "slm.toml:2: slm: lut: \"638\" is no wavelength of 1 nm to 10 mm; give keys with a unit, "
+       "such "
+       "as \"638 nm\""},
+      {"lut = { \"638 nm\" = \"rising.txt\", \"0.638 um\" = \"rising.txt\" }",
+       "slm.toml:2: slm: lut: \"0.638 um\" and \"638 nm\" are the same wavelength; keep one of "
+       "them"},
+      {"lut = { \"638 nm\" = \"none.txt\" }",
+       "slm.toml:2: slm: lut.\"638 nm\" must be a file (there is none at \"none.txt\")"},
+      {"lut = { \"638 nm\" = [0, 1] }",
+       "slm.toml:2: slm: lut.\"638 nm\" must be 256 numbers, or the name of a file"},
+      {"lut = { \"638 nm\" = \"flat.txt\" }",
+       "slm.toml:2: slm: lut.\"638 nm\" must rise or fall from level to level; level 1 shows 0"},
       {"invert = true\nlut = \"rising.txt\"",
        "slm.toml:3: slm: lut must be given without invert: the LUT says itself whether phase falls "
        "as grey rises"},
