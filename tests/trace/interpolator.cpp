@@ -123,7 +123,7 @@ TEST_CASE(
   CHECK(rows(1.5).half_taps > 0);
 }
 
-TEST_CASE("the error due to fewer rows is predicted within a factor of 2") {
+TEST_CASE("the error due to fewer rows is predicted within a factor of 2", "[slow]") {
   struct Case {
     const char *resolution, *grid, *distance;
   };
