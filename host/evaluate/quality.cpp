@@ -169,22 +169,6 @@ double wanted_share(const JudgedHologram& hologram, int frames) {
 
 }  // namespace
 
-Image averaged(const Image& image, int side) {
-  if (side == 1) return image;
-  Image result{(image.width + side - 1) / side, (image.height + side - 1) / side, {}};
-  for (int y = 0; y < image.height; y += side) {
-    for (int x = 0; x < image.width; x += side) {
-      const int right = std::min(x + side, image.width), below = std::min(y + side, image.height);
-      double sum = 0;
-      for (int j = y; j < below; ++j) {
-        for (int i = x; i < right; ++i) sum += image.pixels[std::size_t{1} * j * image.width + i];
-      }
-      result.pixels.push_back(static_cast<float>(sum / ((right - x) * (below - y))));
-    }
-  }
-  return result;
-}
-
 QualityResult assess(const cl::Device& device, const Scene& scene, const RenderOptions& how,
                      const QualitySpec& what) {
   double seconds = 0;

@@ -108,10 +108,6 @@ FieldComparison compare_with_points(const cl::Device& device, const Scene& scene
                                     const World& world, const FieldStack& field,
                                     const RenderOptions& how);
 
-/// Means over squares of `side` x `side` pixels; squares at the right and bottom rim may be
-/// smaller.
-Image averaged(const Image& image, int side);
-
 /// 8-bit RGB, interleaved.
 struct ColourPicture {
   int width = 0, height = 0;

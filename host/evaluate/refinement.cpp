@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "host/common/text.hpp"
-#include "host/evaluate/quality.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/reconstruct.hpp"
 
