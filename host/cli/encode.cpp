@@ -53,7 +53,7 @@ void run_encode(const EncodeArguments& options) {
   written.push_back("report.json");
   if (options.report.prints_text()) {
     std::printf("%d x %d pixels, %d %s, by %s\n", size.x, size.y, field.frames,
-                field.frames == 1 ? "frame" : "frames", name_of(slm.encoding).c_str());
+                field.frames == 1 ? "frame" : "frames", name_of(panel->slm().encoding).c_str());
     for (const auto& name : written) std::printf("  %s\n", (out / name).c_str());
   }
   options.report.write(report);

@@ -143,7 +143,9 @@ Task task_of_scene(const RefineArguments& options, const cl::Device& device, Pro
   const auto& plan = rendered.plan;
   const auto& settings = plan.refine.value();
   task.hologram = scene.hologram;
-  task.slm = scene.slm;
+  auto unrefined = scene;
+  unrefined.refine = std::nullopt;
+  task.slm = make_plan(unrefined, world).slm;
   task.blur_m = settings.blur_m.value();
   task.middle_m = (plan.near_m + plan.far_m) / 2;
   task.report = Json::parse(render_report_json(scene, rendered, device.info(), how.fft));

@@ -103,6 +103,8 @@ double zernike(int noll, double x, double y) {
 
 Panel::Panel(const SlmSpec& slm, glm::ivec2 size_px, glm::dvec2 pitch_m, double wavelength_m)
     : slm_(slm), size_(size_px) {
+  // Who has no plan has no scene that might fill the band.
+  if (slm_.encoding == Encoding::automatic) slm_.encoding = Encoding::double_phase;
   make_levels();
   make_added(pitch_m, wavelength_m);
 }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -56,6 +58,25 @@ std::uint64_t fan_rays(const Plan& plan) {
   return rays;
 }
 
+/// Double phase brings haze into pictures that fill the band: the light of its checkerboard comes
+/// back there (docs/slm.md).
+constexpr double most_filled_by_double_phase = 0.6;
+
+/// Share of the SLM's band, mean of the axes, that light from all vertices to the hologram's middle
+/// needs.
+double share_of_band(const World& world, const Plan& plan) {
+  glm::dvec2 low(1), high(-1);
+  for (const auto& position_m : positions_now(world)) {
+    if (position_m.z <= 0) continue;
+    const auto tangent = glm::dvec2(position_m) / position_m.z;
+    const auto sine = tangent / glm::sqrt(1.0 + tangent * tangent);
+    low = glm::min(low, sine);
+    high = glm::max(high, sine);
+  }
+  const auto filled = glm::clamp((high - low) / (2.0 * plan.largest_sine), 0.0, 1.0);
+  return std::sqrt(filled.x * filled.y);
+}
+
 }  // namespace
 
 Plan make_plan(const Scene& scene, const World& world, Method method, int rays_per_axis,
@@ -66,6 +87,19 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.pitch_m = scene.hologram.pitch_m;
   plan.wavelength_m = scene.hologram.wavelength_m;
   plan.slm = scene.slm;
+  plan.near_m = world.min_m.z;
+  plan.far_m = world.max_m.z;
+  plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,
+                   (plan.near_m + plan.far_m) / 2};
+  for (int axis = 0; axis < 2; ++axis)
+    plan.largest_sine[axis] = std::min(1.0, plan.wavelength_m / (2 * plan.pitch_m[axis]));
+  const auto steepest = steepest_tangent(plan.largest_sine);
+
+  // The encoding
+  plan.band_filled = moved_from ? moved_from->band_filled : share_of_band(world, plan);
+  if (plan.slm.encoding == Encoding::automatic)
+    plan.slm.encoding =
+        plan.band_filled > most_filled_by_double_phase ? Encoding::phase : Encoding::double_phase;
   if (scene.refine) {
     if (shows_amplitude(plan.slm.encoding))
       throw InputError(one_line(scene.file.string()) + ": slm.encoding \"" +
@@ -76,13 +110,6 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
     plan.refine = scene.refine;
     if (!plan.refine->blur_m) plan.refine->blur_m = blur_of_resolution * scene.sampling.pitch_m;
   }
-  plan.near_m = world.min_m.z;
-  plan.far_m = world.max_m.z;
-  plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,
-                   (plan.near_m + plan.far_m) / 2};
-  for (int axis = 0; axis < 2; ++axis)
-    plan.largest_sine[axis] = std::min(1.0, plan.wavelength_m / (2 * plan.pitch_m[axis]));
-  const auto steepest = steepest_tangent(plan.largest_sine);
 
   // What later stages need to know of the scene
   plan.scene_name = scene.file.string();

@@ -149,6 +149,7 @@ struct Plan {
   glm::dvec2 tile_apodization{0, 0};
   // Sine of the steepest ray to the optical axis that the SLM's pixels can show, per axis
   glm::dvec2 largest_sine{1, 1};
+  double band_filled = 0;  // share of the SLM's band that the scene's light needs, mean of the axes
   bool beyond_diffraction = false;  // some light of the scene would be steeper
   glm::ivec2 padded{1, 1};          // size that is transformed
   Precision precision = Precision::floats;

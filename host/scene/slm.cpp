@@ -12,8 +12,9 @@
 namespace raywave {
 namespace {
 
-constexpr std::array<std::pair<const char*, Encoding>, 5> encodings{
-    {{"phase", Encoding::phase},
+constexpr std::array<std::pair<const char*, Encoding>, 6> encodings{
+    {{"auto", Encoding::automatic},
+     {"phase", Encoding::phase},
      {"double-phase", Encoding::double_phase},
      {"off-axis", Encoding::off_axis},
      {"burckhardt", Encoding::burckhardt},

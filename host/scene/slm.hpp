@@ -20,7 +20,8 @@ enum class Encoding {
   double_phase,  // two phases on a checkerboard whose mean is the field; phase SLMs
   off_axis,      // amplitude SLMs: interference with a tilted plane wave
   burckhardt,    // amplitude SLMs: three pixels of a row show three parts, 120 degrees apart
-  lee            // binary SLMs (DMDs): the width and place of stripes
+  lee,           // binary SLMs (DMDs): the width and place of stripes
+  automatic      // double_phase or, where a scene fills the SLM's band, phase: the plan decides
 };
 
 /// True when levels stand for amplitudes, not for phases.
@@ -52,7 +53,7 @@ struct FlatnessSpec {
 };
 
 struct SlmSpec {
-  Encoding encoding = Encoding::double_phase;
+  Encoding encoding = Encoding::automatic;
   // Share of the pixels whose amplitude is shown in full; brighter ones are clipped
   double clip = 0.9;
   glm::dvec2 band{1, 1};      // share of the SLM's band that the field keeps before it is encoded

@@ -347,7 +347,8 @@ TEST_CASE(
       REQUIRE(rendered.refined);
       const auto& refined = *rendered.refined;
       CHECK(rendered.panel->slm().encoding == Encoding::phase);
-      REQUIRE(scene.slm.encoding == Encoding::double_phase);
+      REQUIRE(make_plan(load_scene(RAYWAVE_DATA_DIR "/study.toml"), world).slm.encoding ==
+              Encoding::double_phase);
       Encoder encoder(device, rendered.panel);
       CHECK(rendered.levels == encode(device, encoder, refined.phases));
 

@@ -140,7 +140,7 @@ TEST_CASE("10 bits have 1024 levels, in files of an SLM and not in scenes") {
 
 TEST_CASE("keys of [slm] left out have the documented defaults") {
   const auto slm = Bench().load("");
-  CHECK(slm.encoding == Encoding::double_phase);
+  CHECK(slm.encoding == Encoding::automatic);
   CHECK(slm.clip == 0.9);
   CHECK(slm.band == glm::dvec2(1));
   CHECK(slm.levels == 256);
@@ -204,7 +204,7 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
   };
   const std::vector<Case> cases{
       {"encoding = \"kinoform\"",
-       "slm.toml:2: slm: encoding must be \"phase\" or \"double-phase\" or \"off-axis\" or "
+       "slm.toml:2: slm: encoding must be \"auto\" or \"phase\" or \"double-phase\" or \"off-axis\" or "
        "\"burckhardt\" or \"lee\", got \"kinoform\""},
       {"clip = 0", "slm.toml:2: slm: clip must be 0.01 to 1, got 0"},
       {"band = [1, 2]", "slm.toml:2: slm: band[1] must be 0.001 to 1, got 2"},

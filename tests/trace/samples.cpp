@@ -334,7 +334,8 @@ OffOracle off_oracle(const Stage& stage, const Rig& rig) {
 
 TEST_CASE(
     "samples shine from the centroid of their light: at edges and rims, across textures and "
-    "shadows") {
+    "shadows",
+    "[slow]") {
   struct Case {
     const char* name;
     bool texture, shadows, closed;

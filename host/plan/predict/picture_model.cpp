@@ -41,25 +41,8 @@ struct EncodingNoise {
 EncodingNoise noise_of(Encoding encoding, double filled) {
   if (encoding == Encoding::phase) return {6.2e-3, 0.25};
   // The light that the checkerboard throws aside comes back into pictures that fill the band.
-  return {std::clamp(0.033 * (filled - 0.3), 0.002, 0.012), 0.06};
-}
-
-/// The part of the SLM's band, per axis, that light from the front surfaces to the hologram's middle
-/// needs; at most 1.
-glm::dvec2 band_filled(const FrontView& view, const Plan& plan) {
-  glm::dvec2 low(1), high(-1);
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x) {
-      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                     static_cast<std::size_t>(x);
-      if (view.depth_m[i] == 0) continue;
-      const auto tangent = view.tangent(x, y);
-      const auto sine = tangent / glm::sqrt(1.0 + tangent * tangent);
-      low = glm::min(low, sine);
-      high = glm::max(high, sine);
-    }
-  }
-  return glm::clamp((high - low) / (2.0 * plan.largest_sine), 0.0, 1.0);
+  const double overlap = std::max(0.0, filled - 0.65);
+  return {std::clamp(0.06 * (filled - 0.33), 0.001, 0.016) + 5.6 * overlap * overlap, 0.06};
 }
 
 using Raster = std::vector<float>;
@@ -394,8 +377,7 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
     model.refined_depths = static_cast<int>(
         plan.refine->depths_m.empty() ? refine_depths_m(plan, plan.refine->blur_m.value()).size()
                                       : plan.refine->depths_m.size());
-  const auto filled = band_filled(view, plan);
-  model.band_filled = std::sqrt(filled.x * filled.y);
+  model.band_filled = plan.band_filled;
   model.spot_m = plan.wavelength_m * plan.lattice.full_z_m / model.window_m;
   Raster steps(view.radiance.size(), 0);  // squared, to the next cells right and below
   for (int y = 0; y < view.size.y; ++y) {
