@@ -204,7 +204,8 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
   };
   const std::vector<Case> cases{
       {"encoding = \"kinoform\"",
-       "slm.toml:2: slm: encoding must be \"auto\" or \"phase\" or \"double-phase\" or \"off-axis\" or "
+       "slm.toml:2: slm: encoding must be \"auto\" or \"phase\" or \"double-phase\" or "
+       "\"off-axis\" or "
        "\"burckhardt\" or \"lee\", got \"kinoform\""},
       {"clip = 0", "slm.toml:2: slm: clip must be 0.01 to 1, got 0"},
       {"band = [1, 2]", "slm.toml:2: slm: band[1] must be 0.001 to 1, got 2"},
