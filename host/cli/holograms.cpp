@@ -96,7 +96,7 @@ SlmSpec PixelOptions::slm_spec(const std::filesystem::path& hologram,
                                        : positive_length_m(wavelength, "--wavelength"),
                     set);
   else if (!set.empty())
-    throw InputError("--set changes keys of the file of --slm, which is not given");
+    throw InputError("--set changes keys of the file of --slm: give --slm too");
   else if (std::filesystem::exists(report, error))
     spec = slm_of_report(report);
   if (most_bits == 8) require_level_bytes(spec, 1);

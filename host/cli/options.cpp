@@ -150,7 +150,10 @@ Goal GoalOptions::goal() const {
   Goal goal;
   if (!preset.empty()) goal.preset = preset_of(preset);
   if (!budget.empty()) goal.budget_s = parse_seconds(budget, "--budget");
-  if (psnr_db) goal.psnr_db = *psnr_db;
+  if (psnr_db) {
+    if (!std::isfinite(*psnr_db)) throw InputError("--psnr: must be 0 to 200 dB");
+    goal.psnr_db = *psnr_db;
+  }
   return goal;
 }
 

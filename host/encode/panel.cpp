@@ -154,8 +154,11 @@ void Panel::make_added(glm::dvec2 pitch_m, double wavelength_m) {
       slm_.offset_turns == 0)
     return;
 
+  // Levels are to be added to grey, and phase may fall as grey rises.
+  const bool falls = slm_.lut.empty() ? slm_.invert : slm_.lut.back() < slm_.lut.front();
   const double turns_per_value =
-      flatness.in_nm ? -1e-9 / wavelength_m : (grey_levels_of(slm_) - 1.0) / slm_.levels_per_turn;
+      flatness.in_nm ? -1e-9 / wavelength_m
+                     : (falls ? -1 : 1) * (grey_levels_of(slm_) - 1.0) / slm_.levels_per_turn;
   const int left = (picture.width - size_.x) / 2, top = (picture.height - size_.y) / 2;
   const double radius = 0.5 * std::max(size_.x * pitch_m.x, size_.y * pitch_m.y);
   added_.resize(std::size_t{1} * size_.x * size_.y);

@@ -366,7 +366,11 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   out << "memory    " << cl::format_bytes(prediction.device_bytes) << " on the device\n";
   const auto& t = prediction.times;
   const auto seconds = [&](double value) {
-    return value < 1 ? number(value * 1e3) + " ms" : number(value) + " s";
+    std::array<char, 32> text;  // two digits, more of large numbers
+    const double shown = value < 1 ? value * 1e3 : value;
+    std::snprintf(text.data(), text.size(), shown < 99.5 ? "%.2g %s" : "%.0f %s", shown,
+                  value < 1 ? "ms" : "s");
+    return std::string(text.data());
   };
   out << "time      " << seconds(t.total_s()) << " predicted: samples " << seconds(t.samples_s)
       << ", trace " << seconds(t.trace_s) << ", propagate " << seconds(t.propagate_s)
@@ -393,6 +397,11 @@ std::string plan_report_text(const Planned& planned, const World& world) {
           100 * pictures->encoding, 100 * pictures->speckle, 100 * pictures->edges,
           100 * pictures->missing, 100 * pictures->dots, 100 * pictures->padding);
     out << text.data();
+    if (shows_amplitude(plan.slm.encoding))
+      out << "          (haze as of double phase; that of " << name_of(plan.slm.encoding)
+          << " is not predicted)\n";
+    if (plan.slm.stop && light.through_stop < 0.995)
+      out << "          (without what the stop cuts off)\n";
   }
   out << "field     error " << number(100 * prediction.field_error) << " % predicted\n";
   for (const auto& reason : reasons) out << "because   " << reason << "\n";

@@ -42,7 +42,7 @@ Json json_of(const SlmSpec& slm) {
     json["stop"] = {{"size", json_of(slm.stop->size)}, {"centre", json_of(slm.stop->centre)}};
   for (const auto& term : slm.zernike) json["zernike"].push_back({term.noll, term.turns});
   if (!slm.flatness.picture.pixels.empty())
-    json["flatness"] = {{"file", slm.flatness.file.string()},
+    json["flatness"] = {{"file", std::filesystem::absolute(slm.flatness.file).string()},
                         {"unit", slm.flatness.in_nm ? "nm" : "levels"},
                         {"fit", slm.flatness.centre ? "centre" : "exact"}};
   return json;

@@ -104,8 +104,8 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
     if (shows_amplitude(plan.slm.encoding))
       throw InputError(one_line(scene.file.string()) + ": slm.encoding \"" +
                        name_of(plan.slm.encoding) +
-                       "\": [refine] changes phases; give an SLM that shows them, encoding = "
-                       "\"phase\", or leave [refine] out");
+                       "\": refinement changes phases; give an SLM that shows them, "
+                       "slm.encoding \"phase\"");
     plan.slm.encoding = Encoding::phase;
     plan.refine = scene.refine;
     if (!plan.refine->blur_m) plan.refine->blur_m = blur_of_resolution * scene.sampling.pitch_m;

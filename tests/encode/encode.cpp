@@ -533,7 +533,8 @@ TEST_CASE("a shift moves the picture by its length, in its direction") {
   }
 }
 
-TEST_CASE("flatness in levels is added, flatness in nm is taken off") {
+TEST_CASE(
+    "flatness in levels is added to grey, also where phase falls; flatness in nm is taken off") {
   const glm::ivec2 size(20, 10);
   const Field field(200, std::polar(1.0f, 1.0f));
   auto slm = by_phase();
@@ -545,6 +546,12 @@ TEST_CASE("flatness in levels is added, flatness in nm is taken off") {
   for (const auto& device : test::all_devices()) {
     CHECK(levels_of(device, slm, size, field).front() == plain + 30);
     CHECK(levels_of(device, in_nm, size, field).front() == (plain - 64 + 256) % 256);
+    auto falling = slm;
+    falling.invert = true;
+    CHECK(levels_of(device, falling, size, field).front() == 256 - plain + 30);
+    auto table = slm;
+    for (int level = 0; level < 256; ++level) table.lut.push_back(-level / 256.0);
+    CHECK(levels_of(device, table, size, field).front() == 256 - plain + 30);
   }
 }
 

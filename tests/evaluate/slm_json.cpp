@@ -92,6 +92,14 @@ TEST_CASE("an SLM comes back from its report as it was, whatever it is") {
   CHECK(json_of(slm_of_report(report_of(folder, slm))) == json_of(slm));
 }
 
+TEST_CASE("a report names its flatness picture so that it is found from any folder") {
+  SlmSpec slm;
+  slm.flatness.file = "flat.png";
+  slm.flatness.picture = {1, 1, {0}};
+  const auto file = json_of(slm)["flatness"]["file"].get<std::string>();
+  CHECK(std::filesystem::path(file) == std::filesystem::current_path() / "flat.png");
+}
+
 TEST_CASE("a report of an earlier version stands for phases in 256 levels") {
   const Folder folder;
   const auto slm = slm_of_report(folder.write("report.json", R"({"scene": {}})"));

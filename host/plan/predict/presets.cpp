@@ -227,12 +227,18 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   std::optional<Candidates> candidates(std::in_place, s, world, device);
   std::string why_layers, why_refined;
   if (goal.any()) {
+    // Refined towards the pictures that are judged, whatever the lattice
+    const auto refine = [&] {
+      if (!s.refine) s.refine.emplace();
+      s.refine->blur_m = blur_of_resolution * candidates->resolution_m();
+      candidates.emplace(s, world, device);
+    };
+    if (s.refine && !s.refine->blur_m) refine();
     auto all = candidates->choices(largest_cone_error(goal));
     if (const double most_db = fastest_reaching(all, 1e9).psnr_db;
         goal.psnr_db.value_or(0) > most_db && !s.refine && !shows_amplitude(s.slm.encoding)) {
-      s.refine.emplace();
       why_refined = "refine: without it, at most " + decibels_text(most_db) + " are reached";
-      candidates.emplace(s, world, device);
+      refine();
       all = candidates->choices(largest_cone_error(goal));
     }
     why_layers = choose(all, goal, planned);
