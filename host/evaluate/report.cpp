@@ -188,7 +188,8 @@ Json json_of(const Prediction& prediction) {
                        {"light_missing", p->missing},
                        {"dots", p->dots},
                        {"padding", p->padding},
-                       {"encoding", p->encoding}}},
+                       {"encoding", p->encoding},
+                       {"stop", p->stop}}},
                      {"field", {{"mean_psnr_db", p->field_psnr_db}}}};
   const auto& light = prediction.slm_light;
   j["slm_light"] = {{"through_stop", light.through_stop},
@@ -397,11 +398,12 @@ std::string plan_report_text(const Planned& planned, const World& world) {
           100 * pictures->encoding, 100 * pictures->speckle, 100 * pictures->edges,
           100 * pictures->missing, 100 * pictures->dots, 100 * pictures->padding);
     out << text.data();
+    if (pictures->stop > 0)
+      out << "          " << number(100 * pictures->stop)
+          << " % of the error is what the stop cuts off\n";
     if (shows_amplitude(plan.slm.encoding))
       out << "          (haze as of double phase; that of " << name_of(plan.slm.encoding)
           << " is not predicted)\n";
-    if (plan.slm.stop && light.through_stop < 0.995)
-      out << "          (without what the stop cuts off)\n";
   }
   out << "field     error " << number(100 * prediction.field_error) << " % predicted\n";
   for (const auto& reason : reasons) out << "because   " << reason << "\n";

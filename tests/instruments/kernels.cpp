@@ -233,8 +233,8 @@ void refine_all(const cl::Device& device) {
   spec.blur_m = 10 * um;
   spec.iterations = 2;
   const Image picture{7, 2, std::vector<float>(14, 0.5f)};
-  const RefineKey keys[] = {{2 * mm, {0, 0}, {1, 1}, picture, {8 * um, 8 * um}},
-                            {2 * mm, {0.5, 0}, {0.5, 1}, picture, {8 * um, 8 * um}}};
+  const RefineKey keys[] = {{0.6 * mm, {0, 0}, {1, 1}, picture, {8 * um, 8 * um}},
+                            {0.6 * mm, {0.5, 0}, {0.5, 1}, picture, {8 * um, 8 * um}}};
   for (const auto propagation :
        {refinement::Propagation::fresnel, refinement::Propagation::exact}) {
     spec.propagation = propagation;

@@ -49,6 +49,7 @@ struct PictureModel {
   glm::dvec2 spot_m{0, 0};  // the hologram's limit, wavelength z / width, at the scene's middle
   Encoding encoding = Encoding::double_phase;
   double band_filled = 0;  // share of the SLM's band that the scene needs, mean of the axes
+  double stopped = 0;      // share of the light that slm.stop cuts off
   int refined_depths = 0;  // whole pictures that phases are refined towards; 0: they are not
   std::vector<PictureRow> rows;
 };
@@ -74,7 +75,7 @@ struct PicturePrediction {
   double field_psnr_db = 0;     // mean of the rows, of the complex field
   bool refined = false;         // then nobody knows which errors remain
   // Shares of the mean square error of all rows, of levels that are not refined
-  double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0;
+  double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0, stop = 0;
 };
 
 /// padding_error  of the field, relative (host/plan/predict/propagation_errors.hpp)
