@@ -132,7 +132,9 @@ void add_pattern(CLI::App& app) {
       "build/raywave pattern lens --slm data/bench.toml --size 1920x1080 --pitch 3.74um \\\n"
       "    --wavelength 638nm -o patterns");
   auto options = std::make_shared<PatternArguments>();
-  command->add_option("PATTERN", options->pattern, "lens, blaze, checker or ramp; docs/bench.md says what to see")
+  command
+      ->add_option("PATTERN", options->pattern,
+                   "lens, blaze, checker or ramp; docs/bench.md says what to see")
       ->type_name("lens|blaze|checker|ramp")
       ->required();
   command

@@ -34,13 +34,6 @@ struct PictureRow {
   std::vector<PictureLayer> layers{};
 };
 
-/// Share, along one axis, of the hologram's window from which the point at `x_m` in the plane z_m
-/// is seen no more steeply than the pixels can show.
-double share_within_pixels(const Plan& plan, int axis, double x_m, double z_m);
-
-/// The part of that share whose light also crosses the planned WRPs.
-double share_seen(const Plan& plan, int axis, double x_m, double z_m);
-
 struct PictureModel {
   double resolution_m = 0;  // pictures are blurred by blur_of_resolution of it
   double wavelength_m = 0;

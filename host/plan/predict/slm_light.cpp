@@ -8,7 +8,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/geometry/extents.hpp"
-#include "host/plan/predict/picture_model.hpp"
+#include "host/plan/predict/light_shown.hpp"
 
 namespace raywave {
 namespace {

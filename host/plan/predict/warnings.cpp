@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "host/common/text.hpp"
-#include "host/plan/predict/picture_model.hpp"
+#include "host/plan/predict/light_shown.hpp"
 
 namespace raywave {
 namespace {
