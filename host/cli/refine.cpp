@@ -25,6 +25,7 @@
 #include "host/refine/scene_keys.hpp"
 #include "host/render.hpp"
 #include "host/scene/image.hpp"
+#include "host/scene/units.hpp"
 #include "host/trace/tuning.hpp"
 
 namespace raywave::cli {
