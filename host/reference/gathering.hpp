@@ -25,8 +25,8 @@ struct Agreement {
 /// `centre_m`, against the direct sum of all samples, none of them by plane waves (Gatherer's
 /// plane_wave_spots 0).
 ///
-/// unit_m  of the waves: 1 for fields as the device has them, amplitude_unit_m of the plan for those
-///         of render()
+/// unit_m  of the waves: 1 for fields as the device has them, amplitude_unit_m of the plan for
+///         those of render()
 Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>> fields,
                              int frames, std::uint32_t seed, glm::dvec3 centre_m, int count,
                              double unit_m = 1);

@@ -76,7 +76,8 @@ private:
     return {0, 1, 2, 3};
   }
 
-  /// What a ray meets, as the table keeps it: coincident layers once, closed meshes on their outside.
+  /// What a ray meets, as the table keeps it: coincident layers once, closed meshes on their
+  /// outside.
   std::vector<Meeting> meetings(dvec2 off) {
     const dvec3 direction((middle_ + off) * lattice_.step, 1);
     const Ray ray{-rig_.plan.origin_m, direction, 0, 2 * rig_.plan.far_m};

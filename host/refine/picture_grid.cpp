@@ -75,8 +75,8 @@ std::vector<double> places(int count, const auto& f) {
   return all;
 }
 
-/// The key's picture, blurred, at the crossings of columns and rows: metres to the right of the axis
-/// and below it.
+/// The key's picture, blurred, at the crossings of columns and rows: metres to the right of the
+/// axis and below it.
 std::vector<float> blurred_at(const Key& key, double blur_m, const std::vector<double>& columns_m,
                               const std::vector<double>& rows_m) {
   const auto& picture = key.picture;

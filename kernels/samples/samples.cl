@@ -56,7 +56,7 @@ static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv 
 }
 
 #if RAYWAVE_ANTIALIAS
-// Centres of RAYWAVE_LANES parts of a cell, inner parts first, in cells from its left bottom corner.
+// Centres of RAYWAVE_LANES parts of a cell, inner parts first, in cells from its lower left corner.
 static inline void part_places(int packet, floatv* right, floatv* upwards) {
   const intv part = packet * RAYWAVE_LANES + LANES_INDEX;
 #if RAYWAVE_ANTIALIAS == 4

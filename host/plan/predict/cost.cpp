@@ -43,7 +43,7 @@ constexpr double aim_of_a_sample = 29;
 /// Passes over a pixel beside the transforms, in butterflies.
 constexpr double butterflies_of_a_pixel = 9;
 
-/// Padding of the refinement's planes, and passes over their pixels in an iteration, in butterflies.
+/// Padding of the refinement's planes, and passes over their pixels per iteration, in butterflies.
 constexpr double refine_padding = 1.25, butterflies_of_a_refined_pixel = 18;
 
 /// The same of pictures that are propagated exactly.

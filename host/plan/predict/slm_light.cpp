@@ -32,8 +32,8 @@ double travel(const Plan& plan, int axis, double cycles, double z_m) {
   return z_m * sine / std::sqrt(1 - sine * sine);
 }
 
-/// Calls `use` with each part of the SLM's band that the stop passes along an axis. Frequencies that
-/// lie a whole number apart are the same to pixels.
+/// Calls `use` with each part of the SLM's band that the stop passes along an axis. Frequencies
+/// that lie a whole number apart are the same to pixels.
 template <class Use>
 void for_passed(const StopSpec& stop, int axis, const Use& use) {
   for (const int replica : {-1, 0, 1}) {

@@ -12,8 +12,8 @@ struct SlmLight {
   double through_stop = 1;
   // A stop around slm.stop_centre that passes all of it, as a share of the band per axis
   glm::dvec2 open_stop{0, 0};
-  // The zero order in the plane z_m, the scene's middle: centre and size of where it falls, relative
-  // to the picture, whose own place slm.carrier and slm.shift set
+  // The zero order in the plane z_m, the scene's middle: centre and size of where it falls,
+  // relative to the picture, whose own place slm.carrier and slm.shift set
   double z_m = 0;
   glm::dvec2 zero_order_m{0, 0}, zero_order_size_m{0, 0};
   bool zero_order_stopped = false;  // slm.stop keeps it away
