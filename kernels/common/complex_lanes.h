@@ -65,6 +65,22 @@ static inline void store_complex(floatv re, floatv im, __global float2* p) {
 }
 #endif
 
+// Loads the first `count` samples of the packet, or the whole packet where `count` exceeds it; the
+// others are zero.
+static inline void load_some_complex(const __global float2* p, int count, floatv* re, floatv* im) {
+  if (count >= RAYWAVE_LANES) {
+    load_complex(p, re, im);
+    return;
+  }
+  float res[RAYWAVE_LANES], ims[RAYWAVE_LANES];
+  for (int i = 0; i < RAYWAVE_LANES; ++i) {
+    res[i] = i < count ? p[i].x : 0.0f;
+    ims[i] = i < count ? p[i].y : 0.0f;
+  }
+  *re = LANES_LOAD(res);
+  *im = LANES_LOAD(ims);
+}
+
 // Stores the first `count` samples of the packet, or the whole packet where `count` exceeds it.
 static inline void store_some_complex(floatv re, floatv im, __global float2* p, int count) {
   if (count >= RAYWAVE_LANES) {

@@ -25,39 +25,20 @@
 // for all frames. OpenCL C 1.2.
 #include "kernels/common/complex_lanes.h"
 #include "kernels/common/double_single.h"
-#include "kernels/common/hash.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/phase.h"
 #include "kernels/common/shared.h"
 #include "kernels/gather/footprint.h"
 #include "kernels/gather/options.h"
+#include "kernels/gather/phases.h"
 #include "kernels/gather/plane_waves.h"
+#include "kernels/gather/radiance_towards.h"
 #include "kernels/samples/visibility.h"
 #include "kernels/scene/shade.h"
-
-__kernel void draw_phases(__global const Sample* samples, int sample_count, int frames, uint seed,
-                          __global float2* phasors) {
-  const int index = (int)get_global_id(0);
-  if (index >= sample_count) return;
-  for (int frame = 0; frame < frames; ++frame) {
-    floatv c, s;
-    cos_sin_turns(phase_turns((uintv)(samples[index].key), seed + (uint)frame), &c, &s);
-    float cs[RAYWAVE_LANES], ss[RAYWAVE_LANES];
-    LANES_STORE(c, cs);
-    LANES_STORE(s, ss);
-    phasors[(size_t)frame * (size_t)sample_count + (size_t)index] = (float2)(cs[0], ss[0]);
-  }
-}
 
 #define VISIBILITY_CLEAR 0
 #define VISIBILITY_MIXED 1
 #define VISIBILITY_NONE 2
-
-// Bits of row j of a visibility mask.
-static inline uint visibility_row(__global const uint* visibility, int j) {
-  const int bit = j * RAYWAVE_VISIBILITY_PARTS;
-  return visibility[bit / 32] >> (bit % 32) & ((1u << RAYWAVE_VISIBILITY_PARTS) - 1u);
-}
 
 // Visibility of a sample from a box of the hologram's window, in half sides of the window that the
 // mask divides: VISIBILITY_CLEAR, _MIXED or _NONE.
@@ -88,87 +69,6 @@ static inline float visible_share(__global const uint* visibility, int i, int j)
   return 1.0f;
 #endif
 }
-
-#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-// A direction towards the hologram: double-single and of any length, or a unit vector.
-#if RAYWAVE_SHARP
-typedef DoubleSingle3 Towards;
-#else
-typedef struct {
-  floatv x, y, z;
-} Towards;
-#endif
-
-// What a highlight needs of a sample, except for the viewing direction.
-static inline Surface sample_surface(__global const Sample* sample) {
-  Surface s;
-  s.x = sample->x;
-  s.y = sample->y;
-  s.z = sample->z;
-  s.nx = sample->nx;
-  s.ny = sample->ny;
-  s.nz = sample->nz;
-#if RAYWAVE_SHARP
-  s.place = ds3((floatv)(sample->x), (floatv)(sample->y), (floatv)(sample->z));
-  s.normal = ds3((floatv)(sample->nx), (floatv)(sample->ny), (floatv)(sample->nz));
-#endif
-  s.specular = sample->specular;
-  s.shininess = sample->shininess;
-  return s;
-}
-
-static inline bool is_lit(__global const uint* lit, int light) {
-  return lit[light / 32] >> (light % 32) & 1u;
-}
-
-// Amplitude of a sample with the highlights that it shows in a direction.
-static inline floatv shaded_amplitude(__global const Light* lights, __global const uint* lit,
-                                      __global const Sample* sample, Towards towards) {
-  Surface s = sample_surface(sample);
-#if RAYWAVE_SHARP
-  s.towards = towards;
-#else
-  s.vx = towards.x;
-  s.vy = towards.y;
-  s.vz = towards.z;
-#endif
-  floatv radiance = sample->radiance;
-  for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
-    if (!is_lit(lit, i)) continue;
-    const Incident in = incident(lights, i, &s, 0.0f);
-    radiance += highlight(lights + i, &in, &s) * in.intensity;
-  }
-  return sqrt(radiance) * sample->weight;
-}
-
-// Tangents of the directions inside the cone in which the highlights of lights `first` and on are
-// brightest; those of the chief ray where there is none.
-static inline void highlight_directions(__global const Light* lights, __global const uint* lit,
-                                        __global const Sample* sample, const ProjectedSample* p,
-                                        int first, const GatherPlane* plane, floatv* tx,
-                                        floatv* ty) {
-  const Surface s = sample_surface(sample);
-  float txs[RAYWAVE_LANES], tys[RAYWAVE_LANES];
-  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
-    const int light = first + lane;
-    txs[lane] = p->tangent_x;
-    tys[lane] = p->tangent_y;
-    if (light >= RAYWAVE_LIGHTS || !is_lit(lit, light)) continue;
-    const Incident in = incident(lights, light, &s, 0.0f);
-    if (!(in.intensity > 0.0f)) continue;
-    const float twice = 2.0f * LANES_FIRST(in.facing);
-    const float x = twice * sample->nx - LANES_FIRST(in.x),
-                y = twice * sample->ny - LANES_FIRST(in.y);
-    const float down = fmax(LANES_FIRST(in.z) - twice * sample->nz, 1e-6f);
-    txs[lane] = clamp(x / down, p->tangent_x - plane->cone_x * p->half_tangent_x,
-                      p->tangent_x + plane->cone_x * p->half_tangent_x);
-    tys[lane] = clamp(y / down, p->tangent_y - plane->cone_y * p->half_tangent_y,
-                      p->tangent_y + plane->cone_y * p->half_tangent_y);
-  }
-  *tx = LANES_LOAD(txs);
-  *ty = LANES_LOAD(tys);
-}
-#endif
 
 // Distances between light and a pixel are at least this long.
 static inline float nearest_to(const GatherPlane* plane) {
@@ -273,12 +173,6 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   footprints[3 * stride + index] = p.top + p.rows - 1;
 }
 
-// Projected area of a sample in a direction: a surface that is turned away shows less of itself. At
-// grazing angles it is limited to four times the area.
-static inline floatv projected_area(float tilt_z, floatv along_x, floatv along_y) {
-  return clamp(along_x + along_y - tilt_z, (floatv)(0.0f), (floatv)(4.0f));
-}
-
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
 // Turns by which a path is longer than the path that ends `step` below it in y, where dy is the
 // latter's offset from the sample: r - r0 = (r^2 - r0^2) / (r + r0). Only a few turns lie between
@@ -288,28 +182,6 @@ static inline floatv turns_beyond(float dy, float step, floatv sum_of_lengths,
   return (2.0f * dy + step) * step * turns_per_metre / sum_of_lengths;
 }
 #endif
-
-// Amplitude that a sample shows in directions, given as tangents.
-static inline floatv amplitude_towards(__global const Light* lights, __global const uint* lit,
-                                       __global const Sample* sample, const ProjectedSample* p,
-                                       floatv tx, floatv ty) {
-  floatv amplitude = p->amplitude;
-#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-  if (p->specular) {
-#if RAYWAVE_SHARP
-    const floatv down = -1.0f;
-    const Towards towards = ds3(tx, ty, down);
-#else
-    const floatv cosine = 1.0f / sqrt(1.0f + tx * tx + ty * ty);
-    const Towards towards = {tx * cosine, ty * cosine, -cosine};
-#endif
-    amplitude = shaded_amplitude(lights, lit, sample, towards);
-  }
-#else
-  (void)lights, (void)lit;
-#endif
-  return amplitude * sqrt(projected_area(p->tilt_z, sample->tilt_x * tx, sample->tilt_y * ty));
-}
 
 // The plane waves of both axes of a sample. Its amplitude in a direction is approximated by the
 // product of its amplitudes along the two axes through its brightest direction. This is right to
@@ -322,14 +194,17 @@ static inline void plane_wave_axes(__global const Light* lights, __global const 
   plane_waves_of(y, p->hidden, p->tangent_y, p->half_tangent_y, p->half_y, p->depth,
                  gathered_y(plane), plane->turns_hi);
   float best_x = p->tangent_x, best_y = p->tangent_y;
-  float best =
-      LANES_FIRST(amplitude_towards(lights, lit, sample, p, (floatv)(best_x), (floatv)(best_y)));
+  float best = LANES_FIRST(amplitude_towards(lights, lit, sample, p->amplitude, p->specular,
+                                             (floatv)(best_x), (floatv)(best_y)));
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
   for (int first = 0; first < RAYWAVE_LIGHTS && p->specular; first += RAYWAVE_LANES) {
     floatv tx, ty;
-    highlight_directions(lights, lit, sample, p, first, plane, &tx, &ty);
+    highlight_directions(lights, lit, sample, first, p->tangent_x,
+                         plane->cone_x * p->half_tangent_x, p->tangent_y,
+                         plane->cone_y * p->half_tangent_y, &tx, &ty);
     float amplitudes[RAYWAVE_LANES], txs[RAYWAVE_LANES], tys[RAYWAVE_LANES];
-    LANES_STORE(amplitude_towards(lights, lit, sample, p, tx, ty), amplitudes);
+    LANES_STORE(amplitude_towards(lights, lit, sample, p->amplitude, p->specular, tx, ty),
+                amplitudes);
     LANES_STORE(tx, txs);
     LANES_STORE(ty, tys);
     for (int i = 0; i < RAYWAVE_LANES; ++i) {
@@ -342,15 +217,15 @@ static inline void plane_wave_axes(__global const Light* lights, __global const 
 #endif
   const float scale = best > 0.0f ? plane->turns_hi / best : 0.0f;
   for (int n = 0; n < x->count; n += RAYWAVE_LANES) {
-    const floatv amplitude =
-        amplitude_towards(lights, lit, sample, p, LANES_LOAD(x->tangent + n), (floatv)(best_y)) *
-        scale;
+    const floatv amplitude = amplitude_towards(lights, lit, sample, p->amplitude, p->specular,
+                                               LANES_LOAD(x->tangent + n), (floatv)(best_y)) *
+                             scale;
     LANES_STORE(LANES_LOAD(x->re + n) * amplitude, x->re + n);
     LANES_STORE(LANES_LOAD(x->im + n) * amplitude, x->im + n);
   }
   for (int n = 0; n < y->count; n += RAYWAVE_LANES) {
-    const floatv amplitude =
-        amplitude_towards(lights, lit, sample, p, (floatv)(best_x), LANES_LOAD(y->tangent + n));
+    const floatv amplitude = amplitude_towards(lights, lit, sample, p->amplitude, p->specular,
+                                               (floatv)(best_x), LANES_LOAD(y->tangent + n));
     LANES_STORE(LANES_LOAD(y->re + n) * amplitude, y->re + n);
     LANES_STORE(LANES_LOAD(y->im + n) * amplitude, y->im + n);
   }

@@ -19,21 +19,6 @@
 // A work-item takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it.
 #include "kernels/common/complex_lanes.h"
 
-// The first `count` samples of a packet, then zeros.
-static inline void load_some_complex(const __global float2* p, int count, floatv* re, floatv* im) {
-  if (count >= RAYWAVE_LANES) {
-    load_complex(p, re, im);
-    return;
-  }
-  float res[RAYWAVE_LANES], ims[RAYWAVE_LANES];
-  for (int i = 0; i < RAYWAVE_LANES; ++i) {
-    res[i] = i < count ? p[i].x : 0.0f;
-    ims[i] = i < count ? p[i].y : 0.0f;
-  }
-  *re = LANES_LOAD(res);
-  *im = LANES_LOAD(ims);
-}
-
 // plane: hologram * chirp in the aperture, zero elsewhere in its first `columns` x `rows` samples.
 //
 // first           sample of `hologram` where the aperture begins

@@ -20,6 +20,12 @@
 #define PLANE_WAVE_PARTS \
   (RAYWAVE_VISIBILITY_PARTS > 8 ? 8 : RAYWAVE_VISIBILITY_PARTS > 0 ? RAYWAVE_VISIBILITY_PARTS : 1)
 
+// Bits of row j of a visibility mask.
+static inline uint visibility_row(__global const uint* visibility, int j) {
+  const int bit = j * RAYWAVE_VISIBILITY_PARTS;
+  return visibility[bit / 32] >> (bit % 32) & ((1u << RAYWAVE_VISIBILITY_PARTS) - 1u);
+}
+
 // Occluder cache: the triangles that hid a neighbour from sixteen parts, or -1. Most likely they
 // hide the sample too. Used with more than one lane only.
 typedef struct {

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a sample shows in a direction: highlights, and the area that it turns there.
+#ifndef RAYWAVE_RADIANCE_TOWARDS_H
+#define RAYWAVE_RADIANCE_TOWARDS_H
+
+#include "kernels/common/double_single.h"
+#include "kernels/common/lanes.h"
+#include "kernels/common/shared.h"
+#include "kernels/scene/shade.h"
+
+#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+// A direction towards the hologram: double-single and of any length, or a unit vector.
+#if RAYWAVE_SHARP
+typedef DoubleSingle3 Towards;
+#else
+typedef struct {
+  floatv x, y, z;
+} Towards;
+#endif
+
+// What a highlight needs of a sample, except for the viewing direction.
+static inline Surface sample_surface(__global const Sample* sample) {
+  Surface s;
+  s.x = sample->x;
+  s.y = sample->y;
+  s.z = sample->z;
+  s.nx = sample->nx;
+  s.ny = sample->ny;
+  s.nz = sample->nz;
+#if RAYWAVE_SHARP
+  s.place = ds3((floatv)(sample->x), (floatv)(sample->y), (floatv)(sample->z));
+  s.normal = ds3((floatv)(sample->nx), (floatv)(sample->ny), (floatv)(sample->nz));
+#endif
+  s.specular = sample->specular;
+  s.shininess = sample->shininess;
+  return s;
+}
+
+static inline bool is_lit(__global const uint* lit, int light) {
+  return lit[light / 32] >> (light % 32) & 1u;
+}
+
+// Amplitude of a sample with the highlights that it shows in a direction.
+static inline floatv shaded_amplitude(__global const Light* lights, __global const uint* lit,
+                                      __global const Sample* sample, Towards towards) {
+  Surface s = sample_surface(sample);
+#if RAYWAVE_SHARP
+  s.towards = towards;
+#else
+  s.vx = towards.x;
+  s.vy = towards.y;
+  s.vz = towards.z;
+#endif
+  floatv radiance = sample->radiance;
+  for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
+    if (!is_lit(lit, i)) continue;
+    const Incident in = incident(lights, i, &s, 0.0f);
+    radiance += highlight(lights + i, &in, &s) * in.intensity;
+  }
+  return sqrt(radiance) * sample->weight;
+}
+
+// Tangents of the directions, within half_x and half_y of (tangent_x, tangent_y), in which the
+// highlights of lights `first` and on are brightest; (tangent_x, tangent_y) where there is none.
+static inline void highlight_directions(__global const Light* lights, __global const uint* lit,
+                                        __global const Sample* sample, int first, float tangent_x,
+                                        float half_x, float tangent_y, float half_y, floatv* tx,
+                                        floatv* ty) {
+  const Surface s = sample_surface(sample);
+  float txs[RAYWAVE_LANES], tys[RAYWAVE_LANES];
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    const int light = first + lane;
+    txs[lane] = tangent_x;
+    tys[lane] = tangent_y;
+    if (light >= RAYWAVE_LIGHTS || !is_lit(lit, light)) continue;
+    const Incident in = incident(lights, light, &s, 0.0f);
+    if (!(in.intensity > 0.0f)) continue;
+    const float twice = 2.0f * LANES_FIRST(in.facing);
+    const float x = twice * sample->nx - LANES_FIRST(in.x),
+                y = twice * sample->ny - LANES_FIRST(in.y);
+    const float down = fmax(LANES_FIRST(in.z) - twice * sample->nz, 1e-6f);
+    txs[lane] = clamp(x / down, tangent_x - half_x, tangent_x + half_x);
+    tys[lane] = clamp(y / down, tangent_y - half_y, tangent_y + half_y);
+  }
+  *tx = LANES_LOAD(txs);
+  *ty = LANES_LOAD(tys);
+}
+#endif
+
+// Projected area of a sample in a direction: a surface that is turned away shows less of itself. At
+// grazing angles it is limited to four times the area.
+static inline floatv projected_area(float tilt_z, floatv along_x, floatv along_y) {
+  return clamp(along_x + along_y - tilt_z, (floatv)(0.0f), (floatv)(4.0f));
+}
+
+// Amplitude that a sample shows in directions, given as tangents.
+//
+// plain   without highlights: sqrt(radiance) weight
+// shines  it may have highlights
+static inline floatv amplitude_towards(__global const Light* lights, __global const uint* lit,
+                                       __global const Sample* sample, float plain, bool shines,
+                                       floatv tx, floatv ty) {
+  floatv amplitude = plain;
+#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+  if (shines) {
+#if RAYWAVE_SHARP
+    const floatv down = -1.0f;
+    const Towards towards = ds3(tx, ty, down);
+#else
+    const floatv cosine = 1.0f / sqrt(1.0f + tx * tx + ty * ty);
+    const Towards towards = {tx * cosine, ty * cosine, -cosine};
+#endif
+    amplitude = shaded_amplitude(lights, lit, sample, towards);
+  }
+#else
+  (void)lights, (void)lit, (void)shines;
+#endif
+  return amplitude * sqrt(projected_area(sample->tilt_z, sample->tilt_x * tx, sample->tilt_y * ty));
+}
+
+// True when a sample has highlights worth computing in directions within half_x and half_y of
+// (tangent_x, tangent_y).
+static inline bool shines_within(__global const Light* lights, __global const uint* lit,
+                                 __global const Sample* sample, float plain, float tangent_x,
+                                 float half_x, float tangent_y, float half_y) {
+#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+  for (int first = 0; first < RAYWAVE_LIGHTS && sample->specular > 0.0f; first += RAYWAVE_LANES) {
+    floatv tx, ty;
+    highlight_directions(lights, lit, sample, first, tangent_x, half_x, tangent_y, half_y, &tx,
+                         &ty);
+    if (LANES_ANY(amplitude_towards(lights, lit, sample, plain, true, tx, ty) >
+                  1.000001f * amplitude_towards(lights, lit, sample, plain, false, tx, ty)))
+      return true;
+  }
+#else
+  (void)lights, (void)lit, (void)sample, (void)plain, (void)tangent_x, (void)half_x;
+  (void)tangent_y, (void)half_y;
+#endif
+  return false;
+}
+
+#endif
