@@ -190,14 +190,14 @@ void Renderer::State::prepare() {
 }
 
 void Renderer::State::keep_wrp(std::size_t wrp, RenderResult& result) const {
-  const auto pixels =
-      static_cast<std::size_t>(plan_.tile_size.x) * static_cast<std::size_t>(plan_.tile_size.y);
+  const auto size = plan_.compact ? plan_.compact->size : plan_.tile_size;
+  const auto pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
   std::vector<std::complex<float>> samples(pixels);
   on_wrp_->stack.read(samples, static_cast<std::size_t>(on_wrp_->plane) * pixels);
   brighten(samples, tracer_.radiance_unit(), plan_);
   auto& kept = result.wrps[wrp];
-  kept.nx = plan_.tile_size.x;
-  kept.ny = plan_.tile_size.y;
+  kept.nx = size.x;
+  kept.ny = size.y;
   kept.frames = plan_.frames;
   kept.samples.insert(kept.samples.end(), samples.begin(), samples.end());
 }

@@ -103,7 +103,7 @@ void add_render(CLI::App& app) {
   add_output(*command, options->out, "hologram.png, field.npy and report.json")->required();
   command
       ->add_flag("--save-wrps", options->save_wrps,
-                 "Also write the field of every WRP (wrp_1.npy, ...)")
+                 "Also write the field of every WRP or virtual plane (wrp_1.npy, ...)")
       ->group(group::output);
   command
       ->add_flag("--no-field", options->no_field,

@@ -61,6 +61,7 @@ Json json_of(const Scene& scene) {
                    {"tiles", scene.hologram.tiles ? json_of(*scene.hologram.tiles) : Json("auto")}};
   j["slm"] = json_of(scene.slm);
   j["wrp"] = {{"padding", scene.wrp.padding}};
+  j["wrp"]["propagation"] = name_of(scene.wrp.propagation);
   if (scene.wrp.oversampling) j["wrp"]["oversampling"] = *scene.wrp.oversampling;
   j["wrp"]["grid"] = scene.wrp.grid ? json_of(*scene.wrp.grid) : Json("auto");
   j["wrp"]["distance_m"] =
@@ -150,6 +151,14 @@ Json json_of(const Plan& plan) {
          {"padding_error", plan.padding_error},
          {"oversampling_error", plan.oversampling_error},
          {"rays", plan.rays}};
+  if (const auto& c = plan.compact)
+    j["compact"] = {{"size", json_of(c->size)},
+                    {"bell", c->bell},
+                    {"margin_px", c->margin_px},
+                    {"rough_margin_px", c->rough_margin_px},
+                    {"lines", c->lines},
+                    {"window_error", c->window_error},
+                    {"lines_error", c->lines_error}};
   for (const auto& s : plan.layers) {
     j["layers"].push_back({{"distance_m", s.distance_m},
                            {"near_m", s.min_m.z},
@@ -338,12 +347,19 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       << ", predicted phase error " << number(error) << " turn"
       << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
       << number(scene.accuracy.phase_turns) << "\n";
-  if (plan.aimed)
+  if (plan.compact)
+    out << "planes    virtual, " << plan.compact->size.x << " x " << plan.compact->size.y << ", "
+        << plan.compact->lines << (plan.compact->lines == 1 ? " scan line" : " scan lines")
+        << " of a sample; error predicted "
+        << number(100 * std::hypot(plan.compact->window_error, plan.compact->lines_error))
+        << " %\n";
+  if (plan.aimed && !plan.compact)
     out << "cone      " << plan.cone_half_width << " half holograms to each side, apodization "
         << plan.apodization << ", error predicted " << number(100 * plan.cone_error) << " %\n";
-  out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding "
-      << scene.wrp.padding << "), propagation error predicted " << number(100 * plan.padding_error)
-      << " %\n";
+  if (!plan.compact)
+    out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding "
+        << scene.wrp.padding << "), propagation error predicted "
+        << number(100 * plan.padding_error) << " %\n";
   for (const auto& layer : plan.layers) {
     if (!layer.interpolates()) continue;
     const auto few = plan.gathered_size(layer);

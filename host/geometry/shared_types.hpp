@@ -22,5 +22,7 @@ RAYWAVE_CL_TYPE(raywave::device::Sample, "Sample");
 RAYWAVE_CL_TYPE(raywave::device::Lattice, "Lattice");
 RAYWAVE_CL_TYPE(raywave::device::ProjectedSample, "ProjectedSample");
 RAYWAVE_CL_TYPE(raywave::device::GatherPlane, "GatherPlane");
+RAYWAVE_CL_TYPE(raywave::device::CompactPlane, "CompactPlane");
+RAYWAVE_CL_TYPE(raywave::device::CompactFootprint, "CompactFootprint");
 RAYWAVE_CL_TYPE(raywave::device::LensPlane, "LensPlane");
 RAYWAVE_CL_TYPE(glm::ivec2, "int2");

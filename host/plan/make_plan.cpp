@@ -8,10 +8,12 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/plan/compact.hpp"
 #include "host/plan/fans.hpp"
 #include "host/plan/interpolation.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
+#include "host/plan/predict/compact_errors.hpp"
 #include "host/plan/predict/judged_pictures.hpp"
 #include "host/plan/predict/propagation_errors.hpp"
 #include "host/plan/predict/slm_light.hpp"
@@ -77,6 +79,18 @@ double share_of_band(const World& world, const Plan& plan) {
   return std::sqrt(filled.x * filled.y);
 }
 
+constexpr int most_lines = 8;
+
+/// As few scan lines as add little to what the window leaves wrong.
+void choose_lines(Plan& plan) {
+  auto& compact = plan.compact.value();
+  compact.window_error = predicted_window_error(plan);
+  for (compact.lines = 1;; ++compact.lines) {
+    compact.lines_error = predicted_lines_error(plan, compact.lines);
+    if (compact.lines_error <= 0.5 * compact.window_error || compact.lines == most_lines) return;
+  }
+}
+
 }  // namespace
 
 Plan make_plan(const Scene& scene, const World& world, Method method, int rays_per_axis,
@@ -133,8 +147,10 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   require_light_through_stop(plan, world);
   plan.antialias = scene.sampling.antialias;
   plan.visibility_parts = scene.sampling.visibility;
-  plan.cone_half_width = scene.sampling.cone;
-  plan.apodization = scene.sampling.apodization;
+  // Virtual planes hold all light of the hologram, and need no cone
+  const bool is_compact = scene.wrp.propagation == WrpPropagation::compact;
+  plan.cone_half_width = is_compact ? 1 : scene.sampling.cone;
+  plan.apodization = is_compact ? 0 : scene.sampling.apodization;
 
   // Tiles: windows of the hologram that are computed one after another
   const auto tiles =
@@ -149,6 +165,12 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   const auto placement = method == Method::wrp
                              ? place_wrps(scene, world, steepest, plan)
                              : place_at_hologram(world, steepest, rays_per_axis, plan);
+  if (method == Method::wrp && scene.wrp.propagation == WrpPropagation::compact) {
+    if (const auto why = why_not_compact(plan); !why.empty())
+      throw InputError(one_line(scene.file.string()) + ": wrp.propagation \"compact\": " + why +
+                       "; give \"spectrum\"");
+    place_compact(plan);
+  }
 
   // The lattice of rays that finds the surface samples
   plan.lattice = lattice_over(scene, placement.extents, plan, steepest, placement.lit);
@@ -157,10 +179,18 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   // Rows that WRPs are gathered in: those of the hologram, or as few as the light needs
   for (auto& layer : plan.layers) {
     layer.rows = {plan.tile_size.y, plan.pitch_m.y, 0};
-    if (method == Method::wrp && plan.aimed && plan.bounces == 0 && scene.wrp.oversampling)
+    if (method == Method::wrp && plan.aimed && plan.bounces == 0 && scene.wrp.oversampling &&
+        !plan.compact)
       layer.rows = rows_for_band(plan, layer, *scene.wrp.oversampling);
   }
   plan.rays = plan.aimed ? aimed_rays(plan) : fan_rays(plan);
+
+  // Scan lines, and the errors of virtual planes
+  if (plan.compact && moved_from) {
+    plan.compact = moved_from->compact;
+  } else if (plan.compact) {
+    choose_lines(plan);
+  }
 
   // The precision that keeps the phase error
   plan.phase_errors = predict_phase_errors(plan);
@@ -172,7 +202,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
     plan.why_tiles = moved_from->why_tiles;
     plan.padding_error = moved_from->padding_error;
     plan.oversampling_error = moved_from->oversampling_error;
-  } else if (method == Method::wrp) {
+  } else if (method == Method::wrp && !plan.compact) {
     plan.padding_error = predicted_padding_errors(plan, {plan.padded})[0];
     plan.oversampling_error = predicted_oversampling_error(plan);
   }

@@ -43,6 +43,7 @@ bool encodes_whole(const Plan& plan) {
 WrpsExtent wrps_extent(const Plan& plan, const DepthLayer& layer) {
   WrpsExtent extent{glm::dvec2(std::numeric_limits<double>::infinity()),
                     glm::dvec2(-std::numeric_limits<double>::infinity())};
+  if (plan.compact) return {-extent.first, -extent.last};  // light crosses them anywhere
   const auto half_window = plan.tile_window_m() / 2.0;
   for (const auto& wrp : plan.wrps) {
     if (&plan.layer_of(wrp) != &layer) continue;

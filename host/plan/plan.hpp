@@ -9,6 +9,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -81,6 +82,18 @@ struct DepthLayer {
   bool interpolates() const { return rows.half_taps > 0; }
 };
 
+/// The virtual planes of compact propagation (host/plan/compact.hpp).
+struct CompactPlane {
+  glm::ivec2 size{64, 64};  // samples, multiples of 16: as many are transformed
+  double bell = 9;          // strength of the window that is divided out at the hologram
+  // Pixels of a footprint beyond its rays; `rough`: where something hides the sample, or its light
+  // becomes too steep
+  double margin_px = 4, rough_margin_px = 6;
+  int lines = 4;  // scan lines of a sample that nothing hides
+  // Predicted relative L2 errors of the field (host/plan/predict/compact_errors.hpp)
+  double window_error = 0, lines_error = 0;
+};
+
 /// Predicted errors of phase in turns, root mean square over a field; 2 pi times their sum is the
 /// field's relative L2 error.
 struct PhaseError {
@@ -134,6 +147,9 @@ struct Plan {
   // Tile by tile, layer by layer, row by row from the top left; when rays are aimed, without those
   // that no light falls into
   std::vector<Wrp> wrps;
+  // Light travels by virtual planes, one of `wrps` for each tile and layer; empty: by WRPs and the
+  // shifted angular spectrum
+  std::optional<CompactPlane> compact;
   bool aimed = true;  // rays are aimed at surface samples; else they form a fan
   // At mirrors and glass: trace.depth where an object is one of them
   int bounces = 0;
@@ -176,7 +192,7 @@ struct Plan {
   const DepthLayer& layer_at(double z_m) const;
   /// Columns and rows of the fields that are gathered on a layer's WRPs, and their pitch.
   glm::ivec2 gathered_size(const DepthLayer& layer) const {
-    return {tile_size.x, layer.rows.count};
+    return compact ? compact->size : glm::ivec2(tile_size.x, layer.rows.count);
   }
   glm::dvec2 gathered_pitch_m(const DepthLayer& layer) const {
     return {pitch_m.x, layer.rows.pitch_m};

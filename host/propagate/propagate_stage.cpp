@@ -13,7 +13,12 @@ void PropagateStage::prepare(const Plan& plan, Method method) {
   plan_ = &plan;
   const auto pixels =
       static_cast<std::size_t>(plan.tile_size.x) * static_cast<std::size_t>(plan.tile_size.y);
-  if (method == Method::wrp) {
+  if (plan.compact) {
+    if (!compact_propagator_) {
+      const StageClock clock(times_, "prepare");
+      compact_propagator_ = std::make_unique<CompactPropagator>(device_, plan, fft_);
+    }
+  } else if (method == Method::wrp) {
     if (!propagator_) {
       const StageClock clock(times_, "prepare");
       propagator_ = std::make_unique<Propagator>(
@@ -40,7 +45,13 @@ void PropagateStage::require_reach() const {
   }
 }
 
-void PropagateStage::run(std::size_t number, const cl::ComplexBuffer& stack, int plane) {
+void PropagateStage::run(std::size_t number, cl::ComplexBuffer& stack, int plane) {
+  if (compact_propagator_) {
+    const StageClock clock(times_, "propagate");
+    compact_propagator_->add(stack, plane, plan_->wrps[number].centre_m.z, is_empty_, field_);
+    is_empty_ = false;
+    return device_.finish();
+  }
   if (!propagator_) {
     field_.copy_from(stack, static_cast<std::size_t>(plane) * field_.size());
     return;
@@ -53,6 +64,7 @@ void PropagateStage::run(std::size_t number, const cl::ComplexBuffer& stack, int
 }
 
 const cl::ComplexBuffer& PropagateStage::finish() {
+  is_empty_ = true;
   if (propagator_) {
     const StageClock clock(times_, "propagate");
     propagator_->collect(field_);

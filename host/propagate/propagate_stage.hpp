@@ -8,6 +8,7 @@
 
 #include "host/common/stage_clock.hpp"
 #include "host/plan/plan.hpp"
+#include "host/propagate/compact_propagator.hpp"
 #include "host/propagate/propagator.hpp"
 
 namespace raywave {
@@ -24,8 +25,8 @@ public:
   void prepare(const Plan& plan, Method method);
 
   /// Carries plane number `plane` of `stack`, the field on plan.wrps[wrp], to the hologram and adds
-  /// it there.
-  void run(std::size_t wrp, const cl::ComplexBuffer& stack, int plane);
+  /// it there. What the stack's plane then holds is not defined.
+  void run(std::size_t wrp, cl::ComplexBuffer& stack, int plane);
 
   /// The field of a tile at the hologram: the sum of all `run` since the last call. Valid until the
   /// next `run`.
@@ -44,6 +45,8 @@ private:
   StageTimes& times_;
   const Plan* plan_ = nullptr;
   std::unique_ptr<Propagator> propagator_;
+  std::unique_ptr<CompactPropagator> compact_propagator_;
+  bool is_empty_ = true;  // nothing was added to field_ by the latter
   cl::ComplexBuffer field_;
 };
 

@@ -92,18 +92,6 @@ std::vector<Highlight> highlights(const Gathering& what, std::size_t index) {
   return all;
 }
 
-/// Amplitude of a sample's light in a direction (z = -1), at unit distance.
-double amplitude(const Gathering& what, std::size_t index, dvec3 towards) {
-  const auto& s = what.samples[index];
-  double radiance = s.radiance;
-  for (const auto& h : highlights(what, index))
-    radiance += h.intensity * s.specular *
-                power_of_cosine(dot(h.direction, normalize(towards)), s.shininess);
-  // A surface that is turned away shows less area.
-  const double area = std::clamp(s.tilt_x * towards.x + s.tilt_y * towards.y - s.tilt_z, 0.0, 4.0);
-  return s.weight * std::sqrt(radiance * area);
-}
-
 /// Geometry of one axis of a sample before a plane, world coordinates.
 struct Aimed {
   double chief_tangent;  // towards the hologram's centre
@@ -246,11 +234,11 @@ private:
     const double depth_m = p.z - centre_.z;
     // A product of amplitudes along the axes through the brightest direction.
     dvec3 best(x.chief_tangent, y.chief_tangent, -1);
-    double most = amplitude(what_, index, best);
+    double most = amplitude_towards(what_, index, best);
     for (const auto& h : highlights(what_, index)) {
       if (s.specular <= 0) break;
       const auto towards = within_fan(plan_, x, y, h.direction);
-      const double there = amplitude(what_, index, towards);
+      const double there = amplitude_towards(what_, index, towards);
       // Like the kernel: otherwise rounding would choose among equal values.
       if (there <= 1.01 * most) continue;
       most = there;
@@ -266,12 +254,12 @@ private:
     const auto across =
         plane_wave_sums(plan_, x, parts, p.x, depth_m, 0, corner_.x + left * plan_.pitch_m.x,
                         plan_.pitch_m.x, right - left + 1, [&](double t) {
-                          return amplitude(what_, index, {t, best.y, -1});
+                          return amplitude_towards(what_, index, {t, best.y, -1});
                         });
     const auto up =
         plane_wave_sums(plan_, y, parts, p.y, depth_m, 1, corner_.y - top * plan_.pitch_m.y,
                         -plan_.pitch_m.y, bottom - top + 1, [&](double t) {
-                          return amplitude(what_, index, {best.x, t, -1});
+                          return amplitude_towards(what_, index, {best.x, t, -1});
                         });
     const auto common =
         Complex(0, 1) * turned(depth_m / plan_.wavelength_m) * phasor / (most * plan_.wavelength_m);
@@ -334,6 +322,17 @@ private:
 
 }  // namespace
 
+double amplitude_towards(const Gathering& what, std::size_t index, glm::dvec3 towards) {
+  const auto& s = what.samples[index];
+  double radiance = s.radiance;
+  for (const auto& h : highlights(what, index))
+    radiance += h.intensity * s.specular *
+                power_of_cosine(dot(h.direction, normalize(towards)), s.shininess);
+  // A surface that is turned away shows less area.
+  const double area = std::clamp(s.tilt_x * towards.x + s.tilt_y * towards.y - s.tilt_z, 0.0, 4.0);
+  return s.weight * std::sqrt(radiance * area);
+}
+
 AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m) {
   const auto& plan = what.plan;
   const auto& s = what.samples[sample];
@@ -367,8 +366,8 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
   }
   // Converging light turns by half a period at its focus.
   const double signed_r = std::copysign(length(pixel_m - p), depth);
-  ray.wave =
-      edges * amplitude(what, sample, towards) / signed_r * turned(signed_r / plan.wavelength_m);
+  ray.wave = edges * amplitude_towards(what, sample, towards) / signed_r *
+             turned(signed_r / plan.wavelength_m);
   return ray;
 }
 

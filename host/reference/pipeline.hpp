@@ -28,6 +28,9 @@ struct Gathering {
   int visibility_parts = 8;
 };
 
+/// Amplitude of a sample's light in a direction (z = -1, of any length), at unit distance.
+double amplitude_towards(const Gathering& what, std::size_t sample, glm::dvec3 towards);
+
 /// One sample's light at one pixel of a plane, cut geometrically, without the random phase.
 /// pixel_m: world.
 struct AimedRay {

@@ -34,6 +34,10 @@ HologramSpec read_hologram(Section section) {
 
 WrpSpec read_wrp(Section section) {
   WrpSpec spec;
+  section.read("propagation", [&](const Value& v) {
+    spec.propagation = v.choice<WrpPropagation>(
+        {{"spectrum", WrpPropagation::spectrum}, {"compact", WrpPropagation::compact}});
+  });
   section.read("grid", [&](const Value& v) {
     if (!v.is_auto()) spec.grid = v.integers(1024);
   });
@@ -276,6 +280,10 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   if (scene.lights.empty())
     throw InputError(name + ": there is no light: add [[light]] with direction = [0, 0, 1]");
   return scene;
+}
+
+const char* name_of(WrpPropagation propagation) {
+  return propagation == WrpPropagation::compact ? "compact" : "spectrum";
 }
 
 int channel_of(double wavelength_m) {

@@ -28,7 +28,13 @@ struct HologramSpec {
   std::optional<glm::ivec2> tiles{};
 };
 
+/// How light travels from the samples to the hologram: over WRPs and by the shifted angular
+/// spectrum, or over virtual planes one Fourier transform away.
+enum class WrpPropagation { spectrum, compact };
+const char* name_of(WrpPropagation propagation);
+
 struct WrpSpec {
+  WrpPropagation propagation = WrpPropagation::spectrum;
   std::optional<glm::ivec2> grid;  // WRPs side by side; empty: as many as the scene projects to
   // WRP to hologram, > 0, ascending; empty: one per depth layer, amid its surfaces
   std::vector<double> distances_m;

@@ -8,6 +8,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/plan/predict/memory.hpp"
+#include "host/trace/compact_gatherer.hpp"
 #include "host/trace/fan_tracer.hpp"
 #include "host/trace/gatherer.hpp"
 #include "host/trace/interpolator.hpp"
@@ -31,14 +32,9 @@ void require_rays(const Plan& plan) {
 
 /// Plans with equal keys share kernels.
 KernelKey kernel_key(const Plan& plan, const DeviceScene& arrays, int frames_together) {
-  return {plan.aimed,
-          plan.bounces,
-          plan.antialias,
-          plan.visibility_parts,
-          plan.beyond_diffraction,
-          plan.precision,
-          arrays.options,
-          frames_together};
+  return {plan.aimed,     plan.compact.has_value(), plan.bounces,
+          plan.antialias, plan.visibility_parts,    plan.beyond_diffraction,
+          plan.precision, arrays.options,           frames_together};
 }
 
 }  // namespace
@@ -50,7 +46,10 @@ public:
     const bool snapped = plan.fan_source == FanSource::surface;
     if (plan.aimed || snapped)
       table_ = std::make_unique<SampleTable>(device, plan, arrays, !plan.aimed);
-    if (plan.aimed) gatherer_ = std::make_unique<Gatherer>(device, plan, arrays, *table_, frames);
+    if (plan.compact)
+      compact_gatherer_ = std::make_unique<CompactGatherer>(device, plan, arrays, *table_, frames);
+    else if (plan.aimed)
+      gatherer_ = std::make_unique<Gatherer>(device, plan, arrays, *table_, frames);
     if (plan.aimed && plan.bounces > 0)
       fan_tracer_ = std::make_unique<FanTracer>(device, plan, arrays, HitSource::bounced);
     if (!plan.aimed)
@@ -69,16 +68,19 @@ public:
   void start(std::uint32_t seed) {
     seed_ = seed;
     if (gatherer_) gatherer_->draw_phases(seed);
+    if (compact_gatherer_) compact_gatherer_->draw_phases(seed);
   }
 
   void fill(const Wrp& wrp, cl::ComplexBuffer& stack) {
     if (gatherer_) gatherer_->gather(wrp, stack);
+    if (compact_gatherer_) compact_gatherer_->gather(wrp, stack);
     if (fan_tracer_) fan_tracer_->trace(wrp, seed_, stack);
   }
 
 private:
   std::unique_ptr<SampleTable> table_;
   std::unique_ptr<Gatherer> gatherer_;
+  std::unique_ptr<CompactGatherer> compact_gatherer_;
   std::unique_ptr<FanTracer> fan_tracer_;
   std::uint32_t seed_ = 0;
 };

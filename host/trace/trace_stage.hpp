@@ -19,14 +19,15 @@ class DeviceScene;
 class FieldSource;
 class Interpolator;
 
-/// A field of Plan::tile_size samples on a WRP: plane number `plane` of a stack in device memory.
+/// A field on a WRP: plane number `plane` of a stack in device memory. It has Plan::tile_size
+/// samples, on a virtual plane as many as Plan::compact says.
 struct WrpField {
-  const cl::ComplexBuffer& stack;
+  cl::ComplexBuffer& stack;
   int plane = 0;
 };
 
 /// The properties of a plan that kernels are built for: see kernel_key in trace_stage.cpp.
-using KernelKey = std::tuple<bool, int, int, int, bool, Precision, cl::Options, int>;
+using KernelKey = std::tuple<bool, bool, int, int, int, bool, Precision, cl::Options, int>;
 
 /// Traces rays, finds surface samples and gathers, for successive plans of a scene that may move.
 class TraceStage {

@@ -216,6 +216,58 @@ typedef struct {
   float visibility_shift_y;
 } GatherPlane;
 
+// The virtual plane of compact gathering (kernels/gather/compact.cl), one transform away from a
+// tile of the hologram.
+typedef struct {
+  int nx;  // a multiple of 16
+  int ny;
+  int tile_nx;  // pixels of the tile
+  int tile_ny;
+  float origin_x;  // centre of the tile's pixel (columns / 2, rows / 2), scene frame
+  float origin_x_low;
+  float origin_y;
+  float origin_y_low;
+  float hologram_z;
+  float hologram_z_low;
+  float z0;  // distance from the tile
+  float z0_low;
+  float begin_z;  // it gathers the samples with begin_z <= z < end_z
+  float end_z;
+  float turns_hi;  // 1 / wavelength
+  float turns_lo;
+  float pitch_x;  // of the tile's pixels
+  float pitch_y;
+  float half_x;  // half sides of the tile
+  float half_y;
+  float period_x;  // nx pitch_x: what the transform repeats after
+  float period_y;
+  float frequency_x;  // 1 / period_x
+  float frequency_x_low;
+  float frequency_y;
+  float frequency_y_low;
+  float pixels_per_sine_x;  // period_x / wavelength
+  float pixels_per_sine_y;
+  // Pixels that a footprint reaches beyond the sample's rays; rough_margin: where something hides
+  // the sample, or its light becomes too steep for the pixels
+  float margin;
+  float rough_margin;
+  int lines;           // of samples that nothing hides
+  float sine_limit_x;  // largest sine that the SLM's pixels can show
+  float sine_limit_y;
+  float per_cut_x;  // 1 / width, on the tile, of the step there
+  float per_cut_y;
+} CompactPlane;
+
+// The pixels of the virtual plane that a sample lights, before they are taken modulo its size, and
+// the number of its scan lines.
+typedef struct {
+  int left;
+  int columns;
+  int top;
+  int rows;
+  int lines;  // 0: it lights none
+} CompactFootprint;
+
 // Directional light (is_point 0): (x, y, z) is the unit vector towards it. Point light (is_point
 // 1): (x, y, z) is its position. Ambient light is not among the lights.
 typedef struct {

@@ -152,6 +152,46 @@
   MEMBER(GatherPlane, visibility_scale_y) \
   MEMBER(GatherPlane, visibility_shift_x) \
   MEMBER(GatherPlane, visibility_shift_y) \
+  MEMBER(CompactPlane, nx)                \
+  MEMBER(CompactPlane, ny)                \
+  MEMBER(CompactPlane, tile_nx)           \
+  MEMBER(CompactPlane, tile_ny)           \
+  MEMBER(CompactPlane, origin_x)          \
+  MEMBER(CompactPlane, origin_x_low)      \
+  MEMBER(CompactPlane, origin_y)          \
+  MEMBER(CompactPlane, origin_y_low)      \
+  MEMBER(CompactPlane, hologram_z)        \
+  MEMBER(CompactPlane, hologram_z_low)    \
+  MEMBER(CompactPlane, z0)                \
+  MEMBER(CompactPlane, z0_low)            \
+  MEMBER(CompactPlane, begin_z)           \
+  MEMBER(CompactPlane, end_z)             \
+  MEMBER(CompactPlane, turns_hi)          \
+  MEMBER(CompactPlane, turns_lo)          \
+  MEMBER(CompactPlane, pitch_x)           \
+  MEMBER(CompactPlane, pitch_y)           \
+  MEMBER(CompactPlane, half_x)            \
+  MEMBER(CompactPlane, half_y)            \
+  MEMBER(CompactPlane, period_x)          \
+  MEMBER(CompactPlane, period_y)          \
+  MEMBER(CompactPlane, frequency_x)       \
+  MEMBER(CompactPlane, frequency_x_low)   \
+  MEMBER(CompactPlane, frequency_y)       \
+  MEMBER(CompactPlane, frequency_y_low)   \
+  MEMBER(CompactPlane, pixels_per_sine_x) \
+  MEMBER(CompactPlane, pixels_per_sine_y) \
+  MEMBER(CompactPlane, margin)            \
+  MEMBER(CompactPlane, rough_margin)      \
+  MEMBER(CompactPlane, lines)             \
+  MEMBER(CompactPlane, sine_limit_x)      \
+  MEMBER(CompactPlane, sine_limit_y)      \
+  MEMBER(CompactPlane, per_cut_x)         \
+  MEMBER(CompactPlane, per_cut_y)         \
+  MEMBER(CompactFootprint, left)          \
+  MEMBER(CompactFootprint, columns)       \
+  MEMBER(CompactFootprint, top)           \
+  MEMBER(CompactFootprint, rows)          \
+  MEMBER(CompactFootprint, lines)         \
   MEMBER(Light, x)                        \
   MEMBER(Light, x_low)                    \
   MEMBER(Light, y)                        \

@@ -112,6 +112,9 @@ void render_all_methods(const cl::Device& device, const Folder& folder) {
   auto scene = tiny_scene(device, folder);
   check_render(device, scene);
   check_render(device, scene, Method::points);
+  auto compact = scene;
+  compact.wrp.propagation = WrpPropagation::compact;
+  check_render(device, compact);
 
   // Plane-wave samples, and samples in front of the planes
   scene.wrp.distances_m = {9.9 * mm, 10.2 * mm};

@@ -553,5 +553,39 @@ TEST_CASE("a second buffer of grey levels is counted where there is a second fra
   CHECK(buffers_of({"hologram.tiles=[2, 2]"}) == 2);
 }
 
+TEST_CASE(
+    "plans for virtual planes have one plane for all WRPs of a layer, few scan lines, an error of "
+    "two per cent, and goals as others have") {
+  const auto compact = [](const std::string& name, std::vector<std::string> set = {}) {
+    set.push_back("wrp.propagation=compact");
+    return data_scene(name, set);
+  };
+  const auto teapot = planned(compact("teapot.toml"));
+  REQUIRE(teapot.plan.compact);
+  CHECK(teapot.plan.compact->size == glm::ivec2(2048, 1152));
+  CHECK(teapot.plan.compact->lines == 4);
+  CHECK(teapot.plan.wrps.size() == 1);
+  CHECK(teapot.plan.cone_error == 0);
+  CHECK(teapot.prediction.field_error < 0.02);
+  CHECK(teapot.prediction.device_bytes < 24u * 1920 * 1080);
+  CHECK(planned(compact("apart.toml", {"wrp.layers=2"})).plan.wrps.size() == 2);
+  CHECK(planned(compact("teapot.toml", {"hologram.tiles=[2, 1]"})).plan.wrps.size() == 2);
+
+  Goal goal;
+  goal.preset = Preset::balanced;
+  const auto balanced = planned(compact("teapot.toml"), goal),
+             over_wrps = planned(data_scene("teapot.toml"), goal);
+  CHECK(balanced.prediction.field_error < 0.1 * over_wrps.prediction.field_error);
+  CHECK(balanced.prediction.times.total_s() < over_wrps.prediction.times.total_s());
+
+  for (const auto* set : {"sampling.mode=fan", "trace.depth=2"}) {
+    auto scene = compact("teapot.toml", {set});
+    scene.materials.back().reflectivity = 0.5;
+    CHECK_THROWS_WITH(
+        plan_of(scene, build_world(scene)),
+        ContainsSubstring("wrp.propagation \"compact\"") && ContainsSubstring("give \"spectrum\""));
+  }
+}
+
 }  // namespace
 }  // namespace raywave

@@ -491,7 +491,7 @@ TEST_CASE("a wrong override is named in place of the line") {
         "--set light.0.direction=[0, 0, true]: light 0: direction[2] must be a number, got true");
   CHECK(refusal("wrp.pading=1") ==
         "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: "
-        "grid, distance, layers, padding, "
+        "propagation, grid, distance, layers, padding, "
         "oversampling)");
   CHECK_THAT(refusal("wpr.padding=1"),
              Catch::Matchers::StartsWith(

@@ -154,7 +154,8 @@ void Candidates::add_choices(double pitch_m, const std::vector<int>& counts,
 /// Without predictions of errors and pictures.
 Candidates::Layout Candidates::layout(int layers, const Plan& plan) const {
   Layout l{layers, gathering_of(plan), {}, {}};
-  if (scene_.given.contains("wrp.oversampling") || !plan.aimed || plan.bounces > 0) return l;
+  if (scene_.given.contains("wrp.oversampling") || !plan.aimed || plan.bounces > 0 || plan.compact)
+    return l;
   auto few = plan;
   bool any = false;
   for (auto& layer : few.layers) {
@@ -197,6 +198,7 @@ void Candidates::add_layers(double finest_pitch_m, const std::vector<int>& count
 
 /// Adds the same layers with other cones, which change neither planes nor lattice enough to count.
 void Candidates::add_cones(double most_error) {
+  if (plan_.compact) return;  // all light of the hologram
   const auto layers = layouts_.size();
   auto tried = std::vector{plan_.cone()};
   for (auto cone : cones_tried) {
@@ -221,6 +223,10 @@ void Candidates::add_cones(double most_error) {
 void Candidates::predict_errors(Layout& layout) const {
   if (layout.few_rows)
     layout.few_rows->plan.oversampling_error = predicted_oversampling_error(layout.few_rows->plan);
+  if (plan_.compact) {  // nothing is padded
+    layout.paddings.emplace_back(scene_.wrp.padding, 0.0);
+    return;
+  }
   const auto given = scene_.given.contains("wrp.padding");
   const auto tried = given ? std::vector{scene_.wrp.padding}
                            : std::vector(paddings_tried.begin(), paddings_tried.end());

@@ -37,6 +37,10 @@ constexpr double tile_width = 16, tile_pixels_high = 16;
 /// height to make its profiles.
 constexpr double near_pixel = 0.093, profile_of_a_pixel = 7;
 
+/// On virtual planes, in pairs: a pixel of a scan line, a node for a pixel of a profile, a pixel of
+/// a frame, and placing a sample.
+constexpr double compact_pixel = 0.1, compact_node = 0.1, compact_frame = 0.1, compact_sample = 60;
+
 /// Projecting a sample onto a WRP and finding it from the tiles, each frame, in pairs.
 constexpr double aim_of_a_sample = 29;
 
@@ -111,6 +115,12 @@ double pixels_written(const Plan& plan, const DepthLayer& layer) {
 }  // namespace
 
 double count_butterflies(const Plan& plan, int frames) {
+  if (plan.compact) {
+    const glm::dvec2 plane(plan.compact->size), tile(plan.tile_size);
+    return frames * static_cast<double>(plan.wrps.size()) *
+           (plane.x * plane.y * std::log2(plane.x) + tile.x * plane.y * std::log2(plane.y) +
+            butterflies_of_a_pixel * tile.x * tile.y);
+  }
   const glm::dvec2 padded(plan.padded), size(plan.tile_size);
   double forward = 0, widest = 0;
   for (const auto& wrp : plan.wrps) {
@@ -125,9 +135,30 @@ double count_butterflies(const Plan& plan, int frames) {
   return frames * (forward + static_cast<double>(plan.tiles.size()) * back);
 }
 
+/// Footprints on virtual planes.
+Footprints compact_footprints(const Plan& plan, const FrontView& view) {
+  Footprints footprints;
+  const auto& compact = plan.compact.value();
+  const auto half_m = plan.tile_window_m() / 2.0,
+             guard = glm::dvec2(compact.size) / glm::dvec2(plan.tile_size);
+  for (const double z_m : view.depth_m) {
+    if (z_m == 0) continue;
+    const double z0_m = plan.layer_at(z_m).distance_m;
+    const auto fresnel =
+        half_m * half_m * (std::abs(z_m - z0_m) / (plan.wavelength_m * z_m * z0_m));
+    const auto sides =
+        glm::min(4.0 * guard * fresnel + 2 * compact.margin_px, glm::dvec2(compact.size));
+    const auto tiles = static_cast<double>(plan.tiles.size());
+    footprints.compact_pixels += tiles * (sides.x + tile_width) * sides.y;
+    footprints.compact_squares += tiles * (sides.x * sides.x + sides.y * sides.y);
+  }
+  return footprints;
+}
+
 Footprints footprints_of(const Plan& plan, const FrontView& view) {
   Footprints footprints;
   if (!plan.aimed) return footprints;
+  if (plan.compact) return compact_footprints(plan, view);
   std::vector<WrpsExtent> extents;
   for (const auto& layer : plan.layers) extents.push_back(wrps_extent(plan, layer));
   for (int y = 0; y < view.size.y; ++y) {
@@ -193,6 +224,15 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
                     [](const Light& l) { return l.type != LightType::ambient; }));
   const double tile_height =
       std::clamp(std::floor(tile_pixels_high * gatherings / frames), 2.0, 16.0);
+  if (plan.compact) {
+    const double tiles = static_cast<double>(plan.tiles.size()), lines = plan.compact->lines;
+    work.pairs = samples_of_a_cell * (gatherings * lines *
+                                          (compact_pixel * footprints.compact_pixels +
+                                           compact_node * footprints.compact_squares) +
+                                      frames * compact_frame * footprints.compact_pixels) +
+                 gatherings * tiles * compact_sample * work.samples;
+    return work;
+  }
   const double far_tiles = footprints.far_pixels + tile_height * footprints.far_widths;
   const double shiny_tiles = footprints.shiny_pixels + tile_height * footprints.shiny_widths;
   const double wrps_of_a_sample =

@@ -35,6 +35,8 @@ struct Footprints {
   double near_pixels = 0, near_sides = 0;
   double far_pixels = 0, far_widths = 0;      // of the others
   double shiny_pixels = 0, shiny_widths = 0;  // of these, where highlights are shaded
+  // On virtual planes: pixels, and the squares of the footprints' sides
+  double compact_pixels = 0, compact_squares = 0;
 };
 Footprints footprints_of(const Plan& plan, const FrontView& view);
 

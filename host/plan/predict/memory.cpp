@@ -72,7 +72,12 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
   const auto pixels = area(plan.tile_size), padded = area(plan.padded);
   MemoryNeeds all;
   auto& needs = all.device;
-  if (use.method == Method::wrp) {
+  if (plan.compact) {
+    const auto plane = area(plan.compact->size);
+    if (use.fft != FftBackend::host) needs = {{"virtual plane", 8 * plane, planes}};
+    if (use.fft == FftBackend::clfft)
+      needs.push_back({"work space of the transform", 8 * plane, planes});
+  } else if (use.method == Method::wrp) {
     if (use.fft == FftBackend::host)
       all.host_bytes += host_transform_bytes(plan);
     else

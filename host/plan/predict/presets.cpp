@@ -144,6 +144,9 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
       plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
   prediction.field_error = std::hypot(
       plan.cone_error, std::hypot(plan.padding_error, plan.oversampling_error, phase_error));
+  if (plan.compact)
+    prediction.field_error =
+        std::hypot(prediction.field_error, plan.compact->window_error, plan.compact->lines_error);
   return prediction;
 }
 
@@ -178,17 +181,21 @@ std::vector<std::string> reasons_of(const Scene& scene, const Goal& goal, const 
   const auto fixed = [&](const char* key) {
     return scene.given.contains(key) ? "given" : goal.any() ? "chosen" : "default";
   };
+  const std::string gathering =
+      plan.compact
+          ? ""
+          : ", wrp.padding " + number_text(s.wrp.padding) + " (" + fixed("wrp.padding") +
+                "), wrp.oversampling " +
+                (s.wrp.oversampling ? number_text(*s.wrp.oversampling) : "full") + " (" +
+                fixed("wrp.oversampling") + "), sampling.cone " + number_text(s.sampling.cone) +
+                " (" + fixed("sampling.cone") + "), sampling.apodization " +
+                number_text(s.sampling.apodization) + " (" + fixed("sampling.apodization") + ")";
   std::vector<std::string> reasons = {
       why_resolution(s, plan, planned.prediction.resolution_m),
       "sampling.pitch " + length_text(s.sampling.pitch_m) + " (" + fixed("sampling.pitch") +
           "), sampling.frames " + std::to_string(s.sampling.frames) + " (" +
-          fixed("sampling.frames") + "), wrp.padding " + number_text(s.wrp.padding) + " (" +
-          fixed("wrp.padding") + "), wrp.oversampling " +
-          (s.wrp.oversampling ? number_text(*s.wrp.oversampling) : "full") + " (" +
-          fixed("wrp.oversampling") + "), sampling.cone " + number_text(s.sampling.cone) + " (" +
-          fixed("sampling.cone") + "), sampling.apodization " +
-          number_text(s.sampling.apodization) + " (" + fixed("sampling.apodization") +
-          "), wrp.layers " + std::to_string(s.wrp.layers) + " (" +
+          fixed("sampling.frames") + ")" + gathering + ", wrp.layers " +
+          std::to_string(s.wrp.layers) + " (" +
           fixed(scene.given.contains("wrp.distance") ? "wrp.distance" : "wrp.layers") + ")"};
   if (!why_layers.empty()) reasons.push_back(why_layers);
   if (!plan.why_tiles.empty())

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/compact.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/common/fft_backend.hpp"
+
+namespace raywave {
+namespace {
+
+/// Size of the virtual plane over the tile's, at least (docs/accuracy.md): more brings nothing once
+/// the bell is divided out.
+constexpr double guard = 16.0 / 15;
+
+/// Strength of the bell, and pixels that footprints then reach beyond their rays.
+constexpr double bell_strength = 9, footprint_margin = 4, rough_margin = 6;
+
+/// The plane has room for a footprint and its tails, however small the hologram.
+constexpr int least_size = 64;
+
+}  // namespace
+
+double Bell::operator()(double at) const {
+  const double inside = 1 - at * at / (reach * reach);
+  return inside < 0 ? 0 : std::exp(strength * (std::sqrt(inside) - 1));
+}
+
+Bell bell_of(const Plan& plan, int axis) {
+  const auto& plane = plan.compact.value();
+  return {plane.bell, 2.0 * plane.size[axis] / plan.tile_size[axis] - 1};
+}
+
+glm::dvec2 origin_of_tile(const Plan& plan, const Tile& tile) {
+  const auto off_middle = glm::dvec2(plan.tile_size / 2) - glm::dvec2(plan.tile_size - 1) / 2.0;
+  return tile.centre_m + off_middle * plan.pitch_m * glm::dvec2(1, -1);
+}
+
+CompactPlane compact_plane(const Plan& plan) {
+  CompactPlane plane;
+  for (int axis = 0; axis < 2; ++axis)
+    plane.size[axis] = static_cast<int>(next_fast_size(static_cast<std::size_t>(
+        std::max<double>(least_size, std::ceil(guard * plan.tile_size[axis] - 1e-9)))));
+  plane.bell = bell_strength;
+  plane.margin_px = footprint_margin;
+  plane.rough_margin_px = rough_margin;
+  return plane;
+}
+
+std::string why_not_compact(const Plan& plan) {
+  if (!plan.aimed) return "rays of a fan start at places in space, which a virtual plane has not";
+  if (plan.bounces > 0) return "mirrors and glass send rays, which cannot start on a virtual plane";
+  return "";
+}
+
+void place_compact(Plan& plan) {
+  plan.compact = compact_plane(plan);
+  plan.wrps.clear();
+  for (std::size_t tile = 0; tile < plan.tiles.size(); ++tile) {
+    for (std::size_t layer = 0; layer < plan.layers.size(); ++layer) {
+      Wrp wrp;
+      wrp.centre_m = {plan.tiles[tile].centre_m, plan.layers[layer].distance_m};
+      wrp.layer = layer;
+      wrp.tile = tile;
+      plan.wrps.push_back(std::move(wrp));
+    }
+  }
+}
+
+}  // namespace raywave

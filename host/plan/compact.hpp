@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Compact propagation: one virtual plane per layer of depth, one Fourier transform away from the
+/// tile of the hologram, on which each surface sample lights a few hundred pixels
+/// (docs/pipeline.md). After Kozacki & Falaggis, Opt. Lett. 40, 3420 (2015), for the reference wave
+/// that is taken off; the bell is that of non-uniform FFTs (Barnett et al., SIAM J. Sci. Comput.
+/// 41, C479 (2019)).
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <string>
+
+#include "host/plan/plan.hpp"
+
+namespace raywave {
+
+/// The window that is applied in front of the transform and divided out after it: exp(strength
+/// (sqrt(1 - (at / reach)^2) - 1)), zero from `reach` on. Half tiles from the tile's middle.
+struct Bell {
+  double strength = 9, reach = 1;
+  double operator()(double at) const;
+};
+
+/// The bell along one axis: it reaches as far as it may come round into the guard.
+Bell bell_of(const Plan& plan, int axis);
+
+/// Where places on a tile and pixels of its virtual plane count from: the centre of the tile's
+/// pixel (size / 2). World.
+glm::dvec2 origin_of_tile(const Plan& plan, const Tile& tile);
+
+/// The virtual planes of a plan whose tiles are set.
+CompactPlane compact_plane(const Plan& plan);
+
+/// Why light cannot travel by virtual planes, in a line; empty: it can.
+std::string why_not_compact(const Plan& plan);
+
+/// Stands the plan's WRPs anew: one virtual plane for each tile and layer of depth.
+void place_compact(Plan& plan);
+
+}  // namespace raywave

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/predict/compact_errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <glm/common.hpp>
+#include <numbers>
+#include <vector>
+
+#include "host/plan/compact.hpp"
+
+namespace raywave {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double tau = 2 * std::numbers::pi;
+
+/// Error of a line of light that spreads over `fresnel` (a Fresnel number), relative, squared.
+/// `offset`: of its pixels from those of the plane.
+double squared_window_error(const Bell& bell, double guard, double margin_px, double fresnel,
+                            double offset) {
+  const int nodes = 256 + 8 * static_cast<int>(guard * fresnel);
+  const double rays_px = 2 * guard * fresnel + margin_px;
+  std::vector<Complex> pixels;
+  const int first = static_cast<int>(std::ceil(offset - rays_px)),
+            last = static_cast<int>(std::floor(offset + rays_px));
+  const auto at = [&](int node) { return ((node + 0.5) / nodes * 2 - 1) * bell.reach; };
+  std::vector<Complex> light;
+  for (int node = 0; node < nodes; ++node) {
+    const double t = at(node);
+    light.push_back(bell(t) * std::polar(1.0, tau / 2 * (fresnel * t * t - offset * t / guard)));
+  }
+  const auto rotor = [&](int pixel, double t) {
+    return std::polar(1.0, tau / 2 * pixel * t / guard);
+  };
+  for (int pixel = first; pixel <= last; ++pixel) {
+    Complex sum = 0;
+    for (int node = 0; node < nodes; ++node)
+      sum += light[static_cast<std::size_t>(node)] * rotor(pixel, at(node));
+    pixels.push_back(sum * (bell.reach / guard / nodes));
+  }
+  double wrong = 0;
+  int count = 0;
+  for (int node = 0; node < nodes; node += 2) {
+    const double t = at(node);
+    if (std::abs(t) > 1) continue;
+    Complex back = 0;
+    for (int pixel = first; pixel <= last; ++pixel)
+      back += pixels[static_cast<std::size_t>(pixel - first)] * std::conj(rotor(pixel, t));
+    wrong += std::norm((back - light[static_cast<std::size_t>(node)]) / bell(t));
+    ++count;
+  }
+  return wrong / std::max(count, 1);
+}
+
+/// Van der Corput's numbers in a base: evenly spread over 0 to 1.
+double spread(int i, int base) {
+  double value = 0, share = 1;
+  for (; i > 0; i /= base) value += (i % base) * (share /= base);
+  return value;
+}
+
+}  // namespace
+
+double predicted_window_error(const Plan& plan) {
+  const auto& plane = plan.compact.value();
+  constexpr int depths = 4;
+  double sum = 0;
+  for (const auto& layer : plan.layers) {
+    for (int axis = 0; axis < 2; ++axis) {
+      const double half_m = plan.tile_window_m()[axis] / 2,
+                   guard = 1.0 * plane.size[axis] / plan.tile_size[axis];
+      for (int i = 0; i < depths; ++i) {
+        const double z_m = glm::mix(layer.min_m.z, layer.max_m.z, (i + 0.5) / depths),
+                     z0_m = layer.distance_m;
+        // Longer footprints are no harder, and take long to predict.
+        const double fresnel = std::min(
+            half_m * half_m * std::abs(z_m - z0_m) / (plan.wavelength_m * z_m * z0_m), 30.0);
+        sum += squared_window_error(bell_of(plan, axis), guard, plane.margin_px, fresnel,
+                                    (i + 0.5) / depths) /
+               depths;
+      }
+    }
+  }
+  return std::sqrt(sum / static_cast<double>(plan.layers.size()));
+}
+
+double predicted_lines_error(const Plan& plan, int lines) {
+  constexpr int samples = 24, places = 12;
+  const auto half_m = plan.tile_window_m() / 2.0;
+  const double wave_number = tau / plan.wavelength_m;
+  std::vector<double> rows_m;
+  for (int line = 0; line < lines; ++line)
+    rows_m.push_back(std::cos(tau / 2 * (line + 0.5) / lines) * half_m.y);
+  const auto place = [](int i) { return (i + 0.5) * 2 / places - 1; };
+  // Lagrange's polynomials at the places
+  std::vector<std::vector<double>> lagrange(places);
+  for (int j = 0; j < places; ++j) {
+    const double v = place(j) * half_m.y;
+    for (int line = 0; line < lines; ++line) {
+      double product = 1;
+      for (int other = 0; other < lines; ++other) {
+        if (other != line)
+          product *=
+              (v - rows_m[static_cast<std::size_t>(other)]) /
+              (rows_m[static_cast<std::size_t>(line)] - rows_m[static_cast<std::size_t>(other)]);
+      }
+      lagrange[static_cast<std::size_t>(j)].push_back(product);
+    }
+  }
+  double sum = 0;
+  const glm::dvec2 first(plan.lattice.first), size(plan.lattice.size);
+  for (const auto& tile : plan.tiles) {
+    for (const auto& layer : plan.layers) {
+      const double z0_m = layer.distance_m;
+      for (int i = 1; i <= samples; ++i) {
+        // Within the box and what the lattice sees of it
+        const double z_m = glm::mix(layer.min_m.z, layer.max_m.z, spread(i, 2));
+        glm::dvec2 at_m;
+        for (int axis = 0; axis < 2; ++axis) {
+          const double low = std::max(layer.min_m[axis], first[axis] * plan.lattice.step * z_m),
+                       high = std::min(layer.max_m[axis],
+                                       (first[axis] + size[axis]) * plan.lattice.step * z_m);
+          at_m[axis] = glm::mix(low, std::max(low, high), spread(i, axis == 0 ? 3 : 5)) -
+                       tile.centre_m[axis];
+        }
+        at_m.y = -at_m.y;
+        const auto psi = [&](double u, double v) {
+          return wave_number * (std::hypot(u - at_m.x, v - at_m.y, z_m) - std::hypot(u, v, z0_m));
+        };
+        for (int column = 0; column < places; ++column) {
+          const double u = place(column) * half_m.x;
+          const auto coupled = [&](double v) { return std::polar(1.0, psi(u, v) - psi(0, v)); };
+          std::vector<Complex> on_rows;
+          for (const double row_m : rows_m) on_rows.push_back(coupled(row_m));
+          for (int j = 0; j < places; ++j) {
+            Complex made = 0;
+            for (int line = 0; line < lines; ++line)
+              made += on_rows[static_cast<std::size_t>(line)] *
+                      lagrange[static_cast<std::size_t>(j)][static_cast<std::size_t>(line)];
+            sum += std::norm(coupled(place(j) * half_m.y) - made);
+          }
+        }
+      }
+    }
+  }
+  return std::sqrt(sum / (static_cast<double>(plan.tiles.size() * plan.layers.size()) * samples *
+                          places * places));
+}
+
+}  // namespace raywave

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What compact propagation costs in accuracy, before anything is computed.
+#pragma once
+
+#include "host/plan/plan.hpp"
+
+namespace raywave {
+
+/// Relative L2 errors of the field at the hologram, of samples that nothing hides.
+///
+/// accuracy  within a factor of 1.6 of what scenes show (tests/plan/compact_errors.cpp); the scene
+///           is taken to fill its box
+///
+/// Error of the bell and of cutting footprints off: along each axis, the wave of samples at some
+/// depths is cut, carried to the hologram and back.
+double predicted_window_error(const Plan& plan);
+
+/// Error of so many scan lines: what interpolation between them leaves of the phases of samples
+/// spread through each layer's box.
+double predicted_lines_error(const Plan& plan, int lines);
+
+}  // namespace raywave

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/propagate/compact_propagator.hpp"
+
+#include <cmath>
+
+#include "host/geometry/kernel_options.hpp"
+#include "host/plan/compact.hpp"
+
+namespace raywave {
+namespace {
+
+/// More of what sphere and parabola differ by needs two floats (docs/accuracy.md).
+constexpr double float_remainder_turns = 2;
+
+std::size_t size(int n) { return static_cast<std::size_t>(n); }
+std::size_t area(glm::ivec2 n) { return size(n.x) * size(n.y); }
+
+/// Pixels from the tile's origin (host/plan/compact.hpp); tables are read in whole packets.
+constexpr int packet = 16;
+
+template <class F>
+std::vector<float> table_of(int pixels, const F& value) {
+  std::vector<float> table(size(pixels + packet), 0.0f);
+  for (int i = 0; i < pixels; ++i) table[size(i)] = static_cast<float>(value(i - pixels / 2));
+  return table;
+}
+
+}  // namespace
+
+CompactPropagator::CompactPropagator(const cl::Device& device, const Plan& plan,
+                                     cl::FftBackend backend)
+    : device_(device),
+      size_(plan.compact.value().size),
+      tile_size_(plan.tile_size),
+      pitch_m_(plan.pitch_m),
+      wavelength_m_(plan.wavelength_m) {
+  if (backend == cl::FftBackend::host) {
+    host_fft_ = std::make_unique<PlaneFft>(size(size_.x), size(size_.y));
+  } else {
+    device_fft_ =
+        cl::make_fft(device, backend, {size(size_.x), size(size_.y), size(size_.x), size(size_.y)});
+    plane_ = {device, area(size_), "virtual plane"};
+  }
+  const auto shares = [&](int axis) {
+    const auto bell = bell_of(plan, axis);
+    const double half = plan.tile_size[axis] / 2.0;
+    return table_of(plan.tile_size[axis],
+                    [&](int pixel) { return 1 / (bell(pixel / half) * size_[axis]); });
+  };
+  share_x_ = shares(0);
+  share_y_ = shares(1);
+}
+
+void CompactPropagator::make_tables(double z0_m) {
+  if (z0_m == z0_m_) return;
+  z0_m_ = z0_m;
+  const auto square = [&](int axis) {
+    return table_of(tile_size_[axis],
+                    [&](int pixel) { return std::pow(pixel * pitch_m_[axis] / z0_m, 2); });
+  };
+  const auto phase = [&](int axis, double constant) {
+    return table_of(tile_size_[axis], [&](int pixel) {
+      const double turns =
+          std::pow(pixel * pitch_m_[axis], 2) / (2 * z0_m * wavelength_m_) + constant;
+      return turns - std::round(turns);
+    });
+  };
+  put(device_, phases_x_, phase(0, z0_m / wavelength_m_), "phases");
+  put(device_, phases_y_, phase(1, 0), "phases");
+  put(device_, squares_x_, square(0), "squares");
+  put(device_, squares_y_, square(1), "squares");
+  put(device_, shares_x_, share_x_, "shares");
+  put(device_, shares_y_, share_y_, "shares");
+  const auto corner = glm::dvec2(tile_size_) / 2.0 * pitch_m_ / z0_m;
+  const double bend = std::sqrt(1 + corner.x * corner.x + corner.y * corner.y) - 1,
+               depth = z0_m / (2 * wavelength_m_);
+  depth_ = static_cast<float>(depth);
+  two_floats_ = depth * bend * bend > float_remainder_turns;
+  auto& program = programs_[two_floats_];
+  if (!program)
+    program.emplace(device_, "kernels/propagate/compact.cl",
+                    cl::Options{{option::lanes, std::to_string(device_.info().float_lanes)},
+                                {option::two_floats, two_floats_ ? "1" : "0"}});
+}
+
+void CompactPropagator::add(cl::ComplexBuffer& stack, int plane, double z0_m, bool is_first,
+                            cl::ComplexBuffer& field) {
+  make_tables(z0_m);
+  // The signs of odd samples stand the tile in the transform's middle.
+  const auto first = size_ / 2 - tile_size_ / 2;
+  std::size_t begin = size(plane) * area(size_);
+  cl::ComplexBuffer* transformed = &stack;
+  if (host_fft_) {
+    stack.on_host([&](std::span<std::complex<float>> samples) {
+      host_fft_->forward(
+          samples.data() + begin, {{0, size(size_.x)}, {0, size(size_.y)}},
+          {{size(first.x), size(tile_size_.x)}, {size(first.y), size(tile_size_.y)}});
+    });
+  } else {
+    plane_.copy_from(stack, begin, area(size_));
+    device_fft_->forward(plane_);
+    transformed = &plane_;
+    begin = 0;
+  }
+  begin += size(first.y) * size(size_.x) + size(first.x);
+  auto kernel = programs_[two_floats_]->kernel("finish");
+  const bool cpu = device_.info().kind == cl::DeviceKind::cpu;
+  kernel.run(
+      cpu ? cl::Range{1, size(tile_size_.y)} : cl::Range{size(tile_size_.x), size(tile_size_.y)},
+      cpu ? cl::Range{1, 1} : cl::Range{64, 1}, *transformed, size_.x,
+      static_cast<std::int32_t>(begin), phases_x_, phases_y_, squares_x_, squares_y_, shares_x_,
+      shares_y_, depth_, tile_size_.x, tile_size_.y, static_cast<std::int32_t>(!is_first), field);
+}
+
+}  // namespace raywave

@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/trace/compact_gatherer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "host/geometry/kernel_options.hpp"
+#include "host/plan/compact.hpp"
+#include "host/trace/precision_option.hpp"
+#include "host/trace/work_shape.hpp"
+#include "kernels/gather/compact.h"
+
+namespace raywave {
+namespace {
+
+/// Memory for the profiles of a batch: few enough to stay in a processor's cache between the
+/// kernels, enough to keep other devices busy.
+std::size_t batch_floats(const cl::DeviceInfo& device) {
+  const std::uint64_t bytes =
+      device.kind == cl::DeviceKind::cpu
+          ? std::uint64_t{4} << 20
+          : std::min(std::uint64_t{128} << 20, device.largest_buffer_bytes / 2);
+  return static_cast<std::size_t>(bytes / sizeof(float));
+}
+
+/// Packets are read that begin before a profile, or end after it.
+constexpr std::size_t packet = 16;
+
+/// Width, in half tiles, of the smooth step where light becomes too steep for the pixels.
+constexpr double cut_width = 0.5;
+
+double cubic_spline(double x) {
+  x = std::abs(x);
+  return x < 1 ? 2.0 / 3 - x * x + x * x * x / 2 : std::pow(std::max(2 - x, 0.0), 3) / 6;
+}
+
+int floor_over(int value, int by) { return value >= 0 ? value / by : -((by - 1 - value) / by); }
+int modulo(int value, int by) { return value - floor_over(value, by) * by; }
+
+/// The options of the scene that compact.cl reads.
+cl::Options options_of(const DeviceScene& scene) {
+  cl::Options options;
+  for (const auto& name : {option::lanes, option::lights, option::specular, option::sharp})
+    options[name] = scene.options.at(name);
+  return options;
+}
+
+template <class T>
+void upload(const cl::Device& device, const std::vector<T>& data, cl::Buffer<T>& buffer,
+            const char* name) {
+  if (buffer.size() < data.size()) buffer = {device, data.size() + data.size() / 8, name};
+  buffer.write(data);
+}
+
+}  // namespace
+
+CompactGatherer::CompactGatherer(const cl::Device& device, const Plan& plan,
+                                 const DeviceScene& scene, const SampleTable& table, int frames)
+    : plan_(plan),
+      scene_(scene),
+      table_(table),
+      frames_(frames),
+      lanes_(lanes_for(device.info())),
+      tile_rows_(lanes_ == 1  ? 1
+                 : frames > 4 ? 4
+                              : COMPACT_BIN),
+      program_(device, "kernels/gather/compact.cl",
+               cl::with(options_of(scene),
+                        {{option::frames, std::to_string(frames)},
+                         {option::precision, precision_option(device.info(), plan.precision)},
+                         {option::tile_rows, std::to_string(tile_rows_)},
+                         {option::visibility_parts, std::to_string(table.visibility_parts)},
+                         {option::sine_limit, plan.beyond_diffraction ? "1" : "0"}})),
+      aim_(program_.kernel("aim")),
+      draw_phases_(program_.kernel("draw_phases")),
+      profile_(program_.kernel("profile")),
+      gather_(program_.kernel("gather_compact")),
+      device_(device) {}
+
+void CompactGatherer::draw_phases(std::uint32_t seed) {
+  const auto room = table_.samples.size();
+  if (footprints_.size() < room) {
+    footprints_ = {device_, room, "footprints of samples"};
+    phasors_ = {device_, room * static_cast<std::size_t>(frames_), "phases"};
+  }
+  if (table_.count > 0)
+    draw_phases_.run({static_cast<std::size_t>(table_.count)},
+                     {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, table_.samples, table_.count,
+                     frames_, seed, phasors_);
+}
+
+device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
+  const auto& compact = plan_.compact.value();
+  const auto& layer = plan_.layer_of(wrp);
+  const auto half = plan_.tile_window_m() / 2.0, period = glm::dvec2(compact.size) * plan_.pitch_m;
+  const auto origin = origin_of_tile(plan_, plan_.tile_of(wrp)) - glm::dvec2(plan_.origin_m);
+  device::CompactPlane plane{};
+  plane.nx = compact.size.x;
+  plane.ny = compact.size.y;
+  plane.tile_nx = plan_.tile_size.x;
+  plane.tile_ny = plan_.tile_size.y;
+  std::tie(plane.origin_x, plane.origin_x_low) = split(origin.x);
+  std::tie(plane.origin_y, plane.origin_y_low) = split(origin.y);
+  std::tie(plane.hologram_z, plane.hologram_z_low) = split(-plan_.origin_m.z);
+  std::tie(plane.z0, plane.z0_low) = split(wrp.centre_m.z);
+  std::tie(plane.begin_z, plane.end_z) = layer_bounds(plan_, layer);
+  std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
+  std::tie(plane.frequency_x, plane.frequency_x_low) = split(1 / period.x);
+  std::tie(plane.frequency_y, plane.frequency_y_low) = split(1 / period.y);
+  const auto put = [](glm::dvec2 value, float& x, float& y) {
+    x = static_cast<float>(value.x);
+    y = static_cast<float>(value.y);
+  };
+  put(plan_.pitch_m, plane.pitch_x, plane.pitch_y);
+  put(half, plane.half_x, plane.half_y);
+  put(period, plane.period_x, plane.period_y);
+  put(period / plan_.wavelength_m, plane.pixels_per_sine_x, plane.pixels_per_sine_y);
+  plane.margin = static_cast<float>(compact.margin_px);
+  plane.rough_margin = static_cast<float>(compact.rough_margin_px);
+  plane.lines = compact.lines;
+  put(plan_.largest_sine, plane.sine_limit_x, plane.sine_limit_y);
+  put(1.0 / (cut_width * half), plane.per_cut_x, plane.per_cut_y);
+  return plane;
+}
+
+/// Divides the samples into batches, each with as many profiles as fit the memory for them.
+void CompactGatherer::place_profiles(glm::ivec2 size) {
+  const auto most = batch_floats(device_.info());
+  const int bin_rows = size.y / COMPACT_BIN;
+  offset_.resize(aimed_.size());
+  bins_.batches.clear();
+  constexpr int none = std::numeric_limits<int>::max();
+  int low = none, high = -none;  // rows of bins
+  const auto end_batch = [&] {
+    auto& batch = bins_.batches.back();
+    if (low <= high) {
+      batch.first_row = low;
+      batch.rows = std::min(high - low + 1, bin_rows);
+    }
+    low = none;
+    high = -none;
+  };
+  for (std::size_t i = 0; i < aimed_.size(); ++i) {
+    const auto& f = aimed_[i];
+    const auto floats =
+        static_cast<std::size_t>(f.lines) * 2 *
+        static_cast<std::size_t>(COMPACT_ROOM(f.columns) + 2 * lanes_ + COMPACT_ROOM(f.rows));
+    if (bins_.batches.empty() || bins_.batches.back().floats + floats > most) {
+      if (!bins_.batches.empty()) end_batch();
+      bins_.batches.push_back({.first_sample = static_cast<int>(i), .floats = packet});
+    }
+    auto& batch = bins_.batches.back();
+    offset_[i] = static_cast<std::int32_t>(batch.floats);
+    batch.floats += floats;
+    ++batch.samples;
+    if (f.lines == 0 || f.columns <= 0 || f.rows <= 0) continue;
+    low = std::min(low, floor_over(f.top, COMPACT_BIN));
+    high = std::max(high, floor_over(f.top + f.rows - 1, COMPACT_BIN));
+  }
+  if (bins_.batches.empty()) bins_.batches.push_back({});
+  end_batch();
+}
+
+/// Lists, for every bin, the samples that light it, in their order. Rows of bins that no batch
+/// lights are filled with zeros by batches of their own.
+void CompactGatherer::fill_bins(glm::ivec2 size) {
+  const int across = size.x / COMPACT_BIN, down = size.y / COMPACT_BIN;
+  auto& b = bins_;
+  std::vector<char> is_filled(static_cast<std::size_t>(down), 0);
+  b.is_fresh.clear();
+  const auto add_rows = [&](const Batch& batch) {
+    for (int row = 0; row < batch.rows; ++row) {
+      auto& filled = is_filled[static_cast<std::size_t>(modulo(batch.first_row + row, down))];
+      b.is_fresh.push_back(filled ? 0 : 1);
+      filled = 1;
+    }
+  };
+  for (const auto& batch : b.batches) add_rows(batch);
+  for (int row = 0; row < down; ++row) {
+    if (is_filled[static_cast<std::size_t>(row)]) continue;
+    int end = row;
+    while (end < down && !is_filled[static_cast<std::size_t>(end)]) ++end;
+    b.batches.push_back({.first_row = row, .rows = end - row});
+    add_rows(b.batches.back());
+  }
+
+  // A counting sort: lengths of the lists, where they begin, and then the samples
+  int bins = 0;
+  for (auto& batch : b.batches) {
+    batch.first_bin = bins;
+    bins += batch.rows * across;
+  }
+  b.first.assign(static_cast<std::size_t>(bins) + 1, 0);
+  const auto for_each_entry = [&](const auto& use) {
+    for (const auto& batch : b.batches) {
+      for (int i = batch.first_sample; i < batch.first_sample + batch.samples; ++i) {
+        const auto& f = aimed_[static_cast<std::size_t>(i)];
+        if (f.lines == 0 || f.columns <= 0 || f.rows <= 0) continue;
+        const int left = floor_over(f.left, COMPACT_BIN),
+                  columns =
+                      std::min(across, floor_over(f.left + f.columns - 1, COMPACT_BIN) - left + 1),
+                  top = floor_over(f.top, COMPACT_BIN),
+                  rows = std::min(down, floor_over(f.top + f.rows - 1, COMPACT_BIN) - top + 1);
+        for (int row = 0; row < rows; ++row) {
+          const int begin = batch.first_bin + modulo(top + row - batch.first_row, down) * across;
+          for (int column = 0; column < columns; ++column)
+            use(static_cast<std::size_t>(begin + modulo(left + column, across)), i);
+        }
+      }
+    }
+  };
+  for_each_entry([&](std::size_t bin, int) { ++b.first[bin + 1]; });
+  for (std::size_t bin = 0; bin < static_cast<std::size_t>(bins); ++bin)
+    b.first[bin + 1] += b.first[bin];
+  b.samples.resize(static_cast<std::size_t>(b.first.back()) + 1);
+  auto next = b.first;
+  for_each_entry([&](std::size_t bin, int sample) {
+    b.samples[static_cast<std::size_t>(next[bin]++)] = sample;
+  });
+}
+
+/// Rotors exp(2 pi i (pixel - n / 2) (node - n / 2) / n), with the sign of odd pixels changed, of
+/// all sizes n that footprints need. Odd pixels' signs bring the tile into the middle of the
+/// transform.
+void CompactGatherer::make_rotors(int most_nodes) {
+  if (most_nodes <= rotors_for_) return;
+  rotors_for_ = most_nodes;
+  std::vector<float> table;
+  for (int n = COMPACT_STEP; n <= most_nodes; n += COMPACT_STEP) {
+    for (int node = 0; node < n; ++node) {
+      for (const bool is_sine : {false, true}) {
+        for (int pixel = 0; pixel < n; ++pixel) {
+          const double turns =
+              static_cast<double>((pixel - n / 2) * (node - n / 2) % n) / n + 0.5 * (pixel % 2);
+          table.push_back(static_cast<float>(is_sine ? std::sin(2 * std::numbers::pi * turns)
+                                                     : std::cos(2 * std::numbers::pi * turns)));
+        }
+      }
+    }
+  }
+  table.resize(table.size() + 2 * packet, 0.0f);
+  rotors_ = {device_, std::span<const float>(table), "rotors of footprints"};
+}
+
+/// The weights of nodes (kernels/gather/compact.h) of all sizes that footprints need.
+void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& plane,
+                                   int most_nodes) {
+  if (const WeightsKey key{wrp.tile, plane.lines, plane.half_x, plane.half_y};
+      key == weights_key_ && most_nodes <= weights_for_)
+    return;
+  else
+    weights_key_ = key;
+  weights_for_ = most_nodes;
+  const int parts = table_.visibility_parts, splines = parts > 0 ? parts + 4 : 0;
+  const auto half_m = plan_.tile_window_m() / 2.0, window_m = plan_.window_m() / 2.0;
+  const auto origin_m = origin_of_tile(plan_, plan_.tile_of(wrp)) * glm::dvec2(1, -1);
+  const auto middle_of = [&](int part) { return (part - 1.5) * 2 / parts - 1; };
+
+  // In half tiles from the origin, downwards, as in the kernel
+  std::vector<double> rows;
+  for (int line = 0; line < plane.lines; ++line)
+    rows.push_back(std::cos(std::numbers::pi * (line + 0.5) / plane.lines));
+  std::vector<float> table(rows.begin(), rows.end());
+  for (int part = 0; part < splines; ++part)
+    table.push_back(static_cast<float>((middle_of(part) * window_m.y - origin_m.y) / half_m.y));
+  table.resize(COMPACT_PLACES, 0.0f);
+  for (int n = COMPACT_STEP; n <= most_nodes; n += COMPACT_STEP) {
+    const glm::ivec2 half_nodes{COMPACT_HALF_NODES(n, plane.nx, plane.tile_nx),
+                                COMPACT_HALF_NODES(n, plane.ny, plane.tile_ny)};
+    const auto add_row = [&](int axis, const auto& weight) {
+      const auto end = table.size() + COMPACT_NODE_ROOM(n);
+      const double step = 1.0 * plan_.compact->size[axis] / n;  // pixels
+      for (int node = -half_nodes[axis]; node <= half_nodes[axis]; ++node)
+        table.push_back(
+            static_cast<float>(weight(node * step * plan_.pitch_m[axis] / half_m[axis])));
+      table.resize(end, 0.0f);
+    };
+    const auto bell = [&](int axis, double at) {
+      return bell_of(plan_, axis)(at) * plan_.compact->size[axis] / n;
+    };
+    const auto spline = [&](int axis, int part, double at) {
+      return cubic_spline(
+          ((origin_m[axis] + at * half_m[axis]) / window_m[axis] - middle_of(part)) * parts / 2);
+    };
+    add_row(0, [&](double at) { return bell(0, at); });
+    for (int part = 0; part < splines; ++part)
+      add_row(0, [&](double at) { return spline(0, part, at); });
+    for (int line = 0; line < plane.lines; ++line) {
+      add_row(1, [&](double at) {
+        double product = bell(1, at);
+        for (int other = 0; other < plane.lines; ++other) {
+          const auto here = static_cast<std::size_t>(line), there = static_cast<std::size_t>(other);
+          if (other != line) product *= (at - rows[there]) / (rows[here] - rows[there]);
+        }
+        return product;
+      });
+    }
+    for (int part = 0; part < splines; ++part)
+      add_row(1, [&](double at) { return bell(1, at) * spline(1, part, at); });
+  }
+  upload(device_, table, weights_, "weights of nodes");
+}
+
+void CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
+  const auto plane = plane_of(wrp);
+  const glm::ivec2 size{plane.nx, plane.ny};
+  const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}},
+      local = lanes_ == 1 ? cl::Range{COMPACT_BIN, COMPACT_BIN} : cl::Range{1, 1};
+  aimed_.resize(static_cast<std::size_t>(table_.count));
+  if (table_.count > 0) {
+    aim_.run({aimed_.size()}, group, table_.samples, table_.count, plane, footprints_);
+    footprints_.read(aimed_);
+  }
+  place_profiles(size);
+  fill_bins(size);
+  int longest = 0;
+  std::size_t floats = 1;
+  for (const auto& f : aimed_) longest = std::max({longest, f.columns, f.rows});
+  for (const auto& batch : bins_.batches) floats = std::max(floats, batch.floats + packet);
+  const int most_nodes = COMPACT_NODES_FOR(longest);
+  make_rotors(most_nodes);
+  make_weights(wrp, plane, most_nodes);
+  if (offset_.empty()) offset_.push_back(0);
+  upload(device_, offset_, offsets_, "places of profiles");
+  upload(device_, bins_.first, first_of_bin_, "bins of samples");
+  upload(device_, bins_.samples, bin_samples_, "samples of bins");
+  upload(device_, bins_.is_fresh, is_fresh_, "rows of bins");
+  if (profiles_.size() < floats) {
+    profiles_ = {};
+    profiles_ = {device_, floats + floats / 8, "profiles of samples"};
+  }
+
+  std::size_t fresh = 0;
+  for (const auto& batch : bins_.batches) {
+    if (batch.rows == 0) continue;
+    if (batch.samples > 0)
+      profile_.run({static_cast<std::size_t>(batch.samples)}, group, scene_.lights, table_.samples,
+                   table_.lit, table_.visibility_masks, footprints_, offsets_, rotors_, weights_,
+                   batch.first_sample, batch.samples, plane, profiles_);
+    gather_.run({static_cast<std::size_t>(size.x / lanes_),
+                 static_cast<std::size_t>(batch.rows * COMPACT_BIN / tile_rows_)},
+                local, footprints_, offsets_, profiles_, phasors_, table_.count, first_of_bin_,
+                bin_samples_, is_fresh_, static_cast<std::int32_t>(fresh), batch.first_bin,
+                modulo(batch.first_row, size.y / COMPACT_BIN), plane, field);
+    fresh += static_cast<std::size_t>(batch.rows);
+  }
+}
+
+}  // namespace raywave

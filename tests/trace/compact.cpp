@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compact propagation: samples on virtual planes, and these planes at the hologram.
+#include "host/reference/compact.hpp"
+
+#include <algorithm>
+#include <complex>
+
+#include "host/plan/precision.hpp"
+#include "host/propagate/compact_propagator.hpp"
+#include "host/reference/shading.hpp"
+#include "host/render.hpp"
+#include "host/trace/compact_gatherer.hpp"
+#include "host/view/compare.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+#include "tests/support/scenes.hpp"
+#include "tests/support/worlds.hpp"
+
+using namespace raywave;
+using namespace raywave::test;
+using glm::dvec2;
+using glm::dvec3;
+using glm::ivec2;
+
+namespace {
+
+using Complex = std::complex<double>;
+using Fields = std::vector<std::complex<float>>;
+using reference::ball_before_wall;
+
+struct AtHologram {
+  std::vector<Fields> tiles;                                      // frame after frame
+  std::vector<std::vector<device::CompactFootprint>> footprints;  // by WRP
+};
+
+AtHologram at_hologram(const raywave::cl::Device& device, const Rig& rig, int frames = 1,
+                       std::uint32_t seed = 1,
+                       raywave::cl::FftBackend fft = raywave::cl::FftBackend::host) {
+  const auto area = [](ivec2 size) {
+    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+  };
+  const auto& plan = rig.plan;
+  CompactGatherer gatherer(device, plan, rig.arrays, rig.table, frames);
+  gatherer.draw_phases(seed);
+  CompactPropagator propagator(device, plan, fft);
+  AtHologram result;
+  raywave::cl::ComplexBuffer stack(
+      device, Fields(static_cast<std::size_t>(frames) * area(plan.compact->size), {7, 7}), "stack");
+  std::vector<raywave::cl::ComplexBuffer> fields;
+  for (std::size_t tile = 0; tile < plan.tiles.size(); ++tile) {
+    fields.clear();
+    for (int frame = 0; frame < frames; ++frame)
+      fields.emplace_back(device, Fields(area(plan.tile_size), {7, 7}), "field");
+    const auto [first, end] = plan.wrps_of(tile);
+    for (auto wrp = first; wrp < end; ++wrp) {
+      gatherer.gather(plan.wrps[wrp], stack);
+      result.footprints.push_back(gatherer.footprints());
+      for (int frame = 0; frame < frames; ++frame)
+        propagator.add(stack, frame, plan.wrps[wrp].centre_m.z, wrp == first,
+                       fields[static_cast<std::size_t>(frame)]);
+    }
+    Fields all;
+    for (const auto& field : fields) {
+      const auto samples = field.read();
+      all.insert(all.end(), samples.begin(), samples.end());
+    }
+    result.tiles.push_back(std::move(all));
+  }
+  return result;
+}
+
+std::vector<ivec2> some_pixels(const Plan& plan, int count) {
+  Random random(1);
+  std::vector<ivec2> pixels;
+  for (int i = 0; i < count; ++i)
+    pixels.push_back({static_cast<int>(random() % static_cast<unsigned>(plan.tile_size.x)),
+                      static_cast<int>(random() % static_cast<unsigned>(plan.tile_size.y))});
+  return pixels;
+}
+
+Complex got_at(const Plan& plan, const Fields& fields, int frame, ivec2 pixel) {
+  return Complex(
+      fields[(static_cast<std::size_t>(frame) * static_cast<std::size_t>(plan.tile_size.y) +
+              static_cast<std::size_t>(pixel.y)) *
+                 static_cast<std::size_t>(plan.tile_size.x) +
+             static_cast<std::size_t>(pixel.x)]);
+}
+
+struct Errors {
+  double discrete = 0;  // against the same computation in double
+  double direct = 0;    // against the sum of the samples' smooth waves
+  double inner = 0;     // the same, in the inner 80 % of each axis
+};
+
+/// Relative L2 errors over some pixels of all tiles.
+Errors errors_of(const Rig& rig, const AtHologram& got, std::uint32_t seed, int count,
+                 int frame = 0, bool only_corners = false) {
+  const auto& plan = rig.plan;
+  const auto what = reference::gathering(rig);
+  double discrete = 0, direct = 0, energy = 0, inner = 0, inner_energy = 0;
+  for (std::size_t tile = 0; tile < plan.tiles.size(); ++tile) {
+    const auto last = plan.tile_size - 1;
+    const auto pixels = only_corners ? std::vector<ivec2>{{0, 0}, {last.x, 0}, {0, last.y}, last}
+                                     : some_pixels(plan, count);
+    std::vector<Complex> same(pixels.size());
+    const auto [first, end] = plan.wrps_of(tile);
+    for (auto wrp = first; wrp < end; ++wrp) {
+      const auto one =
+          reference::compact_field(what, plan.wrps[wrp], seed, got.footprints[wrp], pixels);
+      for (std::size_t n = 0; n < pixels.size(); ++n) same[n] += one[n];
+    }
+    for (std::size_t n = 0; n < pixels.size(); ++n) {
+      const auto from_middle = dvec2(pixels[n]) - dvec2(plan.tile_size - 1) / 2.0;
+      const auto place = plan.tiles[tile].centre_m + from_middle * plan.pitch_m * dvec2(1, -1);
+      Complex sum = 0;
+      for (std::size_t i = 0; i < rig.samples.size(); ++i)
+        sum += reference::smooth_wave(what, i, plan.tiles[tile], place) *
+               std::polar(1.0, 2 * std::numbers::pi *
+                                   reference::phase_turns_of_key(rig.samples[i].key, seed));
+      const auto value = got_at(plan, got.tiles[tile], frame, pixels[n]);
+      discrete += std::norm(value - same[n]);
+      direct += std::norm(value - sum);
+      energy += std::norm(sum);
+      const auto share = glm::abs(from_middle) / (dvec2(plan.tile_size) / 2.0);
+      if (share.x > 0.8 || share.y > 0.8) continue;
+      inner += std::norm(value - sum);
+      inner_energy += std::norm(sum);
+    }
+  }
+  return {std::sqrt(discrete / energy), std::sqrt(direct / energy),
+          std::sqrt(inner / inner_energy)};
+}
+
+Stage compact(Stage stage) {
+  stage.scene.wrp.propagation = WrpPropagation::compact;
+  return stage;
+}
+
+/// A tilted wall of the study's proportions: 192 x 160 pixels of 3.74 um, 10 mm away.
+Stage wall(dvec3 centre = {0.05e-3, -0.03e-3, 10e-3}) {
+  Stage stage;
+  stage.scene.hologram = {{192, 160}, {3.74e-6, 3.74e-6}, 638e-9};
+  stage.scene.sampling.pitch_m = 40e-6;
+  stage.add(rectangle(centre, {0.3e-3, 0, 0.2e-3}, {0, 0.25e-3, -0.1e-3}));
+  return stage;
+}
+
+/// Relative L2 error of fields of render() against all points, and their correlation.
+FieldComparison against_points(const raywave::cl::Device& device, const Stage& stage) {
+  RenderOptions points;
+  points.method = Method::points;
+  return compare_fields(render(device, stage.scene, stage.world, points).field,
+                        render(device, stage.scene, stage.world).field);
+}
+
+}  // namespace
+
+TEST_CASE(
+    "compact propagation is what the same computation in double gives, and the sum of the samples' "
+    "waves to within what the plan states") {
+  struct Case {
+    const char* name;
+    Stage stage;
+    double most_error;  // against all samples; 0: a factor of 1.6 around the stated one
+  };
+  auto tiles = wall();
+  tiles.scene.hologram.tiles = ivec2(2, 3);
+  auto layers = wall();
+  layers.scene.wrp.layers = 2;
+  auto odd = wall();
+  odd.scene.hologram.resolution = {97, 61};
+  auto wide = wall({0, 0, 2e-3});
+  wide.scene.hologram = {{256, 192}, {1e-6, 1e-6}, 638e-9};
+  Stage deep;
+  deep.scene = wall().scene;
+  deep.scene.objects.clear();
+  deep.scene.materials.clear();
+  deep.add(rectangle({0, 0, 10e-3}, {0.3e-3, 0, 1.5e-3}, {0, 0.25e-3, 0}));
+  // Stated errors are of samples that nothing hides or cuts.
+  Case cases[] = {{"a wall", wall(), 0},
+                  {"light too steep for the pixels", wall({0.8e-3, 0.6e-3, 10e-3}), 0.03},
+                  {"a shiny ball before a wall", ball_before_wall(10e-3), 0.03},
+                  {"tiles", tiles, 0},
+                  {"two layers", layers, 0},
+                  {"prime sizes", odd, 0},
+                  {"pixels of 1 um", wide, 0},
+                  {"a deep wall", deep, 0}};
+  for (const auto& device : all_devices()) {
+    for (auto& [name, stage, most_error] : cases) {
+      for (const auto precision : {Precision::floats, Precision::doubles}) {
+        if (precision == Precision::doubles && !device.info().fp64) continue;
+        auto exact = compact(stage);
+        exact.scene.accuracy.precision = precision;
+        const Rig rig(device, exact);
+        REQUIRE(rig.samples.size() > 100);
+        const auto got = at_hologram(device, rig);
+        const auto result = errors_of(rig, got, 1, 200);
+        const auto& planned = rig.plan.compact.value();
+        const double stated = std::hypot(planned.window_error, planned.lines_error);
+        INFO(name << " in " << name_of(precision) << ": " << rig.samples.size() << " samples, "
+                  << rig.table.hidden << " hidden, " << planned.lines << " lines; error "
+                  << result.discrete << ", against all samples " << result.direct << ", inner "
+                  << result.inner << ", stated " << stated);
+        CHECK(result.discrete < 1e-5);
+        CHECK(result.direct < (most_error > 0 ? most_error : 1.6 * stated));
+        CHECK((most_error > 0 || result.direct > stated / 1.6));
+        CHECK(result.inner < 0.02);
+        // The bell is a ten-thousandth in the corners, where it is divided out.
+        const auto corners = errors_of(rig, got, 1, 4, 0, true);
+        INFO("corners " << corners.discrete << ", against all samples " << corners.direct);
+        CHECK(corners.discrete < 2e-4);
+      }
+    }
+  }
+}
+
+TEST_CASE("frames of a virtual plane differ only in their phases") {
+  for (const auto& device : all_devices()) {
+    const Rig rig(device, compact(wall()));
+    const auto got = at_hologram(device, rig, 5, 40);
+    for (const int frame : {0, 3, 4}) {
+      const auto result = errors_of(rig, got, 40 + static_cast<std::uint32_t>(frame), 20, frame);
+      INFO("frame " << frame << ": " << result.discrete);
+      CHECK(result.discrete < 1e-5);
+    }
+  }
+}
+
+TEST_CASE("all transforms carry a virtual plane alike, and every time to the bit") {
+  for (const auto& device : all_devices()) {
+    const Rig rig(device, compact(wall()));
+    const auto host = at_hologram(device, rig).tiles;
+    CHECK(at_hologram(device, rig).tiles == host);
+    for (const auto backend : backends_of(device)) {
+      INFO(name_of(backend));
+      CHECK(relative_l2(at_hologram(device, rig, 1, 1, backend).tiles[0], host[0]) < 2e-6);
+    }
+  }
+}
+
+TEST_CASE("holograms over virtual planes are those of all points, with the brightness of theirs") {
+  for (const auto& device : all_devices()) {
+    for (const auto& stage : {wall(), ball_before_wall(40e-3)}) {
+      const auto spectrum = against_points(device, stage),
+                 compacted = against_points(device, compact(stage));
+      INFO("correlation with points: over WRPs "
+           << spectrum.correlation << ", over virtual planes " << compacted.correlation
+           << ", energies " << spectrum.energy_ratio << ", " << compacted.energy_ratio);
+      CHECK(compacted.correlation > spectrum.correlation);
+      CHECK(compacted.correlation > 0.99);
+      CHECK(compacted.energy_ratio == Catch::Approx(1).margin(0.02));
+    }
+  }
+}
+
+TEST_CASE("a scene that moves has the holograms of its poses over virtual planes") {
+  for (const auto& device : all_devices()) {
+    auto scene = load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / "study.toml",
+                            {"wrp.propagation=compact", "hologram.resolution=[96, 80]",
+                             "sampling.pitch='60 um'", "sampling.frames=2"});
+    Renderer renderer(device, scene);
+    renderer.render();
+    const dvec3 place(0.1e-3, 0, 19.2e-3), turn(0, 20, 0);
+    renderer.set_pose(0, place, turn);
+    const auto moved = renderer.render();
+    scene.objects[0].position_m = place;
+    scene.objects[0].rotation_deg = turn;
+    CHECK(compare_fields(render(device, scene).field, moved.field).error < 1e-2);
+  }
+}
+
+TEST_CASE("virtual planes stay finite at the extremes") {
+  struct Case {
+    const char* name;
+    ivec2 size;
+    double pitch_m, z_m, side_m;
+  };
+  const Case cases[] = {{"one pixel", {1, 1}, 8e-6, 10e-3, 50e-6},
+                        {"one row", {211, 1}, 8e-6, 10e-3, 0.2e-3},
+                        {"as wide as the pixels show", {320, 320}, 8e-6, 32e-3, 1e-3},
+                        {"much wider", {320, 320}, 8e-6, 5e-3, 1e-3},
+                        {"half a wavelength", {128, 96}, 0.319e-6, 0.2e-3, 50e-6},
+                        {"10 km", {64, 64}, 8e-6, 1e4, 100},
+                        {"a micrometre away", {64, 64}, 1e-6, 1e-6, 20e-6}};
+  for (const auto& device : all_devices()) {
+    for (const auto& [name, size, pitch_m, z_m, side_m] : cases) {
+      Stage stage;
+      stage.scene.hologram = {size, dvec2(pitch_m), 638e-9};
+      stage.scene.sampling.pitch_m = side_m / 5;
+      stage.scene.wrp.grid = ivec2(1);
+      stage.add(rectangle({0, 0, z_m}, {side_m, 0, 0}, {0, side_m, 0}));
+      INFO(name);
+      const auto result = render(device, compact(stage).scene, stage.world);
+      CHECK(all_finite(result.field.samples));
+    }
+  }
+}
+
+TEST_CASE("virtual planes are refused, with the reason, where rays start at places in space") {
+  const auto device = all_devices().front();
+  auto stage = compact(wall());
+  stage.scene.sampling.mode = SamplingMode::fan;
+  CHECK_THROWS_WITH(render(device, stage.scene, stage.world),
+                    Catch::Matchers::ContainsSubstring("wrp.propagation \"compact\"") &&
+                        Catch::Matchers::ContainsSubstring("give \"spectrum\""));
+}
