@@ -22,6 +22,34 @@ struct Targets {
   BenchTarget coarse[2], fine[2];
 };
 
+/// Frames over virtual planes. Plain FFTW's two transforms of one WRP tell how fast the machine is.
+void add_compact(const std::filesystem::path& data, BenchSuite& suite) {
+  struct Row {
+    const char* name;
+    const char* file;
+    std::vector<std::string> set;
+    double at_most, aim;
+  };
+  const Row rows[] = {{"teapot, 1 WRP, p 100 um", "teapot.toml", {"wrp.grid=[1, 1]"}, 0.25, 0.16},
+                      {"teapot, 2x2 WRPs, p 100 um", "teapot.toml", {"wrp.grid=[2, 2]"}, 0.3, 0.2},
+                      {"teapot, 2x2 WRPs, p 25 um",
+                       "teapot.toml",
+                       {"wrp.grid=[2, 2]", "sampling.pitch=25 um"},
+                       1.5,
+                       1},
+                      {"teapot 20 mm, p 100 um", "teapot_20mm.toml", {}, 0.45, 0.3}};
+  for (auto row : rows) {
+    BenchCase c;
+    c.group = "frames";
+    c.name = std::string(row.name) + ", compact";
+    row.set.push_back("wrp.propagation=compact");
+    c.scene = load_scene(data / row.file, row.set);
+    suite.ratios.push_back(
+        {c.name + ", over plain FFTW", c.name, "plain FFTW 2-D, 1 WRP", row.at_most, row.aim});
+    suite.cases.push_back(std::move(c));
+  }
+}
+
 /// The teapot, 12.5 mm wide, with 1 WRP and with 2 x 2 WRPs.
 BenchSuite frames_suite(const std::string& name, const std::filesystem::path& data,
                         const Targets& targets) {
@@ -49,6 +77,7 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
            names[1], names[0], 3, 2.5});
     }
   }
+  add_compact(data, suite);
   for (const int side : {1, 2}) {
     const auto wrps = wrps_text(glm::ivec2(side)), peer = "Embree + FFTW, " + wrps;
     const std::string file = (data / "teapot.toml").string(),
