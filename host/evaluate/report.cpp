@@ -320,7 +320,7 @@ std::string plan_report_text(const Planned& planned, const World& world) {
     const auto lit =
         std::count_if(plan.wrps.begin(), plan.wrps.end(),
                       [&plan = plan, &layer](const Wrp& w) { return &plan.layer_of(w) == &layer; });
-    out << "WRPs      " << layer.grid.x << " x " << layer.grid.y;
+    out << (plan.compact ? "planes    " : "WRPs      ") << layer.grid.x << " x " << layer.grid.y;
     if (const auto dark = std::ptrdiff_t{layer.grid.x} * layer.grid.y - lit; dark > 0)
       out << " less " << dark << " that no light falls into";
     out << " at " << mm(layer.distance_m);
@@ -348,11 +348,9 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
       << number(scene.accuracy.phase_turns) << "\n";
   if (plan.compact)
-    out << "planes    virtual, " << plan.compact->size.x << " x " << plan.compact->size.y << ", "
+    out << "virtual   planes of " << plan.compact->size.x << " x " << plan.compact->size.y << ", "
         << plan.compact->lines << (plan.compact->lines == 1 ? " scan line" : " scan lines")
-        << " of a sample; error predicted "
-        << number(100 * std::hypot(plan.compact->window_error, plan.compact->lines_error))
-        << " %\n";
+        << " of a sample; error predicted " << number(100 * plan.compact->error()) << " %\n";
   if (plan.aimed && !plan.compact)
     out << "cone      " << plan.cone_half_width << " half holograms to each side, apodization "
         << plan.apodization << ", error predicted " << number(100 * plan.cone_error) << " %\n";

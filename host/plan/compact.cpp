@@ -54,7 +54,7 @@ std::string why_not_compact(const Plan& plan) {
 }
 
 void place_compact(Plan& plan) {
-  plan.compact = compact_plane(plan);
+  for (auto& layer : plan.layers) layer.grid = {1, 1};
   plan.wrps.clear();
   for (std::size_t tile = 0; tile < plan.tiles.size(); ++tile) {
     for (std::size_t layer = 0; layer < plan.layers.size(); ++layer) {

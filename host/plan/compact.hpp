@@ -33,7 +33,7 @@ CompactPlane compact_plane(const Plan& plan);
 /// Why light cannot travel by virtual planes, in a line; empty: it can.
 std::string why_not_compact(const Plan& plan);
 
-/// Stands the plan's WRPs anew: one virtual plane for each tile and layer of depth.
+/// Places one virtual plane for each tile and layer of depth, in place of WRPs.
 void place_compact(Plan& plan);
 
 }  // namespace raywave

@@ -81,13 +81,20 @@ double share_of_band(const World& world, const Plan& plan) {
 
 constexpr int most_lines = 8;
 
-/// As few scan lines as add little to what the window leaves wrong.
+/// Of the scan lines, too: footprints that are cut off are no reason for fewer.
+constexpr double largest_window_error = 0.03;
+
+/// As few scan lines as add little to what the window leaves wrong, where they do at all.
 void choose_lines(Plan& plan) {
   auto& compact = plan.compact.value();
-  compact.window_error = predicted_window_error(plan);
-  for (compact.lines = 1;; ++compact.lines) {
-    compact.lines_error = predicted_lines_error(plan, compact.lines);
-    if (compact.lines_error <= 0.5 * compact.window_error || compact.lines == most_lines) return;
+  const double enough = 0.5 * std::min(compact.window_error, largest_window_error);
+  const auto error = [&](int lines) { return predicted_lines_error(plan, lines); };
+  compact.lines_error = error(compact.lines);
+  while (compact.lines_error > enough && compact.lines < most_lines)
+    compact.lines_error = error(++compact.lines);
+  for (double fewer = 0; compact.lines > 1 && (fewer = error(compact.lines - 1)) <= enough;) {
+    --compact.lines;
+    compact.lines_error = fewer;
   }
 }
 
@@ -148,7 +155,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.antialias = scene.sampling.antialias;
   plan.visibility_parts = scene.sampling.visibility;
   // Virtual planes hold all light of the hologram, and need no cone
-  const bool is_compact = scene.wrp.propagation == WrpPropagation::compact;
+  const bool is_compact = method == Method::wrp && scene.wrp.propagation == WrpPropagation::compact;
   plan.cone_half_width = is_compact ? 1 : scene.sampling.cone;
   plan.apodization = is_compact ? 0 : scene.sampling.apodization;
 
@@ -161,16 +168,18 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   }
   divide(plan, tiles, scene.wrp.padding);
 
+  if (method == Method::wrp && is_compact) {
+    if (const auto why = why_not_compact(plan); !why.empty())
+      throw InputError(one_line(scene.file.string()) + ": wrp.propagation \"compact\": " + why +
+                       "; give \"spectrum\"");
+    plan.compact = compact_plane(plan);
+  }
+
   // Layers and the planes in them
   const auto placement = method == Method::wrp
                              ? place_wrps(scene, world, steepest, plan)
                              : place_at_hologram(world, steepest, rays_per_axis, plan);
-  if (method == Method::wrp && scene.wrp.propagation == WrpPropagation::compact) {
-    if (const auto why = why_not_compact(plan); !why.empty())
-      throw InputError(one_line(scene.file.string()) + ": wrp.propagation \"compact\": " + why +
-                       "; give \"spectrum\"");
-    place_compact(plan);
-  }
+  if (plan.compact) place_compact(plan);
 
   // The lattice of rays that finds the surface samples
   plan.lattice = lattice_over(scene, placement.extents, plan, steepest, placement.lit);
@@ -186,11 +195,9 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.rays = plan.aimed ? aimed_rays(plan) : fan_rays(plan);
 
   // Scan lines, and the errors of virtual planes
-  if (plan.compact && moved_from) {
-    plan.compact = moved_from->compact;
-  } else if (plan.compact) {
-    choose_lines(plan);
-  }
+  if (plan.compact && moved_from) plan.compact = moved_from->compact;
+  if (plan.compact && !moved_from) plan.compact->window_error = predicted_window_error(plan);
+  if (plan.compact) choose_lines(plan);
 
   // The precision that keeps the phase error
   plan.phase_errors = predict_phase_errors(plan);

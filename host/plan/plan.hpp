@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -92,6 +93,8 @@ struct CompactPlane {
   int lines = 4;  // scan lines of a sample that nothing hides
   // Predicted relative L2 errors of the field (host/plan/predict/compact_errors.hpp)
   double window_error = 0, lines_error = 0;
+
+  double error() const { return std::hypot(window_error, lines_error); }
 };
 
 /// Predicted errors of phase in turns, root mean square over a field; 2 pi times their sum is the
@@ -167,7 +170,7 @@ struct Plan {
   glm::dvec2 largest_sine{1, 1};
   double band_filled = 0;  // share of the SLM's band that the scene's light needs, mean of the axes
   bool beyond_diffraction = false;  // some light of the scene would be steeper
-  glm::ivec2 padded{1, 1};          // size that is transformed
+  glm::ivec2 padded{1, 1};          // size that is transformed, unless by virtual planes
   Precision precision = Precision::floats;
   PhaseErrors phase_errors;  // predicted, by precision
   // Predicted relative L2 error of the field at the hologram

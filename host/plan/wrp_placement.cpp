@@ -147,7 +147,7 @@ Placement place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_
       const auto grid = grid_of(scene, plan, light.shown[i], light.all_shown);
       const auto asked = scene.wrp.grid.value_or(grid.size);
       most = std::max(most, static_cast<double>(asked.x) * asked.y);
-      if (count + most > largest_grid) {
+      if (count + most > largest_grid && !plan.compact) {
         throw InputError(scene.file.string() + ": the scene needs " + std::to_string(asked.x) +
                          " x " + std::to_string(asked.y) +
                          " or more WRPs of the hologram's size, " + std::to_string(largest_grid) +
@@ -160,7 +160,8 @@ Placement place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_
               grid.middle_m[axis] + side * grid.size[axis] * plan.tile_window_m()[axis]);
       }
       add_chief_tangents(plan, layer, plan.tiles[i], grid, placement.lit);
-      add_wrps_side_by_side(scene, plan, i, number, grid, light.passed[i], of_tiles[i]);
+      if (!plan.compact)
+        add_wrps_side_by_side(scene, plan, i, number, grid, light.passed[i], of_tiles[i]);
     }
     count += most;
   }
@@ -177,7 +178,7 @@ Placement place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_
   // Fans, mirrors and glass may bring light from anywhere; else WRPs without light are left out.
   if (!plan.aimed || plan.bounces > 0)
     placement.lit = all_tangents;
-  else
+  else if (!plan.compact)
     plan.wrps = lit_wrps(plan, world, std::move(plan.wrps));
   return placement;
 }

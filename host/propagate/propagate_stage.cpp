@@ -48,8 +48,9 @@ void PropagateStage::require_reach() const {
 void PropagateStage::run(std::size_t number, cl::ComplexBuffer& stack, int plane) {
   if (compact_propagator_) {
     const StageClock clock(times_, "propagate");
-    compact_propagator_->add(stack, plane, plan_->wrps[number].centre_m.z, is_empty_, field_);
-    is_empty_ = false;
+    const auto& wrp = plan_->wrps[number];
+    compact_propagator_->add(stack, plane, wrp.centre_m.z, number == plan_->wrps_of(wrp.tile).first,
+                             field_);
     return device_.finish();
   }
   if (!propagator_) {
@@ -64,7 +65,6 @@ void PropagateStage::run(std::size_t number, cl::ComplexBuffer& stack, int plane
 }
 
 const cl::ComplexBuffer& PropagateStage::finish() {
-  is_empty_ = true;
   if (propagator_) {
     const StageClock clock(times_, "propagate");
     propagator_->collect(field_);

@@ -46,7 +46,6 @@ private:
   const Plan* plan_ = nullptr;
   std::unique_ptr<Propagator> propagator_;
   std::unique_ptr<CompactPropagator> compact_propagator_;
-  bool is_empty_ = true;  // nothing was added to field_ by the latter
   cl::ComplexBuffer field_;
 };
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "host/common/error.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/compact.hpp"
 #include "host/trace/precision_option.hpp"
@@ -50,7 +51,10 @@ cl::Options options_of(const DeviceScene& scene) {
 template <class T>
 void upload(const cl::Device& device, const std::vector<T>& data, cl::Buffer<T>& buffer,
             const char* name) {
-  if (buffer.size() < data.size()) buffer = {device, data.size() + data.size() / 8, name};
+  if (buffer.size() < data.size()) {
+    buffer = {};  // frees the old memory first
+    buffer = {device, data.size() + data.size() / 8, name};
+  }
   buffer.write(data);
 }
 
@@ -163,6 +167,14 @@ void CompactGatherer::place_profiles(glm::ivec2 size) {
   end_batch();
 }
 
+/// throws  InputError where 32 bits do not count a virtual plane's lists
+void CompactGatherer::require_few(std::int64_t entries) const {
+  if (entries > 1 << 30)
+    throw InputError(plan_.scene_name +
+                     ": samples light too many pixels of a virtual plane to be listed; give a "
+                     "larger sampling.pitch, more wrp.layers, or wrp.propagation \"spectrum\"");
+}
+
 /// Lists, for every bin, the samples that light it, in their order. Rows of bins that no batch
 /// lights are filled with zeros by batches of their own.
 void CompactGatherer::fill_bins(glm::ivec2 size) {
@@ -187,10 +199,11 @@ void CompactGatherer::fill_bins(glm::ivec2 size) {
   }
 
   // A counting sort: lengths of the lists, where they begin, and then the samples
-  int bins = 0;
+  std::int64_t bins = 0, entries = 0;
   for (auto& batch : b.batches) {
-    batch.first_bin = bins;
-    bins += batch.rows * across;
+    batch.first_bin = static_cast<int>(bins);
+    bins += std::int64_t{batch.rows} * across;
+    require_few(bins);
   }
   b.first.assign(static_cast<std::size_t>(bins) + 1, 0);
   const auto for_each_entry = [&](const auto& use) {
@@ -211,7 +224,11 @@ void CompactGatherer::fill_bins(glm::ivec2 size) {
       }
     }
   };
-  for_each_entry([&](std::size_t bin, int) { ++b.first[bin + 1]; });
+  for_each_entry([&](std::size_t bin, int) {
+    ++b.first[bin + 1];
+    ++entries;
+  });
+  require_few(entries);
   for (std::size_t bin = 0; bin < static_cast<std::size_t>(bins); ++bin)
     b.first[bin + 1] += b.first[bin];
   b.samples.resize(static_cast<std::size_t>(b.first.back()) + 1);
@@ -307,7 +324,7 @@ void CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   const auto plane = plane_of(wrp);
   const glm::ivec2 size{plane.nx, plane.ny};
   const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}},
-      local = lanes_ == 1 ? cl::Range{COMPACT_BIN, COMPACT_BIN} : cl::Range{1, 1};
+      local = lanes_ == 1 ? cl::Range{COMPACT_BIN, 4} : cl::Range{1, 1};
   aimed_.resize(static_cast<std::size_t>(table_.count));
   if (table_.count > 0) {
     aim_.run({aimed_.size()}, group, table_.samples, table_.count, plane, footprints_);

@@ -46,6 +46,7 @@ private:
   device::CompactPlane plane_of(const Wrp& wrp) const;
   void place_profiles(glm::ivec2 size);
   void fill_bins(glm::ivec2 size);
+  void require_few(std::int64_t entries) const;
   void make_rotors(int most_nodes);
   void make_weights(const Wrp& wrp, const device::CompactPlane& plane, int most_nodes);
 

@@ -242,8 +242,8 @@ static inline void transform(const float* re, const float* im, int n, int half_n
   }
 }
 
-// Light of node packet `node` on row v of the tile, less its phase on the column u = 0 and with its
-// footprint's middle turned to zero; u: places of the nodes.
+// Light at the places u on row v of the tile, less its phase on the column u = 0 and with its
+// footprint's middle turned to zero.
 static inline void light_on_row(const Seen* s, realv u, real v, floatv amplitude, floatv* re,
                                 floatv* im, floatv* length) {
   const real one = 1, two = 2;

@@ -61,6 +61,13 @@ double transform_operations(double samples) { return 5 * samples * std::log2(sam
 /// Floating-point operations of the FFTs of one frame. The host FFT transforms only the columns of
 /// the window and the rows of the band; device FFTs transform whole planes.
 double propagation_operations(const Plan& plan, cl::FftBackend backend) {
+  if (plan.compact) {
+    const double across = plan.compact->size.x, down = plan.compact->size.y;
+    return static_cast<double>(plan.wrps.size()) *
+           (backend == cl::FftBackend::host ? down * transform_operations(across) +
+                                                  plan.tile_size.x * transform_operations(down)
+                                            : transform_operations(across * down));
+  }
   const double nx = plan.padded.x, ny = plan.padded.y;
   const auto wrps = static_cast<double>(plan.wrps.size());
   if (backend != cl::FftBackend::host) return (wrps + 1) * transform_operations(nx * ny);
@@ -249,7 +256,7 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
     row.rays =
         static_cast<std::uint64_t>(std::llround(static_cast<double>(result.plan.rays) * factor));
   row.grid = result.plan.grid;
-  row.padded = result.plan.padded;
+  row.padded = result.plan.compact ? result.plan.compact->size : result.plan.padded;
   if (what.share == 1) row.work = work_of(result.plan, what, options_.fft);
 
   // The quality of the whole hologram, which is rendered again with its field

@@ -224,7 +224,7 @@ void Candidates::predict_errors(Layout& layout) const {
   if (layout.few_rows)
     layout.few_rows->plan.oversampling_error = predicted_oversampling_error(layout.few_rows->plan);
   if (plan_.compact) {  // nothing is padded
-    layout.paddings.emplace_back(scene_.wrp.padding, 0.0);
+    layout.paddings.emplace_back(scene_.wrp.padding, layout.all_rows.plan.compact->error());
     return;
   }
   const auto given = scene_.given.contains("wrp.padding");

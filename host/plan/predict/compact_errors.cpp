@@ -6,9 +6,11 @@
 #include <complex>
 #include <glm/common.hpp>
 #include <numbers>
+#include <set>
 #include <vector>
 
 #include "host/plan/compact.hpp"
+#include "kernels/gather/compact.h"
 
 namespace raywave {
 namespace {
@@ -21,7 +23,7 @@ constexpr double tau = 2 * std::numbers::pi;
 /// `offset`: of its pixels from those of the plane.
 double squared_window_error(const Bell& bell, double guard, double margin_px, double fresnel,
                             double offset) {
-  const int nodes = 256 + 8 * static_cast<int>(guard * fresnel);
+  const int nodes = std::min(256 + 8 * static_cast<int>(guard * fresnel), 4096);
   const double rays_px = 2 * guard * fresnel + margin_px;
   std::vector<Complex> pixels;
   const int first = static_cast<int>(std::ceil(offset - rays_px)),
@@ -67,19 +69,22 @@ double spread(int i, int base) {
 double predicted_window_error(const Plan& plan) {
   const auto& plane = plan.compact.value();
   constexpr int depths = 4;
+  constexpr double longest = 30;  // Fresnel number
   double sum = 0;
   for (const auto& layer : plan.layers) {
     for (int axis = 0; axis < 2; ++axis) {
       const double half_m = plan.tile_window_m()[axis] / 2,
                    guard = 1.0 * plane.size[axis] / plan.tile_size[axis];
       for (int i = 0; i < depths; ++i) {
-        const double z_m = glm::mix(layer.min_m.z, layer.max_m.z, (i + 0.5) / depths),
+        const double z_m = glm::mix(layer.min_m.z, layer.max_m.z, i / (depths - 1.0)),
                      z0_m = layer.distance_m;
-        // Longer footprints are no harder, and take long to predict.
-        const double fresnel = std::min(
-            half_m * half_m * std::abs(z_m - z0_m) / (plan.wavelength_m * z_m * z0_m), 30.0);
-        sum += squared_window_error(bell_of(plan, axis), guard, plane.margin_px, fresnel,
-                                    (i + 0.5) / depths) /
+        const double fresnel =
+            half_m * half_m * std::abs(z_m - z0_m) / (plan.wavelength_m * z_m * z0_m);
+        // Longer footprints are no harder, and take long to predict; what is cut off them is lost.
+        const double cut = 1 - (COMPACT_WIDEST - 2 * plane.margin_px) / (4 * guard * fresnel);
+        sum += (squared_window_error(bell_of(plan, axis), guard, plane.margin_px,
+                                     std::min(fresnel, longest), (i + 0.5) / depths) +
+                std::max(cut, 0.0)) /
                depths;
       }
     }
@@ -112,7 +117,9 @@ double predicted_lines_error(const Plan& plan, int lines) {
   }
   double sum = 0;
   const glm::dvec2 first(plan.lattice.first), size(plan.lattice.size);
-  for (const auto& tile : plan.tiles) {
+  const std::set<std::size_t> tiles{0, plan.tiles.size() / 2, plan.tiles.size() - 1};
+  for (const auto number : tiles) {
+    const auto& tile = plan.tiles[number];
     for (const auto& layer : plan.layers) {
       const double z0_m = layer.distance_m;
       for (int i = 1; i <= samples; ++i) {
@@ -146,8 +153,8 @@ double predicted_lines_error(const Plan& plan, int lines) {
       }
     }
   }
-  return std::sqrt(sum / (static_cast<double>(plan.tiles.size() * plan.layers.size()) * samples *
-                          places * places));
+  return std::sqrt(
+      sum / (static_cast<double>(tiles.size() * plan.layers.size()) * samples * places * places));
 }
 
 }  // namespace raywave

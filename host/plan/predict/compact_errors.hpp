@@ -8,7 +8,7 @@ namespace raywave {
 
 /// Relative L2 errors of the field at the hologram, of samples that nothing hides.
 ///
-/// accuracy  within a factor of 1.6 of what scenes show (tests/plan/compact_errors.cpp); the scene
+/// accuracy  within a factor of 1.6 of what scenes show (tests/trace/compact.cpp); the scene
 ///           is taken to fill its box
 ///
 /// Error of the bell and of cutting footprints off: along each axis, the wave of samples at some

@@ -137,7 +137,8 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
   if (const auto& model = candidates.model_of(s.wrp.layers, plan.cone()))
     prediction.pictures =
         predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
-                         std::hypot(plan.padding_error, plan.oversampling_error));
+                         std::hypot(plan.padding_error, plan.oversampling_error,
+                                    plan.compact ? plan.compact->error() : 0.0));
   prediction.slm_light = slm_light(plan, candidates.view());
   const double phase_error =
       2 * std::numbers::pi *

@@ -13,6 +13,7 @@ namespace raywave {
 namespace {
 
 /// Below this share of the scene's light a loss is not worth a line.
+constexpr double largest_compact_error = 0.1;
 constexpr double least_loss = 0.005;
 
 std::string percent(double share) {
@@ -116,6 +117,10 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
            " of the scene's light passes beside the WRPs: a larger wrp.grid, or \"auto\", catches "
            "it");
   }
+  if (plan.compact && plan.compact->error() > largest_compact_error)
+    warn("virtual planes bring an error of " + percent(plan.compact->error()) +
+         " of the field: more wrp.layers or hologram.tiles bring less, or wrp.propagation "
+         "\"spectrum\"");
   warn_of_slm(slm_light, warn);
   for (int axis = 0; axis < 2; ++axis) {
     const double period = plan.wavelength_m * plan.far_m / plan.pitch_m[axis],
