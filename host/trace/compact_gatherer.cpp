@@ -7,9 +7,8 @@
 #include <numbers>
 
 #include "host/common/error.hpp"
-#include "host/geometry/kernel_options.hpp"
 #include "host/plan/compact.hpp"
-#include "host/trace/precision_option.hpp"
+#include "host/trace/gather_options.hpp"
 #include "host/trace/work_shape.hpp"
 #include "kernels/gather/compact.h"
 
@@ -40,14 +39,6 @@ double cubic_spline(double x) {
 int floor_over(int value, int by) { return value >= 0 ? value / by : -((by - 1 - value) / by); }
 int modulo(int value, int by) { return value - floor_over(value, by) * by; }
 
-/// The options of the scene that compact.cl reads.
-cl::Options options_of(const DeviceScene& scene) {
-  cl::Options options;
-  for (const auto& name : {option::lanes, option::lights, option::specular, option::sharp})
-    options[name] = scene.options.at(name);
-  return options;
-}
-
 template <class T>
 void upload(const cl::Device& device, const std::vector<T>& data, cl::Buffer<T>& buffer,
             const char* name) {
@@ -71,12 +62,7 @@ CompactGatherer::CompactGatherer(const cl::Device& device, const Plan& plan,
                  : frames > 4 ? 4
                               : COMPACT_BIN),
       program_(device, "kernels/gather/compact.cl",
-               cl::with(options_of(scene),
-                        {{option::frames, std::to_string(frames)},
-                         {option::precision, precision_option(device.info(), plan.precision)},
-                         {option::tile_rows, std::to_string(tile_rows_)},
-                         {option::visibility_parts, std::to_string(table.visibility_parts)},
-                         {option::sine_limit, plan.beyond_diffraction ? "1" : "0"}})),
+               gather_options(device, plan, scene, table, frames, tile_rows_)),
       aim_(program_.kernel("aim")),
       draw_phases_(program_.kernel("draw_phases")),
       profile_(program_.kernel("profile")),

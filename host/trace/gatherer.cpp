@@ -5,21 +5,11 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "host/geometry/kernel_options.hpp"
-#include "host/trace/precision_option.hpp"
+#include "host/trace/gather_options.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave {
 namespace {
-
-/// The options of the scene that gather.cl reads. Scenes that differ only in other options share
-/// its kernels, which take the longest to compile.
-cl::Options options_of(const DeviceScene& scene) {
-  cl::Options options;
-  for (const auto& name : {option::lanes, option::lights, option::specular, option::sharp})
-    options[name] = scene.options.at(name);
-  return options;
-}
 
 /// Memory for the profiles of plane-wave samples: 128 MiB, less on small devices.
 std::uint64_t profile_bytes(const cl::DeviceInfo& device) {
@@ -40,12 +30,7 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
       strip_tiles_(work_shape(device.info()).strip_tiles),
       plane_wave_spots_(plane_wave_spots),
       program_(device, "kernels/gather/gather.cl",
-               cl::with(options_of(scene),
-                        {{option::frames, std::to_string(frames)},
-                         {option::precision, precision_option(device.info(), plan.precision)},
-                         {option::tile_rows, std::to_string(tile_rows_)},
-                         {option::visibility_parts, std::to_string(table.visibility_parts)},
-                         {option::sine_limit, plan.beyond_diffraction ? "1" : "0"}})),
+               gather_options(device, plan, scene, table, frames, tile_rows_)),
       project_samples_(program_.kernel("project_samples")),
       draw_phases_(program_.kernel("draw_phases")),
       profile_(program_.kernel("profile")),
