@@ -27,6 +27,10 @@ std::string number_text(double value) {
   return {digits.data(), end};
 }
 
+std::string percent_text(double share) {
+  return number_text(share < 0.1 ? std::round(share * 1e3) / 10 : std::round(share * 100)) + " %";
+}
+
 std::string today() {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};

@@ -143,6 +143,8 @@ Json json_of(const Plan& plan) {
   Json j{{"tiles", json_of(plan.tile_grid)},
          {"tile_size", json_of(plan.tile_size)},
          {"why_tiles", plan.why_tiles},
+         {"propagation", plan.compact ? "compact" : "spectrum"},
+         {"why_propagation", plan.why_propagation},
          {"grid", json_of(plan.grid)},
          {"near_m", plan.near_m},
          {"far_m", plan.far_m},

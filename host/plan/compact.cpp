@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/vector_relational.hpp>
 
 #include "host/common/fft_backend.hpp"
 
@@ -47,10 +48,39 @@ CompactPlane compact_plane(const Plan& plan) {
   return plane;
 }
 
-std::string why_not_compact(const Plan& plan) {
-  if (!plan.aimed) return "rays of a fan start at places in space, which a virtual plane has not";
-  if (plan.bounces > 0) return "mirrors and glass send rays, which cannot start on a virtual plane";
+std::string why_not_compact(const Scene& scene) {
+  if (scene.sampling.mode != SamplingMode::aimed)
+    return "rays of a fan start at places in space, which a virtual plane has not";
+  const auto bounces = [&](const Object& object) {
+    const auto& material = scene.materials[static_cast<std::size_t>(object.material)];
+    return material.reflectivity > 0 || material.transparency > 0;
+  };
+  if (scene.trace.depth > 0 && std::any_of(scene.objects.begin(), scene.objects.end(), bounces))
+    return "mirrors and glass send rays, which cannot start on a virtual plane";
   return "";
+}
+
+std::string key_of_wrps(const Scene& scene) {
+  const WrpSpec wrp;
+  const SamplingSpec sampling;
+  if (scene.wrp.padding != wrp.padding || scene.given.contains("wrp.padding")) return "wrp.padding";
+  if (scene.wrp.oversampling) return "wrp.oversampling";
+  if (scene.sampling.cone != sampling.cone || scene.given.contains("sampling.cone"))
+    return "sampling.cone";
+  if (scene.sampling.apodization != sampling.apodization ||
+      scene.given.contains("sampling.apodization"))
+    return "sampling.apodization";
+  return "";
+}
+
+CompactShortfall shortfall_of(const Plan& plan) {
+  const auto& plane = plan.compact.value();
+  for (const auto& layer : plan.layers) {
+    const auto lit_m = plan.wavelength_m * layer.distance_m / plan.pitch_m;
+    if (glm::any(glm::greaterThan(plan.tile_window_m(), lit_m))) return CompactShortfall::width;
+  }
+  if (plane.error() <= most_compact_error) return CompactShortfall::none;
+  return plane.window_error > plane.lines_error ? CompactShortfall::depth : CompactShortfall::width;
 }
 
 void place_compact(Plan& plan) {

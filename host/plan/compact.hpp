@@ -30,8 +30,22 @@ glm::dvec2 origin_of_tile(const Plan& plan, const Tile& tile);
 /// The virtual planes of a plan whose tiles are set.
 CompactPlane compact_plane(const Plan& plan);
 
-/// Why light cannot travel by virtual planes, in a line; empty: it can.
-std::string why_not_compact(const Plan& plan);
+/// Why the light of a scene cannot travel by virtual planes, in a line; empty: it can.
+std::string why_not_compact(const Scene& scene);
+
+/// The key of the scene that asks for WRPs, since it means nothing to virtual planes, and its value
+/// is not the default; empty: none does.
+std::string key_of_wrps(const Scene& scene);
+
+/// The largest predicted error of the field, relative, at which "auto" takes virtual planes.
+inline constexpr double most_compact_error = 0.05;
+
+/// Where virtual planes fall short of what "auto" asks for.
+enum class CompactShortfall { none, depth, width };
+
+/// depth  footprints are too long for the plane: more layers help
+/// width  the hologram is too wide for few scan lines, or for the light of its pixels: tiles help
+CompactShortfall shortfall_of(const Plan& plan);
 
 /// Places one virtual plane for each tile and layer of depth, in place of WRPs.
 void place_compact(Plan& plan);

@@ -98,10 +98,9 @@ void choose_lines(Plan& plan) {
   }
 }
 
-}  // namespace
-
-Plan make_plan(const Scene& scene, const World& world, Method method, int rays_per_axis,
-               bool has_doubles, const Plan* moved_from) {
+/// The plan with the propagation that the scene asks for, which is not "auto" of Method::wrp.
+Plan plan_as_asked(const Scene& scene, const World& world, Method method, int rays_per_axis,
+                   bool has_doubles, const Plan* moved_from) {
   // The hologram, the depths of the scene, and the steepest light that pixels can show
   Plan plan;
   plan.size = scene.hologram.resolution;
@@ -140,6 +139,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   plan.sampling_pitch_m = scene.sampling.pitch_m;
   plan.fan_source = scene.sampling.source;
   plan.padding = scene.wrp.padding;
+  plan.most_layers = scene.wrp.layers;
 
   // What the SLM cannot do
   carrier_of(plan.slm, plan.pitch_m, plan.wavelength_m);
@@ -169,7 +169,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   divide(plan, tiles, scene.wrp.padding);
 
   if (method == Method::wrp && is_compact) {
-    if (const auto why = why_not_compact(plan); !why.empty())
+    if (const auto why = why_not_compact(scene); !why.empty())
       throw InputError(one_line(scene.file.string()) + ": wrp.propagation \"compact\": " + why +
                        "; give \"spectrum\"");
     plan.compact = compact_plane(plan);
@@ -213,6 +213,78 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
     plan.padding_error = predicted_padding_errors(plan, {plan.padded})[0];
     plan.oversampling_error = predicted_oversampling_error(plan);
   }
+  return plan;
+}
+
+/// Layers and tiles that "auto" tries, where the scene leaves them open.
+constexpr int most_layers_tried = 8, most_tiles_tried = 4;
+
+/// Why a plan has virtual planes, and what it took.
+std::string why_compact(const Plan& plan) {
+  return "its error of " + percent_text(plan.compact.value().error()) + " is within " +
+         percent_text(most_compact_error);
+}
+
+/// Why it has none.
+std::string why_no_compact(const Plan& plan) {
+  const auto& plane = plan.compact.value();
+  return plane.error() > most_compact_error
+             ? "virtual planes would bring an error of " + percent_text(plane.error())
+             : "the hologram is wider than the light of its pixels at the scene's distance";
+}
+
+}  // namespace
+
+Plan make_plan(const Scene& scene, const World& world, Method method, int rays_per_axis,
+               bool has_doubles, const Plan* moved_from) {
+  auto tried = scene;
+  const auto planned = [&](WrpPropagation propagation, const Plan* from) {
+    tried.wrp.propagation = propagation;
+    return plan_as_asked(tried, world, method, rays_per_axis, has_doubles, from);
+  };
+  if (method != Method::wrp || scene.wrp.propagation != WrpPropagation::automatic)
+    return planned(scene.wrp.propagation, moved_from);
+
+  // What served before the objects moved, if it still does
+  const bool leaves_layers = scene.wrp.distances_m.empty() && !scene.given.contains("wrp.layers");
+  if (moved_from) {
+    if (leaves_layers) tried.wrp.layers = moved_from->most_layers;
+    auto plan = planned(moved_from->compact ? WrpPropagation::compact : WrpPropagation::spectrum,
+                        moved_from);
+    plan.why_propagation = moved_from->why_propagation;
+    if (!plan.compact || shortfall_of(plan) == CompactShortfall::none) return plan;
+    tried = scene;
+    tried.hologram.tiles = moved_from->tile_grid;
+  }
+
+  // Virtual planes, of as few layers and tiles as serve
+  auto why = why_not_compact(scene);
+  if (const auto key = key_of_wrps(scene); why.empty() && !key.empty()) why = key + " is for WRPs";
+  while (why.empty()) {
+    auto plan = planned(WrpPropagation::compact, nullptr);
+    const auto shortfall = shortfall_of(plan);
+    if (shortfall == CompactShortfall::none) {
+      plan.why_propagation = why_compact(plan);
+      if (tried.hologram.tiles != scene.hologram.tiles && !moved_from)
+        plan.why_tiles = "virtual planes of one piece would not serve";
+      return plan;
+    }
+    const int longer = plan.tile_size.x >= plan.tile_size.y ? 0 : 1;
+    if (shortfall == CompactShortfall::depth && leaves_layers &&
+        tried.wrp.layers < most_layers_tried)
+      ++tried.wrp.layers;
+    else if (!scene.hologram.tiles && !moved_from && plan.tile_grid[longer] < most_tiles_tried &&
+             plan.tile_size[longer] >= 2 * least_tile)
+      tried.hologram.tiles = plan.tile_grid + glm::ivec2(longer == 0, longer == 1);
+    else
+      why = why_no_compact(plan);
+  }
+
+  // WRPs and the shifted angular spectrum
+  tried = scene;
+  if (moved_from) tried.hologram.tiles = moved_from->tile_grid;
+  auto plan = planned(WrpPropagation::spectrum, nullptr);
+  plan.why_propagation = why;
   return plan;
 }
 

@@ -153,7 +153,10 @@ struct Plan {
   // Light travels by virtual planes, one of `wrps` for each tile and layer; empty: by WRPs and the
   // shifted angular spectrum
   std::optional<CompactPlane> compact;
-  bool aimed = true;  // rays are aimed at surface samples; else they form a fan
+  // Why it does so, where wrp.propagation is "auto"; empty: as the scene says
+  std::string why_propagation;
+  int most_layers = 1;  // asked for, where no distance is given
+  bool aimed = true;    // rays are aimed at surface samples; else they form a fan
   // At mirrors and glass: trace.depth where an object is one of them
   int bounces = 0;
   LatticePlan lattice;

@@ -16,4 +16,7 @@ std::string why_in_one_piece(const Plan& plan, Method method);
 /// tile_apodization.
 void divide(Plan& plan, glm::ivec2 tile_grid, double padding);
 
+/// Pixels of a tile's longer side at least: smaller tiles take more padding than they save.
+inline constexpr int least_tile = 256;
+
 }  // namespace raywave

@@ -12,6 +12,7 @@ Stage::Stage() {
   scene.hologram = {{96, 80}, {8e-6, 8e-6}, 638e-9};
   scene.sampling.pitch_m = 25e-6;
   scene.sampling.antialias = 0;
+  scene.wrp.propagation = WrpPropagation::spectrum;
 }
 
 Stage& Stage::add(const Surface& s, const Material& material) {

@@ -19,7 +19,7 @@ struct Stage {
   World world;
 
   /// 96 x 80 pixels of 8 um, 638 nm, samples 25 um apart without antialiasing: closed forms speak
-  /// of the rays through the cells' centres.
+  /// of the rays through the cells' centres. Light travels over WRPs.
   Stage();
 
   /// One more object of that material.

@@ -35,8 +35,9 @@ HologramSpec read_hologram(Section section) {
 WrpSpec read_wrp(Section section) {
   WrpSpec spec;
   section.read("propagation", [&](const Value& v) {
-    spec.propagation = v.choice<WrpPropagation>(
-        {{"spectrum", WrpPropagation::spectrum}, {"compact", WrpPropagation::compact}});
+    spec.propagation = v.choice<WrpPropagation>({{"auto", WrpPropagation::automatic},
+                                                 {"spectrum", WrpPropagation::spectrum},
+                                                 {"compact", WrpPropagation::compact}});
   });
   section.read("grid", [&](const Value& v) {
     if (!v.is_auto()) spec.grid = v.integers(1024);
@@ -283,7 +284,8 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
 }
 
 const char* name_of(WrpPropagation propagation) {
-  return propagation == WrpPropagation::compact ? "compact" : "spectrum";
+  constexpr const char* names[] = {"auto", "spectrum", "compact"};
+  return names[static_cast<std::size_t>(propagation)];
 }
 
 int channel_of(double wavelength_m) {

@@ -29,12 +29,12 @@ struct HologramSpec {
 };
 
 /// How light travels from the samples to the hologram: over WRPs and by the shifted angular
-/// spectrum, or over virtual planes one Fourier transform away.
-enum class WrpPropagation { spectrum, compact };
+/// spectrum, or over virtual planes one Fourier transform away; `automatic`: planning chooses.
+enum class WrpPropagation { automatic, spectrum, compact };
 const char* name_of(WrpPropagation propagation);
 
 struct WrpSpec {
-  WrpPropagation propagation = WrpPropagation::spectrum;
+  WrpPropagation propagation = WrpPropagation::automatic;
   std::optional<glm::ivec2> grid;  // WRPs side by side; empty: as many as the scene projects to
   // WRP to hologram, > 0, ascending; empty: one per depth layer, amid its surfaces
   std::vector<double> distances_m;

@@ -103,8 +103,8 @@ TEST_CASE("a PSNR is the mean over the whole views, and the sides' that over the
 
 /// Number of knobs that differ; mode, source and shape count as one.
 int differing(const TradeKnobs& a, const TradeKnobs& b) {
-  return (a.pitch_m != b.pitch_m) + (a.frames != b.frames) + (a.padding != b.padding) +
-         (a.oversampling != b.oversampling) + (a.layers != b.layers) +
+  return (a.pitch_m != b.pitch_m) + (a.frames != b.frames) + (a.propagation != b.propagation) +
+         (a.padding != b.padding) + (a.oversampling != b.oversampling) + (a.layers != b.layers) +
          (a.antialias != b.antialias) + (a.visibility != b.visibility) +
          (a.mode != b.mode || a.source != b.source || a.shape != b.shape) + (a.cone != b.cone) +
          (a.apodization != b.apodization) + (a.precision != b.precision) + (a.fft != b.fft);
@@ -115,26 +115,37 @@ TEST_CASE("a knob alone changes one value of balanced's, and no configuration is
   auto spec = small_spec();
   spec.quick = false;
   spec.fft = {};
+  const std::vector<const char*> always{"sampling.pitch",      "sampling.frames",
+                                        "wrp.layers",          "sampling.antialias",
+                                        "sampling.visibility", "sampling.mode"},
+      over_wrps{"wrp.padding", "wrp.oversampling", "sampling.cone", "sampling.apodization"};
   for (const auto& device : test::all_devices()) {
-    INFO(device.info().name);
-    const TradeBench bench(device, load_scene(small_scene(folder, ""), {"accuracy.precision=auto"}),
-                           spec);
-    const auto& trade = bench.trade();
-    REQUIRE(trade.presets.size() == 4);
-    CHECK(trade.base == trade.presets[1].row);
-    std::set<std::string> knobs;
-    for (const auto& step : trade.steps) {
-      INFO(step.knob << " = " << step.value);
-      CHECK(differing(trade.rows[step.row].knobs, trade.rows[trade.base].knobs) == 1);
-      knobs.insert(step.knob);
-    }
-    for (const char* knob : {"sampling.pitch", "sampling.frames", "wrp.padding", "wrp.oversampling",
-                             "wrp.layers", "sampling.antialias", "sampling.visibility",
-                             "sampling.cone", "sampling.apodization", "sampling.mode"})
-      CHECK(knobs.contains(knob));
-    CHECK(knobs.contains("fft") == (test::backends_of(device).size() > 1));
-    for (std::size_t i = 0; i < trade.rows.size(); ++i) {
-      for (std::size_t j = 0; j < i; ++j) CHECK_FALSE(trade.rows[i].knobs == trade.rows[j].knobs);
+    for (const std::string propagation : {"auto", "spectrum"}) {
+      INFO(device.info().name << ", " << propagation);
+      const TradeBench bench(
+          device,
+          load_scene(small_scene(folder, ""),
+                     {"accuracy.precision=auto", "wrp.propagation=" + propagation}),
+          spec);
+      const auto& trade = bench.trade();
+      REQUIRE(trade.presets.size() == 4);
+      CHECK(trade.base == trade.presets[1].row);
+      std::set<std::string> knobs;
+      for (const auto& step : trade.steps) {
+        INFO(step.knob << " = " << step.value);
+        const auto &one = trade.rows[step.row].knobs, &base = trade.rows[trade.base].knobs;
+        // Fans have no virtual planes
+        const bool by_fan = one.mode == SamplingMode::fan && base.propagation != one.propagation;
+        CHECK(differing(one, base) == 1 + by_fan);
+        knobs.insert(step.knob);
+      }
+      for (const char* knob : always) CHECK(knobs.contains(knob));
+      for (const char* knob : over_wrps) CHECK(knobs.contains(knob) == (propagation != "auto"));
+      CHECK(knobs.contains("wrp.propagation") == (propagation == "auto"));
+      CHECK(knobs.contains("fft") == (test::backends_of(device).size() > 1));
+      for (std::size_t i = 0; i < trade.rows.size(); ++i) {
+        for (std::size_t j = 0; j < i; ++j) CHECK_FALSE(trade.rows[i].knobs == trade.rows[j].knobs);
+      }
     }
   }
 }
@@ -180,7 +191,8 @@ TEST_CASE(
       const auto& k = trade.rows[i].knobs;
       return k.pitch_m == c.pitch_m && k.padding == c.padding && k.frames == c.frames &&
              k.oversampling == c.oversampling && k.layers == c.layers &&
-             Cone{k.cone, k.apodization} == c.cone;
+             k.propagation == (c.compact ? WrpPropagation::compact : WrpPropagation::spectrum) &&
+             (c.compact || Cone{k.cone, k.apodization} == c.cone);
     };
     const auto finishes = std::count_if(trade.together.begin(), trade.together.end(), is_it);
     CHECK(finishes == (beaten ? 0 : 1));  // the scene gives antialias and visibility

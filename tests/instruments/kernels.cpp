@@ -322,12 +322,16 @@ TEST_CASE("one pixel per work-item, as on GPUs, gives the hologram that packets 
     gpu.float_lanes = 1;
     cpu.kind = cl::DeviceKind::cpu;
     cpu.float_lanes = std::max(info.float_lanes, 4);
-    const auto scene = load_scene(RAYWAVE_DATA_DIR "/study.toml",
-                                  {"hologram.resolution=[64,48]", "sampling.frames=1"});
-    const auto packets = render(cl::Device(cpu), scene).field.samples,
-               pixels = render(cl::Device(gpu), scene).field.samples;
-    INFO(info.name);
-    CHECK(test::relative_l2(pixels, packets) <= 1e-4);
+    // Over WRPs, and over virtual planes: there without samples that are hidden by a hair, which
+    // the order of rounding decides
+    for (const auto* set : {"wrp.propagation=spectrum", "sampling.visibility=0"}) {
+      const auto scene = load_scene(RAYWAVE_DATA_DIR "/study.toml",
+                                    {"hologram.resolution=[64,48]", "sampling.frames=1", set});
+      const auto packets = render(cl::Device(cpu), scene).field.samples,
+                 pixels = render(cl::Device(gpu), scene).field.samples;
+      INFO(info.name << ", " << set);
+      CHECK(test::relative_l2(pixels, packets) <= 1e-4);
+    }
   }
 }
 

@@ -315,7 +315,8 @@ TEST_CASE(
 }
 
 TEST_CASE("light of a layer's surfaces crosses that layer's WRPs on its way to the hologram") {
-  const auto scene = aimed_scene({}, 3);
+  auto scene = aimed_scene({}, 3);
+  scene.wrp.propagation = WrpPropagation::spectrum;
   const auto world = square_world(16 * mm, {2 * mm, -1 * mm, 100 * mm}, 30 * mm);
   const auto plan = plan_of(scene, world);
   REQUIRE(plan.layers.size() == 3);

@@ -11,6 +11,7 @@
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/predict/memory.hpp"
+#include "host/plan/tiles.hpp"
 #include "host/render.hpp"
 #include "host/trace/device_scene.hpp"
 #include "tests/support/catch.hpp"
@@ -34,6 +35,12 @@ Plan plan_of(const Scene& scene, const World& world) { return make_plan(scene, w
 
 Planned planned(const Scene& scene, const Goal& goal = {}) {
   return plan_scene(scene, build_world(scene), {}, goal);
+}
+
+/// The same with light over WRPs.
+Scene over_wrps(const std::string& name, std::vector<std::string> set = {}) {
+  set.push_back("wrp.propagation=spectrum");
+  return data_scene(name, set);
 }
 
 /// Squares of 2 mm that face the hologram, 100 mm away, centred at these places.
@@ -61,6 +68,7 @@ World squares_at(const std::vector<glm::dvec2>& centres_m) {
 Scene glowing_scene() {
   Scene scene;
   scene.file = "scene.toml";
+  scene.wrp.propagation = WrpPropagation::spectrum;
   scene.lights.emplace_back();
   scene.materials = {test::glowing()};
   scene.objects = {test::object_at("", 1, {})};
@@ -125,7 +133,7 @@ TEST_CASE("leaving out WRPs without light does not change the hologram") {
 }
 
 TEST_CASE("a teapot in one corner costs at most 0.4 of four teapots that fill 2 x 2 WRPs") {
-  const auto filled = data_scene("teapot_four.toml");
+  const auto filled = over_wrps("teapot_four.toml");
   auto alone = filled;
   alone.objects.resize(1);
   const auto four = planned(filled), one = planned(alone);
@@ -180,7 +188,7 @@ TEST_CASE("without a goal the scene's values are kept") {
 TEST_CASE(
     "presets for pictures leave out the rim of the wave within the cone error that they state, and "
     "reference keeps the whole wave") {
-  const auto scene = data_scene("teapot.toml");
+  const auto scene = over_wrps("teapot.toml");
   const auto world = build_world(scene);
   const auto plan_for = [&](const Goal& goal) { return plan_scene(scene, world, {}, goal); };
   for (const auto& goal : {Goal{Preset::draft, {}, {}}, Goal{Preset::balanced, {}, {}},
@@ -375,7 +383,7 @@ TEST_CASE("presets take more time and reach more PSNR from draft to reference", 
 
 TEST_CASE(
     "two objects far apart get WRPs at each and take less than 0.3 of the time of one layer") {
-  const auto scene = data_scene("apart.toml");
+  const auto scene = over_wrps("apart.toml");
   const auto world = build_world(scene);
   const auto p = plan_scene(scene, world, {}, {Preset::balanced, {}, {}});
   CHECK(p.scene.wrp.layers == 2);
@@ -391,13 +399,15 @@ TEST_CASE(
   }));
 }
 
-TEST_CASE("scenes that gain nothing from layers have one, as every scene without a goal") {
+TEST_CASE(
+    "scenes that gain nothing from layers have one, as every scene over WRPs without a goal") {
   for (const char* name : {"study.toml", "teapot.toml", "wire.toml"}) {
-    const auto scene = data_scene(name, {"sampling.pitch=auto", "sampling.frames=auto",
-                                         "wrp.padding=auto", "wrp.distance=auto"});
-    CHECK(planned(scene, {Preset::balanced, {}, {}}).scene.wrp.layers == 1);
+    const std::vector<std::string> open{"sampling.pitch=auto", "sampling.frames=auto",
+                                        "wrp.distance=auto"};
+    for (const auto& scene : {data_scene(name, open), over_wrps(name, open)})
+      CHECK(planned(scene, {Preset::balanced, {}, {}}).plan.layers.size() == 1);
   }
-  CHECK(planned(data_scene("apart.toml")).plan.layers.size() == 1);
+  CHECK(planned(over_wrps("apart.toml")).plan.layers.size() == 1);
 }
 
 TEST_CASE("kernels are built without features that no object of the scene needs") {
@@ -469,7 +479,9 @@ TEST_CASE("warnings name settings that the user may not have meant", "[slow]") {
   CHECK_FALSE(warns(with({}), "replicas"));
   CHECK(warns(with({"object.0.width=20 mm", "wrp.grid=auto"}), "replicas"));
   CHECK(warns(with({"object.0.width=20 mm", "wrp.grid=auto"}), "steeper than the pixels can show"));
-  CHECK(warns(with({"wrp.grid=[1, 1]"}), "passes beside the WRPs"));
+  CHECK(warns(with({"wrp.grid=[1, 1]", "wrp.propagation=spectrum"}), "passes beside the WRPs"));
+  CHECK(warns(with({"wrp.grid=[1, 1]"}), "beside what wrp.grid lets in"));
+  CHECK_FALSE(warns(with({}), "beside what wrp.grid lets in"));
   CHECK_FALSE(warns(with({}), "passes beside the WRPs"));
   CHECK(warns(with({}), "undiffracted"));
   CHECK_FALSE(warns(with({"object.0.position=['0 mm', '9 mm', '150 mm']"}), "undiffracted"));
@@ -491,7 +503,7 @@ DeviceFigures small_device() {
 }
 
 TEST_CASE("a plan warns of memory that the device does not have, with what needs less") {
-  const auto scene = data_scene("teapot.toml", {"hologram.tiles=[1, 1]"});
+  const auto scene = over_wrps("teapot.toml", {"hologram.tiles=[1, 1]"});
   const auto p = plan_scene(scene, build_world(scene), small_device(), {});
   CHECK(warns(p,
               "padded plane: 63.3 MiB in one buffer, small allows 16.0 MiB; a smaller "
@@ -505,7 +517,7 @@ TEST_CASE(
     "says "
     "why") {
   auto small = small_device();
-  const auto scene = data_scene("teapot.toml");
+  const auto scene = over_wrps("teapot.toml");
   const auto world = build_world(scene);
   const auto needs_of = [&](const Plan& plan) {
     return memory_needs(world, plan, {Method::wrp, small.fft}, small.memory.largest_buffer_bytes);
@@ -578,9 +590,9 @@ TEST_CASE(
   Goal goal;
   goal.preset = Preset::balanced;
   const auto balanced = planned(compact("teapot.toml"), goal),
-             over_wrps = planned(data_scene("teapot.toml"), goal);
-  CHECK(balanced.prediction.field_error < 0.1 * over_wrps.prediction.field_error);
-  CHECK(balanced.prediction.times.total_s() < over_wrps.prediction.times.total_s());
+             wrps = planned(over_wrps("teapot.toml"), goal);
+  CHECK(balanced.prediction.field_error < 0.1 * wrps.prediction.field_error);
+  CHECK(balanced.prediction.times.total_s() < wrps.prediction.times.total_s());
 
   for (const auto* set : {"sampling.mode=fan", "trace.depth=2"}) {
     auto scene = compact("teapot.toml", {set});

@@ -48,7 +48,7 @@ TEST_CASE("the error of every padding is predicted within a factor of 1.6") {
   const auto found = test::all_devices();
   for (const auto& c : cases) {
     auto set = c.set;
-    set.push_back("sampling.frames=1");
+    set.insert(set.end(), {"sampling.frames=1", "wrp.propagation=spectrum"});
     const auto scene = load_scene(RAYWAVE_DATA_DIR "/study.toml", set);
     const auto world = build_world(scene);
     for (const auto& device : found) {

@@ -118,6 +118,7 @@ TEST_CASE("tiles are as bright as one piece, but for ripples of samples near the
   for (const auto& device : test::all_devices()) {
     auto scene = square_scene(folder, 100 * um);
     scene.hologram.resolution = {1200, 1000};
+    scene.wrp.propagation = WrpPropagation::spectrum;
     scene.sampling.frames = 1;
     const auto brightness = [&](glm::ivec2 tiles) {
       scene.hologram.tiles = tiles;

@@ -261,6 +261,7 @@ TEST_CASE(
     for (const auto& place : places) {
       INFO(place.name);
       auto scene = scene_at(place, mesh);
+      scene.wrp.propagation = WrpPropagation::spectrum;
       RenderResult result;
       const auto refusal = input_error_of([&] { result = rendered(device, scene); });
       if (!refusal.empty()) {
@@ -818,6 +819,7 @@ TEST_CASE("a hologram that can show no light is refused with the reason") {
     scene = small_scene(folder);
     scene.hologram.resolution = {8, 5};
     scene.wrp.grid = glm::ivec2(1, 1);
+    scene.wrp.propagation = WrpPropagation::spectrum;
     const auto lossy = rendered(device, scene);
     REQUIRE(!lossy.notes.empty());
     CHECK_THAT(lossy.notes[0], ContainsSubstring("light gets lost"));

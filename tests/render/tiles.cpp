@@ -265,6 +265,7 @@ TEST_CASE(
   const Folder folder;
   for (auto info : cl::list_devices()) {
     auto scene = ball_scene(folder);
+    scene.wrp.propagation = WrpPropagation::spectrum;
     scene.hologram.resolution = {1024, 700};
     const auto whole = test::rendered(cl::Device(info), scene);
     REQUIRE(whole.plan.tile_grid == glm::ivec2(1, 1));

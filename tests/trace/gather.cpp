@@ -58,7 +58,7 @@ Stage one_point(dvec3 at) {
 }
 
 Scene study(std::vector<std::string> settings) {
-  settings.push_back("sampling.frames=1");
+  settings.insert(settings.end(), {"sampling.frames=1", "wrp.propagation=spectrum"});
   return load_scene(data / "study.toml", settings);
 }
 

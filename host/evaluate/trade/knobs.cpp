@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "host/common/text.hpp"
+#include "host/plan/compact.hpp"
 #include "host/plan/precision.hpp"
 #include "host/trace/tuning.hpp"
 
@@ -149,13 +150,17 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
   };
   vary("sampling.pitch", {pitches_m.begin(), pitches_m.end()}, 3);
   vary("sampling.frames", {frames_tried.begin(), frames_tried.end()}, 3);
-  vary("wrp.padding", {paddings_tried.begin(), paddings_tried.end()}, 3);
-  vary("wrp.oversampling", {"full", 1.25, 1.5, 2.0}, 2);
+  if (trade.scene.wrp.propagation == WrpPropagation::automatic &&
+      why_not_compact(trade.scene).empty())
+    vary("wrp.propagation", {"spectrum", "compact"}, 2);
+  const bool has_wrps = base.propagation == WrpPropagation::spectrum;
+  if (has_wrps) vary("wrp.padding", {paddings_tried.begin(), paddings_tried.end()}, 3);
+  if (has_wrps) vary("wrp.oversampling", {"full", 1.25, 1.5, 2.0}, 2);
   if (!trade.scene.given.contains("wrp.distance")) vary("wrp.layers", {1, 2, 3, 4}, 2);
   vary("sampling.antialias", {0, 2, 4}, 3);
   vary("sampling.visibility", {0, 4, 8, 16}, 2);
-  vary("sampling.cone", {1.0, 1.1, 1.2, 1.4}, 2);
-  vary("sampling.apodization", {0.0, 0.1, 0.2, 0.3, 0.4}, 2);
+  if (has_wrps) vary("sampling.cone", {1.0, 1.1, 1.2, 1.4}, 2);
+  if (has_wrps) vary("sampling.apodization", {0.0, 0.1, 0.2, 0.3, 0.4}, 2);
   vary("accuracy.precision", {"float"}, 2);
   if (trade.device.fp64) vary("accuracy.precision", {"double"}, 1);
   if (!spec.fft) {
@@ -169,6 +174,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
       if (spec.quick && (source == FanSource::hit) != (shape == FanShape::orthographic)) continue;
       auto knobs = base;
       knobs.mode = SamplingMode::fan;
+      knobs.propagation = WrpPropagation::spectrum;
       knobs.source = source;
       knobs.shape = shape;
       knobs.layers = 1;  // rays of a fan cross all layers
@@ -194,6 +200,7 @@ Scene with_knobs(Scene scene, const TradeKnobs& knobs) {
   s.shape = knobs.shape;
   s.cone = knobs.cone;
   s.apodization = knobs.apodization;
+  scene.wrp.propagation = knobs.propagation;
   scene.wrp.padding = knobs.padding;
   scene.wrp.oversampling = knobs.oversampling;
   scene.wrp.layers = knobs.layers;
@@ -201,17 +208,20 @@ Scene with_knobs(Scene scene, const TradeKnobs& knobs) {
   return scene;
 }
 
-TradeKnobs knobs_of(const Scene& scene, Precision precision, cl::FftBackend fft) {
+TradeKnobs knobs_of(const Scene& scene, const Plan& plan, cl::FftBackend fft) {
   const auto& s = scene.sampling;
   const auto& w = scene.wrp;
-  return {s.pitch_m, s.frames, w.padding, w.oversampling, w.layers,      s.antialias, s.visibility,
-          s.mode,    s.source, s.shape,   s.cone,         s.apodization, precision,   fft};
+  const auto propagation = plan.compact ? WrpPropagation::compact : WrpPropagation::spectrum;
+  return {s.pitch_m, s.frames,    propagation,   w.padding,      w.oversampling,
+          w.layers,  s.antialias, s.visibility,  s.mode,         s.source,
+          s.shape,   s.cone,      s.apodization, plan.precision, fft};
 }
 
 const std::vector<TradeKnob>& trade_knobs() {
   static const std::vector<TradeKnob> knobs{
       plain("sampling.pitch", &TradeKnobs::pitch_m),
       plain("sampling.frames", &TradeKnobs::frames),
+      named("wrp.propagation", &TradeKnobs::propagation, std::array{"auto", "spectrum", "compact"}),
       plain("wrp.padding", &TradeKnobs::padding),
       oversampling_knob(),
       plain("wrp.layers", &TradeKnobs::layers),
@@ -251,7 +261,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   Rows rows(trade.rows);
   for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
     const auto planned = plan_scene(trade.scene, world, figures, {preset, {}, {}});
-    const auto row = rows.add(knobs_of(planned.scene, planned.plan.precision, fft), true);
+    const auto row = rows.add(knobs_of(planned.scene, planned.plan, fft), true);
     const auto& predicted = planned.prediction;
     trade.presets.push_back(
         {preset, row, predicted.times, predicted.pictures->mean_psnr_db, predicted.device_bytes});
@@ -280,12 +290,15 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
     for (const auto& [antialias, visibility] : finishes_of(trade.scene, base, spec)) {
       auto knobs = base;
       knobs.pitch_m = c.pitch_m;
+      knobs.propagation = c.compact ? WrpPropagation::compact : WrpPropagation::spectrum;
       knobs.padding = c.padding;
       knobs.frames = c.frames;
       knobs.oversampling = c.oversampling ? c.oversampling : trade.scene.wrp.oversampling;
       knobs.layers = c.layers;
-      knobs.cone = c.cone.half_width;
-      knobs.apodization = c.cone.apodization;
+      if (!c.compact) {
+        knobs.cone = c.cone.half_width;
+        knobs.apodization = c.cone.apodization;
+      }
       knobs.antialias = antialias;
       knobs.visibility = visibility;
       trade.together.push_back(rows.add(knobs, false));

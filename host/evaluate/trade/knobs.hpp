@@ -24,7 +24,7 @@ nlohmann::ordered_json json_of(const TradeKnobs& knobs);
 TradeKnobs knobs_of(const nlohmann::ordered_json& json);
 
 /// The knobs of a scene; the precision is the plan's.
-TradeKnobs knobs_of(const Scene& scene, Precision precision, cl::FftBackend fft);
+TradeKnobs knobs_of(const Scene& scene, const Plan& plan, cl::FftBackend fft);
 
 /// Fills in rows, presets, steps and combinations: the configurations to measure.
 void plan_rows(Trade& trade, const World& world, const TradeSpec& spec);

@@ -22,6 +22,7 @@ constexpr int trade_sheet_cell_px = 320;  // widest cell of the sheet
 struct TradeKnobs {
   double pitch_m = 1e-4;
   int frames = 1;
+  WrpPropagation propagation = WrpPropagation::spectrum;
   double padding = 2;
   std::optional<double> oversampling;
   int layers = 1;

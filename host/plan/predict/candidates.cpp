@@ -73,7 +73,7 @@ Candidates::Candidates(const Scene& scene, const World& world, const DeviceFigur
       plan_(make_plan(scene, world, Method::wrp, 100, device.has_doubles)),
       resolution_m_(wanted_resolution_m(scene, plan_)),
       view_(front_view(scene, world, plan_)) {
-  add(layout(scene.wrp.layers, plan_));
+  add(layout(plan_.most_layers, plan_));
 }
 
 const std::optional<PictureModel>& Candidates::model_of(int layers, const Cone& cone) const {
@@ -136,6 +136,7 @@ void Candidates::add_choices(double pitch_m, const std::vector<int>& counts,
                        .padding = 1,
                        .frames = frames,
                        .layers = layout.layers,
+                       .compact = layout.all_rows.plan.compact.has_value(),
                        .cone = cone};
         const double seconds = seconds_of(c, fastest_of(layout));
         if (!(seconds < (1 - least_saving) * least_s)) continue;
@@ -184,6 +185,8 @@ void Candidates::add_layers(double finest_pitch_m, const std::vector<int>& count
   for (int layers = layouts_.back().layers + 1; layers <= most_layers_tried; ++layers) {
     auto scene = scene_;
     scene.wrp.layers = layers;
+    scene.wrp.propagation = plan_.compact ? WrpPropagation::compact : WrpPropagation::spectrum;
+    scene.hologram.tiles = plan_.tile_grid;
     auto more = layout(layers, make_plan(scene, world_, Method::wrp, 100, device_.has_doubles));
     if (more.all_rows.plan.layers.size() == layouts_.back().all_rows.plan.layers.size()) return;
     const auto saves = [&](int frames) {
@@ -198,7 +201,6 @@ void Candidates::add_layers(double finest_pitch_m, const std::vector<int>& count
 
 /// Adds the same layers with other cones, which change neither planes nor lattice enough to count.
 void Candidates::add_cones(double most_error) {
-  if (plan_.compact) return;  // all light of the hologram
   const auto layers = layouts_.size();
   auto tried = std::vector{plan_.cone()};
   for (auto cone : cones_tried) {
@@ -209,6 +211,7 @@ void Candidates::add_cones(double most_error) {
       continue;
     tried.push_back(cone);
     for (std::size_t i = 0; i < layers; ++i) {
+      if (layouts_[i].all_rows.plan.compact) continue;  // all light of the hologram
       auto plan = layouts_[i].all_rows.plan;
       plan.cone_half_width = cone.half_width;
       plan.apodization = cone.apodization;
@@ -223,7 +226,7 @@ void Candidates::add_cones(double most_error) {
 void Candidates::predict_errors(Layout& layout) const {
   if (layout.few_rows)
     layout.few_rows->plan.oversampling_error = predicted_oversampling_error(layout.few_rows->plan);
-  if (plan_.compact) {  // nothing is padded
+  if (layout.all_rows.plan.compact) {  // nothing is padded
     layout.paddings.emplace_back(scene_.wrp.padding, layout.all_rows.plan.compact->error());
     return;
   }

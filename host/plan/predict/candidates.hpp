@@ -33,7 +33,8 @@ struct Choice {
   int frames = 1;
   std::optional<double> oversampling{};  // empty: all rows, or what the scene gives
   int layers = 1;                        // wrp.layers
-  Cone cone{};                           // sampling.cone and sampling.apodization
+  bool compact = false;  // by virtual planes, which have neither padding, oversampling nor cone
+  Cone cone{};           // sampling.cone and sampling.apodization
   double seconds = 0, psnr_db = 0;
 };
 

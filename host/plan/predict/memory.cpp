@@ -123,7 +123,7 @@ Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& li
     plan.why_tiles = "given";
     return plan;
   }
-  std::string why;
+  std::string why = plan.why_tiles;
   while (why_in_one_piece(plan, use.method).empty()) {
     const auto lacking =
         missing(memory_needs(world, plan, use, limits.largest_buffer_bytes), limits);

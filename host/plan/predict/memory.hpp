@@ -47,7 +47,4 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
 Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& limits,
                   const MemoryUse& use = {}, int rays_per_axis = 100, bool has_doubles = false);
 
-/// Pixels of a tile's longer side at least: smaller tiles take more padding than they save.
-inline constexpr int least_tile = 256;
-
 }  // namespace raywave

@@ -107,10 +107,12 @@ std::string choose(const std::vector<Choice>& all, const Goal& goal, Planned& pl
   auto& s = planned.scene;
   s.sampling.pitch_m = c.pitch_m;
   s.sampling.frames = c.frames;
-  s.wrp.padding = c.padding;
   s.wrp.layers = c.layers;
-  s.sampling.cone = c.cone.half_width;
-  s.sampling.apodization = c.cone.apodization;
+  if (!c.compact) {
+    s.wrp.padding = c.padding;
+    s.sampling.cone = c.cone.half_width;
+    s.sampling.apodization = c.cone.apodization;
+  }
   if (c.oversampling) s.wrp.oversampling = c.oversampling;
   if (goal.budget_s && c.seconds > *goal.budget_s)
     planned.warnings.push_back("nothing keeps " + seconds_text(*goal.budget_s) +
@@ -134,7 +136,7 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
       count_work(s, world, plan, candidates.view(), footprints_of(plan, candidates.view()));
   prediction.times = predict_times(prediction.work, device.rates);
   prediction.rates_of = device.rates.device;
-  if (const auto& model = candidates.model_of(s.wrp.layers, plan.cone()))
+  if (const auto& model = candidates.model_of(plan.most_layers, plan.cone()))
     prediction.pictures =
         predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
                          std::hypot(plan.padding_error, plan.oversampling_error,
@@ -196,8 +198,11 @@ std::vector<std::string> reasons_of(const Scene& scene, const Goal& goal, const 
       "sampling.pitch " + length_text(s.sampling.pitch_m) + " (" + fixed("sampling.pitch") +
           "), sampling.frames " + std::to_string(s.sampling.frames) + " (" +
           fixed("sampling.frames") + ")" + gathering + ", wrp.layers " +
-          std::to_string(s.wrp.layers) + " (" +
+          std::to_string(plan.most_layers) + " (" +
           fixed(scene.given.contains("wrp.distance") ? "wrp.distance" : "wrp.layers") + ")"};
+  if (!plan.why_propagation.empty())
+    reasons.push_back(std::string("wrp.propagation \"") + (plan.compact ? "compact" : "spectrum") +
+                      "\" (auto): " + plan.why_propagation);
   if (!why_layers.empty()) reasons.push_back(why_layers);
   if (!plan.why_tiles.empty())
     reasons.push_back("hologram.tiles " + std::to_string(plan.tile_grid.x) + " x " +

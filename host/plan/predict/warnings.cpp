@@ -16,9 +16,6 @@ namespace {
 constexpr double largest_compact_error = 0.1;
 constexpr double least_loss = 0.005;
 
-std::string percent(double share) {
-  return number_text(share < 0.1 ? std::round(share * 1e3) / 10 : std::round(share * 100)) + " %";
-}
 std::string degrees(double sine) {
   return number_text(std::round(std::asin(sine) * 1800 / std::numbers::pi) / 10);
 }
@@ -51,6 +48,20 @@ Light light_of(const Plan& plan, const FrontView& view) {
   return light;
 }
 
+/// Share of the vertices whose light the pixels can show, but which the lattice does not sample.
+double share_beside_lattice(const World& world, const Plan& plan) {
+  const glm::dvec2 first(plan.lattice.first), last(plan.lattice.first + plan.lattice.size);
+  double all = 0, beside = 0;
+  for (const auto& at : positions_now(world)) {
+    if (share_within_pixels(plan, 0, at.x, at.z) * share_within_pixels(plan, 1, at.y, at.z) == 0)
+      continue;
+    const auto ray = glm::dvec2(at) / at.z / plan.lattice.step;
+    ++all;
+    beside += ray.x < first.x || ray.y < first.y || ray.x > last.x || ray.y > last.y;
+  }
+  return all > 0 ? beside / all : 0;
+}
+
 /// "[\"4.1 mm\", 0]"
 std::string shift_text(glm::dvec2 shift_m) {
   const auto text = [](double metres) {
@@ -65,7 +76,7 @@ template <class Warn>
 void warn_of_slm(const SlmLight& light, const Warn& warn) {
   const auto up = [](double share) { return number_text(std::ceil(share * 100) / 100); };
   if (const double lost = 1 - light.through_stop; lost > least_loss)
-    warn(percent(lost) +
+    warn(percent_text(lost) +
          " of the light that the pixels can show is cut off by slm.stop: slm.stop [" +
          up(light.open_stop.x) + ", " + up(light.open_stop.y) +
          "] passes all of it; a scene closer to the axis or farther away needs less");
@@ -75,7 +86,7 @@ void warn_of_slm(const SlmLight& light, const Warn& warn) {
                                 ? "the axis"
                                 : length_text(std::round(light.zero_order_m.x * 1e5) / 1e5) + ", " +
                                       length_text(std::round(light.zero_order_m.y * 1e5) / 1e5);
-  warn("light that the SLM leaves undiffracted falls onto " + percent(light.on_picture) +
+  warn("light that the SLM leaves undiffracted falls onto " + percent_text(light.on_picture) +
        " of the picture: " + length_text(size_m.x) + " x " + length_text(size_m.y) + " around " +
        place + "; " +
        (light.beside_m == glm::dvec2(0)
@@ -107,18 +118,23 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   const auto light = light_of(plan, view);
   if (light.all > 0) {
     if (const double lost = 1 - light.within_pixels / light.all; lost > least_loss)
-      warn(percent(lost) + " of the scene's light is steeper than the pixels can show, " +
+      warn(percent_text(lost) + " of the scene's light is steeper than the pixels can show, " +
            degrees(plan.largest_sine.x) + " x " + degrees(plan.largest_sine.y) +
            " degrees off the axis: bring the scene closer to the axis, farther away, or give a "
            "smaller hologram.pitch");
     if (const double lost = (light.within_pixels - light.within_planes) / light.all;
         lost > least_loss)
-      warn(percent(lost) +
+      warn(percent_text(lost) +
            " of the scene's light passes beside the WRPs: a larger wrp.grid, or \"auto\", catches "
            "it");
   }
+  if (const double beside = plan.compact && scene.wrp.grid ? share_beside_lattice(world, plan) : 0;
+      beside > least_loss)
+    warn(percent_text(beside) +
+         " of the scene's vertices lie beside what wrp.grid lets in: a larger wrp.grid, or "
+         "\"auto\", samples them");
   if (plan.compact && plan.compact->error() > largest_compact_error)
-    warn("virtual planes bring an error of " + percent(plan.compact->error()) +
+    warn("virtual planes bring an error of " + percent_text(plan.compact->error()) +
          " of the field: more wrp.layers or hologram.tiles bring less, or wrp.propagation "
          "\"spectrum\"");
   warn_of_slm(slm_light, warn);
