@@ -15,7 +15,7 @@ namespace {
 constexpr double guard = 16.0 / 15;
 
 /// Strength of the bell, and pixels that footprints then reach beyond their rays.
-constexpr double bell_strength = 9, footprint_margin = 4, rough_margin = 6;
+constexpr double bell_strength = 9, footprint_margin = 4, rough_margin = 8;
 
 /// The plane has room for a footprint and its tails, however small the hologram.
 constexpr int least_size = 64;

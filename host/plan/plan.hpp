@@ -89,7 +89,7 @@ struct CompactPlane {
   double bell = 9;          // strength of the window that is divided out at the hologram
   // Pixels of a footprint beyond its rays; `rough`: where something hides the sample, or its light
   // becomes too steep
-  double margin_px = 4, rough_margin_px = 6;
+  double margin_px = 4, rough_margin_px = 8;
   int lines = 4;  // scan lines of a sample that nothing hides
   // Predicted relative L2 errors of the field (host/plan/predict/compact_errors.hpp)
   double window_error = 0, lines_error = 0;

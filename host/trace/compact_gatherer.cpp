@@ -29,7 +29,7 @@ std::size_t batch_floats(const cl::DeviceInfo& device) {
 constexpr std::size_t packet = 16;
 
 /// Width, in half tiles, of the smooth step where light becomes too steep for the pixels.
-constexpr double cut_width = 0.5;
+constexpr double cut_width = 0.35;
 
 double cubic_spline(double x) {
   x = std::abs(x);
