@@ -102,13 +102,14 @@ void Renderer::State::trace(std::size_t wrp, int frame, RenderResult& result) {
   report("WRP " + std::to_string(wrp + 1) + " of " + std::to_string(plan_.wrps.size()) +
              (frames > 1 ? ", frame " + std::to_string(frame + 1) : ""),
          static_cast<double>(done) / static_cast<double>(frames * plan_.wrps.size()));
-  on_wrp_.emplace(tracer_.run(wrp, frame));
+  const bool is_whole = options_.keep_wrps || options_.fft != cl::FftBackend::host;
+  on_wrp_.emplace(tracer_.run(wrp, frame, is_whole));
   if (options_.keep_wrps) keep_wrp(wrp, result);
 }
 
 /// Shifted angular spectrum: from the WRP to the hologram, where the fields add up.
 void Renderer::State::propagate(std::size_t wrp) {
-  propagator_.run(wrp, on_wrp_->stack, on_wrp_->plane);
+  propagator_.run(wrp, on_wrp_->stack, on_wrp_->plane, on_wrp_->lit);
 }
 
 /// The phase of the sum as grey levels.

@@ -2,6 +2,7 @@
 #include "host/common/plane_fft.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "host/common/threads.hpp"
 
@@ -14,11 +15,13 @@ constexpr std::size_t tile_width = 16;  // columns that are transposed together:
 // Samples per thread below which waking it does not pay
 constexpr std::size_t small_plane = std::size_t{128} * 128;
 
-/// Zeros before and after the live part of a line.
-void clear_around(Sample* line, std::size_t size, const LinePart& live) {
-  std::fill_n(line, live.first, Sample{});
-  std::fill(line + live.first + live.count, line + size, Sample{});
+/// The part up to the end of a line of n samples, and what goes on at its beginning.
+std::array<LinePart, 2> pieces_of(const LinePart& part, std::size_t n) {
+  const auto before_end = std::min(part.count, n - part.first);
+  return {{{part.first, before_end}, {0, part.count - before_end}}};
 }
+
+std::size_t tiles_of(const LinePart& part) { return (part.count + tile_width - 1) / tile_width; }
 
 }  // namespace
 
@@ -59,39 +62,47 @@ void PlaneFft::transform(Sample* plane, const PlanePart& live, const PlanePart& 
 
 void PlaneFft::rows(Sample* plane, const LinePart& rows, const LinePart& live,
                     const LinePart& wanted, bool inverse) {
-  for (auto& s : scratch_) clear_around(s.in.get(), nx_, live);
-  cl::Threads::shared().for_each(
-      scratch_.size(), rows.count, 8, [&](std::size_t thread, std::size_t i) {
-        auto& s = scratch_[thread];
-        Sample* row = plane + (rows.first + i) * nx_;
-        std::copy_n(row + live.first, live.count, s.in.get() + live.first);
-        inverse ? row_fft_.inverse(s.in.get(), s.out.get())
-                : row_fft_.forward(s.in.get(), s.out.get());
-        std::copy_n(s.out.get() + wanted.first, wanted.count, row + wanted.first);
-      });
+  const auto copy = [](const Sample* from, Sample* to, const auto& pieces) {
+    for (const auto& piece : pieces) std::copy_n(from + piece.first, piece.count, to + piece.first);
+  };
+  const auto from = pieces_of(live, nx_), to = pieces_of(wanted, nx_);
+  for (auto& s : scratch_) std::fill_n(s.in.get(), nx_, Sample{});
+  cl::Threads::shared().for_each(scratch_.size(), rows.count, 8,
+                                 [&](std::size_t thread, std::size_t i) {
+                                   auto& s = scratch_[thread];
+                                   Sample* row = plane + (rows.first + i) % ny_ * nx_;
+                                   copy(row, s.in.get(), from);
+                                   inverse ? row_fft_.inverse(s.in.get(), s.out.get())
+                                           : row_fft_.forward(s.in.get(), s.out.get());
+                                   copy(s.out.get(), row, to);
+                                 });
 }
 
 void PlaneFft::columns(Sample* plane, const LinePart& columns, const LinePart& live,
                        const LinePart& wanted, bool inverse) {
   const std::size_t pitch = pitch_of_lines(ny_);
-  for (auto& s : scratch_) {
-    for (std::size_t c = 0; c < tile_width; ++c) clear_around(s.in.get() + c * pitch, ny_, live);
-  }
-  const auto tiles = (columns.count + tile_width - 1) / tile_width;
+  for (auto& s : scratch_) std::fill_n(s.in.get(), tile_width * pitch, Sample{});
+  const auto sides = pieces_of(columns, nx_);
   cl::Threads::shared().for_each(
-      scratch_.size(), tiles, 1, [&](std::size_t thread, std::size_t tile) {
+      scratch_.size(), tiles_of(sides[0]) + tiles_of(sides[1]), 1,
+      [&](std::size_t thread, std::size_t tile) {
         auto& s = scratch_[thread];
-        const std::size_t first = columns.first + tile * tile_width,
-                          count = std::min(tile_width, columns.count - tile * tile_width);
-        transpose_(plane + live.first * nx_ + first, nx_, live.count, count,
-                   s.in.get() + live.first, pitch);
+        const bool is_past_end = tile >= tiles_of(sides[0]);
+        const auto& side = sides[is_past_end];
+        if (is_past_end) tile -= tiles_of(sides[0]);
+        const std::size_t first = side.first + tile * tile_width,
+                          count = std::min(tile_width, side.count - tile * tile_width);
+        for (const auto& piece : pieces_of(live, ny_))
+          transpose_(plane + piece.first * nx_ + first, nx_, piece.count, count,
+                     s.in.get() + piece.first, pitch);
         for (std::size_t c = 0; c < count; ++c) {
           const std::size_t at = c * pitch;
           inverse ? column_fft_.inverse(s.in.get() + at, s.out.get() + at)
                   : column_fft_.forward(s.in.get() + at, s.out.get() + at);
         }
-        transpose_(s.out.get() + wanted.first, pitch, count, wanted.count,
-                   plane + wanted.first * nx_ + first, nx_);
+        for (const auto& piece : pieces_of(wanted, ny_))
+          transpose_(s.out.get() + piece.first, pitch, count, piece.count,
+                     plane + piece.first * nx_ + first, nx_);
       });
 }
 

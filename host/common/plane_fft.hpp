@@ -12,7 +12,7 @@
 
 namespace raywave {
 
-/// `count` samples of a line from number `first` on.
+/// `count` samples of a line from number `first` on, past its end to its beginning.
 struct LinePart {
   std::size_t first = 0, count = 0;
 };

@@ -83,8 +83,8 @@ void CompactPropagator::make_tables(double z0_m) {
                                 {option::two_floats, two_floats_ ? "1" : "0"}});
 }
 
-void CompactPropagator::add(cl::ComplexBuffer& stack, int plane, double z0_m, bool is_first,
-                            cl::ComplexBuffer& field) {
+void CompactPropagator::add(cl::ComplexBuffer& stack, int plane, const PlanePart& lit, double z0_m,
+                            bool is_first, cl::ComplexBuffer& field) {
   make_tables(z0_m);
   // The signs of odd samples stand the tile in the transform's middle.
   const auto first = size_ / 2 - tile_size_ / 2;
@@ -93,7 +93,7 @@ void CompactPropagator::add(cl::ComplexBuffer& stack, int plane, double z0_m, bo
   if (host_fft_) {
     stack.on_host([&](std::span<std::complex<float>> samples) {
       host_fft_->forward(
-          samples.data() + begin, {{0, size(size_.x)}, {0, size(size_.y)}},
+          samples.data() + begin, lit,
           {{size(first.x), size(tile_size_.x)}, {size(first.y), size(tile_size_.y)}});
     });
   } else {

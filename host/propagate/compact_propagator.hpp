@@ -23,10 +23,11 @@ public:
   /// Adds the light of a virtual plane, number `plane` of `stack`, z0_m in front of the tile, to
   /// `field` (the tile's pixels). The plane's memory is used for the transform.
   ///
+  /// lit       taken as zero elsewhere, whatever the plane holds there; FFTs on devices take all
   /// is_first  the field is written, whatever it holds
   /// accuracy  relative L2 error <= 1e-5, with the gathering, against the same computation in
   ///           double (tests/trace/compact.cpp; measured 2e-6)
-  void add(cl::ComplexBuffer& stack, int plane, double z0_m, bool is_first,
+  void add(cl::ComplexBuffer& stack, int plane, const PlanePart& lit, double z0_m, bool is_first,
            cl::ComplexBuffer& field);
 
 private:

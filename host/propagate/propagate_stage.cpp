@@ -13,6 +13,9 @@ void PropagateStage::prepare(const Plan& plan, Method method) {
   plan_ = &plan;
   const auto pixels =
       static_cast<std::size_t>(plan.tile_size.x) * static_cast<std::size_t>(plan.tile_size.y);
+  // A scene that moves may change from virtual planes to WRPs
+  if (plan.compact) propagator_ = nullptr;
+  if (!plan.compact) compact_propagator_ = nullptr;
   if (plan.compact) {
     if (!compact_propagator_) {
       const StageClock clock(times_, "prepare");
@@ -45,12 +48,13 @@ void PropagateStage::require_reach() const {
   }
 }
 
-void PropagateStage::run(std::size_t number, cl::ComplexBuffer& stack, int plane) {
+void PropagateStage::run(std::size_t number, cl::ComplexBuffer& stack, int plane,
+                         const PlanePart& lit) {
   if (compact_propagator_) {
     const StageClock clock(times_, "propagate");
     const auto& wrp = plan_->wrps[number];
-    compact_propagator_->add(stack, plane, wrp.centre_m.z, number == plan_->wrps_of(wrp.tile).first,
-                             field_);
+    compact_propagator_->add(stack, plane, lit, wrp.centre_m.z,
+                             number == plan_->wrps_of(wrp.tile).first, field_);
     return device_.finish();
   }
   if (!propagator_) {

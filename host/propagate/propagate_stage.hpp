@@ -26,7 +26,9 @@ public:
 
   /// Carries plane number `plane` of `stack`, the field on plan.wrps[wrp], to the hologram and adds
   /// it there. What the stack's plane then holds is not defined.
-  void run(std::size_t wrp, cl::ComplexBuffer& stack, int plane);
+  ///
+  /// lit  of a virtual plane: see CompactPropagator
+  void run(std::size_t wrp, cl::ComplexBuffer& stack, int plane, const PlanePart& lit);
 
   /// The field of a tile at the hologram: the sum of all `run` since the last call. Valid until the
   /// next `run`.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <limits>
 #include <numbers>
 
@@ -153,6 +154,25 @@ void CompactGatherer::place_profiles(glm::ivec2 size) {
   end_batch();
 }
 
+/// The part of the plane that the samples light: whole rows of bins.
+PlanePart CompactGatherer::lit_part(glm::ivec2 size) const {
+  constexpr int none = std::numeric_limits<int>::max();
+  glm::ivec2 low(none), high(-none);
+  for (const auto& f : aimed_) {
+    if (f.lines == 0 || f.columns <= 0 || f.rows <= 0) continue;
+    low = glm::min(low, glm::ivec2(f.left, COMPACT_BIN * floor_over(f.top, COMPACT_BIN)));
+    high = glm::max(high, glm::ivec2(f.left + f.columns, f.top + f.rows));
+  }
+  if (low.x == none) return {};
+  const auto part = [&](int axis, int count) {
+    count = std::min(count, size[axis]);
+    return LinePart{static_cast<std::size_t>(modulo(low[axis], size[axis])),
+                    static_cast<std::size_t>(count)};
+  };
+  return {part(0, high.x - low.x),
+          part(1, COMPACT_BIN * (floor_over(high.y - low.y - 1, COMPACT_BIN) + 1))};
+}
+
 /// throws  InputError where 32 bits do not count a virtual plane's lists
 void CompactGatherer::require_few(std::int64_t entries) const {
   if (entries > 1 << 30)
@@ -163,7 +183,9 @@ void CompactGatherer::require_few(std::int64_t entries) const {
 
 /// Lists, for every bin, the samples that light it, in their order. Rows of bins that no batch
 /// lights are filled with zeros by batches of their own.
-void CompactGatherer::fill_bins(glm::ivec2 size) {
+///
+/// wanted  rows of pixels to fill, of whole bins
+void CompactGatherer::fill_bins(glm::ivec2 size, const LinePart& wanted) {
   const int across = size.x / COMPACT_BIN, down = size.y / COMPACT_BIN;
   auto& b = bins_;
   std::vector<char> is_filled(static_cast<std::size_t>(down), 0);
@@ -176,10 +198,15 @@ void CompactGatherer::fill_bins(glm::ivec2 size) {
     }
   };
   for (const auto& batch : b.batches) add_rows(batch);
+  const auto is_dark = [&](int row) {
+    const auto from_first =
+        modulo(COMPACT_BIN * row - static_cast<int>(wanted.first), size.y);  // pixels
+    return !is_filled[static_cast<std::size_t>(row)] && from_first < static_cast<int>(wanted.count);
+  };
   for (int row = 0; row < down; ++row) {
-    if (is_filled[static_cast<std::size_t>(row)]) continue;
+    if (!is_dark(row)) continue;
     int end = row;
-    while (end < down && !is_filled[static_cast<std::size_t>(end)]) ++end;
+    while (end < down && is_dark(end)) ++end;
     b.batches.push_back({.first_row = row, .rows = end - row});
     add_rows(b.batches.back());
   }
@@ -306,7 +333,7 @@ void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& p
   upload(device_, table, weights_, "weights of nodes");
 }
 
-void CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
+PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool is_whole) {
   const auto plane = plane_of(wrp);
   const glm::ivec2 size{plane.nx, plane.ny};
   const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}},
@@ -317,7 +344,8 @@ void CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     footprints_.read(aimed_);
   }
   place_profiles(size);
-  fill_bins(size);
+  const auto lit = lit_part(size);
+  fill_bins(size, is_whole ? LinePart{0, static_cast<std::size_t>(size.y)} : lit.y);
   int longest = 0;
   std::size_t floats = 1;
   for (const auto& f : aimed_) longest = std::max({longest, f.columns, f.rows});
@@ -349,6 +377,7 @@ void CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
                 modulo(batch.first_row, size.y / COMPACT_BIN), plane, field);
     fresh += static_cast<std::size_t>(batch.rows);
   }
+  return lit;
 }
 
 }  // namespace raywave

@@ -6,6 +6,7 @@
 #include <tuple>
 #include <vector>
 
+#include "host/common/plane_fft.hpp"
 #include "host/trace/samples.hpp"
 
 namespace raywave {
@@ -23,8 +24,10 @@ public:
   /// Fills `field` (frames x Plan::compact's size) with the field of the layer's samples on the
   /// virtual plane of a tile, for CompactPropagator.
   ///
+  /// is_whole  rows outside the lit part are filled, too: with zeros
+  /// returns   the lit part
   /// accuracy  docs/accuracy.md, "Compact propagation"
-  void gather(const Wrp& wrp, cl::ComplexBuffer& field);
+  PlanePart gather(const Wrp& wrp, cl::ComplexBuffer& field, bool is_whole = true);
 
   /// The pixels that the samples light, as the last `gather` found them.
   const std::vector<device::CompactFootprint>& footprints() const { return aimed_; }
@@ -45,7 +48,8 @@ private:
 
   device::CompactPlane plane_of(const Wrp& wrp) const;
   void place_profiles(glm::ivec2 size);
-  void fill_bins(glm::ivec2 size);
+  PlanePart lit_part(glm::ivec2 size) const;
+  void fill_bins(glm::ivec2 size, const LinePart& wanted);
   void require_few(std::int64_t entries) const;
   void make_rotors(int most_nodes);
   void make_weights(const Wrp& wrp, const device::CompactPlane& plane, int most_nodes);

@@ -71,10 +71,12 @@ public:
     if (compact_gatherer_) compact_gatherer_->draw_phases(seed);
   }
 
-  void fill(const Wrp& wrp, cl::ComplexBuffer& stack) {
+  /// Returns the lit part of a virtual plane.
+  PlanePart fill(const Wrp& wrp, cl::ComplexBuffer& stack, bool is_whole) {
+    if (compact_gatherer_) return compact_gatherer_->gather(wrp, stack, is_whole);
     if (gatherer_) gatherer_->gather(wrp, stack);
-    if (compact_gatherer_) compact_gatherer_->gather(wrp, stack);
     if (fan_tracer_) fan_tracer_->trace(wrp, seed_, stack);
+    return {};
   }
 
 private:
@@ -127,6 +129,7 @@ void TraceStage::prepare(const World& world, const Plan& plan) {
 void TraceStage::make_stacks() {
   const auto size = static_cast<std::size_t>(frames_together_) * plan_->gathered_pixels();
   stacks_.resize(frames_together_ > 1 ? plan_->most_wrps_of_a_tile() : 1);
+  lit_.resize(stacks_.size());
   for (auto& stack : stacks_) {
     if (stack.size() >= size) continue;
     stack = {};  // frees the old memory first
@@ -141,22 +144,23 @@ void TraceStage::make_stacks() {
   }
 }
 
-WrpField TraceStage::run(std::size_t number, int frame) {
+WrpField TraceStage::run(std::size_t number, int frame, bool is_whole) {
   const auto& wrp = plan_->wrps[number];
   const auto first = plan_->wrps_of(wrp.tile).first;
   const int within = frame % frames_together_;
   if (number == first) make_stacks();
-  auto& stack = stacks_[frames_together_ > 1 ? number - first : 0];
+  const auto place = frames_together_ > 1 ? number - first : 0;
+  auto& stack = stacks_[place];
 
   // The first frame of a group fills the planes of all frames that are computed together.
   if (within == 0) {
     if (number == first) source_->start(plan_->seed + static_cast<std::uint32_t>(frame));
     const StageClock clock(times_, "trace");
-    source_->fill(wrp, stack);
+    lit_[place] = source_->fill(wrp, stack, is_whole);
     device_.finish();
   }
   // A layer with fewer rows is interpolated frame by frame.
-  if (!plan_->layer_of(wrp).interpolates()) return {stack, within};
+  if (!plan_->layer_of(wrp).interpolates()) return {stack, within, lit_[place]};
 
   const StageClock clock(times_, "trace");
   interpolator_->interpolate(*plan_, wrp, stack, within, interpolated_);

@@ -9,6 +9,7 @@
 
 #include "cl/program.hpp"
 #include "host/common/npy.hpp"
+#include "host/common/plane_fft.hpp"
 #include "host/common/stage_clock.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
@@ -24,6 +25,7 @@ class Interpolator;
 struct WrpField {
   cl::ComplexBuffer& stack;
   int plane = 0;
+  PlanePart lit{};  // of a virtual plane; only this part is filled, unless all was asked for
 };
 
 /// The properties of a plan that kernels are built for: see kernel_key in trace_stage.cpp.
@@ -44,7 +46,9 @@ public:
 
   /// Returns the field of one frame on plan.wrps[wrp], valid until the next call. Callers request
   /// the WRPs of a tile in order, once for every frame, and the frames in order.
-  WrpField run(std::size_t wrp, int frame);
+  ///
+  /// is_whole  virtual planes are filled beyond their lit part, too
+  WrpField run(std::size_t wrp, int frame, bool is_whole);
 
   /// Number of surface samples of the plan, and how many of them need visibility rays.
   int samples() const;
@@ -66,6 +70,7 @@ private:
   std::unique_ptr<FieldSource> source_;  // refers to the plan and the arrays
   int frames_together_ = 1;              // frames that one gathering fills
   std::vector<cl::ComplexBuffer> stacks_;
+  std::vector<PlanePart> lit_;  // as many
   std::unique_ptr<Interpolator> interpolator_;
   cl::ComplexBuffer interpolated_;  // one frame of one WRP
   KernelKey built_for_;             // the kernels of source_

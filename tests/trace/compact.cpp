@@ -53,10 +53,10 @@ AtHologram at_hologram(const raywave::cl::Device& device, const Rig& rig, int fr
       fields.emplace_back(device, Fields(area(plan.tile_size), {7, 7}), "field");
     const auto [first, end] = plan.wrps_of(tile);
     for (auto wrp = first; wrp < end; ++wrp) {
-      gatherer.gather(plan.wrps[wrp], stack);
+      const auto lit = gatherer.gather(plan.wrps[wrp], stack, fft != raywave::cl::FftBackend::host);
       result.footprints.push_back(gatherer.footprints());
       for (int frame = 0; frame < frames; ++frame)
-        propagator.add(stack, frame, plan.wrps[wrp].centre_m.z, wrp == first,
+        propagator.add(stack, frame, lit, plan.wrps[wrp].centre_m.z, wrp == first,
                        fields[static_cast<std::size_t>(frame)]);
     }
     Fields all;
@@ -265,6 +265,24 @@ TEST_CASE("a scene that moves has the holograms of its poses over virtual planes
     const auto moved = renderer.render();
     scene.objects[0].position_m = place;
     scene.objects[0].rotation_deg = turn;
+    CHECK(compare_fields(render(device, scene).field, moved.field).error < 1e-2);
+  }
+}
+
+TEST_CASE("a scene that moves to where virtual planes do not serve goes on over WRPs") {
+  for (const auto& device : all_devices()) {
+    auto scene = load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / "study.toml",
+                            {"hologram.resolution=[256, 200]", "sampling.pitch='60 um'",
+                             "sampling.frames=1", "hologram.tiles=[1, 1]"});
+    const dvec3 near(0, 0, 1e-3);
+    Renderer renderer(device, scene);
+    const auto before = renderer.render();
+    REQUIRE(before.plan.compact);
+    renderer.set_pose(0, near, {});
+    const auto moved = renderer.render();
+    CHECK_FALSE(moved.plan.compact);
+    CHECK(moved.plan.why_propagation.find("virtual planes") == 0);
+    scene.objects[0].position_m = near;
     CHECK(compare_fields(render(device, scene).field, moved.field).error < 1e-2);
   }
 }
