@@ -17,6 +17,10 @@ struct DeviceTree {
   cl::Buffer<device::Triangle> triangles;
   cl::Buffer<float> positions;  // 3 per vertex, frame of its instance
   cl::Buffer<device::Instance> instances;
+  // 3 per triangle (host/geometry/neighbours.hpp); one element when nothing asks for them
+  cl::Buffer<std::int32_t> neighbours{};
+
+  bool has_neighbours() const { return neighbours.size() == 3 * triangles.size(); }
 
   /// TREE_PARAMETERS of kernels/scene/arrays.h, for cl::Kernel::run.
   auto arguments() const { return std::tie(nodes, triangles, positions, instances); }

@@ -8,12 +8,17 @@
 #include <utility>
 
 #include "host/geometry/bvh.hpp"
+#include "host/geometry/neighbours.hpp"
 #include "host/geometry/normal_cones.hpp"
 
 namespace raywave {
 namespace {
 
 constexpr int triangles_of_leaf = 4;
+
+/// Triangles for each cell of the lattice beyond which looking for breaks
+/// (kernels/samples/breaks.h) takes longer than the rays that it saves.
+constexpr std::size_t most_triangles_of_cell = 16;
 
 /// Winding of each object: 1 when its triangles are counter-clockwise seen from outside, -1 when
 /// they are clockwise, 0 when the mesh is open.
@@ -152,8 +157,13 @@ void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tr
     triangles_of_instances[instance_of_object[static_cast<std::size_t>(world.triangle_object[i])]]
         .push_back(static_cast<std::uint32_t>(i));
 
+  const auto cells =
+      static_cast<std::size_t>(plan.lattice.size.x) * static_cast<std::size_t>(plan.lattice.size.y);
+  const bool wants_neighbours = world.triangles.size() <= most_triangles_of_cell * cells;
+
   // One tree per instance; triangles are stored in the order of the tree's leaves.
   Trees trees;
+  std::vector<std::int32_t> neighbours;
   for (std::size_t instance = 0; instance < triangles_of_instances.size(); ++instance) {
     const auto& numbers = triangles_of_instances[instance];
     std::vector<glm::uvec3> corners;
@@ -161,7 +171,9 @@ void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tr
     auto bvh = build_bvh(world.positions, corners, anchor_m_, triangles_of_leaf);
     std::vector<device::Triangle> triangles;
     std::vector<std::int32_t> sides;
+    std::vector<glm::uvec3> in_order;
     for (const auto place : bvh.order) {
+      in_order.push_back(corners[place]);
       const auto t = glm::ivec3(corners[place]);
       const auto object = static_cast<std::size_t>(world.triangle_object[numbers[place]]);
       triangles.push_back({t.x, t.y, t.z, plan.lighting.material_of_object[object], sides_[object],
@@ -169,6 +181,11 @@ void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tr
       sides.push_back(sides_[object]);
     }
     store_normal_cones(bvh, sides);
+    if (wants_neighbours) {
+      const auto first = static_cast<std::int32_t>(trees.triangles.size());
+      for (const auto other : neighbours_of(world.positions, in_order))
+        neighbours.push_back(other < 0 ? other : first + other);
+    }
     trees.add(bvh);
     trees.triangles.insert(trees.triangles.end(), triangles.begin(), triangles.end());
   }
@@ -178,6 +195,8 @@ void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tr
     root_nodes_.push_back(trees.nodes[static_cast<std::size_t>(place)]);
   cl::put(device_, tree.nodes, trees.nodes, "trees");
   cl::put(device_, tree.triangles, trees.triangles, "triangles");
+  if (!wants_neighbours) neighbours.push_back(-1);
+  cl::put(device_, tree.neighbours, neighbours, "neighbours of triangles");
   depth_ = std::max(depth_, trees.depth);
 }
 

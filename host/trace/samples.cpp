@@ -75,13 +75,15 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
                                    {option::visibility_parts, std::to_string(visibility_parts)},
                                    {option::keep_unseen, keep_unseen ? "1" : "0"}})),
       find_samples_(program_.kernel("find_samples")),
-      pack_samples_(program_.kernel("pack_samples")) {
+      pack_samples_(program_.kernel("pack_samples")),
+      breaks_(device) {
   find(plan, scene);
 }
 
 void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   // Sizes of the lattice and of one slot (a place for one sample in a cell)
   lattice = lattice_of(plan, scene);
+  breaks_.find(lattice, scene);
   const auto nx = static_cast<std::size_t>(lattice.nx), ny = static_cast<std::size_t>(lattice.ny);
   const auto lights = static_cast<std::size_t>(scene.light_words());
   const auto bytes_per_slot = sizeof(device::Sample) + 4 * (visibility_words() + lights);
@@ -106,8 +108,9 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
     make_room(device_, band_.lit, room * lights, "lights on samples");
     find_samples_.run(
         {(nx + static_cast<std::size_t>(lanes) - 1) / static_cast<std::size_t>(lanes), rows}, local,
-        scene.arguments(), lattice, static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows),
-        slots_, band_.counts, band_.samples, band_.visibility_masks, band_.lit);
+        scene.arguments(), lattice, breaks_.known, breaks_.cells, breaks_.tiles,
+        static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows), slots_, band_.counts,
+        band_.samples, band_.visibility_masks, band_.lit);
 
     // The counts of the band's cells, summed
     int most = 0;

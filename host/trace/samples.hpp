@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/plan/plan.hpp"
+#include "host/trace/breaks.hpp"
 #include "host/trace/device_scene.hpp"
 
 namespace raywave {
@@ -62,6 +63,7 @@ private:
   cl::Kernel find_samples_, pack_samples_;
   int slots_ = 4;  // room in each cell, in samples; grows to the largest number found
   Band band_;
+  Breaks breaks_;
 };
 
 }  // namespace raywave

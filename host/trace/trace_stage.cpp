@@ -131,7 +131,7 @@ void TraceStage::make_stacks() {
   stacks_.resize(frames_together_ > 1 ? plan_->most_wrps_of_a_tile() : 1);
   lit_.resize(stacks_.size());
   for (auto& stack : stacks_) {
-    if (stack.size() >= size) continue;
+    if (stack.size() == size) continue;
     stack = {};  // frees the old memory first
     stack = {device_, size, "fields of a WRP"};
   }

@@ -20,6 +20,7 @@
 #include "kernels/common/hash.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
+#include "kernels/samples/breaks.h"
 #include "kernels/samples/options.h"
 #include "kernels/samples/visibility.h"
 #include "kernels/scene/bvh.h"
@@ -30,6 +31,12 @@
 #define PARTS (RAYWAVE_ANTIALIAS > 0 ? RAYWAVE_ANTIALIAS * RAYWAVE_ANTIALIAS : 1)
 #define PACKETS (PARTS > RAYWAVE_LANES ? PARTS / RAYWAVE_LANES : 1)
 #define CELLS_OF_PACKET (RAYWAVE_LANES > PARTS ? RAYWAVE_LANES / PARTS : 1)
+
+// 1: the parts of a cell differ in more than coverage, so that all of them are traced.
+#define PARTS_DIFFER (RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
+
+// How far a layer lies behind another, in biases of rays, to be behind it for certain.
+#define BEHIND 16.0f
 
 // Rays with these tangents, one per lane.
 static inline Rays lattice_rays(const Lattice* lattice, floatv tangent_x, floatv tangent_y,
@@ -133,6 +140,11 @@ static inline float layer_reach(const Lattice* lattice, float t) {
   return 4.0f * lattice->step * (t + (lattice->near_z - lattice->centre_z));
 }
 
+// Cosine to the ray below which a layer is steep, and cosine between normals above which two hits
+// of a steep layer belong together.
+#define STEEP 0.25f
+#define ALIKE 0.9f
+
 #if RAYWAVE_ANTIALIAS
 // A layer as one ray of its cell meets it. Hits of the parts' rays are compared with it.
 typedef struct {
@@ -142,11 +154,6 @@ typedef struct {
   float3 at, normal;       // for steep layers only
   int packet_column, row;  // of the parts' rays
 } Sheet;
-
-// Cosine to the ray below which a layer is steep, and cosine between normals above which two hits
-// of a steep layer belong together.
-#define STEEP 0.25f
-#define ALIKE 0.9f
 
 // hit: of the ray with tangents (dx, dy)
 static inline Sheet sheet_of(const SceneArrays* scene, const Lattice* lattice, const Hit* hit,
@@ -278,10 +285,46 @@ static inline floatv scattered(const SceneArrays* scene, const Surface* s, const
   return radiance;
 }
 
-static inline float first_lane(floatv v) {
-  float lanes[RAYWAVE_LANES];
-  LANES_STORE(v, lanes);
-  return lanes[0];
+// What the samples of a packet's hits have in common with their surfaces.
+typedef struct {
+  float x[RAYWAVE_LANES];
+  float y[RAYWAVE_LANES];
+  float z[RAYWAVE_LANES];
+  float nx[RAYWAVE_LANES];
+  float ny[RAYWAVE_LANES];
+  float nz[RAYWAVE_LANES];
+  float radiance[RAYWAVE_LANES];
+  float specular[RAYWAVE_LANES];
+  float shininess[RAYWAVE_LANES];
+  float own[RAYWAVE_LANES];  // share of the light that is neither mirrored nor let through
+  uint lit[LIT_WORDS][RAYWAVE_LANES];
+} Shaded;
+
+static inline void shade(const SceneArrays* scene, const Lattice* lattice, const Rays* rays,
+                         const Hits* hits, Shaded* shaded) {
+  const Surface s = surface_at(scene, rays, hits);
+  uintv words[LIT_WORDS];
+  LANES_STORE(scattered(scene, &s, lattice, hits->triangle >= 0, words), shaded->radiance);
+  for (int w = 0; w < LIT_WORDS; ++w) LANES_STORE(words[w], shaded->lit[w]);
+  LANES_STORE(s.x, shaded->x);
+  LANES_STORE(s.y, shaded->y);
+  LANES_STORE(s.z, shaded->z);
+  LANES_STORE(s.nx, shaded->nx);
+  LANES_STORE(s.ny, shaded->ny);
+  LANES_STORE(s.nz, shaded->nz);
+  LANES_STORE(s.specular, shaded->specular);
+  LANES_STORE(s.shininess, shaded->shininess);
+  LANES_STORE(1.0f - s.reflectivity - s.transparency, shaded->own);
+}
+
+// The same of one hit of a ray with these tangents, in lane 0.
+static inline void shade_one(const SceneArrays* scene, const Lattice* lattice, const Hit* hit,
+                             float dx, float dy, Shaded* shaded) {
+  const Rays ray = lattice_rays(lattice, (floatv)(dx), (floatv)(dy), LANES_INDEX == 0);
+  const Hits hits = {(floatv)(hit->t),
+                     LANES_SELECT((intv)(-1), (intv)(hit->triangle), LANES_INDEX == 0),
+                     (floatv)(hit->u), (floatv)(hit->v)};
+  shade(scene, lattice, &ray, &hits, shaded);
 }
 
 #if RAYWAVE_ANTIALIAS
@@ -352,10 +395,11 @@ typedef struct {
 // of objects, textures and shadows would move by up to half a cell. It shines from the centroid of
 // their light; its normal, its visibility and the lights of its highlights are those of `hit`.
 //
-// seen  result of look_around_four for samples of the centre ray, else SEEN_UNKNOWN
+// seen    result of look_around_centres for samples of the centre ray, else SEEN_UNKNOWN
+// shaded  its lane `lane` is of this hit
 static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, int column, int row,
                               const Hit* hit, float dx, float dy, const Hits* parts, int covered,
-                              int seen, Cell* cell) {
+                              int seen, const Shaded* shaded, int lane, Cell* cell) {
   uint keys[RAYWAVE_LANES];
   LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row),
                        (intv)(cell->rank)),
@@ -364,30 +408,29 @@ static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, 
   ++cell->rank;
   if (!RAYWAVE_KEEP_UNSEEN && (covered == 0 || seen == 0)) return;
 
-  const Rays ray = lattice_rays(lattice, (floatv)(dx), (floatv)(dy), LANES_INDEX == 0);
-  const Hits hits = {(floatv)(hit->t),
-                     LANES_SELECT((intv)(-1), (intv)(hit->triangle), LANES_INDEX == 0),
-                     (floatv)(hit->u), (floatv)(hit->v)};
-  const Surface s = surface_at(scene, &ray, &hits);
   Sample sample;
-  sample.x = first_lane(s.x);
-  sample.y = first_lane(s.y);
-  sample.z = first_lane(s.z);
-  sample.nx = first_lane(s.nx);
-  sample.ny = first_lane(s.ny);
-  sample.nz = first_lane(s.nz);
+  sample.x = shaded->x[lane];
+  sample.y = shaded->y[lane];
+  sample.z = shaded->z[lane];
+  sample.nx = shaded->nx[lane];
+  sample.ny = shaded->ny[lane];
+  sample.nz = shaded->nz[lane];
+
+  // Rays start on the outer side of a sheet only when normals roughly agree with its faces.
+  float3 face = normalize(triangle_cross(&scene->tree, hit->triangle));
+  if (seen == SEEN_UNBROKEN)
+    seen = fabs(dot(face, (float3)(sample.nx, sample.ny, sample.nz))) > STEEP ? VISIBILITY_ALL
+                                                                              : SEEN_UNKNOWN;
 
   uint visibility[VISIBILITY_WORDS];
   const int parts_seen = look_around(scene, lattice, &sample, occluder_cache, seen, visibility);
   if (!RAYWAVE_KEEP_UNSEEN && parts_seen == 0) return;
   sample.hidden = parts_seen < VISIBILITY_ALL;
 
-  uintv words[LIT_WORDS];
-  float radiance = first_lane(scattered(scene, &s, lattice, LANES_INDEX == 0, words));
+  float radiance = shaded->radiance[lane];
 #if RAYWAVE_ANTIALIAS
   // Parts that differ in coverage only are not shaded.
-  const bool shaded = RAYWAVE_TEXTURES || RAYWAVE_SHADOWS;
-  if (shaded ? covered > 0 : covered > 0 && covered < PARTS) {
+  if (PARTS_DIFFER ? covered > 0 : covered > 0 && covered < PARTS) {
     floatv lights[PACKETS];
     float light = 0.0f;
     for (int packet = 0; packet < PACKETS; ++packet) {
@@ -411,19 +454,17 @@ static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, 
 #else
   (void)parts;
 #endif
-  const float own = (RAYWAVE_ANTIALIAS ? (float)covered / (float)PARTS : 1.0f) *
-                    first_lane(1.0f - s.reflectivity - s.transparency);
+  const float own = (RAYWAVE_ANTIALIAS ? (float)covered / (float)PARTS : 1.0f) * shaded->own[lane];
   sample.weight = (sample.z - lattice->centre_z) / lattice->full_z;
   sample.radiance = radiance * own;
-  sample.specular = first_lane(s.specular) * own;
-  sample.shininess = first_lane(s.shininess);
+  sample.specular = shaded->specular[lane] * own;
+  sample.shininess = shaded->shininess[lane];
   sample.triangle = hit->triangle;
   sample.key = keys[0];
   sample.profile = 0;
   const float3 to_centre =
       (float3)((lattice->centre_x - sample.x) / (sample.z - lattice->centre_z),
                (lattice->centre_y - sample.y) / (sample.z - lattice->centre_z), -1.0f);
-  float3 face = normalize(triangle_cross(&scene->tree, hit->triangle));
   if (dot(face, to_centre) < 0.0f) face = -face;
   face /= fmax(dot(face, to_centre), 1e-6f);
   sample.tilt_x = face.x;
@@ -436,11 +477,7 @@ static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, 
   cell->samples[slot] = sample;
   for (int w = 0; w < VISIBILITY_WORDS; ++w)
     cell->visibility_masks[slot * VISIBILITY_WORDS + w] = visibility[w];
-  for (int w = 0; w < LIT_WORDS; ++w) {
-    uint bits[RAYWAVE_LANES];
-    LANES_STORE(words[w], bits);
-    cell->lit[slot * LIT_WORDS + w] = bits[0];
-  }
+  for (int w = 0; w < LIT_WORDS; ++w) cell->lit[slot * LIT_WORDS + w] = shaded->lit[w][lane];
 }
 
 #if RAYWAVE_ANTIALIAS
@@ -459,16 +496,30 @@ static inline void look_at_parts(const SceneArrays* scene, const Lattice* lattic
 }
 #endif
 
-// 1: the parts of a cell differ in more than coverage, so that all of them are traced.
-#define LOOK_AT_ALL_PARTS \
-  (RAYWAVE_ANTIALIAS != 4 || RAYWAVE_LANES < 8 || RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
-
-#if RAYWAVE_ANTIALIAS && !LOOK_AT_ALL_PARTS
-// Marks cells in which the centre ray and half of the parts' rays meet the same layers, so that the
-// other half would too. That half has rays in all four rows and columns, to find thin objects, and
-// in the corners, to find edges.
-static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lattice, int first,
-                                    int row, const Layers* centres, int* whole) {
+#if RAYWAVE_ANTIALIAS
+// Marks cells in which the rays through all parts meet the same layers as the centre ray: those
+// without breaks and, where the centre ray and half of the parts' rays meet the same layers, those
+// in which the other half would too. That half has rays in all four rows and columns, to find thin
+// objects, and in the corners, to find edges. No cell is whole when parts differ in more than
+// coverage.
+static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lattice,
+                                    const Breaks* breaks, int first, int row, const Layers* centres,
+                                    int* whole) {
+  // A ray through an edge may meet both triangles of a sheet: rays through the parts tell.
+  intv twice = 0;
+  for (int i = 0; i + 1 < BVH_LAYERS; ++i)
+    twice |= (centres->triangle[i + 1] >= 0) &
+             (centres->t[i + 1] - centres->t[i] < BEHIND * lattice->bias);
+  int doubtful[RAYWAVE_LANES];
+  LANES_STORE(twice, doubtful);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    whole[lane] = 0;
+#if !PARTS_DIFFER
+    whole[lane] =
+        !doubtful[lane] && unbroken_cell(lattice, breaks, min(first + lane, lattice->nx - 1), row);
+#endif
+  }
+#if RAYWAVE_ANTIALIAS == 4 && RAYWAVE_LANES >= 8 && !PARTS_DIFFER
   const float across[16] = {0, 3, 0, 3, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 1, 2};
   const float up[16] = {0, 0, 3, 3, 2, 1, 0, 3, 0, 0, 3, 3, 2, 1, 0, 3};
   const floatv right = (0.5f + LANES_LOAD(across)) * 0.25f,
@@ -480,6 +531,7 @@ static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lat
     LANES_STORE(centres->triangle[i], triangle[i]);
   }
   for (int lane = 0; lane < RAYWAVE_LANES; lane += RAYWAVE_LANES / 8) {
+    if (whole[lane] && whole[lane + RAYWAVE_LANES / 8 - 1]) continue;
     const intv of_lane = LANES_INDEX / 8;  // cells from `lane` on
     const Rays rays = lattice_rays(
         lattice,
@@ -501,66 +553,120 @@ static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lat
     }
     int differs[RAYWAVE_LANES];
     LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), differ), differs);
-    for (int i = 0; i < RAYWAVE_LANES; ++i) {
-      if (i % 8 == 0) whole[lane + i / 8] = 1;
-      if (differs[i]) whole[lane + i / 8] = 0;
+    for (int cell = 0; cell < RAYWAVE_LANES / 8; ++cell) {
+      int differing = 0;
+      for (int i = 8 * cell; i < 8 * (cell + 1); ++i) differing |= differs[i];
+      whole[lane + cell] |= !differing;
     }
   }
+#else
+  (void)scene, (void)lattice, (void)breaks, (void)first, (void)row, (void)centres;
+#endif
 }
 #endif
 
-// Results of look_around_four for the samples of the centre rays, by layer and lane.
+// The place of a sample of a centre ray, t from where the ray starts.
+static inline Places place_of(const Lattice* lattice, int column, int row, float t) {
+  Places place;
+  place.left = place.right = (float)column + 0.5f;
+  place.bottom = place.top = (float)row + 0.5f;
+  place.nearness =
+      1.0f / (t + (lattice->near_z - lattice->centre_z) + 0.5f * BEHIND * lattice->bias);
+  return place;
+}
+
+// What the samples of the centre rays see, by layer and lane: SEEN_UNBROKEN or 0 where no breaks
+// lie in their way, else the results of look_around_four.
 static inline void look_around_centres(const SceneArrays* scene, const Lattice* lattice,
-                                       const Rays* centres, const Layers* first_centres,
+                                       const Breaks* breaks, int first, int row,
+                                       const Rays* centres, const Layers* layers,
                                        OccluderCache* occluder_cache, int (*seen)[RAYWAVE_LANES]) {
   for (int i = 0; i < BVH_LAYERS; ++i) {
     for (int lane = 0; lane < RAYWAVE_LANES; ++lane) seen[i][lane] = SEEN_UNKNOWN;
   }
-#if RAYWAVE_LANES > 1 && RAYWAVE_VISIBILITY_PARTS > 0
-  Layers layers = *first_centres;
-  keep_sources(&layers, scene, centres, lattice->layer_gap);
+#if RAYWAVE_VISIBILITY_PARTS > 0
+  float front[RAYWAVE_LANES];  // distances of the nearest layers
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) front[lane] = lattice->reach;
   int rank = 0;
   for (int i = 0; i < BVH_LAYERS; ++i) {
-    const Hits hits = {layers.t[i], layers.triangle[i], layers.u[i], layers.v[i]};
+    const Hits hits = {layers->t[i], layers->triangle[i], layers->u[i], layers->v[i]};
     if (!LANES_ANY(hits.triangle >= 0)) continue;
-    const Surface s = surface_at(scene, centres, &hits);
-    float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES], nx[RAYWAVE_LANES],
-        ny[RAYWAVE_LANES], nz[RAYWAVE_LANES];
     float t[RAYWAVE_LANES];
     int triangle[RAYWAVE_LANES];
-    LANES_STORE(s.x, x);
-    LANES_STORE(s.y, y);
-    LANES_STORE(s.z, z);
-    LANES_STORE(s.nx, nx);
-    LANES_STORE(s.ny, ny);
-    LANES_STORE(s.nz, nz);
     LANES_STORE(hits.t, t);
     LANES_STORE(hits.triangle, triangle);
-    for (int four = 0; four < RAYWAVE_LANES; four += 4) {
-      bool together = true;
-      for (int lane = four; lane < four + 4; ++lane)
-        together &= triangle[lane] >= 0 && fabs(t[lane] - t[four]) < layer_reach(lattice, t[four]);
-      if (!together) continue;
-      const int all =
-          look_around_four(scene, lattice, x + four, y + four, z + four, nx + four, ny + four,
-                           nz + four, occluder_cache + min(rank, OCCLUDER_CACHES - 1));
-      for (int lane = four; lane < four + 4; ++lane) seen[i][lane] = all;
+
+    // All lanes together, then each
+    float farthest = 0.0f;
+    for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
+      farthest = triangle[lane] >= 0 ? fmax(farthest, t[lane]) : farthest;
+    Places all = place_of(lattice, first, row, farthest);
+    all.right += (float)(RAYWAVE_LANES - 1);
+    const bool open = RAYWAVE_LANES > 1 && unbroken(lattice, breaks, &all, false);
+    bool asks_rays = false;
+    for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+      if (triangle[lane] < 0) continue;
+      const bool in_front = front[lane] == lattice->reach;
+      front[lane] = fmin(front[lane], t[lane]);
+      const Places place = place_of(lattice, first + lane, row, t[lane]);
+      if ((in_front || t[lane] - front[lane] > BEHIND * lattice->bias) &&
+          (open || unbroken(lattice, breaks, &place, true)))
+        seen[i][lane] = in_front ? SEEN_UNBROKEN : 0;
+      else
+        asks_rays = true;
     }
+#if RAYWAVE_LANES > 1
+    if (asks_rays) {
+      const Surface s = surface_at(scene, centres, &hits);
+      float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES], nx[RAYWAVE_LANES],
+          ny[RAYWAVE_LANES], nz[RAYWAVE_LANES];
+      LANES_STORE(s.x, x);
+      LANES_STORE(s.y, y);
+      LANES_STORE(s.z, z);
+      LANES_STORE(s.nx, nx);
+      LANES_STORE(s.ny, ny);
+      LANES_STORE(s.nz, nz);
+      for (int four = 0; four < RAYWAVE_LANES; four += 4) {
+        bool together = true, unknown = false;
+        for (int lane = four; lane < four + 4; ++lane) {
+          together &=
+              triangle[lane] >= 0 && fabs(t[lane] - t[four]) < layer_reach(lattice, t[four]);
+          unknown |= seen[i][lane] == SEEN_UNKNOWN;
+        }
+        if (!together || !unknown) continue;
+        const int all_four =
+            look_around_four(scene, lattice, x + four, y + four, z + four, nx + four, ny + four,
+                             nz + four, occluder_cache + min(rank, OCCLUDER_CACHES - 1));
+        for (int lane = four; lane < four + 4; ++lane) {
+          if (seen[i][lane] == SEEN_UNKNOWN) seen[i][lane] = all_four;
+        }
+      }
+    }
+#else
+    (void)asks_rays;
+#endif
     ++rank;
   }
+#if RAYWAVE_LANES == 1
+  (void)scene, (void)centres, (void)occluder_cache;
+#endif
 #else
-  (void)scene, (void)lattice, (void)centres, (void)first_centres, (void)occluder_cache;
+  (void)scene, (void)lattice, (void)breaks, (void)first, (void)row, (void)centres, (void)layers,
+      (void)occluder_cache;
 #endif
 }
 
-__kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int rows, int slots,
-                           __global int2* counts, __global Sample* samples,
-                           __global uint* visibility_masks, __global uint* lit) {
+__kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
+                           __global const float* break_cells, __global const float* break_tiles,
+                           int first_row, int rows, int slots, __global int2* counts,
+                           __global Sample* samples, __global uint* visibility_masks,
+                           __global uint* lit) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   const int band_row = (int)get_global_id(1);
   const int row = first_row + band_row;
   if (first >= lattice.nx || band_row >= rows || row >= lattice.ny) return;
   const SceneArrays scene = SCENE_OF_PARAMETERS;
+  const Breaks breaks = {break_cells, break_tiles, breaks_known};
 
   // Layers that the cells' centre rays meet, and cells whose parts need no rays of their own.
   const Rays centres = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
@@ -570,11 +676,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
   Layers packet_parts[PACKETS];
   floatv packet_from[PACKETS];
   int whole[RAYWAVE_LANES];
-#if LOOK_AT_ALL_PARTS
-  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) whole[lane] = 0;
-#else
-  find_whole_cells(&scene, &lattice, first, row, &first_centres, whole);
-#endif
+  find_whole_cells(&scene, &lattice, &breaks, first, row, &first_centres, whole);
 #endif
 
   // Visibility of the samples of centre rays, from four neighbours together where they agree.
@@ -583,7 +685,23 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
     for (int i = 0; i < 16; ++i) occluder_cache[rank].triangle[i] = -1;
   }
   int seen[BVH_LAYERS][RAYWAVE_LANES];
-  look_around_centres(&scene, &lattice, &centres, &first_centres, occluder_cache, seen);
+  Layers sources = first_centres;
+  keep_sources(&sources, &scene, &centres, lattice.layer_gap);
+  look_around_centres(&scene, &lattice, &breaks, first, row, &centres, &sources, occluder_cache,
+                      seen);
+
+  // Radiance of these samples
+  Shaded shaded[BVH_LAYERS], shaded_one;
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    intv wanted = sources.triangle[i] >= 0;
+#if !RAYWAVE_KEEP_UNSEEN
+    wanted &= LANES_LOAD(seen[i]) != 0;
+#endif
+    if (!LANES_ANY(wanted)) continue;
+    const Hits hits = {sources.t[i], LANES_SELECT((intv)(-1), sources.triangle[i], wanted),
+                       sources.u[i], sources.v[i]};
+    shade(&scene, &lattice, &centres, &hits, shaded + i);
+  }
 
   // The samples of each cell: one for each layer of its centre ray, then one for each layer that
   // only parts of the cell show.
@@ -601,18 +719,23 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
                  occluder_cache};
     const float centre_dx = ((float)(lattice.first_x + column) + 0.5f) * lattice.step;
     const float centre_dy = ((float)(lattice.first_y + row) + 0.5f) * lattice.step;
-    Layers centre = first_centres;
+    const Layers* layers = &sources;
+    Hit last = hit_of_lane(&first_centres, BVH_LAYERS - 1, lane);
     Hits claimed[PACKETS];
 #if RAYWAVE_ANTIALIAS
     const intv mine = LANES_INDEX / PARTS == lane % CELLS_OF_PACKET;
     Layers parts[PACKETS];
     floatv from[PACKETS];
-    for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet) {
+    bool all_whole = true;  // of the cells that share packets with this one, from it on
+    for (int cell = lane; cell == lane || cell % CELLS_OF_PACKET != 0; ++cell)
+      all_whole &= whole[cell];
+    for (int packet = 0; packet < PACKETS && !all_whole; ++packet) {
       if (lane % CELLS_OF_PACKET == 0) {
         packet_from[packet] = 0.0f;
         look_at_parts(&scene, &lattice, column, row, packet, packet_from + packet,
                       packet_parts + packet);
       }
+      if (whole[lane]) continue;
       parts[packet] = packet_parts[packet];
       for (int i = 0; i < BVH_LAYERS; ++i)
         parts[packet].triangle[i] = LANES_SELECT((intv)(-1), parts[packet].triangle[i], mine);
@@ -620,18 +743,17 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
     }
 #endif
     // Rays that have met as many layers as one traversal keeps are traced again behind them.
+    Layers further_layers;
     bool more = true, again = false;
     for (; more; again = true) {
       more = false;
-      const Hit last = hit_of_lane(&centre, BVH_LAYERS - 1, lane);
-      keep_sources(&centre, &scene, &centres, lattice.layer_gap);
 #if RAYWAVE_ANTIALIAS
       floatv rims[PACKETS];
       if (!whole[lane])
-        find_rims(&scene, &lattice, parts, &centre, lane, column, row, cell.packet_column, rims);
+        find_rims(&scene, &lattice, parts, layers, lane, column, row, cell.packet_column, rims);
 #endif
       for (int i = 0; i < BVH_LAYERS; ++i) {
-        const Hit hit = hit_of_lane(&centre, i, lane);
+        const Hit hit = hit_of_lane(layers, i, lane);
         if (hit.triangle < 0) continue;
         int covered = PARTS;
 #if RAYWAVE_ANTIALIAS
@@ -641,8 +763,10 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
           covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
         }
 #endif
+        if (again) shade_one(&scene, &lattice, &hit, centre_dx, centre_dy, &shaded_one);
         add_sample(&scene, &lattice, column, row, &hit, centre_dx, centre_dy, claimed, covered,
-                   again ? SEEN_UNKNOWN : seen[i][lane], &cell);
+                   again ? SEEN_UNKNOWN : seen[i][lane], again ? &shaded_one : shaded + i,
+                   again ? 0 : lane, &cell);
       }
 #if RAYWAVE_ANTIALIAS
       Hit hit;
@@ -657,8 +781,9 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
         const Sheet sheet =
             sheet_of(&scene, &lattice, &hit, dx[from_lane], dy[from_lane], cell.packet_column, row);
         const int covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
+        shade_one(&scene, &lattice, &hit, dx[from_lane], dy[from_lane], &shaded_one);
         add_sample(&scene, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], claimed,
-                   covered, SEEN_UNKNOWN, &cell);
+                   covered, SEEN_UNKNOWN, &shaded_one, 0, &cell);
       }
       for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet) {
         if (!LANES_ANY(from[packet] < lattice.reach)) continue;
@@ -670,10 +795,14 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int first_row, int
       if (last.triangle >= 0) {
         Rays further = centre_rays(&lattice, first, row, LANES_INDEX == lane);
         further.t_min = last.t + lattice.layer_gap;
-        bvh_layers(&scene.tree, &further, &centre);
+        bvh_layers(&scene.tree, &further, &further_layers);
+        last = hit_of_lane(&further_layers, BVH_LAYERS - 1, lane);
+        keep_sources(&further_layers, &scene, &centres, lattice.layer_gap);
+        layers = &further_layers;
         more = true;
       } else if (more) {
-        for (int i = 0; i < BVH_LAYERS; ++i) centre.triangle[i] = -1;
+        for (int i = 0; i < BVH_LAYERS; ++i) further_layers.triangle[i] = -1;
+        layers = &further_layers;
       }
     }
     counts[place] = (int2)(cell.count, cell.hidden);

@@ -73,6 +73,7 @@ static inline intv part_of_16(intv a, intv b) {
 #endif
 
 #define SEEN_UNKNOWN (-1)
+#define SEEN_UNBROKEN (-2)  // everything, as no break lies in the way (breaks.h)
 
 #if RAYWAVE_LANES > 1 && RAYWAVE_VISIBILITY_PARTS > 0
 #if RAYWAVE_LANES == 16

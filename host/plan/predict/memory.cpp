@@ -94,9 +94,12 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
   const auto pictures = size(plan.frames) * plan.tiles.size();
   for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, level_buffers); ++i)
     needs.push_back({"hologram levels", pixels, planes});
-  if (plan.aimed || plan.fan_source == FanSource::surface)
-    needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1),
-                     "a larger sampling.pitch needs less"});
+  if (plan.aimed || plan.fan_source == FanSource::surface) {
+    const std::string pitch = "a larger sampling.pitch needs less";
+    needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1), pitch});
+    needs.push_back({"breaks of surfaces", 4 * area(plan.lattice.size + 8), pitch});
+    needs.push_back({"neighbours of triangles", 16 * world.triangles.size(), mesh});
+  }
   needs.push_back({"triangles", sizeof(device::Triangle) * world.triangles.size(), mesh});
   // Leaves hold two triangles and more
   needs.push_back({"trees", sizeof(device::BvhNode) * (world.triangles.size() / 3 + 1), mesh});
