@@ -20,8 +20,16 @@ constexpr double levels_of_a_ray = 4;
 /// Rays that a lattice cell without a surface costs, since most of them end near the tree's root.
 constexpr double rays_of_an_empty_cell = 2.6;
 
-/// Rays that the visibility mask of a sample costs.
-constexpr double views_of_a_sample = 16;
+/// What a sample costs in a cell without breaks (kernels/samples/breaks.h), in rays, and the share
+/// of cells with breaks: so many over the square root of the samples.
+constexpr double rays_of_an_unbroken_cell = 8, broken_share = 25;
+
+/// Triangles for each cell of the lattice beyond which breaks are not looked for.
+constexpr double most_triangles_of_cell = 16;
+
+/// Rays that the visibility mask of a sample costs, and the cells around a break in which samples
+/// need them.
+constexpr double views_of_a_sample = 16, views_near_breaks = 4;
 
 /// The launches of a picture, in levels of rays.
 constexpr double levels_of_a_picture = 9e5;
@@ -55,6 +63,15 @@ constexpr double exact_padding = 2, exact_transforms = 2;
 
 /// A ray of a lens's picture over one of the sample lattice: it is shaded as well.
 constexpr double lens_ray = 1;
+
+/// Share of a scene's cells that have breaks; 1 where breaks are not looked for.
+double share_of_broken_cells(const World& world, const Plan& plan, double samples, double cells) {
+  const bool finds_breaks =
+      !plan.lighting.shadows &&
+      !plan.lighting.any_material([](const Material& m) { return m.texture.has_value(); }) &&
+      static_cast<double>(world.triangles.size()) <= most_triangles_of_cell * cells;
+  return finds_breaks && samples > 0 ? std::min(broken_share / std::sqrt(samples), 1.0) : 1;
+}
 
 /// Adds what plan.refine costs.
 void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Work& work) {
@@ -211,12 +228,14 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   }
   work.samples = view.covered * samples_of_a_cell;
   const double cells = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y,
-               parts = 1 + plan.antialias * plan.antialias;
+               parts = 1 + plan.antialias * plan.antialias,
+               broken = share_of_broken_cells(world, plan, work.samples, cells);
+  const double views =
+      plan.visibility_parts > 0 ? views_of_a_sample * std::min(broken * views_near_breaks, 1.0) : 0;
   work.rays =
-      levels *
-          (std::max(0.0, cells - work.samples) * std::min(rays_of_an_empty_cell, parts) +
-           work.samples * parts +
-           view.pierced * samples_of_a_cell * (plan.visibility_parts > 0 ? views_of_a_sample : 0)) +
+      levels * (std::max(0.0, cells - work.samples) * std::min(rays_of_an_empty_cell, parts) +
+                work.samples * std::min(rays_of_an_unbroken_cell + parts * broken, parts) +
+                view.pierced * samples_of_a_cell * views) +
       levels_of_a_picture;
   const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / most_frames_together);
   const auto lights = static_cast<double>(
