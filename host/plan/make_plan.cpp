@@ -198,7 +198,10 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   plan.rays = plan.aimed ? aimed_rays(plan) : fan_rays(plan);
 
   // Scan lines, and the errors of virtual planes
-  if (plan.compact && moved_from) plan.compact = moved_from->compact;
+  if (plan.compact && moved_from) {
+    plan.compact = moved_from->compact;
+    plan.compact->window_error = std::max(plan.compact->window_error, predicted_cut_error(plan));
+  }
   if (plan.compact && !moved_from) plan.compact->window_error = predicted_window_error(plan);
   if (plan.compact) choose_lines(plan);
 

@@ -269,21 +269,42 @@ TEST_CASE("a scene that moves has the holograms of its poses over virtual planes
   }
 }
 
-TEST_CASE("a scene that moves to where virtual planes do not serve goes on over WRPs") {
+TEST_CASE(
+    "a scene that moves to where its virtual planes do not serve gets more layers, or goes on over "
+    "WRPs") {
+  const std::filesystem::path data = RAYWAVE_DATA_DIR;
+  struct Case {
+    Scene scene;
+    dvec3 to;
+    std::size_t layers;  // over virtual planes then; 0: over WRPs
+    double most_error;   // against the scene there; an object nearly touches the second hologram
+  };
+  const Case cases[] = {
+      {load_scene(data / "apart.toml",
+                  {"sampling.pitch='0.2 mm'", "object.0.position=[0, 0, '120 mm']"}),
+       {0, 0, 75e-3},
+       2,
+       1e-2},
+      {load_scene(data / "study.toml", {"hologram.resolution=[256, 200]", "sampling.frames=1",
+                                        "sampling.pitch='60 um'", "hologram.tiles=[1, 1]"}),
+       {0, 0, 0.6e-3},
+       0,
+       3e-2}};
   for (const auto& device : all_devices()) {
-    auto scene = load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / "study.toml",
-                            {"hologram.resolution=[256, 200]", "sampling.pitch='60 um'",
-                             "sampling.frames=1", "hologram.tiles=[1, 1]"});
-    const dvec3 near(0, 0, 1e-3);
-    Renderer renderer(device, scene);
-    const auto before = renderer.render();
-    REQUIRE(before.plan.compact);
-    renderer.set_pose(0, near, {});
-    const auto moved = renderer.render();
-    CHECK_FALSE(moved.plan.compact);
-    CHECK(moved.plan.why_propagation.find("virtual planes") == 0);
-    scene.objects[0].position_m = near;
-    CHECK(compare_fields(render(device, scene).field, moved.field).error < 1e-2);
+    for (auto [scene, to, layers, most_error] : cases) {
+      INFO(scene.file.filename());
+      Renderer renderer(device, scene);
+      const auto before = renderer.render();
+      REQUIRE(before.plan.compact);
+      REQUIRE(before.plan.layers.size() == 1);
+      renderer.set_pose(0, to, scene.objects[0].rotation_deg);
+      const auto moved = renderer.render();
+      CHECK(moved.plan.compact.has_value() == (layers > 0));
+      CHECK(moved.plan.layers.size() == std::max<std::size_t>(layers, 1));
+      CHECK_FALSE(moved.plan.why_propagation.empty());
+      scene.objects[0].position_m = to;
+      CHECK(compare_fields(render(device, scene).field, moved.field).error < most_error);
+    }
   }
 }
 

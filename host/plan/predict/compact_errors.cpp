@@ -64,32 +64,49 @@ double spread(int i, int base) {
   return value;
 }
 
-}  // namespace
-
-double predicted_window_error(const Plan& plan) {
-  const auto& plane = plan.compact.value();
+/// Mean over layers and four depths of what `squared_error(axis, depth, guard, fresnel)` says of
+/// both axes, the root of it. `fresnel`: Fresnel number of the light of a sample at that depth.
+template <class F>
+double rms_over_depths(const Plan& plan, const F& squared_error) {
   constexpr int depths = 4;
-  constexpr double longest = 30;  // Fresnel number
   double sum = 0;
   for (const auto& layer : plan.layers) {
     for (int axis = 0; axis < 2; ++axis) {
       const double half_m = plan.tile_window_m()[axis] / 2,
-                   guard = 1.0 * plane.size[axis] / plan.tile_size[axis];
+                   guard = 1.0 * plan.compact.value().size[axis] / plan.tile_size[axis];
       for (int i = 0; i < depths; ++i) {
         const double z_m = glm::mix(layer.min_m.z, layer.max_m.z, i / (depths - 1.0)),
                      z0_m = layer.distance_m;
         const double fresnel =
             half_m * half_m * std::abs(z_m - z0_m) / (plan.wavelength_m * z_m * z0_m);
-        // Longer footprints are no harder, and take long to predict; what is cut off them is lost.
-        const double cut = 1 - (COMPACT_WIDEST - 2 * plane.margin_px) / (4 * guard * fresnel);
-        sum += (squared_window_error(bell_of(plan, axis), guard, plane.margin_px,
-                                     std::min(fresnel, longest), (i + 0.5) / depths) +
-                std::max(cut, 0.0)) /
-               depths;
+        sum += squared_error(axis, (i + 0.5) / depths, guard, fresnel) / depths;
       }
     }
   }
   return std::sqrt(sum / static_cast<double>(plan.layers.size()));
+}
+
+/// Share of a line of light that is cut off a footprint.
+double share_cut_off(const CompactPlane& plane, double guard, double fresnel) {
+  return std::max(0.0, 1 - (COMPACT_WIDEST - 2 * plane.margin_px) / (4 * guard * fresnel));
+}
+
+}  // namespace
+
+double predicted_window_error(const Plan& plan) {
+  const auto& plane = plan.compact.value();
+  constexpr double longest = 30;  // Fresnel number; longer footprints are no harder
+  return rms_over_depths(plan, [&](int axis, double offset, double guard, double fresnel) {
+    return squared_window_error(bell_of(plan, axis), guard, plane.margin_px,
+                                std::min(fresnel, longest), offset) +
+           share_cut_off(plane, guard, fresnel);
+  });
+}
+
+double predicted_cut_error(const Plan& plan) {
+  return rms_over_depths(plan, [&](int, double, double guard, double fresnel) {
+    return share_cut_off(plan.compact.value(), guard, fresnel);
+  });
 }
 
 double predicted_lines_error(const Plan& plan, int lines) {
