@@ -91,4 +91,10 @@ std::uint64_t aimed_rays(const Plan& plan) {
   return static_cast<std::uint64_t>(rays);
 }
 
+bool breaks_pay(const LatticePlan& lattice, std::size_t triangles) {
+  constexpr std::size_t most_of_a_cell = 16;
+  return triangles <= most_of_a_cell * static_cast<std::size_t>(lattice.size.x) *
+                          static_cast<std::size_t>(lattice.size.y);
+}
+
 }  // namespace raywave

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <glm/vec2.hpp>
 
@@ -40,5 +41,9 @@ LatticePlan lattice_over(const Scene& scene, const Extents& extents, const Plan&
 /// About how many rays are aimed at samples: as if one surface filled the lattice, the layers'
 /// middle depths in equal parts.
 std::uint64_t aimed_rays(const Plan& plan);
+
+/// True when looking for breaks (kernels/samples/breaks.h) takes less time than the rays that it
+/// saves: at most 16 triangles for each cell of the lattice (docs/pipeline.md).
+bool breaks_pay(const LatticePlan& lattice, std::size_t triangles);
 
 }  // namespace raywave

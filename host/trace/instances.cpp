@@ -10,15 +10,12 @@
 #include "host/geometry/bvh.hpp"
 #include "host/geometry/neighbours.hpp"
 #include "host/geometry/normal_cones.hpp"
+#include "host/plan/lattice.hpp"
 
 namespace raywave {
 namespace {
 
 constexpr int triangles_of_leaf = 4;
-
-/// Triangles for each cell of the lattice beyond which looking for breaks
-/// (kernels/samples/breaks.h) takes longer than the rays that it saves.
-constexpr std::size_t most_triangles_of_cell = 16;
 
 /// Winding of each object: 1 when its triangles are counter-clockwise seen from outside, -1 when
 /// they are clockwise, 0 when the mesh is open.
@@ -157,9 +154,7 @@ void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tr
     triangles_of_instances[instance_of_object[static_cast<std::size_t>(world.triangle_object[i])]]
         .push_back(static_cast<std::uint32_t>(i));
 
-  const auto cells =
-      static_cast<std::size_t>(plan.lattice.size.x) * static_cast<std::size_t>(plan.lattice.size.y);
-  const bool wants_neighbours = world.triangles.size() <= most_triangles_of_cell * cells;
+  const bool wants_neighbours = breaks_pay(plan.lattice, world.triangles.size());
 
   // One tree per instance; triangles are stored in the order of the tree's leaves.
   Trees trees;

@@ -7,6 +7,7 @@
 
 #include "host/plan/footprint.hpp"
 #include "host/plan/key_places.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/plan/predict/memory.hpp"
 
 namespace raywave {
@@ -23,9 +24,6 @@ constexpr double rays_of_an_empty_cell = 2.6;
 /// What a sample costs in a cell without breaks (kernels/samples/breaks.h), in rays, and the share
 /// of cells with breaks: so many over the square root of the samples.
 constexpr double rays_of_an_unbroken_cell = 8, broken_share = 25;
-
-/// Triangles for each cell of the lattice beyond which breaks are not looked for.
-constexpr double most_triangles_of_cell = 16;
 
 /// Rays that the visibility mask of a sample costs, and the cells around a break in which samples
 /// need them.
@@ -65,11 +63,11 @@ constexpr double exact_padding = 2, exact_transforms = 2;
 constexpr double lens_ray = 1;
 
 /// Share of a scene's cells that have breaks; 1 where breaks are not looked for.
-double share_of_broken_cells(const World& world, const Plan& plan, double samples, double cells) {
+double share_of_broken_cells(const World& world, const Plan& plan, double samples) {
   const bool finds_breaks =
       !plan.lighting.shadows &&
       !plan.lighting.any_material([](const Material& m) { return m.texture.has_value(); }) &&
-      static_cast<double>(world.triangles.size()) <= most_triangles_of_cell * cells;
+      breaks_pay(plan.lattice, world.triangles.size());
   return finds_breaks && samples > 0 ? std::min(broken_share / std::sqrt(samples), 1.0) : 1;
 }
 
@@ -229,7 +227,7 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   work.samples = view.covered * samples_of_a_cell;
   const double cells = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y,
                parts = 1 + plan.antialias * plan.antialias,
-               broken = share_of_broken_cells(world, plan, work.samples, cells);
+               broken = share_of_broken_cells(world, plan, work.samples);
   const double views =
       plan.visibility_parts > 0 ? views_of_a_sample * std::min(broken * views_near_breaks, 1.0) : 0;
   work.rays =
