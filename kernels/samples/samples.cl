@@ -197,9 +197,9 @@ static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, con
 // Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of an object
 // that the centre ray misses. It hides what lies behind it in those parts, which the sample of the
 // layer behind cannot know from the centre ray.
-static inline void find_rims(const SceneArrays* scene, const Lattice* lattice, const Layers* parts,
-                             const Layers* centre, int lane, int column, int row, int packet_column,
-                             floatv* rims) {
+CALLED void find_rims(const SceneArrays* scene, const Lattice* lattice, const Layers* parts,
+                      const Layers* centre, int lane, int column, int row, int packet_column,
+                      floatv* rims) {
   Sheet sheets[BVH_LAYERS];
   int count = 0;
   const float dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step,
@@ -224,8 +224,8 @@ static inline void find_rims(const SceneArrays* scene, const Lattice* lattice, c
 
 // Removes the hits of a layer from the parts' hits, one for each ray. Returns how many of them lie
 // behind no rim.
-static inline int claim(const SceneArrays* scene, const Lattice* lattice, Layers* parts,
-                        const floatv* rims, const Sheet* sheet, Hits* claimed) {
+CALLED int claim(const SceneArrays* scene, const Lattice* lattice, Layers* parts,
+                 const floatv* rims, const Sheet* sheet, Hits* claimed) {
   intv count = 0;
   for (int packet = 0; packet < PACKETS; ++packet) {
     Layers* layers = parts + packet;
@@ -300,8 +300,8 @@ typedef struct {
   uint lit[LIT_WORDS][RAYWAVE_LANES];
 } Shaded;
 
-static inline void shade(const SceneArrays* scene, const Lattice* lattice, const Rays* rays,
-                         const Hits* hits, Shaded* shaded) {
+CALLED void shade(const SceneArrays* scene, const Lattice* lattice, const Rays* rays,
+                  const Hits* hits, Shaded* shaded) {
   const Surface s = surface_at(scene, rays, hits);
   uintv words[LIT_WORDS];
   LANES_STORE(scattered(scene, &s, lattice, hits->triangle >= 0, words), shaded->radiance);
@@ -397,9 +397,9 @@ typedef struct {
 //
 // seen    result of look_around_centres for samples of the centre ray, else SEEN_UNKNOWN
 // shaded  its lane `lane` is of this hit
-static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, int column, int row,
-                              const Hit* hit, float dx, float dy, const Hits* parts, int covered,
-                              int seen, const Shaded* shaded, int lane, Cell* cell) {
+CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int column, int row,
+                       const Hit* hit, float dx, float dy, const Hits* parts, int covered, int seen,
+                       const Shaded* shaded, int lane, Cell* cell) {
   uint keys[RAYWAVE_LANES];
   LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row),
                        (intv)(cell->rank)),
@@ -484,8 +484,8 @@ static inline void add_sample(const SceneArrays* scene, const Lattice* lattice, 
 // Hits of the rays through a packet's parts from the distances *from on. *from becomes the distance
 // where rays that met as many layers as one traversal keeps must go on, and lattice->reach for all
 // others.
-static inline void look_at_parts(const SceneArrays* scene, const Lattice* lattice, int column,
-                                 int row, int packet, floatv* from, Layers* layers) {
+CALLED void look_at_parts(const SceneArrays* scene, const Lattice* lattice, int column, int row,
+                          int packet, floatv* from, Layers* layers) {
   Rays rays = part_rays(lattice, column, row, packet, *from < lattice->reach);
   rays.t_min = *from;
   bvh_layers(&scene->tree, &rays, layers);
@@ -502,9 +502,8 @@ static inline void look_at_parts(const SceneArrays* scene, const Lattice* lattic
 // in which the other half would too. That half has rays in all four rows and columns, to find thin
 // objects, and in the corners, to find edges. No cell is whole when parts differ in more than
 // coverage.
-static inline void find_whole_cells(const SceneArrays* scene, const Lattice* lattice,
-                                    const Breaks* breaks, int first, int row, const Layers* centres,
-                                    int* whole) {
+CALLED void find_whole_cells(const SceneArrays* scene, const Lattice* lattice, const Breaks* breaks,
+                             int first, int row, const Layers* centres, int* whole) {
   // A ray through an edge may meet both triangles of a sheet: rays through the parts tell.
   intv twice = 0;
   for (int i = 0; i + 1 < BVH_LAYERS; ++i)
@@ -577,10 +576,10 @@ static inline Places place_of(const Lattice* lattice, int column, int row, float
 
 // What the samples of the centre rays see, by layer and lane: SEEN_UNBROKEN or 0 where no breaks
 // lie in their way, else the results of look_around_four.
-static inline void look_around_centres(const SceneArrays* scene, const Lattice* lattice,
-                                       const Breaks* breaks, int first, int row,
-                                       const Rays* centres, const Layers* layers,
-                                       OccluderCache* occluder_cache, int (*seen)[RAYWAVE_LANES]) {
+CALLED void look_around_centres(const SceneArrays* scene, const Lattice* lattice,
+                                const Breaks* breaks, int first, int row, const Rays* centres,
+                                const Layers* layers, OccluderCache* occluder_cache,
+                                int (*seen)[RAYWAVE_LANES]) {
   for (int i = 0; i < BVH_LAYERS; ++i) {
     for (int lane = 0; lane < RAYWAVE_LANES; ++lane) seen[i][lane] = SEEN_UNKNOWN;
   }
@@ -673,8 +672,12 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
   Layers first_centres;
   bvh_layers(&scene.tree, &centres, &first_centres);
 #if RAYWAVE_ANTIALIAS
-  Layers packet_parts[PACKETS];
-  floatv packet_from[PACKETS];
+  Layers parts[PACKETS];
+  floatv from[PACKETS], rims[PACKETS];
+#if CELLS_OF_PACKET > 1
+  Layers shared_parts = parts[0];
+  floatv shared_from = 0.0f;
+#endif
   int whole[RAYWAVE_LANES];
   find_whole_cells(&scene, &lattice, &breaks, first, row, &first_centres, whole);
 #endif
@@ -690,8 +693,10 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
   look_around_centres(&scene, &lattice, &breaks, first, row, &centres, &sources, occluder_cache,
                       seen);
 
-  // Radiance of these samples
-  Shaded shaded[BVH_LAYERS], shaded_one;
+  // Radiance of these samples, those of all lanes together
+  Shaded shaded_one;
+#if RAYWAVE_LANES > 1
+  Shaded shaded[BVH_LAYERS];
   for (int i = 0; i < BVH_LAYERS; ++i) {
     intv wanted = sources.triangle[i] >= 0;
 #if !RAYWAVE_KEEP_UNSEEN
@@ -702,6 +707,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
                        sources.u[i], sources.v[i]};
     shade(&scene, &lattice, &centres, &hits, shaded + i);
   }
+#endif
 
   // The samples of each cell: one for each layer of its centre ray, then one for each layer that
   // only parts of the cell show.
@@ -723,74 +729,91 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
     Hit last = hit_of_lane(&first_centres, BVH_LAYERS - 1, lane);
     Hits claimed[PACKETS];
 #if RAYWAVE_ANTIALIAS
-    const intv mine = LANES_INDEX / PARTS == lane % CELLS_OF_PACKET;
-    Layers parts[PACKETS];
-    floatv from[PACKETS];
     bool all_whole = true;  // of the cells that share packets with this one, from it on
     for (int cell = lane; cell == lane || cell % CELLS_OF_PACKET != 0; ++cell)
       all_whole &= whole[cell];
-    for (int packet = 0; packet < PACKETS && !all_whole; ++packet) {
-      if (lane % CELLS_OF_PACKET == 0) {
-        packet_from[packet] = 0.0f;
-        look_at_parts(&scene, &lattice, column, row, packet, packet_from + packet,
-                      packet_parts + packet);
-      }
-      if (whole[lane]) continue;
-      parts[packet] = packet_parts[packet];
-      for (int i = 0; i < BVH_LAYERS; ++i)
-        parts[packet].triangle[i] = LANES_SELECT((intv)(-1), parts[packet].triangle[i], mine);
-      from[packet] = LANES_SELECT((floatv)(lattice.reach), packet_from[packet], mine);
-    }
 #endif
     // Rays that have met as many layers as one traversal keeps are traced again behind them.
+    // Kernels are inlined whole: what takes long to compile stands here once.
     Layers further_layers;
-    bool more = true, again = false;
-    for (; more; again = true) {
+    bool more = true;
+    for (bool again = false; more; again = true) {
       more = false;
 #if RAYWAVE_ANTIALIAS
-      floatv rims[PACKETS];
+      for (int packet = 0; packet < PACKETS; ++packet) {
+        const bool looks = again ? !whole[lane] && LANES_ANY(from[packet] < lattice.reach)
+                                 : !all_whole && lane % CELLS_OF_PACKET == 0;
+        if (!again) from[packet] = 0.0f;
+        if (looks)
+          look_at_parts(&scene, &lattice, cell.packet_column, row, packet, from + packet,
+                        parts + packet);
+#if CELLS_OF_PACKET > 1
+        // Each cell takes its own parts of the only packet.
+        if (again) continue;
+        if (looks) {
+          shared_parts = parts[0];
+          shared_from = from[0];
+        }
+        const intv mine = LANES_INDEX / PARTS == lane % CELLS_OF_PACKET;
+        parts[0] = shared_parts;
+        for (int i = 0; i < BVH_LAYERS; ++i)
+          parts[0].triangle[i] = LANES_SELECT((intv)(-1), parts[0].triangle[i], mine);
+        from[0] = LANES_SELECT((floatv)(lattice.reach), shared_from, mine);
+#endif
+      }
       if (!whole[lane])
         find_rims(&scene, &lattice, parts, layers, lane, column, row, cell.packet_column, rims);
 #endif
-      for (int i = 0; i < BVH_LAYERS; ++i) {
-        const Hit hit = hit_of_lane(layers, i, lane);
-        if (hit.triangle < 0) continue;
+      // Hits of the centre ray, then those of parts that belong to none of them
+      for (int layer = 0;; ++layer) {
+        Hit hit;
+        float dx = centre_dx, dy = centre_dy;
+        const bool of_centre = layer < BVH_LAYERS;
+        if (of_centre) {
+          hit = hit_of_lane(layers, layer, lane);
+          if (hit.triangle < 0) continue;
+        } else {
+#if RAYWAVE_ANTIALIAS
+          const int ray = whole[lane] ? -1 : unclaimed(parts, &hit);
+          if (ray < 0) break;
+          const Rays rays =
+              part_rays(&lattice, cell.packet_column, row, ray / RAYWAVE_LANES, LANES_INDEX >= 0);
+          float all_dx[RAYWAVE_LANES], all_dy[RAYWAVE_LANES];
+          LANES_STORE(rays.dx, all_dx);
+          LANES_STORE(rays.dy, all_dy);
+          dx = all_dx[ray % RAYWAVE_LANES];
+          dy = all_dy[ray % RAYWAVE_LANES];
+#else
+          break;
+#endif
+        }
         int covered = PARTS;
 #if RAYWAVE_ANTIALIAS
         if (!whole[lane]) {
-          const Sheet sheet =
-              sheet_of(&scene, &lattice, &hit, centre_dx, centre_dy, cell.packet_column, row);
+          const Sheet sheet = sheet_of(&scene, &lattice, &hit, dx, dy, cell.packet_column, row);
           covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
         }
 #endif
-        if (again) shade_one(&scene, &lattice, &hit, centre_dx, centre_dy, &shaded_one);
-        add_sample(&scene, &lattice, column, row, &hit, centre_dx, centre_dy, claimed, covered,
-                   again ? SEEN_UNKNOWN : seen[i][lane], again ? &shaded_one : shaded + i,
-                   again ? 0 : lane, &cell);
+        const bool is_known = of_centre && !again;
+        const int seen_parts = is_known ? seen[layer][lane] : SEEN_UNKNOWN;
+        const bool is_shaded = is_known && RAYWAVE_LANES > 1;
+#if RAYWAVE_KEEP_UNSEEN
+        const bool is_wanted = true;
+#else
+        const bool is_wanted = seen_parts != 0;
+#endif
+        if (!is_shaded && is_wanted) shade_one(&scene, &lattice, &hit, dx, dy, &shaded_one);
+#if RAYWAVE_LANES > 1
+        const Shaded* of_hit = is_shaded ? shaded + layer : &shaded_one;
+#else
+        const Shaded* of_hit = &shaded_one;
+#endif
+        add_sample(&scene, &lattice, column, row, &hit, dx, dy, claimed, covered, seen_parts,
+                   of_hit, is_shaded ? lane : 0, &cell);
       }
 #if RAYWAVE_ANTIALIAS
-      Hit hit;
-      for (int ray = whole[lane] ? -1 : unclaimed(parts, &hit); ray >= 0;
-           ray = unclaimed(parts, &hit)) {
-        const Rays rays =
-            part_rays(&lattice, cell.packet_column, row, ray / RAYWAVE_LANES, LANES_INDEX >= 0);
-        float dx[RAYWAVE_LANES], dy[RAYWAVE_LANES];
-        LANES_STORE(rays.dx, dx);
-        LANES_STORE(rays.dy, dy);
-        const int from_lane = ray % RAYWAVE_LANES;
-        const Sheet sheet =
-            sheet_of(&scene, &lattice, &hit, dx[from_lane], dy[from_lane], cell.packet_column, row);
-        const int covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
-        shade_one(&scene, &lattice, &hit, dx[from_lane], dy[from_lane], &shaded_one);
-        add_sample(&scene, &lattice, column, row, &hit, dx[from_lane], dy[from_lane], claimed,
-                   covered, SEEN_UNKNOWN, &shaded_one, 0, &cell);
-      }
-      for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet) {
-        if (!LANES_ANY(from[packet] < lattice.reach)) continue;
-        look_at_parts(&scene, &lattice, cell.packet_column, row, packet, from + packet,
-                      parts + packet);
-        more = true;
-      }
+      for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet)
+        more |= LANES_ANY(from[packet] < lattice.reach);
 #endif
       if (last.triangle >= 0) {
         Rays further = centre_rays(&lattice, first, row, LANES_INDEX == lane);

@@ -372,14 +372,14 @@ BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, L
 }
 
 // The nearest hits in (t_min, t_max).
-BVH_INLINE Hits bvh_nearest(const Tree* tree, const Rays* rays) {
+CALLED Hits bvh_nearest(const Tree* tree, const Rays* rays) {
   return bvh_traverse(tree, rays, false, 0);
 }
 
 // The nearest BVH_LAYERS hits in (t_min, t_max) of rays that come from the hologram's centre.
 // Subtrees that face away from it are skipped: inner sides of closed meshes are no sources of
 // light.
-BVH_INLINE void bvh_layers(const Tree* tree, const Rays* rays, Layers* layers) {
+CALLED void bvh_layers(const Tree* tree, const Rays* rays, Layers* layers) {
   for (int i = 0; i < BVH_LAYERS; ++i) {
     layers->t[i] = rays->t_max;
     layers->triangle[i] = -1;
@@ -391,8 +391,7 @@ BVH_INLINE void bvh_layers(const Tree* tree, const Rays* rays, Layers* layers) {
 #if RAYWAVE_LANES > 1
 // Mask of the rays that meet anything in (t_min, t_max). The triangles that stopped a similar
 // packet are tried first: known[lane] is the triangle that stopped that ray, or -1; it is updated.
-//
-static inline intv bvh_occluded_again(const Tree* tree, const Rays* rays, int* known) {
+CALLED intv bvh_occluded_again(const Tree* tree, const Rays* rays, int* known) {
   Rays left = *rays, turned = *rays;
   floatv inverse[3];
   int instance = -1;
@@ -427,7 +426,7 @@ static inline intv bvh_occluded_again(const Tree* tree, const Rays* rays, int* k
 #endif
 
 // Mask of the rays that meet anything in (t_min, t_max).
-BVH_INLINE intv bvh_occluded(const Tree* tree, const Rays* rays) {
+CALLED intv bvh_occluded(const Tree* tree, const Rays* rays) {
   return bvh_traverse(tree, rays, true, 0).triangle >= 0;
 }
 
