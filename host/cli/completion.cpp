@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shell completion, printed from the parser's own commands and options, so that it knows what the
 // program knows.
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>

@@ -10,6 +10,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
 #include <span>
+#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"

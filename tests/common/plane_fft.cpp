@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/common/plane_fft.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <numeric>
 #include <random>
+#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/encode/shown.hpp"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks of all FFT back ends that support the device, against direct sums and each other.
+#include <algorithm>
 #include <cmath>
 #include <optional>
 

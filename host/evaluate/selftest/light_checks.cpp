@@ -3,6 +3,7 @@
 // lens and the encoder.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "host/common/text.hpp"
 #include "host/evaluate/device_json.hpp"
