@@ -184,6 +184,8 @@ struct Plan {
   double cone_error = 0;
   std::uint64_t rays = 0;  // primary rays of a frame
 
+  /// Samples are gathered at the hologram itself (Method::points), and nothing is propagated.
+  bool is_at_hologram() const { return !layers.empty() && layers.front().distance_m == 0; }
   Cone cone() const { return {cone_half_width, apodization}; }
   const DepthLayer& layer_of(const Wrp& wrp) const { return layers[wrp.layer]; }
   const Tile& tile_of(const Wrp& wrp) const { return tiles[wrp.tile]; }

@@ -169,17 +169,7 @@ Complex smooth_wave(const Gathering& what, std::size_t sample, const Tile& tile,
   const auto p = place(s) + plan.origin_m;
   const auto path = p - dvec3(place_m, 0);
   const double r = glm::length(path);
-  double share = 1;
-  if (s.hidden) {
-    share = 0;
-    const int parts = what.visibility_parts;
-    const auto at = place_m / (plan.window_m() / 2.0);
-    for (int j = -2; j < parts + 2; ++j) {
-      for (int i = -2; i < parts + 2; ++i)
-        share += sees(what, sample, i, j) * cubic_spline((at.x - middle_of(what, i)) * parts / 2) *
-                 cubic_spline((at.y - middle_of(what, j)) * parts / 2);
-    }
-  }
+  double share = s.hidden ? smooth_share(what, sample, place_m) : 1;
   // Along y light fades with its slope on the tile's middle column.
   const double column_m = origin_of_tile(plan, tile).x;
   share *=

@@ -54,6 +54,11 @@ bool is_seen(const Gathering& what, std::size_t index, int i, int j) {
   return what.visibility_masks[index * words + bit / 32] >> (bit % 32) & 1u;
 }
 
+double cubic_spline(double x) {
+  x = std::abs(x);
+  return x < 1 ? 2.0 / 3 - x * x + x * x * x / 2 : std::pow(std::max(2 - x, 0.0), 3) / 6;
+}
+
 /// Parts of the window's sides that the waves of near samples keep apart.
 int plane_wave_parts(const Gathering& what) { return std::clamp(what.visibility_parts, 1, 8); }
 
@@ -333,6 +338,20 @@ double amplitude_towards(const Gathering& what, std::size_t index, glm::dvec3 to
   return s.weight * std::sqrt(radiance * area);
 }
 
+double smooth_share(const Gathering& what, std::size_t sample, glm::dvec2 place_m) {
+  const int parts = what.visibility_parts;
+  const auto half_m = half_window(what.plan) * std::max(1.0, what.plan.cone_half_width);
+  const auto at = (place_m / half_m + 1.0) * (parts / 2.0) - 0.5;
+  double share = 0;
+  for (int j = -2; j < parts + 2; ++j) {
+    for (int i = -2; i < parts + 2; ++i) {
+      if (is_seen(what, sample, std::clamp(i, 0, parts - 1), std::clamp(j, 0, parts - 1)))
+        share += cubic_spline(at.x - i) * cubic_spline(at.y - j);
+    }
+  }
+  return share;
+}
+
 AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m) {
   const auto& plan = what.plan;
   const auto& s = what.samples[sample];
@@ -357,7 +376,9 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
     if (std::abs(sine - 1) < undecided) ray.unsure = true;
     if (plan.largest_sine[axis] < 1 && sine > 1) return ray;
   }
-  if (s.hidden) {
+  if (s.hidden && plan.is_at_hologram()) {
+    edges *= smooth_share(what, sample, dvec2(pixel_m));
+  } else if (s.hidden) {
     const auto at = (dvec2(pixel_m) + dvec2(towards) * pixel_m.z) / half_window(plan);
     const auto [i, unsure_i] = visibility_part(what, at.x);
     const auto [j, unsure_j] = visibility_part(what, at.y);

@@ -31,7 +31,14 @@ struct Gathering {
 /// Amplitude of a sample's light in a direction (z = -1, of any length), at unit distance.
 double amplitude_towards(const Gathering& what, std::size_t sample, glm::dvec3 towards);
 
-/// One sample's light at one pixel of a plane, cut geometrically, without the random phase.
+/// Share of a partly hidden sample's light that reaches a place of the hologram: its visibility
+/// mask, smoothed by cubic B-splines. Parts beyond the window see what the outermost see.
+///
+/// place_m  world, z = 0
+double smooth_share(const Gathering& what, std::size_t sample, glm::dvec2 place_m);
+
+/// One sample's light at one pixel of a plane, cut geometrically, without the random phase. Hidden
+/// parts are smooth in plans at the hologram, else as the visibility mask has them.
 /// pixel_m: world.
 struct AimedRay {
   std::complex<double> wave = 0;

@@ -17,6 +17,14 @@ std::uint64_t profile_bytes(const cl::DeviceInfo& device) {
       {std::uint64_t{128} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16});
 }
 
+/// At the hologram hidden parts are smoothed as over virtual planes, which are compared with it.
+cl::Options options_of(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
+                       const SampleTable& table, int frames, int tile_rows) {
+  auto options = gather_options(device, plan, scene, table, frames, tile_rows);
+  options[option::smooth_parts] = plan.is_at_hologram() ? "1" : "0";
+  return options;
+}
+
 }  // namespace
 
 Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
@@ -30,7 +38,7 @@ Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene
       strip_tiles_(work_shape(device.info()).strip_tiles),
       plane_wave_spots_(plane_wave_spots),
       program_(device, "kernels/gather/gather.cl",
-               gather_options(device, plan, scene, table, frames, tile_rows_)),
+               options_of(device, plan, scene, table, frames, tile_rows_)),
       project_samples_(program_.kernel("project_samples")),
       draw_phases_(program_.kernel("draw_phases")),
       profile_(program_.kernel("profile")),

@@ -40,6 +40,7 @@
 #define VISIBILITY_MIXED 1
 #define VISIBILITY_NONE 2
 
+#if !RAYWAVE_SMOOTH_PARTS
 // Visibility of a sample from a box of the hologram's window, in half sides of the window that the
 // mask divides: VISIBILITY_CLEAR, _MIXED or _NONE.
 static inline int visibility_state(__global const uint* visibility, float x0, float x1, float y0,
@@ -54,6 +55,41 @@ static inline int visibility_state(__global const uint* visibility, float x0, fl
   }
   return all == columns ? VISIBILITY_CLEAR : any ? VISIBILITY_MIXED : VISIBILITY_NONE;
 }
+#endif
+
+#if RAYWAVE_SMOOTH_PARTS && RAYWAVE_VISIBILITY_PARTS > 0
+// Cubic B-splines of four parts at `place`, in parts from the middle of the first part of a side:
+// their weights. Returns the first of the four, which may lie beyond the side.
+static inline intv splines_at(floatv place, floatv* weights) {
+  const intv before = LANES_TO_INT(clamp(place, -1.0f, (float)RAYWAVE_VISIBILITY_PARTS) + 2.0f) - 2;
+  const floatv t = place - LANES_TO_FLOAT(before), rest = 1.0f - t;
+  weights[0] = rest * rest * rest / 6.0f;
+  weights[1] = 2.0f / 3.0f - t * t + 0.5f * t * t * t;
+  weights[2] = 2.0f / 3.0f - rest * rest + 0.5f * rest * rest * rest;
+  weights[3] = t * t * t / 6.0f;
+  return before - 1;
+}
+
+// Share of the light that pixels see, at places across the window and on one row of it, in parts
+// from the middle of the first. Parts beyond the window see what the outermost see.
+static inline floatv smooth_share(__global const uint* visibility, floatv across, float up) {
+  floatv columns[4], rows[4];
+  const intv column = splines_at(across, columns), row = splines_at((floatv)(up), rows);
+  floatv share = 0.0f;
+  for (int j = 0; j < 4; ++j) {
+    const int part = clamp(LANES_FIRST(row) + j, 0, RAYWAVE_VISIBILITY_PARTS - 1);
+    const intv seen = (intv)((int)visibility_row(visibility, part));
+    floatv of_row = 0.0f;
+    for (int i = 0; i < 4; ++i) {
+      const intv bit =
+          seen >> clamp(column + i, (intv)(0), (intv)(RAYWAVE_VISIBILITY_PARTS - 1)) & 1;
+      of_row += LANES_SELECT((floatv)(0.0f), columns[i], bit != 0);
+    }
+    share += rows[j] * of_row;
+  }
+  return share;
+}
+#endif
 
 // Share of part (i, j) of PLANE_WAVE_PARTS x PLANE_WAVE_PARTS parts of the window that sees the
 // sample.
@@ -374,7 +410,7 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
   const intv column = tile->first + LANES_INDEX;
   const DoubleSingle x = ds_steps(column, plane->pitch_x, plane->pitch_x_low),
                      rate = ds(plane->turns_hi, plane->turns_lo);
-#if RAYWAVE_VISIBILITY_PARTS > 0
+#if RAYWAVE_VISIBILITY_PARTS > 0 && !RAYWAVE_SMOOTH_PARTS
   const float left_x = plane->pitch_x * (float)tile->first,
               right_x = left_x + plane->pitch_x * (float)(RAYWAVE_LANES - 1);
   const float top_y = -plane->pitch_y * (float)top, bottom_y = -plane->pitch_y * (float)bottom;
@@ -392,6 +428,12 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
   int state = VISIBILITY_CLEAR;
   const float to_mask_x = sign * p->scale_x * plane->visibility_scale_x;
   const float to_mask_y = sign * p->scale_y * plane->visibility_scale_y;
+#if RAYWAVE_SMOOTH_PARTS
+  const floatv parts_across = (off_chief * to_mask_x + plane->visibility_shift_x + 1.0f) *
+                                  (0.5f * RAYWAVE_VISIBILITY_PARTS) -
+                              0.5f;
+  if (p->hidden) state = VISIBILITY_MIXED;
+#else
   intv part = 0;
   if (p->hidden) {
     const float u0 = (fmax(left_x, p->centre_x - p->half_x) - p->centre_x) * to_mask_x +
@@ -408,6 +450,7 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
                               (0.5f * RAYWAVE_VISIBILITY_PARTS)),
                  (intv)(0), (intv)(RAYWAVE_VISIBILITY_PARTS - 1));
   }
+#endif
 #endif
   const floatv squared_x = dx * dx + p->depth * p->depth;
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
@@ -442,12 +485,18 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
     counts &= (fabs(dx) * inverse_length <= plane->sine_limit_x) &
               (fabs(dy) * inverse_length <= plane->sine_limit_y);
 #endif
+    floatv share = edge_x * edge_y;
 #if RAYWAVE_VISIBILITY_PARTS > 0
     if (state == VISIBILITY_MIXED) {
-      const uint seen = visibility_row(
-          visibility, visibility_part(off_chief_y * to_mask_y + plane->visibility_shift_y));
+      const float at = off_chief_y * to_mask_y + plane->visibility_shift_y;
+#if RAYWAVE_SMOOTH_PARTS
+      share *= smooth_share(visibility, parts_across,
+                            (at + 1.0f) * (0.5f * RAYWAVE_VISIBILITY_PARTS) - 0.5f);
+#else
+      const uint seen = visibility_row(visibility, visibility_part(at));
       counts &= ((intv)((int)seen) >> part & 1) != 0;
       if (!LANES_ANY(counts)) continue;
+#endif
     }
 #endif
     floatv amplitude = p->amplitude;
@@ -470,8 +519,8 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
     }
 #endif
     const floatv area = projected_area(p->tilt_z, p->tilt_x * dx, (floatv)(p->tilt_y * dy));
-    amplitude = LANES_SELECT(
-        (floatv)(0.0f), amplitude * sqrt(area) * edge_x * edge_y * sign * inverse_length, counts);
+    amplitude = LANES_SELECT((floatv)(0.0f), amplitude * sqrt(area) * share * sign * inverse_length,
+                             counts);
 #if RAYWAVE_PRECISION == PRECISION_FLOAT
     const floatv turns = middle_turns + turns_beyond(middle_dy, step_y, length + middle_length,
                                                      plane->turns_hi * sign);

@@ -18,6 +18,12 @@
 #define RAYWAVE_SINE_LIMIT 1
 #endif
 
+// 1: cubic B-splines smooth the visibility mask; 0: a pixel sees what its part of the window sees.
+// Gatherer, 1 at the hologram itself
+#ifndef RAYWAVE_SMOOTH_PARTS
+#define RAYWAVE_SMOOTH_PARTS 0
+#endif
+
 // Where the light of a ray of the fan comes from; Tracer
 #define SOURCE_HIT 0      // its hit
 #define SOURCE_SURFACE 1  // the sample of the table nearest to its hit
@@ -31,11 +37,12 @@
 #define RAYWAVE_INTERPOLATE_ROWS 1
 #endif
 
-#define RAYWAVE_GATHER_OPTIONS(OPTION)   \
-  OPTION(tile_rows, RAYWAVE_TILE_ROWS)   \
-  OPTION(frames, RAYWAVE_FRAMES)         \
-  OPTION(sine_limit, RAYWAVE_SINE_LIMIT) \
-  OPTION(source, RAYWAVE_SOURCE)         \
+#define RAYWAVE_GATHER_OPTIONS(OPTION)       \
+  OPTION(tile_rows, RAYWAVE_TILE_ROWS)       \
+  OPTION(frames, RAYWAVE_FRAMES)             \
+  OPTION(sine_limit, RAYWAVE_SINE_LIMIT)     \
+  OPTION(smooth_parts, RAYWAVE_SMOOTH_PARTS) \
+  OPTION(source, RAYWAVE_SOURCE)             \
   OPTION(interpolate_rows, RAYWAVE_INTERPOLATE_ROWS)
 
 #endif

@@ -16,6 +16,7 @@
 #include "host/view/reconstruct.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
+#include "tests/support/samples.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;
@@ -212,6 +213,54 @@ TEST_CASE("rendering by points matches the direct sum at the hologram") {
                           << " of 300, hidden " << rig.table.hidden << " of " << rig.table.count);
     CHECK(agreement.pixels > 100);
     CHECK(agreement.error < 2e-5);
+  }
+}
+
+TEST_CASE(
+    "smooth parts of the window are nearer than hard ones to a ray from every sample to every "
+    "pixel") {
+  auto stage = ball_before_wall(10e-3);
+  stage.scene.hologram = {{192, 160}, {3.74e-6, 3.74e-6}, 638e-9};
+  stage.scene.sampling.pitch_m = 20e-6;
+  for (const auto& device : all_devices()) {
+    const Rig rig(device, stage, Method::points, false);
+    const auto what = reference::gathering(rig);
+    const auto half_m = rig.plan.window_m() / 2.0;
+    const int parts = rig.table.visibility_parts;
+    Random random(3);
+    double smooth = 0, hard = 0, energy = 0;
+    for (int n = 0; n < 200; ++n) {
+      const dvec2 at(uniform(random, -1, 1), uniform(random, -1, 1));
+      const dvec3 pixel_m(at * half_m, 0);
+      const auto part = glm::ivec2((at + 1.0) * (parts / 2.0));
+      const auto bit = static_cast<std::size_t>(part.y * parts + part.x);
+      Complex exact = 0, by_smooth = 0, by_hard = 0;
+      for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+        const auto& s = rig.samples[i];
+        const auto path = pixel_m - (place(s) + rig.plan.origin_m);
+        const double r = length(path);
+        const auto wave =
+            reference::amplitude_towards(what, i, path / -path.z) / r *
+            std::polar(1.0, 2 * std::numbers::pi *
+                                (std::remainder(r / 638e-9, 1.0) + phase_turns_of_key(s.key, 1)));
+        const bool is_free = free_path(rig.corners, place(s), normal(s), rig.arrays.bias_m,
+                                       pixel_m - rig.plan.origin_m) != reference::Seen::no;
+        exact += is_free ? wave : 0.0;
+        by_smooth += (s.hidden ? reference::smooth_share(what, i, dvec2(pixel_m)) : 1.0) * wave;
+        const auto words = rig.table.visibility_words();
+        const bool is_seen = rig.visibility_masks[i * words + bit / 32] >> (bit % 32) & 1u;
+        by_hard += !s.hidden || is_seen ? wave : 0.0;
+      }
+      smooth += std::norm(by_smooth - exact);
+      hard += std::norm(by_hard - exact);
+      energy += std::norm(exact);
+    }
+    INFO(rig.table.hidden << " of " << rig.table.count << " samples hidden; smooth parts off by "
+                          << std::sqrt(smooth / energy) << ", hard ones by "
+                          << std::sqrt(hard / energy));
+    REQUIRE(rig.table.hidden > 20);
+    CHECK(smooth < hard);
+    CHECK(std::sqrt(smooth / energy) < 0.1);
   }
 }
 
