@@ -19,6 +19,7 @@
 #include "host/plan/predict/slm_light.hpp"
 #include "host/plan/tiles.hpp"
 #include "host/plan/wrp_placement.hpp"
+#include "kernels/gather/compact.h"
 
 namespace raywave {
 namespace {
@@ -79,8 +80,6 @@ double share_of_band(const World& world, const Plan& plan) {
   return std::sqrt(filled.x * filled.y);
 }
 
-constexpr int most_lines = 8;
-
 /// Of the scan lines, too: footprints that are cut off are no reason for fewer.
 constexpr double largest_window_error = 0.03;
 
@@ -90,7 +89,7 @@ void choose_lines(Plan& plan) {
   const double enough = 0.5 * std::min(compact.window_error, largest_window_error);
   const auto error = [&](int lines) { return predicted_lines_error(plan, lines); };
   compact.lines_error = error(compact.lines);
-  while (compact.lines_error > enough && compact.lines < most_lines)
+  while (compact.lines_error > enough && compact.lines < COMPACT_MOST_LINES)
     compact.lines_error = error(++compact.lines);
   // A scan line less has four times the error, and more: no need to look closer at every frame
   while (compact.lines > 1 && compact.lines_error <= enough / 4) {

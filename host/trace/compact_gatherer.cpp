@@ -37,6 +37,26 @@ double cubic_spline(double x) {
   return x < 1 ? 2.0 / 3 - x * x + x * x * x / 2 : std::pow(std::max(2 - x, 0.0), 3) / 6;
 }
 
+/// Error, in turns, of polynomials between the knots.
+constexpr double knots_error_turns = 1e-6;
+
+/// Knots along a line of the tile, as few as the phases allow. Paths as functions of the place on
+/// the line are analytic up to a depth off it, in units of what the knots cover: Chebyshev
+/// interpolation gains a factor of rho with each knot (Trefethen, Approximation Theory and
+/// Approximation Practice, theorem 8.2).
+int knots_for(const Plan& plan, const DepthLayer& layer) {
+  double reach_m = 0;
+  for (int axis = 0; axis < 2; ++axis)
+    reach_m = std::max(reach_m, bell_of(plan, axis).reach * plan.tile_window_m()[axis] / 2);
+  const double near_m = std::min(layer.min_m.z, layer.distance_m), depth = near_m / reach_m,
+               rho = depth + std::sqrt(depth * depth + 1);
+  int knots = 8;
+  while (knots < COMPACT_MOST_KNOTS &&
+         near_m / plan.wavelength_m * std::pow(rho, -knots) > knots_error_turns)
+    knots *= 2;
+  return knots;
+}
+
 int floor_over(int value, int by) { return value >= 0 ? value / by : -((by - 1 - value) / by); }
 int modulo(int value, int by) { return value - floor_over(value, by) * by; }
 
@@ -75,6 +95,8 @@ void CompactGatherer::draw_phases(std::uint32_t seed) {
   if (footprints_.size() < room) {
     footprints_ = {device_, room, "footprints of samples"};
     phasors_ = {device_, room * static_cast<std::size_t>(frames_), "phases"};
+    const std::size_t floats = plan_.precision == Precision::doubles ? 2 : 1;
+    seen_ = {device_, COMPACT_SEEN * room * floats, "samples as a tile sees them"};
   }
   if (table_.count > 0)
     draw_phases_.run({static_cast<std::size_t>(table_.count)},
@@ -113,6 +135,7 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   plane.lines = compact.lines;
   put(plan_.largest_sine, plane.sine_limit_x, plane.sine_limit_y);
   put(1.0 / (cut_width * half), plane.per_cut_x, plane.per_cut_y);
+  plane.knots = knots_for(plan_, layer);
   return plane;
 }
 
@@ -135,9 +158,8 @@ void CompactGatherer::place_profiles(glm::ivec2 size) {
   };
   for (std::size_t i = 0; i < aimed_.size(); ++i) {
     const auto& f = aimed_[i];
-    const auto floats =
-        static_cast<std::size_t>(f.lines) * 2 *
-        static_cast<std::size_t>(COMPACT_ROOM(f.columns) + 2 * lanes_ + COMPACT_ROOM(f.rows));
+    const auto floats = static_cast<std::size_t>(f.lines) * 2 *
+                        static_cast<std::size_t>(COMPACT_ROOM(f.columns) + COMPACT_ROOM(f.rows));
     if (bins_.batches.empty() || bins_.batches.back().floats + floats > most) {
       if (!bins_.batches.empty()) end_batch();
       bins_.batches.push_back({.first_sample = static_cast<int>(i), .floats = packet});
@@ -251,19 +273,18 @@ void CompactGatherer::fill_bins(glm::ivec2 size, const LinePart& wanted) {
   });
 }
 
-/// Rotors exp(2 pi i (pixel - n / 2) (node - n / 2) / n), with the sign of odd pixels changed, of
-/// all sizes n that footprints need. Odd pixels' signs bring the tile into the middle of the
-/// transform.
+/// Rotors exp(2 pi i (pixel + 1/2) node / n), with the sign of odd pixels changed, of all sizes n
+/// that footprints need. Odd pixels' signs bring the tile into the middle of the transform.
 void CompactGatherer::make_rotors(int most_nodes) {
   if (most_nodes <= rotors_for_) return;
   rotors_for_ = most_nodes;
   std::vector<float> table;
   for (int n = COMPACT_STEP; n <= most_nodes; n += COMPACT_STEP) {
-    for (int node = 0; node < n; ++node) {
+    for (int node = 1; node <= n; ++node) {
       for (const bool is_sine : {false, true}) {
-        for (int pixel = 0; pixel < n; ++pixel) {
+        for (int pixel = 0; pixel < n / 2; ++pixel) {
           const double turns =
-              static_cast<double>((pixel - n / 2) * (node - n / 2) % n) / n + 0.5 * (pixel % 2);
+              static_cast<double>((2 * pixel + 1) * node % (2 * n)) / (2 * n) + 0.5 * (pixel % 2);
           table.push_back(static_cast<float>(is_sine ? std::sin(2 * std::numbers::pi * turns)
                                                      : std::cos(2 * std::numbers::pi * turns)));
         }
@@ -274,10 +295,11 @@ void CompactGatherer::make_rotors(int most_nodes) {
   rotors_ = {device_, std::span<const float>(table), "rotors of footprints"};
 }
 
-/// The weights of nodes (kernels/gather/compact.h) of all sizes that footprints need.
+/// The places on the tile, and the weights of nodes (kernels/gather/compact.h), of all sizes that
+/// footprints need.
 void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& plane,
                                    int most_nodes) {
-  if (const WeightsKey key{wrp.tile, plane.lines, plane.half_x, plane.half_y};
+  if (const WeightsKey key{wrp.tile, plane.lines, plane.knots, plane.half_x, plane.half_y};
       key == weights_key_ && most_nodes <= weights_for_)
     return;
   else
@@ -289,23 +311,43 @@ void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& p
   const auto middle_of = [&](int part) { return (part - 1.5) * 2 / parts - 1; };
 
   // In half tiles from the origin, downwards, as in the kernel
+  const int pairs = plane.knots / 2;
+  const auto knot_at = [&](int axis, int knot) {
+    const double at = bell_of(plan_, axis).reach *
+                      std::cos(std::numbers::pi * (knot % pairs + 0.5) / plane.knots);
+    return knot < pairs ? at : -at;
+  };
   std::vector<double> rows;
   for (int line = 0; line < plane.lines; ++line)
     rows.push_back(std::cos(std::numbers::pi * (line + 0.5) / plane.lines));
-  std::vector<float> table(rows.begin(), rows.end());
   for (int part = 0; part < splines; ++part)
-    table.push_back(static_cast<float>((middle_of(part) * window_m.y - origin_m.y) / half_m.y));
+    rows.push_back((middle_of(part) * window_m.y - origin_m.y) / half_m.y);
+  std::vector<float> table;
+  for (int axis = 0; axis < 2; ++axis) {
+    for (int i = 0; i < COMPACT_KNOT_ROOM; ++i)
+      table.push_back(static_cast<float>(knot_at(axis, i % plane.knots)));
+  }
+  for (const double row : rows)
+    table.insert(table.end(), static_cast<std::size_t>(plane.knots), static_cast<float>(row));
   table.resize(COMPACT_PLACES, 0.0f);
+
   for (int n = COMPACT_STEP; n <= most_nodes; n += COMPACT_STEP) {
     const glm::ivec2 half_nodes{COMPACT_HALF_NODES(n, plane.nx, plane.tile_nx),
                                 COMPACT_HALF_NODES(n, plane.ny, plane.tile_ny)};
-    const auto add_row = [&](int axis, const auto& weight) {
-      const auto end = table.size() + COMPACT_NODE_ROOM(n);
-      const double step = 1.0 * plan_.compact->size[axis] / n;  // pixels
-      for (int node = -half_nodes[axis]; node <= half_nodes[axis]; ++node)
-        table.push_back(
-            static_cast<float>(weight(node * step * plan_.pitch_m[axis] / half_m[axis])));
-      table.resize(end, 0.0f);
+    // A row: nodes on the right, on the left, and the middle one
+    const auto add_row = [&](int axis, const auto& right, const auto& left) {
+      const auto begin = table.size();
+      table.resize(begin + COMPACT_NODE_ROOM(n), 0.0f);
+      const double step = plan_.compact->size[axis] * plan_.pitch_m[axis] / half_m[axis] / n;
+      for (int node = 1; node <= half_nodes[axis]; ++node) {
+        const auto at = begin + static_cast<std::size_t>(node - 1);
+        table[at] = static_cast<float>(right(node * step));
+        table[at + static_cast<std::size_t>(n)] = static_cast<float>(left(node * step));
+      }
+      table[begin + static_cast<std::size_t>(2 * n)] = static_cast<float>(right(0.0));
+    };
+    const auto add_weights = [&](int axis, const auto& weight) {
+      add_row(axis, weight, [&](double at) { return weight(-at); });
     };
     const auto bell = [&](int axis, double at) {
       return bell_of(plan_, axis)(at) * plan_.compact->size[axis] / n;
@@ -314,11 +356,11 @@ void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& p
       return cubic_spline(
           ((origin_m[axis] + at * half_m[axis]) / window_m[axis] - middle_of(part)) * parts / 2);
     };
-    add_row(0, [&](double at) { return bell(0, at); });
+    add_weights(0, [&](double at) { return bell(0, at); });
     for (int part = 0; part < splines; ++part)
-      add_row(0, [&](double at) { return spline(0, part, at); });
+      add_weights(0, [&](double at) { return spline(0, part, at); });
     for (int line = 0; line < plane.lines; ++line) {
-      add_row(1, [&](double at) {
+      add_weights(1, [&](double at) {
         double product = bell(1, at);
         for (int other = 0; other < plane.lines; ++other) {
           const auto here = static_cast<std::size_t>(line), there = static_cast<std::size_t>(other);
@@ -328,7 +370,22 @@ void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& p
       });
     }
     for (int part = 0; part < splines; ++part)
-      add_row(1, [&](double at) { return bell(1, at) * spline(1, part, at); });
+      add_weights(1, [&](double at) { return bell(1, at) * spline(1, part, at); });
+    for (int axis = 0; axis < 2; ++axis) {
+      for (int knot = 0; knot < pairs; ++knot) {
+        const auto polynomial = [&](double at) {
+          double product = 1;
+          for (int other = 0; other < plane.knots; ++other) {
+            if (other != knot)
+              product *= (at - knot_at(axis, other)) / (knot_at(axis, knot) - knot_at(axis, other));
+          }
+          return product;
+        };
+        add_row(
+            axis, [&](double at) { return (polynomial(at) + polynomial(-at)) / 2; },
+            [&](double at) { return (polynomial(at) - polynomial(-at)) / 2; });
+      }
+    }
   }
   upload(device_, table, weights_, "weights of nodes");
 }
@@ -336,11 +393,13 @@ void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& p
 PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool is_whole) {
   const auto plane = plane_of(wrp);
   const glm::ivec2 size{plane.nx, plane.ny};
+  const auto lanes = static_cast<std::size_t>(lanes_);
   const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}},
       local = lanes_ == 1 ? cl::Range{COMPACT_BIN, 4} : cl::Range{1, 1};
   aimed_.resize(static_cast<std::size_t>(table_.count));
   if (table_.count > 0) {
-    aim_.run({aimed_.size()}, group, table_.samples, table_.count, plane, footprints_);
+    aim_.run({(aimed_.size() + lanes - 1) / lanes}, group, scene_.lights, table_.samples,
+             table_.lit, table_.count, plane, footprints_, seen_);
     footprints_.read(aimed_);
   }
   place_profiles(size);
@@ -368,8 +427,8 @@ PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool
     if (batch.rows == 0) continue;
     if (batch.samples > 0)
       profile_.run({static_cast<std::size_t>(batch.samples)}, group, scene_.lights, table_.samples,
-                   table_.lit, table_.visibility_masks, footprints_, offsets_, rotors_, weights_,
-                   batch.first_sample, batch.samples, plane, profiles_);
+                   table_.lit, table_.visibility_masks, footprints_, seen_, offsets_, rotors_,
+                   weights_, batch.first_sample, batch.samples, plane, profiles_);
     gather_.run({static_cast<std::size_t>(size.x / lanes_),
                  static_cast<std::size_t>(batch.rows * COMPACT_BIN / tile_rows_)},
                 local, footprints_, offsets_, profiles_, phasors_, table_.count, first_of_bin_,

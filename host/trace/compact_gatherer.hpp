@@ -66,12 +66,13 @@ private:
   std::vector<std::int32_t> offset_;             // of each sample's profiles, in its batch
   Bins bins_;
   int rotors_for_ = 0, weights_for_ = 0;  // nodes, at most
-  // Tile, scan lines and half sides that weights_ were made for
-  using WeightsKey = std::tuple<std::size_t, int, float, float>;
+  // Tile, scan lines, knots and half sides that weights_ were made for
+  using WeightsKey = std::tuple<std::size_t, int, int, float, float>;
   WeightsKey weights_key_;
   cl::Buffer<device::CompactFootprint> footprints_;
   cl::Buffer<std::int32_t> offsets_, first_of_bin_, bin_samples_, is_fresh_;
   cl::Buffer<float> rotors_, weights_, profiles_;
+  cl::Buffer<float> seen_;  // COMPACT_SEEN numbers of each sample, floats or doubles
   cl::ComplexBuffer phasors_;  // frames x samples
 };
 

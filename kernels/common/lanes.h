@@ -26,6 +26,7 @@ typedef uint uintv;
 #define LANES_STORE(v, p) (*(p) = (v))
 #define LANES_INDEX 0
 #define LANES_FIRST(v) (v)
+#define LANES_REVERSED(v) (v)
 #define LANES_AS_INT(v) as_int(v)
 #define LANES_AS_UINT(v) as_uint(v)
 #define LANES_AS_FLOAT(v) as_float(v)
@@ -49,10 +50,13 @@ typedef LANES_PASTE(uint, RAYWAVE_LANES) uintv;
 #define LANES_TO_INT(v) LANES_PASTE(convert_int, RAYWAVE_LANES)(v)
 #if RAYWAVE_LANES == 4
 #define LANES_INDEX ((intv)(0, 1, 2, 3))
+#define LANES_REVERSED(v) ((v).s3210)
 #elif RAYWAVE_LANES == 8
 #define LANES_INDEX ((intv)(0, 1, 2, 3, 4, 5, 6, 7))
+#define LANES_REVERSED(v) ((v).s76543210)
 #else
 #define LANES_INDEX ((intv)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
+#define LANES_REVERSED(v) ((v).sfedcba9876543210)
 #endif
 
 // True when any lane of the mask is true. PoCL turns any(int16) into 16 tests and branches; halving

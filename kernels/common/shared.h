@@ -256,13 +256,14 @@ typedef struct {
   float sine_limit_y;
   float per_cut_x;  // 1 / width, on the tile, of the step there
   float per_cut_y;
+  int knots;  // 8, 16 or 32 (kernels/gather/compact.h)
 } CompactPlane;
 
 // The pixels of the virtual plane that a sample lights, before they are taken modulo its size, and
 // the number of its scan lines.
 typedef struct {
   int left;
-  int columns;
+  int columns;  // even, as rows
   int top;
   int rows;
   int lines;  // 0: it lights none

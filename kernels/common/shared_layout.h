@@ -187,6 +187,7 @@
   MEMBER(CompactPlane, sine_limit_y)      \
   MEMBER(CompactPlane, per_cut_x)         \
   MEMBER(CompactPlane, per_cut_y)         \
+  MEMBER(CompactPlane, knots)             \
   MEMBER(CompactFootprint, left)          \
   MEMBER(CompactFootprint, columns)       \
   MEMBER(CompactFootprint, top)           \

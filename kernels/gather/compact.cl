@@ -15,10 +15,11 @@
 // (u, v) and pixels (x, y) of the plane count from the tile's pixel (size / 2), v and y downwards.
 // The plane is periodic: pixel (x, y) lies in column x modulo nx and row y modulo ny.
 //
-// aim             footprints[i]: the pixels that sample i lights; none for other layers' samples
+// aim             footprints[i]: the pixels that sample i lights; none for other layers' samples.
+//                 seen: COMPACT_SEEN numbers of each sample for `profile`
 // profile         X_k and Y_k of the samples first_sample, ..., at offsets[i] of `profiles`: for
 //                 each k the real parts of X, the imaginary parts, the real parts of Y, the
-//                 imaginary parts, in COMPACT_ROOM each
+//                 imaginary parts, in COMPACT_ROOM each, with the footprint's middle in the middle
 // gather_compact  field: RAYWAVE_FRAMES planes of plane.ny rows of plane.nx samples. Bins of
 //                 COMPACT_BIN x COMPACT_BIN pixels list the samples that light them: those of bin b
 //                 are bin_samples[first_of_bin[b]] up to that of b + 1. Only the band of
@@ -40,30 +41,38 @@
 
 // Lines of a partly hidden sample: one for each row of parts, and two beyond on each side
 #define COMPACT_SPLINES (RAYWAVE_VISIBILITY_PARTS + 4)
+// Lines of any sample, at most
+#define COMPACT_SPLINES_OR_LINES \
+  (COMPACT_SPLINES > COMPACT_MOST_LINES ? COMPACT_SPLINES : COMPACT_MOST_LINES)
 
 // Numbers for path differences: only a few turns are left of them, so that floats do.
 #if RAYWAVE_PRECISION == PRECISION_DOUBLE
 typedef double real;
 typedef DoubleSingle realv;
-#define REAL_FIRST(w) LANES_FIRST(w)
+#define REAL_OF_DS(w) (w)
 #define REAL_OF(v) DS_CONVERT(v)
 #define REAL_TURNS(turns) ds_turns(turns)
 #define REAL_TO_FLOAT(w) ds_high(w)
+#define REAL_OF_TWO(high, low) ((double)(high) + (double)(low))
 #else
 typedef float real;
 typedef floatv realv;
-#define REAL_FIRST(w) LANES_FIRST(ds_high(w))
+#define REAL_OF_DS(w) ds_high(w)
 #define REAL_OF(v) (v)
 #define REAL_TURNS(turns) (turns)
 #define REAL_TO_FLOAT(w) (w)
+#define REAL_OF_TWO(high, low) (high)
 #endif
+
+// 1: light is computed at every node; 0: at the knots. Polynomials in floats would lose what doubles
+// are for.
+#define LIGHT_AT_NODES (RAYWAVE_PRECISION == PRECISION_DOUBLE)
 
 // A sample as the tile sees it. Metres, y downwards from the tile's origin pixel.
 typedef struct {
   real x;
   real y;
   real z;
-  real z0;       // of the virtual plane
   real length;   // of (x, y, z)
   real squares;  // z0^2 - length^2
   real sine_x;   // x / length
@@ -71,114 +80,224 @@ typedef struct {
   // Turns per metre by which the sample's direction differs from that of its footprint's middle
   real slope_x;
   real slope_y;
-  real rate;    // turns per metre
-  float turns;  // at the origin pixel
+  real turns;  // at the origin pixel
+  real kind;   // of its amplitude: SEEN_SMOOTH ...
+  real z0;     // of the virtual plane
+  real rate;   // turns per metre
 } Seen;
 
-static inline Seen seen_from_tile(__global const Sample* s, const CompactPlane* plane, int middle_x,
-                                  int middle_y) {
-  const DoubleSingle x = ds_minus(ds(s->x, 0.0f), ds(plane->origin_x, plane->origin_x_low)),
-                     y = ds_minus(ds(plane->origin_y, plane->origin_y_low), ds(s->y, 0.0f)),
-                     z = ds_minus(ds(s->z, 0.0f), ds(plane->hologram_z, plane->hologram_z_low)),
-                     z0 = ds(plane->z0, plane->z0_low), rate = ds(plane->turns_hi, plane->turns_lo);
-  const DoubleSingle3 path = {x, y, z};
-  const DoubleSingle length = ds_sqrt(ds3_dot(path, path)), nearer = ds_minus(z0, length);
-  const DoubleSingle sine_x = ds_over(x, length), sine_y = ds_over(y, length);
-  Seen seen;
-  seen.x = REAL_FIRST(x);
-  seen.y = REAL_FIRST(y);
-  seen.z = REAL_FIRST(z);
-  seen.z0 = REAL_FIRST(z0);
-  seen.length = REAL_FIRST(length);
-  seen.squares = REAL_FIRST(ds_times(nearer, ds_plus(z0, length)));
-  seen.sine_x = REAL_FIRST(sine_x);
-  seen.sine_y = REAL_FIRST(sine_y);
-  seen.slope_x =
-      REAL_FIRST(ds_minus(ds_times(sine_x, rate),
-                          ds_steps((intv)(middle_x), plane->frequency_x, plane->frequency_x_low)));
-  seen.slope_y =
-      REAL_FIRST(ds_minus(ds_times(sine_y, rate),
-                          ds_steps((intv)(middle_y), plane->frequency_y, plane->frequency_y_low)));
-  seen.rate = REAL_FIRST(rate);
-  seen.turns = -LANES_FIRST(ds_turns(ds_times(nearer, rate)));
-  return seen;
+#define SEEN_SMOOTH 0
+#define SEEN_ROUGH 1   // its amplitude is no smooth function of the place on the tile
+#define SEEN_SHINES 2  // nor without highlights
+
+static inline Seen load_seen(__global const real* seen, const CompactPlane* plane) {
+  const Seen s = {seen[0],
+                  seen[1],
+                  seen[2],
+                  seen[3],
+                  seen[4],
+                  seen[5],
+                  seen[6],
+                  seen[7],
+                  seen[8],
+                  seen[9],
+                  seen[10],
+                  REAL_OF_TWO(plane->z0, plane->z0_low),
+                  REAL_OF_TWO(plane->turns_hi, plane->turns_lo)};
+  return s;
 }
 
-static inline float lanes_float_min(floatv v) {
-  float values[RAYWAVE_LANES];
-  LANES_STORE(v, values);
-  float least = values[0];
-  for (int i = 1; i < RAYWAVE_LANES; ++i) least = fmin(least, values[i]);
-  return least;
+static inline void store_seen(realv value, int member, int count, __global real* seen) {
+#if RAYWAVE_LANES == 1
+  (void)count;
+  seen[member] = value;
+#else
+  real values[RAYWAVE_LANES];
+  LANES_STORE(value, values);
+  for (int lane = 0; lane < count; ++lane) seen[COMPACT_SEEN * lane + member] = values[lane];
+#endif
+}
+
+// Samples, one per lane.
+typedef struct {
+  Surface surface;  // what highlights need
+  floatv radiance;
+  floatv tilt_x, tilt_y, tilt_z;
+  intv hidden;
+} SampleLanes;
+
+// The first `count` samples; the last one once more in the other lanes.
+static inline SampleLanes load_samples(__global const Sample* samples, int count) {
+  float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES], nx[RAYWAVE_LANES], ny[RAYWAVE_LANES],
+      nz[RAYWAVE_LANES], radiance[RAYWAVE_LANES], specular[RAYWAVE_LANES], shininess[RAYWAVE_LANES],
+      tilt_x[RAYWAVE_LANES], tilt_y[RAYWAVE_LANES], tilt_z[RAYWAVE_LANES];
+  int hidden[RAYWAVE_LANES];
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    __global const Sample* s = samples + min(lane, count - 1);
+    x[lane] = s->x;
+    y[lane] = s->y;
+    z[lane] = s->z;
+    nx[lane] = s->nx;
+    ny[lane] = s->ny;
+    nz[lane] = s->nz;
+    radiance[lane] = s->radiance;
+    specular[lane] = s->specular;
+    shininess[lane] = s->shininess;
+    tilt_x[lane] = s->tilt_x;
+    tilt_y[lane] = s->tilt_y;
+    tilt_z[lane] = s->tilt_z;
+    hidden[lane] = s->hidden != 0;
+  }
+  SampleLanes s;
+  s.surface.x = LANES_LOAD(x);
+  s.surface.y = LANES_LOAD(y);
+  s.surface.z = LANES_LOAD(z);
+  s.surface.nx = LANES_LOAD(nx);
+  s.surface.ny = LANES_LOAD(ny);
+  s.surface.nz = LANES_LOAD(nz);
+  s.surface.specular = LANES_LOAD(specular);
+  s.surface.shininess = LANES_LOAD(shininess);
+  s.radiance = LANES_LOAD(radiance);
+  s.tilt_x = LANES_LOAD(tilt_x);
+  s.tilt_y = LANES_LOAD(tilt_y);
+  s.tilt_z = LANES_LOAD(tilt_z);
+  s.hidden = LANES_LOAD(hidden) != 0;
+  return s;
 }
 
 // Rays to so many places along one axis of the tile, on three lines, bound a footprint along it.
 #define RAYS_ALONG 9
-#define RAYS (3 * RAYS_ALONG)
 
-// First and last pixel that rays from a sample to the tile come from, along one axis: s, half_m of
-// it and other_s, other_half_m of the other.
-static inline void footprint_along(float s, float other_s, float z, float z0, float half_m,
+// First pixel, and number, of those that rays from samples to the tile come from, along one axis: s,
+// half_m of it and other_s, other_half_m of the other.
+static inline void footprint_along(floatv s, floatv other_s, floatv z, float z0, float half_m,
                                    float other_half_m, float pixels_per_sine, int most,
-                                   float margin, int* first, int* count) {
+                                   floatv margin, intv* first, intv* count) {
   floatv low = 1e30f, high = -1e30f;
-  for (int ray = 0; ray < RAYS; ray += RAYWAVE_LANES) {
-    const intv at = min(ray + LANES_INDEX, (intv)(RAYS - 1));
-    const intv line = at / RAYS_ALONG;
-    const floatv u = (LANES_TO_FLOAT(at - line * RAYS_ALONG) * (2.0f / (RAYS_ALONG - 1)) - 1.0f) *
-                     half_m,
-                 v = (LANES_TO_FLOAT(line) - 1.0f) * other_half_m;
+  for (int ray = 0; ray < 3 * RAYS_ALONG; ++ray) {
+    const float u = ((float)(ray % RAYS_ALONG) * (2.0f / (RAYS_ALONG - 1)) - 1.0f) * half_m,
+                v = ((float)(ray / RAYS_ALONG) - 1.0f) * other_half_m;
+    const float reference = u / sqrt(u * u + v * v + z0 * z0);
     const floatv du = s - u, dv = other_s - v;
-    const floatv x = pixels_per_sine *
-                     (du / sqrt(du * du + dv * dv + z * z) + u / sqrt(u * u + v * v + z0 * z0));
+    const floatv x = pixels_per_sine * (du / sqrt(du * du + dv * dv + z * z) + reference);
     low = fmin(low, x);
     high = fmax(high, x);
   }
-  const float least = clamp(lanes_float_min(low) - margin, -1e9f, 1e9f),
-              greatest = clamp(-lanes_float_min(-high) + margin, -1e9f, 1e9f);
-  *first = (int)ceil(least);
-  *count = (int)floor(greatest) + 1 - *first;
-  if (*count > most) {
-    *first += (*count - most) / 2;
-    *count = most;
-  }
+  const floatv limit = 1e9f;
+  *first = LANES_TO_INT(ceil(clamp(low - margin, -limit, limit)));
+  *count = LANES_TO_INT(floor(clamp(high + margin, -limit, limit))) + 1 - *first;
+  *count += *count & 1;
+  const intv beyond = max(*count - most, (intv)(0));
+  *first += beyond / 2;
+  *count -= beyond;
 }
 
 // Share of the smooth step that lies before the limit. It keeps the energy of a hard one: the
 // integral of the step's square is 13 / 35.
 #define CUT_BEFORE (1.0f - 13.0f / 35.0f)
 
-// True when some of the sample's light towards the tile fades out because it is too steep.
-static inline bool is_cut(float x, float y, float z, const CompactPlane* plane) {
+// Mask of the samples some of whose light towards the tile fades out because it is too steep.
+static inline intv is_cut(floatv x, floatv y, floatv z, const CompactPlane* plane) {
 #if RAYWAVE_SINE_LIMIT
-  const float across = fabs(x) + plane->half_x, up = fabs(y) + plane->half_y;
-  const float x_length = sqrt(across * across + z * z), y_length = sqrt(up * up + z * z);
-  return (plane->sine_limit_x * x_length - across) * plane->per_cut_x < 1.0f - CUT_BEFORE ||
-         (plane->sine_limit_y * y_length - up) * plane->per_cut_y < 1.0f - CUT_BEFORE;
+  const floatv across = fabs(x) + plane->half_x, up = fabs(y) + plane->half_y;
+  const floatv x_length = sqrt(across * across + z * z), y_length = sqrt(up * up + z * z);
+  return ((plane->sine_limit_x * x_length - across) * plane->per_cut_x < 1.0f - CUT_BEFORE) |
+         ((plane->sine_limit_y * y_length - up) * plane->per_cut_y < 1.0f - CUT_BEFORE);
 #else
   (void)x, (void)y, (void)z, (void)plane;
-  return false;
+  return LANES_INDEX < 0;
 #endif
 }
 
-__kernel void aim(__global const Sample* samples, int sample_count, CompactPlane plane,
-                  __global CompactFootprint* footprints) {
-  const int index = (int)get_global_id(0);
+// Mask of the samples whose projected area is a smooth function of the direction to the tile: it is
+// far from zero and from its limit.
+static inline intv is_smooth(const SampleLanes* s, floatv tangent_x, floatv half_x,
+                             floatv tangent_y, floatv half_y) {
+  const floatv middle = s->tilt_x * tangent_x + s->tilt_y * tangent_y - s->tilt_z,
+               change = fabs(s->tilt_x) * half_x + fabs(s->tilt_y) * half_y;
+  return (middle > 3.0f * change) & (middle + change < 4.0f);
+}
+
+__kernel void aim(__global const Light* lights, __global const Sample* samples,
+                  __global const uint* lit, int sample_count, CompactPlane plane,
+                  __global CompactFootprint* footprints, __global float* seen) {
+  const int index = (int)get_global_id(0) * RAYWAVE_LANES;
   if (index >= sample_count) return;
-  __global const Sample* s = samples + index;
-  CompactFootprint footprint;
-  footprint.left = footprint.columns = footprint.top = footprint.rows = footprint.lines = 0;
-  if (plane.begin_z <= s->z && s->z < plane.end_z) {
-    const float x = s->x - plane.origin_x, y = plane.origin_y - s->y, z = s->z - plane.hologram_z;
-    const int most_x = min(plane.nx, COMPACT_WIDEST), most_y = min(plane.ny, COMPACT_WIDEST);
-    const float margin = s->hidden || is_cut(x, y, z, &plane) ? plane.rough_margin : plane.margin;
-    footprint_along(x, y, z, plane.z0, plane.half_x, plane.half_y, plane.pixels_per_sine_x, most_x,
-                    margin, &footprint.left, &footprint.columns);
-    footprint_along(y, x, z, plane.z0, plane.half_y, plane.half_x, plane.pixels_per_sine_y, most_y,
-                    margin, &footprint.top, &footprint.rows);
-    footprint.lines = s->hidden ? COMPACT_SPLINES : plane.lines;
+  const int count = min(RAYWAVE_LANES, sample_count - index);
+  SampleLanes s = load_samples(samples + index, count);
+
+  // The pixels that samples of this layer light
+  const floatv x = s.surface.x - plane.origin_x, y = plane.origin_y - s.surface.y,
+               z = s.surface.z - plane.hologram_z;
+  const intv is_here = (plane.begin_z <= s.surface.z) & (s.surface.z < plane.end_z);
+  const intv cut = is_cut(x, y, z, &plane);
+  const floatv margin =
+      LANES_SELECT((floatv)(plane.margin), (floatv)(plane.rough_margin), s.hidden | cut);
+  intv left, columns, top, rows;
+  footprint_along(x, y, z, plane.z0, plane.half_x, plane.half_y, plane.pixels_per_sine_x,
+                  min(plane.nx, COMPACT_WIDEST), margin, &left, &columns);
+  footprint_along(y, x, z, plane.z0, plane.half_y, plane.half_x, plane.pixels_per_sine_y,
+                  min(plane.ny, COMPACT_WIDEST), margin, &top, &rows);
+  int lefts[RAYWAVE_LANES], columnss[RAYWAVE_LANES], tops[RAYWAVE_LANES], rowss[RAYWAVE_LANES],
+      liness[RAYWAVE_LANES];
+  LANES_STORE(left, lefts);
+  LANES_STORE(columns, columnss);
+  LANES_STORE(top, tops);
+  LANES_STORE(rows, rowss);
+  LANES_STORE(
+      LANES_SELECT((intv)(0), LANES_SELECT((intv)(plane.lines), (intv)(COMPACT_SPLINES), s.hidden),
+                   is_here),
+      liness);
+  for (int lane = 0; lane < count; ++lane) {
+    const bool lights_some = liness[lane] > 0;
+    CompactFootprint footprint;
+    footprint.left = lights_some ? lefts[lane] : 0;
+    footprint.columns = lights_some ? columnss[lane] : 0;
+    footprint.top = lights_some ? tops[lane] : 0;
+    footprint.rows = lights_some ? rowss[lane] : 0;
+    footprint.lines = liness[lane];
+    footprints[index + lane] = footprint;
   }
-  footprints[index] = footprint;
+
+  // The samples as the tile sees them
+  __global real* out = (__global real*)seen + COMPACT_SEEN * (size_t)index;
+  const floatv zero = 0.0f;
+  const DoubleSingle far_x =
+                         ds_minus(ds(s.surface.x, zero), ds(plane.origin_x, plane.origin_x_low)),
+                     far_y =
+                         ds_minus(ds(plane.origin_y, plane.origin_y_low), ds(s.surface.y, zero)),
+                     far_z = ds_minus(ds(s.surface.z, zero),
+                                      ds(plane.hologram_z, plane.hologram_z_low)),
+                     z0 = ds(plane.z0, plane.z0_low), rate = ds(plane.turns_hi, plane.turns_lo);
+  const DoubleSingle3 path = {far_x, far_y, far_z};
+  const DoubleSingle length = ds_sqrt(ds3_dot(path, path)), nearer = ds_minus(z0, length);
+  const DoubleSingle sine_x = ds_over(far_x, length), sine_y = ds_over(far_y, length);
+  store_seen(REAL_OF_DS(far_x), 0, count, out);
+  store_seen(REAL_OF_DS(far_y), 1, count, out);
+  store_seen(REAL_OF_DS(far_z), 2, count, out);
+  store_seen(REAL_OF_DS(length), 3, count, out);
+  store_seen(REAL_OF_DS(ds_times(nearer, ds_plus(z0, length))), 4, count, out);
+  store_seen(REAL_OF_DS(sine_x), 5, count, out);
+  store_seen(REAL_OF_DS(sine_y), 6, count, out);
+  // The footprint's middle lies half a pixel from the one that counts as its middle.
+  const intv twice_x = 2 * left + columns - 1, twice_y = 2 * top + rows - 1;
+  store_seen(REAL_OF_DS(ds_minus(ds_times(sine_x, rate), ds_steps(twice_x, 0.5f * plane.frequency_x,
+                                                                  0.5f * plane.frequency_x_low))),
+             7, count, out);
+  store_seen(REAL_OF_DS(ds_minus(ds_times(sine_y, rate), ds_steps(twice_y, 0.5f * plane.frequency_y,
+                                                                  0.5f * plane.frequency_y_low))),
+             8, count, out);
+  store_seen(REAL_OF(-ds_turns(ds_times(nearer, rate))), 9, count, out);
+
+  // How their amplitudes depend on the direction
+  const floatv tangent_x = -x / z, half_x = 0.5f * plane.period_x / z, tangent_y = y / z,
+               half_y = 0.5f * plane.period_y / z;
+  floatv kind = LANES_SELECT((floatv)(SEEN_SMOOTH), (floatv)(SEEN_ROUGH),
+                             cut | !is_smooth(&s, tangent_x, half_x, tangent_y, half_y));
+  const intv shines = shine_within(lights, lit, index, count, s.radiance, &s.surface, tangent_x,
+                                   half_x, tangent_y, half_y);
+  kind = LANES_SELECT(kind, (floatv)(SEEN_SHINES), shines);
+  store_seen(REAL_OF(kind), 10, count, out);
 }
 
 // A smooth step where light becomes too steep for the pixels, as wide as 1 / per_cut.
@@ -193,92 +312,81 @@ static inline floatv shown_share(floatv offset, floatv length, float sine_limit,
 #endif
 }
 
-// Writes `count` pixels of the transform of light at 2 half_nodes + 1 nodes, in whole packets.
-// Pixel 0 is the `first`-th of a period of n. Rotors of opposite nodes are conjugate: their sums
-// and differences share the products.
-static inline void transform(const float* re, const float* im, int n, int half_nodes,
-                             __global const float* rotors, int first, int count,
-                             __global float* out_re, __global float* out_im) {
-  for (int pixel = 0; pixel < count; pixel += 2 * RAYWAVE_LANES) {
-    __global const float* turns = rotors + first + pixel;
-    // The middle node, whose rotors are the pixels' signs; the period of nodes is n, too.
-    int row = n / 2;
-    const floatv sign0 = LANES_LOAD(turns + (size_t)(2 * n) * (size_t)row);
-    floatv re0 = sign0 * re[half_nodes], im0 = sign0 * im[half_nodes], re1 = 0.0f, im1 = 0.0f;
-    if (count - pixel > RAYWAVE_LANES) {
-      const floatv sign1 = LANES_LOAD(turns + (size_t)(2 * n) * (size_t)row + RAYWAVE_LANES);
-      re1 = sign1 * re[half_nodes];
-      im1 = sign1 * im[half_nodes];
-      for (int node = 1; node <= half_nodes; ++node) {
-        row = row + 1 == n ? 0 : row + 1;
-        __global const float* turn = turns + (size_t)(2 * n) * (size_t)row;
-        const float right_re = re[half_nodes + node], left_re = re[half_nodes - node],
-                    right_im = im[half_nodes + node], left_im = im[half_nodes - node];
-        const float even_re = right_re + left_re, odd_re = right_re - left_re,
-                    even_im = right_im + left_im, odd_im = right_im - left_im;
-        const floatv c0 = LANES_LOAD(turn), s0 = LANES_LOAD(turn + n);
-        const floatv c1 = LANES_LOAD(turn + RAYWAVE_LANES),
-                     s1 = LANES_LOAD(turn + n + RAYWAVE_LANES);
-        re0 += even_re * c0 - odd_im * s0;
-        im0 += even_im * c0 + odd_re * s0;
-        re1 += even_re * c1 - odd_im * s1;
-        im1 += even_im * c1 + odd_re * s1;
-      }
-      LANES_STORE(re1, out_re + pixel + RAYWAVE_LANES);
-      LANES_STORE(im1, out_im + pixel + RAYWAVE_LANES);
-    } else {
-      for (int node = 1; node <= half_nodes; ++node) {
-        row = row + 1 == n ? 0 : row + 1;
-        __global const float* turn = turns + (size_t)(2 * n) * (size_t)row;
-        const float right_re = re[half_nodes + node], left_re = re[half_nodes - node],
-                    right_im = im[half_nodes + node], left_im = im[half_nodes - node];
-        const floatv c0 = LANES_LOAD(turn), s0 = LANES_LOAD(turn + n);
-        re0 += (right_re + left_re) * c0;
-        re1 -= (right_im - left_im) * s0;
-        im0 += (right_im + left_im) * c0;
-        im1 += (right_re - left_re) * s0;
-      }
-      re0 += re1;
-      im0 += im1;
+// Light at nodes on both sides of the middle one: sums and differences of each pair, which share the
+// rotors, and the light of the middle node.
+typedef struct {
+  float even_re[COMPACT_NODES];
+  float even_im[COMPACT_NODES];
+  float odd_re[COMPACT_NODES];
+  float odd_im[COMPACT_NODES];
+  float middle_re;
+  float middle_im;
+} Nodes;
+
+static inline void set_nodes(int node, floatv right_re, floatv right_im, floatv left_re,
+                             floatv left_im, Nodes* nodes) {
+  LANES_STORE(right_re + left_re, nodes->even_re + node);
+  LANES_STORE(right_im + left_im, nodes->even_im + node);
+  LANES_STORE(right_re - left_re, nodes->odd_re + node);
+  LANES_STORE(right_im - left_im, nodes->odd_im + node);
+}
+
+// Writes the transform of the light at 2 half_nodes + 1 nodes: `count` pixels on each side of the
+// middle, in whole packets, times the signs that pixels of odd places change. They bring the tile
+// into the transform's middle. Pixels on both sides share the rotors, too.
+//
+// out_re, out_im  the first pixel right of the middle
+static inline void transform(const Nodes* nodes, int n, int half_nodes,
+                             __global const float* rotors, int count, __global float* out_re,
+                             __global float* out_im) {
+  for (int pixel = 0; pixel < count; pixel += RAYWAVE_LANES) {
+    const floatv sign = 1.0f - 2.0f * LANES_TO_FLOAT((pixel + LANES_INDEX) & 1);
+    __global const float* turns = rotors + pixel;
+    floatv even_cos = sign * nodes->middle_re, im_cos = sign * nodes->middle_im, im_sin = 0.0f,
+           re_sin = 0.0f;
+    for (int node = 0; node < half_nodes; ++node, turns += n) {
+      const floatv c = LANES_LOAD(turns), s = LANES_LOAD(turns + n / 2);
+      even_cos += nodes->even_re[node] * c;
+      im_sin += nodes->odd_im[node] * s;
+      im_cos += nodes->even_im[node] * c;
+      re_sin += nodes->odd_re[node] * s;
     }
-    LANES_STORE(re0, out_re + pixel);
-    LANES_STORE(im0, out_im + pixel);
+    LANES_STORE(even_cos - im_sin, out_re + pixel);
+    LANES_STORE(im_cos + re_sin, out_im + pixel);
+    const int mirrored = -RAYWAVE_LANES - pixel;
+    const floatv left_re = -(even_cos + im_sin), left_im = re_sin - im_cos;
+    LANES_STORE(LANES_REVERSED(left_re), out_re + mirrored);
+    LANES_STORE(LANES_REVERSED(left_im), out_im + mirrored);
   }
 }
 
-// Light at the places u on row v of the tile, less its phase on the column u = 0 and with its
-// footprint's middle turned to zero.
-static inline void light_on_row(const Seen* s, realv u, real v, floatv amplitude, floatv* re,
-                                floatv* im, floatv* length) {
+// Light of amplitude 1 at places (u, v) of the tile, less its phase at (0, v) and with its
+// footprint's middle turned to zero: turns, and the weight 1 / distance.
+static inline void light_on_row(const Seen* s, realv u, realv v, realv* turns, floatv* weight) {
   const real one = 1, two = 2;
-  const real down = v * (v - two * s->y);  // of squared lengths, from the origin to (0, v)
-  const real column_length = sqrt(s->length * s->length + down),
-             column_reference = sqrt(s->z0 * s->z0 + v * v);
+  const realv down = v * (v - two * s->y);  // of squared lengths, from the origin to (0, v)
+  const realv column_length = sqrt(s->length * s->length + down),
+              column_reference = sqrt(s->z0 * s->z0 + v * v);
   const realv across = u * (u - two * s->x);
   const realv r = sqrt(column_length * column_length + across),
               c = sqrt(column_reference * column_reference + u * u);
-  const real squares = s->squares + two * v * s->y;
-  const real column_nearer = squares / (column_reference + column_length),
-             column_beyond = down / (column_length + s->length);
+  const realv squares = s->squares + two * v * s->y;
+  const realv column_nearer = squares / (column_reference + column_length),
+              column_beyond = down / (column_length + s->length);
   // c - r and the same at u = 0, over the sums that stand below u^2; r and the column's length,
   // beyond the sample's own. Quotients share their divisions.
   const realv sum = r + column_length, references = c + column_reference, own = r + s->length;
   const realv first = one / ((c + r) * own), second = one / (sum * references * r);
   const realv nearer = (squares + two * u * s->x) * own * first,
               beyond = (across + down) * (c + r) * first + column_beyond;
-  const realv turns = s->rate * (u * r * second *
-                                 (u * (nearer + column_nearer) + s->sine_x * beyond * references)) -
-                      u * s->slope_x;
-  floatv cosine, sine;
-  cos_sin_turns(REAL_TURNS(turns), &cosine, &sine);
-  const floatv weight = amplitude * REAL_TO_FLOAT(sum * references * second);
-  *re = weight * cosine;
-  *im = weight * sine;
-  *length = REAL_TO_FLOAT(r);
+  *turns = s->rate *
+               (u * r * second * (u * (nearer + column_nearer) + s->sine_x * beyond * references)) -
+           u * s->slope_x;
+  *weight = REAL_TO_FLOAT(sum * references * second);
 }
 
-// Light on the column u = 0, of amplitude 1, likewise.
-static inline void light_on_column(const Seen* s, realv v, floatv* re, floatv* im, floatv* length) {
+// Turns of light on the column u = 0, likewise.
+static inline realv turns_on_column(const Seen* s, realv v) {
   const real two = 2;
   const realv down = v * (v - two * s->y);
   const realv r = sqrt(s->length * s->length + down), c = sqrt(s->z0 * s->z0 + v * v);
@@ -286,16 +394,78 @@ static inline void light_on_column(const Seen* s, realv v, floatv* re, floatv* i
   const real own_nearer = s->squares / (s->z0 + s->length);
   const realv sum = r + s->length;
   const realv bend = v * v * (nearer + own_nearer) / (sum * (c + s->z0));
-  const realv turns = s->rate * (bend + v * s->sine_y * (down / (sum * sum))) - v * s->slope_y;
-  cos_sin_turns(REAL_TURNS(turns) + s->turns, re, im);
-  *length = REAL_TO_FLOAT(r);
+  return s->rate * (bend + v * s->sine_y * (down / (sum * sum))) - v * s->slope_y;
+}
+
+// Values at the knots of a line: the first half right of the middle, then those left of it in the
+// same order. The polynomial through them at nodes on both sides of the middle one.
+//
+// basis  rows of weights from the knots' first on
+static inline void between_knots(const float* values, int knots, __global const float* basis, int n,
+                                 int node, floatv* right, floatv* left) {
+  floatv even = 0.0f, odd = 0.0f;
+  for (int knot = 0; knot < knots / 2; ++knot) {
+    __global const float* row = basis + knot * COMPACT_NODE_ROOM(n) + node;
+    even += (values[knot] + values[knot + knots / 2]) * LANES_LOAD(row);
+    odd += (values[knot] - values[knot + knots / 2]) * LANES_LOAD(row + n);
+  }
+  *right = even + odd;
+  *left = even - odd;
+}
+
+// The same at the middle node.
+static inline float between_middle_knots(const float* values, int knots,
+                                         __global const float* basis, int n) {
+  float even = 0.0f;
+  for (int knot = 0; knot < knots / 2; ++knot)
+    even += (values[knot] + values[knot + knots / 2]) * basis[knot * COMPACT_NODE_ROOM(n) + 2 * n];
+  return even;
+}
+
+// What `profile` knows of a sample and its tile.
+typedef struct {
+  __global const Light* lights;
+  __global const Sample* sample;
+  __global const uint* lit;
+  const CompactPlane* plane;
+  Seen seen;
+  float plain;  // amplitude without highlights
+} Profiled;
+
+// Amplitude towards places (u, v) of the tile of a sample that is SEEN_ROUGH or SEEN_SHINES.
+static inline floatv rough_amplitude(const Profiled* p, floatv u, float v) {
+  const float x = (float)p->seen.x, y = (float)p->seen.y, z = (float)p->seen.z;
+  const floatv offset = u - x;
+  const float down = v - y;
+  return amplitude_towards(p->lights, p->lit, p->sample, p->plain, p->seen.kind == SEEN_SHINES,
+                           offset / z, (floatv)(-down / z)) *
+         shown_share(offset, sqrt(offset * offset + down * down + z * z), p->plane->sine_limit_x,
+                     p->plane->per_cut_x);
+}
+
+// The share of the light along a row that hidden samples show at nodes.
+//
+// seen_parts  bits of the row's parts
+// weights     of the first spline at these nodes
+static inline floatv seen_share(uint seen_parts, __global const float* weights, int n) {
+  floatv share = 0.0f;
+#if RAYWAVE_VISIBILITY_PARTS > 0
+  for (int part = 0; part < COMPACT_SPLINES; ++part) {
+    if (seen_parts >> clamp(part - 2, 0, RAYWAVE_VISIBILITY_PARTS - 1) & 1u)
+      share += LANES_LOAD(weights + part * COMPACT_NODE_ROOM(n));
+  }
+#else
+  (void)seen_parts, (void)weights, (void)n;
+#endif
+  return share;
 }
 
 __kernel void profile(__global const Light* lights, __global const Sample* samples,
                       __global const uint* lit, __global const uint* visibility_masks,
-                      __global const CompactFootprint* footprints, __global const int* offsets,
-                      __global const float* rotors, __global const float* weights, int first_sample,
-                      int count, CompactPlane plane, __global float* profiles) {
+                      __global const CompactFootprint* footprints, __global const float* all_seen,
+                      __global const int* offsets, __global const float* rotors,
+                      __global const float* weights, int first_sample, int count,
+                      CompactPlane plane, __global float* profiles) {
   const int number = (int)get_global_id(0);
   if (number >= count) return;
   const size_t index = (size_t)(first_sample + number);
@@ -303,9 +473,14 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
   if (footprint.lines == 0) return;
   __global const Sample* sample = samples + index;
   const bool hidden = sample->hidden;
-  const int middle_x = footprint.left + footprint.columns / 2,
-            middle_y = footprint.top + footprint.rows / 2;
-  const Seen seen = seen_from_tile(sample, &plane, middle_x, middle_y);
+  const Profiled p = {lights,
+                      sample,
+                      lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32),
+                      &plane,
+                      load_seen((__global const real*)all_seen + COMPACT_SEEN * index, &plane),
+                      sqrt(sample->radiance) * sample->weight};
+  const Seen* seen = &p.seen;
+  const bool smooth = !LIGHT_AT_NODES && seen->kind == SEEN_SMOOTH;
 
   // Nodes and pixels of both axes
   const int nx = COMPACT_NODES_FOR(footprint.columns), ny = COMPACT_NODES_FOR(footprint.rows);
@@ -313,77 +488,155 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
             half_y = COMPACT_HALF_NODES(ny, plane.ny, plane.tile_ny);
   const float step_x = plane.period_x / (float)nx, step_y = plane.period_y / (float)ny;
   const int room_x = COMPACT_ROOM(footprint.columns), room_y = COMPACT_ROOM(footprint.rows);
-  const int splines = RAYWAVE_VISIBILITY_PARTS > 0 ? COMPACT_SPLINES : 0,
-            rows_of_weights = COMPACT_WEIGHTS(plane.lines, splines);
+  const int splines = RAYWAVE_VISIBILITY_PARTS > 0 ? COMPACT_SPLINES : 0, knots = plane.knots,
+            rows_of_weights = COMPACT_WEIGHTS(plane.lines, splines, knots);
   __global const float *weights_x = weights + COMPACT_WEIGHTS_BEFORE(nx, rows_of_weights),
                        *weights_y = weights + COMPACT_WEIGHTS_BEFORE(ny, rows_of_weights);
+  const int first_line = hidden ? plane.lines : 0, knot_rows = 1 + 2 * splines + plane.lines;
+#if LIGHT_AT_NODES
+  (void)knot_rows;
+#endif
 
   // The column's light, which all lines share
-  float column_re[COMPACT_NODES], column_im[COMPACT_NODES];
-  for (int node = 0; node <= 2 * half_y; node += RAYWAVE_LANES) {
-    const floatv v = LANES_TO_FLOAT(node + LANES_INDEX - half_y) * step_y;
-    floatv re, im, length;
-    light_on_column(&seen, REAL_OF(v), &re, &im, &length);
-    const floatv share =
-        shown_share(v - (float)seen.y, length, plane.sine_limit_y, plane.per_cut_y);
-    LANES_STORE(share * re, column_re + node);
-    LANES_STORE(share * im, column_im + node);
+  float right_re[COMPACT_NODES], right_im[COMPACT_NODES], left_re[COMPACT_NODES],
+      left_im[COMPACT_NODES];
+#if !LIGHT_AT_NODES
+  float turns[COMPACT_SPLINES_OR_LINES * COMPACT_MOST_KNOTS + 16];
+  float light[COMPACT_SPLINES_OR_LINES * COMPACT_MOST_KNOTS + 16];
+  __global const float* knots_y = weights_y + (knot_rows + knots / 2) * COMPACT_NODE_ROOM(ny);
+  for (int knot = 0; knot < knots; knot += RAYWAVE_LANES)
+    LANES_STORE(
+        turns_on_column(seen, LANES_LOAD(weights + COMPACT_KNOT_ROOM + knot) * plane.half_y),
+        turns + knot);
+#endif
+  const float y = (float)seen->y;
+  for (int node = 0; node < half_y; node += RAYWAVE_LANES) {
+    const floatv v = LANES_TO_FLOAT(node + 1 + LANES_INDEX) * step_y;
+    floatv right, left;
+#if LIGHT_AT_NODES
+    right = REAL_TURNS(turns_on_column(seen, REAL_OF(v)));
+    left = REAL_TURNS(turns_on_column(seen, REAL_OF(-v)));
+#else
+    between_knots(turns, knots, knots_y, ny, node, &right, &left);
+#endif
+    floatv share_right = 1.0f, share_left = 1.0f;
+    if (!smooth) {
+      const float far = (float)(seen->x * seen->x + seen->z * seen->z);
+      share_right =
+          shown_share(v - y, sqrt((v - y) * (v - y) + far), plane.sine_limit_y, plane.per_cut_y);
+      share_left =
+          shown_share(v + y, sqrt((v + y) * (v + y) + far), plane.sine_limit_y, plane.per_cut_y);
+    }
+    floatv re, im;
+    cos_sin_turns(right + (float)seen->turns, &re, &im);
+    LANES_STORE(share_right * re, right_re + node);
+    LANES_STORE(share_right * im, right_im + node);
+    cos_sin_turns(left + (float)seen->turns, &re, &im);
+    LANES_STORE(share_left * re, left_re + node);
+    LANES_STORE(share_left * im, left_im + node);
   }
+  floatv middle_re, middle_im;
+  cos_sin_turns((floatv)((float)seen->turns), &middle_re, &middle_im);
+  const float middle_share =
+      smooth ? 1.0f
+             : LANES_FIRST(shown_share((floatv)(y), (floatv)((float)seen->length),
+                                       plane.sine_limit_y, plane.per_cut_y));
 
-  // Pixels of odd places change their sign, which brings the tile into the transform's middle.
-  const float sign = ((middle_x + middle_y) & 1) != 0 ? -1.0f : 1.0f;
+#if !LIGHT_AT_NODES
+  // Light at the knots of all lines
+  __global const float* knots_x = weights_x + knot_rows * COMPACT_NODE_ROOM(nx);
+  for (int at = 0; at < footprint.lines * knots; at += RAYWAVE_LANES) {
+    const floatv u = LANES_LOAD(weights + at % knots) * plane.half_x,
+                 v = LANES_LOAD(weights + COMPACT_PLACES_OF_LINES + first_line * knots + at) *
+                     plane.half_y;
+    floatv turned, weight;
+    light_on_row(seen, u, v, &turned, &weight);
+    if (smooth) {
+      const float z = (float)seen->z;
+      weight *=
+          p.plain * sqrt(projected_area(sample->tilt_z, sample->tilt_x * ((u - (float)seen->x) / z),
+                                        sample->tilt_y * ((y - v) / z)));
+    }
+    LANES_STORE(turned, turns + at);
+    LANES_STORE(weight, light + at);
+  }
+#endif
+
+  // Pixels of odd places change their sign.
+  const int odd = (footprint.left + footprint.columns / 2 + footprint.top + footprint.rows / 2) & 1;
+  const float sign = odd ? -1.0f : 1.0f;
   __global float* out = profiles + offsets[index];
-  float line_re[COMPACT_NODES], line_im[COMPACT_NODES];
-  const float plain = sqrt(sample->radiance) * sample->weight;
-  __global const uint* lit_by_lights = lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32);
-  const float z = (float)seen.z;
-  const bool shines =
-      shines_within(lights, lit_by_lights, sample, plain, -(float)seen.x / z,
-                    0.5f * plane.period_x / z, (float)seen.y / z, 0.5f * plane.period_y / z);
+  Nodes nodes;
   for (int line = 0; line < footprint.lines; ++line) {
-    const float v = weights[hidden ? plane.lines + line : line] * plane.half_y;
+    const float v = weights[COMPACT_PLACES_OF_LINES + (first_line + line) * knots] * plane.half_y;
+    uint seen_parts = 0;
 #if RAYWAVE_VISIBILITY_PARTS > 0
     // Rows of a mask count upwards; parts beyond the window see what the outermost see.
     const int row = clamp(RAYWAVE_VISIBILITY_PARTS + 1 - line, 0, RAYWAVE_VISIBILITY_PARTS - 1);
-    const uint seen_parts =
-        hidden ? visibility_row(visibility_masks + index * VISIBILITY_WORDS, row) : 0;
+    if (hidden) seen_parts = visibility_row(visibility_masks + index * VISIBILITY_WORDS, row);
 #endif
-    for (int node = 0; node <= 2 * half_x; node += RAYWAVE_LANES) {
-      const floatv u = LANES_TO_FLOAT(node + LANES_INDEX - half_x) * step_x;
-      const floatv offset = u - (float)seen.x;
-      const floatv tx = offset / (float)seen.z, ty = ((float)seen.y - v) / (float)seen.z;
-      floatv weight = sign * LANES_LOAD(weights_x + node);
-#if RAYWAVE_VISIBILITY_PARTS > 0
-      if (hidden) {
-        floatv share = 0.0f;
-        for (int part = 0; part < COMPACT_SPLINES; ++part) {
-          if (seen_parts >> clamp(part - 2, 0, RAYWAVE_VISIBILITY_PARTS - 1) & 1u)
-            share += LANES_LOAD(weights_x + (1 + part) * COMPACT_NODE_ROOM(nx) + node);
-        }
-        weight *= share;
+    for (int node = 0; node < half_x; node += RAYWAVE_LANES) {
+      const floatv u = LANES_TO_FLOAT(node + 1 + LANES_INDEX) * step_x;
+      floatv turns_right, turns_left, weight_right, weight_left;
+#if LIGHT_AT_NODES
+      realv turned;
+      light_on_row(seen, REAL_OF(u), REAL_OF((floatv)(v)), &turned, &weight_right);
+      turns_right = REAL_TURNS(turned);
+      light_on_row(seen, REAL_OF(-u), REAL_OF((floatv)(v)), &turned, &weight_left);
+      turns_left = REAL_TURNS(turned);
+#else
+      between_knots(turns + line * knots, knots, knots_x, nx, node, &turns_right, &turns_left);
+      between_knots(light + line * knots, knots, knots_x, nx, node, &weight_right, &weight_left);
+#endif
+      const floatv bell = sign * LANES_LOAD(weights_x + node);
+      weight_right *= bell;
+      weight_left *= bell;
+      if (!smooth) {
+        weight_right *= rough_amplitude(&p, u, v);
+        weight_left *= rough_amplitude(&p, -u, v);
       }
-#endif
-      weight *= amplitude_towards(lights, lit_by_lights, sample, plain, shines, tx, ty);
-      floatv re, im, length;
-      const realv v_real = REAL_OF((floatv)(v));
-      light_on_row(&seen, REAL_OF(u), LANES_FIRST(v_real), weight, &re, &im, &length);
-      const floatv share = shown_share(offset, length, plane.sine_limit_x, plane.per_cut_x);
-      LANES_STORE(share * re, line_re + node);
-      LANES_STORE(share * im, line_im + node);
+      if (hidden) {
+        __global const float* spline = weights_x + COMPACT_NODE_ROOM(nx) + node;
+        weight_right *= seen_share(seen_parts, spline, nx);
+        weight_left *= seen_share(seen_parts, spline + nx, nx);
+      }
+      floatv c, s, left_c, left_s;
+      cos_sin_turns(turns_right, &c, &s);
+      cos_sin_turns(turns_left, &left_c, &left_s);
+      set_nodes(node, weight_right * c, weight_right * s, weight_left * left_c,
+                weight_left * left_s, &nodes);
     }
-    transform(line_re, line_im, nx, half_x, rotors + COMPACT_ROTORS_BEFORE(nx),
-              nx / 2 - footprint.columns / 2, footprint.columns, out, out + room_x);
+    float middle;
+#if LIGHT_AT_NODES
+    realv unused;
+    floatv middle_weight;
+    light_on_row(seen, REAL_OF((floatv)(0.0f)), REAL_OF((floatv)(v)), &unused, &middle_weight);
+    middle = LANES_FIRST(middle_weight);
+#else
+    middle = between_middle_knots(light + line * knots, knots, knots_x, nx);
+#endif
+    middle *= sign * weights_x[2 * nx];
+    if (!smooth) middle *= LANES_FIRST(rough_amplitude(&p, (floatv)(0.0f), v));
+    if (hidden)
+      middle *= LANES_FIRST(seen_share(seen_parts, weights_x + COMPACT_NODE_ROOM(nx) + 2 * nx, nx));
+    nodes.middle_re = middle;
+    nodes.middle_im = 0.0f;
+    transform(&nodes, nx, half_x, rotors + COMPACT_ROTORS_BEFORE(nx), footprint.columns / 2,
+              out + room_x / 2, out + room_x + room_x / 2);
     out += 2 * room_x;
 
     __global const float* basis =
-        weights_y + (1 + splines + (hidden ? plane.lines + line : line)) * COMPACT_NODE_ROOM(ny);
-    for (int node = 0; node <= 2 * half_y; node += RAYWAVE_LANES) {
-      const floatv weight = LANES_LOAD(basis + node);
-      LANES_STORE(weight * LANES_LOAD(column_re + node), line_re + node);
-      LANES_STORE(weight * LANES_LOAD(column_im + node), line_im + node);
+        weights_y + (1 + splines + first_line + line) * COMPACT_NODE_ROOM(ny);
+    for (int node = 0; node < half_y; node += RAYWAVE_LANES) {
+      const floatv right = LANES_LOAD(basis + node), left = LANES_LOAD(basis + ny + node);
+      set_nodes(node, right * LANES_LOAD(right_re + node), right * LANES_LOAD(right_im + node),
+                left * LANES_LOAD(left_re + node), left * LANES_LOAD(left_im + node), &nodes);
     }
-    transform(line_re, line_im, ny, half_y, rotors + COMPACT_ROTORS_BEFORE(ny),
-              ny / 2 - footprint.rows / 2, footprint.rows, out, out + room_y);
+    middle = basis[2 * ny] * middle_share;
+    nodes.middle_re = middle * LANES_FIRST(middle_re);
+    nodes.middle_im = middle * LANES_FIRST(middle_im);
+    transform(&nodes, ny, half_y, rotors + COMPACT_ROTORS_BEFORE(ny), footprint.rows / 2,
+              out + room_y / 2, out + room_y + room_y / 2);
     out += 2 * room_y;
   }
 }
@@ -442,37 +695,42 @@ __kernel void gather_compact(__global const CompactFootprint* footprints,
     const CompactFootprint footprint = footprints[index];
     const int room_x = COMPACT_ROOM(footprint.columns), room_y = COMPACT_ROOM(footprint.rows);
     const int stride = 2 * (room_x + room_y);
+    const int across_middle = room_x / 2 - footprint.columns / 2,
+              up_middle = room_y / 2 - footprint.rows / 2;
+    __global const float* middle_across = profiles + offsets[index] + room_x / 2;
+    __global const float* middle_up = profiles + offsets[index] + 2 * room_x + room_y / 2;
     // The footprint may begin right of the work-item's columns or below its rows, or reach them
     // from the period before.
     int column = (first - footprint.left) % plane.nx, top = (tile.top - footprint.top) % plane.ny;
     column += column < 0 ? plane.nx : 0;
     top += top < 0 ? plane.ny : 0;
-    for (int period = 0; period < 4; ++period) {
-      const int left = column - (period & 1) * plane.nx, above = top - (period >> 1) * plane.ny;
-      const int from = max(0, -above), to = min(RAYWAVE_TILE_ROWS, footprint.rows - above);
-      if (left >= footprint.columns || left <= -RAYWAVE_LANES || from >= to) continue;
-      __global const float* across = profiles + offsets[index] + left;
+    for (int left = column; left > -RAYWAVE_LANES; left -= plane.nx) {
+      if (left >= footprint.columns) continue;
+      __global const float* across = middle_across + (left - footprint.columns / 2);
       const intv inside = (left + LANES_INDEX >= 0) & (left + LANES_INDEX < footprint.columns);
-      __global const float* up = profiles + offsets[index] + 2 * room_x + above;
-      int line = 0;
-      for (; line + 4 <= footprint.lines; line += 4)
-        add_lines(across + line * stride, up + line * stride, inside, room_x, room_y, stride, 4,
-                  from, to, phasors + index, sample_count, &tile);
-      switch (footprint.lines - line) {  // constants, which the compiler unrolls
-        case 1:
-          add_lines(across + line * stride, up + line * stride, inside, room_x, room_y, stride, 1,
+      for (int above = top; above > -RAYWAVE_TILE_ROWS; above -= plane.ny) {
+        const int from = max(0, -above), to = min(RAYWAVE_TILE_ROWS, footprint.rows - above);
+        __global const float* up = middle_up + (above - footprint.rows / 2);
+        int line = 0;
+        for (; line + 4 <= footprint.lines && from < to; line += 4)
+          add_lines(across + line * stride, up + line * stride, inside, room_x, room_y, stride, 4,
                     from, to, phasors + index, sample_count, &tile);
-          break;
-        case 2:
-          add_lines(across + line * stride, up + line * stride, inside, room_x, room_y, stride, 2,
-                    from, to, phasors + index, sample_count, &tile);
-          break;
-        case 3:
-          add_lines(across + line * stride, up + line * stride, inside, room_x, room_y, stride, 3,
-                    from, to, phasors + index, sample_count, &tile);
-          break;
-        default:
-          break;
+        switch (footprint.lines - line) {  // constants, which the compiler unrolls
+          case 1:
+            add_lines(across + line * stride, up + line * stride, inside, room_x, room_y, stride, 1,
+                      from, to, phasors + index, sample_count, &tile);
+            break;
+          case 2:
+            add_lines(across + line * stride, up + line * stride, inside, room_x, room_y, stride, 2,
+                      from, to, phasors + index, sample_count, &tile);
+            break;
+          case 3:
+            add_lines(across + line * stride, up + line * stride, inside, room_x, room_y, stride, 3,
+                      from, to, phasors + index, sample_count, &tile);
+            break;
+          default:
+            break;
+        }
       }
     }
   }

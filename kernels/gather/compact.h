@@ -8,38 +8,57 @@
 #define COMPACT_BIN 16
 
 // A footprint is the transform of as many nodes as it has pixels, and a few, so that it does not
-// meet itself in the next period. Their number is a multiple of COMPACT_STEP: each has a table of
-// rotors, which lie one after another from the smallest on. The table for n has for each of n nodes
-// the cosines, then the sines, of n pixels.
+// meet itself in the next period. Their number n is a multiple of COMPACT_STEP. Nodes lie at whole
+// steps from the middle one; pixels, an even number of them, at half steps from their middle. Each n
+// has a table of rotors, which lie one after another from the smallest on: for each of n nodes right
+// of the middle one the cosines, then the sines, of the n / 2 pixels right of the middle.
 #define COMPACT_STEP 8
 #define COMPACT_SPARE_NODES 6
 #define COMPACT_NODES_FOR(pixels) \
   (((pixels) + COMPACT_SPARE_NODES + COMPACT_STEP - 1) / COMPACT_STEP * COMPACT_STEP)
 // Pixels along a footprint at most; what is longer is cut off on both sides
 #define COMPACT_WIDEST 250
-// Room for their nodes, which reach beyond the period by half of it at most, in packets
-#define COMPACT_NODES (2 * 256 + 32)
+// Room for the nodes on one side of the middle one, in packets
+#define COMPACT_NODES (256 + 16)
 
 #define COMPACT_ROTORS_BEFORE(n)     \
-  (2 * COMPACT_STEP * COMPACT_STEP * \
+  (COMPACT_STEP * COMPACT_STEP * \
    (((n) / COMPACT_STEP - 1) * ((n) / COMPACT_STEP) * (2 * ((n) / COMPACT_STEP) - 1) / 6))
 
 // Nodes on each side of the middle one: the bell is zero beyond. size and tile: pixels along the
 // virtual plane and along the tile
 #define COMPACT_HALF_NODES(n, size, tile) (((n) * (2 * (size) - (tile)) - 1) / (2 * (size)))
 
-// Weights of nodes, in rows of COMPACT_NODE_ROOM floats, for one size after another: the bell along
-// x; the splines of the parts along x; along y, times its bell, Lagrange's polynomials of the scan
-// lines, and the splines of the parts. First of all come the places of the scan lines and of the
-// parts along y, in half tiles.
+// Knots: places along an axis of the tile at which the light on a line is computed. Polynomials
+// between them give it at the nodes. The first half of the knots lies right of the middle; the others
+// are their mirror images.
+#define COMPACT_MOST_KNOTS 32
+// Scan lines of a sample that nothing hides, at most
+#define COMPACT_MOST_LINES 8
+
+// Weights of nodes, in rows of COMPACT_NODE_ROOM floats, for one size after another. A row has n
+// floats for the nodes right of the middle one, n for those left of it, and that of the middle one.
+// Rows: the bell along x; the splines of the parts along x; along y, times its bell, Lagrange's
+// polynomials of the scan lines, and the splines of the parts; and for each pair of knots along x,
+// then along y, the even and the odd part of their polynomial (in place of right and left).
 #define COMPACT_NODE_ROOM(n) (2 * (n) + 16)
-#define COMPACT_WEIGHTS(lines, splines) (1 + 2 * (splines) + (lines))
-#define COMPACT_PLACES 64
+#define COMPACT_WEIGHTS(lines, splines, knots) (1 + 2 * (splines) + (lines) + (knots))
 #define COMPACT_WEIGHTS_BEFORE(n, rows)                                                        \
   (COMPACT_PLACES + (rows) * (COMPACT_STEP * ((n) / COMPACT_STEP - 1) * ((n) / COMPACT_STEP) + \
                               16 * ((n) / COMPACT_STEP - 1)))
 
-// Floats of a profile for so many pixels: whole packets of any device
-#define COMPACT_ROOM(pixels) (((pixels) + 15) / 16 * 16)
+// First of all come places on the tile, in half tiles: of the knots along x, and along y, each list
+// repeated to whole packets; then the row of each scan line, and of each row of parts, once for every
+// knot.
+#define COMPACT_KNOT_ROOM (COMPACT_MOST_KNOTS + 16)
+#define COMPACT_PLACES_OF_LINES (2 * COMPACT_KNOT_ROOM)
+#define COMPACT_PLACES 1024
+
+// Floats of a profile for so many pixels, an even number: whole packets of any device on both sides
+// of the middle
+#define COMPACT_ROOM(pixels) (((pixels) + 31) / 32 * 32)
+
+// Numbers that `aim` leaves for `profile` of each sample, each a float or a double
+#define COMPACT_SEEN 12
 
 #endif

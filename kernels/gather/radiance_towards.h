@@ -118,25 +118,62 @@ static inline floatv amplitude_towards(__global const Light* lights, __global co
   return amplitude * sqrt(projected_area(sample->tilt_z, sample->tilt_x * tx, sample->tilt_y * ty));
 }
 
-// True when a sample has highlights worth computing in directions within half_x and half_y of
-// (tangent_x, tangent_y).
-static inline bool shines_within(__global const Light* lights, __global const uint* lit,
-                                 __global const Sample* sample, float plain, float tangent_x,
-                                 float half_x, float tangent_y, float half_y) {
+// Mask of samples, one per lane, with highlights worth computing in directions within half_x and
+// half_y of (tangent_x, tangent_y).
+//
+// first     of the samples, `count` of them
+// radiance  without highlights
+// surface   place, normal, specular and shininess
+static inline intv shine_within(__global const Light* lights, __global const uint* lit, int first,
+                                int count, floatv radiance, Surface* surface, floatv tangent_x,
+                                floatv half_x, floatv tangent_y, floatv half_y) {
+  intv shines = LANES_INDEX < 0;
 #if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-  for (int first = 0; first < RAYWAVE_LIGHTS && sample->specular > 0.0f; first += RAYWAVE_LANES) {
-    floatv tx, ty;
-    highlight_directions(lights, lit, sample, first, tangent_x, half_x, tangent_y, half_y, &tx,
-                         &ty);
-    if (LANES_ANY(amplitude_towards(lights, lit, sample, plain, true, tx, ty) >
-                  1.000001f * amplitude_towards(lights, lit, sample, plain, false, tx, ty)))
-      return true;
+  if (!LANES_ANY(surface->specular > 0.0f)) return shines;
+#if RAYWAVE_SHARP
+  surface->place = ds3(surface->x, surface->y, surface->z);
+  surface->normal = ds3(surface->nx, surface->ny, surface->nz);
+#endif
+  // Directions in which the highlights of each light are brightest
+  for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
+    const Incident in = incident(lights, i, surface, 0.0f);
+    const floatv twice = 2.0f * in.facing;
+    const floatv down = fmax(in.z - twice * surface->nz, (floatv)(1e-6f));
+    const floatv tx = clamp((twice * surface->nx - in.x) / down, tangent_x - half_x,
+                            tangent_x + half_x),
+                 ty = clamp((twice * surface->ny - in.y) / down, tangent_y - half_y,
+                            tangent_y + half_y);
+#if RAYWAVE_SHARP
+    const floatv ahead = -1.0f;
+    surface->towards = ds3(tx, ty, ahead);
+#else
+    const floatv cosine = 1.0f / sqrt(1.0f + tx * tx + ty * ty);
+    surface->vx = tx * cosine;
+    surface->vy = ty * cosine;
+    surface->vz = -cosine;
+#endif
+    intv candidate = LANES_INDEX < 0;
+    floatv shining = 0.0f;
+    for (int other = 0; other < RAYWAVE_LIGHTS; ++other) {
+      int is_on[RAYWAVE_LANES];
+      for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
+        is_on[lane] = is_lit(
+            lit + (size_t)(first + min(lane, count - 1)) * (size_t)((RAYWAVE_LIGHTS + 31) / 32),
+            other);
+      const intv on = LANES_LOAD(is_on) != 0;
+      if (other == i && in.intensity > 0.0f) candidate = on;
+      if (!LANES_ANY(on)) continue;
+      const Incident also = incident(lights, other, surface, 0.0f);
+      shining += LANES_SELECT((floatv)(0.0f),
+                              highlight(lights + other, &also, surface) * also.intensity, on);
+    }
+    shines |= candidate & (shining > 2e-6f * radiance);
   }
 #else
-  (void)lights, (void)lit, (void)sample, (void)plain, (void)tangent_x, (void)half_x;
-  (void)tangent_y, (void)half_y;
+  (void)lights, (void)lit, (void)first, (void)count, (void)radiance, (void)surface;
+  (void)tangent_x, (void)half_x, (void)tangent_y, (void)half_y;
 #endif
-  return false;
+  return shines;
 }
 
 #endif

@@ -27,7 +27,8 @@ double squared_window_error(const Bell& bell, double guard, double margin_px, do
   const double rays_px = 2 * guard * fresnel + margin_px;
   std::vector<Complex> pixels;
   const int first = static_cast<int>(std::ceil(offset - rays_px)),
-            last = static_cast<int>(std::floor(offset + rays_px));
+            count_px = static_cast<int>(std::floor(offset + rays_px)) + 1 - first,
+            last = first + count_px + count_px % 2 - 1;  // an even number of pixels
   const auto at = [&](int node) { return ((node + 0.5) / nodes * 2 - 1) * bell.reach; };
   std::vector<Complex> light;
   for (int node = 0; node < nodes; ++node) {
