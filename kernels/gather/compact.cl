@@ -81,14 +81,14 @@ typedef struct {
   real slope_x;
   real slope_y;
   real turns;  // at the origin pixel
-  real kind;   // of its amplitude: SEEN_SMOOTH ...
+  real kind;   // a sum of SEEN_CUT, SEEN_ROUGH and SEEN_SHINES
   real z0;     // of the virtual plane
   real rate;   // turns per metre
 } Seen;
 
-#define SEEN_SMOOTH 0
-#define SEEN_ROUGH 1   // its amplitude is no smooth function of the place on the tile
-#define SEEN_SHINES 2  // nor without highlights
+#define SEEN_CUT 1     // some of its light is too steep
+#define SEEN_ROUGH 2   // its amplitude is no smooth function of the place on the tile
+#define SEEN_SHINES 4  // it has highlights
 
 static inline Seen load_seen(__global const real* seen, const CompactPlane* plane) {
   const Seen s = {seen[0],
@@ -196,26 +196,33 @@ static inline void footprint_along(floatv s, floatv other_s, floatv z, float z0,
 // integral of the step's square is 13 / 35.
 #define CUT_BEFORE (1.0f - 13.0f / 35.0f)
 
-// Mask of the samples some of whose light towards the tile fades out because it is too steep.
-static inline intv is_cut(floatv x, floatv y, floatv z, const CompactPlane* plane) {
+// Mask of the samples some of whose light towards places within half_x and half_y of the tile's
+// middle fades out because it is too steep.
+static inline intv is_cut(floatv x, floatv y, floatv z, float half_x, float half_y,
+                          const CompactPlane* plane) {
 #if RAYWAVE_SINE_LIMIT
-  const floatv across = fabs(x) + plane->half_x, up = fabs(y) + plane->half_y;
+  const floatv across = fabs(x) + half_x, up = fabs(y) + half_y;
   const floatv x_length = sqrt(across * across + z * z), y_length = sqrt(up * up + z * z);
   return ((plane->sine_limit_x * x_length - across) * plane->per_cut_x < 1.0f - CUT_BEFORE) |
          ((plane->sine_limit_y * y_length - up) * plane->per_cut_y < 1.0f - CUT_BEFORE);
 #else
-  (void)x, (void)y, (void)z, (void)plane;
+  (void)x, (void)y, (void)z, (void)half_x, (void)half_y, (void)plane;
   return LANES_INDEX < 0;
 #endif
 }
 
-// Mask of the samples whose projected area is a smooth function of the direction to the tile: it is
-// far from zero and from its limit.
-static inline intv is_smooth(const SampleLanes* s, floatv tangent_x, floatv half_x,
+// Mask of the samples whose amplitude is a smooth function of the direction to the tile, which lies
+// within half_x and half_y of (tangent_x, tangent_y): their projected area is far from zero and from
+// its limit, and highlights are wide against the tile.
+//
+// shines  samples with highlights
+static inline intv is_smooth(const SampleLanes* s, intv shines, floatv tangent_x, floatv half_x,
                              floatv tangent_y, floatv half_y) {
   const floatv middle = s->tilt_x * tangent_x + s->tilt_y * tangent_y - s->tilt_z,
                change = fabs(s->tilt_x) * half_x + fabs(s->tilt_y) * half_y;
-  return (middle > 3.0f * change) & (middle + change < 4.0f);
+  const floatv shininess = s->surface.shininess;
+  const intv wide = (shininess * (half_x * half_x + half_y * half_y) < 1.0f) & (shininess >= 8.0f);
+  return (middle > 3.0f * change) & (middle + change < 4.0f) & (wide | !shines);
 }
 
 __kernel void aim(__global const Light* lights, __global const Sample* samples,
@@ -230,9 +237,9 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
   const floatv x = s.surface.x - plane.origin_x, y = plane.origin_y - s.surface.y,
                z = s.surface.z - plane.hologram_z;
   const intv is_here = (plane.begin_z <= s.surface.z) & (s.surface.z < plane.end_z);
-  const intv cut = is_cut(x, y, z, &plane);
   const floatv margin =
-      LANES_SELECT((floatv)(plane.margin), (floatv)(plane.rough_margin), s.hidden | cut);
+      LANES_SELECT((floatv)(plane.margin), (floatv)(plane.rough_margin),
+                   s.hidden | is_cut(x, y, z, plane.half_x, plane.half_y, &plane));
   intv left, columns, top, rows;
   footprint_along(x, y, z, plane.z0, plane.half_x, plane.half_y, plane.pixels_per_sine_x,
                   min(plane.nx, COMPACT_WIDEST), margin, &left, &columns);
@@ -292,11 +299,15 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
   // How their amplitudes depend on the direction
   const floatv tangent_x = -x / z, half_x = 0.5f * plane.period_x / z, tangent_y = y / z,
                half_y = 0.5f * plane.period_y / z;
-  floatv kind = LANES_SELECT((floatv)(SEEN_SMOOTH), (floatv)(SEEN_ROUGH),
-                             cut | !is_smooth(&s, tangent_x, half_x, tangent_y, half_y));
+  // The bell reaches beyond the tile.
+  const intv cut =
+      is_cut(x, y, z, plane.period_x - plane.half_x, plane.period_y - plane.half_y, &plane);
   const intv shines = shine_within(lights, lit, index, count, s.radiance, &s.surface, tangent_x,
                                    half_x, tangent_y, half_y);
-  kind = LANES_SELECT(kind, (floatv)(SEEN_SHINES), shines);
+  const intv rough = !is_smooth(&s, shines, tangent_x, half_x, tangent_y, half_y);
+  const floatv kind = LANES_SELECT((floatv)(0.0f), (floatv)(SEEN_CUT), cut) +
+                      LANES_SELECT((floatv)(0.0f), (floatv)(SEEN_ROUGH), rough) +
+                      LANES_SELECT((floatv)(0.0f), (floatv)(SEEN_SHINES), shines);
   store_seen(REAL_OF(kind), 10, count, out);
 }
 
@@ -331,6 +342,23 @@ static inline void set_nodes(int node, floatv right_re, floatv right_im, floatv 
   LANES_STORE(right_im - left_im, nodes->odd_im + node);
 }
 
+// Stores pixels `pixel` and on, right of the middle, and those left of it. A profile has room for
+// whole packets of eight.
+static inline void store_pixels(floatv right, floatv left, int pixel, int count,
+                                __global float* middle) {
+  const floatv mirrored = LANES_REVERSED(left);
+#if RAYWAVE_LANES == 16
+  if (count - pixel <= 8) {
+    vstore8(right.lo, 0, middle + pixel);
+    vstore8(mirrored.hi, 0, middle - pixel - 8);
+    return;
+  }
+#endif
+  (void)count;
+  LANES_STORE(right, middle + pixel);
+  LANES_STORE(mirrored, middle - pixel - RAYWAVE_LANES);
+}
+
 // Writes the transform of the light at 2 half_nodes + 1 nodes: `count` pixels on each side of the
 // middle, in whole packets, times the signs that pixels of odd places change. They bring the tile
 // into the transform's middle. Pixels on both sides share the rotors, too.
@@ -351,12 +379,8 @@ static inline void transform(const Nodes* nodes, int n, int half_nodes,
       im_cos += nodes->even_im[node] * c;
       re_sin += nodes->odd_re[node] * s;
     }
-    LANES_STORE(even_cos - im_sin, out_re + pixel);
-    LANES_STORE(im_cos + re_sin, out_im + pixel);
-    const int mirrored = -RAYWAVE_LANES - pixel;
-    const floatv left_re = -(even_cos + im_sin), left_im = re_sin - im_cos;
-    LANES_STORE(LANES_REVERSED(left_re), out_re + mirrored);
-    LANES_STORE(LANES_REVERSED(left_im), out_im + mirrored);
+    store_pixels(even_cos - im_sin, -(even_cos + im_sin), pixel, count, out_re);
+    store_pixels(im_cos + re_sin, re_sin - im_cos, pixel, count, out_im);
   }
 }
 
@@ -432,15 +456,20 @@ typedef struct {
   float plain;  // amplitude without highlights
 } Profiled;
 
-// Amplitude towards places (u, v) of the tile of a sample that is SEEN_ROUGH or SEEN_SHINES.
-static inline floatv rough_amplitude(const Profiled* p, floatv u, float v) {
+// Share of light, and amplitude, towards places (u, v) of the tile of a sample that is not smooth.
+static inline floatv rough_amplitude(const Profiled* p, bool cut, bool rough, bool shines, floatv u,
+                                     float v) {
   const float x = (float)p->seen.x, y = (float)p->seen.y, z = (float)p->seen.z;
   const floatv offset = u - x;
   const float down = v - y;
-  return amplitude_towards(p->lights, p->lit, p->sample, p->plain, p->seen.kind == SEEN_SHINES,
-                           offset / z, (floatv)(-down / z)) *
-         shown_share(offset, sqrt(offset * offset + down * down + z * z), p->plane->sine_limit_x,
-                     p->plane->per_cut_x);
+  floatv amplitude = 1.0f;
+  if (rough)
+    amplitude = amplitude_towards(p->lights, p->lit, p->sample, p->plain, shines, offset / z,
+                                  (floatv)(-down / z));
+  if (cut)
+    amplitude *= shown_share(offset, sqrt(offset * offset + down * down + z * z),
+                             p->plane->sine_limit_x, p->plane->per_cut_x);
+  return amplitude;
 }
 
 // The share of the light along a row that hidden samples show at nodes.
@@ -480,7 +509,9 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
                       load_seen((__global const real*)all_seen + COMPACT_SEEN * index, &plane),
                       sqrt(sample->radiance) * sample->weight};
   const Seen* seen = &p.seen;
-  const bool smooth = !LIGHT_AT_NODES && seen->kind == SEEN_SMOOTH;
+  const int kind = (int)seen->kind;
+  const bool cut = (kind & SEEN_CUT) != 0, shines = (kind & SEEN_SHINES) != 0,
+             rough = LIGHT_AT_NODES || (kind & SEEN_ROUGH) != 0;
 
   // Nodes and pixels of both axes
   const int nx = COMPACT_NODES_FOR(footprint.columns), ny = COMPACT_NODES_FOR(footprint.rows);
@@ -520,7 +551,7 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
     between_knots(turns, knots, knots_y, ny, node, &right, &left);
 #endif
     floatv share_right = 1.0f, share_left = 1.0f;
-    if (!smooth) {
+    if (cut) {
       const float far = (float)(seen->x * seen->x + seen->z * seen->z);
       share_right =
           shown_share(v - y, sqrt((v - y) * (v - y) + far), plane.sine_limit_y, plane.per_cut_y);
@@ -538,24 +569,23 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
   floatv middle_re, middle_im;
   cos_sin_turns((floatv)((float)seen->turns), &middle_re, &middle_im);
   const float middle_share =
-      smooth ? 1.0f
-             : LANES_FIRST(shown_share((floatv)(y), (floatv)((float)seen->length),
-                                       plane.sine_limit_y, plane.per_cut_y));
+      !cut ? 1.0f
+           : LANES_FIRST(shown_share((floatv)(y), (floatv)((float)seen->length), plane.sine_limit_y,
+                                     plane.per_cut_y));
 
 #if !LIGHT_AT_NODES
   // Light at the knots of all lines
   __global const float* knots_x = weights_x + knot_rows * COMPACT_NODE_ROOM(nx);
   for (int at = 0; at < footprint.lines * knots; at += RAYWAVE_LANES) {
-    const floatv u = LANES_LOAD(weights + at % knots) * plane.half_x,
+    const floatv u = LANES_LOAD(weights + (at & (knots - 1))) * plane.half_x,
                  v = LANES_LOAD(weights + COMPACT_PLACES_OF_LINES + first_line * knots + at) *
                      plane.half_y;
     floatv turned, weight;
     light_on_row(seen, u, v, &turned, &weight);
-    if (smooth) {
+    if (!rough) {
       const float z = (float)seen->z;
-      weight *=
-          p.plain * sqrt(projected_area(sample->tilt_z, sample->tilt_x * ((u - (float)seen->x) / z),
-                                        sample->tilt_y * ((y - v) / z)));
+      weight *= amplitude_towards(lights, p.lit, sample, p.plain, shines, (u - (float)seen->x) / z,
+                                  (y - v) / z);
     }
     LANES_STORE(turned, turns + at);
     LANES_STORE(weight, light + at);
@@ -591,9 +621,9 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
       const floatv bell = sign * LANES_LOAD(weights_x + node);
       weight_right *= bell;
       weight_left *= bell;
-      if (!smooth) {
-        weight_right *= rough_amplitude(&p, u, v);
-        weight_left *= rough_amplitude(&p, -u, v);
+      if (cut || rough) {
+        weight_right *= rough_amplitude(&p, cut, rough, shines, u, v);
+        weight_left *= rough_amplitude(&p, cut, rough, shines, -u, v);
       }
       if (hidden) {
         __global const float* spline = weights_x + COMPACT_NODE_ROOM(nx) + node;
@@ -616,7 +646,8 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
     middle = between_middle_knots(light + line * knots, knots, knots_x, nx);
 #endif
     middle *= sign * weights_x[2 * nx];
-    if (!smooth) middle *= LANES_FIRST(rough_amplitude(&p, (floatv)(0.0f), v));
+    if (cut || rough)
+      middle *= LANES_FIRST(rough_amplitude(&p, cut, rough, shines, (floatv)(0.0f), v));
     if (hidden)
       middle *= LANES_FIRST(seen_share(seen_parts, weights_x + COMPACT_NODE_ROOM(nx) + 2 * nx, nx));
     nodes.middle_re = middle;
@@ -648,29 +679,95 @@ typedef struct {
   floatv im[RAYWAVE_FRAMES][RAYWAVE_TILE_ROWS];
 } Tile;
 
-// Adds `lines` products of a sample's profiles, 1 to 4 of them, to rows `from` to before `to` of
-// the work-item. across: where the first X has the work-item's first column, and inside: whether it
-// has it; up: where the first Y has its row 0.
-static inline void add_lines(__global const float* across, __global const float* up, intv inside,
-                             int room_x, int room_y, int stride, int lines, int from, int to,
-                             __global const float2* phasors, int sample_count, Tile* tile) {
-  floatv re[4], im[4];
-  for (int line = 0; line < lines; ++line) {
-    re[line] = LANES_SELECT((floatv)(0.0f), LANES_LOAD(across + line * stride), inside);
-    im[line] = LANES_SELECT((floatv)(0.0f), LANES_LOAD(across + line * stride + room_x), inside);
+// A sample in a work-item: its profiles from some line on. X counts from the work-item's first
+// column, where it is `inside` the footprint, Y from its first row.
+typedef struct {
+  __global const float* across;
+  __global const float* up;
+  intv inside;
+  int lines;  // that are left
+  int room_x;
+  int room_y;
+  int stride;    // floats of a line
+  int from, to;  // rows of the work-item
+  __global const float2* phasors;
+  int sample_count;
+} Part;
+
+// X of a line, with the sample's phase where there is one only; zeros where no line is left.
+static inline void load_line(const Part* p, int line, floatv* re, floatv* im) {
+  const intv inside = p->inside & (line < p->lines ? -1 : 0);
+  __global const float* across = p->across + (line < p->lines ? line * p->stride : 0);
+  *re = LANES_SELECT((floatv)(0.0f), LANES_LOAD(across), inside);
+  *im = LANES_SELECT((floatv)(0.0f), LANES_LOAD(across + p->room_x), inside);
+#if RAYWAVE_FRAMES == 1
+  const float2 phasor = p->phasors[0];
+  const floatv turned = *re * phasor.x - *im * phasor.y;
+  *im = *re * phasor.y + *im * phasor.x;
+  *re = turned;
+#endif
+}
+
+static inline void add_to_tile(const Part* p, int row, floatv re, floatv im, Tile* tile) {
+#if RAYWAVE_FRAMES == 1
+  (void)p;
+  tile->re[0][row] += re;
+  tile->im[0][row] += im;
+#else
+  for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
+    const float2 phasor = p->phasors[(size_t)frame * (size_t)p->sample_count];
+    tile->re[frame][row] += re * phasor.x - im * phasor.y;
+    tile->im[frame][row] += re * phasor.y + im * phasor.x;
   }
-  for (int row = from; row < to; ++row) {
-    floatv sum_re = 0.0f, sum_im = 0.0f;
-    for (int line = 0; line < lines; ++line) {
-      const float up_re = up[line * stride + row], up_im = up[line * stride + room_y + row];
-      sum_re += re[line] * up_re - im[line] * up_im;
-      sum_im += re[line] * up_im + im[line] * up_re;
-    }
-    for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
-      const float2 phasor = phasors[(size_t)frame * (size_t)sample_count];
-      tile->re[frame][row] += sum_re * phasor.x - sum_im * phasor.y;
-      tile->im[frame][row] += sum_re * phasor.y + sum_im * phasor.x;
-    }
+#endif
+}
+
+// Adds two lines, or the only one that is left, to the work-item.
+static inline void add_two_lines(const Part* p, Tile* tile) {
+  floatv re0, im0, re1, im1;
+  load_line(p, 0, &re0, &im0);
+  load_line(p, 1, &re1, &im1);
+  const int room = p->room_y;
+  for (int row = p->from; row < p->to; ++row) {
+    __global const float *up0 = p->up + row, *up1 = up0 + (p->lines > 1 ? p->stride : 0);
+    floatv re = re0 * up0[0], im = re0 * up0[room];
+    re -= im0 * up0[room];
+    im += im0 * up0[0];
+    re += re1 * up1[0];
+    im += re1 * up1[room];
+    re -= im1 * up1[room];
+    im += im1 * up1[0];
+    add_to_tile(p, row, re, im, tile);
+  }
+}
+
+// The same of four lines, or three.
+static inline void add_four_lines(const Part* p, Tile* tile) {
+  floatv re0, im0, re1, im1, re2, im2, re3, im3;
+  load_line(p, 0, &re0, &im0);
+  load_line(p, 1, &re1, &im1);
+  load_line(p, 2, &re2, &im2);
+  load_line(p, 3, &re3, &im3);
+  const int room = p->room_y;
+  for (int row = p->from; row < p->to; ++row) {
+    __global const float *up0 = p->up + row, *up1 = up0 + p->stride, *up2 = up1 + p->stride,
+                         *up3 = up2 + (p->lines > 3 ? p->stride : 0);
+    floatv re = re0 * up0[0], im = re0 * up0[room];
+    re -= im0 * up0[room];
+    im += im0 * up0[0];
+    re += re1 * up1[0];
+    im += re1 * up1[room];
+    re -= im1 * up1[room];
+    im += im1 * up1[0];
+    re += re2 * up2[0];
+    im += re2 * up2[room];
+    re -= im2 * up2[room];
+    im += im2 * up2[0];
+    re += re3 * up3[0];
+    im += re3 * up3[room];
+    re -= im3 * up3[room];
+    im += im3 * up3[0];
+    add_to_tile(p, row, re, im, tile);
   }
 }
 
@@ -706,30 +803,26 @@ __kernel void gather_compact(__global const CompactFootprint* footprints,
     top += top < 0 ? plane.ny : 0;
     for (int left = column; left > -RAYWAVE_LANES; left -= plane.nx) {
       if (left >= footprint.columns) continue;
-      __global const float* across = middle_across + (left - footprint.columns / 2);
-      const intv inside = (left + LANES_INDEX >= 0) & (left + LANES_INDEX < footprint.columns);
+      Part part;
+      part.inside = (left + LANES_INDEX >= 0) & (left + LANES_INDEX < footprint.columns);
+      part.room_x = room_x;
+      part.room_y = room_y;
+      part.stride = stride;
+      part.phasors = phasors + index;
+      part.sample_count = sample_count;
       for (int above = top; above > -RAYWAVE_TILE_ROWS; above -= plane.ny) {
-        const int from = max(0, -above), to = min(RAYWAVE_TILE_ROWS, footprint.rows - above);
-        __global const float* up = middle_up + (above - footprint.rows / 2);
-        int line = 0;
-        for (; line + 4 <= footprint.lines && from < to; line += 4)
-          add_lines(across + line * stride, up + line * stride, inside, room_x, room_y, stride, 4,
-                    from, to, phasors + index, sample_count, &tile);
-        switch (footprint.lines - line) {  // constants, which the compiler unrolls
-          case 1:
-            add_lines(across + line * stride, up + line * stride, inside, room_x, room_y, stride, 1,
-                      from, to, phasors + index, sample_count, &tile);
-            break;
-          case 2:
-            add_lines(across + line * stride, up + line * stride, inside, room_x, room_y, stride, 2,
-                      from, to, phasors + index, sample_count, &tile);
-            break;
-          case 3:
-            add_lines(across + line * stride, up + line * stride, inside, room_x, room_y, stride, 3,
-                      from, to, phasors + index, sample_count, &tile);
-            break;
-          default:
-            break;
+        part.from = max(0, -above);
+        part.to = min(RAYWAVE_TILE_ROWS, footprint.rows - above);
+        if (part.from >= part.to) continue;
+        part.across = middle_across + (left - footprint.columns / 2);
+        part.up = middle_up + (above - footprint.rows / 2);
+        for (part.lines = footprint.lines; part.lines > 0; part.lines -= 4) {
+          if (part.lines > 2)
+            add_four_lines(&part, &tile);
+          else
+            add_two_lines(&part, &tile);
+          part.across += 4 * stride;
+          part.up += 4 * stride;
         }
       }
     }

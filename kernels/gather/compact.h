@@ -54,9 +54,9 @@
 #define COMPACT_PLACES_OF_LINES (2 * COMPACT_KNOT_ROOM)
 #define COMPACT_PLACES 1024
 
-// Floats of a profile for so many pixels, an even number: whole packets of any device on both sides
-// of the middle
-#define COMPACT_ROOM(pixels) (((pixels) + 31) / 32 * 32)
+// Floats of a profile for so many pixels, an even number: a multiple of eight on both sides of the
+// middle
+#define COMPACT_ROOM(pixels) (((pixels) + 15) / 16 * 16)
 
 // Numbers that `aim` leaves for `profile` of each sample, each a float or a double
 #define COMPACT_SEEN 12
