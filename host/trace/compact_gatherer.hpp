@@ -72,7 +72,7 @@ private:
   cl::Buffer<device::CompactFootprint> footprints_;
   cl::Buffer<std::int32_t> offsets_, first_of_bin_, bin_samples_, is_fresh_;
   cl::Buffer<float> rotors_, weights_, profiles_;
-  cl::Buffer<float> seen_;  // COMPACT_SEEN numbers of each sample, floats or doubles
+  cl::Buffer<float> seen_;     // COMPACT_SEEN numbers of each sample, floats or doubles
   cl::ComplexBuffer phasors_;  // frames x samples
 };
 

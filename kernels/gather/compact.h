@@ -21,7 +21,7 @@
 // Room for the nodes on one side of the middle one, in packets
 #define COMPACT_NODES (256 + 16)
 
-#define COMPACT_ROTORS_BEFORE(n)     \
+#define COMPACT_ROTORS_BEFORE(n) \
   (COMPACT_STEP * COMPACT_STEP * \
    (((n) / COMPACT_STEP - 1) * ((n) / COMPACT_STEP) * (2 * ((n) / COMPACT_STEP) - 1) / 6))
 
