@@ -67,6 +67,10 @@ Json json_of(const Scene& scene) {
   j["wrp"]["distance_m"] =
       scene.wrp.distances_m.empty() ? Json("auto") : Json(scene.wrp.distances_m);
   j["wrp"]["layers"] = scene.wrp.layers;
+  j["wrp"]["guard"] = scene.wrp.guard ? Json(*scene.wrp.guard) : Json("auto");
+  j["wrp"]["bell"] = scene.wrp.bell ? Json(*scene.wrp.bell) : Json("auto");
+  j["wrp"]["margin"] = scene.wrp.margin_px ? Json(*scene.wrp.margin_px) : Json("auto");
+  j["wrp"]["lines"] = scene.wrp.lines ? Json(*scene.wrp.lines) : Json("auto");
   j["sampling"] = {
       {"mode", scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
       {"source", scene.sampling.source == FanSource::hit ? "hit" : "surface"},

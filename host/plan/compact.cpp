@@ -14,8 +14,9 @@ namespace {
 /// the bell is divided out.
 constexpr double guard = 16.0 / 15;
 
-/// Strength of the bell, and pixels that footprints then reach beyond their rays.
-constexpr double bell_strength = 9, footprint_margin = 4, rough_margin = 8;
+/// Strength of the bell, and pixels that footprints then reach beyond their rays; as many times
+/// that where light is rough.
+constexpr double bell_strength = 9, footprint_margin = 4, rough_margins = 2;
 
 /// The plane has room for a footprint and its tails, however small the hologram.
 constexpr int least_size = 64;
@@ -37,14 +38,15 @@ glm::dvec2 origin_of_tile(const Plan& plan, const Tile& tile) {
   return tile.centre_m + off_middle * plan.pitch_m * glm::dvec2(1, -1);
 }
 
-CompactPlane compact_plane(const Plan& plan) {
+CompactPlane compact_plane(const Plan& plan, const WrpSpec& wanted) {
   CompactPlane plane;
   for (int axis = 0; axis < 2; ++axis)
-    plane.size[axis] = static_cast<int>(next_fast_size(static_cast<std::size_t>(
-        std::max<double>(least_size, std::ceil(guard * plan.tile_size[axis] - 1e-9)))));
-  plane.bell = bell_strength;
-  plane.margin_px = footprint_margin;
-  plane.rough_margin_px = rough_margin;
+    plane.size[axis] = static_cast<int>(next_fast_size(static_cast<std::size_t>(std::max<double>(
+        least_size, std::ceil(wanted.guard.value_or(guard) * plan.tile_size[axis] - 1e-9)))));
+  plane.bell = wanted.bell.value_or(bell_strength);
+  plane.margin_px = wanted.margin_px.value_or(footprint_margin);
+  plane.rough_margin_px = rough_margins * plane.margin_px;
+  plane.lines = wanted.lines.value_or(plane.lines);
   return plane;
 }
 

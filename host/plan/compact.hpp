@@ -27,8 +27,8 @@ Bell bell_of(const Plan& plan, int axis);
 /// pixel (size / 2). World.
 glm::dvec2 origin_of_tile(const Plan& plan, const Tile& tile);
 
-/// The virtual planes of a plan whose tiles are set.
-CompactPlane compact_plane(const Plan& plan);
+/// The virtual planes of a plan whose tiles are set, with what the scene asks for.
+CompactPlane compact_plane(const Plan& plan, const WrpSpec& wanted);
 
 /// Why the light of a scene cannot travel by virtual planes, in a line; empty: it can.
 std::string why_not_compact(const Scene& scene);

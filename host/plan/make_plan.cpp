@@ -174,7 +174,7 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
     if (const auto why = why_not_compact(scene); !why.empty())
       throw InputError(one_line(scene.file.string()) + ": wrp.propagation \"compact\": " + why +
                        "; give \"spectrum\"");
-    plan.compact = compact_plane(plan);
+    plan.compact = compact_plane(plan, scene.wrp);
   }
 
   // Layers and the planes in them
@@ -202,7 +202,10 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
     plan.compact->window_error = std::max(plan.compact->window_error, predicted_cut_error(plan));
   }
   if (plan.compact && !moved_from) plan.compact->window_error = predicted_window_error(plan);
-  if (plan.compact) choose_lines(plan);
+  if (plan.compact && scene.wrp.lines)
+    plan.compact->lines_error = predicted_lines_error(plan, plan.compact->lines);
+  else if (plan.compact)
+    choose_lines(plan);
 
   // The precision that keeps the phase error
   plan.phase_errors = predict_phase_errors(plan);

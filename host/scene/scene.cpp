@@ -59,6 +59,18 @@ WrpSpec read_wrp(Section section) {
   section.read("oversampling", [&](const Value& v) {
     if (!v.is_auto() && !v.is("full")) spec.oversampling = v.number(between(1.1, 100));
   });
+  section.read("guard", [&](const Value& v) {
+    if (!v.is_auto()) spec.guard = v.number(between(1.02, 4));
+  });
+  section.read("bell", [&](const Value& v) {
+    if (!v.is_auto()) spec.bell = v.number(between(1, 16));
+  });
+  section.read("margin", [&](const Value& v) {
+    if (!v.is_auto()) spec.margin_px = v.number(between(0, 32));
+  });
+  section.read("lines", [&](const Value& v) {
+    if (!v.is_auto()) spec.lines = v.integer(1, 8);
+  });
   section.finish();
   return spec;
 }

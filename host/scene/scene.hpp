@@ -44,6 +44,9 @@ struct WrpSpec {
   std::optional<double> oversampling;
   // Side of the transformed plane over the side of the hologram, 1 to 8
   double padding = 2.0;
+  // Of virtual planes (CompactPlane); empty: the planner's choice
+  std::optional<double> guard, bell, margin_px;
+  std::optional<int> lines;
 };
 
 /// How a WRP pixel gathers light: rays aimed at the surface samples, or the paper's fan of rays.

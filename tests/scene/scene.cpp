@@ -349,6 +349,22 @@ TEST_CASE("WRPs have as many distances as the file gives, or as many layers as i
       "--set wrp.layers=3: wrp: layers must be the number of distances given, 2, got 3");
 }
 
+TEST_CASE("keys of virtual planes arrive, and are the planner's choice where left out") {
+  const Workshop workshop;
+  const auto plain = workshop.load(kScene).wrp;
+  CHECK_FALSE(plain.guard.has_value());
+  CHECK_FALSE(plain.bell.has_value());
+  CHECK_FALSE(plain.margin_px.has_value());
+  CHECK_FALSE(plain.lines.has_value());
+  const auto given =
+      workshop.load(kScene, {"wrp.guard=1.1", "wrp.bell=8", "wrp.margin=6", "wrp.lines=3"});
+  CHECK(given.wrp.guard == 1.1);
+  CHECK(given.wrp.bell == 8);
+  CHECK(given.wrp.margin_px == 6);
+  CHECK(given.wrp.lines == 3);
+  CHECK_FALSE(workshop.load(kScene, {"wrp.lines=auto"}).wrp.lines.has_value());
+}
+
 TEST_CASE("overrides take TOML values and bare strings, and the last one wins") {
   const Workshop workshop;
   const Scene scene = workshop.load(
@@ -492,7 +508,7 @@ TEST_CASE("a wrong override is named in place of the line") {
   CHECK(refusal("wrp.pading=1") ==
         "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: "
         "propagation, grid, distance, layers, padding, "
-        "oversampling)");
+        "oversampling, guard, bell, margin, lines)");
   CHECK_THAT(refusal("wpr.padding=1"),
              Catch::Matchers::StartsWith(
                  "--set wpr.padding=1: unknown key \"wpr\"; did you mean \"wrp\"?"));

@@ -194,6 +194,17 @@ TEST_CASE(
   deep.scene.objects.clear();
   deep.scene.materials.clear();
   deep.add(rectangle({0, 0, 10e-3}, {0.3e-3, 0, 1.5e-3}, {0, 0.25e-3, 0}));
+  auto guarded = wall();
+  guarded.scene.wrp.guard = 1.25;
+  guarded.scene.wrp.bell = 7;
+  auto tight = wall();
+  tight.scene.wrp.margin_px = 2;
+  auto wide_margin = wall();
+  wide_margin.scene.wrp.margin_px = 6;
+  wide_margin.scene.wrp.bell = 12;
+  wide_margin.scene.wrp.lines = 5;
+  auto few_lines = wall();
+  few_lines.scene.wrp.lines = 1;
   // Stated errors are of samples that nothing hides or cuts.
   Case cases[] = {{"a wall", wall(), 0},
                   {"light too steep for the pixels", wall({0.8e-3, 0.6e-3, 10e-3}), 0.03},
@@ -201,6 +212,10 @@ TEST_CASE(
                   {"tiles", tiles, 0},
                   {"two layers", layers, 0},
                   {"prime sizes", odd, 0},
+                  {"a wider guard, and a weaker bell", guarded, 0},
+                  {"a margin of 2 pixels", tight, 0},
+                  {"a margin of 6 pixels, a stronger bell and 5 scan lines", wide_margin, 0},
+                  {"one scan line", few_lines, 0},
                   {"pixels of 1 um", wide, 0},
                   {"a deep wall", deep, 0}};
   for (const auto& device : all_devices()) {

@@ -8,12 +8,16 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
 #include "host/evaluate/selftest/checks.hpp"
 #include "host/plan/make_plan.hpp"
+#include "host/propagate/compact_propagator.hpp"
+#include "host/reference/compact.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/reference/shading.hpp"
+#include "host/trace/compact_gatherer.hpp"
 #include "host/trace/fan_tracer.hpp"
 #include "host/trace/gatherer.hpp"
 #include "host/view/lens.hpp"
@@ -153,6 +157,40 @@ Finding gathered(const cl::Device& device, dvec3 centre_m) {
           result.dark_error > 0 ? "light where none should be" : ""};
 }
 
+/// Error of the hologram that a virtual plane gives against the same computation in double, on
+/// pixels spread over it.
+Finding over_virtual_plane(const cl::Device& device, double z_m, cl::FftBackend fft) {
+  auto stage = ball_before_wall(z_m);
+  stage.scene.wrp.propagation = WrpPropagation::compact;
+  const Rig rig(device, stage);
+  const auto& size = rig.plan.compact.value().size;
+  cl::ComplexBuffer plane(
+      device, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), "virtual plane"),
+      field(device, pixels_of(rig.plan), "field");
+  CompactGatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
+  gatherer.draw_phases(1);
+  CompactPropagator propagator(device, rig.plan, fft);
+  const auto& wrp = rig.plan.wrps.at(0);
+  const auto lit = gatherer.gather(wrp, plane, fft != cl::FftBackend::host);
+  propagator.add(plane, 0, lit, wrp.centre_m.z, true, field);
+  const auto got = field.read();
+  require_finite(got, "field over a virtual plane");
+  std::vector<glm::ivec2> pixels;
+  reference::Field some;
+  for (int i = 0; i < 100; ++i) {
+    const glm::ivec2 pixel{i * 37 % rig.plan.size.x, i * 61 % rig.plan.size.y};
+    pixels.push_back(pixel);
+    some.emplace_back(
+        got[static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(rig.plan.size.x) +
+            static_cast<std::size_t>(pixel.x)]);
+  }
+  const auto expected =
+      reference::compact_field(reference::gathering(rig), wrp, 1, gatherer.footprints(), pixels);
+  return {reference::relative_error(some, expected),
+          std::to_string(rig.table.count) + " samples, " + std::to_string(rig.table.hidden) +
+              " hidden"};
+}
+
 /// Three times the measured error (docs/selftest.md).
 constexpr double fan_bound = 1e-6;
 
@@ -281,6 +319,16 @@ std::vector<SelfCheck> light_checks() {
     checks.push_back(
         {"gather", std::string("plane ") + name + ", against the direct sum", "relative L2", 2e-5,
          [centre_m = centre_m](const cl::Device& device) { return gathered(device, centre_m); }});
+  for (const double z_m : {10e-3, 100e-3})
+    checks.push_back({"gather",
+                      "virtual plane, hologram " + length_text(z_m) + " away, as in double",
+                      "relative L2", 1e-5, [z_m](const cl::Device& device) {
+                        return over_virtual_plane(device, z_m, cl::FftBackend::host);
+                      }});
+  checks.push_back({"gather", "virtual plane, the same by the device's FFT", "relative L2", 1e-5,
+                    [](const cl::Device& device) {
+                      return over_virtual_plane(device, 10e-3, cl::FftBackend::vkfft);
+                    }});
   checks.push_back(
       {"Phong", "fan of rays, ball and wall, sun and lamp, shadows", "relative L2", fan_bound,
        [](const cl::Device& device) { return traced(device, ball_before_wall(30e-3), 0.2); }});
