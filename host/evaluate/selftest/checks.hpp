@@ -11,6 +11,8 @@
 
 #include "cl/device.hpp"
 #include "host/common/error.hpp"
+#include "host/common/fft_backend.hpp"
+#include "host/reference/stage.hpp"
 
 namespace raywave {
 
@@ -66,6 +68,13 @@ Finding exact_or_refused(const std::string& words, Measure&& measure) {
   auto refusal = refused(words, [&] { found = measure(); });
   return refusal.note == "not refused" ? found : refusal;
 }
+
+/// Error of a hologram (its first tile) over virtual planes against the same computation in double,
+/// at 100 pixels.
+///
+/// propagation  compact, or automatic: 0 with a note where virtual planes do not serve
+Finding over_virtual_planes(const cl::Device& device, reference::Stage stage,
+                            WrpPropagation propagation, FftBackend fft);
 
 /// throws  std::runtime_error when a sample is NaN or infinite
 void require_finite(std::span<const std::complex<float>> field, const char* what);

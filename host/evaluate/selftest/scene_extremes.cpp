@@ -126,6 +126,12 @@ std::vector<SelfCheck> scene_extremes(SelfTestSize) {
     checks.push_back({"extremes", std::string(e.name) + ": all samples at the hologram",
                       "relative L2", field_bound,
                       [=](const cl::Device& device) { return whole(device, e); }});
+  for (const auto& e : extremes)
+    checks.push_back({"extremes", std::string(e.name) + ": virtual planes, if planned",
+                      "relative L2", field_bound, [=](const cl::Device& device) {
+                        return over_virtual_planes(device, plate(e), WrpPropagation::automatic,
+                                                   cl::FftBackend::host);
+                      }});
 
   // The plate extends from 19.925 to 20.075 mm.
   const auto wrp_at = [&](const char* name, double wrp_m) {
