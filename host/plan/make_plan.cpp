@@ -19,7 +19,7 @@
 #include "host/plan/predict/slm_light.hpp"
 #include "host/plan/tiles.hpp"
 #include "host/plan/wrp_placement.hpp"
-#include "kernels/gather/compact.h"
+#include "kernels/gather/compact_layout.h"
 
 namespace raywave {
 namespace {
@@ -87,6 +87,7 @@ constexpr double largest_window_error = 0.03;
 void choose_lines(Plan& plan) {
   auto& compact = plan.compact.value();
   const double enough = 0.5 * std::min(compact.window_error, largest_window_error);
+  compact.lines_tolerance = enough;
   const auto error = [&](int lines) { return predicted_lines_error(plan, lines); };
   compact.lines_error = error(compact.lines);
   while (compact.lines_error > enough && compact.lines < COMPACT_MOST_LINES)

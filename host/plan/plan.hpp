@@ -90,7 +90,9 @@ struct CompactPlane {
   // Pixels of a footprint beyond its rays; `rough`: where something hides the sample, or its light
   // becomes too steep
   double margin_px = 4, rough_margin_px = 8;
-  int lines = 4;  // scan lines of a sample that nothing hides
+  int lines = 4;  // scan lines of a sample that nothing hides, at most
+  // A sample has fewer where its error of them stays below this, relative; 0: all have as many
+  double lines_tolerance = 0;
   // Predicted relative L2 errors of the field (host/plan/predict/compact_errors.hpp)
   double window_error = 0, lines_error = 0;
 

@@ -92,7 +92,7 @@ private:
     return sum;
   }
 
-  /// A profile of light at nodes, as kernels/gather/compact.h has them.
+  /// A profile of light at nodes, as kernels/gather/compact_layout.h has them.
   template <class Light>
   std::vector<Complex> profile(int axis, int first, int count, const Light& light) const {
     const int n = (count + 6 + 7) / 8 * 8;

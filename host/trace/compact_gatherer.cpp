@@ -11,7 +11,7 @@
 #include "host/plan/compact.hpp"
 #include "host/trace/gather_options.hpp"
 #include "host/trace/work_shape.hpp"
-#include "kernels/gather/compact.h"
+#include "kernels/gather/compact_layout.h"
 
 namespace raywave {
 namespace {
@@ -133,6 +133,7 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   plane.margin = static_cast<float>(compact.margin_px);
   plane.rough_margin = static_cast<float>(compact.rough_margin_px);
   plane.lines = compact.lines;
+  plane.lines_tolerance = static_cast<float>(compact.lines_tolerance);
   put(plan_.largest_sine, plane.sine_limit_x, plane.sine_limit_y);
   put(1.0 / (cut_width * half), plane.per_cut_x, plane.per_cut_y);
   plane.knots = knots_for(plan_, layer);
@@ -295,8 +296,8 @@ void CompactGatherer::make_rotors(int most_nodes) {
   rotors_ = {device_, std::span<const float>(table), "rotors of footprints"};
 }
 
-/// The places on the tile, and the weights of nodes (kernels/gather/compact.h), of all sizes that
-/// footprints need.
+/// The places on the tile, and the weights of nodes (kernels/gather/compact_layout.h), of all sizes
+/// that footprints need.
 void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& plane,
                                    int most_nodes) {
   if (const WeightsKey key{wrp.tile, plane.lines, plane.knots, plane.half_x, plane.half_y};
@@ -317,9 +318,13 @@ void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& p
                       std::cos(std::numbers::pi * (knot % pairs + 0.5) / plane.knots);
     return knot < pairs ? at : -at;
   };
+  const auto row_of = [](int line, int lines) {
+    return std::cos(std::numbers::pi * (line + 0.5) / lines);
+  };
   std::vector<double> rows;
-  for (int line = 0; line < plane.lines; ++line)
-    rows.push_back(std::cos(std::numbers::pi * (line + 0.5) / plane.lines));
+  for (int lines = 1; lines <= plane.lines; ++lines) {
+    for (int line = 0; line < lines; ++line) rows.push_back(row_of(line, lines));
+  }
   for (int part = 0; part < splines; ++part)
     rows.push_back((middle_of(part) * window_m.y - origin_m.y) / half_m.y);
   std::vector<float> table;
@@ -359,15 +364,17 @@ void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& p
     add_weights(0, [&](double at) { return bell(0, at); });
     for (int part = 0; part < splines; ++part)
       add_weights(0, [&](double at) { return spline(0, part, at); });
-    for (int line = 0; line < plane.lines; ++line) {
-      add_weights(1, [&](double at) {
-        double product = bell(1, at);
-        for (int other = 0; other < plane.lines; ++other) {
-          const auto here = static_cast<std::size_t>(line), there = static_cast<std::size_t>(other);
-          if (other != line) product *= (at - rows[there]) / (rows[here] - rows[there]);
-        }
-        return product;
-      });
+    for (int lines = 1; lines <= plane.lines; ++lines) {
+      for (int line = 0; line < lines; ++line) {
+        add_weights(1, [&](double at) {
+          double product = bell(1, at);
+          for (int other = 0; other < lines; ++other) {
+            const double there = row_of(other, lines);
+            if (other != line) product *= (at - there) / (row_of(line, lines) - there);
+          }
+          return product;
+        });
+      }
     }
     for (int part = 0; part < splines; ++part)
       add_weights(1, [&](double at) { return bell(1, at) * spline(1, part, at); });

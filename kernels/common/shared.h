@@ -251,12 +251,13 @@ typedef struct {
   // the sample, or its light becomes too steep for the pixels
   float margin;
   float rough_margin;
-  int lines;           // of samples that nothing hides
-  float sine_limit_x;  // largest sine that the SLM's pixels can show
+  int lines;              // of samples that nothing hides, at most
+  float lines_tolerance;  // relative error up to which a sample has fewer
+  float sine_limit_x;     // largest sine that the SLM's pixels can show
   float sine_limit_y;
   float per_cut_x;  // 1 / width, on the tile, of the step there
   float per_cut_y;
-  int knots;  // 8, 16 or 32 (kernels/gather/compact.h)
+  int knots;  // 8, 16 or 32 (kernels/gather/compact_layout.h)
 } CompactPlane;
 
 // The pixels of the virtual plane that a sample lights, before they are taken modulo its size, and

@@ -183,6 +183,7 @@
   MEMBER(CompactPlane, margin)            \
   MEMBER(CompactPlane, rough_margin)      \
   MEMBER(CompactPlane, lines)             \
+  MEMBER(CompactPlane, lines_tolerance)   \
   MEMBER(CompactPlane, sine_limit_x)      \
   MEMBER(CompactPlane, sine_limit_y)      \
   MEMBER(CompactPlane, per_cut_x)         \

@@ -32,198 +32,14 @@
 #include "kernels/common/lanes.h"
 #include "kernels/common/phase.h"
 #include "kernels/common/shared.h"
-#include "kernels/gather/compact.h"
+#include "kernels/gather/compact_layout.h"
+#include "kernels/gather/light_on_lines.h"
 #include "kernels/gather/options.h"
 #include "kernels/gather/phases.h"
 #include "kernels/gather/radiance_towards.h"
+#include "kernels/gather/seen.h"
 #include "kernels/samples/visibility.h"
 #include "kernels/scene/shade.h"
-
-// Lines of a partly hidden sample: one for each row of parts, and two beyond on each side
-#define COMPACT_SPLINES (RAYWAVE_VISIBILITY_PARTS + 4)
-// Lines of any sample, at most
-#define COMPACT_SPLINES_OR_LINES \
-  (COMPACT_SPLINES > COMPACT_MOST_LINES ? COMPACT_SPLINES : COMPACT_MOST_LINES)
-
-// Numbers for path differences: only a few turns are left of them, so that floats do.
-#if RAYWAVE_PRECISION == PRECISION_DOUBLE
-typedef double real;
-typedef DoubleSingle realv;
-#define REAL_OF_DS(w) (w)
-#define REAL_OF(v) DS_CONVERT(v)
-#define REAL_TURNS(turns) ds_turns(turns)
-#define REAL_TO_FLOAT(w) ds_high(w)
-#define REAL_OF_TWO(high, low) ((double)(high) + (double)(low))
-#else
-typedef float real;
-typedef floatv realv;
-#define REAL_OF_DS(w) ds_high(w)
-#define REAL_OF(v) (v)
-#define REAL_TURNS(turns) (turns)
-#define REAL_TO_FLOAT(w) (w)
-#define REAL_OF_TWO(high, low) (high)
-#endif
-
-// 1: light is computed at every node; 0: at the knots. Polynomials in floats would lose what doubles
-// are for.
-#define LIGHT_AT_NODES (RAYWAVE_PRECISION == PRECISION_DOUBLE)
-
-// A sample as the tile sees it. Metres, y downwards from the tile's origin pixel.
-typedef struct {
-  real x;
-  real y;
-  real z;
-  real length;   // of (x, y, z)
-  real squares;  // z0^2 - length^2
-  real sine_x;   // x / length
-  real sine_y;
-  // Turns per metre by which the sample's direction differs from that of its footprint's middle
-  real slope_x;
-  real slope_y;
-  real turns;  // at the origin pixel
-  real kind;   // a sum of SEEN_CUT, SEEN_ROUGH and SEEN_SHINES
-  real z0;     // of the virtual plane
-  real rate;   // turns per metre
-} Seen;
-
-#define SEEN_CUT 1     // some of its light is too steep
-#define SEEN_ROUGH 2   // its amplitude is no smooth function of the place on the tile
-#define SEEN_SHINES 4  // it has highlights
-
-static inline Seen load_seen(__global const real* seen, const CompactPlane* plane) {
-  const Seen s = {seen[0],
-                  seen[1],
-                  seen[2],
-                  seen[3],
-                  seen[4],
-                  seen[5],
-                  seen[6],
-                  seen[7],
-                  seen[8],
-                  seen[9],
-                  seen[10],
-                  REAL_OF_TWO(plane->z0, plane->z0_low),
-                  REAL_OF_TWO(plane->turns_hi, plane->turns_lo)};
-  return s;
-}
-
-static inline void store_seen(realv value, int member, int count, __global real* seen) {
-#if RAYWAVE_LANES == 1
-  (void)count;
-  seen[member] = value;
-#else
-  real values[RAYWAVE_LANES];
-  LANES_STORE(value, values);
-  for (int lane = 0; lane < count; ++lane) seen[COMPACT_SEEN * lane + member] = values[lane];
-#endif
-}
-
-// Samples, one per lane.
-typedef struct {
-  Surface surface;  // what highlights need
-  floatv radiance;
-  floatv tilt_x, tilt_y, tilt_z;
-  intv hidden;
-} SampleLanes;
-
-// The first `count` samples; the last one once more in the other lanes.
-static inline SampleLanes load_samples(__global const Sample* samples, int count) {
-  float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES], nx[RAYWAVE_LANES], ny[RAYWAVE_LANES],
-      nz[RAYWAVE_LANES], radiance[RAYWAVE_LANES], specular[RAYWAVE_LANES], shininess[RAYWAVE_LANES],
-      tilt_x[RAYWAVE_LANES], tilt_y[RAYWAVE_LANES], tilt_z[RAYWAVE_LANES];
-  int hidden[RAYWAVE_LANES];
-  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
-    __global const Sample* s = samples + min(lane, count - 1);
-    x[lane] = s->x;
-    y[lane] = s->y;
-    z[lane] = s->z;
-    nx[lane] = s->nx;
-    ny[lane] = s->ny;
-    nz[lane] = s->nz;
-    radiance[lane] = s->radiance;
-    specular[lane] = s->specular;
-    shininess[lane] = s->shininess;
-    tilt_x[lane] = s->tilt_x;
-    tilt_y[lane] = s->tilt_y;
-    tilt_z[lane] = s->tilt_z;
-    hidden[lane] = s->hidden != 0;
-  }
-  SampleLanes s;
-  s.surface.x = LANES_LOAD(x);
-  s.surface.y = LANES_LOAD(y);
-  s.surface.z = LANES_LOAD(z);
-  s.surface.nx = LANES_LOAD(nx);
-  s.surface.ny = LANES_LOAD(ny);
-  s.surface.nz = LANES_LOAD(nz);
-  s.surface.specular = LANES_LOAD(specular);
-  s.surface.shininess = LANES_LOAD(shininess);
-  s.radiance = LANES_LOAD(radiance);
-  s.tilt_x = LANES_LOAD(tilt_x);
-  s.tilt_y = LANES_LOAD(tilt_y);
-  s.tilt_z = LANES_LOAD(tilt_z);
-  s.hidden = LANES_LOAD(hidden) != 0;
-  return s;
-}
-
-// Rays to so many places along one axis of the tile, on three lines, bound a footprint along it.
-#define RAYS_ALONG 9
-
-// First pixel, and number, of those that rays from samples to the tile come from, along one axis: s,
-// half_m of it and other_s, other_half_m of the other.
-static inline void footprint_along(floatv s, floatv other_s, floatv z, float z0, float half_m,
-                                   float other_half_m, float pixels_per_sine, int most,
-                                   floatv margin, intv* first, intv* count) {
-  floatv low = 1e30f, high = -1e30f;
-  for (int ray = 0; ray < 3 * RAYS_ALONG; ++ray) {
-    const float u = ((float)(ray % RAYS_ALONG) * (2.0f / (RAYS_ALONG - 1)) - 1.0f) * half_m,
-                v = ((float)(ray / RAYS_ALONG) - 1.0f) * other_half_m;
-    const float reference = u / sqrt(u * u + v * v + z0 * z0);
-    const floatv du = s - u, dv = other_s - v;
-    const floatv x = pixels_per_sine * (du / sqrt(du * du + dv * dv + z * z) + reference);
-    low = fmin(low, x);
-    high = fmax(high, x);
-  }
-  const floatv limit = 1e9f;
-  *first = LANES_TO_INT(ceil(clamp(low - margin, -limit, limit)));
-  *count = LANES_TO_INT(floor(clamp(high + margin, -limit, limit))) + 1 - *first;
-  *count += *count & 1;
-  const intv beyond = max(*count - most, (intv)(0));
-  *first += beyond / 2;
-  *count -= beyond;
-}
-
-// Share of the smooth step that lies before the limit. It keeps the energy of a hard one: the
-// integral of the step's square is 13 / 35.
-#define CUT_BEFORE (1.0f - 13.0f / 35.0f)
-
-// Mask of the samples some of whose light towards places within half_x and half_y of the tile's
-// middle fades out because it is too steep.
-static inline intv is_cut(floatv x, floatv y, floatv z, float half_x, float half_y,
-                          const CompactPlane* plane) {
-#if RAYWAVE_SINE_LIMIT
-  const floatv across = fabs(x) + half_x, up = fabs(y) + half_y;
-  const floatv x_length = sqrt(across * across + z * z), y_length = sqrt(up * up + z * z);
-  return ((plane->sine_limit_x * x_length - across) * plane->per_cut_x < 1.0f - CUT_BEFORE) |
-         ((plane->sine_limit_y * y_length - up) * plane->per_cut_y < 1.0f - CUT_BEFORE);
-#else
-  (void)x, (void)y, (void)z, (void)half_x, (void)half_y, (void)plane;
-  return LANES_INDEX < 0;
-#endif
-}
-
-// Mask of the samples whose amplitude is a smooth function of the direction to the tile, which lies
-// within half_x and half_y of (tangent_x, tangent_y): their projected area is far from zero and from
-// its limit, and highlights are wide against the tile.
-//
-// shines  samples with highlights
-static inline intv is_smooth(const SampleLanes* s, intv shines, floatv tangent_x, floatv half_x,
-                             floatv tangent_y, floatv half_y) {
-  const floatv middle = s->tilt_x * tangent_x + s->tilt_y * tangent_y - s->tilt_z,
-               change = fabs(s->tilt_x) * half_x + fabs(s->tilt_y) * half_y;
-  const floatv shininess = s->surface.shininess;
-  const intv wide = (shininess * (half_x * half_x + half_y * half_y) < 1.0f) & (shininess >= 8.0f);
-  return (middle > 3.0f * change) & (middle + change < 4.0f) & (wide | !shines);
-}
 
 __kernel void aim(__global const Light* lights, __global const Sample* samples,
                   __global const uint* lit, int sample_count, CompactPlane plane,
@@ -252,7 +68,8 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
   LANES_STORE(top, tops);
   LANES_STORE(rows, rowss);
   LANES_STORE(
-      LANES_SELECT((intv)(0), LANES_SELECT((intv)(plane.lines), (intv)(COMPACT_SPLINES), s.hidden),
+      LANES_SELECT((intv)(0),
+                   LANES_SELECT(lines_of(x, y, z, &plane), (intv)(COMPACT_SPLINES), s.hidden),
                    is_here),
       liness);
   for (int lane = 0; lane < count; ++lane) {
@@ -311,184 +128,6 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
   store_seen(REAL_OF(kind), 10, count, out);
 }
 
-// A smooth step where light becomes too steep for the pixels, as wide as 1 / per_cut.
-static inline floatv shown_share(floatv offset, floatv length, float sine_limit, float per_cut) {
-#if RAYWAVE_SINE_LIMIT
-  const floatv e = clamp((sine_limit * length - fabs(offset)) * per_cut + CUT_BEFORE,
-                         (floatv)(0.0f), (floatv)(1.0f));
-  return e * e * (3.0f - 2.0f * e);
-#else
-  (void)offset, (void)length, (void)sine_limit, (void)per_cut;
-  return 1.0f;
-#endif
-}
-
-// Light at nodes on both sides of the middle one: sums and differences of each pair, which share the
-// rotors, and the light of the middle node.
-typedef struct {
-  float even_re[COMPACT_NODES];
-  float even_im[COMPACT_NODES];
-  float odd_re[COMPACT_NODES];
-  float odd_im[COMPACT_NODES];
-  float middle_re;
-  float middle_im;
-} Nodes;
-
-static inline void set_nodes(int node, floatv right_re, floatv right_im, floatv left_re,
-                             floatv left_im, Nodes* nodes) {
-  LANES_STORE(right_re + left_re, nodes->even_re + node);
-  LANES_STORE(right_im + left_im, nodes->even_im + node);
-  LANES_STORE(right_re - left_re, nodes->odd_re + node);
-  LANES_STORE(right_im - left_im, nodes->odd_im + node);
-}
-
-// Stores pixels `pixel` and on, right of the middle, and those left of it. A profile has room for
-// whole packets of eight.
-static inline void store_pixels(floatv right, floatv left, int pixel, int count,
-                                __global float* middle) {
-  const floatv mirrored = LANES_REVERSED(left);
-#if RAYWAVE_LANES == 16
-  if (count - pixel <= 8) {
-    vstore8(right.lo, 0, middle + pixel);
-    vstore8(mirrored.hi, 0, middle - pixel - 8);
-    return;
-  }
-#endif
-  (void)count;
-  LANES_STORE(right, middle + pixel);
-  LANES_STORE(mirrored, middle - pixel - RAYWAVE_LANES);
-}
-
-// Writes the transform of the light at 2 half_nodes + 1 nodes: `count` pixels on each side of the
-// middle, in whole packets, times the signs that pixels of odd places change. They bring the tile
-// into the transform's middle. Pixels on both sides share the rotors, too.
-//
-// out_re, out_im  the first pixel right of the middle
-static inline void transform(const Nodes* nodes, int n, int half_nodes,
-                             __global const float* rotors, int count, __global float* out_re,
-                             __global float* out_im) {
-  for (int pixel = 0; pixel < count; pixel += RAYWAVE_LANES) {
-    const floatv sign = 1.0f - 2.0f * LANES_TO_FLOAT((pixel + LANES_INDEX) & 1);
-    __global const float* turns = rotors + pixel;
-    floatv even_cos = sign * nodes->middle_re, im_cos = sign * nodes->middle_im, im_sin = 0.0f,
-           re_sin = 0.0f;
-    for (int node = 0; node < half_nodes; ++node, turns += n) {
-      const floatv c = LANES_LOAD(turns), s = LANES_LOAD(turns + n / 2);
-      even_cos += nodes->even_re[node] * c;
-      im_sin += nodes->odd_im[node] * s;
-      im_cos += nodes->even_im[node] * c;
-      re_sin += nodes->odd_re[node] * s;
-    }
-    store_pixels(even_cos - im_sin, -(even_cos + im_sin), pixel, count, out_re);
-    store_pixels(im_cos + re_sin, re_sin - im_cos, pixel, count, out_im);
-  }
-}
-
-// Light of amplitude 1 at places (u, v) of the tile, less its phase at (0, v) and with its
-// footprint's middle turned to zero: turns, and the weight 1 / distance.
-static inline void light_on_row(const Seen* s, realv u, realv v, realv* turns, floatv* weight) {
-  const real one = 1, two = 2;
-  const realv down = v * (v - two * s->y);  // of squared lengths, from the origin to (0, v)
-  const realv column_length = sqrt(s->length * s->length + down),
-              column_reference = sqrt(s->z0 * s->z0 + v * v);
-  const realv across = u * (u - two * s->x);
-  const realv r = sqrt(column_length * column_length + across),
-              c = sqrt(column_reference * column_reference + u * u);
-  const realv squares = s->squares + two * v * s->y;
-  const realv column_nearer = squares / (column_reference + column_length),
-              column_beyond = down / (column_length + s->length);
-  // c - r and the same at u = 0, over the sums that stand below u^2; r and the column's length,
-  // beyond the sample's own. Quotients share their divisions.
-  const realv sum = r + column_length, references = c + column_reference, own = r + s->length;
-  const realv first = one / ((c + r) * own), second = one / (sum * references * r);
-  const realv nearer = (squares + two * u * s->x) * own * first,
-              beyond = (across + down) * (c + r) * first + column_beyond;
-  *turns = s->rate *
-               (u * r * second * (u * (nearer + column_nearer) + s->sine_x * beyond * references)) -
-           u * s->slope_x;
-  *weight = REAL_TO_FLOAT(sum * references * second);
-}
-
-// Turns of light on the column u = 0, likewise.
-static inline realv turns_on_column(const Seen* s, realv v) {
-  const real two = 2;
-  const realv down = v * (v - two * s->y);
-  const realv r = sqrt(s->length * s->length + down), c = sqrt(s->z0 * s->z0 + v * v);
-  const realv nearer = (s->squares + two * v * s->y) / (c + r);
-  const real own_nearer = s->squares / (s->z0 + s->length);
-  const realv sum = r + s->length;
-  const realv bend = v * v * (nearer + own_nearer) / (sum * (c + s->z0));
-  return s->rate * (bend + v * s->sine_y * (down / (sum * sum))) - v * s->slope_y;
-}
-
-// Values at the knots of a line: the first half right of the middle, then those left of it in the
-// same order. The polynomial through them at nodes on both sides of the middle one.
-//
-// basis  rows of weights from the knots' first on
-static inline void between_knots(const float* values, int knots, __global const float* basis, int n,
-                                 int node, floatv* right, floatv* left) {
-  floatv even = 0.0f, odd = 0.0f;
-  for (int knot = 0; knot < knots / 2; ++knot) {
-    __global const float* row = basis + knot * COMPACT_NODE_ROOM(n) + node;
-    even += (values[knot] + values[knot + knots / 2]) * LANES_LOAD(row);
-    odd += (values[knot] - values[knot + knots / 2]) * LANES_LOAD(row + n);
-  }
-  *right = even + odd;
-  *left = even - odd;
-}
-
-// The same at the middle node.
-static inline float between_middle_knots(const float* values, int knots,
-                                         __global const float* basis, int n) {
-  float even = 0.0f;
-  for (int knot = 0; knot < knots / 2; ++knot)
-    even += (values[knot] + values[knot + knots / 2]) * basis[knot * COMPACT_NODE_ROOM(n) + 2 * n];
-  return even;
-}
-
-// What `profile` knows of a sample and its tile.
-typedef struct {
-  __global const Light* lights;
-  __global const Sample* sample;
-  __global const uint* lit;
-  const CompactPlane* plane;
-  Seen seen;
-  float plain;  // amplitude without highlights
-} Profiled;
-
-// Share of light, and amplitude, towards places (u, v) of the tile of a sample that is not smooth.
-static inline floatv rough_amplitude(const Profiled* p, bool cut, bool rough, bool shines, floatv u,
-                                     float v) {
-  const float x = (float)p->seen.x, y = (float)p->seen.y, z = (float)p->seen.z;
-  const floatv offset = u - x;
-  const float down = v - y;
-  floatv amplitude = 1.0f;
-  if (rough)
-    amplitude = amplitude_towards(p->lights, p->lit, p->sample, p->plain, shines, offset / z,
-                                  (floatv)(-down / z));
-  if (cut)
-    amplitude *= shown_share(offset, sqrt(offset * offset + down * down + z * z),
-                             p->plane->sine_limit_x, p->plane->per_cut_x);
-  return amplitude;
-}
-
-// The share of the light along a row that hidden samples show at nodes.
-//
-// seen_parts  bits of the row's parts
-// weights     of the first spline at these nodes
-static inline floatv seen_share(uint seen_parts, __global const float* weights, int n) {
-  floatv share = 0.0f;
-#if RAYWAVE_VISIBILITY_PARTS > 0
-  for (int part = 0; part < COMPACT_SPLINES; ++part) {
-    if (seen_parts >> clamp(part - 2, 0, RAYWAVE_VISIBILITY_PARTS - 1) & 1u)
-      share += LANES_LOAD(weights + part * COMPACT_NODE_ROOM(n));
-  }
-#else
-  (void)seen_parts, (void)weights, (void)n;
-#endif
-  return share;
-}
-
 __kernel void profile(__global const Light* lights, __global const Sample* samples,
                       __global const uint* lit, __global const uint* visibility_masks,
                       __global const CompactFootprint* footprints, __global const float* all_seen,
@@ -523,7 +162,9 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
             rows_of_weights = COMPACT_WEIGHTS(plane.lines, splines, knots);
   __global const float *weights_x = weights + COMPACT_WEIGHTS_BEFORE(nx, rows_of_weights),
                        *weights_y = weights + COMPACT_WEIGHTS_BEFORE(ny, rows_of_weights);
-  const int first_line = hidden ? plane.lines : 0, knot_rows = 1 + 2 * splines + plane.lines;
+  const int all_lines = COMPACT_LINES_UP_TO(plane.lines),
+            first_line = hidden ? all_lines : COMPACT_LINES_UP_TO(footprint.lines - 1),
+            knot_rows = 1 + 2 * splines + all_lines;
 #if LIGHT_AT_NODES
   (void)knot_rows;
 #endif
@@ -685,7 +326,6 @@ typedef struct {
   __global const float* across;
   __global const float* up;
   intv inside;
-  int lines;  // that are left
   int room_x;
   int room_y;
   int stride;    // floats of a line
@@ -694,18 +334,26 @@ typedef struct {
   int sample_count;
 } Part;
 
-// X of a line, with the sample's phase where there is one only; zeros where no line is left.
+// X of a line, with the sample's phase where there is one only.
 static inline void load_line(const Part* p, int line, floatv* re, floatv* im) {
-  const intv inside = p->inside & (line < p->lines ? -1 : 0);
-  __global const float* across = p->across + (line < p->lines ? line * p->stride : 0);
-  *re = LANES_SELECT((floatv)(0.0f), LANES_LOAD(across), inside);
-  *im = LANES_SELECT((floatv)(0.0f), LANES_LOAD(across + p->room_x), inside);
+  __global const float* across = p->across + line * p->stride;
+  *re = LANES_SELECT((floatv)(0.0f), LANES_LOAD(across), p->inside);
+  *im = LANES_SELECT((floatv)(0.0f), LANES_LOAD(across + p->room_x), p->inside);
 #if RAYWAVE_FRAMES == 1
   const float2 phasor = p->phasors[0];
   const floatv turned = *re * phasor.x - *im * phasor.y;
   *im = *re * phasor.y + *im * phasor.x;
   *re = turned;
 #endif
+}
+
+// Adds the product of a line to a sum.
+static inline void add_line(floatv line_re, floatv line_im, __global const float* up, int room,
+                            floatv* re, floatv* im) {
+  *re += line_re * up[0];
+  *im += line_re * up[room];
+  *re -= line_im * up[room];
+  *im += line_im * up[0];
 }
 
 static inline void add_to_tile(const Part* p, int row, floatv re, floatv im, Tile* tile) {
@@ -722,51 +370,21 @@ static inline void add_to_tile(const Part* p, int row, floatv re, floatv im, Til
 #endif
 }
 
-// Adds two lines, or the only one that is left, to the work-item.
-static inline void add_two_lines(const Part* p, Tile* tile) {
-  floatv re0, im0, re1, im1;
+// Adds `lines` lines, 1 to 4 of them and a constant, to the work-item.
+static inline __attribute__((always_inline)) void add_lines(const Part* p, const int lines,
+                                                            Tile* tile) {
+  floatv re0, im0, re1 = 0.0f, im1 = 0.0f, re2 = 0.0f, im2 = 0.0f, re3 = 0.0f, im3 = 0.0f;
   load_line(p, 0, &re0, &im0);
-  load_line(p, 1, &re1, &im1);
-  const int room = p->room_y;
+  if (lines > 1) load_line(p, 1, &re1, &im1);
+  if (lines > 2) load_line(p, 2, &re2, &im2);
+  if (lines > 3) load_line(p, 3, &re3, &im3);
   for (int row = p->from; row < p->to; ++row) {
-    __global const float *up0 = p->up + row, *up1 = up0 + (p->lines > 1 ? p->stride : 0);
-    floatv re = re0 * up0[0], im = re0 * up0[room];
-    re -= im0 * up0[room];
-    im += im0 * up0[0];
-    re += re1 * up1[0];
-    im += re1 * up1[room];
-    re -= im1 * up1[room];
-    im += im1 * up1[0];
-    add_to_tile(p, row, re, im, tile);
-  }
-}
-
-// The same of four lines, or three.
-static inline void add_four_lines(const Part* p, Tile* tile) {
-  floatv re0, im0, re1, im1, re2, im2, re3, im3;
-  load_line(p, 0, &re0, &im0);
-  load_line(p, 1, &re1, &im1);
-  load_line(p, 2, &re2, &im2);
-  load_line(p, 3, &re3, &im3);
-  const int room = p->room_y;
-  for (int row = p->from; row < p->to; ++row) {
-    __global const float *up0 = p->up + row, *up1 = up0 + p->stride, *up2 = up1 + p->stride,
-                         *up3 = up2 + (p->lines > 3 ? p->stride : 0);
-    floatv re = re0 * up0[0], im = re0 * up0[room];
-    re -= im0 * up0[room];
-    im += im0 * up0[0];
-    re += re1 * up1[0];
-    im += re1 * up1[room];
-    re -= im1 * up1[room];
-    im += im1 * up1[0];
-    re += re2 * up2[0];
-    im += re2 * up2[room];
-    re -= im2 * up2[room];
-    im += im2 * up2[0];
-    re += re3 * up3[0];
-    im += re3 * up3[room];
-    re -= im3 * up3[room];
-    im += im3 * up3[0];
+    __global const float* up = p->up + row;
+    floatv re = 0.0f, im = 0.0f;
+    add_line(re0, im0, up, p->room_y, &re, &im);
+    if (lines > 1) add_line(re1, im1, up + p->stride, p->room_y, &re, &im);
+    if (lines > 2) add_line(re2, im2, up + 2 * p->stride, p->room_y, &re, &im);
+    if (lines > 3) add_line(re3, im3, up + 3 * p->stride, p->room_y, &re, &im);
     add_to_tile(p, row, re, im, tile);
   }
 }
@@ -792,8 +410,6 @@ __kernel void gather_compact(__global const CompactFootprint* footprints,
     const CompactFootprint footprint = footprints[index];
     const int room_x = COMPACT_ROOM(footprint.columns), room_y = COMPACT_ROOM(footprint.rows);
     const int stride = 2 * (room_x + room_y);
-    const int across_middle = room_x / 2 - footprint.columns / 2,
-              up_middle = room_y / 2 - footprint.rows / 2;
     __global const float* middle_across = profiles + offsets[index] + room_x / 2;
     __global const float* middle_up = profiles + offsets[index] + 2 * room_x + room_y / 2;
     // The footprint may begin right of the work-item's columns or below its rows, or reach them
@@ -816,14 +432,15 @@ __kernel void gather_compact(__global const CompactFootprint* footprints,
         if (part.from >= part.to) continue;
         part.across = middle_across + (left - footprint.columns / 2);
         part.up = middle_up + (above - footprint.rows / 2);
-        for (part.lines = footprint.lines; part.lines > 0; part.lines -= 4) {
-          if (part.lines > 2)
-            add_four_lines(&part, &tile);
-          else
-            add_two_lines(&part, &tile);
+        int left_over = footprint.lines;
+        for (; left_over >= 4; left_over -= 4) {
+          add_lines(&part, 4, &tile);
           part.across += 4 * stride;
           part.up += 4 * stride;
         }
+        if (left_over == 3) add_lines(&part, 3, &tile);
+        if (left_over == 2) add_lines(&part, 2, &tile);
+        if (left_over == 1) add_lines(&part, 1, &tile);
       }
     }
   }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "host/plan/compact.hpp"
-#include "kernels/gather/compact.h"
+#include "kernels/gather/compact_layout.h"
 
 namespace raywave {
 namespace {
@@ -92,6 +92,55 @@ double share_cut_off(const CompactPlane& plane, double guard, double fresnel) {
   return std::max(0.0, 1 - (COMPACT_WIDEST - 2 * plane.margin_px) / (4 * guard * fresnel));
 }
 
+/// Scan lines, and Lagrange's polynomials of them at places along the column.
+struct ScanLines {
+  std::vector<double> rows_m;
+  std::vector<std::vector<double>> lagrange;  // by place
+
+  template <class F>
+  ScanLines(int count, double half_m, int places, const F& place) : lagrange(sized(places)) {
+    for (int line = 0; line < count; ++line)
+      rows_m.push_back(std::cos(tau / 2 * (line + 0.5) / count) * half_m);
+    for (int j = 0; j < places; ++j) {
+      const double v = place(j) * half_m;
+      for (const double row_m : rows_m) {
+        double product = 1;
+        for (const double other_m : rows_m) {
+          if (other_m != row_m) product *= (v - other_m) / (row_m - other_m);
+        }
+        lagrange[static_cast<std::size_t>(j)].push_back(product);
+      }
+    }
+  }
+
+private:
+  static std::size_t sized(int count) { return static_cast<std::size_t>(count); }
+};
+
+/// Scan lines of a sample, as kernels/gather/compact.cl counts them.
+///
+/// at_m  of the sample, from the tile's middle, y downwards
+int scan_lines_of(const Plan& plan, int most, glm::dvec3 at_m, double z0_m) {
+  const double tolerance = plan.compact.value().lines_tolerance;
+  const auto half_m = plan.tile_window_m() / 2.0;
+  const auto r = [&](double u, double v) { return std::hypot(u - at_m.x, v - at_m.y, at_m.z); };
+  const auto c = [&](double u, double v) { return std::hypot(u, v, z0_m); };
+  double odd = 0, even = 0;  // radians
+  for (const double u : {-half_m.x, half_m.x}) {
+    const auto coupled = [&](double v) {
+      return tau / plan.wavelength_m * (r(u, v) - r(0, v) - c(u, v) + c(0, v));
+    };
+    const double up = coupled(half_m.y), down = coupled(-half_m.y);
+    odd = std::max(odd, std::abs(up - down) / 2);
+    even = std::max(even, std::abs((up + down) / 2 - coupled(0)));
+  }
+  int count = most;
+  while (count > 1 &&
+         COMPACT_LINES_ERROR(count - 1, even, std::pow(odd + even, count - 1)) <= tolerance)
+    --count;
+  return count;
+}
+
 }  // namespace
 
 double predicted_window_error(const Plan& plan) {
@@ -114,25 +163,10 @@ double predicted_lines_error(const Plan& plan, int lines) {
   constexpr int samples = 24, places = 12;
   const auto half_m = plan.tile_window_m() / 2.0;
   const double wave_number = tau / plan.wavelength_m;
-  std::vector<double> rows_m;
-  for (int line = 0; line < lines; ++line)
-    rows_m.push_back(std::cos(tau / 2 * (line + 0.5) / lines) * half_m.y);
   const auto place = [](int i) { return (i + 0.5) * 2 / places - 1; };
-  // Lagrange's polynomials at the places
-  std::vector<std::vector<double>> lagrange(places);
-  for (int j = 0; j < places; ++j) {
-    const double v = place(j) * half_m.y;
-    for (int line = 0; line < lines; ++line) {
-      double product = 1;
-      for (int other = 0; other < lines; ++other) {
-        if (other != line)
-          product *=
-              (v - rows_m[static_cast<std::size_t>(other)]) /
-              (rows_m[static_cast<std::size_t>(line)] - rows_m[static_cast<std::size_t>(other)]);
-      }
-      lagrange[static_cast<std::size_t>(j)].push_back(product);
-    }
-  }
+  std::vector<ScanLines> of_count;
+  for (int count = 1; count <= lines; ++count)
+    of_count.emplace_back(count, half_m.y, places, place);
   double sum = 0;
   const glm::dvec2 first(plan.lattice.first), size(plan.lattice.size);
   const std::set<std::size_t> tiles{0, plan.tiles.size() / 2, plan.tiles.size() - 1};
@@ -155,6 +189,8 @@ double predicted_lines_error(const Plan& plan, int lines) {
         const auto psi = [&](double u, double v) {
           return wave_number * (std::hypot(u - at_m.x, v - at_m.y, z_m) - std::hypot(u, v, z0_m));
         };
+        const int count = scan_lines_of(plan, lines, {at_m, z_m}, z0_m);
+        const auto& [rows_m, lagrange] = of_count[static_cast<std::size_t>(count - 1)];
         for (int column = 0; column < places; ++column) {
           const double u = place(column) * half_m.x;
           const auto coupled = [&](double v) { return std::polar(1.0, psi(u, v) - psi(0, v)); };
@@ -162,7 +198,7 @@ double predicted_lines_error(const Plan& plan, int lines) {
           for (const double row_m : rows_m) on_rows.push_back(coupled(row_m));
           for (int j = 0; j < places; ++j) {
             Complex made = 0;
-            for (int line = 0; line < lines; ++line)
+            for (int line = 0; line < count; ++line)
               made += on_rows[static_cast<std::size_t>(line)] *
                       lagrange[static_cast<std::size_t>(j)][static_cast<std::size_t>(line)];
             sum += std::norm(coupled(place(j) * half_m.y) - made);

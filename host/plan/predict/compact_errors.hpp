@@ -18,8 +18,8 @@ double predicted_window_error(const Plan& plan);
 /// The part of it that comes from cutting long footprints off, in no time.
 double predicted_cut_error(const Plan& plan);
 
-/// Error of so many scan lines: what interpolation between them leaves of the phases of samples
-/// spread through each layer's box.
+/// Error of so many scan lines, or fewer for samples within CompactPlane::lines_tolerance: what
+/// interpolation between them leaves of the phases of samples spread through each layer's box.
 double predicted_lines_error(const Plan& plan, int lines);
 
 }  // namespace raywave

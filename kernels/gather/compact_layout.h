@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sizes of compact gathering (compact.cl), for the device and, as C++, for
 // host/trace/compact_gatherer.cpp.
-#ifndef RAYWAVE_COMPACT_H
-#define RAYWAVE_COMPACT_H
+#ifndef RAYWAVE_COMPACT_LAYOUT_H
+#define RAYWAVE_COMPACT_LAYOUT_H
 
 // Pixels per side of a bin: each has a list of the samples that light it
 #define COMPACT_BIN 16
 
 // A footprint is the transform of as many nodes as it has pixels, and a few, so that it does not
 // meet itself in the next period. Their number n is a multiple of COMPACT_STEP. Nodes lie at whole
-// steps from the middle one; pixels, an even number of them, at half steps from their middle. Each n
-// has a table of rotors, which lie one after another from the smallest on: for each of n nodes right
-// of the middle one the cosines, then the sines, of the n / 2 pixels right of the middle.
+// steps from the middle one; pixels, an even number of them, at half steps from their middle. Each
+// n has a table of rotors, which lie one after another from the smallest on: for each of n nodes
+// right of the middle one the cosines, then the sines, of the n / 2 pixels right of the middle.
 #define COMPACT_STEP 8
 #define COMPACT_SPARE_NODES 6
 #define COMPACT_NODES_FOR(pixels) \
@@ -30,29 +30,52 @@
 #define COMPACT_HALF_NODES(n, size, tile) (((n) * (2 * (size) - (tile)) - 1) / (2 * (size)))
 
 // Knots: places along an axis of the tile at which the light on a line is computed. Polynomials
-// between them give it at the nodes. The first half of the knots lies right of the middle; the others
-// are their mirror images.
+// between them give it at the nodes. The first half of the knots lies right of the middle; the
+// others are their mirror images.
 #define COMPACT_MOST_KNOTS 32
 // Scan lines of a sample that nothing hides, at most
 #define COMPACT_MOST_LINES 8
+// Error of so many lines, relative, rms over the tile. odd, even: radians at the tile's sides by
+// which the light on its top and bottom rows differs from that on the middle row, in the part that
+// is odd, or even, in the row; power: (odd + even)^lines. Chebyshev interpolation of exp(i odd u
+// v), whose error is odd^K / (K! 2^(K - 1)) times T_K(v) u^K; one line, or two, do not hold v^2
+// either.
+#define COMPACT_LINES_ERROR(lines, even, power)                    \
+  ((power)*COMPACT_LINES_FACTOR(lines) + ((lines) == 1   ? 0.2f    \
+                                          : (lines) == 2 ? 0.13f   \
+                                                         : 0.0f) * \
+                                             (even))
+// 1 / (K! 2^(K - 1) sqrt(2 (2 K + 1)))
+#define COMPACT_LINES_FACTOR(lines) \
+  ((lines) == 1   ? 0.408f          \
+   : (lines) == 2 ? 0.0791f         \
+   : (lines) == 3 ? 0.0111f         \
+   : (lines) == 4 ? 1.23e-3f        \
+   : (lines) == 5 ? 1.11e-4f        \
+   : (lines) == 6 ? 8.51e-6f        \
+                  : 5.66e-7f)
+// Lines of all counts up to `most`, one count after another
+#define COMPACT_LINES_UP_TO(most) ((most) * ((most) + 1) / 2)
 
 // Weights of nodes, in rows of COMPACT_NODE_ROOM floats, for one size after another. A row has n
 // floats for the nodes right of the middle one, n for those left of it, and that of the middle one.
 // Rows: the bell along x; the splines of the parts along x; along y, times its bell, Lagrange's
-// polynomials of the scan lines, and the splines of the parts; and for each pair of knots along x,
-// then along y, the even and the odd part of their polynomial (in place of right and left).
+// polynomials of one scan line, of two lines, and so on, and the splines of the parts; and for each
+// pair of knots along x, then along y, the even and the odd part of their polynomial (in place of
+// right and left).
 #define COMPACT_NODE_ROOM(n) (2 * (n) + 16)
-#define COMPACT_WEIGHTS(lines, splines, knots) (1 + 2 * (splines) + (lines) + (knots))
+#define COMPACT_WEIGHTS(lines, splines, knots) \
+  (1 + 2 * (splines) + COMPACT_LINES_UP_TO(lines) + (knots))
 #define COMPACT_WEIGHTS_BEFORE(n, rows)                                                        \
   (COMPACT_PLACES + (rows) * (COMPACT_STEP * ((n) / COMPACT_STEP - 1) * ((n) / COMPACT_STEP) + \
                               16 * ((n) / COMPACT_STEP - 1)))
 
 // First of all come places on the tile, in half tiles: of the knots along x, and along y, each list
-// repeated to whole packets; then the row of each scan line, and of each row of parts, once for every
-// knot.
+// repeated to whole packets; then the row of each scan line, and of each row of parts, once for
+// every knot.
 #define COMPACT_KNOT_ROOM (COMPACT_MOST_KNOTS + 16)
 #define COMPACT_PLACES_OF_LINES (2 * COMPACT_KNOT_ROOM)
-#define COMPACT_PLACES 1024
+#define COMPACT_PLACES 2048
 
 // Floats of a profile for so many pixels, an even number: a multiple of eight on both sides of the
 // middle
