@@ -163,6 +163,7 @@ Json json_of(const Plan& plan) {
                     {"margin_px", c->margin_px},
                     {"rough_margin_px", c->rough_margin_px},
                     {"lines", c->lines},
+                    {"lines_tolerance", c->lines_tolerance},
                     {"window_error", c->window_error},
                     {"lines_error", c->lines_error}};
   for (const auto& s : plan.layers) {
@@ -355,6 +356,7 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       << number(scene.accuracy.phase_turns) << "\n";
   if (plan.compact)
     out << "virtual   planes of " << plan.compact->size.x << " x " << plan.compact->size.y << ", "
+        << (plan.compact->lines_tolerance > 0 && plan.compact->lines > 1 ? "up to " : "")
         << plan.compact->lines << (plan.compact->lines == 1 ? " scan line" : " scan lines")
         << " of a sample; error predicted " << number(100 * plan.compact->error()) << " %\n";
   if (plan.aimed && !plan.compact)

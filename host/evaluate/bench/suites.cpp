@@ -116,20 +116,26 @@ BenchSuite paper_suite(const std::filesystem::path& data) {
     BenchCase c;
     c.group = "methods";
     c.scene = load_scene(data / (file + ".toml"), {"object.0.width=12.5 mm", "wrp.grid=[2, 2]"});
-    const auto add = [&](const std::string& what, Method method, int share, SamplingMode mode) {
+    const auto add = [&](const std::string& what, Method method, int share, SamplingMode mode,
+                         WrpPropagation propagation) {
       c.name = name + ", " + what;
       c.method = method;
       c.share = share;
       c.scene.sampling.mode = mode;
+      c.scene.wrp.propagation = propagation;
       suite.cases.push_back(c);
     };
-    add("point by point", Method::points, 8, SamplingMode::aimed);
-    add("rays without WRP", Method::rays, 120, SamplingMode::aimed);
-    add("2x2 WRPs, the paper's fans", Method::wrp, 1, SamplingMode::fan);
-    add("2x2 WRPs, raywave", Method::wrp, 1, SamplingMode::aimed);
-    for (const char* base : {"point by point", "rays without WRP", "2x2 WRPs, the paper's fans"})
-      suite.ratios.push_back(
-          {name + ", raywave over " + base, name + ", 2x2 WRPs, raywave", name + ", " + base});
+    using enum WrpPropagation;
+    add("point by point", Method::points, 8, SamplingMode::aimed, spectrum);
+    add("rays without WRP", Method::rays, 120, SamplingMode::aimed, spectrum);
+    add("2x2 WRPs, the paper's fans", Method::wrp, 1, SamplingMode::fan, spectrum);
+    add("2x2 WRPs, raywave", Method::wrp, 1, SamplingMode::aimed, spectrum);
+    add("virtual planes, raywave", Method::wrp, 1, SamplingMode::aimed, compact);
+    for (const std::string ours : {"2x2 WRPs", "virtual planes"}) {
+      for (const char* base : {"point by point", "rays without WRP", "2x2 WRPs, the paper's fans"})
+        suite.ratios.push_back({name + ", raywave over " + ours + " over " + base,
+                                name + ", " + ours + ", raywave", name + ", " + base});
+    }
   }
   const std::vector<std::pair<std::string, std::string>> wide{{"teapot 20 mm", "teapot_20mm"},
                                                               {"animal 20 mm", "animal_20mm"},
@@ -140,9 +146,13 @@ BenchSuite paper_suite(const std::filesystem::path& data) {
                             glm::ivec2(3, 2), glm::ivec2(4, 2), glm::ivec2(3, 3)}) {
       BenchCase c;
       c.group = "grids";
-      c.name = name + ", " + wrps_text(grid);
       c.scene = load_scene(data / (file + ".toml"));
       c.scene.wrp.grid = grid;
+      c.name = name + ", " + wrps_text(grid);
+      c.scene.wrp.propagation = WrpPropagation::spectrum;
+      suite.cases.push_back(c);
+      c.name = name + " over virtual planes, " + wrps_text(grid);
+      c.scene.wrp.propagation = WrpPropagation::compact;
       suite.cases.push_back(std::move(c));
     }
   }
