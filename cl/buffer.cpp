@@ -123,6 +123,17 @@ void Memory::copy_from(const Memory& other, std::size_t bytes, std::size_t offse
     });
 }
 
+void Memory::copy_rows_from(const Memory& other, std::size_t bytes, std::size_t offset_bytes,
+                            std::size_t row_bytes, std::size_t stride_bytes) {
+  if (row_bytes == stride_bytes) return copy_from(other, bytes, offset_bytes);
+  if (bytes)
+    checked(device_->info(), [&] {
+      device_->queue().enqueueCopyBufferRect(
+          other.handle_, handle_, {offset_bytes % stride_bytes, offset_bytes / stride_bytes, 0},
+          {0, 0, 0}, {row_bytes, bytes / row_bytes, 1}, stride_bytes, 0, row_bytes, 0);
+    });
+}
+
 void Memory::fill_zero(std::size_t bytes) {
   if (bytes)
     checked(device_->info(),

@@ -63,6 +63,8 @@ protected:
   Copy start_reading_rows(void* data, std::size_t bytes, std::size_t row_bytes,
                           std::size_t stride_bytes) const;
   void copy_from(const Memory& other, std::size_t bytes, std::size_t offset_bytes);
+  void copy_rows_from(const Memory& other, std::size_t bytes, std::size_t offset_bytes,
+                      std::size_t row_bytes, std::size_t stride_bytes);
   void fill_zero(std::size_t bytes);
   void* map(std::size_t bytes, cl_map_flags flags, std::size_t offset_bytes = 0) const;
   void unmap(void* pointer) const;
@@ -109,6 +111,13 @@ public:
   /// Takes `count` elements of `other` to the beginning of this buffer.
   void copy_from(const Buffer& other, std::size_t first, std::size_t count) {
     Memory::copy_from(other, count * sizeof(T), first * sizeof(T));
+  }
+  /// Takes size() elements of `other`, from element `first` on: rows of `width` elements that
+  /// begin `stride` elements apart.
+  void copy_rows_from(const Buffer& other, std::size_t first, std::size_t width,
+                      std::size_t stride) {
+    Memory::copy_rows_from(other, size_ * sizeof(T), first * sizeof(T), width * sizeof(T),
+                           stride * sizeof(T));
   }
   void fill_zero() { Memory::fill_zero(size_ * sizeof(T)); }
 

@@ -186,15 +186,19 @@ void Renderer::State::make_first_plan() {
 /// Makes kernels and memory fit the plan. Propagation comes first: it refuses at once what it
 /// cannot do, while tracing compiles kernels.
 void Renderer::State::prepare() {
-  propagator_.prepare(plan_, options_.method);
+  propagator_.prepare(plan_, options_.method, options_.keep_field);
   tracer_.prepare(world_, plan_);
 }
 
 void Renderer::State::keep_wrp(std::size_t wrp, RenderResult& result) const {
   const auto size = plan_.compact ? plan_.compact->size : plan_.tile_size;
-  const auto pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
-  std::vector<std::complex<float>> samples(pixels);
-  on_wrp_->stack.read(samples, static_cast<std::size_t>(on_wrp_->plane) * pixels);
+  const auto width = static_cast<std::size_t>(size.x), rows = static_cast<std::size_t>(size.y),
+             stride = plan_.compact ? static_cast<std::size_t>(plan_.compact->row_stride()) : width;
+  std::vector<std::complex<float>> samples(stride * rows);
+  on_wrp_->stack.read(samples, static_cast<std::size_t>(on_wrp_->plane) * samples.size());
+  for (std::size_t row = 1; row < rows && stride > width; ++row)
+    std::copy_n(&samples[row * stride], width, &samples[row * width]);
+  samples.resize(width * rows);
   brighten(samples, tracer_.radiance_unit(), plan_);
   auto& kept = result.wrps[wrp];
   kept.nx = size.x;

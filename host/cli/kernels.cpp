@@ -45,6 +45,8 @@ void use(const cl::Device& device, const Scene& scene, ProgressBar& bar) {
   how.fft = cl::FftBackend::host;
   how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
   const auto result = render(device, scene, how);
+  how.keep_field = false;  // levels may then come of transforms
+  render(device, scene, how);
   const auto world = build_world(scene);
   LensSpec lens;
   lens.z_m = result.plan.far_m;

@@ -25,9 +25,10 @@ std::size_t tiles_of(const LinePart& part) { return (part.count + tile_width - 1
 
 }  // namespace
 
-PlaneFft::PlaneFft(std::size_t nx, std::size_t ny)
+PlaneFft::PlaneFft(std::size_t nx, std::size_t ny, std::size_t row_stride)
     : nx_(nx),
       ny_(ny),
+      row_stride_(row_stride > 0 ? row_stride : nx),
       row_fft_(nx),
       column_fft_(ny),
       scratch_(std::clamp<std::size_t>(nx * ny / small_plane, 1, cl::Threads::shared().count())) {
@@ -70,7 +71,7 @@ void PlaneFft::rows(Sample* plane, const LinePart& rows, const LinePart& live,
   cl::Threads::shared().for_each(scratch_.size(), rows.count, 8,
                                  [&](std::size_t thread, std::size_t i) {
                                    auto& s = scratch_[thread];
-                                   Sample* row = plane + (rows.first + i) % ny_ * nx_;
+                                   Sample* row = plane + (rows.first + i) % ny_ * row_stride_;
                                    copy(row, s.in.get(), from);
                                    inverse ? row_fft_.inverse(s.in.get(), s.out.get())
                                            : row_fft_.forward(s.in.get(), s.out.get());
@@ -93,7 +94,7 @@ void PlaneFft::columns(Sample* plane, const LinePart& columns, const LinePart& l
         const std::size_t first = side.first + tile * tile_width,
                           count = std::min(tile_width, side.count - tile * tile_width);
         for (const auto& piece : pieces_of(live, ny_))
-          transpose_(plane + piece.first * nx_ + first, nx_, piece.count, count,
+          transpose_(plane + piece.first * row_stride_ + first, row_stride_, piece.count, count,
                      s.in.get() + piece.first, pitch);
         for (std::size_t c = 0; c < count; ++c) {
           const std::size_t at = c * pitch;
@@ -102,7 +103,7 @@ void PlaneFft::columns(Sample* plane, const LinePart& columns, const LinePart& l
         }
         for (const auto& piece : pieces_of(wanted, ny_))
           transpose_(s.out.get() + piece.first, pitch, count, piece.count,
-                     plane + piece.first * nx_ + first, nx_);
+                     plane + piece.first * row_stride_ + first, row_stride_);
       });
 }
 

@@ -27,8 +27,9 @@ struct PlanePart {
 /// accuracy  as LineFft
 class PlaneFft {
 public:
-  /// throws  DeviceError when FFTW cannot plan a size
-  PlaneFft(std::size_t nx, std::size_t ny);
+  /// row_stride  samples in memory from a row to the next; 0: nx
+  /// throws      DeviceError when FFTW cannot plan a size
+  PlaneFft(std::size_t nx, std::size_t ny, std::size_t row_stride = 0);
 
   /// Sum of f exp(-2 pi i (x u / nx + y v / ny)).
   ///
@@ -50,7 +51,7 @@ private:
   void columns(std::complex<float>* plane, const LinePart& columns, const LinePart& live,
                const LinePart& wanted, bool inverse);
 
-  std::size_t nx_, ny_;
+  std::size_t nx_, ny_, row_stride_;
   LineFft row_fft_, column_fft_;
   Transpose transpose_ = transpose_here();
   std::vector<Scratch> scratch_;  // one per thread

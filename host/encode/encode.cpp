@@ -82,13 +82,31 @@ double Encoder::quantile(std::vector<float> amplitudes) const {
   return clip > 0 ? clip : 1;
 }
 
-double Encoder::clip_of(const cl::ComplexBuffer& field) {
+cl::Program& Encoder::program_of(const TileField& field) {
+  if (!field.transformed) return program_;
+  auto& program = of_transforms_[field.transformed->two_floats];
+  if (!program)
+    program.emplace(device_, "kernels/encode/encode.cl",
+                    cl::with(options_of(device_, *panel_),
+                             {{option::transformed, "1"},
+                              {option::two_floats, field.transformed->two_floats ? "1" : "0"}}));
+  return *program;
+}
+
+double Encoder::clip_of(const TileField& field) {
   if (!needs_clip()) return 1;
-  const auto count = count_of(field.size());
+  const auto& plane = field.transformed;
+  const auto pixels =
+      plane ? static_cast<std::size_t>(plane->size.x) * static_cast<std::size_t>(plane->size.y)
+            : field.samples->size();
+  const auto count = count_of(pixels);
   if (amplitudes_.size() != count) amplitudes_ = {device_, count, "amplitudes"};
-  program_.kernel("sample_amplitudes")
-      .run({count}, {64}, field, amplitudes_, static_cast<std::uint32_t>(stride_of(field.size())),
-           static_cast<std::uint32_t>(count));
+  auto kernel = program_of(field).kernel("sample_amplitudes");
+  const auto run = [&](const auto& source, int width) {
+    kernel.run({count}, {64}, source, width, amplitudes_,
+               static_cast<std::uint32_t>(stride_of(pixels)), static_cast<std::uint32_t>(count));
+  };
+  plane ? run(plane->arguments(), plane->size.x) : run(*field.samples, 1);
   return quantile(amplitudes_.read());
 }
 
@@ -117,14 +135,15 @@ void Encoder::upload_added(const PixelWindow& window) {
 }
 
 template <class Level>
-const cl::Buffer<Level>& Encoder::levels_of(const cl::ComplexBuffer& field,
-                                            const PixelWindow& window, double clip,
-                                            std::size_t buffer) {
+const cl::Buffer<Level>& Encoder::levels_of(const TileField& field, const PixelWindow& window,
+                                            double clip, std::size_t buffer) {
   require_level_bytes(panel_->slm(), sizeof(Level));
   upload_added(window);
   auto& [table, all_levels] = level_buffers_of<Level>();
   auto& levels = all_levels.at(buffer);
-  if (levels.size() != field.size()) levels = {device_, field.size(), "hologram levels"};
+  const auto pixels =
+      static_cast<std::size_t>(window.size.x) * static_cast<std::size_t>(window.size.y);
+  if (levels.size() != pixels) levels = {device_, pixels, "hologram levels"};
   const bool cpu = device_.info().kind == cl::DeviceKind::cpu;
   const auto lanes = static_cast<std::size_t>(device_.info().float_lanes);
   const std::size_t columns =
@@ -132,20 +151,20 @@ const cl::Buffer<Level>& Encoder::levels_of(const cl::ComplexBuffer& field,
   // Beyond float's range the quotient would be infinite, and dark pixels no number.
   const auto inverse_clip =
       static_cast<float>(std::min<double>(1 / clip, std::numeric_limits<float>::max()));
-  program_.kernel("encode").run(
-      {columns, static_cast<std::size_t>(window.size.y)}, {cpu ? 1u : 64u, 1}, field, added_, table,
-      levels, static_cast<std::int32_t>(window.size.x), static_cast<std::int32_t>(window.size.y),
-      static_cast<std::int32_t>(window.first.x), static_cast<std::int32_t>(window.first.y),
-      inverse_clip);
+  auto kernel = program_of(field).kernel("encode");
+  const auto run = [&](const auto& source) {
+    kernel.run({columns, static_cast<std::size_t>(window.size.y)}, {cpu ? 1u : 64u, 1}, source,
+               added_, table, levels, window.size.x, window.size.y, window.first.x, window.first.y,
+               inverse_clip);
+  };
+  field.transformed ? run(field.transformed->arguments()) : run(*field.samples);
   return levels;
 }
 
-template const cl::Buffer<std::uint8_t>& Encoder::levels_of(const cl::ComplexBuffer&,
-                                                            const PixelWindow&, double,
-                                                            std::size_t);
-template const cl::Buffer<std::uint16_t>& Encoder::levels_of(const cl::ComplexBuffer&,
-                                                             const PixelWindow&, double,
-                                                             std::size_t);
+template const cl::Buffer<std::uint8_t>& Encoder::levels_of(const TileField&, const PixelWindow&,
+                                                            double, std::size_t);
+template const cl::Buffer<std::uint16_t>& Encoder::levels_of(const TileField&, const PixelWindow&,
+                                                             double, std::size_t);
 
 template <class Level>
 std::vector<std::vector<Level>> encode(const cl::Device& device, Encoder& encoder,

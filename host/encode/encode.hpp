@@ -6,6 +6,7 @@
 #include <complex>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "host/common/npy.hpp"
 #include "host/encode/panel.hpp"
 #include "host/plan/predict/memory.hpp"
+#include "host/propagate/tile_field.hpp"
 
 namespace raywave {
 
@@ -34,20 +36,20 @@ public:
 
   /// The amplitude that the share slm.clip of a hologram's pixels does not exceed, from at most
   /// 32,768 of them. 1 where the encoding does not need it, or the field is dark.
-  double clip_of(const cl::ComplexBuffer& field);
+  double clip_of(const TileField& field);
   double clip_of(std::span<const std::complex<float>> field) const;
 
   /// The grey levels on the device, valid until the next field is encoded into that buffer.
   ///
-  /// field   of the window
+  /// field   of the window; of a transform, this is the last step of its propagation
   /// clip    of the whole hologram (clip_of): brighter pixels are shown as bright as this
   /// buffer  0 to buffers - 1: while one is copied to the host, the next field is encoded into
   ///         another
   /// throws  InputError when the SLM's levels have more bits than Level, or fit a byte and Level is
   ///         larger: std::uint8_t up to 8 bits, std::uint16_t beyond
   template <class Level = std::uint8_t>
-  const cl::Buffer<Level>& levels_of(const cl::ComplexBuffer& field, const PixelWindow& window,
-                                     double clip, std::size_t buffer = 0);
+  const cl::Buffer<Level>& levels_of(const TileField& field, const PixelWindow& window, double clip,
+                                     std::size_t buffer = 0);
   static constexpr std::size_t buffers = level_buffers;
 
 private:
@@ -59,6 +61,8 @@ private:
   template <class Level>
   LevelBuffers<Level>& level_buffers_of();
 
+  /// The kernels for such a field.
+  cl::Program& program_of(const TileField& field);
   /// Brings the phases that are added in a window to the device.
   void upload_added(const PixelWindow& window);
   double quantile(std::vector<float> amplitudes) const;
@@ -67,6 +71,7 @@ private:
   cl::Device device_;
   std::shared_ptr<const Panel> panel_;
   cl::Program program_;
+  std::array<std::optional<cl::Program>, 2> of_transforms_;  // by TransformedPlane::two_floats
   cl::Buffer<std::uint16_t> added_;
   PixelWindow added_window_{{0, 0}, {0, 0}};
   cl::Buffer<float> amplitudes_;

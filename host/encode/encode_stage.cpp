@@ -58,7 +58,7 @@ cl::Copy EncodeStage::start_reading(const cl::Buffer<T>& from, std::size_t tile,
                                  width);
 }
 
-void EncodeStage::run(const cl::ComplexBuffer& at_hologram, std::size_t tile, int frame) {
+void EncodeStage::run(const TileField& at_hologram, std::size_t tile, int frame) {
   const auto number = static_cast<std::size_t>(frame);
   const bool whole = encodes_whole(*plan_);
   if (!whole) {
@@ -73,7 +73,8 @@ void EncodeStage::run(const cl::ComplexBuffer& at_hologram, std::size_t tile, in
   }
   if (!keep_field_ && !whole) return;
   const auto pixels = pixels_of(*plan_);
-  start_reading(at_hologram, tile, std::span(field.samples).subspan(number * pixels, pixels))
+  start_reading(*at_hologram.samples, tile,
+                std::span(field.samples).subspan(number * pixels, pixels))
       .wait();
 }
 

@@ -38,7 +38,9 @@ public:
   void prepare(const Plan& plan);
 
   /// Encodes the field of one tile of one frame and begins to copy it.
-  void run(const cl::ComplexBuffer& field, std::size_t tile, int frame);
+  ///
+  /// field  a transform only where `encodes_transforms` says so
+  void run(const TileField& field, std::size_t tile, int frame);
 
   /// Waits for the copies and completes the picture: `levels` and `field` may be taken then.
   /// Adds a line when the hologram is dark.

@@ -26,6 +26,9 @@ std::size_t Plan::most_wrps_of_a_tile() const {
 }
 
 std::size_t Plan::gathered_pixels() const {
+  if (compact)
+    return static_cast<std::size_t>(compact->row_stride()) *
+           static_cast<std::size_t>(compact->size.y);
   std::size_t largest = 0;
   for (const auto& layer : layers) {
     const auto gathered = gathered_size(layer);
@@ -33,6 +36,10 @@ std::size_t Plan::gathered_pixels() const {
                        static_cast<std::size_t>(gathered.x) * static_cast<std::size_t>(gathered.y));
   }
   return largest;
+}
+
+bool encodes_transforms(const Plan& plan, bool keep_field) {
+  return plan.compact && !keep_field && !encodes_whole(plan) && plan.most_wrps_of_a_tile() == 1;
 }
 
 bool encodes_whole(const Plan& plan) {

@@ -32,10 +32,11 @@ CompactPropagator::CompactPropagator(const cl::Device& device, const Plan& plan,
     : device_(device),
       size_(plan.compact.value().size),
       tile_size_(plan.tile_size),
+      row_stride_(size(plan.compact.value().row_stride())),
       pitch_m_(plan.pitch_m),
       wavelength_m_(plan.wavelength_m) {
   if (backend == cl::FftBackend::host) {
-    host_fft_ = std::make_unique<PlaneFft>(size(size_.x), size(size_.y));
+    host_fft_ = std::make_unique<PlaneFft>(size(size_.x), size(size_.y), row_stride_);
   } else {
     device_fft_ =
         cl::make_fft(device, backend, {size(size_.x), size(size_.y), size(size_.x), size(size_.y)});
@@ -76,20 +77,14 @@ void CompactPropagator::make_tables(double z0_m) {
                depth = z0_m / (2 * wavelength_m_);
   depth_ = static_cast<float>(depth);
   two_floats_ = depth * bend * bend > float_remainder_turns;
-  auto& program = programs_[two_floats_];
-  if (!program)
-    program.emplace(device_, "kernels/propagate/compact.cl",
-                    cl::Options{{option::lanes, std::to_string(device_.info().float_lanes)},
-                                {option::two_floats, two_floats_ ? "1" : "0"}});
 }
 
-void CompactPropagator::add(cl::ComplexBuffer& stack, int plane, const PlanePart& lit, double z0_m,
-                            bool is_first, cl::ComplexBuffer& field) {
+TransformedPlane CompactPropagator::transform(cl::ComplexBuffer& stack, int plane,
+                                              const PlanePart& lit, double z0_m) {
   make_tables(z0_m);
   // The signs of odd samples stand the tile in the transform's middle.
   const auto first = size_ / 2 - tile_size_ / 2;
-  std::size_t begin = size(plane) * area(size_);
-  cl::ComplexBuffer* transformed = &stack;
+  std::size_t begin = size(plane) * row_stride_ * size(size_.y), stride = row_stride_;
   if (host_fft_) {
     stack.on_host([&](std::span<std::complex<float>> samples) {
       host_fft_->forward(
@@ -97,19 +92,39 @@ void CompactPropagator::add(cl::ComplexBuffer& stack, int plane, const PlanePart
           {{size(first.x), size(tile_size_.x)}, {size(first.y), size(tile_size_.y)}});
     });
   } else {
-    plane_.copy_from(stack, begin, area(size_));
+    plane_.copy_rows_from(stack, begin, size(size_.x), stride);
     device_fft_->forward(plane_);
-    transformed = &plane_;
     begin = 0;
+    stride = size(size_.x);
   }
-  begin += size(first.y) * size(size_.x) + size(first.x);
-  auto kernel = programs_[two_floats_]->kernel("finish");
+  begin += size(first.y) * stride + size(first.x);
+  return {host_fft_ ? stack : plane_,
+          static_cast<std::int32_t>(stride),
+          static_cast<std::int32_t>(begin),
+          phases_x_,
+          phases_y_,
+          squares_x_,
+          squares_y_,
+          shares_x_,
+          shares_y_,
+          depth_,
+          two_floats_,
+          tile_size_};
+}
+
+void CompactPropagator::add(cl::ComplexBuffer& stack, int plane, const PlanePart& lit, double z0_m,
+                            bool is_first, cl::ComplexBuffer& field) {
+  const auto transformed = transform(stack, plane, lit, z0_m);
+  auto& program = programs_[two_floats_];
+  if (!program)
+    program.emplace(device_, "kernels/propagate/compact.cl",
+                    cl::Options{{option::lanes, std::to_string(device_.info().float_lanes)},
+                                {option::two_floats, two_floats_ ? "1" : "0"}});
   const bool cpu = device_.info().kind == cl::DeviceKind::cpu;
-  kernel.run(
+  program->kernel("finish").run(
       cpu ? cl::Range{1, size(tile_size_.y)} : cl::Range{size(tile_size_.x), size(tile_size_.y)},
-      cpu ? cl::Range{1, 1} : cl::Range{64, 1}, *transformed, size_.x,
-      static_cast<std::int32_t>(begin), phases_x_, phases_y_, squares_x_, squares_y_, shares_x_,
-      shares_y_, depth_, tile_size_.x, tile_size_.y, static_cast<std::int32_t>(!is_first), field);
+      cpu ? cl::Range{1, 1} : cl::Range{64, 1}, transformed.arguments(), tile_size_.x, tile_size_.y,
+      static_cast<std::int32_t>(!is_first), field);
 }
 
 }  // namespace raywave

@@ -12,6 +12,7 @@
 #include "cl/program.hpp"
 #include "host/common/plane_fft.hpp"
 #include "host/plan/plan.hpp"
+#include "host/propagate/tile_field.hpp"
 
 namespace raywave {
 
@@ -20,9 +21,10 @@ public:
   /// plan  with Plan::compact; its tiles, pitch and wavelength are taken
   CompactPropagator(const cl::Device& device, const Plan& plan, cl::FftBackend backend);
 
-  /// Adds the light of a virtual plane, number `plane` of `stack`, z0_m in front of the tile, to
-  /// `field` (the tile's pixels). The plane's memory is used for the transform.
+  /// Adds the light of a virtual plane, z0_m in front of the tile, to `field` (the tile's pixels).
+  /// The plane's memory is used for the transform.
   ///
+  /// plane     its number in `stack`, planes of Plan::gathered_pixels
   /// lit       taken as zero elsewhere, whatever the plane holds there; FFTs on devices take all
   /// is_first  the field is written, whatever it holds
   /// accuracy  relative L2 error <= 1e-5, with the gathering, against the same computation in
@@ -30,12 +32,18 @@ public:
   void add(cl::ComplexBuffer& stack, int plane, const PlanePart& lit, double z0_m, bool is_first,
            cl::ComplexBuffer& field);
 
+  /// The same without the last step, for what takes it itself. Valid until the next call, or until
+  /// the stack changes.
+  TransformedPlane transform(cl::ComplexBuffer& stack, int plane, const PlanePart& lit,
+                             double z0_m);
+
 private:
   /// What the finishing pass multiplies with.
   void make_tables(double z0_m);
 
   cl::Device device_;
   glm::ivec2 size_, tile_size_;
+  std::size_t row_stride_;  // of the stack's planes
   glm::dvec2 pitch_m_;
   double wavelength_m_;
   std::unique_ptr<PlaneFft> host_fft_;

@@ -9,7 +9,7 @@ namespace raywave {
 PropagateStage::PropagateStage(const cl::Device& device, cl::FftBackend fft, StageTimes& times)
     : device_(device), fft_(fft), times_(times) {}
 
-void PropagateStage::prepare(const Plan& plan, Method method) {
+void PropagateStage::prepare(const Plan& plan, Method method, bool keep_field) {
   plan_ = &plan;
   const auto pixels =
       static_cast<std::size_t>(plan.tile_size.x) * static_cast<std::size_t>(plan.tile_size.y);
@@ -30,7 +30,10 @@ void PropagateStage::prepare(const Plan& plan, Method method) {
     }
     require_reach();
   }
-  if (field_.size() != pixels) field_ = {device_, pixels, "field at the hologram"};
+  hands_on_transforms_ = encodes_transforms(plan, keep_field);
+  if (hands_on_transforms_) field_ = {};
+  if (!hands_on_transforms_ && field_.size() != pixels)
+    field_ = {device_, pixels, "field at the hologram"};
 }
 
 Target PropagateStage::target_of(const Wrp& wrp) const {
@@ -53,6 +56,10 @@ void PropagateStage::run(std::size_t number, cl::ComplexBuffer& stack, int plane
   if (compact_propagator_) {
     const StageClock clock(times_, "propagate");
     const auto& wrp = plan_->wrps[number];
+    if (hands_on_transforms_) {
+      transformed_.emplace(compact_propagator_->transform(stack, plane, lit, wrp.centre_m.z));
+      return;
+    }
     compact_propagator_->add(stack, plane, lit, wrp.centre_m.z,
                              number == plan_->wrps_of(wrp.tile).first, field_);
     return device_.finish();
@@ -68,12 +75,13 @@ void PropagateStage::run(std::size_t number, cl::ComplexBuffer& stack, int plane
   device_.finish();
 }
 
-const cl::ComplexBuffer& PropagateStage::finish() {
+TileField PropagateStage::finish() {
   if (propagator_) {
     const StageClock clock(times_, "propagate");
     propagator_->collect(field_);
     device_.finish();
   }
+  if (hands_on_transforms_) return transformed_.value();
   return field_;
 }
 

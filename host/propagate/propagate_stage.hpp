@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,9 +21,10 @@ public:
   /// Makes the propagator for the plan's tiles. Planes at the hologram itself (Method::points and
   /// Method::rays) need none.
   ///
-  /// plan    must outlive the stage, which reads it again in `run`
+  /// plan        must outlive the stage, which reads it again in `run`
+  /// keep_field  samples are wanted of `finish`, always
   /// throws  InputError when no light of some WRP arrives at the hologram
-  void prepare(const Plan& plan, Method method);
+  void prepare(const Plan& plan, Method method, bool keep_field);
 
   /// Carries plane number `plane` of `stack`, the field on plan.wrps[wrp], to the hologram and adds
   /// it there. What the stack's plane then holds is not defined.
@@ -32,7 +34,7 @@ public:
 
   /// The field of a tile at the hologram: the sum of all `run` since the last call. Valid until the
   /// next `run`.
-  const cl::ComplexBuffer& finish();
+  TileField finish();
 
   /// Adds a line for light that is lost on its way.
   void add_notes(std::vector<std::string>& notes) const;
@@ -49,6 +51,8 @@ private:
   std::unique_ptr<Propagator> propagator_;
   std::unique_ptr<CompactPropagator> compact_propagator_;
   cl::ComplexBuffer field_;
+  bool hands_on_transforms_ = false;  // encodes_transforms
+  std::optional<TransformedPlane> transformed_;
 };
 
 }  // namespace raywave

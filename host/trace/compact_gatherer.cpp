@@ -112,6 +112,7 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   device::CompactPlane plane{};
   plane.nx = compact.size.x;
   plane.ny = compact.size.y;
+  plane.row_stride = compact.row_stride();
   plane.tile_nx = plan_.tile_size.x;
   plane.tile_ny = plan_.tile_size.y;
   std::tie(plane.origin_x, plane.origin_x_low) = split(origin.x);

@@ -21,7 +21,7 @@ public:
   /// Draws the random phases of frames seed, seed + 1, ... for the current samples of the table.
   void draw_phases(std::uint32_t seed);
 
-  /// Fills `field` (frames x Plan::compact's size) with the field of the layer's samples on the
+  /// Fills `field` (frames x Plan::gathered_pixels) with the field of the layer's samples on the
   /// virtual plane of a tile, for CompactPropagator.
   ///
   /// is_whole  rows outside the lit part are filled, too: with zeros

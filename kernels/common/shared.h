@@ -223,6 +223,7 @@ typedef struct {
   int ny;
   int tile_nx;  // pixels of the tile
   int tile_ny;
+  int row_stride;  // pixels in memory from a row of the plane to the next
   float origin_x;  // centre of the tile's pixel (columns / 2, rows / 2), scene frame
   float origin_x_low;
   float origin_y;

@@ -156,6 +156,7 @@
   MEMBER(CompactPlane, ny)                \
   MEMBER(CompactPlane, tile_nx)           \
   MEMBER(CompactPlane, tile_ny)           \
+  MEMBER(CompactPlane, row_stride)        \
   MEMBER(CompactPlane, origin_x)          \
   MEMBER(CompactPlane, origin_x_low)      \
   MEMBER(CompactPlane, origin_y)          \

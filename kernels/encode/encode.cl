@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Grey levels of an SLM that show a complex field. OpenCL C 1.2, no double, no images.
+// Grey levels of an SLM that show a complex field. With RAYWAVE_TRANSFORMED the field comes as a
+// transform (kernels/propagate/transformed.h), and this is the last step of propagation, too: the
+// reference wave is added to the phase, without a sine or cosine. OpenCL C 1.2, no double, no
+// images.
 //
 // A work-item takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it: CPUs
 // launch one work-item per row, GPUs one per packet. docs/slm.md gives formulas and papers.
 #include "kernels/common/complex_lanes.h"
 #include "kernels/common/phase.h"
 #include "kernels/encode/options.h"
+#include "kernels/propagate/transformed.h"
 
 // LEVEL: the type of a grey level. A macro, as drivers name the types of arguments as written.
 #if RAYWAVE_GREY_LEVELS > 256
@@ -93,13 +97,37 @@ static inline intv level_of_amplitude(floatv amplitude) {
   return rounded(amplitude * (float)(RAYWAVE_GREY_LEVELS - 1));
 }
 
-// Levels of the samples re + i im in the columns x of row y, or their places in the table. An
-// amplitude of 1 / inverse_clip is the largest that is shown.
-static inline intv levels_of(floatv re, floatv im, floatv added, intv x, int y,
-                             float inverse_clip) {
-  floatv amplitude, turns;
-  polar(re, im, &amplitude, &turns);
-  turns += added;
+#if RAYWAVE_TRANSFORMED
+#define FIELD_PARAMETERS TRANSFORMED_PARAMETERS
+#define FIELD_OF_PARAMETERS TRANSFORMED_OF_PARAMETERS
+typedef Transformed Field;
+#else
+#define FIELD_PARAMETERS const __global float2* restrict field
+#define FIELD_OF_PARAMETERS \
+  { field }
+typedef struct {
+  const __global float2* samples;  // rows without gaps
+} Field;
+#endif
+
+// The first `count` samples of row `row` from column i on, of nx in a row.
+static inline void polar_field(const Field* field, int nx, int i, int row, floatv* amplitude,
+                               floatv* turns) {
+  floatv re, im;
+#if RAYWAVE_TRANSFORMED
+  load_some_complex(transformed_row(field, row) + i, nx - i, &re, &im);
+  polar(re, im, amplitude, turns);
+  *amplitude *= transformed_share(field, i, row);
+  *turns += reference_turns(field, i, row);
+#else
+  load_some_complex(field->samples + (size_t)nx * (size_t)row + i, nx - i, &re, &im);
+  polar(re, im, amplitude, turns);
+#endif
+}
+
+// Levels of samples in the columns x of row y, or their places in the table. An amplitude of
+// 1 / inverse_clip is the largest that is shown.
+static inline intv levels_of(floatv amplitude, floatv turns, intv x, int y, float inverse_clip) {
   if (RAYWAVE_ENCODING == ENCODING_PHASE) return level_of_phase(turns);
 
   const floatv a = fmin(amplitude * inverse_clip, (floatv)(1.0f));
@@ -146,49 +174,56 @@ static inline void store_levels(intv level, const __global LEVEL* restrict table
 //
 // added  phase of each pixel in units of 1/65536 turn, where RAYWAVE_ADDED_TURNS
 // table  levels by phase or amplitude, where RAYWAVE_LEVEL_TABLE
-__kernel void encode(const __global float2* restrict field, const __global ushort* restrict added,
+__kernel void encode(FIELD_PARAMETERS, const __global ushort* restrict added,
                      const __global LEVEL* restrict table, __global LEVEL* restrict levels, int nx,
                      int ny, int x0, int y0, float inverse_clip) {
   const int row = (int)get_global_id(1);
   if (row >= ny) return;
+  const Field from = FIELD_OF_PARAMETERS;
   const size_t start = (size_t)nx * (size_t)row;
   const int step = RAYWAVE_LANES * (int)get_global_size(0);
   for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < nx; i += step) {
     const intv x = x0 + i + LANES_INDEX;
-    if (i + RAYWAVE_LANES <= nx) {
-      floatv re, im, turns = 0.0f;
-      load_complex(field + start + i, &re, &im);
-      if (RAYWAVE_ADDED_TURNS)
-        turns = TURNS_TO_FLOAT(LOAD_TURNS(added + start + i)) * TURNS_PER_UNIT;
-      store_levels(levels_of(re, im, turns, x, y0 + row, inverse_clip), table, levels + start + i);
+    const bool is_whole = i + RAYWAVE_LANES <= nx;
+    floatv amplitude, turns;
+    polar_field(&from, nx, i, row, &amplitude, &turns);
+    if (RAYWAVE_ADDED_TURNS && is_whole)
+      turns += TURNS_TO_FLOAT(LOAD_TURNS(added + start + i)) * TURNS_PER_UNIT;
+    if (RAYWAVE_ADDED_TURNS && !is_whole) {
+      float more[RAYWAVE_LANES];
+      for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
+        more[lane] = lane < nx - i ? (float)added[start + i + lane] * TURNS_PER_UNIT : 0.0f;
+      turns += LANES_LOAD(more);
+    }
+    const intv found = levels_of(amplitude, turns, x, y0 + row, inverse_clip);
+    if (is_whole) {
+      store_levels(found, table, levels + start + i);
     } else {
-      float re[RAYWAVE_LANES], im[RAYWAVE_LANES], turns[RAYWAVE_LANES];
       int level[RAYWAVE_LANES];
-      for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
-        const bool is_there = lane < nx - i;
-        const float2 u = is_there ? field[start + i + lane] : (float2)(0.0f);
-        re[lane] = u.x;
-        im[lane] = u.y;
-        turns[lane] = RAYWAVE_ADDED_TURNS && is_there
-                          ? (float)added[start + i + lane] * TURNS_PER_UNIT
-                          : 0.0f;
-      }
-      LANES_STORE(
-          levels_of(LANES_LOAD(re), LANES_LOAD(im), LANES_LOAD(turns), x, y0 + row, inverse_clip),
-          level);
+      LANES_STORE(found, level);
       for (int lane = 0; lane < nx - i; ++lane)
         levels[start + i + lane] = RAYWAVE_LEVEL_TABLE ? table[level[lane]] : (LEVEL)level[lane];
     }
   }
 }
 
-// Amplitudes of every stride-th sample of a field.
-__kernel void sample_amplitudes(const __global float2* restrict field,
-                                __global float* restrict amplitudes, uint stride, uint count) {
+// Amplitudes of every stride-th sample of a field, row by row.
+__kernel void sample_amplitudes(FIELD_PARAMETERS, int nx, __global float* restrict amplitudes,
+                                uint stride, uint count) {
   const uint i = (uint)get_global_id(0);
   if (i >= count) return;
-  const float2 u = field[(size_t)i * stride];
+  const Field from = FIELD_OF_PARAMETERS;
+  const size_t number = (size_t)i * stride;
+#if RAYWAVE_TRANSFORMED
+  const int column = (int)(number % (size_t)nx), row = (int)(number / (size_t)nx);
+  const float2 u = transformed_row(&from, row)[column];
+  const float share = from.share_x[column] * from.share_y[row];
+#else
+  (void)nx;
+  const float2 u = from.samples[number];
+  const float share = 1.0f;
+#endif
   const float larger = fmax(fabs(u.x), fabs(u.y)), smaller = fmin(fabs(u.x), fabs(u.y));
   const float t = larger > 0.0f ? smaller / larger : 0.0f;
-  amplitudes[i] = larger * sqrt(1.0f + t * t);
+  amplitudes[i] = larger * sqrt(1.0f + t * t) * share;
 }

@@ -13,6 +13,11 @@
 #define RAYWAVE_ENCODING ENCODING_PHASE
 #endif
 
+// 1: the field comes as a transform that lacks the last step of compact propagation.
+#ifndef RAYWAVE_TRANSFORMED
+#define RAYWAVE_TRANSFORMED 0
+#endif
+
 // 1: a phase of its own is added to each pixel (carrier, lens, flatness).
 #ifndef RAYWAVE_ADDED_TURNS
 #define RAYWAVE_ADDED_TURNS 0
@@ -45,6 +50,7 @@
 
 #define RAYWAVE_ENCODE_OPTIONS(OPTION)             \
   OPTION(encoding, RAYWAVE_ENCODING)               \
+  OPTION(transformed, RAYWAVE_TRANSFORMED)         \
   OPTION(added_turns, RAYWAVE_ADDED_TURNS)         \
   OPTION(level_table, RAYWAVE_LEVEL_TABLE)         \
   OPTION(table_size, RAYWAVE_TABLE_SIZE)           \

@@ -20,7 +20,8 @@
 // profile         X_k and Y_k of the samples first_sample, ..., at offsets[i] of `profiles`: for
 //                 each k the real parts of X, the imaginary parts, the real parts of Y, the
 //                 imaginary parts, in COMPACT_ROOM each, with the footprint's middle in the middle
-// gather_compact  field: RAYWAVE_FRAMES planes of plane.ny rows of plane.nx samples. Bins of
+// gather_compact  field: RAYWAVE_FRAMES planes of plane.ny rows, each plane.row_stride samples in
+//                 memory with plane.nx of the plane. Bins of
 //                 COMPACT_BIN x COMPACT_BIN pixels list the samples that light them: those of bin b
 //                 are bin_samples[first_of_bin[b]] up to that of b + 1. Only the band of
 //                 get_global_size(1) RAYWAVE_TILE_ROWS / COMPACT_BIN rows of bins from first_row on
@@ -447,7 +448,8 @@ __kernel void gather_compact(__global const CompactFootprint* footprints,
   for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
     for (int row = 0; row < RAYWAVE_TILE_ROWS; ++row) {
       __global float2* out =
-          field + ((size_t)frame * (size_t)plane.ny + (size_t)(tile.top + row)) * (size_t)plane.nx +
+          field +
+          ((size_t)frame * (size_t)plane.ny + (size_t)(tile.top + row)) * (size_t)plane.row_stride +
           (size_t)first;
       floatv re = 0.0f, im = 0.0f;
       if (!is_fresh[first_fresh + bin_row]) load_complex(out, &re, &im);

@@ -106,6 +106,9 @@ void check_render(const cl::Device& device, const Scene& scene, Method method = 
   CHECK(test::all_finite(result.field.samples));
   CHECK(std::any_of(result.field.samples.begin(), result.field.samples.end(),
                     [](auto z) { return z != std::complex<float>(); }));
+  options.keep_field = false;  // levels are then made of transforms, where there are any
+  const auto levels = render(device, scene, options).levels[0];
+  CHECK(std::any_of(levels.begin(), levels.end(), [&](auto v) { return v != levels[0]; }));
 }
 
 void render_all_methods(const cl::Device& device, const Folder& folder) {
@@ -339,11 +342,11 @@ TEST_CASE("a kernel file refuses an option that it does not have") {
   for (const auto& info : cl::list_devices()) {
     std::string message;
     try {
-      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{option::two_floats, "1"}});
+      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{option::shadows, "1"}});
     } catch (const cl::DeviceError& error) {
       message = error.what();
     }
-    CHECK(message == "kernel file kernels/encode/encode.cl has no option RAYWAVE_TWO_FLOATS");
+    CHECK(message == "kernel file kernels/encode/encode.cl has no option RAYWAVE_SHADOWS");
   }
 }
 

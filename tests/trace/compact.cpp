@@ -45,7 +45,7 @@ AtHologram at_hologram(const raywave::cl::Device& device, const Rig& rig, int fr
   CompactPropagator propagator(device, plan, fft);
   AtHologram result;
   raywave::cl::ComplexBuffer stack(
-      device, Fields(static_cast<std::size_t>(frames) * area(plan.compact->size), {7, 7}), "stack");
+      device, Fields(static_cast<std::size_t>(frames) * plan.gathered_pixels(), {7, 7}), "stack");
   std::vector<raywave::cl::ComplexBuffer> fields;
   for (std::size_t tile = 0; tile < plan.tiles.size(); ++tile) {
     fields.clear();

@@ -276,9 +276,7 @@ Finding over_virtual_planes(const cl::Device& device, Stage stage, WrpPropagatio
   const Rig rig(device, stage);
   const auto& plan = rig.plan;
   if (!plan.compact) return {0, "over WRPs: " + plan.why_propagation};
-  const auto& size = plan.compact->size;
-  cl::ComplexBuffer plane(
-      device, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), "virtual plane"),
+  cl::ComplexBuffer plane(device, plan.gathered_pixels(), "virtual plane"),
       field(device,
             static_cast<std::size_t>(plan.tile_size.x) * static_cast<std::size_t>(plan.tile_size.y),
             "field");

@@ -90,7 +90,8 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
   if (std::any_of(plan.layers.begin(), plan.layers.end(),
                   [](const DepthLayer& layer) { return layer.interpolates(); }))
     needs.push_back({"field of a WRP", 8 * pixels, planes});
-  needs.push_back({"field at the hologram", 8 * pixels, planes});
+  if (!encodes_transforms(plan, use.keep_field))
+    needs.push_back({"field at the hologram", 8 * pixels, planes});
   const auto pictures = size(plan.frames) * plan.tiles.size();
   for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, level_buffers); ++i)
     needs.push_back({"hologram levels", pixels, planes});
