@@ -109,4 +109,16 @@ static inline float lanes_float_sum(floatv v) {
 #endif
 }
 
+// The k-th of n rows: from the middle outwards on CPUs, whose drivers give each thread many
+// work-groups at first and few in the end. Rows of the middle have most to do; the last ones, with
+// little, let all threads end together. GPUs take rows in order, so that groups stay coherent.
+static inline int row_in_turn(int k, int n) {
+#if RAYWAVE_LANES == 1
+  (void)n;
+  return k;
+#else
+  return n / 2 + ((k & 1) != 0 ? -((k + 1) / 2) : k / 2);
+#endif
+}
+
 #endif

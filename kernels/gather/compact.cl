@@ -397,7 +397,8 @@ __kernel void gather_compact(__global const CompactFootprint* footprints,
                              __global const int* is_fresh, int first_fresh, int first_bin,
                              int first_row, CompactPlane plane, __global float2* field) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
-  const int strip = (int)get_global_id(1) * RAYWAVE_TILE_ROWS, bin_row = strip / COMPACT_BIN;
+  const int turn = (int)get_global_id(1), strips = (int)get_global_size(1),
+            strip = row_in_turn(turn, strips) * RAYWAVE_TILE_ROWS, bin_row = strip / COMPACT_BIN;
   if (first >= plane.nx || bin_row >= plane.ny / COMPACT_BIN) return;
   Tile tile;
   tile.top = (first_row * COMPACT_BIN + strip) % plane.ny;

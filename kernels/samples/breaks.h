@@ -55,6 +55,19 @@ static inline bool break_in_way(const Lattice* lattice, const Places* at, float 
              rise * (lattice->half_height * per_cell) + BREAK_MARGIN;
 }
 
+// The same for a row of BREAK_TILE cells from (x, y) on.
+static inline bool break_in_way_of_row(const Lattice* lattice, const Places* at,
+                                       __global const float* row, int x, int y) {
+  const float8 nearness = vload8(0, row + x), rise = nearness - at->nearness;
+  const float8 low = (float)x + (float8)(0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f);
+  const float8 gap = fmax(fmax(low - at->right, at->left - (low + 1.0f)), 0.0f);
+  const float per_cell = 1.0f / lattice->step;
+  return any((nearness > at->nearness) &
+             (gap <= rise * (lattice->half_width * per_cell) + BREAK_MARGIN) &
+             (break_gap(at->bottom, at->top, (float)y, (float)(y + 1)) <=
+              rise * (lattice->half_height * per_cell) + BREAK_MARGIN));
+}
+
 // True when no break lies in the way from any of these places to the window. `closely`: cells are
 // asked and not only tiles.
 static inline bool unbroken(const Lattice* lattice, const Breaks* breaks, const Places* at,
@@ -79,9 +92,7 @@ static inline bool unbroken(const Lattice* lattice, const Breaks* breaks, const 
       if (!closely) return false;
       for (int y = BREAK_TILE * j; y < BREAK_TILE * (j + 1); ++y) {
         __global const float* row = breaks->cells + (size_t)y * (size_t)(BREAK_TILE * tiles_x);
-        for (int x = BREAK_TILE * i; x < BREAK_TILE * (i + 1); ++x) {
-          if (break_in_way(lattice, at, row[x], x, y, 1)) return false;
-        }
+        if (break_in_way_of_row(lattice, at, row, BREAK_TILE * i, y)) return false;
       }
     }
   }

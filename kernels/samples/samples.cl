@@ -661,9 +661,9 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
                            __global Sample* samples, __global uint* visibility_masks,
                            __global uint* lit) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
-  const int band_row = (int)get_global_id(1);
-  const int row = first_row + band_row;
-  if (first >= lattice.nx || band_row >= rows || row >= lattice.ny) return;
+  if (first >= lattice.nx || (int)get_global_id(1) >= rows) return;
+  const int band_row = row_in_turn((int)get_global_id(1), rows), row = first_row + band_row;
+  if (row >= lattice.ny) return;
   const SceneArrays scene = SCENE_OF_PARAMETERS;
   const Breaks breaks = {break_cells, break_tiles, breaks_known};
 

@@ -186,22 +186,28 @@ double predicted_lines_error(const Plan& plan, int lines) {
                        tile.centre_m[axis];
         }
         at_m.y = -at_m.y;
+        const auto length = [](double x, double y, double z) {
+          return std::sqrt(x * x + y * y + z * z);
+        };
         const auto psi = [&](double u, double v) {
-          return wave_number * (std::hypot(u - at_m.x, v - at_m.y, z_m) - std::hypot(u, v, z0_m));
+          return wave_number * (length(u - at_m.x, v - at_m.y, z_m) - length(u, v, z0_m));
         };
         const int count = scan_lines_of(plan, lines, {at_m, z_m}, z0_m);
         const auto& [rows_m, lagrange] = of_count[static_cast<std::size_t>(count - 1)];
+        // The lines, then the places between them
+        std::vector<double> v_m = rows_m, on_middle;
+        for (int j = 0; j < places; ++j) v_m.push_back(place(j) * half_m.y);
+        for (const double v : v_m) on_middle.push_back(psi(0, v));
+        std::vector<Complex> coupled(v_m.size());
         for (int column = 0; column < places; ++column) {
           const double u = place(column) * half_m.x;
-          const auto coupled = [&](double v) { return std::polar(1.0, psi(u, v) - psi(0, v)); };
-          std::vector<Complex> on_rows;
-          for (const double row_m : rows_m) on_rows.push_back(coupled(row_m));
-          for (int j = 0; j < places; ++j) {
+          for (std::size_t k = 0; k < v_m.size(); ++k)
+            coupled[k] = std::polar(1.0, psi(u, v_m[k]) - on_middle[k]);
+          for (std::size_t j = 0; j < lagrange.size(); ++j) {
             Complex made = 0;
-            for (int line = 0; line < count; ++line)
-              made += on_rows[static_cast<std::size_t>(line)] *
-                      lagrange[static_cast<std::size_t>(j)][static_cast<std::size_t>(line)];
-            sum += std::norm(coupled(place(j) * half_m.y) - made);
+            for (std::size_t line = 0; line < rows_m.size(); ++line)
+              made += coupled[line] * lagrange[j][line];
+            sum += std::norm(coupled[rows_m.size() + j] - made);
           }
         }
       }
