@@ -163,16 +163,13 @@ void save_array(const std::filesystem::path& file, const std::string& type,
       alignment = 64;
   header.append(alignment - 1 - (start_bytes + header.size()) % alignment, ' ').push_back('\n');
 
-  write_whole(file, [&](const std::filesystem::path& temporary) {
+  write_whole(file, [&](OutputFile& output) {
     const auto length = static_cast<std::uint16_t>(header.size());
-    std::ofstream stream(temporary, std::ios::binary);
-    stream << kMagic << '\1' << '\0';
-    stream.write(reinterpret_cast<const char*>(&length), sizeof length);
-    stream << header;
-    stream.write(reinterpret_cast<const char*>(samples.data()),
-                 static_cast<std::streamsize>(samples.size_bytes()));
-    stream.close();
-    if (!stream) throw InputError(in_quotes(file.string()) + ": cannot be written");
+    output.write(kMagic);
+    output.write(std::string_view("\1\0", 2));
+    output.write(&length, sizeof length);
+    output.write(header);
+    output.write(samples.data(), samples.size_bytes());
   });
 }
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/common/output.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <atomic>
-#include <fstream>
+#include <cerrno>
+#include <system_error>
+#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -35,8 +38,49 @@ std::filesystem::path temporary_beside(const std::filesystem::path& file) {
 
 }  // namespace
 
-void write_whole(const std::filesystem::path& file,
-                 const std::function<void(const std::filesystem::path& temporary)>& write) {
+OutputFile::OutputFile(const std::filesystem::path& place, const std::filesystem::path& name)
+    : name_(name.string()),
+      descriptor_(::open(place.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
+  require(descriptor_ >= 0);
+}
+
+OutputFile::~OutputFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void OutputFile::require(bool done) const {
+  if (!done)
+    throw InputError(in_quotes(name_) +
+                     ": cannot be written: " + std::generic_category().message(errno));
+}
+
+void OutputFile::write(const void* data, std::size_t bytes) {
+  const auto* from = static_cast<const char*>(data);
+  while (bytes > 0) {
+    const auto written = ::write(descriptor_, from, bytes);
+    if (written < 0 && errno == EINTR) continue;
+    require(written > 0);
+    from += written;
+    bytes -= static_cast<std::size_t>(written);
+  }
+}
+
+void OutputFile::close() {
+  // Pipes and some file systems cannot wait for a disk.
+  require(::fsync(descriptor_) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP);
+  require(::close(std::exchange(descriptor_, -1)) == 0);
+}
+
+void write_whole(const std::filesystem::path& file, const std::function<void(OutputFile&)>& write) {
+  write_whole_by_name(file, [&](const std::filesystem::path& temporary) {
+    OutputFile output(temporary, file);
+    write(output);
+    output.close();
+  });
+}
+
+void write_whole_by_name(const std::filesystem::path& file,
+                         const std::function<void(const std::filesystem::path& temporary)>& write) {
   std::error_code error;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
   if (error)
@@ -51,12 +95,7 @@ void write_whole(const std::filesystem::path& file,
 }
 
 void write_text(const std::filesystem::path& file, const std::string& text) {
-  write_whole(file, [&](const std::filesystem::path& temporary) {
-    std::ofstream stream(temporary, std::ios::binary);
-    stream << text;
-    stream.close();
-    if (!stream) throw InputError(in_quotes(file.string()) + ": cannot be written");
-  });
+  write_whole(file, [&](OutputFile& output) { output.write(text); });
 }
 
 }  // namespace raywave

@@ -2,19 +2,54 @@
 /// Writing of files that appear complete or not at all.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 
 namespace raywave {
 
-/// Calls `write` with a temporary name beside `file` (same extension), then renames it to `file`.
-/// When `write` throws, the temporary file is removed and `file` stays as it was. Creates the
-/// parent folder.
+/// A file under construction, of which every byte is known to be written.
+class OutputFile {
+public:
+  /// place  opened and emptied
+  /// name   for messages
+  /// throws InputError when it cannot be made
+  OutputFile(const std::filesystem::path& place, const std::filesystem::path& name);
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+  ~OutputFile();
+
+  /// Appends bytes.
+  ///
+  /// throws  InputError with the system's reason ("No space left on device")
+  void write(const void* data, std::size_t bytes);
+  void write(std::string_view text) { write(text.data(), text.size()); }
+
+  /// Waits until the disk has all bytes.
+  ///
+  /// throws  InputError as `write` does
+  void close();
+
+private:
+  void require(bool done) const;
+
+  std::string name_;
+  int descriptor_;
+};
+
+/// Calls `write` with a temporary file beside `file`, then renames it to `file`. When `write`
+/// throws, or a byte cannot be written, the temporary file is removed and `file` stays as it was.
+/// Creates the parent folder.
 ///
 /// throws  InputError when the folder or file cannot be written
-void write_whole(const std::filesystem::path& file,
-                 const std::function<void(const std::filesystem::path& temporary)>& write);
+void write_whole(const std::filesystem::path& file, const std::function<void(OutputFile&)>& write);
+
+/// The same for libraries that take a name only: `write` gets the temporary one (same extension),
+/// and must know itself that all is written.
+void write_whole_by_name(const std::filesystem::path& file,
+                         const std::function<void(const std::filesystem::path& temporary)>& write);
 
 /// write_whole of a text.
 void write_text(const std::filesystem::path& file, const std::string& text);

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <cstring>
 #include <memory>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
@@ -18,21 +22,50 @@ void stay_in_one_thread() {
       OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1);
 }
 
+/// True when a picture file holds these pixels.
+bool holds(const std::filesystem::path& file, const OIIO::ImageSpec& spec, const void* pixels) {
+  const auto input = OIIO::ImageInput::open(file.string());
+  if (!input || input->spec().width != spec.width || input->spec().height != spec.height ||
+      input->spec().nchannels != spec.nchannels)
+    return false;
+  std::vector<unsigned char> read(spec.image_bytes());
+  return input->read_image(0, 0, 0, spec.nchannels, spec.format, read.data()) &&
+         std::memcmp(read.data(), pixels, read.size()) == 0;
+}
+
+/// OpenImageIO's writers do not say when a disk is full. So it writes to memory; where a format
+/// cannot, the file is read again.
 void save(const std::filesystem::path& file, int width, int height, int channels,
           OIIO::TypeDesc format, const void* pixels) {
   stay_in_one_thread();
-  write_whole(file, [&](const std::filesystem::path& temporary) {
-    const auto output = OIIO::ImageOutput::create(temporary.string());
-    const auto check = [&](bool done) {
-      if (!done)
-        throw InputError(in_quotes(file.string()) + ": cannot be written: " +
-                         one_line(output ? output->geterror() : OIIO::geterror()));
-    };
-    check(output != nullptr);
-    check(output->open(temporary.string(), OIIO::ImageSpec(width, height, channels, format)));
+  const auto output = OIIO::ImageOutput::create(file.string());
+  const auto check = [&](bool done) {
+    if (!done)
+      throw InputError(in_quotes(file.string()) + ": cannot be written: " +
+                       one_line(output ? output->geterror() : OIIO::geterror()));
+  };
+  check(output != nullptr);
+  const OIIO::ImageSpec spec(width, height, channels, format);
+  const auto write = [&](const std::string& name) {
+    check(output->open(name, spec));
     check(output->write_image(format, pixels));
     check(output->close());
-  });
+  };
+  if (output->supports("ioproxy")) {
+    std::vector<unsigned char> bytes;
+    OIIO::Filesystem::IOVecOutput memory(bytes);
+    check(output->set_ioproxy(&memory));
+    write(file.string());
+    write_whole(file, [&](OutputFile& to) { to.write(bytes.data(), bytes.size()); });
+  } else {
+    write_whole_by_name(file, [&](const std::filesystem::path& temporary) {
+      write(temporary.string());
+      if (!holds(temporary, spec, pixels))
+        throw InputError(in_quotes(file.string()) +
+                         ": cannot be written: what lies there is another picture; is the disk "
+                         "full?");
+    });
+  }
 }
 
 template <class T>

@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/files.hpp"
 
+#include <sys/resource.h>
+
 #include <cmath>
 #include <complex>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
+#include <random>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -12,6 +18,7 @@
 
 #include "host/common/npy.hpp"
 #include "host/common/output.hpp"
+#include "host/encode/pictures.hpp"
 #include "host/scene/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/forked_reader.hpp"
@@ -292,18 +299,94 @@ TEST_CASE("a file appears whole or not at all") {
   CHECK(bytes_of(file) == "second");
 
   std::filesystem::path seen;
-  CHECK_THROWS_AS(write_whole(file,
-                              [&](const auto& temporary) {
-                                seen = temporary;
-                                std::ofstream(temporary) << "half";
-                                throw std::runtime_error("disk full");
-                              }),
+  CHECK_THROWS_AS(write_whole_by_name(file,
+                                      [&](const auto& temporary) {
+                                        seen = temporary;
+                                        std::ofstream(temporary) << "half";
+                                        throw std::runtime_error("disk full");
+                                      }),
                   std::runtime_error);
   CHECK(bytes_of(file) == "second");
   CHECK_FALSE(std::filesystem::exists(seen));
   CHECK(seen.parent_path() == file.parent_path());
   CHECK(seen.extension() == ".txt");
   CHECK(seen != file);
+}
+
+/// Files of this process cannot grow beyond some bytes while it lives, as on a full disk.
+class FullDisk {
+public:
+  explicit FullDisk(rlim_t bytes) {
+    signal_ = std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+  ~FullDisk() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, signal_);
+  }
+
+private:
+  rlimit before_{};
+  void (*signal_)(int) = SIG_DFL;
+};
+
+TEST_CASE("on a full disk every format is an error, the old file stays, and nothing else is left") {
+  constexpr int nx = 120, ny = 90;
+  constexpr std::size_t pixels = 120 * 90;
+  std::mt19937 random(1);  // so that nothing compresses
+  std::vector<std::uint8_t> bytes(3 * pixels);
+  std::vector<std::uint16_t> words(pixels);
+  std::vector<float> values(pixels);
+  std::vector<Complex> field(pixels);
+  for (auto& v : bytes) v = static_cast<std::uint8_t>(random());
+  for (auto& v : words) v = static_cast<std::uint16_t>(random());
+  for (auto& v : values) v = static_cast<float>(random());
+  for (auto& v : field) v = {static_cast<float>(random()), static_cast<float>(random())};
+  const std::span<const std::uint8_t> grey(bytes.data(), pixels);
+  using Save = std::function<void(const std::filesystem::path&)>;
+  const std::vector<std::pair<std::string, Save>> formats{
+      {"a.png", [&](const auto& file) { save_png(file, nx, ny, grey); }},
+      {"rgb.png", [&](const auto& file) { save_png_rgb(file, nx, ny, bytes); }},
+      {"b.png", [&](const auto& file) { save_png16(file, nx, ny, words); }},
+      {"a.bmp", [&](const auto& file) { save_grey(file, nx, ny, grey); }},
+      {"a.tif", [&](const auto& file) { save_grey(file, nx, ny, grey); }},
+      {"a.exr", [&](const auto& file) { save_exr(file, nx, ny, values); }},
+      {"b.exr", [&](const auto& file) { save_exr(file, nx, ny, field); }},
+      {"a.npy",
+       [&](const auto& file) {
+         save_npy(file, nx, ny, 1, grey);
+       }},
+      {"a.txt", [&](const auto& file) { write_text(file, std::string(pixels, 'x')); }},
+      {"a.mat", [&](const auto& file) { save_mat(file, nx, ny, field); }},
+  };
+  const Folder folder;
+  for (const auto& [name, save] : formats) {
+    INFO(name);
+    const auto file = folder / name;
+    try {
+      save(file);
+    } catch (const InputError& error) {
+      REQUIRE_THAT(error.what(), ContainsSubstring("without libmatio"));
+      continue;
+    }
+    const auto whole = bytes_of(file);
+    REQUIRE(whole.size() >= pixels);
+    // Room for nothing, for some of it, and for all but the last byte
+    for (const std::size_t room : {std::size_t{0}, whole.size() / 2, whole.size() - 1}) {
+      INFO(room << " of " << whole.size() << " bytes");
+      const FullDisk full(room);
+      CHECK_THAT(input_error_of([&, &save = save] { save(file); }),
+                 StartsWith("\"" + file.string() + "\": cannot be written"));
+    }
+    const bool is_same = bytes_of(file) == whole;
+    CHECK(is_same);
+    CHECK(folder.count() == 1);
+    std::filesystem::remove(file);
+  }
 }
 
 TEST_CASE("paths that cannot be written are refused, and no file is left behind") {
