@@ -6,9 +6,11 @@
 #include <cctype>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <utility>
 
 #include "cl/environment.hpp"
+#include "host/common/cache.hpp"
 
 namespace raywave::cl {
 namespace {
@@ -62,18 +64,49 @@ void spare_pocl(const ::cl::Platform& platform) {
     setenv("POCL_WORK_GROUP_METHOD", "cbs", /*overwrite=*/0);
 }
 
-std::vector<Found> find_all() {
-  std::vector<Found> found;
+/// PoCL lists no device where it cannot write its cache of kernels. Returns what a user should do
+/// about it; empty where nothing is wrong, or a folder of ours stands in.
+std::string give_pocl_a_cache(const ::cl::Platform& platform) {
+  if (platform.getInfo<CL_PLATFORM_NAME>().find("Portable Computing Language") == std::string::npos)
+    return "";
+  const auto variable = [](const char* name) -> std::string {
+    const char* value = std::getenv(name);
+    return value ? value : "";
+  };
+  const std::string cure = "; set POCL_CACHE_DIR to a folder that can";
+  if (const auto own = variable("POCL_CACHE_DIR"); !own.empty())
+    return is_writable_folder(own)
+               ? ""
+               : "POCL_CACHE_DIR=" + own + " cannot be written, so that PoCL has no device" + cure;
+  const auto xdg = variable("XDG_CACHE_HOME"), home = variable("HOME");
+  if (xdg.empty() && home.empty()) return "";  // PoCL takes a temporary folder itself
+  const auto usual = std::filesystem::path(xdg.empty() ? home + "/.cache" : xdg) / "pocl";
+  if (is_writable_folder(usual)) return "";
+  const auto ours = temporary_cache_folder();
+  if (ours.empty()) return usual.string() + " cannot be written, so that PoCL has no device" + cure;
+  setenv("POCL_CACHE_DIR", (ours / "pocl").c_str(), /*overwrite=*/0);
+  return "";
+}
+
+struct AllFound {
+  std::vector<Found> devices;
+  std::string hint;  // why there may be none
+};
+
+AllFound find_all() {
+  AllFound all;
+  auto& found = all.devices;
   std::vector<::cl::Platform> platforms;
   try {
     ::cl::Platform::get(&platforms);
   } catch (const ::cl::Error&) {
-    return found;  // a loader without any platform reports an error
+    return all;  // a loader without any platform reports an error
   }
   for (std::size_t p = 0; p < platforms.size(); ++p) {
     std::vector<::cl::Device> devices;
     try {
       spare_pocl(platforms[p]);
+      if (auto hint = give_pocl_a_cache(platforms[p]); !hint.empty()) all.hint = hint;
       platforms[p].getDevices(CL_DEVICE_TYPE_ALL, &devices);
     } catch (const ::cl::Error&) {
       continue;  // a platform without devices reports an error
@@ -82,7 +115,7 @@ std::vector<Found> find_all() {
       found.push_back(
           {describe(devices[d], std::to_string(p) + ":" + std::to_string(d)), devices[d]});
   }
-  return found;
+  return all;
 }
 
 std::string lower(std::string_view text) {
@@ -102,15 +135,18 @@ std::string listing(const std::vector<DeviceInfo>& devices) {
 
 std::vector<DeviceInfo> list_devices() {
   std::vector<DeviceInfo> infos;
-  for (auto& f : find_all()) infos.push_back(std::move(f.info));
+  for (auto& f : find_all().devices) infos.push_back(std::move(f.info));
   return infos;
 }
 
 DeviceInfo find_device(std::string_view choice) {
   const auto devices = list_devices();
-  if (devices.empty())
+  if (devices.empty()) {
+    const auto hint = find_all().hint;
     throw DeviceError(
-        "no OpenCL device found: install a vendor's driver, or PoCL (apt install pocl-opencl-icd)");
+        "no OpenCL device found: " +
+        (hint.empty() ? "install a vendor's driver, or PoCL (apt install pocl-opencl-icd)" : hint));
+  }
   const char* environment = std::getenv("RAYWAVE_DEVICE");
   if (choice.empty() && environment) choice = environment;
   if (choice.empty()) {
@@ -131,7 +167,7 @@ DeviceInfo find_device(std::string_view choice) {
 }
 
 Device::Device(const DeviceInfo& info) : info_(info) {
-  const auto devices = find_all();
+  const auto devices = find_all().devices;
   const auto it = std::find_if(devices.begin(), devices.end(),
                                [&](const Found& f) { return f.info.index == info.index; });
   if (it == devices.end()) throw DeviceError("device " + info.index + " " + info.name + " is gone");

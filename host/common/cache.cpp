@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/common/cache.hpp"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -24,10 +25,29 @@ fs::path cache_folder() {
     return value ? value : "";
   };
   if (const auto own = variable("RAYWAVE_CACHE_DIR"); !own.empty()) return own;
-  if (const auto xdg = variable("XDG_CACHE_HOME"); !xdg.empty()) return fs::path(xdg) / "raywave";
-  if (const auto home = variable("HOME"); !home.empty())
-    return fs::path(home) / ".cache" / "raywave";
-  return fs::temp_directory_path() / "raywave-cache";
+  const auto xdg = variable("XDG_CACHE_HOME"), home = variable("HOME");
+  const auto usual =
+      xdg.empty() ? fs::path(home) / ".cache" / "raywave" : fs::path(xdg) / "raywave";
+  return (!xdg.empty() || !home.empty()) && is_writable_folder(usual) ? usual
+                                                                      : temporary_cache_folder();
+}
+
+fs::path temporary_cache_folder() {
+  std::error_code error;
+  auto folder = fs::temp_directory_path(error) / ("raywave-cache-" + std::to_string(geteuid()));
+  if (error) return {};
+  mkdir(folder.c_str(), 0700);
+  // Others may have made it first: what lies there would then run in our name.
+  struct stat found {};
+  const bool is_ours = lstat(folder.c_str(), &found) == 0 && S_ISDIR(found.st_mode) &&
+                       found.st_uid == geteuid() && (found.st_mode & 077) == 0;
+  return is_ours ? folder : fs::path();
+}
+
+bool is_writable_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  return access(folder.c_str(), W_OK | X_OK) == 0;
 }
 
 std::optional<std::vector<unsigned char>> load_cached(const std::string& name) {
@@ -43,9 +63,10 @@ std::optional<std::vector<unsigned char>> load_cached(const std::string& name) {
 
 void store_cached(const std::string& name, const void* data, std::size_t bytes) {
   std::error_code ignored;
-  fs::create_directories(cache_folder(), ignored);
-  const auto file = cache_folder() / name;
-  const auto temporary = cache_folder() / (name + "." + std::to_string(getpid()) + ".tmp");
+  const auto folder = cache_folder();
+  if (folder.empty() || !is_writable_folder(folder)) return;
+  const auto file = folder / name;
+  const auto temporary = folder / (name + "." + std::to_string(getpid()) + ".tmp");
   {
     std::ofstream out(temporary, std::ios::binary);
     const std::string_view contents(static_cast<const char*>(data), bytes);

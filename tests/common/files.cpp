@@ -356,10 +356,7 @@ TEST_CASE("on a full disk every format is an error, the old file stays, and noth
       {"a.tif", [&](const auto& file) { save_grey(file, nx, ny, grey); }},
       {"a.exr", [&](const auto& file) { save_exr(file, nx, ny, values); }},
       {"b.exr", [&](const auto& file) { save_exr(file, nx, ny, field); }},
-      {"a.npy",
-       [&](const auto& file) {
-         save_npy(file, nx, ny, 1, grey);
-       }},
+      {"a.npy", [&](const auto& file) { save_npy(file, nx, ny, 1, grey); }},
       {"a.txt", [&](const auto& file) { write_text(file, std::string(pixels, 'x')); }},
       {"a.mat", [&](const auto& file) { save_mat(file, nx, ny, field); }},
   };

@@ -266,6 +266,35 @@ TEST_CASE(
 }
 
 TEST_CASE(
+    "where no cache can be written, a temporary folder stands in, or the message names the "
+    "variable") {
+  const Kept kept;
+  if (cl::find_device().platform != "Portable Computing Language") return;
+  // A name alone takes the variable away.
+  std::vector<std::string> nowhere{"POCL_CACHE_DIR", "RAYWAVE_CACHE_DIR", "XDG_CACHE_HOME",
+                                   "HOME=/dev/null/home", "TMPDIR=" + kept.desk.file("")};
+  const std::vector<std::string> render{"render", kept.desk.file("scene.toml"), "-o",
+                                        kept.desk.file("other"), "--quiet"};
+  const auto outcome = kept.desk.run(render, nowhere);
+  INFO(outcome.err);
+  CHECK(outcome.code == 0);
+  CHECK(outcome.err.empty());
+  const auto stand_in = "raywave-cache-" + std::to_string(geteuid());
+  CHECK(fs::exists(kept.desk.folder() / stand_in / "pocl"));
+  CHECK(fs::status(kept.desk.folder() / stand_in).permissions() == fs::perms::owner_all);
+
+  // Another's folder of this name is not used: what it holds would run in the user's name.
+  fs::permissions(kept.desk.folder() / stand_in, fs::perms::all);
+  kept.check_refused_by_device(
+      {}, nowhere, {"no OpenCL device found", "/dev/null/home/.cache/pocl", "POCL_CACHE_DIR"});
+  fs::permissions(kept.desk.folder() / stand_in, fs::perms::owner_all);
+
+  nowhere[0] = "POCL_CACHE_DIR=/dev/null/pocl";
+  kept.check_refused_by_device({}, nowhere,
+                               {"no OpenCL device found", "POCL_CACHE_DIR=/dev/null/pocl"});
+}
+
+TEST_CASE(
     "a kernel that does not compile is reported with device, driver, options and the compiler's "
     "log") {
   const Kept kept;
