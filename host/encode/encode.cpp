@@ -12,8 +12,8 @@
 namespace raywave {
 namespace {
 
-// Enough for a quantile to 0.5 % of its amplitude
-constexpr std::size_t most_samples = 32768;
+// Enough for a quantile to 0.5 % of its amplitude (root mean square, of speckle)
+constexpr std::size_t most_samples = 16384;
 
 /// Distance of the samples that a quantile is taken from: odd, so that no column is preferred.
 std::size_t stride_of(std::size_t size) { return (size / most_samples) | 1; }

@@ -35,7 +35,7 @@ public:
   const Panel& panel() const { return *panel_; }
 
   /// The amplitude that the share slm.clip of a hologram's pixels does not exceed, from at most
-  /// 32,768 of them. 1 where the encoding does not need it, or the field is dark.
+  /// 16,384 of them. 1 where the encoding does not need it, or the field is dark.
   double clip_of(const TileField& field);
   double clip_of(std::span<const std::complex<float>> field) const;
 
