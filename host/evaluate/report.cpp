@@ -165,7 +165,10 @@ Json json_of(const Plan& plan) {
                     {"lines", c->lines},
                     {"lines_tolerance", c->lines_tolerance},
                     {"window_error", c->window_error},
-                    {"lines_error", c->lines_error}};
+                    {"lines_error", c->lines_error},
+                    {"highlight_lines", c->highlight_lines},
+                    {"highlight_margin_px", c->highlight_margin_px},
+                    {"highlights_error", c->highlights_error}};
   for (const auto& s : plan.layers) {
     j["layers"].push_back({{"distance_m", s.distance_m},
                            {"near_m", s.min_m.z},

@@ -101,6 +101,30 @@ void choose_lines(Plan& plan) {
   }
 }
 
+/// Light that is the scene's sharpest highlights alone may be off by this between scan lines.
+constexpr double most_highlights_error = 0.01;
+
+/// Highlights that change as much over half a tile need room for their diffraction.
+constexpr double sharp_highlight = 0.25;
+
+/// Scan lines and margin of samples with highlights.
+void choose_for_highlights(Plan& plan, bool lines_are_given) {
+  auto& compact = plan.compact.value();
+  const double sharpness = sharpest_highlight(plan);
+  compact.highlight_margin_px =
+      sharpness > sharp_highlight ? compact.rough_margin_px : compact.margin_px;
+  compact.highlight_lines = lines_are_given ? compact.lines : 1;
+  const auto error = [&] {
+    return sharpness > 0 ? predicted_highlights_error(plan, compact.highlight_lines) : 0;
+  };
+  compact.highlights_error = error();
+  while (!lines_are_given && compact.highlights_error > most_highlights_error &&
+         compact.highlight_lines < COMPACT_MOST_LINES) {
+    ++compact.highlight_lines;
+    compact.highlights_error = error();
+  }
+}
+
 /// The plan with the propagation that the scene asks for, which is not "auto" of Method::wrp.
 Plan plan_as_asked(const Scene& scene, const World& world, Method method, int rays_per_axis,
                    bool has_doubles, const Plan* moved_from) {
@@ -207,6 +231,7 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
     plan.compact->lines_error = predicted_lines_error(plan, plan.compact->lines);
   else if (plan.compact)
     choose_lines(plan);
+  if (plan.compact && !moved_from) choose_for_highlights(plan, scene.wrp.lines.has_value());
 
   // The precision that keeps the phase error
   plan.phase_errors = predict_phase_errors(plan);

@@ -91,10 +91,16 @@ struct CompactPlane {
   // becomes too steep
   double margin_px = 4, rough_margin_px = 8;
   int lines = 4;  // scan lines of a sample that nothing hides, at most
+  // At least so many have samples whose highlights change over the hologram, and as much margin
+  int highlight_lines = 1;
+  double highlight_margin_px = 4;
   // A sample has fewer where its error of them stays below this, relative; 0: all have as many
   double lines_tolerance = 0;
   // Predicted relative L2 errors of the field (host/plan/predict/compact_errors.hpp)
   double window_error = 0, lines_error = 0;
+  // Of light that is the scene's sharpest highlights alone, between the scan lines; no part of
+  // error(), since most light is of other kinds
+  double highlights_error = 0;
 
   double error() const { return std::hypot(window_error, lines_error); }
   /// Samples in memory from a row to the next. Rows a multiple of 4 KiB apart begin at the same

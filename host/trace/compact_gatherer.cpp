@@ -133,7 +133,9 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   put(period / plan_.wavelength_m, plane.pixels_per_sine_x, plane.pixels_per_sine_y);
   plane.margin = static_cast<float>(compact.margin_px);
   plane.rough_margin = static_cast<float>(compact.rough_margin_px);
-  plane.lines = compact.lines;
+  plane.highlight_margin = static_cast<float>(compact.highlight_margin_px);
+  plane.lines = std::max(compact.lines, compact.highlight_lines);
+  plane.highlight_lines = compact.highlight_lines;
   plane.lines_tolerance = static_cast<float>(compact.lines_tolerance);
   put(plan_.largest_sine, plane.sine_limit_x, plane.sine_limit_y);
   put(1.0 / (cut_width * half), plane.per_cut_x, plane.per_cut_y);

@@ -252,9 +252,11 @@ typedef struct {
   // the sample, or its light becomes too steep for the pixels
   float margin;
   float rough_margin;
-  int lines;              // of samples that nothing hides, at most
-  float lines_tolerance;  // relative error up to which a sample has fewer
-  float sine_limit_x;     // largest sine that the SLM's pixels can show
+  float highlight_margin;  // the same where highlights change over the tile
+  int lines;               // of samples that nothing hides, at most
+  int highlight_lines;     // of samples with highlights, at least
+  float lines_tolerance;   // relative error up to which a sample has fewer
+  float sine_limit_x;      // largest sine that the SLM's pixels can show
   float sine_limit_y;
   float per_cut_x;  // 1 / width, on the tile, of the step there
   float per_cut_y;

@@ -183,7 +183,9 @@
   MEMBER(CompactPlane, pixels_per_sine_y) \
   MEMBER(CompactPlane, margin)            \
   MEMBER(CompactPlane, rough_margin)      \
+  MEMBER(CompactPlane, highlight_margin)  \
   MEMBER(CompactPlane, lines)             \
+  MEMBER(CompactPlane, highlight_lines)   \
   MEMBER(CompactPlane, lines_tolerance)   \
   MEMBER(CompactPlane, sine_limit_x)      \
   MEMBER(CompactPlane, sine_limit_y)      \

@@ -54,14 +54,21 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
   const floatv x = s.surface.x - plane.origin_x, y = plane.origin_y - s.surface.y,
                z = s.surface.z - plane.hologram_z;
   const intv is_here = (plane.begin_z <= s.surface.z) & (s.surface.z < plane.end_z);
-  const floatv margin =
-      LANES_SELECT((floatv)(plane.margin), (floatv)(plane.rough_margin),
-                   s.hidden | is_cut(x, y, z, plane.half_x, plane.half_y, &plane));
+  const floatv tangent_x = -x / z, half_x = 0.5f * plane.period_x / z, tangent_y = y / z,
+               half_y = 0.5f * plane.period_y / z;
+  const intv shines = shine_within(lights, lit, index, count, s.radiance, &s.surface, tangent_x,
+                                   half_x, tangent_y, half_y);
+  const floatv margin = LANES_SELECT(
+      LANES_SELECT((floatv)(plane.margin), (floatv)(plane.highlight_margin), shines),
+      (floatv)(plane.rough_margin), s.hidden | is_cut(x, y, z, plane.half_x, plane.half_y, &plane));
   intv left, columns, top, rows;
   footprint_along(x, y, z, plane.z0, plane.half_x, plane.half_y, plane.pixels_per_sine_x,
                   min(plane.nx, COMPACT_WIDEST), margin, &left, &columns);
   footprint_along(y, x, z, plane.z0, plane.half_y, plane.half_x, plane.pixels_per_sine_y,
                   min(plane.ny, COMPACT_WIDEST), margin, &top, &rows);
+  const intv fewest = lines_of(x, y, z, &plane);
+  const intv lines_in_sight =
+      LANES_SELECT(fewest, max(fewest, (intv)(plane.highlight_lines)), shines);
   int lefts[RAYWAVE_LANES], columnss[RAYWAVE_LANES], tops[RAYWAVE_LANES], rowss[RAYWAVE_LANES],
       liness[RAYWAVE_LANES];
   LANES_STORE(left, lefts);
@@ -69,8 +76,7 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
   LANES_STORE(top, tops);
   LANES_STORE(rows, rowss);
   LANES_STORE(
-      LANES_SELECT((intv)(0),
-                   LANES_SELECT(lines_of(x, y, z, &plane), (intv)(COMPACT_SPLINES), s.hidden),
+      LANES_SELECT((intv)(0), LANES_SELECT(lines_in_sight, (intv)(COMPACT_SPLINES), s.hidden),
                    is_here),
       liness);
   for (int lane = 0; lane < count; ++lane) {
@@ -115,13 +121,9 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
   store_seen(REAL_OF(-ds_turns(ds_times(nearer, rate))), 9, count, out);
 
   // How their amplitudes depend on the direction
-  const floatv tangent_x = -x / z, half_x = 0.5f * plane.period_x / z, tangent_y = y / z,
-               half_y = 0.5f * plane.period_y / z;
   // The bell reaches beyond the tile.
   const intv cut =
       is_cut(x, y, z, plane.period_x - plane.half_x, plane.period_y - plane.half_y, &plane);
-  const intv shines = shine_within(lights, lit, index, count, s.radiance, &s.surface, tangent_x,
-                                   half_x, tangent_y, half_y);
   const intv rough = !is_smooth(&s, shines, tangent_x, half_x, tangent_y, half_y);
   const floatv kind = LANES_SELECT((floatv)(0.0f), (floatv)(SEEN_CUT), cut) +
                       LANES_SELECT((floatv)(0.0f), (floatv)(SEEN_ROUGH), rough) +

@@ -250,6 +250,42 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("sharp highlights get the scan lines that they need, or their error is stated") {
+  struct Case {
+    double shininess;
+    int least_lines;
+    double most_error;
+  };
+  for (const auto& device : all_devices()) {
+    for (const auto& [shininess, least_lines, most_error] :
+         {Case{2e3, 2, 0.02}, Case{2e4, 4, 0.02}, Case{2e5, 8, 0.9}}) {
+      Stage stage;
+      stage.scene = wall().scene;
+      stage.scene.objects.clear();
+      stage.scene.materials.clear();
+      Material shiny;
+      shiny.ambient = shiny.diffuse = dvec3(0);
+      shiny.specular = dvec3(1);
+      shiny.shininess = shininess;
+      // The highlight of each sample is brightest straight before it.
+      stage.add(rectangle({0, 0, 10e-3}, {0.3e-3, 0, 0}, {0, 0.25e-3, 0}), shiny);
+      Light sun;
+      sun.direction = {0, 0, 1};
+      stage.scene.lights = {sun};
+      const Rig rig(device, compact(stage));
+      const auto result = errors_of(rig, at_hologram(device, rig), 1, 200);
+      const auto& planned = rig.plan.compact.value();
+      INFO("shininess " << shininess << ": error " << result.direct << ", stated "
+                        << planned.error() << " and " << planned.highlights_error << ", "
+                        << planned.highlight_lines << " lines; in double " << result.discrete);
+      CHECK(planned.highlight_lines >= least_lines);
+      CHECK(result.discrete < 2e-5);
+      CHECK(result.direct < most_error);
+      CHECK(result.direct < 1.6 * std::hypot(planned.error(), planned.highlights_error));
+    }
+  }
+}
+
 TEST_CASE("the error of virtual planes lies at the rim, and floats suffice there") {
   struct Ring {
     double from, to;

@@ -159,6 +159,40 @@ double predicted_cut_error(const Plan& plan) {
   });
 }
 
+double sharpest_highlight(const Plan& plan) {
+  const auto& all = plan.lighting;
+  const bool is_lit = std::any_of(all.lights.begin(), all.lights.end(),
+                                  [](const Light& l) { return l.type != LightType::ambient; });
+  double exponent = 0;
+  for (const auto number : all.material_of_object) {
+    const auto& material = all.materials[static_cast<std::size_t>(number)];
+    if (is_lit && material.specular[channel_of(plan.wavelength_m)] > 0)
+      exponent = std::max(exponent, material.shininess);
+  }
+  const double angle = plan.tile_window_m().y / 2 / plan.near_m;
+  return exponent / 4 * angle * angle;
+}
+
+double predicted_highlights_error(const Plan& plan, int lines) {
+  const double sharpness = sharpest_highlight(plan);
+  constexpr int places = 24, middles = 17;
+  const auto place = [](int i) { return (i + 0.5) * 2 / places - 1; };
+  const ScanLines scan(lines, 1, places, place);
+  double wrong = 0, all = 0;
+  for (int i = 0; i < middles; ++i) {
+    const double middle = 2.0 * i / (middles - 1) - 1;
+    const auto lobe = [&](double t) { return std::exp(-sharpness * (t - middle) * (t - middle)); };
+    for (int j = 0; j < places; ++j) {
+      double made = 0;
+      for (std::size_t line = 0; line < scan.rows_m.size(); ++line)
+        made += lobe(scan.rows_m[line]) * scan.lagrange[static_cast<std::size_t>(j)][line];
+      wrong += std::pow(made - lobe(place(j)), 2);
+      all += std::pow(lobe(place(j)), 2);
+    }
+  }
+  return std::sqrt(wrong / all);
+}
+
 double predicted_lines_error(const Plan& plan, int lines) {
   constexpr int samples = 24, places = 12;
   const auto half_m = plan.tile_window_m() / 2.0;

@@ -22,4 +22,14 @@ double predicted_cut_error(const Plan& plan);
 /// interpolation between them leaves of the phases of samples spread through each layer's box.
 double predicted_lines_error(const Plan& plan, int lines);
 
+/// Error of so many scan lines in light that is a highlight alone, the sharpest of the scene's
+/// materials: what interpolation leaves of its lobe exp(-a (t - t0)^2), t in half tiles up or down.
+///
+/// accuracy  0.5 to 1.6 times of what a ball shows (tests/trace/compact.cpp)
+double predicted_highlights_error(const Plan& plan, int lines);
+
+/// a: how much sharper than the tile the amplitude of the sharpest highlight is; 0 where there is
+/// none. Phong's lobe cos^m over an angle v / z is exp(-m v^2 / (2 z^2)), its amplitude the root.
+double sharpest_highlight(const Plan& plan);
+
 }  // namespace raywave

@@ -148,8 +148,7 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
   prediction.field_error = std::hypot(
       plan.cone_error, std::hypot(plan.padding_error, plan.oversampling_error, phase_error));
   if (plan.compact)
-    prediction.field_error =
-        std::hypot(prediction.field_error, plan.compact->window_error, plan.compact->lines_error);
+    prediction.field_error = std::hypot(prediction.field_error, plan.compact->error());
   return prediction;
 }
 
