@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/render.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -59,7 +60,10 @@ void run_render(const RenderArguments& options) {
   }
 
   for (const auto& warning : warnings) options.report.note(warning);
-  for (const auto& note : result.notes) options.report.note(note);
+  for (const auto& note : result.notes) {
+    if (std::find(warnings.begin(), warnings.end(), note) == warnings.end())
+      options.report.note(note);
+  }
 
   const std::filesystem::path out(options.out);
   std::vector<std::string> written;
@@ -74,7 +78,8 @@ void run_render(const RenderArguments& options) {
   if (how.keep_field) save_field("field.npy", result.field);
   if (how.keep_field && result.refined) save_field("refined.npy", result.refined->phases);
   for (std::size_t i = 0; i < result.wrps.size(); ++i)
-    save_field("wrp_" + std::to_string(i + 1) + ".npy", result.wrps[i]);
+    save_field((result.plan.compact ? "virtual_plane_" : "wrp_") + std::to_string(i + 1) + ".npy",
+               result.wrps[i]);
   const auto report = render_report_json(scene, result, device.info(), how.fft);
   write_text(out / "report.json", report);
   written.push_back("report.json");
@@ -103,7 +108,8 @@ void add_render(CLI::App& app) {
   add_output(*command, options->out, "hologram.png, field.npy and report.json")->required();
   command
       ->add_flag("--save-wrps", options->save_wrps,
-                 "Also write the field of every WRP or virtual plane (wrp_1.npy, ...)")
+                 "Also write the field of every WRP or virtual plane (wrp_1.npy or "
+                 "virtual_plane_1.npy, ...)")
       ->group(group::output);
   command
       ->add_flag("--no-field", options->no_field,

@@ -6,6 +6,7 @@
 #include <glm/vector_relational.hpp>
 
 #include "host/common/fft_backend.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave {
 namespace {
@@ -83,6 +84,28 @@ CompactShortfall shortfall_of(const Plan& plan) {
   }
   if (plane.error() <= most_compact_error) return CompactShortfall::none;
   return plane.window_error > plane.lines_error ? CompactShortfall::depth : CompactShortfall::width;
+}
+
+std::vector<std::string> compact_warnings(const Plan& plan) {
+  constexpr double largest_error = 0.1, largest_highlights_error = 0.05;
+  std::vector<std::string> warnings;
+  if (!plan.compact) return warnings;
+  if (plan.compact->error() > largest_error)
+    warnings.push_back("virtual planes bring an error of " + percent_text(plan.compact->error()) +
+                       " of the field: more wrp.layers or hologram.tiles bring less, a "
+                       "wrp.distance amid the scene, or wrp.propagation \"spectrum\"");
+  if (shortfall_of(plan) == CompactShortfall::width && plan.compact->error() <= most_compact_error)
+    warnings.push_back(
+        "the hologram is wider than what one of its pixels lights, wavelength z / pitch: light "
+        "comes round on the virtual plane; more hologram.tiles, or wrp.propagation \"spectrum\", "
+        "keep it apart");
+  if (plan.compact->highlights_error > largest_highlights_error)
+    warnings.push_back("the sharpest highlights change faster than " +
+                       std::to_string(plan.compact->highlight_lines) +
+                       " scan lines follow: their light is off by " +
+                       percent_text(plan.compact->highlights_error) +
+                       "; a smaller shininess, or more hologram.tiles, brings less");
+  return warnings;
 }
 
 void place_compact(Plan& plan) {

@@ -8,6 +8,7 @@
 
 #include <glm/vec2.hpp>
 #include <string>
+#include <vector>
 
 #include "host/plan/plan.hpp"
 
@@ -46,6 +47,9 @@ enum class CompactShortfall { none, depth, width };
 /// depth  footprints are too long for the plane: more layers help
 /// width  the hologram is too wide for few scan lines, or for the light of its pixels: tiles help
 CompactShortfall shortfall_of(const Plan& plan);
+
+/// Lines for the user where virtual planes that were asked for leave much wrong.
+std::vector<std::string> compact_warnings(const Plan& plan);
 
 /// Places one virtual plane for each tile and layer of depth, in place of WRPs.
 void place_compact(Plan& plan);

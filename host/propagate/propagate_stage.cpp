@@ -3,6 +3,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/plan/compact.hpp"
 
 namespace raywave {
 
@@ -86,6 +87,7 @@ TileField PropagateStage::finish() {
 }
 
 void PropagateStage::add_notes(std::vector<std::string>& notes) const {
+  for (auto& warning : compact_warnings(*plan_)) notes.push_back(std::move(warning));
   if (!propagator_) return;
   if (const double farthest_m = plan_->layers.back().distance_m;
       farthest_m > propagator_->farthest_m())

@@ -477,6 +477,20 @@ TEST_CASE("virtual planes stay finite at the extremes") {
   }
 }
 
+TEST_CASE("virtual planes that leave much wrong are noted") {
+  const auto device = all_devices().front();
+  const auto notes_with = [&](const char* margin) {
+    return render(device, load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / "study.toml",
+                                     {"wrp.propagation=compact", "hologram.resolution=[96, 80]",
+                                      "sampling.pitch='60 um'", "sampling.frames=1", margin}))
+        .notes;
+  };
+  CHECK(notes_with("wrp.margin=4").empty());
+  const auto notes = notes_with("wrp.margin=0");
+  REQUIRE(notes.size() == 1);
+  CHECK_THAT(notes[0], Catch::Matchers::StartsWith("virtual planes bring an error of "));
+}
+
 TEST_CASE("virtual planes are refused, with the reason, where rays start at places in space") {
   const auto device = all_devices().front();
   auto stage = compact(wall());

@@ -7,13 +7,13 @@
 #include <numbers>
 
 #include "host/common/text.hpp"
+#include "host/plan/compact.hpp"
 #include "host/plan/predict/light_shown.hpp"
 
 namespace raywave {
 namespace {
 
 /// Below this share of the scene's light a loss is not worth a line.
-constexpr double largest_compact_error = 0.1, largest_highlights_error = 0.05;
 constexpr double least_loss = 0.005;
 
 std::string degrees(double sine) {
@@ -133,16 +133,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
     warn(percent_text(beside) +
          " of the scene's vertices lie beside what wrp.grid lets in: a larger wrp.grid, or "
          "\"auto\", samples them");
-  if (plan.compact && plan.compact->error() > largest_compact_error)
-    warn("virtual planes bring an error of " + percent_text(plan.compact->error()) +
-         " of the field: more wrp.layers or hologram.tiles bring less, a wrp.distance amid the "
-         "scene, or wrp.propagation \"spectrum\"");
-  if (plan.compact && plan.compact->highlights_error > largest_highlights_error)
-    warn("the sharpest highlights change faster than " +
-         std::to_string(plan.compact->highlight_lines) +
-         " scan lines follow: their light is off by " +
-         percent_text(plan.compact->highlights_error) +
-         "; a smaller shininess, or more hologram.tiles, brings less");
+  for (const auto& warning : compact_warnings(plan)) warn(warning);
   warn_of_slm(slm_light, warn);
   for (int axis = 0; axis < 2; ++axis) {
     const double period = plan.wavelength_m * plan.far_m / plan.pitch_m[axis],
