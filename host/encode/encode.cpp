@@ -139,8 +139,9 @@ const cl::Buffer<Level>& Encoder::levels_of(const TileField& field, const PixelW
                                             double clip, std::size_t buffer) {
   require_level_bytes(panel_->slm(), sizeof(Level));
   upload_added(window);
-  auto& [table, all_levels] = level_buffers_of<Level>();
-  auto& levels = all_levels.at(buffer);
+  auto& buffers_of_type = level_buffers_of<Level>();
+  const auto& table = buffers_of_type.table;
+  auto& levels = buffers_of_type.levels.at(buffer);
   const auto pixels =
       static_cast<std::size_t>(window.size.x) * static_cast<std::size_t>(window.size.y);
   if (levels.size() != pixels) levels = {device_, pixels, "hologram levels"};
