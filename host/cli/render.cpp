@@ -2,8 +2,13 @@
 #include "host/render.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <map>
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
@@ -29,6 +34,37 @@ struct RenderArguments {
   std::string out;
   bool save_wrps = false, no_field = false;
 };
+
+/// " over 2 virtual planes"
+std::string planes_text(const Plan& plan, Method method) {
+  if (method != Method::wrp) return "";
+  const auto count = plan.wrps.size();
+  return " over " + std::to_string(count) + (plan.compact ? " virtual plane" : " WRP") +
+         (count == 1 ? "" : "s");
+}
+
+/// "9.51 s (samples 5.38 s, trace 3.33 s)": all of it, and the stages that take most of it.
+std::string time_text(const std::map<std::string, double>& seconds) {
+  constexpr double least_share = 0.05;
+  double total = 0;
+  std::vector<std::pair<double, std::string>> stages;
+  for (const auto& [stage, duration] : seconds) {
+    total += duration;
+    stages.emplace_back(duration, stage);
+  }
+  std::sort(stages.rbegin(), stages.rend());
+  const auto number = [](double duration) {
+    std::array<char, 32> digits;
+    std::snprintf(digits.data(), digits.size(), "%.2f s", duration);
+    return std::string(digits.data());
+  };
+  std::string parts;
+  for (const auto& [duration, stage] : stages) {
+    if (duration < least_share * total) break;
+    parts += (parts.empty() ? "" : ", ") + stage + " " + number(duration);
+  }
+  return number(total) + (parts.empty() ? "" : " (" + parts + ")");
+}
 
 void run_render(const RenderArguments& options) {
   auto scene = options.scene.load(options.report);
@@ -85,11 +121,9 @@ void run_render(const RenderArguments& options) {
   written.push_back("report.json");
 
   if (options.report.prints_text()) {
-    double total = 0;
-    for (const auto& [stage, seconds] : result.seconds) total += seconds;
-    std::printf("%d x %d hologram of %zu WRPs in %.2f s (trace %.2f s, propagate %.2f s) on %s\n",
-                result.plan.size.x, result.plan.size.y, result.plan.wrps.size(), total,
-                result.seconds["trace"], result.seconds["propagate"], device.info().name.c_str());
+    std::printf("%d x %d hologram%s in %s on %s\n", result.plan.size.x, result.plan.size.y,
+                planes_text(result.plan, how.method).c_str(), time_text(result.seconds).c_str(),
+                device.info().name.c_str());
     for (const auto& name : written) std::printf("  %s\n", (out / name).c_str());
   }
   options.report.write(report);

@@ -28,7 +28,10 @@ std::string number_text(double value) {
 }
 
 std::string percent_text(double share) {
-  return number_text(share < 0.1 ? std::round(share * 1e3) / 10 : std::round(share * 100)) + " %";
+  return number_text(share < 0.01  ? std::round(share * 1e4) / 100
+                     : share < 0.1 ? std::round(share * 1e3) / 10
+                                   : std::round(share * 100)) +
+         " %";
 }
 
 std::string today() {

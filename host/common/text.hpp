@@ -16,7 +16,7 @@ std::string in_quotes(std::string_view text);
 /// The number with up to 6 digits: "0.5", "1e+06".
 std::string number_text(double value);
 
-/// A share as people say it: "1.6 %", "24 %".
+/// A share as people say it: "0.83 %", "1.6 %", "24 %".
 std::string percent_text(double share);
 
 /// Today's date in UTC: "2026-11-21".

@@ -24,6 +24,8 @@ namespace raywave {
 namespace {
 
 using Catch::Matchers::ContainsSubstring;
+using Catch::Matchers::Matches;
+using Catch::Matchers::StartsWith;
 using Json = nlohmann::json;
 using namespace test;
 
@@ -379,6 +381,20 @@ TEST_CASE("render writes the hologram, the field and the report, and nothing els
   CHECK(predicted["double"]["total"].get<double>() <= predicted["float"]["total"].get<double>());
   CHECK(report["plan"]["propagation"] == "compact");
   CHECK(report["plan"]["wrps"].size() == 1);
+}
+
+TEST_CASE("render says over how many planes light travelled, and which stages took the time") {
+  const Desk desk;
+  const auto line_of = [&](const std::vector<std::string>& more) {
+    const auto outcome = desk.render(more);
+    REQUIRE(outcome.code == 0);
+    return outcome.out.substr(0, outcome.out.find('\n'));
+  };
+  CHECK_THAT(line_of({}), Matches("48 x 32 hologram over 1 virtual plane in [0-9.]+ s "
+                                  "\\([a-z]+ [0-9.]+ s(, [a-z]+ [0-9.]+ s)*\\) on .*"));
+  CHECK_THAT(line_of({"--set", "wrp.grid=[2,1]", "--set", "wrp.propagation=spectrum"}),
+             StartsWith("48 x 32 hologram over "));
+  CHECK_THAT(line_of({"--method", "points"}), StartsWith("48 x 32 hologram in "));
 }
 
 TEST_CASE("frames and WRPs are written when asked for") {
