@@ -11,6 +11,7 @@
 
 #include "cl/environment.hpp"
 #include "host/common/cache.hpp"
+#include "host/common/environment.hpp"
 
 namespace raywave::cl {
 namespace {
@@ -69,16 +70,12 @@ void spare_pocl(const ::cl::Platform& platform) {
 std::string give_pocl_a_cache(const ::cl::Platform& platform) {
   if (platform.getInfo<CL_PLATFORM_NAME>().find("Portable Computing Language") == std::string::npos)
     return "";
-  const auto variable = [](const char* name) -> std::string {
-    const char* value = std::getenv(name);
-    return value ? value : "";
-  };
   const std::string cure = "; set POCL_CACHE_DIR to a folder that can";
-  if (const auto own = variable("POCL_CACHE_DIR"); !own.empty())
+  if (const auto own = environment_variable("POCL_CACHE_DIR"); !own.empty())
     return is_writable_folder(own)
                ? ""
                : "POCL_CACHE_DIR=" + own + " cannot be written, so that PoCL has no device" + cure;
-  const auto xdg = variable("XDG_CACHE_HOME"), home = variable("HOME");
+  const auto xdg = environment_variable("XDG_CACHE_HOME"), home = environment_variable("HOME");
   if (xdg.empty() && home.empty()) return "";  // PoCL takes a temporary folder itself
   const auto usual = std::filesystem::path(xdg.empty() ? home + "/.cache" : xdg) / "pocl";
   if (is_writable_folder(usual)) return "";
@@ -131,24 +128,26 @@ std::string listing(const std::vector<DeviceInfo>& devices) {
   return text;
 }
 
-}  // namespace
-
-std::vector<DeviceInfo> list_devices() {
+std::vector<DeviceInfo> infos_of(const AllFound& all) {
   std::vector<DeviceInfo> infos;
-  for (auto& f : find_all().devices) infos.push_back(std::move(f.info));
+  for (const auto& found : all.devices) infos.push_back(found.info);
   return infos;
 }
 
+}  // namespace
+
+std::vector<DeviceInfo> list_devices() { return infos_of(find_all()); }
+
 DeviceInfo find_device(std::string_view choice) {
-  const auto devices = list_devices();
-  if (devices.empty()) {
-    const auto hint = find_all().hint;
-    throw DeviceError(
-        "no OpenCL device found: " +
-        (hint.empty() ? "install a vendor's driver, or PoCL (apt install pocl-opencl-icd)" : hint));
-  }
-  const char* environment = std::getenv("RAYWAVE_DEVICE");
-  if (choice.empty() && environment) choice = environment;
+  const auto all = find_all();
+  const auto devices = infos_of(all);
+  if (devices.empty())
+    throw DeviceError("no OpenCL device found: " +
+                      (all.hint.empty()
+                           ? "install a vendor's driver, or PoCL (apt install pocl-opencl-icd)"
+                           : all.hint));
+  const auto preferred = environment_variable("RAYWAVE_DEVICE");
+  if (choice.empty()) choice = preferred;
   if (choice.empty()) {
     return *std::min_element(devices.begin(), devices.end(),
                              [](const auto& a, const auto& b) { return a.kind < b.kind; });

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cl/environment.hpp"
 
-#include <cstdlib>
+#include "host/common/environment.hpp"
 
 namespace raywave::cl {
 
 std::optional<std::filesystem::path> program_folder() {
-  const char* folder = std::getenv("RAYWAVE_PROGRAM_DIR");
-  if (!folder || !*folder) return std::nullopt;
+  const auto folder = environment_variable("RAYWAVE_PROGRAM_DIR");
+  if (folder.empty()) return std::nullopt;
   return folder;
 }
 

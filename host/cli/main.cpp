@@ -26,7 +26,7 @@ int fail(int code, const char* message) {
 }
 
 /// Memory that one picture frees serves the next. Else glibc gives megabytes back to the system,
-/// and each new page costs a fault: up to 3 ms of a picture of 25.
+/// and each new page costs a fault: 1 ms of a picture of 21.
 void keep_freed_memory() {
 #if defined(__GLIBC__)
   constexpr int bytes = 128 << 20;

@@ -8,9 +8,10 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <iterator>
+
+#include "host/common/environment.hpp"
 
 namespace raywave {
 namespace fs = std::filesystem;
@@ -20,12 +21,8 @@ constexpr std::size_t digest_size = 32;  // each file starts with hash_name of t
 }
 
 fs::path cache_folder() {
-  const auto variable = [](const char* name) -> std::string {
-    const char* value = std::getenv(name);
-    return value ? value : "";
-  };
-  if (const auto own = variable("RAYWAVE_CACHE_DIR"); !own.empty()) return own;
-  const auto xdg = variable("XDG_CACHE_HOME"), home = variable("HOME");
+  if (const auto own = environment_variable("RAYWAVE_CACHE_DIR"); !own.empty()) return own;
+  const auto xdg = environment_variable("XDG_CACHE_HOME"), home = environment_variable("HOME");
   const auto usual =
       xdg.empty() ? fs::path(home) / ".cache" / "raywave" : fs::path(xdg) / "raywave";
   return (!xdg.empty() || !home.empty()) && is_writable_folder(usual) ? usual

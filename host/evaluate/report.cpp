@@ -357,11 +357,12 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       << ", predicted phase error " << number(error) << " turn"
       << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
       << number(scene.accuracy.phase_turns) << "\n";
+  const int most_lines = plan.compact ? plan.compact->most_lines() : 0;
   if (plan.compact)
     out << "virtual   planes of " << plan.compact->size.x << " x " << plan.compact->size.y << ", "
-        << (plan.compact->lines_tolerance > 0 && plan.compact->lines > 1 ? "up to " : "")
-        << plan.compact->lines << (plan.compact->lines == 1 ? " scan line" : " scan lines")
-        << " of a sample; error predicted " << number(100 * plan.compact->error()) << " %\n";
+        << (plan.compact->lines_tolerance > 0 && most_lines > 1 ? "up to " : "") << most_lines
+        << (most_lines == 1 ? " scan line" : " scan lines") << " of a sample; error predicted "
+        << number(100 * plan.compact->error()) << " %\n";
   if (plan.aimed && !plan.compact)
     out << "cone      " << plan.cone_half_width << " half holograms to each side, apodization "
         << plan.apodization << ", error predicted " << number(100 * plan.cone_error) << " %\n";

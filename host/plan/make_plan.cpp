@@ -231,7 +231,7 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
     plan.compact->lines_error = predicted_lines_error(plan, plan.compact->lines);
   else if (plan.compact)
     choose_lines(plan);
-  if (plan.compact && !moved_from) choose_for_highlights(plan, scene.wrp.lines.has_value());
+  if (plan.compact) choose_for_highlights(plan, scene.wrp.lines.has_value());
 
   // The precision that keeps the phase error
   plan.phase_errors = predict_phase_errors(plan);

@@ -90,7 +90,7 @@ struct CompactPlane {
   // Pixels of a footprint beyond its rays; `rough`: where something hides the sample, or its light
   // becomes too steep
   double margin_px = 4, rough_margin_px = 8;
-  int lines = 4;  // scan lines of a sample that nothing hides, at most
+  int lines = 4;  // scan lines of a sample without sharp highlights, at most
   // At least so many have samples whose highlights change over the hologram, and as much margin
   int highlight_lines = 1;
   double highlight_margin_px = 4;
@@ -103,6 +103,8 @@ struct CompactPlane {
   double highlights_error = 0;
 
   double error() const { return std::hypot(window_error, lines_error); }
+  /// Scan lines of any sample, at most.
+  int most_lines() const { return std::max(lines, highlight_lines); }
   /// Samples in memory from a row to the next. Rows a multiple of 4 KiB apart begin at the same
   /// place of a cache's sets: columns would take a fifth longer to transform.
   int row_stride() const { return size.x % 512 == 0 ? size.x + 8 : size.x; }

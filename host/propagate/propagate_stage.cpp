@@ -59,7 +59,7 @@ void PropagateStage::run(std::size_t number, cl::ComplexBuffer& stack, int plane
     const auto& wrp = plan_->wrps[number];
     if (hands_on_transforms_) {
       transformed_.emplace(compact_propagator_->transform(stack, plane, lit, wrp.centre_m.z));
-      return;
+      return device_.finish();
     }
     compact_propagator_->add(stack, plane, lit, wrp.centre_m.z,
                              number == plan_->wrps_of(wrp.tile).first, field_);

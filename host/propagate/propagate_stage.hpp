@@ -36,7 +36,7 @@ public:
   /// next `run`.
   TileField finish();
 
-  /// Adds a line for light that is lost on its way.
+  /// Adds lines for light that is lost on its way, and for what virtual planes leave much wrong.
   void add_notes(std::vector<std::string>& notes) const;
 
 private:

@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "host/common/environment.hpp"
 #include "host/common/error.hpp"
 
 extern char** environ;
@@ -103,7 +104,7 @@ std::string end_of(pid_t reader, const fs::path& program) {
 }  // namespace
 
 fs::path find_reader(const std::string& name) {
-  if (const char* folder = std::getenv("RAYWAVE_READER_DIR"); folder && *folder) {
+  if (const auto folder = environment_variable("RAYWAVE_READER_DIR"); !folder.empty()) {
     if (const auto file = fs::path(folder) / name; is_program(file)) return file;
     throw InputError("there is no program " + name + " in " + folder +
                      ", which RAYWAVE_READER_DIR names; raywave needs it to read files");

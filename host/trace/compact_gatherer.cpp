@@ -134,7 +134,7 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   plane.margin = static_cast<float>(compact.margin_px);
   plane.rough_margin = static_cast<float>(compact.rough_margin_px);
   plane.highlight_margin = static_cast<float>(compact.highlight_margin_px);
-  plane.lines = std::max(compact.lines, compact.highlight_lines);
+  plane.lines = compact.most_lines();
   plane.highlight_lines = compact.highlight_lines;
   plane.lines_tolerance = static_cast<float>(compact.lines_tolerance);
   put(plan_.largest_sine, plane.sine_limit_x, plane.sine_limit_y);

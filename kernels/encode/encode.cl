@@ -110,7 +110,8 @@ typedef struct {
 } Field;
 #endif
 
-// The first `count` samples of row `row` from column i on, of nx in a row.
+// Amplitude, and phase in turns, of a vector of samples of row `row` from column i on, of nx in
+// a row; what lies beyond the row is not read.
 static inline void polar_field(const Field* field, int nx, int i, int row, floatv* amplitude,
                                floatv* turns) {
   floatv re, im;

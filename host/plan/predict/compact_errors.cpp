@@ -6,6 +6,7 @@
 #include <complex>
 #include <glm/common.hpp>
 #include <numbers>
+#include <numeric>
 #include <set>
 #include <vector>
 
@@ -182,10 +183,11 @@ double predicted_highlights_error(const Plan& plan, int lines) {
   for (int i = 0; i < middles; ++i) {
     const double middle = 2.0 * i / (middles - 1) - 1;
     const auto lobe = [&](double t) { return std::exp(-sharpness * (t - middle) * (t - middle)); };
+    std::vector<double> on_rows;
+    for (const double row : scan.rows_m) on_rows.push_back(lobe(row));
     for (int j = 0; j < places; ++j) {
-      double made = 0;
-      for (std::size_t line = 0; line < scan.rows_m.size(); ++line)
-        made += lobe(scan.rows_m[line]) * scan.lagrange[static_cast<std::size_t>(j)][line];
+      const auto& weights = scan.lagrange[static_cast<std::size_t>(j)];
+      const double made = std::inner_product(on_rows.begin(), on_rows.end(), weights.begin(), 0.0);
       wrong += std::pow(made - lobe(place(j)), 2);
       all += std::pow(lobe(place(j)), 2);
     }

@@ -25,7 +25,7 @@ double predicted_lines_error(const Plan& plan, int lines);
 /// Error of so many scan lines in light that is a highlight alone, the sharpest of the scene's
 /// materials: what interpolation leaves of its lobe exp(-a (t - t0)^2), t in half tiles up or down.
 ///
-/// accuracy  0.5 to 1.6 times of what a ball shows (tests/trace/compact.cpp)
+/// accuracy  what a wall shows is at most 1.6 times it (tests/trace/compact.cpp)
 double predicted_highlights_error(const Plan& plan, int lines);
 
 /// a: how much sharper than the tile the amplitude of the sharpest highlight is; 0 where there is
