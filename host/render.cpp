@@ -130,16 +130,13 @@ namespace {
 ///
 /// throws  DeviceError or InputError with the bytes asked and allowed
 void require_memory(const cl::Device& device, const Plan& plan, const MemoryNeeds& needs,
-                    const MemoryLimits& limits) {
+                    const MemoryUse& use, const MemoryLimits& limits) {
+  const auto refuse = [&](const std::string& shortage) {
+    if (!shortage.empty()) throw InputError(plan.scene_name + ": " + shortage);
+  };
+  refuse(results_shortage(plan, needs, use, limits));
   cl::require_memory(device, needs.device);
-  const auto bytes = needs.host_bytes + (limits.device_on_host ? needs.device_bytes() : 0);
-  if (bytes <= limits.host_bytes) return;
-  throw InputError(plan.scene_name + ": " + std::to_string(plan.frames) + " frames of " +
-                   std::to_string(plan.size.x) + " x " + std::to_string(plan.size.y) +
-                   " pixels need " + cl::format_bytes(bytes) + " of memory, there are " +
-                   cl::format_bytes(limits.host_bytes) +
-                   "; give fewer sampling.frames, a smaller hologram.resolution or more "
-                   "hologram.tiles");
+  refuse(host_shortage(plan, needs, limits));
 }
 
 }  // namespace
@@ -177,7 +174,7 @@ void Renderer::State::make_first_plan() {
   const auto limits = limits_of(device_.info());
   const MemoryUse use{options_.method, options_.fft, options_.keep_field};
   plan_ = fitting_plan(scene_, world_, limits, use, options_.rays_per_axis, device_.info().fp64);
-  require_memory(device_, plan_, memory_needs(world_, plan_, use, limits.largest_buffer_bytes),
+  require_memory(device_, plan_, memory_needs(world_, plan_, use, limits.largest_buffer_bytes), use,
                  limits);
   report("tree and kernels", 0);
   prepare();

@@ -76,12 +76,17 @@ std::string key_of_wrps(const Scene& scene) {
   return "";
 }
 
+bool is_wider_than_light(const Plan& plan, glm::ivec2 tile_size) {
+  const auto window_m = glm::dvec2(tile_size) * plan.pitch_m;
+  return std::any_of(plan.layers.begin(), plan.layers.end(), [&](const DepthLayer& layer) {
+    return glm::any(
+        glm::greaterThan(window_m, plan.wavelength_m * layer.distance_m / plan.pitch_m));
+  });
+}
+
 CompactShortfall shortfall_of(const Plan& plan) {
   const auto& plane = plan.compact.value();
-  for (const auto& layer : plan.layers) {
-    const auto lit_m = plan.wavelength_m * layer.distance_m / plan.pitch_m;
-    if (glm::any(glm::greaterThan(plan.tile_window_m(), lit_m))) return CompactShortfall::width;
-  }
+  if (is_wider_than_light(plan, plan.tile_size)) return CompactShortfall::width;
   if (plane.error() <= most_compact_error) return CompactShortfall::none;
   return plane.window_error > plane.lines_error ? CompactShortfall::depth : CompactShortfall::width;
 }

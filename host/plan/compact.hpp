@@ -41,6 +41,10 @@ std::string key_of_wrps(const Scene& scene);
 /// The largest predicted error of the field, relative, at which "auto" takes virtual planes.
 inline constexpr double most_compact_error = 0.05;
 
+/// True when tiles of so many pixels are wider than what one of their pixels lights at the distance
+/// of a layer, wavelength z / pitch.
+bool is_wider_than_light(const Plan& plan, glm::ivec2 tile_size);
+
 /// Where virtual planes fall short of what "auto" asks for.
 enum class CompactShortfall { none, depth, width };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
+#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -253,6 +254,17 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
 /// Layers and tiles that "auto" tries, where the scene leaves them open.
 constexpr int most_layers_tried = 8, most_tiles_tried = 4;
 
+/// The next division where virtual planes do not serve, without those whose tiles are still wider
+/// than the light of their pixels; the same where there is none.
+glm::ivec2 tiles_to_try(const Plan& plan) {
+  auto tiles = plan.tile_grid, finer = with_more_tiles(plan.size, tiles);
+  while (finer != tiles && std::max(finer.x, finer.y) <= most_tiles_tried) {
+    tiles = std::exchange(finer, with_more_tiles(plan.size, finer));
+    if (!is_wider_than_light(plan, tile_size_of(plan.size, tiles))) return tiles;
+  }
+  return plan.tile_grid;
+}
+
 /// Why a plan has virtual planes, and what it took.
 std::string why_compact(const Plan& plan) {
   return "its error of " + percent_text(plan.compact.value().error()) + " is within " +
@@ -303,13 +315,12 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
         plan.why_tiles = "virtual planes of one piece would not serve";
       return plan;
     }
-    const int longer = plan.tile_size.x >= plan.tile_size.y ? 0 : 1;
+    const auto more_tiles = tiles_to_try(plan);
     if (shortfall == CompactShortfall::depth && leaves_layers &&
         tried.wrp.layers < most_layers_tried)
       ++tried.wrp.layers;
-    else if (!scene.hologram.tiles && !moved_from && plan.tile_grid[longer] < most_tiles_tried &&
-             plan.tile_size[longer] >= 2 * least_tile)
-      tried.hologram.tiles = plan.tile_grid + glm::ivec2(longer == 0, longer == 1);
+    else if (!scene.hologram.tiles && !moved_from && more_tiles != plan.tile_grid)
+      tried.hologram.tiles = more_tiles;
     else
       why = why_no_compact(plan);
   }

@@ -17,10 +17,20 @@ std::string why_in_one_piece(const Plan& plan, Method method) {
   return "";
 }
 
+glm::ivec2 tile_size_of(glm::ivec2 size, glm::ivec2 tile_grid) {
+  return (size + tile_grid - 1) / tile_grid;
+}
+
+glm::ivec2 with_more_tiles(glm::ivec2 size, glm::ivec2 tile_grid) {
+  const auto tile_size = tile_size_of(size, tile_grid);
+  const int longer = tile_size.x >= tile_size.y ? 0 : 1;
+  if (tile_size[longer] >= 2 * least_tile) ++tile_grid[longer];
+  return tile_grid;
+}
+
 void divide(Plan& plan, glm::ivec2 tile_grid, double padding) {
-  // All tiles have one size; where that does not divide the hologram's, neighbours overlap.
   plan.tile_grid = tile_grid;
-  plan.tile_size = (plan.size + tile_grid - 1) / tile_grid;
+  plan.tile_size = tile_size_of(plan.size, tile_grid);
   plan.tiles.clear();
   for (int row = 0; row < tile_grid.y; ++row) {
     for (int column = 0; column < tile_grid.x; ++column) {

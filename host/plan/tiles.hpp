@@ -19,4 +19,12 @@ void divide(Plan& plan, glm::ivec2 tile_grid, double padding);
 /// Pixels of a tile's longer side at least: smaller tiles take more padding than they save.
 inline constexpr int least_tile = 256;
 
+/// Pixels of the tiles of a hologram of `size` pixels. All are of one size; where that does not
+/// divide the hologram's, neighbours overlap.
+glm::ivec2 tile_size_of(glm::ivec2 size, glm::ivec2 tile_grid);
+
+/// The next finer division: one tile more along a tile's longer side, or the same where tiles would
+/// become smaller than least_tile.
+glm::ivec2 with_more_tiles(glm::ivec2 size, glm::ivec2 tile_grid);
+
 }  // namespace raywave

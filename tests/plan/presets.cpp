@@ -543,10 +543,11 @@ TEST_CASE(
   CHECK(plan_scene(scene, world, small).plan.tile_grid == glm::ivec2(1, 1));
   small.memory.host_bytes = 90 << 20;  // 18 MiB of field and levels, planes of 158 MiB
   CHECK(plan_scene(scene, world, small).plan.tile_grid == glm::ivec2(2, 2));
-  // The memory of results does not depend on tiles: the smallest tiles are planned, and refused
+  // Memory of results does not depend on tiles: the plan stays in one piece, and says so
   small.memory.host_bytes = 1 << 20;
-  const auto none = plan_scene(scene, world, small).plan;
-  CHECK(std::max(none.tile_size.x, none.tile_size.y) < 2 * least_tile);
+  const auto none = plan_scene(scene, world, small);
+  CHECK(none.plan.tile_grid == glm::ivec2(1));
+  CHECK(warns(none, "there are 1.0 MiB"));
 }
 
 TEST_CASE("a second buffer of grey levels is counted where there is a second frame or tile") {

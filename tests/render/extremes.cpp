@@ -710,7 +710,7 @@ TEST_CASE(
     RenderOptions points;
     points.method = Method::points;
     CHECK_THAT(input_error_of([&] { render(device, scene, points); }),
-               ContainsSubstring("4096 frames of 8192 x 8192 pixels need 2."));
+               ContainsSubstring("4096 frames of 8192 x 8192 pixels: 2."));
     CHECK(device.peak_bytes() == 0);
   }
 }

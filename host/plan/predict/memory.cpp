@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "host/geometry/shared_types.hpp"
 #include "host/plan/make_plan.hpp"
@@ -25,6 +26,44 @@ std::uint64_t host_transform_bytes(const Plan& plan) {
   return 8 * (std::min(waiting, 2 * padded) + rows + (waiting > 2 * padded ? padded : 0));
 }
 
+/// What more tiles do not make less: the scene's triangles and samples, what is returned, and
+/// phases that are refined.
+MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUse& use) {
+  const std::string mesh = "fewer triangles need less";
+  MemoryNeeds all;
+  auto& needs = all.device;
+  if (plan.aimed || plan.fan_source == FanSource::surface) {
+    const std::string pitch = "a larger sampling.pitch needs less";
+    needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1), pitch});
+    needs.push_back({"breaks of surfaces", 4 * area(plan.lattice.size + 8), pitch});
+    needs.push_back({"neighbours of triangles", 16 * world.triangles.size(), mesh});
+  }
+  needs.push_back({"triangles", sizeof(device::Triangle) * world.triangles.size(), mesh});
+  // Leaves hold two triangles and more
+  needs.push_back({"trees", sizeof(device::BvhNode) * (world.triangles.size() / 3 + 1), mesh});
+  needs.push_back({"vertices", 8 * sizeof(float) * world.positions.size(), mesh});
+  const auto all_pixels = area(plan.size), pictures = size(plan.frames) * all_pixels;
+  if (plan.refine) {
+    const std::string advice = "fewer sampling.frames or a smaller hologram.resolution needs less";
+    needs.push_back({"phases of the holograms", 8 * pictures, advice});
+    // A plane padded 1.25, its intensity and what is blurred of it
+    needs.push_back({"light of the pictures", 25 * all_pixels, advice});
+    all.results_bytes += 8 * pictures;
+  }
+  all.results_bytes += (use.keep_field || encodes_whole(plan) ? 9 : 1) * pictures;
+  all.host_bytes = all.results_bytes;
+  return all;
+}
+
+std::uint64_t bytes_on_host(const MemoryNeeds& needs, const MemoryLimits& limits) {
+  return needs.host_bytes + (limits.device_on_host ? needs.device_bytes() : 0);
+}
+
+std::string frames_text(const Plan& plan) {
+  return std::to_string(plan.frames) + (plan.frames == 1 ? " frame of " : " frames of ") +
+         std::to_string(plan.size.x) + " x " + std::to_string(plan.size.y) + " pixels: ";
+}
+
 /// A line that tells which memory is short; empty when the plan fits.
 std::string missing(const MemoryNeeds& needs, const MemoryLimits& limits) {
   for (const auto& need : needs.device) {
@@ -38,8 +77,7 @@ std::string missing(const MemoryNeeds& needs, const MemoryLimits& limits) {
   const std::string beside = " and surface samples, ";
   if (const auto bytes = needs.device_bytes(); !fits(bytes, limits.device_bytes))
     return format_bytes(bytes) + beside + "the device has " + format_bytes(limits.device_bytes);
-  if (const auto bytes = needs.host_bytes + (limits.device_on_host ? needs.device_bytes() : 0);
-      !fits(bytes, limits.host_bytes))
+  if (const auto bytes = bytes_on_host(needs, limits); !fits(bytes, limits.host_bytes))
     return format_bytes(bytes) + beside + "the machine has " + format_bytes(limits.host_bytes);
   return "";
 }
@@ -66,22 +104,22 @@ std::uint64_t MemoryNeeds::device_bytes() const {
 MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& use,
                          std::uint64_t largest_buffer_bytes) {
   const int together = frames_together(plan, largest_buffer_bytes);
-  const std::string
-      planes = "a smaller hologram.resolution or wrp.padding, or more hologram.tiles, needs less",
-      mesh = "fewer triangles need less";
+  const std::string planes =
+      "a smaller hologram.resolution or wrp.padding, or more hologram.tiles, needs less";
   const auto pixels = area(plan.tile_size), padded = area(plan.padded);
-  MemoryNeeds all;
+  auto all = undivided_needs(world, plan, use);
   auto& needs = all.device;
   if (plan.compact) {
     const auto plane = area(plan.compact->size);
-    if (use.fft != FftBackend::host) needs = {{"virtual plane", 8 * plane, planes}};
+    if (use.fft != FftBackend::host) needs.push_back({"virtual plane", 8 * plane, planes});
     if (use.fft == FftBackend::clfft)
       needs.push_back({"work space of the transform", 8 * plane, planes});
   } else if (use.method == Method::wrp) {
     if (use.fft == FftBackend::host)
       all.host_bytes += host_transform_bytes(plan);
     else
-      needs = {{"padded plane", 8 * padded, planes}, {"sum of spectra", 8 * padded, planes}};
+      for (const auto* name : {"padded plane", "sum of spectra"})
+        needs.push_back({name, 8 * padded, planes});
     if (use.fft == FftBackend::clfft)
       needs.push_back({"work space of the transform", 8 * padded, planes});
   }
@@ -95,28 +133,25 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
   const auto pictures = size(plan.frames) * plan.tiles.size();
   for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, level_buffers); ++i)
     needs.push_back({"hologram levels", pixels, planes});
-  if (plan.aimed || plan.fan_source == FanSource::surface) {
-    const std::string pitch = "a larger sampling.pitch needs less";
-    needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1), pitch});
-    needs.push_back({"breaks of surfaces", 4 * area(plan.lattice.size + 8), pitch});
-    needs.push_back({"neighbours of triangles", 16 * world.triangles.size(), mesh});
-  }
-  needs.push_back({"triangles", sizeof(device::Triangle) * world.triangles.size(), mesh});
-  // Leaves hold two triangles and more
-  needs.push_back({"trees", sizeof(device::BvhNode) * (world.triangles.size() / 3 + 1), mesh});
-  needs.push_back({"vertices", 8 * sizeof(float) * world.positions.size(), mesh});
   needs.push_back({"added phases", 2 * pixels, planes});
-  if (plan.refine) {
-    const std::string advice = "fewer sampling.frames or a smaller hologram.resolution needs less";
-    const auto all_pixels = area(plan.size);
-    needs.push_back({"phases of the holograms", 8 * size(plan.frames) * all_pixels, advice});
-    // A plane padded 1.25, its intensity and what is blurred of it
-    needs.push_back({"light of the pictures", 25 * all_pixels, advice});
-    all.host_bytes += 8 * size(plan.frames) * all_pixels;
-  }
-  all.host_bytes +=
-      (use.keep_field || encodes_whole(plan) ? 9 : 1) * size(plan.frames) * area(plan.size);
   return all;
+}
+
+std::string results_shortage(const Plan& plan, const MemoryNeeds& needs, const MemoryUse& use,
+                             const MemoryLimits& limits) {
+  if (needs.results_bytes <= limits.host_bytes) return "";
+  return frames_text(plan) + format_bytes(needs.results_bytes) +
+         " of memory needed for them alone, there are " + format_bytes(limits.host_bytes) +
+         "; give fewer sampling.frames or a smaller hologram.resolution" +
+         (use.keep_field ? ", or keep no field (--no-field)" : "");
+}
+
+std::string host_shortage(const Plan& plan, const MemoryNeeds& needs, const MemoryLimits& limits) {
+  const auto bytes = bytes_on_host(needs, limits);
+  if (bytes <= limits.host_bytes) return "";
+  return frames_text(plan) + format_bytes(bytes) + " of memory needed, there are " +
+         format_bytes(limits.host_bytes) +
+         "; give fewer sampling.frames, a smaller hologram.resolution or more hologram.tiles";
 }
 
 Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& limits,
@@ -128,15 +163,23 @@ Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& li
     return plan;
   }
   std::string why = plan.why_tiles;
-  while (why_in_one_piece(plan, use.method).empty()) {
+  const auto tiles_help = [&] {
+    return why_in_one_piece(plan, use.method).empty() &&
+           missing(undivided_needs(world, plan, use), limits).empty();
+  };
+  while (tiles_help()) {
     const auto lacking =
         missing(memory_needs(world, plan, use, limits.largest_buffer_bytes), limits);
     if (lacking.empty()) break;
     if (why.empty()) why = "in one piece " + lacking;
-    const int longer = plan.tile_size.x >= plan.tile_size.y ? 0 : 1;
-    if (plan.tile_size[longer] < 2 * least_tile) break;
-    auto& tiles = tried.hologram.tiles.emplace(plan.tile_grid);
-    ++tiles[longer];
+    // However light is gathered, a tile's field lies in one buffer
+    auto tiles = plan.tile_grid, finer = with_more_tiles(plan.size, tiles);
+    while (finer != tiles) {
+      tiles = std::exchange(finer, with_more_tiles(plan.size, finer));
+      if (8 * area(tile_size_of(plan.size, tiles)) <= limits.largest_buffer_bytes) break;
+    }
+    if (tiles == plan.tile_grid) break;
+    tried.hologram.tiles = tiles;
     plan = make_plan(tried, world, use.method, rays_per_axis, has_doubles);
   }
   plan.why_tiles = why;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "host/common/memory_need.hpp"
@@ -34,16 +35,25 @@ struct MemoryNeeds {
   std::vector<MemoryNeed> device;
   // Beside what is on the device: what is returned, and transforms on the host
   std::uint64_t host_bytes = 0;
+  std::uint64_t results_bytes = 0;  // of them, what is returned
 
   std::uint64_t device_bytes() const;
 };
 MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& use,
                          std::uint64_t largest_buffer_bytes);
 
+/// A line that tells that results alone are too much for the host's memory, however the hologram is
+/// divided, and what to do; empty where they fit.
+std::string results_shortage(const Plan& plan, const MemoryNeeds& needs, const MemoryUse& use,
+                             const MemoryLimits& limits);
+
+/// The same for all that lies in the host's memory.
+std::string host_shortage(const Plan& plan, const MemoryNeeds& needs, const MemoryLimits& limits);
+
 /// make_plan of the scene. Where hologram.tiles is open, the plan has the fewest tiles whose needs
 /// leave an eighth of the memory to the surface samples: sides are divided in turn, a tile's longer
 /// side first, down to least_tile pixels. Where no division fits, it is the last plan tried, whose
-/// needs tell why.
+/// needs tell why; that in one piece where results or triangles alone are too much.
 Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& limits,
                   const MemoryUse& use = {}, int rays_per_axis = 100, bool has_doubles = false);
 

@@ -154,25 +154,33 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
 
 /// Predicts the device's memory, surface samples included, and warns where it is short.
 void predict_memory(const World& world, const DeviceFigures& device, Planned& planned) {
-  const auto& s = planned.scene;
+  const auto& plan = planned.plan;
+  const auto& limits = device.memory;
+  auto& warnings = planned.warnings;
+  const MemoryUse use{Method::wrp, device.fft};
+  const auto needs = memory_needs(world, plan, use, limits.largest_buffer_bytes);
   auto& bytes = planned.prediction.device_bytes;
-  const auto largest = device.memory.largest_buffer_bytes;
-  const auto needs = memory_needs(world, planned.plan, {Method::wrp, device.fft}, largest);
-  bytes = needs.device_bytes();
+  bytes = needs.device_bytes() +
+          static_cast<std::uint64_t>(
+              planned.prediction.work.samples *
+              (sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 + 8 * plan.frames));
+
+  // What does not fit into the host is planned in one piece: nothing else would be worth a line
+  if (auto shortage = results_shortage(plan, needs, use, limits); !shortage.empty())
+    return warnings.push_back(std::move(shortage));
   for (const auto& need : needs.device) {
-    if (need.bytes > largest)
-      planned.warnings.push_back(need.name + ": " + format_bytes(need.bytes) + " in one buffer, " +
-                                 device.name + " allows " + format_bytes(largest) + "; " +
-                                 need.advice);
+    if (need.bytes > limits.largest_buffer_bytes)
+      warnings.push_back(need.name + ": " + format_bytes(need.bytes) + " in one buffer, " +
+                         device.name + " allows " + format_bytes(limits.largest_buffer_bytes) +
+                         "; " + need.advice);
   }
-  bytes += static_cast<std::uint64_t>(
-      planned.prediction.work.samples *
-      (sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 + 8 * s.sampling.frames));
-  if (bytes > device.memory.device_bytes)
-    planned.warnings.push_back("needs " + format_bytes(bytes) + ", " + device.name + " has " +
-                               format_bytes(device.memory.device_bytes) +
-                               "; a smaller hologram.resolution or wrp.padding, more "
-                               "hologram.tiles or a larger sampling.pitch need less");
+  if (bytes > limits.device_bytes)
+    warnings.push_back("needs " + format_bytes(bytes) + ", " + device.name + " has " +
+                       format_bytes(limits.device_bytes) +
+                       "; a smaller hologram.resolution or wrp.padding, more hologram.tiles or a "
+                       "larger sampling.pitch need less");
+  if (auto shortage = host_shortage(plan, needs, limits); !shortage.empty())
+    warnings.push_back(std::move(shortage));
 }
 
 /// A line for each value: what it is, and whether it was given, chosen or is the default.
