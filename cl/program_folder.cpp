@@ -13,6 +13,8 @@
 #include <utility>
 
 #include "host/common/cache.hpp"
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave::cl {
 namespace fs = std::filesystem;
@@ -93,7 +95,7 @@ ProgramRecorder::ProgramRecorder(fs::path folder, bool binaries)
   std::error_code error;
   fs::create_directories(folder_, error);
   if (!fs::is_directory(folder_, error))
-    throw DeviceError(folder_.string() + ": no such folder, and it cannot be made");
+    throw InputError(one_line(folder_.string()) + ": no such folder, and it cannot be made");
   recorder = this;
 }
 

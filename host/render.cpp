@@ -9,6 +9,7 @@
 #include "host/encode/encode_stage.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/predict/memory.hpp"
+#include "host/plan/predict/warnings.hpp"
 #include "host/propagate/propagate_stage.hpp"
 #include "host/trace/trace_stage.hpp"
 #include "host/trace/tuning.hpp"
@@ -41,6 +42,7 @@ struct Renderer::State {
   RenderOptions options_;
   World world_;
   Plan plan_;
+  std::vector<std::string> thin_objects_;  // notes
   StageTimes times_;
   TraceStage tracer_;
   PropagateStage propagator_;
@@ -176,6 +178,7 @@ void Renderer::State::make_first_plan() {
   plan_ = fitting_plan(scene_, world_, limits, use, options_.rays_per_axis, device_.info().fp64);
   require_memory(device_, plan_, memory_needs(world_, plan_, use, limits.largest_buffer_bytes), use,
                  limits);
+  thin_objects_ = thin_object_warnings(scene_, world_, plan_);
   report("tree and kernels", 0);
   prepare();
 }
@@ -208,8 +211,15 @@ void Renderer::State::keep_wrp(std::size_t wrp, RenderResult& result) const {
 void Renderer::State::finish(RenderResult& result) {
   propagator_.add_notes(result.notes);
   if (plan_.refine) result.refined = refiner_.finish();
-  encoder_.finish(tracer_.radiance_unit(), result.refined ? &result.refined->phases : nullptr,
-                  result.notes);
+  encoder_.finish(tracer_.radiance_unit(), result.refined ? &result.refined->phases : nullptr);
+  result.notes.insert(result.notes.end(), thin_objects_.begin(), thin_objects_.end());
+  if (plan_.aimed && tracer_.samples() == 0)
+    result.notes.emplace_back(
+        "the hologram is dark: no ray of the lattice meets a surface; objects are thinner than "
+        "sampling.pitch, or lie where the pixels cannot show them");
+  else if (encoder_.is_dark())
+    result.notes.emplace_back(
+        "the hologram is dark: no light comes from the scene at angles that its pixels can show");
   result.plan = plan_;
   result.levels = std::move(encoder_.levels);
   result.panel = encoder_.panel();

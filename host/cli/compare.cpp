@@ -30,7 +30,7 @@ struct CompareArguments {
 enum class Kind { field, picture };
 
 Kind kind_of(const std::filesystem::path& file, bool png_holds_levels) {
-  const auto extension = file.extension();
+  const auto extension = extension_of(file);
   if (extension == ".npy") return Kind::field;
   if (extension == ".png") return png_holds_levels ? Kind::field : Kind::picture;
   if (extension == ".exr") return Kind::picture;
@@ -39,7 +39,7 @@ Kind kind_of(const std::filesystem::path& file, bool png_holds_levels) {
 
 /// A field, or what the levels of a picture show, 256 to a turn.
 FieldStack load_field(const std::filesystem::path& file) {
-  if (file.extension() == ".npy") return load_npy(file);
+  if (extension_of(file) == ".npy") return load_npy(file);
   glm::ivec2 size;
   SlmSpec slm;
   slm.encoding = Encoding::phase;

@@ -9,6 +9,7 @@
 #include "host/cli/help.hpp"
 #include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/output_set.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
@@ -38,23 +39,23 @@ void run_encode(const EncodeArguments& options) {
   const cl::Device device(options.device.info());
   Encoder encoder(device, panel);
 
-  const std::filesystem::path out(options.out);
+  OutputSet out(options.out);
   const auto save = [&](const auto& levels) {
-    return save_pictures(out, "hologram", format, *panel, levels, field);
+    return save_pictures(out.folder(), "hologram", format, *panel, levels, field);
   };
-  auto written = slm.bits > 8 ? save(encode<std::uint16_t>(device, encoder, field))
-                              : save(encode(device, encoder, field));
-  const auto report = encoded_report(spec, slm, field.frames, format, written);
-  write_text(out / "report.json", report.dump(2) + "\n");
+  const auto pictures = slm.bits > 8 ? save(encode<std::uint16_t>(device, encoder, field))
+                                     : save(encode(device, encoder, field));
+  for (const auto& name : pictures) out.add(name);
   if (format == PictureFormat::mat) {
-    written.push_back("hologram_nrsh.txt");
-    write_text(out / written.back(), nrsh_configuration(spec, written.back()));
+    const std::string name = "hologram_nrsh.txt";
+    write_text(out.folder() / name, nrsh_configuration(spec, name));
+    out.add(name);
   }
-  written.push_back("report.json");
+  const auto report = out.finish(encoded_report(spec, slm, field.frames, format, pictures));
   if (options.report.prints_text()) {
     std::printf("%d x %d pixels, %d %s, by %s\n", size.x, size.y, field.frames,
                 field.frames == 1 ? "frame" : "frames", name_of(panel->slm().encoding).c_str());
-    for (const auto& name : written) std::printf("  %s\n", (out / name).c_str());
+    out.print();
   }
   options.report.write(report);
 }

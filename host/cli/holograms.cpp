@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/cli/help.hpp"
+#include "host/cli/output_set.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/pictures.hpp"
@@ -39,11 +40,13 @@ std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& repo
       for (const auto& name : json.at("pictures"))
         files.push_back(report.parent_path() /
                         std::filesystem::path(name.get<std::string>()).filename());
-      return files;
+    } else {
+      const int frames = json.at("scene").at("sampling").at("frames");
+      for (int frame = 0; frame < frames; ++frame)
+        files.push_back(report.parent_path() /
+                        name_of_frame(static_cast<std::size_t>(frame), "png"));
     }
-    const int frames = json.at("scene").at("sampling").at("frames");
-    for (int frame = 0; frame < frames; ++frame)
-      files.push_back(report.parent_path() / name_of_frame(static_cast<std::size_t>(frame), "png"));
+    require_of_report(report, json, files);
   } catch (const nlohmann::json::exception& error) {
     throw InputError(one_line(report.string()) + ": not a report of raywave: " + error.what());
   }
@@ -74,12 +77,8 @@ HologramSpec PixelOptions::spec(const std::filesystem::path& hologram, glm::ivec
   HologramSpec spec;
   if (pitch.empty() || wavelength.empty())
     spec = hologram_of_report(hologram.parent_path() / "report.json");
-  if (!pitch.empty()) {
-    const bool two = pitch.find(',') != std::string::npos;
-    const auto [x, y] = two ? two_parts(pitch, ',', "--pitch") : std::pair(pitch, pitch);
-    spec.pitch_m = {positive_length_m(x, "--pitch"), positive_length_m(y, "--pitch")};
-  }
-  if (!wavelength.empty()) spec.wavelength_m = positive_length_m(wavelength, "--wavelength");
+  if (!pitch.empty()) spec.pitch_m = given_pitch_m(pitch);
+  if (!wavelength.empty()) spec.wavelength_m = given_wavelength_m(wavelength);
   spec.resolution = size_px;
   return spec;
 }
@@ -93,7 +92,7 @@ SlmSpec PixelOptions::slm_spec(const std::filesystem::path& hologram,
   if (!slm.empty())
     spec = load_slm(slm,
                     wavelength.empty() ? hologram_of_report(report).wavelength_m
-                                       : positive_length_m(wavelength, "--wavelength"),
+                                       : given_wavelength_m(wavelength),
                     set);
   else if (!set.empty())
     throw InputError("--set changes keys of the file of --slm: give --slm too");
@@ -110,12 +109,12 @@ void HologramOptions::add_to(CLI::App& command, const std::string& what) {
 
 FieldStack HologramOptions::load() const {
   const std::filesystem::path first(files.at(0));
-  if (first.extension() == ".npy") {
+  if (extension_of(first) == ".npy") {
     if (files.size() > 1) throw InputError("of fields (.npy), one at a time can be given");
     return load_npy(first);
   }
   std::vector<std::filesystem::path> pictures(files.begin(), files.end());
-  if (first.extension() == ".json") {
+  if (extension_of(first) == ".json") {
     if (files.size() > 1) throw InputError("of reports (.json), one at a time can be given");
     pictures = pictures_of(first);
   }

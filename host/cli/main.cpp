@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <iostream>
 #include <new>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "cl/device.hpp"
@@ -10,6 +16,7 @@
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
 #include "host/common/error.hpp"
+#include "host/common/output.hpp"
 #include "raywave_version.hpp"
 
 #if defined(__GLIBC__)
@@ -35,10 +42,40 @@ void keep_freed_memory() {
 #endif
 }
 
+/// Opens what is closed of standard input, output and error: a file of ours would take its place.
+void open_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(stream, F_GETFD) < 0) open("/dev/null", O_RDWR);  // takes the lowest number
+  }
+}
+
+/// What ends a program that has done its work: 0 where all that it printed has arrived.
+int end_of_output() {
+  std::cout.flush();
+  if (std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout) return 0;
+  return fail(
+      exit_input,
+      ("standard output cannot be written: " + std::generic_category().message(errno)).c_str());
+}
+
+/// Refuses options with an empty value: they would pass for not given.
+void refuse_empty_values(CLI::App& app) {
+  for (auto* command : app.get_subcommands({})) {
+    for (auto* option : command->get_options()) {
+      if (option->get_items_expected_max() > 0)
+        option->check([](const std::string& value) {
+          return std::string(value.empty() ? "a value is needed" : "");
+        });
+    }
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   using namespace raywave::cli;
+  open_standard_streams();
+  raywave::remove_temporaries_at_signals();
   keep_freed_memory();
   CLI::App app{std::string("raywave ") + raywave::version +
                    ": photorealistic holograms of meshes for spatial light modulators",
@@ -63,6 +100,7 @@ int main(int argc, char** argv) {
   add_selftest(app);
   add_kernels(app);
   add_completion(app);
+  refuse_empty_values(app);
   app.footer(
       "raywave COMMAND --help shows the options of a command and an example.\n"
       "Exit codes: 0 done, 1 a self-test failed, 2 something given is wrong, 3 the device or its\n"
@@ -72,11 +110,14 @@ int main(int argc, char** argv) {
     for (const auto& note : arguments.notes) std::fprintf(stderr, "raywave: %s\n", note.c_str());
     std::reverse(arguments.words.begin(), arguments.words.end());  // as the parser takes them
     app.parse(std::move(arguments.words));
-    return 0;
+    return end_of_output();
   } catch (const CLI::RuntimeError& outcome) {
     return outcome.get_exit_code();  // a command that has said what there is to say
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    if (error.get_exit_code() == 0) {  // --help, --version
+      app.exit(error);
+      return end_of_output();
+    }
     return fail(exit_input, refusal(app, error).c_str());
   } catch (const raywave::InputError& error) {
     return fail(exit_input, error.what());

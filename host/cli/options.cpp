@@ -47,6 +47,15 @@ double number(const std::string& text, const std::string& what, const char* want
   return value;
 }
 
+double length_within_m(const std::string& text, const std::string& what, double least_m,
+                       double largest_m) {
+  const double length_m = given_length_m(text, what);
+  if (!(length_m >= least_m && length_m <= largest_m))
+    throw InputError(what + " " + in_quotes(text) + ": must be " + length_text(least_m) + " to " +
+                     length_text(largest_m));
+  return length_m;
+}
+
 }  // namespace
 
 void ReportOptions::add_to(CLI::App& command, const std::string& content) {
@@ -149,7 +158,7 @@ Goal GoalOptions::goal() const {
     throw InputError("--preset, --budget and --psnr: at most 1 of them can be given");
   Goal goal;
   if (!preset.empty()) goal.preset = preset_of(preset);
-  if (!budget.empty()) goal.budget_s = parse_seconds(budget, "--budget");
+  if (!budget.empty()) goal.budget_s = given_seconds(budget, "--budget");
   if (psnr_db) {
     if (!std::isfinite(*psnr_db)) throw InputError("--psnr: must be 0 to 200 dB");
     goal.psnr_db = *psnr_db;
@@ -199,7 +208,15 @@ void DepthOptions::add_to(CLI::App& command, const std::string& default_depths,
 
 std::vector<double> DepthOptions::depths_m() const {
   std::vector<double> depths;
-  for (const auto& text : z) depths.push_back(positive_length_m(text, "-z"));
+  for (const auto& text : z) {
+    const double depth_m = positive_length_m(text, "-z");
+    for (const double other_m : depths) {
+      if (const auto name = name_at_depth("", depth_m); name == name_at_depth("", other_m))
+        throw InputError("-z " + in_quotes(text) + ": a second picture of " + name.substr(1) +
+                         " would overwrite the first; give each depth once");
+    }
+    depths.push_back(depth_m);
+  }
   return depths;
 }
 
@@ -294,7 +311,7 @@ void add_blur(CLI::App& command, std::string& text, const std::string& default_b
 }
 
 Blur parse_blur(const std::string& text) {
-  if (!text.ends_with("px")) return {parse_length_m(text, "--blur"), false};
+  if (!text.ends_with("px")) return {given_length_m(text, "--blur"), false};
   auto digits = text.substr(0, text.size() - 2);
   digits.erase(digits.find_last_not_of(' ') + 1);
   std::size_t used = 0;
@@ -343,10 +360,39 @@ void add_only(CLI::App& command, std::string& text, const std::string& example) 
       ->group(group::measurement);
 }
 
+double given_length_m(const std::string& text, const std::string& what) {
+  if (is_bare_number(text))
+    throw InputError(what + " " + in_quotes(text) + ": a unit is needed, as in " + one_line(text) +
+                     "mm");
+  return parse_length_m(text, what);
+}
+
+double given_seconds(const std::string& text, const std::string& what) {
+  if (is_bare_number(text))
+    throw InputError(what + " " + in_quotes(text) + ": a unit is needed, as in " + one_line(text) +
+                     "ms");
+  return parse_seconds(text, what);
+}
+
 double positive_length_m(const std::string& text, const std::string& what) {
-  const double length = parse_length_m(text, what);
+  const double length = given_length_m(text, what);
   if (!(length > 0)) throw InputError(what + " " + in_quotes(text) + ": must be > 0");
   return length;
+}
+
+glm::dvec2 given_pitch_m(const std::string& text) {
+  const bool two = text.find(',') != std::string::npos;
+  const auto [x, y] = two ? two_parts(text, ',', "--pitch") : std::pair(text, text);
+  const auto pitch = [](const std::string& one) {
+    return length_within_m(one, "--pitch", HologramSpec::least_pitch_m,
+                           HologramSpec::largest_pitch_m);
+  };
+  return {pitch(x), pitch(y)};
+}
+
+double given_wavelength_m(const std::string& text) {
+  return length_within_m(text, "--wavelength", HologramSpec::least_wavelength_m,
+                         HologramSpec::largest_wavelength_m);
 }
 
 std::pair<std::string, std::string> two_parts(const std::string& text, char separator,

@@ -11,6 +11,7 @@
 #include "host/cli/help.hpp"
 #include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/output_set.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
@@ -41,11 +42,8 @@ HologramSpec hologram_of(const PatternArguments& options) {
   HologramSpec hologram;
   const auto [columns, rows] = two_parts(options.size, 'x', "--size");
   hologram.resolution = {pixels(columns), pixels(rows)};
-  const bool two = options.pitch.find(',') != std::string::npos;
-  const auto [x, y] =
-      two ? two_parts(options.pitch, ',', "--pitch") : std::pair(options.pitch, options.pitch);
-  hologram.pitch_m = {positive_length_m(x, "--pitch"), positive_length_m(y, "--pitch")};
-  hologram.wavelength_m = positive_length_m(options.wavelength, "--wavelength");
+  hologram.pitch_m = given_pitch_m(options.pitch);
+  hologram.wavelength_m = given_wavelength_m(options.wavelength);
   return hologram;
 }
 
@@ -91,7 +89,7 @@ void run_pattern(const PatternArguments& options) {
   PatternSpec spec;
   spec.pattern = pattern_of(options.pattern);
   spec.side = side_of(options.to);
-  spec.focal_m = parse_length_m(options.focal, "--focal");
+  spec.focal_m = given_length_m(options.focal, "--focal");
   spec.period_px = options.period_px;
   const auto hologram = hologram_of(options);
   const auto slm = slm_of(options, hologram.wavelength_m);
@@ -101,26 +99,26 @@ void run_pattern(const PatternArguments& options) {
   const cl::Device device(options.device.info());
   Encoder encoder(device, panel);
 
-  const std::filesystem::path out(options.out);
+  OutputSet out(options.out);
   const auto stem = std::string("pattern_") + name_of(spec.pattern);
   const auto format = slm.bits > 8 ? PictureFormat::png16 : PictureFormat::png;
   const auto save = [&](const auto& levels) {
-    return save_pictures(out, stem, format, *panel, levels, field);
+    return save_pictures(out.folder(), stem, format, *panel, levels, field);
   };
-  auto written = slm.bits > 8 ? save(encode<std::uint16_t>(device, encoder, field))
-                              : save(encode(device, encoder, field));
-  auto report = encoded_report(hologram, slm, 1, format, written);
+  const auto pictures = slm.bits > 8 ? save(encode<std::uint16_t>(device, encoder, field))
+                                     : save(encode(device, encoder, field));
+  auto report = encoded_report(hologram, slm, 1, format, pictures);
   const auto seen = expectation(spec, hologram);
   report["pattern"] = {{"name", name_of(spec.pattern)}, {"shows", seen}};
   if (spec.pattern == Pattern::lens) report["pattern"]["focal_m"] = spec.focal_m;
   if (spec.pattern == Pattern::blaze) report["pattern"]["slope"] = blaze_slope(spec, hologram);
-  write_text(out / "report.json", report.dump(2) + "\n");
-  written.push_back("report.json");
+  for (const auto& name : pictures) out.add(name);
+  const auto text = out.finish(std::move(report));
   if (options.report.prints_text()) {
     std::printf("%s shows %s\n", name_of(spec.pattern), seen.c_str());
-    for (const auto& name : written) std::printf("  %s\n", (out / name).c_str());
+    out.print();
   }
-  options.report.write(report);
+  options.report.write(text);
 }
 
 }  // namespace

@@ -4,18 +4,31 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 
 namespace raywave::cli {
 
-ProgressBar::ProgressBar(bool quiet) : active_(!quiet && isatty(STDERR_FILENO)) {}
+constexpr auto between_lines = std::chrono::seconds(10);
+
+ProgressBar::ProgressBar(bool quiet)
+    : on_terminal_(isatty(STDERR_FILENO)),
+      active_(!quiet),
+      last_(std::chrono::steady_clock::now()) {}
 
 ProgressBar::~ProgressBar() {
-  if (active_) std::fputs("\r\x1b[K", stderr);
+  if (active_ && on_terminal_) std::fputs("\r\x1b[K", stderr);
 }
 
 void ProgressBar::show(const std::string& what, double share) {
   if (!active_) return;
+  if (!on_terminal_) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_ < between_lines) return;
+    last_ = now;
+    std::fprintf(stderr, "raywave: %3.0f %% %s\n", share * 100, what.c_str());
+    return;
+  }
   constexpr int width = 30;
   const int filled = static_cast<int>(std::clamp(share, 0.0, 1.0) * width);
   std::fprintf(stderr, "\r\x1b[K[%s%s] %3.0f %% %s",

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <string>
 
 namespace raywave::cli {
 
-/// One line on a terminal that shows what is going on and how far; nothing at all when standard
-/// error is no terminal.
+/// What is going on and how far: a line on a terminal that changes; a line every ten seconds where
+/// standard error is a pipe or a file.
 class ProgressBar {
 public:
   explicit ProgressBar(bool quiet);
@@ -17,7 +18,8 @@ public:
   void show(const std::string& what, double share);
 
 private:
-  bool active_;
+  bool on_terminal_, active_;
+  std::chrono::steady_clock::time_point last_;
 };
 
 }  // namespace raywave::cli

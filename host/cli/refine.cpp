@@ -12,6 +12,7 @@
 #include "host/cli/help.hpp"
 #include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/output_set.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
@@ -50,7 +51,7 @@ struct RefineArguments {
 
   std::optional<double> budget_s() const {
     if (budget.empty()) return std::nullopt;
-    return parse_seconds(budget, "--budget");
+    return given_seconds(budget, "--budget");
   }
 };
 
@@ -231,7 +232,7 @@ Task task_of_field(const RefineArguments& options, const cl::Device& device, Pro
 }
 
 void run_refine(const RefineArguments& options) {
-  const bool is_field = std::filesystem::path(options.input).extension() == ".npy";
+  const bool is_field = extension_of(options.input) == ".npy";
   if (is_field && options.targets.empty())
     throw InputError("refine " + in_quotes(options.input) +
                      ": a field needs --targets, the folder of what raywave lens has written");
@@ -248,6 +249,7 @@ void run_refine(const RefineArguments& options) {
     throw InputError("--iterations and --budget: at most 1 of them can be given");
 
   const cl::Device device(options.device.info());
+  OutputSet out(options.out);
   RefinementFigures figures;
   Task task;
   {
@@ -264,23 +266,21 @@ void run_refine(const RefineArguments& options) {
     }
   }
 
-  const std::filesystem::path out(options.out);
-  std::vector<std::string> written;
+  std::vector<std::string> pictures;
   for (std::size_t frame = 0; frame < task.levels.size(); ++frame)
-    written.push_back(
-        save_hologram(out, frame, task.panel->slm(), task.hologram.resolution, task.levels[frame]));
-  if (is_field) task.report["pictures"] = written;
+    pictures.push_back(save_hologram(out.folder(), frame, task.panel->slm(),
+                                     task.hologram.resolution, task.levels[frame]));
+  for (const auto& name : pictures) out.add(name);
+  if (is_field) task.report["pictures"] = pictures;
   const auto& phases = task.refined.phases;
-  save_npy(out / "refined.npy", phases.nx, phases.ny, phases.frames, phases.samples);
-  written.emplace_back("refined.npy");
+  save_npy(out.folder() / "refined.npy", phases.nx, phases.ny, phases.frames, phases.samples);
+  out.add("refined.npy");
   task.report["refine"].update(Json::parse(refinement_json(figures, task.refined.figures)));
-  const auto report = task.report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-  write_text(out / "report.json", report);
-  written.emplace_back("report.json");
+  const auto report = out.finish(std::move(task.report));
 
   if (options.report.prints_text()) {
     std::fputs(refinement_text(figures, task.refined.figures).c_str(), stdout);
-    for (const auto& name : written) std::printf("  %s\n", (out / name).c_str());
+    out.print();
   }
   options.report.write(report);
 }

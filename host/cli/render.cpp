@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "host/cli/help.hpp"
 #include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/output_set.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
@@ -78,6 +80,7 @@ void run_render(const RenderArguments& options) {
   how.rays_per_axis = options.method.rays_per_axis;
   how.keep_wrps = options.save_wrps;
   how.keep_field = !options.no_field;
+  OutputSet out(options.out);
   RenderResult result;
   std::vector<std::string> warnings;
   {
@@ -101,30 +104,27 @@ void run_render(const RenderArguments& options) {
       options.report.note(note);
   }
 
-  const std::filesystem::path out(options.out);
-  std::vector<std::string> written;
   for (std::size_t frame = 0; frame < result.levels.size(); ++frame) {
-    written.push_back(
-        save_hologram(out, frame, result.plan.slm, result.plan.size, result.levels[frame]));
+    out.add(save_hologram(out.folder(), frame, result.plan.slm, result.plan.size,
+                          result.levels[frame]));
   }
   const auto save_field = [&](const std::string& name, const FieldStack& field) {
-    save_npy(out / name, field.nx, field.ny, field.frames, field.samples);
-    written.push_back(name);
+    save_npy(out.folder() / name, field.nx, field.ny, field.frames, field.samples);
+    out.add(name);
   };
   if (how.keep_field) save_field("field.npy", result.field);
   if (how.keep_field && result.refined) save_field("refined.npy", result.refined->phases);
   for (std::size_t i = 0; i < result.wrps.size(); ++i)
     save_field((result.plan.compact ? "virtual_plane_" : "wrp_") + std::to_string(i + 1) + ".npy",
                result.wrps[i]);
-  const auto report = render_report_json(scene, result, device.info(), how.fft);
-  write_text(out / "report.json", report);
-  written.push_back("report.json");
+  const auto report = out.finish(
+      nlohmann::ordered_json::parse(render_report_json(scene, result, device.info(), how.fft)));
 
   if (options.report.prints_text()) {
     std::printf("%d x %d hologram%s in %s on %s\n", result.plan.size.x, result.plan.size.y,
                 planes_text(result.plan, how.method).c_str(), time_text(result.seconds).c_str(),
                 device.info().name.c_str());
-    for (const auto& name : written) std::printf("  %s\n", (out / name).c_str());
+    out.print();
   }
   options.report.write(report);
 }

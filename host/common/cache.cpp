@@ -5,9 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdint>
-#include <cstdio>
 #include <fstream>
 #include <iterator>
 
@@ -48,8 +45,10 @@ bool is_writable_folder(const fs::path& folder) {
 }
 
 std::optional<std::vector<unsigned char>> load_cached(const std::string& name) {
-  std::ifstream in(cache_folder() / name, std::ios::binary);
-  if (!in) return std::nullopt;
+  const auto file = cache_folder() / name;
+  std::error_code error;
+  std::ifstream in(file, std::ios::binary);
+  if (!in || !fs::is_regular_file(file, error)) return std::nullopt;
   const std::string text(std::istreambuf_iterator<char>(in), {});
   // Drivers need not survive a damaged binary (PoCL 3.1 aborts), so damaged files are not passed
   // on.
@@ -74,19 +73,6 @@ void store_cached(const std::string& name, const void* data, std::size_t bytes) 
     }
   }
   fs::rename(temporary, file, ignored);
-}
-
-std::string hash_name(std::string_view text) {
-  // Two FNV-1a hashes of different offset; names need to differ, not to withstand an attack.
-  std::uint64_t a = 0xcbf29ce484222325u, b = 0x84222325cbf29ce4u;
-  for (const unsigned char c : text) {
-    a = (a ^ c) * 0x100000001b3u;
-    b = (b ^ c ^ 0x55u) * 0x100000001b3u;
-  }
-  std::array<char, 33> hex;
-  std::snprintf(hex.data(), hex.size(), "%016llx%016llx", static_cast<unsigned long long>(a),
-                static_cast<unsigned long long>(b));
-  return hex.data();
 }
 
 }  // namespace raywave

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "host/common/digest.hpp"
+
 namespace raywave {
 
 /// RAYWAVE_CACHE_DIR, else raywave/ in XDG_CACHE_HOME, else in ~/.cache. Where that cannot be
@@ -28,8 +30,5 @@ std::optional<std::vector<unsigned char>> load_cached(const std::string& name);
 /// Stores bytes under `name` (temporary name, then rename, so readers never see half). A folder
 /// that cannot be written is no error.
 void store_cached(const std::string& name, const void* data, std::size_t bytes);
-
-/// 32 hexadecimal digits that stand for `text` in a file name.
-std::string hash_name(std::string_view text);
 
 }  // namespace raywave

@@ -2,10 +2,17 @@
 #include "host/common/output.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
+#include <csignal>
+#include <mutex>
+#include <set>
+#include <string>
 #include <system_error>
 #include <utility>
 
@@ -13,18 +20,62 @@
 #include "host/common/text.hpp"
 
 namespace raywave {
+namespace fs = std::filesystem;
+
 namespace {
 
-/// Removes the file unless it was renamed before.
-struct Temporary {
-  std::filesystem::path path;
+/// Names of temporary files for the signal handler, which may only read memory and call unlink.
+struct Slot {
+  std::atomic<bool> is_taken{false}, is_named{false};
+  std::array<char, 4096> name{};
+};
+std::array<Slot, 16> slots;
+
+/// A file that is removed unless it was renamed. It is locked as long as its program lives.
+class Temporary {
+public:
+  explicit Temporary(const fs::path& path)
+      : path_(path), descriptor_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+    if (descriptor_ >= 0) flock(descriptor_, LOCK_EX | LOCK_NB);
+    const auto& name = path.native();
+    for (auto& slot : slots) {
+      if (name.size() >= slot.name.size() || slot.is_taken.exchange(true)) continue;
+      std::copy(name.c_str(), name.c_str() + name.size() + 1, slot.name.data());
+      slot.is_named = true;
+      slot_ = &slot;
+      break;
+    }
+  }
+  Temporary(const Temporary&) = delete;
+  Temporary& operator=(const Temporary&) = delete;
   ~Temporary() {
     std::error_code ignored;
-    if (!path.empty()) std::filesystem::remove(path, ignored);
+    if (!is_renamed_) fs::remove(path_, ignored);
+    if (slot_) {
+      slot_->is_named = false;
+      slot_->is_taken = false;
+    }
+    if (descriptor_ >= 0) ::close(descriptor_);
   }
+
+  const fs::path& path() const { return path_; }
+  void rename(const fs::path& file) {
+    std::error_code error;
+    fs::rename(path_, file, error);
+    if (error)
+      throw InputError(in_quotes(file.string()) + ": cannot be written: " + error.message());
+    is_renamed_ = true;
+  }
+
+private:
+  fs::path path_;
+  int descriptor_;
+  Slot* slot_ = nullptr;
+  bool is_renamed_ = false;
 };
 
-std::filesystem::path temporary_beside(const std::filesystem::path& file) {
+/// "hologram.1234-0.tmp.png"
+fs::path temporary_beside(const fs::path& file) {
   static std::atomic<unsigned> count{0};  // for several files at a time in one process
   std::string name = file.stem().string();
   name.append(".")
@@ -36,9 +87,48 @@ std::filesystem::path temporary_beside(const std::filesystem::path& file) {
   return file.parent_path() / name;
 }
 
+/// True for names that temporary_beside makes.
+bool is_temporary(const fs::path& file) {
+  const auto name = file.filename().string();
+  const auto end = name.rfind(".tmp");
+  if (end == std::string::npos || end == 0) return false;
+  const auto begin = name.rfind('.', end - 1);
+  if (begin == std::string::npos || begin + 1 == end) return false;
+  const auto number = name.substr(begin + 1, end - begin - 1);
+  return number.find_first_not_of("0123456789-") == std::string::npos &&
+         std::count(number.begin(), number.end(), '-') == 1;
+}
+
+/// Removes the temporary files in a folder whose programs no longer live, once for each folder.
+void remove_left_over(const fs::path& folder) {
+  static std::mutex mutex;
+  static std::set<fs::path> looked_at;
+  const std::lock_guard lock(mutex);
+  std::error_code error;
+  if (!looked_at.insert(folder).second) return;
+  for (fs::directory_iterator it(folder.empty() ? "." : folder, error), end; !error && it != end;
+       it.increment(error)) {
+    if (!is_temporary(it->path())) continue;
+    const int descriptor = ::open(it->path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    if (descriptor < 0) continue;
+    std::error_code ignored;
+    if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) fs::remove(it->path(), ignored);
+    ::close(descriptor);
+  }
+}
+
+void end_at_signal(int signal) {
+  for (const auto& slot : slots) {
+    if (slot.is_named) ::unlink(slot.name.data());
+  }
+  constexpr std::string_view says = "raywave: stopped; files that were whole before stay\n";
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, says.data(), says.size());
+  raise(signal);  // again, as SA_RESETHAND has given it back its usual end
+}
+
 }  // namespace
 
-OutputFile::OutputFile(const std::filesystem::path& place, const std::filesystem::path& name)
+OutputFile::OutputFile(const fs::path& place, const fs::path& name)
     : name_(name.string()),
       descriptor_(::open(place.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
   require(descriptor_ >= 0);
@@ -71,30 +161,65 @@ void OutputFile::close() {
   require(::close(std::exchange(descriptor_, -1)) == 0);
 }
 
-void write_whole(const std::filesystem::path& file, const std::function<void(OutputFile&)>& write) {
-  write_whole_by_name(file, [&](const std::filesystem::path& temporary) {
+void write_whole(const fs::path& file, const std::function<void(OutputFile&)>& write) {
+  write_whole_by_name(file, [&](const fs::path& temporary) {
     OutputFile output(temporary, file);
     write(output);
     output.close();
   });
 }
 
-void write_whole_by_name(const std::filesystem::path& file,
-                         const std::function<void(const std::filesystem::path& temporary)>& write) {
+void write_whole_by_name(const fs::path& file,
+                         const std::function<void(const fs::path& temporary)>& write) {
   std::error_code error;
-  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
+  if (file.has_parent_path()) fs::create_directories(file.parent_path(), error);
   if (error)
     throw InputError(in_quotes(file.parent_path().string()) +
                      ": the folder cannot be made: " + error.message());
 
-  Temporary temporary{temporary_beside(file)};
-  write(temporary.path);
-  std::filesystem::rename(temporary.path, file, error);
-  if (error) throw InputError(in_quotes(file.string()) + ": cannot be written: " + error.message());
-  temporary.path.clear();
+  remove_left_over(file.parent_path());
+  Temporary temporary(temporary_beside(file));
+  write(temporary.path());
+  temporary.rename(file);
 }
 
-void write_text(const std::filesystem::path& file, const std::string& text) {
+HeldFolder::HeldFolder(const fs::path& folder) : folder_(folder) {
+  std::error_code error;
+  for (auto above = folder; !above.empty() && !fs::exists(above, error);
+       above = above.parent_path())
+    ++made_;
+  fs::create_directories(folder, error);
+  if (error)
+    throw InputError(in_quotes(folder.string()) +
+                     ": the folder cannot be made: " + error.message());
+  descriptor_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  // Some file systems have no locks
+  if (descriptor_ >= 0 && flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    ::close(descriptor_);
+    throw InputError(in_quotes(folder.string()) +
+                     ": another raywave writes into this folder; wait for its end, or give another "
+                     "--output");
+  }
+}
+
+HeldFolder::~HeldFolder() {
+  std::error_code ignored;
+  for (auto above = folder_; made_ > 0; --made_, above = above.parent_path())
+    fs::remove(above, ignored);  // not where something is in it
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void remove_temporaries_at_signals() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {};
+    if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler != SIG_DFL) continue;
+    action.sa_handler = end_at_signal;
+    action.sa_flags = static_cast<int>(SA_RESETHAND);
+    sigaction(signal, &action, nullptr);
+  }
+}
+
+void write_text(const fs::path& file, const std::string& text) {
   write_whole(file, [&](OutputFile& output) { output.write(text); });
 }
 

@@ -39,9 +39,30 @@ private:
   int descriptor_;
 };
 
+/// A folder that one program writes a set of files into.
+class HeldFolder {
+public:
+  /// Makes the folder and those above it.
+  ///
+  /// throws  InputError when it cannot be made, or another program holds it
+  explicit HeldFolder(const std::filesystem::path& folder);
+  HeldFolder(const HeldFolder&) = delete;
+  HeldFolder& operator=(const HeldFolder&) = delete;
+  /// Removes what it made and nothing was put into.
+  ~HeldFolder();
+
+private:
+  std::filesystem::path folder_;
+  std::size_t made_ = 0;  // it, and folders above it
+  int descriptor_;
+};
+
+/// Removes the temporary files of this program when SIGINT, SIGTERM or SIGHUP ends it, and says so.
+void remove_temporaries_at_signals();
+
 /// Calls `write` with a temporary file beside `file`, then renames it to `file`. When `write`
 /// throws, or a byte cannot be written, the temporary file is removed and `file` stays as it was.
-/// Creates the parent folder.
+/// Creates the parent folder, and removes temporary files that killed programs have left there.
 ///
 /// throws  InputError when the folder or file cannot be written
 void write_whole(const std::filesystem::path& file, const std::function<void(OutputFile&)>& write);

@@ -2,6 +2,7 @@
 #include "host/common/text.hpp"
 
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <ctime>
@@ -18,6 +19,12 @@ std::string one_line(std::string_view text) {
 }
 
 std::string in_quotes(std::string_view text) { return '"' + one_line(text) + '"'; }
+
+std::string extension_of(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
 
 std::string number_text(double value) {
   std::array<char, 32> digits;

@@ -2,6 +2,7 @@
 /// Text for messages. A message is one line, whatever the user's input holds.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -12,6 +13,9 @@ std::string one_line(std::string_view text);
 
 /// one_line(text) in double quotes.
 std::string in_quotes(std::string_view text);
+
+/// Where a file's name ends, in lower case: ".npy".
+std::string extension_of(const std::filesystem::path& file);
 
 /// The number with up to 6 digits: "0.5", "1e+06".
 std::string number_text(double value);

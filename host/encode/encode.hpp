@@ -34,6 +34,8 @@ public:
 
   const Panel& panel() const { return *panel_; }
 
+  /// True for encodings that show amplitudes.
+  bool needs_clip() const { return panel_->slm().encoding != Encoding::phase; }
   /// The amplitude that the share slm.clip of a hologram's pixels does not exceed, from at most
   /// 16,384 of them. 1 where the encoding does not need it, or the field is dark.
   double clip_of(const TileField& field);
@@ -66,7 +68,6 @@ private:
   /// Brings the phases that are added in a window to the device.
   void upload_added(const PixelWindow& window);
   double quantile(std::vector<float> amplitudes) const;
-  bool needs_clip() const { return panel_->slm().encoding != Encoding::phase; }
 
   cl::Device device_;
   std::shared_ptr<const Panel> panel_;

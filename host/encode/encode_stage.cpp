@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "host/common/error.hpp"
 
@@ -36,6 +37,7 @@ void EncodeStage::prepare(const Plan& plan) {
   plan_ = &plan;
   for (auto& copy : copies_) copy = {};  // a picture that failed may have left some under way
   encoded_ = 0;
+  has_light_ = false;
   if (!encoder_) {
     panel_ = std::make_shared<Panel>(plan.slm, plan.size, plan.pitch_m, plan.wavelength_m);
     encoder_.emplace(device_, panel_);
@@ -66,6 +68,7 @@ void EncodeStage::run(const TileField& at_hologram, std::size_t tile, int frame)
     const auto buffer = encoded_++ % copies_.size();
     copies_[buffer].wait();
     const double clip = encoder_->clip_of(at_hologram);
+    has_light_ = has_light_ || clip != 1;  // 1 of all numbers: where there is none
     const PixelWindow window{plan_->tiles[tile].first, plan_->tile_size};
     copies_[buffer] = start_reading(encoder_->levels_of(at_hologram, window, clip, buffer), tile,
                                     std::span(levels[number]));
@@ -78,22 +81,28 @@ void EncodeStage::run(const TileField& at_hologram, std::size_t tile, int frame)
       .wait();
 }
 
-void EncodeStage::finish(double radiance_unit, const FieldStack* refined,
-                         std::vector<std::string>& notes) {
+void EncodeStage::finish(double radiance_unit, const FieldStack* refined) {
   {
     const StageClock clock(times_, "encode");
     for (auto& copy : copies_) copy.wait();
     if (encodes_whole(*plan_)) levels = encode(device_, *encoder_, refined ? *refined : field);
   }
-  if (!keep_field_) {
+  is_dark_ = looks_dark();
+  if (keep_field_)
+    brighten(field.samples, radiance_unit, *plan_);
+  else
     field = {};
-    return;
-  }
-  const auto is_zero = [](const auto& sample) { return sample == std::complex<float>(); };
-  if (std::all_of(field.samples.begin(), field.samples.end(), is_zero))
-    notes.emplace_back(
-        "the hologram is dark: no light comes from the scene at angles that its pixels can show");
-  brighten(field.samples, radiance_unit, *plan_);
+}
+
+bool EncodeStage::looks_dark() const {
+  if (keep_field_ || encodes_whole(*plan_))
+    return std::all_of(field.samples.begin(), field.samples.end(),
+                       [](const auto& sample) { return sample == std::complex<float>(); });
+  if (encoder_->needs_clip()) return !has_light_;
+  // Darkness has one phase, but for what the SLM adds to it
+  return std::all_of(levels.begin(), levels.end(), [](const auto& frame) {
+    return std::adjacent_find(frame.begin(), frame.end(), std::not_equal_to<>()) == frame.end();
+  });
 }
 
 }  // namespace raywave

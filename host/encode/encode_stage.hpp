@@ -43,10 +43,12 @@ public:
   void run(const TileField& field, std::size_t tile, int frame);
 
   /// Waits for the copies and completes the picture: `levels` and `field` may be taken then.
-  /// Adds a line when the hologram is dark.
   ///
   /// refined  encoded instead of the fields that `run` was given, unless null
-  void finish(double radiance_unit, const FieldStack* refined, std::vector<std::string>& notes);
+  void finish(double radiance_unit, const FieldStack* refined);
+  /// True when the picture that was completed shows nothing. Where no field is kept, an SLM with
+  /// flatness or a carrier hides it.
+  bool is_dark() const { return is_dark_; }
 
   // At the hologram, one per frame: when asked for, and where the encoding needs it (encodes_whole)
   FieldStack field;
@@ -54,12 +56,14 @@ public:
   std::shared_ptr<const Panel> panel() const { return panel_; }
 
 private:
+  bool looks_dark() const;
   /// Begins to copy the pixels of a tile to their places in the hologram.
   template <class T>
   cl::Copy start_reading(const cl::Buffer<T>& from, std::size_t tile, std::span<T> hologram) const;
 
   cl::Device device_;
   bool keep_field_;
+  bool is_dark_ = false, has_light_ = false;
   StageTimes& times_;
   const Plan* plan_ = nullptr;
   std::shared_ptr<const Panel> panel_;

@@ -335,7 +335,9 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       out << " less " << dark << " that no light falls into";
     out << " at " << mm(layer.distance_m);
     if (plan.layers.size() == 1)
-      out << ", " << mm(plan.near_m - layer.distance_m) << " in front of the nearest surface\n";
+      out << ", " << mm(std::abs(plan.near_m - layer.distance_m))
+          << (layer.distance_m > plan.near_m ? " behind" : " in front of")
+          << " the nearest surface\n";
     else
       out << ", for surfaces from " << mm(layer.min_m.z) << " to " << mm(layer.max_m.z) << "\n";
     for (const auto& w : plan.wrps) {

@@ -3,13 +3,12 @@
 
 #include <charconv>
 #include <fstream>
-#include <iterator>
 #include <numeric>
 
 namespace raywave {
 namespace {
 
-constexpr std::uintmax_t kMaxSceneBytes = 1 << 20;
+constexpr std::size_t kMaxSceneBytes = 1 << 20;
 // Each dot of a dotted key nests a table, and the parser frees tables by recursion
 constexpr int kMaxDotsPerLine = 32;
 
@@ -34,7 +33,11 @@ std::string range_text(const Range& range, double value, std::string (*format)(d
 std::string describe(const toml::node& node) {
   if (const auto* text = node.as_string()) return in_quotes(text->get());
   if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
-  if (const auto* number = node.as_floating_point()) return number_text(number->get());
+  if (const auto* number = node.as_floating_point()) {
+    const auto text = number_text(number->get());
+    const bool is_whole = text.find_first_not_of("-0123456789") == std::string::npos;
+    return is_whole ? text + ".0" : text;  // as TOML tells it from an integer
+  }
   if (const auto* boolean = node.as_boolean()) return boolean->get() ? "true" : "false";
   if (const auto* array = node.as_array()) return "an array of " + std::to_string(array->size());
   return node.is_table() ? "a table" : "a date or time";
@@ -55,16 +58,22 @@ std::size_t distance(std::string_view a, std::string_view b) {
 
 namespace {
 
+/// The text of a file, or of a pipe such as /dev/stdin.
 std::string read_text(const std::filesystem::path& file) {
   const std::string name = one_line(file.string());
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error))
-    throw InputError(name + ": there is no such file");
-  if (std::filesystem::file_size(file, error) > kMaxSceneBytes || error)
-    throw InputError(name + ": too large for a scene file (at most 1 MiB)");
+  const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status)) throw InputError(name + ": there is no such file");
+  if (std::filesystem::is_directory(status)) throw InputError(name + ": is a folder, no file");
   std::ifstream stream(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(stream), {}};
   if (!stream) throw InputError(name + ": cannot be read");
+  // The size of a pipe is known at its end only
+  std::string text(kMaxSceneBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.bad()) throw InputError(name + ": cannot be read");
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  if (text.size() > kMaxSceneBytes)
+    throw InputError(name + ": too large for a scene file (at most 1 MiB)");
   return text;
 }
 
@@ -183,6 +192,8 @@ Document read_document(const std::filesystem::path& file,
                        const std::vector<std::string>& overrides) {
   Document document;
   document.file = file;
+  // /dev/stdin and /dev/fd/63 are what somebody pipes
+  if (!file.string().starts_with("/dev/")) document.folder = file.parent_path();
   const std::string name = one_line(file.string());
   const std::string text = read_text(file);
   refuse_deep_keys(text, name);

@@ -46,6 +46,7 @@ std::size_t distance(std::string_view a, std::string_view b);
 /// "object.0.width".
 struct Document {
   std::filesystem::path file;
+  std::filesystem::path folder;  // of the files that it names
   toml::table root;
   std::map<std::string, std::string, std::less<>> overrides;  // path -> the override as given
   std::map<std::string, std::string, std::less<>> old_names;  // path -> the key's old name, if used
@@ -67,6 +68,9 @@ struct Document {
                : one_line(file.string());
   }
 };
+
+/// A bare number of so many metres and more gets a note: few holograms show what is as large.
+inline constexpr double least_doubted_m = 2;
 
 /// One value of the scene: converts itself, or says where it is and what it must be.
 struct Value {
@@ -98,7 +102,10 @@ struct Value {
     const auto value = node->value<double>();
     if (!node->is_number() || !value)
       fail("a length: a number in metres, or a string such as \"3.74 um\"");
-    return checked(*value, range, length_text);
+    if (std::abs(checked(*value, range, length_text)) >= least_doubted_m)
+      note("lengths without a unit are metres; give \"" + number_text(*value) + " mm\" if " +
+           length_text(*value) + " is not meant");
+    return *value;
   }
 
   template <class Integer = int>
@@ -130,11 +137,12 @@ struct Value {
     fail(names);
   }
 
-  /// A file named relative to the scene file. That it can be opened is for its reader to find out.
+  /// A file named relative to the scene file, or to the current folder where the scene is piped.
+  /// That it can be opened is for its reader to find out.
   std::filesystem::path existing_file() const {
     const std::string& name = string("the name of a file");
     if (name.empty() || name.find('\0') != std::string::npos) fail("the name of a file");
-    const std::filesystem::path file = document->file.parent_path() / name;
+    const std::filesystem::path file = document->folder / name;
     std::error_code error;
     if (!std::filesystem::is_regular_file(file, error))
       fail("a file (there is none at " + in_quotes(file.string()) + ")");

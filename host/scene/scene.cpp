@@ -19,12 +19,16 @@ HologramSpec read_hologram(Section section) {
   HologramSpec spec;
   section.read("resolution", [&](const Value& v) { spec.resolution = v.integers(65536); });
   section.read("pitch", [&](const Value& v) {
-    const auto length = [](const Value& one) { return one.length_m(between(1e-10, 1)); };
+    const auto length = [](const Value& one) {
+      return one.length_m(between(HologramSpec::least_pitch_m, HologramSpec::largest_pitch_m));
+    };
     spec.pitch_m = v.is_array() ? v.vector<glm::dvec2>("a length or two [x, y]", length)
                                 : glm::dvec2(length(v));
   });
-  section.read("wavelength",
-               [&](const Value& v) { spec.wavelength_m = v.length_m(between(1e-9, 1e-2)); });
+  section.read("wavelength", [&](const Value& v) {
+    spec.wavelength_m =
+        v.length_m(between(HologramSpec::least_wavelength_m, HologramSpec::largest_wavelength_m));
+  });
   section.read("tiles", [&](const Value& v) {
     if (!v.is_auto()) spec.tiles = v.integers(64);
   });

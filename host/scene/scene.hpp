@@ -22,6 +22,9 @@
 namespace raywave {
 
 struct HologramSpec {
+  static constexpr double least_pitch_m = 1e-10, largest_pitch_m = 1;
+  static constexpr double least_wavelength_m = 1e-9, largest_wavelength_m = 1e-2;
+
   glm::ivec2 resolution{1920, 1080};  // pixels, x and y, >= 1
   glm::dvec2 pitch_m{3.74e-6, 3.74e-6};
   double wavelength_m = 638e-9;

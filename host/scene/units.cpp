@@ -40,13 +40,19 @@ std::optional<double> in_base_unit(std::string_view text, std::span<const Unit> 
 }  // namespace
 
 double parse_length_m(std::string_view text, std::string_view what) {
-  constexpr Unit units[] = {{"", 1},      {"m", 1},     {"cm", 1e-2},
+  constexpr Unit units[] = {{"", 1},      {"km", 1e3},  {"m", 1},    {"cm", 1e-2},
                             {"mm", 1e-3}, {"um", 1e-6}, {"nm", 1e-9}};
   if (const auto length = in_base_unit(text, units)) return *length;
-  throw InputError(
-      std::string(what) +
-      " must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for metres), got " +
-      in_quotes(text));
+  throw InputError(std::string(what) +
+                   " must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km; none for "
+                   "metres), got " +
+                   in_quotes(text));
+}
+
+bool is_bare_number(std::string_view text) {
+  constexpr Unit none[] = {{"", 1}};
+  const auto number = in_base_unit(text, none);
+  return number && *number != 0;
 }
 
 double parse_seconds(std::string_view text, std::string_view what) {

@@ -585,6 +585,13 @@ TEST_CASE("reconstructions that cannot be are refused with one line") {
   const auto field = desk.out("field.npy").string();
   refused(field, {"-z", "-5mm"}, "-z");
   refused(field, {"-z", "far"}, "-z");
+  refused(field, {"-z", "10"}, "a unit is needed, as in 10mm");
+  refused(field, {"-z", "10mm", "-z", "1cm"}, "a second picture of 10mm would overwrite the first");
+  refused(field, {"-z", "10mm", "--window", ""}, "--window: a value is needed");
+  refused(field, {"-z", "10mm", "--pitch", "1e300mm"},
+          "--pitch \"1e300mm\": must be 0.1 nm to 1 m");
+  refused(field, {"-z", "10mm", "--pitch", "4"}, "a unit is needed, as in 4mm");
+  refused(field, {"-z", "10mm", "--wavelength", "1m"}, "must be 1 nm to 10 mm");
   refused(field, {"-z", "10mm", "--window", "3mm"}, "--window");
   refused(field, {"-z", "10mm", "--view", "2,0"}, "--view");
   refused(field, {"-z", "10mm", "--view", "nan,0"}, "--view");

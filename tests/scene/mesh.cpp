@@ -289,6 +289,35 @@ TEST_CASE("a file that says its z axis is up keeps its coordinates") {
   CHECK(bounds(mesh).second == glm::dvec3(1, 2, 0));
 }
 
+TEST_CASE("empty solids, and cameras and lights without a place, leave the surfaces beside them") {
+  const Folder folder;
+  const std::string whole =
+      "solid whole\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+      "endloop\nendfacet\nendsolid whole\n";
+  const std::string empty = "solid empty\nendsolid empty\n";
+  // Assimp finds a second light in this file, which has no place.
+  const std::string with_light =
+      "Metric (key = \"distance\") {float {1.0}}\n"
+      "GeometryNode $node1 {Name {string {\"Part\"}} ObjectRef {ref {$geometry1}}}\n"
+      "LightNode $node2 {Name {string {\"Lamp\"}} ObjectRef {ref {$light1}}}\n"
+      "GeometryObject $geometry1 {Mesh (primitive = \"triangles\") {\n"
+      "VertexArray (attrib = \"position\") {float[3] {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, "
+      "{0.0, 1.0, 0.0}}}\nIndexArray {unsigned_int32[3] {{0, 1, 2}}}}}\n"
+      "LightObject $light1 (type = \"point\") {Color (attrib = \"light\") "
+      "{float[3] {{1.0, 1.0, 1.0}}}}\n";
+  for (const auto& file :
+       {folder.write("first.stl", empty + whole), folder.write("last.stl", whole + empty),
+        folder.write("light.ogex", with_light)}) {
+    INFO(file);
+    const auto mesh = load_mesh(file, Normals::flat, "here");
+    REQUIRE(mesh.triangles.size() == 1);
+    CHECK(mesh.positions.size() == 3);
+  }
+  CHECK_FALSE(input_error_of([&] {
+                load_mesh(folder.write("empty.stl", empty), Normals::flat, "here");
+              }).empty());
+}
+
 TEST_CASE("triangles without area are dropped, and a mesh of nothing else is refused") {
   const Folder folder;
   const std::string vertices = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 0 0\n";

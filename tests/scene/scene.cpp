@@ -175,7 +175,7 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {2, "resolution = [0, 720]", "hologram: resolution[0] must be 1 to 65536, got 0"},
       {2, "resolution = [65537, 720]", "hologram: resolution[0] must be 1 to 65536, got 65537"},
       {2, "resolution = [1280.0, 720]",
-       "hologram: resolution[0] must be a whole number, 1 to 65536, got 1280"},
+       "hologram: resolution[0] must be a whole number, 1 to 65536, got 1280.0"},
       {2, "resolution = 1280", "hologram: resolution must be two whole numbers [x, y], got 1280"},
       {2, "resolution = [1, 2, 3]",
        "hologram: resolution must be two whole numbers [x, y], got an array of 3"},
@@ -205,7 +205,7 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "object)"},
       {6, "grid = \"large\"", "wrp: grid must be two whole numbers [x, y], got \"large\""},
       {7, "distance = \"far\"",
-       "wrp: distance must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m; none for "
+       "wrp: distance must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km; none for "
        "metres), got \"far\""},
       {7, "distance = []", "wrp: distance must be a length, or 1 to 16 of them, got an array of 0"},
       {7, "distance = [0.1, true]",
@@ -499,7 +499,7 @@ TEST_CASE("a wrong override is named in place of the line") {
   CHECK(refusal("hologram.pitch=8 parsec") ==
         "--set hologram.pitch=8 parsec: hologram: pitch must be a length such as \"3.74 um\" "
         "(units: nm, um, "
-        "mm, cm, m; none for metres), got \"8 parsec\"");
+        "mm, cm, m, km; none for metres), got \"8 parsec\"");
   CHECK(refusal("light.0.direction=[0, 0, x]") ==
         "--set light.0.direction=[0, 0, x]: light 0: direction must be three numbers [x, y, z], "
         "got \"[0, 0, x]\"");
@@ -534,10 +534,11 @@ TEST_CASE("parse_length_m accepts its units and nothing else") {
   CHECK_THAT(parse_length_m("95mm", "x"), Catch::Matchers::WithinRel(0.095, 1e-15));
   CHECK_THAT(parse_length_m(" 2 cm ", "x"), Catch::Matchers::WithinRel(0.02, 1e-15));
   CHECK_THAT(parse_length_m("638nm", "x"), Catch::Matchers::WithinRel(638e-9, 1e-15));
+  CHECK(parse_length_m("10 km", "x") == 1e4);
   CHECK(parse_length_m("0.1", "x") == 0.1);
   CHECK(parse_length_m("-1e-3 m", "x") == -1e-3);
   for (const char* text :
-       {"", " ", "mm", "1 km", "1 mm mm", "nan", "inf m", "1e999", "0x10", "1,5 mm", "--1", "1 MM"})
+       {"", " ", "mm", "1 Mm", "1 mm mm", "nan", "inf m", "1e999", "0x10", "1,5 mm", "--1", "1 MM"})
     CHECK_THAT(input_error_of([&] { parse_length_m(text, "-z"); }),
                Catch::Matchers::StartsWith("-z must be a length such as \"3.74 um\""));
 }
@@ -565,7 +566,7 @@ TEST_CASE("a scene file that cannot be read is refused by name") {
   CHECK(input_error_of([&] { load_scene(workshop.folder / "none.toml"); }) ==
         (workshop.folder / "none.toml").string() + ": there is no such file");
   CHECK(input_error_of([&] { load_scene(workshop.folder / ""); }) ==
-        (workshop.folder / "").string() + ": there is no such file");
+        (workshop.folder / "").string() + ": is a folder, no file");
   CHECK(workshop.refusal(std::string((1 << 20) + 1, '#')) ==
         "scene.toml: too large for a scene file (at most 1 MiB)");
 }

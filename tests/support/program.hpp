@@ -48,7 +48,17 @@ public:
   /// environment  "NAME=value" each, added to the environment of this process
   Outcome run(const std::vector<std::string>& arguments,
               const std::vector<std::string>& environment = {}) const {
-    const pid_t program = start(arguments, environment);
+    return outcome_of(start(arguments, environment));
+  }
+
+  /// Runs a line in a shell, in this folder; $RAYWAVE is the program.
+  Outcome shell(const std::string& line) const {
+    return outcome_of(start_words({"/bin/sh", "-c", "cd '" + file("") + "'; " + line},
+                                  {std::string("RAYWAVE=") + RAYWAVE_PROGRAM}));
+  }
+
+  /// Waits for a program that `start` has started.
+  Outcome outcome_of(pid_t program) const {
     int status = 0;
     rusage usage{};
     while (wait4(program, &status, 0, &usage) < 0 && errno == EINTR) {
@@ -60,9 +70,25 @@ public:
   /// Starts the program and does not wait for it.
   pid_t start(const std::vector<std::string>& arguments,
               const std::vector<std::string>& environment = {}) const {
-    constexpr unsigned time_limit_s = 300;
     std::vector<std::string> words{RAYWAVE_PROGRAM};
     words.insert(words.end(), arguments.begin(), arguments.end());
+    return start_words(std::move(words), environment);
+  }
+
+  Outcome render(std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {"render", file("scene.toml"), "-o", file("out")});
+    return run(more);
+  }
+
+  std::string file(const std::string& name) const { return (folder_ / name).string(); }
+  std::filesystem::path out(const std::string& name) const { return folder_ / "out" / name; }
+  bool has_output() const { return std::filesystem::exists(folder_ / "out"); }
+  const Folder& folder() const { return folder_; }
+
+private:
+  pid_t start_words(std::vector<std::string> words,
+                    const std::vector<std::string>& environment) const {
+    constexpr unsigned time_limit_s = 300;
     std::vector<char*> pointers;
     for (auto& word : words) pointers.push_back(word.data());
     pointers.push_back(nullptr);
@@ -80,17 +106,6 @@ public:
     _exit(127);
   }
 
-  Outcome render(std::vector<std::string> more = {}) const {
-    more.insert(more.begin(), {"render", file("scene.toml"), "-o", file("out")});
-    return run(more);
-  }
-
-  std::string file(const std::string& name) const { return (folder_ / name).string(); }
-  std::filesystem::path out(const std::string& name) const { return folder_ / "out" / name; }
-  bool has_output() const { return std::filesystem::exists(folder_ / "out"); }
-  const Folder& folder() const { return folder_; }
-
-private:
   Folder folder_;
 };
 

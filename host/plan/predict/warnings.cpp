@@ -2,8 +2,11 @@
 #include "host/plan/predict/warnings.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
 #include <numbers>
 
 #include "host/common/text.hpp"
@@ -99,6 +102,44 @@ void warn_of_slm(const SlmLight& light, const Warn& warn) {
 
 }  // namespace
 
+std::vector<std::string> thin_object_warnings(const Scene& scene, const World& world,
+                                              const Plan& plan) {
+  if (!plan.aimed || world.area_samples.size() != scene.objects.size()) return {};
+  const auto two_digits = [](double length_m) {
+    const double unit = std::pow(10, std::floor(std::log10(length_m)) - 1);
+    return length_text(std::round(length_m / unit) * unit);
+  };
+  std::size_t count = 0;
+  std::string first;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    // In tangents: what the object covers, and the box around it
+    double area = 0, z_m = 0;
+    glm::dvec2 low(std::numeric_limits<double>::infinity()), high = -low;
+    for (const auto& sample : world.area_samples[i]) {
+      std::array<glm::dvec2, 3> at;
+      const auto corners = world.corners_m(sample.triangle);
+      std::transform(corners.begin(), corners.end(), at.begin(),
+                     [](const auto& corner) { return glm::dvec2(corner) / corner.z; });
+      const auto a = at[1] - at[0], b = at[2] - at[0];
+      area += sample.share * std::abs(a.x * b.y - a.y * b.x) / 2;
+      for (const auto& corner : at) {
+        low = glm::min(low, corner);
+        high = glm::max(high, corner);
+      }
+      z_m = corners[0].z;
+    }
+    if (world.object_closed[i]) area /= 2;  // a ray meets front and back
+    const double thinness = area / glm::length(high - low);
+    if (!(thinness > 0 && thinness < plan.lattice.step) || count++ > 0) continue;
+    first = scene.objects[i].where + ": about " + two_digits(thinness * z_m) +
+            " thin as seen from the hologram, where rays are " +
+            two_digits(plan.lattice.step * z_m) + " apart";
+  }
+  if (count == 0) return {};
+  return {first + (count > 1 ? " (and " + std::to_string(count - 1) + " more)" : "") +
+          ": they meet parts of it or nothing; a smaller sampling.pitch finds it"};
+}
+
 std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
                                      const FrontView& view, const SlmLight& slm_light,
                                      double resolution_m) {
@@ -147,6 +188,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
     }
   }
 
+  for (const auto& warning : thin_object_warnings(scene, world, plan)) warn(warning);
   const double p = scene.sampling.pitch_m;
   const double limit = plan.wavelength_m * plan.lattice.full_z_m /
                        (std::min(plan.size.x * plan.pitch_m.x, plan.size.y * plan.pitch_m.y));

@@ -2,6 +2,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -74,6 +75,11 @@ Image read_grey(const std::filesystem::path& file) {
 
 Image read_levels(const std::filesystem::path& file) {
   const auto input = open(file, largest_picture_side);
+  constexpr std::array lossless{"png", "bmp", "tiff"};
+  if (std::find(lossless.begin(), lossless.end(), std::string(input->format_name())) ==
+      lossless.end())
+    throw InputError(std::string("is a picture of kind ") + input->format_name() +
+                     ", which may lose levels; give png, bmp or tiff");
   const OIIO::ImageSpec& spec = input->spec();
   if (spec.nchannels != 1 || (spec.format != OIIO::TypeUInt8 && spec.format != OIIO::TypeUInt16))
     throw InputError("must be grey of 8 or 16 bits; it has " + std::to_string(spec.nchannels) +

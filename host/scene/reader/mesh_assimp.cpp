@@ -18,6 +18,7 @@
 #include <stdexcept>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "host/common/error.hpp"
 #include "host/scene/mesh.hpp"
@@ -92,6 +93,52 @@ Mesh flatten(const aiScene& scene) {
   return raw;
 }
 
+/// Deletes the entries of one of Assimp's lists that `keep` refuses. Returns the new places of the
+/// others, -1 for those.
+template <class T, class Keep>
+std::vector<int> delete_from(T**& list, unsigned& count, Keep keep) {
+  std::vector<int> place(count, -1);
+  unsigned kept = 0;
+  for (unsigned i = 0; i < count; ++i) {
+    if (keep(*list[i])) {
+      place[i] = static_cast<int>(kept);
+      list[kept++] = list[i];
+    } else {
+      delete list[i];
+    }
+  }
+  count = kept;
+  if (kept == 0) {  // validation wants none then
+    delete[] list;
+    list = nullptr;
+  }
+  return place;
+}
+
+/// Takes out what shows no surface, and what validation may refuse: cameras, lights, empty parts.
+void keep_surfaces(aiScene& scene) {
+  const auto none = [](const auto&) { return false; };
+  delete_from(scene.mCameras, scene.mNumCameras, none);
+  delete_from(scene.mLights, scene.mNumLights, none);
+  const auto place = delete_from(scene.mMeshes, scene.mNumMeshes, [](const aiMesh& part) {
+    return part.mNumVertices > 0 && part.mNumFaces > 0;
+  });
+  std::vector<aiNode*> pending{scene.mRootNode};
+  while (!pending.empty()) {
+    aiNode& node = *pending.back();
+    pending.pop_back();
+    unsigned kept = 0;
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+      const auto part = node.mMeshes[i];
+      // One that is not there is left for validation to find
+      const int now = part < place.size() ? place[part] : static_cast<int>(scene.mNumMeshes);
+      if (now >= 0) node.mMeshes[kept++] = static_cast<unsigned>(now);
+    }
+    node.mNumMeshes = kept;
+    pending.insert(pending.end(), node.mChildren, node.mChildren + node.mNumChildren);
+  }
+}
+
 /// A file that throws at its end: Assimp's PLY reader reads for ever when the end of the header or
 /// of the data is missing.
 class EndingStream : public Assimp::DefaultIOStream {
@@ -115,10 +162,7 @@ public:
   }
 };
 
-}  // namespace
-
-Mesh read_mesh(const std::filesystem::path& file) {
-  Assimp::Importer importer;
+void prepare(Assimp::Importer& importer) {
   importer.SetIOHandler(new EndingFiles);  // which the importer deletes
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
 #ifdef AI_CONFIG_IMPORT_COLLADA_IGNORE_UNIT_SIZE
@@ -127,11 +171,29 @@ Mesh read_mesh(const std::filesystem::path& file) {
 #ifdef AI_CONFIG_IMPORT_FBX_IGNORE_UP_DIRECTION
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_IGNORE_UP_DIRECTION, true);
 #endif
+}
+
+}  // namespace
+
+Mesh read_mesh(const std::filesystem::path& file) {
   // Not aiProcess_JoinIdenticalVertices: it merges what lies within 1e-5 units, which eats a mesh
   // of micrometres.
-  const aiScene* scene =
-      importer.ReadFile(file.string(), aiProcess_ValidateDataStructure | aiProcess_Triangulate);
-  if (!scene || !scene->mRootNode) throw InputError(importer.GetErrorString());
+  constexpr unsigned steps = aiProcess_ValidateDataStructure | aiProcess_Triangulate;
+  Assimp::Importer importer;
+  prepare(importer);
+  if (const auto* scene = importer.ReadFile(file.string(), steps); scene && scene->mRootNode)
+    return flatten(*scene);
+
+  // Once more without what is no surface, such as empty solids or a camera without a place; by an
+  // importer of its own, since some readers keep what the first has left
+  const std::string why = importer.GetErrorString();
+  if (why.find("Validation failed") == std::string::npos) throw InputError(why);
+  Assimp::Importer again;
+  prepare(again);
+  if (!again.ReadFile(file.string(), 0) || !again.GetScene()->mRootNode) throw InputError(why);
+  keep_surfaces(*const_cast<aiScene*>(again.GetScene()));
+  const auto* scene = again.ApplyPostProcessing(steps);
+  if (!scene || !scene->mRootNode) throw InputError(again.GetErrorString());
   return flatten(*scene);
 }
 

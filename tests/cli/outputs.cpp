@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the program reads from pipes and leaves in folders, as a person runs it in a shell.
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host/common/output.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/program.hpp"
+
+namespace raywave {
+namespace {
+
+using namespace test;
+namespace fs = std::filesystem;
+using Catch::Matchers::ContainsSubstring;
+
+TEST_CASE("a scene may come from a pipe, and names its files from the current folder") {
+  const Desk desk;
+  const auto plan = desk.run({"plan", desk.file("scene.toml")}).out;
+  const auto piped = desk.shell("cat scene.toml | \"$RAYWAVE\" plan /dev/stdin");
+  INFO(piped.err);
+  CHECK(piped.code == 0);
+  CHECK(piped.out == plan);
+  const auto fifo =
+      desk.shell("mkfifo pipe.toml; cat scene.toml > pipe.toml & \"$RAYWAVE\" plan pipe.toml");
+  CHECK(fifo.code == 0);
+  CHECK(fifo.out == plan);
+  check_refused(desk.shell("\"$RAYWAVE\" plan /dev/stdin < /dev/zero"), 2, "at most 1 MiB");
+  check_refused(desk.run({"plan", desk.file("")}), 2, "is a folder");
+  check_refused(desk.run({"plan", desk.file("none.toml")}), 2, "there is no such file");
+}
+
+TEST_CASE("a full or closed standard output is an error or no matter, never a crash") {
+  const Desk desk;
+  for (const char* command : {"--help", "plan --help", "devices --json", "plan scene.toml"})
+    check_refused(desk.shell(std::string("\"$RAYWAVE\" ") + command + " > /dev/full"), 2,
+                  "standard output cannot be written: No space left on device");
+  for (const char* closed : {"<&- >&-", "<&- 2>&-", ">&- 2>&-", "<&- >&- 2>&-"}) {
+    INFO(closed);
+    const auto outcome =
+        desk.shell(std::string("\"$RAYWAVE\" render scene.toml -o out --quiet ") + closed);
+    CHECK(outcome.code == 0);
+    CHECK(nlohmann::json::parse(bytes_of(desk.out("report.json"))).contains("files"));
+    fs::remove_all(desk.out(""));
+  }
+}
+
+TEST_CASE("report.json tells the pictures of its run from others") {
+  const Desk desk;
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  const auto first = bytes_of(desk.out("hologram.png"));
+  REQUIRE(desk.render({"--quiet", "--set", "sampling.seed=7"}).code == 0);
+  const auto report = desk.out("report.json").string();
+  const auto files = nlohmann::json::parse(bytes_of(report)).at("files");
+  CHECK(files.size() == 2);
+  CHECK(files.at("hologram.png") != files.at("field.npy"));
+  const std::vector<std::string> look{"reconstruct",     report,   "-z", "10mm", "-o",
+                                      desk.file("seen"), "--quiet"};
+  CHECK(desk.run(look).code == 0);
+  desk.folder().write("out/hologram.png", first);
+  check_refused(desk.run(look), 2, "hologram.png: is not the picture that ");
+  auto picture = look;
+  picture[1] = desk.out("hologram.png").string();
+  CHECK(desk.run(picture).code == 0);
+
+  for (const auto& line : std::vector<std::vector<std::string>>{
+           {"encode", desk.out("field.npy").string(), "-o", desk.file("encoded"), "--format",
+            "png16"},
+           {"pattern", "blaze", "--size", "32x32", "--pitch", "8um", "--wavelength", "638nm", "-o",
+            desk.file("pattern")},
+           {"refine", desk.file("scene.toml"), "--iterations", "1", "--no-table", "-o",
+            desk.file("refined")}}) {
+    const auto outcome = desk.run(line);
+    INFO(line[0] << ": " << outcome.err);
+    REQUIRE(outcome.code == 0);
+    const fs::path folder = line.back() == "png16" ? desk.file("encoded") : line.back();
+    const auto named = nlohmann::json::parse(bytes_of(folder / "report.json")).at("files");
+    for (const auto& entry : fs::directory_iterator(folder))
+      CHECK((entry.path().filename() == "report.json" ||
+             named.contains(entry.path().filename().string())));
+  }
+}
+
+TEST_CASE("one run at a time writes into a folder, and one that is refused leaves none") {
+  const Desk desk;
+  {
+    const HeldFolder held(desk.out(""));
+    check_refused(desk.render({"--quiet"}), 2, "another raywave writes into this folder");
+  }
+  CHECK_FALSE(desk.has_output());
+  CHECK(desk.run({"render", desk.file("scene.toml"), "-o", desk.file("a/b/c"), "--quiet", "--set",
+                  "wrp.padding=1", "--set", "hologram.resolution=[8192, 8192]", "--set",
+                  "sampling.frames=4096"})
+            .code == 2);
+  CHECK_FALSE(fs::exists(desk.file("a")));
+  CHECK(desk.render({"--quiet"}).code == 0);
+}
+
+TEST_CASE("temporary files go when a signal ends the program, and at the next run after a kill") {
+  const Desk desk;
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  desk.folder().write("out/hologram.4194305-0.tmp.png", "left by a program that was killed");
+  desk.folder().write("out/hologram.4194306-1.tmp.png", "of one that still lives");
+  desk.folder().write("out/my.tmp.png", "the user's own");
+  const int alive = open(desk.out("hologram.4194306-1.tmp.png").c_str(), O_RDONLY);
+  REQUIRE(flock(alive, LOCK_EX | LOCK_NB) == 0);
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  close(alive);
+  CHECK_FALSE(fs::exists(desk.out("hologram.4194305-0.tmp.png")));
+  CHECK(fs::exists(desk.out("hologram.4194306-1.tmp.png")));
+  CHECK(fs::exists(desk.out("my.tmp.png")));
+
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    INFO("signal " << signal);
+    const pid_t child = fork();
+    if (child == 0) {
+      // Whatever the test's program does at signals
+      std::signal(signal, SIG_DFL);
+      const int err = open(desk.file("stderr").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+      dup2(err, STDERR_FILENO);
+      remove_temporaries_at_signals();
+      write_whole(desk.out("large.bin"), [&](OutputFile& output) {
+        output.write("half of it");
+        raise(signal);
+      });
+      _exit(0);
+    }
+    int status = 0;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    CHECK(WIFSIGNALED(status));
+    CHECK(WTERMSIG(status) == signal);
+    CHECK_THAT(bytes_of(desk.file("stderr")), ContainsSubstring("raywave: stopped"));
+    CHECK_FALSE(fs::exists(desk.out("large.bin")));
+    for (const auto& entry : fs::directory_iterator(desk.out("")))
+      CHECK_FALSE(entry.path().filename().string().starts_with("large"));
+  }
+}
+
+TEST_CASE("folders where cached files should be cost time only") {
+  const Desk desk;
+  const std::vector<std::string> own_cache{"RAYWAVE_CACHE_DIR=" + desk.file("cache")};
+  const std::vector<std::string> line{"render", desk.file("scene.toml"), "-o", desk.file("out"),
+                                      "--quiet"};
+  REQUIRE(desk.run(line, own_cache).code == 0);
+  std::size_t files = 0;
+  std::vector<fs::path> cached;
+  for (const auto& entry : fs::directory_iterator(desk.file("cache"))) {
+    if (entry.is_regular_file()) cached.push_back(entry.path());
+  }
+  for (const auto& file : cached) {
+    fs::remove(file);
+    files += fs::create_directory(file);
+  }
+  CHECK(files > 0);
+  const auto outcome = desk.run(line, own_cache);
+  INFO(outcome.err);
+  CHECK(outcome.code == 0);
+}
+
+TEST_CASE("objects that slip between the rays, and dark holograms, are said, field or no field") {
+  Desk desk;
+  desk.folder().write("thread.obj", "v 0 0 0\nv 1 0 0\nv 1 0.01 0\nv 0 0.01 0\nf 1 2 3\nf 1 3 4\n");
+  const std::string thread =
+      "[[object]]\nmesh = \"thread.obj\"\nwidth = \"0.1 mm\"\n"
+      "position = [0, \"0.005 mm\", \"10 mm\"]\n";
+  desk.scene(thread);
+  const auto both = desk.render();
+  CHECK(both.code == 0);
+  CHECK_THAT(both.err, ContainsSubstring("object 1: about 1 um thin") &&
+                           ContainsSubstring("rays are 20 um apart"));
+  CHECK_THAT(desk.run({"plan", desk.file("scene.toml")}).out,
+             ContainsSubstring("object 1: about 1 um thin"));
+  CHECK(desk.render({"--set", "sampling.pitch=0.5 um"}).err.empty());
+
+  desk.folder().write(
+      "scene.toml",
+      "[hologram]\nresolution = [48, 32]\npitch = \"4 um\"\n[sampling]\npitch = \"20 um\"\n"
+      "[[light]]\ndirection = [0, 0, 1]\n" +
+          thread);
+  for (const bool field : {true, false})
+    CHECK_THAT(
+        desk.render(field ? std::vector<std::string>{} : std::vector<std::string>{"--no-field"})
+            .err,
+        ContainsSubstring("the hologram is dark: no ray of the lattice meets a surface"));
+  // Surfaces that no light reaches
+  desk.folder().write("scene.toml",
+                      "[hologram]\nresolution = [48, 32]\npitch = \"4 um\"\n"
+                      "[[light]]\ndirection = [0, 0, 1]\n"
+                      "[materials.black]\nambient = 0\ndiffuse = 0\nspecular = 0\n"
+                      "[[object]]\nmesh = \"square.obj\"\nwidth = \"0.2 mm\"\n"
+                      "position = [0, 0, \"10 mm\"]\nmaterial = \"black\"\n");
+  for (const bool field : {true, false})
+    CHECK_THAT(
+        desk.render(field ? std::vector<std::string>{} : std::vector<std::string>{"--no-field"})
+            .err,
+        ContainsSubstring("the hologram is dark: no light comes from the scene"));
+}
+
+}  // namespace
+}  // namespace raywave
