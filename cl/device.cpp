@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "cl/aborts.hpp"
 #include "cl/environment.hpp"
 #include "host/common/cache.hpp"
 #include "host/common/environment.hpp"
@@ -184,6 +185,7 @@ Device::Device(const DeviceInfo& info) : info_(info) {
 
 void Device::finish() const {
   checked(info_, [&] { queue_.finish(); });
+  driver_is_done();
 }
 
 void throw_device_error(const ::cl::Error& error, const DeviceInfo& info) {

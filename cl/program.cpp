@@ -4,6 +4,7 @@
 #include <set>
 #include <sstream>
 
+#include "cl/aborts.hpp"
 #include "cl/program_folder.hpp"
 #include "host/common/cache.hpp"
 
@@ -93,6 +94,7 @@ Program::Program(const Device& device, const std::string& file, const Options& o
       // The binary is damaged, or the driver has changed since: compile again.
     }
   }
+  driver_works_on(file + " on " + info.name);
   try {
     program_ = ::cl::Program(device.context(), source);
     program_.build(devices, flags.c_str());
@@ -154,6 +156,8 @@ void Kernel::enqueue(Range global, Range local) {
   };
   const Range whole{round_up(global.x, local.x), global.y ? round_up(global.y, local.y) : 0,
                     global.z ? round_up(global.z, local.z) : 0};
+  if (is_new_) driver_works_on(name_ + " on " + device_.info().name);  // some compile now
+  is_new_ = false;
   try {
     device_.queue().enqueueNDRangeKernel(kernel_, ::cl::NullRange, range(whole), range(local));
   } catch (const ::cl::Error& error) {

@@ -103,6 +103,7 @@ private:
   ::cl::Kernel kernel_;
   std::string name_;
   std::vector<std::string> argument_types_;
+  bool is_new_ = true;  // not yet enqueued
 };
 
 class Program {

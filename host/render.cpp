@@ -8,6 +8,7 @@
 #include "host/common/stage_clock.hpp"
 #include "host/encode/encode_stage.hpp"
 #include "host/plan/make_plan.hpp"
+#include "host/plan/predict/cost.hpp"
 #include "host/plan/predict/memory.hpp"
 #include "host/plan/predict/warnings.hpp"
 #include "host/propagate/propagate_stage.hpp"
@@ -179,6 +180,11 @@ void Renderer::State::make_first_plan() {
   require_memory(device_, plan_, memory_needs(world_, plan_, use, limits.largest_buffer_bytes), use,
                  limits);
   thin_objects_ = thin_object_warnings(scene_, world_, plan_);
+  constexpr double long_s = 60;
+  if (options_.takes_long) {
+    const double seconds = predicted_s(scene_, world_, plan_, options_.rates);
+    if (seconds > long_s) options_.takes_long(seconds);
+  }
   report("tree and kernels", 0);
   prepare();
 }

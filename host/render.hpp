@@ -16,6 +16,7 @@
 #include "host/encode/panel.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
+#include "host/plan/predict/rates.hpp"
 #include "host/refine/refine_stage.hpp"
 #include "host/scene/scene.hpp"
 
@@ -34,6 +35,9 @@ struct RenderOptions {
   // earlier one ended
   std::optional<FieldStack> refine_start;
   Progress progress;
+  // Called before the first picture where it is predicted to take more than a minute
+  std::function<void(double seconds)> takes_long;
+  DeviceRates rates = default_rates();  // for that prediction
 };
 
 struct RenderResult {

@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "cl/aborts.hpp"
 #include "cl/device.hpp"
 #include "host/cli/arguments.hpp"
 #include "host/cli/commands.hpp"
@@ -76,6 +77,7 @@ int main(int argc, char** argv) {
   using namespace raywave::cli;
   open_standard_streams();
   raywave::remove_temporaries_at_signals();
+  raywave::cl::explain_aborts(exit_device);
   keep_freed_memory();
   CLI::App app{std::string("raywave ") + raywave::version +
                    ": photorealistic holograms of meshes for spatial light modulators",

@@ -20,6 +20,11 @@ ProgressBar::~ProgressBar() {
   if (active_ && on_terminal_) std::fputs("\r\x1b[K", stderr);
 }
 
+void ProgressBar::say(const std::string& line) {
+  if (active_)
+    std::fprintf(stderr, "%sraywave: %s\n", on_terminal_ ? "\r\x1b[K" : "", line.c_str());
+}
+
 void ProgressBar::show(const std::string& what, double share) {
   if (!active_) return;
   if (!on_terminal_) {

@@ -16,6 +16,8 @@ public:
   ProgressBar& operator=(const ProgressBar&) = delete;
 
   void show(const std::string& what, double share);
+  /// Prints a line above the bar.
+  void say(const std::string& line);
 
 private:
   bool on_terminal_, active_;

@@ -19,6 +19,7 @@
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
+#include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/scene/image.hpp"
 #include "host/trace/tuning.hpp"
@@ -86,6 +87,11 @@ void run_render(const RenderArguments& options) {
   {
     ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+    how.rates = figures_of(device.info()).rates;
+    how.takes_long = [&](double seconds) {
+      bar.say("this will take about " + duration_text(seconds) +
+              "; raywave plan tells why, --preset draft or a larger sampling.pitch takes less");
+    };
     if (goal.any()) {
       bar.show("plan", 0);
       const auto world = build_world(scene);

@@ -74,15 +74,18 @@ void run_tune(const TuneArguments& options) {
   if (text) {
     std::printf("work        %s\n", text_of(*info.work).c_str());
     std::printf(
-        "rays        %.3g ns a level of the tree\npairs       %.3g ns\npixels      %.3g "
-        "ns\ntransforms  %.3g ns a butterfly\n"
-        "levels      %.3g ns\n%s, in %.0f s\n",
-        rates.ray_s * 1e9, rates.pair_s * 1e9, rates.pixel_s * 1e9, rates.butterfly_s * 1e9,
-        rates.level_s * 1e9, tuning_file(info).c_str(),
+        "rays        %.3g ns a level of the tree, %.3g ns towards lights\n"
+        "nodes       %.3g ns\npairs       %.3g ns\npixels      %.3g ns\n"
+        "transforms  %.3g ns a butterfly\nlevels      %.3g ns\n%s, in %.0f s\n",
+        rates.ray_s * 1e9, rates.shadow_ray_s * 1e9, rates.node_s * 1e9, rates.pair_s * 1e9,
+        rates.pixel_s * 1e9, rates.butterfly_s * 1e9, rates.level_s * 1e9,
+        tuning_file(info).c_str(),
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   options.report.write(nlohmann::ordered_json{{"device", rates.device},
                                               {"ray_s", rates.ray_s},
+                                              {"shadow_ray_s", rates.shadow_ray_s},
+                                              {"node_s", rates.node_s},
                                               {"pair_s", rates.pair_s},
                                               {"pixel_s", rates.pixel_s},
                                               {"butterfly_s", rates.butterfly_s},

@@ -60,4 +60,12 @@ std::string length_text(double length_m) {
                                      : number_text(length_m) + " m";
 }
 
+std::string duration_text(double seconds) {
+  constexpr double minutes_from = 120, hours_from = 7200;
+  if (seconds < 1) return number_text(std::round(seconds * 1e4) / 10) + " ms";
+  if (seconds < minutes_from) return number_text(std::round(seconds * 100) / 100) + " s";
+  if (seconds < hours_from) return number_text(std::round(seconds / 60)) + " minutes";
+  return number_text(std::round(seconds / 360) / 10) + " hours";
+}
+
 }  // namespace raywave

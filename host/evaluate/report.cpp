@@ -219,9 +219,14 @@ Json json_of(const Prediction& prediction) {
                       {"stopped", light.zero_order_stopped},
                       {"share_of_picture", light.on_picture}}}};
   const auto& w = prediction.work;
-  j["work"] = {
-      {"samples", w.samples},         {"rays", w.rays},    {"pairs", w.pairs}, {"pixels", w.pixels},
-      {"butterflies", w.butterflies}, {"levels", w.levels}};
+  j["work"] = {{"samples", w.samples},
+               {"rays", w.rays},
+               {"shadow_rays", w.shadow_rays},
+               {"nodes", w.nodes},
+               {"pairs", w.pairs},
+               {"pixels", w.pixels},
+               {"butterflies", w.butterflies},
+               {"levels", w.levels}};
   if (w.lens_rays > 0) {
     j["work"]["lens_rays"] = w.lens_rays;
     j["work"]["refine_butterflies"] = w.refine_butterflies;

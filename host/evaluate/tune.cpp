@@ -42,9 +42,26 @@ BuiltIn ball_in_wall(int frames) {
 
 constexpr std::array stages{"samples", "trace", "propagate", "encode"};
 
-/// Seconds of these stages for four frames of the ball in the wall, measured on the device whose
-/// rates are the defaults.
-constexpr std::array ball_in_wall_s{0.0148, 0.108, 0.285, 0.0083};
+/// Pictures of the ball in the wall: as it is, with the shadows of many lights, and over WRPs.
+enum class Lit { plainly, with_shadows, over_wrps };
+
+/// Seconds of these stages for four frames, measured on the device whose rates are the defaults.
+constexpr std::array plain_s{0.0131, 0.0156, 0.0233, 0.00395};
+constexpr double shadows_s = 0.0333, wrps_s = 0.0560;
+
+BuiltIn lit(BuiltIn ball, Lit how) {
+  constexpr int lights = 8;
+  if (how == Lit::over_wrps) ball.scene.wrp.propagation = WrpPropagation::spectrum;
+  if (how == Lit::with_shadows) {
+    ball.scene.trace.shadows = true;
+    while (ball.scene.lights.size() < lights) {
+      Light light = ball.scene.lights[0];
+      light.direction.x = 0.2 * static_cast<double>(ball.scene.lights.size());
+      ball.scene.lights.push_back(light);
+    }
+  }
+  return ball;
+}
 
 /// Seconds of each stage of one rendering, in the order of `stages`; on CPUs the processor time
 /// divided by the number of compute units.
@@ -124,24 +141,31 @@ cl::WorkShape choose_work(const cl::DeviceInfo& device, cl::FftBackend backend,
 
 DeviceRates measure_rates(const cl::DeviceInfo& info, cl::FftBackend backend) {
   const cl::Device device(info);
-  const auto ball = ball_in_wall(4);
-  std::array<double, stages.size()> least{};
-  for (int turn = 0; turn < 6; ++turn) {
-    const auto now = stages_s(device, ball, backend);
-    if (turn == 0) continue;  // turn 0 compiles the kernels
-    for (std::size_t i = 0; i < least.size(); ++i)
-      least[i] = turn == 1 ? now[i] : std::min(least[i], now[i]);
-  }
-  const auto scaled = [&](std::size_t stage, double rate_s) {
-    return std::max(1e-15, rate_s * least[stage] / ball_in_wall_s[stage]);
+  const auto least_of = [&](Lit how) {
+    const auto ball = lit(ball_in_wall(4), how);
+    std::array<double, stages.size()> least{};
+    for (int turn = 0; turn < 6; ++turn) {
+      const auto now = stages_s(device, ball, backend);
+      if (turn == 0) continue;  // turn 0 compiles the kernels
+      for (std::size_t i = 0; i < least.size(); ++i)
+        least[i] = turn == 1 ? now[i] : std::min(least[i], now[i]);
+    }
+    return least;
+  };
+  const auto plain = least_of(Lit::plainly), shadows = least_of(Lit::with_shadows),
+             wrps = least_of(Lit::over_wrps);
+  const auto scaled = [](double rate_s, double measured_s, double default_s) {
+    return std::max(1e-15, rate_s * measured_s / default_s);
   };
   const auto defaults = default_rates();
   return {info.name,
-          scaled(0, defaults.ray_s),
-          scaled(1, defaults.pair_s),
-          scaled(1, defaults.pixel_s),
-          scaled(2, defaults.butterfly_s),
-          scaled(3, defaults.level_s)};
+          scaled(defaults.ray_s, plain[0], plain_s[0]),
+          scaled(defaults.shadow_ray_s, std::max(0.0, shadows[0] - plain[0]), shadows_s),
+          scaled(defaults.node_s, plain[1], plain_s[1]),
+          scaled(defaults.pair_s, wrps[1], wrps_s),
+          scaled(defaults.pixel_s, wrps[1], wrps_s),
+          scaled(defaults.butterfly_s, plain[2], plain_s[2]),
+          scaled(defaults.level_s, plain[3], plain_s[3])};
 }
 
 }  // namespace raywave

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -89,6 +90,12 @@ std::uint64_t aimed_rays(const Plan& plan) {
     rays += of_layer;
   }
   return static_cast<std::uint64_t>(rays);
+}
+
+double ray_bias_m(const World& world, const Plan& plan) {
+  const double reach_m =
+      std::max(glm::length(world.min_m - plan.origin_m), glm::length(world.max_m - plan.origin_m));
+  return std::max(glm::length(world.max_m - world.min_m) * 0x1p-16, reach_m * 0x1p-20);
 }
 
 bool breaks_pay(const LatticePlan& lattice, std::size_t triangles) {

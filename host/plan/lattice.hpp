@@ -42,6 +42,14 @@ LatticePlan lattice_over(const Scene& scene, const Extents& extents, const Plan&
 /// middle depths in equal parts.
 std::uint64_t aimed_rays(const Plan& plan);
 
+/// Distance from surfaces at which rays start: beyond the rounding errors of coordinates, which
+/// grow with the distance from the scene's origin.
+double ray_bias_m(const World& world, const Plan& plan);
+
+/// Breaks are looked for where that is less than so many cells of the lattice: their margin covers
+/// what it moves rays aside.
+inline constexpr double most_bias_of_breaks = 0.02;
+
 /// True when looking for breaks (kernels/samples/breaks.h) takes less time than the rays that it
 /// saves: at most 16 triangles for each cell of the lattice (docs/pipeline.md).
 bool breaks_pay(const LatticePlan& lattice, std::size_t triangles);

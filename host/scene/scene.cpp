@@ -294,6 +294,16 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   const std::string name = one_line(file.string());
   if (scene.objects.empty())
     throw InputError(name + ": there is no object: add [[object]] with mesh = \"FILE\"");
+  if (const auto shining =
+          std::count_if(scene.lights.begin(), scene.lights.end(),
+                        [](const Light& light) { return light.type != LightType::ambient; });
+      shining > most_lights)
+    throw InputError(name + ": " + std::to_string(shining) +
+                     " lights with a place or a direction, "
+                     "at most " +
+                     std::to_string(most_lights) +
+                     " are allowed: each is followed to every sample; leave out the weakest, or "
+                     "make an ambient light of them");
   if (scene.lights.empty())
     throw InputError(name + ": there is no light: add [[light]] with direction = [0, 0, 1]");
   return scene;

@@ -126,6 +126,9 @@ struct Light {
   double intensity = 1.0;  // >= 0
 };
 
+/// Lights of a scene besides ambient ones, at most.
+inline constexpr int most_lights = 1024;
+
 /// Phong material. Triples are red, green, blue; a hologram of one wavelength uses the channel that
 /// its colour falls into (`channel_of`).
 struct Material {

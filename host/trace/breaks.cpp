@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/trace/breaks.hpp"
 
+#include "host/plan/lattice.hpp"
+
 namespace raywave {
 namespace {
 
 constexpr std::size_t tile = 8;  // BREAK_TILE of kernels/samples/breaks.h
-
-/// Bias of rays, in cells, up to which the margin of breaks covers what moves rays aside.
-constexpr float largest_bias = 0.02f;
 
 void make_room(const cl::Device& device, cl::Buffer<float>& buffer, std::size_t size) {
   if (buffer.size() != size) buffer = {device, size, "breaks of surfaces"};
@@ -26,7 +25,8 @@ Breaks::Breaks(const cl::Device& device)
 
 void Breaks::find(const device::Lattice& lattice, const DeviceScene& scene) {
   const float cell_m = lattice.step * (lattice.near_z - lattice.centre_z);
-  known = scene.tree.has_neighbours() && lattice.bias < largest_bias * cell_m;
+  known = scene.tree.has_neighbours() &&
+          lattice.bias < static_cast<float>(most_bias_of_breaks) * cell_m;
   if (!known) return;
   const auto along = [](std::int32_t n) { return (static_cast<std::size_t>(n) + tile - 1) / tile; };
   const auto tile_count = along(lattice.nx) * along(lattice.ny);

@@ -12,6 +12,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/geometry/kernel_options.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave {
@@ -164,11 +165,7 @@ void DeviceScene::upload_lights(const World& world, const Plan& plan) {
   ambient_light = in_units(ambient_light_of(plan.lighting), light_unit);
   radiance_unit = material_unit_ * light_unit;
   diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));
-  // The bias exceeds the rounding error of coordinates, which grows with the distance from the
-  // origin.
-  const auto reach_m =
-      std::max(glm::length(world.min_m - plan.origin_m), glm::length(world.max_m - plan.origin_m));
-  bias_m = std::max(diameter_m * 0x1p-16f, static_cast<float>(reach_m) * 0x1p-20f);
+  bias_m = static_cast<float>(ray_bias_m(world, plan));
 }
 
 }  // namespace raywave

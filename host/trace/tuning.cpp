@@ -17,17 +17,17 @@
 namespace raywave {
 namespace {
 
-constexpr int layout = 2;
+constexpr int layout = 3;
 
 struct RateKey {
   const char* name;
   double DeviceRates::*value;
 };
-constexpr RateKey rate_keys[] = {{"ray_s", &DeviceRates::ray_s},
-                                 {"pair_s", &DeviceRates::pair_s},
-                                 {"pixel_s", &DeviceRates::pixel_s},
-                                 {"butterfly_s", &DeviceRates::butterfly_s},
-                                 {"level_s", &DeviceRates::level_s}};
+constexpr RateKey rate_keys[] = {
+    {"ray_s", &DeviceRates::ray_s},     {"shadow_ray_s", &DeviceRates::shadow_ray_s},
+    {"node_s", &DeviceRates::node_s},   {"pair_s", &DeviceRates::pair_s},
+    {"pixel_s", &DeviceRates::pixel_s}, {"butterfly_s", &DeviceRates::butterfly_s},
+    {"level_s", &DeviceRates::level_s}};
 
 /// Memory that this process may use: that of the machine, or the limit of its container when that
 /// is less.

@@ -134,8 +134,15 @@ static inline intv shine_within(__global const Light* lights, __global const uin
   surface->place = ds3(surface->x, surface->y, surface->z);
   surface->normal = ds3(surface->nx, surface->ny, surface->nz);
 #endif
-  // Directions in which the highlights of each light are brightest
+  // The sum of what each highlight is where it is brightest: no direction shows more.
+  floatv brightest = 0.0f;
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
+    int is_on[RAYWAVE_LANES];
+    for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
+      is_on[lane] = is_lit(
+          lit + (size_t)(first + min(lane, count - 1)) * (size_t)((RAYWAVE_LIGHTS + 31) / 32), i);
+    const intv on = LANES_LOAD(is_on) != 0;
+    if (!LANES_ANY(on)) continue;
     const Incident in = incident(lights, i, surface, 0.0f);
     const floatv twice = 2.0f * in.facing;
     const floatv down = fmax(in.z - twice * surface->nz, (floatv)(1e-6f));
@@ -152,23 +159,10 @@ static inline intv shine_within(__global const Light* lights, __global const uin
     surface->vy = ty * cosine;
     surface->vz = -cosine;
 #endif
-    intv candidate = LANES_INDEX < 0;
-    floatv shining = 0.0f;
-    for (int other = 0; other < RAYWAVE_LIGHTS; ++other) {
-      int is_on[RAYWAVE_LANES];
-      for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
-        is_on[lane] = is_lit(
-            lit + (size_t)(first + min(lane, count - 1)) * (size_t)((RAYWAVE_LIGHTS + 31) / 32),
-            other);
-      const intv on = LANES_LOAD(is_on) != 0;
-      if (other == i && in.intensity > 0.0f) candidate = on;
-      if (!LANES_ANY(on)) continue;
-      const Incident also = incident(lights, other, surface, 0.0f);
-      shining += LANES_SELECT((floatv)(0.0f),
-                              highlight(lights + other, &also, surface) * also.intensity, on);
-    }
-    shines |= candidate & (shining > 2e-6f * radiance);
+    brightest +=
+        LANES_SELECT((floatv)(0.0f), highlight(lights + i, &in, surface) * in.intensity, on);
   }
+  shines = brightest > 2e-6f * radiance;
 #else
   (void)lights, (void)lit, (void)first, (void)count, (void)radiance, (void)surface;
   (void)tangent_x, (void)half_x, (void)tangent_y, (void)half_y;

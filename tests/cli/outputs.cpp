@@ -53,6 +53,19 @@ TEST_CASE("a full or closed standard output is an error or no matter, never a cr
   }
 }
 
+TEST_CASE("a driver that ends the program gets a line, and exit code 3") {
+  const Desk desk;
+  const auto outcome = desk.shell(
+      "LD_PRELOAD=" RAYWAVE_ABORTING_DRIVER
+      " ASAN_OPTIONS=verify_asan_link_order=0 \"$RAYWAVE\" render scene.toml -o out --quiet");
+  INFO(outcome.err);
+  CHECK(outcome.code == 3);
+  CHECK_THAT(outcome.err, ContainsSubstring("OpenCL driver has ended the program while it compiled "
+                                            "or ran kernels/samples/"));
+  CHECK_THAT(outcome.err, ContainsSubstring("raywave devices"));
+  CHECK(!fs::exists(desk.out("report.json")));
+}
+
 TEST_CASE("report.json tells the pictures of its run from others") {
   const Desk desk;
   REQUIRE(desk.render({"--quiet"}).code == 0);

@@ -154,11 +154,11 @@ TEST_CASE("what is found out is kept per device and read back; renders work in t
   const auto info = processor();
   CHECK_FALSE(load_tuning(info).has_value());
   CHECK_FALSE(tuned(info).work.has_value());
-  store_tuning(info, {{"a processor", 1e-9, 2e-9, 3e-9, 4e-9, 5e-9}, {4, 32, 2}});
+  store_tuning(info, {{"a processor", 1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9, 7e-9}, {4, 32, 2}});
   const auto stored = load_tuning(info);
   REQUIRE(stored.has_value());
-  CHECK(stored->rates.pair_s == 2e-9);
-  CHECK(stored->rates.level_s == 5e-9);
+  CHECK(stored->rates.pair_s == 4e-9);
+  CHECK(stored->rates.level_s == 7e-9);
   CHECK(work_shape(tuned(info)) == WorkShape{4, 32, 2});
   auto other = info;
   other.driver = "another";
@@ -172,7 +172,7 @@ TEST_CASE("a damaged or absurd file is refused with its name and key") {
   const Folder folder;
   const test::Environment cache("RAYWAVE_CACHE_DIR", (folder / "").string());
   const auto info = processor();
-  store_tuning(info, {{"a processor", 1e-9, 2e-9, 3e-9, 4e-9, 5e-9}, {8, 16, 8}});
+  store_tuning(info, {{"a processor", 1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9, 7e-9}, {8, 16, 8}});
   const auto name = tuning_file(info).filename().string(), whole = bytes_of(tuning_file(info));
   const auto message_with = [&](const std::string& from, const std::string& to) {
     auto text = whole;
@@ -190,9 +190,9 @@ TEST_CASE("a damaged or absurd file is refused with its name and key") {
              ContainsSubstring("work.strip_tiles"));
   CHECK_THAT(message_with("\"strip_tiles\"", "\"strips\""),
              ContainsSubstring("'strip_tiles' not found"));
-  CHECK_THAT(message_with("\"pair_s\": 2e-09", "\"pair_s\": -1"),
+  CHECK_THAT(message_with("\"pair_s\": 4e-09", "\"pair_s\": -1"),
              ContainsSubstring("rates.pair_s: must be seconds"));
-  CHECK_THAT(message_with("\"pair_s\": 2e-09", "\"pair_s\": \"fast\""),
+  CHECK_THAT(message_with("\"pair_s\": 4e-09", "\"pair_s\": \"fast\""),
              ContainsSubstring("type must be number"));
   CHECK_THAT(message_with("\"rates\"", "rates"), ContainsSubstring("line 5"));
   CHECK_THAT(message_with(whole, ""), ContainsSubstring("parse error"));

@@ -108,6 +108,7 @@ BenchFrame timed_frame(Renderer& renderer, const std::vector<Object>& objects, i
   frame.wall_s = watch.wall_s();
   frame.processor_s = watch.processor_s();
   frame.stages_s = result.seconds;
+  frame.stages_processor_s = result.processor_seconds;
   const auto sum = [](double s, const auto& stage) { return s + stage.second; };
   frame.stages_s["rest"] =
       frame.wall_s - std::accumulate(frame.stages_s.begin(), frame.stages_s.end(), 0.0, sum);
@@ -122,6 +123,7 @@ BenchFrame scaled(BenchFrame frame, double factor) {
     if (!frame.stages_s.contains(stage)) continue;
     more += (factor - 1) * frame.stages_s[stage];
     frame.stages_s[stage] *= factor;
+    frame.stages_processor_s[stage] *= factor;
   }
   frame.processor_s *= (frame.wall_s + more) / frame.wall_s;
   frame.wall_s += more;
@@ -147,6 +149,17 @@ std::string lens_key(const Scene& scene, glm::ivec2 grid, double z_m) {
   return key;
 }
 
+/// A stage's seconds of one kind in all frames; 0 in frames without it.
+Spread spread_over_frames(const BenchRow& row, std::map<std::string, double> BenchFrame::*seconds,
+                          const std::string& stage) {
+  std::vector<double> values;
+  for (const auto& f : row.frames) {
+    const auto found = (f.*seconds).find(stage);
+    values.push_back(found == (f.*seconds).end() ? 0 : found->second);
+  }
+  return spread_of(std::move(values));
+}
+
 }  // namespace
 
 Spread BenchRow::wall_s() const {
@@ -162,12 +175,11 @@ Spread BenchRow::processor_s() const {
 }
 
 Spread BenchRow::stage_s(const std::string& stage) const {
-  std::vector<double> values;
-  for (const auto& f : frames) {
-    const auto found = f.stages_s.find(stage);
-    values.push_back(found == f.stages_s.end() ? 0 : found->second);
-  }
-  return spread_of(std::move(values));
+  return spread_over_frames(*this, &BenchFrame::stages_s, stage);
+}
+
+Spread BenchRow::stage_processor_s(const std::string& stage) const {
+  return spread_over_frames(*this, &BenchFrame::stages_processor_s, stage);
 }
 
 double BenchRow::part_s(const std::string& stage) const {

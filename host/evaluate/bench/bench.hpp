@@ -27,6 +27,7 @@ struct BenchFrame {
   double processor_s = 0;  // of all threads of this process
   // Wall seconds; "rest" is what no stage claims, so that all add up to wall_s
   std::map<std::string, double> stages_s;
+  std::map<std::string, double> stages_processor_s{};  // of the same stages but "rest"
 };
 
 /// Measured limits of a device: bytes read plus bytes written by copies between its buffers, and
@@ -131,6 +132,7 @@ struct BenchRow {
   Spread wall_s() const;
   Spread processor_s() const;
   Spread stage_s(const std::string& stage) const;
+  Spread stage_processor_s(const std::string& stage) const;
   /// Part of the median wall time that a stage takes: as in the frames between the quartiles. These
   /// parts add up, medians do not.
   double part_s(const std::string& stage) const;

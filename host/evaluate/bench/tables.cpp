@@ -151,6 +151,7 @@ Json json_of(const BenchRow& row, const DeviceLimits& rates) {
   json["stages"] = Json::object();
   for (const auto& [stage, is_there] : named) {
     json["stages"][stage] = {{"wall_s", json_of(row.stage_s(stage))},
+                             {"processor_s", json_of(row.stage_processor_s(stage))},
                              {"part_s", row.part_s(stage)}};
     const auto found = row.work.find(stage);
     if (found == row.work.end()) continue;

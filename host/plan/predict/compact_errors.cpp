@@ -118,9 +118,8 @@ private:
   static std::size_t sized(int count) { return static_cast<std::size_t>(count); }
 };
 
-/// Scan lines of a sample, as kernels/gather/compact.cl counts them.
-///
-/// at_m  of the sample, from the tile's middle, y downwards
+}  // namespace
+
 int scan_lines_of(const Plan& plan, int most, glm::dvec3 at_m, double z0_m) {
   const double tolerance = plan.compact.value().lines_tolerance;
   const auto half_m = plan.tile_window_m() / 2.0;
@@ -141,8 +140,6 @@ int scan_lines_of(const Plan& plan, int most, glm::dvec3 at_m, double z0_m) {
     --count;
   return count;
 }
-
-}  // namespace
 
 double predicted_window_error(const Plan& plan) {
   const auto& plane = plan.compact.value();

@@ -2,6 +2,8 @@
 /// What compact propagation costs in accuracy, before anything is computed.
 #pragma once
 
+#include <glm/vec3.hpp>
+
 #include "host/plan/plan.hpp"
 
 namespace raywave {
@@ -27,6 +29,12 @@ double predicted_lines_error(const Plan& plan, int lines);
 ///
 /// accuracy  what a wall shows is at most 1.6 times it (tests/trace/compact.cpp)
 double predicted_highlights_error(const Plan& plan, int lines);
+
+/// Scan lines of a sample that nothing hides, as kernels/gather/compact.cl counts them.
+///
+/// most  CompactPlane::most_lines
+/// at_m  of the sample, from the tile's middle, y downwards
+int scan_lines_of(const Plan& plan, int most, glm::dvec3 at_m, double z0_m);
 
 /// a: how much sharper than the tile the amplitude of the sharpest highlight is; 0 where there is
 /// none. Phong's lobe cos^m over an angle v / z is exp(-m v^2 / (2 z^2)), its amplitude the root.

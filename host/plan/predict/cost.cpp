@@ -3,34 +3,50 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <glm/common.hpp>
 
 #include "host/plan/footprint.hpp"
 #include "host/plan/key_places.hpp"
 #include "host/plan/lattice.hpp"
+#include "host/plan/predict/compact_errors.hpp"
 #include "host/plan/predict/memory.hpp"
+#include "kernels/gather/compact_layout.h"
 
 namespace raywave {
 namespace {
 
 // Weights, fitted to the stages of the demo scenes on PoCL (docs/predictions.md).
 
-/// Work of a ray beside its descent into the tree, in levels of depth.
-constexpr double levels_of_a_ray = 4;
+/// What finds samples, in rays: a cell of the lattice; a sample where no break is near, and for
+/// each further sheet that its ray meets; the mask of a sample behind breaks, for 8 x 8 parts; a
+/// sample where breaks are not looked for, with all parts of its cell and its mask.
+constexpr double ray_of_cell = 3.9, rays_of_sample = 14, rays_of_sheet = 23, rays_of_mask = 20,
+                 rays_without_breaks = 170, rays_of_sheet_without_breaks = 20;
 
-/// Rays that a lattice cell without a surface costs, since most of them end near the tree's root.
-constexpr double rays_of_an_empty_cell = 2.6;
+/// The same in rays times depth: a triangle whose breaks are looked for, shading a part of a cell
+/// where parts differ in more than coverage, and the launches of a picture.
+constexpr double levels_of_triangle = 140, levels_of_part = 37, levels_of_picture = 1.34e6;
 
-/// What a sample costs in a cell without breaks (kernels/samples/breaks.h), in rays, and the share
-/// of cells with breaks: so many over the square root of the samples.
-constexpr double rays_of_an_unbroken_cell = 8, broken_share = 25;
+/// Depth of the tree over the objects, for rays to lights, over the logarithm of their number.
+constexpr double levels_of_objects = 2;
 
-/// Rays that the visibility mask of a sample costs, and the cells around a break in which samples
-/// need them.
-constexpr double views_of_a_sample = 16, views_near_breaks = 4;
+/// Samples that a cell along a surface's end has beside those of the covered cells, and a cell
+/// whose surface is partly hidden.
+constexpr double samples_at_end = 0.55, samples_behind = 0.4;
 
-/// The launches of a picture, in levels of rays.
-constexpr double levels_of_a_picture = 9e5;
+/// On virtual planes, in nodes: placing a sample; a node where light is cut off, beside the node; a
+/// light's highlight on a line; a pixel of a line, and of each frame where there are several; and
+/// the launches of a picture.
+constexpr double nodes_of_sample = 14, nodes_of_cut = 0.6, nodes_of_highlight = 1.4,
+                 nodes_of_pixel = 0.016, nodes_of_frame_pixel = 0.045, nodes_of_picture = 2.5e5;
+
+/// Half tiles before the pixels' limit in which light is cut off (kernels/gather/seen.h).
+constexpr double cut_before = 0.2;
+
+/// Work of a ray of a fan, or of the lens, beside its descent into the tree, in levels of depth,
+/// and what one that may bounce costs over another.
+constexpr double levels_of_a_ray = 4, bouncing = 2;
 
 /// Cost of a pair in each further frame, and what a light's highlight adds to a pair.
 constexpr double further_frame = 0.08, highlight = 0.65;
@@ -41,17 +57,17 @@ constexpr double tile_width = 16, tile_pixels_high = 16;
 
 /// Cost of a plane-wave sample in pairs: per pixel of each frame, and per pixel of its width and
 /// height to make its profiles.
-constexpr double near_pixel = 0.093, profile_of_a_pixel = 7;
-
-/// On virtual planes, in pairs: a pixel of a scan line, a node for a pixel of a profile, a pixel of
-/// a frame, and placing a sample.
-constexpr double compact_pixel = 0.1, compact_node = 0.1, compact_frame = 0.1, compact_sample = 60;
+constexpr double near_pixel = 0.05, profile_of_a_pixel = 7;
 
 /// Projecting a sample onto a WRP and finding it from the tiles, each frame, in pairs.
 constexpr double aim_of_a_sample = 29;
 
-/// Passes over a pixel beside the transforms, in butterflies.
-constexpr double butterflies_of_a_pixel = 9;
+/// Passes over a pixel beside the transforms, in butterflies, and what a butterfly of a padded
+/// plane costs over one of a virtual plane.
+constexpr double butterflies_of_a_pixel = 9, padded_butterfly = 1.8;
+
+/// A frame's launches of the encoding, in levels.
+constexpr double levels_of_a_frame = 1.5e5;
 
 /// Padding of the refinement's planes, and passes over their pixels per iteration, in butterflies.
 constexpr double refine_padding = 1.25, butterflies_of_a_refined_pixel = 18;
@@ -60,15 +76,12 @@ constexpr double refine_padding = 1.25, butterflies_of_a_refined_pixel = 18;
 constexpr double exact_padding = 2, exact_transforms = 2;
 
 /// A ray of a lens's picture over one of the sample lattice: it is shaded as well.
-constexpr double lens_ray = 1;
+constexpr double lens_ray = 1.85;
 
-/// Share of a scene's cells that have breaks; 1 where breaks are not looked for.
-double share_of_broken_cells(const World& world, const Plan& plan, double samples) {
-  const bool finds_breaks =
-      !plan.lighting.shadows &&
-      !plan.lighting.any_material([](const Material& m) { return m.texture.has_value(); }) &&
-      breaks_pay(plan.lattice, world.triangles.size());
-  return finds_breaks && samples > 0 ? std::min(broken_share / std::sqrt(samples), 1.0) : 1;
+/// True where find_samples knows the breaks of the surfaces (host/trace/breaks.cpp).
+bool knows_breaks(const World& world, const Plan& plan) {
+  return breaks_pay(plan.lattice, world.triangles.size()) &&
+         ray_bias_m(world, plan) < most_bias_of_breaks * plan.lattice.step * plan.near_m;
 }
 
 /// Adds what plan.refine costs.
@@ -121,6 +134,11 @@ Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at
              : Crossing{};
 }
 
+std::ptrdiff_t lights_of(const Lighting& lighting) {
+  return std::count_if(lighting.lights.begin(), lighting.lights.end(),
+                       [](const Light& l) { return l.type != LightType::ambient; });
+}
+
 /// Pixels of a WRP, one for each that a pass writes: gathered, and with all rows.
 double pixels_written(const Plan& plan, const DepthLayer& layer) {
   const glm::dvec2 few = plan.gathered_size(layer), all = plan.tile_size;
@@ -147,25 +165,70 @@ double count_butterflies(const Plan& plan, int frames) {
   const double back = size.x * padded.y * std::log2(padded.y) +
                       widest * padded.x * std::log2(padded.x) +
                       butterflies_of_a_pixel * size.x * size.y;
-  return frames * (forward + static_cast<double>(plan.tiles.size()) * back);
+  return padded_butterfly * frames * (forward + static_cast<double>(plan.tiles.size()) * back);
 }
+
+/// Pixels along a footprint, of a sample's light on a virtual plane.
+double compact_side(const Plan& plan, int axis, double z_m, double z0_m, double margin_px) {
+  const auto& compact = plan.compact.value();
+  const double half_m = plan.tile_window_m()[axis] / 2,
+               guard = static_cast<double>(compact.size[axis]) / plan.tile_size[axis];
+  const double fresnel = half_m * half_m * std::abs(z_m - z0_m) / (plan.wavelength_m * z_m * z0_m);
+  return std::min({4 * guard * fresnel + 2 * margin_px, static_cast<double>(compact.size[axis]),
+                   static_cast<double>(COMPACT_WIDEST)});
+}
+
+double in_packets(double count) { return 16 * std::ceil(count / 16); }
 
 /// Footprints on virtual planes.
 Footprints compact_footprints(const Plan& plan, const FrontView& view) {
+  constexpr double most_looks = 2e5;
   Footprints footprints;
   const auto& compact = plan.compact.value();
-  const auto half_m = plan.tile_window_m() / 2.0,
-             guard = glm::dvec2(compact.size) / glm::dvec2(plan.tile_size);
-  for (const double z_m : view.depth_m) {
-    if (z_m == 0) continue;
-    const double z0_m = plan.layer_at(z_m).distance_m;
-    const auto fresnel =
-        half_m * half_m * (std::abs(z_m - z0_m) / (plan.wavelength_m * z_m * z0_m));
-    const auto sides =
-        glm::min(4.0 * guard * fresnel + 2 * compact.margin_px, glm::dvec2(compact.size));
-    const auto tiles = static_cast<double>(plan.tiles.size());
-    footprints.compact_pixels += tiles * (sides.x + tile_width) * sides.y;
-    footprints.compact_squares += tiles * (sides.x * sides.x + sides.y * sides.y);
+  const auto half_m = plan.tile_window_m() / 2.0;
+  const auto tiles = static_cast<double>(plan.tiles.size());
+  const int step =
+      std::max(1, static_cast<int>(std::sqrt(tiles * view.size.x * view.size.y / most_looks)));
+  const double weight = static_cast<double>(step) * step;
+  const auto lights = static_cast<double>(lights_of(plan.lighting));
+  for (int y = step / 2; y < view.size.y; y += step) {
+    for (int x = step / 2; x < view.size.x; x += step) {
+      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                        static_cast<std::size_t>(x);
+      const double z_m = view.depth_m[cell];
+      if (z_m == 0) continue;
+      const double z0_m = plan.layer_at(z_m).distance_m;
+      const bool hidden = view.partly_hidden[cell];
+      for (const auto& tile : plan.tiles) {
+        const glm::dvec2 at_m = view.tangent(x, y) * z_m - tile.centre_m;
+        bool cut = false;
+        for (int axis = 0; axis < 2 && plan.beyond_diffraction; ++axis) {
+          const double across = std::abs(at_m[axis]) + half_m[axis];
+          cut |= across >
+                 plan.largest_sine[axis] * std::hypot(across, z_m) - cut_before * half_m[axis];
+        }
+        const double margin = hidden || cut      ? compact.rough_margin_px
+                              : view.shiny[cell] ? compact.highlight_margin_px
+                                                 : compact.margin_px;
+        const double lines =
+            hidden ? plan.visibility_parts + 4
+                   : scan_lines_of(plan, view.shiny[cell] ? compact.most_lines() : compact.lines,
+                                   {at_m.x, -at_m.y, z_m}, z0_m);
+        glm::dvec2 sides;
+        double nodes = 0;
+        for (int axis = 0; axis < 2; ++axis) {
+          sides[axis] = compact_side(plan, axis, z_m, z0_m, margin);
+          nodes += in_packets((sides[axis] + COMPACT_SPARE_NODES + COMPACT_STEP / 2) / 2);
+        }
+        const double pixels = (sides.x + COMPACT_BIN) * sides.y;
+        footprints.nodes +=
+            weight *
+            (nodes_of_sample + lines * (nodes * (cut ? 1 + nodes_of_cut : 1) +
+                                        (view.shiny[cell] ? nodes_of_highlight * lights : 0) +
+                                        nodes_of_pixel * pixels));
+        footprints.frame_nodes += weight * nodes_of_frame_pixel * pixels;
+      }
+    }
   }
   return footprints;
 }
@@ -207,6 +270,45 @@ Footprints footprints_of(const Plan& plan, const FrontView& view) {
   return footprints;
 }
 
+/// Adds what finding the samples costs.
+///
+/// descent  depth of the tree
+void count_samples(const World& world, const Plan& plan, const FrontView& view, double descent,
+                   Work& work) {
+  // Lengths in the view are counted in cells of the lattice, and areas in its samples
+  const double cells_of_a_cell = view.step / plan.lattice.step,
+               samples_of_a_cell = cells_of_a_cell * cells_of_a_cell;
+  const double ends = view.ends * cells_of_a_cell;
+  work.samples = view.covered * samples_of_a_cell + samples_at_end * ends +
+                 samples_behind * view.hidden * samples_of_a_cell;
+  const double samples = work.samples, sheets = view.covered > 0 ? view.pierced / view.covered : 1,
+               more_sheets = std::max(0.0, sheets - 1),
+               masks = std::pow(plan.visibility_parts / 8.0, 2),
+               parts = plan.antialias * plan.antialias;
+  const bool differ = plan.lighting.shadows || plan.lighting.any_material([](const Material& m) {
+    return m.texture.has_value();
+  });
+  double rays = ray_of_cell * plan.lattice.size.x * plan.lattice.size.y +
+                samples * (rays_of_sample + rays_of_sheet * more_sheets);
+  if (knows_breaks(world, plan)) {
+    const double near =
+        std::min(samples, ends + (view.behind_breaks + view.steep) * samples_of_a_cell);
+    rays += rays_of_mask * masks * near * (1 + more_sheets);
+    work.rays += levels_of_triangle * static_cast<double>(world.triangles.size());
+  } else {
+    rays += samples * (1 + masks) / 2 *
+            (rays_without_breaks + rays_of_sheet_without_breaks * more_sheets);
+  }
+  work.rays += descent * rays + levels_of_picture;
+  if (differ) work.rays += levels_of_part * parts * samples;
+  if (plan.lighting.shadows)
+    work.shadow_rays =
+        (1 + parts) * samples_of_a_cell *
+        (view.lights_faced_levels +
+         view.lights_faced * levels_of_objects *
+             std::log2(static_cast<double>(plan.lighting.material_of_object.size())));
+}
+
 Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view,
                 const Footprints& footprints) {
   Work work;
@@ -214,42 +316,28 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
                pixels = static_cast<double>(plan.size.x) * plan.size.y;
   const double samples_of_a_cell = std::pow(view.step / plan.lattice.step, 2);
   for (const auto& wrp : plan.wrps)
-    work.pixels += pixels_written(plan, plan.layer_of(wrp)) * frames;
-  work.levels = pixels * frames;
+    work.pixels += plan.compact ? 0 : pixels_written(plan, plan.layer_of(wrp)) * frames;
+  work.levels = (pixels + levels_of_a_frame) * frames;
   work.butterflies = count_butterflies(plan, scene.sampling.frames);
-  const double levels =
-      levels_of_a_ray + std::log2(static_cast<double>(world.triangles.size()) + 1);
+  const double descent = std::log2(static_cast<double>(world.triangles.size()) + 1),
+               levels = levels_of_a_ray + descent;
   if (plan.refine) add_refinement(plan, scene.sampling.frames, levels, work);
   if (!plan.aimed) {
     work.pairs = static_cast<double>(plan.rays) * levels * frames;
     return work;
   }
-  work.samples = view.covered * samples_of_a_cell;
-  const double cells = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y,
-               parts = 1 + plan.antialias * plan.antialias,
-               broken = share_of_broken_cells(world, plan, work.samples);
-  const double views =
-      plan.visibility_parts > 0 ? views_of_a_sample * std::min(broken * views_near_breaks, 1.0) : 0;
-  work.rays =
-      levels * (std::max(0.0, cells - work.samples) * std::min(rays_of_an_empty_cell, parts) +
-                work.samples * std::min(rays_of_an_unbroken_cell + parts * broken, parts) +
-                view.pierced * samples_of_a_cell * views) +
-      levels_of_a_picture;
+  count_samples(world, plan, view, descent, work);
   const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / most_frames_together);
-  const auto lights = static_cast<double>(
-      std::count_if(scene.lights.begin(), scene.lights.end(),
-                    [](const Light& l) { return l.type != LightType::ambient; }));
-  const double tile_height =
-      std::clamp(std::floor(tile_pixels_high * gatherings / frames), 2.0, 16.0);
+  const auto lights = static_cast<double>(lights_of(plan.lighting));
   if (plan.compact) {
-    const double tiles = static_cast<double>(plan.tiles.size()), lines = plan.compact->lines;
-    work.pairs = samples_of_a_cell * (gatherings * lines *
-                                          (compact_pixel * footprints.compact_pixels +
-                                           compact_node * footprints.compact_squares) +
-                                      frames * compact_frame * footprints.compact_pixels) +
-                 gatherings * tiles * compact_sample * work.samples;
+    const double in_frames = frames > 1 ? frames : 0;
+    work.nodes =
+        samples_of_a_cell * (gatherings * footprints.nodes + in_frames * footprints.frame_nodes) +
+        nodes_of_picture;
     return work;
   }
+  const double tile_height =
+      std::clamp(std::floor(tile_pixels_high * gatherings / frames), 2.0, 16.0);
   const double far_tiles = footprints.far_pixels + tile_height * footprints.far_widths;
   const double shiny_tiles = footprints.shiny_pixels + tile_height * footprints.shiny_widths;
   const double wrps_of_a_sample =
@@ -261,7 +349,7 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
                frames * aim_of_a_sample * work.samples * wrps_of_a_sample;
   if (plan.bounces > 0) {
     for (const auto& wrp : plan.wrps)
-      work.pairs += static_cast<double>(wrp.fan.size()) * pixels * levels * frames;
+      work.pairs += bouncing * static_cast<double>(wrp.fan.size()) * pixels * levels * frames;
   }
   return work;
 }
@@ -275,10 +363,19 @@ Band rows_kept(const Plan& plan, const Wrp& wrp) {
 }
 
 PredictedTimes predict_times(const Work& work, const DeviceRates& rates) {
-  return {work.rays * rates.ray_s, work.pairs * rates.pair_s + work.pixels * rates.pixel_s,
+  return {work.rays * rates.ray_s + work.shadow_rays * rates.shadow_ray_s,
+          work.nodes * rates.node_s + work.pairs * rates.pair_s + work.pixels * rates.pixel_s,
           work.butterflies * rates.butterfly_s,
           work.lens_rays * rates.ray_s + work.refine_butterflies * rates.butterfly_s,
           work.levels * rates.level_s};
+}
+
+double predicted_s(const Scene& scene, const World& world, const Plan& plan,
+                   const DeviceRates& rates) {
+  constexpr int cells = 128;
+  const auto view = front_view(scene, world, plan, cells);
+  return predict_times(count_work(scene, world, plan, view, footprints_of(plan, view)), rates)
+      .total_s();
 }
 
 }  // namespace raywave

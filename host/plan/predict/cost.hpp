@@ -13,10 +13,13 @@ namespace raywave {
 /// levels.
 struct Work {
   double samples = 0;  // surface samples that the hologram sees
-  // Rays of the sample lattice and of the visibility masks, times the depth of the tree
+  // What finds the samples, in rays times the depth of the tree; without rays to lights
   double rays = 0;
-  // Pairs of a WRP's pixel and a sample far from it, or rays of fans; the rest of the gathering in
-  // units of these
+  double shadow_rays = 0;  // to lights, times the depth of the tree
+  // On virtual planes: nodes of all samples' profiles; the rest in units of these
+  double nodes = 0;
+  // On WRPs: pairs of a pixel and a sample far from it, or rays of fans; the rest of the gathering
+  // in units of these
   double pairs = 0;
   double pixels = 0;  // of all WRPs and frames
   // In all transforms: points times the binary logarithm of their lines, as far as window and band
@@ -35,8 +38,7 @@ struct Footprints {
   double near_pixels = 0, near_sides = 0;
   double far_pixels = 0, far_widths = 0;      // of the others
   double shiny_pixels = 0, shiny_widths = 0;  // of these, where highlights are shaded
-  // On virtual planes: pixels, and the squares of the footprints' sides
-  double compact_pixels = 0, compact_squares = 0;
+  double nodes = 0, frame_nodes = 0;  // on virtual planes; `frame`: for each frame beyond the first
 };
 Footprints footprints_of(const Plan& plan, const FrontView& view);
 
@@ -56,6 +58,10 @@ struct PredictedTimes {
 
 /// Rows of the padded plane that the band keeps of a WRP.
 Band rows_kept(const Plan& plan, const Wrp& wrp);
+
+/// Time of all frames, from a coarse view: for a warning, in some milliseconds.
+double predicted_s(const Scene& scene, const World& world, const Plan& plan,
+                   const DeviceRates& rates);
 
 PredictedTimes predict_times(const Work& work, const DeviceRates& rates);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <numeric>
 #include <type_traits>
 
 namespace raywave {
@@ -18,11 +19,28 @@ public:
     double sum = 0;
     bool any = false;
     for (const auto& light : scene.lights) {
-      if (light.type != LightType::ambient) continue;
+      if (light.type != LightType::ambient) {
+        lights_.push_back(light);
+        continue;
+      }
       sum += light.intensity;
       any = true;
     }
     ambient_light_ = any ? sum : 1;
+
+    // Of many lights the brightest stand for all
+    if (lights_.size() <= most) return;
+    const auto total = [&] {
+      return std::accumulate(lights_.begin(), lights_.end(), 0.0,
+                             [](double s, const Light& light) { return s + light.intensity; });
+    };
+    const double all = total();
+    stand_for_ = static_cast<double>(lights_.size()) / most;
+    std::partial_sort(lights_.begin(), lights_.begin() + most, lights_.end(),
+                      [](const Light& a, const Light& b) { return a.intensity > b.intensity; });
+    lights_.resize(most);
+    const double brighter = total() > 0 ? all / total() : 1;
+    for (auto& light : lights_) light.intensity *= brighter;
   }
 
   /// normal  towards the viewer, of unit length
@@ -32,8 +50,7 @@ public:
         texel_at(texture_of(scene_.materials, textures_, static_cast<std::size_t>(material)), uv);
     const auto to_viewer = -glm::normalize(place);
     double sum = m.ambient[channel_] * texel * ambient_light_;
-    for (const auto& light : scene_.lights) {
-      if (light.type == LightType::ambient) continue;
+    for (const auto& light : lights_) {
       const auto to_light = glm::normalize(light.type == LightType::point ? light.position_m - place
                                                                           : -light.direction);
       const double facing = glm::dot(normal, to_light);
@@ -46,6 +63,15 @@ public:
              (m.diffuse[channel_] * texel * facing + m.specular[channel_] * highlight);
     }
     return sum;
+  }
+
+  double lights_faced(glm::dvec3 place, glm::dvec3 normal) const {
+    return stand_for_ * static_cast<double>(
+                            std::count_if(lights_.begin(), lights_.end(), [&](const Light& light) {
+                              return glm::dot(normal, light.type == LightType::point
+                                                          ? light.position_m - place
+                                                          : -light.direction) > 0;
+                            }));
   }
 
 private:
@@ -61,10 +87,123 @@ private:
   }
 
   const Scene& scene_;
+  static constexpr std::size_t most = 32;
+
   const Textures& textures_;
   int channel_;
+  std::vector<Light> lights_;  // without ambient ones
+  double stand_for_ = 1;       // lights of the scene for each of `lights_`
   double ambient_light_;
 };
+
+/// True where a surface, seen from the hologram, is so steep that it counts as a break: as
+/// kernels/samples/breaks.cl has it.
+///
+/// cross  of two edges of its triangle
+bool is_steep(const Plan& plan, glm::dvec3 place, glm::dvec3 cross) {
+  constexpr double least_cosine = 0.2, least_cosine_aside = 0.05;
+  const auto half = glm::dvec2(plan.window_m()) / 2.0 * std::max(1.0, plan.cone_half_width);
+  const double along = std::abs(glm::dot(cross, place)), size = glm::length(cross),
+               distance = glm::length(place);
+  return along < least_cosine * size * distance ||
+         along - std::abs(cross.x) * half.x - std::abs(cross.y) * half.y <
+             least_cosine_aside * size * (distance + half.x + half.y);
+}
+
+/// Finds where surfaces end, and what lies behind breaks: a ray to the hologram passes a break when
+/// that lies within half the hologram times the difference of their nearness (1 / depth).
+///
+/// steep  cells that are breaks as a whole
+void find_breaks(const Plan& plan, const std::vector<bool>& steep, FrontView& view) {
+  constexpr float jump = 4;  // depths of a cell from one surface to the next
+  constexpr int coarsest = 128;
+  const auto nearness = [&](int x, int y) {
+    const float z =
+        view.depth_m[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                     static_cast<std::size_t>(x)];
+    return z > 0 ? 1 / z : 0.0f;
+  };
+  // Nearness is linear along planes: one that falls by more than the slope on the other side ends.
+  const float least_fall = jump * static_cast<float>(view.step);
+  const auto ends = [&](glm::ivec2 here, glm::ivec2 way) {
+    const auto inside = [&](glm::ivec2 at) {
+      return at.x >= 0 && at.y >= 0 && at.x < view.size.x && at.y < view.size.y;
+    };
+    const auto there = here + way, before = here - way;
+    if (!inside(there)) return false;
+    const float q = nearness(here.x, here.y), beyond = nearness(there.x, there.y),
+                slope = inside(before) ? nearness(before.x, before.y) - q : 0;
+    return beyond == 0 || q - beyond > 2 * std::abs(slope) + least_fall * q;
+  };
+
+  // Hiding is looked at in blocks of cells: in no time, and accurately enough for a count.
+  const int block = std::max(1, std::max(view.size.x, view.size.y) / coarsest);
+  const glm::ivec2 blocks = (view.size + block - 1) / block;
+  const auto at_block = [&](int x, int y) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(blocks.x) +
+           static_cast<std::size_t>(x);
+  };
+  std::vector<float> nearest_break(static_cast<std::size_t>(blocks.x) *
+                                   static_cast<std::size_t>(blocks.y));  // 0: none
+  auto ending = nearest_break;  // of these, only where a surface ends
+  float farthest = 1e30f;
+  std::size_t cell = 0;
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x, ++cell) {
+      const float q = nearness(x, y);
+      if (q == 0) continue;
+      farthest = std::min(farthest, q);
+      const glm::ivec2 here(x, y);
+      const bool is_end =
+          ends(here, {1, 0}) || ends(here, {-1, 0}) || ends(here, {0, 1}) || ends(here, {0, -1});
+      view.ends += is_end;
+      view.steep += steep[cell];
+      const auto at = at_block(x / block, y / block);
+      if (is_end) ending[at] = std::max(ending[at], q);
+      if (is_end || steep[cell]) nearest_break[at] = std::max(nearest_break[at], q);
+    }
+  }
+
+  const auto half = glm::vec2(plan.window_m()) / 2.0f;
+  const float width = static_cast<float>(view.step) * static_cast<float>(block);
+  const auto behind = [&](const std::vector<float>& breaks) {
+    std::vector<bool> is_behind(breaks.size(), false);
+    for (int y = 0; y < blocks.y; ++y) {
+      for (int x = 0; x < blocks.x; ++x) {
+        const float q = breaks[at_block(x, y)];
+        if (q == 0) continue;
+        const auto reach = (q - farthest) * half / width;
+        const auto low = glm::ivec2(glm::max(glm::vec2(x, y) - reach, glm::vec2(0))),
+                   high = glm::ivec2(glm::min(glm::vec2(x, y) + reach, glm::vec2(blocks - 1)));
+        for (int v = low.y; v <= high.y; ++v) {
+          for (int u = low.x; u <= high.x; ++u) {
+            if (is_behind[at_block(u, v)]) continue;
+            const float there = nearness(std::min(u * block + block / 2, view.size.x - 1),
+                                         std::min(v * block + block / 2, view.size.y - 1)),
+                        rise = q - there;
+            if (there > 0 && rise > least_fall * q &&
+                static_cast<float>(std::abs(u - x)) * width < rise * half.x &&
+                static_cast<float>(std::abs(v - y)) * width < rise * half.y)
+              is_behind[at_block(u, v)] = true;
+          }
+        }
+      }
+    }
+    return is_behind;
+  };
+  const auto behind_end = behind(ending), behind_break = behind(nearest_break);
+  view.partly_hidden.assign(view.depth_m.size(), false);
+  cell = 0;
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x, ++cell) {
+      if (view.depth_m[cell] == 0) continue;
+      const auto at = at_block(x / block, y / block);
+      view.partly_hidden[cell] = behind_end[at];
+      view.hidden += behind_end[at];
+      view.behind_breaks += behind_break[at];
+    }
+  }
+}
 
 }  // namespace
 
@@ -113,6 +252,10 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
     }
   }
 
+  std::vector<bool> steep(cells, false);
+  std::vector<double> levels(scene.objects.size(), 1);  // triangles, then depth of the tree
+  for (const auto object : world.triangle_object) ++levels[static_cast<std::size_t>(object)];
+  for (auto& level : levels) level = std::log2(level);
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (view.depth_m[cell] == 0) continue;
     ++view.covered;
@@ -137,7 +280,12 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
                            .specular[channel_of(scene.hologram.wavelength_m)] > 0;
     view.radiance[cell] =
         static_cast<float>(shading.radiance(material, place, normal, glm::dvec2(mix(world.uvs))));
+    steep[cell] = is_steep(plan, place, face);
+    const double lights = shading.lights_faced(place, normal);
+    view.lights_faced += lights;
+    view.lights_faced_levels += lights * levels[static_cast<std::size_t>(object)];
   }
+  find_breaks(plan, steep, view);
   return view;
 }
 

@@ -24,7 +24,16 @@ struct FrontView {
   // Surfaces met by a ray to each cell, summed over the cells: outsides of closed meshes, all of
   // open ones
   double pierced = 0;
-  double covered = 0;  // cells with a surface
+  double covered = 0;        // cells with a surface
+  double ends = 0;           // cells beside which a surface ends, or another lies far behind it
+  double steep = 0;          // cells whose surface is a break as a whole (kernels/samples/breaks.h)
+  double behind_breaks = 0;  // cells from which a ray to the hologram may meet a break
+  // Cells whose surface is hidden from some part of the hologram by one that ends before it
+  std::vector<bool> partly_hidden;
+  double hidden = 0;  // as many
+  // Lights that each cell's surface faces, and these times the depth of the tree of its object,
+  // summed over the cells
+  double lights_faced = 0, lights_faced_levels = 0;
 
   glm::dvec2 tangent(int x, int y) const { return low + (glm::dvec2(x, y) + 0.5) * step; }
 };

@@ -21,8 +21,8 @@ namespace {
 /// accurate one (1), in decibels.
 constexpr std::array shares_of_preset{0.0, 0.5, 0.85, 1.0};
 
-/// A smaller gain is not worth the time, except to reference.
-constexpr double no_gain_db = 0.5;
+/// A smaller gain is not worth the time to a preset.
+constexpr std::array no_gain_db{0.5, 0.5, 0.5, 0.1};
 
 /// The accuracy.phase of the preset reference, where the scene gives none.
 constexpr double reference_phase_turns = 0.001;
@@ -60,15 +60,11 @@ const Choice& chosen(const std::vector<Choice>& all, const Goal& goal) {
   if (goal.psnr_db) return fastest_reaching(all, *goal.psnr_db);
   const auto least = most_accurate_within(all, 0).psnr_db;  // of the fastest
   const auto most = fastest_reaching(all, std::numeric_limits<double>::infinity()).psnr_db;
-  const double wanted =
-      least + shares_of_preset[static_cast<std::size_t>(*goal.preset)] * (most - least);
-  return fastest_reaching(all, wanted - (goal.preset == Preset::reference ? 1e-9 : no_gain_db));
+  const auto preset = static_cast<std::size_t>(*goal.preset);
+  const double wanted = least + shares_of_preset[preset] * (most - least);
+  return fastest_reaching(all, wanted - no_gain_db[preset]);
 }
 
-std::string seconds_text(double seconds) {
-  return seconds < 1 ? number_text(std::round(seconds * 1e4) / 10) + " ms"
-                     : number_text(std::round(seconds * 100) / 100) + " s";
-}
 std::string decibels_text(double db) { return number_text(std::round(db * 10) / 10) + " dB"; }
 
 std::string why_resolution(const Scene& scene, const Plan& plan, double resolution_m) {
@@ -93,7 +89,8 @@ std::string why_so_many_layers(const std::vector<Choice>& all, const Choice& cho
   if (least.size() < 2) return "";
   std::string text;
   for (const auto& [layers, seconds] : least)
-    text += (text.empty() ? "" : ", ") + std::to_string(layers) + " takes " + seconds_text(seconds);
+    text +=
+        (text.empty() ? "" : ", ") + std::to_string(layers) + " takes " + duration_text(seconds);
   return "layers of depth: predicted " + text;
 }
 
@@ -115,8 +112,8 @@ std::string choose(const std::vector<Choice>& all, const Goal& goal, Planned& pl
   }
   if (c.oversampling) s.wrp.oversampling = c.oversampling;
   if (goal.budget_s && c.seconds > *goal.budget_s)
-    planned.warnings.push_back("nothing keeps " + seconds_text(*goal.budget_s) +
-                               ": the fastest takes " + seconds_text(c.seconds) +
+    planned.warnings.push_back("nothing keeps " + duration_text(*goal.budget_s) +
+                               ": the fastest takes " + duration_text(c.seconds) +
                                "; a smaller hologram.resolution or wrp.grid needs less");
   if (goal.psnr_db && c.psnr_db < *goal.psnr_db)
     planned.warnings.push_back("nothing reaches " + decibels_text(*goal.psnr_db) +
