@@ -48,7 +48,8 @@ std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& repo
     }
     require_of_report(report, json, files);
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(one_line(report.string()) + ": not a report of raywave: " + error.what());
+    throw InputError(one_line(report.string()) +
+                     ": not a report of raywave: " + json_reason(error));
   }
   return files;
 }

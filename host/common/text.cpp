@@ -18,6 +18,12 @@ std::string one_line(std::string_view text) {
   return text.size() > longest ? line + "..." : line;
 }
 
+std::string json_reason(const std::exception& error) {
+  std::string_view text = error.what();
+  if (text.starts_with("[json.exception.")) text.remove_prefix(text.find("] ") + 2);
+  return one_line(text);
+}
+
 std::string in_quotes(std::string_view text) { return '"' + one_line(text) + '"'; }
 
 std::string extension_of(const std::filesystem::path& file) {

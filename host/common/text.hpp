@@ -2,6 +2,7 @@
 /// Text for messages. A message is one line, whatever the user's input holds.
 #pragma once
 
+#include <exception>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -10,6 +11,9 @@ namespace raywave {
 
 /// Replaces control characters by '?' and cuts the text after 160 characters.
 std::string one_line(std::string_view text);
+
+/// What an exception of the JSON library says, in one line and without the library's own name.
+std::string json_reason(const std::exception& error);
 
 /// one_line(text) in double quotes.
 std::string in_quotes(std::string_view text);

@@ -70,7 +70,7 @@ std::optional<Tuning> load_tuning(const cl::DeviceInfo& device) {
     const auto& work = j.at("work");
     for (const auto& knob : work_knobs) tuning.work.*knob.value = work.at(knob.name);
   } catch (const nlohmann::json::exception& error) {
-    refuse(one_line(error.what()));
+    refuse(json_reason(error));
   }
   if (const auto why = why_unfit(tuning.work, device); !why.empty()) refuse("work." + why);
   return tuning;

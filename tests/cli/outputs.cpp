@@ -43,6 +43,10 @@ TEST_CASE("a full or closed standard output is an error or no matter, never a cr
   for (const char* command : {"--help", "plan --help", "devices --json", "plan scene.toml"})
     check_refused(desk.shell(std::string("\"$RAYWAVE\" ") + command + " > /dev/full"), 2,
                   "standard output cannot be written: No space left on device");
+  // JSON that is longer than a buffer fails long before the program ends.
+  check_refused(desk.shell("\"$RAYWAVE\" render scene.toml -o out --json > /dev/full"), 2,
+                "standard output cannot be written: No space left on device");
+  fs::remove_all(desk.out(""));
   for (const char* closed : {"<&- >&-", "<&- 2>&-", ">&- 2>&-", "<&- >&- 2>&-"}) {
     INFO(closed);
     const auto outcome =
