@@ -47,8 +47,9 @@ bool is_writable_folder(const fs::path& folder) {
 std::optional<std::vector<unsigned char>> load_cached(const std::string& name) {
   const auto file = cache_folder() / name;
   std::error_code error;
+  if (!fs::is_regular_file(file, error)) return std::nullopt;  // to open a pipe may never end
   std::ifstream in(file, std::ios::binary);
-  if (!in || !fs::is_regular_file(file, error)) return std::nullopt;
+  if (!in) return std::nullopt;
   const std::string text(std::istreambuf_iterator<char>(in), {});
   // Drivers need not survive a damaged binary (PoCL 3.1 aborts), so damaged files are not passed
   // on.

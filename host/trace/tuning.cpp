@@ -50,6 +50,8 @@ std::filesystem::path tuning_file(const cl::DeviceInfo& device) {
 
 std::optional<Tuning> load_tuning(const cl::DeviceInfo& device) {
   const auto file = tuning_file(device);
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return {};  // to open a pipe may never end
   std::ifstream in(file);
   if (!in) return {};
   const auto refuse = [&](const std::string& what) {

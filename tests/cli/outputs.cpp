@@ -57,6 +57,17 @@ TEST_CASE("a full or closed standard output is an error or no matter, never a cr
   }
 }
 
+TEST_CASE("pipes in place of cached files are taken for missing ones") {
+  const Desk desk;
+  const std::string render =
+      "RAYWAVE_CACHE_DIR=\"$PWD/cache\" timeout 60 \"$RAYWAVE\" render scene.toml -o out --quiet";
+  REQUIRE(desk.shell("mkdir cache; " + render).code == 0);
+  const auto outcome =
+      desk.shell("cd cache; for f in *; do rm $f; mkfifo $f; done; cd ..; " + render);
+  INFO(outcome.err);
+  CHECK(outcome.code == 0);
+}
+
 TEST_CASE("report.json tells the pictures of its run from others") {
   const Desk desk;
   REQUIRE(desk.render({"--quiet"}).code == 0);
