@@ -9,6 +9,8 @@
 #include <iterator>
 
 #include "host/common/environment.hpp"
+#include "host/common/error.hpp"
+#include "host/common/output.hpp"
 
 namespace raywave {
 namespace fs = std::filesystem;
@@ -59,21 +61,16 @@ std::optional<std::vector<unsigned char>> load_cached(const std::string& name) {
 }
 
 void store_cached(const std::string& name, const void* data, std::size_t bytes) {
-  std::error_code ignored;
   const auto folder = cache_folder();
   if (folder.empty() || !is_writable_folder(folder)) return;
-  const auto file = folder / name;
-  const auto temporary = folder / (name + "." + std::to_string(getpid()) + ".tmp");
-  {
-    std::ofstream out(temporary, std::ios::binary);
-    const std::string_view contents(static_cast<const char*>(data), bytes);
-    out << hash_name(contents) << contents;
-    if (!out.flush()) {
-      fs::remove(temporary, ignored);
-      return;
-    }
+  const std::string_view contents(static_cast<const char*>(data), bytes);
+  try {
+    write_whole(folder / name, [&](OutputFile& out) {
+      out.write(hash_name(contents));
+      out.write(contents);
+    });
+  } catch (const InputError&) {  // a full disk, or a folder in the file's place
   }
-  fs::rename(temporary, file, ignored);
 }
 
 }  // namespace raywave

@@ -57,6 +57,17 @@ TEST_CASE("a full or closed standard output is an error or no matter, never a cr
   }
 }
 
+TEST_CASE("nothing temporary stays in the cache, with folders in place of files either") {
+  const Desk desk;
+  const std::string render =
+      "RAYWAVE_CACHE_DIR=\"$PWD/cache\" \"$RAYWAVE\" render scene.toml -o out --quiet";
+  REQUIRE(desk.shell("mkdir cache; echo >cache/kernel.4194305-0.tmp.bin; " + render).code == 0);
+  CHECK(desk.shell("ls cache | grep tmp").code == 1);
+  CHECK(desk.shell("cd cache; for f in *; do rm $f; mkdir -p $f/x; done; cd ..; " + render).code ==
+        0);
+  CHECK(desk.shell("ls cache | grep tmp").code == 1);
+}
+
 TEST_CASE("pipes in place of cached files are taken for missing ones") {
   const Desk desk;
   const std::string render =
