@@ -16,8 +16,17 @@ namespace raywave {
 namespace fs = std::filesystem;
 
 namespace {
-constexpr std::size_t digest_size = 32;  // each file starts with hash_name of the rest
+/// Each file starts with these characters. They also hold its name: a file that was copied to
+/// another's place holds another kernel.
+std::string digest_of(const std::string& name, std::string_view contents) {
+  Digest digest;
+  digest.add(name);
+  digest.add(contents);
+  return digest.text();
 }
+constexpr std::size_t digest_size = 32;
+
+}  // namespace
 
 fs::path cache_folder() {
   if (const auto own = environment_variable("RAYWAVE_CACHE_DIR"); !own.empty()) return own;
@@ -56,7 +65,7 @@ std::optional<std::vector<unsigned char>> load_cached(const std::string& name) {
   // Drivers need not survive a damaged binary (PoCL 3.1 aborts), so damaged files are not passed
   // on.
   const auto contents = std::string_view(text).substr(std::min(digest_size, text.size()));
-  if (!text.starts_with(hash_name(contents))) return std::nullopt;
+  if (!text.starts_with(digest_of(name, contents))) return std::nullopt;
   return std::vector<unsigned char>(contents.begin(), contents.end());
 }
 
@@ -66,7 +75,7 @@ void store_cached(const std::string& name, const void* data, std::size_t bytes) 
   const std::string_view contents(static_cast<const char*>(data), bytes);
   try {
     write_whole(folder / name, [&](OutputFile& out) {
-      out.write(hash_name(contents));
+      out.write(digest_of(name, contents));
       out.write(contents);
     });
   } catch (const InputError&) {  // a full disk, or a folder in the file's place

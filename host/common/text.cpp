@@ -15,6 +15,17 @@ std::string one_line(std::string_view text) {
   std::string line(text.substr(0, longest));
   for (char& c : line)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  // In UTF-8: control characters from U+0080, and what ends a line or turns its direction.
+  const auto at = [&](std::size_t i) {
+    return i < line.size() ? static_cast<unsigned char>(line[i]) : 0;
+  };
+  const auto within = [](int value, int low, int high) { return value >= low && value <= high; };
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const int a = at(i), b = at(i + 1), c = at(i + 2);
+    if (a == 0xc2 && within(b, 0x80, 0x9f)) line.replace(i, 2, "?");
+    if (a == 0xe2 && ((b == 0x80 && within(c, 0xa8, 0xae)) || (b == 0x81 && within(c, 0xa6, 0xa9))))
+      line.replace(i, 3, "?");
+  }
   return text.size() > longest ? line + "..." : line;
 }
 

@@ -9,7 +9,8 @@
 
 namespace raywave {
 
-/// Replaces control characters by '?' and cuts the text after 160 characters.
+/// Replaces control characters, line separators and changes of direction by '?' and cuts the text
+/// after 160 characters.
 std::string one_line(std::string_view text);
 
 /// What an exception of the JSON library says, in one line and without the library's own name.

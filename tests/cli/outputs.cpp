@@ -57,6 +57,19 @@ TEST_CASE("a full or closed standard output is an error or no matter, never a cr
   }
 }
 
+TEST_CASE("a cached kernel under another's name is made anew") {
+  const Desk desk;
+  const std::string render =
+      "RAYWAVE_CACHE_DIR=\"$PWD/cache\" \"$RAYWAVE\" render scene.toml -o out --quiet";
+  REQUIRE(desk.shell("mkdir cache; " + render).code == 0);
+  const auto outcome = desk.shell(
+      "first=$(ls cache/kernel* | head -1); for f in cache/kernel*; do "
+      "[ $f = $first ] || cp $first $f; done; " +
+      render);
+  INFO(outcome.err);
+  CHECK(outcome.code == 0);
+}
+
 TEST_CASE("nothing temporary stays in the cache, with folders in place of files either") {
   const Desk desk;
   const std::string render =
