@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <numeric>
 #include <optional>
+#include <regex>
 #include <string_view>
+#include <utility>
 
 #include "host/common/text.hpp"
 
@@ -76,6 +78,23 @@ std::vector<std::string> option_names(const CLI::App& command) {
   return names;
 }
 
+/// What the parser says, in the words of our other refusals.
+std::string reworded(std::string text) {
+  const std::pair<const char*, const char*> phrases[] = {
+      {"^(\\S+): At Most 1 required but received (\\d+)$", "$1 can be given once, not $2 times"},
+      {"^(\\S+): At Most (\\d+) required but received (\\d+)$",
+       "$1 takes at most $2 values, got $3"},
+      {"^(\\S+): At least (\\d+) required but received (\\d+)$", "$1 takes $2 values, got $3"},
+      {"^(\\S+): 1 required (\\S+) missing$", "$1 needs a value: $2"},
+      {"^Could not convert: (\\S+) = ([^]*)$", "$1 must be a number, got \"$2\""},
+      {"^(\\S+): Value ([^]*) not in range (\\d+(?:\\.\\d*[1-9])?)\\.?0* to "
+       "(\\d+(?:\\.\\d*[1-9])?)\\.?0*$",
+       "$1 must be $3 to $4, got \"$2\""}};
+  for (const auto& [theirs, ours] : phrases)
+    text = std::regex_replace(text, std::regex(theirs), ours);
+  return text;
+}
+
 }  // namespace
 
 Arguments read_arguments(int count, const char* const* words) {
@@ -128,7 +147,7 @@ std::string refusal(const CLI::App& app, const CLI::ParseError& error) {
   }
   if (!unknown.empty())
     return command.get_name() + ": unexpected argument " + in_quotes(unknown.front()) + help;
-  return command.get_name() + ": " + one_line(error.what()) + help;
+  return command.get_name() + ": " + reworded(one_line(error.what())) + help;
 }
 
 }  // namespace raywave::cli

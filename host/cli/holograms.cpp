@@ -48,7 +48,8 @@ std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& repo
     }
     require_of_report(report, json, files);
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(one_line(report.string()) + ": not a report of raywave: " + error.what());
+    throw InputError(one_line(report.string()) +
+                     ": not a report of raywave: " + json_reason(error));
   }
   return files;
 }
@@ -110,12 +111,15 @@ void HologramOptions::add_to(CLI::App& command, const std::string& what) {
 FieldStack HologramOptions::load() const {
   const std::filesystem::path first(files.at(0));
   if (extension_of(first) == ".npy") {
-    if (files.size() > 1) throw InputError("of fields (.npy), one at a time can be given");
+    if (files.size() > 1)
+      throw InputError("holograms: one field (.npy) at a time can be given; run raywave for each");
     return load_npy(first);
   }
   std::vector<std::filesystem::path> pictures(files.begin(), files.end());
   if (extension_of(first) == ".json") {
-    if (files.size() > 1) throw InputError("of reports (.json), one at a time can be given");
+    if (files.size() > 1)
+      throw InputError(
+          "holograms: one report (.json) at a time can be given; run raywave for each");
     pictures = pictures_of(first);
   }
   const auto slm = slm_spec();

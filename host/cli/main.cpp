@@ -53,7 +53,12 @@ void open_standard_streams() {
 /// What ends a program that has done its work: 0 where all that it printed has arrived.
 int end_of_output() {
   std::cout.flush();
-  if (std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout) return 0;
+  const bool flushed = std::fflush(stdout) == 0;
+  if (flushed && !std::ferror(stdout) && std::cout) return 0;
+  if (flushed) {  // errno of an earlier write is gone: one more byte meets the same reason
+    errno = EIO;
+    [[maybe_unused]] const auto written = write(STDOUT_FILENO, "\n", 1);
+  }
   return fail(
       exit_input,
       ("standard output cannot be written: " + std::generic_category().message(errno)).c_str());

@@ -9,13 +9,24 @@
 #include <iterator>
 
 #include "host/common/environment.hpp"
+#include "host/common/error.hpp"
+#include "host/common/output.hpp"
 
 namespace raywave {
 namespace fs = std::filesystem;
 
 namespace {
-constexpr std::size_t digest_size = 32;  // each file starts with hash_name of the rest
+/// Each file starts with these characters. They also hold its name: a file that was copied to
+/// another's place holds another kernel.
+std::string digest_of(const std::string& name, std::string_view contents) {
+  Digest digest;
+  digest.add(name);
+  digest.add(contents);
+  return digest.text();
 }
+constexpr std::size_t digest_size = 32;
+
+}  // namespace
 
 fs::path cache_folder() {
   if (const auto own = environment_variable("RAYWAVE_CACHE_DIR"); !own.empty()) return own;
@@ -47,32 +58,28 @@ bool is_writable_folder(const fs::path& folder) {
 std::optional<std::vector<unsigned char>> load_cached(const std::string& name) {
   const auto file = cache_folder() / name;
   std::error_code error;
+  if (!fs::is_regular_file(file, error)) return std::nullopt;  // to open a pipe may never end
   std::ifstream in(file, std::ios::binary);
-  if (!in || !fs::is_regular_file(file, error)) return std::nullopt;
+  if (!in) return std::nullopt;
   const std::string text(std::istreambuf_iterator<char>(in), {});
   // Drivers need not survive a damaged binary (PoCL 3.1 aborts), so damaged files are not passed
   // on.
   const auto contents = std::string_view(text).substr(std::min(digest_size, text.size()));
-  if (!text.starts_with(hash_name(contents))) return std::nullopt;
+  if (!text.starts_with(digest_of(name, contents))) return std::nullopt;
   return std::vector<unsigned char>(contents.begin(), contents.end());
 }
 
 void store_cached(const std::string& name, const void* data, std::size_t bytes) {
-  std::error_code ignored;
   const auto folder = cache_folder();
   if (folder.empty() || !is_writable_folder(folder)) return;
-  const auto file = folder / name;
-  const auto temporary = folder / (name + "." + std::to_string(getpid()) + ".tmp");
-  {
-    std::ofstream out(temporary, std::ios::binary);
-    const std::string_view contents(static_cast<const char*>(data), bytes);
-    out << hash_name(contents) << contents;
-    if (!out.flush()) {
-      fs::remove(temporary, ignored);
-      return;
-    }
+  const std::string_view contents(static_cast<const char*>(data), bytes);
+  try {
+    write_whole(folder / name, [&](OutputFile& out) {
+      out.write(digest_of(name, contents));
+      out.write(contents);
+    });
+  } catch (const InputError&) {  // a full disk, or a folder in the file's place
   }
-  fs::rename(temporary, file, ignored);
 }
 
 }  // namespace raywave

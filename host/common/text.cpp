@@ -15,7 +15,24 @@ std::string one_line(std::string_view text) {
   std::string line(text.substr(0, longest));
   for (char& c : line)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  // In UTF-8: control characters from U+0080, and what ends a line or turns its direction.
+  const auto at = [&](std::size_t i) {
+    return i < line.size() ? static_cast<unsigned char>(line[i]) : 0;
+  };
+  const auto within = [](int value, int low, int high) { return value >= low && value <= high; };
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const int a = at(i), b = at(i + 1), c = at(i + 2);
+    if (a == 0xc2 && within(b, 0x80, 0x9f)) line.replace(i, 2, "?");
+    if (a == 0xe2 && ((b == 0x80 && within(c, 0xa8, 0xae)) || (b == 0x81 && within(c, 0xa6, 0xa9))))
+      line.replace(i, 3, "?");
+  }
   return text.size() > longest ? line + "..." : line;
+}
+
+std::string json_reason(const std::exception& error) {
+  std::string_view text = error.what();
+  if (text.starts_with("[json.exception.")) text.remove_prefix(text.find("] ") + 2);
+  return one_line(text);
 }
 
 std::string in_quotes(std::string_view text) { return '"' + one_line(text) + '"'; }

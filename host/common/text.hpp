@@ -2,14 +2,19 @@
 /// Text for messages. A message is one line, whatever the user's input holds.
 #pragma once
 
+#include <exception>
 #include <filesystem>
 #include <string>
 #include <string_view>
 
 namespace raywave {
 
-/// Replaces control characters by '?' and cuts the text after 160 characters.
+/// Replaces control characters, line separators and changes of direction by '?' and cuts the text
+/// after 160 characters.
 std::string one_line(std::string_view text);
+
+/// What an exception of the JSON library says, in one line and without the library's own name.
+std::string json_reason(const std::exception& error);
 
 /// one_line(text) in double quotes.
 std::string in_quotes(std::string_view text);

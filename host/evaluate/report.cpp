@@ -460,7 +460,8 @@ HologramSpec hologram_of_report(const std::filesystem::path& report) {
       throw InputError(one_line(report.string()) + ": pitch and wavelength must be > 0");
     return spec;
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(one_line(report.string()) + ": not a report of raywave: " + error.what());
+    throw InputError(one_line(report.string()) +
+                     ": not a report of raywave: " + json_reason(error));
   }
 }
 

@@ -101,7 +101,7 @@ SlmSpec slm_of_report(const std::filesystem::path& report) {
         slm.levels_per_turn > 4 * most || !lut_fits || slm.rotate_deg % 90 != 0)
       throw InputError(name + ": its SLM is damaged (or give --slm)");
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(name + ": not a report of raywave: " + error.what());
+    throw InputError(name + ": not a report of raywave: " + json_reason(error));
   }
   if (!slm.flatness.file.empty()) {
     slm.flatness.where = name + ": flatness";

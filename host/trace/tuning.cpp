@@ -50,6 +50,8 @@ std::filesystem::path tuning_file(const cl::DeviceInfo& device) {
 
 std::optional<Tuning> load_tuning(const cl::DeviceInfo& device) {
   const auto file = tuning_file(device);
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return {};  // to open a pipe may never end
   std::ifstream in(file);
   if (!in) return {};
   const auto refuse = [&](const std::string& what) {
@@ -70,7 +72,7 @@ std::optional<Tuning> load_tuning(const cl::DeviceInfo& device) {
     const auto& work = j.at("work");
     for (const auto& knob : work_knobs) tuning.work.*knob.value = work.at(knob.name);
   } catch (const nlohmann::json::exception& error) {
-    refuse(one_line(error.what()));
+    refuse(json_reason(error));
   }
   if (const auto why = why_unfit(tuning.work, device); !why.empty()) refuse("work." + why);
   return tuning;

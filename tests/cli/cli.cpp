@@ -492,6 +492,16 @@ TEST_CASE("mistakes on the command line get one line and exit code 2") {
   check_refused(desk.render({"--rays", "0"}), 2, "--rays");
   check_refused(desk.render({"--method", "magic"}), 2, "magic");
   check_refused(desk.render({"--fft", "magic"}), 2, "magic");
+  check_refused(desk.render({"--psnr", "x"}), 2, "--psnr must be 0 to 200, got \"x\"");
+  check_refused(desk.render({"-o", "second"}), 2, "--output can be given once, not 2 times");
+  check_refused(desk.render({"--budget"}), 2, "--budget needs a value: TIME");
+  check_refused(desk.run({"plan", "a\u2028b\u009bc\u202ed\u2066e\u2027f"}), 2,
+                "a?b?c?d?e\u2027f: there is no such file");
+  check_refused(desk.run({"compare", "a", "b", "--border", "1mm"}), 2,
+                "--border must be a number, got \"1mm\"");
+  check_refused(desk.run({"compare", "a", "b", "--region", "1,2"}), 2, "--region takes 4 values");
+  check_refused(desk.run({"reconstruct", "a.npy", "b.npy", "-z", "1mm", "-o", desk.file("out")}), 2,
+                "one field (.npy) at a time");
   CHECK_FALSE(desk.has_output());
 }
 

@@ -43,6 +43,10 @@ TEST_CASE("a full or closed standard output is an error or no matter, never a cr
   for (const char* command : {"--help", "plan --help", "devices --json", "plan scene.toml"})
     check_refused(desk.shell(std::string("\"$RAYWAVE\" ") + command + " > /dev/full"), 2,
                   "standard output cannot be written: No space left on device");
+  // JSON that is longer than a buffer fails long before the program ends.
+  check_refused(desk.shell("\"$RAYWAVE\" render scene.toml -o out --json > /dev/full"), 2,
+                "standard output cannot be written: No space left on device");
+  fs::remove_all(desk.out(""));
   for (const char* closed : {"<&- >&-", "<&- 2>&-", ">&- 2>&-", "<&- >&- 2>&-"}) {
     INFO(closed);
     const auto outcome =
@@ -64,6 +68,41 @@ TEST_CASE("a driver that ends the program gets a line, and exit code 3") {
                                             "or ran kernels/samples/"));
   CHECK_THAT(outcome.err, ContainsSubstring("raywave devices"));
   CHECK(!fs::exists(desk.out("report.json")));
+}
+
+TEST_CASE("a cached kernel under another's name is made anew") {
+  const Desk desk;
+  const std::string render =
+      "RAYWAVE_CACHE_DIR=\"$PWD/cache\" \"$RAYWAVE\" render scene.toml -o out --quiet";
+  REQUIRE(desk.shell("mkdir cache; " + render).code == 0);
+  const auto outcome = desk.shell(
+      "first=$(ls cache/kernel* | head -1); for f in cache/kernel*; do "
+      "[ $f = $first ] || cp $first $f; done; " +
+      render);
+  INFO(outcome.err);
+  CHECK(outcome.code == 0);
+}
+
+TEST_CASE("nothing temporary stays in the cache, with folders in place of files either") {
+  const Desk desk;
+  const std::string render =
+      "RAYWAVE_CACHE_DIR=\"$PWD/cache\" \"$RAYWAVE\" render scene.toml -o out --quiet";
+  REQUIRE(desk.shell("mkdir cache; echo >cache/kernel.4194305-0.tmp.bin; " + render).code == 0);
+  CHECK(desk.shell("ls cache | grep tmp").code == 1);
+  CHECK(desk.shell("cd cache; for f in *; do rm $f; mkdir -p $f/x; done; cd ..; " + render).code ==
+        0);
+  CHECK(desk.shell("ls cache | grep tmp").code == 1);
+}
+
+TEST_CASE("pipes in place of cached files are taken for missing ones") {
+  const Desk desk;
+  const std::string render =
+      "RAYWAVE_CACHE_DIR=\"$PWD/cache\" timeout 60 \"$RAYWAVE\" render scene.toml -o out --quiet";
+  REQUIRE(desk.shell("mkdir cache; " + render).code == 0);
+  const auto outcome =
+      desk.shell("cd cache; for f in *; do rm $f; mkfifo $f; done; cd ..; " + render);
+  INFO(outcome.err);
+  CHECK(outcome.code == 0);
 }
 
 TEST_CASE("report.json tells the pictures of its run from others") {

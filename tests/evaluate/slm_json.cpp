@@ -136,7 +136,7 @@ TEST_CASE("a damaged report is refused with one line") {
     CHECK_THAT(said, ContainsSubstring("report.json: "));
     CHECK(said.find('\n') == std::string::npos);
   }
-  CHECK_THAT(refusal("{"), ContainsSubstring("not a report of raywave"));
+  CHECK_THAT(refusal("{"), ContainsSubstring("not a report of raywave: parse error at line 1"));
   CHECK_THAT(input_error_of([&] { slm_of_report(folder / "none.json"); }),
              ContainsSubstring("none.json: not found"));
 }

@@ -3,7 +3,10 @@
 // chooses and keeps it.
 #include "host/evaluate/tune.hpp"
 
+#include <sys/stat.h>
+
 #include <cmath>
+#include <filesystem>
 #include <random>
 
 #include "host/common/error.hpp"
@@ -165,6 +168,10 @@ TEST_CASE("what is found out is kept per device and read back; renders work in t
   CHECK_FALSE(load_tuning(other).has_value());
   // By another version of raywave
   folder.write(tuning_file(info).filename().string(), "{\"ray_s\": 1e-9}");
+  CHECK_FALSE(load_tuning(info).has_value());
+  // A pipe, whose other end nobody opens
+  std::filesystem::remove(tuning_file(info));
+  REQUIRE(mkfifo(tuning_file(info).c_str(), 0600) == 0);
   CHECK_FALSE(load_tuning(info).has_value());
 }
 

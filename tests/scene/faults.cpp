@@ -164,6 +164,7 @@ TEST_CASE("files that claim absurd sizes are refused before memory is taken") {
                        "element face 1\nproperty list uint int vertex_indices\nend_header\n" +
                        std::string(36, '\0') + little(0xffffffffu)},
       {"many.stl", std::string(80, ' ') + little(0x7fffffffu) + std::string(50, '\0')},
+      {"corners.off", "OFF\n353535235358 6 0\n-0.5 -0.5 0.5\n"},
       {"far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 2147483647\n"},
   };
   const auto check = [&](const std::string& name, const std::vector<std::string>& arguments) {

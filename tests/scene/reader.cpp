@@ -47,6 +47,8 @@ TEST_CASE("a reader hands over its result or the reason for having none") {
   CHECK(failure_of({"exit"}) == "its reader crashed");
   CHECK(failure_of({"spin"}) == "its reader took too long");
   CHECK(failure_of({"bad_alloc"}) == "it asks for too much memory");
+  CHECK(failure_of({"fail", "std::bad_alloc"}) == "it asks for too much memory");
+  CHECK(failure_of({"fail", "vector::_M_default_append"}) == "it asks for too much memory");
 #ifndef __SANITIZE_ADDRESS__
   CHECK(failure_of({"numbers", std::to_string(1 << 27)}) == "it asks for too much memory");
 #endif

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/common/error.hpp"
+#include "host/common/text.hpp"
 #include "host/evaluate/bench/bench.hpp"
 
 extern char** environ;
@@ -82,7 +83,7 @@ std::vector<BenchRow> run_peer(const std::filesystem::path& program,
     }
     return rows;
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(program.string() + ": printed no rows: " + error.what());
+    throw InputError(program.string() + ": printed no rows: " + json_reason(error));
   }
 }
 

@@ -192,6 +192,7 @@ Mesh read_mesh(const std::filesystem::path& file) {
   prepare(again);
   if (!again.ReadFile(file.string(), 0) || !again.GetScene()->mRootNode) throw InputError(why);
   keep_surfaces(*const_cast<aiScene*>(again.GetScene()));
+  if (again.GetScene()->mNumMeshes == 0) throw InputError("holds no triangle");
   const auto* scene = again.ApplyPostProcessing(steps);
   if (!scene || !scene->mRootNode) throw InputError(again.GetErrorString());
   return flatten(*scene);

@@ -87,6 +87,11 @@ void serve(int argc, char** argv, const std::function<void(const std::vector<std
     } catch (const std::exception& error) {
       failure = error.what();
       if (failure.empty()) failure = "it cannot be read";
+      // Libraries pass on what the standard library said to them.
+      const auto says = [&](const char* word) { return failure.find(word) != std::string::npos; };
+      if (says("bad_alloc") || says("length_error") || says("max_size()") ||
+          says("_M_default_append"))
+        failure = "it asks for too much memory";
     }
     say(failure.empty() ? Verdict::done : Verdict::failed);
     if (failure.empty())
