@@ -143,7 +143,19 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   return plane;
 }
 
-/// Divides the samples into batches, each with as many profiles as fit the memory for them.
+/// Lists the samples that light some of the plane: `profile` takes no others. Work-items that leave
+/// a kernel at once would idle beside those that compute, and Intel's vectorizer (2024.18.7.0) makes
+/// wrong code of them: the field was off by 0.25.
+void CompactGatherer::list_lit_samples() {
+  lit_samples_.clear();
+  for (std::size_t i = 0; i < aimed_.size(); ++i) {
+    const auto& f = aimed_[i];
+    if (f.lines > 0 && f.columns > 0 && f.rows > 0)
+      lit_samples_.push_back(static_cast<std::int32_t>(i));
+  }
+}
+
+/// Divides those samples into batches, each with as many profiles as fit the memory for them.
 void CompactGatherer::place_profiles(glm::ivec2 size) {
   const auto most = batch_floats(device_.info());
   const int bin_rows = size.y / COMPACT_BIN;
@@ -160,19 +172,19 @@ void CompactGatherer::place_profiles(glm::ivec2 size) {
     low = none;
     high = -none;
   };
-  for (std::size_t i = 0; i < aimed_.size(); ++i) {
-    const auto& f = aimed_[i];
+  for (std::size_t place = 0; place < lit_samples_.size(); ++place) {
+    const auto sample = static_cast<std::size_t>(lit_samples_[place]);
+    const auto& f = aimed_[sample];
     const auto floats = static_cast<std::size_t>(f.lines) * 2 *
                         static_cast<std::size_t>(COMPACT_ROOM(f.columns) + COMPACT_ROOM(f.rows));
     if (bins_.batches.empty() || bins_.batches.back().floats + floats > most) {
       if (!bins_.batches.empty()) end_batch();
-      bins_.batches.push_back({.first_sample = static_cast<int>(i), .floats = packet});
+      bins_.batches.push_back({.first_sample = static_cast<int>(place), .floats = packet});
     }
     auto& batch = bins_.batches.back();
-    offset_[i] = static_cast<std::int32_t>(batch.floats);
+    offset_[sample] = static_cast<std::int32_t>(batch.floats);
     batch.floats += floats;
     ++batch.samples;
-    if (f.lines == 0 || f.columns <= 0 || f.rows <= 0) continue;
     low = std::min(low, floor_over(f.top, COMPACT_BIN));
     high = std::max(high, floor_over(f.top + f.rows - 1, COMPACT_BIN));
   }
@@ -184,8 +196,8 @@ void CompactGatherer::place_profiles(glm::ivec2 size) {
 PlanePart CompactGatherer::lit_part(glm::ivec2 size) const {
   constexpr int none = std::numeric_limits<int>::max();
   glm::ivec2 low(none), high(-none);
-  for (const auto& f : aimed_) {
-    if (f.lines == 0 || f.columns <= 0 || f.rows <= 0) continue;
+  for (const int sample : lit_samples_) {
+    const auto& f = aimed_[static_cast<std::size_t>(sample)];
     low = glm::min(low, glm::ivec2(f.left, COMPACT_BIN * floor_over(f.top, COMPACT_BIN)));
     high = glm::max(high, glm::ivec2(f.left + f.columns, f.top + f.rows));
   }
@@ -247,9 +259,9 @@ void CompactGatherer::fill_bins(glm::ivec2 size, const LinePart& wanted) {
   b.first.assign(static_cast<std::size_t>(bins) + 1, 0);
   const auto for_each_entry = [&](const auto& use) {
     for (const auto& batch : b.batches) {
-      for (int i = batch.first_sample; i < batch.first_sample + batch.samples; ++i) {
+      for (int place = batch.first_sample; place < batch.first_sample + batch.samples; ++place) {
+        const int i = lit_samples_[static_cast<std::size_t>(place)];
         const auto& f = aimed_[static_cast<std::size_t>(i)];
-        if (f.lines == 0 || f.columns <= 0 || f.rows <= 0) continue;
         const int left = floor_over(f.left, COMPACT_BIN),
                   columns =
                       std::min(across, floor_over(f.left + f.columns - 1, COMPACT_BIN) - left + 1),
@@ -412,6 +424,7 @@ PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool
              table_.lit, table_.count, plane, footprints_, seen_);
     footprints_.read(aimed_);
   }
+  list_lit_samples();
   place_profiles(size);
   const auto lit = lit_part(size);
   fill_bins(size, is_whole ? LinePart{0, static_cast<std::size_t>(size.y)} : lit.y);
@@ -424,6 +437,7 @@ PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool
   make_weights(wrp, plane, most_nodes);
   if (offset_.empty()) offset_.push_back(0);
   upload(device_, offset_, offsets_, "places of profiles");
+  upload(device_, lit_samples_, lit_list_, "samples that light the plane");
   upload(device_, bins_.first, first_of_bin_, "bins of samples");
   upload(device_, bins_.samples, bin_samples_, "samples of bins");
   upload(device_, bins_.is_fresh, is_fresh_, "rows of bins");
@@ -437,8 +451,8 @@ PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool
     if (batch.rows == 0) continue;
     if (batch.samples > 0)
       profile_.run({static_cast<std::size_t>(batch.samples)}, group, scene_.lights, table_.samples,
-                   table_.lit, table_.visibility_masks, footprints_, seen_, offsets_, rotors_,
-                   weights_, batch.first_sample, batch.samples, plane, profiles_);
+                   table_.lit, table_.visibility_masks, footprints_, seen_, lit_list_, offsets_,
+                   rotors_, weights_, batch.first_sample, batch.samples, plane, profiles_);
     gather_.run({static_cast<std::size_t>(size.x / lanes_),
                  static_cast<std::size_t>(batch.rows * COMPACT_BIN / tile_rows_)},
                 local, footprints_, offsets_, profiles_, phasors_, table_.count, first_of_bin_,

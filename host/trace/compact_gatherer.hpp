@@ -35,10 +35,10 @@ public:
 private:
   /// Samples whose profiles are in memory at the same time, and the rows of bins that they light.
   struct Batch {
-    int first_sample = 0, samples = 0;
-    int first_row = 0, rows = 0;  // of bins; the first may be negative, or beyond the plane
-    int first_bin = 0;            // in bins_.first
-    std::size_t floats = 0;       // of its profiles
+    int first_sample = 0, samples = 0;  // in lit_samples_
+    int first_row = 0, rows = 0;        // of bins; the first may be negative, or beyond the plane
+    int first_bin = 0;                  // in bins_.first
+    std::size_t floats = 0;             // of its profiles
   };
   /// For every bin of every batch, the samples that light it.
   struct Bins {
@@ -47,6 +47,7 @@ private:
   };
 
   device::CompactPlane plane_of(const Wrp& wrp) const;
+  void list_lit_samples();
   void place_profiles(glm::ivec2 size);
   PlanePart lit_part(glm::ivec2 size) const;
   void fill_bins(glm::ivec2 size, const LinePart& wanted);
@@ -63,6 +64,7 @@ private:
   cl::Kernel aim_, draw_phases_, profile_, gather_;
   cl::Device device_;
   std::vector<device::CompactFootprint> aimed_;  // of each sample
+  std::vector<std::int32_t> lit_samples_;        // in the order of their numbers
   std::vector<std::int32_t> offset_;             // of each sample's profiles, in its batch
   Bins bins_;
   int rotors_for_ = 0, weights_for_ = 0;  // nodes, at most
@@ -70,7 +72,7 @@ private:
   using WeightsKey = std::tuple<std::size_t, int, int, float, float>;
   WeightsKey weights_key_;
   cl::Buffer<device::CompactFootprint> footprints_;
-  cl::Buffer<std::int32_t> offsets_, first_of_bin_, bin_samples_, is_fresh_;
+  cl::Buffer<std::int32_t> lit_list_, offsets_, first_of_bin_, bin_samples_, is_fresh_;
   cl::Buffer<float> rotors_, weights_, profiles_;
   cl::Buffer<float> seen_;     // COMPACT_SEEN numbers of each sample, floats or doubles
   cl::ComplexBuffer phasors_;  // frames x samples

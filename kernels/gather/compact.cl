@@ -17,8 +17,8 @@
 //
 // aim             footprints[i]: the pixels that sample i lights; none for other layers' samples.
 //                 seen: COMPACT_SEEN numbers of each sample for `profile`
-// profile         X_k and Y_k of the samples first_sample, ..., at offsets[i] of `profiles`: for
-//                 each k the real parts of X, the imaginary parts, the real parts of Y, the
+// profile         X_k and Y_k of the samples lit_samples[first], ..., each with some line, at
+//                 offsets[i] of `profiles`: for each k the real parts of X, the imaginary parts, the real parts of Y, the
 //                 imaginary parts, in COMPACT_ROOM each, with the footprint's middle in the middle
 // gather_compact  field: RAYWAVE_FRAMES planes of plane.ny rows, each plane.row_stride samples in
 //                 memory with plane.nx of the plane. Bins of
@@ -134,14 +134,13 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
 __kernel void profile(__global const Light* lights, __global const Sample* samples,
                       __global const uint* lit, __global const uint* visibility_masks,
                       __global const CompactFootprint* footprints, __global const float* all_seen,
-                      __global const int* offsets, __global const float* rotors,
-                      __global const float* weights, int first_sample, int count,
-                      CompactPlane plane, __global float* profiles) {
+                      __global const int* lit_samples, __global const int* offsets,
+                      __global const float* rotors, __global const float* weights, int first,
+                      int count, CompactPlane plane, __global float* profiles) {
   const int number = (int)get_global_id(0);
   if (number >= count) return;
-  const size_t index = (size_t)(first_sample + number);
+  const size_t index = (size_t)lit_samples[first + number];
   const CompactFootprint footprint = footprints[index];
-  if (footprint.lines == 0) return;
   __global const Sample* sample = samples + index;
   const bool hidden = sample->hidden;
   const Profiled p = {lights,
