@@ -22,8 +22,8 @@ public:
     configuration_.device = &device_id_;
     configuration_.context = &context_;
     configuration_.bufferSize = &bytes_;
-    // Sines from tables that the host computes in double. Its default on most devices is native_sin,
-    // whose error is the driver's: 1e-4 on Intel's FPGA emulator.
+    // Sines from tables that the host computes in double. The default on most devices is
+    // native_sin, whose error is the driver's: 1e-4 on Intel's FPGA emulator.
     configuration_.useLUT = 1;
 
     // Its binaries are not kept: VkFFT 1.2 reads beyond them when it takes them back, and Mesa's

@@ -148,10 +148,17 @@ Placement place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_
       const auto asked = scene.wrp.grid.value_or(grid.size);
       most = std::max(most, static_cast<double>(asked.x) * asked.y);
       if (count + most > largest_grid && !plan.compact) {
-        throw InputError(scene.file.string() + ": the scene needs " + std::to_string(asked.x) +
-                         " x " + std::to_string(asked.y) +
-                         " or more WRPs of the hologram's size, " + std::to_string(largest_grid) +
-                         " are allowed; give wrp.grid, a larger hologram or a smaller scene");
+        const auto size = std::to_string(asked.x) + " x " + std::to_string(asked.y),
+                   allowed = std::to_string(largest_grid) + " are allowed; ";
+        throw InputError(
+            scene.file.string() + ": " +
+            (scene.wrp.grid ? "wrp.grid asks for " + size + " WRPs" +
+                                  (plan.layers.size() * plan.tiles.size() > 1
+                                       ? " on every layer of every tile, "
+                                       : ", ") +
+                                  allowed + "give a smaller one, or \"auto\""
+                            : "the scene needs " + size + " or more WRPs of the hologram's size, " +
+                                  allowed + "give wrp.grid, a larger hologram or a smaller scene"));
       }
       layer.grid = glm::max(layer.grid, grid.size);
       for (int axis = 0; axis < 2; ++axis) {

@@ -144,8 +144,8 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
 }
 
 /// Lists the samples that light some of the plane: `profile` takes no others. Work-items that leave
-/// a kernel at once would idle beside those that compute, and Intel's vectorizer (2024.18.7.0) makes
-/// wrong code of them: the field was off by 0.25.
+/// a kernel at once would idle beside those that compute, and Intel's vectorizer (2024.18.7.0)
+/// makes wrong code of them: fields were off by 0.25.
 void CompactGatherer::list_lit_samples() {
   lit_samples_.clear();
   for (std::size_t i = 0; i < aimed_.size(); ++i) {

@@ -18,8 +18,9 @@
 // aim             footprints[i]: the pixels that sample i lights; none for other layers' samples.
 //                 seen: COMPACT_SEEN numbers of each sample for `profile`
 // profile         X_k and Y_k of the samples lit_samples[first], ..., each with some line, at
-//                 offsets[i] of `profiles`: for each k the real parts of X, the imaginary parts, the real parts of Y, the
-//                 imaginary parts, in COMPACT_ROOM each, with the footprint's middle in the middle
+//                 offsets[i] of `profiles`: for each k the real parts of X, the imaginary parts,
+//                 the real parts of Y, the imaginary parts, in COMPACT_ROOM each, with the
+//                 footprint's middle in the middle
 // gather_compact  field: RAYWAVE_FRAMES planes of plane.ny rows, each plane.row_stride samples in
 //                 memory with plane.nx of the plane. Bins of
 //                 COMPACT_BIN x COMPACT_BIN pixels list the samples that light them: those of bin b

@@ -13,12 +13,14 @@
 #include "host/plan/fans.hpp"
 #include "host/plan/make_plan.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/files.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {
 
 using Catch::Approx;
+using Catch::Matchers::ContainsSubstring;
 using test::mm;
 using test::um;
 
@@ -167,9 +169,9 @@ TEST_CASE("a sampling pitch that would take too many rays or samples is refused"
   auto scene = paper_scene();
   scene.sampling.pitch_m = 1e-8;
   CHECK_THROWS_WITH(plan_of(scene, square_world(0.1 * mm, {0, 0, 2 * mm}, 1 * mm)),
-                    Catch::Matchers::ContainsSubstring("rays per pixel"));
+                    ContainsSubstring("rays per pixel"));
   CHECK_THROWS_WITH(plan_of(scene, square_world(100 * mm, {0, 0, 100 * mm})),
-                    Catch::Matchers::ContainsSubstring("lattice cells"));
+                    ContainsSubstring("lattice cells"));
 }
 
 TEST_CASE(
@@ -185,7 +187,7 @@ TEST_CASE(
     CHECK_THROWS_AS(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})), InputError);
   }
   CHECK_THROWS_WITH(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})),
-                    Catch::Matchers::ContainsSubstring("100 mm"));
+                    ContainsSubstring("100 mm"));
 }
 
 TEST_CASE(
@@ -261,9 +263,16 @@ TEST_CASE("WRPs of a given grid stand side by side from the top left without gap
 
 TEST_CASE("a grid of more than 1024 WRPs is refused") {
   auto scene = paper_scene();
-  CHECK_THROWS_AS(plan_of(scene, square_world(500 * mm, {0, 0, 3})), InputError);
+  CHECK_THAT(input_error_of([&] {
+               plan_of(scene, square_world(500 * mm, {0, 0, 3}));
+             }),
+             ContainsSubstring("the scene needs") && ContainsSubstring("give wrp.grid"));
   scene.wrp.grid = glm::ivec2(1024, 2);
-  CHECK_THROWS_AS(plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm})), InputError);
+  CHECK_THAT(input_error_of([&] {
+               plan_of(scene, square_world(1 * mm, {0, 0, 100 * mm}));
+             }),
+             ContainsSubstring("wrp.grid asks for 1024 x 2 WRPs, 1024 are allowed; give a smaller "
+                               "one, or \"auto\""));
 }
 
 /// Squares of these sides that face the hologram, on its axis.
@@ -457,7 +466,6 @@ TEST_CASE("layers without a surface are left out, and surfaces at one depth make
 
 TEST_CASE(
     "several layers are refused for fans, mirrors and glass, whose rays go from layer to layer") {
-  using Catch::Matchers::ContainsSubstring;
   const auto world = square_world(1 * mm, {0, 0, 100 * mm}, 4 * mm);
   auto scene = paper_scene();
   scene.wrp.layers = 2;

@@ -571,6 +571,20 @@ TEST_CASE("a scene file that cannot be read is refused by name") {
         "scene.toml: too large for a scene file (at most 1 MiB)");
 }
 
+TEST_CASE("more than 1024 lights are refused, and ambient ones are not counted") {
+  const Workshop workshop;
+  const auto scene_of = [](int shining, int ambient) {
+    std::string text = "[[object]]\nmesh = \"teapot.ply\"\n";
+    for (int i = 0; i < shining; ++i) text += "[[light]]\ndirection = [0, 0, 1]\n";
+    for (int i = 0; i < ambient; ++i) text += "[[light]]\ntype = \"ambient\"\n";
+    return text;
+  };
+  CHECK(workshop.load(scene_of(1024, 2)).lights.size() == 1026);
+  CHECK_THAT(workshop.refusal(scene_of(1025, 0)),
+             Catch::Matchers::StartsWith(
+                 "scene.toml: 1025 lights with a place or a direction, at most 1024 are"));
+}
+
 TEST_CASE("text that is not TOML is refused with its line") {
   const Workshop workshop;
   CHECK_THAT(workshop.refusal(with_line(8, "padding = = 2")),
