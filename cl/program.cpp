@@ -155,13 +155,8 @@ void Kernel::check_type(cl_uint i, const std::string& given) const {
 void Kernel::launch_first(const ::cl::NDRange& global, const ::cl::NDRange& local) {
   device_.finish();
   driver_works_on(name_ + " on " + device_.info().name);
-  auto queue = device_.queue();
-  bool is_timed = true;
-  try {
-    queue = ::cl::CommandQueue(device_.context(), device_.handle(), CL_QUEUE_PROFILING_ENABLE);
-  } catch (const ::cl::Error&) {
-    is_timed = false;  // the device gives one queue only
-  }
+  const bool is_timed = device_.timing_queue()() != nullptr;
+  const auto& queue = is_timed ? device_.timing_queue() : device_.queue();
   const auto before = Seconds::now();
   ::cl::Event event;
   queue.enqueueNDRangeKernel(kernel_, ::cl::NullRange, global, local, nullptr, &event);
