@@ -288,12 +288,19 @@ int find_material(const Value& v, const std::vector<Material>& materials) {
                        : "one of " + one_line(names));
 }
 
-Object read_object(Section section, const std::vector<Material>& materials) {
+/// An object so many times as wide as its hologram has a width in millimetres, mostly.
+constexpr double doubted_holograms = 100;
+
+Object read_object(Section section, const HologramSpec& hologram,
+                   const std::vector<Material>& materials) {
   Object object;
   object.where = section.where();
   section.require("mesh", "the name of a mesh file",
                   [&](const Value& v) { object.mesh = v.existing_file(); });
-  section.read("width", [&](const Value& v) { object.width_m = v.length_m(between(1e-9, 1e4)); });
+  const double doubted_m = doubted_holograms * hologram.resolution.x * hologram.pitch_m.x;
+  section.read("width", [&](const Value& v) {
+    object.width_m = v.length_m(between(1e-9, 1e4), std::min(doubted_m, least_doubted_m));
+  });
   section.read("position", [&](const Value& v) { object.position_m = v.lengths_m(kAnyPosition); });
   section.read("rotation",
                [&](const Value& v) { object.rotation_deg = v.numbers(between(-1e6, 1e6)); });
@@ -327,7 +334,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   for (auto& [name, section] : root.section("materials").named_sections("material"))
     scene.materials.push_back(read_material(name, section, scene.hologram.wavelength_m));
   for (Section& section : root.sections("object"))
-    scene.objects.push_back(read_object(section, scene.materials));
+    scene.objects.push_back(read_object(section, scene.hologram, scene.materials));
   root.finish();
   scene.notes = document.notes;
 
