@@ -51,14 +51,13 @@ CompactPlane compact_plane(const Plan& plan, const WrpSpec& wanted) {
   return plane;
 }
 
-std::string why_not_compact(const Scene& scene) {
+std::string why_not_compact(const Scene& scene, const World& world) {
   if (scene.sampling.mode != SamplingMode::aimed)
     return "rays of a fan start at places in space, which a virtual plane has not";
-  const auto bounces = [&](const Object& object) {
-    const auto& material = scene.materials[static_cast<std::size_t>(object.material)];
+  const auto bounces = [](const Material& material) {
     return material.reflectivity > 0 || material.transparency > 0;
   };
-  if (scene.trace.depth > 0 && std::any_of(scene.objects.begin(), scene.objects.end(), bounces))
+  if (scene.trace.depth > 0 && lighting_of(scene, world).any_material(bounces))
     return "mirrors and glass send rays, which cannot start on a virtual plane";
   return "";
 }

@@ -208,16 +208,14 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
            "not");
   }
 
-  const auto used = [&](auto&& test) {
-    return std::find_if(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
-      return test(scene.materials[static_cast<std::size_t>(o.material)]);
-    });
-  };
+  const auto& materials = plan.lighting.materials;
   const auto bounces =
-      used([](const Material& m) { return m.reflectivity > 0 || m.transparency > 0; });
-  if (bounces != scene.objects.end() && scene.trace.depth == 0)
-    warn("material " +
-         in_quotes(scene.materials[static_cast<std::size_t>(bounces->material)].name) +
+      std::find_if(plan.lighting.used.begin(), plan.lighting.used.end(), [&](std::int32_t number) {
+        const auto& m = materials[static_cast<std::size_t>(number)];
+        return m.reflectivity > 0 || m.transparency > 0;
+      });
+  if (bounces != plan.lighting.used.end() && scene.trace.depth == 0)
+    warn("material " + in_quotes(materials[static_cast<std::size_t>(*bounces)].name) +
          " is a mirror or glass, but trace.depth is 0: its reflections stay dark");
   if (plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns() >=
       scene.accuracy.phase_turns)
