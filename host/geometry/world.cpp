@@ -145,13 +145,6 @@ double ambient_share_of(const Scene& scene) {
              : 0.1;
 }
 
-/// True where a material that the object wears is not there everywhere.
-bool has_holes(const Object& object, const Mesh& mesh) {
-  return wears_own_materials(object) &&
-         std::any_of(mesh.materials.begin(), mesh.materials.end(),
-                     [](const MeshMaterial& m) { return m.look.alpha_mode != AlphaMode::opaque; });
-}
-
 /// Adds the materials of an object's mesh, where the object wears them.
 ///
 /// number  of the mesh
@@ -192,6 +185,13 @@ void add_materials(const Scene& scene, const Object& object, const Meshes& meshe
     if (from.look.two_sided == 0 && !meshes.closed[number])
       one.notes.emplace_back("is single-sided and is shown from both sides");
   }
+}
+
+/// True where a material of the world, from the first one on, is not there everywhere.
+bool has_holes(const World& world, std::size_t first_material) {
+  return std::any_of(world.materials.begin() + static_cast<std::ptrdiff_t>(first_material),
+                     world.materials.end(),
+                     [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });
 }
 
 /// Adds an object's vertices and triangles; positions and normals are set by place().
@@ -282,10 +282,11 @@ World place_objects(const Scene& scene, const Meshes& meshes, Textures textures)
     const auto first_vertex = world.positions.size(), first_triangle = world.triangles.size();
     add(static_cast<std::int32_t>(i), scene.objects[i], mesh,
         channel_of(scene.hologram.wavelength_m), world);
+    const auto first_material = world.materials.size();
     add_materials(scene, scene.objects[i], meshes, number, mesh.triangle_material, world);
     // Through holes of a closed mesh its inner sides are seen
     world.object_closed.push_back(meshes.closed[number] && !part &&
-                                  !has_holes(scene.objects[i], whole));
+                                  !has_holes(world, first_material));
     world.placed.push_back(place(scene.objects[i], mesh, placing, first_vertex, world));
     world.area_samples.push_back(area_samples_from(first_triangle, world));
   }

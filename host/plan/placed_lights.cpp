@@ -112,7 +112,10 @@ glm::dvec2 place_in_square(int part, int count, int place) {
   std::uint32_t hash = static_cast<std::uint32_t>(part) * 0x9e3779b9u;
   hash = (hash ^ (hash >> 15)) * 0x846ca68bu;
   const int own = place ^ static_cast<int>((hash >> 16) & 15u);
-  return {(part % b + (own % 4 + 0.5) / 4) / b, (part / b + (own / 4 + 0.5) / 4) / a};
+  // A sheared lattice: no two places lie above or beside each other
+  const int columns = 4 * b, rows = 4 * a, column = part % b * 4 + own % 4,
+            row = part / b * 4 + own / 4;
+  return {(column + (row + 0.5) / rows) / columns, (row + (column + 0.5) / columns) / rows};
 }
 
 glm::dvec3 direction_of_environment(glm::dvec2 place, double rotation_deg) {

@@ -44,8 +44,9 @@ std::vector<PlacedLight> placed_lights(
 /// The same of one light.
 std::vector<PlacedLight> placed_light(const Light& light, const Image* environment);
 
-/// Place i of `count` parts of a unit square, in one of places_of_light places of the part. Parts
-/// make a grid of a x b, a <= b; the places of a part make one of 4 x 4, in an order of its own.
+/// Part `part` of `count` of a unit square, in one of its places_of_light places. Parts make a grid
+/// of a x b, a <= b, and their places one of 4 x 4, in an order of the part's own. No two of all
+/// places share a row or a column, so that shadows of straight edges have as many steps.
 glm::dvec2 place_in_square(int part, int count, int place);
 
 /// Mean radiance of an environment over all directions, without Light::intensity.

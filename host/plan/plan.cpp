@@ -45,6 +45,7 @@ Lighting lighting_of(const Scene& scene, const World& world) {
         i < scene.materials.size() ? nullptr : &world.maps[i - scene.materials.size()];
     lighting.textures = std::max(lighting.textures, textures_of(lighting.materials[i], maps));
     lighting.normal_maps |= maps && maps->normal[0];
+    lighting.alpha = std::max(lighting.alpha, lighting.materials[i].alpha_mode);
   }
   return lighting;
 }

@@ -24,6 +24,10 @@ namespace raywave {
 
 struct World;
 
+/// Cells along a sampling pitch in which a surface that is blended is there or not: the rays of a
+/// sample meet different ones, and floats tell them apart.
+inline constexpr double blend_cells_of_pitch = 32;
+
 /// How the field at the hologram comes about.
 enum class Method {
   wrp,  // light is gathered on wavefront recording planes and propagated to the hologram
@@ -138,6 +142,8 @@ struct Lighting {
   // materials changes from place to place
   int textures = 0;
   bool normal_maps = false;
+  // Whether the used materials are there everywhere; opaque is less than mask, and mask than blend
+  AlphaMode alpha = AlphaMode::opaque;
 
   /// Index into `materials` of a triangle's material.
   ///

@@ -22,6 +22,7 @@ public:
         world_(world),
         lights_(lights_of(scene, world)),
         ambient_light_(ambient_light_of(scene)),
+        plan_(plan),
         origin_m_(plan.origin_m),
         size_m_(glm::distance(world.min_m, world.max_m)) {
     for (std::size_t i = 0; i < world.triangles.size(); ++i) {
@@ -89,6 +90,13 @@ private:
       if (intersect(triangles_[i], ray, -sideways).triangle < 0)
         doubtful = std::min(doubtful, wide.t);
       if (exact.triangle < 0 || exact.t >= best.t) continue;
+      if (plan_.lighting.alpha != AlphaMode::opaque) {
+        bool doubt = false;
+        const bool there = is_there(look_at(scene_, world_, i, exact.u, exact.v),
+                                    origin + exact.t * direction, plan_, &doubt);
+        if (doubt) doubtful = std::min(doubtful, exact.t);
+        if (!there) continue;
+      }
       best = exact;
       best.triangle = static_cast<int>(i);
     }
@@ -108,6 +116,7 @@ private:
   const World& world_;
   std::vector<PlacedLight> lights_;
   double ambient_light_;
+  const Plan& plan_;
   glm::dvec3 origin_m_;
   double size_m_;
   std::vector<Corners> triangles_;

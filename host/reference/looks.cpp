@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "host/plan/plan.hpp"
 #include "host/reference/shading.hpp"
 
 namespace raywave::reference {
@@ -109,8 +109,13 @@ Look look_at(const Scene& scene, const World& world, std::size_t triangle, doubl
     look.ambient = metal->ambient_share * base;
     look.diffuse = base * (1 - metallic);
     look.shininess = shininess_of_roughness(roughness);
-    look.specular =
-        (metal->reflectance * (1 - metallic) + base * metallic) * (look.shininess + 2) / 2;
+    const double reflectance = metal->reflectance * (1 - metallic) + base * metallic;
+    if (look.shininess < 1) {
+      look.diffuse += reflectance;
+      look.specular = 0;
+    } else {
+      look.specular = reflectance * (look.shininess + 2) / 2;
+    }
   }
 
   // Normals
@@ -132,6 +137,23 @@ Look look_at(const Scene& scene, const World& world, std::size_t triangle, doubl
   look.normal = glm::normalize(m.normal_scale * (n.x * tangent + n.y * bitangent) +
                                std::max(n.z, 1e-3) * look.smooth);
   return look;
+}
+
+bool is_there(const Look& look, glm::dvec3 place_m, const Plan& plan, bool* doubt) {
+  if (look.alpha_mode == AlphaMode::opaque) return true;
+  double least = look.alpha_cutoff;
+  if (look.alpha_mode == AlphaMode::blend) {
+    const glm::dvec3 offset(0.37, 0.43, 0.31);
+    std::int32_t cell[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const double at = place_m[axis] * blend_cells_of_pitch / plan.sampling_pitch_m + offset[axis];
+      cell[axis] = static_cast<std::int32_t>(std::floor(at));
+      if (doubt && std::abs(at - std::round(at)) < 0.02 + 1e-6 * std::abs(at)) *doubt = true;
+    }
+    least = phase_turns(cell[0], cell[1], cell[2], plan.seed);
+  }
+  if (doubt && std::abs(look.alpha - least) < 1e-5) *doubt = true;
+  return look.alpha >= least && look.alpha > 0;
 }
 
 double ambient_light_of(const Scene& scene) {

@@ -12,6 +12,7 @@
 
 #include "host/geometry/world.hpp"
 #include "host/plan/placed_lights.hpp"
+#include "host/plan/plan.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave::reference {
@@ -32,6 +33,13 @@ struct Look {
 
 /// v and w: weights of the triangle's second and third corner.
 Look look_at(const Scene& scene, const World& world, std::size_t triangle, double v, double w);
+
+/// Tells whether a surface is there: alpha at least the cutoff, or at least a number that belongs to
+/// the cell of a place. `doubt`, if given, becomes true where floats may find the other answer.
+///
+/// place_m  in the frame of the object's instance: where the object was placed at first, from the
+///          scene's origin then
+bool is_there(const Look& look, glm::dvec3 place_m, const Plan& plan, bool* doubt = nullptr);
 
 /// Sum of the ambient lights; 1 without one.
 double ambient_light_of(const Scene& scene);

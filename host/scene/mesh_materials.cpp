@@ -119,6 +119,16 @@ double least_of(const SurfaceMap& map) {
   return map ? *std::min_element(map.image->pixels.begin(), map.image->pixels.end()) : 1;
 }
 
+/// Gives a material what a surface of this reflectance and roughness reflects.
+void reflect(glm::dvec3 reflectance, double roughness, Material& m) {
+  m.shininess = shininess_of(roughness);
+  if (m.shininess < least_shininess) {
+    m.diffuse += reflectance;
+    return;
+  }
+  for (int c = 0; c < 3; ++c) m.specular[c] = specular_of(reflectance[c], m.shininess);
+}
+
 bool is_opaque(const Image& alpha) {
   return std::all_of(alpha.pixels.begin(), alpha.pixels.end(), [](float a) { return a >= 1; });
 }
@@ -146,6 +156,11 @@ Material phong_of(const MeshMaterial& from, const MaterialMaps& maps, double amb
   m.alpha_mode = look.alpha_mode;
   m.alpha = look.alpha;
   m.alpha_cutoff = look.alpha_cutoff;
+  if (!maps.alpha && !maps.opacity && !m.vertex_colours) {  // the same everywhere
+    const bool is_there =
+        look.alpha_mode == AlphaMode::blend ? look.alpha >= 1 : look.alpha >= look.alpha_cutoff;
+    if (is_there) m.alpha_mode = AlphaMode::opaque;
+  }
   m.ior = look.ior;
   m.ambient = ambient_share * look.base;
   m.diffuse = look.base;
@@ -159,19 +174,19 @@ Material phong_of(const MeshMaterial& from, const MaterialMaps& maps, double amb
       const double reflectance = reflectance_of(look.ior);
       const double metallic = look.metallic * mean_of(maps.metallic);
       m.diffuse = (1 - metallic) * look.base;
-      m.shininess = shininess_of(look.roughness * mean_of(maps.roughness));
-      for (int c = 0; c < 3; ++c)
-        m.specular[c] = specular_of(glm::mix(reflectance, look.base[c], metallic), m.shininess);
+      reflect(glm::mix(glm::dvec3(reflectance), look.base, metallic),
+              look.roughness * mean_of(maps.roughness), m);
       m.transparency = look.transmission * (1 - look.metallic);
-      if (maps.roughness || (look.metallic > 0 && (maps.colour || m.vertex_colours)))
-        m.metallic_roughness = {
-            look.base,   look.metallic, look.roughness,
-            reflectance, ambient_share, shininess_of(look.roughness * least_of(maps.roughness))};
+      if (maps.roughness || (look.metallic > 0 && (maps.colour || m.vertex_colours))) {
+        const double sharpest = shininess_of(look.roughness * least_of(maps.roughness));
+        m.metallic_roughness = {look.base,      look.metallic,
+                                look.roughness, reflectance,
+                                ambient_share,  sharpest < least_shininess ? 0 : sharpest};
+      }
       break;
     }
     case LookModel::specular_roughness:
-      m.shininess = shininess_of(look.roughness);
-      for (int c = 0; c < 3; ++c) m.specular[c] = specular_of(look.specular[c], m.shininess);
+      reflect(look.specular, look.roughness, m);
       break;
     case LookModel::unlit:
       m.unlit = true;
@@ -243,9 +258,9 @@ std::string description_of(const MeshMaterial& from, const Material& material,
   map(maps.emission, "emission map");
   map(maps.normal[0], "normal map");
   map(maps.opacity, "opacity map");
-  if (look.alpha_mode == AlphaMode::mask)
+  if (material.alpha_mode == AlphaMode::mask)
     out << ", cut out where alpha < " << number_text(look.alpha_cutoff);
-  if (look.alpha_mode == AlphaMode::blend)
+  if (material.alpha_mode == AlphaMode::blend)
     out << ", there with the probability alpha, " << number_text(look.alpha)
         << (maps.alpha || maps.opacity ? " times its map" : "");
   out << " -> ";

@@ -39,6 +39,9 @@ struct MaterialMaps {
   }
 };
 
+/// Exponents below this make highlights so wide that they are counted as diffuse light.
+inline constexpr double least_shininess = 1;  // roughness 0.76
+
 /// Phong's exponent whose highlight is as wide as that of a microfacet surface of this roughness:
 /// 1 / (2 roughness^4) - 1/2, at most 10000.
 double shininess_of(double roughness);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -99,6 +100,31 @@ struct Mesh {
   std::vector<MeshMaterial> materials{};
   std::vector<MeshPicture> pictures{};
   std::vector<std::string> notes{};  // what else of the file is left out: "animations are ignored"
+};
+
+/// A camera of a glTF file: it looks along its -z, and y is up.
+struct GltfCamera {
+  std::string name;
+  glm::dmat4 world_from_camera{1};
+  double near = 0;  // distance below which it sees nothing; in the file's units, as places are
+};
+
+/// A light of a glTF file (KHR_lights_punctual). It shines along its -z.
+struct GltfLight {
+  enum class Type : std::int32_t { directional, point, spot };
+  Type type = Type::directional;
+  std::int32_t padding = 0;
+  glm::dmat4 world_from_light{1};
+  glm::dvec3 colour{1};
+  double intensity = 1;                  // lux of directional lights, candela of others
+  double inner_deg = 0, outer_deg = 45;  // of spots, angles to the direction
+};
+
+/// What stands around the meshes of a glTF file.
+struct GltfSet {
+  std::vector<GltfCamera> cameras;
+  std::vector<GltfLight> lights;
+  std::vector<std::string> notes;  // what of them is left out
 };
 
 /// One channel of a picture, linear light, row-major.

@@ -155,6 +155,17 @@ void send(ReaderPipe& pipe, const Mesh& mesh) {
   send_texts(pipe, mesh.notes);
 }
 
+void send(ReaderPipe& pipe, const GltfSet& set) {
+  send_count(pipe, set.cameras.size());
+  for (const auto& camera : set.cameras) {
+    send_text(pipe, camera.name);
+    pipe.write(std::as_bytes(std::span(&camera.world_from_camera, 1)));
+    pipe.write(std::as_bytes(std::span(&camera.near, 1)));
+  }
+  pipe.write_vector(set.lights);
+  send_texts(pipe, set.notes);
+}
+
 void send(ReaderPipe& pipe, const Image& image) {
   pipe.write_vector(std::vector<int>{image.width, image.height});
   pipe.write_vector(image.pixels);
@@ -201,6 +212,31 @@ Mesh receive_mesh(ReaderPipe& pipe) {
                       [&](std::int32_t m) { return m >= -1 && m < materials; }));
   mesh.notes = receive_texts(pipe);
   return mesh;
+}
+
+GltfSet receive_gltf_set(ReaderPipe& pipe) {
+  GltfSet set;
+  const auto is_pose = [](const glm::dmat4& m) {
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j)
+        if (!is_within(m[i][j], -largest_number, largest_number)) return false;
+    return true;
+  };
+  for (auto left = receive_count(pipe, most_cameras_of_file); left > 0; --left) {
+    GltfCamera camera;
+    camera.name = receive_text(pipe);
+    pipe.read(std::as_writable_bytes(std::span(&camera.world_from_camera, 1)));
+    pipe.read(std::as_writable_bytes(std::span(&camera.near, 1)));
+    require(is_pose(camera.world_from_camera) && is_within(camera.near, 0, largest_number));
+    set.cameras.push_back(std::move(camera));
+  }
+  pipe.read_vector(set.lights, most_lights_of_file);
+  for (const auto& light : set.lights)
+    require(is_one_of(light.type, GltfLight::Type::spot) && is_pose(light.world_from_light) &&
+            is_colour(light.colour) && is_within(light.intensity, 0, largest_number) &&
+            is_within(light.inner_deg, 0, 90) && is_within(light.outer_deg, 0, 90));
+  set.notes = receive_texts(pipe);
+  return set;
 }
 
 Image receive_image(ReaderPipe& pipe) {

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "host/scene/document.hpp"
+#include "host/scene/gltf_scene.hpp"
 #include "host/scene/read_slm.hpp"
 
 namespace raywave {
@@ -358,8 +359,10 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
     scene.materials.push_back(read_material(name, section));
   for (Section& section : root.sections("object"))
     scene.objects.push_back(read_object(section, scene.materials));
+  Section of_gltf = root.section("scene");
   root.finish();
   scene.notes = document.notes;
+  read_gltf_scene(of_gltf, scene);
 
   const std::string name = one_line(file.string());
   if (scene.objects.empty())

@@ -176,7 +176,7 @@ struct MetallicRoughness {
   double metallic = 0, roughness = 1;  // 0 to 1
   double reflectance = 0.04;           // of what is no metal, at normal incidence
   double ambient_share = 1;            // of the base colour
-  double sharpest = 0;                 // largest exponent of its highlights
+  double sharpest = 0;                 // largest exponent of its highlights; 0: it has none
 };
 
 /// Phong material. Triples are red, green, blue; a hologram of one wavelength uses the channel that
@@ -205,6 +205,12 @@ struct Material {
   // "scene.toml:20: material "gold"", the start of messages about its texture
   std::string where;
 };
+
+/// True where light of a channel makes highlights on a material.
+inline bool has_highlights(const Material& material, int channel) {
+  return material.metallic_roughness ? material.metallic_roughness->sharpest > 0
+                                     : material.specular[channel] > 0;
+}
 
 /// The largest exponent of a material's highlights.
 inline double sharpest_shininess(const Material& material) {

@@ -24,6 +24,13 @@ namespace {
 /// error of a float direction, 3e-7, grows by sqrt(shininess / 2) in the highlight.
 constexpr double sharp_shininess = 128;
 
+// Numbers of the Plan that kernels know by these names
+static_assert(TEXTURES_NONE == 0 && TEXTURES_PLAIN == 1 && TEXTURES_LOOKS == 2);
+static_assert(ALPHA_MASK == static_cast<int>(AlphaMode::mask) &&
+              ALPHA_BLEND == static_cast<int>(AlphaMode::blend));
+static_assert(WRAP_MIRROR == static_cast<int>(Wrap::mirror) &&
+              WRAP_CLAMP == static_cast<int>(Wrap::clamp));
+
 template <class Vector>
 std::span<const float> floats_of(const std::vector<Vector>& vectors) {
   return {reinterpret_cast<const float*>(vectors.data()),
@@ -136,6 +143,13 @@ Materials materials_of(const Plan& plan, const World& world) {
       material.normal_up_texels = texels.first_of(*maps.normal[1].image);
       material.normal_out_texels = texels.first_of(*maps.normal[2].image);
     }
+    material.alpha_mode = static_cast<int>(m.alpha_mode);
+    material.alpha = static_cast<float>(m.alpha);
+    material.alpha_cutoff = static_cast<float>(m.alpha_cutoff);
+    material.alpha_texels = maps.alpha ? texels.first_of(*maps.alpha.image) : -1;
+    material.opacity_map = texels.map_of(maps.opacity);
+    material.blend_rate = static_cast<float>(blend_cells_of_pitch / plan.sampling_pitch_m);
+    material.blend_seed = plan.seed;
     const double tint = brightest_of(maps.colour);
     brightest = std::max(
         {brightest, std::max(m.ambient[channel], m.diffuse[channel]) * tint, m.specular[channel]});
@@ -222,14 +236,15 @@ cl::Options kernel_options(const Plan& plan) {
                               ? "1"
                               : "0"},
           {option::specular,
-           any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
+           any([&](const Material& m) { return has_highlights(m, channel); }) ? "1" : "0"},
           {option::sharp, any([&](const Material& m) {
-             return m.specular[channel] > 0 && sharpest_shininess(m) > sharp_shininess;
+             return has_highlights(m, channel) && sharpest_shininess(m) > sharp_shininess;
            })
                               ? "1"
                               : "0"},
           {option::textures, std::to_string(plan.lighting.textures)},
           {option::normal_maps, plan.lighting.normal_maps ? "1" : "0"},
+          {option::alpha, std::to_string(static_cast<int>(plan.lighting.alpha))},
           {option::shadows, plan.lighting.shadows && lights > 0 ? "1" : "0"},
           {option::bounces, std::to_string(plan.bounces)}};
 }

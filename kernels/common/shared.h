@@ -101,6 +101,13 @@ typedef struct {
   int normal_up_texels;  // first texels of the components along v and outwards; normal_map has those
   int normal_out_texels;  // of the component along u
   TextureMap normal_map;
+  int alpha_mode;  // as RAYWAVE_ALPHA (kernels/scene/options.h)
+  float alpha;
+  float alpha_cutoff;
+  int alpha_texels;  // first texel of the alpha of the picture `colour`; -1: it has none
+  TextureMap opacity_map;
+  float blend_rate;  // cells per metre that are there or not, as a whole
+  uint blend_seed;
 } Material;
 
 // A surface sample: one source of light, where a ray of the lattice pierces a surface. Samples are

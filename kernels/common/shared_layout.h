@@ -60,6 +60,13 @@
   MEMBER(Material, normal_up_texels)      \
   MEMBER(Material, normal_out_texels)     \
   MEMBER(Material, normal_map)            \
+  MEMBER(Material, alpha_mode)            \
+  MEMBER(Material, alpha)                 \
+  MEMBER(Material, alpha_cutoff)          \
+  MEMBER(Material, alpha_texels)          \
+  MEMBER(Material, opacity_map)           \
+  MEMBER(Material, blend_rate)            \
+  MEMBER(Material, blend_seed)            \
   MEMBER(Sample, x)                       \
   MEMBER(Sample, y)                       \
   MEMBER(Sample, z)                       \

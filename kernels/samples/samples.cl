@@ -203,6 +203,22 @@ static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, con
   return near | (LANES_LOAD(same) != 0);
 }
 
+#if RAYWAVE_ALPHA == ALPHA_BLEND
+// Mask of the hits of surfaces that are there with a probability. They are no rims: whether they
+// hide something is for the rays to the hologram to find out, which are many.
+static inline intv is_blended(const SceneArrays* scene, intv triangle) {
+  int number[RAYWAVE_LANES], blended[RAYWAVE_LANES];
+  LANES_STORE(triangle, number);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    blended[lane] = 0;
+    if (number[lane] < 0) continue;
+    const int material = scene->tree.triangles[number[lane]].material;
+    blended[lane] = scene->materials[material].alpha_mode == ALPHA_BLEND;
+  }
+  return LANES_LOAD(blended) != 0;
+}
+#endif
+
 // Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of an object
 // that the centre ray misses. It hides what lies behind it in those parts, which the sample of the
 // layer behind cannot know from the centre ray.
@@ -223,6 +239,9 @@ CALLED void find_rims(const SceneArrays* scene, const Lattice* lattice, const La
     for (int packet = 0; packet < PACKETS; ++packet) {
       const floatv t = parts[packet].t[i];
       intv rim = (parts[packet].triangle[i] >= 0) & (t < rims[packet]);
+#if RAYWAVE_ALPHA == ALPHA_BLEND
+      rim &= !is_blended(scene, parts[packet].triangle[i]);
+#endif
       for (int j = 0; j < count && LANES_ANY(rim); ++j)
         rim &= !belongs(scene, lattice, sheets + j, packet, t,
                         LANES_SELECT((intv)(-1), parts[packet].triangle[i], rim));

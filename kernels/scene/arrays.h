@@ -7,6 +7,7 @@
 #define RAYWAVE_ARRAYS_H
 
 #include "kernels/common/shared.h"
+#include "kernels/scene/options.h"
 
 // The trees of all instances, and the triangles of their leaves.
 typedef struct {
@@ -14,6 +15,13 @@ typedef struct {
   __global const Triangle* triangles;
   __global const float* positions;  // 3 per vertex, frame of its instance
   __global const Instance* instances;
+#if RAYWAVE_ALPHA
+  // What alpha asks for, as in SceneArrays
+  __global const float* uvs;
+  __global const float* colours;
+  __global const Material* materials;
+  __global const float* texels;
+#endif
 } Tree;
 
 typedef struct {
@@ -39,7 +47,13 @@ typedef struct {
 // Initialisers of a Tree and of SceneArrays, in a kernel with these parameters.
 #define TREE_OF_PARAMETERS \
   { nodes, triangles, positions, instances }
+#if RAYWAVE_ALPHA
+#define TREE_OF_SCENE_PARAMETERS \
+  { nodes, triangles, positions, instances, uvs, colours, materials, texels }
+#else
+#define TREE_OF_SCENE_PARAMETERS TREE_OF_PARAMETERS
+#endif
 #define SCENE_OF_PARAMETERS \
-  { TREE_OF_PARAMETERS, normals, uvs, colours, materials, lights, texels, ambient_light }
+  { TREE_OF_SCENE_PARAMETERS, normals, uvs, colours, materials, lights, texels, ambient_light }
 
 #endif

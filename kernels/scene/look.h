@@ -1,23 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a material shows at a place of a triangle: pictures, colours of vertices, metalness and
+// What a material shows at a place of a triangle, and whether it is there: pictures, colours of vertices, metalness and
 // roughness (docs/materials.md). One place at a time: neighbouring rays may meet different
 // materials.
 #ifndef RAYWAVE_LOOK_H
 #define RAYWAVE_LOOK_H
 
+#include "kernels/common/hash.h"
+#include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
 #include "kernels/scene/arrays.h"
 #include "kernels/scene/options.h"
+
+// 1: pictures have places and ends of their own
+#define MAPS_ARE_PLACED (RAYWAVE_TEXTURES > TEXTURES_PLAIN || RAYWAVE_ALPHA)
 
 // A material at a place, without light.
 typedef struct {
   float ambient, diffuse, specular, shininess, emission;
 } Look;
 
-#if RAYWAVE_TEXTURES
-// The place of a picture that (u, v) shows. For TEXTURES_PLAIN it is (u, v).
+#if RAYWAVE_TEXTURES || RAYWAVE_ALPHA
+// The place of a picture that (u, v) shows. Plain pictures lie as the mesh's
+// coordinates say, and repeat.
 static inline float2 place_on_map(__global const TextureMap* map, float2 uv) {
-#if RAYWAVE_TEXTURES > TEXTURES_PLAIN
+#if MAPS_ARE_PLACED
   return (float2)(map->across[0] * uv.x + map->across[1] * uv.y + map->across[2],
                   map->up[0] * uv.x + map->up[1] * uv.y + map->up[2]);
 #else
@@ -28,7 +34,7 @@ static inline float2 place_on_map(__global const TextureMap* map, float2 uv) {
 
 // Texels from the middle of the first one to the place t of a picture that is n texels wide.
 static inline float texel_place(float t, int n, int wrap) {
-#if RAYWAVE_TEXTURES > TEXTURES_PLAIN
+#if MAPS_ARE_PLACED
   if (wrap == WRAP_CLAMP) return clamp(t, 0.0f, 1.0f) * (float)n - 0.5f;
   if (wrap == WRAP_MIRROR) return (t - 2.0f * floor(0.5f * t)) * (float)n - 0.5f;
 #else
@@ -39,7 +45,7 @@ static inline float texel_place(float t, int n, int wrap) {
 
 // The texel at place i, from -1 on, beside such a place.
 static inline int texel_index(int i, int n, int wrap) {
-#if RAYWAVE_TEXTURES > TEXTURES_PLAIN
+#if MAPS_ARE_PLACED
   if (wrap == WRAP_CLAMP) return clamp(i, 0, n - 1);
   if (wrap == WRAP_MIRROR) return clamp(i < n ? i : 2 * n - 1 - i, 0, n - 1);
 #else
@@ -109,8 +115,13 @@ static inline Look look_at(const SceneArrays* scene, __global const Triangle* tr
     const float base = m->base * tint;
     look.ambient = m->ambient_share * base;
     look.diffuse = (1.0f - metallic) * base;
+    const float reflectance = mix(m->reflectance, base, metallic);
     look.shininess = shininess_of(roughness);
-    look.specular = mix(m->reflectance, base, metallic) * (0.5f * look.shininess + 1.0f);
+    look.specular = reflectance * (0.5f * look.shininess + 1.0f);
+    if (look.shininess < 1.0f) {  // a highlight as wide as this is diffuse light
+      look.diffuse += reflectance;
+      look.specular = 0.0f;
+    }
     return look;
   }
 #endif
@@ -121,6 +132,63 @@ static inline Look look_at(const SceneArrays* scene, __global const Triangle* tr
 #endif
   return look;
 }
+
+#if RAYWAVE_ALPHA
+// Alpha of a material at the place with weights a, b and c of a triangle's corners.
+static inline float alpha_at(const Tree* tree, __global const Triangle* triangle,
+                             __global const Material* m, float a, float b, float c) {
+  float alpha = m->alpha;
+  const float2 uv = at_place(tree->uvs, triangle, a, b, c);
+  if (m->alpha_texels >= 0)
+    alpha *= texture_at(tree->texels, &m->colour, m->alpha_texels, place_on_map(&m->colour, uv));
+  if (m->opacity_map.first >= 0)
+    alpha *= texture_at(tree->texels, &m->opacity_map, m->opacity_map.first,
+                        place_on_map(&m->opacity_map, uv));
+  if (m->kind & MATERIAL_VERTEX_COLOURS) alpha *= at_place(tree->colours, triangle, a, b, c).y;
+  return alpha;
+}
+
+// The largest whole number <= x, for |x| < 2^31.
+static inline intv whole_below(floatv x) {
+  const intv truncated = LANES_TO_INT(x);
+  return truncated - LANES_SELECT((intv)(0), (intv)(1), LANES_TO_FLOAT(truncated) > x);
+}
+
+// Mask of the hits of a triangle, at the weights u and v of its corners b and c, at which its
+// surface is there. All rays agree: what decides is the place in the frame of the instance.
+static inline intv is_there(const Tree* tree, int index, floatv u, floatv v, intv hit) {
+  __global const Triangle* triangle = tree->triangles + index;
+  __global const Material* m = tree->materials + triangle->material;
+  if (m->alpha_mode == ALPHA_OPAQUE) return hit;
+  floatv least = m->alpha_cutoff;
+  if (m->alpha_mode == ALPHA_BLEND) {
+    __global const float *p = tree->positions + 3 * (size_t)triangle->corner_a,
+                         *q = tree->positions + 3 * (size_t)triangle->corner_b,
+                         *r = tree->positions + 3 * (size_t)triangle->corner_c;
+    const floatv x = p[0] + (u * (q[0] - p[0]) + v * (r[0] - p[0])),
+                 y = p[1] + (u * (q[1] - p[1]) + v * (r[1] - p[1])),
+                 z = p[2] + (u * (q[2] - p[2]) + v * (r[2] - p[2]));
+    // The offsets keep flat surfaces through the scene's middle off the cells' limits
+    least = phase_turns(
+        cell_key(whole_below(x * m->blend_rate + 0.37f), whole_below(y * m->blend_rate + 0.43f),
+                 whole_below(z * m->blend_rate + 0.31f)),
+        m->blend_seed);
+  }
+  float us[RAYWAVE_LANES], vs[RAYWAVE_LANES], leasts[RAYWAVE_LANES];
+  int there[RAYWAVE_LANES];
+  LANES_STORE(u, us);
+  LANES_STORE(v, vs);
+  LANES_STORE(least, leasts);
+  LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), hit), there);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    if (!there[lane]) continue;
+    const float alpha = alpha_at(tree, triangle, m, 1.0f - us[lane] - vs[lane], us[lane], vs[lane]);
+    // The numbers that blending draws are below 1; where alpha is 0 nothing is ever there
+    there[lane] = alpha >= leasts[lane] && alpha > 0.0f;
+  }
+  return hit & (LANES_LOAD(there) != 0);
+}
+#endif
 
 #if RAYWAVE_NORMAL_MAPS
 // The normal that a normal map gives, of unit length, in the mesh's sense; `smooth`, where the

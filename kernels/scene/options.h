@@ -58,6 +58,15 @@
 #define RAYWAVE_NORMAL_MAPS 0
 #endif
 
+// Whether surfaces are there everywhere; otherwise a ray meets them only where alpha passes. The
+// largest Material::alpha_mode in the scene
+#define ALPHA_OPAQUE 0
+#define ALPHA_MASK 1   // some are there where alpha is at least the cutoff
+#define ALPHA_BLEND 2  // some are there with the probability alpha, in cells of blend_rate
+#ifndef RAYWAVE_ALPHA
+#define RAYWAVE_ALPHA ALPHA_OPAQUE
+#endif
+
 // 1: lights are tested for occluders
 #ifndef RAYWAVE_SHADOWS
 #define RAYWAVE_SHADOWS 0
@@ -74,6 +83,7 @@
   OPTION(bounces, RAYWAVE_BOUNCES)           \
   OPTION(textures, RAYWAVE_TEXTURES)         \
   OPTION(normal_maps, RAYWAVE_NORMAL_MAPS)   \
+  OPTION(alpha, RAYWAVE_ALPHA)               \
   OPTION(shadows, RAYWAVE_SHADOWS)
 
 #endif

@@ -316,8 +316,8 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
     if ((glm::dot(face, place) > 0) == (glm::dot(face, normal) > 0)) normal = -normal;
     const int material = plan.lighting.material_of(static_cast<std::size_t>(object),
                                                    world.material_of(nearest[cell]));
-    view.shiny[cell] = plan.lighting.materials[static_cast<std::size_t>(material)]
-                           .specular[channel_of(scene.hologram.wavelength_m)] > 0;
+    view.shiny[cell] = has_highlights(plan.lighting.materials[static_cast<std::size_t>(material)],
+                                      channel_of(scene.hologram.wavelength_m));
     view.radiance[cell] =
         static_cast<float>(shading.radiance(material, place, normal, glm::dvec2(mix(world.uvs))));
     steep[cell] = is_steep(plan, place, face);

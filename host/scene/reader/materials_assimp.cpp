@@ -9,17 +9,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <fstream>
 #include <glm/common.hpp>
-#include <iterator>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "host/common/error.hpp"
+#include "host/scene/reader/gltf_json.hpp"
 #include "host/scene/reader_reply.hpp"
 
 namespace raywave {
@@ -27,43 +23,9 @@ namespace {
 
 using nlohmann::json;
 
-std::string lower_extension(const std::filesystem::path& file) {
-  std::string text = file.extension().string();
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 std::string cut(std::string text) {
   text.resize(std::min(text.size(), longest_text));
   return text;
-}
-
-/// The JSON chunk of a GLB, or the whole of a .gltf file.
-std::string json_part(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (lower_extension(file) == ".gltf")
-    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  std::uint32_t head[5]{};  // magic, version, length; length and kind of the first chunk
-  if (!stream.read(reinterpret_cast<char*>(head), sizeof head)) return {};
-  std::error_code error;
-  const auto size = std::filesystem::file_size(file, error);
-  if (error || head[0] != 0x46546c67 || head[3] > size) return {};
-  std::string text(head[3], '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  return text;
-}
-
-/// A member of an object; none where it is something else.
-const json& member(const json& object, const char* name) {
-  static const json none;
-  if (!object.is_object()) return none;
-  const auto found = object.find(name);
-  return found == object.end() ? none : *found;
-}
-
-double number_or(const json& value, double otherwise) {
-  return value.is_number() ? value.get<double>() : otherwise;
 }
 
 }  // namespace
@@ -71,12 +33,10 @@ double number_or(const json& value, double otherwise) {
 GltfExtras gltf_extras_of(const std::filesystem::path& file) {
   GltfExtras extras;
   if (const auto kind = lower_extension(file); kind != ".gltf" && kind != ".glb") return extras;
-  const json root = json::parse(json_part(file), nullptr, false);
-  const auto& version = member(member(root, "asset"), "version");
-  extras.is_gltf2 = version.is_string() && version.get_ref<const std::string&>().starts_with("2");
+  const json root = gltf_json(file);
+  extras.is_gltf2 = is_gltf2(root);
   if (!extras.is_gltf2) return extras;
   for (const auto& material : member(root, "materials")) {
-    const auto& name = member(material, "name");
     GltfExtras::OfMaterial of;
     const auto& extensions = member(material, "extensions");
     if (extensions.is_object()) {
@@ -86,7 +46,7 @@ GltfExtras gltf_extras_of(const std::filesystem::path& file) {
     of.emissive_strength = number_or(
         member(member(extensions, "KHR_materials_emissive_strength"), "emissiveStrength"), 1);
     const auto [known, is_new] =
-        extras.materials.try_emplace(name.is_string() ? name.get<std::string>() : "", of);
+        extras.materials.try_emplace(text_or(member(material, "name"), ""), of);
     if (is_new) continue;
     auto& before = known->second;
     before.differs |= before.ior != of.ior || before.emissive_strength != of.emissive_strength;

@@ -16,6 +16,9 @@ namespace raywave {
 /// finish_mesh takes them.
 Mesh read_mesh(const std::filesystem::path& file);
 
+/// Cameras and lights of a glTF 2.0 file, where its nodes put them.
+GltfSet read_gltf_set(const std::filesystem::path& file);
+
 /// Channels of a picture (OpenImageIO).
 ///
 /// arguments  "texture" FILE CHANNEL as load_texture reads it, "channels" FILE LETTERS as
