@@ -468,7 +468,7 @@ TEST_CASE("hostile files are refused in a line, or read as far as they make sens
                                                  {"/meshes/0/primitives/0/indices", 99},
                                                  {"/meshes/0/primitives/0/attributes/POSITION", 99},
                                                  {"/accessors/0/count", 4'000'000'000u},
-                                                 {"/accessors/4/count", 4'000'000'000u},
+                                                 {"/accessors/3/count", 4'000'000'000u},
                                                  {"/bufferViews/0/byteLength", 4'000'000'000u},
                                                  {"/bufferViews/0/buffer", 12},
                                                  {"/nodes/0/mesh", 44},

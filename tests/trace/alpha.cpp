@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <string>
 #include <vector>
@@ -49,11 +50,10 @@ Veiled veiled(const Folder& folder, Json material, const std::string& picture, b
   pbr["metallicFactor"] = 1;
   if (!pbr.contains("baseColorFactor")) pbr["baseColorFactor"] = {0, 0, 0, 1};
   const double glow = lamp ? 0 : wall_radiance;
-  const int wall = file.material({{"emissiveFactor", {glow, glow, glow}},
-                                  {"pbrMetallicRoughness",
-                                   {{"metallicFactor", 0},
-                                    {"baseColorFactor", {lamp ? 1 : 0, 0, 0, 1}},
-                                    {"roughnessFactor", 0.5}}}});
+  const int wall =
+      file.material({{"emissiveFactor", {glow, glow, glow}},
+                     {"pbrMetallicRoughness",
+                      {{"metallicFactor", 0}, {"baseColorFactor", {lamp ? 1 : 0, 0, 0, 1}}}}});
   file.add(Gltf::square(1, {0, 0, 0}, file.material(material)))
       .add(Gltf::square(0.9f, {0, 0, -static_cast<float>((wall_z - veil_z) / veil_half)}, wall));
   Veiled made;
@@ -112,6 +112,9 @@ Ways ways_to_window(const Veiled& what, const reference::Rig& rig) {
   for (std::size_t i = 0; i < rig.samples.size(); ++i) {
     const auto p = reference::place(rig.samples[i]) + rig.plan.origin_m;
     if (std::abs(p.z - wall_z) > 1e-6) continue;
+    // Samples that have moved to the centroid of their light have looked around before
+    const auto cell = glm::dvec2(p) / (p.z * rig.plan.lattice.step);
+    if (glm::length(glm::fract(cell) - 0.5) > 1e-3) continue;
     for (int b = 0; b < parts; ++b) {
       for (int a = 0; a < parts; ++a) {
         const dvec3 to(half.x * ((2 * a + 1.0) / parts - 1), half.y * ((2 * b + 1.0) / parts - 1),
@@ -213,13 +216,12 @@ TEST_CASE(
       const double mean = sum / (pixels * pixels),
                    lit = lamp ? plan.lighting.lights[1].direction.z / std::sqrt(1 + 0.0029) : 1;
       // With a lamp, the wall is lit through the veil as well
-      const double wall = lamp ? (1 - alpha) * lit : wall_radiance;
+      const double wall = lamp ? (1 - alpha) * 1.04 * lit : wall_radiance;
       const double deviation =
           std::abs(wall_radiance - veil_radiance) * std::sqrt(alpha * (1 - alpha)) / pixels;
       INFO("lamp " << lamp << ": lens " << mean);
-      // Highlights of the wall are a few hundredths
-      CHECK(mean == Catch::Approx(alpha * veil_radiance + (1 - alpha) * wall)
-                        .margin(4 * deviation + (lamp ? 0.05 : 0)));
+      CHECK(mean ==
+            Catch::Approx(alpha * veil_radiance + (1 - alpha) * wall).margin(4 * deviation));
       if (!lamp) {
         const auto exact =
             reference::seen_by_lens(what.scene, what.world, plan,
@@ -239,13 +241,14 @@ TEST_CASE(
       stage.scene = what.scene;
       stage.world = what.world;
       const reference::Rig rig(device, stage);
-      double veil_light = 0, wall_light = 0, seen = 0;
+      double veil_light = 0, wall_light = 0, seen = 0, veils = 0;
       int walls = 0;
       for (std::size_t i = 0; i < rig.samples.size(); ++i) {
         const auto p = reference::place(rig.samples[i]) + rig.plan.origin_m;
         if (std::max(std::abs(p.x), std::abs(p.y)) > 0.4 * mm) continue;
         if (std::abs(p.z - veil_z) < 1e-6) {
           veil_light += double{rig.samples[i].radiance} / veil_radiance;
+          ++veils;
           continue;
         }
         ++walls;
@@ -254,18 +257,18 @@ TEST_CASE(
           for (int a = 0; a < 8; ++a) seen += rig.sees(i, a, b) / 64.0;
       }
       REQUIRE(walls > 800);
-      // As many cells of the veil as of the wall behind it, but for the perspective
-      const double cells = walls * std::pow(wall_z / veil_z, 2),
-                   error = 4 * std::sqrt(alpha * (1 - alpha) / (16 * walls)) + 0.01;
-      INFO("lamp " << lamp << ": veil " << veil_light / cells << ", wall " << wall_light / walls
+      // A cell without a ray that meets the veil is rare: 0.65^17
+      CHECK(veils > 0.95 * walls);
+      const double error = 4 * std::sqrt(alpha * (1 - alpha) / (16 * walls)) + 0.005;
+      INFO("lamp " << lamp << ": veil " << veil_light / veils << ", wall " << wall_light / walls
                    << ", seen " << seen / walls);
-      CHECK(veil_light / cells == Catch::Approx(alpha).margin(error));
+      CHECK(veil_light / veils == Catch::Approx(alpha).margin(error));
       CHECK(seen / walls == Catch::Approx(1 - alpha).margin(error));
       CHECK(wall_light / walls == Catch::Approx(wall).margin(error));
       const auto ways = ways_to_window(what, rig);
       INFO(ways.free << " free, " << ways.hidden << " hidden, " << ways.unsure << " unsure, "
                      << ways.wrong << " wrong");
-      CHECK(ways.free + ways.hidden > 10000);
+      CHECK(ways.free + ways.hidden > (lamp ? 500 : 10000));  // with a lamp most samples have moved
       CHECK(ways.wrong < 0.01 * (ways.free + ways.hidden));
     }
   }

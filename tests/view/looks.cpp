@@ -128,7 +128,8 @@ Gltf all_looks() {
         0.45f, {-1.0f + static_cast<float>(number % 3), -1.0f + static_cast<float>(number / 3), 0},
         file.material(look));
     if (number == 7)
-      for (int i = 0; i < 4; ++i) part.colours.emplace_back(0.25f * static_cast<float>(i) + 0.1f, 1, 1, 1);
+      for (int i = 0; i < 4; ++i)
+        part.colours.emplace_back(0.25f * static_cast<float>(i) + 0.1f, 1, 1, 1);
     file.add(part);
     ++number;
   }
@@ -210,7 +211,7 @@ TEST_CASE("sample models of others look as the oracle says, where their package 
                          "glTF2/simple_skin/simple_skin.gltf",
                          "glTF2/textureTransform/TextureTransformTest.gltf",
                          "glTF/BoxTextured-glTF/BoxTextured.gltf",
-                         "glTF/BoxTextured-glTF-Binary/BoxTextured.glb",
+                         "glTF/BoxTextured-glTF-MaterialsCommon/BoxTextured.gltf",
                          "glTF/BoxTextured-glTF-Embedded/BoxTextured.gltf",
                          "glTF/CesiumMilkTruck/CesiumMilkTruck.gltf",
                          "glTF/TwoBoxes/TwoBoxes.gltf",

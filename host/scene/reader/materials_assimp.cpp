@@ -45,11 +45,16 @@ GltfExtras gltf_extras_of(const std::filesystem::path& file) {
     of.ior = number_or(member(member(extensions, "KHR_materials_ior"), "ior"), 1.5);
     of.emissive_strength = number_or(
         member(member(extensions, "KHR_materials_emissive_strength"), "emissiveStrength"), 1);
+    of.transmission = std::clamp(
+        number_or(member(member(extensions, "KHR_materials_transmission"), "transmissionFactor"),
+                  0),
+        0.0, 1.0);
     const auto [known, is_new] =
         extras.materials.try_emplace(text_or(member(material, "name"), ""), of);
     if (is_new) continue;
     auto& before = known->second;
-    before.differs |= before.ior != of.ior || before.emissive_strength != of.emissive_strength;
+    before.differs |= before.ior != of.ior || before.transmission != of.transmission ||
+                      before.emissive_strength != of.emissive_strength;
     for (auto& extension : of.extensions) {
       if (std::find(before.extensions.begin(), before.extensions.end(), extension) ==
           before.extensions.end())
@@ -260,8 +265,6 @@ private:
     look.roughness = share(AI_MATKEY_ROUGHNESS_FACTOR, 1);
     look.metallic_map = map(AI_MATKEY_GLTF_PBRMETALLICROUGHNESS_METALLICROUGHNESS_TEXTURE,
                             "metallic-roughness map");
-    look.ior = std::clamp(number(AI_MATKEY_REFRACTI, 1.5), 1.0, 100.0);
-    look.transmission = share(AI_MATKEY_TRANSMISSION_FACTOR, 0);
     read_alpha(share(AI_MATKEY_OPACITY, 1));
     if (has(AI_MATKEY_GLOSSINESS_FACTOR)) {  // KHR_materials_pbrSpecularGlossiness
       look.model = LookModel::specular_roughness;
@@ -298,9 +301,10 @@ private:
     const auto& extras = found->second;
     auto& look = material_.look;
     if (extras.differs) {
-      note("ior and emissive strength are ignored: several materials have this name");
+      note("ior, transmission and emissive strength are ignored: several materials have this name");
     } else {
       look.ior = std::clamp(extras.ior, 1.0, 100.0);
+      look.transmission = extras.transmission;
       const double strength = std::clamp(extras.emissive_strength, 0.0, 1e6);
       look.emission = glm::min(look.emission * strength, glm::dvec3(1e30));
     }

@@ -18,7 +18,7 @@ namespace raywave {
 /// What Assimp does not pass on of the materials of a glTF file, by the materials' names.
 struct GltfExtras {
   struct OfMaterial {
-    double ior = 1.5, emissive_strength = 1;
+    double ior = 1.5, emissive_strength = 1, transmission = 0;
     bool differs = false;  // several materials of this name do not agree
     std::vector<std::string> extensions;
   };
