@@ -114,7 +114,8 @@ Json json_of(const Scene& scene) {
       {"visibility", scene.sampling.visibility},
       {"seed", scene.sampling.seed},
       {"frames", scene.sampling.frames}};
-  j["trace"] = {{"depth", scene.trace.depth}, {"shadows", scene.trace.shadows}};
+  j["trace"] = {{"bounces", name_of(scene.trace.bounces)}, {"shadows", scene.trace.shadows}};
+  j["trace"]["depth"] = scene.trace.depth ? Json(*scene.trace.depth) : Json("auto");
   if (const auto& refine = scene.refine) {
     j["refine"] = {{"views", refine->views},
                    {"brightness", refine->brightness},
@@ -140,9 +141,11 @@ Json json_of(const Scene& scene) {
                   {"diffuse", json_of(m.diffuse)},
                   {"specular", json_of(m.specular)},
                   {"shininess", m.shininess},
-                  {"reflectivity", m.reflectivity},
-                  {"transparency", m.transparency},
-                  {"ior", m.ior},
+                  {"reflectivity", m.reflectivity.at(scene.hologram.wavelength_m)},
+                  {"transparency", m.transparency.at(scene.hologram.wavelength_m)},
+                  {"ior", m.ior.at(scene.hologram.wavelength_m)},
+                  {"attenuation", m.attenuation.at(scene.hologram.wavelength_m)},
+                  {"attenuation_distance_m", m.attenuation_distance_m},
                   {"emission", json_of(m.emission)}};
     if (m.texture) material["texture"] = m.texture->string();
     j["materials"].push_back(material);
@@ -246,7 +249,9 @@ Json json_of(const Prediction& prediction) {
          {"device_bytes", prediction.device_bytes},
          {"field_error", prediction.field_error},
          {"resolution_m", prediction.resolution_m}};
-  if (const auto& p = prediction.pictures)
+  if (const auto& p = prediction.pictures; p && p->dark)
+    j["pictures"] = {{"dark", true}};
+  else if (p)
     j["pictures"] = {{"psnr_db", p->psnr_db},
                      {"mean_psnr_db", p->mean_psnr_db},
                      {"refined", p->refined},
@@ -498,7 +503,10 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       << ")\n";
   if (const auto& pictures = prediction.pictures) {
     std::array<char, 240> text;
-    if (pictures->refined)
+    if (pictures->dark)
+      std::snprintf(text.data(), text.size(),
+                    "pictures  dark: a coarse look from the hologram's middle meets no light\n");
+    else if (pictures->refined)
       std::snprintf(text.data(), text.size(),
                     "pictures  PSNR %.1f dB predicted at %s, refined (of the field %.1f)\n",
                     pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(),

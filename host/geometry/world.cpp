@@ -270,6 +270,11 @@ Placing placing_of(const Object& object, const World& world, const PlacedObject&
 
 }  // namespace
 
+RayTree ray_tree_of(const World& world) {
+  return {world.positions, world.normals, world.triangles, world.triangle_object,
+          world.object_closed.size()};
+}
+
 World place_objects(const Scene& scene, const Meshes& meshes, Textures textures) {
   World world;
   world.textures = std::move(textures);
@@ -290,6 +295,12 @@ World place_objects(const Scene& scene, const Meshes& meshes, Textures textures)
     world.placed.push_back(place(scene.objects[i], mesh, placing, first_vertex, world));
     world.area_samples.push_back(area_samples_from(first_triangle, world));
   }
+  const auto is_specular = [](const Material& m) { return m.is_specular(); };
+  if (std::any_of(world.materials.begin(), world.materials.end(), is_specular) ||
+      std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& object) {
+        return is_specular(scene.materials[static_cast<std::size_t>(object.material)]);
+      }))
+    world.ray_tree = std::make_shared<const RayTree>(ray_tree_of(world));
   move_objects(scene, world);
   return world;
 }

@@ -7,11 +7,13 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "host/geometry/motion.hpp"
+#include "host/geometry/ray_tree.hpp"
 #include "host/geometry/vertex_tree.hpp"
 #include "host/scene/files.hpp"
 #include "host/scene/mesh.hpp"
@@ -76,6 +78,8 @@ struct World {
   // What was found of them, per object: lines for `raywave plan`, and what is approximated or
   // ignored
   std::vector<FoundMaterials> found;
+  // For rays on the host; in scenes with mirrors or glass only
+  std::shared_ptr<const RayTree> ray_tree;
   glm::dvec3 min_m{0}, max_m{0};  // bounding box, as everything is now
 
   Motion motion_of(std::int32_t object) const {
@@ -94,6 +98,9 @@ AreaSample area_sample(const World& world, std::size_t triangle, double share);
 
 /// All notes about the materials of meshes, a line each: "object 0: material "gold": ...".
 std::vector<std::string> material_notes(const Scene& scene, const World& world);
+
+/// A tree for rays on the host: RayTree::nearest takes the world's motions.
+RayTree ray_tree_of(const World& world);
 
 /// Positions of all vertices after their objects' motions.
 std::vector<glm::dvec3> positions_now(const World& world);

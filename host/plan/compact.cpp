@@ -54,11 +54,10 @@ CompactPlane compact_plane(const Plan& plan, const WrpSpec& wanted) {
 std::string why_not_compact(const Scene& scene, const World& world) {
   if (scene.sampling.mode != SamplingMode::aimed)
     return "rays of a fan start at places in space, which a virtual plane has not";
-  const auto bounces = [](const Material& material) {
-    return material.reflectivity > 0 || material.transparency > 0;
-  };
-  if (scene.trace.depth > 0 && lighting_of(scene, world).any_material(bounces))
-    return "mirrors and glass send rays, which cannot start on a virtual plane";
+  const auto bounces = [](const Material& material) { return material.is_specular(); };
+  if (scene.trace.bounces == Bounces::fan && scene.trace.depth != 0 &&
+      lighting_of(scene, world).any_material(bounces))
+    return "trace.bounces \"fan\" sends rays, which cannot start on a virtual plane";
   return "";
 }
 

@@ -43,19 +43,30 @@ public:
     }
   }
 
+  /// Where a ray is on its way over mirrors and through glass.
+  struct Way {
+    double share = 1;  // of the light
+    double attenuation_per_m = 0;
+    int bounces = 0;
+    int from = -1;  // triangle
+  };
+
   /// Radiance along a ray of unit direction; both in the scene frame.
-  double radiance(glm::dvec3 origin, glm::dvec3 direction, int light_place) {
-    const auto hit = nearest(origin, direction, INFINITY, -1);
+  double radiance(glm::dvec3 origin, glm::dvec3 direction, int light_place, Way way) {
+    const auto hit = nearest(origin, direction, INFINITY, way.from);
     if (hit.triangle < 0) return 0;
     const auto triangle = static_cast<std::size_t>(hit.triangle);
     auto look = look_at(scene_, world_, triangle, hit.u, hit.v);
     // Normals turn to the viewer's side as the triangle's does.
     const auto p = world_.corners_m(triangle);
     const auto face = glm::cross(p[1] - p[0], p[2] - p[0]);
-    if ((glm::dot(face, direction) > 0) == (glm::dot(face, look.smooth) > 0)) {
+    const bool entering = (glm::dot(face, direction) > 0) != (glm::dot(face, look.smooth) > 0);
+    if (!entering) {
       look.smooth = -look.smooth;
       look.normal = -look.normal;
     }
+    way.share *= std::exp(-hit.t * way.attenuation_per_m);
+    way.from = hit.triangle;
     const auto point = origin + hit.t * direction;
     const auto reaches = [&](std::size_t, const SeenLight& light) {
       if (std::abs(glm::dot(look.normal, light.direction)) < cosine_margin) unsure = true;
@@ -63,13 +74,40 @@ public:
     };
     const double light =
         light_from(lights_, look, point + origin_m_, -direction, light_place, reaches);
-    return (1 - look.reflectivity - look.transparency) *
-           (look.ambient * ambient_light_ + look.emission + light);
+    const double own = (1 - look.reflectivity - look.transparency) *
+                       (look.ambient * ambient_light_ + look.emission + light);
+    return way.share * own + beyond(point, direction, look, entering, light_place, way);
   }
 
   bool unsure = false;  // set by what rays met since it was cleared
 
 private:
+  /// What a mirror or glass shows at a point.
+  double beyond(glm::dvec3 point, glm::dvec3 direction, const Look& look, bool entering,
+                int light_place, const Way& way) {
+    if (way.bounces == plan_.bounces || look.reflectivity + look.transparency == 0) return 0;
+    const double ratio = entering ? 1 / look.ior : look.ior,
+                 cosine = -glm::dot(direction, look.smooth);
+    const double reflected = look.transparency > 0 ? mirrored_by_clear(ratio, std::abs(cosine)) : 0;
+    double sum = 0;
+    const auto add = [&](glm::dvec3 onwards, double share, double attenuation_per_m) {
+      // A path that carries less than a thousandth of the light ends
+      if (std::abs(way.share * share - 1e-3) < 1e-6) unsure = true;
+      if (way.share * share < 1e-3) return;
+      sum += radiance(point, onwards, light_place,
+                      {way.share * share, attenuation_per_m, way.bounces + 1, way.from});
+    };
+    add(glm::reflect(direction, look.smooth),
+        look.reflectivity + look.transparency * reflected, way.attenuation_per_m);
+    if (reflected < 1 && look.transparency > 0) {
+      const double cosine_beyond = std::sqrt(1 - ratio * ratio * (1 - cosine * cosine));
+      if (cosine_beyond < cosine_margin) unsure = true;
+      add(ratio * direction + (ratio * cosine - cosine_beyond) * look.smooth,
+          look.transparency * (1 - reflected), entering ? look.attenuation_per_m : 0);
+    }
+    return sum;
+  }
+
   struct Ball {
     glm::dvec3 middle;
     double radius;
@@ -141,7 +179,7 @@ LensPicture seen_by_lens(const Scene& scene, const World& world, const Plan& pla
           const glm::dvec3 from(half_m.x * ((2 * i + 1.0) / view.points - 1),
                                 half_m.y * (1 - (2 * j + 1.0) / view.points), 0);
           sum += looking.radiance(from - plan.origin_m, glm::normalize(in_focus - from),
-                                  light_place_of(i + column, j + row));
+                                  light_place_of(i + column, j + row), {});
         }
       }
       picture.radiance.push_back(sum / (view.points * view.points));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a lens sees, in double precision, ray by ray and triangle by triangle, without mirrors and
-/// glass: the oracle of kernels/view/lens.cl.
+/// What a lens sees, in double precision, ray by ray and triangle by triangle: the oracle of
+/// kernels/view/lens.cl.
 #pragma once
 
 #include <glm/vec2.hpp>

@@ -97,8 +97,11 @@ Look look_at(const Scene& scene, const World& world, std::size_t triangle, doubl
   look.specular = m.specular[channel];
   look.shininess = m.shininess;
   look.emission = m.emission[channel] * map_at(maps.emission, uv) * (m.unlit ? tint : 1);
-  look.reflectivity = m.reflectivity;
-  look.transparency = m.transparency;
+  const double wavelength_m = scene.hologram.wavelength_m;
+  look.reflectivity = m.reflectivity.at(wavelength_m);
+  look.transparency = m.transparency.at(wavelength_m);
+  look.ior = m.ior.at(wavelength_m);
+  look.attenuation_per_m = -std::log(m.attenuation.at(wavelength_m)) / m.attenuation_distance_m;
   look.alpha_mode = m.alpha_mode;
   look.alpha_cutoff = m.alpha_cutoff;
   look.alpha = m.alpha * map_at(maps.alpha, uv) * map_at(maps.opacity, uv) * colour.y;
@@ -137,6 +140,16 @@ Look look_at(const Scene& scene, const World& world, std::size_t triangle, doubl
   look.normal = glm::normalize(m.normal_scale * (n.x * tangent + n.y * bitangent) +
                                std::max(n.z, 1e-3) * look.smooth);
   return look;
+}
+
+double mirrored_by_clear(double ratio, double cosine) {
+  const double in = std::acos(std::min(cosine, 1.0));
+  if (ratio * std::sin(in) >= 1) return 1;
+  // Fresnel's coefficients from the angles on both sides
+  const double cos_in = std::cos(in), cos_out = std::cos(std::asin(ratio * std::sin(in)));
+  const double s_wave = (ratio * cos_in - cos_out) / (ratio * cos_in + cos_out),
+               p_wave = (ratio * cos_out - cos_in) / (ratio * cos_out + cos_in);
+  return (s_wave * s_wave + p_wave * p_wave) / 2;
 }
 
 bool is_there(const Look& look, glm::dvec3 place_m, const Plan& plan, bool* doubt) {

@@ -23,7 +23,8 @@ double map_at(const SurfaceMap& map, glm::dvec2 uv);
 /// A material at a place of a triangle, for the hologram's wavelength, without light.
 struct Look {
   double ambient = 0, diffuse = 0, specular = 0, shininess = 0, emission = 0;
-  double reflectivity = 0, transparency = 0;
+  double reflectivity = 0, transparency = 0;  // for the hologram's wavelength, as all below
+  double ior = 1.5, attenuation_per_m = 0;    // of what lies within
   double alpha = 1;
   AlphaMode alpha_mode = AlphaMode::opaque;
   double alpha_cutoff = 0.5;
@@ -33,6 +34,13 @@ struct Look {
 
 /// v and w: weights of the triangle's second and third corner.
 Look look_at(const Scene& scene, const World& world, std::size_t triangle, double v, double w);
+
+/// Share of unpolarised light that a clear surface mirrors, by Fresnel's formulas; 1 at total
+/// internal reflection.
+///
+/// ratio   index of refraction on the side of the light over that beyond
+/// cosine  between the light and the normal, >= 0
+double mirrored_by_clear(double ratio, double cosine);
 
 /// Tells whether a surface is there: alpha at least the cutoff, or at least a number that belongs to
 /// the cell of a place. `doubt`, if given, becomes true where floats may find the other answer.

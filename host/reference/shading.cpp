@@ -27,7 +27,6 @@ struct Surface {
   glm::dvec3 point{0}, normal{0};
   bool entering = true;  // met from outside
   Look look;             // with normals to that side
-  double ior = 1.5;
   int triangle = -1;
 };
 
@@ -59,47 +58,62 @@ public:
     double optical_m = 0, spread_m = 0;
   };
 
+  /// What a ray goes through.
+  struct Medium {
+    double index = 1, attenuation_per_m = 0;
+  };
+
   /// The wave that arrives along a ray after a path of `length`, which leaves triangle `from` at
   /// the cosine `slope` to its normal.
   std::complex<double> gathered(glm::dvec3 origin, glm::dvec3 direction, double weight,
-                                Length length, double index, int bounces_left, int from = -1,
+                                Length length, Medium medium, int bounces_left, int from = -1,
                                 double slope = 1) {
     const auto hit = nearest(origin, direction, 1, from);
     if (hit.triangle < 0) return 0;
     ++result.hits;
     if (from >= 0 && hit.t < shortest_path * size_m_ / std::max(slope, 1.0 / 64)) undecided = true;
     const auto surface = surface_at(origin, direction, hit);
-    const auto& m = surface.look;
-    length.optical_m += hit.t * index;
-    length.spread_m += hit.t / index;
-    const double radiance =
-        weight * (1 - m.reflectivity - m.transparency) * phong(surface, -direction);
+    const double metal = surface.look.reflectivity, clear = surface.look.transparency;
+    length.optical_m += hit.t * medium.index;
+    length.spread_m += hit.t / medium.index;
+    weight *= std::exp(-hit.t * medium.attenuation_per_m);
+    const double radiance = weight * (1 - metal - clear) * phong(surface, -direction);
     auto sum = std::polar(
         std::sqrt(std::max(radiance, 0.0)) /
             std::max(length.spread_m, std::min(plan_.pitch_m.x, plan_.pitch_m.y) / 4),
         2 * std::numbers::pi *
             (std::remainder(length.optical_m / plan_.wavelength_m, 1) + cell_phase(surface.point)));
-    if (bounces_left == 0 || (m.reflectivity == 0 && m.transparency == 0)) return sum;
+    if (bounces_left == 0 || (metal == 0 && clear == 0)) return sum;
 
+    const Medium glass{surface.look.ior, surface.look.attenuation_per_m};
+    const auto beyond = surface.entering ? glass : Medium{};
     const double along = -dot(direction, surface.normal);
-    const double ratio = surface.entering ? 1 / surface.ior : surface.ior;
+    const double ratio = surface.entering ? 1 / glass.index : glass.index;
     const double k = 1 - ratio * ratio * (1 - along * along);
-    if (m.transparency > 0 && std::abs(k) < cosine_margin) undecided = true;
-    double mirrored = m.reflectivity;
-    if (m.transparency > 0 && k <= 0) {
-      mirrored += m.transparency;
+    if (clear > 0 && std::abs(k) < cosine_margin) undecided = true;
+    double mirrored = metal;
+    // A path that carries less than a thousandth of the light ends
+    const auto continues = [&](double share) {
+      if (std::abs(weight * share - 1e-3) < 1e-6) undecided = true;
+      return weight * share >= 1e-3;
+    };
+    if (clear > 0 && k <= 0) {
+      mirrored += clear;
       ++result.totally_reflected;
-    } else if (m.transparency > 0) {
-      ++result.refracted;
-      const auto refracted = ratio * direction + (ratio * along - std::sqrt(k)) * surface.normal;
-      sum += gathered(surface.point, refracted, weight * m.transparency, length,
-                      surface.entering ? surface.ior : 1, bounces_left - 1, hit.triangle,
-                      std::sqrt(k));
+    } else if (clear > 0) {
+      const double reflected = mirrored_by_clear(ratio, std::abs(along));
+      mirrored += clear * reflected;
+      if (continues(clear * (1 - reflected))) {
+        ++result.refracted;
+        const auto refracted = ratio * direction + (ratio * along - std::sqrt(k)) * surface.normal;
+        sum += gathered(surface.point, refracted, weight * clear * (1 - reflected), length, beyond,
+                        bounces_left - 1, hit.triangle, std::sqrt(k));
+      }
     }
-    if (mirrored > 0) {
+    if (mirrored > 0 && continues(mirrored)) {
       ++result.mirrored;
       sum += gathered(surface.point, reflect(direction, surface.normal), weight * mirrored, length,
-                      index, bounces_left - 1, hit.triangle, along);
+                      medium, bounces_left - 1, hit.triangle, along);
     }
     return sum;
   }
@@ -122,6 +136,13 @@ private:
                  narrow = intersect_narrow(triangles_[i], ray);
       if (narrow.triangle < 0) doubtful = std::min(doubtful, wide.t);
       if (exact.triangle < 0 || exact.t >= best.t) continue;
+      if (plan_.lighting.alpha != AlphaMode::opaque) {
+        bool doubt = false;
+        const bool there = is_there(look_at(scene_, world_, i, exact.u, exact.v),
+                                    origin + exact.t * direction, plan_, &doubt);
+        if (doubt) doubtful = std::min(doubtful, exact.t);
+        if (!there) continue;
+      }
       best = exact;
       best.triangle = static_cast<int>(i);
     }
@@ -167,11 +188,6 @@ private:
       surface.look.smooth = -surface.look.smooth;
       surface.look.normal = -surface.look.normal;
     }
-    surface.ior = plan_.lighting
-                      .materials[static_cast<std::size_t>(plan_.lighting.material_of(
-                          static_cast<std::size_t>(world_.triangle_object[triangle]),
-                          world_.material_of(triangle)))]
-                      .ior;
     return surface;
   }
 
@@ -285,7 +301,7 @@ TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, 
           continue;
         const auto ray = static_cast<int>(&centre_tangent - wrp.fan.data());
         tracing.light_place = light_place_of(ray + column, ray / 4 + row);
-        sum += tracing.gathered(pixel_m - plan.origin_m, direction, 1, {}, 1, plan.bounces);
+        sum += tracing.gathered(pixel_m - plan.origin_m, direction, 1, {}, {}, plan.bounces);
       }
       tracing.result.field.push_back(sum);
       tracing.result.undecided.push_back(tracing.undecided);

@@ -274,9 +274,9 @@ std::string description_of(const MeshMaterial& from, const Material& material,
   }
   if (material.emission[channel] > 0)
     out << (material.unlit ? "" : ", ") << "emission " << number_text(material.emission[channel]);
-  if (material.transparency > 0)
-    out << ", transparency " << number_text(material.transparency) << ", ior "
-        << number_text(material.ior);
+  if (material.transparency.is_positive())
+    out << ", transparency " << number_text(material.transparency.channels[channel]) << ", ior "
+        << number_text(material.ior.channels[channel]);
   return out.str();
 }
 

@@ -38,7 +38,7 @@ typedef struct {
 #if RAYWAVE_TEXTURES > TEXTURES_PLAIN
   floatv emission;
 #endif
-  floatv reflectivity, transparency, ior, ior_low;
+  floatv reflectivity, transparency, ior, ior_low, attenuation;
   intv entering;  // the ray hits the outer side of the surface
 #if RAYWAVE_LIGHT_PLACES > 1
   intv light_place;  // where it looks for lights that have a size
@@ -106,7 +106,7 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   float side_x[RAYWAVE_LANES], side_y[RAYWAVE_LANES], side_z[RAYWAVE_LANES];
 #endif
   float reflectivity[RAYWAVE_LANES], transparency[RAYWAVE_LANES], ior[RAYWAVE_LANES],
-      ior_low[RAYWAVE_LANES];
+      ior_low[RAYWAVE_LANES], attenuation[RAYWAVE_LANES];
   LANES_STORE(hits->triangle, triangle);
   LANES_STORE(hits->u, u);
   LANES_STORE(hits->v, v);
@@ -114,7 +114,7 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     nx[i] = ny[i] = gx[i] = gy[i] = 0.0f;
     nz[i] = gz[i] = 1.0f;
     ambient[i] = diffuse[i] = specular[i] = shininess[i] = reflectivity[i] = transparency[i] =
-        ior_low[i] = 0.0f;
+        ior_low[i] = attenuation[i] = 0.0f;
     ior[i] = 1.0f;
 #if RAYWAVE_TEXTURES > TEXTURES_PLAIN
     emission[i] = 0.0f;
@@ -165,6 +165,7 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     transparency[i] = m->transparency;
     ior[i] = m->ior;
     ior_low[i] = m->ior_low;
+    attenuation[i] = m->attenuation;
   }
   Surface surface;
   surface.x = rays->ox + hits->t * rays->dx;
@@ -181,6 +182,7 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   surface.transparency = LANES_LOAD(transparency);
   surface.ior = LANES_LOAD(ior);
   surface.ior_low = LANES_LOAD(ior_low);
+  surface.attenuation = LANES_LOAD(attenuation);
   const floatv toward_viewer =
       -rsqrt(rays->dx * rays->dx + rays->dy * rays->dy + rays->dz * rays->dz);
   surface.vx = rays->dx * toward_viewer;

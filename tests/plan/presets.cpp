@@ -475,7 +475,7 @@ TEST_CASE("warnings name settings that the user may not have meant", "[slow]") {
   CHECK(warns(with({"sampling.pitch=0.3 mm"}), "single dots"));
   CHECK(warns(with({"sampling.pitch=5 um"}), "finer than what the hologram resolves"));
   CHECK(warns(with({"sampling.mode=fan"}), "alias"));
-  CHECK(warns(with({"materials.china.reflectivity=0.2"}), "trace.depth is 0"));
+  CHECK(warns(with({"materials.china.reflectivity=0.2", "trace.depth=0"}), "trace.depth is 0"));
   CHECK_FALSE(warns(with({}), "replicas"));
   CHECK(warns(with({"object.0.width=20 mm", "wrp.grid=auto"}), "replicas"));
   CHECK(warns(with({"object.0.width=20 mm", "wrp.grid=auto"}), "steeper than the pixels can show"));
@@ -550,6 +550,35 @@ TEST_CASE(
   CHECK(warns(none, "there are 1.0 MiB"));
 }
 
+TEST_CASE(
+    "nothing is chosen for pictures that the machine cannot hold, and a line says what would") {
+  DeviceFigures small;
+  small.memory.host_bytes = 8 << 20;  // 16 MiB of field, 2 MiB of levels
+  const auto advice_of = [&](const std::vector<std::string>& set, bool keep_field) {
+    const auto scene = over_wrps("teapot.toml", set);
+    const auto p =
+        plan_scene(scene, build_world(scene), small, {Preset::balanced, {}, {}}, keep_field);
+    const auto found = std::find_if(p.warnings.begin(), p.warnings.end(), [](const auto& warning) {
+      return warning.find("for them alone, there are 8.0 MiB; ") != std::string::npos;
+    });
+    if (found == p.warnings.end()) return std::string("fits");
+    CHECK(p.scene.sampling.pitch_m == scene.sampling.pitch_m);
+    CHECK(std::any_of(p.reasons.begin(), p.reasons.end(),
+                      [](const auto& r) { return r.find("(default)") != std::string::npos; }));
+    const auto start = found->find("hologram.resolution") + 19;
+    return found->substr(start);
+  };
+  CHECK(advice_of({}, true) == ", or keep no field (--no-field)");
+  CHECK(advice_of({}, false) == "fits");
+  CHECK(advice_of({"sampling.frames=5"}, false) == "");  // levels alone are too much
+  CHECK(advice_of({"slm.band=[0.5, 0.5]"}, false) == "");
+  // In tiles, amplitudes are scaled over all of them
+  small.memory.largest_buffer_bytes = 8 << 20;
+  CHECK(advice_of({}, false) == ", or slm.encoding = \"phase\" and no field (--no-field)");
+  CHECK(advice_of({}, true) == ", or slm.encoding = \"phase\" and no field (--no-field)");
+  CHECK(advice_of({"slm.encoding=phase"}, false) == "fits");
+}
+
 TEST_CASE("a second buffer of grey levels is counted where there is a second frame or tile") {
   const auto buffers_of = [](const std::vector<std::string>& set) {
     const auto scene = data_scene("teapot.toml", set);
@@ -595,7 +624,7 @@ TEST_CASE(
   CHECK(balanced.prediction.field_error < 0.1 * wrps.prediction.field_error);
   CHECK(balanced.prediction.times.total_s() < wrps.prediction.times.total_s());
 
-  for (const auto* set : {"sampling.mode=fan", "trace.depth=2"}) {
+  for (const auto* set : {"sampling.mode=fan", "trace.bounces=fan"}) {
     auto scene = compact("teapot.toml", {set});
     scene.materials.back().reflectivity = 0.5;
     CHECK_THROWS_WITH(

@@ -15,6 +15,7 @@
 #include "tests/support/files.hpp"
 #include "tests/support/render.hpp"
 #include "tests/support/scenes.hpp"
+#include "tests/support/soak.hpp"
 
 namespace raywave {
 namespace {
@@ -134,6 +135,19 @@ TEST_CASE("equal seeds give bit-identical fields, and different seeds give diffe
   }
 }
 
+// Sanitizers keep what is freed. A leak of 200 bytes a frame would be seen.
+TEST_CASE("ten times as many frames of a moving scene leave the program no larger", "[slow]") {
+  const Folder folder;
+  for (const auto& device : test::all_devices()) {
+    constexpr int n = test::soak_period;
+    const auto readings = test::soak(device, small_scene(folder, SamplingMode::aimed), {n, 10 * n});
+    const auto &early = readings[0], &late = readings[1];
+    CHECK(late.device_bytes == early.device_bytes);
+    CHECK(late.heap_bytes <= early.heap_bytes + 100'000);
+    CHECK(late.resident_bytes <= early.resident_bytes + 4'000'000);
+  }
+}
+
 TEST_CASE("frames differ, and frame k of a seed is the first frame of the seed plus k") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {
@@ -193,7 +207,9 @@ TEST_CASE(
                                                test::rendered(device, scene).field.samples);
           INFO((mode == SamplingMode::aimed ? "aimed" : "fan")
                << ", bounces " << bounces << ", frame " << frame << ": off by " << off);
-          CHECK(off <= 0.02);  // measured up to 0.005: rays that pass an edge within rounding
+          // Measured up to 0.005, and 0.06 with samples in mirrors and glass: rays that pass an
+          // edge within rounding. Behind an edge of a mirror, virtual points lie elsewhere.
+          CHECK(off <= (bounces && mode == SamplingMode::aimed ? 0.1 : 0.02));
         }
       }
     }

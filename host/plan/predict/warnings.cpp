@@ -211,8 +211,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   const auto& materials = plan.lighting.materials;
   const auto bounces =
       std::find_if(plan.lighting.used.begin(), plan.lighting.used.end(), [&](std::int32_t number) {
-        const auto& m = materials[static_cast<std::size_t>(number)];
-        return m.reflectivity > 0 || m.transparency > 0;
+        return materials[static_cast<std::size_t>(number)].is_specular();
       });
   if (bounces != plan.lighting.used.end() && scene.trace.depth == 0)
     warn("material " + in_quotes(materials[static_cast<std::size_t>(*bounces)].name) +
