@@ -298,7 +298,8 @@ World place_objects(const Scene& scene, const Meshes& meshes, Textures textures)
   const auto is_specular = [](const Material& m) { return m.is_specular(); };
   if (std::any_of(world.materials.begin(), world.materials.end(), is_specular) ||
       std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& object) {
-        return is_specular(scene.materials[static_cast<std::size_t>(object.material)]);
+        const auto material = static_cast<std::size_t>(object.material);
+        return material < scene.materials.size() && is_specular(scene.materials[material]);
       }))
     world.ray_tree = std::make_shared<const RayTree>(ray_tree_of(world));
   move_objects(scene, world);
