@@ -97,8 +97,8 @@ private:
       sum += radiance(point, onwards, light_place,
                       {way.share * share, attenuation_per_m, way.bounces + 1, way.from});
     };
-    add(glm::reflect(direction, look.smooth),
-        look.reflectivity + look.transparency * reflected, way.attenuation_per_m);
+    add(glm::reflect(direction, look.smooth), look.reflectivity + look.transparency * reflected,
+        way.attenuation_per_m);
     if (reflected < 1 && look.transparency > 0) {
       const double cosine_beyond = std::sqrt(1 - ratio * ratio * (1 - cosine * cosine));
       if (cosine_beyond < cosine_margin) unsure = true;

@@ -602,11 +602,11 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
     lights[packet] = 0.0f;
     if (!LANES_ANY(found)) continue;
     const Rays rays = rays_of_followed(f, lattice->reach, found);
-    lights[packet] = LANES_SELECT((floatv)(0.0f),
-                                  light_of_hits(scene, lattice, &rays, hits,
-                                                PLACE_OF_PART(packet, cell)) *
-                                      f->share * attenuated_share(f->attenuation, hits->t),
-                                  found);
+    lights[packet] =
+        LANES_SELECT((floatv)(0.0f),
+                     light_of_hits(scene, lattice, &rays, hits, PLACE_OF_PART(packet, cell)) *
+                         f->share * attenuated_share(f->attenuation, hits->t),
+                     found);
     const intv free = found & f->first & (hits->t <= met->nearest[packet]);
     for (int kind = 0; kind < 2; ++kind) {
       const intv counts = kind == 0 ? found : free;

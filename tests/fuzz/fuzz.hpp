@@ -69,8 +69,7 @@ inline void require_sound(const Mesh& mesh) {
     require(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
   for (const glm::dvec3& n : mesh.normals) require(std::abs(glm::length(n) - 1) < 1e-6);
   require(mesh.colours.empty() || mesh.colours.size() == count);
-  require(mesh.triangle_material.empty() ||
-          mesh.triangle_material.size() == mesh.triangles.size());
+  require(mesh.triangle_material.empty() || mesh.triangle_material.size() == mesh.triangles.size());
   for (const auto m : mesh.triangle_material)
     require(m >= -1 && m < static_cast<std::int64_t>(mesh.materials.size()));
   for (const auto& material : mesh.materials) {

@@ -5,7 +5,6 @@
 #include <fcntl.h>
 
 #include "host/scene/mesh_materials.hpp"
-
 #include "host/scene/reader_reply.hpp"
 #include "tests/fuzz/fuzz.hpp"
 

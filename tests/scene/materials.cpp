@@ -132,8 +132,8 @@ TEST_CASE("a glTF material becomes Phong's by the rule of docs/materials.md") {
                    {"KHR_materials_emissive_strength", {{"emissiveStrength", 5}}},
                    {"KHR_materials_ior", {{"ior", 2}}}}}})
           .gltf()))));
-  CHECK(glass.transparency == Catch::Approx(0.75));
-  CHECK(glass.ior == 2);
+  CHECK(glass.transparency.channels.x == Catch::Approx(0.75));
+  CHECK(glass.ior == Spectrum(2));
   CHECK(glass.specular.x == Catch::Approx(1 / 9.0 * 4.75));  // ((n - 1) / (n + 1))^2
   CHECK(glass.emission.x == Catch::Approx(5));
 
