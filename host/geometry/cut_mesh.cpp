@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/geometry/cut_mesh.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -30,7 +31,9 @@ private:
     for (int i = 0; i < 3; ++i) {
       const auto here = t[i], next = t[(i + 1) % 3];
       if (is_above(here)) polygon.push_back(kept(here));
-      if (is_above(here) != is_above(next)) polygon.push_back(between(here, next));
+      // The upper end of an edge may lie on the cut itself
+      if (is_above(here) != is_above(next) && std::max(heights_[here], heights_[next]) > least_)
+        polygon.push_back(between(here, next));
     }
     for (std::size_t i = 2; i < polygon.size(); ++i) {
       part_.triangles.emplace_back(polygon[0], polygon[i - 1], polygon[i]);

@@ -42,8 +42,8 @@ Look look_at(const Scene& scene, const World& world, std::size_t triangle, doubl
 /// cosine  between the light and the normal, >= 0
 double mirrored_by_clear(double ratio, double cosine);
 
-/// Tells whether a surface is there: alpha at least the cutoff, or at least a number that belongs to
-/// the cell of a place. `doubt`, if given, becomes true where floats may find the other answer.
+/// Tells whether a surface is there: alpha at least the cutoff, or at least a number that belongs
+/// to the cell of a place. `doubt`, if given, becomes true where floats may find the other answer.
 ///
 /// place_m  in the frame of the object's instance: where the object was placed at first, from the
 ///          scene's origin then

@@ -55,8 +55,8 @@ typedef struct {
   int last;   // 1: the last instance
 } Instance;
 
-// A picture on a surface. (u, v) of the mesh shows the place (across . (u, v, 1), up . (u, v, 1)) of
-// the picture, whose bottom left is (0, 0); row 0 of the texels is on top.
+// A picture on a surface. (u, v) of the mesh shows the place (across . (u, v, 1), up . (u, v, 1))
+// of the picture, whose bottom left is (0, 0); row 0 of the texels is on top.
 typedef struct {
   int first;  // number of its first texel; -1: no picture
   int width;
@@ -99,8 +99,9 @@ typedef struct {
   int metallic_texels;  // first texel of the metalness; roughness_map has that of the roughness
   TextureMap roughness_map;
   float normal_scale;
-  int normal_up_texels;  // first texels of the components along v and outwards; normal_map has those
-  int normal_out_texels;  // of the component along u
+  // First texels of the components along v and outwards; normal_map has those along u
+  int normal_up_texels;
+  int normal_out_texels;
   TextureMap normal_map;
   int alpha_mode;  // as RAYWAVE_ALPHA (kernels/scene/options.h)
   float alpha;

@@ -72,8 +72,8 @@ static inline intv part_of_16(intv a, intv b) {
 }
 #endif
 
-// 1: sixteen parts that agree stand for all. Behind a surface that is there with a probability, each
-// part is a matter of its own.
+// 1: sixteen parts that agree stand for all. Behind a surface that is there with a probability,
+// each part is a matter of its own.
 #define SIXTEEN_TELL (RAYWAVE_ALPHA != ALPHA_BLEND)
 
 #define SEEN_UNKNOWN (-1)

@@ -54,7 +54,8 @@ double distance_to_corner(const World& world, dvec3 place_m) {
 
 TEST_CASE("the hologram stands at the file's camera and sees along it, in the unit of its scale") {
   const Folder folder;
-  // The camera is turned about a slanted axis and hangs in a node that moves, turns and stretches it
+  // The camera is turned about a slanted axis and hangs in a node that moves, turns and stretches
+  // it
   const dvec3 axis(1, 2, -0.5), at(3, -1, 2);
   const double angle = 0.7;
   Gltf room;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What meshes bring along: materials, pictures and colours, as they are read and as Phong materials.
+// What meshes bring along: materials, pictures and colours, as they are read and as Phong
+// materials.
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>

@@ -224,8 +224,10 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {13, "frames = 0", "sampling: frames must be 1 to 4096, got 0"},
       {15, "depth = 17", "trace: depth must be 0 to 16, got 17"},
       {16, "shadows = 1", "trace: shadows must be true or false, got 1"},
-      {18, "type = \"spot\"",
-       "light 0: type must be \"ambient\" or \"directional\" or \"point\", got \"spot\""},
+      {18, "type = \"sun\"",
+       "light 0: type must be \"ambient\" or \"directional\" or \"point\" or \"spot\" or \"area\" "
+       "or "
+       "\"environment\", got \"sun\""},
       {19, "direction = [0, 0, 0]", "light 0: direction must be longer than 0, got an array of 3"},
       {20, "intensity = -1", "light 0: intensity must be >= 0, got -1"},
       {20, "intensity = 1e31", "light 0: intensity must be <= 1e+30, got 1e+31"},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surfaces that are not there everywhere: the lattice's rays, visibility, shadows and the lens agree
-// on where they are, and on the mean they are there as often as their alpha says.
+// Surfaces that are not there everywhere: the lattice's rays, visibility, shadows and the lens
+// agree on where they are, and on the mean they are there as often as their alpha says.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -99,8 +99,8 @@ std::string ramp() {
   });
 }
 
-/// True when a veil of this alpha and the wall behind it are what the oracle finds on every way from
-/// the wall's samples to the middles of the window's parts; counts ways.
+/// True when a veil of this alpha and the wall behind it are what the oracle finds on every way
+/// from the wall's samples to the middles of the window's parts; counts ways.
 struct Ways {
   int free = 0, hidden = 0, wrong = 0, unsure = 0;
 };

@@ -161,9 +161,11 @@ GltfSet read_gltf_set(const std::filesystem::path& file) {
   GltfSet set;
   std::set<std::uint64_t> seen;
   std::vector<std::pair<json, glm::dmat4>> pending;
+  // The last one is visited first
   const auto add_all = [&](const json& indices, const glm::dmat4& pose) {
     if (!indices.is_array()) return;
-    for (const auto& index : indices) pending.emplace_back(index, pose);
+    for (auto index = indices.rbegin(); index != indices.rend(); ++index)
+      pending.emplace_back(*index, pose);
   };
   add_all(member(scene, "nodes"), glm::dmat4(1));
   while (!pending.empty()) {
