@@ -22,8 +22,8 @@ namespace raywave {
 Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where);
 
 /// The last step of load_mesh: drops triangles without area, gives every corner its normal, and
-/// joins equal corners. Materials and pictures stay as they are. `raw` holds the mesh as in the file,
-/// with a normal of zero where the file has none.
+/// joins equal corners. Materials and pictures stay as they are. `raw` holds the mesh as in the
+/// file, with a normal of zero where the file has none.
 Mesh finish_mesh(Mesh raw, Normals normals);
 
 /// Returns true when every edge, after welding equal positions, is shared by exactly two triangles
