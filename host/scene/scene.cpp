@@ -5,8 +5,10 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <numeric>
 
 #include "host/scene/document.hpp"
+#include "host/scene/gltf_scene.hpp"
 #include "host/scene/read_slm.hpp"
 
 namespace raywave {
@@ -203,23 +205,83 @@ std::set<std::string, std::less<>> given_keys(const toml::table& root) {
   return keys;
 }
 
+/// Two edges [[x, y, z], [x, y, z]] that span an area.
+std::array<glm::dvec3, 2> edges_m_of(const Value& v) {
+  const auto* array = v.node->as_array();
+  const char* shape = "two edges [[x, y, z], [x, y, z]], lengths each";
+  if (!array || array->size() != 2) v.fail(shape);
+  std::array<glm::dvec3, 2> edges_m;
+  for (std::size_t i = 0; i < 2; ++i)
+    edges_m[i] =
+        Value{v.document, array->get(i), v.path, v.label + "[" + std::to_string(i) + "]"}.lengths_m(
+            kAnyPosition);
+  const double area = glm::length(glm::cross(edges_m[0], edges_m[1]));
+  if (!(area > 1e-9 * glm::length(edges_m[0]) * glm::length(edges_m[1])))
+    v.fail("two edges that span an area");
+  return edges_m;
+}
+
+/// Keys of lights that have a size.
+void read_samples(Section& section, int otherwise, Light& light) {
+  light.samples = otherwise;
+  section.read("samples", [&](const Value& v) { light.samples = v.integer(1, most_lights); });
+}
+
 Light read_light(Section section) {
   Light light;
+  light.where = section.where();
   section.read("type", [&](const Value& v) {
     light.type = v.choice<LightType>({{"ambient", LightType::ambient},
                                       {"directional", LightType::directional},
-                                      {"point", LightType::point}});
+                                      {"point", LightType::point},
+                                      {"spot", LightType::spot},
+                                      {"area", LightType::area},
+                                      {"environment", LightType::environment}});
   });
   section.read("intensity", [&](const Value& v) { light.intensity = v.number(at_least(0)); });
-  if (light.type == LightType::directional)
-    section.require("direction", "the way the light travels, for example [0, 0, 1]",
+  light.highlights = light.type != LightType::environment;
+  if (light.type != LightType::ambient)
+    section.read("highlights", [&](const Value& v) { light.highlights = v.boolean(); });
+  const bool is_area = light.type == LightType::area;
+  if (is_area)
+    section.read("radius",
+                 [&](const Value& v) { light.radius_m = v.length_m(between(1e-9, 1e4)); });
+  if (light.type == LightType::directional || light.type == LightType::spot || light.radius_m > 0)
+    section.require("direction",
+                    light.radius_m > 0 ? "the way that the disc faces, for example [0, 0, 1]"
+                                       : "the way the light travels, for example [0, 0, 1]",
                     [&](const Value& v) {
                       light.direction = v.numbers(between(-1e6, 1e6));
                       if (glm::length(light.direction) < 1e-9) v.fail("longer than 0");
                     });
-  if (light.type == LightType::point)
+  if (light.type == LightType::point || light.type == LightType::spot || is_area) {
     section.require("position", "the light's place, for example [\"0 mm\", \"50 mm\", \"20 mm\"]",
                     [&](const Value& v) { light.position_m = v.lengths_m(kAnyPosition); });
+    section.read("falloff", [&](const Value& v) {
+      light.falls_off = v.choice<bool>({{"none", false}, {"square", true}});
+    });
+  }
+  if (light.type == LightType::spot) {
+    section.read("outer", [&](const Value& v) { light.outer_deg = v.number(between(0.01, 90)); });
+    section.read("inner", [&](const Value& v) {
+      light.inner_deg = v.number(between(0, 90));
+      if (!(light.inner_deg < light.outer_deg))
+        v.fail("< outer (" + number_text(light.outer_deg) + ")");
+    });
+  }
+  if (is_area && light.radius_m == 0)
+    section.require("edges",
+                    "the sides of a rectangle, for example [[\"20 mm\", 0, 0], [0, \"10 mm\", 0]], "
+                    "or the radius of a disc",
+                    [&](const Value& v) { light.edges_m = edges_m_of(v); });
+  if (is_area) read_samples(section, 16, light);
+  if (light.type == LightType::environment) {
+    section.require("picture", "an equirectangular picture, for example \"sky.exr\"",
+                    [&](const Value& v) { light.picture = v.existing_file(); });
+    section.read("rotation",
+                 [&](const Value& v) { light.rotation_deg = v.number(between(-1e6, 1e6)); });
+    read_samples(section, 64, light);
+  }
   section.finish();
   return light;
 }
@@ -273,6 +335,7 @@ Material read_material(const std::string& name, Section section, double waveleng
   section.read("attenuation_distance", [&](const Value& v) {
     material.attenuation_distance_m = v.length_m(between(1e-9, 1e4));
   });
+  section.read("emission", [&](const Value& v) { material.emission = v.colour(at_least(0)); });
   section.finish();
   return material;
 }
@@ -305,6 +368,14 @@ Object read_object(Section section, const HologramSpec& hologram,
   section.read("rotation",
                [&](const Value& v) { object.rotation_deg = v.numbers(between(-1e6, 1e6)); });
   section.read("material", [&](const Value& v) { object.material = find_material(v, materials); });
+  section.read("unit", [&](const Value& v) {
+    object.unit_m = v.length_m(between(1e-12, 1e4));
+    if (object.width_m) v.fail("left out where width is given");
+  });
+  section.read("anchor", [&](const Value& v) {
+    object.anchor = v.choice<Anchor>({{"centre", Anchor::centre}, {"origin", Anchor::origin}});
+  });
+  section.read("cut", [&](const Value& v) { object.cut_m = v.length_m(between(1e-9, 1e4)); });
   section.read("normals", [&](const Value& v) {
     object.normals = v.choice<Normals>(
         {{"file", Normals::file}, {"smooth", Normals::smooth}, {"flat", Normals::flat}});
@@ -335,21 +406,24 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
     scene.materials.push_back(read_material(name, section, scene.hologram.wavelength_m));
   for (Section& section : root.sections("object"))
     scene.objects.push_back(read_object(section, scene.hologram, scene.materials));
+  Section of_gltf = root.section("scene");
   root.finish();
   scene.notes = document.notes;
+  read_gltf_scene(of_gltf, scene);
 
   const std::string name = one_line(file.string());
   if (scene.objects.empty())
     throw InputError(name + ": there is no object: add [[object]] with mesh = \"FILE\"");
-  if (const auto shining =
-          std::count_if(scene.lights.begin(), scene.lights.end(),
-                        [](const Light& light) { return light.type != LightType::ambient; });
+  if (const auto shining = std::accumulate(
+          scene.lights.begin(), scene.lights.end(), std::int64_t{0},
+          [](std::int64_t sum, const Light& light) { return sum + directions_of(light); });
       shining > most_lights)
     throw InputError(name + ": " + std::to_string(shining) +
                      " lights with a place or a direction, "
                      "at most " +
                      std::to_string(most_lights) +
-                     " are allowed: each is followed to every sample; leave out the weakest, or "
+                     " are allowed (an area light or an environment counts as its samples): each "
+                     "is followed to every sample; leave out the weakest, give fewer samples, or "
                      "make an ambient light of them");
   if (scene.lights.empty())
     throw InputError(name + ": there is no light: add [[light]] with direction = [0, 0, 1]");

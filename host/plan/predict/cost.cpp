@@ -140,9 +140,9 @@ Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at
              : Crossing{};
 }
 
-std::ptrdiff_t lights_of(const Lighting& lighting) {
-  return std::count_if(lighting.lights.begin(), lighting.lights.end(),
-                       [](const Light& l) { return l.type != LightType::ambient; });
+/// Lights whose highlights are shaded, each of its samples counted.
+int lights_of(const Lighting& lighting) {
+  return directions_of(lighting.lights, [](const Light& light) { return light.highlights; });
 }
 
 /// Pixels of a WRP, one for each that a pass writes: gathered, and with all rows.
@@ -291,9 +291,9 @@ void count_samples(const World& world, const Plan& plan, const FrontView& view, 
                more_sheets = std::max(0.0, sheets - 1),
                masks = std::pow(plan.visibility_parts / 8.0, 2),
                parts = plan.antialias * plan.antialias;
-  const bool differ = plan.lighting.shadows || plan.lighting.any_material([](const Material& m) {
-    return m.texture.has_value();
-  });
+  const bool differ =
+      plan.lighting.shadows || plan.lighting.textures > 0 ||
+      std::any_of(plan.lighting.lights.begin(), plan.lighting.lights.end(), has_size);
   double rays = ray_of_cell * plan.lattice.size.x * plan.lattice.size.y +
                 samples * (rays_of_sample + rays_of_sheet * more_sheets);
   if (knows_breaks(world, plan)) {
