@@ -4,6 +4,8 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,7 +38,9 @@ struct Meshes {
   std::vector<std::size_t> of_object;  // index into `meshes`
 };
 
-/// throws  InputError when a mesh is unusable, or when the scene has no object
-Meshes load_meshes(const Scene& scene);
+/// in_memory  by object, meshes that stand for files, null where there is none: a file's raw mesh as
+///            finish_mesh takes it
+/// throws     InputError when a mesh is unusable, or when the scene has no object
+Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mesh>> in_memory = {});
 
 }  // namespace raywave

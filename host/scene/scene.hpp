@@ -179,6 +179,20 @@ struct Scene {
   std::vector<Object> objects;
 };
 
+/// The text of a scene file, from wherever it comes.
+struct SceneText {
+  std::string toml;
+  std::filesystem::path file;    // its name, for messages
+  std::filesystem::path folder;  // of the files that it names
+  bool needs_meshes = true;      // false: an object may lack `mesh`; its path is then empty
+};
+
+/// throws  InputError when the file cannot be read, or is larger than 1 MiB
+SceneText read_scene_text(const std::filesystem::path& file);
+
+/// Checks a scene, as load_scene does.
+Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrides = {});
+
 /// Reads and checks a scene file (docs/scene.md lists every key).
 ///
 /// overrides  "section.key=value" each, the value as TOML or a bare string ("wrp.padding=1.25",
