@@ -37,7 +37,7 @@ int main() try {
       faces.push_back({corner + 1, corner + side, corner + side + 1});
     }
   }
-  scene.set_mesh(0, {vertices, faces, {}, {}});
+  scene.set_mesh(0, {vertices, faces});
 
   const auto hologram = raywave::render(scene);
   raywave::ViewOptions at_the_sheet;

@@ -207,7 +207,7 @@ int raywave_set_mesh(raywave_renderer* renderer, int object, const double* verti
     std::vector<std::array<std::uint32_t, 3>> corners;
     for (std::size_t i = 0; i < face_count; ++i)
       corners.push_back({faces[3 * i], faces[3 * i + 1], faces[3 * i + 2]});
-    r.scene.set_mesh(object_of(r, object), {points, corners, {}, {}});
+    r.scene.set_mesh(object_of(r, object), {points, corners});
     for (const auto& [number, pose] : r.poses)
       r.scene.set_pose(number, pose.first, pose.second);
     r.poses.clear();

@@ -142,6 +142,12 @@ void Scene::set(const std::vector<std::string>& overrides) {
   auto next = std::make_shared<State>(*state_);
   next->overrides.insert(next->overrides.end(), overrides.begin(), overrides.end());
   next->scene = raywave::parse_scene(next->text, next->overrides);
+  for (std::size_t i = 0; i < next->meshes.size(); ++i) {  // a file takes a mesh's place
+    const auto start = "object." + std::to_string(i) + ".mesh=";
+    if (std::any_of(overrides.begin(), overrides.end(),
+                    [&](const auto& o) { return o.starts_with(start); }))
+      next->meshes[i] = nullptr;
+  }
   name_meshes(*next);
   if (!reads_the_same(*next, *state_)) next->files = std::make_shared<Files>();
   state_ = std::move(next);

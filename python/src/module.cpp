@@ -494,9 +494,9 @@ NB_MODULE(_core, m) {
         }
         return field_array(std::move(result));
       },
-      "field"_a, "pixels"_a, "targets"_a, "options"_a, "device"_a, "fft"_a, "progress"_a.none());
+      "field"_a.none(), "pixels"_a, "targets"_a, "options"_a, "device"_a, "fft"_a, "progress"_a.none());
 
-  m.def("propagate", &propagate, "u"_a, "pixels"_a, "distance"_a, "shift"_a, "padding"_a,
+  m.def("propagate", &propagate, "u"_a.none(), "pixels"_a, "distance"_a, "shift"_a, "padding"_a,
         "device"_a, "fft"_a);
   m.def(
       "reconstruct",
@@ -514,7 +514,7 @@ NB_MODULE(_core, m) {
         }
         return picture_array(std::move(picture));
       },
-      "field"_a, "pixels"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "device"_a, "fft"_a,
+      "field"_a.none(), "pixels"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "device"_a, "fft"_a,
       "progress"_a.none());
   m.def(
       "lens",
@@ -545,7 +545,7 @@ NB_MODULE(_core, m) {
         }
         return levels_array(std::move(levels));
       },
-      "field"_a, "slm"_a, "pixels"_a, "device"_a);
+      "field"_a.none(), "slm"_a, "pixels"_a, "device"_a);
   m.def(
       "shown",
       [](nb::handle levels, const raywave::Slm& slm, raywave::Pixels pixels) {
@@ -557,7 +557,7 @@ NB_MODULE(_core, m) {
         }
         return field_array(std::move(field));
       },
-      "levels"_a, "slm"_a, "pixels"_a);
+      "levels"_a.none(), "slm"_a, "pixels"_a);
   m.def(
       "compare_fields",
       [](nb::handle a, nb::handle b) {
@@ -567,7 +567,7 @@ NB_MODULE(_core, m) {
         const auto c = raywave::compare(view_a, view_b);
         return std::tuple(c.correlation, c.error, c.error_scaled, c.energy_ratio);
       },
-      "a"_a, "b"_a);
+      "a"_a.none(), "b"_a.none());
   m.def(
       "compare_pictures",
       [](nb::handle a, nb::handle b, double blur, int border, const std::string& domain,
@@ -578,7 +578,7 @@ NB_MODULE(_core, m) {
         const auto c = raywave::compare(view_a, view_b, {blur, border, domain, region});
         return std::tuple(c.psnr_db, c.ssim, c.scale, c.contrast_a, c.contrast_b);
       },
-      "a"_a, "b"_a, "blur"_a, "border"_a, "domain"_a, "region"_a.none());
+      "a"_a.none(), "b"_a.none(), "blur"_a, "border"_a, "domain"_a, "region"_a.none());
 }
 
 }  // namespace raywave_python

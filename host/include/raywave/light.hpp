@@ -11,7 +11,7 @@ struct PropagateOptions {
   // Target centre minus source centre
   Vec2 shift_m{0, 0};
   double padding = 2;  // 1 to 64: side of the transformed plane over the side of the field
-  DeviceOptions on;
+  DeviceOptions on{};
 };
 
 /// Field on a parallel plane whose centre is shifted sideways: the band-limited shifted angular
@@ -36,13 +36,13 @@ RAYWAVE_API FieldDouble propagate(const FieldDoubleView& field, const Pixels& pi
 /// The plane looked at, on the object's side, and from where.
 struct ViewOptions {
   double z_m = 0.1;                  // > 0
-  std::optional<Vec2> window_m;      // size of the picture; empty: the hologram's
+  std::optional<Vec2> window_m{};      // size of the picture; empty: the hologram's
   // Centre of the part of the hologram that lets light through, in half holograms: (-1, -1) bottom
   // left to (1, 1) top right
   Vec2 view{0, 0};
   Vec2 aperture{1, 1};  // size of that part in holograms
-  DeviceOptions on;
-  Progress progress;
+  DeviceOptions on{};
+  Progress progress{};
 };
 
 /// Intensity |u|^2 in the plane z, mean over the frames, on the hologram's pitch: what a sensor in
@@ -71,7 +71,7 @@ RAYWAVE_API Field shown(const Levels& levels, const Slm& slm, const Pixels& pixe
 /// A picture that a refined hologram should show, on the hologram's pitch.
 struct Target {
   double z_m = 0;
-  PictureView picture;
+  PictureView picture{};
   Vec2 view{0, 0}, aperture{1, 1};
 };
 
@@ -96,7 +96,7 @@ struct CompareOptions {
   double blur_px = 0;  // standard deviation of the Gaussian that both are blurred with first
   int border_px = 0;   // left out on every side
   std::string domain = "intensity";          // or "amplitude", "srgb"
-  std::optional<std::array<int, 4>> region;  // x, y, width, height: of the speckle contrast
+  std::optional<std::array<int, 4>> region{};  // x, y, width, height: of the speckle contrast
 };
 
 struct PictureComparison {

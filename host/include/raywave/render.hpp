@@ -12,9 +12,9 @@ RAYWAVE_VERSIONED {
 
 /// An OpenCL device.
 struct Device {
-  std::string index;  // "0:1": platform and device within it
-  std::string platform, name, driver;
-  std::string kind;  // "gpu", "accelerator", "cpu" or "other"
+  std::string index{};  // "0:1": platform and device within it
+  std::string platform{}, name{}, driver{};
+  std::string kind{};  // "gpu", "accelerator", "cpu" or "other"
   std::uint64_t memory_bytes = 0;
   bool has_doubles = false;
 };
@@ -26,15 +26,15 @@ RAYWAVE_API std::vector<Device> list_devices();
 struct DeviceOptions {
   // Index ("0:1"), or part of a name; empty: the environment's RAYWAVE_DEVICE, else the first GPU,
   // accelerator, CPU
-  std::string device;
-  std::string fft;  // "host", "clfft" or "vkfft"; empty: the device's own choice
+  std::string device{};
+  std::string fft{};  // "host", "clfft" or "vkfft"; empty: the device's own choice
 };
 
 /// What a plan aims at. At most one; none: whatever the scene leaves open keeps its default.
 struct Goal {
-  std::string preset;              // "draft", "balanced", "accurate" or "reference"
-  std::optional<double> budget_s;  // the most accurate plan that keeps this time
-  std::optional<double> psnr_db;   // the fastest plan whose pictures reach this
+  std::string preset{};              // "draft", "balanced", "accurate" or "reference"
+  std::optional<double> budget_s{};  // the most accurate plan that keeps this time
+  std::optional<double> psnr_db{};   // the fastest plan whose pictures reach this
 };
 
 /// What would be computed, and what to expect of it.
@@ -66,14 +66,14 @@ private:
 RAYWAVE_API Plan plan(const Scene& scene, const Goal& goal = {}, const std::string& device = {});
 
 struct RenderOptions {
-  DeviceOptions on;
-  Goal goal;
+  DeviceOptions on{};
+  Goal goal{};
   // "wrp"; or the references: "points", every surface sample to every pixel; "rays", rays from
   // every pixel
   std::string method = "wrp";
   int rays_per_axis = 100;  // of method "rays"
   bool keep_field = true;   // also return the field at the hologram, beside the levels
-  Progress progress;
+  Progress progress{};
 };
 
 /// A finished hologram. Copies share the pixels; spans and views last as long as any copy.
@@ -162,15 +162,15 @@ private:
 };
 
 struct RefineOptions {
-  RenderOptions render;
+  RenderOptions render{};
   // What is not given comes from the scene's section [refine], or its defaults (docs/refine.md)
-  std::optional<int> iterations;   // per frame
-  std::optional<int> views;        // pictures through quarters of the hologram
-  std::optional<int> lens_points;  // per axis
-  std::optional<double> brightness;
-  std::optional<double> blur_m;
-  std::optional<double> budget_s;  // seconds for the iterations; decides their number
-  std::vector<double> depths_m;    // of the pictures, ascending
+  std::optional<int> iterations{};   // per frame
+  std::optional<int> views{};        // pictures through quarters of the hologram
+  std::optional<int> lens_points{};  // per axis
+  std::optional<double> brightness{};
+  std::optional<double> blur_m{};
+  std::optional<double> budget_s{};  // seconds for the iterations; decides their number
+  std::vector<double> depths_m{};    // of the pictures, ascending
 };
 
 /// Renders a scene and changes the phases until its pictures are what a lens sees, as

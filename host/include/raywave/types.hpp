@@ -36,7 +36,7 @@ using Vec3 = std::array<double, 3>;
 template <class Sample>
 struct BasicField {
   int nx = 0, ny = 0, frames = 1;
-  std::vector<std::complex<Sample>> samples;
+  std::vector<std::complex<Sample>> samples{};
 };
 using Field = BasicField<float>;
 using FieldDouble = BasicField<double>;
@@ -64,7 +64,7 @@ using FieldDoubleView = BasicFieldView<double>;
 /// A picture of linear values: ny rows of nx pixels.
 struct Picture {
   int nx = 0, ny = 0;
-  std::vector<float> pixels;
+  std::vector<float> pixels{};
 };
 
 /// The same in memory of the caller's.
@@ -81,8 +81,8 @@ struct PictureView {
 /// Grey levels of an SLM, frame by frame. `bytes` holds them up to 8 bits, `words` beyond.
 struct Levels {
   int nx = 0, ny = 0, frames = 1, bits = 8;
-  std::vector<std::uint8_t> bytes;
-  std::vector<std::uint16_t> words;
+  std::vector<std::uint8_t> bytes{};
+  std::vector<std::uint16_t> words{};
 };
 
 /// The pixels that a field or hologram is sampled on.
@@ -93,10 +93,10 @@ struct Pixels {
 
 /// A mesh in memory of the caller's. The library copies it.
 struct MeshView {
-  std::span<const Vec3> vertices;
-  std::span<const std::array<std::uint32_t, 3>> faces;  // counter-clockwise from outside
-  std::span<const Vec2> uvs;      // one per vertex, or none; (0, 0) is the texture's bottom left
-  std::span<const Vec3> normals;  // one per vertex, or none
+  std::span<const Vec3> vertices{};
+  std::span<const std::array<std::uint32_t, 3>> faces{};  // counter-clockwise from outside
+  std::span<const Vec2> uvs{};      // one per vertex, or none; (0, 0) is the texture's bottom left
+  std::span<const Vec3> normals{};  // one per vertex, or none
 };
 
 /// Called with the current step ("WRP 2 of 4") and the completed share, 0 to 1, on the thread that
