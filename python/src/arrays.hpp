@@ -86,6 +86,20 @@ void require_plain(const Array& array, const char* name, std::size_t least_dimen
     refuse(name, "must be C-contiguous; numpy.ascontiguousarray makes such a copy");
 }
 
+/// Some versions of torch hand on tensors whose numbers are not those in memory, or whose gradient
+/// would be lost.
+inline void require_resolved(nb::handle object, const char* name) {
+  const auto is = [&](const char* question, bool is_call) {
+    if (!nb::hasattr(object, question)) return false;
+    const nb::object answer = object.attr(question);
+    return (is_call && PyCallable_Check(answer.ptr()) ? answer() : answer).is(nb::bool_(true));
+  };
+  if (is("requires_grad", false))
+    refuse(name, "needs a gradient: pass u.detach(), or use raywave.torch");
+  if (is("is_conj", true) || is("is_neg", true))
+    refuse(name, "is a view of other numbers: pass u.resolve_conj().resolve_neg()");
+}
+
 inline bool try_array(nb::handle object, AnyArray& array) {
   return nb::try_cast<AnyArray>(object, array, false) && array.is_valid();
 }
@@ -94,6 +108,7 @@ inline bool try_array(nb::handle object, AnyArray& array) {
 inline AnyArray array_of(nb::handle object, const char* name, std::size_t least_dimensions,
                          std::size_t most_dimensions, const char* shape) {
   AnyArray array;
+  require_resolved(object, name);
   if (!try_array(object, array))
     refuse(name, std::string("must be an array of numbers in host memory (NumPy, a buffer, or "
                              "DLPack as a detached torch tensor), got ") +

@@ -40,7 +40,8 @@ def relative(a, b):
 @pytest.mark.parametrize("dtype", [np.complex64, np.complex128])
 def test_propagation_is_the_direct_sum_with_its_phase(dtype):
     u = gaussian((48, 64), 30e-6, dtype)
-    for distance, shift in [(1e-3, (0, 0)), (1e-3, (20e-6, -12e-6)), (-1e-3, (0, 0))]:
+    # So far away that the sum over samples has its replicas beyond the window
+    for distance, shift in [(2e-3, (0, 0)), (2e-3, (20e-6, -12e-6)), (-2e-3, (0, 0))]:
         arrived = rw.propagate(u, PITCH, WAVELENGTH, distance, shift)
         assert arrived.dtype == dtype and arrived.shape == u.shape
         expected = (direct_sum(u, distance, shift) if distance > 0

@@ -11,6 +11,8 @@ import sys
 import pytest
 from conftest import ROOT
 
+import raywave
+
 NOTEBOOKS = sorted((ROOT / "python/notebooks").glob("*.ipynb"))
 
 RUN = """
@@ -39,7 +41,9 @@ def test_there_are_notebooks():
 @pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)
 def test_notebook(file, tmp_path):
     pytest.importorskip("matplotlib")
-    environment = {**os.environ, "MPLBACKEND": "Agg", "MPLCONFIGDIR": str(tmp_path)}
+    where = os.path.dirname(os.path.dirname(os.path.abspath(raywave.__file__)))
+    environment = {**os.environ, "MPLBACKEND": "Agg", "MPLCONFIGDIR": str(tmp_path),
+                   "PYTHONPATH": where}
     done = subprocess.run([sys.executable, "-W", "ignore", "-c", RUN, str(file)], cwd=file.parent,
                           env=environment, text=True, capture_output=True)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -111,7 +111,7 @@ V, F = SQUARE
 BAD_MESHES = {
     "vertices": [
         (V[:, :2].copy(), F), (V[::2], F), (np.full((4, 3), np.nan), F), (V.astype(int), F),
-        (np.zeros((0, 3)), F), (V[None], F), (None, F), ("a square", F), (V * 1e300 * 1e10, F),
+        (np.zeros((0, 3)), F), (V[None], F), (None, F), ("a square", F), (V * 1e31, F),
     ],
     "faces": [
         (V, F + 2), (V, F - 1), (V, F.astype(float)), (V, F[:, ::-1]), (V, np.zeros((0, 3), int)),
@@ -127,7 +127,6 @@ BAD_MESHES = {
 
 
 @pytest.mark.parametrize("name", BAD_MESHES)
-@pytest.mark.filterwarnings("ignore:overflow")
 def test_bad_meshes_are_refused_by_name(scene, name):
     before = scene.objects[0].mesh
     for mesh in BAD_MESHES[name]:
