@@ -378,9 +378,36 @@ def lens(
 
 
 @overload
-def refine(scene: Scene | Plan, **options: Any) -> Hologram: ...
+def refine(
+    scene: Scene | Plan,
+    *,
+    iterations: int | None = ...,
+    views: int | None = ...,
+    depths: Sequence[float] = ...,
+    brightness: float | None = ...,
+    blur: float | None = ...,
+    lens_points: int | None = ...,
+    refine_budget: float | None = ...,
+    preset: str | None = ...,
+    device: str = ...,
+    fft: str = ...,
+    progress: Progress = ...,
+) -> Hologram: ...
 @overload
-def refine(scene: ComplexArray, **options: Any) -> Field: ...
+def refine(
+    scene: ComplexArray,
+    *,
+    targets: Mapping[float, ArrayLike],
+    iterations: int | None = ...,
+    brightness: float | None = ...,
+    blur: float | None = ...,
+    refine_budget: float | None = ...,
+    pitch: Pair | None = ...,
+    wavelength: float | None = ...,
+    device: str = ...,
+    fft: str = ...,
+    progress: Progress = ...,
+) -> Field: ...
 def refine(
     scene: Any,
     *,

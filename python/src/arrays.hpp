@@ -164,19 +164,21 @@ inline std::vector<std::size_t> shape_of(int frames, int ny, int nx) {
   return shape;
 }
 
+/// A NumPy array; the package says which.
+using Array = nb::any;
+
 /// A NumPy array on memory that `owner` keeps.
 template <class T, class Owner>
-nb::object numpy_view(const T* data, const std::vector<std::size_t>& shape, Owner owner) {
+Array numpy_view(const T* data, const std::vector<std::size_t>& shape, Owner owner) {
   auto* kept = new Owner(std::move(owner));
   nb::capsule capsule(kept, [](void* p) noexcept { delete static_cast<Owner*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, T>(const_cast<T*>(data), shape.size(), shape.data(),
-                                            capsule),
-                  nb::rv_policy::reference);
+  const nb::ndarray<nb::numpy, T> view(const_cast<T*>(data), shape.size(), shape.data(), capsule);
+  return nb::borrow<Array>(nb::cast(view, nb::rv_policy::reference));
 }
 
 /// A NumPy array that takes over a vector.
 template <class T>
-nb::object as_numpy(std::vector<T> values, const std::vector<std::size_t>& shape) {
+Array as_numpy(std::vector<T> values, const std::vector<std::size_t>& shape) {
   auto kept = std::make_shared<std::vector<T>>(std::move(values));
   const T* data = kept->data();
   return numpy_view(data, shape, std::move(kept));

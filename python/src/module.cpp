@@ -66,17 +66,17 @@ AnyArray plane_of(nb::handle object, const char* name) {
 }
 
 template <class T>
-nb::object field_array(raywave::BasicField<T> field) {
+Array field_array(raywave::BasicField<T> field) {
   const auto shape = shape_of(field.frames, field.ny, field.nx);
   return as_numpy(std::move(field.samples), shape);
 }
 
-nb::object picture_array(raywave::Picture picture) {
+Array picture_array(raywave::Picture picture) {
   const auto shape = shape_of(1, picture.ny, picture.nx);
   return as_numpy(std::move(picture.pixels), shape);
 }
 
-nb::object levels_array(raywave::Levels levels) {
+Array levels_array(raywave::Levels levels) {
   const auto shape = shape_of(levels.frames, levels.ny, levels.nx);
   if (levels.bits > 8) return as_numpy(std::move(levels.words), shape);
   return as_numpy(std::move(levels.bytes), shape);
@@ -239,7 +239,7 @@ raywave::ViewOptions view_options(double z, std::optional<raywave::Vec2> window,
   return options;
 }
 
-nb::object propagate(nb::handle u, raywave::Pixels pixels, double distance, raywave::Vec2 shift,
+Array propagate(nb::handle u, raywave::Pixels pixels, double distance, raywave::Vec2 shift,
                      double padding, const std::string& device, const std::string& fft) {
   const auto array = plane_of(u, "u");
   raywave::PropagateOptions options;
@@ -286,7 +286,7 @@ raywave::Levels levels_of(nb::handle object, const char* name) {
 }
 
 /// A range of frames of a hologram, on its memory.
-nb::object hologram_view(const raywave::Hologram& hologram, const auto* data) {
+Array hologram_view(const raywave::Hologram& hologram, const auto* data) {
   return numpy_view(data, shape_of(hologram.frames(), hologram.ny(), hologram.nx()), hologram);
 }
 
@@ -393,14 +393,16 @@ NB_MODULE(_core, m) {
       .def("levels",
            [](const raywave::Hologram& h) { return hologram_view(h, h.levels().data()); })
       .def("field",
-           [](const raywave::Hologram& h) -> nb::object {
+           [](const raywave::Hologram& h) -> Array {
              const auto field = h.field();
-             return field.samples ? hologram_view(h, field.samples) : nb::none();
+             return field.samples ? hologram_view(h, field.samples)
+                                 : nb::borrow<Array>(nb::none());
            })
       .def("refined",
-           [](const raywave::Hologram& h) -> nb::object {
+           [](const raywave::Hologram& h) -> Array {
              const auto field = h.refined();
-             return field ? hologram_view(h, field->samples) : nb::none();
+             return field ? hologram_view(h, field->samples)
+                         : nb::borrow<Array>(nb::none());
            })
       .def("shown",
            [](const raywave::Hologram& h) {
