@@ -50,8 +50,8 @@ void mexFunction(int outputs, mxArray* output[], int inputs, const mxArray* inpu
   mxFree(file);
   if (overrides) mxFree(overrides);
   if (status != RAYWAVE_OK) fail(NULL);
-  if (inputs == 5 && raywave_set_pose(renderer, (int)mxGetScalar(input[2]), position, rotation) !=
-                         RAYWAVE_OK)
+  if (inputs == 5 &&
+      raywave_set_pose(renderer, (int)mxGetScalar(input[2]), position, rotation) != RAYWAVE_OK)
     fail(renderer);
 
   raywave_size(renderer, &nx, &ny, &frames, NULL);

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <raywave/raywave.h>
-#include <raywave/raywave.hpp>
 
 #include <array>
 #include <complex>
+#include <cstdint>
 #include <map>
 #include <mutex>
 #include <new>
 #include <optional>
+#include <raywave/raywave.hpp>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -111,8 +112,8 @@ int opened(raywave_renderer** renderer, const char* device, Make make) {
 std::size_t object_of(const raywave_renderer& renderer, int object) {
   const auto objects = renderer.scene.objects();
   if (object < 0 || static_cast<std::size_t>(object) >= objects)
-    throw InputError("object " + std::to_string(object) + ": there are " +
-                     std::to_string(objects) + ", counted from 0");
+    throw InputError("object " + std::to_string(object) + ": there are " + std::to_string(objects) +
+                     ", counted from 0");
   return static_cast<std::size_t>(object);
 }
 
@@ -208,8 +209,7 @@ int raywave_set_mesh(raywave_renderer* renderer, int object, const double* verti
     for (std::size_t i = 0; i < face_count; ++i)
       corners.push_back({faces[3 * i], faces[3 * i + 1], faces[3 * i + 2]});
     r.scene.set_mesh(object_of(r, object), {points, corners});
-    for (const auto& [number, pose] : r.poses)
-      r.scene.set_pose(number, pose.first, pose.second);
+    for (const auto& [number, pose] : r.poses) r.scene.set_pose(number, pose.first, pose.second);
     r.poses.clear();
     r.renderer.reset();
   });

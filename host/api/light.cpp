@@ -72,8 +72,8 @@ Field propagate(const FieldView& field, const Pixels& pixels, double distance_m,
   const auto hologram = hologram_spec(pixels, size);
   const auto target = target_of(distance_m, options);
   const auto opened = open(options.on);
-  Propagator propagator(opened.device, {size, hologram.pitch_m, hologram.wavelength_m,
-                                        options.padding, opened.fft});
+  Propagator propagator(
+      opened.device, {size, hologram.pitch_m, hologram.wavelength_m, options.padding, opened.fft});
   cl::ComplexBuffer source(opened.device, stack.samples, "field");
   cl::ComplexBuffer arrived(opened.device, field.size() / static_cast<std::size_t>(stack.frames),
                             "field");
@@ -101,8 +101,8 @@ FieldDouble propagate(const FieldDoubleView& field, const Pixels& pixels, double
   const auto plane = static_cast<std::ptrdiff_t>(field.nx) * field.ny;
   for (int frame = 0; frame < field.frames; ++frame) {
     const auto* first = field.samples + frame * plane;
-    const auto arrived = reference::shifted_angular_spectrum(
-        {first, first + plane}, setup, padded_size(size, options.padding));
+    const auto arrived = reference::shifted_angular_spectrum({first, first + plane}, setup,
+                                                             padded_size(size, options.padding));
     result.samples.insert(result.samples.end(), arrived.begin(), arrived.end());
   }
   return result;
@@ -125,15 +125,14 @@ Picture lens(const Scene& scene, const ViewOptions& options, int points) {
   const DeviceScene arrays(opened.device, world, plan);
   const LensSpec what{options.z_m, window_of(options), vector_of(options.view),
                       vector_of(options.aperture), points};
-  return as_picture(lens_picture(opened.device, plan, arrays, what,
-                                 share_of(options.progress, "lens")));
+  return as_picture(
+      lens_picture(opened.device, plan, arrays, what, share_of(options.progress, "lens")));
 }
 
 Levels encode(const FieldView& field, const Slm& slm, const Pixels& pixels,
               const DeviceOptions& on) {
   const auto stack = field_of(field, "field");
-  const auto panel =
-      std::make_shared<const Panel>(panel_of(slm, {stack.nx, stack.ny}, pixels));
+  const auto panel = std::make_shared<const Panel>(panel_of(slm, {stack.nx, stack.ny}, pixels));
   const auto opened = open(on);
   Encoder encoder(opened.device, panel);
   Levels levels{stack.nx, stack.ny, stack.frames, panel->slm().bits, {}, {}};

@@ -120,8 +120,8 @@ Plan plan(const Scene& scene, const Goal& goal, const std::string& device) {
   chosen->scene = planned.scene;
   chosen->is_planned = true;
   auto text = plan_report_text(planned, world), json = plan_report_json(planned, world);
-  return Plan(std::make_shared<Plan::State>(Plan::State{
-      std::move(planned), std::move(text), std::move(json), Scene(std::move(chosen))}));
+  return Plan(std::make_shared<Plan::State>(
+      Plan::State{std::move(planned), std::move(text), std::move(json), Scene(std::move(chosen))}));
 }
 
 Hologram::Hologram(std::shared_ptr<const State> state) : state_(std::move(state)) {}
@@ -238,8 +238,7 @@ void Renderer::set_seed(std::uint32_t seed) {
 Hologram Renderer::render() {
   const Turn turn(state_->mutex, state_->is_busy);
   auto result = state_->renderer.render();
-  return hologram_of(state_->renderer.scene(), std::move(result), state_->opened,
-                     state_->warnings);
+  return hologram_of(state_->renderer.scene(), std::move(result), state_->opened, state_->warnings);
 }
 
 void Renderer::render(const RenderTarget& target) {
@@ -253,7 +252,8 @@ void Renderer::render(const RenderTarget& target) {
     std::memcpy(to, frame.data(), frame.size());
     to += frame.size();
   }
-  if (target.field) std::copy(result.field.samples.begin(), result.field.samples.end(), target.field);
+  if (target.field)
+    std::copy(result.field.samples.begin(), result.field.samples.end(), target.field);
 }
 
 namespace {
@@ -265,8 +265,7 @@ RefineSettings settings_of(const RefineOptions& options, RefineSettings settings
     if (!value) return;
     if (!(*value >= least && *value <= most))
       throw InputError(std::string(name) + ": must be " + number_text(least) + " to " +
-                       number_text(most) + ", got " +
-                       number_text(static_cast<double>(*value)));
+                       number_text(most) + ", got " + number_text(static_cast<double>(*value)));
     setting = *value;
   };
   if (options.iterations && options.budget_s)

@@ -28,8 +28,8 @@ bool reads_the_same(const Scene::State& a, const Scene::State& b) {
          a.meshes == b.meshes &&
          std::equal(a.scene.objects.begin(), a.scene.objects.end(), b.scene.objects.begin(),
                     b.scene.objects.end(), same_object) &&
-         std::equal(a.scene.materials.begin(), a.scene.materials.end(),
-                    b.scene.materials.begin(), b.scene.materials.end(), same_texture);
+         std::equal(a.scene.materials.begin(), a.scene.materials.end(), b.scene.materials.begin(),
+                    b.scene.materials.end(), same_texture);
 }
 
 /// Names the meshes that no file holds.

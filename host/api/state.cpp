@@ -138,8 +138,8 @@ FieldView view_of(const FieldStack& stack) {
 void require_pose(std::size_t object, std::size_t objects, const Vec3& position_m,
                   const Vec3& rotation_deg) {
   if (object >= objects)
-    throw InputError("object " + std::to_string(object) + ": there are " +
-                     std::to_string(objects) + ", counted from 0");
+    throw InputError("object " + std::to_string(object) + ": there are " + std::to_string(objects) +
+                     ", counted from 0");
   for (const double x : position_m)
     if (!within(x, 1e4))
       throw InputError("position: must be -10000 to 10000 m, got " + number_text(x));

@@ -3,13 +3,12 @@
 /// raywave:: in front, the installed ones without.
 #pragma once
 
-#include <raywave/raywave.hpp>
-
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <raywave/raywave.hpp>
 #include <string>
 #include <vector>
 
@@ -61,8 +60,8 @@ struct Plan::State {
 
 struct Hologram::State {
   raywave::Scene scene;
-  RenderResult result;                // without levels
-  std::vector<std::uint8_t> levels;   // of all frames
+  RenderResult result;               // without levels
+  std::vector<std::uint8_t> levels;  // of all frames
   std::string report;
 };
 

@@ -20,7 +20,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/scene/scene.hpp"
+#include "host/scene/scene_text.hpp"
 #include "host/scene/units.hpp"
 
 namespace raywave {

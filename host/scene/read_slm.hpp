@@ -10,7 +10,7 @@
 
 namespace raywave {
 
-struct SceneText;  // host/scene/scene.hpp
+struct SceneText;  // host/scene/scene_text.hpp
 class Section;     // host/scene/document.hpp
 
 /// Section [slm] of a scene. The LUT and the flatness picture are read, too.

@@ -17,6 +17,7 @@
 #include <string_view>
 #include <vector>
 
+#include "host/scene/scene_text.hpp"
 #include "host/scene/slm.hpp"
 
 namespace raywave {
@@ -178,17 +179,6 @@ struct Scene {
   std::vector<Material> materials;  // [0] is the default of an object that names none
   std::vector<Object> objects;
 };
-
-/// The text of a scene file, from wherever it comes.
-struct SceneText {
-  std::string toml;
-  std::filesystem::path file;    // its name, for messages
-  std::filesystem::path folder;  // of the files that it names
-  bool needs_meshes = true;      // false: an object may lack `mesh`; its path is then empty
-};
-
-/// throws  InputError when the file cannot be read, or is larger than 1 MiB
-SceneText read_scene_text(const std::filesystem::path& file);
 
 /// Checks a scene, as load_scene does.
 Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrides = {});

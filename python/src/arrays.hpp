@@ -126,24 +126,22 @@ bool is_of(const auto& array) {
 template <class T>
 const T* data_of(const AnyArray& array, const char* name) {
   if (!is_of<T>(array))
-    refuse(name, std::string("must be ") + name_of_type<T>() + ", got " +
-                     dtype_name(array.dtype()));
+    refuse(name,
+           std::string("must be ") + name_of_type<T>() + ", got " + dtype_name(array.dtype()));
   return static_cast<const T*>(array.data());
 }
 
 /// Memory of the caller's for `size` results.
 template <class T>
-T* out_data(nb::handle object, const char* name, int frames, int ny, int nx,
-            nb::ndarray<>& array) {
+T* out_data(nb::handle object, const char* name, int frames, int ny, int nx, nb::ndarray<>& array) {
   if (!nb::try_cast<nb::ndarray<>>(object, array, false) || !array.is_valid()) {
     AnyArray read_only;
     if (try_array(object, read_only)) refuse(name, "is read-only");
     refuse(name, std::string("must be a NumPy array, or a buffer, in host memory, got ") +
                      Py_TYPE(object.ptr())->tp_name);
   }
-  const std::string shape =
-      (frames == 1 ? "(" : "(" + std::to_string(frames) + ", ") + std::to_string(ny) + ", " +
-      std::to_string(nx) + ")";
+  const std::string shape = (frames == 1 ? "(" : "(" + std::to_string(frames) + ", ") +
+                            std::to_string(ny) + ", " + std::to_string(nx) + ")";
   require_plain(array, name, 2, 3, shape.c_str());
   const auto n = array.ndim();
   const auto planes = n == 3 ? array.shape(0) : 1;
@@ -152,8 +150,8 @@ T* out_data(nb::handle object, const char* name, int frames, int ny, int nx,
       array.shape(n - 1) != static_cast<std::size_t>(nx))
     refuse(name, "must have the shape " + shape + ", got " + shape_text(array));
   if (!is_of<T>(array))
-    refuse(name, std::string("must be ") + name_of_type<T>() + ", got " +
-                     dtype_name(array.dtype()));
+    refuse(name,
+           std::string("must be ") + name_of_type<T>() + ", got " + dtype_name(array.dtype()));
   return static_cast<T*>(array.data());
 }
 

@@ -50,7 +50,8 @@ raywave::PictureView picture_view(const AnyArray& array, const char* name) {
 
 void require_sides(const AnyArray& array, const char* name) {
   for (std::size_t i = 0; i < array.ndim(); ++i)
-    if (array.shape(i) > (std::size_t{1} << 30)) refuse(name, "has more samples than raywave takes");
+    if (array.shape(i) > (std::size_t{1} << 30))
+      refuse(name, "has more samples than raywave takes");
 }
 
 AnyArray planes_of(nb::handle object, const char* name) {
@@ -107,8 +108,7 @@ std::vector<std::array<double, n>> vectors_of(nb::handle object, const char* nam
 
 std::vector<std::array<std::uint32_t, 3>> faces_of(nb::handle object, const char* name) {
   const auto array = array_of(object, name, 2, 2, "(n, 3)");
-  if (array.shape(1) != 3)
-    refuse(name, "must have the shape (n, 3), got " + shape_text(array));
+  if (array.shape(1) != 3) refuse(name, "must have the shape (n, 3), got " + shape_text(array));
   std::vector<std::array<std::uint32_t, 3>> faces(array.shape(0));
   const auto fill = [&](const auto* data) {
     for (std::size_t i = 0; i < 3 * faces.size(); ++i) {
@@ -240,7 +240,7 @@ raywave::ViewOptions view_options(double z, std::optional<raywave::Vec2> window,
 }
 
 Array propagate(nb::handle u, raywave::Pixels pixels, double distance, raywave::Vec2 shift,
-                     double padding, const std::string& device, const std::string& fft) {
+                double padding, const std::string& device, const std::string& fft) {
   const auto array = plane_of(u, "u");
   raywave::PropagateOptions options;
   options.shift_m = shift;
@@ -269,8 +269,12 @@ Array propagate(nb::handle u, raywave::Pixels pixels, double distance, raywave::
 raywave::Levels levels_of(nb::handle object, const char* name) {
   const auto array = planes_of(object, name);
   const auto n = array.ndim();
-  raywave::Levels levels{static_cast<int>(array.shape(n - 1)), static_cast<int>(array.shape(n - 2)),
-                         n == 3 ? static_cast<int>(array.shape(0)) : 1, 8, {}, {}};
+  raywave::Levels levels{static_cast<int>(array.shape(n - 1)),
+                         static_cast<int>(array.shape(n - 2)),
+                         n == 3 ? static_cast<int>(array.shape(0)) : 1,
+                         8,
+                         {},
+                         {}};
   if (is_of<std::uint8_t>(array)) {
     const auto* data = static_cast<const std::uint8_t*>(array.data());
     levels.bytes.assign(data, data + array.size());
@@ -339,9 +343,8 @@ NB_MODULE(_core, m) {
   m.def(
       "parse_scene",
       [](const std::string& toml, const std::string& folder,
-         const std::vector<std::string>& overrides, const std::string& name) {
-        return raywave::parse_scene(toml, folder, overrides, name);
-      },
+         const std::vector<std::string>& overrides,
+         const std::string& name) { return raywave::parse_scene(toml, folder, overrides, name); },
       "toml"_a, "folder"_a, "overrides"_a, "name"_a);
 
   nb::class_<raywave::Slm>(m, "Slm")
@@ -360,12 +363,11 @@ NB_MODULE(_core, m) {
       },
       "toml"_a, "folder"_a);
 
-  nb::class_<raywave::Goal>(m, "Goal").def("__init__", [](raywave::Goal* goal,
-                                                          const std::string& preset,
-                                                          std::optional<double> budget,
-                                                          std::optional<double> psnr) {
-    new (goal) raywave::Goal(goal_of(preset, budget, psnr));
-  }, "preset"_a, "budget"_a.none(), "psnr"_a.none());
+  nb::class_<raywave::Goal>(m, "Goal").def(
+      "__init__",
+      [](raywave::Goal* goal, const std::string& preset, std::optional<double> budget,
+         std::optional<double> psnr) { new (goal) raywave::Goal(goal_of(preset, budget, psnr)); },
+      "preset"_a, "budget"_a.none(), "psnr"_a.none());
 
   nb::class_<raywave::Plan>(m, "Plan")
       .def_prop_ro("text", &raywave::Plan::text)
@@ -379,30 +381,28 @@ NB_MODULE(_core, m) {
         nb::call_guard<nb::gil_scoped_release>());
 
   nb::class_<raywave::RenderOptions>(m, "RenderOptions")
-      .def("__init__",
-           [](raywave::RenderOptions* self, const std::string& device, const std::string& fft,
-              const raywave::Goal& goal, const std::string& method, int rays, bool keep_field) {
-             new (self) raywave::RenderOptions(
-                 render_options(device, fft, goal, method, rays, keep_field));
-           },
-           "device"_a, "fft"_a, "goal"_a, "method"_a, "rays"_a, "keep_field"_a);
+      .def(
+          "__init__",
+          [](raywave::RenderOptions* self, const std::string& device, const std::string& fft,
+             const raywave::Goal& goal, const std::string& method, int rays, bool keep_field) {
+            new (self)
+                raywave::RenderOptions(render_options(device, fft, goal, method, rays, keep_field));
+          },
+          "device"_a, "fft"_a, "goal"_a, "method"_a, "rays"_a, "keep_field"_a);
 
   nb::class_<raywave::Hologram>(m, "Hologram")
       .def_prop_ro("frames", &raywave::Hologram::frames)
       .def_prop_ro("pixels", &raywave::Hologram::pixels)
-      .def("levels",
-           [](const raywave::Hologram& h) { return hologram_view(h, h.levels().data()); })
+      .def("levels", [](const raywave::Hologram& h) { return hologram_view(h, h.levels().data()); })
       .def("field",
            [](const raywave::Hologram& h) -> Array {
              const auto field = h.field();
-             return field.samples ? hologram_view(h, field.samples)
-                                 : nb::borrow<Array>(nb::none());
+             return field.samples ? hologram_view(h, field.samples) : nb::borrow<Array>(nb::none());
            })
       .def("refined",
            [](const raywave::Hologram& h) -> Array {
              const auto field = h.refined();
-             return field ? hologram_view(h, field->samples)
-                         : nb::borrow<Array>(nb::none());
+             return field ? hologram_view(h, field->samples) : nb::borrow<Array>(nb::none());
            })
       .def("shown",
            [](const raywave::Hologram& h) {
@@ -413,9 +413,10 @@ NB_MODULE(_core, m) {
              }
              return field_array(std::move(field));
            })
-      .def("for_slm",
-           [](const raywave::Hologram& h, int frame) { return levels_array(h.for_slm(frame)); },
-           "frame"_a)
+      .def(
+          "for_slm",
+          [](const raywave::Hologram& h, int frame) { return levels_array(h.for_slm(frame)); },
+          "frame"_a)
       .def("report", &raywave::Hologram::report)
       .def_prop_ro("notes", &raywave::Hologram::notes);
 
@@ -453,16 +454,16 @@ NB_MODULE(_core, m) {
            "progress"_a.none());
 
   nb::class_<raywave::RefineOptions>(m, "RefineOptions")
-      .def("__init__",
-           [](raywave::RefineOptions* self, std::optional<int> iterations, std::optional<int> views,
-              std::optional<int> lens_points, std::optional<double> brightness,
-              std::optional<double> blur, std::optional<double> budget,
-              std::vector<double> depths) {
-             new (self) raywave::RefineOptions(refine_options(
-                 iterations, views, lens_points, brightness, blur, budget, std::move(depths)));
-           },
-           "iterations"_a.none(), "views"_a.none(), "lens_points"_a.none(), "brightness"_a.none(),
-           "blur"_a.none(), "budget"_a.none(), "depths"_a);
+      .def(
+          "__init__",
+          [](raywave::RefineOptions* self, std::optional<int> iterations, std::optional<int> views,
+             std::optional<int> lens_points, std::optional<double> brightness,
+             std::optional<double> blur, std::optional<double> budget, std::vector<double> depths) {
+            new (self) raywave::RefineOptions(refine_options(
+                iterations, views, lens_points, brightness, blur, budget, std::move(depths)));
+          },
+          "iterations"_a.none(), "views"_a.none(), "lens_points"_a.none(), "brightness"_a.none(),
+          "blur"_a.none(), "budget"_a.none(), "depths"_a);
   m.def(
       "refine_scene",
       [](const raywave::Scene& scene, raywave::RefineOptions options,
@@ -496,7 +497,8 @@ NB_MODULE(_core, m) {
         }
         return field_array(std::move(result));
       },
-      "field"_a.none(), "pixels"_a, "targets"_a, "options"_a, "device"_a, "fft"_a, "progress"_a.none());
+      "field"_a.none(), "pixels"_a, "targets"_a, "options"_a, "device"_a, "fft"_a,
+      "progress"_a.none());
 
   m.def("propagate", &propagate, "u"_a.none(), "pixels"_a, "distance"_a, "shift"_a, "padding"_a,
         "device"_a, "fft"_a);
@@ -516,8 +518,8 @@ NB_MODULE(_core, m) {
         }
         return picture_array(std::move(picture));
       },
-      "field"_a.none(), "pixels"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "device"_a, "fft"_a,
-      "progress"_a.none());
+      "field"_a.none(), "pixels"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "device"_a,
+      "fft"_a, "progress"_a.none());
   m.def(
       "lens",
       [](const raywave::Scene& scene, double z, std::optional<raywave::Vec2> window,

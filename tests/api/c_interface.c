@@ -7,12 +7,12 @@
 
 static int failures = 0;
 
-#define CHECK(condition)                                                               \
-  do {                                                                                 \
-    if (!(condition)) {                                                                \
-      ++failures;                                                                      \
+#define CHECK(condition)                                                                    \
+  do {                                                                                      \
+    if (!(condition)) {                                                                     \
+      ++failures;                                                                           \
       fprintf(stderr, "%s:%d: %s (%s)\n", __FILE__, __LINE__, #condition, raywave_error()); \
-    }                                                                                  \
+    }                                                                                       \
   } while (0)
 
 enum { nx = 48, ny = 32, frames = 2, samples = nx * ny * frames };

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // The shared library through its installed headers alone, as another program uses it.
 #include <raywave/raywave.h>
-#include <raywave/raywave.hpp>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <complex>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <optional>
+#include <raywave/raywave.hpp>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -71,8 +74,8 @@ std::vector<std::complex<float>> samples_in(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
   std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
   REQUIRE(bytes.size() > 10);
-  const auto header = 10 + static_cast<unsigned char>(bytes[8]) +
-                      256u * static_cast<unsigned char>(bytes[9]);
+  const auto header =
+      10 + static_cast<unsigned char>(bytes[8]) + 256u * static_cast<unsigned char>(bytes[9]);
   std::vector<std::complex<float>> samples((bytes.size() - header) / sizeof(std::complex<float>));
   std::memcpy(samples.data(), bytes.data() + header, samples.size() * sizeof(samples[0]));
   return samples;

@@ -4,8 +4,7 @@
 
 #include <raywave/render.hpp>
 
-namespace raywave {
-RAYWAVE_VERSIONED {
+namespace RAYWAVE_NAMESPACE {
 
 struct PropagateOptions {
   // Target centre minus source centre
@@ -35,8 +34,8 @@ RAYWAVE_API FieldDouble propagate(const FieldDoubleView& field, const Pixels& pi
 
 /// The plane looked at, on the object's side, and from where.
 struct ViewOptions {
-  double z_m = 0.1;                  // > 0
-  std::optional<Vec2> window_m{};      // size of the picture; empty: the hologram's
+  double z_m = 0.1;                // > 0
+  std::optional<Vec2> window_m{};  // size of the picture; empty: the hologram's
   // Centre of the part of the hologram that lets light through, in half holograms: (-1, -1) bottom
   // left to (1, 1) top right
   Vec2 view{0, 0};
@@ -95,7 +94,7 @@ RAYWAVE_API FieldComparison compare(const FieldView& a, const FieldView& b);
 struct CompareOptions {
   double blur_px = 0;  // standard deviation of the Gaussian that both are blurred with first
   int border_px = 0;   // left out on every side
-  std::string domain = "intensity";          // or "amplitude", "srgb"
+  std::string domain = "intensity";            // or "amplitude", "srgb"
   std::optional<std::array<int, 4>> region{};  // x, y, width, height: of the speckle contrast
 };
 
@@ -113,5 +112,4 @@ struct PictureComparison {
 RAYWAVE_API PictureComparison compare(const PictureView& a, const PictureView& b,
                                       const CompareOptions& options = {});
 
-}
-}  // namespace raywave
+}  // namespace RAYWAVE_NAMESPACE

@@ -13,5 +13,6 @@
 /// instead.
 #pragma once
 
-#include <raywave/light.hpp>
 #include <raywave/version.h>
+
+#include <raywave/light.hpp>

@@ -2,13 +2,11 @@
 /// Plans, renders and holograms.
 #pragma once
 
-#include <raywave/scene.hpp>
-
 #include <map>
+#include <raywave/scene.hpp>
 #include <utility>
 
-namespace raywave {
-RAYWAVE_VERSIONED {
+namespace RAYWAVE_NAMESPACE {
 
 /// An OpenCL device.
 struct Device {
@@ -179,5 +177,4 @@ struct RefineOptions {
 /// throws  InputError for the scene and its SLM, DeviceError for the device, Cancelled
 RAYWAVE_API Hologram refine(const Scene& scene, const RefineOptions& options = {});
 
-}
-}  // namespace raywave
+}  // namespace RAYWAVE_NAMESPACE

@@ -2,14 +2,12 @@
 /// Scenes, from files or from memory.
 #pragma once
 
+#include <filesystem>
+#include <memory>
 #include <raywave/error.hpp>
 #include <raywave/types.hpp>
 
-#include <filesystem>
-#include <memory>
-
-namespace raywave {
-RAYWAVE_VERSIONED {
+namespace RAYWAVE_NAMESPACE {
 
 /// A scene as its file describes it (docs/scene.md lists every key), and meshes from memory. Copies
 /// are cheap: they share what is equal. Meshes and textures are read from their files once, when
@@ -102,5 +100,4 @@ RAYWAVE_API Slm load_slm(const std::filesystem::path& file,
 RAYWAVE_API Slm parse_slm(const std::string& toml, const std::filesystem::path& folder = ".",
                           const std::vector<std::string>& overrides = {});
 
-}
-}  // namespace raywave
+}  // namespace RAYWAVE_NAMESPACE

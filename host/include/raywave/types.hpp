@@ -21,13 +21,12 @@
 // Names of the library have a version of their own: rooms of the library that were never meant for
 // others may have the same names (raywave::Scene), and stay apart from them.
 #ifdef RAYWAVE_BUILDING
-#define RAYWAVE_VERSIONED namespace v0
+#define RAYWAVE_NAMESPACE raywave::v0
 #else
-#define RAYWAVE_VERSIONED inline namespace v0
+#define RAYWAVE_NAMESPACE raywave::inline v0
 #endif
 
-namespace raywave {
-RAYWAVE_VERSIONED {
+namespace RAYWAVE_NAMESPACE {
 
 using Vec2 = std::array<double, 2>;  // x right, y up
 using Vec3 = std::array<double, 3>;
@@ -104,5 +103,4 @@ struct MeshView {
 /// throws itself pass through.
 using Progress = std::function<bool(const std::string& what, double share)>;
 
-}
-}  // namespace raywave
+}  // namespace RAYWAVE_NAMESPACE
