@@ -139,8 +139,12 @@ void set_mesh(raywave::Scene& scene, std::size_t object, nb::handle vertices, nb
   const auto corners = faces_of(faces, "faces");
   const auto uvs = vectors_of<2>(uv, "uv");
   const auto directions = vectors_of<3>(normals, "normals");
-  const nb::gil_scoped_release release;
-  scene.set_mesh(object, {points, corners, uvs, directions});
+  auto changed = scene;  // other threads may use the scene meanwhile
+  {
+    const nb::gil_scoped_release release;
+    changed.set_mesh(object, {points, corners, uvs, directions});
+  }
+  scene = changed;
 }
 
 raywave::Goal goal_of(const std::string& preset, std::optional<double> budget,
@@ -153,7 +157,7 @@ struct Renderer {
   Renderer(const raywave::Scene& scene, raywave::RenderOptions options, const nb::object& progress)
       : renderer(make(scene, std::move(options), progress)) {}
 
-  static raywave::Renderer make(const raywave::Scene& scene, raywave::RenderOptions options,
+  static raywave::Renderer make(raywave::Scene scene, raywave::RenderOptions options,
                                 const nb::object& progress) {
     options.progress = [](const std::string& what, double share) {
       return !*current() || (**current())(what, share);
@@ -377,8 +381,14 @@ NB_MODULE(_core, m) {
       .def_prop_ro("psnr_db", &raywave::Plan::psnr_db)
       .def_prop_ro("device_bytes", &raywave::Plan::device_bytes)
       .def_prop_ro("scene", &raywave::Plan::scene);
-  m.def("plan", &raywave::plan, "scene"_a, "goal"_a, "device"_a,
-        nb::call_guard<nb::gil_scoped_release>());
+  // Scenes come by value: other threads may change theirs while the GIL is released.
+  m.def(
+      "plan",
+      [](raywave::Scene scene, const raywave::Goal& goal, const std::string& device) {
+        const nb::gil_scoped_release release;
+        return raywave::plan(scene, goal, device);
+      },
+      "scene"_a, "goal"_a, "device"_a);
 
   nb::class_<raywave::RenderOptions>(m, "RenderOptions")
       .def(
@@ -422,7 +432,7 @@ NB_MODULE(_core, m) {
 
   m.def(
       "render",
-      [](const raywave::Scene& scene, raywave::RenderOptions options, const nb::object& progress) {
+      [](raywave::Scene scene, raywave::RenderOptions options, const nb::object& progress) {
         options.progress = progress_of(progress);
         const nb::gil_scoped_release release;
         return raywave::render(scene, options);
@@ -466,8 +476,8 @@ NB_MODULE(_core, m) {
           "blur"_a.none(), "budget"_a.none(), "depths"_a);
   m.def(
       "refine_scene",
-      [](const raywave::Scene& scene, raywave::RefineOptions options,
-         const raywave::RenderOptions& render, const nb::object& progress) {
+      [](raywave::Scene scene, raywave::RefineOptions options, const raywave::RenderOptions& render,
+         const nb::object& progress) {
         options.render = render;
         options.render.progress = progress_of(progress);
         const nb::gil_scoped_release release;
@@ -522,8 +532,8 @@ NB_MODULE(_core, m) {
       "fft"_a, "progress"_a.none());
   m.def(
       "lens",
-      [](const raywave::Scene& scene, double z, std::optional<raywave::Vec2> window,
-         raywave::Vec2 view, raywave::Vec2 aperture, int points, const std::string& device,
+      [](raywave::Scene scene, double z, std::optional<raywave::Vec2> window, raywave::Vec2 view,
+         raywave::Vec2 aperture, int points, const std::string& device,
          const nb::object& progress) {
         auto options = view_options(z, window, view, aperture, device, "");
         options.progress = progress_of(progress);

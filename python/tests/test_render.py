@@ -265,6 +265,26 @@ def test_several_threads_may_use_one_renderer_and_several(scene):
     assert not failures
 
 
+def test_a_scene_may_change_while_other_threads_render_it(scene):
+    done, pictures = threading.Event(), []
+
+    def work():
+        while not done.is_set():
+            pictures.append(rw.render(scene).levels.shape)
+
+    threads = [threading.Thread(target=work) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for seed in range(60):
+        scene.set({"sampling.seed": seed})
+        scene.objects[0].mesh = scene.objects[0].mesh
+        scene.objects[0].position = (0, 0, 0.01 + 1e-6 * seed)
+    done.set()
+    for thread in threads:
+        thread.join()
+    assert pictures and set(pictures) == {(32, 48)}
+
+
 def test_200_renderers_made_and_dropped_leave_memory_as_it_was(scene):
     def resident_mib():
         with open("/proc/self/statm") as file:
