@@ -92,6 +92,10 @@ class Installed(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stderr, r"\Aturntable: none\.toml: there is no such file\n\Z")
 
+    def test_the_prefix_holds_what_the_docs_say(self):
+        self.assertEqual({p.name for p in self.prefix.iterdir()},
+                         {"bin", "include", "lib", "libexec", "share"})
+
     def test_the_program_finds_its_readers_in_the_prefix(self):
         run(self.prefix / "bin/raywave", "render", "scene.toml", "-o", "out", "--quiet",
             cwd=self.empty)
