@@ -38,8 +38,8 @@ struct Meshes {
   std::vector<std::size_t> of_object;  // index into `meshes`
 };
 
-/// in_memory  by object, meshes that stand for files, null where there is none: a file's raw mesh as
-///            finish_mesh takes it
+/// in_memory  by object, meshes that stand for files, null where there is none: raw, as finish_mesh
+///            takes them
 /// throws     InputError when a mesh is unusable, or when the scene has no object
 Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mesh>> in_memory = {});
 

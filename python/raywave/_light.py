@@ -213,8 +213,8 @@ def encode(
 
     u: (ny, nx) or (frames, ny, nx), complex64.
     slm: keys of section [slm] (docs/slm.md), such as {"encoding": "double-phase",
-    "shift": ["2 mm", "0 mm"]}; a file with that section; or a Scene, for its SLM. None: a phase-only
-    SLM of 256 levels to a turn.
+    "shift": ["2 mm", "0 mm"]}; a file with that section; or a Scene, for its SLM. None: a
+    phase-only SLM of 256 levels to a turn.
     pitch, wavelength: in metres; holo.field knows its own.
 
     Returns uint8 (uint16 where levels have more than 8 bits) of u's shape, in the hologram's frame:

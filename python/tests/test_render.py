@@ -212,7 +212,8 @@ def test_progress_runs_to_the_end_and_can_stop(scene):
 
 
 def test_ctrl_c_stops_a_render_at_its_next_step(scene):
-    scene.set({"sampling.frames": 4096, "hologram.resolution": [256, 256], "sampling.pitch": "5 um"})
+    scene.set({"sampling.frames": 4096, "hologram.resolution": [256, 256],
+               "sampling.pitch": "5 um"})
     renderer = rw.Renderer(scene, field=False)
     timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
     timer.start()

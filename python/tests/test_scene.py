@@ -48,7 +48,8 @@ def test_materials_lights_and_text_come_through_as_written():
     assert scene.values["materials"][1]["name"] == "matt gold"
     assert scene.values["materials"][1]["diffuse"] == [0.9, 0.7, 0.1]
     assert scene.values["lights"][1] == {"type": "ambient", "intensity": 0.25}
-    assert rw.Scene('[[light]]\n"type" = "ambient"\n[[object]]\n').values["objects"][0]["mesh"] == ""
+    text = '[[light]]\n"type" = "ambient"\n[[object]]\n'
+    assert rw.Scene(text).values["objects"][0]["mesh"] == ""
 
 
 def test_a_refused_value_leaves_the_scene_as_it_was(scene):
