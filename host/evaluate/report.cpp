@@ -82,7 +82,8 @@ Json json_of(const Scene& scene) {
       {"visibility", scene.sampling.visibility},
       {"seed", scene.sampling.seed},
       {"frames", scene.sampling.frames}};
-  j["trace"] = {{"depth", scene.trace.depth}, {"shadows", scene.trace.shadows}};
+  j["trace"] = {{"bounces", name_of(scene.trace.bounces)}, {"shadows", scene.trace.shadows}};
+  j["trace"]["depth"] = scene.trace.depth ? Json(*scene.trace.depth) : Json("auto");
   if (const auto& refine = scene.refine) {
     j["refine"] = {{"views", refine->views},
                    {"brightness", refine->brightness},
@@ -109,9 +110,11 @@ Json json_of(const Scene& scene) {
                   {"diffuse", json_of(m.diffuse)},
                   {"specular", json_of(m.specular)},
                   {"shininess", m.shininess},
-                  {"reflectivity", m.reflectivity},
-                  {"transparency", m.transparency},
-                  {"ior", m.ior}};
+                  {"reflectivity", m.reflectivity.at(scene.hologram.wavelength_m)},
+                  {"transparency", m.transparency.at(scene.hologram.wavelength_m)},
+                  {"ior", m.ior.at(scene.hologram.wavelength_m)},
+                  {"attenuation", m.attenuation.at(scene.hologram.wavelength_m)},
+                  {"attenuation_distance_m", m.attenuation_distance_m}};
     if (m.texture) material["texture"] = m.texture->string();
     j["materials"].push_back(material);
   }

@@ -106,7 +106,8 @@ Sides sides_of(std::span<const AreaSample> samples, const Motion& motion) {
 }
 
 /// The mean depth of the near sides of all objects.
-double middle_of_surfaces(const World& world, const std::vector<std::vector<AreaSample>>& samples) {
+double middle_of_surfaces(const World& world, const std::vector<std::vector<AreaSample>>& samples,
+                          std::span<const DepthWeight> more) {
   std::vector<Sides> objects(samples.size());
   auto& threads = cl::Threads::shared();
   threads.for_each(std::min(threads.count(), samples.size()), samples.size(), 1,
@@ -120,6 +121,10 @@ double middle_of_surfaces(const World& world, const std::vector<std::vector<Area
     depth += sides.depth[near];
     area += sides.area[near];
   }
+  for (const auto& other : more) {
+    depth += other.seen_m2 * other.z_m;
+    area += other.seen_m2;
+  }
   const double middle_m = depth / area;
   return std::isfinite(middle_m) ? middle_m : (world.min_m.z + world.max_m.z) / 2;
 }
@@ -128,6 +133,9 @@ double middle_of_surfaces(const World& world, const std::vector<std::vector<Area
 /// that.
 class DepthHistogram {
 public:
+  /// Adds an area at one depth.
+  void add(double z_m, double area) { add({z_m, z_m, z_m}, area); }
+
   DepthHistogram(double near_m, double far_m)
       : near_m_(near_m), bin_m_((far_m - near_m) / depth_bins) {}
 
@@ -291,15 +299,26 @@ Extents extents_of(const World& world, const SeenThrough& seen) {
   return extents_from(largest);
 }
 
-std::vector<double> middles_of_surfaces(const World& world, int layers) {
+std::vector<double> middles_of_surfaces(const World& world, int layers,
+                                        const std::vector<bool>& dark,
+                                        std::span<const DepthWeight> more) {
   auto every = std::vector<std::vector<AreaSample>>(world.object_closed.size());
   if (world.area_samples.empty()) {
     for (std::size_t i = 0; i < world.triangles.size(); ++i)
       every[static_cast<std::size_t>(world.triangle_object[i])].push_back(area_sample(world, i, 1));
   }
-  const auto& samples = world.area_samples.empty() ? every : world.area_samples;
-  if (layers == 1) return {middle_of_surfaces(world, samples)};
-  const DepthHistogram none(world.min_m.z, world.max_m.z);
+  if (!dark.empty() && !world.area_samples.empty()) every = world.area_samples;
+  for (std::size_t i = 0; i < dark.size(); ++i) {
+    if (dark[i]) every[i].clear();
+  }
+  const auto& samples = world.area_samples.empty() || !dark.empty() ? every : world.area_samples;
+  if (layers == 1) return {middle_of_surfaces(world, samples, more)};
+  double near_m = world.min_m.z, far_m = world.max_m.z;
+  for (const auto& other : more) {
+    near_m = std::min(near_m, other.z_m);
+    far_m = std::max(far_m, other.z_m);
+  }
+  const DepthHistogram none(near_m, far_m);
   auto all = none;
   for (const auto& of_object : samples) {
     std::array<DepthHistogram, 2> sides{none, none};
@@ -311,8 +330,9 @@ std::vector<double> middles_of_surfaces(const World& world, int layers) {
     }
     all.add(sides[0].mean() < sides[1].mean() ? sides[0] : sides[1]);
   }
+  for (const auto& other : more) all.add(other.z_m, other.seen_m2);
   const auto means = all.means(layers);
-  return means.empty() ? std::vector{(world.min_m.z + world.max_m.z) / 2} : means;
+  return means.empty() ? std::vector{(near_m + far_m) / 2} : means;
 }
 
 }  // namespace raywave

@@ -53,12 +53,21 @@ Extents extents_of(std::span<const glm::dvec3> points, const SeenThrough& seen);
 /// Extents of all surfaces of a world, to a few roundings.
 Extents extents_of(const World& world, const SeenThrough& seen);
 
+/// Sources of light that are no surfaces of their own: what mirrors and glass show.
+struct DepthWeight {
+  double z_m = 0;
+  double seen_m2 = 0;  // twice the area that the hologram sees
+};
+
 /// Distances (m) of WRPs from the hologram at which aimed gathering costs least. Footprints grow
 /// with the distance of a sample from its WRP, so these are the mean depths of the objects' near
 /// sides, weighted with their area as the hologram sees it.
 ///
 /// layers   number of depth layers; fewer distances are returned when fewer have surfaces. Either
 ///          winding may be the outside.
-std::vector<double> middles_of_surfaces(const World& world, int layers);
+/// dark     objects whose surfaces have no light of their own; none: all have
+std::vector<double> middles_of_surfaces(const World& world, int layers,
+                                        const std::vector<bool>& dark = {},
+                                        std::span<const DepthWeight> more = {});
 
 }  // namespace raywave

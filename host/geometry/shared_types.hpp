@@ -3,6 +3,7 @@
 #pragma once
 
 #include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
 
 #include "cl/program.hpp"
 
@@ -19,6 +20,7 @@ RAYWAVE_CL_TYPE(raywave::device::Material, "Material");
 RAYWAVE_CL_TYPE(raywave::device::Light, "Light");
 RAYWAVE_CL_TYPE(raywave::device::TracePlane, "TracePlane");
 RAYWAVE_CL_TYPE(raywave::device::Sample, "Sample");
+RAYWAVE_CL_TYPE(raywave::device::SamplePath, "SamplePath");
 RAYWAVE_CL_TYPE(raywave::device::Lattice, "Lattice");
 RAYWAVE_CL_TYPE(raywave::device::ProjectedSample, "ProjectedSample");
 RAYWAVE_CL_TYPE(raywave::device::GatherPlane, "GatherPlane");
@@ -26,3 +28,4 @@ RAYWAVE_CL_TYPE(raywave::device::CompactPlane, "CompactPlane");
 RAYWAVE_CL_TYPE(raywave::device::CompactFootprint, "CompactFootprint");
 RAYWAVE_CL_TYPE(raywave::device::LensPlane, "LensPlane");
 RAYWAVE_CL_TYPE(glm::ivec2, "int2");
+RAYWAVE_CL_TYPE(glm::ivec4, "int4");

@@ -182,6 +182,11 @@ Placing placing_of(const Object& object, const World& world, const PlacedObject&
 
 }  // namespace
 
+RayTree ray_tree_of(const World& world) {
+  return {world.positions, world.normals, world.triangles, world.triangle_object,
+          world.object_closed.size()};
+}
+
 World place_objects(const Scene& scene, const Meshes& meshes, Textures textures) {
   World world;
   world.textures = std::move(textures);
@@ -193,6 +198,10 @@ World place_objects(const Scene& scene, const Meshes& meshes, Textures textures)
     world.placed.push_back(place(scene.objects[i], meshes.meshes[mesh], first_vertex, world));
     world.area_samples.push_back(area_samples_from(first_triangle, world));
   }
+  if (std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& object) {
+        return scene.materials[static_cast<std::size_t>(object.material)].is_specular();
+      }))
+    world.ray_tree = std::make_shared<const RayTree>(ray_tree_of(world));
   move_objects(scene, world);
   return world;
 }

@@ -7,10 +7,12 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "host/geometry/motion.hpp"
+#include "host/geometry/ray_tree.hpp"
 #include "host/geometry/vertex_tree.hpp"
 #include "host/scene/files.hpp"
 #include "host/scene/mesh.hpp"
@@ -54,7 +56,9 @@ struct World {
   std::vector<PlacedObject> placed;  // per object; none in worlds that place_objects has not made
   std::vector<Motion> motions;       // per object; none: nothing has moved
   Textures textures;                 // of the scene's materials
-  glm::dvec3 min_m{0}, max_m{0};     // bounding box, as everything is now
+  // For rays on the host; in scenes with mirrors or glass only
+  std::shared_ptr<const RayTree> ray_tree;
+  glm::dvec3 min_m{0}, max_m{0};  // bounding box, as everything is now
 
   Motion motion_of(std::int32_t object) const {
     return motions.empty() ? Motion{} : motions[static_cast<std::size_t>(object)];
@@ -65,6 +69,9 @@ struct World {
 
 /// A triangle as an area sample.
 AreaSample area_sample(const World& world, std::size_t triangle, double share);
+
+/// A tree for rays on the host: RayTree::nearest takes the world's motions.
+RayTree ray_tree_of(const World& world);
 
 /// Positions of all vertices after their objects' motions.
 std::vector<glm::dvec3> positions_now(const World& world);

@@ -55,11 +55,11 @@ std::string why_not_compact(const Scene& scene) {
   if (scene.sampling.mode != SamplingMode::aimed)
     return "rays of a fan start at places in space, which a virtual plane has not";
   const auto bounces = [&](const Object& object) {
-    const auto& material = scene.materials[static_cast<std::size_t>(object.material)];
-    return material.reflectivity > 0 || material.transparency > 0;
+    return scene.materials[static_cast<std::size_t>(object.material)].is_specular();
   };
-  if (scene.trace.depth > 0 && std::any_of(scene.objects.begin(), scene.objects.end(), bounces))
-    return "mirrors and glass send rays, which cannot start on a virtual plane";
+  if (scene.trace.bounces == Bounces::fan && scene.trace.depth != 0 &&
+      std::any_of(scene.objects.begin(), scene.objects.end(), bounces))
+    return "trace.bounces \"fan\" sends rays, which cannot start on a virtual plane";
   return "";
 }
 

@@ -25,12 +25,32 @@ bool holds(const DepthLayer& layer, double z_m) {
   return layer.begin_m <= z_m && z_m < layer.end_m;
 }
 
+/// Middles of what shines: surfaces with light of their own, and images.
+std::vector<double> middles_of_light(const World& world, const Plan& plan, int layers) {
+  if (!plan.has_specular_samples()) return middles_of_surfaces(world, layers);
+  std::vector<bool> dark;
+  bool all_dark = true;
+  for (const auto number : plan.lighting.material_of_object) {
+    const auto& m = plan.lighting.materials[static_cast<std::size_t>(number)];
+    dark.push_back(m.reflectivity.at(plan.wavelength_m) + m.transparency.at(plan.wavelength_m) >=
+                   1);
+    all_dark = all_dark && dark.back();
+  }
+  std::vector<DepthWeight> images;
+  for (const auto& image : plan.images.all) {
+    if (plan.images.near_m <= image.at_m.z && image.at_m.z <= plan.images.far_m)
+      images.push_back({image.at_m.z, 2 * plan.images.step * plan.images.step * image.at_m.z});
+  }
+  if (all_dark && images.empty()) dark.clear();
+  return middles_of_surfaces(world, layers, dark, images);
+}
+
 }  // namespace
 
 std::vector<double> distances_of(const Scene& scene, const World& world, const Plan& plan) {
   // Fans, mirrors and glass send rays from layer to layer, so they allow one distance only.
   const auto& given = scene.wrp.distances_m;
-  const bool gathers_fans = !plan.aimed || plan.bounces > 0;
+  const bool gathers_fans = plan.has_fans();
   if (const auto layers = std::max(given.size(), static_cast<std::size_t>(scene.wrp.layers));
       gathers_fans && layers > 1) {
     throw InputError(one_line(scene.file.string()) + ": wrp.layers " + std::to_string(layers) +
@@ -52,7 +72,7 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
 
   // WRPs that gather samples stand amid the surfaces, where footprints are smallest. WRPs that
   // gather fans stand so far in front that a pixel's cone spans a few samples.
-  if (!gathers_fans) return middles_of_surfaces(world, scene.wrp.layers);
+  if (!gathers_fans) return middles_of_light(world, plan, scene.wrp.layers);
   const auto window = plan.window_m();
   const double cone = std::max(window.x, window.y) / plan.near_m;
   const double across = std::max(samples_across_nearest * scene.sampling.pitch_m,
@@ -61,7 +81,8 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
 }
 
 std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const World& world,
-                                      std::span<const glm::dvec3> positions_m) {
+                                      std::span<const glm::dvec3> positions_m,
+                                      const Images& images) {
   for (;;) {
     // Layers meet midway between their WRPs: there footprints, as wide as |1 - distance / depth|,
     // are equal on both.
@@ -74,6 +95,11 @@ std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const Wor
     if (layers.size() == 1) {
       layers[0].min_m = world.min_m;
       layers[0].max_m = world.max_m;
+      for (const auto& image : images.all) {
+        if (images.near_m > image.at_m.z || image.at_m.z > images.far_m) continue;
+        layers[0].min_m = glm::min(layers[0].min_m, image.at_m);
+        layers[0].max_m = glm::max(layers[0].max_m, image.at_m);
+      }
       return layers;
     }
 
@@ -82,7 +108,7 @@ std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const Wor
     for (auto& layer : layers) {
       layer.min_m = glm::dvec3(std::numeric_limits<double>::infinity());
       layer.max_m = -layer.min_m;
-      for (const auto& p : corners_in(world, positions_m, layer)) {
+      for (const auto& p : corners_in(world, positions_m, layer, images)) {
         layer.min_m = glm::min(layer.min_m, p);
         layer.max_m = glm::max(layer.max_m, p);
       }
@@ -94,8 +120,12 @@ std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const Wor
 }
 
 std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec3> positions_m,
-                                   const DepthLayer& layer) {
+                                   const DepthLayer& layer, const Images& images) {
   std::vector<glm::dvec3> all;
+  for (const auto& image : images.all) {
+    if (images.near_m <= image.at_m.z && image.at_m.z <= images.far_m && holds(layer, image.at_m.z))
+      all.push_back(image.at_m);
+  }
   for (const auto& p : positions_m) {
     if (holds(layer, p.z)) all.push_back(p);
   }

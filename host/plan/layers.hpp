@@ -24,13 +24,14 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
 ///
 /// positions_m  of all vertices; one layer needs none
 std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const World& world,
-                                      std::span<const glm::dvec3> positions_m);
+                                      std::span<const glm::dvec3> positions_m,
+                                      const Images& images);
 
 /// The corners of all surfaces in a layer: vertices of the meshes, and where edges enter or leave
-/// the layer.
+/// the layer; and the images in it.
 ///
 /// positions_m  of all vertices
 std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec3> positions_m,
-                                   const DepthLayer& layer);
+                                   const DepthLayer& layer, const Images& images);
 
 }  // namespace raywave

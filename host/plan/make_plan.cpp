@@ -11,6 +11,7 @@
 #include "host/common/text.hpp"
 #include "host/plan/compact.hpp"
 #include "host/plan/fans.hpp"
+#include "host/plan/images.hpp"
 #include "host/plan/interpolation.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
@@ -127,8 +128,10 @@ void choose_for_highlights(Plan& plan, bool lines_are_given) {
 }
 
 /// The plan with the propagation that the scene asks for, which is not "auto" of Method::wrp.
+///
+/// images  none: they are found, and kept there
 Plan plan_as_asked(const Scene& scene, const World& world, Method method, int rays_per_axis,
-                   bool has_doubles, const Plan* moved_from) {
+                   bool has_doubles, const Plan* moved_from, std::optional<Images>& images) {
   // The hologram, the depths of the scene, and the steepest light that pixels can show
   Plan plan;
   plan.size = scene.hologram.resolution;
@@ -176,9 +179,12 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   // How light is gathered
   plan.aimed = method == Method::points ||
                (method == Method::wrp && scene.sampling.mode == SamplingMode::aimed);
-  const bool has_bounces = plan.lighting.any_material(
-      [](const Material& m) { return m.reflectivity > 0 || m.transparency > 0; });
-  plan.bounces = has_bounces ? scene.trace.depth : 0;
+  const bool has_bounces =
+      plan.lighting.any_material([](const Material& m) { return m.is_specular(); });
+  plan.bounces = has_bounces ? scene.trace.depth.value_or(TraceSpec::usual_depth) : 0;
+  if (scene.trace.bounces != Bounces::automatic) plan.bounces_as = scene.trace.bounces;
+  if (!images) images = images_of(world, plan);
+  plan.images = *images;
   require_light_through_stop(plan, world);
   plan.antialias = scene.sampling.antialias;
   plan.visibility_parts = scene.sampling.visibility;
@@ -216,8 +222,7 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   // Rows that WRPs are gathered in: those of the hologram, or as few as the light needs
   for (auto& layer : plan.layers) {
     layer.rows = {plan.tile_size.y, plan.pitch_m.y, 0};
-    if (method == Method::wrp && plan.aimed && plan.bounces == 0 && scene.wrp.oversampling &&
-        !plan.compact)
+    if (method == Method::wrp && !plan.has_fans() && scene.wrp.oversampling && !plan.compact)
       layer.rows = rows_for_band(plan, layer, *scene.wrp.oversampling);
   }
   plan.rays = plan.aimed ? aimed_rays(plan) : fan_rays(plan);
@@ -284,9 +289,10 @@ std::string why_no_compact(const Plan& plan) {
 Plan make_plan(const Scene& scene, const World& world, Method method, int rays_per_axis,
                bool has_doubles, const Plan* moved_from) {
   auto tried = scene;
+  std::optional<Images> images;  // the same for all that is tried
   const auto planned = [&](WrpPropagation propagation, const Plan* from) {
     tried.wrp.propagation = propagation;
-    return plan_as_asked(tried, world, method, rays_per_axis, has_doubles, from);
+    return plan_as_asked(tried, world, method, rays_per_axis, has_doubles, from, images);
   };
   if (method != Method::wrp || scene.wrp.propagation != WrpPropagation::automatic)
     return planned(scene.wrp.propagation, moved_from);

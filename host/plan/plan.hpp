@@ -110,6 +110,22 @@ struct CompactPlane {
   int row_stride() const { return size.x % 512 == 0 ? size.x + 8 : size.x; }
 };
 
+/// Light from mirrors and glass as the hologram's centre sees it: where it seems to come from, by
+/// rays through even steps of tangents (host/plan/images.hpp).
+struct Images {
+  struct Image {
+    glm::dvec3 at_m{0};  // virtual point, world
+    double share = 1;    // of the light of its source that reaches the hologram
+    int surfaces = 1;    // mirrors and glass on the way
+  };
+  std::vector<Image> all;
+  double step = 0;      // tangent between neighbouring rays
+  double rays = 0;      // that meet mirrors or glass first
+  double segments = 0;  // of all paths that start with them
+  // Depths within which all but a few of the images lie, world z; 0 where there are none
+  double near_m = 0, far_m = 0;
+};
+
 /// Predicted errors of phase in turns, root mean square over a field; 2 pi times their sum is the
 /// field's relative L2 error.
 struct PhaseError {
@@ -172,6 +188,8 @@ struct Plan {
   bool aimed = true;    // rays are aimed at surface samples; else they form a fan
   // At mirrors and glass: trace.depth where an object is one of them
   int bounces = 0;
+  Bounces bounces_as = Bounces::points;  // never automatic
+  Images images;                         // of samples that are seen in mirrors and through glass
   LatticePlan lattice;
   int antialias = 4;  // rays per side of a sample's cell; 0: one through its centre
   // Parts per side of the hologram's window in the visibility mask of a sample; 0: nothing hides
@@ -200,6 +218,9 @@ struct Plan {
   /// Samples are gathered at the hologram itself (Method::points), and nothing is propagated.
   bool is_at_hologram() const { return !layers.empty() && layers.front().distance_m == 0; }
   Cone cone() const { return {cone_half_width, apodization}; }
+  /// Light from mirrors and glass comes from samples; otherwise fans find it, if there is any.
+  bool has_specular_samples() const { return aimed && bounces > 0 && bounces_as != Bounces::fan; }
+  bool has_fans() const { return !aimed || (bounces > 0 && bounces_as == Bounces::fan); }
   const DepthLayer& layer_of(const Wrp& wrp) const { return layers[wrp.layer]; }
   const Tile& tile_of(const Wrp& wrp) const { return tiles[wrp.tile]; }
   // Sides of the hologram
@@ -221,6 +242,11 @@ struct Plan {
   /// Pixels in memory of the largest gathered field.
   std::size_t gathered_pixels() const;
 };
+
+/// Samples in mirrors and glass have polynomials of their paths.
+inline bool has_fitted_paths(const Plan& plan) {
+  return plan.has_specular_samples() && plan.bounces_as == Bounces::paths;
+}
 
 /// True when the levels of a tile depend on the others: the encoding asks how bright the hologram
 /// is as a whole, or limits its band.

@@ -50,7 +50,8 @@ PassedLight passed_light(const World& world, std::span<const glm::dvec3> positio
                          Extents& extents) {
   PassedLight light;
   const bool is_whole = plan.layers.size() == 1;
-  const auto corners = is_whole ? std::vector<glm::dvec3>() : corners_in(world, positions_m, layer);
+  const auto corners =
+      is_whole ? std::vector<glm::dvec3>() : corners_in(world, positions_m, layer, plan.images);
   for (const auto& tile : plan.tiles) {
     const auto seen = seen_through(layer.distance_m, largest_tangent, plan, tile);
     const auto of_tile = is_whole ? extents_of(world, seen) : extents_of(corners, seen);
@@ -91,7 +92,7 @@ void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t til
                            const std::array<Interval, 2>& passed, std::vector<Wrp>& wrps) {
   const auto& layer = plan.layers[number];
   const auto window = plan.tile_window_m();
-  const bool has_fans = !plan.aimed || plan.bounces > 0;
+  const bool has_fans = plan.has_fans();
   std::vector<Wrp> all;
   for (int row = 0; row < grid.size.y; ++row) {
     for (int column = 0; column < grid.size.x; ++column) {
@@ -131,7 +132,7 @@ Placement place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_
   auto distances_m = distances_of(scene, world, plan);
   const auto positions_m =
       distances_m.size() > 1 ? positions_now(world) : std::vector<glm::dvec3>();
-  plan.layers = layers_around(std::move(distances_m), world, positions_m);
+  plan.layers = layers_around(std::move(distances_m), world, positions_m, plan.images);
 
   // Each layer has, for every tile, a grid of WRPs that covers the light which pixels can show.
   Placement placement;
@@ -183,7 +184,7 @@ Placement place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_
   for (auto& wrps : of_tiles) std::move(wrps.begin(), wrps.end(), std::back_inserter(plan.wrps));
 
   // Fans, mirrors and glass may bring light from anywhere; else WRPs without light are left out.
-  if (!plan.aimed || plan.bounces > 0)
+  if (plan.has_fans() || plan.has_specular_samples())
     placement.lit = all_tangents;
   else if (!plan.compact)
     plan.wrps = lit_wrps(plan, world, std::move(plan.wrps));

@@ -65,10 +65,15 @@ public:
     double optical_m = 0, spread_m = 0;
   };
 
+  /// What a ray goes through.
+  struct Medium {
+    double index = 1, attenuation_per_m = 0;
+  };
+
   /// The wave that arrives along a ray after a path of `length`, which leaves triangle `from` at
   /// the cosine `slope` to its normal.
   std::complex<double> gathered(glm::dvec3 origin, glm::dvec3 direction, double weight,
-                                Length length, double index, int bounces_left, int from = -1,
+                                Length length, Medium medium, int bounces_left, int from = -1,
                                 double slope = 1) {
     const auto hit = nearest(origin, direction, 1, from);
     if (hit.triangle < 0) return 0;
@@ -76,35 +81,54 @@ public:
     if (from >= 0 && hit.t < shortest_path * size_m_ / std::max(slope, 1.0 / 64)) undecided = true;
     const auto surface = surface_at(origin, direction, hit);
     const auto& m = *surface.material;
-    length.optical_m += hit.t * index;
-    length.spread_m += hit.t / index;
-    const double radiance =
-        weight * (1 - m.reflectivity - m.transparency) * phong(surface, -direction);
+    const double metal = m.reflectivity.at(plan_.wavelength_m),
+                 clear = m.transparency.at(plan_.wavelength_m);
+    length.optical_m += hit.t * medium.index;
+    length.spread_m += hit.t / medium.index;
+    weight *= std::exp(-hit.t * medium.attenuation_per_m);
+    const double radiance = weight * (1 - metal - clear) * phong(surface, -direction);
     auto sum = std::polar(
         std::sqrt(std::max(radiance, 0.0)) /
             std::max(length.spread_m, std::min(plan_.pitch_m.x, plan_.pitch_m.y) / 4),
         2 * std::numbers::pi *
             (std::remainder(length.optical_m / plan_.wavelength_m, 1) + cell_phase(surface.point)));
-    if (bounces_left == 0 || (m.reflectivity == 0 && m.transparency == 0)) return sum;
+    if (bounces_left == 0 || (metal == 0 && clear == 0)) return sum;
 
+    const Medium glass{m.ior.at(plan_.wavelength_m),
+                       -std::log(m.attenuation.at(plan_.wavelength_m)) / m.attenuation_distance_m};
+    const auto beyond = surface.entering ? glass : Medium{};
     const double along = -dot(direction, surface.normal);
-    const double ratio = surface.entering ? 1 / m.ior : m.ior;
+    const double ratio = surface.entering ? 1 / glass.index : glass.index;
     const double k = 1 - ratio * ratio * (1 - along * along);
-    if (m.transparency > 0 && std::abs(k) < cosine_margin) undecided = true;
-    double mirrored = m.reflectivity;
-    if (m.transparency > 0 && k <= 0) {
-      mirrored += m.transparency;
+    if (clear > 0 && std::abs(k) < cosine_margin) undecided = true;
+    double mirrored = metal;
+    // A path that carries less than a thousandth of the light ends
+    const auto continues = [&](double share) {
+      if (std::abs(weight * share - 1e-3) < 1e-6) undecided = true;
+      return weight * share >= 1e-3;
+    };
+    if (clear > 0 && k <= 0) {
+      mirrored += clear;
       ++result.totally_reflected;
-    } else if (m.transparency > 0) {
-      ++result.refracted;
-      const auto refracted = ratio * direction + (ratio * along - std::sqrt(k)) * surface.normal;
-      sum += gathered(surface.point, refracted, weight * m.transparency, length,
-                      surface.entering ? m.ior : 1, bounces_left - 1, hit.triangle, std::sqrt(k));
+    } else if (clear > 0) {
+      // Fresnel's coefficients from the angles on both sides
+      const double in = std::acos(std::min(std::abs(along), 1.0)), out = std::asin(ratio * std::sin(in));
+      const double cos_in = std::cos(in), cos_out = std::cos(out);
+      const double s_wave = (ratio * cos_in - cos_out) / (ratio * cos_in + cos_out),
+                   p_wave = (ratio * cos_out - cos_in) / (ratio * cos_out + cos_in);
+      const double reflected = (s_wave * s_wave + p_wave * p_wave) / 2;
+      mirrored += clear * reflected;
+      if (continues(clear * (1 - reflected))) {
+        ++result.refracted;
+        const auto refracted = ratio * direction + (ratio * along - std::sqrt(k)) * surface.normal;
+        sum += gathered(surface.point, refracted, weight * clear * (1 - reflected), length, beyond,
+                        bounces_left - 1, hit.triangle, std::sqrt(k));
+      }
     }
-    if (mirrored > 0) {
+    if (mirrored > 0 && continues(mirrored)) {
       ++result.mirrored;
       sum += gathered(surface.point, reflect(direction, surface.normal), weight * mirrored, length,
-                      index, bounces_left - 1, hit.triangle, along);
+                      medium, bounces_left - 1, hit.triangle, along);
     }
     return sum;
   }
@@ -290,7 +314,7 @@ TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, 
         if (std::abs(direction.x) > plan.largest_sine.x ||
             std::abs(direction.y) > plan.largest_sine.y)
           continue;
-        sum += tracing.gathered(pixel_m - plan.origin_m, direction, 1, {}, 1, plan.bounces);
+        sum += tracing.gathered(pixel_m - plan.origin_m, direction, 1, {}, {}, plan.bounces);
       }
       tracing.result.field.push_back(sum);
       tracing.result.undecided.push_back(tracing.undecided);

@@ -125,7 +125,15 @@ SamplingSpec read_sampling(Section section) {
 
 TraceSpec read_trace(Section section) {
   TraceSpec spec;
-  section.read("depth", [&](const Value& v) { spec.depth = v.integer(0, 16); });
+  section.read("depth", [&](const Value& v) {
+    if (!v.is_auto()) spec.depth = v.integer(0, TraceSpec::most_depth);
+  });
+  section.read("bounces", [&](const Value& v) {
+    spec.bounces = v.choice<Bounces>({{"auto", Bounces::automatic},
+                                      {"points", Bounces::points},
+                                      {"paths", Bounces::paths},
+                                      {"fan", Bounces::fan}});
+  });
   section.read("shadows", [&](const Value& v) { spec.shadows = v.boolean(); });
   section.finish();
   return spec;
@@ -216,7 +224,31 @@ Light read_light(Section section) {
   return light;
 }
 
-Material read_material(const std::string& name, Section section) {
+/// A table of values by wavelength, such as {"450 nm" = 1.527, "650 nm" = 1.515}.
+Spectrum read_table(const Value& v, const Range& range, double wavelength_m) {
+  Spectrum spectrum;
+  for (const auto& [key, node] : *v.node->as_table()) {
+    const std::string name(key.str());
+    const Value value{v.document, &node, v.path + "." + name, v.label + ": " + in_quotes(name)};
+    spectrum.table.emplace_back(
+        parse_length_m(name, v.document->where(node, value.path) + ": " + value.label),
+        value.number(range));
+  }
+  std::sort(spectrum.table.begin(), spectrum.table.end());
+  if (!spectrum.holds(wavelength_m))
+    v.fail("given on both sides of the wavelength, " + length_text(wavelength_m));
+  return spectrum;
+}
+
+/// A number, a colour, or a table by wavelength.
+Spectrum read_spectrum(const Value& v, const Range& range, double wavelength_m) {
+  if (v.node->is_table()) return read_table(v, range, wavelength_m);
+  Spectrum spectrum;
+  spectrum.channels = v.colour(range);
+  return spectrum;
+}
+
+Material read_material(const std::string& name, Section section, double wavelength_m) {
   Material material;
   material.name = name;
   material.where = section.where();
@@ -225,14 +257,22 @@ Material read_material(const std::string& name, Section section) {
   section.read("specular", [&](const Value& v) { material.specular = v.colour(at_least(0)); });
   section.read("shininess", [&](const Value& v) { material.shininess = v.number(at_least(0)); });
   section.read("texture", [&](const Value& v) { material.texture = v.existing_file(); });
-  section.read("reflectivity",
-               [&](const Value& v) { material.reflectivity = v.number(between(0, 1)); });
+  const auto spectrum = [&](Spectrum& of, const Range& range) {
+    return
+        [&of, range, wavelength_m](const Value& v) { of = read_spectrum(v, range, wavelength_m); };
+  };
+  section.read("reflectivity", spectrum(material.reflectivity, between(0, 1)));
   section.read("transparency", [&](const Value& v) {
-    material.transparency = v.number(between(0, 1));
-    if (material.reflectivity + material.transparency > 1 + 1e-9)
-      v.fail("<= 1 - reflectivity (" + number_text(material.reflectivity) + ")");
+    material.transparency = read_spectrum(v, between(0, 1), wavelength_m);
+    const double mirrored = material.reflectivity.at(wavelength_m);
+    if (mirrored + material.transparency.at(wavelength_m) > 1 + 1e-9)
+      v.fail("<= 1 - reflectivity (" + number_text(mirrored) + ")");
   });
-  section.read("ior", [&](const Value& v) { material.ior = v.number(between(1, 100)); });
+  section.read("ior", spectrum(material.ior, between(1, 100)));
+  section.read("attenuation", spectrum(material.attenuation, between(1e-6, 1)));
+  section.read("attenuation_distance", [&](const Value& v) {
+    material.attenuation_distance_m = v.length_m(between(1e-9, 1e4));
+  });
   section.finish();
   return material;
 }
@@ -290,7 +330,7 @@ Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrid
   for (Section& section : root.sections("light")) scene.lights.push_back(read_light(section));
   scene.materials.emplace_back();
   for (auto& [name, section] : root.section("materials").named_sections("material"))
-    scene.materials.push_back(read_material(name, section));
+    scene.materials.push_back(read_material(name, section, scene.hologram.wavelength_m));
   for (Section& section : root.sections("object"))
     scene.objects.push_back(read_object(section, scene.materials, text.needs_meshes));
   root.finish();
@@ -319,9 +359,9 @@ const char* name_of(WrpPropagation propagation) {
   return names[static_cast<std::size_t>(propagation)];
 }
 
-int channel_of(double wavelength_m) {
-  if (wavelength_m >= 580e-9) return 0;
-  return wavelength_m >= 490e-9 ? 1 : 2;
+const char* name_of(Bounces bounces) {
+  constexpr const char* names[] = {"auto", "points", "paths", "fan"};
+  return names[static_cast<std::size_t>(bounces)];
 }
 
 }  // namespace raywave

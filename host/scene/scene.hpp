@@ -19,6 +19,7 @@
 
 #include "host/scene/scene_text.hpp"
 #include "host/scene/slm.hpp"
+#include "host/scene/spectrum.hpp"
 
 namespace raywave {
 
@@ -81,8 +82,19 @@ struct SamplingSpec {
   int frames = 1;          // holograms with independent random phases, >= 1
 };
 
+/// How light that comes over mirrors and through glass is computed: every source seen there is a
+/// sample at a virtual point, as the hologram's centre sees it (`points`), or a sample whose path
+/// is followed all over the hologram (`paths`); or fans of rays from every pixel of a WRP find
+/// them. `automatic`: presets choose, else `points`.
+enum class Bounces { automatic, points, paths, fan };
+const char* name_of(Bounces bounces);
+
 struct TraceSpec {
-  int depth = 0;  // mirror and refraction bounces, 0 to 16
+  static constexpr int most_depth = 16, usual_depth = 8;
+
+  // Mirror and refraction bounces, up to most_depth; empty: usual_depth
+  std::optional<int> depth;
+  Bounces bounces = Bounces::automatic;
   bool shadows = false;
 };
 
@@ -140,13 +152,20 @@ struct Material {
   double shininess = 10;  // Phong exponent m, >= 0
   // Absolute or relative to the working directory; multiplies ambient and diffuse
   std::optional<std::filesystem::path> texture;
-  // Share of light that a mirror reflection carries, 0 to 1
-  double reflectivity = 0;
-  // Share of light that a refracted ray carries, 0 to 1; reflectivity + transparency <= 1
-  double transparency = 0;
-  double ior = 1.5;  // index of refraction inside, >= 1
+  // Share of the light that is mirrored as metals do, the same in all directions, 0 to 1
+  Spectrum reflectivity = 0.0;
+  // Share that meets a clear surface, 0 to 1: Fresnel's formulas divide it into a mirrored and a
+  // refracted part. reflectivity + transparency <= 1; the rest is the surface's own Phong light
+  Spectrum transparency = 0.0;
+  Spectrum ior = 1.5;  // index of refraction inside, >= 1
+  // Share of the light that is left after attenuation_distance_m within the glass, above 0 to 1
+  Spectrum attenuation = 1.0;
+  double attenuation_distance_m = 1e-3;
   // "scene.toml:20: material "gold"", the start of messages about its texture
   std::string where;
+
+  /// True for mirrors and glass.
+  bool is_specular() const { return reflectivity.is_positive() || transparency.is_positive(); }
 };
 
 enum class Normals { file, smooth, flat };  // file: as in the mesh file, flat where it has none
@@ -190,9 +209,5 @@ Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrid
 ///            before checks
 /// throws     InputError: one line with file, line and what would be right
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
-
-/// 0 red (>= 580 nm), 1 green, 2 blue (< 490 nm): the channel of colours and textures that light of
-/// this wavelength sees.
-int channel_of(double wavelength_m);
 
 }  // namespace raywave

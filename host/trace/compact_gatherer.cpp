@@ -140,6 +140,11 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   put(plan_.largest_sine, plane.sine_limit_x, plane.sine_limit_y);
   put(1.0 / (cut_width * half), plane.per_cut_x, plane.per_cut_y);
   plane.knots = knots_for(plan_, layer);
+  const auto& lattice = table_.lattice;
+  plane.window_scale_x = 1 / lattice.half_width;
+  plane.window_scale_y = 1 / lattice.half_height;
+  plane.window_shift_x = (static_cast<float>(origin.x) - lattice.centre_x) / lattice.half_width;
+  plane.window_shift_y = (static_cast<float>(origin.y) - lattice.centre_y) / lattice.half_height;
   return plane;
 }
 
@@ -421,7 +426,7 @@ PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool
   aimed_.resize(static_cast<std::size_t>(table_.count));
   if (table_.count > 0) {
     aim_.run({(aimed_.size() + lanes - 1) / lanes}, group, scene_.lights, table_.samples,
-             table_.lit, table_.count, plane, footprints_, seen_);
+             table_.lit, table_.paths, table_.count, plane, footprints_, seen_);
     footprints_.read(aimed_);
   }
   list_lit_samples();
@@ -451,8 +456,9 @@ PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool
     if (batch.rows == 0) continue;
     if (batch.samples > 0)
       profile_.run({static_cast<std::size_t>(batch.samples)}, group, scene_.lights, table_.samples,
-                   table_.lit, table_.visibility_masks, footprints_, seen_, lit_list_, offsets_,
-                   rotors_, weights_, batch.first_sample, batch.samples, plane, profiles_);
+                   table_.lit, table_.visibility_masks, table_.paths, footprints_, seen_, lit_list_,
+                   offsets_, rotors_, weights_, batch.first_sample, batch.samples, plane,
+                   profiles_);
     gather_.run({static_cast<std::size_t>(size.x / lanes_),
                  static_cast<std::size_t>(batch.rows * COMPACT_BIN / tile_rows_)},
                 local, footprints_, offsets_, profiles_, phasors_, table_.count, first_of_bin_,

@@ -55,9 +55,11 @@ Materials materials_of(const Plan& plan, const Textures& textures) {
     material.diffuse = static_cast<float>(m.diffuse[channel]);
     material.specular = static_cast<float>(m.specular[channel]);
     material.shininess = static_cast<float>(m.shininess);
-    material.reflectivity = static_cast<float>(m.reflectivity);
-    material.transparency = static_cast<float>(m.transparency);
-    std::tie(material.ior, material.ior_low) = split(m.ior);
+    material.reflectivity = static_cast<float>(m.reflectivity.at(plan.wavelength_m));
+    material.transparency = static_cast<float>(m.transparency.at(plan.wavelength_m));
+    std::tie(material.ior, material.ior_low) = split(m.ior.at(plan.wavelength_m));
+    material.attenuation = static_cast<float>(-std::log(m.attenuation.at(plan.wavelength_m)) /
+                                              m.attenuation_distance_m);
     material.texture = -1;
     double brightest_texel = 1;
     if (const Image* texture = texture_of(plan.lighting.materials, textures, i)) {

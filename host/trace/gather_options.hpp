@@ -19,6 +19,7 @@ inline cl::Options gather_options(const cl::Device& device, const Plan& plan,
                       {option::precision, precision_option(device.info(), plan.precision)},
                       {option::tile_rows, std::to_string(tile_rows)},
                       {option::visibility_parts, std::to_string(table.visibility_parts)},
+                      {option::paths, has_fitted_paths(plan) ? "1" : "0"},
                       {option::sine_limit, plan.beyond_diffraction ? "1" : "0"}};
   for (const auto& name : {option::lanes, option::lights, option::specular, option::sharp})
     options[name] = scene.options.at(name);

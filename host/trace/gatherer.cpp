@@ -189,9 +189,10 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
                strip = strip_tiles_ == 0 ? across
                                          : std::min(across, static_cast<std::size_t>(strip_tiles_));
     gather_.run({strip, tiles(plane.ny, tile_rows_), (across + strip - 1) / strip}, local,
-                scene_.lights, table_.samples, table_.visibility_masks, table_.lit, projected_,
-                stride, footprints_, profiles_, first_profile, phasors_, table_.first_of_cell,
-                table_.count, row, end - 1, std::int32_t{row > 0}, lattice, plane, field);
+                scene_.lights, table_.samples, table_.visibility_masks, table_.lit, table_.paths,
+                projected_, stride, footprints_, profiles_, first_profile, phasors_,
+                table_.first_of_cell, table_.count, row, end - 1, std::int32_t{row > 0}, lattice,
+                plane, field);
     row = end;
   }
 }

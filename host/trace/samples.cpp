@@ -77,7 +77,29 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
       find_samples_(program_.kernel("find_samples")),
       pack_samples_(program_.kernel("pack_samples")),
       breaks_(device) {
+  if (plan.has_specular_samples())
+    specular_.emplace(
+        device,
+        cl::with(scene.options, {{option::antialias, std::to_string(plan.antialias)},
+                                 {option::visibility_parts, std::to_string(visibility_parts)},
+                                 {option::paths, has_fitted_paths(plan) ? "1" : "0"}}));
   find(plan, scene);
+}
+
+std::vector<glm::ivec2> SampleTable::find_specular(const Plan& plan, const DeviceScene& scene,
+                                                   std::size_t first_cell, std::size_t cells) {
+  mirrors_.clear();
+  if (!specular_) return {};
+  band_.mirrors.on_host(
+      [&](std::span<std::int32_t> mirrors) {
+        for (std::size_t cell = 0; cell < cells; ++cell) {
+          if (mirrors[cell] > 0)
+            mirrors_.emplace_back(static_cast<std::int32_t>(first_cell + cell), mirrors[cell] - 1);
+        }
+      },
+      CL_MAP_READ);
+  if (mirrors_.empty()) return {};
+  return specular_->find(plan, scene, lattice, mirrors_);
 }
 
 void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
@@ -95,13 +117,14 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   // all cells before a cell
   std::vector<glm::ivec2> first(nx * ny + 1, {0, 0});
   std::int64_t total = 0;
-  hidden = 0;
+  hidden = specular = 0;
   for (std::size_t row = 0; row < ny;) {
     const auto rows = std::clamp<std::size_t>(
         band_bytes(device_.info()) / (nx * bytes_per_slot * static_cast<std::size_t>(slots_)), 1,
         ny - row);
     const auto cells = rows * nx, room = cells * static_cast<std::size_t>(slots_);
     make_room(device_, band_.counts, cells, "samples of each cell");
+    make_room(device_, band_.mirrors, cells, "mirrors of each cell");
     make_room(device_, band_.samples, room, "samples");
     make_room(device_, band_.visibility_masks, room * visibility_words(),
               "visibility masks of samples");
@@ -110,18 +133,31 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
         {(nx + static_cast<std::size_t>(lanes) - 1) / static_cast<std::size_t>(lanes), rows}, local,
         scene.arguments(), lattice, breaks_.known, breaks_.cells, breaks_.tiles,
         static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows), slots_, band_.counts,
-        band_.samples, band_.visibility_masks, band_.lit);
+        band_.mirrors, band_.samples, band_.visibility_masks, band_.lit);
 
-    // The counts of the band's cells, summed
+    // The counts of the band's cells, summed: a cell's samples in mirrors and glass follow those
+    // that are seen directly
+    const auto specular_counts = find_specular(plan, scene, row * nx, cells);
+    std::vector<glm::ivec4> specular_first;
     int most = 0;
     const auto total_before = total;
-    const auto hidden_before = hidden;
+    const auto hidden_before = hidden, specular_before = specular;
     band_.counts.on_host(
         [&](std::span<glm::ivec2> counts) {
           for (std::size_t cell = 0; cell < cells; ++cell) {
             most = std::max(most, counts[cell].x);
             total += counts[cell].x;
             hidden += counts[cell].y;
+            if (const auto place = specular_first.size();
+                place < mirrors_.size() &&
+                mirrors_[place].x == static_cast<std::int32_t>(row * nx + cell)) {
+              specular_first.emplace_back(
+                  static_cast<std::int32_t>(std::min<std::int64_t>(total, INT32_MAX)), hidden,
+                  specular, 0);
+              total += specular_counts[place].x;
+              hidden += specular_counts[place].y;
+              specular += specular_counts[place].x;
+            }
             first[row * nx + cell + 1] = {
                 static_cast<std::int32_t>(std::min<std::int64_t>(total, INT32_MAX)), hidden};
           }
@@ -132,6 +168,7 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
       slots_ = most;
       total = total_before;
       hidden = hidden_before;
+      specular = specular_before;
       continue;
     }
     if (total > most_samples)
@@ -151,6 +188,10 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
     pack_samples_.run({cells}, group, band_.counts, band_.first, static_cast<std::int32_t>(cells),
                       slots_, band_.samples, band_.visibility_masks, band_.lit, samples,
                       visibility_masks, lit);
+    grow(device_, paths, static_cast<std::size_t>(specular_before),
+         static_cast<std::size_t>(std::max(specular, 1)), "paths over mirrors and through glass");
+    if (!specular_first.empty())
+      specular_->pack(specular_first, samples, visibility_masks, lit, paths);
     row += rows;
   }
 

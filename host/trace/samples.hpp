@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <glm/vec2.hpp>
+#include <optional>
 #include <vector>
 
 #include "host/plan/plan.hpp"
 #include "host/trace/breaks.hpp"
 #include "host/trace/device_scene.hpp"
+#include "host/trace/specular_paths.hpp"
 
 namespace raywave {
 
@@ -28,7 +30,8 @@ public:
   device::Lattice lattice{};
   int visibility_parts;  // Plan::visibility_parts
   int count = 0;
-  int hidden = 0;  // samples that are hidden from some part of the window
+  int hidden = 0;    // samples that are hidden from some part of the window
+  int specular = 0;  // samples that are seen in mirrors or through glass
   // nx * ny + 1 elements: the samples of cell c are [first_of_cell[c], first_of_cell[c + 1])
   cl::Buffer<std::int32_t> first_of_cell;
   // The first `count` elements, ordered by row and cell; the buffer has at least one element.
@@ -36,7 +39,8 @@ public:
   // Visibility mask of each sample: the parts of the window that see it, visibility_words() each
   // (kernels/samples/visibility.h)
   cl::Buffer<std::uint32_t> visibility_masks;
-  cl::Buffer<std::uint32_t> lit;  // lights that reach each sample, 32 to a word
+  cl::Buffer<std::uint32_t> lit;         // lights that reach each sample, 32 to a word
+  cl::Buffer<device::SamplePath> paths;  // Sample::path; at least one element
 
   // First sample of each row of the lattice, then `count`
   std::vector<std::int32_t> first_of_row;
@@ -56,13 +60,23 @@ private:
     cl::Buffer<glm::ivec2> counts, first;  // x: all samples, y: hidden samples
     cl::Buffer<device::Sample> samples;
     cl::Buffer<std::uint32_t> visibility_masks, lit;
+    cl::Buffer<std::int32_t> mirrors;
   };
+
+  /// Finds the samples in mirrors and glass of a band, in the cells that `mirrors` names; empty
+  /// where there are none.
+  ///
+  /// first_cell  of the band
+  std::vector<glm::ivec2> find_specular(const Plan& plan, const DeviceScene& scene,
+                                        std::size_t first_cell, std::size_t cells);
 
   cl::Device device_;
   cl::Program program_;
   cl::Kernel find_samples_, pack_samples_;
   int slots_ = 4;  // room in each cell, in samples; grows to the largest number found
   Band band_;
+  std::optional<SpecularPaths> specular_;
+  std::vector<glm::ivec2> mirrors_;  // of a band: cells with mirrors, and sources met there
   Breaks breaks_;
 };
 

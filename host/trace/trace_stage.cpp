@@ -32,9 +32,16 @@ void require_rays(const Plan& plan) {
 
 /// Plans with equal keys share kernels.
 KernelKey kernel_key(const Plan& plan, const DeviceScene& arrays, int frames_together) {
-  return {plan.aimed,     plan.compact.has_value(), plan.bounces,
-          plan.antialias, plan.visibility_parts,    plan.beyond_diffraction,
-          plan.precision, arrays.options,           frames_together};
+  return {plan.aimed,
+          plan.compact.has_value(),
+          plan.bounces,
+          plan.bounces_as,
+          plan.antialias,
+          plan.visibility_parts,
+          plan.beyond_diffraction,
+          plan.precision,
+          arrays.options,
+          frames_together};
 }
 
 }  // namespace
@@ -50,7 +57,7 @@ public:
       compact_gatherer_ = std::make_unique<CompactGatherer>(device, plan, arrays, *table_, frames);
     else if (plan.aimed)
       gatherer_ = std::make_unique<Gatherer>(device, plan, arrays, *table_, frames);
-    if (plan.aimed && plan.bounces > 0)
+    if (plan.aimed && plan.has_fans())
       fan_tracer_ = std::make_unique<FanTracer>(device, plan, arrays, HitSource::bounced);
     if (!plan.aimed)
       fan_tracer_ = std::make_unique<FanTracer>(

@@ -64,8 +64,9 @@ typedef struct {
   float reflectivity;
   float transparency;
   float ior;
-  float ior_low;  // what the float leaves over
-  int texture;    // number of its first texel; -1: no texture
+  float ior_low;      // what the float leaves over
+  float attenuation;  // of light within, per metre: exp(-attenuation length) of it are left
+  int texture;        // number of its first texel; -1: no texture
   int texture_width;
   int texture_height;
 } Material;
@@ -95,7 +96,23 @@ typedef struct {
   int hidden;  // 1: its visibility mask is not full (kernels/samples/visibility.h)
   // Number of its first profile. A hidden sample has PLANE_WAVE_PARTS profiles, any other has one.
   int profile;
+  // Of a sample that is seen in mirrors or through glass: number of its SamplePath. It shines from
+  // a virtual point then; normal and triangle are those of its source. -1: it is seen directly
+  int path;
 } Sample;
+
+// Terms of the polynomials of a SamplePath (kernels/samples/path_layout.h)
+#define PATH_TERMS 18
+#define PATH_AMPLITUDE_TERMS 6
+
+// How the light of a sample reaches the hologram over mirrors and through glass. (x, y): place on
+// the window that visibility masks divide, in half sides from its centre.
+typedef struct {
+  float source[3];         // place where it shines, scene frame
+  float rest[PATH_TERMS];  // path beyond the distance from the virtual point, metres
+  // Amplitude over that of the virtual point
+  float amplitude[PATH_AMPLITUDE_TERMS];
+} SamplePath;
 
 // The lattice of rays from the hologram's centre. Ray (i, j) has the tangents (first_x + i + 0.5)
 // step and (first_y + j + 0.5) step.
@@ -155,6 +172,7 @@ typedef struct {
   int specular;
   int hidden;  // as in Sample
   int profile;
+  int path;         // as in Sample
   int plane_waves;  // 1: its light is summed from plane waves (plane_waves.h)
   // Pixels of its footprint with a margin for rounding; no columns or no rows: none
   int left;
@@ -261,6 +279,12 @@ typedef struct {
   float per_cut_x;  // 1 / width, on the tile, of the step there
   float per_cut_y;
   int knots;  // 8, 16 or 32 (kernels/gather/compact_layout.h)
+  // Half sides of the window that visibility masks divide for each metre, and from the centre of
+  // that window to the tile's origin, in half sides; y up
+  float window_scale_x;
+  float window_scale_y;
+  float window_shift_x;
+  float window_shift_y;
 } CompactPlane;
 
 // The pixels of the virtual plane that a sample lights, before they are taken modulo its size, and

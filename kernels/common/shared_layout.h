@@ -39,6 +39,7 @@
   MEMBER(Material, transparency)          \
   MEMBER(Material, ior)                   \
   MEMBER(Material, ior_low)               \
+  MEMBER(Material, attenuation)           \
   MEMBER(Material, texture)               \
   MEMBER(Material, texture_width)         \
   MEMBER(Material, texture_height)        \
@@ -58,6 +59,10 @@
   MEMBER(Sample, key)                     \
   MEMBER(Sample, triangle)                \
   MEMBER(Sample, hidden)                  \
+  MEMBER(Sample, path)                    \
+  MEMBER(SamplePath, source)              \
+  MEMBER(SamplePath, rest)                \
+  MEMBER(SamplePath, amplitude)           \
   MEMBER(Sample, profile)                 \
   MEMBER(Lattice, first_x)                \
   MEMBER(Lattice, first_y)                \
@@ -105,6 +110,7 @@
   MEMBER(ProjectedSample, specular)       \
   MEMBER(ProjectedSample, hidden)         \
   MEMBER(ProjectedSample, profile)        \
+  MEMBER(ProjectedSample, path)           \
   MEMBER(ProjectedSample, plane_waves)    \
   MEMBER(ProjectedSample, left)           \
   MEMBER(ProjectedSample, top)            \
@@ -192,6 +198,10 @@
   MEMBER(CompactPlane, per_cut_x)         \
   MEMBER(CompactPlane, per_cut_y)         \
   MEMBER(CompactPlane, knots)             \
+  MEMBER(CompactPlane, window_scale_x)    \
+  MEMBER(CompactPlane, window_scale_y)    \
+  MEMBER(CompactPlane, window_shift_x)    \
+  MEMBER(CompactPlane, window_shift_y)    \
   MEMBER(CompactFootprint, left)          \
   MEMBER(CompactFootprint, columns)       \
   MEMBER(CompactFootprint, top)           \

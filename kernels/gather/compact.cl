@@ -44,8 +44,8 @@
 #include "kernels/scene/shade.h"
 
 __kernel void aim(__global const Light* lights, __global const Sample* samples,
-                  __global const uint* lit, int sample_count, CompactPlane plane,
-                  __global CompactFootprint* footprints, __global float* seen) {
+                  __global const uint* lit, __global const SamplePath* paths, int sample_count,
+                  CompactPlane plane, __global CompactFootprint* footprints, __global float* seen) {
   const int index = (int)get_global_id(0) * RAYWAVE_LANES;
   if (index >= sample_count) return;
   const int count = min(RAYWAVE_LANES, sample_count - index);
@@ -63,11 +63,21 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
       LANES_SELECT((floatv)(plane.margin), (floatv)(plane.highlight_margin), shines),
       (floatv)(plane.rough_margin), s.hidden | is_cut(x, y, z, plane.half_x, plane.half_y, &plane));
   intv left, columns, top, rows;
+  floatv low_x = 0.0f, high_x = 0.0f, low_y = 0.0f, high_y = 0.0f, odd = 0.0f, even = 0.0f;
+#if RAYWAVE_PATHS
+  if (any_path(samples + index, count)) {
+    path_slopes(samples + index, count, paths, &plane, true, &low_x, &high_x);
+    path_slopes(samples + index, count, paths, &plane, false, &low_y, &high_y);
+    path_coupling(samples + index, count, paths, &plane, &odd, &even);
+  }
+#else
+  (void)paths;
+#endif
   footprint_along(x, y, z, plane.z0, plane.half_x, plane.half_y, plane.pixels_per_sine_x,
-                  min(plane.nx, COMPACT_WIDEST), margin, &left, &columns);
+                  min(plane.nx, COMPACT_WIDEST), margin, low_x, high_x, &left, &columns);
   footprint_along(y, x, z, plane.z0, plane.half_y, plane.half_x, plane.pixels_per_sine_y,
-                  min(plane.ny, COMPACT_WIDEST), margin, &top, &rows);
-  const intv fewest = lines_of(x, y, z, &plane);
+                  min(plane.ny, COMPACT_WIDEST), margin, low_y, high_y, &top, &rows);
+  const intv fewest = lines_of(x, y, z, odd, even, &plane);
   const intv lines_in_sight =
       LANES_SELECT(fewest, max(fewest, (intv)(plane.highlight_lines)), shines);
   int lefts[RAYWAVE_LANES], columnss[RAYWAVE_LANES], tops[RAYWAVE_LANES], rowss[RAYWAVE_LANES],
@@ -134,10 +144,11 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
 
 __kernel void profile(__global const Light* lights, __global const Sample* samples,
                       __global const uint* lit, __global const uint* visibility_masks,
-                      __global const CompactFootprint* footprints, __global const float* all_seen,
-                      __global const int* lit_samples, __global const int* offsets,
-                      __global const float* rotors, __global const float* weights, int first,
-                      int count, CompactPlane plane, __global float* profiles) {
+                      __global const SamplePath* paths, __global const CompactFootprint* footprints,
+                      __global const float* all_seen, __global const int* lit_samples,
+                      __global const int* offsets, __global const float* rotors,
+                      __global const float* weights, int first, int count, CompactPlane plane,
+                      __global float* profiles) {
   const int number = (int)get_global_id(0);
   if (number >= count) return;
   const size_t index = (size_t)lit_samples[first + number];
@@ -149,7 +160,8 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
                       lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32),
                       &plane,
                       load_seen((__global const real*)all_seen + COMPACT_SEEN * index, &plane),
-                      sqrt(sample->radiance) * sample->weight};
+                      sqrt(sample->radiance) * sample->weight,
+                      path_of(sample, paths)};
   const Seen* seen = &p.seen;
   const int kind = (int)seen->kind;
   const bool cut = (kind & SEEN_CUT) != 0, shines = (kind & SEEN_SHINES) != 0,
@@ -180,17 +192,16 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
   float light[COMPACT_SPLINES_OR_LINES * COMPACT_MOST_KNOTS + 16];
   __global const float* knots_y = weights_y + (knot_rows + knots / 2) * COMPACT_NODE_ROOM(ny);
   for (int knot = 0; knot < knots; knot += RAYWAVE_LANES)
-    LANES_STORE(
-        turns_on_column(seen, LANES_LOAD(weights + COMPACT_KNOT_ROOM + knot) * plane.half_y),
-        turns + knot);
+    LANES_STORE(column_turns(&p, LANES_LOAD(weights + COMPACT_KNOT_ROOM + knot) * plane.half_y),
+                turns + knot);
 #endif
   const float y = (float)seen->y;
   for (int node = 0; node < half_y; node += RAYWAVE_LANES) {
     const floatv v = LANES_TO_FLOAT(node + 1 + LANES_INDEX) * step_y;
     floatv right, left;
 #if LIGHT_AT_NODES
-    right = REAL_TURNS(turns_on_column(seen, REAL_OF(v)));
-    left = REAL_TURNS(turns_on_column(seen, REAL_OF(-v)));
+    right = REAL_TURNS(column_turns(&p, REAL_OF(v)));
+    left = REAL_TURNS(column_turns(&p, REAL_OF(-v)));
 #else
     between_knots(turns, knots, knots_y, ny, node, &right, &left);
 #endif
@@ -225,7 +236,7 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
                  v = LANES_LOAD(weights + COMPACT_PLACES_OF_LINES + first_line * knots + at) *
                      plane.half_y;
     floatv turned, weight;
-    light_on_row(seen, u, v, &turned, &weight);
+    light_on_place(&p, u, v, &turned, &weight);
     if (!rough) {
       const float z = (float)seen->z;
       weight *= amplitude_towards(lights, p.lit, sample, p.plain, shines, (u - (float)seen->x) / z,
@@ -254,9 +265,9 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
       floatv turns_right, turns_left, weight_right, weight_left;
 #if LIGHT_AT_NODES
       realv turned;
-      light_on_row(seen, REAL_OF(u), REAL_OF((floatv)(v)), &turned, &weight_right);
+      light_on_place(&p, REAL_OF(u), REAL_OF((floatv)(v)), &turned, &weight_right);
       turns_right = REAL_TURNS(turned);
-      light_on_row(seen, REAL_OF(-u), REAL_OF((floatv)(v)), &turned, &weight_left);
+      light_on_place(&p, REAL_OF(-u), REAL_OF((floatv)(v)), &turned, &weight_left);
       turns_left = REAL_TURNS(turned);
 #else
       between_knots(turns + line * knots, knots, knots_x, nx, node, &turns_right, &turns_left);
@@ -284,7 +295,7 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
 #if LIGHT_AT_NODES
     realv unused;
     floatv middle_weight;
-    light_on_row(seen, REAL_OF((floatv)(0.0f)), REAL_OF((floatv)(v)), &unused, &middle_weight);
+    light_on_place(&p, REAL_OF((floatv)(0.0f)), REAL_OF((floatv)(v)), &unused, &middle_weight);
     middle = LANES_FIRST(middle_weight);
 #else
     middle = between_middle_knots(light + line * knots, knots, knots_x, nx);

@@ -193,6 +193,7 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
       floatv radiance = phong(&scene, &surface, plane.bias, plane.reach, hit);
 #if RAYWAVE_BOUNCES > 0
       path.active = hit;
+      reach_surface(&path, distance);
       path.length += ds_high(distance) / ds_high(path.index);
       path.turns =
           turns_reduced(path.turns + ds_turns(ds_times(ds_times(distance, path.index), rate)));

@@ -30,6 +30,7 @@
 #include "kernels/common/shared.h"
 #include "kernels/gather/footprint.h"
 #include "kernels/gather/options.h"
+#include "kernels/gather/path_terms.h"
 #include "kernels/gather/phases.h"
 #include "kernels/gather/plane_waves.h"
 #include "kernels/gather/radiance_towards.h"
@@ -181,7 +182,9 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   const FootprintAxis axis_y =
       footprint_axis(plane.cone_y, lattice.half_height, narrowed, p.half_tangent_y, plane.turns_hi,
                      plane.plane_wave_tail);
-  p.plane_waves = is_plane_wave_sample(axis_x, axis_y, plane.plane_wave_spots);
+  // The waves of a fitted path are no product of one along x and one along y.
+  p.path = RAYWAVE_PATHS ? s.path : -1;
+  p.plane_waves = p.path < 0 && is_plane_wave_sample(axis_x, axis_y, plane.plane_wave_spots);
   p.half_x = p.plane_waves ? axis_x.extent : axis_x.half_width;
   p.half_y = p.plane_waves ? axis_y.extent : axis_y.half_width;
   if (p.plane_waves) {
@@ -403,9 +406,13 @@ static inline void gather_plane_waves(__global const float* profiles,
 // Adds the spherical wave of a sample, one path per pixel.
 static inline void gather_spherical_wave(__global const Light* lights, __global const uint* lit,
                                          __global const Sample* sample,
+                                         __global const SamplePath* paths,
                                          __global const uint* visibility, const ProjectedSample* p,
                                          __global const float2* phasors, int sample_count,
                                          const GatherPlane* plane, Tile* tile) {
+#if !RAYWAVE_PATHS
+  (void)paths;
+#endif
   const int top = tile->top, bottom = tile->bottom;
   const intv column = tile->first + LANES_INDEX;
   const DoubleSingle x = ds_steps(column, plane->pitch_x, plane->pitch_x_low),
@@ -423,6 +430,12 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
   intv inside_x = (across <= plane->cone_x) & (column < plane->nx);
   const floatv edge_x = apodization_weights(across, plane->cone_x, plane->apodization_rate_x);
   const float sign = p->depth < 0.0f ? -1.0f : 1.0f;
+#if RAYWAVE_PATHS
+  // Where the light meets the window, in half sides
+  const float to_window_y = sign * p->scale_y * plane->visibility_scale_y;
+  const floatv window_x =
+      off_chief * (sign * p->scale_x * plane->visibility_scale_x) + plane->visibility_shift_x;
+#endif
 #if RAYWAVE_VISIBILITY_PARTS > 0
   // Visibility of the tile's pixels: all, none, or by the bit of each pixel's part of the window.
   int state = VISIBILITY_CLEAR;
@@ -528,8 +541,16 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
     floatv path_length;
     const floatv turns = path_turns(from_x, from_y, depth, rate, &path_length) * sign;
 #endif
+    floatv rest = 0.0f;
+#if RAYWAVE_PATHS
+    if (p->path >= 0) {
+      const floatv window_y = off_chief_y * to_window_y + plane->visibility_shift_y;
+      rest = path_rest(paths + p->path, window_x, window_y) * plane->turns_hi;
+      amplitude *= path_amplitude(paths + p->path, window_x, window_y);
+    }
+#endif
     floatv c, s;
-    cos_sin_turns(turns, &c, &s);
+    cos_sin_turns(turns + rest, &c, &s);
     c *= amplitude;
     s *= amplitude;
     for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
@@ -542,8 +563,8 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
 
 __kernel void gather(__global const Light* lights, __global const Sample* samples,
                      __global const uint* visibility_masks, __global const uint* lit,
-                     __global const ProjectedSample* projected, int stride,
-                     __global const int* footprints, __global const float* profiles,
+                     __global const SamplePath* paths, __global const ProjectedSample* projected,
+                     int stride, __global const int* footprints, __global const float* profiles,
                      int first_profile, __global const float2* phasors,
                      __global const int* first_of_cell, int sample_count, int first_row,
                      int last_row, int accumulate, Lattice lattice, GatherPlane plane,
@@ -601,8 +622,8 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
                              visibility, &p, phasors + index, sample_count, &plane, &tile);
         } else {
           gather_spherical_wave(lights, lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32),
-                                samples + index, visibility, &p, phasors + index, sample_count,
-                                &plane, &tile);
+                                samples + index, paths, visibility, &p, phasors + index,
+                                sample_count, &plane, &tile);
         }
       }
     }

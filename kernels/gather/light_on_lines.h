@@ -153,8 +153,41 @@ typedef struct {
   __global const uint* lit;
   const CompactPlane* plane;
   Seen seen;
-  float plain;  // amplitude without highlights
+  float plain;                      // amplitude without highlights
+  __global const SamplePath* path;  // 0 where the sample is seen directly
 } Profiled;
+
+static inline __global const SamplePath* path_of(__global const Sample* sample,
+                                                 __global const SamplePath* paths) {
+  return RAYWAVE_PATHS && sample->path >= 0 ? paths + sample->path : 0;
+}
+
+// light_on_row, and what the path over mirrors and through glass adds.
+static inline void light_on_place(const Profiled* p, realv u, realv v, realv* turns,
+                                  floatv* weight) {
+  light_on_row(&p->seen, u, v, turns, weight);
+#if RAYWAVE_PATHS
+  if (p->path) {
+    const floatv x = window_x(p->plane, REAL_TO_FLOAT(u)), y = window_y(p->plane, REAL_TO_FLOAT(v));
+    *turns += REAL_OF(
+        (path_rest(p->path, x, y) - path_rest(p->path, (floatv)(p->plane->window_shift_x), y)) *
+        p->plane->turns_hi);
+    *weight *= path_amplitude(p->path, x, y);
+  }
+#endif
+}
+
+// turns_on_column, likewise.
+static inline realv column_turns(const Profiled* p, realv v) {
+  realv turns = turns_on_column(&p->seen, v);
+#if RAYWAVE_PATHS
+  if (p->path)
+    turns += REAL_OF(path_rest(p->path, (floatv)(p->plane->window_shift_x),
+                               window_y(p->plane, REAL_TO_FLOAT(v))) *
+                     p->plane->turns_hi);
+#endif
+  return turns;
+}
 
 // Share of light, and amplitude, towards places (u, v) of the tile of a sample that is not smooth.
 static inline floatv rough_amplitude(const Profiled* p, bool cut, bool rough, bool shines, floatv u,

@@ -9,6 +9,7 @@
 #include "kernels/common/shared.h"
 #include "kernels/gather/compact_layout.h"
 #include "kernels/gather/options.h"
+#include "kernels/gather/path_terms.h"
 #include "kernels/samples/visibility.h"
 #include "kernels/scene/shade.h"
 
@@ -138,14 +139,100 @@ static inline SampleLanes load_samples(__global const Sample* samples, int count
   return s;
 }
 
+#if RAYWAVE_PATHS
+// A place (u, v) of the tile in half sides of the window of visibility masks.
+static inline floatv window_x(const CompactPlane* plane, floatv u) {
+  return u * plane->window_scale_x + plane->window_shift_x;
+}
+static inline floatv window_y(const CompactPlane* plane, floatv v) {
+  return plane->window_shift_y - v * plane->window_scale_y;
+}
+
+// Paths of samples, one per lane; those that are seen directly have none.
+static inline floatv rests_of(__global const Sample* samples, int count,
+                              __global const SamplePath* paths, floatv x, floatv y) {
+  float xs[RAYWAVE_LANES], ys[RAYWAVE_LANES], rests[RAYWAVE_LANES];
+  LANES_STORE(x, xs);
+  LANES_STORE(y, ys);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    const int path = samples[min(lane, count - 1)].path;
+    rests[lane] =
+        path < 0 ? 0.0f
+                 : LANES_FIRST(path_rest(paths + path, (floatv)(xs[lane]), (floatv)(ys[lane])));
+  }
+  return LANES_LOAD(rests);
+}
+
+static inline bool any_path(__global const Sample* samples, int count) {
+  bool any = false;
+  for (int lane = 0; lane < count; ++lane) any |= samples[lane].path >= 0;
+  return any;
+}
+
+// Parts of a tile's side between places at which the slopes of paths are taken
+#define SLOPES_ALONG 8
+
+// Smallest and largest slope of the paths along one axis of the tile, on three lines, in metres
+// per metre.
+static inline void path_slopes(__global const Sample* samples, int count,
+                               __global const SamplePath* paths, const CompactPlane* plane,
+                               bool along_x, floatv* low, floatv* high) {
+  const float reach = along_x ? plane->half_x : plane->half_y,
+              other = along_x ? plane->half_y : plane->half_x,
+              step = 2.0f * reach / (float)SLOPES_ALONG;
+  *low = 1e30f;
+  *high = -1e30f;
+  for (int line = -1; line <= 1; ++line) {
+    floatv before = 0.0f;
+    for (int i = 0; i <= SLOPES_ALONG; ++i) {
+      const floatv at = (float)i * step - reach, aside = (float)line * other;
+      const floatv here = rests_of(samples, count, paths, window_x(plane, along_x ? at : aside),
+                                   window_y(plane, along_x ? aside : at));
+      const floatv slope = (here - before) / step;
+      if (i > 0) {
+        *low = fmin(*low, slope);
+        *high = fmax(*high, slope);
+      }
+      before = here;
+    }
+  }
+  // The ends of a line, half a part beyond the outermost middles
+  const floatv beyond = (*high - *low) * (0.5f / (float)(SLOPES_ALONG - 1));
+  *low -= beyond;
+  *high += beyond;
+}
+
+// Metres by which the paths on the tile's top and bottom rows differ from that on the middle row,
+// less the same on the middle column: the part that is odd in the row, and the even one.
+static inline void path_coupling(__global const Sample* samples, int count,
+                                 __global const SamplePath* paths, const CompactPlane* plane,
+                                 floatv* odd, floatv* even) {
+  *odd = *even = 0.0f;
+  for (int side = -1; side <= 1; side += 2) {
+    floatv coupled[3];
+    for (int row = 0; row < 3; ++row) {
+      const floatv y = window_y(plane, (floatv)((float)(row - 1) * plane->half_y));
+      coupled[row] = rests_of(samples, count, paths,
+                              window_x(plane, (floatv)((float)side * plane->half_x)), y) -
+                     rests_of(samples, count, paths, window_x(plane, (floatv)(0.0f)), y);
+    }
+    *odd = fmax(*odd, fabs(0.5f * (coupled[2] - coupled[0])));
+    *even = fmax(*even, fabs(0.5f * (coupled[2] + coupled[0]) - coupled[1]));
+  }
+}
+#endif
+
 // Rays to so many places along one axis of the tile, on three lines, bound a footprint along it.
 #define RAYS_ALONG 9
 
 // First pixel, and number, of those that rays from samples to the tile come from, along one axis:
 // s, half_m of it and other_s, other_half_m of the other.
+//
+// least_slope, largest_slope  of the paths over mirrors and through glass, beyond the rays
 static inline void footprint_along(floatv s, floatv other_s, floatv z, float z0, float half_m,
                                    float other_half_m, float pixels_per_sine, int most,
-                                   floatv margin, intv* first, intv* count) {
+                                   floatv margin, floatv least_slope, floatv largest_slope,
+                                   intv* first, intv* count) {
   floatv low = 1e30f, high = -1e30f;
   for (int ray = 0; ray < 3 * RAYS_ALONG; ++ray) {
     const float u = ((float)(ray % RAYS_ALONG) * (2.0f / (RAYS_ALONG - 1)) - 1.0f) * half_m,
@@ -156,6 +243,8 @@ static inline void footprint_along(floatv s, floatv other_s, floatv z, float z0,
     low = fmin(low, x);
     high = fmax(high, x);
   }
+  low -= pixels_per_sine * largest_slope;
+  high -= pixels_per_sine * least_slope;
   const floatv limit = 1e9f;
   *first = LANES_TO_INT(ceil(clamp(low - margin, -limit, limit)));
   *count = LANES_TO_INT(floor(clamp(high + margin, -limit, limit))) + 1 - *first;
@@ -199,7 +288,10 @@ static inline intv is_smooth(const SampleLanes* s, intv shines, floatv tangent_x
 }
 
 // Scan lines of samples: as few as keep within the tolerance (docs/pipeline.md).
-static inline intv lines_of(floatv x, floatv y, floatv z, const CompactPlane* plane) {
+//
+// path_odd, path_even  of path_coupling
+static inline intv lines_of(floatv x, floatv y, floatv z, floatv path_odd, floatv path_even,
+                            const CompactPlane* plane) {
   const float h = plane->half_y, z0 = plane->z0;
   const floatv across = x * x + z * z, up = (y - h) * (y - h), down = (y + h) * (y + h);
   // Distances from the column u = 0 to the sample, and to the reference's centre
@@ -222,8 +314,8 @@ static inline intv lines_of(floatv x, floatv y, floatv z, const CompactPlane* pl
     even = fmax(even, fabs(bend - reference_bend));
   }
   const float radians = 6.2831853f * plane->turns_hi;
-  odd *= radians;
-  even *= radians;
+  odd = (odd + path_odd) * radians;
+  even = (even + path_even) * radians;
   intv lines = plane->lines;
   floatv power = 1.0f;
   for (int fewer = 1; fewer < plane->lines; ++fewer) {

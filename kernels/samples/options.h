@@ -19,9 +19,16 @@
 #define RAYWAVE_VISIBILITY_PARTS 8
 #endif
 
+// 1: paths over mirrors and through glass are polynomials over the window; 0: light from there
+// comes from virtual points; SampleTable and Gatherer, from the Plan
+#ifndef RAYWAVE_PATHS
+#define RAYWAVE_PATHS 0
+#endif
+
 #define RAYWAVE_SAMPLES_OPTIONS(OPTION)    \
   OPTION(antialias, RAYWAVE_ANTIALIAS)     \
   OPTION(keep_unseen, RAYWAVE_KEEP_UNSEEN) \
+  OPTION(paths, RAYWAVE_PATHS)             \
   OPTION(visibility_parts, RAYWAVE_VISIBILITY_PARTS)
 
 #endif

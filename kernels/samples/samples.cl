@@ -6,8 +6,10 @@
 //
 // find_samples  samples of the cells of a band of `rows` rows from first_row on. counts[cell]:
 //               number of samples of the cell (row by row), and how many of its first `slots`
-//               samples are hidden from some part. samples[cell * slots] and on: the samples;
-//               visibility_masks, lit: their masks of VISIBILITY_WORDS and LIT_WORDS words
+//               samples are hidden from some part. mirrors[cell]: 0 where it has neither mirrors
+//               nor glass, else 1 and the number of sources that it has met.
+//               samples[cell * slots] and on: the samples; visibility_masks, lit: their masks of
+//               VISIBILITY_WORDS and LIT_WORDS words
 // pack_samples  the same samples without gaps: those of cell c go to packed[first_of_cell[c].x] and
 //               on, after first_of_cell[c].y hidden ones
 //
@@ -21,6 +23,7 @@
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
 #include "kernels/samples/breaks.h"
+#include "kernels/samples/lattice_rays.h"
 #include "kernels/samples/options.h"
 #include "kernels/samples/visibility.h"
 #include "kernels/scene/bvh.h"
@@ -28,94 +31,11 @@
 
 #define LIT_WORDS (RAYWAVE_LIGHTS > 32 ? (RAYWAVE_LIGHTS + 31) / 32 : 1)
 
-#define PARTS (RAYWAVE_ANTIALIAS > 0 ? RAYWAVE_ANTIALIAS * RAYWAVE_ANTIALIAS : 1)
-#define PACKETS (PARTS > RAYWAVE_LANES ? PARTS / RAYWAVE_LANES : 1)
-#define CELLS_OF_PACKET (RAYWAVE_LANES > PARTS ? RAYWAVE_LANES / PARTS : 1)
-
 // 1: the parts of a cell differ in more than coverage, so that all of them are traced.
 #define PARTS_DIFFER (RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
 
 // How far a layer lies behind another, in biases of rays, to be behind it for certain.
 #define BEHIND 16.0f
-
-// Rays with these tangents, one per lane.
-static inline Rays lattice_rays(const Lattice* lattice, floatv tangent_x, floatv tangent_y,
-                                intv active) {
-  Rays rays;
-  rays.dx = tangent_x;
-  rays.dy = tangent_y;
-  rays.dz = 1.0f;
-  rays.ox = lattice->centre_x + (lattice->near_z - lattice->centre_z) * rays.dx;
-  rays.oy = lattice->centre_y + (lattice->near_z - lattice->centre_z) * rays.dy;
-  rays.oz = lattice->near_z;
-  rays.t_min = 0.0f;
-  rays.t_max = lattice->reach;
-  rays.active = active;
-  return rays;
-}
-
-// Rays through the centres of the cells (first + lane, row).
-static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv active) {
-  const intv column = first + LANES_INDEX;
-  return lattice_rays(lattice, (LANES_TO_FLOAT(lattice->first_x + column) + 0.5f) * lattice->step,
-                      (floatv)(((float)(lattice->first_y + row) + 0.5f) * lattice->step),
-                      active & (column < lattice->nx));
-}
-
-#if RAYWAVE_ANTIALIAS
-// Centres of RAYWAVE_LANES parts of a cell, inner parts first, in cells from its lower left corner.
-static inline void part_places(int packet, floatv* right, floatv* upwards) {
-  const intv part = packet * RAYWAVE_LANES + LANES_INDEX;
-#if RAYWAVE_ANTIALIAS == 4
-  // Two bits for each part: columns 1 2 1 2, 1 2 0 3, 0 3 1 2, 0 3 0 3 and rows 1 1 2 2, 0 0 1 1,
-  // 2 2 3 3, 0 0 3 3
-  const intv column = (intv)((int)0xcc9cc999u) >> (2 * part) & 3;
-  const intv row = (intv)((int)0xf0fa50a5u) >> (2 * part) & 3;
-#else
-  const intv column = part & 1, row = part >> 1 & 1;
-#endif
-  const float width = 1.0f / (float)RAYWAVE_ANTIALIAS;
-  *right = (0.5f + LANES_TO_FLOAT(column)) * width;
-  *upwards = (0.5f + LANES_TO_FLOAT(row)) * width;
-}
-
-// Rays through the centres of RAYWAVE_LANES parts of a cell, or through all parts of
-// CELLS_OF_PACKET cells, beginning with this one.
-static inline Rays part_rays(const Lattice* lattice, int column, int row, int packet, intv active) {
-  floatv right, upwards;
-  part_places(packet, &right, &upwards);
-  const intv cell = lattice->first_x + column + LANES_INDEX / PARTS;
-  return lattice_rays(lattice, (LANES_TO_FLOAT(cell) + right) * lattice->step,
-                      ((float)(lattice->first_y + row) + upwards) * lattice->step, active);
-}
-#endif
-
-// Merges layers closer than `gap` to the one before, and removes inner sides of closed meshes,
-// which are no sources. Hits that remain keep their triangle.
-static inline void keep_sources(Layers* layers, const SceneArrays* scene, const Rays* rays,
-                                float gap) {
-  floatv last = -1e30f;
-  for (int i = 0; i < BVH_LAYERS; ++i) {
-    const intv hit = layers->triangle[i] >= 0;
-    if (!LANES_ANY(hit)) return;
-    const intv apart = hit & (layers->t[i] > last + gap);
-    last = LANES_SELECT(last, layers->t[i], apart);
-    int triangle[RAYWAVE_LANES], keep[RAYWAVE_LANES];
-    float dx[RAYWAVE_LANES], dy[RAYWAVE_LANES];
-    LANES_STORE(LANES_SELECT((intv)(-1), layers->triangle[i], apart), triangle);
-    LANES_STORE(rays->dx, dx);
-    LANES_STORE(rays->dy, dy);
-    for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
-      keep[lane] = triangle[lane];
-      if (triangle[lane] < 0) continue;
-      const int side = scene->tree.triangles[triangle[lane]].side;
-      if (side == 0) continue;
-      const float3 n = triangle_cross(&scene->tree, triangle[lane]);
-      if ((n.x * dx[lane] + n.y * dy[lane] + n.z) * (float)side >= 0.0f) keep[lane] = -1;
-    }
-    layers->triangle[i] = LANES_LOAD(keep);
-  }
-}
 
 // One hit of one ray.
 typedef struct {
@@ -383,7 +303,8 @@ typedef struct {
   int slots;
   int count;                      // of all samples, with or without a slot
   int hidden;                     // of the samples that have a slot
-  int rank;                       // number of the next layer
+  int rank;                       // number of the next source
+  int mirrors;                    // 1: it has mirrors or glass
   int packet_column;              // first cell whose parts share a packet with this one's
   OccluderCache* occluder_cache;  // by rank; deeper layers share the last one
 } Cell;
@@ -405,8 +326,16 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
                        (intv)(cell->rank)),
               keys);
   OccluderCache* occluder_cache = cell->occluder_cache + min(cell->rank, OCCLUDER_CACHES - 1);
+  if (!RAYWAVE_KEEP_UNSEEN && (covered == 0 || seen == 0)) {
+    ++cell->rank;
+    return;
+  }
+#if RAYWAVE_BOUNCES > 0
+  // What has no light of its own is no source.
+  cell->mirrors |= shaded->own[lane] < 1.0f;
+  if (!(shaded->own[lane] > 0.0f)) return;
+#endif
   ++cell->rank;
-  if (!RAYWAVE_KEEP_UNSEEN && (covered == 0 || seen == 0)) return;
 
   Sample sample;
   sample.x = shaded->x[lane];
@@ -462,6 +391,7 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   sample.triangle = hit->triangle;
   sample.key = keys[0];
   sample.profile = 0;
+  sample.path = -1;
   const float3 to_centre =
       (float3)((lattice->centre_x - sample.x) / (sample.z - lattice->centre_z),
                (lattice->centre_y - sample.y) / (sample.z - lattice->centre_z), -1.0f);
@@ -658,8 +588,8 @@ CALLED void look_around_centres(const SceneArrays* scene, const Lattice* lattice
 __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
                            __global const float* break_cells, __global const float* break_tiles,
                            int first_row, int rows, int slots, __global int2* counts,
-                           __global Sample* samples, __global uint* visibility_masks,
-                           __global uint* lit) {
+                           __global int* mirrors, __global Sample* samples,
+                           __global uint* visibility_masks, __global uint* lit) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   if (first >= lattice.nx || (int)get_global_id(1) >= rows) return;
   const int band_row = row_in_turn((int)get_global_id(1), rows), row = first_row + band_row;
@@ -718,6 +648,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
                  visibility_masks + place * (size_t)slots * VISIBILITY_WORDS,
                  lit + place * (size_t)slots * LIT_WORDS,
                  slots,
+                 0,
                  0,
                  0,
                  0,
@@ -829,6 +760,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
       }
     }
     counts[place] = (int2)(cell.count, cell.hidden);
+    mirrors[place] = cell.mirrors ? 1 + cell.rank : 0;
   }
 }
 

@@ -284,21 +284,23 @@ BVH_INLINE bool bvh_turns_away(int normal_cone, __global const Instance* instanc
   return spread > 0 && 2 * along > VIEW_STEPS * spread + instance->view_margin;
 }
 
-// Mask of the rays that meet a child's box before `farthest`; with `layers`, empty where the child
+// Mask of the rays that meet a child's box before `farthest`; with `culls`, empty where the child
 // is culled by its normal cone.
 BVH_INLINE intv bvh_child(__global const float* box_min, __global const float* box_max,
                           int normal_cone, const Rays* rays, const floatv* inverse, floatv farthest,
-                          __global const Instance* instance, const Layers* layers, floatv* enter) {
-  if (layers && bvh_turns_away(normal_cone, instance)) return 0;
+                          __global const Instance* instance, bool culls, floatv* enter) {
+  if (culls && bvh_turns_away(normal_cone, instance)) return 0;
   const intv meets = bvh_box(box_min[0], box_min[1], box_min[2], box_max[0], box_max[1], box_max[2],
                              rays, inverse, enter);
   return rays->active & meets & (*enter < farthest);
 }
 
 // Nearest hits of all rays with an instance, in its frame. any_hit: rays that have met something
-// stop. layers: receives the nearest BVH_LAYERS hits of each ray, without those in culled subtrees.
+// stop. layers: receives the nearest BVH_LAYERS hits of each ray. culls: subtrees that face away
+// from the hologram's centre are skipped.
 BVH_INLINE void bvh_traverse_instance(const Tree* tree, __global const Instance* instance,
-                                      Rays* rays, bool any_hit, Hits* best, Layers* layers) {
+                                      Rays* rays, bool any_hit, bool culls, Hits* best,
+                                      Layers* layers) {
   const floatv inverse[3] = {bvh_reciprocal(rays->dx), bvh_reciprocal(rays->dy),
                              bvh_reciprocal(rays->dz)};
   // Children still to be visited. Only a node with two inner children pushes, and it pushes one of
@@ -312,7 +314,7 @@ BVH_INLINE void bvh_traverse_instance(const Tree* tree, __global const Instance*
     __global const BvhNode* node = tree->nodes + place;
     floatv enter_left = 0.0f, enter_right = 0.0f;
     const intv in_left = bvh_child(node->left_min, node->left_max, node->left_count, rays, inverse,
-                                   best->t, instance, layers, &enter_left);
+                                   best->t, instance, culls, &enter_left);
     bool left = LANES_ANY(in_left);
     if (left && BVH_COUNT(node->left_count) > 0) {
       const intv hit = layers ? bvh_leaf_layers(tree, node->left_child, BVH_COUNT(node->left_count),
@@ -323,7 +325,7 @@ BVH_INLINE void bvh_traverse_instance(const Tree* tree, __global const Instance*
       left = false;
     }
     const intv in_right = bvh_child(node->right_min, node->right_max, node->right_count, rays,
-                                    inverse, best->t, instance, layers, &enter_right);
+                                    inverse, best->t, instance, culls, &enter_right);
     bool right = LANES_ANY(in_right);
     if (right && BVH_COUNT(node->right_count) > 0) {
       const intv hit = layers
@@ -354,8 +356,9 @@ BVH_INLINE void bvh_traverse_instance(const Tree* tree, __global const Instance*
   }
 }
 
-// Nearest hits with all instances, in the scene frame; any_hit and layers as above.
-BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, Layers* layers) {
+// Nearest hits with all instances, in the scene frame; any_hit, culls and layers as above.
+BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, bool culls,
+                             Layers* layers) {
   Hits best;
   best.t = rays->t_max;
   best.triangle = -1;
@@ -365,7 +368,7 @@ BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, L
   for (__global const Instance* instance = tree->instances;; ++instance) {
     Rays turned = rays_of_instance(instance, rays, !any_hit);
     turned.active = active;
-    bvh_traverse_instance(tree, instance, &turned, any_hit, &best, layers);
+    bvh_traverse_instance(tree, instance, &turned, any_hit, culls, &best, layers);
     active = turned.active;
     if (instance->last || !LANES_ANY(active)) return best;
   }
@@ -373,19 +376,29 @@ BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, L
 
 // The nearest hits in (t_min, t_max).
 CALLED Hits bvh_nearest(const Tree* tree, const Rays* rays) {
-  return bvh_traverse(tree, rays, false, 0);
+  return bvh_traverse(tree, rays, false, false, 0);
+}
+
+static inline void bvh_clear(const Rays* rays, Layers* layers) {
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    layers->t[i] = rays->t_max;
+    layers->triangle[i] = -1;
+    layers->u[i] = layers->v[i] = 0.0f;
+  }
 }
 
 // The nearest BVH_LAYERS hits in (t_min, t_max) of rays that come from the hologram's centre.
 // Subtrees that face away from it are skipped: inner sides of closed meshes are no sources of
 // light.
 CALLED void bvh_layers(const Tree* tree, const Rays* rays, Layers* layers) {
-  for (int i = 0; i < BVH_LAYERS; ++i) {
-    layers->t[i] = rays->t_max;
-    layers->triangle[i] = -1;
-    layers->u[i] = layers->v[i] = 0.0f;
-  }
-  bvh_traverse(tree, rays, false, layers);
+  bvh_clear(rays, layers);
+  bvh_traverse(tree, rays, false, true, layers);
+}
+
+// The same of rays from anywhere, without skipping any.
+CALLED void bvh_all_layers(const Tree* tree, const Rays* rays, Layers* layers) {
+  bvh_clear(rays, layers);
+  bvh_traverse(tree, rays, false, false, layers);
 }
 
 #if RAYWAVE_LANES > 1
@@ -417,7 +430,7 @@ CALLED intv bvh_occluded_again(const Tree* tree, const Rays* rays, int* known) {
     LANES_STORE(untried, candidates);
   }
   if (LANES_ANY(left.active)) {
-    const intv triangle = bvh_traverse(tree, &left, true, 0).triangle;
+    const intv triangle = bvh_traverse(tree, &left, true, false, 0).triangle;
     stopped_by = LANES_SELECT(stopped_by, triangle, left.active);
   }
   LANES_STORE(stopped_by, known);
@@ -427,7 +440,7 @@ CALLED intv bvh_occluded_again(const Tree* tree, const Rays* rays, int* known) {
 
 // Mask of the rays that meet anything in (t_min, t_max).
 CALLED intv bvh_occluded(const Tree* tree, const Rays* rays) {
-  return bvh_traverse(tree, rays, true, 0).triangle >= 0;
+  return bvh_traverse(tree, rays, true, false, 0).triangle >= 0;
 }
 
 #endif

@@ -31,7 +31,7 @@ typedef struct {
   floatv nx, ny, nz;
   floatv vx, vy, vz;                             // unit vector towards the viewer
   floatv ambient, diffuse, specular, shininess;  // textures applied
-  floatv reflectivity, transparency, ior, ior_low;
+  floatv reflectivity, transparency, ior, ior_low, attenuation;
   intv entering;  // the ray hits the outer side of the surface
 #if REFINED_SURFACES
   // Double-single values from refine_surface; `towards` points to the viewer and has any length
@@ -97,7 +97,7 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   float ambient[RAYWAVE_LANES], diffuse[RAYWAVE_LANES], specular[RAYWAVE_LANES],
       shininess[RAYWAVE_LANES];
   float reflectivity[RAYWAVE_LANES], transparency[RAYWAVE_LANES], ior[RAYWAVE_LANES],
-      ior_low[RAYWAVE_LANES];
+      ior_low[RAYWAVE_LANES], attenuation[RAYWAVE_LANES];
   LANES_STORE(hits->triangle, triangle);
   LANES_STORE(hits->u, u);
   LANES_STORE(hits->v, v);
@@ -105,7 +105,7 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     nx[i] = ny[i] = gx[i] = gy[i] = 0.0f;
     nz[i] = gz[i] = 1.0f;
     ambient[i] = diffuse[i] = specular[i] = shininess[i] = reflectivity[i] = transparency[i] =
-        ior_low[i] = 0.0f;
+        ior_low[i] = attenuation[i] = 0.0f;
     ior[i] = 1.0f;
     if (triangle[i] < 0) continue;
     __global const Triangle* s = scene->tree.triangles + triangle[i];
@@ -131,6 +131,7 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     transparency[i] = m->transparency;
     ior[i] = m->ior;
     ior_low[i] = m->ior_low;
+    attenuation[i] = m->attenuation;
 #if RAYWAVE_TEXTURES
     if (m->texture >= 0) {
       const float2 uv = a * vload2((size_t)s->corner_a, scene->uvs) +
@@ -154,6 +155,7 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   surface.transparency = LANES_LOAD(transparency);
   surface.ior = LANES_LOAD(ior);
   surface.ior_low = LANES_LOAD(ior_low);
+  surface.attenuation = LANES_LOAD(attenuation);
   const floatv toward_viewer =
       -rsqrt(rays->dx * rays->dx + rays->dy * rays->dy + rays->dz * rays->dz);
   surface.vx = rays->dx * toward_viewer;

@@ -73,7 +73,9 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
         const intv hit = hits.triangle >= 0;
         if (!LANES_ANY(hit)) continue;
         Surface surface = surface_at(&scene, &rays, &hits);
-#if REFINED_SURFACES
+#if RAYWAVE_BOUNCES > 0
+        reach_surface(&path, refine_surface(&scene, &line, &hits, &surface));
+#elif REFINED_SURFACES
         refine_surface(&scene, &line, &hits, &surface);
 #endif
         floatv radiance = phong(&scene, &surface, lens.bias, lens.reach, hit);

@@ -465,7 +465,8 @@ TEST_CASE("layers without a surface are left out, and surfaces at one depth make
 }
 
 TEST_CASE(
-    "several layers are refused for fans, mirrors and glass, whose rays go from layer to layer") {
+    "several layers are refused for fans, whose rays go from layer to layer; mirrors whose light "
+    "comes from samples have them") {
   const auto world = square_world(1 * mm, {0, 0, 100 * mm}, 4 * mm);
   auto scene = paper_scene();
   scene.wrp.layers = 2;
@@ -477,8 +478,11 @@ TEST_CASE(
                     ContainsSubstring("give wrp.layers 1 and one wrp.distance"));
   scene = aimed_scene({}, 2);
   scene.trace.depth = 1;
+  scene.trace.bounces = Bounces::fan;
   scene.materials[0].reflectivity = 0.5;
   CHECK_THROWS_AS(plan_of(scene, world), InputError);
+  scene.trace.bounces = Bounces::points;
+  CHECK(plan_of(scene, world).layers.size() == 2);
   scene.materials[0].reflectivity = 0;
   CHECK(plan_of(scene, world).layers.size() == 2);
 }

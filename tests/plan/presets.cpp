@@ -475,7 +475,7 @@ TEST_CASE("warnings name settings that the user may not have meant", "[slow]") {
   CHECK(warns(with({"sampling.pitch=0.3 mm"}), "single dots"));
   CHECK(warns(with({"sampling.pitch=5 um"}), "finer than what the hologram resolves"));
   CHECK(warns(with({"sampling.mode=fan"}), "alias"));
-  CHECK(warns(with({"materials.china.reflectivity=0.2"}), "trace.depth is 0"));
+  CHECK(warns(with({"materials.china.reflectivity=0.2", "trace.depth=0"}), "trace.depth is 0"));
   CHECK_FALSE(warns(with({}), "replicas"));
   CHECK(warns(with({"object.0.width=20 mm", "wrp.grid=auto"}), "replicas"));
   CHECK(warns(with({"object.0.width=20 mm", "wrp.grid=auto"}), "steeper than the pixels can show"));
@@ -595,7 +595,7 @@ TEST_CASE(
   CHECK(balanced.prediction.field_error < 0.1 * wrps.prediction.field_error);
   CHECK(balanced.prediction.times.total_s() < wrps.prediction.times.total_s());
 
-  for (const auto* set : {"sampling.mode=fan", "trace.depth=2"}) {
+  for (const auto* set : {"sampling.mode=fan", "trace.bounces=fan"}) {
     auto scene = compact("teapot.toml", {set});
     scene.materials.back().reflectivity = 0.5;
     CHECK_THROWS_WITH(

@@ -193,7 +193,9 @@ TEST_CASE(
                                                test::rendered(device, scene).field.samples);
           INFO((mode == SamplingMode::aimed ? "aimed" : "fan")
                << ", bounces " << bounces << ", frame " << frame << ": off by " << off);
-          CHECK(off <= 0.02);  // measured up to 0.005: rays that pass an edge within rounding
+          // Measured up to 0.005, and 0.06 with samples in mirrors and glass: rays that pass an
+          // edge within rounding. Behind an edge of a mirror, virtual points lie elsewhere.
+          CHECK(off <= (bounces && mode == SamplingMode::aimed ? 0.1 : 0.02));
         }
       }
     }

@@ -152,7 +152,8 @@ TEST_CASE("keys left out have the documented defaults") {
   CHECK(scene.sampling.pitch_m == 1e-4);
   CHECK(scene.sampling.seed == 1);
   CHECK(scene.sampling.frames == 1);
-  CHECK(scene.trace.depth == 0);
+  CHECK(!scene.trace.depth);
+  CHECK(scene.trace.bounces == Bounces::automatic);
   CHECK_FALSE(scene.trace.shadows);
   CHECK(scene.lights[0].type == LightType::directional);
   CHECK(scene.lights[0].intensity == 1);

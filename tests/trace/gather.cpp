@@ -567,7 +567,7 @@ FieldStack hologram_of(const raywave::cl::Device& device, const Stage& stage,
     gatherer.draw_phases(1);
     gatherer.gather(plan.wrps[0], field);
   }
-  if (plan.bounces > 0)
+  if (plan.has_fans())
     FanTracer(device, plan, rig.arrays, HitSource::bounced).trace(plan.wrps[0], 1, field);
   Propagator propagator(device, {plan.size, plan.pitch_m, plan.wavelength_m, 2});
   propagator.load(field);
@@ -620,7 +620,7 @@ Focus brightest(const raywave::cl::Device& device, const Stage& stage, const Fie
 }  // namespace
 
 TEST_CASE(
-    "a mirror at 45 degrees shows a point at its mirrored place and a patch with its own "
+    "fans from a mirror at 45 degrees show a point at its mirrored place and a patch with its own "
     "brightness") {
   const double reach = 1e-3, half_point = 13e-6, half_patch = 0.16e-3;
   const auto with_mirror = [&](double half) {
@@ -628,6 +628,7 @@ TEST_CASE(
     Material mirror;
     mirror.reflectivity = 1;
     stage.scene.trace.depth = 1;
+    stage.scene.trace.bounces = Bounces::fan;
     // The square's light travels towards +x; the mirror at (0, 0, 20 mm) reflects it to the
     // hologram.
     stage.add(rectangle({-reach, 0, 20e-3}, {0, half, 0}, {0, 0, half}), glowing());
@@ -656,7 +657,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a glass plate shifts objects behind it towards the viewer by t (1 - 1/n)") {
+TEST_CASE("fans through a glass plate see objects behind it nearer by t (1 - 1/n)") {
   const double thickness = 1.5e-3, at = 21e-3;
   const auto with_layer = [&](double half) {
     auto stage = bench();
@@ -664,6 +665,7 @@ TEST_CASE("a glass plate shifts objects behind it towards the viewer by t (1 - 1
     glass.transparency = 1;
     glass.ior = 1.5;
     stage.scene.trace.depth = 2;
+    stage.scene.trace.bounces = Bounces::fan;
     stage.add(rectangle({0, 0, at}, {half, 0, 0}, {0, half, 0}), glowing());
     stage.add(box({0, 0, 19.75e-3}, {1.2e-3, 1.2e-3, thickness / 2}), glass);
     return stage;

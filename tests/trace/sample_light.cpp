@@ -177,6 +177,7 @@ TEST_CASE(
     }
     stage.scene.lights.push_back(l);
   }
+  stage.scene.trace.depth = 0;  // what is seen directly
   for (const bool shadows : {false, true}) {
     CAPTURE(shadows);
     stage.scene.trace.shadows = shadows;

@@ -155,7 +155,7 @@ void Candidates::add_choices(double pitch_m, const std::vector<int>& counts,
 /// Without predictions of errors and pictures.
 Candidates::Layout Candidates::layout(int layers, const Plan& plan) const {
   Layout l{layers, gathering_of(plan), {}, {}};
-  if (scene_.given.contains("wrp.oversampling") || !plan.aimed || plan.bounces > 0 || plan.compact)
+  if (scene_.given.contains("wrp.oversampling") || plan.has_fans() || plan.compact)
     return l;
   auto few = plan;
   bool any = false;
@@ -180,7 +180,7 @@ void Candidates::add(Layout layout) {
 /// frames or the most, and there are surfaces in them.
 void Candidates::add_layers(double finest_pitch_m, const std::vector<int>& counts) {
   if (scene_.given.contains("wrp.layers") || scene_.given.contains("wrp.distance") ||
-      plan_.bounces > 0)
+      plan_.has_fans())
     return;
   for (int layers = layouts_.back().layers + 1; layers <= most_layers_tried; ++layers) {
     auto scene = scene_;

@@ -327,7 +327,7 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
     return work;
   }
   count_samples(world, plan, view, descent, work);
-  const double gatherings = plan.bounces > 0 ? frames : std::ceil(frames / most_frames_together);
+  const double gatherings = plan.has_fans() ? frames : std::ceil(frames / most_frames_together);
   const auto lights = static_cast<double>(lights_of(plan.lighting));
   if (plan.compact) {
     const double in_frames = frames > 1 ? frames : 0;
@@ -347,7 +347,7 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
                                     (frames - gatherings) * further_frame * far_tiles +
                                     frames * near_pixel * footprints.near_pixels) +
                frames * aim_of_a_sample * work.samples * wrps_of_a_sample;
-  if (plan.bounces > 0) {
+  if (plan.has_fans()) {
     for (const auto& wrp : plan.wrps)
       work.pairs += bouncing * static_cast<double>(wrp.fan.size()) * pixels * levels * frames;
   }

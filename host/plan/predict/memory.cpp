@@ -85,7 +85,7 @@ std::string missing(const MemoryNeeds& needs, const MemoryLimits& limits) {
 }  // namespace
 
 int frames_together(const Plan& plan, std::uint64_t largest_buffer_bytes) {
-  if (!plan.aimed || plan.bounces > 0) return 1;
+  if (plan.has_fans()) return 1;
   const double plane = 8.0 * static_cast<double>(plan.gathered_pixels()),
                half_a_gigabyte = 512.0 * 1024 * 1024;
   const double fitting = std::min(

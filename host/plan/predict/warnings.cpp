@@ -213,8 +213,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
       return test(scene.materials[static_cast<std::size_t>(o.material)]);
     });
   };
-  const auto bounces =
-      used([](const Material& m) { return m.reflectivity > 0 || m.transparency > 0; });
+  const auto bounces = used([](const Material& m) { return m.is_specular(); });
   if (bounces != scene.objects.end() && scene.trace.depth == 0)
     warn("material " +
          in_quotes(scene.materials[static_cast<std::size_t>(bounces->material)].name) +

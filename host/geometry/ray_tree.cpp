@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/geometry/ray_tree.hpp"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+
+namespace raywave {
+namespace {
+
+struct Ray {
+  glm::dvec3 origin, direction, inverse;
+  double t_min = 0;
+};
+
+/// True where the ray passes through the box between t_min and t_max.
+bool meets_box(const float* low, const float* high, const Ray& ray, double t_max) {
+  double enter = ray.t_min, leave = t_max;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double a = (low[axis] - ray.origin[axis]) * ray.inverse[axis],
+                 b = (high[axis] - ray.origin[axis]) * ray.inverse[axis];
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return enter <= leave * (1 + 1e-12);
+}
+
+struct TriangleHit {
+  double t = 0, u = 0, v = 0;
+};
+
+/// Moeller and Trumbore's test.
+std::optional<TriangleHit> meets(const Corners& corners, const Ray& ray, double t_max) {
+  const auto point = [](const float* p) { return glm::dvec3(p[0], p[1], p[2]); };
+  const auto a = point(corners.a), ab = point(corners.b) - a, ac = point(corners.c) - a;
+  const auto across = glm::cross(ray.direction, ac);
+  const double determinant = glm::dot(ab, across);
+  if (determinant == 0) return std::nullopt;
+  const auto off = ray.origin - a;
+  const auto turned = glm::cross(off, ab);
+  const double u = glm::dot(off, across) / determinant,
+               v = glm::dot(ray.direction, turned) / determinant,
+               t = glm::dot(ac, turned) / determinant;
+  if (u < 0 || v < 0 || u + v > 1 || t <= ray.t_min || t >= t_max) return std::nullopt;
+  return TriangleHit{t, u, v};
+}
+
+}  // namespace
+
+RayTree::RayTree(std::span<const glm::dvec3> positions_m, std::span<const glm::vec3> normals,
+                 std::span<const glm::uvec3> triangles,
+                 std::span<const std::int32_t> triangle_object, std::size_t objects) {
+  objects_.resize(objects);
+  const std::vector<glm::dvec3> positions(positions_m.begin(), positions_m.end());
+  std::vector<std::vector<glm::uvec3>> corners(objects);
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const auto object = static_cast<std::size_t>(triangle_object[i]);
+    corners[object].push_back(triangles[i]);
+    objects_[object].triangles.push_back(i);
+    for (int corner = 0; corner < 3; ++corner)
+      objects_[object].normals.push_back(normals.empty() ? glm::vec3(0)
+                                                         : normals[triangles[i][corner]]);
+  }
+  for (std::size_t object = 0; object < objects; ++object) {
+    auto& tree = objects_[object];
+    if (tree.triangles.empty()) continue;
+    tree.origin_m = positions[corners[object][0].x];
+    tree.bvh = build_bvh(positions, corners[object], tree.origin_m);
+  }
+}
+
+std::optional<RayHit> RayTree::nearest(std::span<const Motion> motions, glm::dvec3 origin,
+                                       glm::dvec3 direction, double t_min, double t_max) const {
+  std::optional<RayHit> best;
+  std::vector<std::int32_t> waiting;
+  for (std::size_t object = 0; object < objects_.size(); ++object) {
+    const auto& tree = objects_[object];
+    if (tree.triangles.empty()) continue;
+    // The ray in the object's frame: distances along it do not change
+    const auto motion = motions.empty() ? Motion{} : motions[object];
+    const auto back = glm::transpose(motion.turn) / motion.scale;
+    Ray ray;
+    ray.t_min = t_min;
+    ray.direction = motion.moved ? back * direction : direction;
+    ray.origin =
+        (motion.moved ? motion.from_m + back * (origin - motion.to_m) : origin) - tree.origin_m;
+    for (int axis = 0; axis < 3; ++axis)
+      ray.inverse[axis] = 1 / (ray.direction[axis] == 0 ? 1e-300 : ray.direction[axis]);
+
+    std::optional<TriangleHit> hit;
+    std::size_t place = 0;
+    const auto look_at = [&](std::int32_t child, std::int32_t count) {
+      if (BVH_COUNT(count) == 0) return waiting.push_back(child);
+      for (auto i = child; i < child + BVH_COUNT(count); ++i) {
+        const auto found = meets(tree.bvh.triangles[static_cast<std::size_t>(i)], ray, t_max);
+        if (!found) continue;
+        hit = found;
+        t_max = found->t;
+        place = static_cast<std::size_t>(i);
+      }
+    };
+    waiting.assign(1, 0);
+    while (!waiting.empty()) {
+      const auto& node = tree.bvh.nodes[static_cast<std::size_t>(waiting.back())];
+      waiting.pop_back();
+      if (meets_box(node.left_min, node.left_max, ray, t_max))
+        look_at(node.left_child, node.left_count);
+      if (meets_box(node.right_min, node.right_max, ray, t_max))
+        look_at(node.right_child, node.right_count);
+    }
+    if (!hit) continue;
+    const std::size_t number = tree.bvh.order[place];
+    const auto normal = [&](std::size_t corner) {
+      return glm::dvec3(tree.normals[3 * number + corner]);
+    };
+    const auto& corners = tree.bvh.triangles[place];
+    const auto point = [](const float* p) { return glm::dvec3(p[0], p[1], p[2]); };
+    const auto face =
+        glm::cross(point(corners.b) - point(corners.a), point(corners.c) - point(corners.a));
+    const auto smooth = (1 - hit->u - hit->v) * normal(0) + hit->u * normal(1) + hit->v * normal(2);
+    const auto normal_or_face = glm::dot(smooth, smooth) > 0 ? smooth : face;
+    best = {hit->t, tree.triangles[number], static_cast<std::int32_t>(object),
+            glm::normalize(motion.turn * face), glm::normalize(motion.turn * normal_or_face)};
+  }
+  return best;
+}
+
+}  // namespace raywave

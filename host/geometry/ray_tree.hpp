@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Rays against a scene's objects on the host, for planning: few rays, in double precision.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "host/geometry/bvh.hpp"
+#include "host/geometry/motion.hpp"
+
+namespace raywave {
+
+/// Where a ray meets a surface first, world frame.
+struct RayHit {
+  double t = 0;  // along the ray
+  std::size_t triangle = 0;
+  std::int32_t object = 0;
+  glm::dvec3 face{0};    // normal of the triangle, unit length, as its corners turn
+  glm::dvec3 normal{0};  // interpolated, unit length, as the mesh has it
+};
+
+/// A tree for each object, as it was placed. Rays are turned to where the object is now.
+class RayTree {
+public:
+  /// positions_m, normals  of vertices; no normals: those of the faces
+  /// triangle_object       of each triangle, below `objects`
+  RayTree(std::span<const glm::dvec3> positions_m, std::span<const glm::vec3> normals,
+          std::span<const glm::uvec3> triangles, std::span<const std::int32_t> triangle_object,
+          std::size_t objects);
+
+  /// The nearest hit with t_min < t < t_max of origin + t direction.
+  ///
+  /// motions  of the objects since they were placed; none: nothing has moved
+  std::optional<RayHit> nearest(std::span<const Motion> motions, glm::dvec3 origin,
+                                glm::dvec3 direction, double t_min, double t_max) const;
+
+private:
+  struct ObjectTree {
+    Bvh bvh;
+    glm::dvec3 origin_m{0};              // of the tree's frame
+    std::vector<std::size_t> triangles;  // their numbers, in the order given to the tree
+    std::vector<glm::vec3> normals;      // of their corners, three each
+  };
+  std::vector<ObjectTree> objects_;
+};
+
+}  // namespace raywave

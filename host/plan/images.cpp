@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/images.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/mat2x2.hpp>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "host/geometry/ray_tree.hpp"
+#include "host/plan/lattice.hpp"
+
+namespace raywave {
+namespace {
+
+/// Rays along the longer side of what mirrors and glass cover.
+constexpr int rays_along = 24;
+
+/// Paths that carry less of the light are not followed here.
+constexpr double least_share = 0.01;
+
+/// Of the images' light, so much may lie nearer, and as much farther, than the depths kept.
+constexpr double share_beyond = 0.01;
+
+/// A mirror or a clear surface on a path.
+struct Turn {
+  std::int32_t object = 0;
+  bool refracts = false;
+};
+
+struct PathRay {
+  glm::dvec3 origin, direction;
+  double share = 1, from = 0;  // hits nearer than `from` are ignored
+};
+
+class Paths {
+public:
+  Paths(const World& world, const Plan& plan)
+      : world_(world),
+        plan_(plan),
+        tree_(world.ray_tree ? world.ray_tree
+                             : std::make_shared<const RayTree>(ray_tree_of(world))),
+        bias_m_(ray_bias_m(world, plan)) {
+    reach_m_ = 2 * (plan.far_m + glm::length(world.max_m - world.min_m));
+  }
+
+  /// Adds what the ray with these tangents leads to.
+  void explore(glm::dvec2 tangents, Images& images) {
+    turns_.clear();
+    explore(start(glm::dvec2(0), tangents), tangents, images);
+  }
+
+private:
+  const Material& material_of(std::int32_t object) const {
+    const auto& lighting = plan_.lighting;
+    const auto material = lighting.material_of_object[static_cast<std::size_t>(object)];
+    return lighting.materials[static_cast<std::size_t>(material)];
+  }
+
+  PathRay start(glm::dvec2 place_m, glm::dvec2 tangents) const {
+    return {{place_m, 0}, glm::normalize(glm::dvec3(tangents, 1)), 1, 0};
+  }
+
+  std::optional<RayHit> meet(const PathRay& ray) const {
+    return tree_->nearest(world_.motions, ray.origin, ray.direction, ray.from, reach_m_);
+  }
+
+  /// The ray onwards; nothing where it is reflected totally.
+  std::optional<PathRay> turned(const PathRay& ray, const RayHit& hit, bool refracts) const {
+    const auto& m = material_of(hit.object);
+    const bool entering =
+        (glm::dot(hit.face, ray.direction) > 0) != (glm::dot(hit.face, hit.normal) > 0);
+    const auto normal = entering ? hit.normal : -hit.normal;
+    const double slope = glm::dot(ray.direction, normal), ior = m.ior.at(plan_.wavelength_m),
+                 ratio = entering ? 1 / ior : ior,
+                 squared = 1 - ratio * ratio * (1 - slope * slope);
+    double reflected = 1;
+    if (squared > 0) {
+      const double beyond = std::sqrt(squared), cosine = std::abs(slope),
+                   s = (ratio * cosine - beyond) / (ratio * cosine + beyond),
+                   p = (cosine - ratio * beyond) / (cosine + ratio * beyond);
+      reflected = (s * s + p * p) / 2;
+    }
+    const double clear = m.transparency.at(plan_.wavelength_m);
+    PathRay next = ray;
+    next.origin += hit.t * ray.direction;
+    if (refracts) {
+      if (squared <= 0) return std::nullopt;
+      next.direction = ratio * ray.direction - (ratio * slope + std::sqrt(squared)) * normal;
+      next.share *= clear * (1 - reflected);
+    } else {
+      next.direction -= 2 * slope * normal;
+      next.share *= m.reflectivity.at(plan_.wavelength_m) + clear * reflected;
+    }
+    next.from = bias_m_ / std::max(std::abs(glm::dot(next.direction, normal)), 0x1p-6);
+    return next;
+  }
+
+  void explore(const PathRay& ray, glm::dvec2 tangents, Images& images) {
+    const auto hit = meet(ray);
+    if (!turns_.empty()) ++images.segments;
+    if (!hit) return;
+    const auto object = hit->object;
+    const auto& material = material_of(object);
+    const double specular =
+        material.reflectivity.at(plan_.wavelength_m) + material.transparency.at(plan_.wavelength_m);
+    if (turns_.empty()) {
+      if (!(specular > 0)) return;
+      ++images.rays;
+    } else if (specular < 1) {
+      if (const auto at_m = image_of(ray, *hit, tangents))
+        images.all.push_back({*at_m, ray.share * (1 - specular), static_cast<int>(turns_.size())});
+    }
+    if (!(specular > 0) || static_cast<int>(turns_.size()) >= plan_.bounces) return;
+    for (const bool refracts : {false, true}) {
+      const auto next = turned(ray, *hit, refracts);
+      if (!next || next->share < least_share) continue;
+      turns_.push_back({object, refracts});
+      explore(*next, tangents, images);
+      turns_.pop_back();
+    }
+  }
+
+  /// The ray after the same surfaces, from another place or with other tangents.
+  std::optional<PathRay> followed(glm::dvec2 place_m, glm::dvec2 tangents) const {
+    std::optional ray(start(place_m, tangents));
+    for (const auto& turn : turns_) {
+      const auto hit = meet(*ray);
+      if (!hit || hit->object != turn.object) return std::nullopt;
+      ray = turned(*ray, *hit, turn.refracts);
+      if (!ray) return std::nullopt;
+    }
+    return ray;
+  }
+
+  /// Where the light of a hit seems to come from: on the ray's line, at the mean radius of the
+  /// wavefront, from differences of rays. Nothing where that lies behind the hologram.
+  std::optional<glm::dvec3> image_of(const PathRay& ray, const RayHit& hit,
+                                     glm::dvec2 tangents) const {
+    const auto source_m = ray.origin + hit.t * ray.direction;
+    const auto other = std::abs(ray.direction.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    const auto e1 = glm::normalize(glm::cross(ray.direction, other)),
+               e2 = glm::cross(ray.direction, e1);
+    const auto off = [&](const PathRay& moved) {
+      const auto way = source_m - moved.origin;
+      const auto miss = way - moved.direction * (glm::dot(way, ray.direction) /
+                                                 glm::dot(moved.direction, ray.direction));
+      return -glm::dvec2(glm::dot(miss, e1), glm::dot(miss, e2));
+    };
+    const double place_step = 0.01 * std::min(plan_.window_m().x, plan_.window_m().y),
+                 tangent_step = place_step / plan_.far_m;
+    glm::dmat2 by_place, by_tangents;
+    for (int axis = 0; axis < 2; ++axis) {
+      glm::dvec2 place(0), turned_tangents = tangents;
+      place[axis] = place_step;
+      turned_tangents[axis] += tangent_step;
+      const auto moved = followed(place, tangents), turned = followed({}, turned_tangents);
+      if (!moved || !turned) return std::nullopt;
+      by_place[axis] = off(*moved) / place_step;
+      by_tangents[axis] = off(*turned) / tangent_step;
+    }
+    const double determinant = glm::determinant(by_tangents);
+    if (!(std::abs(determinant) > 0)) return std::nullopt;
+    const auto turn = -glm::inverse(by_tangents) * by_place;  // columns: by x, by y
+    const double q = std::sqrt(1 + glm::dot(tangents, tangents));
+    const auto d = tangents / q;
+    // Second derivatives of the path, and their mean over the metric of a sphere
+    double sum = 0, all = 0;
+    for (int i = 0; i < 2; ++i) {
+      for (int j = 0; j < 2; ++j) {
+        const double bend = -(turn[j][i] - d[i] * glm::dot(d, turn[j])) / q,
+                     metric = (i == j) - d[i] * d[j];
+        sum += bend * metric;
+        all += metric * metric;
+      }
+    }
+    const double distance_m = all / sum;
+    if (!(distance_m > 0) || !std::isfinite(distance_m)) return std::nullopt;
+    return glm::normalize(glm::dvec3(tangents, 1)) * distance_m;
+  }
+
+  const World& world_;
+  const Plan& plan_;
+  std::shared_ptr<const RayTree> tree_;
+  double bias_m_, reach_m_ = 0;
+  std::vector<Turn> turns_;  // of the path that is being explored
+};
+
+/// Tangents under which the hologram's centre sees mirrors and glass.
+std::pair<glm::dvec2, glm::dvec2> tangents_of_mirrors(const World& world, const Plan& plan) {
+  glm::dvec2 low(std::numeric_limits<double>::infinity()), high(-low);
+  const auto& lighting = plan.lighting;
+  const auto add = [&](glm::dvec3 p_m) {
+    if (!(p_m.z > 0)) return;
+    low = glm::min(low, glm::dvec2(p_m) / p_m.z);
+    high = glm::max(high, glm::dvec2(p_m) / p_m.z);
+  };
+  const auto is_specular = [&](std::size_t object) {
+    return lighting.materials[static_cast<std::size_t>(lighting.material_of_object[object])]
+        .is_specular();
+  };
+  // Boxes of objects where there are any, else all triangles
+  for (std::size_t i = 0; i < world.placed.size(); ++i) {
+    const auto& placed = world.placed[i];
+    for (int corner = 0; corner < 8 && is_specular(i); ++corner) {
+      glm::dvec3 p_m;
+      for (int axis = 0; axis < 3; ++axis)
+        p_m[axis] = (corner >> axis & 1) != 0 ? placed.max_m[axis] : placed.min_m[axis];
+      add(world.motion_of(static_cast<std::int32_t>(i))(p_m));
+    }
+  }
+  for (std::size_t i = 0; i < world.triangles.size() && world.placed.empty(); ++i) {
+    if (!is_specular(static_cast<std::size_t>(world.triangle_object[i]))) continue;
+    for (const auto& p_m : world.corners_m(i)) add(p_m);
+  }
+  return {low, high};
+}
+
+}  // namespace
+
+Images images_of(const World& world, const Plan& plan) {
+  Images images;
+  if (!plan.has_specular_samples()) return images;
+  images.near_m = plan.near_m;
+  images.far_m = plan.far_m;
+  auto [low, high] = tangents_of_mirrors(world, plan);
+  const auto largest =
+      plan.largest_sine /
+      glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.largest_sine * plan.largest_sine));
+  const auto reach = largest + plan.window_m() / (2 * plan.near_m);
+  low = glm::clamp(low, -reach, reach);
+  high = glm::clamp(high, -reach, reach);
+  if (!(low.x < high.x) || !(low.y < high.y)) return images;
+  images.step = std::max(high.x - low.x, high.y - low.y) / rays_along;
+  Paths paths(world, plan);
+  for (double y = low.y + images.step / 2; y < high.y; y += images.step) {
+    for (double x = low.x + images.step / 2; x < high.x; x += images.step)
+      paths.explore({x, y}, images);
+  }
+
+  // The depths that hold nearly all of their light
+  std::vector<std::pair<double, double>> by_depth;
+  double light = 0;
+  for (const auto& image : images.all) {
+    by_depth.emplace_back(image.at_m.z, image.share);
+    light += image.share;
+  }
+  std::sort(by_depth.begin(), by_depth.end());
+  double passed = 0;
+  for (const auto& [z_m, share] : by_depth) {
+    if (passed <= share_beyond * light) images.near_m = std::min(plan.near_m, z_m);
+    if (passed + share <= (1 - share_beyond) * light || z_m <= plan.far_m)
+      images.far_m = std::max(images.far_m, z_m);
+    passed += share;
+  }
+  return images;
+}
+
+}  // namespace raywave

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/scene/spectrum.hpp"
+
+#include <algorithm>
+
+namespace raywave {
+
+int channel_of(double wavelength_m) {
+  if (wavelength_m >= 580e-9) return 0;
+  return wavelength_m >= 490e-9 ? 1 : 2;
+}
+
+double Spectrum::at(double wavelength_m) const {
+  if (table.empty()) return channels[channel_of(wavelength_m)];
+  const auto after = std::upper_bound(
+      table.begin(), table.end(), wavelength_m,
+      [](double wanted, const std::pair<double, double>& entry) { return wanted < entry.first; });
+  if (after == table.begin()) return table.front().second;
+  if (after == table.end()) return table.back().second;
+  const auto [low_m, low] = *(after - 1);
+  const auto [high_m, high] = *after;
+  const auto squared = [](double length_m) { return 1 / (length_m * length_m); };
+  const double share =
+      (squared(wavelength_m) - squared(low_m)) / (squared(high_m) - squared(low_m));
+  return low + share * (high - low);
+}
+
+bool Spectrum::holds(double wavelength_m) const {
+  return table.empty() ||
+         (table.front().first <= wavelength_m && wavelength_m <= table.back().first);
+}
+
+bool Spectrum::is_positive() const {
+  if (table.empty()) return channels.x > 0 || channels.y > 0 || channels.z > 0;
+  return std::any_of(table.begin(), table.end(),
+                     [](const auto& entry) { return entry.second > 0; });
+}
+
+}  // namespace raywave

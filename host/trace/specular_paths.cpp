@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/trace/specular_paths.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <utility>
+
+#include "host/geometry/kernel_options.hpp"
+#include "kernels/samples/path_layout.h"
+
+namespace raywave {
+namespace {
+
+/// Gauss-Legendre nodes: the places of most weight for a polynomial's error over the whole window.
+constexpr std::array<double, PATH_NODES_ALONG> nodes{-0.861136311594053, -0.339981043584856,
+                                                     0.339981043584856, 0.861136311594053};
+
+/// Exponents of x and y of the terms from one degree to another.
+std::vector<glm::ivec2> terms_of(int first_degree, int last_degree) {
+  std::vector<glm::ivec2> terms;
+  for (int degree = first_degree; degree <= last_degree; ++degree) {
+    for (int y = 0; y <= degree; ++y) terms.emplace_back(degree - y, y);
+  }
+  return terms;
+}
+
+double power(double x, int exponent) { return exponent <= 0 ? 1 : std::pow(x, exponent); }
+
+using Matrix = std::vector<std::vector<double>>;  // rows
+
+/// The matrix that solves `equations` for the unknowns in the least-squares sense: (A^T A)^-1 A^T.
+/// The equations' columns must not depend on each other.
+Matrix least_squares(const Matrix& equations) {
+  const auto unknowns = equations[0].size(), count = equations.size();
+  Matrix left(unknowns, std::vector<double>(unknowns + count));
+  for (std::size_t i = 0; i < unknowns; ++i) {
+    for (std::size_t j = 0; j < unknowns; ++j) {
+      for (const auto& row : equations) left[i][j] += row[i] * row[j];
+    }
+    for (std::size_t k = 0; k < count; ++k) left[i][unknowns + k] = equations[k][i];
+  }
+  for (std::size_t i = 0; i < unknowns; ++i) {
+    auto largest = i;
+    for (auto row = i; row < unknowns; ++row) {
+      if (std::abs(left[row][i]) > std::abs(left[largest][i])) largest = row;
+    }
+    std::swap(left[i], left[largest]);
+    const double pivot = left[i][i];
+    for (auto& value : left[i]) value /= pivot;
+    for (std::size_t row = 0; row < unknowns; ++row) {
+      const double factor = left[row][i];
+      if (row == i || factor == 0) continue;
+      for (std::size_t k = 0; k < left[row].size(); ++k) left[row][k] -= factor * left[i][k];
+    }
+  }
+  for (auto& row : left)
+    row.erase(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(unknowns));
+  return left;
+}
+
+/// The table of kernels/samples/path_layout.h.
+///
+/// reach  half sides of the hologram over those of the window that visibility masks divide
+std::vector<float> fits(double reach) {
+  std::vector<glm::dvec2> places;
+  for (const double y : nodes) {
+    for (const double x : nodes) places.emplace_back(reach * x, reach * y);
+  }
+  std::vector<float> table;
+  for (int axis = 0; axis < 2; ++axis) {
+    for (const auto& place : places) table.push_back(static_cast<float>(place[axis]));
+  }
+  const auto add = [&](const Matrix& rows) {
+    for (const auto& row : rows) {
+      for (const double value : row) table.push_back(static_cast<float>(value));
+    }
+  };
+
+  Matrix slopes, values;
+  for (int axis = 0; axis < 2; ++axis) {
+    for (const auto& place : places) {
+      auto& row = slopes.emplace_back();
+      for (const auto& term : terms_of(2, PATH_DEGREE)) {
+        auto lower = term;
+        --lower[axis];
+        row.push_back(term[axis] * power(place.x, lower.x) * power(place.y, lower.y));
+      }
+    }
+  }
+  for (const auto& place : places) {
+    auto& row = values.emplace_back();
+    for (const auto& term : terms_of(0, PATH_AMPLITUDE_DEGREE))
+      row.push_back(power(place.x, term.x) * power(place.y, term.y));
+  }
+  add(least_squares(slopes));
+  add(least_squares(values));
+  return table;
+}
+
+cl::Options options_of(cl::Options options) {
+  // Only find_samples needs it.
+  options.erase(option::keep_unseen);
+  return options;
+}
+
+template <class T>
+void make_room(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t size,
+               const char* name) {
+  if (buffer.size() >= size) return;
+  buffer = {};  // frees the old memory first
+  buffer = {device, size + size / 8, name};
+}
+
+}  // namespace
+
+SpecularPaths::SpecularPaths(const cl::Device& device, const cl::Options& options)
+    : device_(device),
+      program_(device, "kernels/samples/paths.cl", options_of(options)),
+      find_(program_.kernel("find_paths")),
+      pack_(program_.kernel("pack_paths")),
+      visibility_words_(static_cast<std::size_t>(
+          std::max(1, std::stoi(options.at(option::visibility_parts)) *
+                          std::stoi(options.at(option::visibility_parts)) / 32))) {}
+
+std::vector<glm::ivec2> SpecularPaths::find(const Plan& plan, const DeviceScene& scene,
+                                            const device::Lattice& lattice,
+                                            std::span<const glm::ivec2> cells) {
+  if (const double reach = 1 / std::max(1.0, plan.cone_half_width); reach != fit_reach_) {
+    fit_ = {device_, std::span<const float>(fits(reach)), "fits of paths"};
+    fit_reach_ = reach;
+  }
+  make_room(device_, cells_, cells.size(), "cells with mirrors and glass");
+  make_room(device_, counts_, cells.size(), "samples of each cell");
+  cells_.write(cells);
+  std::vector<glm::ivec2> counts(cells.size());
+  for (;;) {
+    const auto room = cells.size() * static_cast<std::size_t>(slots_);
+    make_room(device_, samples_, room, "samples in mirrors and glass");
+    make_room(device_, visibility_masks_, room * visibility_words_, "visibility masks of samples");
+    make_room(device_, paths_, room, "paths over mirrors and through glass");
+    const auto depth = [&](double z_m) { return static_cast<float>(z_m); };
+    find_.run({cells.size()}, {lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}},
+              scene.arguments(), lattice, depth(plan.images.near_m), depth(plan.images.far_m), fit_,
+              cells_, static_cast<std::int32_t>(cells.size()), slots_, counts_, samples_,
+              visibility_masks_, paths_);
+    counts_.read(counts);
+    int most = 0;
+    for (const auto& count : counts) most = std::max(most, count.x);
+    if (most <= slots_) return counts;
+    slots_ = most;
+  }
+}
+
+void SpecularPaths::pack(std::span<const glm::ivec4> first, cl::Buffer<device::Sample>& samples,
+                         cl::Buffer<std::uint32_t>& visibility_masks,
+                         cl::Buffer<std::uint32_t>& lit, cl::Buffer<device::SamplePath>& paths) {
+  make_room(device_, first_, first.size(), "samples of each cell");
+  first_.write(first);
+  pack_.run({first.size()}, {lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}},
+            counts_, first_, static_cast<std::int32_t>(first.size()), slots_, samples_,
+            visibility_masks_, paths_, samples, visibility_masks, lit, paths);
+}
+
+}  // namespace raywave

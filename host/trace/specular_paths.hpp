@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Samples that the hologram sees in mirrors and through glass (kernels/samples/paths.cl).
+#pragma once
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
+#include <span>
+#include <vector>
+
+#include "cl/buffer.hpp"
+#include "cl/program.hpp"
+#include "host/geometry/shared_types.hpp"
+#include "host/plan/plan.hpp"
+#include "host/trace/device_scene.hpp"
+
+namespace raywave {
+
+/// Finds the samples of some cells of the lattice, and appends them to those of SampleTable.
+class SpecularPaths {
+public:
+  /// options  of kernels/samples/samples.cl
+  SpecularPaths(const cl::Device& device, const cl::Options& options);
+
+  /// Samples of a cell, and how many of them are hidden from some part of the window.
+  ///
+  /// cells  numbers of cells, and sources that SampleTable has met in each
+  std::vector<glm::ivec2> find(const Plan& plan, const DeviceScene& scene,
+                               const device::Lattice& lattice, std::span<const glm::ivec2> cells);
+
+  /// Writes the samples that `find` has found behind others.
+  ///
+  /// first  for each cell: place of its first sample, hidden samples before it, place of its first
+  ///        path
+  void pack(std::span<const glm::ivec4> first, cl::Buffer<device::Sample>& samples,
+            cl::Buffer<std::uint32_t>& visibility_masks, cl::Buffer<std::uint32_t>& lit,
+            cl::Buffer<device::SamplePath>& paths);
+
+private:
+  cl::Device device_;
+  cl::Program program_;
+  cl::Kernel find_, pack_;
+  std::size_t visibility_words_;
+  int slots_ = 4;  // room in each cell, in samples; grows to the largest number found
+  cl::Buffer<float> fit_;
+  double fit_reach_ = 0;  // that it was made for
+  cl::Buffer<glm::ivec2> cells_, counts_;
+  cl::Buffer<glm::ivec4> first_;
+  cl::Buffer<device::Sample> samples_;
+  cl::Buffer<std::uint32_t> visibility_masks_;
+  cl::Buffer<device::SamplePath> paths_;
+};
+
+}  // namespace raywave
