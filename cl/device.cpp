@@ -181,6 +181,11 @@ Device::Device(const DeviceInfo& info) : info_(info) {
   } catch (const ::cl::Error&) {
     copy_queue_ = queue_;  // copies then take their turn
   }
+  try {
+    timing_queue_ = ::cl::CommandQueue(context_, handle_, CL_QUEUE_PROFILING_ENABLE);
+  } catch (const ::cl::Error&) {
+    timing_queue_ = {};  // nothing is timed then
+  }
 }
 
 void Device::finish() const {

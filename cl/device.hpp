@@ -64,6 +64,9 @@ public:
   const ::cl::CommandQueue& queue() const { return queue_; }
   /// Equals queue() on devices that give only one.
   const ::cl::CommandQueue& copy_queue() const { return copy_queue_; }
+  /// Its events tell when launches were submitted and started. Empty on devices that give no such
+  /// queue beside the others.
+  const ::cl::CommandQueue& timing_queue() const { return timing_queue_; }
   const ::cl::Device& handle() const { return handle_; }
 
   /// Waits for queue().
@@ -80,7 +83,7 @@ private:
   DeviceInfo info_;
   ::cl::Device handle_;
   ::cl::Context context_;
-  ::cl::CommandQueue queue_, copy_queue_;
+  ::cl::CommandQueue queue_, copy_queue_, timing_queue_;
   std::shared_ptr<Meter> meter_ = std::make_shared<Meter>();
 };
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "host/common/cache.hpp"
+#include "host/common/stage_clock.hpp"
 
 namespace raywave::cl {
 namespace {
@@ -76,6 +77,7 @@ public:
       check(clfftSetResultLocation(plan_, CLFFT_INPLACE));
       check(clfftSetPlanScale(plan_, CLFFT_FORWARD, 1));
       check(clfftSetPlanScale(plan_, CLFFT_BACKWARD, 1));
+      const CompileClock clock;
       cl_command_queue queue = device.queue()();
       check(clfftBakePlan(plan_, 1, &queue, nullptr, nullptr));
       std::size_t work_bytes = 0;

@@ -4,6 +4,8 @@
 
 #include <vkFFT.h>
 
+#include "host/common/stage_clock.hpp"
+
 namespace raywave::cl {
 namespace {
 
@@ -28,6 +30,7 @@ public:
 
     // Its binaries are not kept: VkFFT 1.2 reads beyond them when it takes them back, and Mesa's
     // rusticl aborts where it asks for them. Drivers keep their own.
+    const CompileClock clock;
     if (const auto result = initializeVkFFT(application_.get(), configuration_);
         result != VKFFT_SUCCESS)
       fail(result);

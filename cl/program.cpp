@@ -3,10 +3,12 @@
 
 #include <set>
 #include <sstream>
+#include <utility>
 
 #include "cl/aborts.hpp"
 #include "cl/program_folder.hpp"
 #include "host/common/cache.hpp"
+#include "host/common/stage_clock.hpp"
 
 namespace raywave::cl {
 namespace {
@@ -59,6 +61,7 @@ Options with(Options options, const Options& more) {
 
 Program::Program(const Device& device, const std::string& file, const Options& options)
     : device_(std::make_shared<Device>(device)), file_(file) {
+  const CompileClock clock;
   std::set<std::string> seen;
   const ProgramSource program{file, with_includes(file, seen), build_options(options)};
   refuse_unknown(options, program);
@@ -147,6 +150,28 @@ void Kernel::check_type(cl_uint i, const std::string& given) const {
                       " given");
 }
 
+/// Launches the kernel and waits for it. Some drivers compile now, between the moment when the
+/// kernel is submitted and that when it starts.
+void Kernel::launch_first(const ::cl::NDRange& global, const ::cl::NDRange& local) {
+  device_.finish();
+  driver_works_on(name_ + " on " + device_.info().name);
+  const bool is_timed = device_.timing_queue()() != nullptr;
+  const auto& queue = is_timed ? device_.timing_queue() : device_.queue();
+  const auto before = Seconds::now();
+  ::cl::Event event;
+  queue.enqueueNDRangeKernel(kernel_, ::cl::NullRange, global, local, nullptr, &event);
+  event.wait();
+  const auto taken = Seconds::now() - before;
+  if (!is_timed) return;
+  const auto submitted = event.getProfilingInfo<CL_PROFILING_COMMAND_SUBMIT>(),
+             started = event.getProfilingInfo<CL_PROFILING_COMMAND_START>(),
+             ended = event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
+  if (!(submitted <= started && started <= ended && submitted < ended)) return;
+  const double share =
+      static_cast<double>(started - submitted) / static_cast<double>(ended - submitted);
+  compiling += {share * taken.wall, share * taken.processor};
+}
+
 void Kernel::enqueue(Range global, Range local) {
   const auto round_up = [](std::size_t n, std::size_t step) {
     return (n + step - 1) / step * step;
@@ -156,10 +181,11 @@ void Kernel::enqueue(Range global, Range local) {
   };
   const Range whole{round_up(global.x, local.x), global.y ? round_up(global.y, local.y) : 0,
                     global.z ? round_up(global.z, local.z) : 0};
-  if (is_new_) driver_works_on(name_ + " on " + device_.info().name);  // some compile now
-  is_new_ = false;
   try {
-    device_.queue().enqueueNDRangeKernel(kernel_, ::cl::NullRange, range(whole), range(local));
+    if (std::exchange(is_new_, false))
+      launch_first(range(whole), range(local));
+    else
+      device_.queue().enqueueNDRangeKernel(kernel_, ::cl::NullRange, range(whole), range(local));
   } catch (const ::cl::Error& error) {
     throw DeviceError(name_ + ": launch failed (" + std::to_string(error.err()) + ") on " +
                       device_.info().name);

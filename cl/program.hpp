@@ -98,6 +98,7 @@ private:
   void check_count(std::size_t given) const;
   void check_type(cl_uint i, const std::string& given) const;
   void enqueue(Range global, Range local);
+  void launch_first(const ::cl::NDRange& global, const ::cl::NDRange& local);
 
   Device device_;
   ::cl::Kernel kernel_;

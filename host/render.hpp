@@ -52,8 +52,8 @@ struct RenderResult {
   int hidden_samples = 0;                         // samples that need visibility rays
   // Notes on the result for the user, one line each
   std::vector<std::string> notes;
-  // Wall time of each stage: meshes, plan, tree, prepare, samples, trace, propagate, refine,
-  // encode
+  // Wall time of each stage: meshes, plan, tree, prepare, kernels (what drivers compile, whichever
+  // stage waits for it), samples, trace, propagate, refine, encode
   std::map<std::string, double> seconds;
   // Processor time of each stage, over all threads of this process; "prepare" includes the tree
   std::map<std::string, double> processor_seconds;

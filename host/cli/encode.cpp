@@ -28,7 +28,7 @@ struct EncodeArguments {
 
 void run_encode(const EncodeArguments& options) {
   const auto format = picture_format_of(options.format);
-  if (!std::filesystem::path(options.hologram.files.at(0)).extension().string().ends_with("npy"))
+  if (extension_of(options.hologram.files.at(0)) != ".npy")
     throw InputError(in_quotes(options.hologram.files[0]) +
                      ": encode takes the complex field that render writes, field.npy");
   const auto field = options.hologram.load();

@@ -160,7 +160,8 @@ Goal GoalOptions::goal() const {
   if (!preset.empty()) goal.preset = preset_of(preset);
   if (!budget.empty()) goal.budget_s = given_seconds(budget, "--budget");
   if (psnr_db) {
-    if (!std::isfinite(*psnr_db)) throw InputError("--psnr: must be 0 to 200 dB");
+    // No range refuses it.
+    if (std::isnan(*psnr_db)) throw InputError("--psnr must be 0 to 200, got \"nan\"");
     goal.psnr_db = *psnr_db;
   }
   return goal;
@@ -358,20 +359,6 @@ void add_only(CLI::App& command, std::string& text, const std::string& example) 
   command.add_option("--only", text, "Only rows whose name holds this text, e.g. " + example)
       ->type_name("TEXT")
       ->group(group::measurement);
-}
-
-double given_length_m(const std::string& text, const std::string& what) {
-  if (is_bare_number(text))
-    throw InputError(what + " " + in_quotes(text) + ": a unit is needed, as in " + one_line(text) +
-                     "mm");
-  return parse_length_m(text, what);
-}
-
-double given_seconds(const std::string& text, const std::string& what) {
-  if (is_bare_number(text))
-    throw InputError(what + " " + in_quotes(text) + ": a unit is needed, as in " + one_line(text) +
-                     "ms");
-  return parse_seconds(text, what);
 }
 
 double positive_length_m(const std::string& text, const std::string& what) {

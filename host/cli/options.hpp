@@ -139,13 +139,9 @@ void add_border(CLI::App& command, int& border_px);
 void add_views(CLI::App& command, bool& views, const std::string& help);
 void add_only(CLI::App& command, std::string& text, const std::string& example);
 
-/// throws  InputError naming the option when the text is no length, or a number without unit
-double given_length_m(const std::string& text, const std::string& what);
-
-/// Seconds > 0, with the same rule for units.
-double given_seconds(const std::string& text, const std::string& what);
-
-/// Lengths > 0, with the same rule for units.
+/// Lengths > 0 with a unit.
+///
+/// throws  InputError naming the option
 double positive_length_m(const std::string& text, const std::string& what);
 
 /// --pitch, one length or x,y, and --wavelength, within what scenes may have; rules as above.

@@ -95,7 +95,7 @@ void run_render(const RenderArguments& options) {
     if (goal.any()) {
       bar.show("plan", 0);
       const auto world = build_world(scene);
-      auto planned = plan_scene(scene, world, figures_of(device.info()), goal);
+      auto planned = plan_scene(scene, world, figures_of(device.info()), goal, how.keep_field);
       scene = std::move(planned.scene);
       warnings = std::move(planned.warnings);
       result = render(device, scene, world, how);

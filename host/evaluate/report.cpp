@@ -200,7 +200,9 @@ Json json_of(const Prediction& prediction) {
          {"device_bytes", prediction.device_bytes},
          {"field_error", prediction.field_error},
          {"resolution_m", prediction.resolution_m}};
-  if (const auto& p = prediction.pictures)
+  if (const auto& p = prediction.pictures; p && p->dark)
+    j["pictures"] = {{"dark", true}};
+  else if (p)
     j["pictures"] = {{"psnr_db", p->psnr_db},
                      {"mean_psnr_db", p->mean_psnr_db},
                      {"refined", p->refined},
@@ -419,7 +421,10 @@ std::string plan_report_text(const Planned& planned, const World& world) {
       << ")\n";
   if (const auto& pictures = prediction.pictures) {
     std::array<char, 240> text;
-    if (pictures->refined)
+    if (pictures->dark)
+      std::snprintf(text.data(), text.size(),
+                    "pictures  dark: a coarse look from the hologram's middle meets no light\n");
+    else if (pictures->refined)
       std::snprintf(text.data(), text.size(),
                     "pictures  PSNR %.1f dB predicted at %s, refined (of the field %.1f)\n",
                     pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(),

@@ -70,7 +70,7 @@ struct Document {
   }
 };
 
-/// A bare number of so many metres and more gets a note: few holograms show what is as large.
+/// Few holograms show what is as large or far.
 inline constexpr double least_doubted_m = 2;
 
 /// One value of the scene: converts itself, or says where it is and what it must be.
@@ -96,14 +96,15 @@ struct Value {
     return checked(*value, range, number_text);
   }
 
-  double length_m(const Range& range) const {
+  /// A bare number of `doubted_m` metres and more gets a note.
+  double length_m(const Range& range, double doubted_m = least_doubted_m) const {
     if (const auto* text = node->as_string())
       return checked(parse_length_m(text->get(), document->where(*node, path) + ": " + label),
                      range, length_text);
     const auto value = node->value<double>();
     if (!node->is_number() || !value)
       fail("a length: a number in metres, or a string such as \"3.74 um\"");
-    if (std::abs(checked(*value, range, length_text)) >= least_doubted_m)
+    if (std::abs(checked(*value, range, length_text)) >= doubted_m)
       note("lengths without a unit are metres; give \"" + number_text(*value) + " mm\" if " +
            length_text(*value) + " is not meant");
     return *value;

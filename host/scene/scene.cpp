@@ -288,13 +288,20 @@ int find_material(const Value& v, const std::vector<Material>& materials) {
                        : "one of " + one_line(names));
 }
 
-Object read_object(Section section, const std::vector<Material>& materials, bool needs_mesh) {
+/// An object so many times as wide as its hologram has a width in millimetres, mostly.
+constexpr double doubted_holograms = 100;
+
+Object read_object(Section section, const HologramSpec& hologram,
+                   const std::vector<Material>& materials, bool needs_mesh) {
   Object object;
   object.where = section.where();
   const bool has_mesh =
       section.read("mesh", [&](const Value& v) { object.mesh = v.existing_file(); });
   if (needs_mesh && !has_mesh) section.fail("mesh is missing: give the name of a mesh file");
-  section.read("width", [&](const Value& v) { object.width_m = v.length_m(between(1e-9, 1e4)); });
+  const double doubted_m = doubted_holograms * hologram.resolution.x * hologram.pitch_m.x;
+  section.read("width", [&](const Value& v) {
+    object.width_m = v.length_m(between(1e-9, 1e4), std::min(doubted_m, least_doubted_m));
+  });
   section.read("position", [&](const Value& v) { object.position_m = v.lengths_m(kAnyPosition); });
   section.read("rotation",
                [&](const Value& v) { object.rotation_deg = v.numbers(between(-1e6, 1e6)); });
@@ -332,7 +339,8 @@ Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrid
   for (auto& [name, section] : root.section("materials").named_sections("material"))
     scene.materials.push_back(read_material(name, section, scene.hologram.wavelength_m));
   for (Section& section : root.sections("object"))
-    scene.objects.push_back(read_object(section, scene.materials, text.needs_meshes));
+    scene.objects.push_back(
+        read_object(section, scene.hologram, scene.materials, text.needs_meshes));
   root.finish();
   scene.notes = document.notes;
 

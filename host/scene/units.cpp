@@ -37,30 +37,40 @@ std::optional<double> in_base_unit(std::string_view text, std::span<const Unit> 
   return {};
 }
 
+constexpr Unit length_units[] = {{"", 1},      {"km", 1e3},  {"m", 1},    {"cm", 1e-2},
+                                 {"mm", 1e-3}, {"um", 1e-6}, {"nm", 1e-9}};
+constexpr Unit time_units[] = {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"us", 1e-6}};
+
+/// Refuses numbers other than 0 that have no unit.
+void require_unit(std::string_view text, std::string_view what, const char* example) {
+  constexpr Unit none[] = {{"", 1}};
+  const auto number = in_base_unit(text, none);
+  if (number && *number != 0)
+    throw InputError(std::string(what) + " " + in_quotes(text) + ": a unit is needed, as in " +
+                     one_line(text) + example);
+}
+
+[[noreturn]] void fail(std::string_view text, std::string_view what, const char* must_be) {
+  throw InputError(std::string(what) + " must be " + must_be + ", got " + in_quotes(text));
+}
+
 }  // namespace
 
 double parse_length_m(std::string_view text, std::string_view what) {
-  constexpr Unit units[] = {{"", 1},      {"km", 1e3},  {"m", 1},    {"cm", 1e-2},
-                            {"mm", 1e-3}, {"um", 1e-6}, {"nm", 1e-9}};
-  if (const auto length = in_base_unit(text, units)) return *length;
-  throw InputError(std::string(what) +
-                   " must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km; none for "
-                   "metres), got " +
-                   in_quotes(text));
+  if (const auto length = in_base_unit(text, length_units)) return *length;
+  fail(text, what, "a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km; none for metres)");
 }
 
-bool is_bare_number(std::string_view text) {
-  constexpr Unit none[] = {{"", 1}};
-  const auto number = in_base_unit(text, none);
-  return number && *number != 0;
+double given_length_m(std::string_view text, std::string_view what) {
+  require_unit(text, what, "mm");
+  if (const auto length = in_base_unit(text, length_units)) return *length;
+  fail(text, what, "a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km)");
 }
 
-double parse_seconds(std::string_view text, std::string_view what) {
-  constexpr Unit units[] = {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"us", 1e-6}};
-  if (const auto time = in_base_unit(text, units); time && *time > 0) return *time;
-  throw InputError(std::string(what) +
-                   " must be a time such as \"30 ms\" (units: us, ms, s; none for seconds), got " +
-                   in_quotes(text));
+double given_seconds(std::string_view text, std::string_view what) {
+  require_unit(text, what, "ms");
+  if (const auto time = in_base_unit(text, time_units); time && *time > 0) return *time;
+  fail(text, what, "a time such as \"30 ms\" (units: us, ms, s)");
 }
 
 }  // namespace raywave

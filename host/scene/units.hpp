@@ -10,11 +10,12 @@ namespace raywave {
 /// throws  InputError naming `what` when the text is no such length
 double parse_length_m(std::string_view text, std::string_view what);
 
-/// True for a number other than 0 without a unit.
-bool is_bare_number(std::string_view text);
+/// Metres from a text with a unit, as the command line needs it; "0" needs none.
+/// throws  InputError naming `what` when the text is no such length
+double given_length_m(std::string_view text, std::string_view what);
 
-/// Seconds from "30 ms", "2s", "0.5" ...: us, ms, s, or none for seconds; > 0.
+/// Seconds from "30 ms", "2s" ...: us, ms, s; > 0.
 /// throws  InputError naming `what` when the text is no such time
-double parse_seconds(std::string_view text, std::string_view what);
+double given_seconds(std::string_view text, std::string_view what);
 
 }  // namespace raywave

@@ -141,10 +141,10 @@ std::vector<glm::ivec2> SpecularPaths::find(const Plan& plan, const DeviceScene&
     make_room(device_, samples_, room, "samples in mirrors and glass");
     make_room(device_, visibility_masks_, room * visibility_words_, "visibility masks of samples");
     make_room(device_, paths_, room, "paths over mirrors and through glass");
-    const auto depth = [&](double z_m) { return static_cast<float>(z_m); };
+    const auto number = [](double value) { return static_cast<float>(value); };
     find_.run({cells.size()}, {lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}},
-              scene.arguments(), lattice, depth(plan.images.near_m), depth(plan.images.far_m), fit_,
-              cells_, static_cast<std::int32_t>(cells.size()), slots_, counts_, samples_,
+              scene.arguments(), lattice, number(plan.images.near_m), number(plan.images.far_m),
+              fit_, cells_, static_cast<std::int32_t>(cells.size()), slots_, counts_, samples_,
               visibility_masks_, paths_);
     counts_.read(counts);
     int most = 0;

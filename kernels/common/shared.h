@@ -295,6 +295,8 @@ typedef struct {
   int top;
   int rows;
   int lines;  // 0: it lights none
+  // 1: its path over mirrors and through glass is followed; 0: it shines from its virtual point
+  int follows;
 } CompactFootprint;
 
 // Directional light (is_point 0): (x, y, z) is the unit vector towards it. Point light (is_point

@@ -207,6 +207,7 @@
   MEMBER(CompactFootprint, top)           \
   MEMBER(CompactFootprint, rows)          \
   MEMBER(CompactFootprint, lines)         \
+  MEMBER(CompactFootprint, follows)       \
   MEMBER(Light, x)                        \
   MEMBER(Light, x_low)                    \
   MEMBER(Light, y)                        \

@@ -64,11 +64,16 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
       (floatv)(plane.rough_margin), s.hidden | is_cut(x, y, z, plane.half_x, plane.half_y, &plane));
   intv left, columns, top, rows;
   floatv low_x = 0.0f, high_x = 0.0f, low_y = 0.0f, high_y = 0.0f, odd = 0.0f, even = 0.0f;
+  intv follows = LANES_INDEX < 0;
 #if RAYWAVE_PATHS
   if (any_path(samples + index, count)) {
-    path_slopes(samples + index, count, paths, &plane, true, &low_x, &high_x);
-    path_slopes(samples + index, count, paths, &plane, false, &low_y, &high_y);
     path_coupling(samples + index, count, paths, &plane, &odd, &even);
+    // What scan lines cannot follow shines from its virtual point.
+    follows = (odd + even) * plane.turns_hi < MOST_COUPLING_TURNS;
+    odd = LANES_SELECT((floatv)(0.0f), odd, follows);
+    even = LANES_SELECT((floatv)(0.0f), even, follows);
+    path_slopes(samples + index, count, paths, &plane, true, follows, &low_x, &high_x);
+    path_slopes(samples + index, count, paths, &plane, false, follows, &low_y, &high_y);
   }
 #else
   (void)paths;
@@ -81,7 +86,8 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
   const intv lines_in_sight =
       LANES_SELECT(fewest, max(fewest, (intv)(plane.highlight_lines)), shines);
   int lefts[RAYWAVE_LANES], columnss[RAYWAVE_LANES], tops[RAYWAVE_LANES], rowss[RAYWAVE_LANES],
-      liness[RAYWAVE_LANES];
+      liness[RAYWAVE_LANES], followss[RAYWAVE_LANES];
+  LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), follows), followss);
   LANES_STORE(left, lefts);
   LANES_STORE(columns, columnss);
   LANES_STORE(top, tops);
@@ -98,6 +104,7 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
     footprint.top = lights_some ? tops[lane] : 0;
     footprint.rows = lights_some ? rowss[lane] : 0;
     footprint.lines = liness[lane];
+    footprint.follows = followss[lane];
     footprints[index + lane] = footprint;
   }
 
@@ -161,7 +168,7 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
                       &plane,
                       load_seen((__global const real*)all_seen + COMPACT_SEEN * index, &plane),
                       sqrt(sample->radiance) * sample->weight,
-                      path_of(sample, paths)};
+                      footprint.follows ? path_of(sample, paths) : 0};
   const Seen* seen = &p.seen;
   const int kind = (int)seen->kind;
   const bool cut = (kind & SEEN_CUT) != 0, shines = (kind & SEEN_SHINES) != 0,
@@ -221,8 +228,11 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
     LANES_STORE(share_left * re, left_re + node);
     LANES_STORE(share_left * im, left_im + node);
   }
-  floatv middle_re, middle_im;
-  cos_sin_turns((floatv)((float)seen->turns), &middle_re, &middle_im);
+  floatv middle_re, middle_im, middle_turns = 0.0f;
+#if RAYWAVE_PATHS
+  middle_turns = REAL_TURNS(column_turns(&p, REAL_OF((floatv)(0.0f))));
+#endif
+  cos_sin_turns(middle_turns + (float)seen->turns, &middle_re, &middle_im);
   const float middle_share =
       !cut ? 1.0f
            : LANES_FIRST(shown_share((floatv)(y), (floatv)((float)seen->length), plane.sine_limit_y,

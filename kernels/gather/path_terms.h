@@ -19,6 +19,24 @@ static inline floatv path_rest(__global const SamplePath* path, floatv x, floatv
   return x * (x * y0 + y * y1) + y * y * (y2 + y * (y3 + y * (y4 + y * c[17])));
 }
 
+// Its derivative along x.
+static inline floatv path_slope_x(__global const SamplePath* path, floatv x, floatv y) {
+  __global const float* c = path->rest;
+  const floatv y0 = ((5.0f * c[12] * x + 4.0f * c[7]) * x + 3.0f * c[3]) * x + 2.0f * c[0],
+               y1 = ((4.0f * c[13] * x + 3.0f * c[8]) * x + 2.0f * c[4]) * x + c[1],
+               y2 = (3.0f * c[14] * x + 2.0f * c[9]) * x + c[5], y3 = 2.0f * c[15] * x + c[10];
+  return x * y0 + y * (y1 + y * (y2 + y * (y3 + y * c[16])));
+}
+
+// The same along y.
+static inline floatv path_slope_y(__global const SamplePath* path, floatv x, floatv y) {
+  __global const float* c = path->rest;
+  const floatv y1 = ((c[13] * x + c[8]) * x + c[4]) * x + c[1],
+               y2 = ((c[14] * x + c[9]) * x + c[5]) * x + c[2], y3 = (c[15] * x + c[10]) * x + c[6],
+               y4 = c[16] * x + c[11];
+  return x * y1 + y * (2.0f * y2 + y * (3.0f * y3 + y * (4.0f * y4 + y * (5.0f * c[17]))));
+}
+
 // Amplitude over that of the virtual point.
 static inline floatv path_amplitude(__global const SamplePath* path, floatv x, floatv y) {
   __global const float* c = path->amplitude;

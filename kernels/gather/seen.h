@@ -169,37 +169,38 @@ static inline bool any_path(__global const Sample* samples, int count) {
   return any;
 }
 
-// Parts of a tile's side between places at which the slopes of paths are taken
-#define SLOPES_ALONG 8
+// Turns of coupled phase (path_coupling) that 8 scan lines follow, to some percent
+#define MOST_COUPLING_TURNS 0.9f
+
+// Places along a tile's side at which the slopes of paths are taken
+#define SLOPES_ALONG 9
 
 // Smallest and largest slope of the paths along one axis of the tile, on three lines, in metres
 // per metre.
 static inline void path_slopes(__global const Sample* samples, int count,
                                __global const SamplePath* paths, const CompactPlane* plane,
-                               bool along_x, floatv* low, floatv* high) {
-  const float reach = along_x ? plane->half_x : plane->half_y,
-              other = along_x ? plane->half_y : plane->half_x,
-              step = 2.0f * reach / (float)SLOPES_ALONG;
-  *low = 1e30f;
-  *high = -1e30f;
-  for (int line = -1; line <= 1; ++line) {
-    floatv before = 0.0f;
-    for (int i = 0; i <= SLOPES_ALONG; ++i) {
-      const floatv at = (float)i * step - reach, aside = (float)line * other;
-      const floatv here = rests_of(samples, count, paths, window_x(plane, along_x ? at : aside),
-                                   window_y(plane, along_x ? aside : at));
-      const floatv slope = (here - before) / step;
-      if (i > 0) {
-        *low = fmin(*low, slope);
-        *high = fmax(*high, slope);
-      }
-      before = here;
+                               bool along_x, intv follows, floatv* low, floatv* high) {
+  float lows[RAYWAVE_LANES], highs[RAYWAVE_LANES];
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    lows[lane] = highs[lane] = 0.0f;
+    const int path = samples[min(lane, count - 1)].path;
+    if (path < 0) continue;
+    lows[lane] = 1e30f;
+    highs[lane] = -1e30f;
+    for (int i = 0; i < 3 * SLOPES_ALONG; ++i) {
+      const float along = (float)(i % SLOPES_ALONG) * (2.0f / (SLOPES_ALONG - 1)) - 1.0f,
+                  aside = (float)(i / SLOPES_ALONG) - 1.0f;
+      const floatv x = window_x(plane, (floatv)((along_x ? along : aside) * plane->half_x)),
+                   y = window_y(plane, (floatv)((along_x ? aside : along) * plane->half_y));
+      const float slope = LANES_FIRST(along_x ? path_slope_x(paths + path, x, y)
+                                              : path_slope_y(paths + path, x, y)) *
+                          (along_x ? plane->window_scale_x : -plane->window_scale_y);
+      lows[lane] = fmin(lows[lane], slope);
+      highs[lane] = fmax(highs[lane], slope);
     }
   }
-  // The ends of a line, half a part beyond the outermost middles
-  const floatv beyond = (*high - *low) * (0.5f / (float)(SLOPES_ALONG - 1));
-  *low -= beyond;
-  *high += beyond;
+  *low = LANES_SELECT((floatv)(0.0f), LANES_LOAD(lows), follows);
+  *high = LANES_SELECT((floatv)(0.0f), LANES_LOAD(highs), follows);
 }
 
 // Metres by which the paths on the tile's top and bottom rows differ from that on the middle row,

@@ -33,9 +33,9 @@
 // A path that carries less of the light ends.
 #define LEAST_SHARE 1e-3f
 
-// Sequences of surfaces that are still to be followed, at most; each adds two at most to those that
-// are left
-#define MOST_WAITING (2 * RAYWAVE_BOUNCES + 8)
+// Bundles that wait to be followed, at most; those beyond are left out. The last one is followed
+// first and adds two for each sheet that it meets
+#define MOST_WAITING (RAYWAVE_BOUNCES + 6)
 
 // Hits are of one sheet when the second lies within this slope of the plane of the first, and its
 // normal agrees.
@@ -60,10 +60,15 @@ typedef struct {
 
 // Rays of all parts of a cell after the surfaces of a sequence.
 typedef struct {
+  Sequence sequence;
   Followed rays[PACKETS];
-  Layers layers[PACKETS];   // what they meet then
-  floatv nearest[PACKETS];  // distance of the first hit
 } Bundle;
+
+// What the rays of a bundle meet.
+typedef struct {
+  Layers layers[PACKETS];
+  floatv nearest[PACKETS];  // distance of the first hit
+} Met;
 
 // Tangents of the rays through a packet's parts.
 static inline void part_tangents(const Lattice* lattice, int column, int row, int packet,
@@ -94,12 +99,28 @@ CALLED floatv light_of_hits(const SceneArrays* scene, const Lattice* lattice, co
   return own * phong(scene, &s, lattice->bias, lattice->reach, hits->triangle >= 0);
 }
 
+// Leaves only hits of mirrors and glass.
+static inline void keep_specular(const SceneArrays* scene, Layers* layers) {
+  for (int i = 0; i < BVH_LAYERS && LANES_ANY(layers->triangle[i] >= 0); ++i) {
+    int triangle[RAYWAVE_LANES];
+    LANES_STORE(layers->triangle[i], triangle);
+    for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+      if (triangle[lane] < 0) continue;
+      __global const Material* m =
+          scene->materials + scene->tree.triangles[triangle[lane]].material;
+      if (!(m->reflectivity + m->transparency > 0.0f)) triangle[lane] = -1;
+    }
+    layers->triangle[i] = LANES_LOAD(triangle);
+  }
+}
+
 // What the rays of a bundle meet: all outer sides of surfaces in air, since other parts of the
-// window may see behind the first; within glass the first only.
-CALLED void meet(const SceneArrays* scene, const Lattice* lattice, Bundle* bundle) {
+// window may see behind the first; within glass the first only. What rays meet directly is for
+// find_samples, but for mirrors and glass.
+CALLED void meet(const SceneArrays* scene, const Lattice* lattice, const Bundle* bundle, Met* met) {
   for (int packet = 0; packet < PACKETS; ++packet) {
     const Followed* f = bundle->rays + packet;
-    Layers* layers = bundle->layers + packet;
+    Layers* layers = met->layers + packet;
     const Rays rays = rays_of_followed(f, lattice->reach, f->found);
     if (LANES_ANY(f->found & f->inside)) {
       const Hits hits = bvh_nearest(&scene->tree, &rays);
@@ -110,14 +131,17 @@ CALLED void meet(const SceneArrays* scene, const Lattice* lattice, Bundle* bundl
         layers->v[i] = hits.v;
       }
     } else {
-      bvh_all_layers(&scene->tree, &rays, layers);
+      if (bundle->sequence.length == 0)
+        bvh_layers(&scene->tree, &rays, layers);
+      else
+        bvh_all_layers(&scene->tree, &rays, layers);
       keep_sources(layers, scene, &rays, lattice->layer_gap);
     }
-    bundle->nearest[packet] = lattice->reach;
+    met->nearest[packet] = lattice->reach;
     for (int i = 0; i < BVH_LAYERS; ++i)
-      bundle->nearest[packet] =
-          LANES_SELECT(bundle->nearest[packet], fmin(bundle->nearest[packet], layers->t[i]),
-                       layers->triangle[i] >= 0);
+      met->nearest[packet] = LANES_SELECT(
+          met->nearest[packet], fmin(met->nearest[packet], layers->t[i]), layers->triangle[i] >= 0);
+    if (bundle->sequence.length == 0) keep_specular(scene, layers);
   }
 }
 
@@ -130,10 +154,11 @@ typedef struct {
 } BundleSheet;
 
 // The first hit that no sheet has claimed: nearer layers first. False where there is none.
-static inline bool next_sheet(const SceneArrays* scene, const Bundle* bundle, BundleSheet* sheet) {
+static inline bool next_sheet(const SceneArrays* scene, const Bundle* bundle, const Met* met,
+                              BundleSheet* sheet) {
   for (int i = 0; i < BVH_LAYERS; ++i) {
     for (int packet = 0; packet < PACKETS; ++packet) {
-      const Layers* layers = bundle->layers + packet;
+      const Layers* layers = met->layers + packet;
       if (!LANES_ANY(layers->triangle[i] >= 0)) continue;
       const Followed* f = bundle->rays + packet;
       const Vector at = vector_along(f->place, f->direction, layers->t[i]);
@@ -179,10 +204,10 @@ static inline intv lies_on(const SceneArrays* scene, const BundleSheet* sheet, V
 
 // Removes a sheet's hits from those of a bundle, one for each ray.
 CALLED void claim_sheet(const SceneArrays* scene, const Lattice* lattice, const BundleSheet* sheet,
-                        Bundle* bundle, Hits* claimed) {
+                        const Bundle* bundle, Met* met, Hits* claimed) {
   for (int packet = 0; packet < PACKETS; ++packet) {
     const Followed* f = bundle->rays + packet;
-    Layers* layers = bundle->layers + packet;
+    Layers* layers = met->layers + packet;
     Hits hits;
     hits.t = hits.u = hits.v = 0.0f;
     hits.triangle = -1;
@@ -232,9 +257,10 @@ CALLED bool find_chief(const SceneArrays* scene, const Lattice* lattice, const P
                        const Sequence* sequence, const BundleSheet* sheet, float tangent_x,
                        float tangent_y, ChiefPath* chief) {
   Followed f;
+  Derivatives by;
   start_rays(lattice, (floatv)(0.0f), (floatv)(0.0f), (floatv)(tangent_x), (floatv)(tangent_y),
-             LANES_INDEX >= 0, &f);
-  follow(scene, lattice, sequence, true, &f);
+             LANES_INDEX >= 0, &f, &by);
+  follow(scene, lattice, sequence, true, &f, &by);
   if (!LANES_ANY(f.found)) return false;
   const Hits hits =
       meet_material(scene, sheet->material, lattice->layer_gap, lattice->reach, true, &f);
@@ -260,10 +286,10 @@ CALLED bool find_chief(const SceneArrays* scene, const Lattice* lattice, const P
   float3 e1, e2;
   across(toward, &e1, &e2);
   float moves[2][DERIVATIVES];
-  for (int by = 0; by < DERIVATIVES; ++by) {
-    const float3 free = vector_first(vector_along(f.place_by[by], f.direction_by[by], hits.t));
-    moves[0][by] = dot(free, e1);
-    moves[1][by] = dot(free, e2);
+  for (int which = 0; which < DERIVATIVES; ++which) {
+    const float3 free = vector_first(vector_along(by.place[which], by.direction[which], hits.t));
+    moves[0][which] = dot(free, e1);
+    moves[1][which] = dot(free, e2);
   }
   const float determinant = moves[0][BY_TANGENT_X] * moves[1][BY_TANGENT_Y] -
                             moves[0][BY_TANGENT_Y] * moves[1][BY_TANGENT_X];
@@ -300,9 +326,9 @@ CALLED bool find_chief(const SceneArrays* scene, const Lattice* lattice, const P
 
   // How the end's direction turns, and with it the area that is seen
   for (int axis = 0; axis < 2; ++axis) {
-    const float3 turned = vector_first(f.direction_by[axis]) +
-                          vector_first(f.direction_by[BY_TANGENT_X]) * chief->turn[axis] +
-                          vector_first(f.direction_by[BY_TANGENT_Y]) * chief->turn[2 + axis];
+    const float3 turned = vector_first(by.direction[axis]) +
+                          vector_first(by.direction[BY_TANGENT_X]) * chief->turn[axis] +
+                          vector_first(by.direction[BY_TANGENT_Y]) * chief->turn[2 + axis];
     const float slope =
         -dot(chief->face, turned) / cosine - (axis == 0 ? dx : dy) / chief->distance;
     if (axis == 0)
@@ -323,8 +349,8 @@ CALLED intv parts_that_see(const SceneArrays* scene, const Lattice* lattice,
                    lattice->half_height;
   Followed f;
   start_rays(lattice, x, y, chief->tangent_x + chief->turn[0] * x + chief->turn[1] * y,
-             chief->tangent_y + chief->turn[2] * x + chief->turn[3] * y, LANES_INDEX >= 0, &f);
-  follow(scene, lattice, sequence, false, &f);
+             chief->tangent_y + chief->turn[2] * x + chief->turn[3] * y, LANES_INDEX >= 0, &f, 0);
+  follow(scene, lattice, sequence, false, &f, 0);
   if (!LANES_ANY(f.found)) return f.found;
   // From the last surface straight to the source, which the ray itself misses a little
   const float3 source = chief->source + lattice->bias * chief->face;
@@ -391,15 +417,16 @@ static inline void miss_of(const Followed* f, const ChiefPath* chief, float3 e1,
 }
 
 // Derivatives of that by the tangents at the window: xx, xy, yx, yy.
-static inline void miss_by_tangents(const Followed* f, const ChiefPath* chief, float3 e1, float3 e2,
-                                    floatv distance, floatv* by) {
+static inline void miss_by_tangents(const Followed* f, const Derivatives* derivatives,
+                                    const ChiefPath* chief, float3 e1, float3 e2, floatv distance,
+                                    floatv* by) {
   const float3 toward = vector_first(chief->toward);
   const floatv per_along =
       1.0f / fmax(toward.x * f->direction.x + toward.y * f->direction.y + toward.z * f->direction.z,
                   (floatv)(1e-3f));
   for (int axis = 0; axis < 2; ++axis) {
-    const Vector free = vector_along(f->place_by[BY_TANGENT_X + axis],
-                                     f->direction_by[BY_TANGENT_X + axis], distance);
+    const Vector free = vector_along(derivatives->place[BY_TANGENT_X + axis],
+                                     derivatives->direction[BY_TANGENT_X + axis], distance);
     const Vector step =
         vector_along(free, f->direction,
                      -(toward.x * free.x + toward.y * free.y + toward.z * free.z) * per_along);
@@ -443,6 +470,7 @@ CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const Pat
     floatv tangent_x = chief->tangent_x + chief->turn[0] * x + chief->turn[1] * y,
            tangent_y = chief->tangent_y + chief->turn[2] * x + chief->turn[3] * y;
     Followed f;
+    Derivatives derivatives;
     floatv distance = 0.0f, miss_1 = 0.0f, miss_2 = 0.0f, determinant = 0.0f, by[4];
     for (int round = 0; round < 2; ++round) {
       const floatv inverse =
@@ -451,10 +479,10 @@ CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const Pat
         tangent_x += (by[3] * miss_1 - by[1] * miss_2) * inverse;
         tangent_y += (by[0] * miss_2 - by[2] * miss_1) * inverse;
       }
-      start_rays(lattice, x, y, tangent_x, tangent_y, active, &f);
-      follow(scene, lattice, sequence, true, &f);
+      start_rays(lattice, x, y, tangent_x, tangent_y, active, &f, &derivatives);
+      follow(scene, lattice, sequence, true, &f, &derivatives);
       miss_of(&f, chief, e1, e2, &distance, &miss_1, &miss_2);
-      miss_by_tangents(&f, chief, e1, e2, distance, by);
+      miss_by_tangents(&f, &derivatives, chief, e1, e2, distance, by);
       determinant = by[0] * by[3] - by[1] * by[2];
     }
     determinant = fabs(determinant);
@@ -508,12 +536,13 @@ CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const Pat
     path->rest[0] = 0.5f * (chief->bend[0] - rate * (1.0f - dx * dx)) * wx * wx;
     path->rest[1] = (chief->bend[1] + rate * dx * dy) * wx * wy;
     path->rest[2] = 0.5f * (chief->bend[2] - rate * (1.0f - dy * dy)) * wy * wy;
-    return false;
+  } else {
+    for (int term = 0; term < PATH_TERMS; ++term) {
+      __global const float* row = cell->fit + PATH_FIT_ROWS + 2 * PATH_NODES * term;
+      path->rest[term] = fitted(row, at.rest_x) + fitted(row + PATH_NODES, at.rest_y);
+    }
   }
-  for (int term = 0; term < PATH_TERMS; ++term) {
-    __global const float* row = cell->fit + PATH_FIT_ROWS + 2 * PATH_NODES * term;
-    path->rest[term] = fitted(row, at.rest_x) + fitted(row + PATH_NODES, at.rest_y);
-  }
+  if (LANES_ANY(failed)) return false;
   for (int term = 0; term < PATH_AMPLITUDE_TERMS; ++term)
     path->amplitude[term] =
         fitted(cell->fit + PATH_FIT_AMPLITUDE + PATH_NODES * term, at.amplitude);
@@ -522,9 +551,9 @@ CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const Pat
 #endif
 
 // Adds the sample of a sheet that shines.
-CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Sequence* sequence,
-                     const BundleSheet* sheet, const Bundle* bundle, const Hits* claimed,
-                     PathCell* cell) {
+CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const BundleSheet* sheet,
+                     const Bundle* bundle, const Met* met, const Hits* claimed, PathCell* cell) {
+  const Sequence* sequence = &bundle->sequence;
   uint keys[RAYWAVE_LANES];
   LANES_STORE(cell_key((intv)(lattice->first_x + cell->column),
                        (intv)(lattice->first_y + cell->row), (intv)(cell->rank)),
@@ -559,7 +588,7 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Seq
                                   light_of_hits(scene, lattice, &rays, hits) * f->share *
                                       attenuated_share(f->attenuation, hits->t),
                                   found);
-    const intv free = found & f->first & (hits->t <= bundle->nearest[packet]);
+    const intv free = found & f->first & (hits->t <= met->nearest[packet]);
     for (int kind = 0; kind < 2; ++kind) {
       const intv counts = kind == 0 ? found : free;
       const floatv light = LANES_SELECT((floatv)(0.0f), lights[packet], counts);
@@ -648,41 +677,30 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Seq
   cell->paths[slot] = path;
 }
 
-// Adds the sequences that go on from a sheet to those that wait.
-CALLED void add_sequences(const SceneArrays* scene, const Sequence* sequence,
-                          const BundleSheet* sheet, const Bundle* bundle, const Hits* claimed,
-                          Sequence* waiting, int* count) {
-  // Means of the light that is mirrored, and refracted, over the cell's rays
-  float shares[2];
-  shares[0] = shares[1] = 0.0f;
-  for (int packet = 0; packet < PACKETS; ++packet) {
-    const intv found = claimed[packet].triangle >= 0;
-    if (!LANES_ANY(found)) continue;
-    const Followed* f = bundle->rays + packet;
-    SpecularSurface s;
-    specular_surface(scene, f, claimed + packet, &s);
-    const floatv slope = -vector_dot(f->direction, s.normal), ratio = index_ratio(&s);
-    const floatv reflected =
-        s.clear * fresnel_share(ratio, slope, 1.0f - ratio * ratio * (1.0f - slope * slope));
-    const floatv here = f->share * attenuated_share(f->attenuation, claimed[packet].t);
-    shares[0] += lanes_float_sum(LANES_SELECT((floatv)(0.0f), here * (s.metal + reflected), found));
-    shares[1] += lanes_float_sum(LANES_SELECT((floatv)(0.0f), here * (s.clear - reflected), found));
-  }
+// Adds the bundles that go on from a sheet to those that wait.
+CALLED void add_bundles(const SceneArrays* scene, const Lattice* lattice, const BundleSheet* sheet,
+                        const Bundle* bundle, const Hits* claimed, Bundle* waiting, int* count) {
   for (int refracts = 0; refracts < 2; ++refracts) {
-    if (!(shares[refracts] >= LEAST_SHARE * (float)PARTS) || *count >= MOST_WAITING) continue;
-    Sequence next = *sequence;
-    next.material[next.length] = sheet->material;
-    next.refracts |= (uint)refracts << next.length;
-    ++next.length;
-    // Another sheet of the same material may have added the same sequence.
-    bool is_new = true;
-    for (int i = 0; i < *count && is_new; ++i) {
-      bool is_same = waiting[i].length == next.length && waiting[i].refracts == next.refracts;
-      for (int k = 0; k < next.length && is_same; ++k)
-        is_same = waiting[i].material[k] == next.material[k];
-      is_new = !is_same;
+    if (*count >= MOST_WAITING) return;
+    Bundle* next = waiting + *count;
+    float share = 0.0f;  // mean over the cell's rays
+    for (int packet = 0; packet < PACKETS; ++packet) {
+      Followed* f = next->rays + packet;
+      *f = bundle->rays[packet];
+      f->first &= claimed[packet].triangle >= 0;
+      f->found &= claimed[packet].triangle >= 0;
+      if (!LANES_ANY(f->found)) continue;
+      SpecularSurface surface;
+      specular_surface(scene, f, claimed + packet, &surface);
+      turn_at(&surface, claimed + packet, refracts != 0, lattice->bias, f, 0);
+      share += lanes_float_sum(LANES_SELECT((floatv)(0.0f), f->share, f->found));
     }
-    if (is_new) waiting[(*count)++] = next;
+    if (!(share >= LEAST_SHARE * (float)PARTS)) continue;
+    next->sequence = bundle->sequence;
+    next->sequence.material[next->sequence.length] = sheet->material;
+    next->sequence.refracts |= (uint)refracts << next->sequence.length;
+    ++next->sequence.length;
+    ++*count;
   }
 }
 
@@ -707,35 +725,36 @@ __kernel void find_paths(SCENE_PARAMETERS, Lattice lattice, float nearest_image,
                    cells[number].y,
                    nearest_image,
                    farthest_image};
-  Sequence waiting[MOST_WAITING];
-  int count = 1;
-  waiting[0].length = 0;
-  waiting[0].refracts = 0u;
-  while (count > 0) {
-    const Sequence sequence = waiting[--count];
-    Bundle bundle;
-    intv any = LANES_INDEX < 0;
-    for (int packet = 0; packet < PACKETS; ++packet) {
-      floatv tangent_x, tangent_y;
-      intv active;
-      part_tangents(&lattice, cell.column, cell.row, packet, &tangent_x, &tangent_y, &active);
-      start_rays(&lattice, (floatv)(0.0f), (floatv)(0.0f), tangent_x, tangent_y, active,
-                 bundle.rays + packet);
-      follow(&scene, &lattice, &sequence, true, bundle.rays + packet);
-      any |= bundle.rays[packet].found;
-    }
-    if (!LANES_ANY(any)) continue;
-    meet(&scene, &lattice, &bundle);
+  Bundle waiting[MOST_WAITING];
+  waiting[0].sequence.length = 0;
+  waiting[0].sequence.refracts = 0u;
+  for (int packet = 0; packet < PACKETS; ++packet) {
+    floatv tangent_x, tangent_y;
+    intv active;
+    part_tangents(&lattice, cell.column, cell.row, packet, &tangent_x, &tangent_y, &active);
+    start_rays(&lattice, (floatv)(0.0f), (floatv)(0.0f), tangent_x, tangent_y, active,
+               waiting[0].rays + packet, 0);
+  }
+  for (int count = 1; count > 0;) {
+    const Bundle bundle = waiting[--count];
+    Met met;
+    meet(&scene, &lattice, &bundle, &met);
+    // Rays that something stops before a sheet are no longer the first to meet it.
     BundleSheet sheet;
-    while (next_sheet(&scene, &bundle, &sheet)) {
+    while (next_sheet(&scene, &bundle, &met, &sheet)) {
       Hits claimed[PACKETS];
-      claim_sheet(&scene, &lattice, &sheet, &bundle, claimed);
+      claim_sheet(&scene, &lattice, &sheet, &bundle, &met, claimed);
       __global const Material* material = scene.materials + sheet.material;
       const float specular = material->reflectivity + material->transparency;
-      if (sequence.length > 0 && specular < 1.0f)
-        add_path(&scene, &lattice, &sequence, &sheet, &bundle, claimed, &cell);
-      if (sequence.length < RAYWAVE_BOUNCES && specular > 0.0f)
-        add_sequences(&scene, &sequence, &sheet, &bundle, claimed, waiting, &count);
+      const int length = bundle.sequence.length;
+      if (length > 0 && specular < 1.0f)
+        add_path(&scene, &lattice, &sheet, &bundle, &met, claimed, &cell);
+      if (length < RAYWAVE_BOUNCES && specular > 0.0f) {
+        Bundle stopped = bundle;
+        for (int packet = 0; packet < PACKETS; ++packet)
+          stopped.rays[packet].first &= claimed[packet].t <= met.nearest[packet];
+        add_bundles(&scene, &lattice, &sheet, &stopped, claimed, waiting, &count);
+      }
     }
   }
   counts[number] = (int2)(cell.count, cell.hidden);

@@ -52,12 +52,15 @@ static inline float3 vector_first(Vector a) {
 #define BY_TANGENT_Y 3
 #define DERIVATIVES 4
 
+typedef struct {
+  Vector place[DERIVATIVES];
+  Vector direction[DERIVATIVES];
+} Derivatives;
+
 // Rays after the last surface of a sequence.
 typedef struct {
-  Vector place;      // on that surface, or where rays start (in front of the scene)
-  Vector direction;  // unit length
-  Vector place_by[DERIVATIVES];
-  Vector direction_by[DERIVATIVES];
+  Vector place;        // on that surface, or where rays start (in front of the scene)
+  Vector direction;    // unit length
   floatv nearest;      // hits closer than this are ignored
   floatv share;        // of the light there that reaches the window
   floatv attenuation;  // of the medium, per metre
@@ -66,29 +69,31 @@ typedef struct {
   intv first;          // ... and nothing before any of them
 } Followed;
 
-// Rays that start at places on the window, in metres from its centre, with these tangents.
+// Rays that start at places on the window, in metres from its centre, with these tangents. by: 0
+// where derivatives are not wanted.
 static inline void start_rays(const Lattice* lattice, floatv x, floatv y, floatv tangent_x,
-                              floatv tangent_y, intv active, Followed* f) {
+                              floatv tangent_y, intv active, Followed* f, Derivatives* by) {
   const float ahead = lattice->near_z - lattice->centre_z;
   const floatv zero = 0.0f, one = 1.0f,
                cosine = 1.0f / sqrt(1.0f + tangent_x * tangent_x + tangent_y * tangent_y);
   f->place = vector_of(lattice->centre_x + x + ahead * tangent_x,
                        lattice->centre_y + y + ahead * tangent_y, (floatv)(lattice->near_z));
   f->direction = vector_of(tangent_x * cosine, tangent_y * cosine, cosine);
-  const Vector along_x = vector_of(one, zero, zero), along_y = vector_of(zero, one, zero);
-  f->place_by[BY_PLACE_X] = along_x;
-  f->place_by[BY_PLACE_Y] = along_y;
-  f->place_by[BY_TANGENT_X] = vector_scaled(along_x, (floatv)(ahead));
-  f->place_by[BY_TANGENT_Y] = vector_scaled(along_y, (floatv)(ahead));
-  f->direction_by[BY_PLACE_X] = f->direction_by[BY_PLACE_Y] = vector_of(zero, zero, zero);
-  f->direction_by[BY_TANGENT_X] =
-      vector_scaled(vector_along(along_x, f->direction, -f->direction.x), cosine);
-  f->direction_by[BY_TANGENT_Y] =
-      vector_scaled(vector_along(along_y, f->direction, -f->direction.y), cosine);
   f->nearest = f->attenuation = 0.0f;
   f->share = 1.0f;
   f->inside = LANES_INDEX < 0;
   f->found = f->first = active;
+  if (!by) return;
+  const Vector along_x = vector_of(one, zero, zero), along_y = vector_of(zero, one, zero);
+  by->place[BY_PLACE_X] = along_x;
+  by->place[BY_PLACE_Y] = along_y;
+  by->place[BY_TANGENT_X] = vector_scaled(along_x, (floatv)(ahead));
+  by->place[BY_TANGENT_Y] = vector_scaled(along_y, (floatv)(ahead));
+  by->direction[BY_PLACE_X] = by->direction[BY_PLACE_Y] = vector_of(zero, zero, zero);
+  by->direction[BY_TANGENT_X] =
+      vector_scaled(vector_along(along_x, f->direction, -f->direction.x), cosine);
+  by->direction[BY_TANGENT_Y] =
+      vector_scaled(vector_along(along_y, f->direction, -f->direction.y), cosine);
 }
 
 static inline Rays rays_of_followed(const Followed* f, float reach, intv active) {
@@ -213,10 +218,10 @@ static inline Vector normal_change(const SpecularSurface* s, Vector step) {
   return vector_along(change, s->normal, -vector_dot(change, s->normal));
 }
 
-// Derivatives of the point where rays meet a plane, `t` along them.
-static inline Vector hit_change(const Followed* f, int by, floatv t, Vector face,
-                                floatv per_slope) {
-  const Vector free = vector_along(f->place_by[by], f->direction_by[by], t);
+// Derivative of the point where rays meet a plane, `t` along them.
+static inline Vector hit_change(const Followed* f, const Derivatives* by, int which, floatv t,
+                                Vector face, floatv per_slope) {
+  const Vector free = vector_along(by->place[which], by->direction[which], t);
   return vector_along(free, f->direction, -vector_dot(face, free) * per_slope);
 }
 
@@ -230,27 +235,32 @@ static inline floatv index_ratio(const SpecularSurface* s) {
   return LANES_SELECT(s->ior, 1.0f / s->ior, s->entering);
 }
 
+// Share of the light that a surface mirrors where rays meet it; it refracts the rest of `clear`.
+static inline floatv mirrored_share(const SpecularSurface* s, Vector direction) {
+  const floatv slope = vector_dot(direction, s->normal), ratio = index_ratio(s);
+  return s->clear * fresnel_share(ratio, slope, 1.0f - ratio * ratio * (1.0f - slope * slope));
+}
+
 // The rays onwards from the surface where they meet it.
 static inline void turn_at(const SpecularSurface* s, const Hits* hits, bool refracts, float bias,
-                           Followed* f) {
+                           Followed* f, Derivatives* by) {
   const Vector normal = s->normal, direction = f->direction;
   const floatv slope = vector_dot(direction, normal);  // negative
   const floatv ratio = index_ratio(s), squared = 1.0f - ratio * ratio * (1.0f - slope * slope),
                beyond = sqrt(fmax(squared, (floatv)(1e-12f)));
-  const floatv reflected = s->clear * fresnel_share(ratio, -slope, squared);
-  const floatv inward = ratio * slope + beyond;
+  const floatv inward = ratio * slope + beyond, reflected = mirrored_share(s, direction);
   const floatv per_slope = per_slope_of(s->face, direction);
-  for (int by = 0; by < DERIVATIVES; ++by) {
-    const Vector step = hit_change(f, by, hits->t, s->face, per_slope),
-                 turned = f->direction_by[by], normal_by = normal_change(s, step);
+  for (int which = 0; by && which < DERIVATIVES; ++which) {
+    const Vector step = hit_change(f, by, which, hits->t, s->face, per_slope),
+                 turned = by->direction[which], normal_by = normal_change(s, step);
     const floatv slope_by = vector_dot(turned, normal) + vector_dot(direction, normal_by);
-    f->place_by[by] = step;
+    by->place[which] = step;
     if (refracts) {
       const floatv inward_by = ratio * slope_by + ratio * ratio * slope * slope_by / beyond;
-      f->direction_by[by] = vector_along(
+      by->direction[which] = vector_along(
           vector_along(vector_scaled(turned, ratio), normal, -inward_by), normal_by, -inward);
     } else {
-      f->direction_by[by] =
+      by->direction[which] =
           vector_along(vector_along(turned, normal, -2.0f * slope_by), normal_by, -2.0f * slope);
     }
   }
@@ -273,14 +283,14 @@ static inline void turn_at(const SpecularSurface* s, const Hits* hits, bool refr
 // Rays over the surfaces of a sequence. With `through`, they pass what lies before these; `first`
 // tells which do so.
 CALLED void follow(const SceneArrays* scene, const Lattice* lattice, const Sequence* sequence,
-                   bool through, Followed* f) {
+                   bool through, Followed* f, Derivatives* by) {
   for (int i = 0; i < sequence->length && LANES_ANY(f->found); ++i) {
     const Hits hits =
         meet_material(scene, sequence->material[i], lattice->layer_gap, lattice->reach, through, f);
     if (!LANES_ANY(f->found)) return;
     SpecularSurface surface;
     specular_surface(scene, f, &hits, &surface);
-    turn_at(&surface, &hits, (sequence->refracts >> i & 1u) != 0, lattice->bias, f);
+    turn_at(&surface, &hits, (sequence->refracts >> i & 1u) != 0, lattice->bias, f, by);
   }
 }
 

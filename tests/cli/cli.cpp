@@ -493,6 +493,10 @@ TEST_CASE("mistakes on the command line get one line and exit code 2") {
   check_refused(desk.render({"--method", "magic"}), 2, "magic");
   check_refused(desk.render({"--fft", "magic"}), 2, "magic");
   check_refused(desk.render({"--psnr", "x"}), 2, "--psnr must be 0 to 200, got \"x\"");
+  for (const char* text : {"nan", "inf", "-1", ""})
+    check_refused(desk.render({"--psnr", text}), 2,
+                  "--psnr must be 0 to 200, got \"" + std::string(text) + "\"");
+  check_refused(desk.render({"--budget", ""}), 2, "--budget: a value is needed");
   check_refused(desk.render({"-o", "second"}), 2, "--output can be given once, not 2 times");
   check_refused(desk.render({"--budget"}), 2, "--budget needs a value: TIME");
   check_refused(desk.run({"plan", "a\u2028b\u009bc\u202ed\u2066e\u2027f"}), 2,

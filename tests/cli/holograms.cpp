@@ -45,6 +45,13 @@ TEST_CASE("encode makes of a render's field the pictures that the render made, b
     for (const char* name : {"hologram.png", "hologram_2.png"})
       CHECK(bytes_of(desk.folder() / "again" / name) == bytes_of(desk.out(name)));
     if (more != slm_text) continue;
+    // Extensions are the same in capitals.
+    std::filesystem::copy(desk.out("field.npy"), desk.out("FIELD.NPY"));
+    REQUIRE(
+        desk.run({"encode", desk.out("FIELD.NPY").string(), "-o", desk.file("capitals")}).code ==
+        0);
+    CHECK(bytes_of(desk.folder() / "capitals" / "hologram.png") ==
+          bytes_of(desk.out("hologram.png")));
     // So does a file of its own.
     desk.folder().write("bench.toml", slm_text);
     REQUIRE(desk.run({"encode", desk.out("field.npy").string(), "--slm", desk.file("bench.toml"),

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/geometry/bvh.hpp"
 
-#include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Simple_cartesian.h>
+#if __has_include(<CGAL/AABB_traits_3.h>)  // CGAL 6; CGAL 5 has the names without _3
+#include <CGAL/AABB_traits_3.h>
+#include <CGAL/AABB_triangle_primitive_3.h>
+#else
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_triangle_primitive.h>
+#endif
 
 #include <algorithm>
 #include <cmath>
@@ -232,8 +237,13 @@ TEST_CASE("a stack of exactly the tree's depth is enough for the deepest tree") 
 TEST_CASE("hits on closed meshes equal those of CGAL and brute force") {
   using Cartesian = CGAL::Simple_cartesian<double>;
   using Triangles = std::vector<Cartesian::Triangle_3>;
+#if __has_include(<CGAL/AABB_traits_3.h>)
+  using Tree = CGAL::AABB_tree<CGAL::AABB_traits_3<
+      Cartesian, CGAL::AABB_triangle_primitive_3<Cartesian, Triangles::const_iterator>>>;
+#else
   using Tree = CGAL::AABB_tree<CGAL::AABB_traits<
       Cartesian, CGAL::AABB_triangle_primitive<Cartesian, Triangles::const_iterator>>>;
+#endif
   const auto point = [](const float* p) { return Cartesian::Point_3(p[0], p[1], p[2]); };
 
   Random random(5);

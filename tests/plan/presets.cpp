@@ -550,6 +550,35 @@ TEST_CASE(
   CHECK(warns(none, "there are 1.0 MiB"));
 }
 
+TEST_CASE(
+    "nothing is chosen for pictures that the machine cannot hold, and a line says what would") {
+  DeviceFigures small;
+  small.memory.host_bytes = 8 << 20;  // 16 MiB of field, 2 MiB of levels
+  const auto advice_of = [&](const std::vector<std::string>& set, bool keep_field) {
+    const auto scene = over_wrps("teapot.toml", set);
+    const auto p =
+        plan_scene(scene, build_world(scene), small, {Preset::balanced, {}, {}}, keep_field);
+    const auto found = std::find_if(p.warnings.begin(), p.warnings.end(), [](const auto& warning) {
+      return warning.find("for them alone, there are 8.0 MiB; ") != std::string::npos;
+    });
+    if (found == p.warnings.end()) return std::string("fits");
+    CHECK(p.scene.sampling.pitch_m == scene.sampling.pitch_m);
+    CHECK(std::any_of(p.reasons.begin(), p.reasons.end(),
+                      [](const auto& r) { return r.find("(default)") != std::string::npos; }));
+    const auto start = found->find("hologram.resolution") + 19;
+    return found->substr(start);
+  };
+  CHECK(advice_of({}, true) == ", or keep no field (--no-field)");
+  CHECK(advice_of({}, false) == "fits");
+  CHECK(advice_of({"sampling.frames=5"}, false) == "");  // levels alone are too much
+  CHECK(advice_of({"slm.band=[0.5, 0.5]"}, false) == "");
+  // In tiles, amplitudes are scaled over all of them
+  small.memory.largest_buffer_bytes = 8 << 20;
+  CHECK(advice_of({}, false) == ", or slm.encoding = \"phase\" and no field (--no-field)");
+  CHECK(advice_of({}, true) == ", or slm.encoding = \"phase\" and no field (--no-field)");
+  CHECK(advice_of({"slm.encoding=phase"}, false) == "fits");
+}
+
 TEST_CASE("a second buffer of grey levels is counted where there is a second frame or tile") {
   const auto buffers_of = [](const std::vector<std::string>& set) {
     const auto scene = data_scene("teapot.toml", set);

@@ -15,6 +15,7 @@
 #include "tests/support/files.hpp"
 #include "tests/support/render.hpp"
 #include "tests/support/scenes.hpp"
+#include "tests/support/soak.hpp"
 
 namespace raywave {
 namespace {
@@ -131,6 +132,19 @@ TEST_CASE("equal seeds give bit-identical fields, and different seeds give diffe
       const auto other = rendered(device, scene);
       CHECK(test::correlation(first.field.samples, other.field.samples) < 0.5);
     }
+  }
+}
+
+// Sanitizers keep what is freed. A leak of 200 bytes a frame would be seen.
+TEST_CASE("ten times as many frames of a moving scene leave the program no larger", "[slow]") {
+  const Folder folder;
+  for (const auto& device : test::all_devices()) {
+    constexpr int n = test::soak_period;
+    const auto readings = test::soak(device, small_scene(folder, SamplingMode::aimed), {n, 10 * n});
+    const auto &early = readings[0], &late = readings[1];
+    CHECK(late.device_bytes == early.device_bytes);
+    CHECK(late.heap_bytes <= early.heap_bytes + 100'000);
+    CHECK(late.resident_bytes <= early.resident_bytes + 4'000'000);
   }
 }
 

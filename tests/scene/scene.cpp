@@ -327,8 +327,8 @@ TEST_CASE("[refine] alone asks for refinement with the documented defaults, and 
   CHECK(all.views == 24);
   CHECK(all.brightness == 1.15);
   REQUIRE(all.depths_m.size() == 2);
-  CHECK(all.depths_m[1] == Approx(1e-2));
-  CHECK(all.blur_m.value() == Approx(15e-6));
+  CHECK(all.depths_m[1] == Catch::Approx(1e-2));
+  CHECK(all.blur_m.value() == Catch::Approx(15e-6));
   CHECK(all.lens_points == 12);
 }
 
@@ -450,6 +450,25 @@ TEST_CASE("a key's old name sets the new one and leaves a note") {
   CHECK(workshop.load(kScene).notes.empty());
 }
 
+TEST_CASE("bare numbers that are absurd as metres get a note, others none") {
+  const Workshop workshop;
+  const auto notes_of = [&](const std::vector<std::string>& set) {
+    return workshop.load(kScene, set).notes;
+  };
+  CHECK(notes_of({"object.0.position=[0, 0, 100]"}) ==
+        std::vector<std::string>{
+            "--set object.0.position=[0, 0, 100]: object 0: position[2]: lengths without a unit "
+            "are metres; give \"100 mm\" if 100 m is not meant"});
+  // A hundred times the hologram's 10.24 mm
+  CHECK(notes_of({"object.0.width=1.24"}) ==
+        std::vector<std::string>{"--set object.0.width=1.24: object 0: width: lengths without a "
+                                 "unit are metres; give \"1.24 mm\" if 1.24 m is not meant"});
+  for (const char* sensible :
+       {"object.0.width=1.0", "object.0.width=1.24 m", "object.0.position=[0, 0, 1.9]",
+        "object.0.position=[0, 0, \"100 m\"]"})
+    CHECK(notes_of({sensible}).empty());
+}
+
 TEST_CASE("an override replaces what the file gives under another name") {
   const Workshop workshop;
   std::string old_name = kScene, new_name = kScene;
@@ -542,6 +561,22 @@ TEST_CASE("parse_length_m accepts its units and nothing else") {
        {"", " ", "mm", "1 Mm", "1 mm mm", "nan", "inf m", "1e999", "0x10", "1,5 mm", "--1", "1 MM"})
     CHECK_THAT(input_error_of([&] { parse_length_m(text, "-z"); }),
                Catch::Matchers::StartsWith("-z must be a length such as \"3.74 um\""));
+}
+
+TEST_CASE("what is typed on the command line has a unit, and the line that asks for one says so") {
+  CHECK(given_length_m("95mm", "-z") == parse_length_m("95mm", "-z"));
+  CHECK(given_length_m("0", "-z") == 0);
+  CHECK(given_seconds("30 ms", "--budget") == 0.03);
+  CHECK(input_error_of([] { given_length_m("95", "-z"); }) ==
+        "-z \"95\": a unit is needed, as in 95mm");
+  CHECK(input_error_of([] { given_seconds("50", "--budget"); }) ==
+        "--budget \"50\": a unit is needed, as in 50ms");
+  CHECK(input_error_of([] { given_length_m("far", "-z"); }) ==
+        "-z must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km), got \"far\"");
+  for (const char* text : {"", "soon", "nan", "-1 s", "0 s", "1 h"})
+    CHECK(input_error_of([&] { given_seconds(text, "--budget"); }) ==
+          "--budget must be a time such as \"30 ms\" (units: us, ms, s), got \"" +
+              std::string(text) + "\"");
 }
 
 TEST_CASE("a length is printed in the unit that suits it") {

@@ -58,6 +58,7 @@ public:
   /// The scene's own number of layers and cone.
   Candidates(const Scene& scene, const World& world, const DeviceFigures& device);
 
+  const Plan& plan() const { return plan_; }  // of the scene as it is, in one piece unless it says
   double resolution_m() const { return resolution_m_; }
   const FrontView& view() const { return view_; }
   /// The pictures of a number of layers and a cone that `choices` has tried, or the scene's own;

@@ -64,22 +64,31 @@ std::string frames_text(const Plan& plan) {
          std::to_string(plan.size.x) + " x " + std::to_string(plan.size.y) + " pixels: ";
 }
 
-/// A line that tells which memory is short; empty when the plan fits.
-std::string missing(const MemoryNeeds& needs, const MemoryLimits& limits) {
+bool leaves_room(std::uint64_t bytes, std::uint64_t limit) {
+  return static_cast<double>(bytes) <= share_without_samples * static_cast<double>(limit);
+}
+
+/// A line that tells what the device lacks; empty when the plan fits there.
+std::string missing_on_device(const MemoryNeeds& needs, const MemoryLimits& limits) {
   for (const auto& need : needs.device) {
     if (need.bytes > limits.largest_buffer_bytes)
       return need.name + " " + format_bytes(need.bytes) + " in one buffer, the device allows " +
              format_bytes(limits.largest_buffer_bytes);
   }
-  const auto fits = [](std::uint64_t bytes, std::uint64_t limit) {
-    return static_cast<double>(bytes) <= share_without_samples * static_cast<double>(limit);
-  };
-  const std::string beside = " and surface samples, ";
-  if (const auto bytes = needs.device_bytes(); !fits(bytes, limits.device_bytes))
-    return format_bytes(bytes) + beside + "the device has " + format_bytes(limits.device_bytes);
-  if (const auto bytes = bytes_on_host(needs, limits); !fits(bytes, limits.host_bytes))
-    return format_bytes(bytes) + beside + "the machine has " + format_bytes(limits.host_bytes);
+  if (const auto bytes = needs.device_bytes(); !leaves_room(bytes, limits.device_bytes))
+    return format_bytes(bytes) + " and surface samples, the device has " +
+           format_bytes(limits.device_bytes);
   return "";
+}
+
+/// A line that tells which memory is short; empty when the plan fits.
+std::string missing(const MemoryNeeds& needs, const MemoryLimits& limits) {
+  auto text = missing_on_device(needs, limits);
+  const auto bytes = bytes_on_host(needs, limits);
+  if (text.empty() && !leaves_room(bytes, limits.host_bytes))
+    text = format_bytes(bytes) + " and surface samples, the machine has " +
+           format_bytes(limits.host_bytes);
+  return text;
 }
 
 }  // namespace
@@ -139,11 +148,23 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
 
 std::string results_shortage(const Plan& plan, const MemoryNeeds& needs, const MemoryUse& use,
                              const MemoryLimits& limits) {
-  if (needs.results_bytes <= limits.host_bytes) return "";
-  return frames_text(plan) + format_bytes(needs.results_bytes) +
-         " of memory needed for them alone, there are " + format_bytes(limits.host_bytes) +
-         "; give fewer sampling.frames or a smaller hologram.resolution" +
-         (use.keep_field ? ", or keep no field (--no-field)" : "");
+  // Amplitudes are scaled over all tiles, which keeps the field until all are there
+  const bool scales_tiles = plan.slm.encoding != Encoding::phase &&
+                            (plan.tiles.size() > 1 || !missing_on_device(needs, limits).empty());
+  auto bytes = needs.results_bytes;
+  if (scales_tiles && !use.keep_field && !encodes_whole(plan))
+    bytes += 8 * size(plan.frames) * area(plan.size);
+  if (bytes <= limits.host_bytes) return "";
+  std::string without_field;
+  if (plan.refine || plan.slm.band != glm::dvec2(1))
+    without_field = "";  // made of the whole field
+  else if (scales_tiles)
+    without_field = ", or slm.encoding = \"phase\" and no field (--no-field)";
+  else if (use.keep_field)
+    without_field = ", or keep no field (--no-field)";
+  return frames_text(plan) + format_bytes(bytes) + " of memory needed for them alone, there are " +
+         format_bytes(limits.host_bytes) +
+         "; give fewer sampling.frames or a smaller hologram.resolution" + without_field;
 }
 
 std::string host_shortage(const Plan& plan, const MemoryNeeds& needs, const MemoryLimits& limits) {

@@ -400,6 +400,8 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
                                    int frames, double padding_error) {
   PicturePrediction prediction;
   prediction.refined = model.refined_depths > 0;
+  prediction.dark = std::all_of(model.rows.begin(), model.rows.end(),
+                                [](const auto& row) { return row.light == 0 && row.missing == 0; });
   const double blur_m = blur_of_resolution * model.resolution_m, p = pattern.pitch_m;
   const double spot2 = model.spot_m.x * model.spot_m.y;
   // Light that comes round the padded plane: its own, spread over the picture, and where it

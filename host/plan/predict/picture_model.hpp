@@ -67,6 +67,7 @@ struct PicturePrediction {
   double mean_psnr_db = 0;      // of the rows
   double field_psnr_db = 0;     // mean of the rows, of the complex field
   bool refined = false;         // then nobody knows which errors remain
+  bool dark = false;            // no light is seen: nothing can be said of the pictures
   // Shares of the mean square error of all rows, of levels that are not refined
   double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0, stop = 0;
 };

@@ -150,11 +150,11 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
 }
 
 /// Predicts the device's memory, surface samples included, and warns where it is short.
-void predict_memory(const World& world, const DeviceFigures& device, Planned& planned) {
+void predict_memory(const World& world, const DeviceFigures& device, const MemoryUse& use,
+                    Planned& planned) {
   const auto& plan = planned.plan;
   const auto& limits = device.memory;
   auto& warnings = planned.warnings;
-  const MemoryUse use{Method::wrp, device.fft};
   const auto needs = memory_needs(world, plan, use, limits.largest_buffer_bytes);
   auto& bytes = planned.prediction.device_bytes;
   bytes = needs.device_bytes() +
@@ -234,7 +234,8 @@ double largest_cone_error(const Goal& goal) {
 }
 
 Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device,
-                   const Goal& goal) {
+                   const Goal& goal, bool keep_field) {
+  const MemoryUse use{Method::wrp, device.fft, keep_field};
   // Values that the scene leaves open keep their defaults, or are chosen as the goal says.
   Planned planned;
   planned.scene = scene;
@@ -243,7 +244,12 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
     s.accuracy.phase_turns = reference_phase_turns;
   std::optional<Candidates> candidates(std::in_place, s, world, device);
   std::string why_layers, why_refined;
-  if (goal.any()) {
+  // Nothing is chosen for pictures that the machine cannot hold: a line says so at once
+  const bool fits = [&, &plan = candidates->plan()] {
+    const auto needs = memory_needs(world, plan, use, device.memory.largest_buffer_bytes);
+    return results_shortage(plan, needs, use, device.memory).empty();
+  }();
+  if (goal.any() && fits) {
     // Refined towards the pictures that are judged, whatever the lattice
     const auto refine = [&] {
       if (!s.refine) s.refine.emplace();
@@ -262,13 +268,12 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   }
 
   // The plan with these values, in as few tiles as the device's memory allows
-  planned.plan =
-      fitting_plan(s, world, device.memory, {Method::wrp, device.fft}, 100, device.has_doubles);
+  planned.plan = fitting_plan(s, world, device.memory, use, 100, device.has_doubles);
 
   // What to expect of it, and why it is as it is
   planned.prediction = predicted(planned, world, device, *candidates);
-  predict_memory(world, device, planned);
-  planned.reasons = reasons_of(scene, goal, planned, why_layers);
+  predict_memory(world, device, use, planned);
+  planned.reasons = reasons_of(scene, fits ? goal : Goal{}, planned, why_layers);
   if (!why_refined.empty()) planned.reasons.push_back(why_refined);
   for (auto& warning : warnings_of(s, world, planned.plan, candidates->view(),
                                    planned.prediction.slm_light, candidates->resolution_m()))

@@ -56,11 +56,13 @@ struct Planned {
 /// The largest Cone::field_error that a goal accepts.
 double largest_cone_error(const Goal& goal);
 
-/// Chooses what the scene leaves open, as the goal says, and predicts what to expect.
+/// Chooses what the scene leaves open, as the goal says, and predicts what to expect. Pictures that
+/// the machine cannot hold get a warning and no choice.
 ///
+/// keep_field  RenderOptions::keep_field of the render to come
 /// throws  InputError as make_plan, and for a goal that nothing can be predicted for (sampling.mode
 ///         "fan")
 Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device,
-                   const Goal& goal = {});
+                   const Goal& goal = {}, bool keep_field = true);
 
 }  // namespace raywave
