@@ -112,7 +112,8 @@ public:
       ++result.totally_reflected;
     } else if (clear > 0) {
       // Fresnel's coefficients from the angles on both sides
-      const double in = std::acos(std::min(std::abs(along), 1.0)), out = std::asin(ratio * std::sin(in));
+      const double in = std::acos(std::min(std::abs(along), 1.0)),
+                   out = std::asin(ratio * std::sin(in));
       const double cos_in = std::cos(in), cos_out = std::cos(out);
       const double s_wave = (ratio * cos_in - cos_out) / (ratio * cos_in + cos_out),
                    p_wave = (ratio * cos_out - cos_in) / (ratio * cos_out + cos_in);

@@ -6,10 +6,10 @@
 // ray's cell. With RAYWAVE_PATHS, the rest of the path over the window is a polynomial, and so is
 // the amplitude (path_layout.h).
 //
-// find_paths  samples of the cells cells[i].x of the lattice, each with room for `slots`. cells[i].y
-//             is the number of sources that find_samples has met in the cell. counts[i]: number of
-//             samples, and how many of the first `slots` are hidden from some part. The samples,
-//             their visibility masks and their paths begin at i * slots
+// find_paths  samples of the cells cells[i].x of the lattice, each with room for `slots`.
+//             cells[i].y is the number of sources that find_samples has met in the cell.
+//             counts[i]: number of samples, and how many of the first `slots` are hidden from some
+//             part. The samples, their visibility masks and their paths begin at i * slots
 // pack_paths  the same samples without gaps: from packed[first[i].x] on, after first[i].y hidden
 //             ones; their paths from packed_paths[first[i].z] on
 //
