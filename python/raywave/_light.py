@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -42,6 +43,22 @@ def _number(value: float, name: str) -> float:
         return float(value)
     except (TypeError, ValueError):
         raise _core.InputError(f"{name}: must be a number, got {value!r}") from None
+
+
+def _whole(value: int, name: str) -> int:
+    try:
+        whole = operator.index(value)
+    except TypeError:
+        raise _core.InputError(f"{name}: must be a whole number, got {value!r}") from None
+    if not -(2**31) <= whole < 2**31:
+        raise _core.InputError(f"{name}: {whole} is too large")
+    return whole
+
+
+def _text(value: str, name: str) -> str:
+    if not isinstance(value, str):
+        raise _core.InputError(f"{name}: must be text, got {value!r}")
+    return value
 
 
 class Field(np.ndarray[Any, np.dtype[np.complex64]]):
@@ -131,8 +148,8 @@ def propagate(
         _number(distance, "distance"),
         (x, y),
         _number(padding, "padding"),
-        device,
-        fft,
+        _text(device, "device"),
+        _text(fft, "fft"),
     )
     if isinstance(u, Field):
         return Field(result, pitch, wavelength)
@@ -178,8 +195,8 @@ def reconstruct(
         None if window is None else _pair(window, "window"),
         (x, y),
         _pair(aperture, "aperture"),
-        device,
-        fft,
+        _text(device, "device"),
+        _text(fft, "fft"),
         progress,
     )
     return result
@@ -202,7 +219,7 @@ def _slm(slm: Scene | Mapping[str, Value] | Path | None) -> _core.Slm:
 
 
 def encode(
-    u: ArrayLike,
+    field: ArrayLike,
     slm: Scene | Mapping[str, Value] | Path | None = None,
     *,
     pitch: Pair | None = None,
@@ -211,17 +228,18 @@ def encode(
 ) -> LevelArray:
     """Grey levels with which an SLM shows a field.
 
-    u: (ny, nx) or (frames, ny, nx), complex64.
+    field: (ny, nx) or (frames, ny, nx), complex64.
     slm: keys of section [slm] (docs/slm.md), such as {"encoding": "double-phase",
     "shift": ["2 mm", "0 mm"]}; a file with that section; or a Scene, for its SLM. None: a
     phase-only SLM of 256 levels to a turn.
     pitch, wavelength: in metres; holo.field knows its own.
 
-    Returns uint8 (uint16 where levels have more than 8 bits) of u's shape, in the hologram's frame:
-    slm.rotate and slm.flip are not applied. Raises InputError when u is not such an array, or the
-    SLM's pictures do not fit it; DeviceError.
+    Returns uint8 (uint16 where levels have more than 8 bits) of the field's shape, in the
+    hologram's frame: slm.rotate and slm.flip are not applied. Raises InputError when the field is
+    not such an array, or the SLM's pictures do not fit it; DeviceError.
     """
-    result: LevelArray = _core.encode(_plain(u), _slm(slm), _pixels(u, pitch, wavelength), device)
+    pixels = _pixels(field, pitch, wavelength)
+    result: LevelArray = _core.encode(_plain(field), _slm(slm), pixels, _text(device, "device"))
     return result
 
 
@@ -298,5 +316,7 @@ def compare(
             ) from None
         place = x, y, width, height
     return PictureComparison(
-        *_core.compare_pictures(a, b, _number(blur, "blur"), int(border), domain, place)
+        *_core.compare_pictures(
+            a, b, _number(blur, "blur"), _whole(border, "border"), _text(domain, "domain"), place
+        )
     )

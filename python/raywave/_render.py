@@ -27,13 +27,15 @@ from ._light import (
     _pair,
     _pixels,
     _plain,
+    _text,
+    _whole,
 )
 from ._scene import Scene, Vector, _vector
 
 
 def _goal(preset: str | None, budget: float | None, psnr: float | None) -> _core.Goal:
     return _core.Goal(
-        preset or "",
+        "" if preset is None else _text(preset, "preset"),
         None if budget is None else _number(budget, "budget"),
         None if psnr is None else _number(psnr, "psnr"),
     )
@@ -125,7 +127,8 @@ def plan(
     Raises InputError for the scene and the goal.
     """
     scene = _scene_of(scene)
-    return Plan(_core.plan(scene._core, _goal(preset, budget, psnr), device), scene)
+    goal = _goal(preset, budget, psnr)
+    return Plan(_core.plan(scene._core, goal, _text(device, "device")), scene)
 
 
 def _png(levels: npt.NDArray[np.uint8]) -> bytes:
@@ -236,7 +239,14 @@ def _options(
     rays: int,
     field: bool,
 ) -> _core.RenderOptions:
-    return _core.RenderOptions(device, fft, _goal(preset, budget, psnr), method, rays, field)
+    return _core.RenderOptions(
+        _text(device, "device"),
+        _text(fft, "fft"),
+        _goal(preset, budget, psnr),
+        _text(method, "method"),
+        _whole(rays, "rays"),
+        bool(field),
+    )
 
 
 def render(
@@ -370,8 +380,8 @@ def lens(
         None if window is None else _pair(window, "window"),
         (x, y),
         _pair(aperture, "aperture"),
-        points,
-        device,
+        _whole(points, "points"),
+        _text(device, "device"),
         progress,
     )
     return result
@@ -443,7 +453,13 @@ def refine(
     Raises InputError when the SLM shows no phases, or an argument is not possible; DeviceError.
     """
     options = _core.RefineOptions(
-        iterations, views, lens_points, brightness, blur, refine_budget, [float(d) for d in depths]
+        None if iterations is None else _whole(iterations, "iterations"),
+        None if views is None else _whole(views, "views"),
+        None if lens_points is None else _whole(lens_points, "lens_points"),
+        None if brightness is None else _number(brightness, "brightness"),
+        None if blur is None else _number(blur, "blur"),
+        None if refine_budget is None else _number(refine_budget, "refine_budget"),
+        [_number(depth, "depths") for depth in depths],
     )
     if isinstance(scene, (Scene, Plan)):
         if targets is not None:
@@ -458,5 +474,6 @@ def refine(
     wanted = [
         (_number(z, "targets"), picture, (0.0, 0.0), (1.0, 1.0)) for z, picture in targets.items()
     ]
-    result = _core.refine_field(_plain(scene), pixels, wanted, options, device, fft, progress)
+    on = _text(device, "device"), _text(fft, "fft")
+    result = _core.refine_field(_plain(scene), pixels, wanted, options, *on, progress)
     return Field(result, tuple(pixels.pitch_m), pixels.wavelength_m)

@@ -28,6 +28,8 @@ constexpr const char* planes = "(ny, nx) or (frames, ny, nx)";
 /// A callback of Python's, called with the GIL on the thread that computes. Ctrl-C stops the
 /// computation whether there is a callback or not.
 raywave::Progress progress_of(const nb::object& callback) {
+  if (!callback.is_none() && !PyCallable_Check(callback.ptr()))
+    refuse("progress", "must be a function of (step, share)");
   return [callback = callback.ptr()](const std::string& what, double share) {
     const nb::gil_scoped_acquire gil;
     if (PyErr_CheckSignals() != 0) throw nb::python_error();

@@ -325,10 +325,14 @@ def test_wrong_options_are_refused(scene):
         ({"preset": "best"}, "best"), ({"method": "magic"}, "method"), ({"fft": "none"}, "fft"),
         ({"budget": -1.0}, "budget"), ({"preset": "draft", "psnr": 20}, "at most 1"),
         ({"budget": "soon"}, "budget"), ({"method": "rays", "rays": 0}, "rays"),
+        ({"preset": 3}, "^preset: must be text"), ({"device": 0}, "^device: must be text"),
+        ({"rays": 1.5}, "^rays: must be a whole"), ({"rays": 2**40}, "^rays: 1.* too large"),
     ]
     for options, text in wrong:
         with pytest.raises(rw.InputError, match=text):
             rw.render(scene, **options)
+    with pytest.raises(rw.InputError, match="^progress: must be a function"):
+        rw.render(scene, progress=3)
     with pytest.raises(rw.InputError, match="^scene: must be a Scene"):
         rw.render("scene.toml")
     with pytest.raises(rw.InputError, match="mesh is missing"):
