@@ -199,7 +199,8 @@ World place_objects(const Scene& scene, const Meshes& meshes, Textures textures)
     world.area_samples.push_back(area_samples_from(first_triangle, world));
   }
   if (std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& object) {
-        return scene.materials[static_cast<std::size_t>(object.material)].is_specular();
+        const auto material = static_cast<std::size_t>(object.material);
+        return material < scene.materials.size() && scene.materials[material].is_specular();
       }))
     world.ray_tree = std::make_shared<const RayTree>(ray_tree_of(world));
   move_objects(scene, world);

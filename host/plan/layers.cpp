@@ -38,7 +38,7 @@ std::vector<double> middles_of_light(const World& world, const Plan& plan, int l
   }
   std::vector<DepthWeight> images;
   for (const auto& image : plan.images.all) {
-    if (plan.images.near_m <= image.at_m.z && image.at_m.z <= plan.images.far_m)
+    if (plan.images.holds(image))
       images.push_back({image.at_m.z, 2 * plan.images.step * plan.images.step * image.at_m.z});
   }
   if (all_dark && images.empty()) dark.clear();
@@ -96,7 +96,7 @@ std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const Wor
       layers[0].min_m = world.min_m;
       layers[0].max_m = world.max_m;
       for (const auto& image : images.all) {
-        if (images.near_m > image.at_m.z || image.at_m.z > images.far_m) continue;
+        if (!images.holds(image)) continue;
         layers[0].min_m = glm::min(layers[0].min_m, image.at_m);
         layers[0].max_m = glm::max(layers[0].max_m, image.at_m);
       }
@@ -123,8 +123,7 @@ std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec
                                    const DepthLayer& layer, const Images& images) {
   std::vector<glm::dvec3> all;
   for (const auto& image : images.all) {
-    if (images.near_m <= image.at_m.z && image.at_m.z <= images.far_m && holds(layer, image.at_m.z))
-      all.push_back(image.at_m);
+    if (images.holds(image) && holds(layer, image.at_m.z)) all.push_back(image.at_m);
   }
   for (const auto& p : positions_m) {
     if (holds(layer, p.z)) all.push_back(p);

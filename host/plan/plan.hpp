@@ -114,16 +114,23 @@ struct CompactPlane {
 /// rays through even steps of tangents (host/plan/images.hpp).
 struct Images {
   struct Image {
+    int ray = 0;         // that sees it, row by row
     glm::dvec3 at_m{0};  // virtual point, world
     double share = 1;    // of the light of its source that reaches the hologram
     int surfaces = 1;    // mirrors and glass on the way
   };
-  std::vector<Image> all;
-  double step = 0;      // tangent between neighbouring rays
-  double rays = 0;      // that meet mirrors or glass first
-  double segments = 0;  // of all paths that start with them
-  // Depths within which all but a few of the images lie, world z; 0 where there are none
+  std::vector<Image> all;  // by ray
+  glm::dvec2 low{0};       // tangents of the corner of the first ray's cell
+  double step = 0;         // tangent between neighbouring rays
+  glm::ivec2 size{0, 0};   // rays
+  double rays = 0;         // that meet mirrors or glass first
+  double segments = 0;     // of all paths that start with these, which end at a surface
+  // Light of images that lie behind the hologram or farther than far_m, over that of all
+  double beyond = 0;
+  // Depths within which the others lie, but for a few, and all surfaces; world z
   double near_m = 0, far_m = 0;
+
+  bool holds(const Image& image) const { return near_m <= image.at_m.z && image.at_m.z <= far_m; }
 };
 
 /// Predicted errors of phase in turns, root mean square over a field; 2 pi times their sum is the

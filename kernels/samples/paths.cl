@@ -42,6 +42,10 @@
 #define SHEET_SLOPE 0.5f
 #define SHEET_ALIKE 0.5f
 
+// From so many surfaces on, rays stop at the first hit, and all that they meet of one material is
+// one sheet: curved mirrors have spread them, and few carry much.
+#define FIRST_HITS_FROM 2
+
 // The samples of one cell.
 typedef struct {
   __global Sample* samples;
@@ -115,14 +119,14 @@ static inline void keep_specular(const SceneArrays* scene, Layers* layers) {
 }
 
 // What the rays of a bundle meet: all outer sides of surfaces in air, since other parts of the
-// window may see behind the first; within glass the first only. What rays meet directly is for
-// find_samples, but for mirrors and glass.
+// window may see behind the first; within glass and after some surfaces the first only. What rays
+// meet directly is for find_samples, but for mirrors and glass.
 CALLED void meet(const SceneArrays* scene, const Lattice* lattice, const Bundle* bundle, Met* met) {
   for (int packet = 0; packet < PACKETS; ++packet) {
     const Followed* f = bundle->rays + packet;
     Layers* layers = met->layers + packet;
     const Rays rays = rays_of_followed(f, lattice->reach, f->found);
-    if (LANES_ANY(f->found & f->inside)) {
+    if (bundle->sequence.length >= FIRST_HITS_FROM || LANES_ANY(f->found & f->inside)) {
       const Hits hits = bvh_nearest(&scene->tree, &rays);
       for (int i = 0; i < BVH_LAYERS; ++i) {
         layers->t[i] = i == 0 ? hits.t : (floatv)(lattice->reach);
@@ -150,7 +154,8 @@ typedef struct {
   int material;
   float3 place;
   float3 normal;
-  int ray;  // the part that it goes through
+  int ray;     // the part that it goes through
+  bool whole;  // all that has the material
 } BundleSheet;
 
 // The first hit that no sheet has claimed: nearer layers first. False where there is none.
@@ -174,6 +179,7 @@ static inline bool next_sheet(const SceneArrays* scene, const Bundle* bundle, co
         sheet->place = (float3)(x[lane], y[lane], z[lane]);
         sheet->normal = normalize(triangle_cross(&scene->tree, triangle[lane]));
         sheet->ray = packet * RAYWAVE_LANES + lane;
+        sheet->whole = bundle->sequence.length >= FIRST_HITS_FROM;
         return true;
       }
     }
@@ -184,6 +190,7 @@ static inline bool next_sheet(const SceneArrays* scene, const Bundle* bundle, co
 // Mask of hits that lie on a sheet.
 static inline intv lies_on(const SceneArrays* scene, const BundleSheet* sheet, Vector at,
                            intv triangle, float gap) {
+  if (sheet->whole) return hits_material(scene, triangle, sheet->material);
   float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES];
   int triangles[RAYWAVE_LANES], lies[RAYWAVE_LANES];
   LANES_STORE(triangle, triangles);
@@ -677,6 +684,29 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
   cell->paths[slot] = path;
 }
 
+// Whether any part of the window sees a sheet along the sequence. Whatever lies behind one that
+// none sees is hidden too.
+CALLED bool is_seen(const SceneArrays* scene, const Lattice* lattice, const BundleSheet* sheet,
+                    const Bundle* bundle, const Met* met, const Hits* claimed,
+                    const PathCell* cell) {
+  for (int packet = 0; packet < PACKETS; ++packet)
+    if (LANES_ANY((claimed[packet].triangle >= 0) & bundle->rays[packet].first &
+                  (claimed[packet].t <= met->nearest[packet])))
+      return true;
+  floatv tangent_x, tangent_y;
+  intv active;
+  part_tangents(lattice, cell->column, cell->row, sheet->ray / RAYWAVE_LANES, &tangent_x,
+                &tangent_y, &active);
+  float x[RAYWAVE_LANES], y[RAYWAVE_LANES];
+  LANES_STORE(tangent_x, x);
+  LANES_STORE(tangent_y, y);
+  const int lane = sheet->ray % RAYWAVE_LANES;
+  ChiefPath chief;
+  uint visibility[VISIBILITY_WORDS];
+  return find_chief(scene, lattice, cell, &bundle->sequence, sheet, x[lane], y[lane], &chief) &&
+         look_along(scene, lattice, &bundle->sequence, &chief, visibility) > 0;
+}
+
 // Adds the bundles that go on from a sheet to those that wait.
 CALLED void add_bundles(const SceneArrays* scene, const Lattice* lattice, const BundleSheet* sheet,
                         const Bundle* bundle, const Hits* claimed, Bundle* waiting, int* count) {
@@ -744,6 +774,7 @@ __kernel void find_paths(SCENE_PARAMETERS, Lattice lattice, float nearest_image,
     while (next_sheet(&scene, &bundle, &met, &sheet)) {
       Hits claimed[PACKETS];
       claim_sheet(&scene, &lattice, &sheet, &bundle, &met, claimed);
+      if (!is_seen(&scene, &lattice, &sheet, &bundle, &met, claimed, &cell)) continue;
       __global const Material* material = scene.materials + sheet.material;
       const float specular = material->reflectivity + material->transparency;
       const int length = bundle.sequence.length;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <numeric>
 #include <type_traits>
 
@@ -205,6 +206,53 @@ void find_breaks(const Plan& plan, const std::vector<bool>& steep, FrontView& vi
   }
 }
 
+/// Replaces mirrors and glass by what they show.
+///
+/// specular  share of the light that each cell's surface mirrors or lets through
+void add_images(const Plan& plan, const std::vector<float>& specular, FrontView& view) {
+  if (plan.images.rays == 0) return;
+  double light = 0, cells = 0;
+  for (std::size_t cell = 0; cell < specular.size(); ++cell) {
+    if (view.depth_m[cell] == 0 || specular[cell] > 0) continue;
+    light += view.radiance[cell];
+    ++cells;
+  }
+  const double mean = cells > 0 ? light / cells : 0,
+               segments = plan.images.segments / plan.images.rays;
+  const auto& images = plan.images.all;
+  std::size_t cell = 0;
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x, ++cell) {
+      if (view.depth_m[cell] == 0 || specular[cell] == 0) continue;
+      ++view.specular;
+      view.segments += segments;
+      const bool has_own = specular[cell] < 1;
+      if (!has_own) view.sources[cell] = view.depth_m[cell] = view.radiance[cell] = 0;
+      const glm::ivec2 at((view.tangent(x, y) - plan.images.low) / plan.images.step);
+      if (glm::any(glm::lessThan(at, glm::ivec2(0))) ||
+          glm::any(glm::greaterThanEqual(at, plan.images.size)))
+        continue;
+      const int ray = at.y * plan.images.size.x + at.x;
+      float brightest = 0;
+      for (auto i =
+               std::lower_bound(images.begin(), images.end(), ray,
+                                [](const auto&image, int wanted) { return image.ray < wanted; });
+           i != images.end() && i->ray == ray; ++i) {
+        ++view.sources[cell];
+        ++view.images;
+        view.image_surfaces += i->surfaces;
+        const auto shown = static_cast<float>(i->share * mean);
+        view.radiance[cell] += shown;
+        if (shown <= brightest || has_own) continue;
+        brightest = shown;
+        view.depth_m[cell] =
+            static_cast<float>(std::clamp(i->at_m.z, plan.images.near_m, plan.images.far_m));
+        view.shiny[cell] = false;
+      }
+    }
+  }
+}
+
 }  // namespace
 
 FrontView front_view(const Scene& scene, const World& world, const Plan& plan, int longest) {
@@ -217,6 +265,8 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
   view.depth_m.assign(cells, 0);
   view.radiance.assign(cells, 0);
   view.shiny.assign(cells, false);
+  view.sources.assign(cells, 0);
+  std::vector<float> specular(cells, 0);
   const Shading shading(scene, world.textures);
   std::vector<glm::vec3> hit(cells);  // triangle's index is kept apart: a float counts too few
   std::vector<std::uint32_t> nearest(cells, 0);
@@ -258,7 +308,7 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
   for (auto& level : levels) level = std::log2(level);
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (view.depth_m[cell] == 0) continue;
-    ++view.covered;
+    view.sources[cell] = 1;
     const auto corners = world.triangles[nearest[cell]];
     const auto mix = [&](const auto& values) {
       using Value = std::decay_t<decltype(values[0])>;
@@ -275,17 +325,23 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
     const double length = glm::length(smooth);
     auto normal = length > 0 ? smooth / length : glm::normalize(face);
     if ((glm::dot(face, place) > 0) == (glm::dot(face, normal) > 0)) normal = -normal;
-    const int material = scene.objects[static_cast<std::size_t>(object)].material;
-    view.shiny[cell] = scene.materials[static_cast<std::size_t>(material)]
-                           .specular[channel_of(scene.hologram.wavelength_m)] > 0;
-    view.radiance[cell] =
-        static_cast<float>(shading.radiance(material, place, normal, glm::dvec2(mix(world.uvs))));
+    const int number = scene.objects[static_cast<std::size_t>(object)].material;
+    const auto& material = scene.materials[static_cast<std::size_t>(number)];
+    const double wavelength_m = scene.hologram.wavelength_m;
+    const double mirrored = std::min(
+        material.reflectivity.at(wavelength_m) + material.transparency.at(wavelength_m), 1.0);
+    specular[cell] = static_cast<float>(mirrored);
+    view.covered += mirrored < 1;
+    view.shiny[cell] = material.specular[channel_of(wavelength_m)] > 0 && mirrored < 1;
+    view.radiance[cell] = static_cast<float>(
+        (1 - mirrored) * shading.radiance(number, place, normal, glm::dvec2(mix(world.uvs))));
     steep[cell] = is_steep(plan, place, face);
     const double lights = shading.lights_faced(place, normal);
     view.lights_faced += lights;
     view.lights_faced_levels += lights * levels[static_cast<std::size_t>(object)];
   }
   find_breaks(plan, steep, view);
+  add_images(plan, specular, view);
   return view;
 }
 
