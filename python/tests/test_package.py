@@ -67,9 +67,10 @@ def test_a_wheel_installs_into_an_empty_environment_and_runs(tmp_path):
         "--no-build-isolation", "-C", f"cmake.define.RAYWAVE_PREBUILT={build}",
         "-C", f"build-dir={tmp_path / 'cmake'}", "-w", tmp_path, ROOT)
     (wheel,) = tmp_path.glob("raywave-*.whl")
-    run(sys.executable, "-m", "venv", tmp_path / "empty")
+    run(sys.executable, "-m", "venv", "--without-pip", tmp_path / "empty")
     python = tmp_path / "empty/bin/python"
-    run(python, "-m", "pip", "install", "-q", "--disable-pip-version-check", wheel)
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", python]
+    run(*pip, "install", "-q", "--no-compile", wheel)
     # The README's lines
     shown = run(
         python, "-c",
@@ -85,6 +86,6 @@ def test_a_wheel_installs_into_an_empty_environment_and_runs(tmp_path):
         cwd=tmp_path)
     assert "hologram  160 x 120 pixels" in shown and "psnr_db" in shown
     assert (tmp_path / "hologram.png").stat().st_size > 1000
-    files = run(python, "-m", "pip", "show", "-f", "raywave")
+    files = run(*pip, "show", "-f", "raywave")
     for name in ("py.typed", "_core.pyi", "raywave_mesh_reader", "LICENSE-WHEEL.md"):
         assert name in files, files
