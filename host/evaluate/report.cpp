@@ -160,6 +160,12 @@ Json json_of(const Plan& plan) {
          {"padding_error", plan.padding_error},
          {"oversampling_error", plan.oversampling_error},
          {"rays", plan.rays}};
+  if (plan.bounces > 0)
+    j["mirrors"] = {{"surfaces", plan.bounces}, {"bounces", name_of(plan.bounces_as)}};
+  if (plan.bounces > 0 && plan.has_specular_samples())
+    j["mirrors"]["images"] = {{"near_m", plan.images.near_m},
+                              {"far_m", plan.images.far_m},
+                              {"light_beyond", plan.images.beyond}};
   if (const auto& c = plan.compact)
     j["compact"] = {{"size", json_of(c->size)},
                     {"bell", c->bell},
@@ -358,6 +364,20 @@ std::string plan_report_text(const Planned& planned, const World& world) {
     }
   }
   // Sampling and its predicted errors
+  if (plan.bounces > 0) {
+    out << "mirrors   up to " << plan.bounces << " mirrors and surfaces of glass on a path, ";
+    if (plan.has_specular_samples()) {
+      out << (has_fitted_paths(plan) ? "samples with a path fitted to the window"
+                                     : "samples of virtual points");
+      if (scene.trace.bounces == Bounces::automatic) out << " (auto)";
+      if (!plan.images.all.empty())
+        out << "; seen from " << mm(plan.images.near_m) << " to " << mm(plan.images.far_m) << ", "
+            << number(100 * plan.images.beyond) << " % of the light elsewhere";
+      out << "\n";
+    } else {
+      out << "fans of rays\n";
+    }
+  }
   if (plan.aimed)
     out << "samples   a lattice of " << plan.lattice.size.x << " x " << plan.lattice.size.y
         << " rays, " << mm(scene.sampling.pitch_m) << " apart at " << mm(plan.lattice.full_z_m)

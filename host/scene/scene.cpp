@@ -235,7 +235,7 @@ Spectrum read_table(const Value& v, const Range& range, double wavelength_m) {
         value.number(range));
   }
   std::sort(spectrum.table.begin(), spectrum.table.end());
-  if (!spectrum.holds(wavelength_m))
+  if (spectrum.table.empty() || !spectrum.holds(wavelength_m))
     v.fail("given on both sides of the wavelength, " + length_text(wavelength_m));
   return spectrum;
 }

@@ -19,6 +19,9 @@ namespace {
 /// Below this share of the scene's light a loss is not worth a line.
 constexpr double least_loss = 0.005;
 
+/// The planner itself leaves two hundredths of the images' light beyond the depths of its planes.
+constexpr double least_image_loss = 0.05;
+
 std::string degrees(double sine) {
   return number_text(std::round(std::asin(sine) * 1800 / std::numbers::pi) / 10);
 }
@@ -169,6 +172,10 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
            " of the scene's light passes beside the WRPs: a larger wrp.grid, or \"auto\", catches "
            "it");
   }
+  if (const double beyond = plan.images.beyond; beyond > least_image_loss)
+    warn(percent_text(beyond) +
+         " of the scene's light is seen in mirrors and glass behind the hologram or far away, and "
+         "is shown out of focus: flatter mirrors and thinner glass keep it near the scene");
   if (const double beside = plan.compact && scene.wrp.grid ? share_beside_lattice(world, plan) : 0;
       beside > least_loss)
     warn(percent_text(beside) +
