@@ -57,6 +57,7 @@ struct Renderer::State {
 /// come one after another, so that memory for one is enough. Frames differ in their random phases
 /// only.
 RenderResult Renderer::State::render() {
+  propagator_.drop();
   if (changed_) {
     load();
     make_plan();
@@ -300,7 +301,14 @@ void Renderer::set_seed(std::uint32_t seed) {
   state_->plan_.seed = seed;
 }
 
-RenderResult Renderer::render() { return state_->render(); }
+RenderResult Renderer::render() {
+  try {
+    return state_->render();
+  } catch (...) {
+    state_->times_ = {};
+    throw;
+  }
+}
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 

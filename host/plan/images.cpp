@@ -118,8 +118,8 @@ private:
 
   void explore(const PathRay& ray, glm::dvec2 tangents, Images& images) {
     const auto hit = meet(ray);
+    if (!turns_.empty()) ++(hit ? images.segments : images.lost);
     if (!hit) return;
-    if (!turns_.empty()) ++images.segments;
     const auto object = hit->object;
     const double specular = specular_of(*hit);
     if (turns_.empty()) {

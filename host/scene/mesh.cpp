@@ -146,22 +146,32 @@ bool is_closed(const Mesh& mesh) {
   return edges == reversed && std::adjacent_find(edges.begin(), edges.end()) == edges.end();
 }
 
-Meshes load_meshes(const Scene& scene) {
+Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mesh>> in_memory) {
   if (scene.objects.empty())
     throw InputError(one_line(scene.file.string()) +
                      ": there is no object: add [[object]] with mesh = \"FILE\"");
   Meshes loaded;
-  std::map<std::pair<std::filesystem::path, Normals>, std::size_t> known;
-  for (const Object& object : scene.objects) {
-    std::error_code error;
-    const auto [found, is_new] =
-        known.try_emplace({std::filesystem::weakly_canonical(object.mesh, error), object.normals},
-                          loaded.meshes.size());
-    if (is_new) {
-      loaded.meshes.push_back(load_mesh(object.mesh, object.normals, object.where));
-      loaded.closed.push_back(is_closed(loaded.meshes.back()));
-      loaded.maps.emplace_back();
+  std::map<std::pair<std::filesystem::path, Normals>, std::size_t> known_files;
+  std::map<std::pair<const Mesh*, Normals>, std::size_t> known_in_memory;
+  const auto add = [&](Mesh mesh) {
+    loaded.meshes.push_back(std::move(mesh));
+    loaded.closed.push_back(is_closed(loaded.meshes.back()));
+    loaded.maps.emplace_back();
+  };
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Object& object = scene.objects[i];
+    const auto next = loaded.meshes.size();
+    if (const Mesh* given = i < in_memory.size() ? in_memory[i].get() : nullptr) {
+      const auto [found, is_new] = known_in_memory.try_emplace({given, object.normals}, next);
+      if (is_new) add(finish_mesh(*given, object.normals));
+      loaded.of_object.push_back(found->second);
+      continue;
     }
+    if (object.mesh.empty()) throw InputError(object.where + ": mesh is missing");
+    std::error_code error;
+    const auto [found, is_new] = known_files.try_emplace(
+        {std::filesystem::weakly_canonical(object.mesh, error), object.normals}, next);
+    if (is_new) add(load_mesh(object.mesh, object.normals, object.where));
     loaded.of_object.push_back(found->second);
     const auto& mesh = loaded.meshes[found->second];
     auto& maps = loaded.maps[found->second];

@@ -115,7 +115,7 @@ fs::path find_reader(const std::string& name) {
   }
   const auto folders = own_folders();
   for (const auto& folder : folders) {
-    for (const fs::path beside : {"", "..", "../libexec/raywave"}) {
+    for (const fs::path beside : {"", "..", "../libexec/raywave", "../../libexec/raywave"}) {
       if (const auto file = (folder / beside / name).lexically_normal(); is_program(file))
         return file;
     }

@@ -23,7 +23,7 @@ struct ReaderLimits {
 
 /// Finds a reader program: in the folder that the environment variable RAYWAVE_READER_DIR names;
 /// without it, beside the running program or the raywave library, in the folder above, or in
-/// ../libexec/raywave.
+/// libexec/raywave one or two folders up.
 ///
 /// throws  InputError when it is in none of them
 std::filesystem::path find_reader(const std::string& name);

@@ -355,11 +355,12 @@ int find_material(const Value& v, const std::vector<Material>& materials) {
 constexpr double doubted_holograms = 100;
 
 Object read_object(Section section, const HologramSpec& hologram,
-                   const std::vector<Material>& materials) {
+                   const std::vector<Material>& materials, bool needs_mesh) {
   Object object;
   object.where = section.where();
-  section.require("mesh", "the name of a mesh file",
-                  [&](const Value& v) { object.mesh = v.existing_file(); });
+  const bool has_mesh =
+      section.read("mesh", [&](const Value& v) { object.mesh = v.existing_file(); });
+  if (needs_mesh && !has_mesh) section.fail("mesh is missing: give the name of a mesh file");
   const double doubted_m = doubted_holograms * hologram.resolution.x * hologram.pitch_m.x;
   section.read("width", [&](const Value& v) {
     object.width_m = v.length_m(between(1e-9, 1e4), std::min(doubted_m, least_doubted_m));
@@ -386,11 +387,15 @@ Object read_object(Section section, const HologramSpec& hologram,
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  const Document document = read_document(file, overrides);
+  return parse_scene(read_scene_text(file), overrides);
+}
+
+Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrides) {
+  const Document document = parse_document(text, overrides);
   Section root(document, document.root, "", "");
 
   Scene scene;
-  scene.file = file;
+  scene.file = text.file;
   scene.hologram = read_hologram(root.section("hologram"));
   scene.slm = read_slm(root.section("slm"), scene.hologram.wavelength_m);
   scene.wrp = read_wrp(root.section("wrp"));
@@ -405,13 +410,14 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   for (auto& [name, section] : root.section("materials").named_sections("material"))
     scene.materials.push_back(read_material(name, section, scene.hologram.wavelength_m));
   for (Section& section : root.sections("object"))
-    scene.objects.push_back(read_object(section, scene.hologram, scene.materials));
+    scene.objects.push_back(
+        read_object(section, scene.hologram, scene.materials, text.needs_meshes));
   Section of_gltf = root.section("scene");
   root.finish();
   scene.notes = document.notes;
   read_gltf_scene(of_gltf, scene);
 
-  const std::string name = one_line(file.string());
+  const std::string name = one_line(text.file.string());
   if (scene.objects.empty())
     throw InputError(name + ": there is no object: add [[object]] with mesh = \"FILE\"");
   if (const auto shining = std::accumulate(

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "host/scene/read_data.hpp"
+#include "host/scene/scene_text.hpp"
 #include "host/scene/slm.hpp"
 #include "host/scene/spectrum.hpp"
 
@@ -275,6 +276,9 @@ struct Scene {
   std::vector<Material> materials;  // [0] is the default of an object that names none
   std::vector<Object> objects;
 };
+
+/// Checks a scene, as load_scene does.
+Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrides = {});
 
 /// Reads and checks a scene file (docs/scene.md lists every key).
 ///

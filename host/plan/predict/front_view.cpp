@@ -257,7 +257,8 @@ void add_images(const Plan& plan, const std::vector<float>& specular, FrontView&
     ++cells;
   }
   const double mean = cells > 0 ? light / cells : 0,
-               segments = plan.images.segments / plan.images.rays;
+               segments = plan.images.segments / plan.images.rays,
+               lost = plan.images.lost / plan.images.rays;
   const auto& images = plan.images.all;
   std::size_t cell = 0;
   for (int y = 0; y < view.size.y; ++y) {
@@ -265,6 +266,7 @@ void add_images(const Plan& plan, const std::vector<float>& specular, FrontView&
       if (view.depth_m[cell] == 0 || specular[cell] == 0) continue;
       ++view.specular;
       view.segments += segments;
+      view.lost += lost;
       const bool has_own = specular[cell] < 1;
       if (!has_own) view.sources[cell] = view.depth_m[cell] = view.radiance[cell] = 0;
       const glm::ivec2 at((view.tangent(x, y) - plan.images.low) / plan.images.step);
