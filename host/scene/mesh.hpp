@@ -49,7 +49,8 @@ inline bool wears_own_materials(const Object& object) { return object.material =
 ///
 /// in_memory  by object, meshes that stand for files, null where there is none: raw, as finish_mesh
 ///            takes them
-/// throws     InputError when a mesh or a picture of it is unusable, or when the scene has no object
+/// throws     InputError when a mesh or a picture of it is unusable, or when the scene has no
+///            object
 Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mesh>> in_memory = {});
 
 }  // namespace raywave
