@@ -393,18 +393,20 @@ CALLED int look_along(const SceneArrays* scene, const Lattice* lattice, const Se
   return VISIBILITY_ALL;
 #else
   int seen = 0;
-  for (int first = 0; SIXTEEN_TELL && first < 16; first += RAYWAVE_LANES) {
+#if SIXTEEN_TELL
+  for (int first = 0; first < 16; first += RAYWAVE_LANES) {
     const intv a = (first + LANES_INDEX) / 4, b = (first + LANES_INDEX + a) % 4;
     const intv sees =
         parts_that_see(scene, lattice, sequence, chief, part_of_16(a, b), part_of_16(b, a));
     seen += lanes_sum(LANES_SELECT((intv)(0), (intv)(1), sees));
   }
-  if (SIXTEEN_TELL && seen == 0) return 0;
+  if (seen == 0) return 0;
   if (seen == 16) {
     for (int part = 0; part < VISIBILITY_ALL; ++part) visibility[part / 32] |= 1u << (part % 32);
     return VISIBILITY_ALL;
   }
   seen = 0;
+#endif
   for (int first = 0; first < VISIBILITY_ALL; first += RAYWAVE_LANES) {
     const intv part = first + LANES_INDEX;
     const intv sees =
@@ -665,8 +667,11 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
   path.source[2] = chief.source.z;
 #if RAYWAVE_PATHS
   __global const Material* material = scene->materials + sheet->material;
-  bool shines = RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0 &&
-                (material->specular > 0.0f || (material->kind & MATERIAL_METALLIC) != 0);
+  bool shines = false;
+#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+  shines = material->specular > 0.0f || (material->kind & MATERIAL_METALLIC) != 0;
+#endif
+  (void)material;
   float own_light = 1.0f;
   if (shines) {
     const float3 toward = vector_first(chief.toward);

@@ -241,7 +241,8 @@ static inline DoubleSingle refine_surface(const SceneArrays* scene, const Line* 
   s->z = ds_high(s->place.z);
 #if RAYWAVE_NORMAL_MAPS
   // A map's normal stays as it is
-  const intv mapped = (s->nx != s->side_x) | (s->ny != s->side_y) | (s->nz != s->side_z);
+  const intv mapped =
+      fabs(s->nx - s->side_x) + fabs(s->ny - s->side_y) + fabs(s->nz - s->side_z) > 0.0f;
   s->side_x = ds_high(s->normal.x);
   s->side_y = ds_high(s->normal.y);
   s->side_z = ds_high(s->normal.z);
@@ -384,8 +385,9 @@ static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Su
 // The normal for shading: that of a map is a float, any other is refined.
 static inline DoubleSingle3 shading_normal(const Surface* s) {
   const floatv zero = 0.0f;
-  const intv mapped = (s->nx != ds_high(s->normal.x)) | (s->ny != ds_high(s->normal.y)) |
-                      (s->nz != ds_high(s->normal.z));
+  const intv mapped = fabs(s->nx - ds_high(s->normal.x)) + fabs(s->ny - ds_high(s->normal.y)) +
+                          fabs(s->nz - ds_high(s->normal.z)) >
+                      0.0f;
   const DoubleSingle3 normal = {ds_select(s->normal.x, ds(s->nx, zero), mapped),
                                 ds_select(s->normal.y, ds(s->ny, zero), mapped),
                                 ds_select(s->normal.z, ds(s->nz, zero), mapped)};

@@ -2,6 +2,7 @@
 /// glTF 2.0 files made in code, and pictures for them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <glm/vec2.hpp>
