@@ -61,18 +61,19 @@ public:
   /// Light of surfaces under these tangents, without mirrors and glass.
   double direct_light(glm::dvec2 tangents) const {
     const auto hit = meet(start(glm::dvec2(0), tangents));
-    return hit ? std::max(0.0, 1 - specular_of(hit->object)) : 0;
+    return hit ? std::max(0.0, 1 - specular_of(*hit)) : 0;
   }
 
 private:
-  double specular_of(std::int32_t object) const {
-    const auto& m = material_of(object);
+  double specular_of(const RayHit& hit) const {
+    const auto& m = material_of(hit);
     return m.reflectivity.at(plan_.wavelength_m) + m.transparency.at(plan_.wavelength_m);
   }
 
-  const Material& material_of(std::int32_t object) const {
+  const Material& material_of(const RayHit& hit) const {
     const auto& lighting = plan_.lighting;
-    const auto material = lighting.material_of_object[static_cast<std::size_t>(object)];
+    const auto material = lighting.material_of(static_cast<std::size_t>(hit.object),
+                                               world_.material_of(hit.triangle));
     return lighting.materials[static_cast<std::size_t>(material)];
   }
 
@@ -86,7 +87,7 @@ private:
 
   /// The ray onwards; nothing where it is reflected totally.
   std::optional<PathRay> turned(const PathRay& ray, const RayHit& hit, bool refracts) const {
-    const auto& m = material_of(hit.object);
+    const auto& m = material_of(hit);
     const bool entering =
         (glm::dot(hit.face, ray.direction) > 0) != (glm::dot(hit.face, hit.normal) > 0);
     const auto normal = entering ? hit.normal : -hit.normal;
@@ -117,10 +118,10 @@ private:
 
   void explore(const PathRay& ray, glm::dvec2 tangents, Images& images) {
     const auto hit = meet(ray);
+    if (!turns_.empty()) ++(hit ? images.segments : images.lost);
     if (!hit) return;
-    if (!turns_.empty()) ++images.segments;
     const auto object = hit->object;
-    const double specular = specular_of(object);
+    const double specular = specular_of(*hit);
     if (turns_.empty()) {
       if (!(specular > 0)) return;
       ++images.rays;
@@ -217,22 +218,24 @@ std::pair<glm::dvec2, glm::dvec2> tangents_of_objects(const World& world, const 
     low = glm::min(low, glm::dvec2(p_m) / p_m.z);
     high = glm::max(high, glm::dvec2(p_m) / p_m.z);
   };
-  const auto counts = [&](std::size_t object) {
-    return all || lighting.materials[static_cast<std::size_t>(lighting.material_of_object[object])]
-                      .is_specular();
+  const auto counts = [&](std::size_t object, std::int32_t of_its_mesh) {
+    const auto material = lighting.material_of(object, of_its_mesh);
+    return all || lighting.materials[static_cast<std::size_t>(material)].is_specular();
   };
-  // Boxes of objects where there are any, else all triangles
-  for (std::size_t i = 0; i < world.placed.size(); ++i) {
+  // Boxes of objects where each is of one material, else all triangles
+  const bool has_boxes = !world.placed.empty() && world.triangle_material.empty();
+  for (std::size_t i = 0; has_boxes && i < world.placed.size(); ++i) {
     const auto& placed = world.placed[i];
-    for (int corner = 0; corner < 8 && counts(i); ++corner) {
+    for (int corner = 0; corner < 8 && counts(i, -1); ++corner) {
       glm::dvec3 p_m;
       for (int axis = 0; axis < 3; ++axis)
         p_m[axis] = (corner >> axis & 1) != 0 ? placed.max_m[axis] : placed.min_m[axis];
       add(world.motion_of(static_cast<std::int32_t>(i))(p_m));
     }
   }
-  for (std::size_t i = 0; i < world.triangles.size() && world.placed.empty(); ++i) {
-    if (!counts(static_cast<std::size_t>(world.triangle_object[i]))) continue;
+  for (std::size_t i = 0; !has_boxes && i < world.triangles.size(); ++i) {
+    const auto object = static_cast<std::size_t>(world.triangle_object[i]);
+    if (!counts(object, world.material_of(i))) continue;
     for (const auto& p_m : world.corners_m(i)) add(p_m);
   }
   return {low, high};

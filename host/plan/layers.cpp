@@ -25,15 +25,29 @@ bool holds(const DepthLayer& layer, double z_m) {
   return layer.begin_m <= z_m && z_m < layer.end_m;
 }
 
+/// True for objects without light of their own: all of it passes, or is mirrored.
+bool is_dark(const World& world, const Plan& plan, std::size_t object) {
+  const auto shines = [&](std::int32_t of_its_mesh) {
+    const auto number = plan.lighting.material_of(object, of_its_mesh);
+    const auto& m = plan.lighting.materials[static_cast<std::size_t>(number)];
+    return m.reflectivity.at(plan.wavelength_m) + m.transparency.at(plan.wavelength_m) < 1;
+  };
+  if (world.triangle_material.empty()) return !shines(-1);
+  for (std::size_t i = 0; i < world.triangles.size(); ++i) {
+    if (world.triangle_object[i] == static_cast<std::int32_t>(object) &&
+        shines(world.triangle_material[i]))
+      return false;
+  }
+  return true;
+}
+
 /// Middles of what shines: surfaces with light of their own, and images.
 std::vector<double> middles_of_light(const World& world, const Plan& plan, int layers) {
   if (!plan.has_specular_samples()) return middles_of_surfaces(world, layers);
   std::vector<bool> dark;
   bool all_dark = true;
-  for (const auto number : plan.lighting.material_of_object) {
-    const auto& m = plan.lighting.materials[static_cast<std::size_t>(number)];
-    dark.push_back(m.reflectivity.at(plan.wavelength_m) + m.transparency.at(plan.wavelength_m) >=
-                   1);
+  for (std::size_t i = 0; i < plan.lighting.material_of_object.size(); ++i) {
+    dark.push_back(is_dark(world, plan, i));
     all_dark = all_dark && dark.back();
   }
   std::vector<DepthWeight> images;

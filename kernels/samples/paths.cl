@@ -90,10 +90,21 @@ static inline void part_tangents(const Lattice* lattice, int column, int row, in
   *tangent_y = (LANES_TO_FLOAT((intv)(lattice->first_y + row)) + upwards) * lattice->step;
 }
 
-// Radiance of what rays meet, towards them.
+#if RAYWAVE_LIGHT_PLACES > 1
+#define PLACE_OF_PART(packet, cell) light_place_of_part(packet, (cell)->column, (cell)->row)
+// Where a sample looks for lights that make highlights (kernels/gather/radiance_towards.h)
+#define PLACE_OF_KEY(key) ((intv)((int)((key)&15u)))
+#else
+#define PLACE_OF_PART(packet, cell) ((intv)(0))
+#define PLACE_OF_KEY(key) ((intv)(0))
+#endif
+
+// Radiance of what rays meet, towards them. place: where they look for lights that have a size.
 CALLED floatv light_of_hits(const SceneArrays* scene, const Lattice* lattice, const Rays* rays,
-                            const Hits* hits) {
+                            const Hits* hits, intv place) {
   Surface s = surface_at(scene, rays, hits);
+  LOOK_FOR_LIGHTS(&s, place);
+  (void)place;
 #if REFINED_SURFACES
   s.place = ds3(s.x, s.y, s.z);
   s.normal = ds3(s.nx, s.ny, s.nz);
@@ -382,6 +393,7 @@ CALLED int look_along(const SceneArrays* scene, const Lattice* lattice, const Se
   return VISIBILITY_ALL;
 #else
   int seen = 0;
+#if SIXTEEN_TELL
   for (int first = 0; first < 16; first += RAYWAVE_LANES) {
     const intv a = (first + LANES_INDEX) / 4, b = (first + LANES_INDEX + a) % 4;
     const intv sees =
@@ -394,6 +406,7 @@ CALLED int look_along(const SceneArrays* scene, const Lattice* lattice, const Se
     return VISIBILITY_ALL;
   }
   seen = 0;
+#endif
   for (int first = 0; first < VISIBILITY_ALL; first += RAYWAVE_LANES) {
     const intv part = first + LANES_INDEX;
     const intv sees =
@@ -459,8 +472,8 @@ static inline float fitted(__global const float* row, const float* values) {
 // node's ray is aimed by the chief path's derivatives and by one step of Newton's method. Where a
 // node has no path, what the chief path's curvature says stands for all; returns false then.
 CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const PathCell* cell,
-                     const Sequence* sequence, const ChiefPath* chief, float own_light, bool shines,
-                     SamplePath* path) {
+                     const Sequence* sequence, const ChiefPath* chief, uint key, float own_light,
+                     bool shines, SamplePath* path) {
   const float q =
       sqrt(1.0f + chief->tangent_x * chief->tangent_x + chief->tangent_y * chief->tangent_y);
   const float depth = chief->distance / q, image_x = chief->tangent_x * depth,
@@ -520,7 +533,7 @@ CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const Pat
                          active};
       Hits hits = chief->hits;
       hits.t = lattice->layer_gap;
-      light *= light_of_hits(scene, lattice, &rays, &hits) / own_light;
+      light *= light_of_hits(scene, lattice, &rays, &hits, PLACE_OF_KEY(key)) / own_light;
     }
     const floatv wide = fmax(turned, (floatv)(0.0f)) / cosine * chief->area /
                         fmax(determinant, 0.0625f * chief->area);
@@ -591,10 +604,11 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
     lights[packet] = 0.0f;
     if (!LANES_ANY(found)) continue;
     const Rays rays = rays_of_followed(f, lattice->reach, found);
-    lights[packet] = LANES_SELECT((floatv)(0.0f),
-                                  light_of_hits(scene, lattice, &rays, hits) * f->share *
-                                      attenuated_share(f->attenuation, hits->t),
-                                  found);
+    lights[packet] =
+        LANES_SELECT((floatv)(0.0f),
+                     light_of_hits(scene, lattice, &rays, hits, PLACE_OF_PART(packet, cell)) *
+                         f->share * attenuated_share(f->attenuation, hits->t),
+                     found);
     const intv free = found & f->first & (hits->t <= met->nearest[packet]);
     for (int kind = 0; kind < 2; ++kind) {
       const intv counts = kind == 0 ? found : free;
@@ -653,7 +667,11 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
   path.source[2] = chief.source.z;
 #if RAYWAVE_PATHS
   __global const Material* material = scene->materials + sheet->material;
-  bool shines = RAYWAVE_LIGHTS > 0 && material->specular > 0.0f;
+  bool shines = false;
+#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+  shines = material->specular > 0.0f || (material->kind & MATERIAL_METALLIC) != 0;
+#endif
+  (void)material;
   float own_light = 1.0f;
   if (shines) {
     const float3 toward = vector_first(chief.toward);
@@ -668,11 +686,11 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
                        LANES_INDEX >= 0};
     Hits hits = chief.hits;
     hits.t = lattice->layer_gap;
-    own_light = LANES_FIRST(light_of_hits(scene, lattice, &rays, &hits));
+    own_light = LANES_FIRST(light_of_hits(scene, lattice, &rays, &hits, PLACE_OF_KEY(sample.key)));
     shines = own_light > 0.0f;
   }
   // The polynomial of the amplitude holds how the source turns.
-  if (fit_path(scene, lattice, cell, sequence, &chief, own_light, shines, &path)) {
+  if (fit_path(scene, lattice, cell, sequence, &chief, sample.key, own_light, shines, &path)) {
     sample.tilt_x = sample.tilt_y = 0.0f;
     sample.tilt_z = -1.0f;
   }

@@ -25,8 +25,10 @@ constexpr double ray_of_cell = 3.9, rays_of_sample = 14, rays_of_sheet = 23, ray
                  rays_without_breaks = 170, rays_of_sheet_without_breaks = 20;
 
 /// What finds samples in mirrors and glass, likewise: a cell that shows them, a segment of a path
-/// of its parts, and a source with each surface on its way; fits of a path over the same.
-constexpr double rays_of_mirror = 65, rays_of_segment = 600, rays_of_path = 100, fits_of_path = 2.4;
+/// of its parts, one that meets nothing, and a source with each surface on its way; fits of a path
+/// over the same.
+constexpr double rays_of_mirror = 65, rays_of_segment = 600, rays_of_lost_segment = 350,
+                 rays_of_path = 100, fits_of_path = 2.4;
 
 /// The same in rays times depth: a triangle whose breaks are looked for, shading a part of a cell
 /// where parts differ in more than coverage, and the launches of a picture.
@@ -138,9 +140,9 @@ Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at
              : Crossing{};
 }
 
-std::ptrdiff_t lights_of(const Lighting& lighting) {
-  return std::count_if(lighting.lights.begin(), lighting.lights.end(),
-                       [](const Light& l) { return l.type != LightType::ambient; });
+/// Lights whose highlights are shaded, each of its samples counted.
+int lights_of(const Lighting& lighting) {
+  return directions_of(lighting.lights, [](const Light& light) { return light.highlights; });
 }
 
 /// Pixels of a WRP, one for each that a pass writes: gathered, and with all rows.
@@ -289,9 +291,9 @@ void count_samples(const World& world, const Plan& plan, const FrontView& view, 
                more_sheets = std::max(0.0, sheets - 1),
                masks = std::pow(plan.visibility_parts / 8.0, 2),
                parts = plan.antialias * plan.antialias;
-  const bool differ = plan.lighting.shadows || plan.lighting.any_material([](const Material& m) {
-    return m.texture.has_value();
-  });
+  const bool differ =
+      plan.lighting.shadows || plan.lighting.textures > 0 ||
+      std::any_of(plan.lighting.lights.begin(), plan.lighting.lights.end(), has_size);
   double rays = ray_of_cell * plan.lattice.size.x * plan.lattice.size.y +
                 samples * (rays_of_sample + rays_of_sheet * more_sheets);
   if (knows_breaks(world, plan)) {
@@ -309,7 +311,7 @@ void count_samples(const World& world, const Plan& plan, const FrontView& view, 
   const double to_parts =
       (view.images + view.image_surfaces) * (1 + (has_fitted_paths(plan) ? fits_of_path : 0));
   rays += samples_of_a_cell * (rays_of_mirror * view.specular + rays_of_segment * view.segments +
-                               rays_of_path * to_parts);
+                               rays_of_lost_segment * view.lost + rays_of_path * to_parts);
   work.rays += descent * rays + levels_of_picture;
   if (differ) work.rays += levels_of_part * parts * samples;
   if (plan.lighting.shadows)

@@ -40,6 +40,7 @@ struct FrontView {
   double specular = 0;  // cells that show mirrors or glass first
   // Of these: sources that they show, their surfaces in all, and segments of all their paths
   double images = 0, image_surfaces = 0, segments = 0;
+  double lost = 0;  // segments that meet nothing
   // Lights that each cell's surface faces, and these times the depth of the tree of its object,
   // summed over the cells
   double lights_faced = 0, lights_faced_levels = 0;

@@ -215,15 +215,13 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
            "not");
   }
 
-  const auto used = [&](auto&& test) {
-    return std::find_if(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
-      return test(scene.materials[static_cast<std::size_t>(o.material)]);
-    });
-  };
-  const auto bounces = used([](const Material& m) { return m.is_specular(); });
-  if (bounces != scene.objects.end() && scene.trace.depth == 0)
-    warn("material " +
-         in_quotes(scene.materials[static_cast<std::size_t>(bounces->material)].name) +
+  const auto& materials = plan.lighting.materials;
+  const auto bounces =
+      std::find_if(plan.lighting.used.begin(), plan.lighting.used.end(), [&](std::int32_t number) {
+        return materials[static_cast<std::size_t>(number)].is_specular();
+      });
+  if (bounces != plan.lighting.used.end() && scene.trace.depth == 0)
+    warn("material " + in_quotes(materials[static_cast<std::size_t>(*bounces)].name) +
          " is a mirror or glass, but trace.depth is 0: its reflections stay dark");
   if (plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns() >=
       scene.accuracy.phase_turns)
