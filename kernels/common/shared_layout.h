@@ -30,7 +30,7 @@
   MEMBER(Instance, view_margin)           \
   MEMBER(Instance, root)                  \
   MEMBER(Instance, moved)                 \
-  MEMBER(Instance, last)                  \
+  MEMBER(Instance, top)                   \
   MEMBER(Material, ambient)               \
   MEMBER(Material, diffuse)               \
   MEMBER(Material, specular)              \
