@@ -78,6 +78,13 @@ double scale_of(const Object& object, const Box& turned, double mesh_unit) {
   return scale;
 }
 
+void require_place(const Object& object, const Box& box) {
+  if (!(box.min.z > 0))
+    throw InputError(
+        object.where + ": lies behind or touches the hologram plane: its z runs from " +
+        length_text(box.min.z) + " to " + length_text(box.max.z) + ", and must be > 0");
+}
+
 /// The motion that places an object's vertices, and their bounding box there.
 struct Placing {
   Motion motion;
@@ -92,10 +99,7 @@ Placing placing_of(const Object& object, const glm::dmat3& turn, const glm::dvec
   const glm::dvec3 centre = turned.centre();
   const auto placed = [&](const glm::dvec3& p) { return object.position_m + (p - centre) * scale; };
   const Box box{placed(turned.min), placed(turned.max)};
-  if (!(box.min.z > 0))
-    throw InputError(
-        object.where + ": lies behind or touches the hologram plane: its z runs from " +
-        length_text(box.min.z) + " to " + length_text(box.max.z) + ", and must be > 0");
+  require_place(object, box);
   return {{turn, scale, from, placed(glm::dvec3(0)), true}, box};
 }
 
@@ -170,7 +174,19 @@ PlacedObject place(const Object& object, const Mesh& mesh, std::size_t first_ver
           .tree = build_vertex_tree(std::span(world.positions).subspan(first_vertex, count))};
 }
 
+/// The motion of an object that moves as a solid, from where it was placed.
+Placing solid_placing_of(const Object& object, const World& world, const PlacedObject& placed) {
+  const auto turn =
+      rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
+  const auto turned = turned_box(world, placed, turn);
+  const double scale = object.solid_scale.value();
+  Box box{object.position_m + scale * turned.min, object.position_m + scale * turned.max};
+  require_place(object, box);
+  return {{turn, scale, placed.position_m, object.position_m, true}, box};
+}
+
 Placing placing_of(const Object& object, const World& world, const PlacedObject& placed) {
+  if (object.solid_scale) return solid_placing_of(object, world, placed);
   if (object.position_m == placed.position_m && object.rotation_deg == placed.rotation_deg &&
       object.width_m == placed.width_m)
     return {{}, {placed.min_m, placed.max_m}};

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <sstream>
 
+#include "host/common/digest.hpp"
 #include "host/scene/document.hpp"
 #include "host/scene/read_slm.hpp"
 
@@ -203,6 +205,12 @@ std::set<std::string, std::less<>> given_keys(const toml::table& root) {
   return keys;
 }
 
+std::string digest_of(const toml::table& root) {
+  std::ostringstream text;
+  text << root;
+  return hash_name(text.str());
+}
+
 Light read_light(Section section) {
   Light light;
   section.read("type", [&](const Value& v) {
@@ -329,12 +337,17 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.viewer = read_viewer(root.section("viewer"));
   scene.refine = read_refine(root.section("refine"), document.root.contains("refine"));
   scene.given = given_keys(document.root);
+  scene.digest = digest_of(document.root);
   for (Section& section : root.sections("light")) scene.lights.push_back(read_light(section));
   scene.materials.emplace_back();
   for (auto& [name, section] : root.section("materials").named_sections("material"))
     scene.materials.push_back(read_material(name, section, scene.hologram.wavelength_m));
   for (Section& section : root.sections("object"))
     scene.objects.push_back(read_object(section, scene.hologram, scene.materials));
+  if (document.root.contains("animation"))
+    scene.animation = read_animation(root.section("animation"), scene.objects.size(), scene.lights);
+  else
+    root.section("animation");
   root.finish();
   scene.notes = document.notes;
 

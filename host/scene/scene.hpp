@@ -17,6 +17,8 @@
 #include <string_view>
 #include <vector>
 
+#include "host/scene/animation.hpp"
+#include "host/scene/light.hpp"
 #include "host/scene/slm.hpp"
 #include "host/scene/spectrum.hpp"
 
@@ -127,20 +129,6 @@ struct RefineSettings {
   std::optional<double> budget_s;
 };
 
-enum class LightType { ambient, directional, point };
-
-struct Light {
-  LightType type = LightType::directional;
-  // Direction in which light travels, of any length > 0; directional only
-  glm::dvec3 direction{0, 0, 1};
-  // Point only; a point light does not weaken with distance (as in Phong's model)
-  glm::dvec3 position_m{0};
-  double intensity = 1.0;  // >= 0
-};
-
-/// Lights of a scene besides ambient ones, at most.
-inline constexpr int most_lights = 1024;
-
 /// Phong material. Triples are red, green, blue; a hologram of one wavelength uses the channel that
 /// its colour falls into (`channel_of`).
 struct Material {
@@ -174,7 +162,11 @@ struct Object {
   std::optional<double> width_m;  // largest x extent after rotation; empty: mesh units are metres
   glm::dvec3 position_m{0};       // of the centre of the bounding box after rotation and scaling
   glm::dvec3 rotation_deg{0};     // about x, then y, then z (fixed axes), right-handed
-  int material = 0;               // index into Scene::materials
+  // Empty in scenes of files: position, rotation and width describe the object as it stands. Else
+  // it moves as a solid: it keeps the size it was placed in, times this, and turns about the centre
+  // of the box that it had there, whose place is position_m
+  std::optional<double> solid_scale{};
+  int material = 0;  // index into Scene::materials
   Normals normals = Normals::file;
   std::string where;  // "scene.toml:41: object 0", the start of messages about this object
 };
@@ -189,6 +181,9 @@ struct Scene {
   AccuracySpec accuracy;
   ViewerSpec viewer;
   std::optional<RefineSettings> refine;  // empty: the traced field is encoded
+  std::optional<Animation> animation;    // empty: nothing moves
+  // Of the file's text with the overrides in place: scenes that differ have others
+  std::string digest;
   // Keys that the file or an override sets, such as "sampling.pitch"; without those set to "auto"
   std::set<std::string, std::less<>> given;
   // Notes for the user, a line each: keys that the file gives by their old names
