@@ -46,7 +46,11 @@ void save(const std::filesystem::path& file, int width, int height, int channels
   };
   check(output != nullptr);
   OIIO::ImageSpec spec(width, height, channels, format);
-  if (effort == PngEffort::fast) spec.attribute("png:compressionLevel", 0);
+  if (effort == PngEffort::fast) {
+    constexpr int no_filter = 8;  // PNG_FILTER_NONE
+    spec.attribute("png:compressionLevel", 0);
+    spec.attribute("png:filter", no_filter);
+  }
   const auto write = [&](const std::string& name) {
     check(output->open(name, spec));
     check(output->write_image(format, pixels));
