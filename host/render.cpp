@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/render.hpp"
 
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -65,7 +66,8 @@ RenderResult Renderer::State::render() {
   RenderResult result;
   result.wrps.resize(options_.keep_wrps ? plan_.wrps.size() : 0);
   if (plan_.refine) refiner_.prepare(plan_, options_.refine_start);
-  encoder_.prepare(plan_);
+  const double unit = std::sqrt(tracer_.radiance_unit());
+  encoder_.prepare(plan_, options_.clip ? std::optional(*options_.clip / unit) : std::nullopt);
   for (std::size_t tile = 0; tile < plan_.tiles.size(); ++tile) {
     const auto [first, end] = plan_.wrps_of(tile);
     for (int frame = 0; frame < plan_.frames; ++frame) {
@@ -92,7 +94,8 @@ void Renderer::State::make_plan() {
   {
     const StageClock clock(times_, "plan");
     plan_ = raywave::make_plan(scene_, world_, options_.method, options_.rays_per_axis,
-                               device_.info().fp64, &plan_);
+                               device_.info().fp64,
+                               options_.base_plan ? options_.base_plan.get() : &plan_);
   }
   prepare();
   changed_ = false;
@@ -186,7 +189,11 @@ Renderer::State::State(const cl::Device& device, Scene scene, World world, Rende
 void Renderer::State::make_first_plan() {
   const auto limits = limits_of(device_.info());
   const MemoryUse use{options_.method, options_.fft, options_.keep_field};
-  plan_ = fitting_plan(scene_, world_, limits, use, options_.rays_per_axis, device_.info().fp64);
+  plan_ =
+      options_.base_plan
+          ? raywave::make_plan(scene_, world_, options_.method, options_.rays_per_axis,
+                               device_.info().fp64, options_.base_plan.get())
+          : fitting_plan(scene_, world_, limits, use, options_.rays_per_axis, device_.info().fp64);
   require_memory(device_, plan_, memory_needs(world_, plan_, use, limits.largest_buffer_bytes), use,
                  limits);
   thin_objects_ = thin_object_warnings(scene_, world_, plan_);
@@ -241,6 +248,7 @@ void Renderer::State::finish(RenderResult& result) {
   result.plan = plan_;
   result.levels = std::move(encoder_.levels);
   result.panel = encoder_.panel();
+  result.clip = encoder_.own_clip() * std::sqrt(tracer_.radiance_unit());
   result.field = std::move(encoder_.field);
   result.samples = tracer_.samples();
   result.hidden_samples = tracer_.hidden_samples();
@@ -265,6 +273,9 @@ Renderer::Renderer(const cl::Device& device, Scene scene, const SceneFiles& file
                    RenderOptions options)
     : state_(std::make_unique<State>(
           device, scene, place_objects(scene, files.meshes, files.textures), std::move(options))) {}
+Renderer::Renderer(const cl::Device& device, Scene scene, World world, RenderOptions options)
+    : state_(std::make_unique<State>(device, std::move(scene), std::move(world),
+                                     std::move(options))) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
@@ -274,6 +285,16 @@ void Renderer::set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 ro
   auto& o = state_->scene_.objects.at(object);
   o.position_m = position_m;
   o.rotation_deg = rotation_deg;
+  o.solid_scale.reset();
+  state_->changed_ = true;
+}
+
+void Renderer::set_solid_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
+                              double scale) {
+  auto& o = state_->scene_.objects.at(object);
+  o.position_m = position_m;
+  o.rotation_deg = rotation_deg;
+  o.solid_scale = scale;
   state_->changed_ = true;
 }
 
@@ -300,6 +321,8 @@ void Renderer::set_seed(std::uint32_t seed) {
   state_->scene_.sampling.seed = seed;
   state_->plan_.seed = seed;
 }
+
+void Renderer::set_clip(std::optional<double> clip) { state_->options_.clip = clip; }
 
 RenderResult Renderer::render() {
   try {

@@ -34,6 +34,11 @@ struct RenderOptions {
   // Refinement begins with its phases, not with those of the field that is traced: goes on where an
   // earlier one ended
   std::optional<FieldStack> refine_start;
+  // Where a scene moves: plans of all pictures go on from this one (fitting_plan_of_poses), not
+  // from that of the picture before. A picture then does not depend on which ones came before it
+  std::shared_ptr<const Plan> base_plan;
+  // RenderResult::clip of all pictures, which then share one scale; empty: each by itself
+  std::optional<double> clip;
   Progress progress;
   // Called before the first picture where it is predicted to take more than a minute
   std::function<void(double seconds)> takes_long;
@@ -46,10 +51,13 @@ struct RenderResult {
   FieldStack field;
   std::vector<std::vector<std::uint8_t>> levels;  // grey levels of the SLM, per frame
   std::shared_ptr<const Panel> panel;             // what they show (host/encode/shown.hpp)
-  std::optional<Refined> refined;                 // where Plan::refine asks for it
-  std::vector<FieldStack> wrps;                   // one per WRP, if RenderOptions::keep_wrps
-  int samples = 0;                                // surface samples (sampling.mode "aimed")
-  int hidden_samples = 0;                         // samples that need visibility rays
+  // The amplitude that slm.clip asks to show in full, the largest of all frames; 0 where the
+  // encoding shows none, or all is dark
+  double clip = 0;
+  std::optional<Refined> refined;  // where Plan::refine asks for it
+  std::vector<FieldStack> wrps;    // one per WRP, if RenderOptions::keep_wrps
+  int samples = 0;                 // surface samples (sampling.mode "aimed")
+  int hidden_samples = 0;          // samples that need visibility rays
   // Notes on the result for the user, one line each
   std::vector<std::string> notes;
   std::vector<FoundMaterials> found;  // of the objects' meshes
@@ -95,6 +103,8 @@ public:
   /// Takes files that are already in memory; no file is read.
   Renderer(const cl::Device& device, Scene scene, const SceneFiles& files,
            RenderOptions options = {});
+  /// Takes a world that place_objects has made; no file is read.
+  Renderer(const cl::Device& device, Scene scene, World world, RenderOptions options = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
 
@@ -103,12 +113,20 @@ public:
   /// Sets the centre of an object's bounding box and its rotation about x, then y, then z.
   void set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg);
 
+  /// Moves an object as a solid (Object::solid_scale): it keeps its size, whatever its `width`
+  /// would make of the turned mesh, and turns about the middle of the box it was placed with.
+  void set_solid_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
+                      double scale = 1);
+
   /// throws  std::out_of_range; InputError when the old or the new light is ambient, but not both:
   ///         kernels are compiled for the number of other lights
   void set_light(std::size_t light, const Light& value);
 
   /// Sets the seed of the random phases of the next frames.
   void set_seed(std::uint32_t seed);
+
+  /// Sets RenderOptions::clip of the next pictures.
+  void set_clip(std::optional<double> clip);
 
   /// Renders the current scene. RenderResult::seconds covers this call; in the first result it
   /// includes the time of the constructor.

@@ -96,6 +96,7 @@ int main(int argc, char** argv) {
   add_encode(app);
   add_pattern(app);
   add_refine(app);
+  add_animate(app);
   add_reconstruct(app);
   add_lens(app);
   add_compare(app);

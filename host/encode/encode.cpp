@@ -71,7 +71,12 @@ Encoder::LevelBuffers<std::uint16_t>& Encoder::level_buffers_of() {
   return words_;
 }
 
-double Encoder::quantile(std::vector<float> amplitudes) const {
+void Encoder::show_up_to(std::optional<double> clip) {
+  clip_of_all_ = clip;
+  own_clip_ = 0;
+}
+
+double Encoder::clip_of_amplitudes(std::vector<float> amplitudes) {
   std::erase_if(amplitudes, [](float a) { return !std::isfinite(a); });
   if (amplitudes.empty()) return 1;
   const double last = static_cast<double>(amplitudes.size() - 1);
@@ -79,7 +84,9 @@ double Encoder::quantile(std::vector<float> amplitudes) const {
   std::nth_element(amplitudes.begin(), nth, amplitudes.end());
   // Where most of the hologram is dark, its brightest pixel counts.
   const double clip = *nth > 0 ? *nth : *std::max_element(nth, amplitudes.end());
-  return clip > 0 ? clip : 1;
+  if (!(clip > 0)) return 1;
+  own_clip_ = std::max(own_clip_, clip);
+  return clip_of_all_.value_or(clip);
 }
 
 cl::Program& Encoder::program_of(const TileField& field) {
@@ -107,15 +114,15 @@ double Encoder::clip_of(const TileField& field) {
                static_cast<std::uint32_t>(stride_of(pixels)), static_cast<std::uint32_t>(count));
   };
   plane ? run(plane->arguments(), plane->size.x) : run(*field.samples, 1);
-  return quantile(amplitudes_.read());
+  return clip_of_amplitudes(amplitudes_.read());
 }
 
-double Encoder::clip_of(std::span<const std::complex<float>> field) const {
+double Encoder::clip_of(std::span<const std::complex<float>> field) {
   if (!needs_clip()) return 1;
   std::vector<float> amplitudes;
   for (std::size_t i = 0; i < field.size(); i += stride_of(field.size()))
     amplitudes.push_back(std::abs(field[i]));
-  return quantile(std::move(amplitudes));
+  return clip_of_amplitudes(std::move(amplitudes));
 }
 
 void Encoder::upload_added(const PixelWindow& window) {

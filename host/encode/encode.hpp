@@ -37,9 +37,16 @@ public:
   /// True for encodings that show amplitudes.
   bool needs_clip() const { return panel_->slm().encoding != Encoding::phase; }
   /// The amplitude that the share slm.clip of a hologram's pixels does not exceed, from at most
-  /// 16,384 of them. 1 where the encoding does not need it, or the field is dark.
+  /// 16,384 of them, or what show_up_to has set. 1 where the encoding does not need it, or the
+  /// field is dark.
   double clip_of(const TileField& field);
-  double clip_of(std::span<const std::complex<float>> field) const;
+  double clip_of(std::span<const std::complex<float>> field);
+
+  /// From now on, clip_of is this of all holograms, so that they share one scale; empty: of each by
+  /// itself. Forgets own_clip.
+  void show_up_to(std::optional<double> clip);
+  /// The largest clip that a hologram had by itself since; 0: none had light.
+  double own_clip() const { return own_clip_; }
 
   /// The grey levels on the device, valid until the next field is encoded into that buffer.
   ///
@@ -67,7 +74,7 @@ private:
   cl::Program& program_of(const TileField& field);
   /// Brings the phases that are added in a window to the device.
   void upload_added(const PixelWindow& window);
-  double quantile(std::vector<float> amplitudes) const;
+  double clip_of_amplitudes(std::vector<float> amplitudes);
 
   cl::Device device_;
   std::shared_ptr<const Panel> panel_;
@@ -76,6 +83,8 @@ private:
   cl::Buffer<std::uint16_t> added_;
   PixelWindow added_window_{{0, 0}, {0, 0}};
   cl::Buffer<float> amplitudes_;
+  std::optional<double> clip_of_all_;
+  double own_clip_ = 0;
   LevelBuffers<std::uint8_t> bytes_;
   LevelBuffers<std::uint16_t> words_;  // where levels have more than 8 bits
 };

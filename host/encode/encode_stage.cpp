@@ -33,7 +33,7 @@ void brighten(std::span<std::complex<float>> field, double radiance_unit, const 
 EncodeStage::EncodeStage(const cl::Device& device, bool keep_field, StageTimes& times)
     : device_(device), keep_field_(keep_field), times_(times) {}
 
-void EncodeStage::prepare(const Plan& plan) {
+void EncodeStage::prepare(const Plan& plan, std::optional<double> clip) {
   plan_ = &plan;
   for (auto& copy : copies_) copy = {};  // a picture that failed may have left some under way
   encoded_ = 0;
@@ -42,6 +42,7 @@ void EncodeStage::prepare(const Plan& plan) {
     panel_ = std::make_shared<Panel>(plan.slm, plan.size, plan.pitch_m, plan.wavelength_m);
     encoder_.emplace(device_, panel_);
   }
+  encoder_->show_up_to(clip);
   const auto frames = static_cast<std::size_t>(plan.frames);
   levels.assign(frames, std::vector<std::uint8_t>(pixels_of(plan)));
   field = {};

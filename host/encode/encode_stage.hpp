@@ -35,7 +35,8 @@ public:
   /// Takes the host's memory for a picture.
   ///
   /// plan  must outlive the picture
-  void prepare(const Plan& plan);
+  /// clip  of all its holograms (Encoder::show_up_to), in the device's units of amplitude
+  void prepare(const Plan& plan, std::optional<double> clip = {});
 
   /// Encodes the field of one tile of one frame and begins to copy it.
   ///
@@ -49,6 +50,8 @@ public:
   /// True when the picture that was completed shows nothing. Where no field is kept, an SLM with
   /// flatness or a carrier hides it.
   bool is_dark() const { return is_dark_; }
+  /// Encoder::own_clip of the picture, in the device's units.
+  double own_clip() const { return encoder_->own_clip(); }
 
   // At the hologram, one per frame: when asked for, and where the encoding needs it (encodes_whole)
   FieldStack field;

@@ -81,6 +81,13 @@ double scale_of(const Object& object, const Box& turned, double mesh_unit) {
   return scale;
 }
 
+void require_place(const Object& object, const Box& box) {
+  if (!(box.min.z > 0) && object.cut_m == 0)
+    throw InputError(
+        object.where + ": lies behind or touches the hologram plane: its z runs from " +
+        length_text(box.min.z) + " to " + length_text(box.max.z) + ", and must be > 0");
+}
+
 /// The motion that places an object's vertices, and their bounding box there.
 struct Placing {
   Motion motion;
@@ -96,10 +103,7 @@ Placing placing_of(const Object& object, const glm::dmat3& turn, const glm::dvec
   const glm::dvec3 anchor = object.anchor == Anchor::origin ? origin : turned.centre();
   const auto placed = [&](const glm::dvec3& p) { return object.position_m + (p - anchor) * scale; };
   const Box box{placed(turned.min), placed(turned.max)};
-  if (!(box.min.z > 0) && object.cut_m == 0)
-    throw InputError(
-        object.where + ": lies behind or touches the hologram plane: its z runs from " +
-        length_text(box.min.z) + " to " + length_text(box.max.z) + ", and must be > 0");
+  require_place(object, box);
   return {{turn, scale, from, placed(glm::dvec3(0)), true}, box};
 }
 
@@ -257,7 +261,23 @@ PlacedObject place(const Object& object, const Mesh& mesh, const Placing& placin
           .tree = build_vertex_tree(std::span(world.positions).subspan(first_vertex, count))};
 }
 
+/// The motion of an object that moves as a solid, from where it was placed.
+Placing solid_placing_of(const Object& object, const World& world, const PlacedObject& placed) {
+  const auto turn =
+      rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
+  const double scale = object.solid_scale.value();
+  const bool stays = object.position_m == placed.position_m &&
+                     object.rotation_deg == placed.rotation_deg && scale == 1;
+  if (stays) return {{}, {placed.min_m, placed.max_m}};
+  if (object.cut_m > 0) throw InputError(object.where + ": an object that is cut cannot be moved");
+  const auto turned = turned_box(world, placed, turn);
+  Box box{object.position_m + scale * turned.min, object.position_m + scale * turned.max};
+  require_place(object, box);
+  return {{turn, scale, placed.position_m, object.position_m, true}, box};
+}
+
 Placing placing_of(const Object& object, const World& world, const PlacedObject& placed) {
+  if (object.solid_scale) return solid_placing_of(object, world, placed);
   if (object.position_m == placed.position_m && object.rotation_deg == placed.rotation_deg &&
       object.width_m == placed.width_m)
     return {{}, {placed.min_m, placed.max_m}};

@@ -247,7 +247,7 @@ public:
       if (!v.node->is_table()) v.fail("a table, [" + std::string(key) + "]");
       table = v.node->as_table();
     });
-    return {document_, *table, std::string(key), std::string(key)};
+    return {document_, *table, join(key), (label_.empty() ? "" : label_ + ": ") + std::string(key)};
   }
 
   /// The tables of `[[key]]`, labelled "key 0", "key 1" ...

@@ -36,7 +36,7 @@ bool holds(const std::filesystem::path& file, const OIIO::ImageSpec& spec, const
 /// OpenImageIO's writers do not say when a disk is full. So it writes to memory; where a format
 /// cannot, the file is read again.
 void save(const std::filesystem::path& file, int width, int height, int channels,
-          OIIO::TypeDesc format, const void* pixels) {
+          OIIO::TypeDesc format, const void* pixels, PngEffort effort = PngEffort::small) {
   stay_in_one_thread();
   const auto output = OIIO::ImageOutput::create(file.string());
   const auto check = [&](bool done) {
@@ -45,7 +45,12 @@ void save(const std::filesystem::path& file, int width, int height, int channels
                        one_line(output ? output->geterror() : OIIO::geterror()));
   };
   check(output != nullptr);
-  const OIIO::ImageSpec spec(width, height, channels, format);
+  OIIO::ImageSpec spec(width, height, channels, format);
+  if (effort == PngEffort::fast) {
+    constexpr int no_filter = 8;  // PNG_FILTER_NONE
+    spec.attribute("png:compressionLevel", 0);
+    spec.attribute("png:filter", no_filter);
+  }
   const auto write = [&](const std::string& name) {
     check(output->open(name, spec));
     check(output->write_image(format, pixels));
@@ -77,9 +82,9 @@ void require_size(int width, int height, int channels, std::span<const T> pixels
 }  // namespace
 
 void save_png(const std::filesystem::path& file, int width, int height,
-              std::span<const std::uint8_t> pixels) {
+              std::span<const std::uint8_t> pixels, PngEffort effort) {
   require_size(width, height, 1, pixels);
-  save(file, width, height, 1, OIIO::TypeUInt8, pixels.data());
+  save(file, width, height, 1, OIIO::TypeUInt8, pixels.data(), effort);
 }
 
 void save_png_rgb(const std::filesystem::path& file, int width, int height,

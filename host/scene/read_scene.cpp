@@ -5,7 +5,9 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numeric>
+#include <sstream>
 
+#include "host/common/digest.hpp"
 #include "host/scene/document.hpp"
 #include "host/scene/gltf_scene.hpp"
 #include "host/scene/read_slm.hpp"
@@ -206,6 +208,12 @@ std::set<std::string, std::less<>> given_keys(const toml::table& root) {
 }
 
 /// Two edges [[x, y, z], [x, y, z]] that span an area.
+std::string digest_of(const toml::table& root) {
+  std::ostringstream text;
+  text << root;
+  return hash_name(text.str());
+}
+
 std::array<glm::dvec3, 2> edges_m_of(const Value& v) {
   const auto* array = v.node->as_array();
   const char* shape = "two edges [[x, y, z], [x, y, z]], lengths each";
@@ -405,6 +413,7 @@ Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrid
   scene.viewer = read_viewer(root.section("viewer"));
   scene.refine = read_refine(root.section("refine"), document.root.contains("refine"));
   scene.given = given_keys(document.root);
+  scene.digest = digest_of(document.root);
   for (Section& section : root.sections("light")) scene.lights.push_back(read_light(section));
   scene.materials.emplace_back();
   for (auto& [name, section] : root.section("materials").named_sections("material"))
@@ -412,6 +421,10 @@ Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrid
   for (Section& section : root.sections("object"))
     scene.objects.push_back(
         read_object(section, scene.hologram, scene.materials, text.needs_meshes));
+  if (document.root.contains("animation"))
+    scene.animation = read_animation(root.section("animation"), scene.objects.size(), scene.lights);
+  else
+    root.section("animation");
   Section of_gltf = root.section("scene");
   root.finish();
   scene.notes = document.notes;

@@ -18,6 +18,8 @@
 #include <string_view>
 #include <vector>
 
+#include "host/scene/animation.hpp"
+#include "host/scene/light.hpp"
 #include "host/scene/read_data.hpp"
 #include "host/scene/scene_text.hpp"
 #include "host/scene/slm.hpp"
@@ -130,58 +132,6 @@ struct RefineSettings {
   std::optional<double> budget_s;
 };
 
-enum class LightType { ambient, directional, point, spot, area, environment };
-
-struct Light {
-  LightType type = LightType::directional;
-  // Direction in which light travels, of any length > 0; of directional lights and spots, and the
-  // normal of an area light that is a disc
-  glm::dvec3 direction{0, 0, 1};
-  // Of points and spots, and the middle of area lights
-  glm::dvec3 position_m{0};
-  double intensity = 1.0;  // >= 0
-  // Intensity over the square of the distance in metres; otherwise, as in Phong's model, light does
-  // not weaken with distance. Of points, spots and area lights
-  bool falls_off = false;
-  // Of spots: angles to the direction up to which the light is full, and from which it is dark
-  double inner_deg = 0, outer_deg = 45;
-  // Of area lights: a rectangle's sides, or a disc's radius; 0: a rectangle
-  std::array<glm::dvec3, 2> edges_m{glm::dvec3(0), glm::dvec3(0)};
-  double radius_m = 0;
-  // Directions in which a surface looks for an area light or an environment, 1 to most_lights
-  int samples = 1;
-  // Materials show highlights of it
-  bool highlights = true;
-  // Of environments: an equirectangular picture, and how far it is turned about the y axis
-  std::filesystem::path picture{};
-  double rotation_deg = 0;
-  std::string where{};  // the start of messages about its picture
-
-  bool operator==(const Light&) const = default;
-};
-
-/// Directions of all lights besides ambient ones, at most: an area light or an environment counts
-/// as many times as it has samples.
-inline constexpr int most_lights = 1024;
-
-/// A light that surfaces look for in several directions.
-inline bool has_size(const Light& light) {
-  return light.type == LightType::area || light.type == LightType::environment;
-}
-
-/// How many times a light counts.
-inline int directions_of(const Light& light) {
-  return light.type == LightType::ambient ? 0 : has_size(light) ? light.samples : 1;
-}
-
-/// The same of all lights that pass a test.
-template <class Test>
-int directions_of(const std::vector<Light>& lights, const Test& test) {
-  int sum = 0;
-  for (const auto& light : lights) sum += test(light) ? directions_of(light) : 0;
-  return sum;
-}
-
 /// Where a mesh's metallic-roughness maps or colours decide, place by place, diffuse, specular and
 /// shininess follow from these (docs/materials.md); those of the material are their means.
 struct MetallicRoughness {
@@ -248,7 +198,11 @@ struct Object {
   std::optional<double> width_m;  // largest x extent after rotation; empty: mesh units are unit_m
   glm::dvec3 position_m{0};       // of the anchor
   glm::dvec3 rotation_deg{0};     // about x, then y, then z (fixed axes), right-handed
-  int material = 0;               // index into Scene::materials
+  // Empty in scenes of files: position, rotation and width describe the object as it stands. Else
+  // it moves as a solid: it keeps the size it was placed in, times this, and turns about the centre
+  // of the box that it had there, whose place is position_m
+  std::optional<double> solid_scale{};
+  int material = 0;  // index into Scene::materials
   Normals normals = Normals::file;
   std::string where;  // "scene.toml:41: object 0", the start of messages about this object
   double unit_m = 1;  // length of a mesh unit, without width_m
@@ -268,6 +222,9 @@ struct Scene {
   AccuracySpec accuracy;
   ViewerSpec viewer;
   std::optional<RefineSettings> refine;  // empty: the traced field is encoded
+  std::optional<Animation> animation;    // empty: nothing moves
+  // Of the file's text with the overrides in place: scenes that differ have others
+  std::string digest;
   // Keys that the file or an override sets, such as "sampling.pitch"; without those set to "auto"
   std::set<std::string, std::less<>> given;
   // Notes for the user, a line each: keys that the file gives by their old names

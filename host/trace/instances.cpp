@@ -2,11 +2,14 @@
 #include "host/trace/instances.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <tuple>
 #include <utility>
 
+#include "host/geometry/box_tree.hpp"
 #include "host/geometry/bvh.hpp"
 #include "host/geometry/neighbours.hpp"
 #include "host/geometry/normal_cones.hpp"
@@ -103,13 +106,36 @@ device::Instance instance_after(const Motion& motion, glm::dvec3 anchor_m, glm::
   return instance;
 }
 
+/// Box of an instance after a motion, scene frame: that of the corners of the boxes below its root,
+/// and what rounding may do to rays that come from the hologram.
+Box box_after(const Motion& motion, glm::dvec3 anchor_m, glm::dvec3 origin_m,
+              const device::BvhNode& root) {
+  Box box{glm::dvec3(INFINITY), glm::dvec3(-INFINITY)};
+  const auto add = [&](const float* min, const float* max) {
+    if (min[0] > max[0]) return;  // a root with one child
+    for (int corner = 0; corner < 8; ++corner) {
+      glm::dvec3 p;
+      for (int axis = 0; axis < 3; ++axis) p[axis] = corner >> axis & 1 ? max[axis] : min[axis];
+      const auto q = motion(p + anchor_m) - origin_m;
+      box.min_m = glm::min(box.min_m, q);
+      box.max_m = glm::max(box.max_m, q);
+    }
+  };
+  add(root.left_min, root.left_max);
+  add(root.right_min, root.right_max);
+  const double reach_m =
+      glm::length(glm::max(glm::abs(box.min_m), glm::abs(box.max_m))) + glm::length(origin_m);
+  const glm::dvec3 margin_m(0x1p-20 * reach_m);
+  return {box.min_m - margin_m, box.max_m + margin_m};
+}
+
 }  // namespace
 
 device::Instance instance_at_rest(std::int32_t root) {
   device::Instance instance{};
   for (const int i : {0, 4, 8}) instance.inward[i] = instance.outward[i] = 1;
   instance.root = root;
-  instance.last = 1;
+  instance.top = -1;
   return instance;
 }
 
@@ -135,10 +161,15 @@ void Instances::place(const World& world, const Plan& plan, DeviceTree& tree) {
     build_trees(world, plan, tree);
   }
   std::vector<device::Instance> placed;
+  std::vector<Box> boxes;
   for (std::size_t i = 0; i < roots_.size(); ++i) {
-    placed.push_back(instance_after(motion_of(objects_[i][0]), anchor_m_, plan.origin_m,
-                                    root_nodes_[i], roots_[i]));
-    placed.back().last = i + 1 == roots_.size();
+    const auto motion = motion_of(objects_[i][0]);
+    placed.push_back(instance_after(motion, anchor_m_, plan.origin_m, root_nodes_[i], roots_[i]));
+    boxes.push_back(box_after(motion, anchor_m_, plan.origin_m, root_nodes_[i]));
+  }
+  if (const auto top = build_box_tree(boxes); !top.empty()) {
+    placed[0].top = 0;
+    tree.nodes.write(top);  // in front of the instances' trees
   }
   cl::put(device_, tree.instances, placed, "instances");
 }
@@ -158,6 +189,7 @@ void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tr
 
   // One tree per instance; triangles are stored in the order of the tree's leaves.
   Trees trees;
+  trees.nodes.resize(objects_.size() - 1);  // of the tree over the instances, which place() makes
   std::vector<std::int32_t> neighbours;
   for (std::size_t instance = 0; instance < triangles_of_instances.size(); ++instance) {
     const auto& numbers = triangles_of_instances[instance];

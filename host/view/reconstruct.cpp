@@ -160,10 +160,14 @@ std::vector<std::uint8_t> expose(const Image& intensity, double percentile, doub
     level = *nth > 0 ? *nth : *std::max_element(nth, sorted.end());
   }
   if (white) *white = level;
+  return expose_to(intensity, level);
+}
+
+std::vector<std::uint8_t> expose_to(const Image& intensity, double white) {
   std::vector<std::uint8_t> pixels(intensity.pixels.size());
-  if (level <= 0) return pixels;
+  if (white <= 0) return pixels;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const double linear = std::clamp(static_cast<double>(intensity.pixels[i]) / level, 0.0, 1.0);
+    const double linear = std::clamp(static_cast<double>(intensity.pixels[i]) / white, 0.0, 1.0);
     const double encoded =
         linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
     pixels[i] = static_cast<std::uint8_t>(std::lround(255 * encoded));

@@ -65,4 +65,7 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
 std::vector<std::uint8_t> expose(const Image& intensity, double percentile,
                                  double* white = nullptr);
 
+/// The same with the intensity that is shown white; black where it is not > 0.
+std::vector<std::uint8_t> expose_to(const Image& intensity, double white);
+
 }  // namespace raywave

@@ -52,7 +52,9 @@ typedef struct {
   int view_margin;
   int root;   // number of the root node of its tree
   int moved;  // 0: both frames are the same
-  int last;   // 1: the last instance
+  // Of the first instance: number of the root of the tree over all instances, in the scene frame,
+  // whose leaves are one instance each; -1: there is no other instance
+  int top;
 } Instance;
 
 // A picture on a surface. (u, v) of the mesh shows the place (across . (u, v, 1), up . (u, v, 1))

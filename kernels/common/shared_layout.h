@@ -30,7 +30,7 @@
   MEMBER(Instance, view_margin)           \
   MEMBER(Instance, root)                  \
   MEMBER(Instance, moved)                 \
-  MEMBER(Instance, last)                  \
+  MEMBER(Instance, top)                   \
   MEMBER(TextureMap, first)               \
   MEMBER(TextureMap, width)               \
   MEMBER(TextureMap, height)              \

@@ -3,7 +3,8 @@
 // through one shared traversal. OpenCL C 1.2.
 //
 // Each instance has a tree in its own frame. Rays are turned into that frame, so that a moving
-// instance needs no new tree.
+// instance needs no new tree. A small tree over the boxes of all instances, in the scene frame,
+// tells which instances a ray may meet; it is made anew for every pose.
 //
 // Watertight: every test is widened by a bound on its own rounding error. A ray that meets a
 // triangle in exact arithmetic (with the float corners) therefore meets it here, whether or not the
@@ -360,6 +361,10 @@ BVH_INLINE void bvh_traverse_instance(const Tree* tree, __global const Instance*
   }
 }
 
+// The tree over instances is balanced: it has at most 31 nodes from the root to a leaf, of which
+// each leaves one child waiting, and the last one two.
+#define BVH_TOP_STACK 32
+
 // Nearest hits with all instances, in the scene frame; any_hit, culls and layers as above.
 BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, bool culls,
                              Layers* layers) {
@@ -368,13 +373,44 @@ BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, b
   best.triangle = -1;
   best.u = 0.0f;
   best.v = 0.0f;
-  intv active = rays->active;
-  for (__global const Instance* instance = tree->instances;; ++instance) {
-    Rays turned = rays_of_instance(instance, rays, !any_hit);
-    turned.active = active;
-    bvh_traverse_instance(tree, instance, &turned, any_hit, culls, &best, layers);
-    active = turned.active;
-    if (instance->last || !LANES_ANY(active)) return best;
+  Rays left = *rays;  // its mask: rays that go on
+  const floatv inverse[3] = {bvh_reciprocal(rays->dx), bvh_reciprocal(rays->dy),
+                             bvh_reciprocal(rays->dz)};
+  // Of the tree over instances: its nodes, and ~i for instance i
+  int waiting_place[BVH_TOP_STACK];
+  floatv waiting_enter[BVH_TOP_STACK];
+  int waiting = 0;
+  const int top = tree->instances->top;
+  int place = top < 0 ? ~0 : top;
+  for (;;) {
+    if (place < 0) {
+      __global const Instance* instance = tree->instances + ~place;
+      Rays turned = rays_of_instance(instance, &left, !any_hit);
+      bvh_traverse_instance(tree, instance, &turned, any_hit, culls, &best, layers);
+      left.active = turned.active;
+    } else {
+      __global const BvhNode* node = tree->nodes + place;
+      floatv enter[2];
+      intv in[2];
+      in[0] = bvh_child(node->left_min, node->left_max, 0, &left, inverse, best.t, 0, false, enter);
+      in[1] = bvh_child(node->right_min, node->right_max, 0, &left, inverse, best.t, 0, false,
+                        enter + 1);
+      // The nearer child comes off the stack first
+      const int nearer = !LANES_ANY(in[0] & in[1] & (enter[0] < enter[1]));
+      for (int i = 0; i < 2; ++i) {
+        const int side = i ? nearer : !nearer;
+        if (!LANES_ANY(in[side])) continue;
+        const int child = side ? node->right_child : node->left_child;
+        waiting_place[waiting] = (side ? node->right_count : node->left_count) > 0 ? ~child : child;
+        waiting_enter[waiting] = enter[side];
+        ++waiting;
+      }
+    }
+    do {
+      if (waiting == 0) return best;
+      --waiting;
+    } while (!LANES_ANY(left.active & (waiting_enter[waiting] < best.t)));
+    place = waiting_place[waiting];
   }
 }
 

@@ -140,6 +140,52 @@ TEST_CASE("rays hit instances at their places in the world, whichever objects mo
   }
 }
 
+TEST_CASE("rays find their way among 37 instances, as among all of their triangles") {
+  Stage stage;
+  Random random(11);
+  std::vector<Motion> motions;
+  for (int i = 0; i < 37; ++i) {
+    // Some overlap, some lie on one line, one has not moved
+    const dvec3 centre(i % 3 == 0 ? 0 : uniform(random, -0.5e-3, 0.5e-3),
+                       uniform(random, -0.5e-3, 0.5e-3), 10e-3 + uniform(random, 0, 1e-3));
+    stage.add(sphere(centre, 0.08e-3, 6));
+    motions.push_back({turn_by(uniform(random, 0, 360), {1, i, 2}), uniform(random, 0.5, 1.5),
+                       centre, centre + dvec3(0.1e-3, 0, 0.1e-3 * (i % 5)), true});
+    if (i == 20) motions.back() = {};
+  }
+  const auto moved = after(stage.world, motions, false), there = after(stage.world, motions, true);
+  const auto plan = make_plan(stage.scene, moved);
+  for (const auto& device : all_devices()) {
+    DeviceScene arrays(device, stage.world, make_plan(stage.scene, stage.world));
+    arrays.place(moved, plan);
+    REQUIRE(arrays.tree.instances.size() == 37);
+    const auto corners = corners_in_order(there, plan.origin_m, arrays.tree);
+    std::vector<reference::Ray> rays;
+    for (int i = 0; i < 600; ++i) {
+      const dvec3 target(uniform(random, -0.7e-3, 0.7e-3), uniform(random, -0.7e-3, 0.7e-3),
+                         uniform(random, -1e-3, 1e-3));
+      const auto from = i % 2 ? dvec3(uniform(random, -1e-3, 1e-3), 0, -1e-3) : -plan.origin_m;
+      rays.push_back({dvec3(glm::vec3(from)), dvec3(glm::vec3((target - from) * 1.5)), 0, 2});
+    }
+    selftest::RayCaster caster(device, lanes_for(device.info()), std::move(arrays.tree));
+    const auto found = caster.nearest(rays);
+    const auto stopped = caster.occluded(rays);
+    int hits = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const auto exact = reference::nearest_hit(corners, rays[i]);
+      INFO("ray " << i << ": triangle " << found[i].triangle << " at " << found[i].t << ", exactly "
+                  << exact.triangle << " at " << exact.t);
+      hits += exact.triangle >= 0;
+      if ((exact.triangle >= 0) != (found[i].triangle >= 0) ||
+          (exact.triangle >= 0 &&
+           std::abs(found[i].t - exact.t) * glm::length(rays[i].direction) > 2e-9))
+        CHECK(reference::judge(found[i], rays[i], corners).fault == "");
+      CHECK((stopped[i] != 0) == (found[i].triangle >= 0));
+    }
+    CHECK(hits > 100);
+  }
+}
+
 TEST_CASE("moved instances have the samples of a world built at their places") {
   auto stage = stage_of_three();
   stage.scene.sampling.antialias = 4;

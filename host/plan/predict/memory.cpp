@@ -207,4 +207,33 @@ Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& li
   return plan;
 }
 
+Plan fitting_plan_of_poses(Scene& scene, World& world, int poses,
+                           const std::function<void(int pose)>& move_to, const MemoryLimits& limits,
+                           const MemoryUse& use, int rays_per_axis, bool has_doubles) {
+  constexpr int most_rounds = 16;  // layers and tiles only grow
+  const auto is_alike = [](const Plan& a, const Plan& b) {
+    return a.tile_grid == b.tile_grid && a.most_layers == b.most_layers &&
+           a.compact.has_value() == b.compact.has_value();
+  };
+  move_to(0);
+  auto plan = fitting_plan(scene, world, limits, use, rays_per_axis, has_doubles);
+  for (int round = 0; round < most_rounds; ++round) {
+    bool serves_all = true;
+    for (int pose = 0; pose < poses; ++pose) {
+      move_to(pose);
+      auto here = make_plan(scene, world, use.method, rays_per_axis, has_doubles, &plan);
+      if (is_alike(here, plan)) {
+        const auto needs = memory_needs(world, here, use, limits.largest_buffer_bytes);
+        if (missing(needs, limits).empty()) continue;
+        here = fitting_plan(scene, world, limits, use, rays_per_axis, has_doubles);
+        if (here.tile_grid == plan.tile_grid) continue;  // the renderer says what it lacks
+      }
+      plan = std::move(here);
+      serves_all = false;
+    }
+    if (serves_all) break;
+  }
+  return plan;
+}
+
 }  // namespace raywave

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -56,5 +57,17 @@ std::string host_shortage(const Plan& plan, const MemoryNeeds& needs, const Memo
 /// needs tell why; that in one piece where results or triangles alone are too much.
 Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& limits,
                   const MemoryUse& use = {}, int rays_per_axis = 100, bool has_doubles = false);
+
+/// A plan from which make_plan, as from `moved_from`, goes on to every pose of a scene that moves:
+/// its tiles fit into the memory that each pose needs, and its propagation and depth layers serve
+/// all of them. So the plan of a pose does not depend on the poses before it.
+///
+/// poses    >= 1
+/// move_to  moves scene and world to a pose; they are left at the last one
+/// throws   as make_plan, and what `move_to` throws
+Plan fitting_plan_of_poses(Scene& scene, World& world, int poses,
+                           const std::function<void(int pose)>& move_to, const MemoryLimits& limits,
+                           const MemoryUse& use = {}, int rays_per_axis = 100,
+                           bool has_doubles = false);
 
 }  // namespace raywave

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The holograms of a scene that moves (docs/animation.md).
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "cl/device.hpp"
+#include "cl/fft.hpp"
+#include "host/animate/frame_files.hpp"
+#include "host/animate/timeline.hpp"
+#include "host/geometry/world.hpp"
+#include "host/plan/plan.hpp"
+#include "host/render.hpp"
+#include "host/scene/scene.hpp"
+
+namespace raywave {
+
+/// How far a run came.
+struct AnimateResult {
+  int pictures = 0, holograms = 0;  // made by this run
+  double seconds = 0;               // from the first to the last of them, the first one excluded
+  std::map<std::string, double> processor_seconds;  // RenderResult's, of all but the first picture
+  std::vector<std::string> notes;                   // of all pictures, each once
+};
+
+/// An animation that is planned. A picture depends on nothing but the scene and its number: a run
+/// that goes on where another one was stopped makes the same files.
+class Animator {
+public:
+  /// Reads meshes and textures, and plans over all pictures.
+  ///
+  /// scene   with an animation
+  /// throws  InputError for the scene, naming the picture where it lies in one
+  Animator(const cl::Device& device, Scene scene, cl::FftBackend fft);
+
+  /// Of the first picture.
+  const Plan& plan() const { return *plan_; }
+  const Schedule& schedule() const { return schedule_; }
+  /// Of a picture, depth and window filled in.
+  Camera camera(int picture) const;
+  /// Of a hologram as it is stored: turned as the SLM wants it.
+  glm::ivec2 stored_size() const;
+  /// What holograms depend on, in 32 digits: scene, meshes, textures, device, version, storage.
+  std::string run_name(FrameStorage storage) const;
+
+  /// Makes the pictures that `files` lacks. While one is computed, those before it are written.
+  ///
+  /// progress  called for each picture
+  /// throws    InputError when a file cannot be written, DeviceError for the device
+  AnimateResult make_frames(FrameFiles& files, const Progress& progress) const;
+
+private:
+  /// Moves a renderer to a picture, which `scene` describes.
+  void show(const Scene& scene, int picture, Renderer& renderer) const;
+  /// RenderResult::clip of the brightest picture, of a few; 0: no scale is needed.
+  double brightest(Renderer& renderer) const;
+  nlohmann::ordered_json line_of(int picture, const Scene& scene, const RenderResult& result) const;
+
+  cl::Device device_;
+  Scene scene_;  // as the file has it
+  cl::FftBackend fft_;
+  Schedule schedule_;
+  glm::dvec2 reach_m_{0};  // largest distances of all objects, in all pictures, from the axis
+  World world_;            // with all objects where the first picture has them
+  std::shared_ptr<const Plan> base_, plan_;  // of all pictures; of the first one
+};
+
+}  // namespace raywave

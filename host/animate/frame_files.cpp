@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/animate/frame_files.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "host/common/digest.hpp"
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/scene/image.hpp"
+
+namespace raywave {
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string_view text_of(std::span<const std::uint8_t> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+std::string digest_of(std::span<const std::uint8_t> bytes) {
+  Digest digest;
+  digest.add(text_of(bytes));
+  return digest.text();
+}
+
+[[noreturn]] void refuse(const fs::path& file) {
+  throw InputError(in_quotes(file.string()) +
+                   ": cannot be written: " + std::generic_category().message(errno));
+}
+
+/// Opens a file that grows and cuts it to the bytes that are known to be whole.
+int open_at(const fs::path& file, std::uint64_t bytes) {
+  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor < 0) refuse(file);
+  if (::ftruncate(descriptor, static_cast<off_t>(bytes)) != 0 ||
+      ::lseek(descriptor, 0, SEEK_END) < 0) {
+    ::close(descriptor);
+    refuse(file);
+  }
+  return descriptor;
+}
+
+void append(int descriptor, std::string_view bytes, const fs::path& file) {
+  while (!bytes.empty()) {
+    const auto written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) refuse(file);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+/// Waits until the disk has all bytes; some file systems cannot.
+void sync(int descriptor, const fs::path& file) {
+  if (::fsync(descriptor) != 0 && errno != EINVAL && errno != EROFS && errno != ENOTSUP)
+    refuse(file);
+}
+
+}  // namespace
+
+std::string FrameFiles::png_name(int hologram) {
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), png_pattern, hologram);
+  return name.data();
+}
+
+FrameFiles::FrameFiles(fs::path folder, FrameStorage storage, std::string run, glm::ivec2 size_px)
+    : folder_(std::move(folder)), storage_(storage), run_(std::move(run)), size_(size_px) {
+  read_report();
+}
+
+FrameFiles::~FrameFiles() {
+  if (report_ >= 0) ::close(report_);
+  if (stream_ >= 0) ::close(stream_);
+}
+
+fs::path FrameFiles::partial_stream() const { return folder_ / "frames.raw.part"; }
+
+void FrameFiles::read_report() {
+  const auto file = folder_ / report_name;
+  std::error_code error;
+  if (storage_ == FrameStorage::stream && !fs::exists(partial_stream(), error))
+    fs::rename(folder_ / stream_name, partial_stream(), error);  // goes on where it was finished
+  std::uint64_t whole = 0;
+  {
+    std::ifstream lines(file, std::ios::binary);
+    for (std::string line; std::getline(lines, line) && !lines.eof();) {
+      const auto json = nlohmann::ordered_json::parse(line, nullptr, false);
+      if (!json.is_object() || json.value("picture", -1) != pictures_) break;
+      if (json.value("run", "") != run_)
+        throw InputError(
+            in_quotes(file.string()) +
+            ": this folder holds holograms of another scene, device or version; give another "
+            "--output, or --restart to replace them");
+      int count = 0;
+      if (!are_whole(json, count)) break;
+      ++pictures_;
+      holograms_ += count;
+      whole += line.size() + 1;
+    }
+  }
+  report_ = open_at(file, whole);
+  if (storage_ == FrameStorage::stream)
+    stream_ = open_at(partial_stream(), static_cast<std::uint64_t>(holograms_) * pixels());
+}
+
+bool FrameFiles::are_whole(const nlohmann::ordered_json& line, int& count) const {
+  const auto holograms = line.find("holograms");
+  if (holograms == line.end() || !holograms->is_array() || holograms->empty()) return false;
+  for (const auto& hologram : *holograms) {
+    const int number = holograms_ + count++;
+    if (!hologram.is_object() || hologram.value("number", -1) != number) return false;
+    const auto digest = storage_ == FrameStorage::pngs ? digest_of_file(folder_ / png_name(number))
+                                                       : digest_in_stream(number);
+    if (digest.empty() || hologram.value("digest", "") != digest) return false;
+  }
+  return true;
+}
+
+std::string FrameFiles::digest_in_stream(int hologram) const {
+  std::ifstream stream(partial_stream(), std::ios::binary);
+  std::vector<std::uint8_t> levels(pixels());
+  const auto bytes = static_cast<std::streamsize>(levels.size());
+  stream.seekg(static_cast<std::streamoff>(hologram) * bytes);
+  stream.read(reinterpret_cast<char*>(levels.data()), bytes);
+  return stream.gcount() == bytes ? digest_of(levels) : "";
+}
+
+void FrameFiles::add(std::span<const std::vector<std::uint8_t>> holograms,
+                     nlohmann::ordered_json line) {
+  auto list = nlohmann::ordered_json::array();
+  int number = holograms_;
+  for (const auto& levels : holograms) {
+    nlohmann::ordered_json entry{{"number", number}};
+    if (storage_ == FrameStorage::pngs) {
+      const auto name = png_name(number);
+      save_png(folder_ / name, size_.x, size_.y, levels, PngEffort::fast);
+      entry["file"] = name;
+      entry["digest"] = digest_of_file(folder_ / name);
+    } else {
+      append(stream_, text_of(levels), partial_stream());
+      entry["digest"] = digest_of(levels);
+    }
+    list.push_back(std::move(entry));
+    ++number;
+  }
+  if (storage_ == FrameStorage::stream) sync(stream_, partial_stream());
+  line["run"] = run_;
+  line["holograms"] = std::move(list);
+  append(report_,
+         line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n",
+         folder_ / report_name);
+  ++pictures_;
+  holograms_ = number;
+}
+
+void FrameFiles::finish() {
+  sync(report_, folder_ / report_name);
+  if (storage_ == FrameStorage::pngs) return;
+  std::error_code error;
+  fs::rename(partial_stream(), folder_ / stream_name, error);
+  if (error)
+    throw InputError(in_quotes((folder_ / stream_name).string()) +
+                     ": cannot be written: " + error.message());
+}
+
+void FrameFiles::remove(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const auto name = entry.path().filename().string();
+    const bool is_frame = name.starts_with("frame_") && name.ends_with(".png") &&
+                          name.find_first_not_of("0123456789", 6) == name.size() - 4;
+    if (is_frame || name == report_name || name == stream_name || name == "frames.raw.part")
+      files.push_back(entry.path());
+  }
+  for (const auto& file : files) {
+    fs::remove(file, error);
+    if (error)
+      throw InputError(in_quotes(file.string()) + ": cannot be removed: " + error.message());
+  }
+}
+
+}  // namespace raywave

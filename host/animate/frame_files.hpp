@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The files of an animation's holograms, and the report that says which of them are there.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec2.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace raywave {
+
+/// How holograms are stored: a PNG each (frame_00000.png ...), or all of them in frames.raw, one
+/// after another, a byte for each pixel.
+enum class FrameStorage { pngs, stream };
+
+/// What is stored: pictures of one or more holograms each, in order. A picture's line in
+/// report.jsonl is written after its holograms, and names their digests: what it names is whole.
+/// Later runs go on after the last such line.
+class FrameFiles {
+public:
+  static constexpr const char* report_name = "report.jsonl";
+  static constexpr const char* stream_name = "frames.raw";
+  /// Pattern of the PNGs' names, as printf and ffmpeg read it.
+  static constexpr const char* png_pattern = "frame_%05d.png";
+
+  /// Finds out what is there, and takes away what is not whole.
+  ///
+  /// folder   where no other program writes (HeldFolder)
+  /// run      stands for all that holograms depend on: lines of another run are refused
+  /// size_px  of a hologram as it is stored
+  /// throws   InputError for lines of another run, or where the folder cannot be written
+  FrameFiles(std::filesystem::path folder, FrameStorage storage, std::string run,
+             glm::ivec2 size_px);
+  ~FrameFiles();
+  FrameFiles(const FrameFiles&) = delete;
+  FrameFiles& operator=(const FrameFiles&) = delete;
+
+  /// Pictures that are there, and their holograms.
+  int pictures() const { return pictures_; }
+  int holograms() const { return holograms_; }
+
+  /// Stores the next picture: its holograms, then its line, to which `run` and `holograms` (file or
+  /// place in the stream, digest) are added.
+  ///
+  /// throws  InputError when something cannot be written; the picture is then not there
+  void add(std::span<const std::vector<std::uint8_t>> holograms, nlohmann::ordered_json line);
+
+  /// Gives the stream its name, after the last picture.
+  void finish();
+
+  /// Removes an animation from a folder: report, holograms, videos.
+  static void remove(const std::filesystem::path& folder);
+
+  static std::string png_name(int hologram);
+
+private:
+  std::size_t pixels() const {
+    return static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y);
+  }
+  void read_report();
+  /// Whether the holograms of a line, which follow the ones so far, are there and as it says.
+  bool are_whole(const nlohmann::ordered_json& line, int& count) const;
+  std::string digest_in_stream(int hologram) const;
+  std::filesystem::path partial_stream() const;
+
+  std::filesystem::path folder_;
+  FrameStorage storage_;
+  std::string run_;
+  glm::ivec2 size_;
+  int pictures_ = 0, holograms_ = 0;
+  int report_ = -1, stream_ = -1;  // descriptors
+};
+
+}  // namespace raywave

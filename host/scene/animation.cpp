@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/scene/animation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <glm/geometric.hpp>
+#include <string_view>
+#include <utility>
+
+#include "host/scene/document.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr std::size_t most_keys = 100'000;
+
+struct Name {
+  std::string_view thing, property;
+  Animated what;
+};
+
+constexpr std::array<Name, 9> names{{{"object", "position", Animated::object_position},
+                                     {"object", "rotation", Animated::object_rotation},
+                                     {"object", "scale", Animated::object_scale},
+                                     {"light", "direction", Animated::light_direction},
+                                     {"light", "position", Animated::light_position},
+                                     {"light", "intensity", Animated::light_intensity},
+                                     {"camera", "depth", Animated::camera_depth},
+                                     {"camera", "view", Animated::camera_view},
+                                     {"camera", "aperture", Animated::camera_aperture}}};
+
+/// The parts of "object.0.position" and "camera.view".
+struct Parts {
+  std::string_view thing, index, property;
+};
+
+Parts parts_of(std::string_view text) {
+  const auto first = text.find('.'), last = text.rfind('.');
+  if (first == std::string_view::npos) return {text, {}, {}};
+  return {text.substr(0, first), first == last ? "" : text.substr(first + 1, last - first - 1),
+          text.substr(last + 1)};
+}
+
+/// Reads which value of the scene a track changes.
+void read_target(const Value& v, std::size_t objects, const std::vector<Light>& lights,
+                 Track& track) {
+  static const char* const must_be =
+      "the name of what moves, as in \"object.0.position\": object.N.position, rotation or scale, "
+      "light.N.direction, position or intensity, camera.depth, view or aperture";
+  const auto parts = parts_of(v.string(must_be));
+  const auto known = std::find_if(names.begin(), names.end(), [&](const Name& name) {
+    return name.thing == parts.thing && name.property == parts.property;
+  });
+  const bool is_camera = parts.thing == "camera";
+  if (known == names.end() || is_camera != parts.index.empty()) v.fail(must_be);
+  track.what = known->what;
+  if (is_camera) return;
+
+  const auto end = parts.index.data() + parts.index.size();
+  const auto read = std::from_chars(parts.index.data(), end, track.index);
+  const auto count = parts.thing == "object" ? objects : lights.size();
+  if (read.ec != std::errc() || read.ptr != end || track.index >= count)
+    v.fail("of one of the " + std::to_string(count) + " " + std::string(parts.thing) +
+           "s, counted from 0");
+  if (parts.thing != "light") return;
+  const auto type = lights[track.index].type;
+  if (track.what == Animated::light_direction && type != LightType::directional &&
+      type != LightType::spot)
+    v.fail("of a directional light or spot, which light " + std::to_string(track.index) +
+           " is not");
+  if (track.what == Animated::light_position && type != LightType::point &&
+      type != LightType::spot && type != LightType::area)
+    v.fail("of a point, spot or area light, which light " + std::to_string(track.index) +
+           " is not");
+}
+
+glm::dvec3 read_key(const Value& v, Animated what) {
+  const auto two = [&](const char* shape, const Range& range) {
+    return glm::dvec3(
+        v.vector<glm::dvec2>(shape, [&](const Value& one) { return one.number(range); }), 0);
+  };
+  switch (what) {
+    case Animated::object_position:
+    case Animated::light_position:
+      return v.lengths_m(between(-1e4, 1e4));
+    case Animated::object_rotation:
+      return v.numbers(between(-1e6, 1e6));
+    case Animated::light_direction: {
+      const auto direction = v.numbers(between(-1e6, 1e6));
+      if (glm::length(direction) < 1e-9) v.fail("longer than 0");
+      return direction;
+    }
+    case Animated::object_scale:
+      return {v.number(between(1e-6, 1e6)), 0, 0};
+    case Animated::light_intensity:
+      return {v.number(at_least(0)), 0, 0};
+    case Animated::camera_depth:
+      return {v.length_m(between(1e-9, 1e4)), 0, 0};
+    case Animated::camera_view:
+      return two("two numbers [x, y], in half holograms", between(-1, 1));
+    case Animated::camera_aperture:
+      return two("two numbers [x, y], in holograms", between(1e-3, 1));
+  }
+  v.fail("a value");
+}
+
+/// A time in pictures: a number, or a time with a unit.
+double read_time(const Value& v, const Animation& animation) {
+  const Range range = between(0, animation.pictures);
+  if (!v.node->is_string()) return v.number(range);
+  const auto& text = v.node->as_string()->get();
+  const double s =
+      text == "0 s" ? 0 : given_seconds(text, v.document->where(*v.node, v.path) + ": " + v.label);
+  const double picture = s * animation.rate_per_s;
+  if (picture > range.max + 1e-9)
+    v.fail("at most " + number_text(animation.pictures / animation.rate_per_s) +
+           " s, where the animation ends");
+  return picture;
+}
+
+/// The elements of a list, each with its place.
+std::vector<Value> elements(const Value& v, const char* must_be) {
+  if (!v.is_array()) v.fail(must_be);
+  std::vector<Value> all;
+  for (const auto& node : *v.node->as_array())
+    all.push_back({v.document, &node, v.path, v.label + "[" + std::to_string(all.size()) + "]"});
+  if (all.empty() || all.size() > most_keys)
+    v.fail("a list of 1 to " + std::to_string(most_keys) + " keys");
+  return all;
+}
+
+Track read_track(Section section, const Animation& animation, std::size_t objects,
+                 const std::vector<Light>& lights) {
+  Track track;
+  track.where = section.where();
+  section.require("of", "what moves, for example \"object.0.rotation\"",
+                  [&](const Value& v) { read_target(v, objects, lights, track); });
+  section.read("steps", [&](const Value& v) {
+    track.steps = v.choice<Steps>(
+        {{"linear", Steps::linear}, {"cubic", Steps::cubic}, {"hold", Steps::hold}});
+  });
+  section.read("closed", [&](const Value& v) { track.closed = v.boolean(); });
+  section.require("at", "when the keys are, for example [0, 120, 240]", [&](const Value& v) {
+    for (const auto& one : elements(v, "a list of pictures or times, such as [0, \"2 s\"]")) {
+      const double at = read_time(one, animation);
+      if (!track.at.empty() && !(at > track.at.back())) one.fail("later than the key before it");
+      track.at.push_back(at);
+    }
+  });
+  section.require("values", "a value for each key", [&](const Value& v) {
+    for (const auto& one : elements(v, "a list with a value for each key"))
+      track.values.push_back(read_key(one, track.what));
+    if (track.values.size() != track.at.size())
+      v.fail("as many as there are in `at`, " + std::to_string(track.at.size()));
+    if (track.closed && track.values.size() < 2) v.fail("two or more where `closed` is true");
+  });
+  section.finish();
+  return track;
+}
+
+Camera read_camera(Section section) {
+  Camera camera;
+  const auto two = [](const Value& v, const char* shape, const Range& range) {
+    return v.vector<glm::dvec2>(shape, [&](const Value& one) { return one.number(range); });
+  };
+  section.read("depth", [&](const Value& v) {
+    if (!v.is_auto()) camera.depth_m = v.length_m(between(1e-9, 1e4));
+  });
+  section.read("view", [&](const Value& v) {
+    camera.view = two(v, "two numbers [x, y], in half holograms", between(-1, 1));
+  });
+  section.read("aperture", [&](const Value& v) {
+    camera.aperture = two(v, "two numbers [x, y], in holograms", between(1e-3, 1));
+  });
+  section.read("window", [&](const Value& v) {
+    camera.window_m = v.vector<glm::dvec2>(
+        "two lengths [x, y]", [](const Value& one) { return one.length_m(between(1e-9, 1e4)); });
+  });
+  section.finish();
+  return camera;
+}
+
+}  // namespace
+
+Animation read_animation(Section section, std::size_t objects, const std::vector<Light>& lights) {
+  Animation animation;
+  section.require("frames", "the number of pictures", [&](const Value& v) {
+    animation.pictures = v.integer(1, Animation::most_pictures);
+  });
+  section.read("rate",
+               [&](const Value& v) { animation.rate_per_s = v.number(between(0.01, 1e5)); });
+  section.read("subframes", [&](const Value& v) {
+    animation.subframes = v.integer(1, Animation::most_subframes);
+  });
+  section.read("slm_rate", [&](const Value& v) {
+    if (animation.subframes) v.fail("left out where `subframes` is given: it is their quotient");
+    animation.slm_rate_per_s =
+        v.number(between(animation.rate_per_s, animation.rate_per_s * Animation::most_subframes));
+  });
+  animation.camera = read_camera(section.section("camera"));
+  for (Section& track : section.sections("track")) {
+    animation.tracks.push_back(read_track(track, animation, objects, lights));
+    const auto& last = animation.tracks.back();
+    for (std::size_t i = 0; i + 1 < animation.tracks.size(); ++i) {
+      if (animation.tracks[i].what == last.what && animation.tracks[i].index == last.index)
+        track.fail("moves what track " + std::to_string(i) + " moves; put all keys into one");
+    }
+  }
+  section.finish();
+  return animation;
+}
+
+}  // namespace raywave

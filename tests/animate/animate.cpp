@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/animate/animate.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+#include "host/animate/video_program.hpp"
+#include "host/animate/write_queue.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/render.hpp"
+
+namespace raywave {
+namespace {
+
+using namespace test;
+namespace fs = std::filesystem;
+using Catch::Matchers::ContainsSubstring;
+using glm::dvec3;
+
+/// A bar that turns and comes nearer, a wall that leans, a light that dims: 7 pictures of 2
+/// holograms.
+constexpr const char* moving_lines =
+    "[[object]]\nmesh = \"square.obj\"\nwidth = \"0.05 mm\"\nposition = [0, 0, \"8 mm\"]\n"
+    "[animation]\nframes = 7\nrate = 10\nsubframes = 2\n"
+    "[[animation.track]]\nof = \"object.1.rotation\"\nat = [0, 7]\nvalues = [[0, 0, 0], [0, 40, "
+    "180]]\n"
+    "[[animation.track]]\nof = \"object.1.position\"\nat = [0, 3, 7]\nsteps = \"cubic\"\nvalues = "
+    "[[0, 0, \"8 mm\"], [\"0.03 mm\", 0, \"4 mm\"], [0, 0, \"8 mm\"]]\n"
+    "[[animation.track]]\nof = \"object.0.rotation\"\nat = [2, 4]\nvalues = [[0, 0, 0], [0, 9, "
+    "0]]\n"
+    "[[animation.track]]\nof = \"light.0.intensity\"\nat = [0, 7]\nvalues = [1, 0.2]\n";
+
+/// All files of a folder.
+std::map<std::string, std::string> files_of(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::directory_iterator(folder))
+    files[entry.path().filename().string()] = bytes_of(entry.path());
+  return files;
+}
+
+AnimateResult run(const Animator& animator, const fs::path& folder, FrameStorage storage) {
+  FrameFiles files(folder, storage, animator.run_name(storage), animator.stored_size());
+  return animator.make_frames(files, {});
+}
+
+TEST_CASE("a run that goes on behind any picture makes the files of one that was never stopped") {
+  Desk desk;
+  desk.scene(moving_lines);
+  const auto scene = load_scene(desk.file("scene.toml"));
+  for (const auto& device : all_devices()) {
+    const Animator animator(device, scene, cl::FftBackend::host);
+    for (const auto storage : {FrameStorage::pngs, FrameStorage::stream}) {
+      const Folder whole;
+      const auto made = run(animator, whole / "", storage);
+      CHECK(made.pictures == 7);
+      CHECK(made.holograms == 14);
+      const auto wanted = files_of(whole / "");
+      CHECK(wanted.size() == (storage == FrameStorage::pngs ? 15 : 2));
+      std::istringstream report(wanted.at("report.jsonl"));
+      std::vector<std::string> lines;
+      for (std::string line; std::getline(report, line);) lines.push_back(line + "\n");
+      REQUIRE(lines.size() == 7);
+      for (const std::size_t kept : {1, 4, 7}) {
+        const Folder stopped;
+        std::string text;
+        for (std::size_t i = 0; i < kept; ++i) text += lines[i];
+        // A line that is not whole, and holograms that no line names
+        stopped.write("report.jsonl", text + (kept < 7 ? lines[kept].substr(0, 20) : ""));
+        for (const auto& [name, bytes] : wanted) {
+          if (name.starts_with("frame_") && name < FrameFiles::png_name(2 * int(kept) + 1))
+            stopped.write(name, bytes);
+          if (name == "frames.raw")
+            stopped.write("frames.raw.part", bytes.substr(0, (2 * kept + 1) * 48 * 32 - 5));
+        }
+        if (kept == 7 && storage == FrameStorage::stream)
+          fs::rename(stopped / "frames.raw.part", stopped / "frames.raw");
+        INFO(kept << " pictures were there");
+        const auto rest = run(animator, stopped / "", storage);
+        CHECK(rest.pictures == 7 - static_cast<int>(kept));
+        CHECK((files_of(stopped / "") == wanted));
+      }
+    }
+    // A hologram that was damaged, and those behind it, are made again.
+    const Folder damaged;
+    run(animator, damaged / "", FrameStorage::pngs);
+    const auto wanted = files_of(damaged / "");
+    damaged.write(FrameFiles::png_name(5), "no picture");
+    CHECK(run(animator, damaged / "", FrameStorage::pngs).pictures == 5);
+    CHECK((files_of(damaged / "") == wanted));
+  }
+}
+
+TEST_CASE("holograms of a scene that rests are the frames that render makes of it") {
+  Desk desk;
+  // An encoding of phases alone: holograms of amplitudes share a scale, frames of render do not
+  desk.scene("[slm]\nencoding = \"phase\"\n[animation]\nframes = 3\nrate = 24\nslm_rate = 60\n");
+  const auto scene = load_scene(desk.file("scene.toml"));
+  auto still = scene;
+  still.sampling.frames = 8;  // 3 + 2 + 3
+  for (const auto& device : all_devices()) {
+    const Folder folder;
+    const auto levels = rendered(device, still).levels;
+    run(Animator(device, scene, cl::FftBackend::host), folder / "", FrameStorage::stream);
+    std::string wanted;
+    for (const auto& frame : levels) wanted.append(frame.begin(), frame.end());
+    CHECK((bytes_of(folder / "frames.raw") == wanted));
+  }
+}
+
+TEST_CASE("a solid keeps its size while it turns, about the middle of the box it was placed with") {
+  const Folder folder;
+  ObjText bar;
+  bar.quad({0, 0, 0}, {0, 1, 0}, {4, 1, 0}, {4, 0, 0});
+  Scene scene;
+  scene.materials = {glowing()};
+  scene.objects = {object_at(folder.write("bar.obj", bar.text()), 4e-3, {1e-3, 2e-3, 20e-3})};
+  auto world = world_of(scene);
+  scene.objects[0].solid_scale = 1;
+  scene.objects[0].rotation_deg = {0, 0, 90};
+  move_objects(scene, world);
+  const auto near = [](dvec3 a, dvec3 b) { return glm::length(a - b) < 1e-15; };
+  CHECK(near(world.min_m, dvec3(0.5e-3, 0, 20e-3)));
+  CHECK(near(world.max_m, dvec3(1.5e-3, 4e-3, 20e-3)));
+  scene.objects[0].solid_scale = 0.5;
+  scene.objects[0].position_m = {0, 0, 30e-3};
+  move_objects(scene, world);
+  CHECK(near(world.min_m, dvec3(-0.25e-3, -1e-3, 30e-3)));
+  CHECK(near(world.max_m, dvec3(0.25e-3, 1e-3, 30e-3)));
+  // Without, width is the extent after the turn: the bar becomes four times as large
+  scene.objects[0].solid_scale.reset();
+  move_objects(scene, world);
+  CHECK(near(world.max_m - world.min_m, dvec3(4e-3, 16e-3, 0)));
+}
+
+TEST_CASE("holograms that share one scale show a light of a quarter at half the amplitude") {
+  Desk desk;
+  auto scene = load_scene(desk.file("scene.toml"));
+  scene.materials[0].ambient = dvec3(0);
+  auto bright = scene.lights[0];
+  bright.intensity = 4 * bright.intensity;
+  for (const auto encoding : {Encoding::double_phase, Encoding::burckhardt}) {
+    scene.slm.encoding = encoding;
+    for (const auto& device : all_devices()) {
+      Renderer renderer(device, scene, world_of(scene));
+      const auto dim_alone = renderer.render();
+      renderer.set_light(0, bright);
+      const auto bright_alone = renderer.render();
+      CHECK(std::abs(bright_alone.clip / dim_alone.clip - 2) < 1e-5);
+      CHECK((bright_alone.levels == dim_alone.levels));
+      renderer.set_clip(bright_alone.clip);
+      CHECK((renderer.render().levels == bright_alone.levels));
+      renderer.set_light(0, scene.lights[0]);
+      const auto dim = renderer.render();
+      CHECK((dim.levels != dim_alone.levels));
+      CHECK(dim.clip == dim_alone.clip);
+      // Twice as bright a light and scale: the same
+      renderer.set_light(0, bright);
+      renderer.set_clip(2 * bright_alone.clip);
+      CHECK((renderer.render().levels == dim.levels));
+    }
+  }
+}
+
+TEST_CASE("an object that touches the hologram is refused with the picture in which it does") {
+  Desk desk;
+  desk.scene(
+      "[animation]\nframes = 5\n[[animation.track]]\nof = \"object.0.position\"\nat = [0, 4]\n"
+      "values = [[0, 0, \"8 mm\"], [0, 0, \"-8 mm\"]]\n");
+  check_refused(desk.run({"animate", desk.file("scene.toml"), "-o", desk.out("")}), 2,
+                "this is in picture 2 of the animation");
+  CHECK_FALSE(desk.has_output());
+  desk.scene("");
+  check_refused(desk.run({"animate", desk.file("scene.toml"), "-o", desk.out("")}), 2,
+                "nothing moves: add [animation]");
+}
+
+TEST_CASE("what cannot be written is refused by name, and the same command goes on from there") {
+  Desk desk;
+  desk.scene(moving_lines);
+  const std::vector<std::string> line{"animate",    desk.file("scene.toml"), "-o",
+                                      desk.out(""), "--no-preview",          "--no-video",
+                                      "--json"};
+  auto unwritable = line;
+  unwritable[3] = "/proc/none";
+  check_refused(desk.run(unwritable), 2, "\"/proc/none\": the folder cannot be made");
+
+  fs::create_directories(desk.out("frame_00007.png/in the way"));
+  check_refused(desk.run(line), 2, "frame_00007.png\": cannot be written");
+  CHECK(fs::exists(desk.out("frame_00006.png")));
+  fs::remove_all(desk.out("frame_00007.png"));
+  const auto rest = desk.run(line);
+  INFO(rest.err);
+  CHECK(nlohmann::json::parse(rest.out).at("pictures_found") == 3);
+  CHECK(nlohmann::json::parse(rest.out).at("pictures") == 4);
+  for (const auto& [name, bytes] : files_of(desk.out("")))
+    CHECK(name.find(".tmp") == std::string::npos);
+  CHECK(nlohmann::json::parse(desk.run(line).out).at("pictures") == 0);
+
+  // Another scene's holograms stay, unless all are to be made anew.
+  auto other = line;
+  other.insert(other.end(), {"--set", "sampling.seed=2"});
+  check_refused(desk.run(other), 2, "holds holograms of another scene, device or version");
+  other.emplace_back("--restart");
+  CHECK(nlohmann::json::parse(desk.run(other).out).at("pictures") == 7);
+  const auto looked = desk.run({"reconstruct", desk.out("frame_00003.png"), "-z", "8mm", "-o",
+                                desk.file("seen"), "--quiet"});
+  INFO(looked.err);
+  CHECK(looked.code == 0);
+}
+
+TEST_CASE("videos are made where ffmpeg is, and what it refuses is passed on") {
+  Desk desk;
+  desk.scene(moving_lines);
+  const std::vector<std::string> line{"animate", desk.file("scene.toml"), "-o", desk.out("")};
+  const auto without = desk.run(line, {"PATH=/nonexistent"});
+  CHECK(without.code == 0);
+  CHECK_THAT(without.err, ContainsSubstring("there is no program ffmpeg on PATH: holograms.mkv and "
+                                            "preview.mp4 are left out; install ffmpeg"));
+  CHECK_FALSE(fs::exists(desk.out("holograms.mkv")));
+
+  fs::create_directory(desk.file("bin"));
+  desk.folder().write("bin/ffmpeg", "#!/bin/sh\necho 'no such codec' >&2\nexit 1\n");
+  fs::permissions(desk.file("bin/ffmpeg"), fs::perms::owner_all);
+  auto quiet = line;
+  quiet.emplace_back("--quiet");
+  check_refused(desk.run(quiet, {"PATH=" + desk.file("bin")}), 2,
+                "ffmpeg has failed: no such codec");
+  CHECK_FALSE(fs::exists(desk.out("holograms.mkv")));
+
+  const auto ffmpeg = find_program("ffmpeg");
+  if (!ffmpeg) return;  // the rest needs the program itself
+  for (const bool stream : {false, true}) {
+    auto words = line;
+    words.emplace_back("--restart");
+    if (stream) words.emplace_back("--stream");
+    const auto made = desk.run(words);
+    INFO(made.err);
+    REQUIRE(made.code == 0);
+    CHECK(fs::file_size(desk.out("preview.mp4")) > 500);
+    VideoProgram decoder(*ffmpeg,
+                         {"-loglevel", "error", "-i", "holograms.mkv", "-f", "rawvideo", "-pix_fmt",
+                          "gray", "pipe:1"},
+                         desk.out(""), VideoProgram::Held::output);
+    std::vector<std::uint8_t> video(14 * 48 * 32);
+    decoder.read(video);
+    decoder.finish();
+    if (!stream) continue;
+    const auto raw = bytes_of(desk.out("frames.raw"));
+    CHECK((raw == std::string(video.begin(), video.end())));
+  }
+}
+
+TEST_CASE("a queue that is full makes its caller wait, keeps the order, and passes errors on") {
+  std::atomic<int> alive{0}, most{0};
+  std::vector<int> order;
+  {
+    WriteQueue queue(2);
+    for (int i = 0; i < 20; ++i) {
+      const std::shared_ptr<void> job(nullptr, [&](void*) { --alive; });
+      most = std::max<int>(most, ++alive);
+      queue.push([job, i, &order] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        order.push_back(i);
+      });
+    }
+    queue.finish();
+  }
+  for (int i = 0; i < 20; ++i) CHECK(order.at(static_cast<std::size_t>(i)) == i);
+  CHECK(most <= 4);  // one at work, two that wait, and the caller's
+
+  WriteQueue failing(1);
+  failing.push([] { throw InputError("the disk is full"); });
+  CHECK(input_error_of([&] { failing.finish(); }) == "the disk is full");
+  CHECK(input_error_of([&] { failing.push([] {}); }) == "the disk is full");
+}
+
+}  // namespace
+}  // namespace raywave
