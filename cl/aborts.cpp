@@ -30,11 +30,14 @@ void end_at_abort(int) {
 void explain_aborts(int code) { exit_code = code; }
 
 void driver_works_on(const std::string& what) {
+  if (exit_code == 0) return;  // a library's host program may call this from several threads
   std::snprintf(work.data(), work.size(), "%s", what.c_str());
   // Once more each time: LLVM puts its own handler there, which goes on to abort.
-  if (exit_code != 0) std::signal(SIGABRT, end_at_abort);
+  std::signal(SIGABRT, end_at_abort);
 }
 
-void driver_is_done() { work[0] = '\0'; }
+void driver_is_done() {
+  if (exit_code != 0) work[0] = '\0';
+}
 
 }  // namespace raywave::cl

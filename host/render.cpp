@@ -58,6 +58,7 @@ struct Renderer::State {
 /// come one after another, so that memory for one is enough. Frames differ in their random phases
 /// only.
 RenderResult Renderer::State::render() {
+  propagator_.drop();
   if (changed_) {
     load();
     make_plan();
@@ -145,6 +146,15 @@ void require_memory(const cl::Device& device, const Plan& plan, const MemoryNeed
   refuse(host_shortage(plan, needs, limits));
 }
 
+/// What of the meshes' materials is approximated or ignored: the first of many.
+void add_material_notes(const std::vector<std::string>& all, std::vector<std::string>& notes) {
+  constexpr std::size_t most = 4;
+  for (std::size_t i = 0; i < std::min(all.size(), most); ++i) notes.push_back(all[i]);
+  if (all.size() > most)
+    notes.push_back("and " + std::to_string(all.size() - most) +
+                    " more notes about materials, which report.json and raywave plan list");
+}
+
 }  // namespace
 
 Renderer::State::State(const cl::Device& device, Scene scene, RenderOptions options)
@@ -226,6 +236,8 @@ void Renderer::State::finish(RenderResult& result) {
   if (plan_.refine) result.refined = refiner_.finish();
   encoder_.finish(tracer_.radiance_unit(), result.refined ? &result.refined->phases : nullptr);
   result.notes.insert(result.notes.end(), thin_objects_.begin(), thin_objects_.end());
+  add_material_notes(material_notes(scene_, world_), result.notes);
+  result.found = world_.found;
   if (plan_.aimed && tracer_.samples() == 0)
     result.notes.emplace_back(
         "the hologram is dark: no ray of the lattice meets a surface; objects are thinner than "
@@ -291,6 +303,16 @@ void Renderer::set_light(std::size_t light, const Light& value) {
   if ((l.type == LightType::ambient) != (value.type == LightType::ambient))
     throw InputError("light " + std::to_string(light) +
                      ": an ambient light cannot become another kind, nor another kind ambient");
+  // Kernels are compiled for the others
+  const auto is_plain = [](const Light& one) {
+    return (one.type == LightType::directional || one.type == LightType::point) && !one.falls_off &&
+           one.highlights;
+  };
+  if (!(is_plain(l) && is_plain(value)) &&
+      (l.type != value.type || l.falls_off != value.falls_off || l.highlights != value.highlights ||
+       l.samples != value.samples || l.picture != value.picture))
+    throw InputError("light " + std::to_string(light) +
+                     ": its type, falloff, highlights, samples and picture must stay as they are");
   l = value;
   state_->changed_ = true;
 }
@@ -302,7 +324,14 @@ void Renderer::set_seed(std::uint32_t seed) {
 
 void Renderer::set_clip(std::optional<double> clip) { state_->options_.clip = clip; }
 
-RenderResult Renderer::render() { return state_->render(); }
+RenderResult Renderer::render() {
+  try {
+    return state_->render();
+  } catch (...) {
+    state_->times_ = {};
+    throw;
+  }
+}
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 

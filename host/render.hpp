@@ -60,6 +60,7 @@ struct RenderResult {
   int hidden_samples = 0;          // samples that need visibility rays
   // Notes on the result for the user, one line each
   std::vector<std::string> notes;
+  std::vector<FoundMaterials> found;  // of the objects' meshes
   // Wall time of each stage: meshes, plan, tree, prepare, kernels (what drivers compile, whichever
   // stage waits for it), samples, trace, propagate, refine, encode
   std::map<std::string, double> seconds;

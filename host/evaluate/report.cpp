@@ -3,6 +3,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -35,8 +36,39 @@ const char* name_of(LightType type) {
       return "directional";
     case LightType::point:
       return "point";
+    case LightType::spot:
+      return "spot";
+    case LightType::area:
+      return "area";
+    case LightType::environment:
+      return "environment";
   }
   return "";
+}
+
+/// Where a light is, and what else its type has.
+void add_place(const Light& l, Json& light) {
+  const bool is_spot = l.type == LightType::spot, is_area = l.type == LightType::area;
+  if (l.type == LightType::directional || is_spot || l.radius_m > 0)
+    light["direction"] = json_of(l.direction);
+  if (l.type == LightType::point || is_spot || is_area) {
+    light["position_m"] = json_of(l.position_m);
+    light["falloff"] = l.falls_off ? "square" : "none";
+  }
+  if (is_spot) {
+    light["inner"] = l.inner_deg;
+    light["outer"] = l.outer_deg;
+  }
+  if (l.radius_m > 0)
+    light["radius_m"] = l.radius_m;
+  else if (is_area)
+    light["edges_m"] = {json_of(l.edges_m[0]), json_of(l.edges_m[1])};
+  if (l.type == LightType::environment) {
+    light["picture"] = l.picture.string();
+    light["rotation"] = l.rotation_deg;
+  }
+  if (has_size(l)) light["samples"] = l.samples;
+  if (l.type != LightType::ambient) light["highlights"] = l.highlights;
 }
 
 const char* name_of(Normals normals) {
@@ -100,8 +132,7 @@ Json json_of(const Scene& scene) {
       {"phase", scene.accuracy.phase_turns}};
   for (const auto& l : scene.lights) {
     Json light{{"type", name_of(l.type)}, {"intensity", l.intensity}};
-    if (l.type == LightType::directional) light["direction"] = json_of(l.direction);
-    if (l.type == LightType::point) light["position_m"] = json_of(l.position_m);
+    add_place(l, light);
     j["lights"].push_back(light);
   }
   for (const auto& m : scene.materials) {
@@ -114,7 +145,8 @@ Json json_of(const Scene& scene) {
                   {"transparency", m.transparency.at(scene.hologram.wavelength_m)},
                   {"ior", m.ior.at(scene.hologram.wavelength_m)},
                   {"attenuation", m.attenuation.at(scene.hologram.wavelength_m)},
-                  {"attenuation_distance_m", m.attenuation_distance_m}};
+                  {"attenuation_distance_m", m.attenuation_distance_m},
+                  {"emission", json_of(m.emission)}};
     if (m.texture) material["texture"] = m.texture->string();
     j["materials"].push_back(material);
   }
@@ -125,9 +157,26 @@ Json json_of(const Scene& scene) {
                 {"material", scene.materials[static_cast<std::size_t>(o.material)].name},
                 {"normals", name_of(o.normals)}};
     object["width_m"] = o.width_m ? Json(*o.width_m) : Json("as in the file");
+    if (!o.width_m && o.unit_m != 1) object["unit_m"] = o.unit_m;
+    if (o.anchor == Anchor::origin) object["anchor"] = "origin";
+    if (o.cut_m > 0) object["cut_m"] = o.cut_m;
     j["objects"].push_back(object);
   }
   return j;
+}
+
+/// What objects' meshes bring, in place of the scene's materials.
+void add_found(const std::vector<FoundMaterials>& found, Json& objects) {
+  for (std::size_t i = 0; i < std::min(found.size(), objects.size()); ++i) {
+    auto& object = objects[i];
+    for (const auto& one : found[i].materials)
+      object["mesh_materials"].push_back({{"name", one.name},
+                                          {"triangles", one.triangles},
+                                          {"as", one.description},
+                                          {"notes", one.notes}});
+    if (found[i].overridden > 0) object["mesh_materials_overridden"] = found[i].overridden;
+    if (!found[i].notes.empty()) object["mesh_notes"] = found[i].notes;
+  }
 }
 
 Json json_of(const AccuracySpec& accuracy, const Plan& plan) {
@@ -160,6 +209,12 @@ Json json_of(const Plan& plan) {
          {"padding_error", plan.padding_error},
          {"oversampling_error", plan.oversampling_error},
          {"rays", plan.rays}};
+  if (plan.bounces > 0)
+    j["mirrors"] = {{"surfaces", plan.bounces}, {"bounces", name_of(plan.bounces_as)}};
+  if (plan.bounces > 0 && plan.has_specular_samples())
+    j["mirrors"]["images"] = {{"near_m", plan.images.near_m},
+                              {"far_m", plan.images.far_m},
+                              {"light_beyond", plan.images.beyond}};
   if (const auto& c = plan.compact)
     j["compact"] = {{"size", json_of(c->size)},
                     {"bell", c->bell},
@@ -239,6 +294,23 @@ Json json_of(const Prediction& prediction) {
   return j;
 }
 
+/// The materials of a mesh, those that most triangles wear first.
+void add_found_text(const FoundMaterials& found, std::ostringstream& out) {
+  constexpr std::size_t most = 16;
+  std::vector<const FoundMaterials::Found*> sorted;
+  for (const auto& one : found.materials) sorted.push_back(&one);
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto* a, const auto* b) { return a->triangles > b->triangles; });
+  for (std::size_t i = 0; i < std::min(sorted.size(), most); ++i) {
+    out << "          " << in_quotes(sorted[i]->name) << " on " << sorted[i]->triangles
+        << " triangles: " << sorted[i]->description << "\n";
+    for (const auto& note : sorted[i]->notes) out << "            " << note << "\n";
+  }
+  if (sorted.size() > most)
+    out << "          and " << sorted.size() - most << " more materials (--json lists them)\n";
+  for (const auto& note : found.notes) out << "          " << one_line(note) << "\n";
+}
+
 std::uint64_t host_peak_bytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -255,6 +327,7 @@ std::string render_report_json(const Scene& scene, const RenderResult& result,
   j["raywave"] = version;
   j["scene"] = json_of(scene);
   j["scene"]["slm"] = json_of(result.plan.slm);  // what the pictures are for
+  add_found(result.found, j["scene"]["objects"]);
   j["plan"] = json_of(result.plan);
   j["accuracy"] = json_of(scene.accuracy, result.plan);
   j["device"] = json_of(device);
@@ -280,6 +353,7 @@ std::string plan_report_json(const Planned& planned, const World& world) {
   Json j;
   j["raywave"] = version;
   j["scene"] = json_of(scene);
+  add_found(world.found, j["scene"]["objects"]);
   j["triangles"] = world.triangles.size();
   j["vertices"] = world.positions.size();
   j["bounds_m"] = Json::array({json_of(world.min_m), json_of(world.max_m)});
@@ -326,9 +400,23 @@ std::string plan_report_text(const Planned& planned, const World& world) {
     const auto count = std::count(world.triangle_object.begin(), world.triangle_object.end(),
                                   static_cast<std::int32_t>(i));
     out << "object    " << object.mesh.filename().string() << ": " << count << " triangles, "
-        << (world.object_closed[i] ? "closed" : "open") << ", material "
-        << scene.materials[static_cast<std::size_t>(object.material)].name << "\n";
+        << (world.object_closed[i] ? "closed" : "open");
+    const bool wears_own = i < world.found.size() && !world.found[i].materials.empty();
+    if (wears_own) {
+      out << ", materials of its own\n";
+    } else {
+      out << ", material " << scene.materials[static_cast<std::size_t>(object.material)].name;
+      if (i < world.found.size() && world.found[i].overridden > 0)
+        out << " instead of " << world.found[i].overridden << " of its own";
+      out << "\n";
+    }
+    if (i < world.found.size()) add_found_text(world.found[i], out);
   }
+  if (std::any_of(scene.lights.begin(), scene.lights.end(), has_size))
+    out << "lights    looked for in "
+        << directions_of(scene.lights, [](const Light&) { return true; })
+        << " directions from every place of a surface, highlights in "
+        << directions_of(scene.lights, [](const Light& l) { return l.highlights; }) << "\n";
   out << "scene     " << world.triangles.size() << " triangles, " << mm(extent.x) << " x "
       << mm(extent.y) << " x " << mm(extent.z) << ", " << mm(plan.near_m) << " to "
       << mm(plan.far_m) << " from the hologram\n";
@@ -358,6 +446,20 @@ std::string plan_report_text(const Planned& planned, const World& world) {
     }
   }
   // Sampling and its predicted errors
+  if (plan.bounces > 0) {
+    out << "mirrors   up to " << plan.bounces << " mirrors and surfaces of glass on a path, ";
+    if (plan.has_specular_samples()) {
+      out << (has_fitted_paths(plan) ? "samples with a path fitted to the window"
+                                     : "samples of virtual points");
+      if (scene.trace.bounces == Bounces::automatic) out << " (auto)";
+      if (!plan.images.all.empty())
+        out << "; seen from " << mm(plan.images.near_m) << " to " << mm(plan.images.far_m) << ", "
+            << number(100 * plan.images.beyond) << " % of the light elsewhere";
+      out << "\n";
+    } else {
+      out << "fans of rays\n";
+    }
+  }
   if (plan.aimed)
     out << "samples   a lattice of " << plan.lattice.size.x << " x " << plan.lattice.size.y
         << " rays, " << mm(scene.sampling.pitch_m) << " apart at " << mm(plan.lattice.full_z_m)

@@ -9,11 +9,14 @@
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
+#include <optional>
 #include <span>
+#include <stdexcept>
 #include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/geometry/cut_mesh.hpp"
 
 namespace raywave {
 namespace {
@@ -69,7 +72,7 @@ double scale_of(const Object& object, const Box& turned, double mesh_unit) {
     throw InputError(object.where +
                      ": width cannot be reached, because the mesh has no extent in x after "
                      "rotation; turn it or omit width");
-  const double scale = object.width_m ? *object.width_m / size.x : 1 / mesh_unit;
+  const double scale = object.width_m ? *object.width_m / size.x : object.unit_m / mesh_unit;
   if (const double largest_m = largest * scale;
       !(largest_m >= kSmallestObject_m && largest_m <= kLargestObject_m))
     throw InputError(object.where + ": the mesh would be " + length_text(largest_m) +
@@ -79,7 +82,7 @@ double scale_of(const Object& object, const Box& turned, double mesh_unit) {
 }
 
 void require_place(const Object& object, const Box& box) {
-  if (!(box.min.z > 0))
+  if (!(box.min.z > 0) && object.cut_m == 0)
     throw InputError(
         object.where + ": lies behind or touches the hologram plane: its z runs from " +
         length_text(box.min.z) + " to " + length_text(box.max.z) + ", and must be > 0");
@@ -92,12 +95,13 @@ struct Placing {
 };
 
 /// turned     box of the vertices after `turn` about `from`
+/// origin     of the mesh's coordinates, turned alike
 /// mesh_unit  how many of the vertices' units a mesh unit is
 Placing placing_of(const Object& object, const glm::dmat3& turn, const glm::dvec3& from,
-                   const Box& turned, double mesh_unit) {
+                   const Box& turned, const glm::dvec3& origin, double mesh_unit) {
   const double scale = scale_of(object, turned, mesh_unit);
-  const glm::dvec3 centre = turned.centre();
-  const auto placed = [&](const glm::dvec3& p) { return object.position_m + (p - centre) * scale; };
+  const glm::dvec3 anchor = object.anchor == Anchor::origin ? origin : turned.centre();
+  const auto placed = [&](const glm::dvec3& p) { return object.position_m + (p - anchor) * scale; };
   const Box box{placed(turned.min), placed(turned.max)};
   require_place(object, box);
   return {{turn, scale, from, placed(glm::dvec3(0)), true}, box};
@@ -136,8 +140,66 @@ std::vector<AreaSample> area_samples_from(std::size_t first, const World& world)
   return samples;
 }
 
+/// Share of a mesh's colours that shows in ambient light: all of it, or, where the scene has none,
+/// as much as the default material's.
+double ambient_share_of(const Scene& scene) {
+  return std::any_of(scene.lights.begin(), scene.lights.end(),
+                     [](const Light& light) { return light.type == LightType::ambient; })
+             ? 1
+             : 0.1;
+}
+
+/// Adds the materials of an object's mesh, where the object wears them.
+///
+/// number  of the mesh
+/// worn    materials of the object's triangles, which are the world's last
+void add_materials(const Scene& scene, const Object& object, const Meshes& meshes,
+                   std::size_t number, const std::vector<std::int32_t>& worn, World& world) {
+  const auto& mesh = meshes.meshes[number];
+  auto& found = world.found.emplace_back();
+  found.notes = mesh.notes;
+  if (!wears_own_materials(object) || mesh.materials.empty()) {
+    found.overridden = mesh.materials.size();
+    if (!world.triangle_material.empty())
+      world.triangle_material.resize(world.triangles.size(), -1);
+    return;
+  }
+  if (number >= meshes.maps.size() || meshes.maps[number].size() != mesh.materials.size())
+    throw std::logic_error("the pictures of the mesh's materials have not been read");
+  const auto first = static_cast<std::int32_t>(world.materials.size());
+  world.triangle_material.resize(world.triangles.size() - worn.size(), -1);
+  std::vector<std::size_t> triangles(mesh.materials.size(), 0);
+  for (const auto m : worn) {
+    world.triangle_material.push_back(m < 0 ? m : first + m);
+    if (m >= 0) ++triangles[static_cast<std::size_t>(m)];
+  }
+  const int channel = channel_of(scene.hologram.wavelength_m);
+  for (std::size_t i = 0; i < mesh.materials.size(); ++i) {
+    const auto& from = mesh.materials[i];
+    const auto& maps = meshes.maps[number][i];
+    world.materials.push_back(phong_of(from, maps, ambient_share_of(scene),
+                                       object.where + ": material " + in_quotes(from.name)));
+    world.maps.push_back(maps);
+    auto& one = found.materials.emplace_back();
+    one.name = one_line(from.name);
+    one.description = description_of(from, world.materials.back(), maps, channel);
+    one.triangles = triangles[i];
+    for (const auto* notes : {&from.notes, &maps.notes})
+      for (const auto& note : *notes) one.notes.push_back(one_line(note));
+    if (from.look.two_sided == 0 && !meshes.closed[number])
+      one.notes.emplace_back("is single-sided and is shown from both sides");
+  }
+}
+
+/// True where a material of the world, from the first one on, is not there everywhere.
+bool has_holes(const World& world, std::size_t first_material) {
+  return std::any_of(world.materials.begin() + static_cast<std::ptrdiff_t>(first_material),
+                     world.materials.end(),
+                     [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });
+}
+
 /// Adds an object's vertices and triangles; positions and normals are set by place().
-void add(std::int32_t index, const Object& object, const Mesh& mesh, World& world) {
+void add(std::int32_t index, const Object& object, const Mesh& mesh, int channel, World& world) {
   if (world.triangles.size() + mesh.triangles.size() > kMaxTriangles)
     throw InputError(object.where + ": with it the scene has more than " +
                      std::to_string(kMaxTriangles) + " triangles");
@@ -145,23 +207,48 @@ void add(std::int32_t index, const Object& object, const Mesh& mesh, World& worl
   world.positions.resize(first + mesh.positions.size());
   world.normals.resize(world.positions.size());
   world.uvs.insert(world.uvs.end(), mesh.uvs.begin(), mesh.uvs.end());
+  if (!mesh.colours.empty() && wears_own_materials(object)) {
+    world.colours.resize(first, glm::vec2(1));
+    for (const auto& c : mesh.colours) world.colours.emplace_back(c[channel], c.a);
+  }
+  if (!world.colours.empty()) world.colours.resize(world.positions.size(), glm::vec2(1));
   for (const glm::uvec3& triangle : mesh.triangles) world.triangles.push_back(triangle + first);
   world.triangle_object.resize(world.triangles.size(), index);
 }
 
-/// Places an object's vertices.
-PlacedObject place(const Object& object, const Mesh& mesh, std::size_t first_vertex, World& world) {
+/// Where a mesh goes as the scene has its object.
+Placing first_placing_of(const Object& object, const Mesh& mesh) {
   const glm::dmat3 rotation = rotation_xyz(object.rotation_deg);
   Box box, turned;
   for (const auto& p : mesh.positions) box.add(p);
   // Differences first: a mesh far from its own origin keeps its shape.
   const auto middle = box.centre();
   for (const auto& p : mesh.positions) turned.add(rotation * (p - middle));
-  const auto placing = placing_of(object, rotation, middle, turned, 1);
+  return placing_of(object, rotation, middle, turned, rotation * -middle, 1);
+}
+
+/// What of a mesh lies beyond Object::cut_m; empty: all of it.
+std::optional<Mesh> cut_mesh_of(const Object& object, const Mesh& mesh, Placing& placing) {
+  if (object.cut_m == 0 || placing.box.min.z >= object.cut_m) return {};
+  std::vector<double> depths_m;
+  for (const auto& p : mesh.positions) depths_m.push_back(placing.motion(p).z);
+  auto part = part_above(mesh, depths_m, object.cut_m);
+  if (part.triangles.empty())
+    throw InputError(object.where + ": nothing of it lies beyond cut, " +
+                     length_text(object.cut_m) + ": its z runs from " +
+                     length_text(placing.box.min.z) + " to " + length_text(placing.box.max.z));
+  placing.box = {};
+  for (const auto& p : part.positions) placing.box.add(placing.motion(p));
+  return part;
+}
+
+/// Places an object's vertices.
+PlacedObject place(const Object& object, const Mesh& mesh, const Placing& placing,
+                   std::size_t first_vertex, World& world) {
   const auto count = mesh.positions.size();
   for (std::size_t i = 0; i < count; ++i) {
     world.positions[first_vertex + i] = placing.motion(mesh.positions[i]);
-    world.normals[first_vertex + i] = rotation * mesh.normals[i];
+    world.normals[first_vertex + i] = placing.motion.turn * mesh.normals[i];
   }
   return {.first_vertex = first_vertex,
           .vertices = count,
@@ -176,6 +263,7 @@ PlacedObject place(const Object& object, const Mesh& mesh, std::size_t first_ver
 
 /// The motion of an object that moves as a solid, from where it was placed.
 Placing solid_placing_of(const Object& object, const World& world, const PlacedObject& placed) {
+  if (object.cut_m > 0) throw InputError(object.where + ": an object that is cut cannot be moved");
   const auto turn =
       rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
   const auto turned = turned_box(world, placed, turn);
@@ -190,9 +278,10 @@ Placing placing_of(const Object& object, const World& world, const PlacedObject&
   if (object.position_m == placed.position_m && object.rotation_deg == placed.rotation_deg &&
       object.width_m == placed.width_m)
     return {{}, {placed.min_m, placed.max_m}};
+  if (object.cut_m > 0) throw InputError(object.where + ": an object that is cut cannot be moved");
   const auto turn =
       rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
-  return placing_of(object, turn, placed.position_m, turned_box(world, placed, turn),
+  return placing_of(object, turn, placed.position_m, turned_box(world, placed, turn), glm::dvec3(0),
                     placed.unit_m);
 }
 
@@ -207,15 +296,27 @@ World place_objects(const Scene& scene, const Meshes& meshes, Textures textures)
   World world;
   world.textures = std::move(textures);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    const auto mesh = meshes.of_object[i];
+    const auto number = meshes.of_object[i];
+    const auto& whole = meshes.meshes[number];
+    auto placing = first_placing_of(scene.objects[i], whole);
+    const auto part = cut_mesh_of(scene.objects[i], whole, placing);
+    const auto& mesh = part ? *part : whole;
     const auto first_vertex = world.positions.size(), first_triangle = world.triangles.size();
-    add(static_cast<std::int32_t>(i), scene.objects[i], meshes.meshes[mesh], world);
-    world.object_closed.push_back(meshes.closed[mesh]);
-    world.placed.push_back(place(scene.objects[i], meshes.meshes[mesh], first_vertex, world));
+    add(static_cast<std::int32_t>(i), scene.objects[i], mesh,
+        channel_of(scene.hologram.wavelength_m), world);
+    const auto first_material = world.materials.size();
+    add_materials(scene, scene.objects[i], meshes, number, mesh.triangle_material, world);
+    // Through holes of a closed mesh its inner sides are seen
+    world.object_closed.push_back(meshes.closed[number] && !part &&
+                                  !has_holes(world, first_material));
+    world.placed.push_back(place(scene.objects[i], mesh, placing, first_vertex, world));
     world.area_samples.push_back(area_samples_from(first_triangle, world));
   }
-  if (std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& object) {
-        return scene.materials[static_cast<std::size_t>(object.material)].is_specular();
+  const auto is_specular = [](const Material& m) { return m.is_specular(); };
+  if (std::any_of(world.materials.begin(), world.materials.end(), is_specular) ||
+      std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& object) {
+        const auto material = static_cast<std::size_t>(object.material);
+        return material < scene.materials.size() && is_specular(scene.materials[material]);
       }))
     world.ray_tree = std::make_shared<const RayTree>(ray_tree_of(world));
   move_objects(scene, world);
@@ -244,6 +345,20 @@ AreaSample area_sample(const World& world, std::size_t triangle, double share) {
   const auto t = world.triangles[triangle];
   const auto &a = world.positions[t.x], &b = world.positions[t.y], &c = world.positions[t.z];
   return {triangle, share, glm::cross(b - a, c - a), a + b + c};
+}
+
+std::vector<std::string> material_notes(const Scene& scene, const World& world) {
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < world.found.size(); ++i) {
+    const auto& found = world.found[i];
+    const auto start = "object " + std::to_string(i) + " (" +
+                       one_line(scene.objects[i].mesh.filename().string()) + "): ";
+    for (const auto& note : found.notes) lines.push_back(start + one_line(note));
+    for (const auto& material : found.materials)
+      for (const auto& note : material.notes)
+        lines.push_back(start + "material " + in_quotes(material.name) + ": " + note);
+  }
+  return lines;
 }
 
 std::vector<glm::dvec3> positions_now(const World& world) {

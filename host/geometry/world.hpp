@@ -9,6 +9,7 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "host/geometry/motion.hpp"
@@ -38,6 +39,18 @@ struct PlacedObject {
   VertexTree tree;
 };
 
+/// The materials that an object's mesh brings.
+struct FoundMaterials {
+  struct Found {
+    std::string name, description;
+    std::size_t triangles = 0;
+    std::vector<std::string> notes;
+  };
+  std::vector<Found> materials;    // that the object wears
+  std::size_t overridden = 0;      // the mesh has so many, and the scene names another
+  std::vector<std::string> notes;  // about the mesh as a whole
+};
+
 /// Every object placed in the world (metres), one after the other. All vectors of a vertex are as
 /// long as `positions`. Vertices and normals stay where they were placed; `motions` says where they
 /// are now.
@@ -46,8 +59,12 @@ struct World {
   // Unit length, as oriented by the mesh; of the face where a vertex has none
   std::vector<glm::vec3> normals;
   std::vector<glm::vec2> uvs;  // (0, 0) where a mesh has none
+  // Colour of the hologram's channel, and alpha; empty: no mesh that wears its own has any
+  std::vector<glm::vec2> colours;
   std::vector<glm::uvec3> triangles;
   std::vector<std::int32_t> triangle_object;  // index into Scene::objects
+  // Index into `materials`; -1: the material that the scene gives the object. Empty: all are -1
+  std::vector<std::int32_t> triangle_material;
   // Per object: every edge is shared by exactly two triangles in opposite directions (after welding
   // equal positions)
   std::vector<bool> object_closed;
@@ -56,6 +73,11 @@ struct World {
   std::vector<PlacedObject> placed;  // per object; none in worlds that place_objects has not made
   std::vector<Motion> motions;       // per object; none: nothing has moved
   Textures textures;                 // of the scene's materials
+  std::vector<Material> materials;   // that objects' meshes bring
+  std::vector<MaterialMaps> maps;    // of `materials`
+  // What was found of them, per object: lines for `raywave plan`, and what is approximated or
+  // ignored
+  std::vector<FoundMaterials> found;
   // For rays on the host; in scenes with mirrors or glass only
   std::shared_ptr<const RayTree> ray_tree;
   glm::dvec3 min_m{0}, max_m{0};  // bounding box, as everything is now
@@ -63,12 +85,19 @@ struct World {
   Motion motion_of(std::int32_t object) const {
     return motions.empty() ? Motion{} : motions[static_cast<std::size_t>(object)];
   }
+  /// Index of a triangle's material into `materials`; -1: that of its object.
+  std::int32_t material_of(std::size_t triangle) const {
+    return triangle_material.empty() ? -1 : triangle_material[triangle];
+  }
   /// A triangle's corners after its object's motion.
   std::array<glm::dvec3, 3> corners_m(std::size_t triangle) const;
 };
 
 /// A triangle as an area sample.
 AreaSample area_sample(const World& world, std::size_t triangle, double share);
+
+/// All notes about the materials of meshes, a line each: "object 0: material "gold": ...".
+std::vector<std::string> material_notes(const Scene& scene, const World& world);
 
 /// A tree for rays on the host: RayTree::nearest takes the world's motions.
 RayTree ray_tree_of(const World& world);

@@ -51,14 +51,12 @@ CompactPlane compact_plane(const Plan& plan, const WrpSpec& wanted) {
   return plane;
 }
 
-std::string why_not_compact(const Scene& scene) {
+std::string why_not_compact(const Scene& scene, const World& world) {
   if (scene.sampling.mode != SamplingMode::aimed)
     return "rays of a fan start at places in space, which a virtual plane has not";
-  const auto bounces = [&](const Object& object) {
-    return scene.materials[static_cast<std::size_t>(object.material)].is_specular();
-  };
+  const auto bounces = [](const Material& material) { return material.is_specular(); };
   if (scene.trace.bounces == Bounces::fan && scene.trace.depth != 0 &&
-      std::any_of(scene.objects.begin(), scene.objects.end(), bounces))
+      lighting_of(scene, world).any_material(bounces))
     return "trace.bounces \"fan\" sends rays, which cannot start on a virtual plane";
   return "";
 }

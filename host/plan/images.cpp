@@ -20,11 +20,14 @@ namespace {
 /// Rays along the longer side of what mirrors and glass cover.
 constexpr int rays_along = 24;
 
-/// Paths that carry less of the light are not followed here.
-constexpr double least_share = 0.01;
+/// Paths that carry less of the light end, as in kernels/samples/paths.cl.
+constexpr double least_share = 1e-3;
 
-/// Of the images' light, so much may lie nearer, and as much farther, than the depths kept.
+/// Of all light, so much may lie in images nearer, and as much farther, than the depths kept.
 constexpr double share_beyond = 0.01;
+
+/// Rays along the longer side of the whole scene, which tell how much light needs no mirror.
+constexpr int direct_rays_along = 16;
 
 /// A mirror or a clear surface on a path.
 struct Turn {
@@ -48,16 +51,29 @@ public:
     reach_m_ = 2 * (plan.far_m + glm::length(world.max_m - world.min_m));
   }
 
-  /// Adds what the ray with these tangents leads to.
-  void explore(glm::dvec2 tangents, Images& images) {
+  /// Adds what a ray with these tangents leads to.
+  void explore(int ray, glm::dvec2 tangents, Images& images) {
     turns_.clear();
+    ray_ = ray;
     explore(start(glm::dvec2(0), tangents), tangents, images);
   }
 
+  /// Light of surfaces under these tangents, without mirrors and glass.
+  double direct_light(glm::dvec2 tangents) const {
+    const auto hit = meet(start(glm::dvec2(0), tangents));
+    return hit ? std::max(0.0, 1 - specular_of(*hit)) : 0;
+  }
+
 private:
-  const Material& material_of(std::int32_t object) const {
+  double specular_of(const RayHit& hit) const {
+    const auto& m = material_of(hit);
+    return m.reflectivity.at(plan_.wavelength_m) + m.transparency.at(plan_.wavelength_m);
+  }
+
+  const Material& material_of(const RayHit& hit) const {
     const auto& lighting = plan_.lighting;
-    const auto material = lighting.material_of_object[static_cast<std::size_t>(object)];
+    const auto material = lighting.material_of(static_cast<std::size_t>(hit.object),
+                                               world_.material_of(hit.triangle));
     return lighting.materials[static_cast<std::size_t>(material)];
   }
 
@@ -71,7 +87,7 @@ private:
 
   /// The ray onwards; nothing where it is reflected totally.
   std::optional<PathRay> turned(const PathRay& ray, const RayHit& hit, bool refracts) const {
-    const auto& m = material_of(hit.object);
+    const auto& m = material_of(hit);
     const bool entering =
         (glm::dot(hit.face, ray.direction) > 0) != (glm::dot(hit.face, hit.normal) > 0);
     const auto normal = entering ? hit.normal : -hit.normal;
@@ -102,18 +118,19 @@ private:
 
   void explore(const PathRay& ray, glm::dvec2 tangents, Images& images) {
     const auto hit = meet(ray);
-    if (!turns_.empty()) ++images.segments;
+    if (!turns_.empty()) ++(hit ? images.segments : images.lost);
     if (!hit) return;
     const auto object = hit->object;
-    const auto& material = material_of(object);
-    const double specular =
-        material.reflectivity.at(plan_.wavelength_m) + material.transparency.at(plan_.wavelength_m);
+    const double specular = specular_of(*hit);
     if (turns_.empty()) {
       if (!(specular > 0)) return;
       ++images.rays;
     } else if (specular < 1) {
+      const double share = ray.share * (1 - specular);
       if (const auto at_m = image_of(ray, *hit, tangents))
-        images.all.push_back({*at_m, ray.share * (1 - specular), static_cast<int>(turns_.size())});
+        images.all.push_back({ray_, *at_m, share, static_cast<int>(turns_.size())});
+      else
+        images.beyond += share;
     }
     if (!(specular > 0) || static_cast<int>(turns_.size()) >= plan_.bounces) return;
     for (const bool refracts : {false, true}) {
@@ -187,11 +204,13 @@ private:
   const Plan& plan_;
   std::shared_ptr<const RayTree> tree_;
   double bias_m_, reach_m_ = 0;
-  std::vector<Turn> turns_;  // of the path that is being explored
+  int ray_ = 0;              // that is being explored
+  std::vector<Turn> turns_;  // of its path
 };
 
-/// Tangents under which the hologram's centre sees mirrors and glass.
-std::pair<glm::dvec2, glm::dvec2> tangents_of_mirrors(const World& world, const Plan& plan) {
+/// Tangents under which the hologram's centre sees objects: mirrors and glass, or all.
+std::pair<glm::dvec2, glm::dvec2> tangents_of_objects(const World& world, const Plan& plan,
+                                                      bool all) {
   glm::dvec2 low(std::numeric_limits<double>::infinity()), high(-low);
   const auto& lighting = plan.lighting;
   const auto add = [&](glm::dvec3 p_m) {
@@ -199,25 +218,41 @@ std::pair<glm::dvec2, glm::dvec2> tangents_of_mirrors(const World& world, const 
     low = glm::min(low, glm::dvec2(p_m) / p_m.z);
     high = glm::max(high, glm::dvec2(p_m) / p_m.z);
   };
-  const auto is_specular = [&](std::size_t object) {
-    return lighting.materials[static_cast<std::size_t>(lighting.material_of_object[object])]
-        .is_specular();
+  const auto counts = [&](std::size_t object, std::int32_t of_its_mesh) {
+    const auto material = lighting.material_of(object, of_its_mesh);
+    return all || lighting.materials[static_cast<std::size_t>(material)].is_specular();
   };
-  // Boxes of objects where there are any, else all triangles
-  for (std::size_t i = 0; i < world.placed.size(); ++i) {
+  // Boxes of objects where each is of one material, else all triangles
+  const bool has_boxes = !world.placed.empty() && world.triangle_material.empty();
+  for (std::size_t i = 0; has_boxes && i < world.placed.size(); ++i) {
     const auto& placed = world.placed[i];
-    for (int corner = 0; corner < 8 && is_specular(i); ++corner) {
+    for (int corner = 0; corner < 8 && counts(i, -1); ++corner) {
       glm::dvec3 p_m;
       for (int axis = 0; axis < 3; ++axis)
         p_m[axis] = (corner >> axis & 1) != 0 ? placed.max_m[axis] : placed.min_m[axis];
       add(world.motion_of(static_cast<std::int32_t>(i))(p_m));
     }
   }
-  for (std::size_t i = 0; i < world.triangles.size() && world.placed.empty(); ++i) {
-    if (!is_specular(static_cast<std::size_t>(world.triangle_object[i]))) continue;
+  for (std::size_t i = 0; !has_boxes && i < world.triangles.size(); ++i) {
+    const auto object = static_cast<std::size_t>(world.triangle_object[i]);
+    if (!counts(object, world.material_of(i))) continue;
     for (const auto& p_m : world.corners_m(i)) add(p_m);
   }
   return {low, high};
+}
+
+/// Rays through even steps of tangents.
+struct Raster {
+  glm::dvec2 low{0};
+  double step = 0;
+  glm::ivec2 size{0};
+  glm::dvec2 at(int x, int y) const { return low + (glm::dvec2(x, y) + 0.5) * step; }
+};
+
+Raster raster_between(glm::dvec2 low, glm::dvec2 high, int along) {
+  if (!(low.x < high.x) || !(low.y < high.y)) return {};
+  const double step = std::max(high.x - low.x, high.y - low.y) / along;
+  return {low, step, glm::ivec2(glm::ceil((high - low) / step - 1e-9))};
 }
 
 }  // namespace
@@ -227,24 +262,32 @@ Images images_of(const World& world, const Plan& plan) {
   if (!plan.has_specular_samples()) return images;
   images.near_m = plan.near_m;
   images.far_m = plan.far_m;
-  auto [low, high] = tangents_of_mirrors(world, plan);
   const auto largest =
       plan.largest_sine /
       glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.largest_sine * plan.largest_sine));
   const auto reach = largest + plan.window_m() / (2 * plan.near_m);
-  low = glm::clamp(low, -reach, reach);
-  high = glm::clamp(high, -reach, reach);
-  if (!(low.x < high.x) || !(low.y < high.y)) return images;
-  images.step = std::max(high.x - low.x, high.y - low.y) / rays_along;
+  const auto raster_of = [&](bool all, int along) {
+    const auto [low, high] = tangents_of_objects(world, plan, all);
+    return raster_between(glm::clamp(low, -reach, reach), glm::clamp(high, -reach, reach), along);
+  };
+  const auto mirrors = raster_of(false, rays_along), scene = raster_of(true, direct_rays_along);
+  images.low = mirrors.low;
+  images.step = mirrors.step;
+  images.size = mirrors.size;
   Paths paths(world, plan);
-  for (double y = low.y + images.step / 2; y < high.y; y += images.step) {
-    for (double x = low.x + images.step / 2; x < high.x; x += images.step)
-      paths.explore({x, y}, images);
+  for (int y = 0; y < mirrors.size.y; ++y) {
+    for (int x = 0; x < mirrors.size.x; ++x)
+      paths.explore(y * mirrors.size.x + x, mirrors.at(x, y), images);
   }
+  double direct = 0;
+  for (int y = 0; y < scene.size.y; ++y) {
+    for (int x = 0; x < scene.size.x; ++x) direct += paths.direct_light(scene.at(x, y));
+  }
+  if (mirrors.step > 0) direct *= scene.step * scene.step / (mirrors.step * mirrors.step);
 
   // The depths that hold nearly all of their light
   std::vector<std::pair<double, double>> by_depth;
-  double light = 0;
+  double light = direct;
   for (const auto& image : images.all) {
     by_depth.emplace_back(image.at_m.z, image.share);
     light += image.share;
@@ -257,6 +300,10 @@ Images images_of(const World& world, const Plan& plan) {
       images.far_m = std::max(images.far_m, z_m);
     passed += share;
   }
+  for (const auto& image : images.all) {
+    if (!images.holds(image)) images.beyond += image.share;
+  }
+  if (light + images.beyond > 0) images.beyond /= light + images.beyond;
   return images;
 }
 

@@ -25,20 +25,34 @@ bool holds(const DepthLayer& layer, double z_m) {
   return layer.begin_m <= z_m && z_m < layer.end_m;
 }
 
+/// True for objects without light of their own: all of it passes, or is mirrored.
+bool is_dark(const World& world, const Plan& plan, std::size_t object) {
+  const auto shines = [&](std::int32_t of_its_mesh) {
+    const auto number = plan.lighting.material_of(object, of_its_mesh);
+    const auto& m = plan.lighting.materials[static_cast<std::size_t>(number)];
+    return m.reflectivity.at(plan.wavelength_m) + m.transparency.at(plan.wavelength_m) < 1;
+  };
+  if (world.triangle_material.empty()) return !shines(-1);
+  for (std::size_t i = 0; i < world.triangles.size(); ++i) {
+    if (world.triangle_object[i] == static_cast<std::int32_t>(object) &&
+        shines(world.triangle_material[i]))
+      return false;
+  }
+  return true;
+}
+
 /// Middles of what shines: surfaces with light of their own, and images.
 std::vector<double> middles_of_light(const World& world, const Plan& plan, int layers) {
   if (!plan.has_specular_samples()) return middles_of_surfaces(world, layers);
   std::vector<bool> dark;
   bool all_dark = true;
-  for (const auto number : plan.lighting.material_of_object) {
-    const auto& m = plan.lighting.materials[static_cast<std::size_t>(number)];
-    dark.push_back(m.reflectivity.at(plan.wavelength_m) + m.transparency.at(plan.wavelength_m) >=
-                   1);
+  for (std::size_t i = 0; i < plan.lighting.material_of_object.size(); ++i) {
+    dark.push_back(is_dark(world, plan, i));
     all_dark = all_dark && dark.back();
   }
   std::vector<DepthWeight> images;
   for (const auto& image : plan.images.all) {
-    if (plan.images.near_m <= image.at_m.z && image.at_m.z <= plan.images.far_m)
+    if (plan.images.holds(image))
       images.push_back({image.at_m.z, 2 * plan.images.step * plan.images.step * image.at_m.z});
   }
   if (all_dark && images.empty()) dark.clear();
@@ -96,7 +110,7 @@ std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const Wor
       layers[0].min_m = world.min_m;
       layers[0].max_m = world.max_m;
       for (const auto& image : images.all) {
-        if (images.near_m > image.at_m.z || image.at_m.z > images.far_m) continue;
+        if (!images.holds(image)) continue;
         layers[0].min_m = glm::min(layers[0].min_m, image.at_m);
         layers[0].max_m = glm::max(layers[0].max_m, image.at_m);
       }
@@ -123,8 +137,7 @@ std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec
                                    const DepthLayer& layer, const Images& images) {
   std::vector<glm::dvec3> all;
   for (const auto& image : images.all) {
-    if (images.near_m <= image.at_m.z && image.at_m.z <= images.far_m && holds(layer, image.at_m.z))
-      all.push_back(image.at_m);
+    if (images.holds(image) && holds(layer, image.at_m.z)) all.push_back(image.at_m);
   }
   for (const auto& p : positions_m) {
     if (holds(layer, p.z)) all.push_back(p);

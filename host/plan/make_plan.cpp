@@ -36,12 +36,6 @@ glm::dvec2 steepest_tangent(glm::dvec2 largest_sine) {
   return tangent;
 }
 
-Lighting lighting_of(const Scene& scene) {
-  Lighting lighting{scene.lights, scene.materials, {}, scene.trace.shadows};
-  for (const auto& object : scene.objects) lighting.material_of_object.push_back(object.material);
-  return lighting;
-}
-
 /// The planes of Method::points and Method::rays, at the hologram itself: one per tile.
 Placement place_at_hologram(const World& world, glm::dvec2 steepest, int rays_per_axis,
                             Plan& plan) {
@@ -164,7 +158,7 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
 
   // What later stages need to know of the scene
   plan.scene_name = scene.file.string();
-  plan.lighting = lighting_of(scene);
+  plan.lighting = lighting_of(scene, world);
   plan.frames = scene.sampling.frames;
   plan.seed = scene.sampling.seed;
   plan.sampling_pitch_m = scene.sampling.pitch_m;
@@ -203,7 +197,7 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   divide(plan, tiles, scene.wrp.padding);
 
   if (method == Method::wrp && is_compact) {
-    if (const auto why = why_not_compact(scene); !why.empty())
+    if (const auto why = why_not_compact(scene, world); !why.empty())
       throw InputError(one_line(scene.file.string()) + ": wrp.propagation \"compact\": " + why +
                        "; give \"spectrum\"");
     plan.compact = compact_plane(plan, scene.wrp);
@@ -310,7 +304,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   }
 
   // Virtual planes, of as few layers and tiles as serve
-  auto why = why_not_compact(scene);
+  auto why = why_not_compact(scene, world);
   if (const auto key = key_of_wrps(scene); why.empty() && !key.empty()) why = key + " is for WRPs";
   while (why.empty()) {
     auto plan = planned(WrpPropagation::compact, nullptr);

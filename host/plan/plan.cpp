@@ -4,7 +4,57 @@
 #include <algorithm>
 #include <glm/common.hpp>
 
+#include "host/geometry/world.hpp"
+
 namespace raywave {
+namespace {
+
+/// Lighting::textures of one material.
+///
+/// maps  its pictures, if a mesh brings it
+int textures_of(const Material& material, const MaterialMaps* maps) {
+  constexpr int none = 0, plain = 1, looks = 2;
+  if (material.emission != glm::dvec3(0) || material.vertex_colours) return looks;
+  if (!maps) return material.texture ? plain : none;
+  if (material.metallic_roughness || maps->normal[0] || !maps->colour.place.is_plain())
+    return looks;
+  return maps->colour ? plain : none;
+}
+
+}  // namespace
+
+Lighting lighting_of(const Scene& scene, const World& world) {
+  Lighting lighting{scene.lights, scene.materials, {}, scene.trace.shadows};
+  for (const auto& object : scene.objects) lighting.material_of_object.push_back(object.material);
+  lighting.first_of_meshes = static_cast<std::int32_t>(scene.materials.size());
+  lighting.materials.insert(lighting.materials.end(), world.materials.begin(),
+                            world.materials.end());
+  std::vector<bool> is_used(lighting.materials.size(), false);
+  if (world.triangle_material.empty()) {
+    for (const auto material : lighting.material_of_object)
+      is_used[static_cast<std::size_t>(material)] = true;
+  } else {
+    for (std::size_t i = 0; i < world.triangles.size(); ++i)
+      is_used[static_cast<std::size_t>(lighting.material_of(
+          static_cast<std::size_t>(world.triangle_object[i]), world.triangle_material[i]))] = true;
+  }
+  for (std::size_t i = 0; i < is_used.size(); ++i) {
+    if (!is_used[i]) continue;
+    lighting.used.push_back(static_cast<std::int32_t>(i));
+    const auto* maps =
+        i < scene.materials.size() ? nullptr : &world.maps[i - scene.materials.size()];
+    lighting.textures = std::max(lighting.textures, textures_of(lighting.materials[i], maps));
+    lighting.normal_maps |= maps && maps->normal[0];
+    lighting.alpha = std::max(lighting.alpha, lighting.materials[i].alpha_mode);
+  }
+  return lighting;
+}
+
+std::vector<std::shared_ptr<const Image>> environments_of(const Textures& textures,
+                                                          const Lighting& lighting) {
+  const auto first = std::min(static_cast<std::size_t>(lighting.first_of_meshes), textures.size());
+  return {textures.begin() + static_cast<std::ptrdiff_t>(first), textures.end()};
+}
 
 const DepthLayer& Plan::layer_at(double z_m) const {
   return *std::find_if(layers.begin(), layers.end() - 1,

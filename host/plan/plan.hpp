@@ -10,15 +10,23 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "host/plan/cone.hpp"
+#include "host/scene/files.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {
+
+struct World;
+
+/// Cells along a sampling pitch in which a surface that is blended is there or not: the rays of a
+/// sample meet different ones, and floats tell them apart.
+inline constexpr double blend_cells_of_pitch = 32;
 
 /// How the field at the hologram comes about.
 enum class Method {
@@ -114,16 +122,24 @@ struct CompactPlane {
 /// rays through even steps of tangents (host/plan/images.hpp).
 struct Images {
   struct Image {
+    int ray = 0;         // that sees it, row by row
     glm::dvec3 at_m{0};  // virtual point, world
     double share = 1;    // of the light of its source that reaches the hologram
     int surfaces = 1;    // mirrors and glass on the way
   };
-  std::vector<Image> all;
-  double step = 0;      // tangent between neighbouring rays
-  double rays = 0;      // that meet mirrors or glass first
-  double segments = 0;  // of all paths that start with them
-  // Depths within which all but a few of the images lie, world z; 0 where there are none
+  std::vector<Image> all;  // by ray
+  glm::dvec2 low{0};       // tangents of the corner of the first ray's cell
+  double step = 0;         // tangent between neighbouring rays
+  glm::ivec2 size{0, 0};   // rays
+  double rays = 0;         // that meet mirrors or glass first
+  double segments = 0;     // of all paths that start with these, which end at a surface
+  double lost = 0;         // and those that end nowhere
+  // Light of images that lie behind the hologram or farther than far_m, over that of all
+  double beyond = 0;
+  // Depths within which the others lie, but for a few, and all surfaces; world z
   double near_m = 0, far_m = 0;
+
+  bool holds(const Image& image) const { return near_m <= image.at_m.z && image.at_m.z <= far_m; }
 };
 
 /// Predicted errors of phase in turns, root mean square over a field; 2 pi times their sum is the
@@ -141,18 +157,40 @@ using PhaseErrors = std::array<PhaseError, 2>;  // by Precision
 /// The lights and materials of the scene that a plan was made for.
 struct Lighting {
   std::vector<Light> lights;
-  std::vector<Material> materials;
+  std::vector<Material> materials;  // of the scene, then those that meshes bring (World::materials)
   std::vector<std::int32_t> material_of_object;  // index into `materials`
   bool shadows = false;                          // objects keep light from each other
+  std::int32_t first_of_meshes = 0;              // of `materials`
+  std::vector<std::int32_t> used{};              // of `materials`, that some triangle wears
+  // TEXTURES_NONE, TEXTURES_PLAIN or TEXTURES_LOOKS of kernels/scene/options.h: what of the used
+  // materials changes from place to place
+  int textures = 0;
+  bool normal_maps = false;
+  // Whether the used materials are there everywhere; opaque is less than mask, and mask than blend
+  AlphaMode alpha = AlphaMode::opaque;
 
-  /// True when `test` holds for the material of some object.
+  /// Index into `materials` of a triangle's material.
+  ///
+  /// object       the number of its object
+  /// of_its_mesh  World::material_of the triangle
+  std::int32_t material_of(std::size_t object, std::int32_t of_its_mesh) const {
+    return of_its_mesh < 0 ? material_of_object[object] : first_of_meshes + of_its_mesh;
+  }
+  /// True when `test` holds for a material that some triangle wears.
   template <class Test>
   bool any_material(const Test& test) const {
-    return std::any_of(material_of_object.begin(), material_of_object.end(), [&](std::int32_t i) {
+    return std::any_of(used.begin(), used.end(), [&](std::int32_t i) {
       return test(materials[static_cast<std::size_t>(i)]);
     });
   }
 };
+
+/// The pictures of the lights, by light; null where a light has none.
+std::vector<std::shared_ptr<const Image>> environments_of(const Textures& textures,
+                                                          const Lighting& lighting);
+
+/// Lights and materials of a scene whose objects are placed.
+Lighting lighting_of(const Scene& scene, const World& world);
 
 /// Everything that the stages after planning need to know of the scene, beside its World.
 struct Plan {

@@ -71,6 +71,7 @@ void PropagateStage::run(std::size_t number, cl::ComplexBuffer& stack, int plane
   }
   const StageClock clock(times_, "propagate");
   const auto tile = target_of(plan_->wrps[number]);
+  has_sum_ = true;
   propagator_->load(stack, plane, {&tile, 1});
   propagator_->add(tile);
   device_.finish();
@@ -80,10 +81,16 @@ TileField PropagateStage::finish() {
   if (propagator_) {
     const StageClock clock(times_, "propagate");
     propagator_->collect(field_);
+    has_sum_ = false;
     device_.finish();
   }
   if (hands_on_transforms_) return transformed_.value();
   return field_;
+}
+
+void PropagateStage::drop() {
+  if (propagator_ && has_sum_) propagator_->collect(field_);
+  has_sum_ = false;
 }
 
 void PropagateStage::add_notes(std::vector<std::string>& notes) const {

@@ -36,6 +36,9 @@ public:
   /// next `run`.
   TileField finish();
 
+  /// Forgets what `run` has added: of a picture that was stopped.
+  void drop();
+
   /// Adds lines for light that is lost on its way, and for what virtual planes leave much wrong.
   void add_notes(std::vector<std::string>& notes) const;
 
@@ -52,6 +55,7 @@ private:
   std::unique_ptr<CompactPropagator> compact_propagator_;
   cl::ComplexBuffer field_;
   bool hands_on_transforms_ = false;  // encodes_transforms
+  bool has_sum_ = false;              // in the propagator
   std::optional<TransformedPlane> transformed_;
 };
 

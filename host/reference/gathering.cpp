@@ -11,7 +11,7 @@ namespace raywave::reference {
 
 Gathering gathering(const Rig& rig, double plane_wave_spots) {
   return {rig.plan,
-          rig.scene.lights,
+          rig.lights,
           rig.samples,
           rig.lit,
           rig.arrays.light_words(),

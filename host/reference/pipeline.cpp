@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "host/reference/looks.hpp"
 #include "host/reference/rays.hpp"
 #include "host/reference/shading.hpp"
 
@@ -86,12 +87,12 @@ std::vector<Highlight> highlights(const Gathering& what, std::size_t index) {
   std::vector<Highlight> all;
   std::size_t number = 0;
   for (const auto& light : what.lights) {
-    if (light.type == LightType::ambient) continue;
-    const auto l = light.type == LightType::point
-                       ? normalize(light.position_m - what.plan.origin_m - place(s))
-                       : -normalize(light.direction);
+    const auto seen =
+        seen_light(light, what.plan.origin_m + place(s), static_cast<int>(s.key & 15u));
+    const auto l = seen.direction;
     const bool is_lit = what.lit[index * what.light_words + number / 32] >> (number % 32) & 1u;
-    if (is_lit && light.intensity > 0) all.push_back({2 * dot(n, l) * n - l, light.intensity});
+    if (is_lit && seen.intensity > 0 && seen.highlights)
+      all.push_back({2 * dot(n, l) * n - l, seen.intensity});
     ++number;
   }
   return all;

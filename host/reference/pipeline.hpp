@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "host/geometry/shared_types.hpp"
+#include "host/plan/placed_lights.hpp"
 #include "host/plan/plan.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/scene/scene.hpp"
@@ -19,7 +20,7 @@ namespace raywave::reference {
 /// The input of the device's gathering, by reference.
 struct Gathering {
   const Plan& plan;
-  std::span<const Light> lights;  // of the scene
+  std::vector<PlacedLight> lights;  // of the scene, without ambient ones
   std::span<const device::Sample> samples;
   std::span<const std::uint32_t> lit;               // light_words per sample
   std::size_t light_words = 1;                      // DeviceScene::light_words

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "host/geometry/kernel_options.hpp"
+#include "host/reference/looks.hpp"
 #include "host/reference/shading.hpp"
 #include "host/scene/files.hpp"
 
@@ -38,10 +39,13 @@ public:
   Cell(const Stage& stage, const Rig& rig, std::size_t cell)
       : stage_(stage),
         rig_(rig),
+        lights_(lights_of(stage.scene, stage.world)),
         lattice_(rig.plan.lattice),
         gap_m_(1e-3 * lattice_.step * lattice_.full_z_m) {
     const auto nx = static_cast<std::size_t>(lattice_.size.x);
-    middle_ = dvec2(lattice_.first) + dvec2(cell % nx, cell / nx) + 0.5;
+    column_ = static_cast<int>(cell % nx);
+    row_ = static_cast<int>(cell / nx);
+    middle_ = dvec2(lattice_.first) + dvec2(column_, row_) + 0.5;
   }
 
   CellSamples found() {
@@ -166,8 +170,9 @@ private:
 
   /// Adds the sample of a layer, and takes the layer's meetings from the parts.
   void add(const Meeting& layer, dvec2 off) {
-    const bool shaded = rig_.arrays.options.at(option::textures) == "1" ||
-                        rig_.arrays.options.at(option::shadows) == "1";
+    const bool shaded = rig_.arrays.options.at(option::textures) != "0" ||
+                        rig_.arrays.options.at(option::shadows) == "1" ||
+                        rig_.arrays.options.at(option::light_places) != "1";
     int covered = 0;
     double light = 0, area = 0, nearness = 0, dark_nearness = 0;
     dvec2 lit_place(0), place(0);
@@ -177,7 +182,8 @@ private:
                        [&](const Meeting& other) { return belongs(other, layer, off); });
       if (met == part.meetings.end()) continue;
       if (met->z <= part.rim_z) {
-        const double radiance = radiance_of(shaded ? *met : layer);
+        const double radiance =
+            radiance_of(shaded ? *met : layer, light_place_of(&part - parts_.data()));
         ++covered;
         light += radiance;
         lit_place += radiance * part.off;
@@ -202,40 +208,44 @@ private:
   }
 
   /// Phong's radiance without highlights.
-  double radiance_of(const Meeting& met) {
+  ///
+  /// light_place  of lights that have a size
+  double radiance_of(const Meeting& met, int light_place) {
     const auto& scene = stage_.scene;
     const auto material = static_cast<std::size_t>(scene.objects[met.object].material);
     const auto& m = scene.materials[material];
     const int channel = channel_of(scene.hologram.wavelength_m);
     const auto* texture = texture_of(scene.materials, stage_.world.textures, material);
     const double texel = texture ? texture_at(*texture, met.uv) : 1;
-    double ambient = 0, radiance = 0;
-    bool any_ambient = false;
-    for (const auto& light : scene.lights) {
-      if (light.type == LightType::ambient) {
-        ambient += light.intensity;
-        any_ambient = true;
-        continue;
-      }
-      const auto way = light.type == LightType::point
-                           ? light.position_m - rig_.plan.origin_m - met.point
-                           : -normalize(light.direction) * 2.0 * rig_.plan.far_m;
-      const double facing = dot(met.normal, normalize(way));
+    double radiance = m.ambient[channel] * texel * ambient_light_of(scene) + m.emission[channel];
+    for (const auto& light : lights_) {
+      const auto seen = seen_light(light, met.point + rig_.plan.origin_m, light_place);
+      const auto way = seen.direction * seen.distance_m.value_or(2 * rig_.plan.far_m);
+      const double facing = dot(met.normal, seen.direction);
       if (std::abs(facing) < undecided) result_.unsure = true;
-      if (facing <= 0) continue;
+      if (facing <= 0 || seen.intensity == 0) continue;
       if (scene.trace.shadows) {
-        const auto seen =
+        const auto free =
             free_path(rig_.corners, met.point, met.normal, rig_.arrays.bias_m, met.point + way);
-        if (seen == Seen::unsure) result_.unsure = true;
-        if (seen == Seen::no) continue;
+        if (free == Seen::unsure) result_.unsure = true;
+        if (free == Seen::no) continue;
       }
-      radiance += light.intensity * m.diffuse[channel] * texel * facing;
+      radiance += seen.intensity * m.diffuse[channel] * texel * facing;
     }
-    return radiance + m.ambient[channel] * texel * (any_ambient ? ambient : 1);
+    return radiance;
+  }
+
+  /// Where a part of the cell looks for lights that have a size: all places, or a quarter of them
+  /// and the neighbours the rest.
+  int light_place_of(std::ptrdiff_t part) const {
+    if (rig_.plan.antialias == 4) return static_cast<int>(part);
+    return static_cast<int>(part) + 4 * ((column_ & 1) | (row_ & 1) << 1);
   }
 
   const Stage& stage_;
   const Rig& rig_;
+  std::vector<PlacedLight> lights_;
+  int column_ = 0, row_ = 0;
   const LatticePlan& lattice_;
   double gap_m_;
   dvec2 middle_{0};  // of the cell, in cells from the axis

@@ -6,8 +6,8 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "host/reference/looks.hpp"
 #include "host/reference/rays.hpp"
-#include "host/scene/image.hpp"
 
 namespace raywave::reference {
 namespace {
@@ -25,8 +25,7 @@ constexpr double cosine_margin = 1e-5;
 struct Surface {
   glm::dvec3 point{0}, normal{0};
   bool entering = true;  // met from outside
-  const Material* material = nullptr;
-  double texel = 1;
+  Look look;             // with normals to that side
   int triangle = -1;
 };
 
@@ -37,7 +36,7 @@ public:
         world_(world),
         plan_(plan),
         seed_(seed),
-        channel_(channel_of(scene.hologram.wavelength_m)),
+        lights_(lights_of(scene, world)),
         size_m_(distance(world.min_m, world.max_m)) {
     for (std::size_t i = 0; i < world.triangles.size(); ++i) {
       const auto corners = world.corners_m(i);
@@ -49,14 +48,7 @@ public:
       }
       triangles_.push_back(triangle);
     }
-    bool has_ambient = false;
-    double sum = 0;
-    for (const auto& l : scene.lights) {
-      if (l.type != LightType::ambient) continue;
-      has_ambient = true;
-      sum += l.intensity;
-    }
-    ambient_light_ = has_ambient ? sum : 1;
+    ambient_light_ = ambient_light_of(scene);
   }
 
   /// Length of a path: the phase counts each segment times the refractive index there, the
@@ -80,9 +72,7 @@ public:
     ++result.hits;
     if (from >= 0 && hit.t < shortest_path * size_m_ / std::max(slope, 1.0 / 64)) undecided = true;
     const auto surface = surface_at(origin, direction, hit);
-    const auto& m = *surface.material;
-    const double metal = m.reflectivity.at(plan_.wavelength_m),
-                 clear = m.transparency.at(plan_.wavelength_m);
+    const double metal = surface.look.reflectivity, clear = surface.look.transparency;
     length.optical_m += hit.t * medium.index;
     length.spread_m += hit.t / medium.index;
     weight *= std::exp(-hit.t * medium.attenuation_per_m);
@@ -94,8 +84,7 @@ public:
             (std::remainder(length.optical_m / plan_.wavelength_m, 1) + cell_phase(surface.point)));
     if (bounces_left == 0 || (metal == 0 && clear == 0)) return sum;
 
-    const Medium glass{m.ior.at(plan_.wavelength_m),
-                       -std::log(m.attenuation.at(plan_.wavelength_m)) / m.attenuation_distance_m};
+    const Medium glass{surface.look.ior, surface.look.attenuation_per_m};
     const auto beyond = surface.entering ? glass : Medium{};
     const double along = -dot(direction, surface.normal);
     const double ratio = surface.entering ? 1 / glass.index : glass.index;
@@ -111,12 +100,7 @@ public:
       mirrored += clear;
       ++result.totally_reflected;
     } else if (clear > 0) {
-      // Fresnel's coefficients from the angles on both sides
-      const double in = std::acos(std::min(std::abs(along), 1.0)), out = std::asin(ratio * std::sin(in));
-      const double cos_in = std::cos(in), cos_out = std::cos(out);
-      const double s_wave = (ratio * cos_in - cos_out) / (ratio * cos_in + cos_out),
-                   p_wave = (ratio * cos_out - cos_in) / (ratio * cos_out + cos_in);
-      const double reflected = (s_wave * s_wave + p_wave * p_wave) / 2;
+      const double reflected = mirrored_by_clear(ratio, std::abs(along));
       mirrored += clear * reflected;
       if (continues(clear * (1 - reflected))) {
         ++result.refracted;
@@ -134,6 +118,7 @@ public:
   }
 
   TracedField result;
+  int light_place = 0;     // of lights that have a size, for the next rays
   bool undecided = false;  // set by what rays met since it was cleared
 
 private:
@@ -150,6 +135,13 @@ private:
                  narrow = intersect_narrow(triangles_[i], ray);
       if (narrow.triangle < 0) doubtful = std::min(doubtful, wide.t);
       if (exact.triangle < 0 || exact.t >= best.t) continue;
+      if (plan_.lighting.alpha != AlphaMode::opaque) {
+        bool doubt = false;
+        const bool there = is_there(look_at(scene_, world_, i, exact.u, exact.v),
+                                    origin + exact.t * direction, plan_, &doubt);
+        if (doubt) doubtful = std::min(doubtful, exact.t);
+        if (!there) continue;
+      }
       best = exact;
       best.triangle = static_cast<int>(i);
     }
@@ -180,11 +172,7 @@ private:
     const auto corners = world_.triangles[triangle];
     const double weights[] = {1 - hit.u - hit.v, hit.u, hit.v};
     glm::dvec3 normal(0);
-    glm::dvec2 uv(0);
-    for (int i = 0; i < 3; ++i) {
-      normal += weights[i] * glm::dvec3(world_.normals[corners[i]]);
-      uv += weights[i] * glm::dvec2(world_.uvs[corners[i]]);
-    }
+    for (int i = 0; i < 3; ++i) normal += weights[i] * glm::dvec3(world_.normals[corners[i]]);
     normal = world_.motion_of(world_.triangle_object[triangle]).turn * normal;
     const auto p = world_.corners_m(triangle);
     auto face = cross(p[1] - p[0], p[2] - p[0]);
@@ -193,12 +181,12 @@ private:
     surface.entering = dot(face, direction) <= 0;
     surface.point = origin + hit.t * direction;
     surface.normal = normalize(surface.entering ? normal : -normal);
-    const auto object = static_cast<std::size_t>(world_.triangle_object[triangle]);
-    const auto material = static_cast<std::size_t>(scene_.objects[object].material);
-    surface.material = &scene_.materials[material];
     surface.triangle = hit.triangle;
-    const auto* texture = texture_of(scene_.materials, world_.textures, material);
-    surface.texel = texture ? texture_at(*texture, uv) : 1;
+    surface.look = look_at(scene_, world_, triangle, hit.u, hit.v);
+    if (!surface.entering) {
+      surface.look.smooth = -surface.look.smooth;
+      surface.look.normal = -surface.look.normal;
+    }
     return surface;
   }
 
@@ -214,26 +202,22 @@ private:
   }
 
   double phong(const Surface& surface, glm::dvec3 to_viewer) {
-    const auto& m = *surface.material;
-    double radiance = m.ambient[channel_] * surface.texel * ambient_light_;
-    for (const auto& l : scene_.lights) {
-      if (l.type == LightType::ambient) continue;
-      const bool is_point = l.type == LightType::point;
-      const auto to_light = is_point ? l.position_m - plan_.origin_m - surface.point : -l.direction;
-      const auto direction = normalize(to_light);
-      const double facing = dot(surface.normal, direction);
-      if (std::abs(facing) < cosine_margin && m.specular[channel_] > 0) undecided = true;
-      if (facing <= 0) continue;
-      if (scene_.trace.shadows && in_shadow(surface, direction, is_point ? length(to_light) : 1)) {
-        ++result.shadowed;
-        continue;
-      }
-      const auto mirrored = 2 * facing * surface.normal - direction;
-      radiance += l.intensity *
-                  (m.diffuse[channel_] * surface.texel * facing +
-                   m.specular[channel_] * power_of_cosine(dot(mirrored, to_viewer), m.shininess));
+    const auto& look = surface.look;
+    for (const auto& light : lights_) {
+      const auto seen = seen_light(light, surface.point + plan_.origin_m, light_place);
+      if (std::abs(glm::dot(look.normal, seen.direction)) < cosine_margin && look.specular > 0)
+        undecided = true;
     }
-    return radiance;
+    const auto reaches = [&](std::size_t, const SeenLight& light) {
+      if (!scene_.trace.shadows ||
+          !in_shadow(surface, light.direction, light.distance_m.value_or(1)))
+        return true;
+      ++result.shadowed;
+      return false;
+    };
+    return look.ambient * ambient_light_ + look.emission +
+           light_from(lights_, look, surface.point + plan_.origin_m, to_viewer, light_place,
+                      reaches);
   }
 
   double cell_phase(glm::dvec3 point) {
@@ -251,52 +235,13 @@ private:
   const World& world_;
   const Plan& plan_;
   std::uint32_t seed_;
-  int channel_;
+  std::vector<PlacedLight> lights_;
   double size_m_;  // of the scene
   double ambient_light_ = 1;
   std::vector<Corners> triangles_;
 };
 
 }  // namespace
-
-double texture_at(const Image& image, glm::dvec2 uv) {
-  const double x = uv.x * image.width - 0.5, y = (1 - uv.y) * image.height - 0.5;
-  const auto texel = [&](double column, double row) {
-    const auto wrapped = [](double i, int n) {
-      return static_cast<std::size_t>(i - n * std::floor(i / n));
-    };
-    return static_cast<double>(
-        image.pixels[wrapped(row, image.height) * image.width + wrapped(column, image.width)]);
-  };
-  const double left = std::floor(x), top = std::floor(y);
-  double sum = 0;
-  for (const double column : {left, left + 1})
-    for (const double row : {top, top + 1})
-      sum += (1 - std::abs(x - column)) * (1 - std::abs(y - row)) * texel(column, row);
-  return sum;
-}
-
-double power_of_cosine(double cosine, double exponent) {
-  if (cosine <= 0) return exponent == 0 ? 1 : 0;
-  return std::pow(std::min(cosine, 1.0), exponent);
-}
-
-double phase_turns(std::int32_t i, std::int32_t j, std::int32_t k, std::uint32_t seed) {
-  const auto x = static_cast<std::uint32_t>(i), y = static_cast<std::uint32_t>(j),
-             z = static_cast<std::uint32_t>(k);
-  std::uint32_t h = x * 0x9e3779b1u ^ (y * 0x85ebca77u + 0x165667b1u);
-  h = (h ^ (h >> 15)) * 0x2c1b3c6du;
-  h ^= z * 0xc2b2ae3du;
-  h = (h ^ (h >> 16)) * 0x7feb352du;
-  return phase_turns_of_key(h ^ (h >> 15), seed);
-}
-
-double phase_turns_of_key(std::uint32_t key, std::uint32_t seed) {
-  std::uint32_t h = (key ^ (seed * 0x9e3779b9u)) * 0x846ca68bu;
-  h = (h ^ (h >> 16)) * 0x7feb352du;
-  h ^= h >> 15;
-  return (h >> 8) * 0x1p-24;
-}
 
 TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, const Wrp& wrp,
                       std::uint32_t seed) {
@@ -314,6 +259,8 @@ TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, 
         if (std::abs(direction.x) > plan.largest_sine.x ||
             std::abs(direction.y) > plan.largest_sine.y)
           continue;
+        const auto ray = static_cast<int>(&centre_tangent - wrp.fan.data());
+        tracing.light_place = light_place_of(ray + column, ray / 4 + row);
         sum += tracing.gathered(pixel_m - plan.origin_m, direction, 1, {}, {}, plan.bounces);
       }
       tracing.result.field.push_back(sum);

@@ -31,7 +31,9 @@ struct SolvedPath {
 
 /// Solves by Newton's method, with differences of rays.
 ///
-/// place_m  on the hologram z = 0; point_m: where the light comes from; from: tangents to begin with
+/// place_m  on the hologram z = 0
+/// point_m  where the light comes from
+/// from     tangents to begin with
 /// Nothing where no path is found near these.
 std::optional<SolvedPath> solve_path(const std::vector<PerfectSurface>& surfaces,
                                      glm::dvec2 place_m, glm::dvec3 point_m, glm::dvec2 from);

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "host/plan/make_plan.hpp"
+#include "host/reference/looks.hpp"
 
 namespace raywave::reference {
 
@@ -82,6 +83,7 @@ std::vector<Corners> corners_of(const DeviceTree& tree) {
 Rig::Rig(const cl::Device& device, const Stage& stage, Method method, bool keep_unseen)
     : scene(stage.scene),
       plan(make_plan(scene, stage.world, method)),
+      lights(lights_of(scene, stage.world)),
       arrays(device, stage.world, plan),
       table(device, plan, arrays, keep_unseen),
       samples(table.samples.read()),

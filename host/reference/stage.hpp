@@ -37,6 +37,7 @@ std::vector<Corners> corners_of(const DeviceTree& tree);
 struct Rig {
   Scene scene;
   Plan plan;
+  std::vector<PlacedLight> lights;
   DeviceScene arrays;
   SampleTable table;
   std::vector<device::Sample> samples;

@@ -47,9 +47,9 @@ struct Track {
 
 /// Through which part of the hologram a viewer looks, and where at (LensSpec, ReconstructSpec).
 struct Camera {
-  std::optional<double> depth_m;  // in focus; empty: the middle of the first picture's depth
-  glm::dvec2 view{0, 0};          // half holograms
-  glm::dvec2 aperture{1, 1};      // holograms
+  std::optional<double> depth_m;       // in focus; empty: the middle of the first picture's depth
+  glm::dvec2 view{0, 0};               // half holograms
+  glm::dvec2 aperture{1, 1};           // holograms
   std::optional<glm::dvec2> window_m;  // empty: all objects in all pictures
 };
 

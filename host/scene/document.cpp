@@ -188,17 +188,23 @@ void apply_override(Document& document, const std::string& text) {
 
 }  // namespace
 
-Document read_document(const std::filesystem::path& file,
-                       const std::vector<std::string>& overrides) {
-  Document document;
-  document.file = file;
+SceneText read_scene_text(const std::filesystem::path& file) {
+  SceneText text{read_text(file), file, {}};
   // /dev/stdin and /dev/fd/63 are what somebody pipes
-  if (!file.string().starts_with("/dev/")) document.folder = file.parent_path();
-  const std::string name = one_line(file.string());
-  const std::string text = read_text(file);
-  refuse_deep_keys(text, name);
+  if (!file.string().starts_with("/dev/")) text.folder = file.parent_path();
+  return text;
+}
+
+Document parse_document(const SceneText& text, const std::vector<std::string>& overrides) {
+  Document document;
+  document.file = text.file;
+  document.folder = text.folder;
+  const std::string name = one_line(text.file.string());
+  if (text.toml.size() > kMaxSceneBytes)
+    throw InputError(name + ": too large for a scene file (at most 1 MiB)");
+  refuse_deep_keys(text.toml, name);
   try {
-    document.root = toml::parse(text);
+    document.root = toml::parse(text.toml);
   } catch (const toml::parse_error& error) {
     throw InputError(name + ":" + std::to_string(error.source().begin.line) + ": " +
                      one_line(error.description()));

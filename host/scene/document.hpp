@@ -20,6 +20,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/scene/scene_text.hpp"
 #include "host/scene/units.hpp"
 
 namespace raywave {
@@ -311,10 +312,9 @@ private:
   std::vector<std::string_view> known_;
 };
 
-/// Reads and parses a file of at most 1 MiB, and applies the overrides (load_scene).
+/// Parses a text and applies the overrides (load_scene).
 ///
 /// throws  InputError: one line with file and line
-Document read_document(const std::filesystem::path& file,
-                       const std::vector<std::string>& overrides);
+Document parse_document(const SceneText& text, const std::vector<std::string>& overrides);
 
 }  // namespace raywave

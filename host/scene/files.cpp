@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <stdexcept>
+#include <string>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -15,14 +16,15 @@ namespace {
 
 constexpr float kBrightestTexel = 1e30f;  // as all numbers of a scene
 
-std::shared_ptr<const Image> load(const Material& material, int channel) {
-  Image image = load_texture(*material.texture, channel, material.where);
+std::shared_ptr<const Image> load(const std::filesystem::path& file, int channel,
+                                  const std::string& where) {
+  Image image = load_texture(file, channel, where);
   // Filters of other programs ring below black
   for (float& texel : image.pixels) texel = std::max(texel, 0.0f);
   if (const float brightest = *std::max_element(image.pixels.begin(), image.pixels.end());
       brightest > kBrightestTexel)
-    throw InputError(material.where + ": picture " + in_quotes(material.texture->string()) +
-                     ": holds " + number_text(brightest) + ", more than 1e+30");
+    throw InputError(where + ": picture " + in_quotes(file.string()) + ": holds " +
+                     number_text(brightest) + ", more than 1e+30");
   return std::make_shared<const Image>(std::move(image));
 }
 
@@ -33,18 +35,23 @@ Textures load_textures(const Scene& scene) {
   Textures textures;
   std::map<std::filesystem::path, std::shared_ptr<const Image>> known;
   std::uint64_t texels = 0;
-  for (const Material& material : scene.materials) {
-    textures.emplace_back();
-    if (!material.texture) continue;
+  const auto add = [&](const std::filesystem::path& file, const std::string& where) {
     std::error_code error;
-    const auto whole = std::filesystem::weakly_canonical(*material.texture, error);
-    auto& texture = known[error ? *material.texture : whole];
-    if (!texture) texture = load(material, channel);
+    const auto whole = std::filesystem::weakly_canonical(file, error);
+    auto& texture = known[error ? file : whole];
+    if (!texture) texture = load(file, channel, where);
     texels += texture->pixels.size();
     if (texels > INT32_MAX)
-      throw InputError(material.where +
-                       ": with its texture the scene has more than 2147483647 texels");
+      throw InputError(where + ": with its texture the scene has more than 2147483647 texels");
     textures.back() = texture;
+  };
+  for (const Material& material : scene.materials) {
+    textures.emplace_back();
+    if (material.texture) add(*material.texture, material.where);
+  }
+  for (const Light& light : scene.lights) {
+    textures.emplace_back();
+    if (light.type == LightType::environment) add(light.picture, light.where);
   }
   return textures;
 }

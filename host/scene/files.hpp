@@ -12,8 +12,9 @@
 
 namespace raywave {
 
-/// Textures of a scene's materials, by material; null where a material has none. Each is the
-/// channel that the hologram's wavelength sees, linear, >= 0. Copies share the pixels.
+/// Textures of a scene's materials, by material, then the pictures of its lights, by light; null
+/// where there is none. Each is the channel that the hologram's wavelength sees, linear, >= 0.
+/// Copies share the pixels.
 using Textures = std::vector<std::shared_ptr<const Image>>;
 
 /// Reads a file that several materials name once.

@@ -20,6 +20,19 @@ namespace raywave {
 ///         16384, or holds NaN or infinity
 Image load_texture(const std::filesystem::path& file, int channel, const std::string& where);
 
+/// Reads several channels of a picture in one go, one for each letter: r, g or b as load_texture
+/// reads them; R, G or B as stored, integers divided by the format's largest number; A its alpha, 1
+/// everywhere where it has none.
+std::vector<Image> load_channels(const std::filesystem::path& file, const std::string& letters,
+                                 const std::string& where);
+
+/// The same of a picture that is in memory.
+///
+/// bytes  of the picture's file
+/// name   for messages
+std::vector<Image> load_channels(std::span<const char> bytes, const std::string& name,
+                                 const std::string& letters, const std::string& where);
+
 /// Reads a grey picture, as `raywave reconstruct` writes them, as linear values: integer formats
 /// are decoded from sRGB, float formats are taken as they are.
 ///

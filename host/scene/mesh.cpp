@@ -67,13 +67,25 @@ Mesh read_safely(const std::filesystem::path& program, const std::filesystem::pa
 }  // namespace
 
 Mesh finish_mesh(Mesh raw, Normals mode) {
-  std::erase_if(raw.triangles, [&](const glm::uvec3& triangle) {
-    return face_normal(corners(raw, triangle)) == glm::dvec3(0);
-  });
+  // Triangles with an area, and their materials
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < raw.triangles.size(); ++i) {
+    if (face_normal(corners(raw, raw.triangles[i])) == glm::dvec3(0)) continue;
+    raw.triangles[kept] = raw.triangles[i];
+    if (!raw.triangle_material.empty()) raw.triangle_material[kept] = raw.triangle_material[i];
+    ++kept;
+  }
+  raw.triangles.resize(kept);
+  if (!raw.triangle_material.empty()) raw.triangle_material.resize(kept);
+
   const std::vector<glm::dvec3> normals =
       mode == Normals::smooth ? smooth_normals(raw) : raw.normals;
   Mesh mesh;
-  Welder<8> welder(mode == Normals::smooth ? raw.positions.size() : 3 * raw.triangles.size());
+  const std::size_t expected =
+      mode == Normals::smooth ? raw.positions.size() : 3 * raw.triangles.size();
+  const bool has_colours = !raw.colours.empty();
+  Welder<8> welder(has_colours ? 0 : expected);
+  Welder<12> coloured(has_colours ? expected : 0);
   for (const glm::uvec3& triangle : raw.triangles) {
     const glm::dvec3 of_face = face_normal(corners(raw, triangle));
     glm::uvec3 joined;
@@ -82,14 +94,22 @@ Mesh finish_mesh(Mesh raw, Normals mode) {
       const glm::dvec2 uv = raw.uvs[triangle[i]];
       const bool own = mode != Normals::flat && normals[triangle[i]] != glm::dvec3(0);
       const glm::dvec3 n = own ? normals[triangle[i]] : of_face;
-      joined[i] = welder.id({p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y});
+      const glm::vec4 c = has_colours ? raw.colours[triangle[i]] : glm::vec4(1);
+      joined[i] = has_colours
+                      ? coloured.id({p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y, c.r, c.g, c.b, c.a})
+                      : welder.id({p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y});
       if (joined[i] < mesh.positions.size()) continue;
       mesh.positions.push_back(p);
       mesh.normals.push_back(n);
       mesh.uvs.push_back(uv);
+      if (has_colours) mesh.colours.push_back(c);
     }
     mesh.triangles.push_back(joined);
   }
+  mesh.triangle_material = std::move(raw.triangle_material);
+  mesh.materials = std::move(raw.materials);
+  mesh.pictures = std::move(raw.pictures);
+  mesh.notes = std::move(raw.notes);
   return mesh;
 }
 
@@ -126,22 +146,38 @@ bool is_closed(const Mesh& mesh) {
   return edges == reversed && std::adjacent_find(edges.begin(), edges.end()) == edges.end();
 }
 
-Meshes load_meshes(const Scene& scene) {
+Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mesh>> in_memory) {
   if (scene.objects.empty())
     throw InputError(one_line(scene.file.string()) +
                      ": there is no object: add [[object]] with mesh = \"FILE\"");
   Meshes loaded;
-  std::map<std::pair<std::filesystem::path, Normals>, std::size_t> known;
-  for (const Object& object : scene.objects) {
-    std::error_code error;
-    const auto [found, is_new] =
-        known.try_emplace({std::filesystem::weakly_canonical(object.mesh, error), object.normals},
-                          loaded.meshes.size());
-    if (is_new) {
-      loaded.meshes.push_back(load_mesh(object.mesh, object.normals, object.where));
-      loaded.closed.push_back(is_closed(loaded.meshes.back()));
+  std::map<std::pair<std::filesystem::path, Normals>, std::size_t> known_files;
+  std::map<std::pair<const Mesh*, Normals>, std::size_t> known_in_memory;
+  const auto add = [&](Mesh mesh) {
+    loaded.meshes.push_back(std::move(mesh));
+    loaded.closed.push_back(is_closed(loaded.meshes.back()));
+    loaded.maps.emplace_back();
+  };
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Object& object = scene.objects[i];
+    const auto next = loaded.meshes.size();
+    if (const Mesh* given = i < in_memory.size() ? in_memory[i].get() : nullptr) {
+      const auto [found, is_new] = known_in_memory.try_emplace({given, object.normals}, next);
+      if (is_new) add(finish_mesh(*given, object.normals));
+      loaded.of_object.push_back(found->second);
+      continue;
     }
+    if (object.mesh.empty()) throw InputError(object.where + ": mesh is missing");
+    std::error_code error;
+    const auto [found, is_new] = known_files.try_emplace(
+        {std::filesystem::weakly_canonical(object.mesh, error), object.normals}, next);
+    if (is_new) add(load_mesh(object.mesh, object.normals, object.where));
     loaded.of_object.push_back(found->second);
+    const auto& mesh = loaded.meshes[found->second];
+    auto& maps = loaded.maps[found->second];
+    if (wears_own_materials(object) && maps.empty() && !mesh.materials.empty())
+      maps = load_maps(mesh, object.mesh, channel_of(scene.hologram.wavelength_m),
+                       object.where + ": mesh " + in_quotes(object.mesh.string()));
   }
   return loaded;
 }

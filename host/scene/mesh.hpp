@@ -4,9 +4,12 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "host/scene/mesh_materials.hpp"
 #include "host/scene/read_data.hpp"
 #include "host/scene/scene.hpp"
 
@@ -21,8 +24,8 @@ namespace raywave {
 Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where);
 
 /// The last step of load_mesh: drops triangles without area, gives every corner its normal, and
-/// joins equal corners. `raw` holds the mesh as in the file, with a normal of zero where the file
-/// has none.
+/// joins equal corners. Materials and pictures stay as they are. `raw` holds the mesh as in the
+/// file, with a normal of zero where the file has none.
 Mesh finish_mesh(Mesh raw, Normals normals);
 
 /// Returns true when every edge, after welding equal positions, is shared by exactly two triangles
@@ -34,9 +37,20 @@ struct Meshes {
   std::vector<Mesh> meshes;
   std::vector<bool> closed;
   std::vector<std::size_t> of_object;  // index into `meshes`
+  // Of each mesh's materials, for the wavelength of the scene that they were read for; empty where
+  // a mesh has none, or no object wears them
+  std::vector<std::vector<MaterialMaps>> maps{};
 };
 
-/// throws  InputError when a mesh is unusable, or when the scene has no object
-Meshes load_meshes(const Scene& scene);
+/// True when an object wears what its mesh brings: the scene names no material for it.
+inline bool wears_own_materials(const Object& object) { return object.material == 0; }
+
+/// Reads the meshes of all objects, and the pictures of the materials that objects wear.
+///
+/// in_memory  by object, meshes that stand for files, null where there is none: raw, as finish_mesh
+///            takes them
+/// throws     InputError when a mesh or a picture of it is unusable, or when the scene has no
+///            object
+Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mesh>> in_memory = {});
 
 }  // namespace raywave

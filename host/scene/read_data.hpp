@@ -1,19 +1,130 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What readers of files return: a mesh, a picture.
+/// What readers of files return: a mesh with its materials, a picture.
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <string>
 #include <vector>
 
 namespace raywave {
 
-/// Triangles that index vertices; `normals` and `uvs` are empty or as long as `positions`.
+/// How a picture goes on beyond its edges.
+enum class Wrap : std::int32_t { repeat, mirror, clamp };
+
+/// Where a picture lies on a surface: the place (u, v) of the mesh shows the place
+/// (across . (u, v, 1), up . (u, v, 1)) of the picture, whose bottom left is (0, 0).
+struct MapPlace {
+  std::array<double, 3> across{1, 0, 0}, up{0, 1, 0};
+  Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
+
+  bool operator==(const MapPlace&) const = default;
+  /// A repeated picture, as the mesh's coordinates say.
+  bool is_plain() const { return *this == MapPlace{}; }
+};
+
+/// A picture that a material of a mesh wears.
+struct MeshMap {
+  std::int32_t picture = -1;  // of Mesh::pictures; -1: none
+  std::int32_t padding = 0;   // readers send these structs byte by byte
+  MapPlace place;
+};
+
+/// What alpha does with a surface.
+enum class AlphaMode : std::int32_t {
+  opaque,
+  mask,  // the surface is there where alpha is at least MeshMaterial::alpha_cutoff
+  blend  // the surface is there with the probability alpha
+};
+
+/// How the numbers of a mesh's material are meant.
+enum class LookModel : std::int32_t {
+  phong,               // diffuse, specular and shininess
+  metallic_roughness,  // glTF 2.0
+  specular_roughness,  // a diffuse colour, a specular reflectance, and roughness
+  unlit                // shows its base colour whatever light there is
+};
+
+/// The numbers of a material as a mesh file gives them (docs/materials.md). Colours are linear.
+struct MeshLook {
+  glm::dvec3 base{1};  // base colour, or diffuse
+  double alpha = 1;
+  glm::dvec3 specular{0};
+  double shininess = 0;
+  glm::dvec3 ambient{0};
+  double metallic = 0;  // 0 to 1
+  glm::dvec3 emission{0};
+  double roughness = 1;  // 0 to 1
+  double alpha_cutoff = 0.5;
+  double transmission = 0;  // 0 to 1
+  double ior = 1.5;         // >= 1
+  double normal_scale = 1;  // of the normal map's slopes
+  LookModel model = LookModel::phong;
+  AlphaMode alpha_mode = AlphaMode::opaque;
+  std::int32_t vertex_colours = 0;  // 1: colours of the vertices multiply base and alpha
+  std::int32_t two_sided = 0;
+  MeshMap base_map;      // times base; its alpha times alpha
+  MeshMap metallic_map;  // green times roughness, blue times metallic
+  MeshMap emission_map;  // times emission
+  MeshMap normal_map;
+  MeshMap alpha_map;  // its first channel times alpha
+};
+
+struct MeshMaterial {
+  std::string name;
+  MeshLook look;
+  std::vector<std::string> notes;  // what of it is approximated or ignored: "clearcoat is ignored"
+};
+
+/// A picture that a mesh file names, or holds.
+struct MeshPicture {
+  std::string name;         // of the file as the mesh writes it, or of the picture in it
+  std::vector<char> bytes;  // of a picture file inside the mesh's file; empty: another file
+};
+
+/// Triangles that index vertices. `normals` and `uvs` are empty or as long as `positions`, and so
+/// are `colours`; `triangle_material` is empty or as long as `triangles`.
 struct Mesh {
-  std::vector<glm::dvec3> positions;
-  std::vector<glm::dvec3> normals;
-  std::vector<glm::dvec2> uvs;  // (0, 0) is the bottom left of the texture
-  std::vector<glm::uvec3> triangles;
+  std::vector<glm::dvec3> positions{};
+  std::vector<glm::dvec3> normals{};
+  std::vector<glm::dvec2> uvs{};  // (0, 0) is the bottom left of the texture
+  std::vector<glm::uvec3> triangles{};
+  std::vector<glm::vec4> colours{};  // linear red, green, blue, and alpha
+  // Of `materials`; -1, or empty: the file has none for this triangle
+  std::vector<std::int32_t> triangle_material{};
+  std::vector<MeshMaterial> materials{};
+  std::vector<MeshPicture> pictures{};
+  std::vector<std::string> notes{};  // what else of the file is left out: "animations are ignored"
+};
+
+/// A camera of a glTF file: it looks along its -z, and y is up.
+struct GltfCamera {
+  std::string name;
+  glm::dmat4 world_from_camera{1};
+  double near = 0;  // distance below which it sees nothing; in the file's units, as places are
+};
+
+/// A light of a glTF file (KHR_lights_punctual). It shines along its -z.
+struct GltfLight {
+  enum class Type : std::int32_t { directional, point, spot };
+  Type type = Type::directional;
+  std::int32_t padding = 0;
+  glm::dmat4 world_from_light{1};
+  glm::dvec3 colour{1};
+  double intensity = 1;                  // lux of directional lights, candela of others
+  double inner_deg = 0, outer_deg = 45;  // of spots, angles to the direction
+};
+
+/// What stands around the meshes of a glTF file.
+struct GltfSet {
+  std::vector<GltfCamera> cameras;
+  std::vector<GltfLight> lights;
+  std::vector<std::string> notes;  // what of them is left out
 };
 
 /// One channel of a picture, linear light, row-major.

@@ -256,7 +256,12 @@ SlmSpec read_slm(Section section, double wavelength_m, int most_bits) {
 
 SlmSpec load_slm(const std::filesystem::path& file, double wavelength_m,
                  const std::vector<std::string>& overrides) {
-  const Document document = read_document(file, overrides);
+  return parse_slm(read_scene_text(file), wavelength_m, overrides);
+}
+
+SlmSpec parse_slm(const SceneText& text, double wavelength_m,
+                  const std::vector<std::string>& overrides) {
+  const Document document = parse_document(text, overrides);
   Section root(document, document.root, "", "");
   auto slm = read_slm(root.section("slm"), wavelength_m, 10);
   root.finish();

@@ -10,7 +10,8 @@
 
 namespace raywave {
 
-class Section;  // host/scene/document.hpp
+struct SceneText;  // host/scene/scene_text.hpp
+class Section;     // host/scene/document.hpp
 
 /// Section [slm] of a scene. The LUT and the flatness picture are read, too.
 ///
@@ -30,5 +31,9 @@ void load_flatness(FlatnessSpec& flatness);
 /// throws  InputError: one line with file and line
 SlmSpec load_slm(const std::filesystem::path& file, double wavelength_m,
                  const std::vector<std::string>& overrides = {});
+
+/// The same from the text of such a file.
+SlmSpec parse_slm(const SceneText& text, double wavelength_m,
+                  const std::vector<std::string>& overrides = {});
 
 }  // namespace raywave

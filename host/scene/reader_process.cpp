@@ -52,10 +52,14 @@ bool is_program(const fs::path& file) {
 class SpawnSettings {
 public:
   /// reply  the descriptor that becomes the program's stdout
-  explicit SpawnSettings(int reply) {
+  /// input  the one that becomes its stdin; -1: none
+  SpawnSettings(int reply, int input) {
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, reply, STDOUT_FILENO);
-    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    if (input >= 0)
+      posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+    else
+      posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
     // The host program may block or ignore signals that must end a reader.
     posix_spawnattr_init(&attributes);
@@ -78,11 +82,11 @@ public:
 };
 
 /// throws  std::runtime_error when the program cannot be started
-pid_t start(const fs::path& program, std::vector<std::string> words, int reply) {
+pid_t start(const fs::path& program, std::vector<std::string> words, int reply, int input) {
   std::vector<char*> pointers;
   for (auto& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
-  const SpawnSettings settings(reply);
+  const SpawnSettings settings(reply, input);
   pid_t reader = 0;
   if (posix_spawn(&reader, program.c_str(), &settings.actions, &settings.attributes,
                   pointers.data(), environ) != 0)
@@ -111,7 +115,7 @@ fs::path find_reader(const std::string& name) {
   }
   const auto folders = own_folders();
   for (const auto& folder : folders) {
-    for (const fs::path beside : {"", "..", "../libexec/raywave"}) {
+    for (const fs::path beside : {"", "..", "../libexec/raywave", "../../libexec/raywave"}) {
       if (const auto file = (folder / beside / name).lexically_normal(); is_program(file))
         return file;
     }
@@ -124,7 +128,7 @@ fs::path find_reader(const std::string& name) {
 
 void run_reader(const fs::path& program, const ReaderLimits& limits,
                 const std::vector<std::string>& arguments,
-                const std::function<void(ReaderPipe&)>& receive) {
+                const std::function<void(ReaderPipe&)>& receive, int input) {
   std::vector<std::string> words{program.string(), std::to_string(limits.seconds),
                                  std::to_string(limits.bytes)};
   words.insert(words.end(), arguments.begin(), arguments.end());
@@ -132,7 +136,7 @@ void run_reader(const fs::path& program, const ReaderLimits& limits,
   if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("no pipe can be made");
   pid_t reader = 0;
   try {
-    reader = start(program, std::move(words), ends[1]);
+    reader = start(program, std::move(words), ends[1], input);
   } catch (...) {
     close(ends[0]);
     close(ends[1]);

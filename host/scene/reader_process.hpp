@@ -23,7 +23,7 @@ struct ReaderLimits {
 
 /// Finds a reader program: in the folder that the environment variable RAYWAVE_READER_DIR names;
 /// without it, beside the running program or the raywave library, in the folder above, or in
-/// ../libexec/raywave.
+/// libexec/raywave one or two folders up.
 ///
 /// throws  InputError when it is in none of them
 std::filesystem::path find_reader(const std::string& name);
@@ -31,9 +31,10 @@ std::filesystem::path find_reader(const std::string& name);
 /// Starts a reader program (arguments: the limits, then `arguments`), whose output is discarded,
 /// and calls `receive` on the pipe once it has a result.
 ///
+/// input   descriptor that the program has as its stdin; -1: /dev/null
 /// throws  std::runtime_error with the reader's own message, or one that says how it ended
 void run_reader(const std::filesystem::path& program, const ReaderLimits& limits,
                 const std::vector<std::string>& arguments,
-                const std::function<void(ReaderPipe&)>& receive);
+                const std::function<void(ReaderPipe&)>& receive, int input = -1);
 
 }  // namespace raywave

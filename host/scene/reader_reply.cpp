@@ -6,6 +6,9 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
 
 namespace raywave {
 namespace {
@@ -37,6 +40,102 @@ bool are_normals(const std::vector<glm::dvec3>& vectors) {
   });
 }
 
+/// Text as bytes. Whoever shows it makes one line of it.
+void send_text(ReaderPipe& pipe, const std::string& text) {
+  pipe.write_vector(std::vector<char>(text.begin(), text.end()));
+}
+
+std::string receive_text(ReaderPipe& pipe) {
+  std::vector<char> bytes;
+  pipe.read_vector(bytes, longest_text);
+  return {bytes.begin(), bytes.end()};
+}
+
+std::uint64_t receive_count(ReaderPipe& pipe, std::uint64_t most) {
+  std::uint64_t count = 0;
+  pipe.read(std::as_writable_bytes(std::span(&count, 1)));
+  require(count <= most);
+  return count;
+}
+
+void send_count(ReaderPipe& pipe, std::uint64_t count) {
+  pipe.write(std::as_bytes(std::span(&count, 1)));
+}
+
+void send_texts(ReaderPipe& pipe, const std::vector<std::string>& texts) {
+  send_count(pipe, texts.size());
+  for (const auto& text : texts) send_text(pipe, text);
+}
+
+std::vector<std::string> receive_texts(ReaderPipe& pipe) {
+  std::vector<std::string> texts;
+  for (auto left = receive_count(pipe, most_notes_of_file); left > 0; --left)
+    texts.push_back(receive_text(pipe));
+  return texts;
+}
+
+// They travel byte by byte, and have no bytes without a meaning.
+static_assert(std::is_trivially_copyable_v<MeshLook> &&
+              sizeof(MeshLook) == 20 * sizeof(double) + 4 * sizeof(std::int32_t) +
+                                      5 * (6 * sizeof(double) + 4 * sizeof(std::int32_t)));
+
+/// Numbers of a scene file are no larger.
+constexpr double largest_number = 1e30;
+
+bool is_within(double value, double low, double high) { return value >= low && value <= high; }
+
+bool is_colour(const glm::dvec3& c) {
+  return is_within(c.x, 0, largest_number) && is_within(c.y, 0, largest_number) &&
+         is_within(c.z, 0, largest_number);
+}
+
+/// An enumeration may hold any number after it has come through a pipe.
+template <class Enum>
+bool is_one_of(Enum value, Enum last) {
+  const auto number = static_cast<std::int32_t>(value);
+  return number >= 0 && number <= static_cast<std::int32_t>(last);
+}
+
+bool is_map(const MeshMap& map, std::size_t pictures) {
+  const auto is_row = [](const std::array<double, 3>& row) {
+    return std::all_of(row.begin(), row.end(),
+                       [](double v) { return is_within(v, -largest_number, largest_number); });
+  };
+  return map.picture >= -1 && map.picture < static_cast<std::int64_t>(pictures) &&
+         is_one_of(map.place.wrap_u, Wrap::clamp) && is_one_of(map.place.wrap_v, Wrap::clamp) &&
+         is_row(map.place.across) && is_row(map.place.up);
+}
+
+bool is_look(const MeshLook& look, std::size_t pictures) {
+  for (const auto* map :
+       {&look.base_map, &look.metallic_map, &look.emission_map, &look.normal_map, &look.alpha_map})
+    if (!is_map(*map, pictures)) return false;
+  return is_colour(look.base) && is_colour(look.specular) && is_colour(look.ambient) &&
+         is_colour(look.emission) && is_within(look.alpha, 0, 1) &&
+         is_within(look.shininess, 0, largest_number) && is_within(look.metallic, 0, 1) &&
+         is_within(look.roughness, 0, 1) && is_within(look.alpha_cutoff, 0, largest_number) &&
+         is_within(look.transmission, 0, 1) && is_within(look.ior, 1, 100) &&
+         is_within(look.normal_scale, -largest_number, largest_number) &&
+         is_one_of(look.model, LookModel::unlit) && is_one_of(look.alpha_mode, AlphaMode::blend) &&
+         look.vertex_colours >= 0 && look.vertex_colours <= 1 && look.two_sided >= 0 &&
+         look.two_sided <= 1;
+}
+
+void send_material(ReaderPipe& pipe, const MeshMaterial& material) {
+  send_text(pipe, material.name);
+  pipe.write(std::as_bytes(std::span(&material.look, 1)));
+  send_texts(pipe, material.notes);
+}
+
+MeshMaterial receive_material(ReaderPipe& pipe, std::size_t pictures) {
+  MeshMaterial material;
+  material.name = receive_text(pipe);
+  pipe.read(std::as_writable_bytes(std::span(&material.look, 1)));
+  require(is_look(material.look, pictures));
+  material.notes = receive_texts(pipe);
+  return material;
+}
+
 }  // namespace
 
 void send(ReaderPipe& pipe, const Mesh& mesh) {
@@ -44,11 +143,37 @@ void send(ReaderPipe& pipe, const Mesh& mesh) {
   pipe.write_vector(mesh.normals);
   pipe.write_vector(mesh.uvs);
   pipe.write_vector(mesh.triangles);
+  pipe.write_vector(mesh.colours);
+  pipe.write_vector(mesh.triangle_material);
+  send_count(pipe, mesh.pictures.size());
+  for (const auto& picture : mesh.pictures) {
+    send_text(pipe, picture.name);
+    pipe.write_vector(picture.bytes);
+  }
+  send_count(pipe, mesh.materials.size());
+  for (const auto& material : mesh.materials) send_material(pipe, material);
+  send_texts(pipe, mesh.notes);
+}
+
+void send(ReaderPipe& pipe, const GltfSet& set) {
+  send_count(pipe, set.cameras.size());
+  for (const auto& camera : set.cameras) {
+    send_text(pipe, camera.name);
+    pipe.write(std::as_bytes(std::span(&camera.world_from_camera, 1)));
+    pipe.write(std::as_bytes(std::span(&camera.near, 1)));
+  }
+  pipe.write_vector(set.lights);
+  send_texts(pipe, set.notes);
 }
 
 void send(ReaderPipe& pipe, const Image& image) {
   pipe.write_vector(std::vector<int>{image.width, image.height});
   pipe.write_vector(image.pixels);
+}
+
+void send(ReaderPipe& pipe, const std::vector<Image>& channels) {
+  send_count(pipe, channels.size());
+  for (const auto& channel : channels) send(pipe, channel);
 }
 
 Mesh receive_mesh(ReaderPipe& pipe) {
@@ -63,7 +188,55 @@ Mesh receive_mesh(ReaderPipe& pipe) {
   require(std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const glm::uvec3& t) {
     return t.x < count && t.y < count && t.z < count;
   }));
+
+  // What the file says of colours
+  pipe.read_vector(mesh.colours, count);
+  require(mesh.colours.empty() || mesh.colours.size() == count);
+  require(std::all_of(mesh.colours.begin(), mesh.colours.end(), [](const glm::vec4& c) {
+    return is_colour(glm::dvec3(c)) && is_within(c.w, 0, 1);
+  }));
+  pipe.read_vector(mesh.triangle_material, mesh.triangles.size());
+  require(mesh.triangle_material.empty() || mesh.triangle_material.size() == mesh.triangles.size());
+  std::uint64_t bytes = 0;
+  for (auto left = receive_count(pipe, most_pictures_of_file); left > 0; --left) {
+    MeshPicture picture;
+    picture.name = receive_text(pipe);
+    pipe.read_vector(picture.bytes, most_picture_bytes - bytes);
+    bytes += picture.bytes.size();
+    mesh.pictures.push_back(std::move(picture));
+  }
+  for (auto left = receive_count(pipe, most_materials_of_file); left > 0; --left)
+    mesh.materials.push_back(receive_material(pipe, mesh.pictures.size()));
+  const auto materials = static_cast<std::int64_t>(mesh.materials.size());
+  require(std::all_of(mesh.triangle_material.begin(), mesh.triangle_material.end(),
+                      [&](std::int32_t m) { return m >= -1 && m < materials; }));
+  mesh.notes = receive_texts(pipe);
   return mesh;
+}
+
+GltfSet receive_gltf_set(ReaderPipe& pipe) {
+  GltfSet set;
+  const auto is_pose = [](const glm::dmat4& m) {
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j)
+        if (!is_within(m[i][j], -largest_number, largest_number)) return false;
+    return true;
+  };
+  for (auto left = receive_count(pipe, most_cameras_of_file); left > 0; --left) {
+    GltfCamera camera;
+    camera.name = receive_text(pipe);
+    pipe.read(std::as_writable_bytes(std::span(&camera.world_from_camera, 1)));
+    pipe.read(std::as_writable_bytes(std::span(&camera.near, 1)));
+    require(is_pose(camera.world_from_camera) && is_within(camera.near, 0, largest_number));
+    set.cameras.push_back(std::move(camera));
+  }
+  pipe.read_vector(set.lights, most_lights_of_file);
+  for (const auto& light : set.lights)
+    require(is_one_of(light.type, GltfLight::Type::spot) && is_pose(light.world_from_light) &&
+            is_colour(light.colour) && is_within(light.intensity, 0, largest_number) &&
+            is_within(light.inner_deg, 0, 90) && is_within(light.outer_deg, 0, 90));
+  set.notes = receive_texts(pipe);
+  return set;
 }
 
 Image receive_image(ReaderPipe& pipe) {
@@ -78,6 +251,16 @@ Image receive_image(ReaderPipe& pipe) {
   require(std::all_of(image.pixels.begin(), image.pixels.end(),
                       [](float v) { return std::isfinite(v); }));
   return image;
+}
+
+std::vector<Image> receive_channels(ReaderPipe& pipe) {
+  std::vector<Image> channels;
+  for (auto left = receive_count(pipe, most_channels_of_reply); left > 0; --left) {
+    channels.push_back(receive_image(pipe));
+    require(channels.back().width == channels.front().width &&
+            channels.back().height == channels.front().height);
+  }
+  return channels;
 }
 
 }  // namespace raywave

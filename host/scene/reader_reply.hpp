@@ -12,14 +12,24 @@ namespace raywave {
 constexpr std::size_t most_triangles_of_file = 100'000'000;
 constexpr std::size_t most_vertices_of_file = 3 * most_triangles_of_file;
 constexpr int largest_picture_side = 65536;
+constexpr std::size_t most_materials_of_file = 65536, most_pictures_of_file = 4096;
+constexpr std::size_t most_picture_bytes = std::size_t{2} << 30;  // of all pictures in a file
+constexpr std::size_t most_cameras_of_file = 1024, most_lights_of_file = 4096;
+constexpr std::size_t most_notes_of_file = 64, longest_text = 4096;
+constexpr std::size_t most_channels_of_reply = 8;
 
 void send(ReaderPipe& pipe, const Mesh& mesh);
+void send(ReaderPipe& pipe, const GltfSet& set);
 void send(ReaderPipe& pipe, const Image& image);
+void send(ReaderPipe& pipe, const std::vector<Image>& channels);
 
-/// Both throw std::runtime_error when the pipe closes early or brings something that no reader may
-/// return: indices of vertices that are not there, numbers that are not finite, normals neither of
-/// unit length nor zero, vectors of unequal length, sizes beyond the limits above.
+/// All throw std::runtime_error when the pipe closes early or brings something that no reader may
+/// return: indices of vertices, materials or pictures that are not there, numbers that are not
+/// finite or out of their range, normals neither of unit length nor zero, vectors of unequal
+/// length, sizes beyond the limits above.
 Mesh receive_mesh(ReaderPipe& pipe);
+GltfSet receive_gltf_set(ReaderPipe& pipe);
 Image receive_image(ReaderPipe& pipe);
+std::vector<Image> receive_channels(ReaderPipe& pipe);
 
 }  // namespace raywave

@@ -6,6 +6,7 @@
 /// z > 0, light travels towards -z.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -19,6 +20,8 @@
 
 #include "host/scene/animation.hpp"
 #include "host/scene/light.hpp"
+#include "host/scene/read_data.hpp"
+#include "host/scene/scene_text.hpp"
 #include "host/scene/slm.hpp"
 #include "host/scene/spectrum.hpp"
 
@@ -129,6 +132,16 @@ struct RefineSettings {
   std::optional<double> budget_s;
 };
 
+/// Where a mesh's metallic-roughness maps or colours decide, place by place, diffuse, specular and
+/// shininess follow from these (docs/materials.md); those of the material are their means.
+struct MetallicRoughness {
+  glm::dvec3 base{1};
+  double metallic = 0, roughness = 1;  // 0 to 1
+  double reflectance = 0.04;           // of what is no metal, at normal incidence
+  double ambient_share = 1;            // of the base colour
+  double sharpest = 0;                 // largest exponent of its highlights; 0: it has none
+};
+
 /// Phong material. Triples are red, green, blue; a hologram of one wavelength uses the channel that
 /// its colour falls into (`channel_of`).
 struct Material {
@@ -148,6 +161,14 @@ struct Material {
   // Share of the light that is left after attenuation_distance_m within the glass, above 0 to 1
   Spectrum attenuation = 1.0;
   double attenuation_distance_m = 1e-3;
+  glm::dvec3 emission{0};  // radiance that needs no light
+  // What only meshes bring (docs/materials.md)
+  bool vertex_colours = false;  // they multiply ambient and diffuse
+  bool unlit = false;           // texture and colours of vertices multiply the emission, too
+  std::optional<MetallicRoughness> metallic_roughness;
+  double normal_scale = 1;  // of the normal map's slopes
+  AlphaMode alpha_mode = AlphaMode::opaque;
+  double alpha = 1, alpha_cutoff = 0.5;
   // "scene.toml:20: material "gold"", the start of messages about its texture
   std::string where;
 
@@ -155,20 +176,40 @@ struct Material {
   bool is_specular() const { return reflectivity.is_positive() || transparency.is_positive(); }
 };
 
+/// True where light of a channel makes highlights on a material.
+inline bool has_highlights(const Material& material, int channel) {
+  return material.metallic_roughness ? material.metallic_roughness->sharpest > 0
+                                     : material.specular[channel] > 0;
+}
+
+/// The largest exponent of a material's highlights.
+inline double sharpest_shininess(const Material& material) {
+  return material.metallic_roughness ? material.metallic_roughness->sharpest : material.shininess;
+}
+
 enum class Normals { file, smooth, flat };  // file: as in the mesh file, flat where it has none
+
+/// The point of an object that lies at its position: the centre of its bounding box after rotation
+/// and scaling, or the origin of its mesh's coordinates.
+enum class Anchor { centre, origin };
 
 struct Object {
   std::filesystem::path mesh;     // absolute or relative to the working directory
-  std::optional<double> width_m;  // largest x extent after rotation; empty: mesh units are metres
-  glm::dvec3 position_m{0};       // of the centre of the bounding box after rotation and scaling
+  std::optional<double> width_m;  // largest x extent after rotation; empty: mesh units are unit_m
+  glm::dvec3 position_m{0};       // of the anchor
   glm::dvec3 rotation_deg{0};     // about x, then y, then z (fixed axes), right-handed
   // Empty in scenes of files: position, rotation and width describe the object as it stands. Else
-  // it moves as a solid: it keeps the size it was placed in, times this, and turns about the centre
-  // of the box that it had there, whose place is position_m
+  // it moves as a solid: it keeps the size it was placed in, times this, and turns about its anchor
+  // of there (the centre of the box that it had), whose place is position_m
   std::optional<double> solid_scale{};
   int material = 0;  // index into Scene::materials
   Normals normals = Normals::file;
   std::string where;  // "scene.toml:41: object 0", the start of messages about this object
+  double unit_m = 1;  // length of a mesh unit, without width_m
+  Anchor anchor = Anchor::centre;
+  // Surfaces nearer to the hologram's plane than this are cut away; 0: the object must lie behind
+  // the plane as it is
+  double cut_m = 0;
 };
 
 struct Scene {
@@ -192,6 +233,9 @@ struct Scene {
   std::vector<Material> materials;  // [0] is the default of an object that names none
   std::vector<Object> objects;
 };
+
+/// Checks a scene, as load_scene does.
+Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrides = {});
 
 /// Reads and checks a scene file (docs/scene.md lists every key).
 ///

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/trace/breaks.hpp"
 
+#include "host/geometry/kernel_options.hpp"
 #include "host/plan/lattice.hpp"
 
 namespace raywave {
@@ -15,11 +16,12 @@ void make_room(const cl::Device& device, cl::Buffer<float>& buffer, std::size_t 
 
 }  // namespace
 
-Breaks::Breaks(const cl::Device& device)
+Breaks::Breaks(const cl::Device& device, const DeviceScene& scene)
     : cells(device, 1, "breaks of surfaces"),
       tiles(device, 1, "breaks of surfaces"),
       device_(device),
-      program_(device, "kernels/samples/breaks.cl", {}),
+      program_(device, "kernels/samples/breaks.cl",
+               {{option::alpha, scene.options.at(option::alpha)}}),
       find_faces_(program_.kernel("find_faces")),
       mark_breaks_(program_.kernel("mark_breaks")) {}
 
@@ -36,7 +38,8 @@ void Breaks::find(const device::Lattice& lattice, const DeviceScene& scene) {
   const auto count = scene.tree.triangles.size(), group = std::size_t{64};
   const auto triangles = static_cast<std::int32_t>(count);
   if (faces_.size() != count) faces_ = {device_, count, "faces of triangles"};
-  find_faces_.run({count}, cl::Range{group}, scene.tree.arguments(), lattice, triangles, faces_);
+  find_faces_.run({count}, cl::Range{group}, scene.tree.arguments(), scene.materials, lattice,
+                  triangles, faces_);
   mark_breaks_.run({count}, cl::Range{group}, scene.tree.arguments(), lattice, triangles,
                    scene.tree.neighbours, faces_, cells, tiles);
 }

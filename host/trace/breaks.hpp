@@ -13,7 +13,8 @@ namespace raywave {
 /// The breaks in the cells of a lattice, in device memory.
 class Breaks {
 public:
-  explicit Breaks(const cl::Device& device);
+  /// For scenes with the same options as this one.
+  Breaks(const cl::Device& device, const DeviceScene& scene);
 
   /// Finds the breaks of a scene. They stay unknown when it has too many triangles for that to pay,
   /// or is so far away that rounding is felt in a cell.

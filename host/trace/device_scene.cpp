@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <map>
 #include <tuple>
+#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -21,6 +23,13 @@ namespace {
 /// Highlights with a larger exponent need directions in more than single precision: the relative
 /// error of a float direction, 3e-7, grows by sqrt(shininess / 2) in the highlight.
 constexpr double sharp_shininess = 128;
+
+// Numbers of the Plan that kernels know by these names
+static_assert(TEXTURES_NONE == 0 && TEXTURES_PLAIN == 1 && TEXTURES_LOOKS == 2);
+static_assert(ALPHA_MASK == static_cast<int>(AlphaMode::mask) &&
+              ALPHA_BLEND == static_cast<int>(AlphaMode::blend));
+static_assert(WRAP_MIRROR == static_cast<int>(Wrap::mirror) &&
+              WRAP_CLAMP == static_cast<int>(Wrap::clamp));
 
 template <class Vector>
 std::span<const float> floats_of(const std::vector<Vector>& vectors) {
@@ -38,18 +47,74 @@ double unit_of(double brightest) {
 float in_units(double value, double unit) { return static_cast<float>(value / unit); }
 
 struct Materials {
-  std::vector<device::Material> materials;
+  std::vector<device::Material> materials;  // their emission in units of `unit`
   std::vector<float> texels;
-  double unit = 1;  // unit of ambient, diffuse and specular
+  double unit = 1;                // unit of ambient, diffuse and specular
+  double brightest_emission = 0;  // in that unit
 };
 
-Materials materials_of(const Plan& plan, const Textures& textures) {
+/// Pictures on their way to the device; each is there once.
+class Texels {
+public:
+  explicit Texels(std::vector<float>& all) : all_(all) {}
+
+  /// Number of an image's first texel.
+  std::int32_t first_of(const Image& image) {
+    const auto [known, is_new] = known_.try_emplace(&image, 0);
+    if (is_new) {
+      if (all_.size() + image.pixels.size() > INT32_MAX)
+        throw InputError(
+            "the scene's textures hold more than 2147483647 texels; give smaller ones");
+      known->second = static_cast<std::int32_t>(all_.size());
+      all_.insert(all_.end(), image.pixels.begin(), image.pixels.end());
+    }
+    return known->second;
+  }
+
+  device::TextureMap map_of(const SurfaceMap& from) {
+    device::TextureMap map{};
+    map.first = -1;
+    if (!from) return map;
+    map.first = first_of(*from.image);
+    map.width = from.image->width;
+    map.height = from.image->height;
+    const auto& place = from.place;
+    map.wrap = static_cast<int>(place.wrap_u) + 4 * static_cast<int>(place.wrap_v);
+    for (std::size_t i = 0; i < 3; ++i) {
+      map.across[i] = static_cast<float>(place.across[i]);
+      map.up[i] = static_cast<float>(place.up[i]);
+    }
+    return map;
+  }
+
+private:
+  std::vector<float>& all_;
+  std::map<const Image*, std::int32_t> known_;
+};
+
+double brightest_of(const SurfaceMap& map) {
+  return map ? *std::max_element(map.image->pixels.begin(), map.image->pixels.end()) : 1;
+}
+
+/// The pictures of a material of the plan.
+MaterialMaps maps_of(const Plan& plan, const World& world, std::size_t number) {
+  const auto of_scene = static_cast<std::size_t>(plan.lighting.first_of_meshes);
+  if (number >= of_scene) return world.maps.at(number - of_scene);
+  MaterialMaps maps;
+  if (texture_of(plan.lighting.materials, world.textures, number))
+    maps.colour.image = world.textures[number];
+  return maps;
+}
+
+Materials materials_of(const Plan& plan, const World& world) {
   const int channel = channel_of(plan.wavelength_m);
   Materials result;
-  auto& [materials, texels, unit] = result;
+  auto& [materials, all_texels, unit, brightest_emission] = result;
+  Texels texels(all_texels);
   double brightest = 0;
   for (std::size_t i = 0; i < plan.lighting.materials.size(); ++i) {
     const auto& m = plan.lighting.materials[i];
+    const auto maps = maps_of(plan, world, i);
     device::Material material{};
     material.ambient = static_cast<float>(m.ambient[channel]);
     material.diffuse = static_cast<float>(m.diffuse[channel]);
@@ -60,23 +125,45 @@ Materials materials_of(const Plan& plan, const Textures& textures) {
     std::tie(material.ior, material.ior_low) = split(m.ior.at(plan.wavelength_m));
     material.attenuation = static_cast<float>(-std::log(m.attenuation.at(plan.wavelength_m)) /
                                               m.attenuation_distance_m);
-    material.texture = -1;
-    double brightest_texel = 1;
-    if (const Image* texture = texture_of(plan.lighting.materials, textures, i)) {
-      material.texture = static_cast<std::int32_t>(texels.size());
-      material.texture_width = texture->width;
-      material.texture_height = texture->height;
-      texels.insert(texels.end(), texture->pixels.begin(), texture->pixels.end());
-      brightest_texel = *std::max_element(texture->pixels.begin(), texture->pixels.end());
+    material.colour = texels.map_of(maps.colour);
+    material.kind = (m.vertex_colours ? MATERIAL_VERTEX_COLOURS : 0) |
+                    (m.metallic_roughness ? MATERIAL_METALLIC : 0) | (m.unlit ? MATERIAL_UNLIT : 0);
+    material.emission = static_cast<float>(m.emission[channel]);
+    material.emission_map = texels.map_of(maps.emission);
+    if (const auto& metal = m.metallic_roughness) {
+      material.base = static_cast<float>(metal->base[channel]);
+      material.metallic = static_cast<float>(metal->metallic);
+      material.roughness = static_cast<float>(metal->roughness);
+      material.reflectance = static_cast<float>(metal->reflectance);
+      material.ambient_share = static_cast<float>(metal->ambient_share);
     }
-    brightest =
-        std::max({brightest, std::max(m.ambient[channel], m.diffuse[channel]) * brightest_texel,
-                  m.specular[channel]});
+    material.roughness_map = texels.map_of(maps.roughness);
+    if (maps.metallic) material.metallic_texels = texels.first_of(*maps.metallic.image);
+    material.normal_scale = static_cast<float>(m.normal_scale);
+    material.normal_map = texels.map_of(maps.normal[0]);
+    if (maps.normal[0]) {
+      material.normal_up_texels = texels.first_of(*maps.normal[1].image);
+      material.normal_out_texels = texels.first_of(*maps.normal[2].image);
+    }
+    material.alpha_mode = static_cast<int>(m.alpha_mode);
+    material.alpha = static_cast<float>(m.alpha);
+    material.alpha_cutoff = static_cast<float>(m.alpha_cutoff);
+    material.alpha_texels = maps.alpha ? texels.first_of(*maps.alpha.image) : -1;
+    material.opacity_map = texels.map_of(maps.opacity);
+    material.blend_rate = static_cast<float>(blend_cells_of_pitch / plan.sampling_pitch_m);
+    material.blend_seed = plan.seed;
+    const double tint = brightest_of(maps.colour);
+    brightest = std::max(
+        {brightest, std::max(m.ambient[channel], m.diffuse[channel]) * tint, m.specular[channel]});
+    brightest_emission = std::max(brightest_emission, m.emission[channel] * (m.unlit ? tint : 1) *
+                                                          brightest_of(maps.emission));
     materials.push_back(material);
   }
   unit = unit_of(brightest);
+  brightest_emission /= unit;
   for (auto& m : materials) {
-    for (float* share : {&m.ambient, &m.diffuse, &m.specular}) *share = in_units(*share, unit);
+    for (float* share : {&m.ambient, &m.diffuse, &m.specular, &m.emission, &m.base, &m.reflectance})
+      *share = in_units(*share, unit);
   }
   return result;
 }
@@ -94,19 +181,37 @@ double ambient_light_of(const Lighting& lighting) {
   return any ? sum : 1;
 }
 
-std::vector<device::Light> lights_in_scene_frame(const Plan& plan, double unit) {
+/// RAYWAVE_LIGHT_PLACES of kernels/scene/options.h.
+std::size_t light_places_of(const std::vector<PlacedLight>& placed) {
+  return std::any_of(placed.begin(), placed.end(),
+                     [](const PlacedLight& light) { return light.places.size() > 1; })
+             ? places_of_light
+             : 1;
+}
+
+std::vector<device::Light> lights_in_scene_frame(const std::vector<PlacedLight>& placed,
+                                                 glm::dvec3 origin_m, double unit) {
   std::vector<device::Light> lights;
-  for (const auto& l : plan.lighting.lights) {
-    if (l.type == LightType::ambient) continue;
-    const bool is_point = l.type == LightType::point;
-    const auto v = is_point ? l.position_m - plan.origin_m : -glm::normalize(l.direction);
+  const std::size_t places = light_places_of(placed);
+  for (const auto& l : placed) {
     device::Light light{};
-    std::tie(light.x, light.x_low) = split(v.x);
-    std::tie(light.y, light.y_low) = split(v.y);
-    std::tie(light.z, light.z_low) = split(v.z);
     light.intensity = in_units(l.intensity, unit);
-    light.is_point = is_point;
-    lights.push_back(light);
+    light.is_point = l.is_point;
+    light.falls_off = l.falls_off;
+    light.axis_x = static_cast<float>(l.axis.x);
+    light.axis_y = static_cast<float>(l.axis.y);
+    light.axis_z = static_cast<float>(l.axis.z);
+    const double rate = l.is_spot() ? 1 / (l.inner_cosine - l.outer_cosine) : 0;
+    light.edge_rate = static_cast<float>(rate);
+    light.edge_offset = static_cast<float>(l.is_spot() ? -l.outer_cosine * rate : 1);
+    for (std::size_t i = 0; i < places; ++i) {
+      const auto& at = l.places[std::min(i, l.places.size() - 1)];
+      const auto v = l.is_point ? at - origin_m : at;
+      std::tie(light.x, light.x_low) = split(v.x);
+      std::tie(light.y, light.y_low) = split(v.y);
+      std::tie(light.z, light.z_low) = split(v.z);
+      lights.push_back(light);
+    }
   }
   return lights;
 }
@@ -118,30 +223,44 @@ int lanes_for(const cl::DeviceInfo& device) { return work_shape(device).lanes; }
 cl::Options kernel_options(const Plan& plan) {
   const auto any = [&](const auto& test) { return plan.lighting.any_material(test); };
   const int channel = channel_of(plan.wavelength_m);
-  const auto lights = std::count_if(plan.lighting.lights.begin(), plan.lighting.lights.end(),
-                                    [](const Light& l) { return l.type != LightType::ambient; });
-  return {
-      {option::lights, std::to_string(lights)},
-      {option::specular,
-       any([&](const Material& m) { return m.specular[channel] > 0; }) ? "1" : "0"},
-      {option::sharp, any([&](const Material& m) {
-         return m.specular[channel] > 0 && m.shininess > sharp_shininess;
-       })
-                          ? "1"
-                          : "0"},
-      {option::textures, any([](const Material& m) { return m.texture.has_value(); }) ? "1" : "0"},
-      {option::shadows, plan.lighting.shadows && lights > 0 ? "1" : "0"},
-      {option::bounces, std::to_string(plan.bounces)}};
+  const auto& all = plan.lighting.lights;
+  const int lights = directions_of(all, [](const Light&) { return true; }),
+            highlights = directions_of(all, [](const Light&l) { return l.highlights; });
+  const auto any_light = [&](const auto& test) {
+    return std::any_of(all.begin(), all.end(), test);
+  };
+  return {{option::lights, std::to_string(lights)},
+          {option::highlights, std::to_string(highlights)},
+          {option::light_places, std::to_string(any_light(has_size) ? places_of_light : 1)},
+          {option::spots, any_light([](const Light& l) {
+             return l.type == LightType::spot || (l.type != LightType::ambient && l.falls_off);
+           })
+                              ? "1"
+                              : "0"},
+          {option::specular,
+           any([&](const Material& m) { return has_highlights(m, channel); }) ? "1" : "0"},
+          {option::sharp, any([&](const Material& m) {
+             return has_highlights(m, channel) && sharpest_shininess(m) > sharp_shininess;
+           })
+                              ? "1"
+                              : "0"},
+          {option::textures, std::to_string(plan.lighting.textures)},
+          {option::normal_maps, plan.lighting.normal_maps ? "1" : "0"},
+          {option::alpha, std::to_string(static_cast<int>(plan.lighting.alpha))},
+          {option::shadows, plan.lighting.shadows && lights > 0 ? "1" : "0"},
+          {option::bounces, std::to_string(plan.bounces)}};
 }
 
 DeviceScene::DeviceScene(const cl::Device& device, const World& world, const Plan& plan)
     : device_(device), instances_(device, world, plan.origin_m, tree) {
-  const auto made = materials_of(plan, world.textures);
+  auto made = materials_of(plan, world);
   material_unit_ = made.unit;
-  materials = {device, std::span<const device::Material>(made.materials), "materials"};
+  materials_ = std::move(made.materials);
+  brightest_emission_ = made.brightest_emission;
   texels = {device, std::span<const float>(made.texels), "textures"};
   normals = {device, floats_of(world.normals), "normals"};
   uvs = {device, floats_of(world.uvs), "places on textures"};
+  colours = {device, floats_of(world.colours), "colours of vertices"};
   options =
       cl::with(kernel_options(plan), {{option::lanes, std::to_string(lanes_for(device.info()))}});
   place(world, plan);
@@ -159,13 +278,20 @@ void DeviceScene::place(const World& world, const Plan& plan) {
 
 void DeviceScene::upload_lights(const World& world, const Plan& plan) {
   double brightest_light = ambient_light_of(plan.lighting);
-  for (const auto& l : plan.lighting.lights)
-    brightest_light = std::max(brightest_light, l.intensity);
-  const double light_unit = unit_of(brightest_light);
-  const auto light_data = lights_in_scene_frame(plan, light_unit);
+  if (!placed_ || lights_ != plan.lighting.lights) {
+    lights_ = plan.lighting.lights;
+    placed_ = placed_lights(lights_, environments_of(world.textures, plan.lighting));
+  }
+  for (const auto& l : *placed_) brightest_light = std::max(brightest_light, l.intensity);
+  const double light_unit = unit_of(std::max(brightest_light, brightest_emission_));
+  const auto light_data = lights_in_scene_frame(*placed_, plan.origin_m, light_unit);
   cl::put(device_, lights, light_data, "lights");
   ambient_light = in_units(ambient_light_of(plan.lighting), light_unit);
   radiance_unit = material_unit_ * light_unit;
+  // Emission needs no light, and is in units of both
+  auto in_light_units = materials_;
+  for (auto& m : in_light_units) m.emission = in_units(m.emission, light_unit);
+  cl::put(device_, materials, in_light_units, "materials");
   diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));
   bias_m = static_cast<float>(ray_bias_m(world, plan));
 }

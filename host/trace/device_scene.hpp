@@ -2,6 +2,8 @@
 /// The scene in device memory.
 #pragma once
 
+#include <algorithm>
+#include <optional>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -9,6 +11,7 @@
 #include "cl/program.hpp"
 #include "host/geometry/shared_types.hpp"
 #include "host/geometry/world.hpp"
+#include "host/plan/placed_lights.hpp"
 #include "host/plan/plan.hpp"
 #include "host/trace/instances.hpp"
 
@@ -32,7 +35,7 @@ public:
   void place(const World& world, const Plan& plan);
 
   DeviceTree tree;
-  cl::Buffer<float> normals, uvs;  // of the vertices: kernels/scene/shade.h
+  cl::Buffer<float> normals, uvs, colours;  // of the vertices: kernels/scene/arrays.h
   cl::Buffer<device::Material> materials;
   cl::Buffer<device::Light> lights;
   cl::Buffer<float> texels;
@@ -48,15 +51,17 @@ public:
   float bias_m = 0;
   /// SCENE_PARAMETERS of kernels/scene/arrays.h, for cl::Kernel::run.
   auto arguments() const {
-    return std::tuple_cat(tree.arguments(),
-                          std::tie(normals, uvs, materials, lights, texels, ambient_light));
+    return std::tuple_cat(tree.arguments(), std::tie(normals, uvs, colours, materials, lights,
+                                                     texels, ambient_light));
   }
 
   cl::Options options;      // of the kernels: features that this scene does not use are left out
   double tree_seconds = 0;  // of the last call of place(): trees and instances
 
   /// 32-bit words that hold a bit for each light.
-  std::size_t light_words() const { return lights.size() > 32 ? (lights.size() + 31) / 32 : 1; }
+  std::size_t light_words() const {
+    return std::max<std::size_t>(1, ((placed_ ? placed_->size() : 0) + 31) / 32);
+  }
 
 private:
   void upload_lights(const World& world, const Plan& plan);
@@ -64,6 +69,10 @@ private:
   cl::Device device_;
   Instances instances_;
   double material_unit_ = 1;
+  std::vector<device::Material> materials_;  // as `materials`, but for the unit of their emission
+  double brightest_emission_ = 0;
+  std::vector<Light> lights_;  // that placed_ was made of
+  std::optional<std::vector<PlacedLight>> placed_;
 };
 
 /// Pixels that one work-item handles side by side: the SIMD width on CPUs, one on GPUs.

@@ -203,8 +203,9 @@ void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tr
       in_order.push_back(corners[place]);
       const auto t = glm::ivec3(corners[place]);
       const auto object = static_cast<std::size_t>(world.triangle_object[numbers[place]]);
-      triangles.push_back({t.x, t.y, t.z, plan.lighting.material_of_object[object], sides_[object],
-                           static_cast<std::int32_t>(instance)});
+      triangles.push_back({t.x, t.y, t.z,
+                           plan.lighting.material_of(object, world.material_of(numbers[place])),
+                           sides_[object], static_cast<std::int32_t>(instance)});
       sides.push_back(sides_[object]);
     }
     store_normal_cones(bvh, sides);

@@ -76,7 +76,7 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
                                    {option::keep_unseen, keep_unseen ? "1" : "0"}})),
       find_samples_(program_.kernel("find_samples")),
       pack_samples_(program_.kernel("pack_samples")),
-      breaks_(device) {
+      breaks_(device, scene) {
   if (plan.has_specular_samples())
     specular_.emplace(
         device,

@@ -57,6 +57,26 @@ typedef struct {
   int top;
 } Instance;
 
+// A picture on a surface. (u, v) of the mesh shows the place (across . (u, v, 1), up . (u, v, 1))
+// of the picture, whose bottom left is (0, 0); row 0 of the texels is on top.
+typedef struct {
+  int first;  // number of its first texel; -1: no picture
+  int width;
+  int height;
+  int wrap;  // across + 4 * up: WRAP_REPEAT, WRAP_MIRROR or WRAP_CLAMP
+  float across[3];
+  float up[3];
+} TextureMap;
+
+#define WRAP_REPEAT 0
+#define WRAP_MIRROR 1
+#define WRAP_CLAMP 2
+
+// Bits of Material::kind
+#define MATERIAL_VERTEX_COLOURS 1  // they multiply what the colour map multiplies
+#define MATERIAL_METALLIC 2        // diffuse, specular and shininess follow from base to roughness
+#define MATERIAL_UNLIT 4           // the colour map multiplies the emission
+
 // Phong material for the hologram's wavelength.
 typedef struct {
   float ambient;  // factor of the ambient light
@@ -68,9 +88,30 @@ typedef struct {
   float ior;
   float ior_low;      // what the float leaves over
   float attenuation;  // of light within, per metre: exp(-attenuation length) of it are left
-  int texture;        // number of its first texel; -1: no texture
-  int texture_width;
-  int texture_height;
+  TextureMap colour;  // times ambient and diffuse
+  // What only meshes bring (kernels/scene/look.h)
+  int kind;
+  float emission;  // radiance over the unit of lights
+  TextureMap emission_map;
+  float base;  // of MATERIAL_METALLIC: colour, metalness, roughness
+  float metallic;
+  float roughness;
+  float reflectance;    // of what is no metal
+  float ambient_share;  // of the colour
+  int metallic_texels;  // first texel of the metalness; roughness_map has that of the roughness
+  TextureMap roughness_map;
+  float normal_scale;
+  // First texels of the components along v and outwards; normal_map has those along u
+  int normal_up_texels;
+  int normal_out_texels;
+  TextureMap normal_map;
+  int alpha_mode;  // as RAYWAVE_ALPHA (kernels/scene/options.h)
+  float alpha;
+  float alpha_cutoff;
+  int alpha_texels;  // first texel of the alpha of the picture `colour`; -1: it has none
+  TextureMap opacity_map;
+  float blend_rate;  // cells per metre that are there or not, as a whole
+  uint blend_seed;
 } Material;
 
 // A surface sample: one source of light, where a ray of the lattice pierces a surface. Samples are
@@ -302,7 +343,8 @@ typedef struct {
 } CompactFootprint;
 
 // Directional light (is_point 0): (x, y, z) is the unit vector towards it. Point light (is_point
-// 1): (x, y, z) is its position. Ambient light is not among the lights.
+// 1): (x, y, z) is its position. Ambient light is not among the lights. There are
+// RAYWAVE_LIGHT_PLACES of each light, which differ in (x, y, z) only.
 typedef struct {
   float x;
   float x_low;
@@ -312,6 +354,13 @@ typedef struct {
   float z_low;
   float intensity;
   int is_point;
+  int falls_off;  // 1: the intensity is that at 1 m, and falls with the square of the distance
+  // Of a spot: it shines with clamp(edge_rate c + edge_offset)^2, c the cosine to its axis
+  float axis_x;
+  float axis_y;
+  float axis_z;
+  float edge_rate;
+  float edge_offset;
 } Light;
 
 // The plane of pixels that a fan trace fills, and what all its rays share. Pixel (0, 0) is the top

@@ -31,6 +31,12 @@
   MEMBER(Instance, root)                  \
   MEMBER(Instance, moved)                 \
   MEMBER(Instance, top)                   \
+  MEMBER(TextureMap, first)               \
+  MEMBER(TextureMap, width)               \
+  MEMBER(TextureMap, height)              \
+  MEMBER(TextureMap, wrap)                \
+  MEMBER(TextureMap, across)              \
+  MEMBER(TextureMap, up)                  \
   MEMBER(Material, ambient)               \
   MEMBER(Material, diffuse)               \
   MEMBER(Material, specular)              \
@@ -40,9 +46,28 @@
   MEMBER(Material, ior)                   \
   MEMBER(Material, ior_low)               \
   MEMBER(Material, attenuation)           \
-  MEMBER(Material, texture)               \
-  MEMBER(Material, texture_width)         \
-  MEMBER(Material, texture_height)        \
+  MEMBER(Material, colour)                \
+  MEMBER(Material, kind)                  \
+  MEMBER(Material, emission)              \
+  MEMBER(Material, emission_map)          \
+  MEMBER(Material, base)                  \
+  MEMBER(Material, metallic)              \
+  MEMBER(Material, roughness)             \
+  MEMBER(Material, reflectance)           \
+  MEMBER(Material, ambient_share)         \
+  MEMBER(Material, metallic_texels)       \
+  MEMBER(Material, roughness_map)         \
+  MEMBER(Material, normal_scale)          \
+  MEMBER(Material, normal_up_texels)      \
+  MEMBER(Material, normal_out_texels)     \
+  MEMBER(Material, normal_map)            \
+  MEMBER(Material, alpha_mode)            \
+  MEMBER(Material, alpha)                 \
+  MEMBER(Material, alpha_cutoff)          \
+  MEMBER(Material, alpha_texels)          \
+  MEMBER(Material, opacity_map)           \
+  MEMBER(Material, blend_rate)            \
+  MEMBER(Material, blend_seed)            \
   MEMBER(Sample, x)                       \
   MEMBER(Sample, y)                       \
   MEMBER(Sample, z)                       \
@@ -216,6 +241,12 @@
   MEMBER(Light, z_low)                    \
   MEMBER(Light, intensity)                \
   MEMBER(Light, is_point)                 \
+  MEMBER(Light, falls_off)                \
+  MEMBER(Light, axis_x)                   \
+  MEMBER(Light, axis_y)                   \
+  MEMBER(Light, axis_z)                   \
+  MEMBER(Light, edge_rate)                \
+  MEMBER(Light, edge_offset)              \
   MEMBER(TracePlane, nx)                  \
   MEMBER(TracePlane, ny)                  \
   MEMBER(TracePlane, left)                \

@@ -184,6 +184,7 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
       const intv hit = hits.triangle >= 0;
       if (!LANES_ANY(hit)) continue;
       Surface surface = surface_at(&scene, &rays, &hits);
+      LOOK_FOR_LIGHTS(&surface, light_place_of(ray + column, (intv)(ray / 4 + row)));
 #if REFINED_SURFACES
       const DoubleSingle distance = refine_surface(&scene, &line, &hits, &surface);
 #else

@@ -235,8 +235,8 @@ static inline void plane_wave_axes(__global const Light* lights, __global const 
   float best_x = p->tangent_x, best_y = p->tangent_y;
   float best = LANES_FIRST(amplitude_towards(lights, lit, sample, p->amplitude, p->specular,
                                              (floatv)(best_x), (floatv)(best_y)));
-#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
-  for (int first = 0; first < RAYWAVE_LIGHTS && p->specular; first += RAYWAVE_LANES) {
+#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+  for (int first = 0; first < RAYWAVE_HIGHLIGHTS && p->specular; first += RAYWAVE_LANES) {
     floatv tx, ty;
     highlight_directions(lights, lit, sample, first, p->tangent_x,
                          plane->cone_x * p->half_tangent_x, p->tangent_y,
@@ -513,7 +513,7 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
     }
 #endif
     floatv amplitude = p->amplitude;
-#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
     // The direction through the pixel, or away from it where the sample is in front of the plane.
     if (p->specular) {
 #if RAYWAVE_SHARP

@@ -8,7 +8,7 @@
 #include "kernels/common/shared.h"
 #include "kernels/scene/shade.h"
 
-#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
 // A direction towards the hologram: double-single and of any length, or a unit vector.
 #if RAYWAVE_SHARP
 typedef DoubleSingle3 Towards;
@@ -33,6 +33,7 @@ static inline Surface sample_surface(__global const Sample* sample) {
 #endif
   s.specular = sample->specular;
   s.shininess = sample->shininess;
+  LOOK_FOR_LIGHTS(&s, (intv)((int)(sample->key & 15u)));
   return s;
 }
 
@@ -52,10 +53,10 @@ static inline floatv shaded_amplitude(__global const Light* lights, __global con
   s.vz = towards.z;
 #endif
   floatv radiance = sample->radiance;
-  for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
+  for (int i = 0; i < RAYWAVE_HIGHLIGHTS; ++i) {
     if (!is_lit(lit, i)) continue;
     const Incident in = incident(lights, i, &s, 0.0f);
-    radiance += highlight(lights + i, &in, &s) * in.intensity;
+    radiance += highlight(lights, i, &in, &s) * in.intensity;
   }
   return sqrt(radiance) * sample->weight;
 }
@@ -72,9 +73,9 @@ static inline void highlight_directions(__global const Light* lights, __global c
     const int light = first + lane;
     txs[lane] = tangent_x;
     tys[lane] = tangent_y;
-    if (light >= RAYWAVE_LIGHTS || !is_lit(lit, light)) continue;
+    if (light >= RAYWAVE_HIGHLIGHTS || !is_lit(lit, light)) continue;
     const Incident in = incident(lights, light, &s, 0.0f);
-    if (!(in.intensity > 0.0f)) continue;
+    if (!(LANES_FIRST(in.intensity) > 0.0f)) continue;
     const float twice = 2.0f * LANES_FIRST(in.facing);
     const float x = twice * sample->nx - LANES_FIRST(in.x),
                 y = twice * sample->ny - LANES_FIRST(in.y);
@@ -101,7 +102,7 @@ static inline floatv amplitude_towards(__global const Light* lights, __global co
                                        __global const Sample* sample, float plain, bool shines,
                                        floatv tx, floatv ty) {
   floatv amplitude = plain;
-#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
   if (shines) {
 #if RAYWAVE_SHARP
     const floatv down = -1.0f;
@@ -128,7 +129,7 @@ static inline intv shine_within(__global const Light* lights, __global const uin
                                 int count, floatv radiance, Surface* surface, floatv tangent_x,
                                 floatv half_x, floatv tangent_y, floatv half_y) {
   intv shines = LANES_INDEX < 0;
-#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
   if (!LANES_ANY(surface->specular > 0.0f)) return shines;
 #if RAYWAVE_SHARP
   surface->place = ds3(surface->x, surface->y, surface->z);
@@ -136,7 +137,7 @@ static inline intv shine_within(__global const Light* lights, __global const uin
 #endif
   // The sum of what each highlight is where it is brightest: no direction shows more.
   floatv brightest = 0.0f;
-  for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
+  for (int i = 0; i < RAYWAVE_HIGHLIGHTS; ++i) {
     int is_on[RAYWAVE_LANES];
     for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
       is_on[lane] = is_lit(
@@ -160,7 +161,7 @@ static inline intv shine_within(__global const Light* lights, __global const uin
     surface->vz = -cosine;
 #endif
     brightest +=
-        LANES_SELECT((floatv)(0.0f), highlight(lights + i, &in, surface) * in.intensity, on);
+        LANES_SELECT((floatv)(0.0f), highlight(lights, i, &in, surface) * in.intensity, on);
   }
   shines = brightest > 2e-6f * radiance;
 #else

@@ -131,6 +131,7 @@ static inline SampleLanes load_samples(__global const Sample* samples, int count
   s.surface.nz = LANES_LOAD(nz);
   s.surface.specular = LANES_LOAD(specular);
   s.surface.shininess = LANES_LOAD(shininess);
+  LOOK_FOR_LIGHTS(&s.surface, (intv)(0));
   s.radiance = LANES_LOAD(radiance);
   s.tilt_x = LANES_LOAD(tilt_x);
   s.tilt_y = LANES_LOAD(tilt_y);

@@ -4,6 +4,9 @@
 //
 // rays   8 planes of `count` floats: origin x, y, z, direction x, y, z, t_min, t_max
 // A work-item handles RAYWAVE_LANES neighbours; lanes from `count` on write nothing.
+// Trees alone know of no materials: all surfaces are there everywhere.
+#undef RAYWAVE_ALPHA
+#define RAYWAVE_ALPHA 0
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
 #include "kernels/scene/bvh.h"

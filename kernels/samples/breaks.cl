@@ -2,7 +2,8 @@
 // Finds the breaks of the scene's surfaces (breaks.h).
 //
 // find_faces   how the hologram sees each triangle: FACE_AWAY, or 1 (-1: from the back), times
-//              FACE_STEEP when it is steep or some part of the window sees its other side
+//              FACE_STEEP when it is steep, some part of the window sees its other side, or it is
+//              not there everywhere
 // mark_breaks  marks the edges at which triangles end or fold, and steep triangles.
 //              neighbours[3 t] and the next two: the triangles beyond the edges ab, bc and ca of
 //              triangle t; -1: none, more than one, or one of the other winding
@@ -11,6 +12,7 @@
 #include "kernels/common/shared.h"
 #include "kernels/samples/breaks.h"
 #include "kernels/scene/arrays.h"
+#include "kernels/scene/options.h"
 
 #define FACE_AWAY 0  // inner side of a closed mesh, which is no source of light
 #define FACE_STEEP 2
@@ -28,10 +30,10 @@ static inline float3 in_scene(__global const Instance* instance, __global const 
                   instance->centre[2] + (m[6] * p[0] + m[7] * p[1] + m[8] * p[2]));
 }
 
-__kernel void find_faces(TREE_PARAMETERS, Lattice lattice, int triangle_count,
-                         __global int* faces) {
+__kernel void find_faces(TREE_PARAMETERS, __global const Material* materials, Lattice lattice,
+                         int triangle_count, __global int* faces) {
   const int i = (int)get_global_id(0);
-  (void)nodes;
+  (void)nodes, (void)materials;
   if (i >= triangle_count) return;
   __global const Triangle* t = triangles + i;
   __global const Instance* instance = instances + t->instance;
@@ -45,10 +47,14 @@ __kernel void find_faces(TREE_PARAMETERS, Lattice lattice, int triangle_count,
               distance = sqrt(dot(to_centre, to_centre));
   const float aside =
       fabs(along) - (fabs(normal.x) * lattice.half_width + fabs(normal.y) * lattice.half_height);
-  const bool steep = !(fabs(along) >= FACE_LEAST_COSINE * size * distance &&
-                       aside >= FACE_LEAST_COSINE_ASIDE * size *
-                                    (distance + (lattice.half_width + lattice.half_height)) &&
-                       size > 0.0f);
+  bool steep = !(fabs(along) >= FACE_LEAST_COSINE * size * distance &&
+                 aside >= FACE_LEAST_COSINE_ASIDE * size *
+                              (distance + (lattice.half_width + lattice.half_height)) &&
+                 size > 0.0f);
+#if RAYWAVE_ALPHA
+  // A surface that is not there everywhere ends anywhere
+  steep |= materials[t->material].alpha_mode != ALPHA_OPAQUE;
+#endif
   const int front = along > 0.0f ? 1 : -1;
   if (t->side != 0 && along * (float)t->side < -1e-4f * size * distance)
     faces[i] = FACE_AWAY;

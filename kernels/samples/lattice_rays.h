@@ -37,6 +37,16 @@ static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv 
                       active & (column < lattice->nx));
 }
 
+#if RAYWAVE_LIGHT_PLACES > 1
+// Where the parts of a packet look for lights: all places, or some of them with the rest left to
+// the neighbours.
+static inline intv light_place_of_part(int packet, int column, int row) {
+  if (PARTS == 1) return light_place_of((intv)(column), (intv)(row));
+  const intv part = (packet * RAYWAVE_LANES + LANES_INDEX) % PARTS;
+  return PARTS == 16 ? part : part + 4 * ((column & 1) | (row & 1) << 1);
+}
+#endif
+
 #if RAYWAVE_ANTIALIAS
 // Centres of RAYWAVE_LANES parts of a cell, inner parts first, in cells from its lower left corner.
 static inline void part_places(int packet, floatv* right, floatv* upwards) {

@@ -6,10 +6,10 @@
 // ray's cell. With RAYWAVE_PATHS, the rest of the path over the window is a polynomial, and so is
 // the amplitude (path_layout.h).
 //
-// find_paths  samples of the cells cells[i].x of the lattice, each with room for `slots`. cells[i].y
-//             is the number of sources that find_samples has met in the cell. counts[i]: number of
-//             samples, and how many of the first `slots` are hidden from some part. The samples,
-//             their visibility masks and their paths begin at i * slots
+// find_paths  samples of the cells cells[i].x of the lattice, each with room for `slots`.
+//             cells[i].y is the number of sources that find_samples has met in the cell.
+//             counts[i]: number of samples, and how many of the first `slots` are hidden from some
+//             part. The samples, their visibility masks and their paths begin at i * slots
 // pack_paths  the same samples without gaps: from packed[first[i].x] on, after first[i].y hidden
 //             ones; their paths from packed_paths[first[i].z] on
 //
@@ -41,6 +41,10 @@
 // normal agrees.
 #define SHEET_SLOPE 0.5f
 #define SHEET_ALIKE 0.5f
+
+// From so many surfaces on, rays stop at the first hit, and all that they meet of one material is
+// one sheet: curved mirrors have spread them, and few carry much.
+#define FIRST_HITS_FROM 2
 
 // The samples of one cell.
 typedef struct {
@@ -86,10 +90,21 @@ static inline void part_tangents(const Lattice* lattice, int column, int row, in
   *tangent_y = (LANES_TO_FLOAT((intv)(lattice->first_y + row)) + upwards) * lattice->step;
 }
 
-// Radiance of what rays meet, towards them.
+#if RAYWAVE_LIGHT_PLACES > 1
+#define PLACE_OF_PART(packet, cell) light_place_of_part(packet, (cell)->column, (cell)->row)
+// Where a sample looks for lights that make highlights (kernels/gather/radiance_towards.h)
+#define PLACE_OF_KEY(key) ((intv)((int)((key)&15u)))
+#else
+#define PLACE_OF_PART(packet, cell) ((intv)(0))
+#define PLACE_OF_KEY(key) ((intv)(0))
+#endif
+
+// Radiance of what rays meet, towards them. place: where they look for lights that have a size.
 CALLED floatv light_of_hits(const SceneArrays* scene, const Lattice* lattice, const Rays* rays,
-                            const Hits* hits) {
+                            const Hits* hits, intv place) {
   Surface s = surface_at(scene, rays, hits);
+  LOOK_FOR_LIGHTS(&s, place);
+  (void)place;
 #if REFINED_SURFACES
   s.place = ds3(s.x, s.y, s.z);
   s.normal = ds3(s.nx, s.ny, s.nz);
@@ -115,14 +130,14 @@ static inline void keep_specular(const SceneArrays* scene, Layers* layers) {
 }
 
 // What the rays of a bundle meet: all outer sides of surfaces in air, since other parts of the
-// window may see behind the first; within glass the first only. What rays meet directly is for
-// find_samples, but for mirrors and glass.
+// window may see behind the first; within glass and after some surfaces the first only. What rays
+// meet directly is for find_samples, but for mirrors and glass.
 CALLED void meet(const SceneArrays* scene, const Lattice* lattice, const Bundle* bundle, Met* met) {
   for (int packet = 0; packet < PACKETS; ++packet) {
     const Followed* f = bundle->rays + packet;
     Layers* layers = met->layers + packet;
     const Rays rays = rays_of_followed(f, lattice->reach, f->found);
-    if (LANES_ANY(f->found & f->inside)) {
+    if (bundle->sequence.length >= FIRST_HITS_FROM || LANES_ANY(f->found & f->inside)) {
       const Hits hits = bvh_nearest(&scene->tree, &rays);
       for (int i = 0; i < BVH_LAYERS; ++i) {
         layers->t[i] = i == 0 ? hits.t : (floatv)(lattice->reach);
@@ -150,7 +165,8 @@ typedef struct {
   int material;
   float3 place;
   float3 normal;
-  int ray;  // the part that it goes through
+  int ray;     // the part that it goes through
+  bool whole;  // all that has the material
 } BundleSheet;
 
 // The first hit that no sheet has claimed: nearer layers first. False where there is none.
@@ -174,6 +190,7 @@ static inline bool next_sheet(const SceneArrays* scene, const Bundle* bundle, co
         sheet->place = (float3)(x[lane], y[lane], z[lane]);
         sheet->normal = normalize(triangle_cross(&scene->tree, triangle[lane]));
         sheet->ray = packet * RAYWAVE_LANES + lane;
+        sheet->whole = bundle->sequence.length >= FIRST_HITS_FROM;
         return true;
       }
     }
@@ -184,6 +201,7 @@ static inline bool next_sheet(const SceneArrays* scene, const Bundle* bundle, co
 // Mask of hits that lie on a sheet.
 static inline intv lies_on(const SceneArrays* scene, const BundleSheet* sheet, Vector at,
                            intv triangle, float gap) {
+  if (sheet->whole) return hits_material(scene, triangle, sheet->material);
   float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES];
   int triangles[RAYWAVE_LANES], lies[RAYWAVE_LANES];
   LANES_STORE(triangle, triangles);
@@ -375,6 +393,7 @@ CALLED int look_along(const SceneArrays* scene, const Lattice* lattice, const Se
   return VISIBILITY_ALL;
 #else
   int seen = 0;
+#if SIXTEEN_TELL
   for (int first = 0; first < 16; first += RAYWAVE_LANES) {
     const intv a = (first + LANES_INDEX) / 4, b = (first + LANES_INDEX + a) % 4;
     const intv sees =
@@ -387,6 +406,7 @@ CALLED int look_along(const SceneArrays* scene, const Lattice* lattice, const Se
     return VISIBILITY_ALL;
   }
   seen = 0;
+#endif
   for (int first = 0; first < VISIBILITY_ALL; first += RAYWAVE_LANES) {
     const intv part = first + LANES_INDEX;
     const intv sees =
@@ -452,8 +472,8 @@ static inline float fitted(__global const float* row, const float* values) {
 // node's ray is aimed by the chief path's derivatives and by one step of Newton's method. Where a
 // node has no path, what the chief path's curvature says stands for all; returns false then.
 CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const PathCell* cell,
-                     const Sequence* sequence, const ChiefPath* chief, float own_light, bool shines,
-                     SamplePath* path) {
+                     const Sequence* sequence, const ChiefPath* chief, uint key, float own_light,
+                     bool shines, SamplePath* path) {
   const float q =
       sqrt(1.0f + chief->tangent_x * chief->tangent_x + chief->tangent_y * chief->tangent_y);
   const float depth = chief->distance / q, image_x = chief->tangent_x * depth,
@@ -513,7 +533,7 @@ CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const Pat
                          active};
       Hits hits = chief->hits;
       hits.t = lattice->layer_gap;
-      light *= light_of_hits(scene, lattice, &rays, &hits) / own_light;
+      light *= light_of_hits(scene, lattice, &rays, &hits, PLACE_OF_KEY(key)) / own_light;
     }
     const floatv wide = fmax(turned, (floatv)(0.0f)) / cosine * chief->area /
                         fmax(determinant, 0.0625f * chief->area);
@@ -584,10 +604,11 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
     lights[packet] = 0.0f;
     if (!LANES_ANY(found)) continue;
     const Rays rays = rays_of_followed(f, lattice->reach, found);
-    lights[packet] = LANES_SELECT((floatv)(0.0f),
-                                  light_of_hits(scene, lattice, &rays, hits) * f->share *
-                                      attenuated_share(f->attenuation, hits->t),
-                                  found);
+    lights[packet] =
+        LANES_SELECT((floatv)(0.0f),
+                     light_of_hits(scene, lattice, &rays, hits, PLACE_OF_PART(packet, cell)) *
+                         f->share * attenuated_share(f->attenuation, hits->t),
+                     found);
     const intv free = found & f->first & (hits->t <= met->nearest[packet]);
     for (int kind = 0; kind < 2; ++kind) {
       const intv counts = kind == 0 ? found : free;
@@ -646,7 +667,11 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
   path.source[2] = chief.source.z;
 #if RAYWAVE_PATHS
   __global const Material* material = scene->materials + sheet->material;
-  bool shines = RAYWAVE_LIGHTS > 0 && material->specular > 0.0f;
+  bool shines = false;
+#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+  shines = material->specular > 0.0f || (material->kind & MATERIAL_METALLIC) != 0;
+#endif
+  (void)material;
   float own_light = 1.0f;
   if (shines) {
     const float3 toward = vector_first(chief.toward);
@@ -661,11 +686,11 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
                        LANES_INDEX >= 0};
     Hits hits = chief.hits;
     hits.t = lattice->layer_gap;
-    own_light = LANES_FIRST(light_of_hits(scene, lattice, &rays, &hits));
+    own_light = LANES_FIRST(light_of_hits(scene, lattice, &rays, &hits, PLACE_OF_KEY(sample.key)));
     shines = own_light > 0.0f;
   }
   // The polynomial of the amplitude holds how the source turns.
-  if (fit_path(scene, lattice, cell, sequence, &chief, own_light, shines, &path)) {
+  if (fit_path(scene, lattice, cell, sequence, &chief, sample.key, own_light, shines, &path)) {
     sample.tilt_x = sample.tilt_y = 0.0f;
     sample.tilt_z = -1.0f;
   }
@@ -675,6 +700,29 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
 #endif
   cell->samples[slot] = sample;
   cell->paths[slot] = path;
+}
+
+// Whether any part of the window sees a sheet along the sequence. Whatever lies behind one that
+// none sees is hidden too.
+CALLED bool is_seen(const SceneArrays* scene, const Lattice* lattice, const BundleSheet* sheet,
+                    const Bundle* bundle, const Met* met, const Hits* claimed,
+                    const PathCell* cell) {
+  for (int packet = 0; packet < PACKETS; ++packet)
+    if (LANES_ANY((claimed[packet].triangle >= 0) & bundle->rays[packet].first &
+                  (claimed[packet].t <= met->nearest[packet])))
+      return true;
+  floatv tangent_x, tangent_y;
+  intv active;
+  part_tangents(lattice, cell->column, cell->row, sheet->ray / RAYWAVE_LANES, &tangent_x,
+                &tangent_y, &active);
+  float x[RAYWAVE_LANES], y[RAYWAVE_LANES];
+  LANES_STORE(tangent_x, x);
+  LANES_STORE(tangent_y, y);
+  const int lane = sheet->ray % RAYWAVE_LANES;
+  ChiefPath chief;
+  uint visibility[VISIBILITY_WORDS];
+  return find_chief(scene, lattice, cell, &bundle->sequence, sheet, x[lane], y[lane], &chief) &&
+         look_along(scene, lattice, &bundle->sequence, &chief, visibility) > 0;
 }
 
 // Adds the bundles that go on from a sheet to those that wait.
@@ -744,6 +792,7 @@ __kernel void find_paths(SCENE_PARAMETERS, Lattice lattice, float nearest_image,
     while (next_sheet(&scene, &bundle, &met, &sheet)) {
       Hits claimed[PACKETS];
       claim_sheet(&scene, &lattice, &sheet, &bundle, &met, claimed);
+      if (!is_seen(&scene, &lattice, &sheet, &bundle, &met, claimed, &cell)) continue;
       __global const Material* material = scene.materials + sheet.material;
       const float specular = material->reflectivity + material->transparency;
       const int length = bundle.sequence.length;

@@ -32,7 +32,7 @@
 #define LIT_WORDS (RAYWAVE_LIGHTS > 32 ? (RAYWAVE_LIGHTS + 31) / 32 : 1)
 
 // 1: the parts of a cell differ in more than coverage, so that all of them are traced.
-#define PARTS_DIFFER (RAYWAVE_TEXTURES || RAYWAVE_SHADOWS)
+#define PARTS_DIFFER (RAYWAVE_TEXTURES || RAYWAVE_SHADOWS || RAYWAVE_LIGHT_PLACES > 1)
 
 // How far a layer lies behind another, in biases of rays, to be behind it for certain.
 #define BEHIND 16.0f
@@ -114,6 +114,22 @@ static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, con
   return near | (LANES_LOAD(same) != 0);
 }
 
+#if RAYWAVE_ALPHA == ALPHA_BLEND
+// Mask of the hits of surfaces that are there with a probability. They are no rims: whether they
+// hide something is for the rays to the hologram to find out, which are many.
+static inline intv is_blended(const SceneArrays* scene, intv triangle) {
+  int number[RAYWAVE_LANES], blended[RAYWAVE_LANES];
+  LANES_STORE(triangle, number);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    blended[lane] = 0;
+    if (number[lane] < 0) continue;
+    const int material = scene->tree.triangles[number[lane]].material;
+    blended[lane] = scene->materials[material].alpha_mode == ALPHA_BLEND;
+  }
+  return LANES_LOAD(blended) != 0;
+}
+#endif
+
 // Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of an object
 // that the centre ray misses. It hides what lies behind it in those parts, which the sample of the
 // layer behind cannot know from the centre ray.
@@ -134,6 +150,9 @@ CALLED void find_rims(const SceneArrays* scene, const Lattice* lattice, const La
     for (int packet = 0; packet < PACKETS; ++packet) {
       const floatv t = parts[packet].t[i];
       intv rim = (parts[packet].triangle[i] >= 0) & (t < rims[packet]);
+#if RAYWAVE_ALPHA == ALPHA_BLEND
+      rim &= !is_blended(scene, parts[packet].triangle[i]);
+#endif
       for (int j = 0; j < count && LANES_ANY(rim); ++j)
         rim &= !belongs(scene, lattice, sheets + j, packet, t,
                         LANES_SELECT((intv)(-1), parts[packet].triangle[i], rim));
@@ -190,7 +209,7 @@ static inline int unclaimed(const Layers* parts, Hit* hit) {
 // Radiance without highlights. words: the mask of the lights that it comes from.
 static inline floatv scattered(const SceneArrays* scene, const Surface* s, const Lattice* lattice,
                                intv active, uintv* words) {
-  floatv radiance = s->ambient * scene->ambient_light;
+  floatv radiance = own_light(scene, s);
   for (int w = 0; w < LIT_WORDS; ++w) words[w] = 0;
 #if RAYWAVE_LIGHTS > 0
   for (int l = 0; l < RAYWAVE_LIGHTS; ++l) {
@@ -213,6 +232,11 @@ typedef struct {
   float nx[RAYWAVE_LANES];
   float ny[RAYWAVE_LANES];
   float nz[RAYWAVE_LANES];
+#if RAYWAVE_NORMAL_MAPS
+  float side_x[RAYWAVE_LANES];
+  float side_y[RAYWAVE_LANES];
+  float side_z[RAYWAVE_LANES];
+#endif
   float radiance[RAYWAVE_LANES];
   float specular[RAYWAVE_LANES];
   float shininess[RAYWAVE_LANES];
@@ -220,9 +244,12 @@ typedef struct {
   uint lit[LIT_WORDS][RAYWAVE_LANES];
 } Shaded;
 
+// column, row  of the cells
 CALLED void shade(const SceneArrays* scene, const Lattice* lattice, const Rays* rays,
-                  const Hits* hits, Shaded* shaded) {
-  const Surface s = surface_at(scene, rays, hits);
+                  const Hits* hits, intv column, int row, Shaded* shaded) {
+  Surface s = surface_at(scene, rays, hits);
+  LOOK_FOR_LIGHTS(&s, light_place_of(column, (intv)(row)));
+  (void)column, (void)row;
   uintv words[LIT_WORDS];
   LANES_STORE(scattered(scene, &s, lattice, hits->triangle >= 0, words), shaded->radiance);
   for (int w = 0; w < LIT_WORDS; ++w) LANES_STORE(words[w], shaded->lit[w]);
@@ -232,6 +259,11 @@ CALLED void shade(const SceneArrays* scene, const Lattice* lattice, const Rays* 
   LANES_STORE(s.nx, shaded->nx);
   LANES_STORE(s.ny, shaded->ny);
   LANES_STORE(s.nz, shaded->nz);
+#if RAYWAVE_NORMAL_MAPS
+  LANES_STORE(s.side_x, shaded->side_x);
+  LANES_STORE(s.side_y, shaded->side_y);
+  LANES_STORE(s.side_z, shaded->side_z);
+#endif
   LANES_STORE(s.specular, shaded->specular);
   LANES_STORE(s.shininess, shaded->shininess);
   LANES_STORE(1.0f - s.reflectivity - s.transparency, shaded->own);
@@ -239,12 +271,12 @@ CALLED void shade(const SceneArrays* scene, const Lattice* lattice, const Rays* 
 
 // The same of one hit of a ray with these tangents, in lane 0.
 static inline void shade_one(const SceneArrays* scene, const Lattice* lattice, const Hit* hit,
-                             float dx, float dy, Shaded* shaded) {
+                             float dx, float dy, int column, int row, Shaded* shaded) {
   const Rays ray = lattice_rays(lattice, (floatv)(dx), (floatv)(dy), LANES_INDEX == 0);
   const Hits hits = {(floatv)(hit->t),
                      LANES_SELECT((intv)(-1), (intv)(hit->triangle), LANES_INDEX == 0),
                      (floatv)(hit->u), (floatv)(hit->v)};
-  shade(scene, lattice, &ray, &hits, shaded);
+  shade(scene, lattice, &ray, &hits, (intv)(column), row, shaded);
 }
 
 #if RAYWAVE_ANTIALIAS
@@ -341,9 +373,15 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   sample.x = shaded->x[lane];
   sample.y = shaded->y[lane];
   sample.z = shaded->z[lane];
+#if RAYWAVE_NORMAL_MAPS
+  sample.nx = shaded->side_x[lane];
+  sample.ny = shaded->side_y[lane];
+  sample.nz = shaded->side_z[lane];
+#else
   sample.nx = shaded->nx[lane];
   sample.ny = shaded->ny[lane];
   sample.nz = shaded->nz[lane];
+#endif
 
   // Rays start on the outer side of a sheet only when normals roughly agree with its faces.
   float3 face = normalize(triangle_cross(&scene->tree, hit->triangle));
@@ -355,6 +393,12 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   const int parts_seen = look_around(scene, lattice, &sample, occluder_cache, seen, visibility);
   if (!RAYWAVE_KEEP_UNSEEN && parts_seen == 0) return;
   sample.hidden = parts_seen < VISIBILITY_ALL;
+#if RAYWAVE_NORMAL_MAPS
+  // Rays have left the surface: from here on the normal is for highlights
+  sample.nx = shaded->nx[lane];
+  sample.ny = shaded->ny[lane];
+  sample.nz = shaded->nz[lane];
+#endif
 
   float radiance = shaded->radiance[lane];
 #if RAYWAVE_ANTIALIAS
@@ -365,10 +409,11 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
     for (int packet = 0; packet < PACKETS; ++packet) {
       const intv found = parts[packet].triangle >= 0;
       lights[packet] = radiance;
-#if RAYWAVE_TEXTURES || RAYWAVE_SHADOWS
+#if PARTS_DIFFER
       if (!LANES_ANY(found)) continue;
       const Rays rays = part_rays(lattice, cell->packet_column, row, packet, found);
-      const Surface part = surface_at(scene, &rays, parts + packet);
+      Surface part = surface_at(scene, &rays, parts + packet);
+      LOOK_FOR_LIGHTS(&part, light_place_of_part(packet, column, row));
       uintv unused[LIT_WORDS];
       lights[packet] = scattered(scene, &part, lattice, found, unused);
 #endif
@@ -552,9 +597,9 @@ CALLED void look_around_centres(const SceneArrays* scene, const Lattice* lattice
       LANES_STORE(s.x, x);
       LANES_STORE(s.y, y);
       LANES_STORE(s.z, z);
-      LANES_STORE(s.nx, nx);
-      LANES_STORE(s.ny, ny);
-      LANES_STORE(s.nz, nz);
+      LANES_STORE(SIDE_X(&s), nx);
+      LANES_STORE(SIDE_Y(&s), ny);
+      LANES_STORE(SIDE_Z(&s), nz);
       for (int four = 0; four < RAYWAVE_LANES; four += 4) {
         bool together = true, unknown = false;
         for (int lane = four; lane < four + 4; ++lane) {
@@ -635,7 +680,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
     if (!LANES_ANY(wanted)) continue;
     const Hits hits = {sources.t[i], LANES_SELECT((intv)(-1), sources.triangle[i], wanted),
                        sources.u[i], sources.v[i]};
-    shade(&scene, &lattice, &centres, &hits, shaded + i);
+    shade(&scene, &lattice, &centres, &hits, first + LANES_INDEX, row, shaded + i);
   }
 #endif
 
@@ -733,7 +778,8 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
 #else
         const bool is_wanted = seen_parts != 0;
 #endif
-        if (!is_shaded && is_wanted) shade_one(&scene, &lattice, &hit, dx, dy, &shaded_one);
+        if (!is_shaded && is_wanted)
+          shade_one(&scene, &lattice, &hit, dx, dy, column, row, &shaded_one);
 #if RAYWAVE_LANES > 1
         const Shaded* of_hit = is_shaded ? shaded + layer : &shaded_one;
 #else

@@ -72,6 +72,10 @@ static inline intv part_of_16(intv a, intv b) {
 }
 #endif
 
+// 1: sixteen parts that agree stand for all. Behind a surface that is there with a probability,
+// each part is a matter of its own.
+#define SIXTEEN_TELL (RAYWAVE_ALPHA != ALPHA_BLEND)
+
 #define SEEN_UNKNOWN (-1)
 #define SEEN_UNBROKEN (-2)  // everything, as no break lies in the way (breaks.h)
 
@@ -90,6 +94,7 @@ static inline intv part_of_16(intv a, intv b) {
 static inline int look_around_four(const SceneArrays* scene, const Lattice* lattice, const float* x,
                                    const float* y, const float* z, const float* nx, const float* ny,
                                    const float* nz, OccluderCache* occluder_cache) {
+  if (!SIXTEEN_TELL) return SEEN_UNKNOWN;
   int hidden = 0;
   for (int first = 0; first < 16; first += RAYWAVE_LANES) {
     const intv a = (first + LANES_INDEX) / 4, b = (first + LANES_INDEX + a) % 4;
@@ -115,7 +120,7 @@ static inline int look_around(const SceneArrays* scene, const Lattice* lattice, 
   (void)scene, (void)lattice, (void)s, (void)occluder_cache, (void)seen;
   return VISIBILITY_ALL;
 #else
-  if (seen == SEEN_UNKNOWN) {
+  if (seen == SEEN_UNKNOWN && SIXTEEN_TELL) {
     int hidden = 0;
     for (int first = 0; first < 16; first += RAYWAVE_LANES) {
       const intv a = (first + LANES_INDEX) / 4, b = (first + LANES_INDEX + a) % 4;

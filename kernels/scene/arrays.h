@@ -7,6 +7,7 @@
 #define RAYWAVE_ARRAYS_H
 
 #include "kernels/common/shared.h"
+#include "kernels/scene/options.h"
 
 // The trees of all instances, and the triangles of their leaves.
 typedef struct {
@@ -14,13 +15,21 @@ typedef struct {
   __global const Triangle* triangles;
   __global const float* positions;  // 3 per vertex, frame of its instance
   __global const Instance* instances;
+#if RAYWAVE_ALPHA
+  // What alpha asks for, as in SceneArrays
+  __global const float* uvs;
+  __global const float* colours;
+  __global const Material* materials;
+  __global const float* texels;
+#endif
 } Tree;
 
 typedef struct {
   Tree tree;
   // 3 per vertex, unit length, outwards as the mesh says, frame of its instance
   __global const float* normals;
-  __global const float* uvs;  // 2 per vertex; (0, 0) is the bottom left of the texture
+  __global const float* uvs;      // 2 per vertex; (0, 0) is the bottom left of the texture
+  __global const float* colours;  // 2 per vertex: colour and alpha; only where materials want them
   __global const Material* materials;
   __global const Light* lights;
   __global const float* texels;
@@ -32,13 +41,19 @@ typedef struct {
       __global const float *positions, __global const Instance *instances
 #define SCENE_PARAMETERS                                                     \
   TREE_PARAMETERS, __global const float *normals, __global const float *uvs, \
-      __global const Material *materials, __global const Light *lights,      \
-      __global const float *texels, float ambient_light
+      __global const float *colours, __global const Material *materials,     \
+      __global const Light *lights, __global const float *texels, float ambient_light
 
 // Initialisers of a Tree and of SceneArrays, in a kernel with these parameters.
 #define TREE_OF_PARAMETERS \
   { nodes, triangles, positions, instances }
+#if RAYWAVE_ALPHA
+#define TREE_OF_SCENE_PARAMETERS \
+  { nodes, triangles, positions, instances, uvs, colours, materials, texels }
+#else
+#define TREE_OF_SCENE_PARAMETERS TREE_OF_PARAMETERS
+#endif
 #define SCENE_OF_PARAMETERS \
-  { TREE_OF_PARAMETERS, normals, uvs, materials, lights, texels, ambient_light }
+  { TREE_OF_SCENE_PARAMETERS, normals, uvs, colours, materials, lights, texels, ambient_light }
 
 #endif

@@ -18,6 +18,7 @@
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
 #include "kernels/scene/arrays.h"
+#include "kernels/scene/look.h"
 #include "kernels/scene/normal_cones.h"
 #include "kernels/scene/options.h"
 
@@ -229,6 +230,9 @@ BVH_INLINE intv bvh_triangle(const Tree* tree, int index, const Rays* rays, cons
   const floatv distance =
       rough + (rest_x * rays->dx + rest_y * rays->dy + rest_z * rays->dz) / squared;
   hit &= (distance > rays->t_min) & (distance < best->t);
+#if RAYWAVE_ALPHA
+  if (LANES_ANY(hit)) hit = is_there(tree, index, u, v, hit);
+#endif
   best->t = LANES_SELECT(best->t, distance, hit);
   best->triangle = LANES_SELECT(best->triangle, (intv)(index), hit);
   best->u = LANES_SELECT(best->u, u, hit);

@@ -9,9 +9,25 @@
 #define RAYWAVE_BVH_DEPTH 64
 #endif
 
-// Number of directional and point lights, 0 or more
+// Number of lights besides ambient ones, 0 or more
 #ifndef RAYWAVE_LIGHTS
 #define RAYWAVE_LIGHTS 1
+#endif
+
+// Number of lights, the first ones, whose highlights show
+#ifndef RAYWAVE_HIGHLIGHTS
+#define RAYWAVE_HIGHLIGHTS RAYWAVE_LIGHTS
+#endif
+
+// Places of each light among which neighbouring rays choose: 1, or 16 where a light has a size
+// (host/plan/placed_lights.hpp)
+#ifndef RAYWAVE_LIGHT_PLACES
+#define RAYWAVE_LIGHT_PLACES 1
+#endif
+
+// 1: some light is a spot, or falls off with distance
+#ifndef RAYWAVE_SPOTS
+#define RAYWAVE_SPOTS 0
 #endif
 
 // 1: some material has a specular part
@@ -29,9 +45,26 @@
 #define RAYWAVE_BOUNCES 0
 #endif
 
-// 1: some material has a texture
+// What of materials changes from place to place, at most
+#define TEXTURES_NONE 0
+#define TEXTURES_PLAIN 1  // pictures multiply ambient and diffuse, and repeat
+#define TEXTURES_LOOKS 2  // all that meshes bring (kernels/scene/look.h), and emission
 #ifndef RAYWAVE_TEXTURES
-#define RAYWAVE_TEXTURES 1
+#define RAYWAVE_TEXTURES TEXTURES_PLAIN
+#endif
+
+// 1: some material has a normal map
+#ifndef RAYWAVE_NORMAL_MAPS
+#define RAYWAVE_NORMAL_MAPS 0
+#endif
+
+// Whether surfaces are there everywhere; otherwise a ray meets them only where alpha passes. The
+// largest Material::alpha_mode in the scene
+#define ALPHA_OPAQUE 0
+#define ALPHA_MASK 1   // some are there where alpha is at least the cutoff
+#define ALPHA_BLEND 2  // some are there with the probability alpha, in cells of blend_rate
+#ifndef RAYWAVE_ALPHA
+#define RAYWAVE_ALPHA ALPHA_OPAQUE
 #endif
 
 // 1: lights are tested for occluders
@@ -39,13 +72,18 @@
 #define RAYWAVE_SHADOWS 0
 #endif
 
-#define RAYWAVE_SCENE_OPTIONS(OPTION)  \
-  OPTION(bvh_depth, RAYWAVE_BVH_DEPTH) \
-  OPTION(lights, RAYWAVE_LIGHTS)       \
-  OPTION(specular, RAYWAVE_SPECULAR)   \
-  OPTION(sharp, RAYWAVE_SHARP)         \
-  OPTION(bounces, RAYWAVE_BOUNCES)     \
-  OPTION(textures, RAYWAVE_TEXTURES)   \
+#define RAYWAVE_SCENE_OPTIONS(OPTION)        \
+  OPTION(bvh_depth, RAYWAVE_BVH_DEPTH)       \
+  OPTION(lights, RAYWAVE_LIGHTS)             \
+  OPTION(highlights, RAYWAVE_HIGHLIGHTS)     \
+  OPTION(light_places, RAYWAVE_LIGHT_PLACES) \
+  OPTION(spots, RAYWAVE_SPOTS)               \
+  OPTION(specular, RAYWAVE_SPECULAR)         \
+  OPTION(sharp, RAYWAVE_SHARP)               \
+  OPTION(bounces, RAYWAVE_BOUNCES)           \
+  OPTION(textures, RAYWAVE_TEXTURES)         \
+  OPTION(normal_maps, RAYWAVE_NORMAL_MAPS)   \
+  OPTION(alpha, RAYWAVE_ALPHA)               \
   OPTION(shadows, RAYWAVE_SHADOWS)
 
 #endif

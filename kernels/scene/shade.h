@@ -9,6 +9,7 @@
 #include "kernels/scene/arrays.h"
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/hit_refinement.h"
+#include "kernels/scene/look.h"
 #include "kernels/scene/options.h"
 
 // Normal of a triangle in the sense of its winding, scene frame. Its length is twice the triangle's
@@ -22,22 +23,42 @@ static inline float3 triangle_cross(const Tree* tree, int index) {
 }
 
 #define REFINED_SURFACES \
-  (RAYWAVE_BOUNCES > 0 || (RAYWAVE_SHARP && RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0))
+  (RAYWAVE_BOUNCES > 0 || (RAYWAVE_SHARP && RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0))
 
 // Position and material of a hit, one per lane. The normal has unit length and points to the side
 // from which the ray came.
 typedef struct {
   floatv x, y, z;
-  floatv nx, ny, nz;
+  floatv nx, ny, nz;  // for shading: as a normal map turns it
+#if RAYWAVE_NORMAL_MAPS
+  floatv side_x, side_y, side_z;  // the same without normal maps: where rays leave the surface
+#endif
   floatv vx, vy, vz;                             // unit vector towards the viewer
   floatv ambient, diffuse, specular, shininess;  // textures applied
+#if RAYWAVE_TEXTURES > TEXTURES_PLAIN
+  floatv emission;
+#endif
   floatv reflectivity, transparency, ior, ior_low, attenuation;
   intv entering;  // the ray hits the outer side of the surface
+#if RAYWAVE_LIGHT_PLACES > 1
+  intv light_place;  // where it looks for lights that have a size
+#endif
 #if REFINED_SURFACES
   // Double-single values from refine_surface; `towards` points to the viewer and has any length
   DoubleSingle3 place, normal, towards;
 #endif
 } Surface;
+
+// Components of the unit normal on whose side rays leave a surface, for shadows and visibility.
+#if RAYWAVE_NORMAL_MAPS
+#define SIDE_X(surface) (surface)->side_x
+#define SIDE_Y(surface) (surface)->side_y
+#define SIDE_Z(surface) (surface)->side_z
+#else
+#define SIDE_X(surface) (surface)->nx
+#define SIDE_Y(surface) (surface)->ny
+#define SIDE_Z(surface) (surface)->nz
+#endif
 
 // (1 - gap)^m for gap in [0, 1] and m >= 0, with 0^0 = 1. The logarithm keeps the relative accuracy
 // of a small gap, so that huge exponents stay accurate.
@@ -70,24 +91,6 @@ static inline floatv pow_unit(floatv gap, floatv m) {
   return LANES_SELECT(result, (floatv)(0.0f), (gap >= 1.0f) & (m > 0.0f));
 }
 
-#if RAYWAVE_TEXTURES
-// Bilinear interpolation of a repeated texture. (0, 0) is the bottom left; row 0 of the picture is
-// on top.
-static inline float texture_at(__global const float* texels, __global const Material* material,
-                               float u, float v) {
-  const int width = material->texture_width, height = material->texture_height;
-  const float x = (u - floor(u)) * (float)width - 0.5f;
-  const float y = (1.0f - (v - floor(v))) * (float)height - 0.5f;
-  const float fx = floor(x), fy = floor(y);
-  const int x0 = ((int)fx + width) % width, y0 = ((int)fy + height) % height;
-  const int x1 = (x0 + 1) % width, y1 = (y0 + 1) % height;
-  __global const float* t = texels + material->texture;
-  const float top = mix(t[y0 * width + x0], t[y0 * width + x1], x - fx);
-  const float bottom = mix(t[y1 * width + x0], t[y1 * width + x1], x - fx);
-  return mix(top, bottom, y - fy);
-}
-#endif
-
 // The surface at each hit. Lanes that miss receive a black one.
 static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, const Hits* hits) {
   int triangle[RAYWAVE_LANES];
@@ -96,6 +99,12 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
       gy[RAYWAVE_LANES], gz[RAYWAVE_LANES];
   float ambient[RAYWAVE_LANES], diffuse[RAYWAVE_LANES], specular[RAYWAVE_LANES],
       shininess[RAYWAVE_LANES];
+#if RAYWAVE_TEXTURES > TEXTURES_PLAIN
+  float emission[RAYWAVE_LANES];
+#endif
+#if RAYWAVE_NORMAL_MAPS
+  float side_x[RAYWAVE_LANES], side_y[RAYWAVE_LANES], side_z[RAYWAVE_LANES];
+#endif
   float reflectivity[RAYWAVE_LANES], transparency[RAYWAVE_LANES], ior[RAYWAVE_LANES],
       ior_low[RAYWAVE_LANES], attenuation[RAYWAVE_LANES];
   LANES_STORE(hits->triangle, triangle);
@@ -107,6 +116,13 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     ambient[i] = diffuse[i] = specular[i] = shininess[i] = reflectivity[i] = transparency[i] =
         ior_low[i] = attenuation[i] = 0.0f;
     ior[i] = 1.0f;
+#if RAYWAVE_TEXTURES > TEXTURES_PLAIN
+    emission[i] = 0.0f;
+#endif
+#if RAYWAVE_NORMAL_MAPS
+    side_x[i] = side_y[i] = 0.0f;
+    side_z[i] = 1.0f;
+#endif
     if (triangle[i] < 0) continue;
     __global const Triangle* s = scene->tree.triangles + triangle[i];
     __global const Material* m = scene->materials + s->material;
@@ -123,25 +139,33 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     gx[i] = face.x;
     gy[i] = face.y;
     gz[i] = face.z;
-    ambient[i] = m->ambient;
-    diffuse[i] = m->diffuse;
-    specular[i] = m->specular;
-    shininess[i] = m->shininess;
+#if RAYWAVE_NORMAL_MAPS
+    side_x[i] = smooth.x;
+    side_y[i] = smooth.y;
+    side_z[i] = smooth.z;
+    const Corners corners = corners_of(&scene->tree, triangle[i]);
+    const float3 from = vload3(0, corners.a);
+    const float3 mapped =
+        mapped_normal(scene, s, b, c, smooth,
+                      direction_in_scene(&scene->tree, triangle[i], vload3(0, corners.b) - from),
+                      direction_in_scene(&scene->tree, triangle[i], vload3(0, corners.c) - from));
+    nx[i] = mapped.x;
+    ny[i] = mapped.y;
+    nz[i] = mapped.z;
+#endif
+    const Look look = look_at(scene, s, a, b, c);
+    ambient[i] = look.ambient;
+    diffuse[i] = look.diffuse;
+    specular[i] = look.specular;
+    shininess[i] = look.shininess;
+#if RAYWAVE_TEXTURES > TEXTURES_PLAIN
+    emission[i] = look.emission;
+#endif
     reflectivity[i] = m->reflectivity;
     transparency[i] = m->transparency;
     ior[i] = m->ior;
     ior_low[i] = m->ior_low;
     attenuation[i] = m->attenuation;
-#if RAYWAVE_TEXTURES
-    if (m->texture >= 0) {
-      const float2 uv = a * vload2((size_t)s->corner_a, scene->uvs) +
-                        b * vload2((size_t)s->corner_b, scene->uvs) +
-                        c * vload2((size_t)s->corner_c, scene->uvs);
-      const float texel = texture_at(scene->texels, m, uv.x, uv.y);
-      ambient[i] *= texel;
-      diffuse[i] *= texel;
-    }
-#endif
   }
   Surface surface;
   surface.x = rays->ox + hits->t * rays->dx;
@@ -151,6 +175,9 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   surface.diffuse = LANES_LOAD(diffuse);
   surface.specular = LANES_LOAD(specular);
   surface.shininess = LANES_LOAD(shininess);
+#if RAYWAVE_TEXTURES > TEXTURES_PLAIN
+  surface.emission = LANES_LOAD(emission);
+#endif
   surface.reflectivity = LANES_LOAD(reflectivity);
   surface.transparency = LANES_LOAD(transparency);
   surface.ior = LANES_LOAD(ior);
@@ -165,7 +192,11 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   // The shading normal is turned to the ray's side as the triangle's normal is. This is right for
   // either winding, and for both sides of open meshes.
   const floatv fx = LANES_LOAD(gx), fy = LANES_LOAD(gy), fz = LANES_LOAD(gz);
+#if RAYWAVE_NORMAL_MAPS
+  const floatv mx = LANES_LOAD(side_x), my = LANES_LOAD(side_y), mz = LANES_LOAD(side_z);
+#else
   const floatv mx = LANES_LOAD(nx), my = LANES_LOAD(ny), mz = LANES_LOAD(nz);
+#endif
   const floatv face_along_ray = fx * rays->dx + fy * rays->dy + fz * rays->dz;
   const floatv face_along_normal = fx * mx + fy * my + fz * mz;
   const floatv inverse = rsqrt(fmax(mx * mx + my * my + mz * mz, (floatv)(1e-30f)));
@@ -174,7 +205,21 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   surface.nx = mx * toward;
   surface.ny = my * toward;
   surface.nz = mz * toward;
+#if RAYWAVE_NORMAL_MAPS
+  surface.side_x = surface.nx;
+  surface.side_y = surface.ny;
+  surface.side_z = surface.nz;
+  const floatv px = LANES_LOAD(nx), py = LANES_LOAD(ny), pz = LANES_LOAD(nz);
+  const floatv side = LANES_SELECT((floatv)(-1.0f), (floatv)(1.0f), toward > 0.0f) *
+                      rsqrt(fmax(px * px + py * py + pz * pz, (floatv)(1e-30f)));
+  surface.nx = px * side;
+  surface.ny = py * side;
+  surface.nz = pz * side;
+#endif
   surface.entering = toward > 0.0f;
+#if RAYWAVE_LIGHT_PLACES > 1
+  surface.light_place = 0;
+#endif
   return surface;
 }
 
@@ -194,11 +239,31 @@ static inline DoubleSingle refine_surface(const SceneArrays* scene, const Line* 
   s->x = ds_high(s->place.x);
   s->y = ds_high(s->place.y);
   s->z = ds_high(s->place.z);
+#if RAYWAVE_NORMAL_MAPS
+  // A map's normal stays as it is
+  const intv mapped =
+      fabs(s->nx - s->side_x) + fabs(s->ny - s->side_y) + fabs(s->nz - s->side_z) > 0.0f;
+  s->side_x = ds_high(s->normal.x);
+  s->side_y = ds_high(s->normal.y);
+  s->side_z = ds_high(s->normal.z);
+  s->nx = LANES_SELECT(s->side_x, s->nx, mapped);
+  s->ny = LANES_SELECT(s->side_y, s->ny, mapped);
+  s->nz = LANES_SELECT(s->side_z, s->nz, mapped);
+#else
   s->nx = ds_high(s->normal.x);
   s->ny = ds_high(s->normal.y);
   s->nz = ds_high(s->normal.z);
+#endif
   return distance;
 }
+#endif
+
+#if RAYWAVE_LIGHT_PLACES > 1
+// The place of a light for the ray (i, j) of a regular set: neighbours look for different ones.
+static inline intv light_place_of(intv i, intv j) { return (i & 3) | (j & 3) << 2; }
+#define LOOK_FOR_LIGHTS(surface, place) ((surface)->light_place = (place))
+#else
+#define LOOK_FOR_LIGHTS(surface, place) ((void)0)
 #endif
 
 // A light as a surface sees it: unit vector towards it and the cosine of the angle of incidence (<=
@@ -207,16 +272,60 @@ typedef struct {
   floatv x, y, z;
   floatv distance;
   floatv facing;
-  float intensity;
+  floatv intensity;
+#if RAYWAVE_SHARP
+  DoubleSingle3 place;  // as in Light
+#endif
 } Incident;
+
+// The light with this number at the place that each lane of the surface looks for.
+static inline Incident light_seen_by(__global const Light* lights, int index, const Surface* s) {
+  Incident in;
+#if RAYWAVE_LIGHT_PLACES > 1
+  int place[RAYWAVE_LANES];
+  float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES];
+  LANES_STORE(s->light_place, place);
+#if RAYWAVE_SHARP
+  float x_low[RAYWAVE_LANES], y_low[RAYWAVE_LANES], z_low[RAYWAVE_LANES];
+#endif
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    __global const Light* light = lights + RAYWAVE_LIGHT_PLACES * index + place[lane];
+    x[lane] = light->x;
+    y[lane] = light->y;
+    z[lane] = light->z;
+#if RAYWAVE_SHARP
+    x_low[lane] = light->x_low;
+    y_low[lane] = light->y_low;
+    z_low[lane] = light->z_low;
+#endif
+  }
+  in.x = LANES_LOAD(x);
+  in.y = LANES_LOAD(y);
+  in.z = LANES_LOAD(z);
+#if RAYWAVE_SHARP
+  const DoubleSingle3 at = {ds(in.x, LANES_LOAD(x_low)), ds(in.y, LANES_LOAD(y_low)),
+                            ds(in.z, LANES_LOAD(z_low))};
+  in.place = at;
+#endif
+#else
+  __global const Light* light = lights + index;
+  (void)s;
+  in.x = light->x;
+  in.y = light->y;
+  in.z = light->z;
+#if RAYWAVE_SHARP
+  const DoubleSingle3 at = {ds(in.x, (floatv)(light->x_low)), ds(in.y, (floatv)(light->y_low)),
+                            ds(in.z, (floatv)(light->z_low))};
+  in.place = at;
+#endif
+#endif
+  return in;
+}
 
 static inline Incident incident(__global const Light* lights, int index, const Surface* s,
                                 float reach) {
-  const Light light = lights[index];
-  Incident in;
-  in.x = light.x;
-  in.y = light.y;
-  in.z = light.z;
+  const Light light = lights[RAYWAVE_LIGHT_PLACES * index];
+  Incident in = light_seen_by(lights, index, s);
   in.distance = reach;
   in.intensity = light.intensity;
   if (light.is_point) {
@@ -229,6 +338,13 @@ static inline Incident incident(__global const Light* lights, int index, const S
     in.x *= inverse;
     in.y *= inverse;
     in.z *= inverse;
+#if RAYWAVE_SPOTS
+    const floatv cosine = -(in.x * light.axis_x + in.y * light.axis_y + in.z * light.axis_z);
+    const floatv edge =
+        clamp(cosine * light.edge_rate + light.edge_offset, (floatv)(0.0f), (floatv)(1.0f));
+    in.intensity *= edge * edge;
+    if (light.falls_off) in.intensity /= fmax(squared, (floatv)(1e-12f));
+#endif
   }
   in.facing = s->nx * in.x + s->ny * in.y + s->nz * in.z;
   return in;
@@ -241,11 +357,17 @@ static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Su
   (void)scene, (void)s, (void)bias;
 #endif
   intv lit = (in->facing > 0.0f) & active;
+#if RAYWAVE_SPOTS
+  lit &= in->intensity > 0.0f;  // beyond a spot's edge there is nothing to hide
+#endif
+#if RAYWAVE_NORMAL_MAPS
+  lit &= in->x * s->side_x + in->y * s->side_y + in->z * s->side_z > 0.0f;
+#endif
 #if RAYWAVE_SHADOWS
   if (LANES_ANY(lit)) {
-    const Rays shadow = {s->x + bias * s->nx,
-                         s->y + bias * s->ny,
-                         s->z + bias * s->nz,
+    const Rays shadow = {s->x + bias * SIDE_X(s),
+                         s->y + bias * SIDE_Y(s),
+                         s->z + bias * SIDE_Z(s),
                          in->x,
                          in->y,
                          in->z,
@@ -258,18 +380,35 @@ static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Su
   return lit;
 }
 
-#if RAYWAVE_SPECULAR && RAYWAVE_LIGHTS > 0
+#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+#if RAYWAVE_SHARP && RAYWAVE_NORMAL_MAPS
+// The normal for shading: that of a map is a float, any other is refined.
+static inline DoubleSingle3 shading_normal(const Surface* s) {
+  const floatv zero = 0.0f;
+  const intv mapped = fabs(s->nx - ds_high(s->normal.x)) + fabs(s->ny - ds_high(s->normal.y)) +
+                          fabs(s->nz - ds_high(s->normal.z)) >
+                      0.0f;
+  const DoubleSingle3 normal = {ds_select(s->normal.x, ds(s->nx, zero), mapped),
+                                ds_select(s->normal.y, ds(s->ny, zero), mapped),
+                                ds_select(s->normal.z, ds(s->nz, zero), mapped)};
+  return normal;
+}
+#endif
+
 // One minus the cosine between the mirrored light and the direction to the viewer.
 static inline floatv mirror_gap(__global const Light* light, const Incident* in, const Surface* s) {
 #if RAYWAVE_SHARP
-  (void)in;
-  DoubleSingle3 from = {ds(light->x, light->x_low), ds(light->y, light->y_low),
-                        ds(light->z, light->z_low)};
+  DoubleSingle3 from = in->place;
   if (light->is_point) from = ds3_minus(from, s->place);
+#if RAYWAVE_NORMAL_MAPS
+  const DoubleSingle3 normal = shading_normal(s);
+#else
+  const DoubleSingle3 normal = s->normal;
+#endif
   // None of the vectors has exactly unit length. The cross product keeps small angles accurate.
-  const DoubleSingle facing = ds3_dot(s->normal, from);
-  const DoubleSingle3 mirrored = ds3_minus(ds3_scaled(s->normal, ds_plus(facing, facing)),
-                                           ds3_scaled(from, ds3_dot(s->normal, s->normal)));
+  const DoubleSingle facing = ds3_dot(normal, from);
+  const DoubleSingle3 mirrored = ds3_minus(ds3_scaled(normal, ds_plus(facing, facing)),
+                                           ds3_scaled(from, ds3_dot(normal, normal)));
   const DoubleSingle3 across = ds3_cross(mirrored, s->towards);
   const floatv rx = ds_high(mirrored.x), ry = ds_high(mirrored.y), rz = ds_high(mirrored.z);
   const floatv vx = ds_high(s->towards.x), vy = ds_high(s->towards.y), vz = ds_high(s->towards.z);
@@ -290,25 +429,36 @@ static inline floatv mirror_gap(__global const Light* light, const Incident* in,
 #endif
 }
 
-// Radiance of a light's highlight towards the viewer.
-static inline floatv highlight(__global const Light* light, const Incident* in, const Surface* s) {
-  return s->specular * pow_unit(mirror_gap(light, in, s), s->shininess);
+// Radiance of the highlight of a light of these towards the viewer, over the light's intensity.
+static inline floatv highlight(__global const Light* lights, int index, const Incident* in,
+                               const Surface* s) {
+  return s->specular *
+         pow_unit(mirror_gap(lights + RAYWAVE_LIGHT_PLACES * index, in, s), s->shininess);
 }
 #endif
+
+// Radiance that no light with a place or a direction makes: ambient light and emission.
+static inline floatv own_light(const SceneArrays* scene, const Surface* s) {
+#if RAYWAVE_TEXTURES > TEXTURES_PLAIN
+  return s->ambient * scene->ambient_light + s->emission;
+#else
+  return s->ambient * scene->ambient_light;
+#endif
+}
 
 // Radiance from the surface towards the viewer, without bounces: the ambient part plus the diffuse
 // and specular parts of all lights.
 static inline floatv phong(const SceneArrays* scene, const Surface* s, float bias, float reach,
                            intv active) {
-  floatv radiance = s->ambient * scene->ambient_light;
+  floatv radiance = own_light(scene, s);
 #if RAYWAVE_LIGHTS > 0
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
     const Incident in = incident(scene->lights, i, s, reach);
     const intv lit = lit_by(scene, &in, s, bias, active);
     if (!LANES_ANY(lit)) continue;
     floatv part = s->diffuse * in.facing;
-#if RAYWAVE_SPECULAR
-    part += highlight(scene->lights + i, &in, s);
+#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+    if (i < RAYWAVE_HIGHLIGHTS) part += highlight(scene->lights, i, &in, s);
 #endif
     radiance += LANES_SELECT((floatv)(0.0f), part * in.intensity, lit);
   }

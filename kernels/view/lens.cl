@@ -73,6 +73,7 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
         const intv hit = hits.triangle >= 0;
         if (!LANES_ANY(hit)) continue;
         Surface surface = surface_at(&scene, &rays, &hits);
+        LOOK_FOR_LIGHTS(&surface, light_place_of(i + column, (intv)(j + row)));
 #if RAYWAVE_BOUNCES > 0
         reach_surface(&path, refine_surface(&scene, &line, &hits, &surface));
 #elif REFINED_SURFACES

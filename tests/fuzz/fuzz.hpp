@@ -68,6 +68,16 @@ inline void require_sound(const Mesh& mesh) {
   for (const glm::dvec3& p : mesh.positions)
     require(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
   for (const glm::dvec3& n : mesh.normals) require(std::abs(glm::length(n) - 1) < 1e-6);
+  require(mesh.colours.empty() || mesh.colours.size() == count);
+  require(mesh.triangle_material.empty() || mesh.triangle_material.size() == mesh.triangles.size());
+  for (const auto m : mesh.triangle_material)
+    require(m >= -1 && m < static_cast<std::int64_t>(mesh.materials.size()));
+  for (const auto& material : mesh.materials) {
+    const auto& look = material.look;
+    for (const auto* map : {&look.base_map, &look.metallic_map, &look.emission_map,
+                            &look.normal_map, &look.alpha_map})
+      require(map->picture < static_cast<std::int64_t>(mesh.pictures.size()));
+  }
 }
 
 #ifdef RAYWAVE_READERS

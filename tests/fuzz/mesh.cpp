@@ -13,7 +13,7 @@ using namespace raywave;
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   // Assimp goes by the extension, which a file in memory has not.
-  constexpr std::array extensions{"ply", "obj", "stl", "gltf"};
+  constexpr std::array extensions{"ply", "obj", "stl", "gltf", "glb"};
   const auto name =
       std::filesystem::temp_directory_path() /
       ("raywave-fuzz-" + std::to_string(getpid()) + "." + extensions[data[0] % extensions.size()]);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replies of reader processes, as this process checks them: a mesh (first byte even) or a picture
-// (odd); the other bytes are the reply. Targets mesh and texture start the readers themselves.
+// Replies of reader processes, as this process checks them: by the first byte modulo 3 a mesh with
+// its materials, the channels of a picture, or cameras and lights; the other bytes are the reply.
+// Targets mesh and texture start the readers themselves.
 #include <fcntl.h>
 
+#include "host/scene/mesh_materials.hpp"
 #include "host/scene/reader_reply.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
@@ -15,14 +17,23 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::require(descriptor >= 0);
   ReaderPipe pipe(descriptor);
   try {
-    if (data[0] % 2 == 0) {
+    if (data[0] % 3 == 0) {
       const Mesh mesh =
-          finish_mesh(receive_mesh(pipe), data[0] % 4 == 0 ? Normals::file : Normals::smooth);
+          finish_mesh(receive_mesh(pipe), data[0] % 2 == 0 ? Normals::file : Normals::smooth);
       fuzz::require_sound(mesh);
+      for (const auto& from : mesh.materials) {
+        const auto material = phong_of(from, {}, 1, "here");
+        for (int c = 0; c < 3; ++c)
+          fuzz::require(material.diffuse[c] >= 0 && material.specular[c] >= 0);
+        fuzz::require(!description_of(from, material, {}, 0).empty());
+      }
+    } else if (data[0] % 3 == 1) {
+      for (const Image& image : receive_channels(pipe))
+        fuzz::require(image.width >= 1 && image.height >= 1 &&
+                      image.pixels.size() == std::size_t{1} * image.width * image.height);
     } else {
-      const Image image = receive_image(pipe);
-      fuzz::require(image.width >= 1 && image.height >= 1 &&
-                    image.pixels.size() == std::size_t{1} * image.width * image.height);
+      const auto set = receive_gltf_set(pipe);
+      for (const auto& light : set.lights) fuzz::require(light.intensity >= 0);
     }
   } catch (const std::runtime_error&) {
     // refused

@@ -56,8 +56,18 @@ write("mesh", "a.obj", b"\1" + (numbers(corners, "v ") + numbers(corners, "vn ")
 write("mesh", "a.stl", b"\2" + bytes(80) + struct.pack("<I", 4) + b"".join(bytes(12) + packed("f", [corners[i] for i in f]) + bytes(2) for f in faces))
 write("mesh", "ascii.stl", b"\2solid a\n" + b"".join(f"facet normal 0 0 0\nouter loop\n{numbers([corners[i] for i in f], 'vertex ')}endloop\nendfacet\n".encode() for f in faces) + b"endsolid a\n")
 write("mesh", "a.gltf", b"\3" + b'{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,1]}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}')
-for mode in (0, 2):
-    write("reply", f"mesh{mode}", bytes([mode]) + vector("d", corners) + vector("d", corners) + vector("d", uvs) + vector("I", faces))
+write("mesh", "vase.glb", b"\4" + (data / "vase.glb").read_bytes())
+map_of = lambda picture: struct.pack("<2i6d2i", picture, 0, 1, 0, 0, 0, 1, 0, 0, 0)
+text = lambda word: vector("b", list(word.encode()))
+count = lambda n: struct.pack("<Q", n)
+look = packed("d", [0.5] * 15 + [0.5, 0.5, 0, 1.5, 1]) + packed("i", [1, 2, 1, 0]) + map_of(0) + 4 * map_of(-1)
+finish = count(1) + text("a.png") + vector("b", list(b"bytes")) + count(1) + text("gold") + look + count(1) + text("a note") + count(0)
+for mode in (0, 3):
+    geometry = vector("d", corners) + vector("d", [[0, 0, 1]] * 4) + vector("d", uvs) + vector("I", faces)
+    write("reply", f"mesh{mode}", bytes([mode]) + geometry + vector("f", [[1, 0.5, 0.25, 1]] * 4) + vector("i", [0, -1, 0, 0]) + finish)
+    write("reply", f"plain{mode}", bytes([mode]) + geometry + 2 * count(0) + 3 * count(0))
+pose = packed("d", [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])
+write("reply", "set", b"\2" + count(1) + text("camera") + pose + packed("d", [0.1]) + count(1) + packed("i", [2, 0]) + pose + packed("d", [1, 1, 1, 5, 0, 40]) + count(0))
 
 # Pictures.
 for file in data.glob("*.png"):
@@ -67,4 +77,4 @@ write("texture", "a.pfm", b"Pf\n2 2\n-1.0\n" + packed("f", [1] * 4))
 write("texture", "a.pgm", b"P5\n3 2\n255\n" + bytes(range(6)))
 write("texture", "a.ppm", b"P6\n1 2\n255\n" + bytes(range(6)))
 write("texture", "a.bmp", b"BM" + struct.pack("<IHHI", 58, 0, 0, 54) + struct.pack("<IiiHHIIiiII", 40, 1, 1, 1, 24, 0, 4, 2835, 2835, 0, 0) + b"\1\2\3\0")
-write("reply", "image", b"\1" + vector("i", [2, 3]) + vector("f", range(6)))
+write("reply", "image", b"\1" + count(2) + 2 * (vector("i", [2, 3]) + vector("f", range(6))))

@@ -203,7 +203,7 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, slm, wrp, sampling, "
        "trace, "
        "accuracy, viewer, refine, light, materials, "
-       "object)"},
+       "object, scene)"},
       {6, "grid = \"large\"", "wrp: grid must be two whole numbers [x, y], got \"large\""},
       {7, "distance = \"far\"",
        "wrp: distance must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km; none for "
@@ -224,8 +224,10 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {13, "frames = 0", "sampling: frames must be 1 to 4096, got 0"},
       {15, "depth = 17", "trace: depth must be 0 to 16, got 17"},
       {16, "shadows = 1", "trace: shadows must be true or false, got 1"},
-      {18, "type = \"spot\"",
-       "light 0: type must be \"ambient\" or \"directional\" or \"point\", got \"spot\""},
+      {18, "type = \"sun\"",
+       "light 0: type must be \"ambient\" or \"directional\" or \"point\" or \"spot\" or \"area\" "
+       "or "
+       "\"environment\", got \"sun\""},
       {19, "direction = [0, 0, 0]", "light 0: direction must be longer than 0, got an array of 3"},
       {20, "intensity = -1", "light 0: intensity must be >= 0, got -1"},
       {20, "intensity = 1e31", "light 0: intensity must be <= 1e+30, got 1e+31"},
@@ -256,7 +258,7 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "object 0: normals must be \"file\" or \"smooth\" or \"flat\", got \"round\""},
       {42, "normal = \"flat\"",
        "object 0: unknown key \"normal\"; did you mean \"normals\"? (keys here: mesh, width, "
-       "position, rotation, material, normals)"},
+       "position, rotation, material, unit, anchor, cut, normals)"},
   };
   const Workshop workshop;
   for (const Case& one : cases) {
@@ -619,6 +621,78 @@ TEST_CASE("more than 1024 lights are refused, and ambient ones are not counted")
   CHECK_THAT(workshop.refusal(scene_of(1025, 0)),
              Catch::Matchers::StartsWith(
                  "scene.toml: 1025 lights with a place or a direction, at most 1024 are"));
+}
+
+TEST_CASE("lights of every type have their keys, and no others") {
+  const Workshop workshop;
+  const std::string object = "[[object]]\nmesh = \"teapot.ply\"\n[[light]]\n";
+  workshop.folder.write("sky.exr", "");
+  const auto loaded = [&](const std::string& keys) {
+    return workshop.load(object + keys).lights[0];
+  };
+  const auto spot = loaded(
+      "type = \"spot\"\nposition = [0, 0, \"1 cm\"]\ndirection = [0, 1, 0]\ninner = 5\nouter = 20\n"
+      "falloff = \"square\"\nhighlights = false\n");
+  CHECK(spot.type == LightType::spot);
+  CHECK(spot.position_m.z == Catch::Approx(0.01));
+  CHECK(spot.direction == glm::dvec3(0, 1, 0));
+  CHECK(spot.inner_deg == 5);
+  CHECK(spot.outer_deg == 20);
+  CHECK(spot.falls_off);
+  CHECK_FALSE(spot.highlights);
+  const auto panel = loaded(
+      "type = \"area\"\nposition = [0, 0, 1e-2]\nedges = [[\"1 mm\", 0, 0], [0, 2e-3, 0]]\n");
+  CHECK(panel.edges_m[0].x == Catch::Approx(1e-3));
+  CHECK(panel.edges_m[1].y == Catch::Approx(2e-3));
+  CHECK(panel.samples == 16);
+  CHECK(panel.highlights);
+  const auto disc = loaded(
+      "type = \"area\"\nposition = [0, 0, 1e-2]\nradius = \"3 mm\"\ndirection = [1, 0, 0]\nsamples "
+      "= 9\n");
+  CHECK(disc.radius_m == Catch::Approx(3e-3));
+  CHECK(disc.samples == 9);
+  const auto sky = loaded("type = \"environment\"\npicture = \"sky.exr\"\nrotation = 30\n");
+  CHECK(sky.picture.filename() == "sky.exr");
+  CHECK(sky.rotation_deg == 30);
+  CHECK(sky.samples == 64);
+  CHECK_FALSE(sky.highlights);
+
+  struct Case {
+    const char *keys, *message;
+  };
+  const Case cases[] = {
+      {"type = \"spot\"\nposition = [0, 0, 1e-2]\n", "direction is missing"},
+      {"type = \"spot\"\ndirection = [0, 0, 1]\n", "position is missing"},
+      {"type = \"spot\"\nposition = [0, 0, 1e-2]\ndirection = [0, 0, 1]\ninner = 60\n",
+       "inner must be < outer (45), got 60"},
+      {"type = \"spot\"\nposition = [0, 0, 1e-2]\ndirection = [0, 0, 1]\nouter = 91\n",
+       "outer must be 0.01 to 90, got 91"},
+      {"type = \"area\"\nposition = [0, 0, 1e-2]\n", "edges is missing"},
+      {"type = \"area\"\nposition = [0, 0, 1e-2]\nradius = 1e-3\n", "direction is missing"},
+      {"type = \"area\"\nposition = [0, 0, 1e-2]\nedges = [[1, 0, 0], [2, 0, 0]]\n",
+       "edges must be two edges that span an area"},
+      {"type = \"area\"\nposition = [0, 0, 1e-2]\nedges = [1, 2]\n",
+       "edges[0] must be three lengths"},
+      {"type = \"area\"\nposition = [0, 0, 1e-2]\nedges = [[1, 0, 0], [0, 1, 0]]\nsamples = 0\n",
+       "samples must be 1 to 1024, got 0"},
+      {"type = \"environment\"\n", "picture is missing"},
+      {"type = \"environment\"\npicture = \"none.exr\"\n", "picture must be a file"},
+      {"type = \"environment\"\npicture = \"sky.exr\"\nfalloff = \"square\"\n",
+       "unknown key \"falloff\""},
+      {"direction = [0, 0, 1]\nsamples = 3\n", "unknown key \"samples\""},
+      {"type = \"point\"\nposition = [0, 0, 1e-2]\nfalloff = \"cube\"\n",
+       "falloff must be \"none\" or \"square\", got \"cube\""},
+  };
+  for (const Case& one : cases) {
+    const auto message = workshop.refusal(object + one.keys);
+    CHECK_THAT(message, Catch::Matchers::ContainsSubstring(one.message));
+    CHECK_THAT(message, Catch::Matchers::ContainsSubstring("light 0"));
+  }
+  // Samples count against the limit
+  CHECK_THAT(workshop.refusal(object + "direction = [0, 0, 1]\n[[light]]\ntype = \"area\"\n"
+                                       "position = [0, 0, 1e-2]\nedges = [[1, 0, 0], [0, 1, 0]]\n"
+                                       "samples = 1024\n"),
+             Catch::Matchers::ContainsSubstring("1025 lights"));
 }
 
 TEST_CASE("text that is not TOML is refused with its line") {

@@ -30,13 +30,13 @@ inline Image load_texture_in_fork(const std::filesystem::path& file, int channel
     close(ends[1]);
     std::string words[] = {"reader", "30", std::to_string(std::uint64_t{6} << 30)};
     char* arguments[] = {words[0].data(), words[1].data(), words[2].data()};
-    Image image;
+    std::vector<Image> channels;
     serve(
         3, arguments,
         [&](const auto&) {
-          image = read_image({"texture", file.string(), std::to_string(channel)});
+          channels = read_image({"texture", file.string(), std::to_string(channel)});
         },
-        [&](ReaderPipe& out) { send(out, image); });
+        [&](ReaderPipe& out) { send(out, channels); });
   }
   close(ends[1]);
   Image image;
@@ -46,7 +46,7 @@ inline Image load_texture_in_fork(const std::filesystem::path& file, int channel
     Verdict verdict{};
     in.read(std::as_writable_bytes(std::span(&verdict, 1)));
     if (verdict == Verdict::done)
-      image = receive_image(in);
+      image = receive_channels(in).at(0);
     else
       failure = "refused";
   } catch (const std::runtime_error& error) {

@@ -125,7 +125,7 @@ std::vector<Finish> finishes_of(const Scene& scene, const TradeKnobs& base, cons
 
 /// Adds, for each knob that the scene leaves open, a row for every value; other knobs keep the base
 /// value.
-void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
+void add_steps(Trade& trade, const World& world, Rows& rows, const std::vector<double>& pitches_m,
                const TradeSpec& spec) {
   const auto base = trade.rows[trade.base].knobs;
   const auto step = [&](const std::string& knob, const std::string& value,
@@ -151,7 +151,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
   vary("sampling.pitch", {pitches_m.begin(), pitches_m.end()}, 3);
   vary("sampling.frames", {frames_tried.begin(), frames_tried.end()}, 3);
   if (trade.scene.wrp.propagation == WrpPropagation::automatic &&
-      why_not_compact(trade.scene).empty())
+      why_not_compact(trade.scene, world).empty())
     vary("wrp.propagation", {"spectrum", "compact"}, 2);
   const bool has_wrps = base.propagation == WrpPropagation::spectrum;
   if (has_wrps) vary("wrp.padding", {paddings_tried.begin(), paddings_tried.end()}, 3);
@@ -276,7 +276,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
     if (std::find(pitches_m.begin(), pitches_m.end(), c.pitch_m) == pitches_m.end())
       pitches_m.push_back(c.pitch_m);
   }
-  add_steps(trade, rows, pitches_m, spec);
+  add_steps(trade, world, rows, pitches_m, spec);
 
   // Rows of choices at or near the predicted frontier, in which several knobs vary together
   const auto base = trade.rows[trade.base].knobs;

@@ -48,6 +48,15 @@ std::string digits_of(const Trade& trade, const World& world) {
   for (const auto& texture : world.textures) {
     if (texture) append_bytes(all, texture->pixels);
   }
+  // What meshes bring along
+  append_bytes(all, world.colours);
+  append_bytes(all, world.triangle_material);
+  for (const auto& found : world.found)
+    for (const auto& material : found.materials) all += material.name + material.description;
+  for (const auto& maps : world.maps) {
+    for (const auto* map : maps.all())
+      if (*map) append_bytes(all, map->image->pixels);
+  }
   return hash_name(all);
 }
 

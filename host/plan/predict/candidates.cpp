@@ -155,8 +155,7 @@ void Candidates::add_choices(double pitch_m, const std::vector<int>& counts,
 /// Without predictions of errors and pictures.
 Candidates::Layout Candidates::layout(int layers, const Plan& plan) const {
   Layout l{layers, gathering_of(plan), {}, {}};
-  if (scene_.given.contains("wrp.oversampling") || plan.has_fans() || plan.compact)
-    return l;
+  if (scene_.given.contains("wrp.oversampling") || plan.has_fans() || plan.compact) return l;
   auto few = plan;
   bool any = false;
   for (auto& layer : few.layers) {

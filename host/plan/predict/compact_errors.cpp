@@ -162,10 +162,10 @@ double sharpest_highlight(const Plan& plan) {
   const bool is_lit = std::any_of(all.lights.begin(), all.lights.end(),
                                   [](const Light& l) { return l.type != LightType::ambient; });
   double exponent = 0;
-  for (const auto number : all.material_of_object) {
+  for (const auto number : all.used) {
     const auto& material = all.materials[static_cast<std::size_t>(number)];
-    if (is_lit && material.specular[channel_of(plan.wavelength_m)] > 0)
-      exponent = std::max(exponent, material.shininess);
+    if (is_lit && has_highlights(material, channel_of(plan.wavelength_m)))
+      exponent = std::max(exponent, sharpest_shininess(material));
   }
   const double angle = plan.tile_window_m().y / 2 / plan.near_m;
   return exponent / 4 * angle * angle;

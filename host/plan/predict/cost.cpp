@@ -24,6 +24,12 @@ namespace {
 constexpr double ray_of_cell = 3.9, rays_of_sample = 14, rays_of_sheet = 23, rays_of_mask = 20,
                  rays_without_breaks = 170, rays_of_sheet_without_breaks = 20;
 
+/// What finds samples in mirrors and glass, likewise: a cell that shows them, a segment of a path
+/// of its parts, one that meets nothing, and a source with each surface on its way; fits of a path
+/// over the same.
+constexpr double rays_of_mirror = 65, rays_of_segment = 600, rays_of_lost_segment = 350,
+                 rays_of_path = 100, fits_of_path = 2.4;
+
 /// The same in rays times depth: a triangle whose breaks are looked for, shading a part of a cell
 /// where parts differ in more than coverage, and the launches of a picture.
 constexpr double levels_of_triangle = 140, levels_of_part = 37, levels_of_picture = 1.34e6;
@@ -134,9 +140,9 @@ Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at
              : Crossing{};
 }
 
-std::ptrdiff_t lights_of(const Lighting& lighting) {
-  return std::count_if(lighting.lights.begin(), lighting.lights.end(),
-                       [](const Light& l) { return l.type != LightType::ambient; });
+/// Lights whose highlights are shaded, each of its samples counted.
+int lights_of(const Lighting& lighting) {
+  return directions_of(lighting.lights, [](const Light& light) { return light.highlights; });
 }
 
 /// Pixels of a WRP, one for each that a pass writes: gathered, and with all rows.
@@ -189,7 +195,6 @@ Footprints compact_footprints(const Plan& plan, const FrontView& view) {
   const auto tiles = static_cast<double>(plan.tiles.size());
   const int step =
       std::max(1, static_cast<int>(std::sqrt(tiles * view.size.x * view.size.y / most_looks)));
-  const double weight = static_cast<double>(step) * step;
   const auto lights = static_cast<double>(lights_of(plan.lighting));
   for (int y = step / 2; y < view.size.y; y += step) {
     for (int x = step / 2; x < view.size.x; x += step) {
@@ -197,6 +202,7 @@ Footprints compact_footprints(const Plan& plan, const FrontView& view) {
                         static_cast<std::size_t>(x);
       const double z_m = view.depth_m[cell];
       if (z_m == 0) continue;
+      const double weight = static_cast<double>(step) * step * view.sources[cell];
       const double z0_m = plan.layer_at(z_m).distance_m;
       const bool hidden = view.partly_hidden[cell];
       for (const auto& tile : plan.tiles) {
@@ -253,10 +259,10 @@ Footprints footprints_of(const Plan& plan, const FrontView& view) {
         const auto across = crossing(plan, layer, 0, at.x, z, first.x, last.x),
                    up = crossing(plan, layer, 1, at.y, z, first.y, last.y);
         if (across.pixels == 0 || up.pixels == 0) continue;
-        const double width = across.pixels + tile_width;
+        const double width = (across.pixels + tile_width) * view.sources[cell];
         if (across.near || up.near) {
           footprints.near_pixels += width * up.pixels;
-          footprints.near_sides += across.pixels + up.pixels;
+          footprints.near_sides += (across.pixels + up.pixels) * view.sources[cell];
           continue;
         }
         footprints.far_pixels += width * up.pixels;
@@ -285,9 +291,9 @@ void count_samples(const World& world, const Plan& plan, const FrontView& view, 
                more_sheets = std::max(0.0, sheets - 1),
                masks = std::pow(plan.visibility_parts / 8.0, 2),
                parts = plan.antialias * plan.antialias;
-  const bool differ = plan.lighting.shadows || plan.lighting.any_material([](const Material& m) {
-    return m.texture.has_value();
-  });
+  const bool differ =
+      plan.lighting.shadows || plan.lighting.textures > 0 ||
+      std::any_of(plan.lighting.lights.begin(), plan.lighting.lights.end(), has_size);
   double rays = ray_of_cell * plan.lattice.size.x * plan.lattice.size.y +
                 samples * (rays_of_sample + rays_of_sheet * more_sheets);
   if (knows_breaks(world, plan)) {
@@ -299,6 +305,13 @@ void count_samples(const World& world, const Plan& plan, const FrontView& view, 
     rays += samples * (1 + masks) / 2 *
             (rays_without_breaks + rays_of_sheet_without_breaks * more_sheets);
   }
+  // What mirrors and glass show: rays of all parts of a cell along each path, and to the parts of
+  // the hologram from each source
+  work.samples += view.images * samples_of_a_cell;
+  const double to_parts =
+      (view.images + view.image_surfaces) * (1 + (has_fitted_paths(plan) ? fits_of_path : 0));
+  rays += samples_of_a_cell * (rays_of_mirror * view.specular + rays_of_segment * view.segments +
+                               rays_of_lost_segment * view.lost + rays_of_path * to_parts);
   work.rays += descent * rays + levels_of_picture;
   if (differ) work.rays += levels_of_part * parts * samples;
   if (plan.lighting.shadows)

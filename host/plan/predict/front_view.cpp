@@ -5,8 +5,12 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <numeric>
 #include <type_traits>
+
+#include "host/plan/placed_lights.hpp"
 
 namespace raywave {
 namespace {
@@ -14,17 +18,26 @@ namespace {
 /// The lights' part of Phong's model and the ambient light, as kernels/scene/shade.h has them.
 class Shading {
 public:
-  Shading(const Scene& scene, const Textures& textures)
-      : scene_(scene), textures_(textures), channel_(channel_of(scene.hologram.wavelength_m)) {
+  Shading(const Scene& scene, const World& world, const Plan& plan)
+      : materials_(plan.lighting.materials),
+        first_of_meshes_(static_cast<std::size_t>(plan.lighting.first_of_meshes)),
+        world_(world),
+        channel_(channel_of(scene.hologram.wavelength_m)) {
     double sum = 0;
     bool any = false;
-    for (const auto& light : scene.lights) {
-      if (light.type != LightType::ambient) {
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+      const auto& light = scene.lights[i];
+      if (light.type == LightType::environment) {
+        // Seen from afar it is ambient light of matt surfaces
+        const auto environments = environments_of(world.textures, plan.lighting);
+        surrounding_ += light.intensity * mean_radiance(*environments.at(i));
+        directions_around_ += light.samples;
+      } else if (light.type != LightType::ambient) {
         lights_.push_back(light);
-        continue;
+      } else {
+        sum += light.intensity;
+        any = true;
       }
-      sum += light.intensity;
-      any = true;
     }
     ambient_light_ = any ? sum : 1;
 
@@ -45,36 +58,60 @@ public:
 
   /// normal  towards the viewer, of unit length
   double radiance(int material, glm::dvec3 place, glm::dvec3 normal, glm::dvec2 uv) const {
-    const auto& m = scene_.materials[static_cast<std::size_t>(material)];
-    const double texel =
-        texel_at(texture_of(scene_.materials, textures_, static_cast<std::size_t>(material)), uv);
+    const auto& m = materials_[static_cast<std::size_t>(material)];
+    const double texel = texel_at(texture(static_cast<std::size_t>(material)), uv);
     const auto to_viewer = -glm::normalize(place);
-    double sum = m.ambient[channel_] * texel * ambient_light_;
+    double sum = m.ambient[channel_] * texel * ambient_light_ +
+                 m.emission[channel_] * (m.unlit ? texel : 1) +
+                 m.diffuse[channel_] * texel * surrounding_;
     for (const auto& light : lights_) {
-      const auto to_light = glm::normalize(light.type == LightType::point ? light.position_m - place
-                                                                          : -light.direction);
+      const auto to_light = glm::normalize(way_to(light, place));
       const double facing = glm::dot(normal, to_light);
       if (facing <= 0) continue;
       const double mirrored = glm::dot(2 * facing * normal - to_light, to_viewer);
       const double highlight = m.shininess == 0 ? 1
                                : mirrored > 0   ? std::pow(std::min(mirrored, 1.0), m.shininess)
                                                 : 0;
-      sum += light.intensity *
+      sum += intensity_at(light, place) *
              (m.diffuse[channel_] * texel * facing + m.specular[channel_] * highlight);
     }
     return sum;
   }
 
+  /// Directions in which a surface looks for lights, half of those of an environment.
   double lights_faced(glm::dvec3 place, glm::dvec3 normal) const {
-    return stand_for_ * static_cast<double>(
-                            std::count_if(lights_.begin(), lights_.end(), [&](const Light& light) {
-                              return glm::dot(normal, light.type == LightType::point
-                                                          ? light.position_m - place
-                                                          : -light.direction) > 0;
-                            }));
+    double faced = 0;
+    for (const auto& light : lights_)
+      if (glm::dot(normal, way_to(light, place)) > 0 && intensity_at(light, place) > 0)
+        faced += directions_of(light);
+    return stand_for_ * faced + 0.5 * directions_around_;
   }
 
 private:
+  static glm::dvec3 way_to(const Light& light, glm::dvec3 place) {
+    return light.type == LightType::directional ? -light.direction : light.position_m - place;
+  }
+
+  static double intensity_at(const Light& light, glm::dvec3 place) {
+    if (light.type == LightType::directional) return light.intensity;
+    const auto way = place - light.position_m;
+    double intensity = light.intensity;
+    if (light.falls_off) intensity /= std::max(glm::dot(way, way), 1e-12);
+    if (light.type != LightType::spot) return intensity;
+    const double inner = std::cos(glm::radians(light.inner_deg)),
+                 outer = std::cos(glm::radians(light.outer_deg)),
+                 cosine = glm::dot(glm::normalize(way), glm::normalize(light.direction));
+    return intensity * std::pow(std::clamp((cosine - outer) / (inner - outer), 0.0, 1.0), 2);
+  }
+
+  /// The colour of a material; where it lies otherwise than its mesh's coordinates say is not
+  /// looked at.
+  const Image* texture(std::size_t material) const {
+    return material < first_of_meshes_
+               ? texture_of(materials_, world_.textures, material)
+               : world_.maps[material - first_of_meshes_].colour.image.get();
+  }
+
   static double texel_at(const Image* texture, glm::dvec2 uv) {
     if (!texture) return 1;
     const auto index = [](double share, int count) {
@@ -86,13 +123,16 @@ private:
                            static_cast<std::size_t>(x)];
   }
 
-  const Scene& scene_;
   static constexpr std::size_t most = 32;
 
-  const Textures& textures_;
+  const std::vector<Material>& materials_;
+  std::size_t first_of_meshes_;  // of the materials
+  const World& world_;
   int channel_;
-  std::vector<Light> lights_;  // without ambient ones
-  double stand_for_ = 1;       // lights of the scene for each of `lights_`
+  std::vector<Light> lights_;     // without ambient ones and environments
+  double surrounding_ = 0;        // mean radiance of environments
+  double directions_around_ = 0;  // in which they are looked for
+  double stand_for_ = 1;          // lights of the scene for each of `lights_`
   double ambient_light_;
 };
 
@@ -205,6 +245,55 @@ void find_breaks(const Plan& plan, const std::vector<bool>& steep, FrontView& vi
   }
 }
 
+/// Replaces mirrors and glass by what they show.
+///
+/// specular  share of the light that each cell's surface mirrors or lets through
+void add_images(const Plan& plan, const std::vector<float>& specular, FrontView& view) {
+  if (plan.images.rays == 0) return;
+  double light = 0, cells = 0;
+  for (std::size_t cell = 0; cell < specular.size(); ++cell) {
+    if (view.depth_m[cell] == 0 || specular[cell] > 0) continue;
+    light += view.radiance[cell];
+    ++cells;
+  }
+  const double mean = cells > 0 ? light / cells : 0,
+               segments = plan.images.segments / plan.images.rays,
+               lost = plan.images.lost / plan.images.rays;
+  const auto& images = plan.images.all;
+  std::size_t cell = 0;
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x, ++cell) {
+      if (view.depth_m[cell] == 0 || specular[cell] == 0) continue;
+      ++view.specular;
+      view.segments += segments;
+      view.lost += lost;
+      const bool has_own = specular[cell] < 1;
+      if (!has_own) view.sources[cell] = view.depth_m[cell] = view.radiance[cell] = 0;
+      const glm::ivec2 at((view.tangent(x, y) - plan.images.low) / plan.images.step);
+      if (glm::any(glm::lessThan(at, glm::ivec2(0))) ||
+          glm::any(glm::greaterThanEqual(at, plan.images.size)))
+        continue;
+      const int ray = at.y * plan.images.size.x + at.x;
+      float brightest = 0;
+      for (auto i =
+               std::lower_bound(images.begin(), images.end(), ray,
+                                [](const auto&image, int wanted) { return image.ray < wanted; });
+           i != images.end() && i->ray == ray; ++i) {
+        ++view.sources[cell];
+        ++view.images;
+        view.image_surfaces += i->surfaces;
+        const auto shown = static_cast<float>(i->share * mean);
+        view.radiance[cell] += shown;
+        if (shown <= brightest || has_own) continue;
+        brightest = shown;
+        view.depth_m[cell] =
+            static_cast<float>(std::clamp(i->at_m.z, plan.images.near_m, plan.images.far_m));
+        view.shiny[cell] = false;
+      }
+    }
+  }
+}
+
 }  // namespace
 
 FrontView front_view(const Scene& scene, const World& world, const Plan& plan, int longest) {
@@ -217,7 +306,9 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
   view.depth_m.assign(cells, 0);
   view.radiance.assign(cells, 0);
   view.shiny.assign(cells, false);
-  const Shading shading(scene, world.textures);
+  view.sources.assign(cells, 0);
+  std::vector<float> specular(cells, 0);
+  const Shading shading(scene, world, plan);
   std::vector<glm::vec3> hit(cells);  // triangle's index is kept apart: a float counts too few
   std::vector<std::uint32_t> nearest(cells, 0);
 
@@ -258,7 +349,7 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
   for (auto& level : levels) level = std::log2(level);
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (view.depth_m[cell] == 0) continue;
-    ++view.covered;
+    view.sources[cell] = 1;
     const auto corners = world.triangles[nearest[cell]];
     const auto mix = [&](const auto& values) {
       using Value = std::decay_t<decltype(values[0])>;
@@ -275,17 +366,24 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
     const double length = glm::length(smooth);
     auto normal = length > 0 ? smooth / length : glm::normalize(face);
     if ((glm::dot(face, place) > 0) == (glm::dot(face, normal) > 0)) normal = -normal;
-    const int material = scene.objects[static_cast<std::size_t>(object)].material;
-    view.shiny[cell] = scene.materials[static_cast<std::size_t>(material)]
-                           .specular[channel_of(scene.hologram.wavelength_m)] > 0;
-    view.radiance[cell] =
-        static_cast<float>(shading.radiance(material, place, normal, glm::dvec2(mix(world.uvs))));
+    const int number = plan.lighting.material_of(static_cast<std::size_t>(object),
+                                                 world.material_of(nearest[cell]));
+    const auto& material = plan.lighting.materials[static_cast<std::size_t>(number)];
+    const double wavelength_m = scene.hologram.wavelength_m;
+    const double mirrored = std::min(
+        material.reflectivity.at(wavelength_m) + material.transparency.at(wavelength_m), 1.0);
+    specular[cell] = static_cast<float>(mirrored);
+    view.covered += mirrored < 1;
+    view.shiny[cell] = has_highlights(material, channel_of(wavelength_m)) && mirrored < 1;
+    view.radiance[cell] = static_cast<float>(
+        (1 - mirrored) * shading.radiance(number, place, normal, glm::dvec2(mix(world.uvs))));
     steep[cell] = is_steep(plan, place, face);
     const double lights = shading.lights_faced(place, normal);
     view.lights_faced += lights;
     view.lights_faced_levels += lights * levels[static_cast<std::size_t>(object)];
   }
   find_breaks(plan, steep, view);
+  add_images(plan, specular, view);
   return view;
 }
 

@@ -16,11 +16,14 @@ namespace raywave {
 /// stand for equal solid angles, as samples do.
 struct FrontView {
   glm::ivec2 size{0, 0};
-  glm::dvec2 low{0, 0};         // tangents of the raster's corner
-  double step = 1;              // tangent between cells
-  std::vector<float> depth_m;   // of the nearest surface; 0 where there is none
-  std::vector<float> radiance;  // of it, Phong without shadows, mirrors and glass
-  std::vector<bool> shiny;      // it has highlights
+  glm::dvec2 low{0, 0};  // tangents of the raster's corner
+  double step = 1;       // tangent between cells
+  // Of the nearest surface, or of the brightest image that it shows; 0 where there is none
+  std::vector<float> depth_m;
+  // Of it: Phong without shadows; what mirrors and glass show counts as bright as the mean of all
+  // other surfaces
+  std::vector<float> radiance;
+  std::vector<bool> shiny;  // it has highlights
   // Surfaces met by a ray to each cell, summed over the cells: outsides of closed meshes, all of
   // open ones
   double pierced = 0;
@@ -31,6 +34,13 @@ struct FrontView {
   // Cells whose surface is hidden from some part of the hologram by one that ends before it
   std::vector<bool> partly_hidden;
   double hidden = 0;  // as many
+  // Samples that a ray through each cell's middle finds, for each lattice cell there: 1 where it
+  // meets a surface with light of its own, and what mirrors and glass show beside it
+  std::vector<float> sources;
+  double specular = 0;  // cells that show mirrors or glass first
+  // Of these: sources that they show, their surfaces in all, and segments of all their paths
+  double images = 0, image_surfaces = 0, segments = 0;
+  double lost = 0;  // segments that meet nothing
   // Lights that each cell's surface faces, and these times the depth of the tree of its object,
   // summed over the cells
   double lights_faced = 0, lights_faced_levels = 0;

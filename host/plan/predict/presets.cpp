@@ -242,6 +242,9 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   auto& s = planned.scene;
   if (goal.preset == Preset::reference && !scene.given.contains("accuracy.phase"))
     s.accuracy.phase_turns = reference_phase_turns;
+  if ((goal.preset == Preset::accurate || goal.preset == Preset::reference) &&
+      s.trace.bounces == Bounces::automatic)
+    s.trace.bounces = Bounces::paths;
   std::optional<Candidates> candidates(std::in_place, s, world, device);
   std::string why_layers, why_refined;
   // Nothing is chosen for pictures that the machine cannot hold: a line says so at once

@@ -19,6 +19,9 @@ namespace {
 /// Below this share of the scene's light a loss is not worth a line.
 constexpr double least_loss = 0.005;
 
+/// The planner itself leaves two hundredths of the images' light beyond the depths of its planes.
+constexpr double least_image_loss = 0.05;
+
 std::string degrees(double sine) {
   return number_text(std::round(std::asin(sine) * 1800 / std::numbers::pi) / 10);
 }
@@ -169,6 +172,10 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
            " of the scene's light passes beside the WRPs: a larger wrp.grid, or \"auto\", catches "
            "it");
   }
+  if (const double beyond = plan.images.beyond; beyond > least_image_loss)
+    warn(percent_text(beyond) +
+         " of the scene's light is seen in mirrors and glass behind the hologram or far away, and "
+         "is shown out of focus: flatter mirrors and thinner glass keep it near the scene");
   if (const double beside = plan.compact && scene.wrp.grid ? share_beside_lattice(world, plan) : 0;
       beside > least_loss)
     warn(percent_text(beside) +
@@ -208,15 +215,13 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
            "not");
   }
 
-  const auto used = [&](auto&& test) {
-    return std::find_if(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
-      return test(scene.materials[static_cast<std::size_t>(o.material)]);
-    });
-  };
-  const auto bounces = used([](const Material& m) { return m.is_specular(); });
-  if (bounces != scene.objects.end() && scene.trace.depth == 0)
-    warn("material " +
-         in_quotes(scene.materials[static_cast<std::size_t>(bounces->material)].name) +
+  const auto& materials = plan.lighting.materials;
+  const auto bounces =
+      std::find_if(plan.lighting.used.begin(), plan.lighting.used.end(), [&](std::int32_t number) {
+        return materials[static_cast<std::size_t>(number)].is_specular();
+      });
+  if (bounces != plan.lighting.used.end() && scene.trace.depth == 0)
+    warn("material " + in_quotes(materials[static_cast<std::size_t>(*bounces)].name) +
          " is a mirror or glass, but trace.depth is 0: its reflections stay dark");
   if (plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns() >=
       scene.accuracy.phase_turns)

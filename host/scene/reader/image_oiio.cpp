@@ -6,7 +6,9 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "host/common/error.hpp"
 #include "host/scene/reader/readers.hpp"
@@ -65,6 +67,29 @@ Image read_texture(const std::filesystem::path& file, int channel) {
   return read_linear(*input, input->spec().nchannels < 3 ? 0 : channel);
 }
 
+/// The channel of a letter, as load_channels has them.
+Image read_channel(OIIO::ImageInput& input, char letter) {
+  const auto& spec = input.spec();
+  const std::string_view light = "rgb", data = "RGB";
+  const auto place = [&](std::string_view letters) {
+    return spec.nchannels < 3 ? 0 : static_cast<int>(letters.find(letter));
+  };
+  if (light.find(letter) != std::string_view::npos) return read_linear(input, place(light));
+  if (data.find(letter) != std::string_view::npos) return read(input, place(data));
+  if (letter != 'A') throw std::invalid_argument("no such channel");
+  if (spec.alpha_channel >= 0) return read(input, spec.alpha_channel);
+  Image opaque{spec.width, spec.height, {}};
+  opaque.pixels.resize(std::size_t{1} * spec.width * spec.height, 1.0f);
+  return opaque;
+}
+
+std::vector<Image> read_channels(const std::filesystem::path& file, const std::string& letters) {
+  const auto input = open(file, kMaxTextureSide);
+  std::vector<Image> channels;
+  for (const char letter : letters) channels.push_back(read_channel(*input, letter));
+  return channels;
+}
+
 Image read_grey(const std::filesystem::path& file) {
   const auto input = open(file, kMaxTextureSide);
   if (input->spec().nchannels != 1)
@@ -89,14 +114,15 @@ Image read_levels(const std::filesystem::path& file) {
 
 }  // namespace
 
-Image read_image(const std::vector<std::string>& arguments) {
+std::vector<Image> read_image(const std::vector<std::string>& arguments) {
   // Threads count against the limits.
   OIIO::attribute("threads", 1);
   OIIO::attribute("exr_threads", -1);
   const auto &kind = arguments.at(0), &file = arguments.at(1);
-  if (kind == "texture") return read_texture(file, std::stoi(arguments.at(2)));
-  if (kind == "grey") return read_grey(file);
-  if (kind == "levels") return read_levels(file);
+  if (kind == "texture") return {read_texture(file, std::stoi(arguments.at(2)))};
+  if (kind == "channels") return read_channels(file, arguments.at(2));
+  if (kind == "grey") return {read_grey(file)};
+  if (kind == "levels") return {read_levels(file)};
   throw std::invalid_argument("raywave and its reader are not of the same version");
 }
 

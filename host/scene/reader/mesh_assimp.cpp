@@ -22,6 +22,7 @@
 
 #include "host/common/error.hpp"
 #include "host/scene/mesh.hpp"
+#include "host/scene/reader/materials_assimp.hpp"
 #include "host/scene/reader/readers.hpp"
 #include "host/scene/reader_reply.hpp"
 #include "host/scene/vectors.hpp"
@@ -38,8 +39,34 @@ glm::dmat4 to_glm(const aiMatrix4x4& m) {  // Assimp stores rows, glm columns
 
 glm::dvec3 to_glm(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 
+float linear_from_srgb(float s) {
+  return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
+}
+
+/// The colour of a vertex, linear; white where the file has nonsense.
+glm::vec4 colour_of(const aiColor4D& c, bool is_linear) {
+  glm::vec4 colour(c.r, c.g, c.b, c.a);
+  for (int i = 0; i < 4; ++i) {
+    if (!std::isfinite(colour[i])) return glm::vec4(1);
+    colour[i] = std::clamp(colour[i], 0.0f, i < 3 ? 1e6f : 1.0f);
+    if (!is_linear && i < 3) colour[i] = linear_from_srgb(std::min(colour[i], 1.0f));
+  }
+  return colour;
+}
+
+void note_once(Mesh& mesh, const char* what) {
+  if (std::find(mesh.notes.begin(), mesh.notes.end(), what) == mesh.notes.end())
+    mesh.notes.emplace_back(what);
+}
+
 /// Appends one part of the file. `raw` keeps a normal of zero where the file has none.
-void append(const aiMesh& part, const glm::dmat4& world_from_part, Mesh& raw) {
+void append(const aiMesh& part, const glm::dmat4& world_from_part, MaterialReader& materials,
+            Mesh& raw) {
+  const auto material = materials.material_of(part);
+  const unsigned coordinates = materials.coordinates_of(part);
+  if (part.HasVertexColors(0)) raw.colours.resize(raw.positions.size(), glm::vec4(1));
+  if (part.HasBones()) note_once(raw, "bones are ignored");
+  if (part.mNumAnimMeshes > 0) note_once(raw, "morph targets are ignored");
   const auto first = static_cast<glm::uint>(raw.positions.size());
   const glm::dmat3 linear(world_from_part);
   const double orientation = glm::determinant(linear) < 0 ? -1 : 1;
@@ -56,10 +83,14 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, Mesh& raw) {
     raw.normals.push_back(part.HasNormals()
                               ? unit_or_zero(orientation * (cofactor * to_glm(part.mNormals[i])))
                               : glm::dvec3(0));
-    const glm::dvec3 uv =
-        part.HasTextureCoords(0) ? to_glm(part.mTextureCoords[0][i]) : glm::dvec3(0);
+    const glm::dvec3 uv = part.HasTextureCoords(coordinates)
+                              ? to_glm(part.mTextureCoords[coordinates][i])
+                              : glm::dvec3(0);
     raw.uvs.push_back(is_finite(uv) ? glm::dvec2(uv) : glm::dvec2(0));
+    if (part.HasVertexColors(0))
+      raw.colours.push_back(colour_of(part.mColors[0][i], materials.has_linear_colours()));
   }
+  if (!raw.colours.empty()) raw.colours.resize(raw.positions.size(), glm::vec4(1));
   for (unsigned i = 0; i < part.mNumFaces; ++i) {
     const aiFace& face = part.mFaces[i];
     if (face.mNumIndices != 3) continue;  // points and lines
@@ -68,13 +99,16 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, Mesh& raw) {
       throw InputError("face " + std::to_string(i) + " names a vertex that is not there");
     if (orientation < 0) std::swap(corner[1], corner[2]);  // a mirror turns triangles inside out
     raw.triangles.emplace_back(first + corner[0], first + corner[1], first + corner[2]);
+    raw.triangle_material.push_back(material);
   }
 }
 
 /// Merges all parts as the file places them. Without recursion, for a file may nest its nodes to
 /// any depth.
-Mesh flatten(const aiScene& scene) {
+Mesh flatten(const aiScene& scene, const std::filesystem::path& file) {
   Mesh raw;
+  MaterialReader materials(scene, file, raw);
+  if (scene.mNumAnimations > 0) raw.notes.emplace_back("animations are ignored");
   std::vector<std::pair<const aiNode*, glm::dmat4>> pending{{scene.mRootNode, glm::dmat4(1)}};
   for (std::size_t visited = 0; !pending.empty(); ++visited) {
     const auto [node, world_from_parent] = pending.back();
@@ -85,11 +119,12 @@ Mesh flatten(const aiScene& scene) {
       if (visited > kMaxNodes || raw.triangles.size() + part.mNumFaces > most_triangles_of_file ||
           raw.positions.size() + part.mNumVertices > most_vertices_of_file)
         throw InputError("more than " + std::to_string(most_triangles_of_file) + " triangles");
-      append(part, world_from_node, raw);
+      append(part, world_from_node, materials, raw);
     }
     for (unsigned i = 0; i < node->mNumChildren; ++i)
       pending.emplace_back(node->mChildren[i], world_from_node);
   }
+  if (raw.materials.empty()) raw.triangle_material.clear();
   return raw;
 }
 
@@ -182,7 +217,7 @@ Mesh read_mesh(const std::filesystem::path& file) {
   Assimp::Importer importer;
   prepare(importer);
   if (const auto* scene = importer.ReadFile(file.string(), steps); scene && scene->mRootNode)
-    return flatten(*scene);
+    return flatten(*scene, file);
 
   // Once more without what is no surface, such as empty solids or a camera without a place; by an
   // importer of its own, since some readers keep what the first has left
@@ -195,7 +230,7 @@ Mesh read_mesh(const std::filesystem::path& file) {
   if (again.GetScene()->mNumMeshes == 0) throw InputError("holds no triangle");
   const auto* scene = again.ApplyPostProcessing(steps);
   if (!scene || !scene->mRootNode) throw InputError(again.GetErrorString());
-  return flatten(*scene);
+  return flatten(*scene, file);
 }
 
 }  // namespace raywave

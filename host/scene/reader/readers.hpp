@@ -16,10 +16,13 @@ namespace raywave {
 /// finish_mesh takes them.
 Mesh read_mesh(const std::filesystem::path& file);
 
-/// One channel of a picture (OpenImageIO).
+/// Cameras and lights of a glTF 2.0 file, where its nodes put them.
+GltfSet read_gltf_set(const std::filesystem::path& file);
+
+/// Channels of a picture (OpenImageIO).
 ///
-/// arguments  "texture" FILE CHANNEL as load_texture reads it, "grey" FILE as load_grey does, or
-///            "levels" FILE as load_levels does
-Image read_image(const std::vector<std::string>& arguments);
+/// arguments  "texture" FILE CHANNEL as load_texture reads it, "channels" FILE LETTERS as
+///            load_channels does, "grey" FILE as load_grey, or "levels" FILE as load_levels
+std::vector<Image> read_image(const std::vector<std::string>& arguments);
 
 }  // namespace raywave

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "host/api/state.hpp"
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/encode/encode.hpp"
+#include "host/encode/shown.hpp"
+#include "host/plan/make_plan.hpp"
+#include "host/plan/padded_plane.hpp"
+#include "host/propagate/propagator.hpp"
+#include "host/reference/propagation.hpp"
+#include "host/view/compare.hpp"
+#include "host/view/lens.hpp"
+#include "host/view/reconstruct.hpp"
+
+namespace raywave::v0 {
+namespace {
+
+raywave::Target target_of(double distance_m, const PropagateOptions& options) {
+  for (const double x : {distance_m, options.shift_m[0], options.shift_m[1]})
+    if (!std::isfinite(x)) throw InputError("propagate: distance and shift must be finite");
+  return {vector_of(options.shift_m), distance_m};
+}
+
+std::optional<glm::dvec2> window_of(const ViewOptions& options) {
+  if (!options.window_m) return std::nullopt;
+  return vector_of(*options.window_m);
+}
+
+std::function<void(double)> share_of(const Progress& progress, const std::string& what) {
+  if (!progress) return {};
+  return [report = progress_of(progress), what](double share) { report(what, share); };
+}
+
+Picture as_picture(Image image) { return {image.width, image.height, std::move(image.pixels)}; }
+
+Panel panel_of(const Slm& slm, glm::ivec2 size, const Pixels& pixels) {
+  const auto hologram = hologram_spec(pixels, size);
+  return {slm.state().at(hologram.wavelength_m), size, hologram.pitch_m, hologram.wavelength_m};
+}
+
+template <class Level>
+std::vector<Level> joined(const std::vector<std::vector<Level>>& frames) {
+  std::vector<Level> all;
+  all.reserve(frames.size() * frames[0].size());
+  for (const auto& frame : frames) all.insert(all.end(), frame.begin(), frame.end());
+  return all;
+}
+
+template <class Level>
+std::vector<std::vector<Level>> apart(const std::vector<Level>& all, const Levels& levels) {
+  const auto size = static_cast<std::size_t>(levels.nx) * static_cast<std::size_t>(levels.ny);
+  if (levels.nx < 1 || levels.ny < 1 || levels.frames < 1 ||
+      all.size() != size * static_cast<std::size_t>(levels.frames))
+    throw InputError("levels: as many are needed as frames, rows and columns say");
+  std::vector<std::vector<Level>> frames;
+  for (auto at = all.begin(); at != all.end(); at += static_cast<std::ptrdiff_t>(size))
+    frames.emplace_back(at, at + static_cast<std::ptrdiff_t>(size));
+  return frames;
+}
+
+}  // namespace
+
+Field propagate(const FieldView& field, const Pixels& pixels, double distance_m,
+                const PropagateOptions& options) {
+  auto stack = field_of(field, "u");
+  const glm::ivec2 size(stack.nx, stack.ny);
+  const auto hologram = hologram_spec(pixels, size);
+  const auto target = target_of(distance_m, options);
+  const auto opened = open(options.on);
+  Propagator propagator(
+      opened.device, {size, hologram.pitch_m, hologram.wavelength_m, options.padding, opened.fft});
+  cl::ComplexBuffer source(opened.device, stack.samples, "field");
+  cl::ComplexBuffer arrived(opened.device, field.size() / static_cast<std::size_t>(stack.frames),
+                            "field");
+  for (int frame = 0; frame < stack.frames; ++frame) {
+    propagator.load(source, frame, {&target, 1});
+    propagator.add(target);
+    propagator.collect(arrived);
+    arrived.read(std::span(stack.samples)
+                     .subspan(static_cast<std::size_t>(frame) * arrived.size(), arrived.size()));
+  }
+  return as_field(std::move(stack));
+}
+
+FieldDouble propagate(const FieldDoubleView& field, const Pixels& pixels, double distance_m,
+                      const PropagateOptions& options) {
+  require_samples(field, "u");
+  const glm::ivec2 size(field.nx, field.ny);
+  const auto hologram = hologram_spec(pixels, size);
+  const auto target = target_of(distance_m, options);
+  if (!(options.padding >= 1 && options.padding <= 64))
+    throw InputError("padding: must be 1 to 64, got " + number_text(options.padding));
+  const reference::Setup setup{size, hologram.pitch_m, hologram.wavelength_m, target.shift_m,
+                               target.distance_m};
+  FieldDouble result{field.nx, field.ny, field.frames, {}};
+  const auto plane = static_cast<std::ptrdiff_t>(field.nx) * field.ny;
+  for (int frame = 0; frame < field.frames; ++frame) {
+    const auto* first = field.samples + frame * plane;
+    const auto arrived = reference::shifted_angular_spectrum({first, first + plane}, setup,
+                                                             padded_size(size, options.padding));
+    result.samples.insert(result.samples.end(), arrived.begin(), arrived.end());
+  }
+  return result;
+}
+
+Picture reconstruct(const FieldView& field, const Pixels& pixels, const ViewOptions& options) {
+  const auto stack = field_of(field, "field");
+  const auto hologram = hologram_spec(pixels, {stack.nx, stack.ny});
+  const auto opened = open(options.on);
+  const ReconstructSpec what{options.z_m, window_of(options), vector_of(options.view),
+                             vector_of(options.aperture)};
+  return as_picture(raywave::reconstruct(opened.device, opened.fft, stack, hologram, what,
+                                         share_of(options.progress, "reconstruction")));
+}
+
+Picture lens(const Scene& scene, const ViewOptions& options, int points) {
+  const auto opened = open(options.on);
+  const auto world = scene.state().world();
+  const auto plan = make_plan(scene.state().scene, world);
+  const DeviceScene arrays(opened.device, world, plan);
+  const LensSpec what{options.z_m, window_of(options), vector_of(options.view),
+                      vector_of(options.aperture), points};
+  return as_picture(
+      lens_picture(opened.device, plan, arrays, what, share_of(options.progress, "lens")));
+}
+
+Levels encode(const FieldView& field, const Slm& slm, const Pixels& pixels,
+              const DeviceOptions& on) {
+  const auto stack = field_of(field, "field");
+  const auto panel = std::make_shared<const Panel>(panel_of(slm, {stack.nx, stack.ny}, pixels));
+  const auto opened = open(on);
+  Encoder encoder(opened.device, panel);
+  Levels levels{stack.nx, stack.ny, stack.frames, panel->slm().bits, {}, {}};
+  if (levels.bits > 8)
+    levels.words = joined(raywave::encode<std::uint16_t>(opened.device, encoder, stack));
+  else
+    levels.bytes = joined(raywave::encode(opened.device, encoder, stack));
+  return levels;
+}
+
+Field shown(const Levels& levels, const Slm& slm, const Pixels& pixels) {
+  const auto panel = panel_of(slm, {levels.nx, levels.ny}, pixels);
+  require_level_bytes(panel.slm(), levels.bits > 8 ? 2 : 1);
+  if (levels.bits > 8) {
+    const auto most = static_cast<std::uint16_t>(grey_levels_of(panel.slm()) - 1);
+    if (std::any_of(levels.words.begin(), levels.words.end(),
+                    [&](std::uint16_t level) { return level > most; }))
+      throw InputError("levels: the SLM has levels up to " + std::to_string(most));
+    return as_field(shown_field(panel, apart(levels.words, levels)));
+  }
+  return as_field(shown_field(panel, apart(levels.bytes, levels)));
+}
+
+FieldComparison compare(const FieldView& a, const FieldView& b) {
+  const auto c = compare_fields(field_of(a, "a"), field_of(b, "b"));
+  return {c.correlation, c.error, c.error_scaled, c.energy_ratio};
+}
+
+PictureComparison compare(const PictureView& a, const PictureView& b,
+                          const CompareOptions& options) {
+  raywave::PictureOptions how{options.blur_px, options.border_px, {}, domain_of(options.domain)};
+  if (const auto& region = options.region)
+    how.region = Region{(*region)[0], (*region)[1], (*region)[2], (*region)[3]};
+  const auto c = compare_pictures(image_of(a, "a"), image_of(b, "b"), how);
+  return {c.psnr_db, c.ssim, c.scale, c.contrast_a, c.contrast_b};
+}
+
+}  // namespace raywave::v0

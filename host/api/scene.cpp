@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "host/api/state.hpp"
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/evaluate/report.hpp"
+
+namespace raywave::v0 {
+namespace {
+
+constexpr const char* in_memory = "(mesh in memory)";
+constexpr double largest_coordinate = 1e30;  // as all numbers of a scene
+
+/// Whether both scenes read the same from the same files.
+bool reads_the_same(const Scene::State& a, const Scene::State& b) {
+  const auto same_object = [](const raywave::Object& x, const raywave::Object& y) {
+    return x.mesh == y.mesh && x.normals == y.normals;
+  };
+  const auto same_texture = [](const raywave::Material& x, const raywave::Material& y) {
+    return x.texture == y.texture;
+  };
+  return channel_of(a.scene.hologram.wavelength_m) == channel_of(b.scene.hologram.wavelength_m) &&
+         a.meshes == b.meshes &&
+         std::equal(a.scene.objects.begin(), a.scene.objects.end(), b.scene.objects.begin(),
+                    b.scene.objects.end(), same_object) &&
+         std::equal(a.scene.materials.begin(), a.scene.materials.end(), b.scene.materials.begin(),
+                    b.scene.materials.end(), same_texture);
+}
+
+/// Names the meshes that no file holds.
+void name_meshes(Scene::State& state) {
+  state.meshes.resize(state.scene.objects.size());
+  for (std::size_t i = 0; i < state.meshes.size(); ++i)
+    if (state.meshes[i]) state.scene.objects[i].mesh = in_memory;
+}
+
+Scene scene_of(SceneText text, const std::vector<std::string>& overrides) {
+  auto state = std::make_shared<Scene::State>();
+  state->text = std::move(text);
+  state->overrides = overrides;
+  state->scene = raywave::parse_scene(state->text, overrides);
+  name_meshes(*state);
+  return Scene(std::move(state));
+}
+
+Mesh mesh_of(const MeshView& view) {
+  const auto fail = [](const std::string& what) { throw InputError(what); };
+  const auto require_finite = [&](const auto& vectors, const char* name) {
+    for (const auto& vector : vectors)
+      for (const double x : vector)
+        if (!(std::abs(x) <= largest_coordinate))
+          fail(std::string(name) + ": holds a number that is NaN, infinite or beyond 1e30");
+  };
+  const auto vertices = view.vertices.size();
+  if (vertices == 0) fail("vertices: there are none");
+  if (vertices > UINT32_MAX / 4) fail("vertices: there are more than raywave takes");
+  if (view.faces.empty()) fail("faces: there are none");
+  if (view.faces.size() > INT32_MAX / 4) fail("faces: there are more than raywave takes");
+  if (!view.uvs.empty() && view.uvs.size() != vertices)
+    fail("uv: there are " + std::to_string(view.uvs.size()) + " for " + std::to_string(vertices) +
+         " vertices");
+  if (!view.normals.empty() && view.normals.size() != vertices)
+    fail("normals: there are " + std::to_string(view.normals.size()) + " for " +
+         std::to_string(vertices) + " vertices");
+  require_finite(view.vertices, "vertices");
+  require_finite(view.uvs, "uv");
+  require_finite(view.normals, "normals");
+
+  Mesh mesh;
+  mesh.normals.resize(vertices, glm::dvec3(0));
+  mesh.uvs.resize(vertices, glm::dvec2(0));
+  for (std::size_t i = 0; i < vertices; ++i) {
+    mesh.positions.push_back(vector_of(view.vertices[i]));
+    if (!view.normals.empty()) {
+      const auto normal = vector_of(view.normals[i]);
+      const double length = std::hypot(normal.x, normal.y, normal.z);
+      mesh.normals[i] = length > 0 ? normal / length : glm::dvec3(0);
+    }
+    if (!view.uvs.empty()) mesh.uvs[i] = vector_of(view.uvs[i]);
+  }
+  for (std::size_t i = 0; i < view.faces.size(); ++i) {
+    const auto& face = view.faces[i];
+    for (const auto corner : face)
+      if (corner >= vertices)
+        fail("faces: face " + std::to_string(i) + " names vertex " + std::to_string(corner) +
+             ", there are " + std::to_string(vertices) + ", counted from 0");
+    mesh.triangles.emplace_back(face[0], face[1], face[2]);
+  }
+  if (finish_mesh(mesh, Normals::flat).triangles.empty()) fail("faces: none has an area");
+  return mesh;
+}
+
+/// A number that reads back the same, as TOML has it.
+std::string exact(double value) {
+  std::array<char, 40> text;
+  std::snprintf(text.data(), text.size(), "%.17g", value);
+  const std::string digits(text.data());
+  return digits.find_first_of(".en") == std::string::npos ? digits + ".0" : digits;
+}
+
+std::string exact(const Vec3& v) {
+  return "[" + exact(v[0]) + "," + exact(v[1]) + "," + exact(v[2]) + "]";
+}
+
+}  // namespace
+
+const SceneFiles& Scene::State::read_files() const {
+  const std::lock_guard lock(files->mutex);
+  if (!files->loaded) {
+    auto loaded = load_meshes(scene, meshes);
+    files->loaded = SceneFiles{std::move(loaded), load_textures(scene)};
+  }
+  return *files->loaded;
+}
+
+Scene::Scene(std::shared_ptr<const State> state) : state_(std::move(state)) {}
+
+std::array<int, 2> Scene::resolution() const {
+  const auto size = state_->scene.hologram.resolution;
+  return {size.x, size.y};
+}
+
+Pixels Scene::pixels() const {
+  const auto& hologram = state_->scene.hologram;
+  return {{hologram.pitch_m.x, hologram.pitch_m.y}, hologram.wavelength_m};
+}
+
+int Scene::frames() const { return state_->scene.sampling.frames; }
+std::size_t Scene::objects() const { return state_->scene.objects.size(); }
+std::vector<std::string> Scene::notes() const { return state_->scene.notes; }
+std::string Scene::json() const { return scene_json(state_->scene); }
+
+void Scene::set(const std::vector<std::string>& overrides) {
+  if (state_->is_planned)
+    throw InputError(
+        "the scene of a plan has its values chosen: set them in the scene that was planned");
+  auto next = std::make_shared<State>(*state_);
+  next->overrides.insert(next->overrides.end(), overrides.begin(), overrides.end());
+  next->scene = raywave::parse_scene(next->text, next->overrides);
+  for (std::size_t i = 0; i < next->meshes.size(); ++i) {  // a file takes a mesh's place
+    const auto start = "object." + std::to_string(i) + ".mesh=";
+    if (std::any_of(overrides.begin(), overrides.end(),
+                    [&](const auto& o) { return o.starts_with(start); }))
+      next->meshes[i] = nullptr;
+  }
+  name_meshes(*next);
+  if (!reads_the_same(*next, *state_)) next->files = std::make_shared<Files>();
+  state_ = std::move(next);
+}
+
+void Scene::set_mesh(std::size_t object, const MeshView& mesh) {
+  if (object >= objects())
+    throw InputError("object " + std::to_string(object) + ": there are " +
+                     std::to_string(objects()) + ", counted from 0");
+  auto next = std::make_shared<State>(*state_);
+  next->meshes.at(object) = std::make_shared<const Mesh>(mesh_of(mesh));
+  next->files = std::make_shared<Files>();
+  name_meshes(*next);
+  state_ = std::move(next);
+}
+
+Vec3 Scene::position_m(std::size_t object) const {
+  const auto p = state_->scene.objects.at(object).position_m;
+  return {p.x, p.y, p.z};
+}
+
+Vec3 Scene::rotation_deg(std::size_t object) const {
+  const auto r = state_->scene.objects.at(object).rotation_deg;
+  return {r.x, r.y, r.z};
+}
+
+void Scene::set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg) {
+  require_pose(object, objects(), position_m, rotation_deg);
+  auto next = std::make_shared<State>(*state_);
+  const auto set = [&](const std::string& key, const Vec3& value) {
+    const auto start = "object." + std::to_string(object) + "." + key + "=";
+    std::erase_if(next->overrides, [&](const auto& o) { return o.starts_with(start); });
+    next->overrides.push_back(start + exact(value));
+  };
+  set("position", position_m);
+  set("rotation", rotation_deg);
+  next->scene.objects[object].position_m = vector_of(position_m);
+  next->scene.objects[object].rotation_deg = vector_of(rotation_deg);
+  state_ = std::move(next);
+}
+
+Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  auto text = read_scene_text(file);
+  text.needs_meshes = true;
+  return scene_of(std::move(text), overrides);
+}
+
+Scene parse_scene(const std::string& toml, const std::filesystem::path& folder,
+                  const std::vector<std::string>& overrides, const std::string& name) {
+  return scene_of({toml, name, folder, false}, overrides);
+}
+
+Slm::Slm() {
+  auto state = std::make_shared<State>();
+  state->spec.emplace().encoding = Encoding::phase;
+  state_ = std::move(state);
+}
+
+Slm::Slm(const Scene& scene) {
+  auto state = std::make_shared<State>();
+  state->spec = scene.state().scene.slm;
+  state_ = std::move(state);
+}
+
+Slm::Slm(std::shared_ptr<const State> state) : state_(std::move(state)) {}
+
+namespace {
+
+/// Checks all but what depends on the wavelength.
+Slm slm_of(SceneText text, const std::vector<std::string>& overrides) {
+  auto state = std::make_shared<Slm::State>();
+  state->text = std::move(text);
+  state->overrides = overrides;
+  state->at(raywave::HologramSpec{}.wavelength_m);
+  return Slm(std::move(state));
+}
+
+}  // namespace
+
+Slm load_slm(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  return slm_of(read_scene_text(file), overrides);
+}
+
+Slm parse_slm(const std::string& toml, const std::filesystem::path& folder,
+              const std::vector<std::string>& overrides) {
+  return slm_of({toml, "slm", folder, false}, overrides);
+}
+
+}  // namespace raywave::v0

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/api/state.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/trace/tuning.hpp"
+
+namespace raywave::v0 {
+namespace {
+
+constexpr int most_side = 1 << 20, most_frames = 1 << 20;
+constexpr std::size_t most_samples = std::size_t{1} << 33;
+
+void require_size(const void* data, int nx, int ny, int frames, const char* name) {
+  if (nx < 1 || ny < 1 || frames < 1 || !data)
+    throw InputError(std::string(name) + ": has no samples");
+  if (nx > most_side || ny > most_side || frames > most_frames ||
+      static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) > most_samples / frames)
+    throw InputError(std::string(name) + ": has more samples than raywave takes, " +
+                     std::to_string(frames) + " x " + std::to_string(ny) + " x " +
+                     std::to_string(nx));
+}
+
+bool is_finite(float value) { return std::isfinite(value); }
+template <class T>
+bool is_finite(const std::complex<T>& value) {
+  return std::isfinite(value.real()) && std::isfinite(value.imag());
+}
+
+template <class T>
+void require_finite(const T* first, std::size_t count, const char* name) {
+  if (std::all_of(first, first + count, [](const T& value) { return is_finite(value); })) return;
+  throw InputError(std::string(name) + ": holds NaN or infinity");
+}
+
+bool within(double value, double limit) { return std::abs(value) <= limit; }  // not for NaN
+
+/// An OpenCL driver's threads do not follow into a forked process, which then waits for them.
+void refuse_forks() {
+  static const pid_t opened_by = getpid();
+  if (getpid() != opened_by)
+    throw DeviceError(
+        "this process was forked from one that has used OpenCL, whose drivers do not survive a "
+        "fork; start it as a program of its own (Python: multiprocessing's start method "
+        "\"spawn\")");
+}
+
+}  // namespace
+
+cl::DeviceInfo device_info(const std::string& device) {
+  refuse_forks();
+  return tuned(cl::find_device(device));
+}
+
+Opened open(const DeviceOptions& on) {
+  const cl::Device device(device_info(on.device));
+  if (on.fft.empty()) return {device, cl::default_backend(device.info())};
+  for (const auto backend : cl::all_backends) {
+    if (on.fft != cl::name_of(backend)) continue;
+    if (!cl::serves(backend, device.info()))
+      throw DeviceError("fft " + in_quotes(on.fft) + " does not serve " + device.info().name);
+    return {device, backend};
+  }
+  throw InputError("fft " + in_quotes(on.fft) +
+                   ": unknown back end; there are host, clfft and vkfft");
+}
+
+raywave::Goal goal_of(const Goal& goal) {
+  if (!goal.preset.empty() + goal.budget_s.has_value() + goal.psnr_db.has_value() > 1)
+    throw InputError("preset, budget and psnr: at most 1 of them can be given");
+  raywave::Goal result;
+  if (!goal.preset.empty()) result.preset = preset_of(goal.preset);
+  if (goal.budget_s && !(*goal.budget_s > 0 && within(*goal.budget_s, 1e9)))
+    throw InputError("budget: must be > 0 seconds, got " + number_text(*goal.budget_s));
+  if (goal.psnr_db && !(*goal.psnr_db >= 0 && *goal.psnr_db <= 200))
+    throw InputError("psnr: must be 0 to 200 dB, got " + number_text(*goal.psnr_db));
+  result.budget_s = goal.budget_s;
+  result.psnr_db = goal.psnr_db;
+  return result;
+}
+
+raywave::HologramSpec hologram_spec(const Pixels& pixels, glm::ivec2 size) {
+  raywave::HologramSpec spec;
+  for (const double pitch_m : pixels.pitch_m)
+    if (!(pitch_m >= spec.least_pitch_m && pitch_m <= spec.largest_pitch_m))
+      throw InputError("pitch: must be " + number_text(spec.least_pitch_m) + " to " +
+                       number_text(spec.largest_pitch_m) + " m, got " + number_text(pitch_m));
+  if (!(pixels.wavelength_m >= spec.least_wavelength_m &&
+        pixels.wavelength_m <= spec.largest_wavelength_m))
+    throw InputError("wavelength: must be " + number_text(spec.least_wavelength_m) + " to " +
+                     number_text(spec.largest_wavelength_m) + " m, got " +
+                     number_text(pixels.wavelength_m));
+  spec.resolution = size;
+  spec.pitch_m = vector_of(pixels.pitch_m);
+  spec.wavelength_m = pixels.wavelength_m;
+  return spec;
+}
+
+raywave::Progress progress_of(const Progress& progress) {
+  if (!progress) return {};
+  return [progress](const std::string& what, double share) {
+    if (!progress(what, share)) throw Cancelled("stopped at: " + what);
+  };
+}
+
+FieldStack field_of(const FieldView& field, const char* name) {
+  require_size(field.samples, field.nx, field.ny, field.frames, name);
+  require_finite(field.samples, field.size(), name);
+  return {field.nx, field.ny, field.frames, {field.samples, field.samples + field.size()}};
+}
+
+void require_samples(const FieldDoubleView& field, const char* name) {
+  require_size(field.samples, field.nx, field.ny, field.frames, name);
+  require_finite(field.samples, field.size(), name);
+}
+
+Image image_of(const PictureView& picture, const char* name) {
+  require_size(picture.pixels, picture.nx, picture.ny, 1, name);
+  const auto count = static_cast<std::size_t>(picture.nx) * static_cast<std::size_t>(picture.ny);
+  require_finite(picture.pixels, count, name);
+  return {picture.nx, picture.ny, {picture.pixels, picture.pixels + count}};
+}
+
+Field as_field(FieldStack stack) {
+  return {stack.nx, stack.ny, stack.frames, std::move(stack.samples)};
+}
+
+FieldView view_of(const FieldStack& stack) {
+  return {stack.samples.data(), stack.nx, stack.ny, stack.frames};
+}
+
+void require_pose(std::size_t object, std::size_t objects, const Vec3& position_m,
+                  const Vec3& rotation_deg) {
+  if (object >= objects)
+    throw InputError("object " + std::to_string(object) + ": there are " + std::to_string(objects) +
+                     ", counted from 0");
+  for (const double x : position_m)
+    if (!within(x, 1e4))
+      throw InputError("position: must be -10000 to 10000 m, got " + number_text(x));
+  for (const double angle : rotation_deg)
+    if (!within(angle, 1e6))
+      throw InputError("rotation: must be -1000000 to 1000000 degrees, got " + number_text(angle));
+}
+
+}  // namespace raywave::v0

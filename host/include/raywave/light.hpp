@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Fields and pictures: propagation, encoding, and what a hologram shows.
+#pragma once
+
+#include <raywave/render.hpp>
+
+namespace RAYWAVE_NAMESPACE {
+
+struct PropagateOptions {
+  // Target centre minus source centre
+  Vec2 shift_m{0, 0};
+  double padding = 2;  // 1 to 64: side of the transformed plane over the side of the field
+  DeviceOptions on{};
+};
+
+/// Field on a parallel plane whose centre is shifted sideways: the band-limited shifted angular
+/// spectrum, with the phase of the true distance. Its adjoint is the propagation by the opposite
+/// distance and shift.
+///
+/// field       complex samples, pitch_m apart, centred
+/// distance_m  along the direction of travel; negative propagates back
+/// throws      InputError when no frequency survives the band limit; the message gives the largest
+///             usable shift
+/// accuracy    relative L2 error <= 6e-7 against direct summation for fields inside window and band
+///             (docs/accuracy.md)
+/// source      Matsushima, Opt. Express 18, 18453 (2010)
+RAYWAVE_API Field propagate(const FieldView& field, const Pixels& pixels, double distance_m,
+                            const PropagateOptions& options = {});
+
+/// The same in double precision, on one thread of the host: for checks, not for speed.
+/// `options.on` names the FFT whose padded size is taken.
+RAYWAVE_API FieldDouble propagate(const FieldDoubleView& field, const Pixels& pixels,
+                                  double distance_m, const PropagateOptions& options = {});
+
+/// The plane looked at, on the object's side, and from where.
+struct ViewOptions {
+  double z_m = 0.1;                // > 0
+  std::optional<Vec2> window_m{};  // size of the picture; empty: the hologram's
+  // Centre of the part of the hologram that lets light through, in half holograms: (-1, -1) bottom
+  // left to (1, 1) top right
+  Vec2 view{0, 0};
+  Vec2 aperture{1, 1};  // size of that part in holograms
+  DeviceOptions on{};
+  Progress progress{};
+};
+
+/// Intensity |u|^2 in the plane z, mean over the frames, on the hologram's pitch: what a sensor in
+/// the image of that plane records.
+///
+/// throws  InputError when z, window, view or aperture are not possible
+RAYWAVE_API Picture reconstruct(const FieldView& field, const Pixels& pixels,
+                                const ViewOptions& options = {});
+
+/// Radiance in the plane z that an ideal lens in the hologram's place sees: the reference for
+/// reconstruct, pixel by pixel.
+///
+/// points  per axis of the lens, 1 to 4096: points^2 rays per pixel
+RAYWAVE_API Picture lens(const Scene& scene, const ViewOptions& options = {}, int points = 24);
+
+/// Grey levels of a field, by the SLM's encoding, in the hologram's frame.
+///
+/// throws  InputError when the SLM's pictures do not fit the field
+RAYWAVE_API Levels encode(const FieldView& field, const Slm& slm, const Pixels& pixels,
+                          const DeviceOptions& on = {});
+
+/// The light that an SLM with these levels shows, behind the stop of its optics. Carrier, lens and
+/// corrections are taken off again.
+RAYWAVE_API Field shown(const Levels& levels, const Slm& slm, const Pixels& pixels);
+
+/// A picture that a refined hologram should show, on the hologram's pitch.
+struct Target {
+  double z_m = 0;
+  PictureView picture{};
+  Vec2 view{0, 0}, aperture{1, 1};
+};
+
+/// Changes the phases of a field until it shows the targets. Returns samples of modulus 1.
+///
+/// options  iterations, brightness, blur_m (default: four pixels), budget_s and render.on count
+RAYWAVE_API Field refine(const FieldView& start, const Pixels& pixels,
+                         std::span<const Target> targets, const RefineOptions& options = {});
+
+/// Figures of each pair of frames, averaged over the frames. A is the reference.
+struct FieldComparison {
+  double correlation = 0;   // 1 when b is a times a number
+  double error = 0;         // |b - a| / |a|
+  double error_scaled = 0;  // |c b - a| / |a| with the complex number c that makes it smallest
+  double energy_ratio = 0;  // |b|^2 / |a|^2
+};
+
+/// throws  InputError when sizes or numbers of frames differ, or a frame is zero everywhere
+RAYWAVE_API FieldComparison compare(const FieldView& a, const FieldView& b);
+
+struct CompareOptions {
+  double blur_px = 0;  // standard deviation of the Gaussian that both are blurred with first
+  int border_px = 0;   // left out on every side
+  std::string domain = "intensity";            // or "amplitude", "srgb"
+  std::optional<std::array<int, 4>> region{};  // x, y, width, height: of the speckle contrast
+};
+
+struct PictureComparison {
+  double psnr_db = 0;  // infinite when b is a times a number
+  double ssim = 0;
+  double scale = 0;                       // least-squares scale of b to a
+  double contrast_a = 0, contrast_b = 0;  // speckle contrast
+};
+
+/// Compares pictures of linear values; a common factor of the brightness does not count
+/// (docs/compare.md).
+///
+/// throws  InputError when sizes differ, a picture is black, or the options are not possible
+RAYWAVE_API PictureComparison compare(const PictureView& a, const PictureView& b,
+                                      const CompareOptions& options = {});
+
+}  // namespace RAYWAVE_NAMESPACE

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Plans, renders and holograms.
+#pragma once
+
+#include <map>
+#include <raywave/scene.hpp>
+#include <utility>
+
+namespace RAYWAVE_NAMESPACE {
+
+/// An OpenCL device.
+struct Device {
+  std::string index{};  // "0:1": platform and device within it
+  std::string platform{}, name{}, driver{};
+  std::string kind{};  // "gpu", "accelerator", "cpu" or "other"
+  std::uint64_t memory_bytes = 0;
+  bool has_doubles = false;
+};
+
+/// Every OpenCL device; empty when there is none.
+RAYWAVE_API std::vector<Device> list_devices();
+
+/// Where something is computed.
+struct DeviceOptions {
+  // Index ("0:1"), or part of a name; empty: the environment's RAYWAVE_DEVICE, else the first GPU,
+  // accelerator, CPU
+  std::string device{};
+  std::string fft{};  // "host", "clfft" or "vkfft"; empty: the device's own choice
+};
+
+/// What a plan aims at. At most one; none: whatever the scene leaves open keeps its default.
+struct Goal {
+  std::string preset{};              // "draft", "balanced", "accurate" or "reference"
+  std::optional<double> budget_s{};  // the most accurate plan that keeps this time
+  std::optional<double> psnr_db{};   // the fastest plan whose pictures reach this
+};
+
+/// What would be computed, and what to expect of it.
+class RAYWAVE_API Plan {
+public:
+  struct State;
+  explicit Plan(std::shared_ptr<const State> state);
+
+  /// The table that `raywave plan` prints.
+  std::string text() const;
+  /// All of it as JSON, as `raywave plan --json` prints it.
+  std::string json() const;
+  /// One line each: what a user may not want, and what would change it.
+  std::vector<std::string> warnings() const;
+  double seconds() const;                 // predicted for a picture
+  std::optional<double> psnr_db() const;  // predicted mean of its pictures, where it can be
+  std::uint64_t device_bytes() const;
+  /// The scene with the values that were chosen; render() follows it.
+  Scene scene() const;
+
+private:
+  std::shared_ptr<const State> state_;
+};
+
+/// Chooses what the scene leaves open, as the goal says, and predicts what to expect. Needs no
+/// device; where there is one, its measured rates count.
+///
+/// throws  InputError for the scene and the goal, DeviceError when `device` names none
+RAYWAVE_API Plan plan(const Scene& scene, const Goal& goal = {}, const std::string& device = {});
+
+struct RenderOptions {
+  DeviceOptions on{};
+  Goal goal{};
+  // "wrp"; or the references: "points", every surface sample to every pixel; "rays", rays from
+  // every pixel
+  std::string method = "wrp";
+  int rays_per_axis = 100;  // of method "rays"
+  bool keep_field = true;   // also return the field at the hologram, beside the levels
+  Progress progress{};
+};
+
+/// A finished hologram. Copies share the pixels; spans and views last as long as any copy.
+class RAYWAVE_API Hologram {
+public:
+  struct State;
+  explicit Hologram(std::shared_ptr<const State> state);
+
+  int nx() const;
+  int ny() const;
+  int frames() const;
+  Pixels pixels() const;
+
+  /// The SLM's grey levels of all frames, frame by frame, in the hologram's frame: slm.rotate and
+  /// slm.flip are not applied.
+  std::span<const std::uint8_t> levels() const;
+
+  /// One frame as the SLM is sent it: turned by slm.rotate, then flipped.
+  Levels for_slm(int frame = 0) const;
+
+  /// Field at the hologram, before it is encoded; without samples when it was not kept. |u|^2 is
+  /// the irradiance of what the scene shows (docs/conventions.md).
+  FieldView field() const;
+
+  /// Phases that are encoded instead of the field's, of modulus 1, where they were refined.
+  std::optional<FieldView> refined() const;
+
+  /// The light that leaves the SLM with these levels, behind the stop of its optics.
+  Field shown() const;
+
+  /// The report that `raywave render` writes: effective scene, plan, device, seconds, memory.
+  std::string report() const;
+  std::vector<std::string> notes() const;  // for the user, one line each
+
+private:
+  std::shared_ptr<const State> state_;
+};
+
+/// Computes the holograms of a scene, as `raywave render` does: the same bits for equal scene, seed
+/// and device.
+///
+/// throws  InputError for the scene, DeviceError for the device, Cancelled
+RAYWAVE_API Hologram render(const Scene& scene, const RenderOptions& options = {});
+
+/// The caller's memory for results; null: not wanted.
+struct RenderTarget {
+  std::uint8_t* levels = nullptr;  // nx ny frames, as Hologram::levels
+  std::complex<float>* field = nullptr;
+};
+
+/// Renders a scene that moves. Meshes, kernels, plans and memory are kept from one picture to the
+/// next. Fields differ from those of render() by 1e-4 (relative L2) after objects have moved.
+///
+/// Calls of one renderer from several threads take turns; several renderers work at the same time.
+class RAYWAVE_API Renderer {
+public:
+  /// throws  InputError for the scene, DeviceError for the device, Cancelled
+  explicit Renderer(const Scene& scene, const RenderOptions& options = {});
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+
+  int nx() const;
+  int ny() const;
+  int frames() const;
+  std::size_t objects() const;
+
+  /// Sets the centre of an object's bounding box and its rotation about x, then y, then z.
+  ///
+  /// throws  InputError when there is no such object, or a number is not finite
+  void set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg);
+
+  /// Sets the seed of the random phases of the next pictures.
+  void set_seed(std::uint32_t seed);
+
+  /// throws  InputError when an object touches the hologram plane, or the scene cannot be
+  ///         computed; Cancelled; the renderer stays usable
+  Hologram render();
+
+  /// The same into memory of the caller's. The field needs RenderOptions::keep_field.
+  void render(const RenderTarget& target);
+
+private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+struct RefineOptions {
+  RenderOptions render{};
+  // What is not given comes from the scene's section [refine], or its defaults (docs/refine.md)
+  std::optional<int> iterations{};   // per frame
+  std::optional<int> views{};        // pictures through quarters of the hologram
+  std::optional<int> lens_points{};  // per axis
+  std::optional<double> brightness{};
+  std::optional<double> blur_m{};
+  std::optional<double> budget_s{};  // seconds for the iterations; decides their number
+  std::vector<double> depths_m{};    // of the pictures, ascending
+};
+
+/// Renders a scene and changes the phases until its pictures are what a lens sees, as
+/// `raywave refine` does.
+///
+/// throws  InputError for the scene and its SLM, DeviceError for the device, Cancelled
+RAYWAVE_API Hologram refine(const Scene& scene, const RefineOptions& options = {});
+
+}  // namespace RAYWAVE_NAMESPACE

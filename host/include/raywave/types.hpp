@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Plain values that the library takes and returns.
+///
+/// Frame: right-handed, the hologram in the plane z = 0 centred on the z axis, y up, the scene at
+/// z > 0; light travels towards -z. Lengths are metres. Planes are row-major, row 0 on top (largest
+/// y), column 0 left (smallest x), as seen along the light.
+#pragma once
+
+#include <raywave/export.h>
+
+#include <array>
+#include <complex>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+// Names of the library have a version of their own: rooms of the library that were never meant for
+// others may have the same names (raywave::Scene), and stay apart from them.
+#ifdef RAYWAVE_BUILDING
+#define RAYWAVE_NAMESPACE raywave::v0
+#else
+#define RAYWAVE_NAMESPACE raywave::inline v0
+#endif
+
+namespace RAYWAVE_NAMESPACE {
+
+using Vec2 = std::array<double, 2>;  // x right, y up
+using Vec3 = std::array<double, 3>;
+
+/// `frames` complex planes of ny rows of nx samples, one after the other.
+template <class Sample>
+struct BasicField {
+  int nx = 0, ny = 0, frames = 1;
+  std::vector<std::complex<Sample>> samples{};
+};
+using Field = BasicField<float>;
+using FieldDouble = BasicField<double>;
+
+/// The same in memory of the caller's, which must stay until the call returns.
+template <class Sample>
+struct BasicFieldView {
+  const std::complex<Sample>* samples = nullptr;
+  int nx = 0, ny = 0, frames = 1;
+
+  BasicFieldView() = default;
+  BasicFieldView(const std::complex<Sample>* data, int width, int height, int count = 1)
+      : samples(data), nx(width), ny(height), frames(count) {}
+  BasicFieldView(const BasicField<Sample>& field)
+      : BasicFieldView(field.samples.data(), field.nx, field.ny, field.frames) {}
+
+  std::size_t size() const {
+    return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) *
+           static_cast<std::size_t>(frames);
+  }
+};
+using FieldView = BasicFieldView<float>;
+using FieldDoubleView = BasicFieldView<double>;
+
+/// A picture of linear values: ny rows of nx pixels.
+struct Picture {
+  int nx = 0, ny = 0;
+  std::vector<float> pixels{};
+};
+
+/// The same in memory of the caller's.
+struct PictureView {
+  const float* pixels = nullptr;
+  int nx = 0, ny = 0;
+
+  PictureView() = default;
+  PictureView(const float* data, int width, int height) : pixels(data), nx(width), ny(height) {}
+  PictureView(const Picture& picture)
+      : PictureView(picture.pixels.data(), picture.nx, picture.ny) {}
+};
+
+/// Grey levels of an SLM, frame by frame. `bytes` holds them up to 8 bits, `words` beyond.
+struct Levels {
+  int nx = 0, ny = 0, frames = 1, bits = 8;
+  std::vector<std::uint8_t> bytes{};
+  std::vector<std::uint16_t> words{};
+};
+
+/// The pixels that a field or hologram is sampled on.
+struct Pixels {
+  Vec2 pitch_m{0, 0};
+  double wavelength_m = 0;
+};
+
+/// A mesh in memory of the caller's. The library copies it.
+struct MeshView {
+  std::span<const Vec3> vertices{};
+  std::span<const std::array<std::uint32_t, 3>> faces{};  // counter-clockwise from outside
+  std::span<const Vec2> uvs{};      // one per vertex, or none; (0, 0) is the texture's bottom left
+  std::span<const Vec3> normals{};  // one per vertex, or none
+};
+
+/// Called with the current step ("WRP 2 of 4") and the completed share, 0 to 1, on the thread that
+/// computes. Returning false stops the computation, which then throws Cancelled; exceptions that it
+/// throws itself pass through.
+using Progress = std::function<bool(const std::string& what, double share)>;
+
+}  // namespace RAYWAVE_NAMESPACE

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Materials and lights at a place, in double precision and one after the other: the oracle of
+/// kernels/scene/look.h and of the lights in kernels/scene/shade.h.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <vector>
+
+#include "host/geometry/world.hpp"
+#include "host/plan/placed_lights.hpp"
+#include "host/plan/plan.hpp"
+#include "host/scene/scene.hpp"
+
+namespace raywave::reference {
+
+/// A channel of a picture where the mesh's coordinates are uv; bilinear between texel centres.
+double map_at(const SurfaceMap& map, glm::dvec2 uv);
+
+/// A material at a place of a triangle, for the hologram's wavelength, without light.
+struct Look {
+  double ambient = 0, diffuse = 0, specular = 0, shininess = 0, emission = 0;
+  double reflectivity = 0, transparency = 0;  // for the hologram's wavelength, as all below
+  double ior = 1.5, attenuation_per_m = 0;    // of what lies within
+  double alpha = 1;
+  AlphaMode alpha_mode = AlphaMode::opaque;
+  double alpha_cutoff = 0.5;
+  glm::dvec3 smooth{0, 0, 1};  // interpolated normal in the mesh's sense, of unit length, world
+  glm::dvec3 normal{0, 0, 1};  // the same as a normal map turns it
+};
+
+/// v and w: weights of the triangle's second and third corner.
+Look look_at(const Scene& scene, const World& world, std::size_t triangle, double v, double w);
+
+/// Share of unpolarised light that a clear surface mirrors, by Fresnel's formulas; 1 at total
+/// internal reflection.
+///
+/// ratio   index of refraction on the side of the light over that beyond
+/// cosine  between the light and the normal, >= 0
+double mirrored_by_clear(double ratio, double cosine);
+
+/// Tells whether a surface is there: alpha at least the cutoff, or at least a number that belongs
+/// to the cell of a place. `doubt`, if given, becomes true where floats may find the other answer.
+///
+/// place_m  in the frame of the object's instance: where the object was placed at first, from the
+///          scene's origin then
+bool is_there(const Look& look, glm::dvec3 place_m, const Plan& plan, bool* doubt = nullptr);
+
+/// Sum of the ambient lights; 1 without one.
+double ambient_light_of(const Scene& scene);
+
+/// A light as a place sees it.
+struct SeenLight {
+  glm::dvec3 direction{0};           // towards it, of unit length
+  std::optional<double> distance_m;  // empty: it has none
+  double intensity = 0;
+  bool highlights = true;
+};
+
+/// place_m  world
+/// which    of the places of lights that have a size
+SeenLight seen_light(const PlacedLight& light, glm::dvec3 place_m, int which);
+
+/// All lights but ambient ones, in the order of the device.
+std::vector<PlacedLight> lights_of(const Scene& scene, const World& world);
+
+/// Of the ray (i, j) of a regular set: the place of lights that it looks for.
+inline int light_place_of(int i, int j) { return (i & 3) | (j & 3) << 2; }
+
+/// Light of all lights towards the viewer, without ambient light and emission.
+///
+/// look       with normals on the viewer's side
+/// to_viewer  of unit length; without it there are no highlights
+/// which      of the places of lights that have a size
+/// reaches    called with the number of a light that the surface faces and how it is seen: true
+///            when nothing lies between
+double light_from(const std::vector<PlacedLight>& lights, const Look& look, glm::dvec3 place_m,
+                  std::optional<glm::dvec3> to_viewer, int which,
+                  const std::function<bool(std::size_t, const SeenLight&)>& reaches);
+
+}  // namespace raywave::reference

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/scene/reader/gltf_json.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/trigonometric.hpp>
+#include <iterator>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "host/common/error.hpp"
+#include "host/scene/reader/readers.hpp"
+#include "host/scene/reader_reply.hpp"
+
+namespace raywave {
+namespace {
+
+using nlohmann::json;
+
+/// The JSON chunk of a GLB, or the whole of a .gltf file.
+std::string json_part(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (lower_extension(file) == ".gltf")
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  std::uint32_t head[5]{};  // magic, version, length; length and kind of the first chunk
+  if (!stream.read(reinterpret_cast<char*>(head), sizeof head)) return {};
+  std::error_code error;
+  const auto size = std::filesystem::file_size(file, error);
+  if (error || head[0] != 0x46546c67 || head[3] > size) return {};
+  std::string text(head[3], '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  return text;
+}
+
+template <class Vector>
+std::optional<Vector> numbers(const json& array) {
+  Vector v;
+  if (!array.is_array() || array.size() != static_cast<std::size_t>(Vector::length())) return {};
+  for (int i = 0; i < Vector::length(); ++i) {
+    const auto& value = array[static_cast<std::size_t>(i)];
+    if (!value.is_number() || !std::isfinite(value.get<double>())) return {};
+    v[i] = std::clamp(value.get<double>(), -1e15, 1e15);
+  }
+  return v;
+}
+
+glm::dmat4 pose_of(const json& node) {
+  const auto& matrix = member(node, "matrix");
+  if (matrix.is_array() && matrix.size() == 16) {
+    glm::dmat4 m(1);
+    for (int i = 0; i < 16; ++i)
+      m[i / 4][i % 4] = std::clamp(number_or(matrix[static_cast<std::size_t>(i)], 0), -1e15, 1e15);
+    return m;
+  }
+  const auto at = numbers<glm::dvec3>(member(node, "translation")).value_or(glm::dvec3(0)),
+             scale = numbers<glm::dvec3>(member(node, "scale")).value_or(glm::dvec3(1));
+  const auto q = numbers<glm::dvec4>(member(node, "rotation")).value_or(glm::dvec4(0, 0, 0, 1));
+  const double length = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+  const glm::dquat turn = length > 0
+                              ? glm::dquat(q.w / length, q.x / length, q.y / length, q.z / length)
+                              : glm::dquat(1, 0, 0, 0);
+  return glm::translate(glm::dmat4(1), at) * glm::mat4_cast(turn) *
+         glm::scale(glm::dmat4(1), scale);
+}
+
+void add_camera(const json& root, const json& node, const glm::dmat4& pose, GltfSet& set) {
+  const auto& camera = element(member(root, "cameras"), member(node, "camera"));
+  if (!camera.is_object() || set.cameras.size() >= most_cameras_of_file) return;
+  auto name = text_or(member(node, "name"), text_or(member(camera, "name"), ""));
+  name.resize(std::min(name.size(), longest_text));
+  const auto& lens =
+      member(camera, member(camera, "perspective").is_object() ? "perspective" : "orthographic");
+  set.cameras.push_back({name, pose, std::clamp(number_or(member(lens, "znear"), 0), 0.0, 1e15)});
+}
+
+void add_light(const json& root, const json& node, const glm::dmat4& pose, GltfSet& set) {
+  constexpr const char* extension = "KHR_lights_punctual";
+  const auto& light = element(member(member(member(root, "extensions"), extension), "lights"),
+                              member(member(member(node, "extensions"), extension), "light"));
+  if (!light.is_object()) return;
+  if (set.lights.size() >= most_lights_of_file)
+    throw InputError("more than " + std::to_string(most_lights_of_file) + " lights");
+  GltfLight made;
+  const auto type = text_or(member(light, "type"), "");
+  made.type = type == "point"  ? GltfLight::Type::point
+              : type == "spot" ? GltfLight::Type::spot
+                               : GltfLight::Type::directional;
+  made.world_from_light = pose;
+  made.colour = glm::clamp(numbers<glm::dvec3>(member(light, "color")).value_or(glm::dvec3(1)),
+                           glm::dvec3(0), glm::dvec3(1e15));
+  made.intensity = std::clamp(number_or(member(light, "intensity"), 1), 0.0, 1e15);
+  const auto& spot = member(light, "spot");
+  constexpr double right = 1.5707963267948966;
+  const double outer =
+                   std::clamp(number_or(member(spot, "outerConeAngle"), right / 2), 1e-4, right),
+               inner = std::clamp(number_or(member(spot, "innerConeAngle"), 0), 0.0, outer);
+  made.outer_deg = std::min(glm::degrees(outer), 90.0);
+  made.inner_deg = std::min(glm::degrees(inner), made.outer_deg);
+  set.lights.push_back(made);
+  if (!member(light, "range").is_null() && set.notes.empty())
+    set.notes.emplace_back(
+        "the range of lights is ignored: they fall off with the square of the "
+        "distance");
+}
+
+}  // namespace
+
+std::string lower_extension(const std::filesystem::path& file) {
+  std::string text = file.extension().string();
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+json gltf_json(const std::filesystem::path& file) {
+  return json::parse(json_part(file), nullptr, false);
+}
+
+bool is_gltf2(const json& root) {
+  return text_or(member(member(root, "asset"), "version"), "").starts_with("2");
+}
+
+const json& member(const json& object, const char* name) {
+  static const json none;
+  if (!object.is_object()) return none;
+  const auto found = object.find(name);
+  return found == object.end() ? none : *found;
+}
+
+const json& element(const json& array, const json& index) {
+  static const json none;
+  if (!array.is_array() || !index.is_number_unsigned() ||
+      index.get<std::uint64_t>() >= array.size())
+    return none;
+  return array[index.get<std::size_t>()];
+}
+
+double number_or(const json& value, double otherwise) {
+  return value.is_number() && std::isfinite(value.get<double>()) ? value.get<double>() : otherwise;
+}
+
+std::string text_or(const json& value, const std::string& otherwise) {
+  return value.is_string() ? value.get<std::string>() : otherwise;
+}
+
+GltfSet read_gltf_set(const std::filesystem::path& file) {
+  const json root = gltf_json(file);
+  if (!is_gltf2(root)) throw InputError("it is no glTF of version 2");
+  const auto& nodes = member(root, "nodes");
+  const auto& chosen = member(root, "scene");
+  const auto& scene = element(member(root, "scenes"), chosen.is_null() ? json(0u) : chosen);
+
+  // Every node once: in sound files they make a tree
+  GltfSet set;
+  std::set<std::uint64_t> seen;
+  std::vector<std::pair<json, glm::dmat4>> pending;
+  // The last one is visited first
+  const auto add_all = [&](const json& indices, const glm::dmat4& pose) {
+    if (!indices.is_array()) return;
+    for (auto index = indices.rbegin(); index != indices.rend(); ++index)
+      pending.emplace_back(*index, pose);
+  };
+  add_all(member(scene, "nodes"), glm::dmat4(1));
+  while (!pending.empty()) {
+    const auto [index, parent] = pending.back();
+    pending.pop_back();
+    const auto& node = element(nodes, index);
+    if (!node.is_object() || !seen.insert(index.get<std::uint64_t>()).second) continue;
+    const auto pose = parent * pose_of(node);
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j)
+        if (!(std::abs(pose[i][j]) <= 1e30)) throw InputError("a node is nowhere");
+    add_camera(root, node, pose, set);
+    add_light(root, node, pose, set);
+    add_all(member(node, "children"), pose);
+  }
+  return set;
+}
+
+}  // namespace raywave

@@ -1,0 +1,433 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/scene/reader/materials_assimp.hpp"
+
+#include <assimp/GltfMaterial.h>
+#include <assimp/material.h>
+#include <assimp/mesh.h>
+#include <assimp/scene.h>
+#include <assimp/texture.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <glm/common.hpp>
+#include <utility>
+
+#include "host/common/error.hpp"
+#include "host/scene/reader/gltf_json.hpp"
+#include "host/scene/reader_reply.hpp"
+
+namespace raywave {
+namespace {
+
+using nlohmann::json;
+
+std::string cut(std::string text) {
+  text.resize(std::min(text.size(), longest_text));
+  return text;
+}
+
+}  // namespace
+
+GltfExtras gltf_extras_of(const std::filesystem::path& file) {
+  GltfExtras extras;
+  if (const auto kind = lower_extension(file); kind != ".gltf" && kind != ".glb") return extras;
+  const json root = gltf_json(file);
+  extras.is_gltf2 = is_gltf2(root);
+  if (!extras.is_gltf2) return extras;
+  for (const auto& material : member(root, "materials")) {
+    GltfExtras::OfMaterial of;
+    const auto& extensions = member(material, "extensions");
+    if (extensions.is_object()) {
+      for (const auto& item : extensions.items()) of.extensions.push_back(item.key());
+    }
+    of.ior = number_or(member(member(extensions, "KHR_materials_ior"), "ior"), 1.5);
+    of.emissive_strength = number_or(
+        member(member(extensions, "KHR_materials_emissive_strength"), "emissiveStrength"), 1);
+    of.transmission = std::clamp(
+        number_or(member(member(extensions, "KHR_materials_transmission"), "transmissionFactor"),
+                  0),
+        0.0, 1.0);
+    const auto [known, is_new] =
+        extras.materials.try_emplace(text_or(member(material, "name"), ""), of);
+    if (is_new) continue;
+    auto& before = known->second;
+    before.differs |= before.ior != of.ior || before.transmission != of.transmission ||
+                      before.emissive_strength != of.emissive_strength;
+    for (auto& extension : of.extensions) {
+      if (std::find(before.extensions.begin(), before.extensions.end(), extension) ==
+          before.extensions.end())
+        before.extensions.push_back(std::move(extension));
+    }
+  }
+  return extras;
+}
+
+/// One material of Assimp's on its way to ours.
+class MaterialTranslation {
+public:
+  MaterialTranslation(MaterialReader& reader, const aiMaterial& from, unsigned coordinates)
+      : reader_(reader), from_(from), coordinates_(coordinates) {}
+
+  MeshMaterial translated(bool has_colours) {
+    material_.name = cut(from_.GetName().C_Str());
+    auto& look = material_.look;
+    look.vertex_colours = has_colours;
+    bool two_sided = false;
+    from_.Get(AI_MATKEY_TWOSIDED, two_sided);
+    look.two_sided = !reader_.extras_.is_gltf2 || two_sided;  // others have no such thing
+    const bool is_metallic = reader_.extras_.is_gltf2 ||
+                             (has(AI_MATKEY_METALLIC_FACTOR) && has(AI_MATKEY_ROUGHNESS_FACTOR));
+    if (is_metallic)
+      read_metallic();
+    else
+      read_phong();
+    look.emission = colour(AI_MATKEY_COLOR_EMISSIVE, glm::dvec3(0));
+    look.emission_map = map(aiTextureType_EMISSIVE, 0, "emission map");
+    if (look.emission_map.picture >= 0 && look.emission == glm::dvec3(0) &&
+        !reader_.extras_.is_gltf2)
+      look.emission = glm::dvec3(1);  // a map alone: "map_Ke" of OBJ
+    look.normal_map = map(aiTextureType_NORMALS, 0, "normal map");
+    look.normal_scale =
+        std::clamp(number(AI_MATKEY_GLTF_TEXTURE_SCALE(aiTextureType_NORMALS, 0), 1), -1e6, 1e6);
+    int shading = 0;
+    if (from_.Get(AI_MATKEY_SHADING_MODEL, shading) == aiReturn_SUCCESS &&
+        shading == aiShadingMode_NoShading)
+      look.model = LookModel::unlit;
+    if (reader_.extras_.is_gltf2) read_extras();
+    read_ignored();
+    return std::move(material_);
+  }
+
+private:
+  bool has(const char* key, unsigned type, unsigned index) const {
+    const aiMaterialProperty* property = nullptr;
+    return aiGetMaterialProperty(&from_, key, type, index, &property) == aiReturn_SUCCESS;
+  }
+
+  /// Not finite numbers count as missing.
+  double number(const char* key, unsigned type, unsigned index, double otherwise) const {
+    ai_real value = 0;
+    return from_.Get(key, type, index, value) == aiReturn_SUCCESS && std::isfinite(value)
+               ? double{value}
+               : otherwise;
+  }
+
+  double share(const char* key, unsigned type, unsigned index, double otherwise) const {
+    return std::clamp(number(key, type, index, otherwise), 0.0, 1.0);
+  }
+
+  glm::dvec3 colour(const char* key, unsigned type, unsigned index, glm::dvec3 otherwise) const {
+    aiColor3D value;
+    if (from_.Get(key, type, index, value) != aiReturn_SUCCESS) return otherwise;
+    const glm::dvec3 c(value.r, value.g, value.b);
+    for (int i = 0; i < 3; ++i)
+      if (!std::isfinite(c[i])) return otherwise;
+    return {std::clamp(c.x, 0.0, 1e30), std::clamp(c.y, 0.0, 1e30), std::clamp(c.z, 0.0, 1e30)};
+  }
+
+  void note(const std::string& what) {
+    if (material_.notes.size() < most_notes_of_file) material_.notes.push_back(cut(what));
+  }
+
+  unsigned coordinates_of_map(aiTextureType type, unsigned index) const {
+    int set = 0;
+    from_.Get(AI_MATKEY_UVWSRC(type, index), set);
+    return static_cast<unsigned>(std::max(set, 0));
+  }
+
+  static Wrap wrap_of(int mode) {
+    return mode == aiTextureMapMode_Mirror  ? Wrap::mirror
+           : mode == aiTextureMapMode_Clamp ? Wrap::clamp
+                                            : Wrap::repeat;
+  }
+
+  /// glTF's transform of texture coordinates, from Assimp's, which turns about the picture's middle
+  /// and counts v upwards. Angles turn as three.js, Babylon.js and Blender have them.
+  static void place_gltf(const aiUVTransform& t, MapPlace& place) {
+    const double angle = -t.mRotation, c = std::cos(angle), s = std::sin(angle);
+    const double sx = t.mScaling.x, sy = t.mScaling.y;
+    const double x = t.mTranslation.x - 0.5 * sx * (1 - c + s),
+                 y = 0.5 * sy * (s + c - 1) + 1 - sy - t.mTranslation.y;
+    place.across = {c * sx, -s * sy, s * sy + x};
+    place.up = {s * sx, c * sy, 1 - c * sy - y};
+  }
+
+  MeshMap map(aiTextureType type, unsigned index, const char* name) {
+    aiString file;
+    if (from_.GetTextureCount(type) <= index ||
+        from_.Get(AI_MATKEY_TEXTURE(type, index), file) != aiReturn_SUCCESS || file.length == 0)
+      return {};
+    MeshMap map;
+    if (coordinates_of_map(type, index) != coordinates_) {
+      note(std::string(name) + " is ignored: it has texture coordinates of its own");
+      return {};
+    }
+    map.picture = picture(file.C_Str());
+    if (map.picture < 0) {
+      note(std::string(name) + " is ignored: there are too many pictures");
+      return {};
+    }
+    int mode = aiTextureMapMode_Wrap;
+    from_.Get(AI_MATKEY_MAPPINGMODE_U(type, index), mode);
+    map.place.wrap_u = wrap_of(mode);
+    mode = aiTextureMapMode_Wrap;
+    from_.Get(AI_MATKEY_MAPPINGMODE_V(type, index), mode);
+    map.place.wrap_v = wrap_of(mode);
+    aiUVTransform transform;
+    if (from_.Get(AI_MATKEY_UVTRANSFORM(type, index), transform) == aiReturn_SUCCESS) {
+      MapPlace placed = map.place;
+      place_gltf(transform, placed);
+      const auto is_usable = [](const std::array<double, 3>& row) {
+        return std::all_of(row.begin(), row.end(), [](double v) { return std::abs(v) <= 1e6; });
+      };
+      if (placed == map.place) return map;
+      if (reader_.extras_.is_gltf2 && is_usable(placed.across) && is_usable(placed.up))
+        map.place = placed;
+      else
+        note(std::string(name) + ": its transform of texture coordinates is ignored");
+    }
+    return map;
+  }
+
+  /// Number of a picture in the mesh; -1: there are too many.
+  std::int32_t picture(const std::string& name) {
+    const auto found = reader_.pictures_.find(name);
+    if (found != reader_.pictures_.end()) return found->second;
+    auto& pictures = reader_.mesh_.pictures;
+    if (pictures.size() >= most_pictures_of_file) return -1;
+    MeshPicture picture{cut(name), {}};
+    if (const aiTexture* embedded = reader_.scene_.GetEmbeddedTexture(name.c_str()))
+      embed(*embedded, picture);
+    const auto number = static_cast<std::int32_t>(pictures.size());
+    pictures.push_back(std::move(picture));
+    reader_.pictures_.emplace(name, number);
+    return number;
+  }
+
+  static void embed(const aiTexture& from, MeshPicture& picture) {
+    if (from.mFilename.length > 0) picture.name = cut(from.mFilename.C_Str());
+    const auto* bytes = reinterpret_cast<const char*>(from.pcData);
+    if (from.mHeight == 0) {
+      picture.bytes.assign(bytes, bytes + from.mWidth);
+      return;
+    }
+    // Texels without a format become a TGA file: 32 bits, blue first, row 0 on top
+    if (from.mWidth > 65535 || from.mHeight > 65535)
+      throw InputError("a picture in it is larger than 65535 a side");
+    const auto low = [](unsigned n) { return static_cast<char>(n & 255); };
+    picture.bytes = {0,
+                     0,
+                     2,
+                     0,
+                     0,
+                     0,
+                     0,
+                     0,
+                     0,
+                     0,
+                     0,
+                     0,
+                     low(from.mWidth),
+                     low(from.mWidth >> 8),
+                     low(from.mHeight),
+                     low(from.mHeight >> 8),
+                     32,
+                     0x28};
+    picture.bytes.insert(picture.bytes.end(), bytes,
+                         bytes + std::size_t{4} * from.mWidth * from.mHeight);
+  }
+
+  void read_alpha(double alpha) {
+    auto& look = material_.look;
+    look.alpha = alpha;
+    aiString mode;
+    if (from_.Get(AI_MATKEY_GLTF_ALPHAMODE, mode) == aiReturn_SUCCESS) {
+      const std::string text = mode.C_Str();
+      look.alpha_mode = text == "MASK"    ? AlphaMode::mask
+                        : text == "BLEND" ? AlphaMode::blend
+                                          : AlphaMode::opaque;
+      look.alpha_cutoff = std::max(0.0, number(AI_MATKEY_GLTF_ALPHACUTOFF, 0.5));
+    } else {
+      look.alpha_map = map(aiTextureType_OPACITY, 0, "opacity map");
+      if (look.alpha < 1 || look.alpha_map.picture >= 0) look.alpha_mode = AlphaMode::blend;
+    }
+  }
+
+  void read_metallic() {
+    auto& look = material_.look;
+    look.model = LookModel::metallic_roughness;
+    look.base = colour(AI_MATKEY_BASE_COLOR, colour(AI_MATKEY_COLOR_DIFFUSE, glm::dvec3(1)));
+    look.base_map = map(aiTextureType_BASE_COLOR, 0, "base colour map");
+    if (look.base_map.picture < 0) look.base_map = map(aiTextureType_DIFFUSE, 0, "diffuse map");
+    look.metallic = share(AI_MATKEY_METALLIC_FACTOR, 0);
+    look.roughness = share(AI_MATKEY_ROUGHNESS_FACTOR, 1);
+    look.metallic_map = map(AI_MATKEY_GLTF_PBRMETALLICROUGHNESS_METALLICROUGHNESS_TEXTURE,
+                            "metallic-roughness map");
+    read_alpha(share(AI_MATKEY_OPACITY, 1));
+    if (has(AI_MATKEY_GLOSSINESS_FACTOR)) {  // KHR_materials_pbrSpecularGlossiness
+      look.model = LookModel::specular_roughness;
+      look.base = colour(AI_MATKEY_COLOR_DIFFUSE, glm::dvec3(1));
+      if (const auto diffuse = map(aiTextureType_DIFFUSE, 0, "diffuse map"); diffuse.picture >= 0)
+        look.base_map = diffuse;
+      look.specular = colour(AI_MATKEY_COLOR_SPECULAR, glm::dvec3(1));
+      look.roughness = 1 - share(AI_MATKEY_GLOSSINESS_FACTOR, 1);
+      look.metallic_map = {};
+    }
+  }
+
+  void read_phong() {
+    auto& look = material_.look;
+    look.base = colour(AI_MATKEY_COLOR_DIFFUSE, glm::dvec3(1));
+    look.base_map = map(aiTextureType_DIFFUSE, 0, "diffuse map");
+    look.ambient = colour(AI_MATKEY_COLOR_AMBIENT, glm::dvec3(0));
+    look.specular = colour(AI_MATKEY_COLOR_SPECULAR, glm::dvec3(0)) *
+                    std::max(0.0, number(AI_MATKEY_SHININESS_STRENGTH, 1));
+    look.shininess = std::clamp(number(AI_MATKEY_SHININESS, 0), 0.0, 1e30);
+    int illumination = 2;
+    if (reader_.is_obj_) from_.Get("$mat.illum", 0, 0, illumination);
+    if (illumination < 2) look.specular = glm::dvec3(0);  // "illum 0" and "illum 1": none
+    if (illumination > 2)
+      note("illum " + std::to_string(illumination) + " is taken as illum 2: Phong's model, " +
+           "without reflection and refraction");
+    if (!reader_.is_obj_ && look.shininess == 0) look.specular = glm::dvec3(0);  // none meant
+    read_alpha(share(AI_MATKEY_OPACITY, 1));
+  }
+
+  void read_extras() {
+    const auto found = reader_.extras_.materials.find(from_.GetName().C_Str());
+    if (found == reader_.extras_.materials.end()) return;
+    const auto& extras = found->second;
+    auto& look = material_.look;
+    if (extras.differs) {
+      note("ior, transmission and emissive strength are ignored: several materials have this name");
+    } else {
+      look.ior = std::clamp(extras.ior, 1.0, 100.0);
+      look.transmission = extras.transmission;
+      const double strength = std::clamp(extras.emissive_strength, 0.0, 1e6);
+      look.emission = glm::min(look.emission * strength, glm::dvec3(1e30));
+    }
+    // What this reader knows; the rest is named
+    for (const auto& extension : extras.extensions) {
+      constexpr std::array known{"KHR_materials_ior",
+                                 "KHR_materials_emissive_strength",
+                                 "KHR_materials_unlit",
+                                 "KHR_materials_transmission",
+                                 "KHR_materials_pbrSpecularGlossiness",
+                                 "KHR_texture_transform"};
+      if (std::find(known.begin(), known.end(), extension) == known.end())
+        note(extension + " is ignored");
+    }
+  }
+
+  /// Names what is there and nobody reads.
+  void read_ignored() {
+    const auto& look = material_.look;
+    const std::pair<aiTextureType, const char*> kinds[] = {
+        {aiTextureType_SPECULAR, "specular map"},
+        {aiTextureType_HEIGHT, "bump map"},
+        {aiTextureType_SHININESS, "shininess map"},
+        {aiTextureType_DISPLACEMENT, "displacement map"},
+        {aiTextureType_LIGHTMAP, "occlusion map"},
+        {aiTextureType_AMBIENT_OCCLUSION, "occlusion map"},
+        {aiTextureType_REFLECTION, "reflection map"},
+        {aiTextureType_TRANSMISSION, "transmission map"}};
+    for (const auto& [type, name] : kinds)
+      if (from_.GetTextureCount(type) > 0) note(std::string(name) + " is ignored");
+    aiString ambient, base;
+    if (from_.Get(AI_MATKEY_TEXTURE(aiTextureType_AMBIENT, 0), ambient) == aiReturn_SUCCESS &&
+        !(from_.Get(AI_MATKEY_TEXTURE(aiTextureType_DIFFUSE, 0), base) == aiReturn_SUCCESS &&
+          ambient == base))
+      note("ambient map is ignored");
+    if (reader_.extras_.is_gltf2) return;
+    if (number(AI_MATKEY_REFLECTIVITY, 0) > 0) note("reflectivity is ignored");
+    if (look.model != LookModel::phong && number(AI_MATKEY_CLEARCOAT_FACTOR, 0) > 0)
+      note("clearcoat is ignored");
+    for (const auto& [type, name] : {std::pair{aiTextureType_METALNESS, "metalness map"},
+                                     std::pair{aiTextureType_DIFFUSE_ROUGHNESS, "roughness map"}})
+      if (look.metallic_map.picture < 0 && from_.GetTextureCount(type) > 0)
+        note(std::string(name) + " is ignored");
+  }
+
+  MaterialReader& reader_;
+  const aiMaterial& from_;
+  unsigned coordinates_;
+  MeshMaterial material_;
+};
+
+namespace {
+
+/// True where a material is only Assimp's own, of a file or a part without one.
+bool is_default(const aiMaterial& material, bool is_gltf2, bool is_last, bool is_obj, bool is_ply) {
+  if (is_gltf2) return is_last;  // behind all that the file has
+  for (unsigned type = 1; type <= AI_TEXTURE_TYPE_MAX; ++type)
+    if (material.GetTextureCount(static_cast<aiTextureType>(type)) > 0) return false;
+  const std::string name = material.GetName().C_Str();
+  if (name == AI_DEFAULT_MATERIAL_NAME) return true;
+  const auto is_grey = [&](const char* key, unsigned type, unsigned index, float level) {
+    aiColor3D c;
+    return material.Get(key, type, index, c) != aiReturn_SUCCESS ||
+           c == aiColor3D(level, level, level);
+  };
+  // OBJ: a name that no MTL file explains
+  if (is_obj) {
+    float opacity = 1, shininess = 0;
+    material.Get(AI_MATKEY_OPACITY, opacity);
+    material.Get(AI_MATKEY_SHININESS, shininess);
+    return is_grey(AI_MATKEY_COLOR_DIFFUSE, 0.6f) && is_grey(AI_MATKEY_COLOR_SPECULAR, 0) &&
+           is_grey(AI_MATKEY_COLOR_AMBIENT, 0) && is_grey(AI_MATKEY_COLOR_EMISSIVE, 0) &&
+           opacity == 1 && shininess == 0;
+  }
+  return name.empty() &&
+         (!is_ply || (is_grey(AI_MATKEY_COLOR_DIFFUSE, 1) && is_grey(AI_MATKEY_COLOR_SPECULAR, 1) &&
+                      is_grey(AI_MATKEY_COLOR_AMBIENT, 1)));
+}
+
+}  // namespace
+
+MaterialReader::MaterialReader(const aiScene& scene, const std::filesystem::path& file, Mesh& mesh)
+    : scene_(scene),
+      is_obj_(lower_extension(file) == ".obj"),
+      is_ply_(lower_extension(file) == ".ply"),
+      extras_(gltf_extras_of(file)),
+      mesh_(mesh) {}
+
+unsigned MaterialReader::coordinates_of(const aiMesh& part) const {
+  if (part.mMaterialIndex >= scene_.mNumMaterials) return 0;
+  const auto& material = *scene_.mMaterials[part.mMaterialIndex];
+  for (const auto type : {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE, aiTextureType_EMISSIVE,
+                          aiTextureType_NORMALS, aiTextureType_UNKNOWN}) {
+    if (material.GetTextureCount(type) == 0) continue;
+    int set = 0;
+    material.Get(AI_MATKEY_UVWSRC(type, 0), set);
+    return set > 0 && set < AI_MAX_NUMBER_OF_TEXTURECOORDS ? static_cast<unsigned>(set) : 0;
+  }
+  return 0;
+}
+
+std::int32_t MaterialReader::material_of(const aiMesh& part) {
+  if (part.mMaterialIndex >= scene_.mNumMaterials) return -1;
+  const bool has_colours = part.HasVertexColors(0);
+  const auto [known, is_new] = known_.try_emplace({part.mMaterialIndex, has_colours}, -1);
+  if (!is_new) return known->second;
+  const auto& from = *scene_.mMaterials[part.mMaterialIndex];
+  MeshMaterial material;
+  if (is_default(from, extras_.is_gltf2, part.mMaterialIndex + 1 == scene_.mNumMaterials, is_obj_,
+                 is_ply_)) {
+    if (!has_colours) return -1;
+    material.name = "colours of vertices";
+    material.look.vertex_colours = 1;
+    material.look.ambient = glm::dvec3(1);
+    material.look.two_sided = 1;
+  } else {
+    material = MaterialTranslation(*this, from, coordinates_of(part)).translated(has_colours);
+  }
+  if (mesh_.materials.size() >= most_materials_of_file)
+    throw InputError("more than " + std::to_string(most_materials_of_file) + " materials");
+  known->second = static_cast<std::int32_t>(mesh_.materials.size());
+  mesh_.materials.push_back(std::move(material));
+  return known->second;
+}
+
+}  // namespace raywave

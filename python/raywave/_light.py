@@ -1,0 +1,322 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fields and pictures: propagation, encoding, and what a hologram shows."""
+
+from __future__ import annotations
+
+import operator
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Optional, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._scene import Path, Scene, Value, _document, _is_path
+
+if TYPE_CHECKING:
+    from ._render import Hologram
+
+ComplexArray = npt.NDArray[np.complex64]
+Picture = npt.NDArray[np.float32]
+LevelArray = npt.NDArray[Any]  # uint8, or uint16 where levels have more than 8 bits
+ArrayLike = Any  # NumPy, a buffer, or DLPack
+Pair = Union[float, Sequence[float]]
+Progress = Optional[Callable[[str, float], Any]]
+
+
+def _pair(value: Pair, name: str) -> tuple[float, float]:
+    """(x, y) of one number or two."""
+    try:
+        if np.ndim(value) == 0:
+            one = float(value)  # type: ignore[arg-type]
+            return one, one
+        x, y = (float(v) for v in value)  # type: ignore[union-attr]
+    except (TypeError, ValueError):
+        raise _core.InputError(f"{name}: must be a number or two (x, y), got {value!r}") from None
+    return x, y
+
+
+def _number(value: float, name: str) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise _core.InputError(f"{name}: must be a number, got {value!r}") from None
+
+
+def _whole(value: int, name: str) -> int:
+    try:
+        whole = operator.index(value)
+    except TypeError:
+        raise _core.InputError(f"{name}: must be a whole number, got {value!r}") from None
+    if not -(2**31) <= whole < 2**31:
+        raise _core.InputError(f"{name}: {whole} is too large")
+    return whole
+
+
+def _text(value: str, name: str) -> str:
+    if not isinstance(value, str):
+        raise _core.InputError(f"{name}: must be text, got {value!r}")
+    return value
+
+
+class Field(np.ndarray[Any, np.dtype[np.complex64]]):
+    """A complex field that knows its pixels: a NumPy array with `pitch` and `wavelength`.
+
+    Both are kept by operations that leave the last two sides as they are, and are None otherwise.
+    """
+
+    pitch: tuple[float, float] | None
+    wavelength: float | None
+
+    def __new__(
+        cls, samples: ArrayLike, pitch: Pair | None = None, wavelength: float | None = None
+    ) -> Field:
+        field: Field = np.asarray(samples).view(cls)
+        field.pitch = None if pitch is None else _pair(pitch, "pitch")
+        field.wavelength = None if wavelength is None else _number(wavelength, "wavelength")
+        return field
+
+    def __array_finalize__(self, other: Any) -> None:
+        same = other is not None and self.shape[-2:] == other.shape[-2:] and self.ndim >= 2
+        self.pitch = getattr(other, "pitch", None) if same else None
+        self.wavelength = getattr(other, "wavelength", None) if same else None
+
+    def __reduce__(self) -> Any:
+        return _restored, (np.asarray(self), self.pitch, self.wavelength)
+
+
+def _restored(samples: ArrayLike, pitch: Any, wavelength: Any) -> Field:
+    return Field(samples, pitch, wavelength)
+
+
+def _pixels(source: Any, pitch: Pair | None, wavelength: float | None) -> _core.Pixels:
+    """The pixels of a field: as given, or as it knows them itself."""
+    if pitch is None:
+        pitch = getattr(source, "pitch", None)
+    if wavelength is None:
+        wavelength = getattr(source, "wavelength", None)
+    if pitch is None:
+        raise _core.InputError("pitch: is needed, for this array does not know it")
+    if wavelength is None:
+        raise _core.InputError("wavelength: is needed, for this array does not know it")
+    return _core.Pixels(_pair(pitch, "pitch"), _number(wavelength, "wavelength"))
+
+
+def _plain(array: ArrayLike) -> ArrayLike:
+    return np.asarray(array) if isinstance(array, Field) else array
+
+
+def devices() -> list[_core.Device]:
+    """The OpenCL devices, with `index` ("0:1"), `name`, `kind` ... ; empty when there is none."""
+    return _core.devices()
+
+
+def propagate(
+    u: ArrayLike,
+    pitch: Pair,
+    wavelength: float,
+    distance: float,
+    shift: Sequence[float] = (0.0, 0.0),
+    *,
+    padding: float = 2.0,
+    device: str = "",
+    fft: str = "",
+) -> npt.NDArray[np.complexfloating[Any, Any]]:
+    """Field on a parallel plane whose centre is shifted sideways, with the phase of the true
+    distance: the band-limited shifted angular spectrum (Matsushima, Opt. Express 18, 18453 (2010)).
+
+    u: (ny, nx), complex64, or complex128 for a slow computation in double precision on the host.
+    pitch: of the samples, in metres, one number or (x, y). wavelength: in metres.
+    distance: in metres along the direction of travel; negative propagates back.
+    shift: centre of the target minus centre of u, (x right, y up), in metres.
+    padding: side of the transformed plane over the side of u, 1 to 64.
+
+    Returns an array of u's shape and type. The adjoint is the propagation by -distance and -shift;
+    raywave.torch and raywave.jax differentiate through it.
+
+    Relative L2 error <= 6e-7 (complex64) against direct summation for fields inside window and band
+    (docs/accuracy.md). Raises InputError when u is not such an array or holds NaN, when a number is
+    not possible, or when no frequency survives the band limit: the message gives the largest usable
+    shift. Raises DeviceError for the device.
+    """
+    x, y = _pair(shift, "shift")
+    result: npt.NDArray[np.complexfloating[Any, Any]] = _core.propagate(
+        _plain(u),
+        _pixels(None, pitch, wavelength),
+        _number(distance, "distance"),
+        (x, y),
+        _number(padding, "padding"),
+        _text(device, "device"),
+        _text(fft, "fft"),
+    )
+    if isinstance(u, Field):
+        return Field(result, pitch, wavelength)
+    return result
+
+
+def reconstruct(
+    field: ArrayLike | Hologram,
+    z: float,
+    view: Sequence[float] = (0.0, 0.0),
+    *,
+    aperture: Pair = 1.0,
+    window: Pair | None = None,
+    pitch: Pair | None = None,
+    wavelength: float | None = None,
+    device: str = "",
+    fft: str = "",
+    progress: Progress = None,
+) -> Picture:
+    """The picture that a hologram shows in the plane z, as a sensor there would record it.
+
+    field: (ny, nx) or (frames, ny, nx), complex64; or a Hologram, for the light that the SLM leaves
+    with its levels. Pictures of several frames are averaged.
+    z: distance of the plane on the object's side, > 0, in metres.
+    view: centre of the part of the hologram that lets light through, in half holograms: the
+    position of the eye. aperture: size of that part in holograms, one number or (x, y).
+    window: size of the picture around the axis, in metres; the hologram's when not given.
+    pitch, wavelength: in metres; holo.field knows its own.
+    progress: called with (step, share from 0 to 1); returning False raises Cancelled.
+
+    Returns |u|^2, (ny, nx), float32, on the hologram's pitch. Raises InputError when z, window,
+    view or aperture are not possible, or the field is not such an array; DeviceError.
+    """
+    from ._render import Hologram
+
+    pixels = _pixels(field, pitch, wavelength)
+    samples = field.shown if isinstance(field, Hologram) else field
+    x, y = _pair(view, "view")
+    result: Picture = _core.reconstruct(
+        _plain(samples),
+        pixels,
+        _number(z, "z"),
+        None if window is None else _pair(window, "window"),
+        (x, y),
+        _pair(aperture, "aperture"),
+        _text(device, "device"),
+        _text(fft, "fft"),
+        progress,
+    )
+    return result
+
+
+def _slm(slm: Scene | Mapping[str, Value] | Path | None) -> _core.Slm:
+    if slm is None:
+        return _core.Slm()
+    if isinstance(slm, Scene):
+        return _core.Slm(slm._core)
+    if isinstance(slm, Mapping):
+        values = slm if set(slm) == {"slm"} else {"slm": dict(slm)}
+        return _core.parse_slm(_document(values), ".")
+    if _is_path(slm):
+        return _core.load_slm(os.fspath(slm), [])
+    raise _core.InputError(
+        "slm: must be a file with section [slm], a mapping of its keys, or a Scene, got "
+        + type(slm).__name__
+    )
+
+
+def encode(
+    field: ArrayLike,
+    slm: Scene | Mapping[str, Value] | Path | None = None,
+    *,
+    pitch: Pair | None = None,
+    wavelength: float | None = None,
+    device: str = "",
+) -> LevelArray:
+    """Grey levels with which an SLM shows a field.
+
+    field: (ny, nx) or (frames, ny, nx), complex64.
+    slm: keys of section [slm] (docs/slm.md), such as {"encoding": "double-phase",
+    "shift": ["2 mm", "0 mm"]}; a file with that section; or a Scene, for its SLM. None: a
+    phase-only SLM of 256 levels to a turn.
+    pitch, wavelength: in metres; holo.field knows its own.
+
+    Returns uint8 (uint16 where levels have more than 8 bits) of the field's shape, in the
+    hologram's frame: slm.rotate and slm.flip are not applied. Raises InputError when the field is
+    not such an array, or the SLM's pictures do not fit it; DeviceError.
+    """
+    pixels = _pixels(field, pitch, wavelength)
+    result: LevelArray = _core.encode(_plain(field), _slm(slm), pixels, _text(device, "device"))
+    return result
+
+
+def shown(
+    levels: ArrayLike,
+    slm: Scene | Mapping[str, Value] | Path | None = None,
+    *,
+    pitch: Pair | None = None,
+    wavelength: float | None = None,
+) -> Field:
+    """The light that leaves an SLM with these levels, behind the stop of its optics. Carrier, lens
+    and corrections are taken off again, so that it compares with the field that was encoded.
+
+    levels: (ny, nx) or (frames, ny, nx), uint8, or uint16 where levels have more than 8 bits.
+    slm: as for encode. Returns complex64 of the same shape. Raises InputError.
+    """
+    pixels = _pixels(levels, pitch, wavelength)
+    return Field(
+        _core.shown(levels, _slm(slm), pixels), tuple(pixels.pitch_m), pixels.wavelength_m
+    )
+
+
+@dataclass(frozen=True)
+class FieldComparison:
+    """How alike two fields are; means over the frames."""
+
+    correlation: float  # 1 when b is a times a number
+    error: float  # |b - a| / |a|
+    error_scaled: float  # |c b - a| / |a| with the complex number c that makes it smallest
+    energy_ratio: float  # |b|^2 / |a|^2
+
+
+@dataclass(frozen=True)
+class PictureComparison:
+    """How alike two pictures are, up to a common factor of brightness."""
+
+    psnr_db: float  # infinite when b is a times a number
+    ssim: float
+    scale: float  # least-squares scale of b to a
+    contrast_a: float  # speckle contrast
+    contrast_b: float
+
+
+def compare(
+    a: ArrayLike,
+    b: ArrayLike,
+    *,
+    blur: float = 0.0,
+    border: int = 0,
+    domain: str = "intensity",
+    region: Sequence[int] | None = None,
+) -> FieldComparison | PictureComparison:
+    """Measures how alike b is to the reference a (docs/compare.md).
+
+    a, b: pictures, (ny, nx), float32; or fields, (ny, nx) or (frames, ny, nx), complex64.
+    For pictures only: blur, standard deviation in pixels of the Gaussian that both are blurred with
+    first; border, pixels left out on every side; domain, "intensity", "amplitude" or "srgb";
+    region, (x, y, width, height) of the speckle contrast.
+
+    Returns PictureComparison or FieldComparison. Raises InputError when the shapes differ, a
+    picture is black, or the options are not possible.
+    """
+    if np.iscomplexobj(a) or np.iscomplexobj(b):
+        if blur != 0 or border != 0 or region is not None or domain != "intensity":
+            raise _core.InputError("blur, border, domain and region are for pictures, not fields")
+        return FieldComparison(*_core.compare_fields(_plain(a), _plain(b)))
+    place: tuple[int, int, int, int] | None = None
+    if region is not None:
+        try:
+            x, y, width, height = (int(v) for v in region)
+        except (TypeError, ValueError):
+            raise _core.InputError(
+                f"region: must be (x, y, width, height), got {region!r}"
+            ) from None
+        place = x, y, width, height
+    return PictureComparison(
+        *_core.compare_pictures(
+            a, b, _number(blur, "blur"), _whole(border, "border"), _text(domain, "domain"), place
+        )
+    )

@@ -1,0 +1,479 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plans, renders and holograms."""
+
+from __future__ import annotations
+
+import html
+import json
+import struct
+import zlib
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._light import (
+    ArrayLike,
+    ComplexArray,
+    Field,
+    LevelArray,
+    Pair,
+    Picture,
+    Progress,
+    _number,
+    _pair,
+    _pixels,
+    _plain,
+    _text,
+    _whole,
+)
+from ._scene import Scene, Vector, _vector
+
+
+def _goal(preset: str | None, budget: float | None, psnr: float | None) -> _core.Goal:
+    return _core.Goal(
+        "" if preset is None else _text(preset, "preset"),
+        None if budget is None else _number(budget, "budget"),
+        None if psnr is None else _number(psnr, "psnr"),
+    )
+
+
+def _scene_of(scene: Scene | Plan) -> Scene:
+    if isinstance(scene, Plan):
+        return scene.scene
+    if not isinstance(scene, Scene):
+        raise _core.InputError(
+            f"scene: must be a Scene (load_scene reads one) or a Plan, got {type(scene).__name__}"
+        )
+    return scene
+
+
+class Plan:
+    """What would be computed, and what to expect of it. Printed, it is the table of
+    `raywave plan`; in a notebook, the same with the warnings set off.
+    """
+
+    def __init__(self, core: _core.Plan, scene: Scene) -> None:
+        self._core = core
+        self._meshes = scene._meshes
+
+    @property
+    def text(self) -> str:
+        """The table that `raywave plan` prints."""
+        return self._core.text
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """All of it, as `raywave plan --json` prints it."""
+        return dict(json.loads(self._core.json()))
+
+    @property
+    def warnings(self) -> list[str]:
+        """One line each: what a user may not want, and what would change it."""
+        return self._core.warnings
+
+    @property
+    def seconds(self) -> float:
+        """Predicted time of a picture."""
+        return self._core.seconds
+
+    @property
+    def psnr_db(self) -> float | None:
+        """Predicted mean PSNR of its pictures at the viewer's resolution, where it can be."""
+        return self._core.psnr_db
+
+    @property
+    def device_bytes(self) -> int:
+        """Memory on the device."""
+        return self._core.device_bytes
+
+    @property
+    def scene(self) -> Scene:
+        """The scene with the values that were chosen; render follows it."""
+        return Scene._of(self._core.scene, self._meshes)
+
+    def __repr__(self) -> str:
+        return self.text.rstrip("\n")
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for line in self.text.splitlines():
+            label, text = line[:10].strip(), line[10:]
+            style = " style='color:#b00'" if label == "warning" else ""
+            rows.append(
+                f"<tr{style}><th style='text-align:left'>{html.escape(label)}</th>"
+                f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
+            )
+        return "<table>" + "".join(rows) + "</table>"
+
+
+def plan(
+    scene: Scene,
+    preset: str | None = None,
+    *,
+    budget: float | None = None,
+    psnr: float | None = None,
+    device: str = "",
+) -> Plan:
+    """Chooses what the scene leaves open, and predicts time, memory and quality.
+
+    At most one goal: preset, "draft", "balanced", "accurate" or "reference"; budget, seconds for a
+    picture: the most accurate plan that keeps them; psnr, in dB: the fastest plan that reaches it.
+    Needs no device; where there is one, rates that `raywave tune` has measured on it count.
+
+    Raises InputError for the scene and the goal.
+    """
+    scene = _scene_of(scene)
+    goal = _goal(preset, budget, psnr)
+    return Plan(_core.plan(scene._core, goal, _text(device, "device")), scene)
+
+
+def _png(levels: npt.NDArray[np.uint8]) -> bytes:
+    """An 8-bit grey PNG."""
+    rows = np.zeros((levels.shape[0], levels.shape[1] + 1), np.uint8)  # first: filter "none"
+    rows[:, 1:] = levels
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        check = zlib.crc32(kind + data)
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", check)
+
+    header = struct.pack(">IIBBBBB", levels.shape[1], levels.shape[0], 8, 0, 0, 0, 0)
+    return (
+        b"\x89PNG\r\n\x1a\n"
+        + chunk(b"IHDR", header)
+        + chunk(b"IDAT", zlib.compress(rows.tobytes(), 1))
+        + chunk(b"IEND", b"")
+    )
+
+
+class Hologram:
+    """A finished hologram. Arrays are its own memory, without a copy, and stay valid after it."""
+
+    def __init__(self, core: _core.Hologram) -> None:
+        self._core = core
+
+    @cached_property
+    def levels(self) -> npt.NDArray[np.uint8]:
+        """Grey levels for the SLM, uint8: (ny, nx), or (frames, ny, nx) for several frames. In the
+        hologram's frame: slm.rotate and slm.flip are not applied (for_slm does).
+        """
+        result: npt.NDArray[np.uint8] = self._core.levels()
+        return result
+
+    @cached_property
+    def field(self) -> Field | None:
+        """The complex field before it is encoded, complex64, of the shape of levels. |u|^2 is the
+        irradiance of what the scene shows. None where render was told to keep none.
+        """
+        return self._as_field(self._core.field())
+
+    @cached_property
+    def refined(self) -> Field | None:
+        """Phases that are encoded instead of the field's, of modulus 1; None without refinement."""
+        return self._as_field(self._core.refined())
+
+    @cached_property
+    def shown(self) -> Field:
+        """The light that leaves the SLM with these levels, complex64, behind the stop."""
+        return Field(self._core.shown(), self.pitch, self.wavelength)
+
+    @cached_property
+    def report(self) -> dict[str, Any]:
+        """The report.json of `raywave render`: effective scene, plan, device, seconds, memory."""
+        return dict(json.loads(self._core.report()))
+
+    def for_slm(self, frame: int = 0) -> LevelArray:
+        """One frame as the SLM is sent it: turned by slm.rotate, then flipped. uint8."""
+        result: LevelArray = self._core.for_slm(frame)
+        return result
+
+    @property
+    def pitch(self) -> tuple[float, float]:
+        """Pixel pitch, x and y, in metres."""
+        x, y = self._core.pixels.pitch_m
+        return x, y
+
+    @property
+    def wavelength(self) -> float:
+        """In metres."""
+        return self._core.pixels.wavelength_m
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return self._core.frames
+
+    @property
+    def notes(self) -> list[str]:
+        """Notes for the user, one line each."""
+        return self._core.notes
+
+    def save(self, path: Any, frame: int = 0) -> None:
+        """Writes one frame, as the SLM is sent it, into an 8-bit grey PNG."""
+        data = _png(self.for_slm(frame))
+        with open(path, "wb") as file:
+            file.write(data)
+
+    def _as_field(self, samples: ArrayLike) -> Field | None:
+        return None if samples is None else Field(samples, self.pitch, self.wavelength)
+
+    def __repr__(self) -> str:
+        ny, nx = self.levels.shape[-2:]
+        frames = "" if self.frames == 1 else f", {self.frames} frames"
+        return f"<raywave.Hologram {nx} x {ny}{frames}>"
+
+    def _repr_png_(self) -> bytes:
+        return _png(self.levels.reshape(-1, *self.levels.shape[-2:])[0])
+
+
+def _options(
+    preset: str | None,
+    budget: float | None,
+    psnr: float | None,
+    device: str,
+    fft: str,
+    method: str,
+    rays: int,
+    field: bool,
+) -> _core.RenderOptions:
+    return _core.RenderOptions(
+        _text(device, "device"),
+        _text(fft, "fft"),
+        _goal(preset, budget, psnr),
+        _text(method, "method"),
+        _whole(rays, "rays"),
+        bool(field),
+    )
+
+
+def render(
+    scene: Scene | Plan,
+    preset: str | None = None,
+    *,
+    budget: float | None = None,
+    psnr: float | None = None,
+    device: str = "",
+    fft: str = "",
+    method: str = "wrp",
+    rays: int = 100,
+    field: bool = True,
+    progress: Progress = None,
+) -> Hologram:
+    """Computes the hologram of a scene: the same bits as `raywave render`, for equal scene, seed
+    and device.
+
+    scene: a Scene, or a Plan whose choices are followed.
+    preset, budget, psnr: at most one goal, as for plan.
+    device: index ("0:1") or part of the name of an OpenCL device; "" takes the environment's
+    RAYWAVE_DEVICE, else the first GPU, accelerator or CPU. fft: "host", "clfft" or "vkfft".
+    method: "wrp"; or the references "points" and "rays" (with `rays` per axis and pixel).
+    field: also keep the complex field; without it results take an eighth of the memory.
+    progress: called with (step, share from 0 to 1); returning False raises Cancelled. Ctrl-C stops
+    at the same places.
+
+    Returns a Hologram: .levels, uint8, and .field, complex64, of the shape (ny, nx), or
+    (frames, ny, nx) for several frames, row 0 on top; samples are scene.pitch metres apart.
+
+    Raises InputError when the scene, a mesh or an option is wrong, DeviceError when the device
+    cannot do it.
+    """
+    options = _options(preset, budget, psnr, device, fft, method, rays, field)
+    return Hologram(_core.render(_scene_of(scene)._core, options, progress))
+
+
+class Renderer:
+    """Renders a scene that moves: meshes, kernels, plans and memory are kept between pictures.
+
+        r = rw.Renderer(scene)
+        levels = np.empty(scene.shape, np.uint8)
+        for angle in range(0, 360, 5):
+            r.set_pose(0, (0, 0, 0.1), (0, angle, 0))
+            r.render(out=levels)
+
+    Arguments as for render. Calls of one renderer from several threads take turns. Fields differ
+    from those of render by 1e-4 (relative L2) after objects have moved.
+    """
+
+    def __init__(
+        self,
+        scene: Scene | Plan,
+        preset: str | None = None,
+        *,
+        budget: float | None = None,
+        psnr: float | None = None,
+        device: str = "",
+        fft: str = "",
+        method: str = "wrp",
+        rays: int = 100,
+        field: bool = True,
+        progress: Progress = None,
+    ) -> None:
+        options = _options(preset, budget, psnr, device, fft, method, rays, field)
+        self._core = _core.Renderer(_scene_of(scene)._core, options, progress)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of levels and fields: (ny, nx), or (frames, ny, nx) for several frames."""
+        plane = (self._core.ny, self._core.nx)
+        return plane if self._core.frames == 1 else (self._core.frames, *plane)
+
+    def set_pose(self, object: int, position: Vector, rotation: Vector = (0.0, 0.0, 0.0)) -> None:
+        """Sets where an object stands: the centre of its bounding box (x, y, z), in metres, and its
+        rotation in degrees about x, then y, then z. Raises InputError.
+        """
+        if not isinstance(object, int) or object < 0:
+            raise _core.InputError(f"object: must be a whole number from 0 on, got {object!r}")
+        self._core.set_pose(object, _vector(position, "position"), _vector(rotation, "rotation"))
+
+    def set_seed(self, seed: int) -> None:
+        """Sets the seed of the random phases of the next pictures, 0 to 2^32 - 1."""
+        if not isinstance(seed, int) or not 0 <= seed < 2**32:
+            raise _core.InputError(f"seed: must be 0 to 4294967295, got {seed!r}")
+        self._core.set_seed(seed)
+
+    @overload
+    def render(self, out: None = ..., field: None = ..., progress: Progress = ...) -> Hologram: ...
+    @overload
+    def render(self, out: Any, field: Any = ..., progress: Progress = ...) -> Any: ...
+    def render(self, out: Any = None, field: Any = None, progress: Progress = None) -> Any:
+        """Renders the scene as it stands now.
+
+        out: the caller's memory for the levels, uint8, of the shape `shape`, writable and
+        C-contiguous; field: the same for the complex field, complex64. Returns out when either is
+        given, else a Hologram.
+        progress: as for render. Raises InputError, DeviceError, Cancelled; the renderer stays
+        usable.
+        """
+        if out is None and field is None:
+            return Hologram(self._core.render(progress))
+        self._core.render_into(out, field, progress)
+        return out
+
+
+def lens(
+    scene: Scene | Plan,
+    z: float,
+    view: Sequence[float] = (0.0, 0.0),
+    *,
+    aperture: Pair = 1.0,
+    window: Pair | None = None,
+    points: int = 24,
+    device: str = "",
+    progress: Progress = None,
+) -> Picture:
+    """The picture that an ideal lens in the hologram's place sees of the scene, with the plane z
+    (metres) in focus: the reference for reconstruct, pixel by pixel.
+
+    view, aperture, window, progress: as for reconstruct. points: of the lens, per axis; their
+    square is the number of rays per pixel.
+
+    Returns radiance, (ny, nx), float32, on the hologram's pitch. Raises InputError when the scene,
+    z, window, view, aperture or points are not possible; DeviceError.
+    """
+    x, y = _pair(view, "view")
+    result: Picture = _core.lens(
+        _scene_of(scene)._core,
+        _number(z, "z"),
+        None if window is None else _pair(window, "window"),
+        (x, y),
+        _pair(aperture, "aperture"),
+        _whole(points, "points"),
+        _text(device, "device"),
+        progress,
+    )
+    return result
+
+
+@overload
+def refine(
+    scene: Scene | Plan,
+    *,
+    iterations: int | None = ...,
+    views: int | None = ...,
+    depths: Sequence[float] = ...,
+    brightness: float | None = ...,
+    blur: float | None = ...,
+    lens_points: int | None = ...,
+    refine_budget: float | None = ...,
+    preset: str | None = ...,
+    device: str = ...,
+    fft: str = ...,
+    progress: Progress = ...,
+) -> Hologram: ...
+@overload
+def refine(
+    scene: ComplexArray,
+    *,
+    targets: Mapping[float, ArrayLike],
+    iterations: int | None = ...,
+    brightness: float | None = ...,
+    blur: float | None = ...,
+    refine_budget: float | None = ...,
+    pitch: Pair | None = ...,
+    wavelength: float | None = ...,
+    device: str = ...,
+    fft: str = ...,
+    progress: Progress = ...,
+) -> Field: ...
+def refine(
+    scene: Any,
+    *,
+    targets: Mapping[float, ArrayLike] | None = None,
+    iterations: int | None = None,
+    views: int | None = None,
+    depths: Sequence[float] = (),
+    brightness: float | None = None,
+    blur: float | None = None,
+    lens_points: int | None = None,
+    refine_budget: float | None = None,
+    pitch: Pair | None = None,
+    wavelength: float | None = None,
+    preset: str | None = None,
+    device: str = "",
+    fft: str = "",
+    progress: Progress = None,
+) -> Hologram | Field:
+    """Changes the phases of a hologram until its pictures are what a lens sees (docs/refine.md).
+
+    refine(scene) renders the scene first, and returns a Hologram with .refined and its .levels.
+    refine(field, targets={z: picture}) starts from a field, (ny, nx) or (frames, ny, nx),
+    complex64, towards pictures, (ny, nx), float32, as lens returns them on the field's pitch; it
+    returns a Field of modulus 1, to be encoded for a phase SLM. pitch and wavelength, in metres,
+    are needed for arrays that do not know them.
+
+    iterations: per frame; refine_budget: seconds for all of them, instead. views: pictures through
+    quarters of the hologram. depths: of the pictures, ascending, in metres. brightness: light
+    wanted in the pictures (1.15 brings 0.93 of it there). blur: of the pictures, standard deviation
+    in metres. lens_points: per axis of the lens. What is not given comes from the scene's section
+    [refine], or its defaults.
+
+    Raises InputError when the SLM shows no phases, or an argument is not possible; DeviceError.
+    """
+    options = _core.RefineOptions(
+        None if iterations is None else _whole(iterations, "iterations"),
+        None if views is None else _whole(views, "views"),
+        None if lens_points is None else _whole(lens_points, "lens_points"),
+        None if brightness is None else _number(brightness, "brightness"),
+        None if blur is None else _number(blur, "blur"),
+        None if refine_budget is None else _number(refine_budget, "refine_budget"),
+        [_number(depth, "depths") for depth in depths],
+    )
+    if isinstance(scene, (Scene, Plan)):
+        if targets is not None:
+            raise _core.InputError("targets: belong to a field; a scene makes its own pictures")
+        how = _options(preset, None, None, device, fft, "wrp", 100, True)
+        return Hologram(_core.refine_scene(_scene_of(scene)._core, options, how, progress))
+    if not targets:
+        raise _core.InputError("targets: are needed to refine a field, as {z: picture}")
+    if preset is not None or views is not None or len(depths) > 0 or lens_points is not None:
+        raise _core.InputError("preset, views, depths and lens_points belong to a scene")
+    pixels = _pixels(scene, pitch, wavelength)
+    wanted = [
+        (_number(z, "targets"), picture, (0.0, 0.0), (1.0, 1.0)) for z, picture in targets.items()
+    ]
+    on = _text(device, "device"), _text(fft, "fft")
+    result = _core.refine_field(_plain(scene), pixels, wanted, options, *on, progress)
+    return Field(result, tuple(pixels.pitch_m), pixels.wavelength_m)

@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes, from files and from Python."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Union
+
+from . import _core
+
+# A scene file's value: text as --set takes it ("8 um", "auto", "[640, 480]"), or Python's own.
+Value = Any
+Path = Union[str, "os.PathLike[str]"]
+Vector = Sequence[float]
+
+
+def _toml(value: Value) -> str:
+    """A Python value as TOML."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (str, os.PathLike)):
+        return json.dumps(os.fspath(value), ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_toml(str(k))} = {_toml(v)}" for k, v in value.items()) + "}"
+    if hasattr(value, "tolist"):  # NumPy
+        return _toml(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_toml(item) for item in value) + "]"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    raise _core.InputError(f"a scene has no values of the type {type(value).__name__}")
+
+
+def _overrides(values: Mapping[str, Value] | None) -> list[str]:
+    """`--set` lines of {"section.key": value}. Text is taken as the command line takes it."""
+    if values is None:
+        return []
+    if not isinstance(values, Mapping):
+        raise _core.InputError('overrides: must be a mapping such as {"hologram.pitch": "8 um"}')
+    return [f"{key}={v if isinstance(v, str) else _toml(v)}" for key, v in values.items()]
+
+
+def _document(values: Mapping[str, Value], heading: str = "") -> str:
+    """Nested mappings as a TOML document with headings, so that messages name useful lines."""
+    lines, tables = [], []
+    for key, value in values.items():
+        name = f"{heading}.{_toml(key)}" if heading else _toml(key)
+        if isinstance(value, Mapping):
+            tables.append(f"[{name}]\n" + _document(value, name))
+        elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
+            tables += [f"[[{name}]]\n" + _document(item, name) for item in value]
+        else:
+            lines.append(f"{_toml(key)} = {_toml(value)}\n")
+    return "".join(lines) + "".join(tables)
+
+
+def _is_path(value: Any) -> bool:
+    return isinstance(value, (str, os.PathLike))
+
+
+class SceneObject:
+    """An object of a scene: its mesh and where it stands.
+
+    Changes go into the scene that it belongs to.
+    """
+
+    def __init__(self, scene: Scene, index: int) -> None:
+        self._scene, self._index = scene, index
+
+    @property
+    def mesh(self) -> Any:
+        """The mesh: the name of a file; (vertices, faces), (vertices, faces, uv) or
+        (vertices, faces, uv, normals); or a trimesh.Trimesh, whose texture coordinates are taken.
+
+        vertices: (n, 3), float32 or float64, in the object's own units (the key `width` scales
+        them; without it they are metres). faces: (m, 3), integers, counter-clockwise from outside.
+        uv: (n, 2), (0, 0) is the texture's bottom left. normals: (n, 3).
+        """
+        given = self._scene._meshes.get(self._index)
+        return self._values()["mesh"] if given is None else given
+
+    @mesh.setter
+    def mesh(self, mesh: Any) -> None:
+        if _is_path(mesh):
+            self._scene._core.set([f"object.{self._index}.mesh={_toml(mesh)}"])
+            self._scene._meshes.pop(self._index, None)
+            return
+        self._scene._core.set_mesh(self._index, *_arrays_of(mesh))
+        self._scene._meshes[self._index] = mesh
+
+    @property
+    def position(self) -> tuple[float, float, float]:
+        """Centre of the bounding box, in metres."""
+        x, y, z = self._scene._core.position(self._index)
+        return x, y, z
+
+    @position.setter
+    def position(self, position: Vector) -> None:
+        self._scene._core.set_pose(self._index, _vector(position, "position"), self.rotation)
+
+    @property
+    def rotation(self) -> tuple[float, float, float]:
+        """Degrees about x, then y, then z."""
+        x, y, z = self._scene._core.rotation(self._index)
+        return x, y, z
+
+    @rotation.setter
+    def rotation(self, rotation: Vector) -> None:
+        self._scene._core.set_pose(self._index, self.position, _vector(rotation, "rotation"))
+
+    def _values(self) -> Any:
+        return self._scene.values["objects"][self._index]
+
+    def __repr__(self) -> str:
+        values = self._values()
+        return f"<raywave.SceneObject {self._index}: {values['mesh']} at {self.position}>"
+
+
+def _arrays_of(mesh: Any) -> tuple[Any, Any, Any, Any]:
+    """(vertices, faces, uv, normals) of what SceneObject.mesh takes."""
+    import numpy as np
+
+    if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):  # trimesh
+        vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
+        faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
+        uv = getattr(getattr(mesh, "visual", None), "uv", None)
+        if uv is None or len(uv) != len(vertices):
+            return vertices, faces, None, None
+        return vertices, faces, np.ascontiguousarray(uv, dtype=np.float64), None
+    if not isinstance(mesh, (tuple, list)) or not 2 <= len(mesh) <= 4:
+        raise _core.InputError(
+            "mesh: must be the name of a file, (vertices, faces[, uv[, normals]]) or a "
+            f"trimesh.Trimesh, got {type(mesh).__name__}"
+        )
+    given = [*mesh, None, None]
+    return given[0], given[1], given[2], given[3]
+
+
+def _vector(value: Vector, name: str) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(v) for v in value)
+    except (TypeError, ValueError):
+        raise _core.InputError(f"{name}: must be three numbers, got {value!r}") from None
+    return x, y, z
+
+
+class _Objects(Sequence[SceneObject]):
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+
+    def __len__(self) -> int:
+        return self._scene._core.objects
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        if not -len(self) <= index < len(self):
+            raise IndexError(f"object {index}: there are {len(self)}")
+        return SceneObject(self._scene, index % len(self))
+
+    def __iter__(self) -> Iterator[SceneObject]:
+        return (SceneObject(self._scene, i) for i in range(len(self)))
+
+
+class Scene:
+    """A scene: hologram, SLM, lights, materials and objects.
+
+    Scene(values) makes one of what a scene file (docs/scene.md) would hold, as nested mappings:
+
+        scene = rw.Scene({
+            "hologram": {"resolution": [640, 480], "pitch": "8 um", "wavelength": "638 nm"},
+            "light": [{"direction": [0.3, -0.4, 0.9]}],
+            "object": [{"mesh": (vertices, faces), "width": "3 mm",
+                        "position": ["0 mm", "0 mm", "100 mm"]}],
+        })
+
+    or of the text of such a file. An object's `mesh` is a file, or what SceneObject.mesh takes; it
+    may also be given later. Files are named relative to `folder`.
+
+    Raises InputError: one line with the line of the scene, and what would be right.
+    """
+
+    def __init__(self, source: Mapping[str, Value] | str, *, folder: Path = ".") -> None:
+        meshes: dict[int, Any] = {}
+        if isinstance(source, str):
+            text = source
+        elif isinstance(source, Mapping):
+            values = dict(source)
+            if isinstance(values.get("object"), (list, tuple)):
+                objects = [dict(item) if isinstance(item, Mapping) else item
+                           for item in values["object"]]
+                for i, item in enumerate(objects):
+                    if isinstance(item, dict) and "mesh" in item and not _is_path(item["mesh"]):
+                        meshes[i] = item.pop("mesh")
+                values["object"] = objects
+            text = _document(values)
+        else:
+            raise _core.InputError(
+                "Scene: takes nested mappings or a scene file's text; "
+                "load_scene reads a file"
+            )
+        self._core = _core.parse_scene(text, os.fspath(folder), [], "scene")
+        self._meshes: dict[int, Any] = {}
+        for i, mesh in meshes.items():
+            self.objects[i].mesh = mesh
+
+    @classmethod
+    def _of(cls, core: _core.Scene, meshes: dict[int, Any]) -> Scene:
+        scene = cls.__new__(cls)
+        scene._core, scene._meshes = core, dict(meshes)
+        return scene
+
+    @property
+    def objects(self) -> Sequence[SceneObject]:
+        """The scene's objects, in the order of the file."""
+        return _Objects(self)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(ny, nx) of the hologram."""
+        nx, ny = self._core.resolution
+        return ny, nx
+
+    @property
+    def pitch(self) -> tuple[float, float]:
+        """Pixel pitch of the hologram, x and y, in metres."""
+        x, y = self._core.pixels.pitch_m
+        return x, y
+
+    @property
+    def wavelength(self) -> float:
+        """In metres."""
+        return self._core.pixels.wavelength_m
+
+    @property
+    def frames(self) -> int:
+        """Holograms that differ in their random phases only."""
+        return self._core.frames
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The scene with every default filled in, lengths in metres, as report.json has it."""
+        return dict(json.loads(self._core.json()))
+
+    @property
+    def notes(self) -> list[str]:
+        """For the user, one line each: keys with old names, lengths without a unit."""
+        return self._core.notes
+
+    def set(self, values: Mapping[str, Value]) -> None:
+        """Changes keys: {"sampling.frames": 4, "object.0.width": "9 mm"}, as `raywave --set` does.
+
+        Raises InputError, and leaves the scene as it was, for a key or value that is not possible.
+        """
+        self._core.set(_overrides(values))
+
+    def copy(self) -> Scene:
+        """A copy that may be changed on its own. Meshes are shared."""
+        return Scene._of(self._core.copy(), self._meshes)
+
+    def __repr__(self) -> str:
+        ny, nx = self.shape
+        count = len(self.objects)
+        return (
+            f"<raywave.Scene {nx} x {ny}, pitch {self.pitch[0] * 1e6:.4g} um, "
+            f"{self.wavelength * 1e9:.4g} nm, {count} object{'' if count == 1 else 's'}>"
+        )
+
+
+def load_scene(path: Path, overrides: Mapping[str, Value] | None = None) -> Scene:
+    """Reads and checks a scene file (docs/scene.md lists every key).
+
+    path: the TOML file; meshes and textures are named relative to it, and read when something is
+    first computed.
+    overrides: keys to change, as `raywave --set` does: {"hologram.pitch": "8 um",
+    "sampling.frames": 4, "hologram.resolution": [640, 480]}.
+
+    Raises InputError: one line with file and line, and what would be right.
+    """
+    return Scene._of(_core.load_scene(os.fspath(path), _overrides(overrides)), {})

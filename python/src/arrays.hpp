@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Arrays of Python's as memory of the library's, and back, without copies. Every refusal is an
+/// InputError that begins with the argument's name.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <complex>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <raywave/error.hpp>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace raywave_python {
+
+namespace nb = nanobind;
+
+/// Any array in host memory: NumPy's, a buffer's, or one with DLPack.
+using AnyArray = nb::ndarray<nb::ro>;
+
+inline std::string dtype_name(nb::dlpack::dtype type) {
+  const auto bits = std::to_string(type.bits);
+  switch (static_cast<nb::dlpack::dtype_code>(type.code)) {
+    case nb::dlpack::dtype_code::Int:
+      return "int" + bits;
+    case nb::dlpack::dtype_code::UInt:
+      return "uint" + bits;
+    case nb::dlpack::dtype_code::Float:
+      return "float" + bits;
+    case nb::dlpack::dtype_code::Complex:
+      return "complex" + bits;
+    case nb::dlpack::dtype_code::Bool:
+      return "bool";
+    default:
+      return "another type";
+  }
+}
+
+template <class T>
+const char* name_of_type() {
+  if constexpr (std::is_same_v<T, std::uint8_t>) return "uint8";
+  if constexpr (std::is_same_v<T, std::uint16_t>) return "uint16";
+  if constexpr (std::is_same_v<T, float>) return "float32";
+  if constexpr (std::is_same_v<T, double>) return "float64";
+  if constexpr (std::is_same_v<T, std::complex<float>>) return "complex64";
+  if constexpr (std::is_same_v<T, std::complex<double>>) return "complex128";
+}
+
+[[noreturn]] inline void refuse(const char* name, const std::string& what) {
+  throw raywave::InputError(std::string(name) + ": " + what);
+}
+
+inline std::string shape_text(const auto& array) {
+  std::string text;
+  for (std::size_t i = 0; i < array.ndim(); ++i)
+    text += (i ? ", " : "") + std::to_string(array.shape(i));
+  return "(" + text + (array.ndim() == 1 ? ",)" : ")");
+}
+
+template <class Array>
+bool is_contiguous(const Array& array) {
+  std::int64_t expected = 1;
+  for (std::size_t i = array.ndim(); i-- > 0;) {
+    if (array.shape(i) != 1 && array.stride(i) != expected) return false;
+    expected *= static_cast<std::int64_t>(array.shape(i));
+  }
+  return true;
+}
+
+/// What all arguments must be: in host memory, not empty, row-major.
+template <class Array>
+void require_plain(const Array& array, const char* name, std::size_t least_dimensions,
+                   std::size_t most_dimensions, const char* shape) {
+  if (array.device_type() != nb::device::cpu::value)
+    refuse(name, "must be in host memory: OpenCL shares none with other devices");
+  if (array.ndim() < least_dimensions || array.ndim() > most_dimensions)
+    refuse(name, std::string("must have the shape ") + shape + ", got " + shape_text(array));
+  for (std::size_t i = 0; i < array.ndim(); ++i)
+    if (array.shape(i) == 0) refuse(name, "is empty, shape " + shape_text(array));
+  if (!is_contiguous(array))
+    refuse(name, "must be C-contiguous; numpy.ascontiguousarray makes such a copy");
+}
+
+/// Some versions of torch hand on tensors whose numbers are not those in memory, or whose gradient
+/// would be lost.
+inline void require_resolved(nb::handle object, const char* name) {
+  const auto is = [&](const char* question, bool is_call) {
+    if (!nb::hasattr(object, question)) return false;
+    const nb::object answer = object.attr(question);
+    return (is_call && PyCallable_Check(answer.ptr()) ? answer() : answer).is(nb::bool_(true));
+  };
+  if (is("requires_grad", false))
+    refuse(name, "needs a gradient: pass u.detach(), or use raywave.torch");
+  if (is("is_conj", true) || is("is_neg", true))
+    refuse(name, "is a view of other numbers: pass u.resolve_conj().resolve_neg()");
+}
+
+inline bool try_array(nb::handle object, AnyArray& array) {
+  return nb::try_cast<AnyArray>(object, array, false) && array.is_valid();
+}
+
+/// An array that is only read.
+inline AnyArray array_of(nb::handle object, const char* name, std::size_t least_dimensions,
+                         std::size_t most_dimensions, const char* shape) {
+  AnyArray array;
+  require_resolved(object, name);
+  if (!try_array(object, array))
+    refuse(name, std::string("must be an array of numbers in host memory (NumPy, a buffer, or "
+                             "DLPack as a detached torch tensor), got ") +
+                     Py_TYPE(object.ptr())->tp_name);
+  require_plain(array, name, least_dimensions, most_dimensions, shape);
+  return array;
+}
+
+template <class T>
+bool is_of(const auto& array) {
+  return array.dtype() == nb::dtype<T>();
+}
+
+/// The elements of an array that must have this type.
+template <class T>
+const T* data_of(const AnyArray& array, const char* name) {
+  if (!is_of<T>(array))
+    refuse(name,
+           std::string("must be ") + name_of_type<T>() + ", got " + dtype_name(array.dtype()));
+  return static_cast<const T*>(array.data());
+}
+
+/// Memory of the caller's for `size` results.
+template <class T>
+T* out_data(nb::handle object, const char* name, int frames, int ny, int nx, nb::ndarray<>& array) {
+  if (!nb::try_cast<nb::ndarray<>>(object, array, false) || !array.is_valid()) {
+    AnyArray read_only;
+    if (try_array(object, read_only)) refuse(name, "is read-only");
+    refuse(name, std::string("must be a NumPy array, or a buffer, in host memory, got ") +
+                     Py_TYPE(object.ptr())->tp_name);
+  }
+  const std::string shape = (frames == 1 ? "(" : "(" + std::to_string(frames) + ", ") +
+                            std::to_string(ny) + ", " + std::to_string(nx) + ")";
+  require_plain(array, name, 2, 3, shape.c_str());
+  const auto n = array.ndim();
+  const auto planes = n == 3 ? array.shape(0) : 1;
+  if (planes != static_cast<std::size_t>(frames) ||
+      array.shape(n - 2) != static_cast<std::size_t>(ny) ||
+      array.shape(n - 1) != static_cast<std::size_t>(nx))
+    refuse(name, "must have the shape " + shape + ", got " + shape_text(array));
+  if (!is_of<T>(array))
+    refuse(name,
+           std::string("must be ") + name_of_type<T>() + ", got " + dtype_name(array.dtype()));
+  return static_cast<T*>(array.data());
+}
+
+/// (ny, nx), or (frames, ny, nx) for several frames, as field.npy.
+inline std::vector<std::size_t> shape_of(int frames, int ny, int nx) {
+  std::vector<std::size_t> shape{static_cast<std::size_t>(ny), static_cast<std::size_t>(nx)};
+  if (frames != 1) shape.insert(shape.begin(), static_cast<std::size_t>(frames));
+  return shape;
+}
+
+/// A NumPy array; the package says which.
+using Array = nb::any;
+
+/// A NumPy array on memory that `owner` keeps.
+template <class T, class Owner>
+Array numpy_view(const T* data, const std::vector<std::size_t>& shape, Owner owner) {
+  auto* kept = new Owner(std::move(owner));
+  nb::capsule capsule(kept, [](void* p) noexcept { delete static_cast<Owner*>(p); });
+  const nb::ndarray<nb::numpy, T> view(const_cast<T*>(data), shape.size(), shape.data(), capsule);
+  return nb::borrow<Array>(nb::cast(view, nb::rv_policy::reference));
+}
+
+/// A NumPy array that takes over a vector.
+template <class T>
+Array as_numpy(std::vector<T> values, const std::vector<std::size_t>& shape) {
+  auto kept = std::make_shared<std::vector<T>>(std::move(values));
+  const T* data = kept->data();
+  return numpy_view(data, shape, std::move(kept));
+}
+
+}  // namespace raywave_python

@@ -1,0 +1,600 @@
+// SPDX-License-Identifier: Apache-2.0
+// The module raywave._core: the installed headers for Python. The package around it (raywave/) has
+// the names, defaults and texts that users see.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <raywave/raywave.hpp>
+
+#include "arrays.hpp"
+
+namespace raywave_python {
+namespace {
+
+using namespace nb::literals;
+using raywave::InputError;
+using Complex = std::complex<float>;
+using ComplexDouble = std::complex<double>;
+
+constexpr const char* one_plane = "(ny, nx)";
+constexpr const char* planes = "(ny, nx) or (frames, ny, nx)";
+
+/// A callback of Python's, called with the GIL on the thread that computes. Ctrl-C stops the
+/// computation whether there is a callback or not.
+raywave::Progress progress_of(const nb::object& callback) {
+  if (!callback.is_none() && !PyCallable_Check(callback.ptr()))
+    refuse("progress", "must be a function of (step, share)");
+  return [callback = callback.ptr()](const std::string& what, double share) {
+    const nb::gil_scoped_acquire gil;
+    if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    if (callback == Py_None) return true;
+    const nb::object answer = nb::handle(callback)(what, share);
+    return !answer.is(nb::bool_(false));
+  };
+}
+
+raywave::FieldView field_view(const AnyArray& array, const char* name) {
+  const auto n = array.ndim();
+  return {data_of<Complex>(array, name), static_cast<int>(array.shape(n - 1)),
+          static_cast<int>(array.shape(n - 2)), n == 3 ? static_cast<int>(array.shape(0)) : 1};
+}
+
+raywave::PictureView picture_view(const AnyArray& array, const char* name) {
+  return {data_of<float>(array, name), static_cast<int>(array.shape(1)),
+          static_cast<int>(array.shape(0))};
+}
+
+void require_sides(const AnyArray& array, const char* name) {
+  for (std::size_t i = 0; i < array.ndim(); ++i)
+    if (array.shape(i) > (std::size_t{1} << 30))
+      refuse(name, "has more samples than raywave takes");
+}
+
+AnyArray planes_of(nb::handle object, const char* name) {
+  auto array = array_of(object, name, 2, 3, planes);
+  require_sides(array, name);
+  return array;
+}
+
+AnyArray plane_of(nb::handle object, const char* name) {
+  auto array = array_of(object, name, 2, 2, one_plane);
+  require_sides(array, name);
+  return array;
+}
+
+template <class T>
+Array field_array(raywave::BasicField<T> field) {
+  const auto shape = shape_of(field.frames, field.ny, field.nx);
+  return as_numpy(std::move(field.samples), shape);
+}
+
+Array picture_array(raywave::Picture picture) {
+  const auto shape = shape_of(1, picture.ny, picture.nx);
+  return as_numpy(std::move(picture.pixels), shape);
+}
+
+Array levels_array(raywave::Levels levels) {
+  const auto shape = shape_of(levels.frames, levels.ny, levels.nx);
+  if (levels.bits > 8) return as_numpy(std::move(levels.words), shape);
+  return as_numpy(std::move(levels.bytes), shape);
+}
+
+/// Rows of two or three numbers as doubles, from float32 or float64.
+template <std::size_t n>
+std::vector<std::array<double, n>> vectors_of(nb::handle object, const char* name) {
+  std::vector<std::array<double, n>> vectors;
+  if (object.is_none()) return vectors;
+  const char* shape = n == 3 ? "(n, 3)" : "(n, 2)";
+  const auto array = array_of(object, name, 2, 2, shape);
+  if (array.shape(1) != n)
+    refuse(name, std::string("must have the shape ") + shape + ", got " + shape_text(array));
+  vectors.resize(array.shape(0));
+  const auto fill = [&](const auto* data) {
+    for (std::size_t i = 0; i < vectors.size(); ++i)
+      for (std::size_t k = 0; k < n; ++k) vectors[i][k] = static_cast<double>(data[n * i + k]);
+  };
+  if (is_of<float>(array))
+    fill(static_cast<const float*>(array.data()));
+  else if (is_of<double>(array))
+    fill(static_cast<const double*>(array.data()));
+  else
+    refuse(name, "must be float32 or float64, got " + dtype_name(array.dtype()));
+  return vectors;
+}
+
+std::vector<std::array<std::uint32_t, 3>> faces_of(nb::handle object, const char* name) {
+  const auto array = array_of(object, name, 2, 2, "(n, 3)");
+  if (array.shape(1) != 3) refuse(name, "must have the shape (n, 3), got " + shape_text(array));
+  std::vector<std::array<std::uint32_t, 3>> faces(array.shape(0));
+  const auto fill = [&](const auto* data) {
+    for (std::size_t i = 0; i < 3 * faces.size(); ++i) {
+      const auto corner = static_cast<std::int64_t>(data[i]);
+      if (corner < 0 || corner > INT32_MAX)
+        refuse(name, "face " + std::to_string(i / 3) + " names vertex " + std::to_string(corner));
+      faces[i / 3][i % 3] = static_cast<std::uint32_t>(corner);
+    }
+  };
+  if (is_of<std::int32_t>(array))
+    fill(static_cast<const std::int32_t*>(array.data()));
+  else if (is_of<std::uint32_t>(array))
+    fill(static_cast<const std::uint32_t*>(array.data()));
+  else if (is_of<std::int64_t>(array))
+    fill(static_cast<const std::int64_t*>(array.data()));
+  else if (is_of<std::uint64_t>(array))
+    fill(static_cast<const std::uint64_t*>(array.data()));
+  else
+    refuse(name, "must be integers of 32 or 64 bits, got " + dtype_name(array.dtype()));
+  return faces;
+}
+
+void set_mesh(raywave::Scene& scene, std::size_t object, nb::handle vertices, nb::handle faces,
+              nb::handle uv, nb::handle normals) {
+  if (vertices.is_none()) refuse("vertices", "must be an array of the shape (n, 3), got None");
+  if (faces.is_none()) refuse("faces", "must be an array of the shape (n, 3), got None");
+  const auto points = vectors_of<3>(vertices, "vertices");
+  const auto corners = faces_of(faces, "faces");
+  const auto uvs = vectors_of<2>(uv, "uv");
+  const auto directions = vectors_of<3>(normals, "normals");
+  auto changed = scene;  // other threads may use the scene meanwhile
+  {
+    const nb::gil_scoped_release release;
+    changed.set_mesh(object, {points, corners, uvs, directions});
+  }
+  scene = changed;
+}
+
+raywave::Goal goal_of(const std::string& preset, std::optional<double> budget,
+                      std::optional<double> psnr) {
+  return {preset, budget, psnr};
+}
+
+/// A renderer, and the callback of the call at work: it runs on the thread that calls.
+struct Renderer {
+  Renderer(const raywave::Scene& scene, raywave::RenderOptions options, const nb::object& progress)
+      : renderer(make(scene, std::move(options), progress)) {}
+
+  static raywave::Renderer make(raywave::Scene scene, raywave::RenderOptions options,
+                                const nb::object& progress) {
+    options.progress = [](const std::string& what, double share) {
+      return !*current() || (**current())(what, share);
+    };
+    const Called called(progress);
+    const nb::gil_scoped_release release;
+    return raywave::Renderer(scene, options);
+  }
+
+  static raywave::Progress** current() {
+    thread_local raywave::Progress* progress = nullptr;
+    return &progress;
+  }
+
+  /// Makes a callback the current one of this thread.
+  struct Called {
+    explicit Called(const nb::object& callback)
+        : progress(progress_of(callback)), before(std::exchange(*current(), &progress)) {}
+    ~Called() { *current() = before; }
+    raywave::Progress progress;
+    raywave::Progress* before;
+  };
+
+  raywave::Hologram render(const nb::object& progress) {
+    const Called called(progress);
+    const nb::gil_scoped_release release;
+    return renderer.render();
+  }
+
+  void render_into(nb::handle out, nb::handle field, const nb::object& progress) {
+    nb::ndarray<> levels_array, field_array;
+    raywave::RenderTarget target;
+    if (!out.is_none())
+      target.levels = out_data<std::uint8_t>(out, "out", renderer.frames(), renderer.ny(),
+                                             renderer.nx(), levels_array);
+    if (!field.is_none())
+      target.field = out_data<Complex>(field, "field", renderer.frames(), renderer.ny(),
+                                       renderer.nx(), field_array);
+    const Called called(progress);
+    const nb::gil_scoped_release release;
+    renderer.render(target);
+  }
+
+  raywave::Renderer renderer;
+};
+
+raywave::RenderOptions render_options(const std::string& device, const std::string& fft,
+                                      const raywave::Goal& goal, const std::string& method,
+                                      int rays, bool keep_field) {
+  raywave::RenderOptions options;
+  options.on = {device, fft};
+  options.goal = goal;
+  options.method = method;
+  options.rays_per_axis = rays;
+  options.keep_field = keep_field;
+  return options;
+}
+
+raywave::RefineOptions refine_options(std::optional<int> iterations, std::optional<int> views,
+                                      std::optional<int> lens_points,
+                                      std::optional<double> brightness, std::optional<double> blur,
+                                      std::optional<double> budget, std::vector<double> depths) {
+  raywave::RefineOptions options;
+  options.iterations = iterations;
+  options.views = views;
+  options.lens_points = lens_points;
+  options.brightness = brightness;
+  options.blur_m = blur;
+  options.budget_s = budget;
+  options.depths_m = std::move(depths);
+  return options;
+}
+
+raywave::ViewOptions view_options(double z, std::optional<raywave::Vec2> window, raywave::Vec2 view,
+                                  raywave::Vec2 aperture, const std::string& device,
+                                  const std::string& fft) {
+  raywave::ViewOptions options;
+  options.z_m = z;
+  options.window_m = window;
+  options.view = view;
+  options.aperture = aperture;
+  options.on = {device, fft};
+  return options;
+}
+
+Array propagate(nb::handle u, raywave::Pixels pixels, double distance, raywave::Vec2 shift,
+                double padding, const std::string& device, const std::string& fft) {
+  const auto array = plane_of(u, "u");
+  raywave::PropagateOptions options;
+  options.shift_m = shift;
+  options.padding = padding;
+  options.on = {device, fft};
+  const int nx = static_cast<int>(array.shape(1)), ny = static_cast<int>(array.shape(0));
+  if (is_of<ComplexDouble>(array)) {
+    const raywave::FieldDoubleView view(static_cast<const ComplexDouble*>(array.data()), nx, ny);
+    raywave::FieldDouble result;
+    {
+      const nb::gil_scoped_release release;
+      result = raywave::propagate(view, pixels, distance, options);
+    }
+    return field_array(std::move(result));
+  }
+  if (!is_of<Complex>(array))
+    refuse("u", "must be complex64 or complex128, got " + dtype_name(array.dtype()));
+  raywave::Field result;
+  {
+    const nb::gil_scoped_release release;
+    result = raywave::propagate(field_view(array, "u"), pixels, distance, options);
+  }
+  return field_array(std::move(result));
+}
+
+raywave::Levels levels_of(nb::handle object, const char* name) {
+  const auto array = planes_of(object, name);
+  const auto n = array.ndim();
+  raywave::Levels levels{static_cast<int>(array.shape(n - 1)),
+                         static_cast<int>(array.shape(n - 2)),
+                         n == 3 ? static_cast<int>(array.shape(0)) : 1,
+                         8,
+                         {},
+                         {}};
+  if (is_of<std::uint8_t>(array)) {
+    const auto* data = static_cast<const std::uint8_t*>(array.data());
+    levels.bytes.assign(data, data + array.size());
+  } else if (is_of<std::uint16_t>(array)) {
+    const auto* data = static_cast<const std::uint16_t*>(array.data());
+    levels.words.assign(data, data + array.size());
+    levels.bits = 16;
+  } else {
+    refuse(name, "must be uint8, or uint16 where levels have more than 8 bits, got " +
+                     dtype_name(array.dtype()));
+  }
+  return levels;
+}
+
+/// A range of frames of a hologram, on its memory.
+Array hologram_view(const raywave::Hologram& hologram, const auto* data) {
+  return numpy_view(data, shape_of(hologram.frames(), hologram.ny(), hologram.nx()), hologram);
+}
+
+}  // namespace
+
+NB_MODULE(_core, m) {
+  nb::exception<InputError>(m, "InputError", PyExc_ValueError);
+  nb::exception<raywave::DeviceError>(m, "DeviceError", PyExc_RuntimeError);
+  nb::exception<raywave::Cancelled>(m, "Cancelled", PyExc_Exception);
+  m.attr("version") = RAYWAVE_VERSION;
+
+  nb::class_<raywave::Pixels>(m, "Pixels")
+      .def(nb::init<raywave::Vec2, double>(), "pitch_m"_a, "wavelength_m"_a)
+      .def_ro("pitch_m", &raywave::Pixels::pitch_m)
+      .def_ro("wavelength_m", &raywave::Pixels::wavelength_m);
+
+  nb::class_<raywave::Device>(m, "Device", "An OpenCL device.")
+      .def_ro("index", &raywave::Device::index)
+      .def_ro("platform", &raywave::Device::platform)
+      .def_ro("name", &raywave::Device::name)
+      .def_ro("driver", &raywave::Device::driver)
+      .def_ro("kind", &raywave::Device::kind)
+      .def_ro("memory_bytes", &raywave::Device::memory_bytes)
+      .def_ro("has_doubles", &raywave::Device::has_doubles)
+      .def("__repr__", [](const raywave::Device& d) {
+        return "<raywave.Device " + d.index + " " + d.name + " (" + d.kind + ")>";
+      });
+  m.def("devices", &raywave::list_devices);
+
+  nb::class_<raywave::Scene>(m, "Scene")
+      .def_prop_ro("resolution", &raywave::Scene::resolution)
+      .def_prop_ro("pixels", &raywave::Scene::pixels)
+      .def_prop_ro("frames", &raywave::Scene::frames)
+      .def_prop_ro("objects", &raywave::Scene::objects)
+      .def_prop_ro("notes", &raywave::Scene::notes)
+      .def("json", &raywave::Scene::json)
+      .def("set", &raywave::Scene::set, "overrides"_a)
+      .def("set_mesh", &set_mesh, "object"_a, "vertices"_a.none(), "faces"_a.none(), "uv"_a.none(),
+           "normals"_a.none())
+      .def("position", &raywave::Scene::position_m, "object"_a)
+      .def("rotation", &raywave::Scene::rotation_deg, "object"_a)
+      .def("set_pose", &raywave::Scene::set_pose, "object"_a, "position"_a, "rotation"_a)
+      .def("copy", [](const raywave::Scene& scene) { return scene; });
+  m.def(
+      "load_scene",
+      [](const std::string& file, const std::vector<std::string>& overrides) {
+        return raywave::load_scene(file, overrides);
+      },
+      "file"_a, "overrides"_a);
+  m.def(
+      "parse_scene",
+      [](const std::string& toml, const std::string& folder,
+         const std::vector<std::string>& overrides,
+         const std::string& name) { return raywave::parse_scene(toml, folder, overrides, name); },
+      "toml"_a, "folder"_a, "overrides"_a, "name"_a);
+
+  nb::class_<raywave::Slm>(m, "Slm")
+      .def(nb::init<>())
+      .def(nb::init<const raywave::Scene&>(), "scene"_a);
+  m.def(
+      "load_slm",
+      [](const std::string& file, const std::vector<std::string>& overrides) {
+        return raywave::load_slm(file, overrides);
+      },
+      "file"_a, "overrides"_a);
+  m.def(
+      "parse_slm",
+      [](const std::string& toml, const std::string& folder) {
+        return raywave::parse_slm(toml, folder);
+      },
+      "toml"_a, "folder"_a);
+
+  nb::class_<raywave::Goal>(m, "Goal").def(
+      "__init__",
+      [](raywave::Goal* goal, const std::string& preset, std::optional<double> budget,
+         std::optional<double> psnr) { new (goal) raywave::Goal(goal_of(preset, budget, psnr)); },
+      "preset"_a, "budget"_a.none(), "psnr"_a.none());
+
+  nb::class_<raywave::Plan>(m, "Plan")
+      .def_prop_ro("text", &raywave::Plan::text)
+      .def("json", &raywave::Plan::json)
+      .def_prop_ro("warnings", &raywave::Plan::warnings)
+      .def_prop_ro("seconds", &raywave::Plan::seconds)
+      .def_prop_ro("psnr_db", &raywave::Plan::psnr_db)
+      .def_prop_ro("device_bytes", &raywave::Plan::device_bytes)
+      .def_prop_ro("scene", &raywave::Plan::scene);
+  // Scenes come by value: other threads may change theirs while the GIL is released.
+  m.def(
+      "plan",
+      [](raywave::Scene scene, const raywave::Goal& goal, const std::string& device) {
+        const nb::gil_scoped_release release;
+        return raywave::plan(scene, goal, device);
+      },
+      "scene"_a, "goal"_a, "device"_a);
+
+  nb::class_<raywave::RenderOptions>(m, "RenderOptions")
+      .def(
+          "__init__",
+          [](raywave::RenderOptions* self, const std::string& device, const std::string& fft,
+             const raywave::Goal& goal, const std::string& method, int rays, bool keep_field) {
+            new (self)
+                raywave::RenderOptions(render_options(device, fft, goal, method, rays, keep_field));
+          },
+          "device"_a, "fft"_a, "goal"_a, "method"_a, "rays"_a, "keep_field"_a);
+
+  nb::class_<raywave::Hologram>(m, "Hologram")
+      .def_prop_ro("frames", &raywave::Hologram::frames)
+      .def_prop_ro("pixels", &raywave::Hologram::pixels)
+      .def("levels", [](const raywave::Hologram& h) { return hologram_view(h, h.levels().data()); })
+      .def("field",
+           [](const raywave::Hologram& h) -> Array {
+             const auto field = h.field();
+             return field.samples ? hologram_view(h, field.samples) : nb::borrow<Array>(nb::none());
+           })
+      .def("refined",
+           [](const raywave::Hologram& h) -> Array {
+             const auto field = h.refined();
+             return field ? hologram_view(h, field->samples) : nb::borrow<Array>(nb::none());
+           })
+      .def("shown",
+           [](const raywave::Hologram& h) {
+             raywave::Field field;
+             {
+               const nb::gil_scoped_release release;
+               field = h.shown();
+             }
+             return field_array(std::move(field));
+           })
+      .def(
+          "for_slm",
+          [](const raywave::Hologram& h, int frame) { return levels_array(h.for_slm(frame)); },
+          "frame"_a)
+      .def("report", &raywave::Hologram::report)
+      .def_prop_ro("notes", &raywave::Hologram::notes);
+
+  m.def(
+      "render",
+      [](raywave::Scene scene, raywave::RenderOptions options, const nb::object& progress) {
+        options.progress = progress_of(progress);
+        const nb::gil_scoped_release release;
+        return raywave::render(scene, options);
+      },
+      "scene"_a, "options"_a, "progress"_a.none());
+
+  nb::class_<Renderer>(m, "Renderer")
+      .def(nb::init<const raywave::Scene&, raywave::RenderOptions, const nb::object&>(), "scene"_a,
+           "options"_a, "progress"_a.none())
+      .def_prop_ro("nx", [](const Renderer& r) { return r.renderer.nx(); })
+      .def_prop_ro("ny", [](const Renderer& r) { return r.renderer.ny(); })
+      .def_prop_ro("frames", [](const Renderer& r) { return r.renderer.frames(); })
+      .def(
+          "set_pose",
+          [](Renderer& r, std::size_t object, raywave::Vec3 position, raywave::Vec3 rotation) {
+            const nb::gil_scoped_release release;
+            r.renderer.set_pose(object, position, rotation);
+          },
+          "object"_a, "position"_a, "rotation"_a)
+      .def(
+          "set_seed",
+          [](Renderer& r, std::uint32_t seed) {
+            const nb::gil_scoped_release release;
+            r.renderer.set_seed(seed);
+          },
+          "seed"_a)
+      .def("render", &Renderer::render, "progress"_a.none())
+      .def("render_into", &Renderer::render_into, "out"_a.none(), "field"_a.none(),
+           "progress"_a.none());
+
+  nb::class_<raywave::RefineOptions>(m, "RefineOptions")
+      .def(
+          "__init__",
+          [](raywave::RefineOptions* self, std::optional<int> iterations, std::optional<int> views,
+             std::optional<int> lens_points, std::optional<double> brightness,
+             std::optional<double> blur, std::optional<double> budget, std::vector<double> depths) {
+            new (self) raywave::RefineOptions(refine_options(
+                iterations, views, lens_points, brightness, blur, budget, std::move(depths)));
+          },
+          "iterations"_a.none(), "views"_a.none(), "lens_points"_a.none(), "brightness"_a.none(),
+          "blur"_a.none(), "budget"_a.none(), "depths"_a);
+  m.def(
+      "refine_scene",
+      [](raywave::Scene scene, raywave::RefineOptions options, const raywave::RenderOptions& render,
+         const nb::object& progress) {
+        options.render = render;
+        options.render.progress = progress_of(progress);
+        const nb::gil_scoped_release release;
+        return raywave::refine(scene, options);
+      },
+      "scene"_a, "options"_a, "render"_a, "progress"_a.none());
+  m.def(
+      "refine_field",
+      [](nb::handle field, raywave::Pixels pixels,
+         const std::vector<std::tuple<double, nb::object, raywave::Vec2, raywave::Vec2>>& targets,
+         raywave::RefineOptions options, const std::string& device, const std::string& fft,
+         const nb::object& progress) {
+        const auto array = planes_of(field, "field");
+        std::vector<AnyArray> pictures;
+        std::vector<raywave::Target> wanted;
+        for (const auto& [z, picture, view, aperture] : targets) {
+          pictures.push_back(plane_of(picture, "targets"));
+          wanted.push_back({z, picture_view(pictures.back(), "targets"), view, aperture});
+        }
+        options.render.on = {device, fft};
+        options.render.progress = progress_of(progress);
+        const auto start = field_view(array, "field");
+        raywave::Field result;
+        {
+          const nb::gil_scoped_release release;
+          result = raywave::refine(start, pixels, wanted, options);
+        }
+        return field_array(std::move(result));
+      },
+      "field"_a.none(), "pixels"_a, "targets"_a, "options"_a, "device"_a, "fft"_a,
+      "progress"_a.none());
+
+  m.def("propagate", &propagate, "u"_a.none(), "pixels"_a, "distance"_a, "shift"_a, "padding"_a,
+        "device"_a, "fft"_a);
+  m.def(
+      "reconstruct",
+      [](nb::handle field, raywave::Pixels pixels, double z, std::optional<raywave::Vec2> window,
+         raywave::Vec2 view, raywave::Vec2 aperture, const std::string& device,
+         const std::string& fft, const nb::object& progress) {
+        const auto array = planes_of(field, "field");
+        auto options = view_options(z, window, view, aperture, device, fft);
+        options.progress = progress_of(progress);
+        const auto seen_from = field_view(array, "field");
+        raywave::Picture picture;
+        {
+          const nb::gil_scoped_release release;
+          picture = raywave::reconstruct(seen_from, pixels, options);
+        }
+        return picture_array(std::move(picture));
+      },
+      "field"_a.none(), "pixels"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "device"_a,
+      "fft"_a, "progress"_a.none());
+  m.def(
+      "lens",
+      [](raywave::Scene scene, double z, std::optional<raywave::Vec2> window, raywave::Vec2 view,
+         raywave::Vec2 aperture, int points, const std::string& device,
+         const nb::object& progress) {
+        auto options = view_options(z, window, view, aperture, device, "");
+        options.progress = progress_of(progress);
+        raywave::Picture picture;
+        {
+          const nb::gil_scoped_release release;
+          picture = raywave::lens(scene, options, points);
+        }
+        return picture_array(std::move(picture));
+      },
+      "scene"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "points"_a, "device"_a,
+      "progress"_a.none());
+  m.def(
+      "encode",
+      [](nb::handle field, const raywave::Slm& slm, raywave::Pixels pixels,
+         const std::string& device) {
+        const auto array = planes_of(field, "field");
+        const auto from = field_view(array, "field");
+        raywave::Levels levels;
+        {
+          const nb::gil_scoped_release release;
+          levels = raywave::encode(from, slm, pixels, {device, ""});
+        }
+        return levels_array(std::move(levels));
+      },
+      "field"_a.none(), "slm"_a, "pixels"_a, "device"_a);
+  m.def(
+      "shown",
+      [](nb::handle levels, const raywave::Slm& slm, raywave::Pixels pixels) {
+        const auto from = levels_of(levels, "levels");
+        raywave::Field field;
+        {
+          const nb::gil_scoped_release release;
+          field = raywave::shown(from, slm, pixels);
+        }
+        return field_array(std::move(field));
+      },
+      "levels"_a.none(), "slm"_a, "pixels"_a);
+  m.def(
+      "compare_fields",
+      [](nb::handle a, nb::handle b) {
+        const auto first = planes_of(a, "a"), second = planes_of(b, "b");
+        const auto view_a = field_view(first, "a"), view_b = field_view(second, "b");
+        const nb::gil_scoped_release release;
+        const auto c = raywave::compare(view_a, view_b);
+        return std::tuple(c.correlation, c.error, c.error_scaled, c.energy_ratio);
+      },
+      "a"_a.none(), "b"_a.none());
+  m.def(
+      "compare_pictures",
+      [](nb::handle a, nb::handle b, double blur, int border, const std::string& domain,
+         std::optional<std::array<int, 4>> region) {
+        const auto first = plane_of(a, "a"), second = plane_of(b, "b");
+        const auto view_a = picture_view(first, "a"), view_b = picture_view(second, "b");
+        const nb::gil_scoped_release release;
+        const auto c = raywave::compare(view_a, view_b, {blur, border, domain, region});
+        return std::tuple(c.psnr_db, c.ssim, c.scale, c.contrast_a, c.contrast_b);
+      },
+      "a"_a.none(), "b"_a.none(), "blur"_a, "border"_a, "domain"_a, "region"_a.none());
+}
+
+}  // namespace raywave_python

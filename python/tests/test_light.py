@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: Apache-2.0
+import pickle
+
+import numpy as np
+import pytest
+from conftest import random_field
+
+import raywave as rw
+
+PITCH, WAVELENGTH = 4e-6, 633e-9
+
+
+def direct_sum(u, distance, shift):
+    """First Rayleigh-Sommerfeld integral over all pairs of samples, in double precision."""
+    ny, nx = u.shape
+    x = (np.arange(nx) - (nx - 1) / 2) * PITCH
+    y = ((ny - 1) / 2 - np.arange(ny)) * PITCH
+    k = 2 * np.pi / WAVELENGTH
+    result = np.zeros(u.shape, complex)
+    for j in range(ny):
+        for i in range(nx):
+            r = np.sqrt((x[i] + shift[0] - x[None, :]) ** 2 + (y[j] + shift[1] - y[:, None]) ** 2
+                        + distance**2)
+            h = distance / (2 * np.pi * r**2) * np.exp(1j * k * r) * (1 / r - 1j * k)
+            result[j, i] = (u * h).sum() * PITCH**2
+    return result
+
+
+def gaussian(shape, waist, dtype):
+    ny, nx = shape
+    x = (np.arange(nx) - (nx - 1) / 2) * PITCH
+    y = ((ny - 1) / 2 - np.arange(ny)) * PITCH
+    return np.exp(-(x[None, :] ** 2 + y[:, None] ** 2) / waist**2).astype(dtype)
+
+
+def relative(a, b):
+    return np.linalg.norm(a - b) / np.linalg.norm(b)
+
+
+@pytest.mark.parametrize("dtype", [np.complex64, np.complex128])
+def test_propagation_is_the_direct_sum_with_its_phase(dtype):
+    u = gaussian((48, 64), 30e-6, dtype)
+    # So far away that the sum over samples has its replicas beyond the window
+    for distance, shift in [(2e-3, (0, 0)), (2e-3, (20e-6, -12e-6)), (-2e-3, (0, 0))]:
+        arrived = rw.propagate(u, PITCH, WAVELENGTH, distance, shift)
+        assert arrived.dtype == dtype and arrived.shape == u.shape
+        expected = (direct_sum(u, distance, shift) if distance > 0
+                    else direct_sum(u.conj(), -distance, shift).conj())
+        assert relative(arrived, expected) < 2e-4  # of the Gaussian's tail beyond the window
+
+
+def test_both_precisions_agree_and_pitches_may_differ(device):
+    u = random_field((27, 40))
+    for pitch in (PITCH, (4e-6, 5e-6)):
+        single = rw.propagate(u, pitch, WAVELENGTH, 2e-3, (3e-5, 1e-5), device=device)
+        double = rw.propagate(u.astype(complex), pitch, WAVELENGTH, 2e-3, (3e-5, 1e-5))
+        assert relative(single, double) < 1e-6
+
+
+def test_the_adjoint_is_the_propagation_back():
+    x, y = random_field((21, 34), complex, 1), random_field((21, 34), complex, 2)
+    there = rw.propagate(x, PITCH, WAVELENGTH, 3e-3, (2e-5, -4e-5))
+    back = rw.propagate(y, PITCH, WAVELENGTH, -3e-3, (-2e-5, 4e-5))
+    assert np.vdot(y, there) == pytest.approx(np.vdot(back, x), rel=1e-12)
+
+
+def test_arrays_of_other_libraries_go_in_as_they_are():
+    u = random_field((16, 24))
+    expected = rw.propagate(u, PITCH, WAVELENGTH, 1e-3)
+    read_only = u.copy()
+    read_only.flags.writeable = False
+    buffer = memoryview(u.view(np.float32))  # of another type: refused below
+
+    class Dlpack:
+        def __dlpack__(self, **options):
+            return u.__dlpack__(**options)
+
+        def __dlpack_device__(self):
+            return u.__dlpack_device__()
+
+    for given in (read_only, Dlpack(), rw.Field(u), memoryview(u)):
+        assert np.array_equal(rw.propagate(given, PITCH, WAVELENGTH, 1e-3), expected)
+    with pytest.raises(rw.InputError, match="^u: must be complex64"):
+        rw.propagate(buffer, PITCH, WAVELENGTH, 1e-3)
+    assert np.array_equal(np.from_dlpack(rw.propagate(u, PITCH, WAVELENGTH, 1e-3)), expected)
+
+
+BAD = {
+    "another type": np.zeros((4, 4)),
+    "integers": np.zeros((4, 4), int),
+    "objects": np.zeros((4, 4), object),
+    "text": "field",
+    "nothing": None,
+    "a list": [[1j, 2j], [3j, 4j]],
+    "NaN": np.full((4, 4), np.nan, np.complex64),
+    "infinity": np.full((4, 4), np.inf * 1j, np.complex64),
+    "columns apart": np.zeros((4, 8), np.complex64)[:, ::2],
+    "rows apart": np.zeros((8, 4), np.complex64)[::2],
+    "transposed": np.zeros((4, 5), np.complex64).T,
+    "backwards": np.zeros((4, 4), np.complex64)[::-1],
+    "other byte order": np.zeros((4, 4), ">c8"),
+    "no rows": np.zeros((0, 4), np.complex64),
+    "no columns": np.zeros((4, 0), np.complex64),
+    "one dimension": np.zeros(4, np.complex64),
+    "a scalar": np.complex64(1),
+    "four dimensions": np.zeros((1, 1, 4, 4), np.complex64),
+}
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_bad_arrays_are_refused_by_name(what):
+    bad, pixels = BAD[what], {"pitch": PITCH, "wavelength": WAVELENGTH}
+    with pytest.raises(rw.InputError, match="^u: "):
+        rw.propagate(bad, PITCH, WAVELENGTH, 1e-3)
+    for call in (
+        lambda: rw.reconstruct(bad, z=0.1, **pixels),
+        lambda: rw.encode(bad, **pixels),
+        lambda: rw.refine(bad, targets={0.1: np.zeros((4, 4), np.float32)}, **pixels),
+    ):
+        with pytest.raises(rw.InputError, match="^field: "):
+            call()
+    good = np.ones((4, 4), np.complex64)
+    for a, b in ((bad, good), (good, bad)):
+        with pytest.raises(rw.InputError, match="^[ab]: "):
+            rw.compare(a, b)
+    with pytest.raises(rw.InputError, match="^levels: "):
+        rw.shown(bad, **pixels)
+
+
+def test_three_dimensions_are_frames_or_refused():
+    frames = np.ones((3, 8, 8), np.complex64)
+    with pytest.raises(rw.InputError, match=r"^u: must have the shape \(ny, nx\), got \(3, 8, 8\)"):
+        rw.propagate(frames, PITCH, WAVELENGTH, 1e-3)
+    assert rw.encode(frames, pitch=PITCH, wavelength=WAVELENGTH).shape == frames.shape
+    picture = np.ones((3, 8, 8), np.float32)
+    with pytest.raises(rw.InputError, match="^a: "):
+        rw.compare(picture, picture)
+
+
+def test_numbers_that_are_not_possible_are_refused_by_name():
+    u = np.ones((8, 8), np.complex64)
+    nan = float("nan")
+    for pitch, wavelength, distance, shift, name in [
+        (0, WAVELENGTH, 1e-3, (0, 0), "pitch"), (nan, WAVELENGTH, 1e-3, (0, 0), "pitch"),
+        ((1, 2, 3), WAVELENGTH, 1e-3, (0, 0), "pitch"), ("8 um", WAVELENGTH, 1e-3, (0, 0), "pitch"),
+        (PITCH, -1, 1e-3, (0, 0), "wavelength"), (PITCH, "red", 1e-3, (0, 0), "wavelength"),
+        (PITCH, WAVELENGTH, nan, (0, 0), "distance"), (PITCH, WAVELENGTH, 1e-3, (nan, 0), "shift"),
+        (PITCH, WAVELENGTH, 1e-3, (1, 2, 3), "shift"), (PITCH, WAVELENGTH, 1e-3, (1, 0), "shift"),
+    ]:
+        for dtype in (np.complex64, np.complex128):
+            if name == "shift" and shift == (1, 0) and dtype is np.complex128:
+                continue
+            with pytest.raises(rw.InputError, match=name):
+                rw.propagate(u.astype(dtype), pitch, wavelength, distance, shift)
+    with pytest.raises(rw.InputError, match="padding"):
+        rw.propagate(u, PITCH, WAVELENGTH, 1e-3, padding=0.5)
+    with pytest.raises(rw.InputError, match="^pitch: is needed"):
+        rw.reconstruct(u, z=0.1)
+    with pytest.raises(rw.InputError, match="z must be > 0"):
+        rw.reconstruct(u, z=-0.1, pitch=PITCH, wavelength=WAVELENGTH)
+
+
+def test_a_field_keeps_its_pixels_where_they_still_hold():
+    field = rw.Field(np.ones((2, 6, 8), np.complex64), 8e-6, WAVELENGTH)
+    assert field.pitch == (8e-6, 8e-6)
+    assert (2 * field).pitch == field.pitch and field[0].wavelength == WAVELENGTH
+    assert field[..., ::2].pitch is None and field.ravel().pitch is None
+    again = pickle.loads(pickle.dumps(field))
+    assert again.pitch == field.pitch and np.array_equal(again, field)
+    arrived = rw.propagate(field[0], 8e-6, WAVELENGTH, 1e-3)
+    assert isinstance(arrived, rw.Field) and arrived.pitch == field.pitch
+
+
+def test_levels_show_the_field_that_they_encode():
+    u = np.exp(1j * random_field((24, 32)).real).astype(np.complex64)
+    pixels = {"pitch": PITCH, "wavelength": WAVELENGTH}
+    levels = rw.encode(u, **pixels)
+    assert levels.dtype == np.uint8
+    assert np.abs(rw.shown(levels, **pixels) - u).max() < np.pi / 256 + 1e-3
+    deep = rw.encode(u, {"encoding": "phase", "bits": 10, "levels": 1024}, **pixels)
+    assert deep.dtype == np.uint16
+    slm = {"encoding": "phase", "bits": 10, "levels": 1024}
+    assert np.abs(rw.shown(deep, slm, **pixels) - u).max() < np.pi / 1024 + 1e-3
+    with pytest.raises(rw.InputError, match="slm"):
+        rw.encode(u, {"encodin": "phase"}, **pixels)
+    with pytest.raises(rw.InputError, match="^slm: must be"):
+        rw.encode(u, 3, **pixels)
+    with pytest.raises(rw.InputError, match="levels: the SLM has levels up to 1023"):
+        rw.shown(np.full((4, 4), 1024, np.uint16), slm, **pixels)
+
+
+def test_slm_of_a_scene_a_file_and_a_mapping_are_one(scene, tmp_path):
+    keys = {"encoding": "double-phase", "invert": True}
+    scene.set({f"slm.{key}": value for key, value in keys.items()})
+    (tmp_path / "slm.toml").write_text('[slm]\nencoding = "double-phase"\ninvert = true\n')
+    holo = rw.render(scene)
+    pictures = [rw.encode(holo.field, slm) for slm in (scene, keys, tmp_path / "slm.toml")]
+    assert all(np.array_equal(p, pictures[0]) for p in pictures)
+    assert np.mean(pictures[0] == holo.levels) > 0.99  # the field's brightness is rounded anew
+    assert np.allclose(rw.shown(holo.levels, scene, pitch=scene.pitch, wavelength=scene.wavelength),
+                       holo.shown)
+
+
+def test_comparisons_have_the_values_of_their_formulas():
+    random = np.random.default_rng(3)
+    a, b = (random.random((32, 40)).astype(np.float32) for _ in range(2))
+    c = rw.compare(a, b)
+    scale = (a.astype(float) * b).sum() / (b.astype(float) ** 2).sum()
+    assert c.scale == pytest.approx(scale, rel=1e-6)
+    error = ((scale * b - a) ** 2).mean()
+    assert c.psnr_db == pytest.approx(10 * np.log10(a.max() ** 2 / error), rel=1e-6)
+    assert rw.compare(a, 3 * a).psnr_db > 100
+    x, y = random_field((8, 9)), random_field((8, 9), seed=5)
+    f = rw.compare(x, y)
+    expected = abs(np.vdot(x, y)) / np.linalg.norm(x) / np.linalg.norm(y)
+    assert f.correlation == pytest.approx(expected, rel=1e-5)
+    for options in ({"domain": "log"}, {"region": (0, 0)}, {"border": 99}, {"blur": -1}):
+        with pytest.raises(rw.InputError):
+            rw.compare(a, b, **options)
+    with pytest.raises(rw.InputError, match="fields"):
+        rw.compare(x, y, blur=2)
+
+
+def test_refinement_of_a_field_shows_its_target(scene):
+    scene.set({"hologram.resolution": [96, 64]})
+    holo = rw.render(scene)
+    target = rw.lens(scene, z=0.01, points=4)
+    refined = rw.refine(holo.field, targets={0.01: target}, iterations=12)
+    assert np.allclose(abs(np.asarray(refined)), 1, atol=1e-5)
+
+    def psnr(field):
+        return rw.compare(target, rw.reconstruct(field, z=0.01), blur=4).psnr_db
+
+    assert psnr(refined) > psnr(holo.shown) + 2
+    whole = rw.refine(scene, iterations=12, lens_points=2)
+    assert psnr(whole.shown) > psnr(holo.shown) + 2
+    assert np.allclose(abs(np.asarray(whole.refined)), 1, atol=1e-5)
+    for wrong in ({"targets": {}}, {"targets": {0.01: target.astype(float)}},
+                  {"targets": {-1: target}}, {"targets": {0.01: target}, "iterations": 0},
+                  {"targets": {0.01: target}, "views": 3}):
+        with pytest.raises(rw.InputError):
+            rw.refine(holo.field, **wrong)
+    with pytest.raises(rw.InputError, match="^targets"):
+        rw.refine(scene, targets={0.01: target})

@@ -1,0 +1,347 @@
+# SPDX-License-Identifier: Apache-2.0
+import gc
+import signal
+import struct
+import subprocess
+import sys
+import threading
+import time
+import zlib
+
+import numpy as np
+import pytest
+from conftest import DATA, square_values
+
+import raywave as rw
+
+SMALL_TEAPOT = {"hologram.resolution": [160, 120], "sampling.pitch": "250 um"}
+
+
+def grey_png(data):
+    """Pixels of an 8-bit grey PNG, from the format's specification."""
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    at, body, size = 8, b"", None
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at : at + 8])
+        chunk = data[at + 8 : at + 8 + length]
+        assert zlib.crc32(kind + chunk) == struct.unpack(">I", data[at + 8 + length :][:4])[0]
+        if kind == b"IHDR":
+            size = struct.unpack(">II", chunk[:8])
+            assert chunk[8:10] == b"\x08\x00"
+        elif kind == b"IDAT":
+            body += chunk
+        at += 12 + length
+    width, height = size
+    rows = np.frombuffer(zlib.decompress(body), np.uint8).reshape(height, width + 1)
+    pixels = np.zeros((height, width), np.int64)
+    for y, row in enumerate(rows.astype(np.int64)):
+        above = pixels[y - 1] if y else np.zeros(width, np.int64)
+        if row[0] in (0, 2):
+            pixels[y] = (row[1:] + (above if row[0] else 0)) % 256
+            continue
+        left = upper_left = 0
+        for x, value in enumerate(row[1:]):
+            a, b, c = left, above[x], upper_left
+            guess = a + b - c
+            paeth = min((abs(guess - v), i, v) for i, v in enumerate((a, b, c)))[2]
+            left = (value + {1: a, 3: (a + b) // 2, 4: paeth}[row[0]]) % 256
+            pixels[y, x], upper_left = left, b
+    return pixels.astype(np.uint8)
+
+
+def exr(data):
+    """Pixels of an OpenEXR file of one float channel, in scan lines, plain or zipped."""
+    at, header = 8, {}
+    while data[at]:
+        name, kind, rest = data[at:].split(b"\0", 2)
+        at += len(name) + len(kind) + 2
+        (size,) = struct.unpack("<I", data[at : at + 4])
+        header[name] = data[at + 4 : at + 4 + size]
+        at += 4 + size
+    x0, y0, x1, y1 = struct.unpack("<4i", header[b"dataWindow"])
+    rows_of = {0: 1, 2: 1, 3: 16}[header[b"compression"][0]]  # none, ZIPS, ZIP
+    pixels = np.zeros((y1 - y0 + 1, x1 - x0 + 1), "<f4")
+    at += 1 + 8 * -(-len(pixels) // rows_of)  # the table of places
+    while at < len(data):
+        y, size = struct.unpack("<iI", data[at : at + 8])
+        chunk, rows = data[at + 8 : at + 8 + size], pixels[y - y0 : y - y0 + rows_of]
+        if size < rows.nbytes:
+            steps = np.frombuffer(zlib.decompress(chunk), np.uint8).astype(np.int64)
+            steps[1:] -= 128
+            halves = (np.cumsum(steps) % 256).astype(np.uint8)
+            chunk = np.empty_like(halves)
+            chunk[::2], chunk[1::2] = np.split(halves, [(len(halves) + 1) // 2])
+            chunk = chunk.tobytes()
+        rows[:] = np.frombuffer(chunk, "<f4").reshape(rows.shape)
+        at += 8 + size
+    return pixels
+
+
+def test_the_bits_are_those_of_the_command_line(program, tmp_path, device):
+    file, setting = DATA / "teapot.toml", {**SMALL_TEAPOT, "sampling.frames": 2}
+    line = [program, "render", file, "-o", tmp_path, "--quiet", "--device", device]
+    for key, value in setting.items():
+        line += ["--set", f"{key}={value}"]
+    subprocess.run(line, check=True)
+    holo = rw.render(rw.load_scene(file, setting), device=device)
+    assert np.array_equal(np.load(tmp_path / "field.npy"), holo.field)
+    for frame, name in enumerate(["hologram.png", "hologram_2.png"]):
+        assert np.array_equal(grey_png((tmp_path / name).read_bytes()), holo.levels[frame])
+
+    subprocess.run(
+        [program, "reconstruct", tmp_path / "field.npy", "-z", "100mm", "-o", tmp_path, "--quiet",
+         "--view", "0.25,0", "--aperture", "0.5", "--device", device], check=True)
+    image = rw.reconstruct(holo.field, z=0.1, view=(0.25, 0), aperture=0.5, device=device)
+    picture = exr((tmp_path / "reconstruction_100mm.exr").read_bytes())
+    assert np.array_equal(picture, image)
+
+
+def test_arrays_have_the_shapes_and_types_that_the_docs_say(scene):
+    one = rw.render(scene)
+    assert (one.levels.shape, one.levels.dtype) == ((32, 48), np.uint8)
+    assert (one.field.shape, one.field.dtype) == ((32, 48), np.complex64)
+    assert (one.field.pitch, one.field.wavelength) == (scene.pitch, scene.wavelength)
+    assert one.refined is None
+    scene.set({"sampling.frames": 3})
+    many = rw.render(scene)
+    assert many.levels.shape == many.field.shape == many.shown.shape == (3, 32, 48)
+    assert many.frames == 3 and many.report["scene"]["sampling"]["frames"] == 3
+    assert rw.render(scene, field=False).field is None
+    seen = rw.reconstruct(many, z=0.01)
+    assert (seen.shape, seen.dtype) == ((32, 48), np.float32)
+    assert rw.lens(scene, z=0.01, points=2).shape == (32, 48)
+
+
+def test_row_0_is_the_top_and_column_0_the_left():
+    values = square_values(resolution=[96, 64])
+    values["object"][0]["position"] = ["60 um", "40 um", "10 mm"]  # right and up
+    values["object"][0]["width"] = "40 um"
+    scene = rw.Scene(values)
+    for image in [rw.lens(scene, z=0.01, points=2), rw.reconstruct(rw.render(scene).field, z=0.01)]:
+        y, x = np.indices(image.shape)
+        assert (image * y).sum() / image.sum() < 31.5 - 5
+        assert (image * x).sum() / image.sum() > 47.5 + 8
+
+
+def test_results_share_the_holograms_memory_and_outlive_it(scene):
+    holo = rw.render(scene)
+    levels, field = holo.levels, holo.field
+    assert not levels.flags.owndata and not field.flags.owndata
+    assert holo.levels is levels
+    assert np.shares_memory(levels, holo._core.levels())
+    copy = levels.copy()
+    del holo
+    gc.collect()
+    rw.render(scene)
+    assert np.array_equal(levels, copy)
+
+
+def test_slm_rotation_applies_to_what_the_slm_is_sent_alone(scene):
+    plain = rw.render(scene)
+    scene.set({"slm.rotate": 90})
+    turned = rw.render(scene)
+    assert np.array_equal(turned.levels, plain.levels)
+    assert np.array_equal(turned.for_slm(), np.rot90(plain.levels))
+    with pytest.raises(rw.InputError, match="^frame 1"):
+        turned.for_slm(1)
+
+
+def test_notebooks_see_a_plan_and_a_hologram(scene, tmp_path):
+    plan = rw.plan(scene, preset="draft")
+    assert repr(plan).startswith("hologram  48 x 32 pixels")
+    page = plan._repr_html_()
+    assert page.count("<tr") == len(plan.text.splitlines()) and "<script" not in page
+    assert plan.seconds > 0 and plan.psnr_db > 0 and plan.device_bytes > 0
+    assert plan.values["reasons"] and isinstance(plan.warnings, list)
+    holo = rw.render(plan)
+    assert np.array_equal(holo.field, rw.render(scene, preset="draft").field)
+    assert np.array_equal(grey_png(holo._repr_png_()), holo.levels)
+    holo.save(tmp_path / "hologram.png")
+    assert np.array_equal(grey_png((tmp_path / "hologram.png").read_bytes()), holo.levels)
+
+
+def test_a_renderer_fills_memory_of_the_callers(scene):
+    scene.set({"sampling.frames": 2})
+    renderer = rw.Renderer(scene)
+    expected = rw.render(scene)
+    out, field = np.zeros(renderer.shape, np.uint8), np.zeros(renderer.shape, np.complex64)
+    assert renderer.render(out=out, field=field) is out
+    assert np.array_equal(out, expected.levels) and np.array_equal(field, expected.field)
+    room = bytearray(out.size + 16)  # a buffer that is no array
+    renderer.render(out=memoryview(room)[8:-8].cast("B", renderer.shape))
+    assert bytes(room[8:-8]) == out.tobytes() and not any(room[:8]) and not any(room[-8:])
+    renderer.set_pose(0, (0, 0, 0.012), (0, 20, 0))
+    assert not np.array_equal(renderer.render().levels, expected.levels)
+    renderer.set_seed(5)
+
+
+def test_bad_outputs_are_refused_by_name_and_stay_as_they_are(scene):
+    renderer = rw.Renderer(scene, field=False)
+    read_only = np.zeros((32, 48), np.uint8)
+    read_only.flags.writeable = False
+    wrong = [
+        read_only, np.zeros((32, 47), np.uint8), np.zeros((32, 48), np.int8), "levels", 3,
+        np.zeros((32, 96), np.uint8)[:, ::2], np.zeros((2, 32, 48), np.uint8),
+        np.zeros((0, 48), np.uint8), np.zeros((1, 1, 32, 48), np.uint8), b"\0" * (32 * 48),
+    ]
+    for out in wrong:
+        with pytest.raises(rw.InputError, match="^out: "):
+            renderer.render(out=out)
+    with pytest.raises(rw.InputError, match="^field: "):
+        renderer.render(field=np.zeros((32, 48), np.complex64))  # it keeps none
+    assert not read_only.any()
+    for pose in [(0, (0, 0)), (0, (0, 0, np.nan)), (1, (0, 0, 0.1)), (-1, (0, 0, 0.1)), ("a", 1)]:
+        with pytest.raises(rw.InputError):
+            renderer.set_pose(*pose)
+    with pytest.raises(rw.InputError, match="^seed"):
+        renderer.set_seed(-1)
+    assert renderer.render().levels.std() > 0
+
+
+def test_progress_runs_to_the_end_and_can_stop(scene):
+    steps = []
+    rw.render(scene, progress=lambda what, share: steps.append((what, share)))
+    assert steps[-1] == ("done", 1.0) and all(0 <= share <= 1 for _, share in steps)
+    renderer = rw.Renderer(scene)
+    expected = renderer.render().levels.copy()
+    with pytest.raises(rw.Cancelled):
+        renderer.render(progress=lambda what, share: False)
+    with pytest.raises(ZeroDivisionError):
+        renderer.render(progress=lambda what, share: 1 / 0)
+    assert np.array_equal(renderer.render().levels, expected)
+
+
+def test_ctrl_c_stops_a_render_at_its_next_step(scene):
+    scene.set({"sampling.frames": 4096, "hologram.resolution": [256, 256],
+               "sampling.pitch": "5 um"})
+    renderer = rw.Renderer(scene, field=False)
+    timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    start = time.perf_counter()
+    with pytest.raises(KeyboardInterrupt):
+        renderer.render()
+    timer.join()
+    assert 0.2 < time.perf_counter() - start < 20
+
+
+def test_other_threads_run_while_a_picture_is_rendered(scene):
+    scene.set({"sampling.frames": 64, "hologram.resolution": [256, 256], "sampling.pitch": "5 um"})
+    renderer = rw.Renderer(scene, field=False)
+    renderer.render()
+    ticks, done = [], threading.Event()
+
+    def tick():
+        while not done.is_set():
+            ticks.append(time.perf_counter())
+            time.sleep(1e-3)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    start = time.perf_counter()
+    renderer.render()
+    end = time.perf_counter()
+    done.set()
+    thread.join()
+    during = [t for t in ticks if start < t < end]
+    assert len(during) > 5, f"{len(during)} ticks in {end - start:.3f} s"
+
+
+def test_several_threads_may_use_one_renderer_and_several(scene):
+    scene.set({"sampling.frames": 2})
+    shared = rw.Renderer(scene)
+    expected = shared.render().levels.copy()
+    failures = []
+
+    def work(own):
+        renderer = rw.Renderer(scene) if own else shared
+        for _ in range(3):
+            if not np.array_equal(renderer.render().levels, expected):
+                failures.append(own)
+
+    threads = [threading.Thread(target=work, args=(own,)) for own in (True, False, True, False)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failures
+
+
+def test_a_scene_may_change_while_other_threads_render_it(scene):
+    done, pictures = threading.Event(), []
+
+    def work():
+        while not done.is_set():
+            pictures.append(rw.render(scene).levels.shape)
+
+    threads = [threading.Thread(target=work) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for seed in range(60):
+        scene.set({"sampling.seed": seed})
+        scene.objects[0].mesh = scene.objects[0].mesh
+        scene.objects[0].position = (0, 0, 0.01 + 1e-6 * seed)
+    done.set()
+    for thread in threads:
+        thread.join()
+    assert pictures and set(pictures) == {(32, 48)}
+
+
+def test_200_renderers_made_and_dropped_leave_memory_as_it_was(scene):
+    def resident_mib():
+        with open("/proc/self/statm") as file:
+            return int(file.read().split()[1]) * 4096 / 2**20
+
+    def make(count):
+        for _ in range(count):
+            rw.Renderer(scene).render()
+        gc.collect()
+        return resident_mib()
+
+    first = make(20)
+    last = make(200)
+    assert last - first < 2, f"{first:.1f} MiB after 20, {last:.1f} MiB after 220"
+
+
+def test_devices_errors_and_forks_are_told(scene):
+    assert all(d.index and d.name and d.kind for d in rw.devices())
+    with pytest.raises(rw.DeviceError, match="no such device"):
+        rw.render(scene, device="none of these")
+    assert issubclass(rw.InputError, ValueError) and issubclass(rw.DeviceError, RuntimeError)
+    code = (
+        "import os, raywave as rw\n"
+        "rw.devices(); rw.plan(rw.load_scene(%r))\n"
+        "pid = os.fork()\n"
+        "if pid == 0:\n"
+        "    try: rw.plan(rw.load_scene(%r))\n"
+        "    except rw.DeviceError as e: os._exit(0 if 'fork' in str(e) else 2)\n"
+        "    os._exit(1)\n"
+        "raise SystemExit(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))\n"
+    ) % ((str(DATA / "teapot.toml"),) * 2)
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_wrong_options_are_refused(scene):
+    wrong = [
+        ({"preset": "best"}, "best"), ({"method": "magic"}, "method"), ({"fft": "none"}, "fft"),
+        ({"budget": -1.0}, "budget"), ({"preset": "draft", "psnr": 20}, "at most 1"),
+        ({"budget": "soon"}, "budget"), ({"method": "rays", "rays": 0}, "rays"),
+        ({"preset": 3}, "^preset: must be text"), ({"device": 0}, "^device: must be text"),
+        ({"rays": 1.5}, "^rays: must be a whole"), ({"rays": 2**40}, "^rays: 1.* too large"),
+    ]
+    for options, text in wrong:
+        with pytest.raises(rw.InputError, match=text):
+            rw.render(scene, **options)
+    with pytest.raises(rw.InputError, match="^progress: must be a function"):
+        rw.render(scene, progress=3)
+    with pytest.raises(rw.InputError, match="^scene: must be a Scene"):
+        rw.render("scene.toml")
+    with pytest.raises(rw.InputError, match="mesh is missing"):
+        rw.render(rw.Scene({**square_values(), "object": [{"width": "1 mm"}]}))
+
+
+def test_help_tells_shapes_units_and_errors():
+    for function in (rw.render, rw.reconstruct, rw.propagate, rw.encode, rw.lens, rw.refine):
+        text = function.__doc__
+        for word in ("(ny, nx)", "InputError", "DeviceError"):
+            assert word in text, (function.__name__, word)
+        assert "metres" in text, function.__name__

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+import pathlib
+
+import numpy as np
+import pytest
+from conftest import DATA, SQUARE, square_values
+
+import raywave as rw
+
+
+def test_overrides_mean_what_they_mean_on_the_command_line():
+    scene = rw.load_scene(
+        DATA / "teapot.toml",
+        {"hologram.pitch": "8 um", "hologram.resolution": [64, 48], "sampling.frames": 3,
+         "trace.shadows": True, "wrp.padding": 1.25},
+    )
+    assert scene.pitch == (8e-6, 8e-6)
+    assert scene.shape == (48, 64)
+    assert scene.frames == 3
+    assert scene.values["trace"]["shadows"] is True
+    assert scene.values["wrp"]["padding"] == 1.25
+
+
+def test_a_scene_from_python_is_the_scene_of_its_file(tmp_path):
+    (tmp_path / "square.obj").write_text(
+        "v -0.5 -0.5 0\nv -0.5 0.5 0\nv 0.5 0.5 0\nv 0.5 -0.5 0\nf 1 2 3\nf 1 3 4\n"
+    )
+    (tmp_path / "scene.toml").write_text(
+        '[hologram]\nresolution = [48, 32]\npitch = "4 um"\n[sampling]\npitch = "20 um"\n'
+        '[[light]]\ndirection = [0, 0, 1]\n[[object]]\nmesh = "square.obj"\nwidth = "0.2 mm"\n'
+        'position = [0, 0, "10 mm"]\n'
+    )
+    of_file = rw.render(rw.load_scene(tmp_path / "scene.toml"))
+    of_arrays = rw.render(rw.Scene(square_values()))
+    assert np.array_equal(of_file.field, of_arrays.field)
+    values = square_values()
+    values["object"][0]["mesh"] = pathlib.Path("square.obj")
+    named = rw.Scene(values, folder=tmp_path)
+    assert np.array_equal(rw.render(named).field, of_arrays.field)
+
+
+def test_materials_lights_and_text_come_through_as_written():
+    values = square_values()
+    values["materials"] = {"matt gold": {"diffuse": [0.9, 0.7, 0.1], "shininess": np.float64(40)}}
+    values["object"][0]["material"] = "matt gold"
+    values["light"].append({"type": "ambient", "intensity": 0.25})
+    scene = rw.Scene(values)
+    assert scene.values["materials"][1]["name"] == "matt gold"
+    assert scene.values["materials"][1]["diffuse"] == [0.9, 0.7, 0.1]
+    assert scene.values["lights"][1] == {"type": "ambient", "intensity": 0.25}
+    text = '[[light]]\n"type" = "ambient"\n[[object]]\n'
+    assert rw.Scene(text).values["objects"][0]["mesh"] == ""
+
+
+def test_a_refused_value_leaves_the_scene_as_it_was(scene):
+    scene.set({"sampling.frames": 2})
+    with pytest.raises(rw.InputError, match="wrp.padding=99"):
+        scene.set({"sampling.frames": 5, "wrp.padding": 99})
+    assert scene.frames == 2
+    other = scene.copy()
+    other.set({"sampling.frames": 3})
+    assert (scene.frames, other.frames) == (2, 3)
+
+
+def test_messages_say_where_in_the_scene():
+    with pytest.raises(rw.InputError, match=r"^scene:\d+: sampling: unknown key \"pich\""):
+        rw.Scene({**square_values(), "sampling": {"pich": 1}})
+    with pytest.raises(ValueError, match="none.toml"):
+        rw.load_scene("none.toml")
+    with pytest.raises(rw.InputError, match="no values of the type object"):
+        rw.Scene({**square_values(), "sampling": {"pitch": object()}})
+    for wrong in (None, 3, []):
+        with pytest.raises(rw.InputError, match="^Scene:"):
+            rw.Scene(wrong)
+    with pytest.raises(rw.InputError, match="^overrides:"):
+        rw.load_scene(DATA / "teapot.toml", ["sampling.frames=2"])
+
+
+def test_objects_can_be_moved_and_given_other_meshes(scene):
+    thing = scene.objects[0]
+    thing.position = (0, 1e-5, 0.012)
+    thing.rotation = [0, 45, 0]
+    assert thing.position == (0, 1e-5, 0.012)
+    assert thing.rotation == (0, 45, 0)
+    assert len(scene.objects) == 1 and scene.objects[-1].mesh is thing.mesh
+    vertices, faces = SQUARE
+    for mesh in [
+        (vertices.astype(np.float32), faces.astype(np.uint32)),
+        (vertices, faces.astype(np.int32), np.zeros((4, 2))),
+        (vertices, faces.astype(np.uint64), None, np.tile([0.0, 0, -1], (4, 1))),
+    ]:
+        thing.mesh = mesh
+        assert thing.mesh is mesh
+    with pytest.raises(IndexError):
+        scene.objects[1]
+
+
+def test_a_trimesh_is_taken_with_its_texture_coordinates(scene):
+    trimesh = pytest.importorskip("trimesh")
+    uv = np.random.default_rng(1).random((4, 2))
+    scene.objects[0].mesh = trimesh.Trimesh(
+        *SQUARE, process=False, visual=trimesh.visual.TextureVisuals(uv=uv)
+    )
+    assert np.array_equal(
+        rw.render(scene).field, rw.render(rw.Scene(square_values())).field
+    ), "without a texture, its coordinates change nothing"
+    scene.objects[0].mesh = trimesh.creation.icosphere(subdivisions=2)
+    assert rw.render(scene).levels.std() > 0
+
+
+V, F = SQUARE
+BAD_MESHES = {
+    "vertices": [
+        (V[:, :2].copy(), F), (V[::2], F), (np.full((4, 3), np.nan), F), (V.astype(int), F),
+        (np.zeros((0, 3)), F), (V[None], F), (None, F), ("a square", F), (V * 1e31, F),
+    ],
+    "faces": [
+        (V, F + 2), (V, F - 1), (V, F.astype(float)), (V, F[:, ::-1]), (V, np.zeros((0, 3), int)),
+        (V, np.array([[0, 1, 1]])), (V, F[0]), (V, None), (V, F.astype(bool)),
+    ],
+    "uv": [
+        (V, F, np.zeros((3, 2))), (V, F, np.full((4, 2), np.inf)), (V, F, np.zeros((4, 3))),
+        (V, F, "uv"),
+    ],
+    "normals": [(V, F, None, V[:2]), (V, F, None, np.full((4, 3), np.nan))],
+    "mesh": [None, 3, (V,), (V, F, None, None, None)],
+}
+
+
+@pytest.mark.parametrize("name", BAD_MESHES)
+def test_bad_meshes_are_refused_by_name(scene, name):
+    before = scene.objects[0].mesh
+    for mesh in BAD_MESHES[name]:
+        with pytest.raises(rw.InputError, match=f"^{name}: "):
+            scene.objects[0].mesh = mesh
+    assert scene.objects[0].mesh is before
+    assert rw.render(scene).levels.std() > 0

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Where the planner expects what mirrors and glass show (host/plan/images.cpp).
+#include "host/plan/images.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "host/plan/make_plan.hpp"
+#include "host/reference/stage.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace raywave;
+using namespace raywave::reference;
+using glm::dvec3;
+
+namespace {
+
+Material glowing() {
+  Material m;
+  m.ambient = dvec3(1);
+  m.diffuse = dvec3(0);
+  return m;
+}
+
+Material mirror(double reflectivity) {
+  Material m;
+  m.ambient = m.diffuse = dvec3(0);
+  m.reflectivity = reflectivity;
+  return m;
+}
+
+/// 160 x 160 pixels of 8 um at z = 0.
+Stage bench() {
+  Stage stage;
+  stage.scene.hologram = {{160, 160}, {8e-6, 8e-6}, 638e-9};
+  stage.scene.sampling.pitch_m = 25e-6;
+  return stage;
+}
+
+/// A slanted mirror that shows a card before it at 30 mm.
+Stage mirror_and_card(double reflectivity) {
+  const dvec3 middle(0, 0, 20e-3), n = glm::normalize(dvec3(0.5, 0, -1));
+  auto card = rectangle({0, 0, 30e-3}, {0.25e-3, 0, 0}, {0, 0.25e-3, 0});
+  for (auto& p : card.positions) p -= 2 * glm::dot(p - middle, n) * n;
+  auto stage = bench();
+  stage.add(rectangle(middle, {1e-3, 0, 0.5e-3}, {0, 0.8e-3, 0}), mirror(reflectivity))
+      .add(card, glowing());
+  return stage;
+}
+
+}  // namespace
+
+TEST_CASE("a plane mirror's images lie where the mirrored scene does") {
+  const auto stage = mirror_and_card(0.9);
+  const auto plan = make_plan(stage.scene, stage.world);
+  REQUIRE(plan.images.all.size() > 8);
+  for (const auto& image : plan.images.all) {
+    CHECK(std::abs(image.at_m.z - 30e-3) < 0.5e-6);
+    CHECK(std::abs(image.at_m.x) < 0.26e-3);
+    CHECK(image.surfaces == 1);
+    CHECK(image.share == Catch::Approx(0.9));
+  }
+  CHECK(plan.images.beyond == 0);
+  CHECK(plan.images.far_m == Catch::Approx(30e-3));
+}
+
+TEST_CASE("a convex mirror's images lie half its radius behind it") {
+  // 1 / v = 2 / R + 1 / s behind the mirror, for a card s before it
+  const double radius = 2e-3, before = 6e-3;
+  auto stage = bench();
+  stage.add(sphere({0, 0, 20e-3 + radius}, radius, 200), mirror(1))
+      .add(rectangle({1.9e-3, 0, 20e-3 - before}, {1.1e-3, 0, 0}, {0, -1.5e-3, 0}), glowing());
+  const auto plan = make_plan(stage.scene, stage.world);
+  REQUIRE_FALSE(plan.images.all.empty());
+  const double image_m = 20e-3 + 1 / (2 / radius + 1 / before);
+  for (const auto& image : plan.images.all)
+    CHECK(std::abs(image.at_m.z - image_m) < 0.07 * (image_m - 20e-3));
+}
+
+TEST_CASE("without mirrors, with depth 0 or fans there are no images") {
+  auto stage = mirror_and_card(0.9);
+  stage.scene.trace.depth = 0;
+  CHECK(make_plan(stage.scene, stage.world).images.all.empty());
+  stage.scene.trace.depth = 1;
+  stage.scene.trace.bounces = Bounces::fan;
+  CHECK(make_plan(stage.scene, stage.world).images.all.empty());
+  const auto matt = mirror_and_card(0);
+  CHECK(make_plan(matt.scene, matt.world).images.all.empty());
+}
+
+TEST_CASE("images get a depth layer where they lie far from the scene") {
+  auto stage = mirror_and_card(0.9);
+  // A card that the hologram sees directly, 8 mm before the images
+  stage.add(rectangle({-0.6e-3, 0, 21e-3}, {0.3e-3, 0, 0}, {0, 0.3e-3, 0}), glowing());
+  stage.scene.wrp.layers = 2;
+  const auto plan = make_plan(stage.scene, stage.world);
+  REQUIRE(plan.layers.size() == 2);
+  CHECK(std::abs(plan.layers[1].distance_m - 30e-3) < 0.5e-3);
+  CHECK(plan.layers[0].distance_m < 23e-3);
+}
