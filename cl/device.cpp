@@ -58,14 +58,6 @@ DeviceInfo describe(const ::cl::Device& device, const std::string& index) {
   return info;
 }
 
-/// PoCL 6.0 (Debian 13) ends the process in LLVM ("Instruction Combining did not reach a fixpoint")
-/// on kernels with long loops, unless it makes work-groups with its second method. It reads the
-/// choice when it compiles a kernel.
-void spare_pocl(const ::cl::Platform& platform) {
-  if (platform.getInfo<CL_PLATFORM_VERSION>().find("PoCL 6.0") != std::string::npos)
-    setenv("POCL_WORK_GROUP_METHOD", "cbs", /*overwrite=*/0);
-}
-
 /// PoCL lists no device where it cannot write its cache of kernels. Returns what a user should do
 /// about it; empty where nothing is wrong, or a folder of ours stands in.
 std::string give_pocl_a_cache(const ::cl::Platform& platform) {
@@ -103,7 +95,6 @@ AllFound find_all() {
   for (std::size_t p = 0; p < platforms.size(); ++p) {
     std::vector<::cl::Device> devices;
     try {
-      spare_pocl(platforms[p]);
       if (auto hint = give_pocl_a_cache(platforms[p]); !hint.empty()) all.hint = hint;
       platforms[p].getDevices(CL_DEVICE_TYPE_ALL, &devices);
     } catch (const ::cl::Error&) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cl/aborts.hpp"
+#include "cl/pocl.hpp"
 #include "cl/program_folder.hpp"
 #include "host/common/cache.hpp"
 #include "host/common/stage_clock.hpp"
@@ -52,6 +53,26 @@ void refuse_unknown(const Options& options, const ProgramSource& program) {
   }
 }
 
+/// The program that kernels are of, from one of a binary. That one is built then.
+::cl::Program loaded(const Device& device, const std::vector<unsigned char>& binary,
+                     const std::string& flags) {
+  const std::vector<::cl::Device> devices{device.handle()};
+  const ::cl::Program program(device.context(), devices, ::cl::Program::Binaries{binary});
+  if (needs_single_items(device.info())) return ::cl::linkProgram({program});
+  program.build(devices, flags.c_str());
+  return program;
+}
+
+/// The program that kernels are of, from one of a source, whose binary is the one to keep then.
+::cl::Program built(const Device& device, const ::cl::Program& program, const std::string& flags) {
+  if (needs_single_items(device.info())) {
+    program.compile(flags.c_str());
+    return ::cl::linkProgram({program});
+  }
+  program.build({device.handle()}, flags.c_str());
+  return program;
+}
+
 }  // namespace
 
 Options with(Options options, const Options& more) {
@@ -68,13 +89,11 @@ Program::Program(const Device& device, const std::string& file, const Options& o
   const auto& source = program.text;
   const auto& flags = program.flags;
   const auto& info = device.info();
-  const std::vector<::cl::Device> devices{device.handle()};
 
   if (const auto folder = program_folder()) {
     const auto binary = load_program(*folder, program, info);
     try {
-      program_ = ::cl::Program(device.context(), devices, ::cl::Program::Binaries{binary});
-      program_.build(devices, flags.c_str());
+      program_ = loaded(device, binary, flags);
     } catch (const ::cl::Error& error) {
       throw DeviceError((*folder / (program.name() + ".bin")).string() + " (" +
                         std::to_string(error.err()) + ") does not load on " + info.name +
@@ -89,8 +108,7 @@ Program::Program(const Device& device, const std::string& file, const Options& o
                       ".bin";
   if (const auto binary = load_cached(cached); binary && !binary->empty()) {
     try {
-      program_ = ::cl::Program(device.context(), devices, ::cl::Program::Binaries{*binary});
-      program_.build(devices, flags.c_str());
+      program_ = loaded(device, *binary, flags);
       record_program(program, *binary);
       return;
     } catch (const ::cl::Error&) {
@@ -98,18 +116,19 @@ Program::Program(const Device& device, const std::string& file, const Options& o
     }
   }
   driver_works_on(file + " on " + info.name);
+  ::cl::Program compiled;
   try {
-    program_ = ::cl::Program(device.context(), source);
-    program_.build(devices, flags.c_str());
+    compiled = ::cl::Program(device.context(), source);
+    program_ = built(device, compiled, flags);
   } catch (const ::cl::Error& error) {
     std::string log;
-    if (program_()) {
-      for (const auto& entry : program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>()) log += entry.second;
+    if (compiled()) {
+      for (const auto& entry : compiled.getBuildInfo<CL_PROGRAM_BUILD_LOG>()) log += entry.second;
     }
     throw DeviceError(file + " does not compile (" + std::to_string(error.err()) + ") on " +
                       info.name + ", driver " + info.driver + ", options " + flags + "\n" + log);
   }
-  const auto binaries = checked(info, [&] { return program_.getInfo<CL_PROGRAM_BINARIES>(); });
+  const auto binaries = checked(info, [&] { return compiled.getInfo<CL_PROGRAM_BINARIES>(); });
   if (binaries.empty()) return;
   store_cached(cached, binaries[0].data(), binaries[0].size());
   record_program(program, binaries[0]);
@@ -173,6 +192,7 @@ void Kernel::launch_first(const ::cl::NDRange& global, const ::cl::NDRange& loca
 }
 
 void Kernel::enqueue(Range global, Range local) {
+  if (needs_single_items(device_.info())) local = {1, global.y ? 1u : 0u, global.z ? 1u : 0u};
   const auto round_up = [](std::size_t n, std::size_t step) {
     return (n + step - 1) / step * step;
   };

@@ -8,6 +8,7 @@
 
 #include "cl/program_folder.hpp"
 #include "host/common/npy.hpp"
+#include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/render.hpp"
 #include "host/view/lens.hpp"
@@ -157,6 +158,33 @@ TEST_CASE(
     std::ofstream(binary, std::ios::binary) << "no program at all";
     CHECK_THAT(message_of(build),
                ContainsSubstring(binary.string()) && ContainsSubstring("does not load"));
+  }
+}
+
+TEST_CASE(
+    "as PoCL 6.0 needs it, kernels run in groups of one item, and programs are linked when loaded "
+    "without a compiler") {
+  const Folder folder;
+  const auto turns = selftest::cos_sin_arguments();
+  for (auto info : cl::list_devices()) {
+    if (info.platform != "Portable Computing Language") continue;
+    INFO(info.name);
+    const auto passes = [&] {
+      test::opencl_spy().largest_group = 0;
+      CHECK(selftest::cos_sin_error(cl::Device(info), 1, turns) <= selftest::cos_sin_bound);
+      return test::opencl_spy().largest_group;
+    };
+    if (!info.driver.starts_with("6.")) CHECK(passes() > 1);
+    info.driver = "6.0, as a test has it";
+    const auto programs = folder / ("programs-" + info.index);
+    {
+      const cl::ProgramRecorder recorder(programs, true);
+      CHECK(passes() == 1);
+    }
+    const NoCompiler none;
+    CHECK(passes() == 1);  // from the cache
+    const Environment ahead(variable, programs.string());
+    CHECK(passes() == 1);
   }
 }
 

@@ -33,6 +33,7 @@ struct OpenclSpy {
   bool refuse_compiler = false;      // programs are built from binaries only
   bool refuse_second_queue = false;  // one queue per context
   std::set<std::string> launched;
+  std::size_t largest_group = 0;     // of those launched, along any dimension
   int watched = 0;                   // number of buffers whose canary was checked
   std::vector<std::size_t> overrun;  // sizes in bytes of buffers whose canary was overwritten
 
@@ -260,6 +261,8 @@ cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint 
     const std::lock_guard lock(opencl_spy().mutex);
     opencl_spy().launched.insert(name);
     opencl_spy().launched_on.insert(queue);
+    auto& largest = opencl_spy().largest_group;
+    for (cl_uint i = 0; local && i < dimensions; ++i) largest = std::max(largest, local[i]);
   }
   return real(queue, kernel, dimensions, offset, global, local, events, wait, event);
 }
