@@ -34,8 +34,8 @@ struct RenderOptions {
   // Refinement begins with its phases, not with those of the field that is traced: goes on where an
   // earlier one ended
   std::optional<FieldStack> refine_start;
-  // Where a scene moves: plans of all pictures go on from this one (fitting_plan_of_poses), not
-  // from that of the picture before. A picture then does not depend on which ones came before it
+  // In scenes that move: all plans go on from this one (fitting_plan_of_poses), not from
+  // that of the picture before. A picture then does not depend on which ones came before it
   std::shared_ptr<const Plan> base_plan;
   // RenderResult::clip of all pictures, which then share one scale; empty: each by itself
   std::optional<double> clip;
@@ -51,8 +51,8 @@ struct RenderResult {
   FieldStack field;
   std::vector<std::vector<std::uint8_t>> levels;  // grey levels of the SLM, per frame
   std::shared_ptr<const Panel> panel;             // what they show (host/encode/shown.hpp)
-  // The amplitude that slm.clip asks to show in full, the largest of all frames; 0 where the
-  // encoding shows none, or all is dark
+  // Amplitude that slm.clip asks to show in full, the largest of all frames; 0: the encoding
+  // shows none, or all is dark
   double clip = 0;
   std::optional<Refined> refined;  // where Plan::refine asks for it
   std::vector<FieldStack> wrps;    // one per WRP, if RenderOptions::keep_wrps

@@ -94,6 +94,8 @@ std::string Animator::run_name(FrameStorage storage) const {
                      info.name + '\n' + info.driver + '\n' + std::string(name_of(fft_)) + '\n' +
                      (storage == FrameStorage::pngs ? "pngs" : "stream");
   for (const auto& object : scene_.objects) text += '\n' + digest_of_file(object.mesh);
+  for (const auto& light : scene_.lights)
+    if (!light.picture.empty()) text += '\n' + digest_of_file(light.picture);
   for (const auto& material : scene_.materials)
     if (material.texture) text += '\n' + digest_of_file(*material.texture);
   return hash_name(text);

@@ -263,13 +263,15 @@ PlacedObject place(const Object& object, const Mesh& mesh, const Placing& placin
 
 /// The motion of an object that moves as a solid, from where it was placed.
 Placing solid_placing_of(const Object& object, const World& world, const PlacedObject& placed) {
-  const auto turn =
-      rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
   const double scale = object.solid_scale.value();
   const bool stays = object.position_m == placed.position_m &&
                      object.rotation_deg == placed.rotation_deg && scale == 1;
-  if (stays) return {{}, {placed.min_m, placed.max_m}};
+  if (object.cut_m > 0 && stays) return {{}, {placed.min_m, placed.max_m}};
   if (object.cut_m > 0) throw InputError(object.where + ": an object that is cut cannot be moved");
+  // Others have moved even where they stay: they are instances of their own from the beginning, so
+  // that a pose does not depend on those before it
+  const auto turn =
+      rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
   const auto turned = turned_box(world, placed, turn);
   Box box{object.position_m + scale * turned.min, object.position_m + scale * turned.max};
   require_place(object, box);

@@ -64,15 +64,16 @@ void read_target(const Value& v, std::size_t objects, const std::vector<Light>& 
     v.fail("of one of the " + std::to_string(count) + " " + std::string(parts.thing) +
            "s, counted from 0");
   if (parts.thing != "light") return;
-  const auto type = lights[track.index].type;
-  if (track.what == Animated::light_direction && type != LightType::directional &&
-      type != LightType::spot)
-    v.fail("of a directional light or spot, which light " + std::to_string(track.index) +
-           " is not");
-  if (track.what == Animated::light_position && type != LightType::point &&
-      type != LightType::spot && type != LightType::area)
-    v.fail("of a point, spot or area light, which light " + std::to_string(track.index) +
-           " is not");
+  const auto& light = lights[track.index];
+  const bool has_place = light.type == LightType::point || light.type == LightType::spot ||
+                         light.type == LightType::area,
+             has_direction = light.type == LightType::directional ||
+                             light.type == LightType::spot ||
+                             (light.type == LightType::area && light.radius_m > 0);
+  if (track.what == Animated::light_direction && !has_direction)
+    v.fail("of a light with a direction, which light " + std::to_string(track.index) + " has not");
+  if (track.what == Animated::light_position && !has_place)
+    v.fail("of a light with a position, which light " + std::to_string(track.index) + " has not");
 }
 
 glm::dvec3 read_key(const Value& v, Animated what) {

@@ -208,12 +208,6 @@ std::set<std::string, std::less<>> given_keys(const toml::table& root) {
 }
 
 /// Two edges [[x, y, z], [x, y, z]] that span an area.
-std::string digest_of(const toml::table& root) {
-  std::ostringstream text;
-  text << root;
-  return hash_name(text.str());
-}
-
 std::array<glm::dvec3, 2> edges_m_of(const Value& v) {
   const auto* array = v.node->as_array();
   const char* shape = "two edges [[x, y, z], [x, y, z]], lengths each";
@@ -233,6 +227,12 @@ std::array<glm::dvec3, 2> edges_m_of(const Value& v) {
 void read_samples(Section& section, int otherwise, Light& light) {
   light.samples = otherwise;
   section.read("samples", [&](const Value& v) { light.samples = v.integer(1, most_lights); });
+}
+
+std::string digest_of(const toml::table& root) {
+  std::ostringstream text;
+  text << root;
+  return hash_name(text.str());
 }
 
 Light read_light(Section section) {
@@ -421,14 +421,13 @@ Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrid
   for (Section& section : root.sections("object"))
     scene.objects.push_back(
         read_object(section, scene.hologram, scene.materials, text.needs_meshes));
-  if (document.root.contains("animation"))
-    scene.animation = read_animation(root.section("animation"), scene.objects.size(), scene.lights);
-  else
-    root.section("animation");
   Section of_gltf = root.section("scene");
+  Section animation = root.section("animation");
   root.finish();
   scene.notes = document.notes;
   read_gltf_scene(of_gltf, scene);
+  if (document.root.contains("animation"))
+    scene.animation = read_animation(animation, scene.objects.size(), scene.lights);
 
   const std::string name = one_line(text.file.string());
   if (scene.objects.empty())

@@ -43,7 +43,7 @@ void read_as_the_program_does(const fs::path& file) {
   const auto kind = file.extension();
   if (kind == ".toml" && file.filename() == "bench.toml") load_slm(file, 638e-9);
   if (kind == ".toml" && file.filename() != "bench.toml") load_scene(file);
-  if (kind == ".ply") load_mesh(file, Normals::smooth, "here");
+  if (kind == ".ply" || kind == ".glb") load_mesh(file, Normals::smooth, "here");
   if (kind == ".npy") load_npy(file);
   if (kind == ".json") hologram_of_report(file);
   if (kind == ".png" || kind == ".exr") load_texture_in_fork(file, 1);

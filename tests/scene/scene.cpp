@@ -203,7 +203,7 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, slm, wrp, sampling, "
        "trace, "
        "accuracy, viewer, refine, light, materials, "
-       "object, scene)"},
+       "object, scene, animation)"},
       {6, "grid = \"large\"", "wrp: grid must be two whole numbers [x, y], got \"large\""},
       {7, "distance = \"far\"",
        "wrp: distance must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km; none for "

@@ -139,7 +139,8 @@ class Attack(unittest.TestCase):
         keys = attack.documented_keys()
         self.assertEqual(set(keys), {"hologram", "slm", "wrp", "sampling", "trace", "accuracy",
                                      "viewer", "refine", "light", "materials.x", "object",
-                                     "animation", "animation.camera", "animation.track"})
+                                     "animation", "animation.camera", "animation.track",
+                                     "scene"})
         self.assertIn("1e-10", keys["hologram"]["pitch"])
         self.assertIn("16", keys["trace"]["depth"])
 
