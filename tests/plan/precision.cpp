@@ -314,7 +314,8 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("highlights of any sharpness are computed to 1e-5, through a WRP and by points") {
+TEST_CASE("highlights of any sharpness are computed to 1e-5, through a WRP and by points",
+          "[slow]") {
   const auto narrow = hologram({96, 80}, 3.74 * um), wide = hologram({96, 80}, 638 * nm / 4);
   for (const double shininess : {120.0, 1e3, 1e6}) {
     for (const auto& stage : {highlights(narrow, 10 * mm, 0.2 * mm, shininess),

@@ -250,7 +250,8 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("sharp highlights get the scan lines that they need, or their error is stated") {
+TEST_CASE("sharp highlights get the scan lines that they need, or their error is stated",
+          "[slow]") {
   struct Case {
     double shininess;
     int least_lines;
@@ -413,7 +414,8 @@ TEST_CASE("a scene that moves has the holograms of its poses over virtual planes
 
 TEST_CASE(
     "a scene that moves to where its virtual planes do not serve gets more layers, or goes on over "
-    "WRPs") {
+    "WRPs",
+    "[slow]") {
   const std::filesystem::path data = RAYWAVE_DATA_DIR;
   struct Case {
     Scene scene;
@@ -427,8 +429,8 @@ TEST_CASE(
        {0, 0, 75e-3},
        2,
        1e-2},
-      {load_scene(data / "study.toml", {"hologram.resolution=[256, 200]", "sampling.frames=1",
-                                        "sampling.pitch='60 um'", "hologram.tiles=[1, 1]"}),
+      {load_scene(data / "study.toml", {"hologram.resolution=[160, 128]", "sampling.frames=1",
+                                        "sampling.pitch='0.1 mm'", "hologram.tiles=[1, 1]"}),
        {0, 0, 0.6e-3},
        0,
        3e-2}};
@@ -477,7 +479,7 @@ TEST_CASE("virtual planes stay finite at the extremes") {
   }
 }
 
-TEST_CASE("virtual planes that leave much wrong are noted") {
+TEST_CASE("virtual planes that leave much wrong are noted", "[slow]") {
   const auto device = all_devices().front();
   const auto notes_with = [&](const char* margin) {
     return render(device, load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / "study.toml",

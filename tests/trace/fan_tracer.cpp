@@ -158,7 +158,7 @@ TEST_CASE("nearest hits, Phong light of every kind and phases match the oracle")
   CHECK(oracle.shadowed == 0);
 }
 
-TEST_CASE("smooth normals match the oracle") {
+TEST_CASE("smooth normals match the oracle", "[slow]") {
   const Folder folder;
   auto scene = ball_before_wall(folder);
   const auto flat = check_trace(scene, wrp_with_fan(7, 0.3));
@@ -167,14 +167,14 @@ TEST_CASE("smooth normals match the oracle") {
   CHECK(test::relative_l2(flat.field, smooth.field) > 0.01);
 }
 
-TEST_CASE("shadows match the oracle") {
+TEST_CASE("shadows match the oracle", "[slow]") {
   const Folder folder;
   auto scene = ball_before_wall(folder);
   scene.trace.shadows = true;
   CHECK(check_trace(scene, wrp_with_fan(7, 0.3)).shadowed > 1000);
 }
 
-TEST_CASE("textures are bilinear, repeat and match the oracle") {
+TEST_CASE("textures are bilinear, repeat and match the oracle", "[slow]") {
   const Folder folder;
   auto scene = ball_before_wall(folder);
   const auto plain = check_trace(scene, wrp_with_fan(7, 0.3));
@@ -183,7 +183,7 @@ TEST_CASE("textures are bilinear, repeat and match the oracle") {
   CHECK(test::relative_l2(plain.field, textured.field) > 0.1);
 }
 
-TEST_CASE("highlights of any sharpness match the oracle") {
+TEST_CASE("highlights of any sharpness match the oracle", "[slow]") {
   const Folder folder;
   auto scene = small_scene();
   Material m;
@@ -264,7 +264,7 @@ TEST_CASE("paths over mirrors and through glass match the oracle to depth 3, wit
   }
 }
 
-TEST_CASE("paths of 100 mm over mirrors and through glass match the oracle") {
+TEST_CASE("paths of 100 mm over mirrors and through glass match the oracle", "[slow]") {
   const Folder folder;
   auto scene = mirrors_and_glass(folder, 40);
   scene.trace.depth = 2;
@@ -325,7 +325,7 @@ TEST_CASE("a WRP whose rays hit no surface is exactly zero") {
     CHECK(traced(device, world, plan, wrp_with_fan(5, 0.3), 1) == Field(33 * 17));
 }
 
-TEST_CASE("unused materials and lights do not change the field") {
+TEST_CASE("unused materials and lights do not change the field", "[slow]") {
   const Folder folder;
   const auto lean = ball_before_wall(folder);
   auto rich = lean;
@@ -346,7 +346,7 @@ TEST_CASE("unused materials and lights do not change the field") {
   }
 }
 
-TEST_CASE("planes of odd sizes and single pixels are traced completely") {
+TEST_CASE("planes of odd sizes and single pixels are traced completely", "[slow]") {
   const Folder folder;
   for (const glm::ivec2 size : {glm::ivec2(1, 1), {1, 5}, {16, 2}, {17, 3}, {31, 1}}) {
     auto scene = ball_before_wall(folder);

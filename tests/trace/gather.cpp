@@ -116,7 +116,7 @@ TEST_CASE("frames gathered together differ only in their phases") {
   }
 }
 
-TEST_CASE("frames beyond one group continue with the next seeds") {
+TEST_CASE("frames beyond one group continue with the next seeds", "[slow]") {
   const auto device = all_devices().front();
   auto scene =
       load_scene(data / "study.toml",
@@ -218,7 +218,8 @@ TEST_CASE("rendering by points matches the direct sum at the hologram") {
 
 TEST_CASE(
     "smooth parts of the window are nearer than hard ones to a ray from every sample to every "
-    "pixel") {
+    "pixel",
+    "[slow]") {
   auto stage = ball_before_wall(10e-3);
   stage.scene.hologram = {{192, 160}, {3.74e-6, 3.74e-6}, 638e-9};
   stage.scene.sampling.pitch_m = 20e-6;
@@ -657,7 +658,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("fans through a glass plate see objects behind it nearer by t (1 - 1/n)") {
+TEST_CASE("fans through a glass plate see objects behind it nearer by t (1 - 1/n)", "[slow]") {
   const double thickness = 1.5e-3, at = 21e-3;
   const auto with_layer = [&](double half) {
     auto stage = bench();

@@ -85,7 +85,8 @@ double floor_radiance(const Light& light, double x, double y) {
 
 }  // namespace
 
-TEST_CASE("the shadow of a straight edge under an area light is its closed form, smooth to 1.5 %") {
+TEST_CASE("the shadow of a straight edge under an area light is its closed form, smooth to 1.5 %",
+          "[slow]") {
   for (const bool is_disc : {false, true}) {
     auto stage = card_over_floor();
     const auto light = area_light(is_disc, 16);

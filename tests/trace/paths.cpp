@@ -303,7 +303,8 @@ std::string quad_file(const Surface& surface) {
 
 }  // namespace
 
-TEST_CASE("a plane mirror shows textures, slopes, holes and all lights of the mirrored scene") {
+TEST_CASE("a plane mirror shows textures, slopes, holes and all lights of the mirrored scene",
+          "[slow]") {
   const dvec3 middle(0, 0, 20e-3), n = glm::normalize(dvec3(0.5, 0, -1));
   const auto turned = [&](dvec3 v) { return v - 2 * glm::dot(v, n) * n; };
   const auto mirrored = [&](dvec3 p) { return middle + turned(p - middle); };
@@ -701,7 +702,7 @@ TEST_CASE("parts of the hologram see a sample in a mirror where mirror and view 
   }
 }
 
-TEST_CASE("virtual planes carry light from mirrors and glass as all points do") {
+TEST_CASE("virtual planes carry light from mirrors and glass as all points do", "[slow]") {
   for (const auto bounces : {Bounces::points, Bounces::paths}) {
     for (const glm::ivec2 tiles : {glm::ivec2(1, 1), glm::ivec2(2, 1)}) {
       auto stage = bench(bounces);

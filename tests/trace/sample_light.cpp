@@ -149,7 +149,8 @@ TEST_CASE("only the silhouette of a single sphere has hidden samples") {
 
 TEST_CASE(
     "radiance and lights of samples match Phong's model in double precision, with shadows and 40 "
-    "lights") {
+    "lights",
+    "[slow]") {
   Random random(3);
   Stage stage;
   Material matt, glass;

@@ -169,7 +169,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a highlight moves with the eye like the mirror image of its light") {
+TEST_CASE("a highlight moves with the eye like the mirror image of its light", "[slow]") {
   const Folder folder;
   auto shiny = shining(0);
   shiny.specular = glm::dvec3(1);
@@ -229,7 +229,7 @@ TEST_CASE("a shadow ends at the place given by the light's direction") {
   }
 }
 
-TEST_CASE("a plane tilted by 60 degrees shows its pattern as seen by the lens") {
+TEST_CASE("a plane tilted by 60 degrees shows its pattern as seen by the lens", "[slow]") {
   const Folder folder;
   auto pattern = shining(1);
   pattern.texture = checkers(folder, 4, 4);

@@ -241,7 +241,7 @@ TEST_CASE("materials of meshes in mirrors and behind glass look as the oracle sa
   }
 }
 
-TEST_CASE("moved objects wear their materials as before") {
+TEST_CASE("moved objects wear their materials as before", "[slow]") {
   const Folder folder;
   auto scene = scene_of(folder.write("looks.glb", all_looks().glb()), 2.9 * mm);
   scene.lights = {light_of(LightType::directional, {0.3, -0.4, 1}, 0.7)};
@@ -257,7 +257,8 @@ TEST_CASE("moved objects wear their materials as before") {
   }
 }
 
-TEST_CASE("sample models of others look as the oracle says, where their package is installed") {
+TEST_CASE("sample models of others look as the oracle says, where their package is installed",
+          "[slow]") {
   const std::filesystem::path models = "/usr/share/assimp/models";
   if (!std::filesystem::is_directory(models)) {
     WARN("the package assimp-testmodels is not installed: the cases above stand for its models");
