@@ -9,19 +9,14 @@
 #include "host/plan/make_plan.hpp"
 #include "host/reference/stage.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/scenes.hpp"
 
 using namespace raywave;
 using namespace raywave::reference;
 using glm::dvec3;
+using test::glowing;
 
 namespace {
-
-Material glowing() {
-  Material m;
-  m.ambient = dvec3(1);
-  m.diffuse = dvec3(0);
-  return m;
-}
 
 Material mirror(double reflectivity) {
   Material m;

@@ -17,6 +17,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/samples.hpp"
+#include "tests/support/scenes.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;
@@ -546,13 +547,6 @@ TEST_CASE(
 }
 
 namespace {
-
-Material glowing() {
-  Material m;
-  m.ambient = dvec3(1);
-  m.diffuse = dvec3(0);
-  return m;
-}
 
 /// The hologram of a stage by gathering, including mirrors and glass.
 FieldStack hologram_of(const raywave::cl::Device& device, const Stage& stage,

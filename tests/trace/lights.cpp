@@ -83,6 +83,19 @@ double floor_radiance(const Light& light, double x, double y) {
   return 0.8 * light.intensity * sum / number;
 }
 
+/// What the lens sees of the floor, 0.1 mm high, in pixels of 10 um.
+Image floor_picture(const raywave::cl::Device& device, const Stage& stage, double width_m,
+                    int points) {
+  const auto plan = make_plan(stage.scene, stage.world);
+  const DeviceScene arrays(device, stage.world, plan);
+  LensSpec spec;
+  spec.z_m = floor_z;
+  spec.pixel_m = glm::dvec2(10e-6);
+  spec.window_m = glm::dvec2(width_m, 0.1 * mm);
+  spec.points = points;
+  return lens_picture(device, plan, arrays, spec);
+}
+
 }  // namespace
 
 TEST_CASE("the shadow of a straight edge under an area light is its closed form, smooth to 1.5 %",
@@ -93,14 +106,7 @@ TEST_CASE("the shadow of a straight edge under an area light is its closed form,
     stage.scene.lights = {light};
     for (const auto& device : all_devices()) {
       // The lens: all places of the light at each pixel
-      const auto plan = make_plan(stage.scene, stage.world);
-      const DeviceScene arrays(device, stage.world, plan);
-      LensSpec spec;
-      spec.z_m = floor_z;
-      spec.pixel_m = glm::dvec2(10e-6);
-      spec.window_m = glm::dvec2(0.6 * mm, 0.1 * mm);
-      spec.points = 4;
-      const auto image = lens_picture(device, plan, arrays, spec);
+      const auto image = floor_picture(device, stage, 0.6 * mm, 4);
       double worst = 0, most = 0, darkest = 1e9;
       for (int i = 0; i < image.width; ++i) {
         const double x = (i - (image.width - 1) / 2.0) * 10e-6;
@@ -162,14 +168,7 @@ TEST_CASE("a spot's cone and the square of the distance are on the surface as it
   spot.intensity = 1e-5;
   stage.scene.lights = {spot};
   for (const auto& device : all_devices()) {
-    const auto plan = make_plan(stage.scene, stage.world);
-    const DeviceScene arrays(device, stage.world, plan);
-    LensSpec spec;
-    spec.z_m = floor_z;
-    spec.pixel_m = glm::dvec2(10e-6);
-    spec.window_m = glm::dvec2(1.4 * mm, 0.1 * mm);
-    spec.points = 1;
-    const auto image = lens_picture(device, plan, arrays, spec);
+    const auto image = floor_picture(device, stage, 1.4 * mm, 1);
     int full = 0, between = 0, dark = 0;
     double worst = 0;
     for (int i = 0; i < image.width; ++i) {
