@@ -82,10 +82,10 @@ double scale_of(const Object& object, const Box& turned, double mesh_unit) {
 }
 
 void require_place(const Object& object, const Box& box) {
-  if (!(box.min.z > 0) && object.cut_m == 0)
-    throw InputError(
-        object.where + ": lies behind or touches the hologram plane: its z runs from " +
-        length_text(box.min.z) + " to " + length_text(box.max.z) + ", and must be > 0");
+  if (!(box.min.z > 0) && !(box.max.z < 0) && object.cut_m == 0)
+    throw InputError(object.where + ": touches the hologram's plane: its z runs from " +
+                     length_text(box.min.z) + " to " + length_text(box.max.z) +
+                     ", and must be > 0, or < 0 for a real image between the hologram and the eye");
 }
 
 /// The motion that places an object's vertices, and their bounding box there.
@@ -344,6 +344,25 @@ std::array<glm::dvec3, 3> World::corners_m(std::size_t triangle) const {
   const auto corners = triangles[triangle];
   const auto motion = motion_of(triangle_object[triangle]);
   return {motion(positions[corners.x]), motion(positions[corners.y]), motion(positions[corners.z])};
+}
+
+bool lies_before(const World& world, std::size_t object) {
+  if (world.min_m.z > 0 || world.max_m.z < 0) return world.max_m.z < 0;
+  const auto motion = world.motion_of(static_cast<std::int32_t>(object));
+  if (!world.placed.empty())
+    return motion(world.positions[world.placed[object].first_vertex]).z < 0;
+  const auto first = std::find(world.triangle_object.begin(), world.triangle_object.end(),
+                               static_cast<std::int32_t>(object));
+  return first != world.triangle_object.end() &&
+         world.corners_m(static_cast<std::size_t>(first - world.triangle_object.begin()))[0].z < 0;
+}
+
+double closest_m(const World& world) {
+  if (world.min_m.z > 0) return world.min_m.z;
+  if (world.max_m.z < 0) return -world.max_m.z;
+  double closest = std::numeric_limits<double>::infinity();
+  for (const auto& p_m : positions_now(world)) closest = std::min(closest, std::abs(p_m.z));
+  return closest;
 }
 
 AreaSample area_sample(const World& world, std::size_t triangle, double share) {
