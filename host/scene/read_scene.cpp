@@ -306,7 +306,10 @@ Spectrum read_table(const Value& v, const Range& range, double wavelength_m) {
   }
   std::sort(spectrum.table.begin(), spectrum.table.end());
   if (spectrum.table.empty() || !spectrum.holds(wavelength_m))
-    v.fail("given on both sides of the wavelength, " + length_text(wavelength_m));
+    v.fail("given on both sides of the wavelength, " + length_text(wavelength_m) +
+           (spectrum.table.empty() ? ""
+                                   : " (it has " + length_text(spectrum.table.front().first) +
+                                         " to " + length_text(spectrum.table.back().first) + ")"));
   return spectrum;
 }
 
