@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "host/animate/contents.hpp"
 #include "host/animate/write_queue.hpp"
 #include "host/common/digest.hpp"
 #include "host/common/error.hpp"
@@ -90,14 +91,14 @@ glm::ivec2 Animator::stored_size() const {
 
 std::string Animator::run_name(FrameStorage storage) const {
   const auto& info = device_.info();
-  std::string text = std::string(version) + '\n' + scene_.digest + '\n' + info.platform + '\n' +
-                     info.name + '\n' + info.driver + '\n' + std::string(name_of(fft_)) + '\n' +
-                     (storage == FrameStorage::pngs ? "pngs" : "stream");
-  for (const auto& object : scene_.objects) text += '\n' + digest_of_file(object.mesh);
-  for (const auto& light : scene_.lights)
-    if (!light.picture.empty()) text += '\n' + digest_of_file(light.picture);
-  for (const auto& material : scene_.materials)
-    if (material.texture) text += '\n' + digest_of_file(*material.texture);
+  std::string text;
+  for (const auto& part :
+       {std::string(version), scene_.digest, digest_of_contents(scene_, world_), info.platform,
+        info.name, info.driver, std::string(name_of(fft_)),
+        std::string(storage == FrameStorage::pngs ? "pngs" : "stream"),
+        std::to_string(base_->tile_grid.x) + " x " + std::to_string(base_->tile_grid.y),
+        std::to_string(base_->most_layers), std::string(base_->compact ? "compact" : "spectrum")})
+    text += part + '\n';
   return hash_name(text);
 }
 

@@ -46,7 +46,8 @@ public:
   Camera camera(int picture) const;
   /// Of a hologram as it is stored: turned as the SLM wants it.
   glm::ivec2 stored_size() const;
-  /// What holograms depend on, in 32 digits: scene, meshes, textures, device, version, storage.
+  /// What holograms depend on, in 32 digits: scene, contents of its files, the plan over all
+  /// pictures, device, version, storage.
   std::string run_name(FrameStorage storage) const;
 
   /// Makes the pictures that `files` lacks. While one is computed, those before it are written.

@@ -58,7 +58,7 @@ Scene scene_for(const Goal& goal, Scene scene, const cl::Device& device,
 
 /// report.json, which lets reconstruct and encode read the holograms.
 void write_report(const std::filesystem::path& folder, const Scene& scene, const Animator& animator,
-                  FrameStorage storage) {
+                  FrameStorage storage, const std::string& run) {
   const auto& schedule = animator.schedule();
   auto hologram = scene.hologram;
   hologram.resolution = animator.plan().size;
@@ -69,7 +69,7 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
   json.erase("pictures");
   const auto size = animator.stored_size();
   json["animation"] = {
-      {"run", animator.run_name(storage)},
+      {"run", run},
       {"pictures", schedule.pictures()},
       {"rate", scene.animation.value().rate_per_s},
       {"holograms", schedule.holograms()},
@@ -130,14 +130,15 @@ void run_animate(const AnimateArguments& options) {
     scene = scene_for(options.goal.goal(), std::move(scene), device, options.report);
     animator.emplace(device, scene, fft);
     if (options.restart) FrameFiles::remove(folder);
-    FrameFiles files(folder, storage, animator->run_name(storage), animator->stored_size());
+    const auto run = animator->run_name(storage);
+    FrameFiles files(folder, storage, run, animator->stored_size());
     found = files.pictures();
     if (found < animator->schedule().pictures()) {
       std::error_code ignored;
       for (const auto* name : {video_name, preview_name})
         std::filesystem::remove(folder / name, ignored);
     }
-    write_report(folder, scene, *animator, storage);
+    write_report(folder, scene, *animator, storage, run);
     made = animator->make_frames(
         files, [&](const std::string& what, double share) { bar.show(what, share); });
     stored = {folder, storage, animator->stored_size(), files.holograms(),
