@@ -20,6 +20,7 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/trace/tuning.hpp"
 
 namespace raywave::cli {
@@ -37,6 +38,16 @@ struct AnimateArguments {
   bool stream = false, restart = false, no_video = false, no_preview = false;
 };
 
+/// All keys of a scene as they are in effect; names of files are no part of it.
+std::string keys_of(Scene scene) {
+  scene.file.clear();
+  scene.slm.flatness.picture = {};
+  for (auto& object : scene.objects) object.mesh.clear();
+  for (auto& light : scene.lights) light.picture.clear();
+  for (auto& material : scene.materials) material.texture.reset();
+  return scene_json(scene);
+}
+
 /// Chooses what the scene leaves open for a goal, by the scene at rest.
 Scene scene_for(const Goal& goal, Scene scene, const cl::Device& device,
                 const ReportOptions& report) {
@@ -44,15 +55,7 @@ Scene scene_for(const Goal& goal, Scene scene, const cl::Device& device,
   const auto world = build_world(scene);
   auto planned = plan_scene(scene, world, figures_of(device.info()), goal, false);
   for (const auto& warning : planned.warnings) report.note(warning);
-  const auto &sampling = planned.scene.sampling, &before = scene.sampling;
-  const auto& wrp = planned.scene.wrp;
-  std::string chosen = scene.digest;
-  for (const double value :
-       {sampling.pitch_m, sampling.cone, sampling.apodization, static_cast<double>(sampling.frames),
-        static_cast<double>(wrp.layers), wrp.padding, wrp.oversampling.value_or(0),
-        static_cast<double>(planned.scene.refine.has_value()), before.pitch_m})
-    chosen += ' ' + std::to_string(1e9 * value);
-  planned.scene.digest = hash_name(chosen);
+  planned.scene.digest = hash_name(scene.digest + keys_of(planned.scene));
   return std::move(planned.scene);
 }
 

@@ -289,6 +289,27 @@ TEST_CASE("a run is another one once a file that its scene reads has changed, an
   check_refused(desk.run(again), 2, "holds holograms of another scene, device or version");
 }
 
+TEST_CASE("presets that choose other values make other runs, whichever values these are") {
+  Desk desk;
+  // What is left to them are precision and light from mirrors
+  desk.scene(
+      "[wrp]\npropagation = \"spectrum\"\nlayers = 1\npadding = 2\noversampling = 2\n"
+      "[animation]\nframes = 1\n[[animation.track]]\nof = \"light.0.intensity\"\nat = [0]\n"
+      "values = [1]\n");
+  const auto run = [&](const char* preset) {
+    return desk.run({"animate", desk.file("scene.toml"), "-o", desk.out(""), "--no-preview",
+                     "--no-video", "--quiet", "--preset", preset, "--set", "sampling.cone=1.2",
+                     "--set", "sampling.apodization=0.2", "--set", "sampling.frames=1"});
+  };
+  for (int i = 0; i < 2; ++i) {
+    const auto made = run("accurate");
+    INFO(made.err);
+    REQUIRE(made.code == 0);
+  }
+  for (const auto* other : {"balanced", "reference"})
+    check_refused(run(other), 2, "holds holograms of another scene, device or version");
+}
+
 TEST_CASE("videos are made where ffmpeg is, and what it refuses is passed on") {
   Desk desk;
   desk.scene(moving_lines);
