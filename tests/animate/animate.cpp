@@ -289,6 +289,54 @@ TEST_CASE("a run is another one once a file that its scene reads has changed, an
   check_refused(desk.run(again), 2, "holds holograms of another scene, device or version");
 }
 
+TEST_CASE("a run that is refused leaves a finished stream under its name") {
+  Desk desk;
+  desk.scene(moving_lines);
+  std::vector<std::string> line{"animate",  desk.file("scene.toml"), "-o",      desk.out(""),
+                                "--stream", "--no-preview",          "--quiet", "--no-video"};
+  REQUIRE(desk.run(line).code == 0);
+  const auto wanted = files_of(desk.out(""));
+  REQUIRE(wanted.contains("frames.raw"));
+  line.insert(line.end(), {"--set", "sampling.seed=2"});
+  check_refused(desk.run(line), 2, "holds holograms of another scene, device or version");
+  CHECK((files_of(desk.out("")) == wanted));
+}
+
+TEST_CASE("lines of a report that are damaged are as if they were not there") {
+  const Folder folder;
+  const std::string run = "this one";
+  const std::vector<std::vector<std::uint8_t>> levels{std::vector<std::uint8_t>(6, 7)};
+  const auto open = [&] {
+    return FrameFiles(folder / "", FrameStorage::pngs, run, {3, 2}).pictures();
+  };
+  {
+    FrameFiles files(folder / "", FrameStorage::pngs, run, {3, 2});
+    for (int i = 0; i < 3; ++i) files.add(levels, {{"picture", i}});
+  }
+  REQUIRE(open() == 3);
+  const auto report = bytes_of(folder / "report.jsonl");
+  std::istringstream stream(report);
+  std::vector<nlohmann::ordered_json> lines;
+  for (std::string line; std::getline(stream, line);)
+    lines.push_back(nlohmann::ordered_json::parse(line));
+  for (const auto* place : {"/picture", "/run", "/holograms", "/holograms/0", "/holograms/0/number",
+                            "/holograms/0/digest"}) {
+    for (const auto& wrong : {nlohmann::ordered_json(), nlohmann::ordered_json("?"),
+                              nlohmann::ordered_json(1e300), nlohmann::ordered_json(-1),
+                              nlohmann::ordered_json::array(), nlohmann::ordered_json{{"a", 1}}}) {
+      if (std::string(place) == "/run" && wrong.is_string()) continue;  // another run's
+      auto damaged = lines;
+      damaged[1][nlohmann::ordered_json::json_pointer(place)] = wrong;
+      std::string text;
+      for (const auto& line : damaged) text += line.dump() + "\n";
+      folder.write("report.jsonl", text);
+      INFO(damaged[1].dump());
+      CHECK(open() == 1);
+      CHECK(bytes_of(folder / "report.jsonl") == report.substr(0, report.find('\n') + 1));
+    }
+  }
+}
+
 TEST_CASE("presets that choose other values make other runs, whichever values these are") {
   Desk desk;
   // What is left to them are precision and light from mirrors
