@@ -24,9 +24,11 @@ namespace raywave {
 /// How far a run came.
 struct AnimateResult {
   int pictures = 0, holograms = 0;  // made by this run
-  double seconds = 0;               // from the first to the last of them, the first one excluded
-  std::map<std::string, double> processor_seconds;  // RenderResult's, of all but the first picture
-  std::vector<std::string> notes;                   // of all pictures, each once
+  double seconds = 0;               // of all but the first picture, until the last is written
+  int timed_holograms = 0;          // of these pictures
+  // RenderResult's, of these pictures: with what was written meanwhile, of pictures before them
+  std::map<std::string, double> processor_seconds;
+  std::vector<std::string> notes;  // of all pictures, each once
 };
 
 /// An animation that is planned. A picture depends on nothing but the scene and its number: a run
@@ -59,12 +61,12 @@ public:
 private:
   /// Moves a renderer to a picture, which `scene` describes.
   void show(const Scene& scene, int picture, Renderer& renderer) const;
-  /// RenderResult::clip of the brightest picture, of a few; 0: no scale is needed.
+  /// RenderResult::clip of the brightest of Schedule::pictures_that_scale; 0: no scale is needed.
   double brightest(Renderer& renderer) const;
   nlohmann::ordered_json line_of(int picture, const Scene& scene, const RenderResult& result) const;
 
   cl::Device device_;
-  Scene scene_;  // as the file has it
+  Scene scene_;  // at rest, with frames for the picture that has most holograms
   cl::FftBackend fft_;
   Schedule schedule_;
   glm::dvec2 reach_m_{0};  // largest distances of all objects, in all pictures, from the axis

@@ -148,8 +148,7 @@ void run_animate(const AnimateArguments& options) {
               animator->schedule().slm_rate_per_s()};
   }
   for (const auto& note : made.notes) options.report.note(note);
-  const double per_s =
-      made.seconds > 0 ? (made.holograms - made.holograms / made.pictures) / made.seconds : 0;
+  const double per_s = made.seconds > 0 ? made.timed_holograms / made.seconds : 0;
   if (options.report.prints_text()) {
     if (found > 0) std::printf("%d pictures were there\n", found);
     if (made.pictures > 0)
