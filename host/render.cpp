@@ -300,10 +300,6 @@ void Renderer::set_solid_pose(std::size_t object, glm::dvec3 position_m, glm::dv
 
 void Renderer::set_light(std::size_t light, const Light& value) {
   auto& l = state_->scene_.lights.at(light);
-  if ((l.type == LightType::ambient) != (value.type == LightType::ambient))
-    throw InputError("light " + std::to_string(light) +
-                     ": an ambient light cannot become another kind, nor another kind ambient");
-  // Kernels are compiled for the others
   const auto is_plain = [](const Light& one) {
     return (one.type == LightType::directional || one.type == LightType::point) && !one.falls_off &&
            one.highlights;

@@ -118,8 +118,11 @@ public:
   void set_solid_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
                       double scale = 1);
 
-  /// throws  std::out_of_range; InputError when the old or the new light is ambient, but not both:
-  ///         kernels are compiled for the number of other lights
+  /// Kernels are compiled for the lights: type, falloff, highlights, samples and picture of a light
+  /// stay. But a directional light and a point may become each other, where both have highlights
+  /// and no falloff.
+  ///
+  /// throws  std::out_of_range; InputError when one of these changes
   void set_light(std::size_t light, const Light& value);
 
   /// Sets the seed of the random phases of the next frames.

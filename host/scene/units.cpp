@@ -54,6 +54,10 @@ void require_unit(std::string_view text, std::string_view what, const char* exam
   throw InputError(std::string(what) + " must be " + must_be + ", got " + in_quotes(text));
 }
 
+[[noreturn]] void fail_time(std::string_view text, std::string_view what) {
+  fail(text, what, "a time such as \"30 ms\" (units: us, ms, s)");
+}
+
 }  // namespace
 
 double parse_length_m(std::string_view text, std::string_view what) {
@@ -67,10 +71,16 @@ double given_length_m(std::string_view text, std::string_view what) {
   fail(text, what, "a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km)");
 }
 
-double given_seconds(std::string_view text, std::string_view what) {
+double given_moment_s(std::string_view text, std::string_view what) {
   require_unit(text, what, "ms");
-  if (const auto time = in_base_unit(text, time_units); time && *time > 0) return *time;
-  fail(text, what, "a time such as \"30 ms\" (units: us, ms, s)");
+  if (const auto time = in_base_unit(text, time_units); time && *time >= 0) return *time;
+  fail_time(text, what);
+}
+
+double given_duration_s(std::string_view text, std::string_view what) {
+  const double time = given_moment_s(text, what);
+  if (time == 0) fail_time(text, what);
+  return time;
 }
 
 }  // namespace raywave

@@ -568,15 +568,16 @@ TEST_CASE("parse_length_m accepts its units and nothing else") {
 TEST_CASE("what is typed on the command line has a unit, and the line that asks for one says so") {
   CHECK(given_length_m("95mm", "-z") == parse_length_m("95mm", "-z"));
   CHECK(given_length_m("0", "-z") == 0);
-  CHECK(given_seconds("30 ms", "--budget") == 0.03);
+  CHECK(given_duration_s("30 ms", "--budget") == 0.03);
+  CHECK(given_moment_s("0 s", "at") == 0);
   CHECK(input_error_of([] { given_length_m("95", "-z"); }) ==
         "-z \"95\": a unit is needed, as in 95mm");
-  CHECK(input_error_of([] { given_seconds("50", "--budget"); }) ==
+  CHECK(input_error_of([] { given_duration_s("50", "--budget"); }) ==
         "--budget \"50\": a unit is needed, as in 50ms");
   CHECK(input_error_of([] { given_length_m("far", "-z"); }) ==
         "-z must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km), got \"far\"");
   for (const char* text : {"", "soon", "nan", "-1 s", "0 s", "1 h"})
-    CHECK(input_error_of([&] { given_seconds(text, "--budget"); }) ==
+    CHECK(input_error_of([&] { given_duration_s(text, "--budget"); }) ==
           "--budget must be a time such as \"30 ms\" (units: us, ms, s), got \"" +
               std::string(text) + "\"");
 }
