@@ -9,13 +9,17 @@
 #include <glm/gtc/quaternion.hpp>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/geometry/cut_mesh.hpp"
 #include "host/geometry/world.hpp"
+#include "host/render.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/gltf.hpp"
+#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {
@@ -218,11 +222,95 @@ TEST_CASE("what lies nearer than a camera sees is cut away, to the place") {
              ContainsSubstring("nothing of it lies beyond cut"));
   // Cut objects stay where they are
   auto scene = scene_with(folder, room, light);
+  CHECK(build_world(scene).placed[0].is_cut);
   auto world = build_world(scene);
   move_objects(scene, world);
   scene.objects[0].position_m.x += 1;
   CHECK_THAT(input_error_of([&] { move_objects(scene, world); }),
              ContainsSubstring("cannot be moved"));
+}
+
+/// A card 1 wide, 1 before a camera that sees from 0.25 on.
+Gltf card_before_camera() {
+  Gltf room;
+  room.root["cameras"] = {
+      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.25}}}}};
+  room.add_node({{"camera", 0}});
+  room.add(Gltf::square(0.5f, {0.2f, 0, -1}));
+  return room;
+}
+
+TEST_CASE("an object of a glTF scene moves as if it had been placed there, up to its cut") {
+  const Folder folder;
+  auto scene = scene_with(folder, card_before_camera(), light);
+  const auto first = scene.objects[0];
+  auto world = build_world(scene);
+  const auto [min_m, max_m] = std::pair(world.min_m, world.max_m);
+  CHECK_FALSE(world.placed[0].is_cut);
+  for (const bool solid : {false, true}) {
+    INFO(solid);
+    auto& object = scene.objects[0];
+    object = first;
+    if (solid) object.solid_scale = 1;
+    object.position_m += dvec3(0.1, -0.2, 0.5);
+    move_objects(scene, world);
+    CHECK(glm::distance(world.min_m, min_m + dvec3(0.1, -0.2, 0.5)) < 1e-12);
+    CHECK(glm::distance(world.max_m, max_m + dvec3(0.1, -0.2, 0.5)) < 1e-12);
+    // Turned about the origin of its mesh, which is the camera
+    object.rotation_deg += dvec3(0, 20, 0);
+    move_objects(scene, world);
+    const auto there = build_world(scene);
+    for (std::size_t i = 0; i < world.triangles.size(); ++i)
+      for (std::size_t c = 0; c < 3; ++c)
+        CHECK(glm::distance(world.corners_m(i)[c], there.corners_m(i)[c]) < 1e-9);
+    // To the cut and no further
+    object = first;
+    if (solid) object.solid_scale = 1;
+    object.position_m.z += 0.25 - min_m.z;
+    move_objects(scene, world);
+    CHECK(world.min_m.z == Catch::Approx(0.25));
+    object.position_m.z -= 1e-6;
+    CHECK_THAT(input_error_of([&] { move_objects(scene, world); }),
+               ContainsSubstring("must be >= cut, 250 mm"));
+  }
+}
+
+TEST_CASE("a renderer refuses a pose that cannot be, and renders the one before") {
+  const Folder folder;
+  const std::string hologram = "[hologram]\nresolution = [32, 32]\npitch = \"8 um\"\n";
+  for (const bool is_cut : {false, true}) {
+    INFO(is_cut);
+    // A part of the card lies nearer than 0.9 of the file's metres where it is turned
+    auto room = card_before_camera();
+    room.root["nodes"].back()["rotation"] = quaternion(is_cut ? 0.5 : 0, {0, 1, 0});
+    const auto scene =
+        scene_with(folder, room, std::string(light) + hologram, "scale = 0.01\ncut = \"9 mm\"");
+    const auto at = scene.objects[0].position_m, turn = scene.objects[0].rotation_deg;
+    for (const auto& device : test::all_devices()) {
+      Renderer renderer(device, scene);
+      auto before = renderer.render().field.samples;
+      const auto refusal = [&](dvec3 by_m, bool solid) {
+        return input_error_of([&] {
+          solid ? renderer.set_solid_pose(0, at + by_m, turn)
+                : renderer.set_pose(0, at + by_m, turn);
+        });
+      };
+      if (!is_cut) {
+        renderer.set_pose(0, at + dvec3(0, 0, 2e-3), turn);
+        const auto moved = renderer.render().field.samples;
+        CHECK(test::relative_l2(moved, before) > 0.1);
+        before = moved;
+      }
+      for (const bool solid : {false, true}) {
+        CHECK_THAT(refusal({0, 0, -2e-3}, solid),
+                   ContainsSubstring(is_cut ? "a part of it is cut away" : "must be >= cut, 9 mm"));
+        if (is_cut) CHECK_THAT(refusal({0, 0, 2e-3}, solid), ContainsSubstring("cannot be moved"));
+        CHECK_THAT(refusal({0, 0, -30e-3}, solid),
+                   ContainsSubstring(is_cut ? "cannot be moved" : "touches the hologram plane"));
+      }
+      CHECK(test::relative_l2(renderer.render().field.samples, before) < 1e-6);
+    }
+  }
 }
 
 TEST_CASE("objects with a unit and their mesh's origin as anchor lie where their numbers say") {
