@@ -159,7 +159,7 @@ double ambient_share_of(const Scene& scene) {
   return std::any_of(scene.lights.begin(), scene.lights.end(),
                      [](const Light& light) { return light.type == LightType::ambient; })
              ? 1
-             : 0.1;
+             : Material{}.ambient.x;
 }
 
 /// Adds the materials of an object's mesh, where the object wears them.
@@ -187,10 +187,12 @@ void add_materials(const Scene& scene, const Object& object, const Meshes& meshe
     if (m >= 0) ++triangles[static_cast<std::size_t>(m)];
   }
   const int channel = channel_of(scene.hologram.wavelength_m);
+  const bool colours_have_alpha = std::any_of(mesh.colours.begin(), mesh.colours.end(),
+                                              [](const glm::vec4& c) { return c.a < 1; });
   for (std::size_t i = 0; i < mesh.materials.size(); ++i) {
     const auto& from = mesh.materials[i];
     const auto& maps = meshes.maps[number][i];
-    world.materials.push_back(phong_of(from, maps, ambient_share_of(scene),
+    world.materials.push_back(phong_of(from, maps, colours_have_alpha, ambient_share_of(scene),
                                        object.where + ": material " + in_quotes(from.name)));
     world.maps.push_back(maps);
     auto& one = found.materials.emplace_back();

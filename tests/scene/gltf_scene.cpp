@@ -2,6 +2,8 @@
 // [scene] gltf: cameras, lights and units of a glTF file; anchors, units and cuts of objects.
 #include "host/scene/gltf_scene.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -15,6 +17,8 @@
 #include "host/geometry/cut_mesh.hpp"
 #include "host/geometry/world.hpp"
 #include "host/render.hpp"
+#include "host/scene/reader_pipe.hpp"
+#include "host/scene/reader_reply.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
@@ -134,6 +138,43 @@ TEST_CASE("lights of a glTF file shine on surfaces with the illuminance that the
   CHECK(scene_with(folder, room).lights.size() == 3);
 }
 
+TEST_CASE("spots of a glTF file are no narrower than floats tell, nor those of a reader's reply") {
+  const Folder folder;
+  Gltf room;
+  room.root["cameras"] = {
+      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.01}}}}};
+  room.add_node({{"camera", 0}, {"translation", {0, 0, 10}}});
+  room.add(Gltf::square(1, {0, 0, 0}));
+  room.root["extensionsUsed"] = {"KHR_lights_punctual"};
+  room.add_node({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  for (const double outer : {0.0, 0.001, 0.01}) {
+    INFO(outer);
+    room.root["extensions"]["KHR_lights_punctual"]["lights"] = {
+        {{"type", "spot"}, {"spot", {{"innerConeAngle", 0}, {"outerConeAngle", outer}}}}};
+    const auto scene = scene_with(folder, room);
+    REQUIRE(scene.lights.size() == 1);
+    CHECK(scene.lights[0].outer_deg == Catch::Approx(std::max(0.5, outer * 180 / pi)));
+    CHECK(scene.lights[0].inner_deg < scene.lights[0].outer_deg);
+    CHECK(std::any_of(scene.notes.begin(), scene.notes.end(), [](const std::string& note) {
+            return note.find("spots narrower than 0.5 degrees are widened") != std::string::npos;
+          }) == (outer < 0.005));
+  }
+  // A reader that a file has taken over may say anything
+  for (const double outer : {0.0, 0.4, 0.5, 90.0, 91.0}) {
+    INFO(outer);
+    int ends[2];
+    REQUIRE(pipe(ends) == 0);
+    ReaderPipe in(ends[0]), out(ends[1]);
+    GltfSet set;
+    set.lights.push_back({.type = GltfLight::Type::spot, .outer_deg = outer});
+    send(out, set);
+    if (outer >= 0.5 && outer <= 90)
+      CHECK(receive_gltf_set(in).lights.size() == 1);
+    else
+      CHECK_THROWS(receive_gltf_set(in));
+  }
+}
+
 TEST_CASE("a camera is chosen by its name or number, and objects of the scene file come first") {
   const Folder folder;
   Gltf room;
@@ -170,8 +211,11 @@ TEST_CASE("a camera is chosen by its name or number, and objects of the scene fi
   blind.add(Gltf::square(1, {0, 0, 0}));
   CHECK_THAT(input_error_of([&] { scene_with(folder, blind, light); }),
              ContainsSubstring("it has no camera"));
-  CHECK_THAT(input_error_of([&] { load_scene(folder.write("a.toml", "[scene]\nscale = 2\n")); }),
-             ContainsSubstring("gltf is missing"));
+  for (const char* key : {"scale = 2", "scale = 1", "cut = \"1 m\"", "camera = 0"})
+    CHECK_THAT(input_error_of([&] {
+                 load_scene(folder.write("a.toml", "[scene]\n" + std::string(key) + "\n"));
+               }),
+               ContainsSubstring("gltf is missing"));
   CHECK_THAT(input_error_of(
                  [&] { load_scene(folder.write("a.toml", "[scene]\ngltf = \"thing.obj\"\n")); }),
              ContainsSubstring("it is no glTF of version 2"));
