@@ -270,7 +270,8 @@ Light read_light(Section section) {
     });
   }
   if (light.type == LightType::spot) {
-    section.read("outer", [&](const Value& v) { light.outer_deg = v.number(between(0.01, 90)); });
+    section.read("outer",
+                 [&](const Value& v) { light.outer_deg = v.number(between(least_spot_deg, 90)); });
     section.read("inner", [&](const Value& v) {
       light.inner_deg = v.number(between(0, 90));
       if (!(light.inner_deg < light.outer_deg))

@@ -321,8 +321,9 @@ class Renderer:
         return plane if self._core.frames == 1 else (self._core.frames, *plane)
 
     def set_pose(self, object: int, position: Vector, rotation: Vector = (0.0, 0.0, 0.0)) -> None:
-        """Sets where an object stands: the centre of its bounding box (x, y, z), in metres, and its
-        rotation in degrees about x, then y, then z. Raises InputError.
+        """Sets where an object stands: the place of its anchor (x, y, z), in metres, and its rotation
+        in degrees about x, then y, then z. The anchor is the centre of the bounding box unless the
+        scene says otherwise. Raises InputError for a pose that cannot be; the object then stays.
         """
         if not isinstance(object, int) or object < 0:
             raise _core.InputError(f"object: must be a whole number from 0 on, got {object!r}")

@@ -92,7 +92,8 @@ class SceneObject:
 
     @property
     def position(self) -> tuple[float, float, float]:
-        """Centre of the bounding box, in metres."""
+        """Place of the anchor, in metres: the centre of the bounding box unless the scene says
+        otherwise."""
         x, y, z = self._scene._core.position(self._index)
         return x, y, z
 

@@ -46,7 +46,8 @@ public:
   ///         vertex, or no face has an area
   void set_mesh(std::size_t object, const MeshView& mesh);
 
-  /// The centre of the bounding box of an object, and its rotation about x, then y, then z.
+  /// The place of an object's anchor (the centre of its bounding box unless the scene says
+  /// otherwise), and its rotation about x, then y, then z.
   Vec3 position_m(std::size_t object) const;
   Vec3 rotation_deg(std::size_t object) const;
   void set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg);
