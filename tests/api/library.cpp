@@ -156,8 +156,7 @@ TEST_CASE("files that a change names are read, whatever was read before") {
       "[materials.white]\ntexture = \"b.tga\"\n"
       "[[object]]\nwidth = \"0.2 mm\"\nposition = [0, 0, \"10 mm\"]\nmesh = \"square.glb\"\n";
   const std::string named = "material = \"white\"\n";
-  const std::string sky =
-      "[[light]]\ntype = \"environment\"\nsamples = 4\npicture = \"a.tga\"\n";
+  const std::string sky = "[[light]]\ntype = \"environment\"\nsamples = 4\npicture = \"a.tga\"\n";
   const std::string ambient = "[[light]]\ntype = \"ambient\"\n";
   const std::string without =
       "object=[{mesh = \"square.glb\", width = \"0.2 mm\", position = [0, 0, \"10 mm\"]}]";
@@ -232,8 +231,10 @@ TEST_CASE("the object of a glTF scene can be moved") {
                     ContainsSubstring("belongs to the glTF file"));
 
   // After an object of the scene file's own
-  auto both = parse_scene(start + "[[object]]\nmesh = \"room.glb\"\nwidth = \"0.1 mm\"\n"
-                                  "position = [0, 0, \"20 mm\"]\n", folder / "");
+  auto both = parse_scene(start +
+                              "[[object]]\nmesh = \"room.glb\"\nwidth = \"0.1 mm\"\n"
+                              "position = [0, 0, \"20 mm\"]\n",
+                          folder / "");
   both.set_pose(1, {0, 0, 0.012}, both.rotation_deg(1));
   both.set({"object.0.width=0.2 mm"});
   CHECK(both.position_m(1) == Vec3{0, 0, 0.012});
