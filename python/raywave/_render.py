@@ -322,9 +322,10 @@ class Renderer:
         return plane if self._core.frames == 1 else (self._core.frames, *plane)
 
     def set_pose(self, object: int, position: Vector, rotation: Vector = (0.0, 0.0, 0.0)) -> None:
-        """Sets where an object stands: the place of its anchor (x, y, z), in metres, and its rotation
-        in degrees about x, then y, then z. The anchor is the centre of the bounding box unless the
-        scene says otherwise. Raises InputError for a pose that cannot be; the object then stays.
+        """Sets where an object stands: the place of its anchor (x, y, z), in metres, and its
+        rotation in degrees about x, then y, then z. The anchor is the centre of the bounding box
+        unless the scene says otherwise. Raises InputError for a pose that cannot be; the object
+        then stays.
         """
         index = _whole(object, "object", 0, self._core.objects - 1)
         self._core.set_pose(index, _vector(position, "position"), _vector(rotation, "rotation"))

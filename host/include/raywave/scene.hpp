@@ -48,9 +48,9 @@ public:
   void set_mesh(std::size_t object, const MeshView& mesh);
 
   /// The place of an object's anchor (the centre of its bounding box unless the scene says
-  /// otherwise), and its rotation about x, then y, then z. The object of a glTF scene is the last. A
-  /// pose stays until position, rotation or all objects are set, for a glTF scene's object until a
-  /// key of [scene] is set.
+  /// otherwise), and its rotation about x, then y, then z. The object of a glTF scene is the last.
+  /// A pose stays until position, rotation or all objects are set, for a glTF scene's object until
+  /// a key of [scene] is set.
   Vec3 position_m(std::size_t object) const;
   Vec3 rotation_deg(std::size_t object) const;
   void set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg);
