@@ -9,6 +9,7 @@ import struct
 import zlib
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from pathlib import Path
 from typing import Any, overload
 
 import numpy as np
@@ -213,7 +214,12 @@ class Hologram:
         return self._core.notes
 
     def save(self, path: Any, frame: int = 0) -> None:
-        """Writes one frame, as the SLM is sent it, into an 8-bit grey PNG."""
+        """Writes one frame, as the SLM is sent it, into an 8-bit grey PNG.
+
+        Raises InputError for a name that does not end with .png.
+        """
+        if Path(path).suffix.lower() != ".png":
+            raise _core.InputError(f'path must end with .png, the format written, got "{path}"')
         data = _png(self.for_slm(frame))
         with open(path, "wb") as file:
             file.write(data)

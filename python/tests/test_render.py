@@ -156,6 +156,8 @@ def test_notebooks_see_a_plan_and_a_hologram(scene, tmp_path):
     holo = rw.render(plan)
     assert np.array_equal(holo.field, rw.render(scene, preset="draft").field)
     assert np.array_equal(grey_png(holo._repr_png_()), holo.levels)
+    with pytest.raises(rw.InputError, match="^path must end with .png"):
+        holo.save(tmp_path / "hologram.jpg")
     holo.save(tmp_path / "hologram.png")
     assert np.array_equal(grey_png((tmp_path / "hologram.png").read_bytes()), holo.levels)
 

@@ -190,6 +190,10 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "hologram: pitch must be a length: a number in metres, or a string such as \"3.74 um\", got "
        "a date or time"},
       {4, "wavelength = 0", "hologram: wavelength must be 1 nm to 10 mm, got 0"},
+      {4, "wavelength = 638",
+       "hologram: wavelength must be 1 nm to 10 mm (numbers are metres; \"638 nm\" has a unit of "
+       "its "
+       "own), got 638"},
       {4, "wavelength = inf", "hologram: wavelength must be 1 nm to 10 mm, got inf"},
       {4, "wavelength = 9007199254740993",
        "hologram: wavelength must be a length: a number in metres, or a string such as \"3.74 "
@@ -568,6 +572,8 @@ TEST_CASE("parse_length_m accepts its units and nothing else") {
 TEST_CASE("what is typed on the command line has a unit, and the line that asks for one says so") {
   CHECK(given_length_m("95mm", "-z") == parse_length_m("95mm", "-z"));
   CHECK(given_length_m("0", "-z") == 0);
+  for (const char* text : {"8um", "8 \u00b5m", "8 \u03bcm"})
+    CHECK(given_length_m(text, "-z") == given_length_m("8 um", "-z"));
   CHECK(given_duration_s("30 ms", "--budget") == 0.03);
   CHECK(given_moment_s("0 s", "at") == 0);
   CHECK(input_error_of([] { given_length_m("95", "-z"); }) ==
