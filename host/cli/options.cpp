@@ -158,7 +158,7 @@ Goal GoalOptions::goal() const {
     throw InputError("--preset, --budget and --psnr: at most 1 of them can be given");
   Goal goal;
   if (!preset.empty()) goal.preset = preset_of(preset);
-  if (!budget.empty()) goal.budget_s = given_seconds(budget, "--budget");
+  if (!budget.empty()) goal.budget_s = given_duration_s(budget, "--budget");
   if (psnr_db) {
     // No range refuses it.
     if (std::isnan(*psnr_db)) throw InputError("--psnr must be 0 to 200, got \"nan\"");

@@ -405,7 +405,10 @@ std::string plan_report_text(const Planned& planned, const World& world) {
     if (wears_own) {
       out << ", materials of its own\n";
     } else {
-      out << ", material " << scene.materials[static_cast<std::size_t>(object.material)].name;
+      out << ", material "
+          << (object.material == 0
+                  ? "default"
+                  : scene.materials[static_cast<std::size_t>(object.material)].name);
       if (i < world.found.size() && world.found[i].overridden > 0)
         out << " instead of " << world.found[i].overridden << " of its own";
       out << "\n";

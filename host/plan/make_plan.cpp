@@ -327,8 +327,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
                         moved_from);
     plan.why_propagation = moved_from->why_propagation;
     if (!plan.compact || shortfall_of(plan) == CompactShortfall::none) return plan;
-    tried = scene;
-    tried.hologram.tiles = moved_from->tile_grid;
+    tried.hologram.tiles = moved_from->tile_grid;  // and with its layers, or more
   }
 
   // Virtual planes, of as few layers and tiles as serve

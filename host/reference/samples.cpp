@@ -9,7 +9,6 @@
 #include "host/geometry/kernel_options.hpp"
 #include "host/reference/looks.hpp"
 #include "host/reference/shading.hpp"
-#include "host/scene/files.hpp"
 
 namespace raywave::reference {
 namespace {
@@ -215,8 +214,9 @@ private:
     const auto material = static_cast<std::size_t>(scene.objects[met.object].material);
     const auto& m = scene.materials[material];
     const int channel = channel_of(scene.hologram.wavelength_m);
-    const auto* texture = texture_of(scene.materials, stage_.world.textures, material);
-    const double texel = texture ? texture_at(*texture, met.uv) : 1;
+    SurfaceMap map;
+    if (m.texture) map.image = stage_.world.textures.at(material);
+    const double texel = map_at(map, met.uv);
     double radiance = m.ambient[channel] * texel * ambient_light_of(scene) + m.emission[channel];
     for (const auto& light : lights_) {
       const auto seen = seen_light(light, met.point + rig_.plan.origin_m, light_place);

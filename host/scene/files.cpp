@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/files.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -9,22 +8,14 @@
 #include <string>
 
 #include "host/common/error.hpp"
-#include "host/common/text.hpp"
 
 namespace raywave {
 namespace {
 
-constexpr float kBrightestTexel = 1e30f;  // as all numbers of a scene
-
 std::shared_ptr<const Image> load(const std::filesystem::path& file, int channel,
                                   const std::string& where) {
   Image image = load_texture(file, channel, where);
-  // Filters of other programs ring below black
-  for (float& texel : image.pixels) texel = std::max(texel, 0.0f);
-  if (const float brightest = *std::max_element(image.pixels.begin(), image.pixels.end());
-      brightest > kBrightestTexel)
-    throw InputError(where + ": picture " + in_quotes(file.string()) + ": holds " +
-                     number_text(brightest) + ", more than 1e+30");
+  limit_texels(image, file.string(), where);
   return std::make_shared<const Image>(std::move(image));
 }
 

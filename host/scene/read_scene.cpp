@@ -272,7 +272,8 @@ Light read_light(Section section) {
     });
   }
   if (light.type == LightType::spot) {
-    section.read("outer", [&](const Value& v) { light.outer_deg = v.number(between(0.01, 90)); });
+    section.read("outer",
+                 [&](const Value& v) { light.outer_deg = v.number(between(least_spot_deg, 90)); });
     section.read("inner", [&](const Value& v) {
       light.inner_deg = v.number(between(0, 90));
       if (!(light.inner_deg < light.outer_deg))
@@ -308,7 +309,10 @@ Spectrum read_table(const Value& v, const Range& range, double wavelength_m) {
   }
   std::sort(spectrum.table.begin(), spectrum.table.end());
   if (spectrum.table.empty() || !spectrum.holds(wavelength_m))
-    v.fail("given on both sides of the wavelength, " + length_text(wavelength_m));
+    v.fail("given on both sides of the wavelength, " + length_text(wavelength_m) +
+           (spectrum.table.empty() ? ""
+                                   : " (it has " + length_text(spectrum.table.front().first) +
+                                         " to " + length_text(spectrum.table.back().first) + ")"));
   return spectrum;
 }
 

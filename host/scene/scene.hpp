@@ -200,7 +200,8 @@ struct Object {
   glm::dvec3 rotation_deg{0};     // about x, then y, then z (fixed axes), right-handed
   // Empty in scenes of files: position, rotation and width describe the object as it stands. Else
   // it moves as a solid: it keeps the size it was placed in, times this, and turns about its anchor
-  // of there (the centre of the box that it had), whose place is position_m
+  // of there (the centre of the box that it had unless the scene says otherwise), whose place is
+  // position_m
   std::optional<double> solid_scale{};
   int material = 0;  // index into Scene::materials
   Normals normals = Normals::file;

@@ -21,15 +21,15 @@ constexpr double launch_seconds = 0.2;
 void check(const LensSpec& what) {
   const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
   if (!positive(std::abs(what.z_m)))
-    throw InputError("lens: z must not be 0: > 0 is beyond the hologram, < 0 on the eye's side");
+    throw InputError("z: must not be 0: > 0 is beyond the hologram, < 0 on the eye's side");
   if (!std::isfinite(what.view.x) || !std::isfinite(what.view.y))
-    throw InputError("lens: view must be two finite numbers");
+    throw InputError("view: must be two finite numbers");
   if (!positive(what.aperture.x) || !positive(what.aperture.y))
-    throw InputError("lens: aperture must be > 0");
+    throw InputError("aperture: must be > 0");
   if (what.pixel_m && !(positive(what.pixel_m->x) && positive(what.pixel_m->y)))
     throw InputError("lens: pixels must be > 0");
   if (what.points < 1 || what.points > most_points)
-    throw InputError("lens: rays per axis must be 1 to " + std::to_string(most_points) + ", got " +
+    throw InputError("points: must be 1 to " + std::to_string(most_points) + ", got " +
                      std::to_string(what.points));
 }
 

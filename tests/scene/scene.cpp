@@ -190,6 +190,10 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "hologram: pitch must be a length: a number in metres, or a string such as \"3.74 um\", got "
        "a date or time"},
       {4, "wavelength = 0", "hologram: wavelength must be 1 nm to 10 mm, got 0"},
+      {4, "wavelength = 638",
+       "hologram: wavelength must be 1 nm to 10 mm (numbers are metres; \"638 nm\" has a unit of "
+       "its "
+       "own), got 638"},
       {4, "wavelength = inf", "hologram: wavelength must be 1 nm to 10 mm, got inf"},
       {4, "wavelength = 9007199254740993",
        "hologram: wavelength must be a length: a number in metres, or a string such as \"3.74 "
@@ -568,15 +572,18 @@ TEST_CASE("parse_length_m accepts its units and nothing else") {
 TEST_CASE("what is typed on the command line has a unit, and the line that asks for one says so") {
   CHECK(given_length_m("95mm", "-z") == parse_length_m("95mm", "-z"));
   CHECK(given_length_m("0", "-z") == 0);
-  CHECK(given_seconds("30 ms", "--budget") == 0.03);
+  for (const char* text : {"8um", "8 \u00b5m", "8 \u03bcm"})
+    CHECK(given_length_m(text, "-z") == given_length_m("8 um", "-z"));
+  CHECK(given_duration_s("30 ms", "--budget") == 0.03);
+  CHECK(given_moment_s("0 s", "at") == 0);
   CHECK(input_error_of([] { given_length_m("95", "-z"); }) ==
         "-z \"95\": a unit is needed, as in 95mm");
-  CHECK(input_error_of([] { given_seconds("50", "--budget"); }) ==
+  CHECK(input_error_of([] { given_duration_s("50", "--budget"); }) ==
         "--budget \"50\": a unit is needed, as in 50ms");
   CHECK(input_error_of([] { given_length_m("far", "-z"); }) ==
         "-z must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km), got \"far\"");
   for (const char* text : {"", "soon", "nan", "-1 s", "0 s", "1 h"})
-    CHECK(input_error_of([&] { given_seconds(text, "--budget"); }) ==
+    CHECK(input_error_of([&] { given_duration_s(text, "--budget"); }) ==
           "--budget must be a time such as \"30 ms\" (units: us, ms, s), got \"" +
               std::string(text) + "\"");
 }
@@ -666,7 +673,9 @@ TEST_CASE("lights of every type have their keys, and no others") {
       {"type = \"spot\"\nposition = [0, 0, 1e-2]\ndirection = [0, 0, 1]\ninner = 60\n",
        "inner must be < outer (45), got 60"},
       {"type = \"spot\"\nposition = [0, 0, 1e-2]\ndirection = [0, 0, 1]\nouter = 91\n",
-       "outer must be 0.01 to 90, got 91"},
+       "outer must be 0.5 to 90, got 91"},
+      {"type = \"spot\"\nposition = [0, 0, 1e-2]\ndirection = [0, 0, 1]\nouter = 0.4\n",
+       "outer must be 0.5 to 90, got 0.4"},
       {"type = \"area\"\nposition = [0, 0, 1e-2]\n", "edges is missing"},
       {"type = \"area\"\nposition = [0, 0, 1e-2]\nradius = 1e-3\n", "direction is missing"},
       {"type = \"area\"\nposition = [0, 0, 1e-2]\nedges = [[1, 0, 0], [2, 0, 0]]\n",

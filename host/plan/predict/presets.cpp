@@ -220,7 +220,7 @@ Preset preset_of(const std::string& name) {
   for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
     if (name == name_of(preset)) return preset;
   }
-  throw InputError("--preset " + name +
+  throw InputError("preset " + in_quotes(name) +
                    ": unknown; there are draft, balanced, accurate and reference");
 }
 
