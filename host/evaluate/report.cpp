@@ -490,8 +490,8 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   }
   if (plan.aimed)
     out << "samples   a lattice of " << plan.lattice.size.x << " x " << plan.lattice.size.y
-        << " rays, " << mm(scene.sampling.pitch_m) << " apart at " << mm(plan.lattice.full_z_m)
-        << "\n";
+        << " rays, " << mm(scene.sampling.pitch_m) << " apart at "
+        << mm(plan.lattice.full_z_m + plan.lattice.eye_m.z) << "\n";
   out << "rays      " << (plan.aimed ? "about " : "") << plan.rays << " per frame, "
       << scene.sampling.frames << (scene.sampling.frames == 1 ? " frame\n" : " frames\n");
   const double error = plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();

@@ -81,19 +81,11 @@ double scale_of(const Object& object, const Box& turned, double mesh_unit) {
   return scale;
 }
 
-void require_place(const Object& object, const Box& box) {
-  if (!(box.min.z > 0) && !(box.max.z < 0))
-    throw InputError(object.where + ": touches the hologram's plane: its z runs from " +
-                     length_text(box.min.z) + " to " + length_text(box.max.z) +
-                     ", and must be > 0, or < 0 for a real image between the hologram and the eye");
-}
-
 /// Refuses a place that an object cannot move to: its cut stays as it was placed.
 void require_move(const Object& object, const PlacedObject& placed, const Box& box) {
   if (placed.is_cut)
     throw InputError(object.where +
                      ": a part of it is cut away, so that it cannot be moved; give a smaller cut");
-  require_place(object, box);
   // The box of a turned object is known to a few roundings
   const double roundings = 1e-12 * (glm::length(box.size()) + std::abs(box.max.z));
   if (object.cut_m > 0 && box.min.z < object.cut_m - roundings)
@@ -240,7 +232,6 @@ Placing first_placing_of(const Object& object, const Mesh& mesh) {
   const auto middle = box.centre();
   for (const auto& p : mesh.positions) turned.add(rotation * (p - middle));
   const auto placing = placing_of(object, rotation, middle, turned, rotation * -middle, 1);
-  if (object.cut_m == 0) require_place(object, placing.box);
   return placing;
 }
 
@@ -388,6 +379,10 @@ bool lies_before(const World& world, std::size_t object) {
 double closest_m(const World& world) {
   if (world.min_m.z > 0) return world.min_m.z;
   if (world.max_m.z < 0) return -world.max_m.z;
+  for (std::size_t i = 0; i < world.triangles.size(); ++i) {
+    const auto [a, b, c] = world.corners_m(i);
+    if (std::min({a.z, b.z, c.z}) <= 0 && std::max({a.z, b.z, c.z}) >= 0) return 0;
+  }
   double closest = std::numeric_limits<double>::infinity();
   for (const auto& p_m : positions_now(world)) closest = std::min(closest, std::abs(p_m.z));
   return closest;

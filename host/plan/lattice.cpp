@@ -18,6 +18,32 @@ constexpr double largest_lattice = 1 << 28;  // cells
 /// Cells from the axis: floats count no farther and still tell places within a cell.
 constexpr double farthest_lattice_ray = 1 << 22;
 
+/// Covers these tangents with cells.
+///
+/// tangents  low and high, per axis
+/// throws    InputError when these are too many cells, or too far off the axis
+void cover(const Scene& scene, const std::array<Interval, 2>& tangents, LatticePlan& lattice) {
+  double cells = 1;
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto& along = tangents[static_cast<std::size_t>(axis)];
+    const double first = std::floor(along.low / lattice.step - 0.5);
+    const double last = std::ceil(along.high / lattice.step - 0.5);
+    cells *= last - first + 1;
+    const std::string asked =
+        one_line(scene.file.string()) + ": sampling.pitch " + millimetres(scene.sampling.pitch_m);
+    if (!(cells <= largest_lattice))
+      throw InputError(
+          asked + " needs " + count_text(cells) +
+          " lattice cells or more, at most 268435456 are allowed; give a larger pitch");
+    if (const double farthest = std::max(std::abs(first), std::abs(last));
+        farthest > farthest_lattice_ray)
+      throw InputError(asked + " puts the scene " + count_text(farthest) +
+                       " pitches off the axis, at most 4194304 are allowed; give a larger pitch");
+    lattice.first[axis] = static_cast<int>(first);
+    lattice.size[axis] = static_cast<int>(last - first + 1);
+  }
+}
+
 }  // namespace
 
 void add_chief_tangents(const Plan& plan, const DepthLayer& layer, const Tile& tile,
@@ -47,40 +73,53 @@ LatticePlan lattice_over(const Scene& scene, const Extents& extents, const Plan&
   lattice.full_z_m = (plan.closest_m + plan.farthest_m) / 2;
   lattice.step = scene.sampling.pitch_m / lattice.full_z_m;
   const auto window = plan.window_m();
-  double cells = 1;
+  std::array<Interval, 2> covered;
   for (int axis = 0; axis < 2; ++axis) {
     // Chief rays no steeper than light that pixels can show into some part of the window, and none
     // whose light misses all WRPs
-    const auto& tangents = extents.tangents[axis];
+    const auto i = static_cast<std::size_t>(axis);
+    const auto& tangents = extents.tangents[i];
     const double reach = largest_tangent[axis] +
                          std::max(1.0, plan.cone_half_width) * window[axis] / (2 * plan.closest_m);
-    const double low = std::max(-reach, lit[axis].low),
-                 high = std::max(low, std::min(reach, lit[axis].high));
+    const double low = std::max(-reach, lit[i].low),
+                 high = std::max(low, std::min(reach, lit[i].high));
 
     // Whole cells around what the scene's extents leave of them
-    const double first = std::floor(std::clamp(tangents.low, low, high) / lattice.step - 0.5);
-    const double last = std::ceil(std::clamp(tangents.high, low, high) / lattice.step - 0.5);
-    cells *= last - first + 1;
-    const std::string asked =
-        one_line(scene.file.string()) + ": sampling.pitch " + millimetres(scene.sampling.pitch_m);
-    if (!(cells <= largest_lattice))
-      throw InputError(
-          asked + " needs " + count_text(cells) +
-          " lattice cells or more, at most 268435456 are allowed; give a larger pitch");
-    if (const double farthest = std::max(std::abs(first), std::abs(last));
-        farthest > farthest_lattice_ray)
-      throw InputError(asked + " puts the scene " + count_text(farthest) +
-                       " pitches off the axis, at most 4194304 are allowed; give a larger pitch");
-    lattice.first[axis] = static_cast<int>(first);
-    lattice.size[axis] = static_cast<int>(last - first + 1);
+    covered[i] = {std::clamp(tangents.low, low, high), std::clamp(tangents.high, low, high)};
   }
+  cover(scene, covered, lattice);
+  return lattice;
+}
+
+LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan& plan,
+                             glm::dvec2 largest_tangent) {
+  // So far away that perspective hardly matters over the scene and the window
+  const auto window = plan.window_m();
+  const double away_m = std::max(
+      {scene.viewer.distance_m, 2 * (plan.far_m - plan.near_m), 4 * std::max(window.x, window.y)});
+  LatticePlan lattice;
+  lattice.eye_m = {0, 0, plan.near_m - away_m};
+  lattice.full_z_m = (plan.near_m + plan.far_m) / 2 - lattice.eye_m.z;
+  lattice.step = scene.sampling.pitch_m / lattice.full_z_m;
+  std::array<Interval, 2> covered;
+  for (const auto& p_m : positions_now(world)) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      // What no place of the window shows is left out
+      const auto axis = static_cast<int>(i);
+      const double reach_m = window[axis] / 2 + largest_tangent[axis] * plan.farthest_m;
+      covered[i].add(std::clamp(p_m[axis], -reach_m, reach_m) / (p_m.z - lattice.eye_m.z));
+    }
+  }
+  cover(scene, covered, lattice);
   return lattice;
 }
 
 std::uint64_t aimed_rays(const Plan& plan) {
   double rays = 0;
   for (const auto& layer : plan.layers) {
-    const double narrowed = narrowing(layer.distance_m, (layer.min_m.z + layer.max_m.z) / 2);
+    const double narrowed = layer.distance_m == 0
+                                ? 1
+                                : narrowing(layer.distance_m, (layer.min_m.z + layer.max_m.z) / 2);
     double of_layer = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y /
                       static_cast<double>(plan.layers.size());
     for (int axis = 0; axis < 2; ++axis)

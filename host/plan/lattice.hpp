@@ -38,6 +38,17 @@ void add_chief_tangents(const Plan& plan, const DepthLayer& layer, const Tile& t
 LatticePlan lattice_over(const Scene& scene, const Extents& extents, const Plan& plan,
                          glm::dvec2 largest_tangent, const ChiefTangents& lit);
 
+/// The lattice over scenes with surfaces near the hologram, or in its plane: its rays come from a
+/// point before all surfaces, so that samples are about as far apart on all of them.
+///
+/// throws  as lattice_over
+LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan& plan,
+                             glm::dvec2 largest_tangent);
+
+/// True for plans of such scenes. Their samples are gathered at the hologram, each where its light
+/// is no steeper than the pixels can show.
+inline bool is_near_hologram(const Plan& plan) { return plan.lattice.eye_m.z != 0; }
+
 /// About how many rays are aimed at samples: as if one surface filled the lattice, the layers'
 /// middle depths in equal parts.
 std::uint64_t aimed_rays(const Plan& plan);

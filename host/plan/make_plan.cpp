@@ -39,14 +39,26 @@ glm::dvec2 steepest_tangent(glm::dvec2 largest_sine) {
 
 /// The planes of Method::points and Method::rays, at the hologram itself: one per tile.
 Placement place_at_hologram(const World& world, glm::dvec2 steepest, int rays_per_axis,
-                            Plan& plan) {
+                            bool is_near, Plan& plan) {
   Placement placement{{}, all_tangents};
   plan.layers = {{.distance_m = 0, .min_m = world.min_m, .max_m = world.max_m}};
   for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
-    placement.extents.add(extents_of(world, seen_through(0, steepest, plan, plan.tiles[i])));
+    if (!is_near)
+      placement.extents.add(extents_of(world, seen_through(0, steepest, plan, plan.tiles[i])));
     plan.wrps.push_back(plane_at_hologram(plan, i, steepest, rays_per_axis));
   }
   return placement;
+}
+
+/// Scenes on both sides of the hologram with surfaces nearer to it than this share of its longer
+/// side are sampled from before them, and gathered at the hologram.
+constexpr double near_hologram = 0.25;
+
+/// True for them: on one side alone, the lattice from the hologram's centre serves.
+bool meets_hologram(const World& world, const Plan& plan) {
+  if (plan.near_m > 0 || plan.far_m < 0) return false;
+  const auto window = plan.window_m();
+  return closest_m(world) < near_hologram * std::max(window.x, window.y);
 }
 
 /// Rays of all fans.
@@ -158,7 +170,9 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   plan.slm = scene.slm;
   plan.near_m = world.min_m.z;
   plan.far_m = world.max_m.z;
-  plan.closest_m = closest_m(world);
+  // Predictions divide by it
+  const auto window = plan.window_m();
+  plan.closest_m = std::max(closest_m(world), 1e-3 * std::max(window.x, window.y));
   plan.farthest_m = std::max(std::abs(plan.near_m), std::abs(plan.far_m));
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,
                    (plan.near_m + plan.far_m) / 2};
@@ -239,15 +253,18 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   }
 
   // Layers and the planes in them
+  const bool is_near = method == Method::points && meets_hologram(world, plan);
   const auto placement = method == Method::wrp
                              ? place_wrps(scene, world, steepest, plan)
-                             : place_at_hologram(world, steepest, rays_per_axis, plan);
+                             : place_at_hologram(world, steepest, rays_per_axis, is_near, plan);
   if (plan.compact) place_compact(plan);
 
   // The lattice of rays that finds the surface samples
-  plan.lattice = lattice_over(scene, placement.extents, plan, steepest, placement.lit);
+  plan.lattice = is_near ? lattice_from_eye(scene, world, plan, steepest)
+                         : lattice_over(scene, placement.extents, plan, steepest, placement.lit);
   plan.beyond_diffraction = placement.extents.beyond_m[0] > 0 ||
-                            placement.extents.beyond_m[1] > 0 || !illumination.is_plane();
+                            placement.extents.beyond_m[1] > 0 || !illumination.is_plane() ||
+                            is_near;
 
   // Rows that WRPs are gathered in: those of the hologram, or as few as the light needs
   for (auto& layer : plan.layers) {
@@ -325,6 +342,19 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
     tried.wrp.propagation = propagation;
     return plan_as_asked(tried, world, method, rays_per_axis, has_doubles, from, images);
   };
+  if (method == Method::wrp && scene.sampling.mode == SamplingMode::aimed && world.min_m.z <= 0 &&
+      world.max_m.z >= 0) {
+    auto near =
+        plan_as_asked(tried, world, Method::points, rays_per_axis, has_doubles, moved_from, images);
+    if (is_near_hologram(near)) {
+      if (scene.wrp.propagation != WrpPropagation::automatic || !scene.wrp.distances_m.empty())
+        throw InputError(one_line(scene.file.string()) +
+                         ": surfaces in the hologram's plane, or near it, are gathered at the "
+                         "hologram; leave out wrp.propagation and wrp.distance");
+      near.why_propagation = "surfaces in or near the hologram's plane are gathered there";
+      return near;
+    }
+  }
   if (method != Method::wrp || scene.wrp.propagation != WrpPropagation::automatic)
     return planned(scene.wrp.propagation, moved_from);
 

@@ -17,12 +17,13 @@ void PropagateStage::prepare(const Plan& plan, Method method, bool keep_field) {
   // A scene that moves may change from virtual planes to WRPs
   if (plan.compact) propagator_ = nullptr;
   if (!plan.compact) compact_propagator_ = nullptr;
+  if (plan.is_at_hologram()) propagator_ = nullptr;
   if (plan.compact) {
     if (!compact_propagator_) {
       const StageClock clock(times_, "prepare");
       compact_propagator_ = std::make_unique<CompactPropagator>(device_, plan, fft_);
     }
-  } else if (method == Method::wrp) {
+  } else if (method == Method::wrp && !plan.is_at_hologram()) {
     if (!propagator_) {
       const StageClock clock(times_, "prepare");
       propagator_ = std::make_unique<Propagator>(

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 
+#include "host/plan/lattice.hpp"
 #include "host/trace/gather_options.hpp"
 #include "host/trace/work_shape.hpp"
 
@@ -17,11 +18,16 @@ std::uint64_t profile_bytes(const cl::DeviceInfo& device) {
       {std::uint64_t{128} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16});
 }
 
+/// Tail of footprints of plane waves at the hologram, in spots to each side: what is cut off there
+/// is lost.
+constexpr double near_hologram_tail = 16;
+
 /// At the hologram hidden parts are smoothed as over virtual planes, which are compared with it.
 cl::Options options_of(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
                        const SampleTable& table, int frames, int tile_rows) {
   auto options = gather_options(device, plan, scene, table, frames, tile_rows);
   options[option::smooth_parts] = plan.is_at_hologram() ? "1" : "0";
+  options[option::near_hologram] = is_near_hologram(plan) ? "1" : "0";
   return options;
 }
 
@@ -103,8 +109,21 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   plane.reference_y = static_cast<float>(reference.y);
   plane.reference_fall_x = static_cast<float>(fall.x);
   plane.reference_fall_y = static_cast<float>(fall.y);
+  plane.half_window_x = static_cast<float>(half_window.x);
+  plane.half_window_y = static_cast<float>(half_window.y);
   if (at_hologram) {
     plane.window_x = plane.window_y = 1e6f;
+    if (is_near_hologram(plan_)) {
+      plane.plane_wave_spots = static_cast<float>(plane_wave_spots_);
+      plane.plane_wave_tail = static_cast<float>(near_hologram_tail);
+      // A spot is as wide as what the pixels resolve: the pixel, or less beside tilted light
+      const auto room = [&](int axis) {
+        const int pixels = std::min(2 * (PLANE_WAVE_WIDEST + 2) + 5, size[axis]);
+        return (pixels + lanes_ - 1) / lanes_ * lanes_ + 2 * lanes_;
+      };
+      plane.room_x = room(0);
+      plane.room_y = room(1);
+    }
   } else {
     // The widest footprint of a sample: its half width over half the window and the plane's depth
     const auto widest = fan *

@@ -80,9 +80,10 @@ void put_split(double value, float& high, float& low) { std::tie(high, low) = sp
 ///
 /// anchor_m  origin of the instance's frame before the motion, world
 /// origin_m  origin of the scene frame, world
+/// eye_m     where rays of the lattice come from, world
 /// root      root of its tree; its node number is `place`
 device::Instance instance_after(const Motion& motion, glm::dvec3 anchor_m, glm::dvec3 origin_m,
-                                const device::BvhNode& root, std::int32_t place) {
+                                glm::dvec3 eye_m, const device::BvhNode& root, std::int32_t place) {
   auto instance = instance_at_rest(place);
   const auto outward = motion.scale * motion.turn,
              inward = glm::transpose(motion.turn) / motion.scale;
@@ -100,14 +101,15 @@ device::Instance instance_after(const Motion& motion, glm::dvec3 anchor_m, glm::
     low[row] = std::min(root.left_min[row], root.right_min[row]);
     high[row] = std::max(root.left_max[row], root.right_max[row]);
   }
-  // Rays of the lattice leave the hologram's centre for what lies beyond it, z > 0, and come to it
-  // from what lies before it.
+  // Rays of the lattice leave the eye for what lies beyond it. Where that is the hologram's centre,
+  // they come to it from what lies before it.
   const auto middle = (low + high) / 2.0, half = (high - low) / 2.0;
-  const double z_m = (origin_m + centre + outward * middle).z;
+  const double z_m = (origin_m + centre + outward * middle).z - eye_m.z;
   double half_z_m = 0;
   for (int axis = 0; axis < 3; ++axis) half_z_m += std::abs(outward[axis][2]) * half[axis];
   const int side = z_m > half_z_m ? 1 : z_m < -half_z_m ? -1 : 0;
-  set_view(instance, middle, glm::length(high - low) / 2, inward * (-origin_m - centre), side);
+  set_view(instance, middle, glm::length(high - low) / 2, inward * (eye_m - origin_m - centre),
+           side);
   instance.moved = motion.moved || centre != glm::dvec3(0);
   return instance;
 }
@@ -170,7 +172,8 @@ void Instances::place(const World& world, const Plan& plan, DeviceTree& tree) {
   std::vector<Box> boxes;
   for (std::size_t i = 0; i < roots_.size(); ++i) {
     const auto motion = motion_of(objects_[i][0]);
-    placed.push_back(instance_after(motion, anchor_m_, plan.origin_m, root_nodes_[i], roots_[i]));
+    placed.push_back(instance_after(motion, anchor_m_, plan.origin_m, plan.lattice.eye_m,
+                                    root_nodes_[i], roots_[i]));
     boxes.push_back(box_after(motion, anchor_m_, plan.origin_m, root_nodes_[i]));
   }
   if (const auto top = build_box_tree(boxes); !top.empty()) {

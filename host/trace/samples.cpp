@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/trace/samples.hpp"
 
+#include <cmath>
 #include <cstdint>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <vector>
 
 #include "host/common/error.hpp"
 #include "host/geometry/kernel_options.hpp"
+#include "host/plan/lattice.hpp"
 
 namespace raywave {
 namespace {
@@ -36,12 +40,20 @@ device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
   lattice.eye_y = static_cast<float>(eye.y);
   lattice.eye_z = static_cast<float>(eye.z);
   lattice.steepest_x = lattice.steepest_y = std::numeric_limits<float>::max();
+  if (is_near_hologram(plan)) {
+    // Of light along one axis, farther off the axis along the other
+    const auto sine = glm::min(plan.largest_sine + glm::abs(plan.slm.illumination.sine), 0.7);
+    const double cosine = std::sqrt(1 - std::min(glm::dot(sine, sine), 0.98));
+    lattice.steepest_x = static_cast<float>(sine.x / cosine);
+    lattice.steepest_y = static_cast<float>(sine.y / cosine);
+  }
   lattice.near_z = static_cast<float>(plan.near_m - plan.origin_m.z) - 0.01f * scene.diameter_m;
   lattice.full_z = static_cast<float>(wanted.full_z_m);
   lattice.layer_gap = static_cast<float>(1e-3 * wanted.step * wanted.full_z_m);
   lattice.bias = scene.bias_m;
   lattice.reach = static_cast<float>(
-      plan.near_m > 0 ? plan.far_m * 2 : 2 * (plan.farthest_m + plan.far_m - plan.near_m));
+      plan.near_m > 0 ? plan.far_m * 2
+                      : 2 * (plan.farthest_m + plan.far_m - plan.near_m) + scene.diameter_m);
   lattice.half_width =
       static_cast<float>(plan.size.x * plan.pitch_m.x / 2 * std::max(1.0, plan.cone_half_width));
   lattice.half_height =

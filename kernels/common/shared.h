@@ -268,6 +268,9 @@ typedef struct {
   float reference_y;
   float reference_fall_x;
   float reference_fall_y;
+  // Half sides of the tile's window
+  float half_window_x;
+  float half_window_y;
   // Lattice tangent of the first column's centre, its step per pixel, and the largest difference
   // between a pixel's tangent and those of the samples that it gathers
   float tangent_x;

@@ -178,6 +178,8 @@
   MEMBER(GatherPlane, reference_y)        \
   MEMBER(GatherPlane, reference_fall_x)   \
   MEMBER(GatherPlane, reference_fall_y)   \
+  MEMBER(GatherPlane, half_window_x)      \
+  MEMBER(GatherPlane, half_window_y)      \
   MEMBER(GatherPlane, tangent_x)          \
   MEMBER(GatherPlane, tangent_y)          \
   MEMBER(GatherPlane, tangent_step_x)     \

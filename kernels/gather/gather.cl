@@ -124,6 +124,26 @@ static inline void put(DoubleSingle value, float* hi, float* lo) {
   *lo = LANES_FIRST(ds_low(value));
 }
 
+#if RAYWAVE_NEAR_HOLOGRAM
+// Differences of tangents, per axis, between a sample's middle ray with these sines and the
+// steepest light that pixels show beside it.
+static inline float2 steepest_beside(float sine_x, float sine_y, const GatherPlane* plane) {
+  const float most_x = fmin(fabs(sine_x) + plane->sine_limit_x, 0.99f),
+              most_y = fmin(fabs(sine_y) + plane->sine_limit_y, 0.99f);
+  const float cosine = sqrt(fmax(1.0f - most_x * most_x - most_y * most_y, 0.01f)),
+              middle = sqrt(fmax(1.0f - sine_x * sine_x - sine_y * sine_y, 0.01f));
+  return (float2)(most_x / cosine - fabs(sine_x) / middle, most_y / cosine - fabs(sine_y) / middle);
+}
+
+// Where the chief ray of a sample meets the hologram, from the middle of the tile's window.
+static inline float chief_place_x(const ProjectedSample* p, const GatherPlane* plane) {
+  return p->centre_x - (plane->hologram_x - plane->left);
+}
+static inline float chief_place_y(const ProjectedSample* p, const GatherPlane* plane) {
+  return p->centre_y - (plane->hologram_y - plane->top);
+}
+#endif
+
 // A position on an axis of `count` pixels, rounded down and clamped to 0 to count.
 static inline int pixel_near(float place, int count) {
   return (int)clamp(place, 0.0f, (float)count);
@@ -148,12 +168,25 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   const DoubleSingle sample_x = ds(s.x, 0.0f), sample_y = ds(s.y, 0.0f), sample_z = ds(s.z, 0.0f);
   const DoubleSingle x = ds_minus(sample_x, ds(plane.left, plane.left_low)),
                      y = ds_minus(sample_y, ds(plane.top, plane.top_low));
-  const DoubleSingle depth = ds_minus(sample_z, ds(plane.z, plane.z_low));
-  const DoubleSingle away = ds_minus(sample_z, ds(plane.hologram_z, plane.hologram_z_low));
+  DoubleSingle depth = ds_minus(sample_z, ds(plane.z, plane.z_low));
+  DoubleSingle away = ds_minus(sample_z, ds(plane.hologram_z, plane.hologram_z_low));
+#if RAYWAVE_NEAR_HOLOGRAM
+  // A sample in the hologram's plane counts as one just beside it.
+  if (fabs(LANES_FIRST(ds_high(away))) < nearest_to(&plane))
+    depth = away = ds(copysign(nearest_to(&plane), LANES_FIRST(ds_high(away))), 0.0f);
+  // Its middle ray is that of the light on the SLM there.
+  const float sine_x = plane.reference_x -
+                       (s.x - plane.hologram_x) / plane.half_window_x * plane.reference_fall_x,
+              sine_y = plane.reference_y -
+                       (s.y - plane.hologram_y) / plane.half_window_y * plane.reference_fall_y;
+  const float cosine = sqrt(fmax(1.0f - sine_x * sine_x - sine_y * sine_y, 0.01f));
+  const DoubleSingle tangent_x = ds(sine_x / cosine, 0.0f), tangent_y = ds(sine_y / cosine, 0.0f);
+#else
   const DoubleSingle tangent_x =
       ds_over(ds_minus(ds(plane.hologram_x, plane.hologram_x_low), sample_x), away);
   const DoubleSingle tangent_y =
       ds_over(ds_minus(ds(plane.hologram_y, plane.hologram_y_low), sample_y), away);
+#endif
   const DoubleSingle centre_x = ds_plus(x, ds_times(tangent_x, depth)),
                      centre_y = ds_plus(y, ds_times(tangent_y, depth));
   put(x, &p.x, &p.x_low);
@@ -168,6 +201,11 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   const float from_hologram = LANES_FIRST(ds_high(away));
   const float narrowed = distance / fabs(from_hologram);
   const float side = from_hologram < 0.0f ? -1.0f : 1.0f;
+#if RAYWAVE_NEAR_HOLOGRAM
+  const float2 steepest = steepest_beside(sine_x, sine_y, &plane);
+  lattice.half_width = steepest.x * fabs(from_hologram);
+  lattice.half_height = steepest.y * fabs(from_hologram);
+#endif
   p.scale_x = side / (lattice.half_width * narrowed);
   p.scale_y = side / (lattice.half_height * narrowed);
   p.amplitude = sqrt(s.radiance) * s.weight;
@@ -236,10 +274,27 @@ static inline floatv turns_beyond(float dy, float step, floatv sum_of_lengths,
 static inline void plane_wave_axes(__global const Light* lights, __global const uint* lit,
                                    __global const Sample* sample, const ProjectedSample* p,
                                    const GatherPlane* plane, PlaneWaves* x, PlaneWaves* y) {
-  plane_waves_of(x, p->hidden, p->tangent_x, p->half_tangent_x, p->half_x, p->depth,
-                 gathered_x(plane, is_before_hologram(p)), plane->turns_hi);
-  plane_waves_of(y, p->hidden, p->tangent_y, p->half_tangent_y, p->half_y, p->depth,
-                 gathered_y(plane, is_before_hologram(p)), plane->turns_hi);
+  Gathered along_x = gathered_x(plane, is_before_hologram(p)),
+           along_y = gathered_y(plane, is_before_hologram(p));
+#if RAYWAVE_NEAR_HOLOGRAM
+  // The footprint is small: the light on the SLM is that at its middle.
+  const float side = is_before_hologram(p) ? -1.0f : 1.0f;
+  along_x.reference = p->tangent_x / sqrt(1.0f + p->tangent_x * p->tangent_x);
+  along_y.reference = p->tangent_y / sqrt(1.0f + p->tangent_y * p->tangent_y);
+  along_x.reference_fall = along_y.reference_fall = 0.0f;
+  const float to_mask_x = plane->visibility_scale_x / plane->half_window_x,
+              to_mask_y = plane->visibility_scale_y / plane->half_window_y;
+  along_x.visibility_scale = p->half_tangent_x * fabs(p->depth) * to_mask_x;
+  along_y.visibility_scale = p->half_tangent_y * fabs(p->depth) * to_mask_y;
+  along_x.visibility_shift =
+      side * (chief_place_x(p, plane) * to_mask_x + plane->visibility_shift_x);
+  along_y.visibility_shift =
+      side * (chief_place_y(p, plane) * to_mask_y + plane->visibility_shift_y);
+#endif
+  plane_waves_of(x, p->hidden, p->tangent_x, p->half_tangent_x, p->half_x, p->depth, along_x,
+                 plane->turns_hi);
+  plane_waves_of(y, p->hidden, p->tangent_y, p->half_tangent_y, p->half_y, p->depth, along_y,
+                 plane->turns_hi);
   float best_x = p->tangent_x, best_y = p->tangent_y;
   float best = LANES_FIRST(amplitude_towards(lights, lit, sample, p->amplitude, p->specular,
                                              (floatv)(best_x), (floatv)(best_y)));
@@ -443,9 +498,18 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
   const float sign = p->depth < 0.0f ? -1.0f : 1.0f;
 #if RAYWAVE_SINE_LIMIT
   // Of the light that the SLM is lit with, where this light meets it
+#if RAYWAVE_NEAR_HOLOGRAM
+  const float reference_rate_x = plane->reference_fall_x / plane->half_window_x,
+              reference_rate_y = plane->reference_fall_y / plane->half_window_y;
+  const floatv reference_x =
+      plane->reference_x - (off_chief + chief_place_x(p, plane)) * reference_rate_x;
+  const float chief_reference_y = plane->reference_y - chief_place_y(p, plane) * reference_rate_y;
+#else
   const floatv reference_x =
       plane->reference_x - off_chief * (sign * p->scale_x * plane->reference_fall_x);
   const float reference_rate_y = sign * p->scale_y * plane->reference_fall_y;
+  const float chief_reference_y = plane->reference_y;
+#endif
 #endif
 #if RAYWAVE_PATHS
   // Where the light meets the window, in half sides
@@ -456,29 +520,32 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
 #if RAYWAVE_VISIBILITY_PARTS > 0
   // Visibility of the tile's pixels: all, none, or by the bit of each pixel's part of the window.
   int state = VISIBILITY_CLEAR;
+#if RAYWAVE_NEAR_HOLOGRAM
+  const float to_mask_x = plane->visibility_scale_x / plane->half_window_x,
+              to_mask_y = plane->visibility_scale_y / plane->half_window_y;
+  const float mask_x = chief_place_x(p, plane) * to_mask_x + plane->visibility_shift_x,
+              mask_y = chief_place_y(p, plane) * to_mask_y + plane->visibility_shift_y;
+#else
   const float to_mask_x = sign * p->scale_x * plane->visibility_scale_x;
   const float to_mask_y = sign * p->scale_y * plane->visibility_scale_y;
+  const float mask_x = plane->visibility_shift_x, mask_y = plane->visibility_shift_y;
+#endif
 #if RAYWAVE_SMOOTH_PARTS
-  const floatv parts_across = (off_chief * to_mask_x + plane->visibility_shift_x + 1.0f) *
-                                  (0.5f * RAYWAVE_VISIBILITY_PARTS) -
-                              0.5f;
+  const floatv parts_across =
+      (off_chief * to_mask_x + mask_x + 1.0f) * (0.5f * RAYWAVE_VISIBILITY_PARTS) - 0.5f;
   if (p->hidden) state = VISIBILITY_MIXED;
 #else
   intv part = 0;
   if (p->hidden) {
-    const float u0 = (fmax(left_x, p->centre_x - p->half_x) - p->centre_x) * to_mask_x +
-                     plane->visibility_shift_x;
-    const float u1 = (fmin(right_x, p->centre_x + p->half_x) - p->centre_x) * to_mask_x +
-                     plane->visibility_shift_x;
-    const float v0 = (fmax(bottom_y, p->centre_y - p->half_y) - p->centre_y) * to_mask_y +
-                     plane->visibility_shift_y;
-    const float v1 = (fmin(top_y, p->centre_y + p->half_y) - p->centre_y) * to_mask_y +
-                     plane->visibility_shift_y;
+    const float u0 = (fmax(left_x, p->centre_x - p->half_x) - p->centre_x) * to_mask_x + mask_x;
+    const float u1 = (fmin(right_x, p->centre_x + p->half_x) - p->centre_x) * to_mask_x + mask_x;
+    const float v0 = (fmax(bottom_y, p->centre_y - p->half_y) - p->centre_y) * to_mask_y + mask_y;
+    const float v1 = (fmin(top_y, p->centre_y + p->half_y) - p->centre_y) * to_mask_y + mask_y;
     state = visibility_state(visibility, fmin(u0, u1), fmax(u0, u1), fmin(v0, v1), fmax(v0, v1));
     if (state == VISIBILITY_NONE) return;
-    part = clamp(LANES_TO_INT((off_chief * to_mask_x + plane->visibility_shift_x + 1.0f) *
-                              (0.5f * RAYWAVE_VISIBILITY_PARTS)),
-                 (intv)(0), (intv)(RAYWAVE_VISIBILITY_PARTS - 1));
+    part = clamp(
+        LANES_TO_INT((off_chief * to_mask_x + mask_x + 1.0f) * (0.5f * RAYWAVE_VISIBILITY_PARTS)),
+        (intv)(0), (intv)(RAYWAVE_VISIBILITY_PARTS - 1));
   }
 #endif
 #endif
@@ -512,14 +579,14 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
     const floatv inverse_length = 1.0f / fmax(length, nearest_to(plane));
     intv counts = inside_x;
 #if RAYWAVE_SINE_LIMIT
-    const float reference_y = plane->reference_y - off_chief_y * reference_rate_y;
+    const float reference_y = chief_reference_y - off_chief_y * reference_rate_y;
     counts &= (fabs(sign * dx * inverse_length - reference_x) <= plane->sine_limit_x) &
               (fabs(sign * dy * inverse_length - reference_y) <= plane->sine_limit_y);
 #endif
     floatv share = edge_x * edge_y;
 #if RAYWAVE_VISIBILITY_PARTS > 0
     if (state == VISIBILITY_MIXED) {
-      const float at = off_chief_y * to_mask_y + plane->visibility_shift_y;
+      const float at = off_chief_y * to_mask_y + mask_y;
 #if RAYWAVE_SMOOTH_PARTS
       share *= smooth_share(visibility, parts_across,
                             (at + 1.0f) * (0.5f * RAYWAVE_VISIBILITY_PARTS) - 0.5f);

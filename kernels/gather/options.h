@@ -24,6 +24,12 @@
 #define RAYWAVE_SMOOTH_PARTS 0
 #endif
 
+// 1: each sample lights as much of the hologram as its steepest light reaches, at the hologram
+// itself; Gatherer, where surfaces lie near it or in its plane
+#ifndef RAYWAVE_NEAR_HOLOGRAM
+#define RAYWAVE_NEAR_HOLOGRAM 0
+#endif
+
 // Where the light of a ray of the fan comes from; Tracer
 #define SOURCE_HIT 0      // its hit
 #define SOURCE_SURFACE 1  // the sample of the table nearest to its hit
@@ -37,12 +43,13 @@
 #define RAYWAVE_INTERPOLATE_ROWS 1
 #endif
 
-#define RAYWAVE_GATHER_OPTIONS(OPTION)       \
-  OPTION(tile_rows, RAYWAVE_TILE_ROWS)       \
-  OPTION(frames, RAYWAVE_FRAMES)             \
-  OPTION(sine_limit, RAYWAVE_SINE_LIMIT)     \
-  OPTION(smooth_parts, RAYWAVE_SMOOTH_PARTS) \
-  OPTION(source, RAYWAVE_SOURCE)             \
+#define RAYWAVE_GATHER_OPTIONS(OPTION)         \
+  OPTION(tile_rows, RAYWAVE_TILE_ROWS)         \
+  OPTION(frames, RAYWAVE_FRAMES)               \
+  OPTION(sine_limit, RAYWAVE_SINE_LIMIT)       \
+  OPTION(smooth_parts, RAYWAVE_SMOOTH_PARTS)   \
+  OPTION(near_hologram, RAYWAVE_NEAR_HOLOGRAM) \
+  OPTION(source, RAYWAVE_SOURCE)               \
   OPTION(interpolate_rows, RAYWAVE_INTERPOLATE_ROWS)
 
 #endif

@@ -207,7 +207,7 @@ Footprints compact_footprints(const Plan& plan, const FrontView& view) {
       const double z0_m = plan.layer_at(z_m).distance_m;
       const bool hidden = view.partly_hidden[cell];
       for (const auto& tile : plan.tiles) {
-        const glm::dvec2 at_m = view.tangent(x, y) * z_m - tile.centre_m;
+        const glm::dvec2 at_m = view.place_m(x, y, z_m) - tile.centre_m;
         bool cut = false;
         for (int axis = 0; axis < 2 && plan.beyond_diffraction; ++axis) {
           const double across = std::abs(at_m[axis]) + half_m[axis];
@@ -256,7 +256,7 @@ Footprints footprints_of(const Plan& plan, const FrontView& view) {
       const auto& [first, last] = extents[static_cast<std::size_t>(&layer - plan.layers.data())];
       for (const auto& tile : plan.tiles) {
         const auto at =
-            tile.centre_m + (view.tangent(x, y) * z - tile.centre_m) * (layer.distance_m / z);
+            tile.centre_m + (view.place_m(x, y, z) - tile.centre_m) * (layer.distance_m / z);
         const auto across = crossing(plan, layer, 0, at.x, z, first.x, last.x),
                    up = crossing(plan, layer, 1, at.y, z, first.y, last.y);
         if (across.pixels == 0 || up.pixels == 0) continue;

@@ -304,6 +304,8 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
   const auto range = glm::dvec2(plan.lattice.size) * plan.lattice.step;
   view.step = std::max(range.x, range.y) / longest;
   view.low = glm::dvec2(plan.lattice.first) * plan.lattice.step;
+  view.eye_z_m = plan.lattice.eye_m.z;
+  const auto from_eye = [&](const glm::dvec3& p_m) { return p_m.z - view.eye_z_m; };
   view.size = glm::max(glm::ivec2(glm::ceil(range / view.step - 1e-9)), glm::ivec2(1));
   const auto cells = static_cast<std::size_t>(view.size.x) * static_cast<std::size_t>(view.size.y);
   view.depth_m.assign(cells, 0);
@@ -319,7 +321,7 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
     const auto p = world.corners_m(t);
     glm::dvec2 at[3];  // cells from the corner
     for (std::size_t i = 0; i < 3; ++i)
-      at[i] = (glm::dvec2(p[i]) / p[i].z - view.low) / view.step - 0.5;
+      at[i] = (glm::dvec2(p[i]) / from_eye(p[i]) - view.low) / view.step - 0.5;
     const auto cross = [](glm::dvec2 a, glm::dvec2 b) { return a.x * b.y - a.y * b.x; };
     const double area = cross(at[1] - at[0], at[2] - at[0]);
     if (!(std::abs(area) > 1e-12)) continue;
@@ -336,12 +338,15 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
         view.pierced += closed ? 0.5 : 1;
         const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
                           static_cast<std::size_t>(x);
-        const glm::dvec3 share = glm::dvec3(a / p[0].z, b / p[1].z, c / p[2].z);
-        const double depth = 1 / (share.x + share.y + share.z);
+        const glm::dvec3 share =
+            glm::dvec3(a / from_eye(p[0]), b / from_eye(p[1]), c / from_eye(p[2]));
+        const double away = 1 / (share.x + share.y + share.z);
+        // 0 is no surface
+        const double depth = away + view.eye_z_m == 0 ? 1e-12 : away + view.eye_z_m;
         if (view.depth_m[cell] != 0 && view.depth_m[cell] <= static_cast<float>(depth)) continue;
         view.depth_m[cell] = static_cast<float>(depth);
         nearest[cell] = static_cast<std::uint32_t>(t);
-        hit[cell] = glm::vec3(share * depth);
+        hit[cell] = glm::vec3(share * away);
       }
     }
   }

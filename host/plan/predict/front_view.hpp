@@ -45,7 +45,11 @@ struct FrontView {
   // summed over the cells
   double lights_faced = 0, lights_faced_levels = 0;
 
+  double eye_z_m = 0;  // where tangents are taken, on the axis: LatticePlan::eye_m
+
   glm::dvec2 tangent(int x, int y) const { return low + (glm::dvec2(x, y) + 0.5) * step; }
+  /// Where the ray through a cell's middle meets the plane z_m.
+  glm::dvec2 place_m(int x, int y, double z_m) const { return tangent(x, y) * (z_m - eye_z_m); }
 };
 
 /// longest  cells of the raster's longer side; a surface smaller than a cell may be missed

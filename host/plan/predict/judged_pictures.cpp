@@ -13,6 +13,9 @@ std::vector<double> quality_depths_m(const Plan& plan) {
   depths.push_back(
       plan.near_m -
       std::min(std::max(0.1 * (plan.far_m - plan.near_m), 0.01 * nearest_m), 0.5 * nearest_m));
+  // No lens focuses on its own plane.
+  for (double& depth : depths)
+    if (std::abs(depth) < 1e-9) depth = plan.closest_m;
   return depths;
 }
 

@@ -125,7 +125,7 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
     if (use.fft != FftBackend::host) needs.push_back({"virtual plane", 8 * plane, planes});
     if (use.fft == FftBackend::clfft)
       needs.push_back({"work space of the transform", 8 * plane, planes});
-  } else if (use.method == Method::wrp) {
+  } else if (use.method == Method::wrp && !plan.is_at_hologram()) {
     if (use.fft == FftBackend::host)
       all.host_bytes += host_transform_bytes(plan);
     else

@@ -163,7 +163,7 @@ Raster radiance_shown(const FrontView& view, const Plan& plan) {
                      static_cast<std::size_t>(x);
       const double z = view.depth_m[i];
       if (z == 0) continue;
-      const auto at = view.tangent(x, y) * z;
+      const auto at = view.place_m(x, y, z);
       for (int axis = 0; axis < 2; ++axis) {
         const auto [low, high] = part_seen(plan, axis, at[axis], z);
         shown[i] *= static_cast<float>(light.between(low / half[axis], high / half[axis]));
@@ -191,7 +191,7 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
   double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, before_blur = 0, edges = 0;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      if (glm::any(glm::greaterThan(glm::abs(view.tangent(x, y)) * away_m, window / 2.0 - border)))
+      if (glm::any(glm::greaterThan(glm::abs(view.place_m(x, y, z_m)), window / 2.0 - border)))
         continue;
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
                      static_cast<std::size_t>(x);

@@ -110,7 +110,7 @@ SlmLight slm_light(const Plan& plan, const FrontView& view) {
                         static_cast<std::size_t>(x);
       const double z_m = view.depth_m[cell], here = view.radiance[cell];
       if (z_m == 0) continue;
-      const auto place_m = view.tangent(x, y) * z_m;
+      const auto place_m = view.place_m(x, y, z_m);
       double shown_here = here, through_here = here;
       bool is_under = true;
       for (int axis = 0; axis < 2; ++axis) {

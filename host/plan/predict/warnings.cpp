@@ -40,7 +40,7 @@ Light light_of(const Plan& plan, const FrontView& view) {
                         static_cast<std::size_t>(x);
       const double z = view.depth_m[cell], here = view.radiance[cell];
       if (z == 0) continue;
-      const auto place = view.tangent(x, y) * z;
+      const auto place = view.place_m(x, y, z);
       double within_pixels = here, within_planes = here;
       for (int axis = 0; axis < 2; ++axis) {
         within_pixels *= share_within_pixels(plan, axis, place[axis], z);
