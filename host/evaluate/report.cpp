@@ -17,6 +17,7 @@
 #include "host/evaluate/refinement.hpp"
 #include "host/evaluate/slm_json.hpp"
 #include "host/geometry/kernel_options.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
 #include "host/scene/eyepiece.hpp"
 #include "host/trace/device_scene.hpp"
@@ -456,6 +457,11 @@ std::string plan_report_text(const Planned& planned, const World& world) {
     const auto lit =
         std::count_if(plan.wrps.begin(), plan.wrps.end(),
                       [&plan = plan, &layer](const Wrp& w) { return &plan.layer_of(w) == &layer; });
+    if (is_near_hologram(plan)) {
+      out << "gathered  at the hologram itself, each sample where its light is no steeper than the "
+             "pixels show\n";
+      break;
+    }
     out << (plan.compact ? "planes    " : "WRPs      ") << layer.grid.x << " x " << layer.grid.y;
     if (const auto dark = std::ptrdiff_t{layer.grid.x} * layer.grid.y - lit; dark > 0)
       out << " less " << dark << " that no light falls into";
@@ -505,10 +511,10 @@ std::string plan_report_text(const Planned& planned, const World& world) {
         << (plan.compact->lines_tolerance > 0 && most_lines > 1 ? "up to " : "") << most_lines
         << (most_lines == 1 ? " scan line" : " scan lines") << " of a sample; error predicted "
         << number(100 * plan.compact->error()) << " %\n";
-  if (plan.aimed && !plan.compact)
+  if (plan.aimed && !plan.compact && !is_near_hologram(plan))
     out << "cone      " << plan.cone_half_width << " half holograms to each side, apodization "
         << plan.apodization << ", error predicted " << number(100 * plan.cone_error) << " %\n";
-  if (!plan.compact)
+  if (!plan.compact && !plan.is_at_hologram())
     out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding "
         << scene.wrp.padding << "), propagation error predicted "
         << number(100 * plan.padding_error) << " %\n";

@@ -94,10 +94,11 @@ struct World {
   std::array<glm::dvec3, 3> corners_m(std::size_t triangle) const;
 };
 
-/// True for objects before the hologram, z < 0. No object touches its plane.
+/// True for objects before the hologram, z < 0; of one that crosses its plane, either.
 bool lies_before(const World& world, std::size_t object);
 
-/// Smallest distance of a surface from the hologram's plane.
+/// Smallest distance of a surface from the hologram's plane, 0 where one crosses it; of objects on
+/// both sides, that of their vertices.
 double closest_m(const World& world);
 
 /// A triangle as an area sample.
@@ -117,8 +118,7 @@ std::vector<glm::vec3> normals_now(const World& world);
 
 /// Rotates, scales and places all objects.
 ///
-/// throws  InputError when a width is asked of a mesh without x extent, or an object touches the
-///         hologram's plane, z = 0
+/// throws  InputError when a width is asked of a mesh without x extent
 World place_objects(const Scene& scene, const Meshes& meshes, Textures textures = {});
 
 /// Moves all objects of a world that place_objects has made to their positions in the scene: sets

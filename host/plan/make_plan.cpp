@@ -184,11 +184,14 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
       steepest_tangent(plan.largest_sine + glm::abs(illumination.sine) +
                        glm::abs(illumination.curvature_per_m()) * plan.window_m() / 2.0);
 
-  // The encoding
+  const bool is_near = method == Method::points && meets_hologram(world, plan);
+
+  // The encoding. Near the hologram, the field's amplitude is the picture
   plan.band_filled = moved_from ? moved_from->band_filled : share_of_band(world, plan);
   if (plan.slm.encoding == Encoding::automatic)
-    plan.slm.encoding =
-        plan.band_filled > most_filled_by_double_phase ? Encoding::phase : Encoding::double_phase;
+    plan.slm.encoding = plan.band_filled > most_filled_by_double_phase && !is_near
+                            ? Encoding::phase
+                            : Encoding::double_phase;
   if (scene.refine) {
     if (shows_amplitude(plan.slm.encoding))
       throw InputError(one_line(scene.file.string()) + ": slm.encoding \"" +
@@ -253,7 +256,6 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   }
 
   // Layers and the planes in them
-  const bool is_near = method == Method::points && meets_hologram(world, plan);
   const auto placement = method == Method::wrp
                              ? place_wrps(scene, world, steepest, plan)
                              : place_at_hologram(world, steepest, rays_per_axis, is_near, plan);

@@ -5,9 +5,11 @@
 #include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <numeric>
 
 #include "host/common/error.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/view/reconstruct.hpp"
 
 namespace raywave {
@@ -69,6 +71,14 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
   lens.lens_top = static_cast<float>(high.y * half_m.y - step_m.y / 2 - origin_m.y);
   lens.lens_pitch_x = static_cast<float>(step_m.x);
   lens.lens_pitch_y = static_cast<float>(step_m.y);
+  // Near the hologram, most of such a lens would see light that is too steep for the pixels
+  if (is_near_hologram(plan)) {
+    const auto reach_m =
+        std::abs(what.z_m) * plan.largest_sine /
+        glm::sqrt(glm::max(glm::dvec2(0.01), 1.0 - plan.largest_sine * plan.largest_sine));
+    lens.reach_x = static_cast<float>(reach_m.x);
+    lens.reach_y = static_cast<float>(reach_m.y);
+  }
   lens.start = static_cast<float>(start_m);
   lens.start_z = static_cast<float>(start_m - plan.origin_m.z);
   lens.bias = scene.bias_m;

@@ -37,6 +37,9 @@ struct LensSpec {
 /// reconstruct puts them, on the hologram's pitch. A surface sharp in one picture is as sharp as
 /// its pixels in the other.
 ///
+/// Where surfaces lie near the hologram or in its plane (is_near_hologram), the lens is open only
+/// within reach of each pixel's steepest light, that the SLM can show.
+///
 /// plan      and `scene` with the same origin; a DeviceScene serves any number of pictures
 /// progress  called with 0..1 when given
 /// throws    InputError when z, window, view, aperture or points are not possible

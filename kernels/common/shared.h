@@ -439,6 +439,9 @@ typedef struct {
   float lens_top;
   float lens_pitch_x;
   float lens_pitch_y;
+  // Half sides of the part of the lens around a pixel that is open, where it is smaller; 0: all is
+  float reach_x;
+  float reach_y;
   float start;    // distance from the lens at which rays start; nothing is nearer
   float start_z;  // z of these starts in the scene frame
   float bias;     // distance from the surface at which a secondary ray starts

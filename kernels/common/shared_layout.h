@@ -303,6 +303,8 @@
   MEMBER(LensPlane, lens_top)             \
   MEMBER(LensPlane, lens_pitch_x)         \
   MEMBER(LensPlane, lens_pitch_y)         \
+  MEMBER(LensPlane, reach_x)              \
+  MEMBER(LensPlane, reach_y)              \
   MEMBER(LensPlane, start)                \
   MEMBER(LensPlane, start_z)              \
   MEMBER(LensPlane, bias)                 \

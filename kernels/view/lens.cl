@@ -13,6 +13,16 @@
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/shade.h"
 
+// Point i of `points` along an axis of the part of a lens within `reach` of a pixel. The lens begins
+// at `edge` and goes on by `pitch` for each of its points.
+static inline floatv open_place(floatv pixel, float edge, float pitch, float reach, int points,
+                                int i) {
+  const float other = edge + pitch * (float)points;
+  const float low = fmin(edge, other), high = fmax(edge, other);
+  const floatv from = clamp(pixel - reach, low, high), to = clamp(pixel + reach, low, high);
+  return from + (to - from) * (((float)i + 0.5f) / (float)points);
+}
+
 __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet_count,
                   __global float* picture) {
   const int index = (int)get_global_id(0);
@@ -33,12 +43,18 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
   const float part = 1.0f / (float)lens.points;
   floatv sum = 0.0f;
   for (int j = 0; j < lens.points; ++j) {
-    const float from_y = lens.lens_top - lens.lens_pitch_y * (float)j;
+    float from_y = lens.lens_top - lens.lens_pitch_y * (float)j;
+    if (lens.reach_y > 0.0f)
+      from_y = LANES_FIRST(open_place((floatv)(y), lens.lens_top + 0.5f * lens.lens_pitch_y,
+                                      -lens.lens_pitch_y, lens.reach_y, lens.points, j));
     const float cell_x = (float)(j * lens.scatter % lens.points), fine_y = ((float)j + 0.5f) * part;
     // Two short sums round less than one long sum
     floatv sum_of_row = 0.0f;
     for (int i = 0; i < lens.points; ++i) {
-      const float from_x = lens.lens_left + lens.lens_pitch_x * (float)i;
+      floatv from_x = lens.lens_left + lens.lens_pitch_x * (float)i;
+      if (lens.reach_x > 0.0f)
+        from_x = open_place(x, lens.lens_left - 0.5f * lens.lens_pitch_x, lens.lens_pitch_x,
+                            lens.reach_x, lens.points, i);
       const float cell_y = (float)(i * lens.scatter % lens.points);
       const float place_x = (cell_x + ((float)i + 0.5f) * part) * part - 0.5f,
                   place_y = (cell_y + fine_y) * part - 0.5f;

@@ -444,22 +444,30 @@ TEST_CASE("objects follow one another in the world, each with its own triangles"
   CHECK(max_difference(world.min_m, {-0.005, -0.01, 0.095}) < 1e-9);
 }
 
-TEST_CASE("an object that touches the hologram's plane is refused with its extent") {
+TEST_CASE("objects lie beyond the hologram, before it, or in its plane") {
   const Folder folder;
   Object object = object_of(folder.write("a.obj", obj(box({0.5, 0.5, 0.5}))));
   for (const double z : {0.25, 0.2, 0.0, -0.25}) {
     object.position_m.z = z;
-    CHECK_THAT(input_error_of([&] { build_world(scene_of({object})); }),
-               Catch::Matchers::StartsWith(
-                   "scene.toml:7: object 0: touches the hologram's plane: its z runs from "));
+    const auto world = build_world(scene_of({object}));
+    CHECK(closest_m(world) == 0);
+    CHECK(world.min_m.z <= 0);
+    CHECK(world.max_m.z >= 0);
   }
-  object.position_m.z = 0.2;
-  CHECK_THAT(input_error_of([&] { build_world(scene_of({object})); }),
-             Catch::Matchers::ContainsSubstring("from -50 mm to 450 mm, and must be > 0"));
-  object.position_m.z = 0.2500001;
-  CHECK(build_world(scene_of({object})).min_m.z > 0);
-  object.position_m.z = -0.2500001;
-  CHECK(build_world(scene_of({object})).max_m.z < 0);
+  object.position_m.z = 0.3;
+  auto world = build_world(scene_of({object}));
+  CHECK(std::abs(closest_m(world) - 0.05) < 1e-9);
+  CHECK(!lies_before(world, 0));
+  object.position_m.z = -0.3;
+  world = build_world(scene_of({object}));
+  CHECK(std::abs(closest_m(world) - 0.05) < 1e-9);
+  CHECK(lies_before(world, 0));
+  auto other = object;
+  other.position_m.z = 0.29;
+  world = build_world(scene_of({object, other}));
+  CHECK(std::abs(closest_m(world) - 0.04) < 1e-9);
+  CHECK(lies_before(world, 0));
+  CHECK(!lies_before(world, 1));
 }
 
 TEST_CASE(

@@ -10,6 +10,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/plan/interpolation.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/padded_plane.hpp"
 #include "host/plan/predict/propagation_errors.hpp"
@@ -59,8 +60,9 @@ double detail_for_eye_m(const Scene& scene, const Plan& plan) {
 double wanted_resolution_m(const Scene& scene, const Plan& plan) {
   double limit = 0;
   for (int axis = 0; axis < 2; ++axis)
-    limit = std::max(
-        limit, plan.wavelength_m * plan.lattice.full_z_m / (plan.size[axis] * plan.pitch_m[axis]));
+    limit = std::max(limit, is_near_hologram(plan) ? plan.pitch_m[axis]
+                                                   : plan.wavelength_m * plan.lattice.full_z_m /
+                                                         (plan.size[axis] * plan.pitch_m[axis]));
   return std::max(limit, scene.viewer.resolution_m.value_or(detail_for_eye_m(scene, plan)));
 }
 
@@ -86,6 +88,10 @@ const std::optional<PictureModel>& Candidates::model_of(int layers, const Cone& 
 }
 
 std::vector<Choice> Candidates::choices(double most_cone_error) {
+  if (is_near_hologram(plan_))
+    throw InputError(one_line(scene_.file.string()) +
+                     ": pictures of surfaces in the hologram's plane, or near it, cannot be "
+                     "predicted; give sampling.pitch and sampling.frames instead of a goal");
   if (!plan_.aimed)
     throw InputError(one_line(scene_.file.string()) +
                      ": pictures of sampling.mode \"fan\" cannot be predicted; give "
@@ -169,7 +175,7 @@ Candidates::Layout Candidates::layout(int layers, const Plan& plan) const {
 }
 
 void Candidates::add(Layout layout) {
-  if (plan_.aimed) {
+  if (plan_.aimed && !is_near_hologram(plan_)) {
     auto seen = layout.all_rows.plan;
     seen.grid = plan_.grid;  // pictures of one size are compared
     layout.model = picture_model(view_, seen, resolution_m_);

@@ -132,7 +132,9 @@ struct Crossing {
 /// at_m  where the sample's ray to a tile's centre crosses the WRPs, which reach from first to last
 Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at_m, double z_m,
                   double first_m, double last_m) {
-  const auto footprint = footprint_of(plan, axis, layer.distance_m, z_m);
+  auto footprint = footprint_of(plan, axis, layer.distance_m, z_m);
+  if (is_near_hologram(plan))
+    footprint = {std::abs(z_m) * plan.largest_sine[axis], plan.pitch_m[axis]};
   const double low = std::max(at_m - footprint.reach_m(), first_m),
                high = std::min(at_m + footprint.reach_m(), last_m);
   return low < high
@@ -160,6 +162,7 @@ double count_butterflies(const Plan& plan, int frames) {
            (plane.x * plane.y * std::log2(plane.x) + tile.x * plane.y * std::log2(plane.y) +
             butterflies_of_a_pixel * tile.x * tile.y);
   }
+  if (plan.is_at_hologram()) return 0;  // nothing is propagated
   const glm::dvec2 padded(plan.padded), size(plan.tile_size);
   double forward = 0, widest = 0;
   for (const auto& wrp : plan.wrps) {
@@ -256,7 +259,9 @@ Footprints footprints_of(const Plan& plan, const FrontView& view) {
       const auto& [first, last] = extents[static_cast<std::size_t>(&layer - plan.layers.data())];
       for (const auto& tile : plan.tiles) {
         const auto at =
-            tile.centre_m + (view.place_m(x, y, z) - tile.centre_m) * (layer.distance_m / z);
+            is_near_hologram(plan)
+                ? view.place_m(x, y, z)
+                : tile.centre_m + (view.place_m(x, y, z) - tile.centre_m) * (layer.distance_m / z);
         const auto across = crossing(plan, layer, 0, at.x, z, first.x, last.x),
                    up = crossing(plan, layer, 1, at.y, z, first.y, last.y);
         if (across.pixels == 0 || up.pixels == 0) continue;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/plan/lattice.hpp"
+
 namespace raywave {
 namespace {
 
@@ -11,6 +13,11 @@ namespace {
 /// z_m is not too steep for the pixels.
 std::pair<double, double> within_pixels(const Plan& plan, int axis, double x_m, double z_m) {
   const double half = plan.size[axis] * plan.pitch_m[axis] / 2;
+  // A surface near the hologram lights the part before it, and is seen from straight ahead
+  if (is_near_hologram(plan)) {
+    const double reach = std::abs(z_m) * plan.largest_sine[axis];
+    return std::abs(x_m) <= half + reach ? std::pair(-half, half) : std::pair(half, -half);
+  }
   if (const auto& light = plan.slm.illumination; !light.is_plane()) {
     // Beyond the light on the SLM, sines are nearly linear in the place
     const auto beyond = [&](double to_m) {

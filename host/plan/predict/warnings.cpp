@@ -11,6 +11,7 @@
 
 #include "host/common/text.hpp"
 #include "host/plan/compact.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/plan/predict/light_shown.hpp"
 
 namespace raywave {
@@ -184,7 +185,8 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   for (const auto& warning : compact_warnings(plan)) warn(warning);
   warn_of_slm(slm_light, warn);
   for (int axis = 0; axis < 2; ++axis) {
-    const double period = plan.wavelength_m * plan.farthest_m / plan.pitch_m[axis],
+    const double period = plan.wavelength_m * plan.farthest_m / plan.pitch_m[axis] +
+                          (is_near_hologram(plan) ? plan.window_m()[axis] : 0),
                  extent = world.max_m[axis] - world.min_m[axis];
     if (extent > period) {
       warn(std::string("the picture's replicas overlap it: its ") +
@@ -197,8 +199,11 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
 
   for (const auto& warning : thin_object_warnings(scene, world, plan)) warn(warning);
   const double p = scene.sampling.pitch_m;
-  const double limit = plan.wavelength_m * plan.lattice.full_z_m /
-                       (std::min(plan.size.x * plan.pitch_m.x, plan.size.y * plan.pitch_m.y));
+  const double limit =
+      is_near_hologram(plan)
+          ? std::max(plan.pitch_m.x, plan.pitch_m.y)
+          : plan.wavelength_m * plan.lattice.full_z_m /
+                (std::min(plan.size.x * plan.pitch_m.x, plan.size.y * plan.pitch_m.y));
   if (p > 1.05 * resolution_m)
     warn("sampling.pitch " + length_text(p) + " shows single dots: the viewer makes out " +
          length_text(std::round(resolution_m * 1e7) / 1e7));
