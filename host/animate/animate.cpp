@@ -70,12 +70,15 @@ Animator::Animator(const cl::Device& device, Scene scene, cl::FftBackend fft)
 
 Camera Animator::camera(int picture) const {
   auto camera = camera_at(scene_.animation.value(), picture);
-  if (!camera.depth_m) camera.depth_m = (plan_->near_m + plan_->far_m) / 2;
+  if (!camera.depth_m) {
+    const double middle_m = (plan_->near_m + plan_->far_m) / 2;
+    camera.depth_m = std::abs(middle_m) < plan_->closest_m ? plan_->near_m : middle_m;
+  }
   if (!camera.window_m) {
     // What lies beyond is dark: pixels show no steeper light
     const auto sine = glm::min(plan_->largest_sine, glm::dvec2(0.99));
     const auto lit_m = glm::dvec2(plan_->size) * plan_->pitch_m +
-                       2 * plan_->far_m * sine / glm::sqrt(1.0 - sine * sine);
+                       2 * plan_->farthest_m * sine / glm::sqrt(1.0 - sine * sine);
     camera.window_m = glm::min(2.0 * window_margin * reach_m_, lit_m);
   }
   return camera;

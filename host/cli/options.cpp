@@ -210,7 +210,10 @@ void DepthOptions::add_to(CLI::App& command, const std::string& default_depths,
 std::vector<double> DepthOptions::depths_m() const {
   std::vector<double> depths;
   for (const auto& text : z) {
-    const double depth_m = positive_length_m(text, "-z");
+    const double depth_m = given_length_m(text, "-z");
+    if (depth_m == 0)
+      throw InputError("-z " + in_quotes(text) +
+                       ": must not be 0; > 0 is beyond the hologram, < 0 on the eye's side");
     for (const double other_m : depths) {
       if (const auto name = name_at_depth("", depth_m); name == name_at_depth("", other_m))
         throw InputError("-z " + in_quotes(text) + ": a second picture of " + name.substr(1) +

@@ -82,10 +82,10 @@ double scale_of(const Object& object, const Box& turned, double mesh_unit) {
 }
 
 void require_place(const Object& object, const Box& box) {
-  if (!(box.min.z > 0))
-    throw InputError(
-        object.where + ": lies behind or touches the hologram plane: its z runs from " +
-        length_text(box.min.z) + " to " + length_text(box.max.z) + ", and must be > 0");
+  if (!(box.min.z > 0) && !(box.max.z < 0))
+    throw InputError(object.where + ": touches the hologram's plane: its z runs from " +
+                     length_text(box.min.z) + " to " + length_text(box.max.z) +
+                     ", and must be > 0, or < 0 for a real image between the hologram and the eye");
 }
 
 /// Refuses a place that an object cannot move to: its cut stays as it was placed.
@@ -96,7 +96,7 @@ void require_move(const Object& object, const PlacedObject& placed, const Box& b
   require_place(object, box);
   // The box of a turned object is known to a few roundings
   const double roundings = 1e-12 * (glm::length(box.size()) + std::abs(box.max.z));
-  if (box.min.z < object.cut_m - roundings)
+  if (object.cut_m > 0 && box.min.z < object.cut_m - roundings)
     throw InputError(object.where + ": it cannot be moved to where a part of it would be cut: " +
                      "its z runs from " + length_text(box.min.z) + " to " + length_text(box.max.z) +
                      ", and must be >= cut, " + length_text(object.cut_m));
@@ -372,6 +372,25 @@ std::array<glm::dvec3, 3> World::corners_m(std::size_t triangle) const {
   const auto corners = triangles[triangle];
   const auto motion = motion_of(triangle_object[triangle]);
   return {motion(positions[corners.x]), motion(positions[corners.y]), motion(positions[corners.z])};
+}
+
+bool lies_before(const World& world, std::size_t object) {
+  if (world.min_m.z > 0 || world.max_m.z < 0) return world.max_m.z < 0;
+  const auto motion = world.motion_of(static_cast<std::int32_t>(object));
+  if (!world.placed.empty())
+    return motion(world.positions[world.placed[object].first_vertex]).z < 0;
+  const auto first = std::find(world.triangle_object.begin(), world.triangle_object.end(),
+                               static_cast<std::int32_t>(object));
+  return first != world.triangle_object.end() &&
+         world.corners_m(static_cast<std::size_t>(first - world.triangle_object.begin()))[0].z < 0;
+}
+
+double closest_m(const World& world) {
+  if (world.min_m.z > 0) return world.min_m.z;
+  if (world.max_m.z < 0) return -world.max_m.z;
+  double closest = std::numeric_limits<double>::infinity();
+  for (const auto& p_m : positions_now(world)) closest = std::min(closest, std::abs(p_m.z));
+  return closest;
 }
 
 AreaSample area_sample(const World& world, std::size_t triangle, double share) {

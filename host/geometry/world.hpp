@@ -94,6 +94,12 @@ struct World {
   std::array<glm::dvec3, 3> corners_m(std::size_t triangle) const;
 };
 
+/// True for objects before the hologram, z < 0. No object touches its plane.
+bool lies_before(const World& world, std::size_t object);
+
+/// Smallest distance of a surface from the hologram's plane.
+double closest_m(const World& world);
+
 /// A triangle as an area sample.
 AreaSample area_sample(const World& world, std::size_t triangle, double share);
 
@@ -111,8 +117,8 @@ std::vector<glm::vec3> normals_now(const World& world);
 
 /// Rotates, scales and places all objects.
 ///
-/// throws  InputError when a width is asked of a mesh without x extent, or an object touches or
-///         lies behind the hologram plane (z <= 0)
+/// throws  InputError when a width is asked of a mesh without x extent, or an object touches the
+///         hologram's plane, z = 0
 World place_objects(const Scene& scene, const Meshes& meshes, Textures textures = {});
 
 /// Moves all objects of a world that place_objects has made to their positions in the scene: sets

@@ -51,7 +51,9 @@ WrpSpec read_wrp(Section section) {
     if (!v.is_auto()) spec.grid = v.integers(1024);
   });
   section.read("distance", [&](const Value& v) {
-    if (!v.is_auto()) spec.distances_m = v.ascending_lengths_m(between(1e-9, 1e4), kMostLayers);
+    if (!v.is_auto()) spec.distances_m = v.ascending_lengths_m(between(-1e4, 1e4), kMostLayers);
+    for (const double distance_m : spec.distances_m)
+      if (std::abs(distance_m) < 1e-9) v.fail("lengths of 1 nm or more, or of -1 nm or less");
     spec.layers = std::max(1, static_cast<int>(spec.distances_m.size()));
   });
   section.read("layers", [&](const Value& v) {

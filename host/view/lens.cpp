@@ -20,7 +20,8 @@ constexpr double launch_seconds = 0.2;
 
 void check(const LensSpec& what) {
   const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
-  if (!positive(what.z_m)) throw InputError("z: must be > 0, on the object's side of the hologram");
+  if (!positive(std::abs(what.z_m)))
+    throw InputError("z: must not be 0: > 0 is beyond the hologram, < 0 on the eye's side");
   if (!std::isfinite(what.view.x) || !std::isfinite(what.view.y))
     throw InputError("view: must be two finite numbers");
   if (!positive(what.aperture.x) || !positive(what.aperture.y))
@@ -50,9 +51,10 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
   const glm::dvec2 half_m = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
   const glm::dvec2 step_m = (high - low) * half_m / static_cast<double>(what.points);
   const glm::dvec2 origin_m(plan.origin_m);
-  // Rays start just before the scene: from the hologram, rounding would grow with its distance.
-  const double start_m =
-      std::max(0.0, plan.near_m - 0x1p-10 * static_cast<double>(scene.diameter_m));
+  // Rays start just before the scene, on the eye's side: from the hologram, rounding would grow with
+  // its distance.
+  const double before_m = plan.near_m - 0x1p-10 * static_cast<double>(scene.diameter_m),
+               start_m = plan.near_m > 0 ? std::max(0.0, before_m) : before_m;
 
   device::LensPlane lens{};
   lens.nx = size.x;
@@ -70,7 +72,7 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
   lens.start = static_cast<float>(start_m);
   lens.start_z = static_cast<float>(start_m - plan.origin_m.z);
   lens.bias = scene.bias_m;
-  lens.reach = 4 * (scene.diameter_m + static_cast<float>(plan.far_m));
+  lens.reach = 4 * (scene.diameter_m + static_cast<float>(plan.farthest_m));
   lens.spread_x = what.area ? lens.pitch_x : 0;
   lens.spread_y = what.area ? lens.pitch_y : 0;
   lens.scatter = scatter_of(what.points);

@@ -28,7 +28,8 @@ double unit_of(const FieldStack& hologram) {
 }
 
 void check(const FieldStack& hologram, const HologramSpec& spec, const ReconstructSpec& what) {
-  if (!positive(what.z_m)) throw InputError("z: must be > 0, on the object's side of the hologram");
+  if (!positive(std::abs(what.z_m)))
+    throw InputError("z: must not be 0: > 0 is beyond the hologram, < 0 on the eye's side");
   if (hologram.nx != spec.resolution.x || hologram.ny != spec.resolution.y) {
     throw InputError("reconstruction: the hologram has " + std::to_string(hologram.nx) + " x " +
                      std::to_string(hologram.ny) + " samples, " +

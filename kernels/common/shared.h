@@ -123,8 +123,8 @@ typedef struct {
   float nx;  // unit length, facing the hologram
   float ny;
   float nz;
-  // Depth over the depth at which the lattice's pitch is p, so that every sample stands for the
-  // same solid angle
+  // Distance from the hologram's plane over that at which the lattice's pitch is p, so that every
+  // sample stands for the same solid angle
   float weight;
   float radiance;  // part that does not depend on the viewing direction
   float specular;
@@ -187,7 +187,7 @@ typedef struct {
   float x_low;
   float y;
   float y_low;
-  float depth;  // distance of the sample behind the plane; negative in front of it
+  float depth;  // z of the sample minus that of the plane; negative in front of it
   float depth_low;
   float inverse_depth;  // 1 / depth, kept finite
   // Where the chief ray meets the plane
@@ -197,7 +197,9 @@ typedef struct {
   float centre_y_low;
   float half_x;  // half width of the footprint on the plane
   float half_y;
-  float scale_x;  // half windows of the tile per metre of the plane
+  // Half windows of the tile per metre of the plane; negative where the hologram lies behind the
+  // sample
+  float scale_x;
   float scale_y;
   float amplitude;  // without highlights
   float tilt_x;     // Sample::tilt per metre on the plane
@@ -293,6 +295,9 @@ typedef struct {
   float hologram_z_low;
   float z0;  // distance from the tile
   float z0_low;
+  // 1; -1: it stands for the mirror image, through the hologram's plane, of samples before the
+  // hologram
+  float side;
   float begin_z;  // it gathers the samples with begin_z <= z < end_z
   float end_z;
   float turns_hi;  // 1 / wavelength

@@ -196,6 +196,7 @@
   MEMBER(CompactPlane, hologram_z_low)    \
   MEMBER(CompactPlane, z0)                \
   MEMBER(CompactPlane, z0_low)            \
+  MEMBER(CompactPlane, side)              \
   MEMBER(CompactPlane, begin_z)           \
   MEMBER(CompactPlane, end_z)             \
   MEMBER(CompactPlane, turns_hi)          \

@@ -196,9 +196,11 @@ static inline floatv rough_amplitude(const Profiled* p, bool cut, bool rough, bo
   const floatv offset = u - x;
   const float down = v - y;
   floatv amplitude = 1.0f;
-  if (rough)
-    amplitude = amplitude_towards(p->lights, p->lit, p->sample, p->plain, shines, offset / z,
-                                  (floatv)(-down / z));
+  if (rough) {
+    const float forwards = p->plane->side * z;
+    amplitude = amplitude_towards(p->lights, p->lit, p->sample, p->plain, shines, offset / forwards,
+                                  (floatv)(-down / forwards));
+  }
   if (cut)
     amplitude *= shown_share(offset, sqrt(offset * offset + down * down + z * z),
                              p->plane->sine_limit_x, p->plane->per_cut_x);

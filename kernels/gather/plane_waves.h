@@ -27,18 +27,21 @@
 
 DEFINE_APODIZATION(apodization_weights, floatv)
 
-// The members of GatherPlane that belong to one axis.
+// The members of GatherPlane that belong to one axis. Of samples before the hologram the larger
+// sines belong to the smaller places on it: parts of the window count from the other side.
 typedef struct {
   float cone, apodization_rate, sine_limit, visibility_scale, visibility_shift;
 } Gathered;
-static inline Gathered gathered_x(const GatherPlane* plane) {
+static inline Gathered gathered_x(const GatherPlane* plane, bool is_reversed) {
   const Gathered x = {plane->cone_x, plane->apodization_rate_x, plane->sine_limit_x,
-                      plane->visibility_scale_x, plane->visibility_shift_x};
+                      plane->visibility_scale_x,
+                      is_reversed ? -plane->visibility_shift_x : plane->visibility_shift_x};
   return x;
 }
-static inline Gathered gathered_y(const GatherPlane* plane) {
+static inline Gathered gathered_y(const GatherPlane* plane, bool is_reversed) {
   const Gathered y = {plane->cone_y, plane->apodization_rate_y, plane->sine_limit_y,
-                      plane->visibility_scale_y, plane->visibility_shift_y};
+                      plane->visibility_scale_y,
+                      is_reversed ? -plane->visibility_shift_y : plane->visibility_shift_y};
   return y;
 }
 

@@ -57,7 +57,7 @@ static inline Hit hit_of_lane(const Layers* layers, int layer, int lane) {
 
 // Distance within which hits belong to the same layer: what a slope of 80 degrees spans in a cell.
 static inline float layer_reach(const Lattice* lattice, float t) {
-  return 4.0f * lattice->step * (t + (lattice->near_z - lattice->centre_z));
+  return 4.0f * lattice->step * fabs(t + (lattice->near_z - lattice->centre_z));
 }
 
 // Cosine to the ray below which a layer is steep, and cosine between normals above which two hits
@@ -354,9 +354,13 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
                        const Hit* hit, float dx, float dy, const Hits* parts, int covered, int seen,
                        const Shaded* shaded, int lane, Cell* cell) {
   uint keys[RAYWAVE_LANES];
-  LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row),
-                       (intv)(cell->rank)),
-              keys);
+  int key_x = lattice->first_x + column, key_y = lattice->first_y + row;
+  // A surface and its mirror image beyond the hologram share their phases.
+  if (shaded->z[lane] < lattice->centre_z) {
+    key_x = -1 - key_x;
+    key_y = -1 - key_y;
+  }
+  LANES_STORE(cell_key((intv)(key_x), (intv)(key_y), (intv)(cell->rank)), keys);
   OccluderCache* occluder_cache = cell->occluder_cache + min(cell->rank, OCCLUDER_CACHES - 1);
   if (!RAYWAVE_KEEP_UNSEEN && (covered == 0 || seen == 0)) {
     ++cell->rank;
@@ -429,7 +433,7 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   (void)parts;
 #endif
   const float own = (RAYWAVE_ANTIALIAS ? (float)covered / (float)PARTS : 1.0f) * shaded->own[lane];
-  sample.weight = (sample.z - lattice->centre_z) / lattice->full_z;
+  sample.weight = fabs(sample.z - lattice->centre_z) / lattice->full_z;
   sample.radiance = radiance * own;
   sample.specular = shaded->specular[lane] * own;
   sample.shininess = shaded->shininess[lane];
@@ -522,7 +526,7 @@ CALLED void find_whole_cells(const SceneArrays* scene, const Lattice* lattice, c
                        of_lane == 1) >= 0;
       const intv met = parts.triangle[i] >= 0;
       if (!LANES_ANY(hit | met)) break;
-      const floatv reach = 4.0f * lattice->step * (at + (lattice->near_z - lattice->centre_z));
+      const floatv reach = 4.0f * lattice->step * fabs(at + (lattice->near_z - lattice->centre_z));
       differ |= (hit != met) | (hit & (fabs(parts.t[i] - at) >= reach));
     }
     int differs[RAYWAVE_LANES];

@@ -12,7 +12,7 @@ namespace {
 std::pair<double, double> within_pixels(const Plan& plan, int axis, double x_m, double z_m) {
   const double half = plan.size[axis] * plan.pitch_m[axis] / 2;
   const double sine = std::min(plan.largest_sine[axis], 0.999),
-               reach = z_m * sine / std::sqrt(1 - sine * sine);
+               reach = std::abs(z_m) * sine / std::sqrt(1 - sine * sine);
   return {std::max(-half, x_m - reach), std::min(half, x_m + reach)};
 }
 
