@@ -24,8 +24,7 @@ bool reads_the_same(const Scene::State& a, const Scene::State& b) {
   const auto same_texture = [](const raywave::Material& x, const raywave::Material& y) {
     return x.texture == y.texture;
   };
-  return channel_of(a.scene.hologram.wavelength_m) == channel_of(b.scene.hologram.wavelength_m) &&
-         a.meshes == b.meshes &&
+  return a.scene.channels() == b.scene.channels() && a.meshes == b.meshes &&
          std::equal(a.scene.objects.begin(), a.scene.objects.end(), b.scene.objects.begin(),
                     b.scene.objects.end(), same_object) &&
          std::equal(a.scene.materials.begin(), a.scene.materials.end(), b.scene.materials.begin(),

@@ -7,14 +7,15 @@
 
 namespace raywave::reference {
 
-double texture_at(const Image& image, glm::dvec2 uv) {
+double texture_at(const Image& image, glm::dvec2 uv, int channel) {
+  const auto texels = image.channel(channel);
   const double x = uv.x * image.width - 0.5, y = (1 - uv.y) * image.height - 0.5;
   const auto texel = [&](double column, double row) {
     const auto wrapped = [](double i, int n) {
       return static_cast<std::size_t>(i - n * std::floor(i / n));
     };
     return static_cast<double>(
-        image.pixels[wrapped(row, image.height) * image.width + wrapped(column, image.width)]);
+        texels[wrapped(row, image.height) * image.width + wrapped(column, image.width)]);
   };
   const double left = std::floor(x), top = std::floor(y);
   double sum = 0;

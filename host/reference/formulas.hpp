@@ -13,7 +13,7 @@ namespace raywave::reference {
 double power_of_cosine(double cosine, double exponent);
 
 /// A texture, bilinear between texel centres, repeated; (0, 0) is the picture's bottom left corner.
-double texture_at(const Image& image, glm::dvec2 uv);
+double texture_at(const Image& image, glm::dvec2 uv, int channel = 0);
 
 /// The random phase, in turns, of the cube (i, j, k), and of a sample's key: kernels/common/hash.h
 /// in host arithmetic.

@@ -33,6 +33,9 @@ std::vector<Image> load_channels(const std::filesystem::path& file, const std::s
 std::vector<Image> load_channels(std::span<const char> bytes, const std::string& name,
                                  const std::string& letters, const std::string& where);
 
+/// Red, green and blue of a picture as the channels of one, from its first three.
+Image stacked(std::span<const Image> channels);
+
 /// Reads a grey picture, as `raywave reconstruct` writes them, as linear values: integer formats
 /// are decoded from sRGB, float formats are taken as they are.
 ///
