@@ -118,13 +118,17 @@ public:
     const auto& [size, centre] = stop;
     add_all(size, centre);
   }
+  void add(const Illumination& light) {
+    const auto& [focus_m, sine] = light;
+    add_all(focus_m, sine);
+  }
   void add(const SlmSpec& slm) {
     const auto& [encoding, clip, band, bits, levels, levels_per_turn, invert, offset_turns, lut,
                  flatness, zernike, carrier, shift_m, shift_distance_m, lens_m, flip_x, flip_y,
-                 rotate_deg, stop] = slm;
+                 rotate_deg, stop, illumination] = slm;
     add_all(encoding, clip, band, bits, levels, levels_per_turn, invert, offset_turns, lut,
             flatness, zernike, carrier, shift_m, shift_distance_m, lens_m, flip_x, flip_y,
-            rotate_deg, stop);
+            rotate_deg, stop, illumination);
   }
   /// What its files gave: all else follows from it.
   void add(const World& world) {

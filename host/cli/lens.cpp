@@ -31,7 +31,7 @@ void run_lens(const LensArguments& options) {
   what.aperture = options.view.aperture();
   what.points = options.lens_points;
   options.view.check_percentile();
-  const auto depths_m = options.depths.depths_m();
+  const auto depths_m = options.depths.depths_m(scene.viewer);
 
   const cl::Device device(options.device.info());
   const auto world = build_world(scene);

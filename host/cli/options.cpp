@@ -12,6 +12,7 @@
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/scene/eyepiece.hpp"
 #include "host/scene/scene.hpp"
 #include "host/scene/units.hpp"
 #include "host/trace/tuning.hpp"
@@ -202,7 +203,10 @@ void DepthOptions::add_to(CLI::App& command, const std::string& default_depths,
     return text.empty() ? "" : "; " + text + " when not given";
   };
   command
-      .add_option("-z", z, "Depth, e.g. 95mm; may be given many times" + otherwise(default_depths))
+      .add_option(
+          "-z", z,
+          "Depth, e.g. 95mm or -40mm, or 1.5D through an eyepiece; may be given many times" +
+              otherwise(default_depths))
       ->type_name("LENGTH")
       ->required(default_depths.empty())
       ->allow_extra_args(false)
@@ -214,11 +218,21 @@ void DepthOptions::add_to(CLI::App& command, const std::string& default_depths,
       ->group(group::pictures);
 }
 
-std::vector<double> DepthOptions::depths_m() const {
+std::vector<double> DepthOptions::depths_m(const ViewerSpec& viewer) const {
+  const auto depth_of = [&](const std::string& text) {
+    if (!text.ends_with('D')) return given_length_m(text, "-z");
+    const double dioptres =
+        number(text.substr(0, text.size() - 1), "-z", "a length, or a number of dioptres,");
+    try {
+      return depth_of_dioptres(viewer, dioptres);
+    } catch (const InputError& error) {
+      throw InputError("-z " + in_quotes(text) + ": " + error.what());
+    }
+  };
   std::vector<double> depths;
   for (const auto& text : z) {
-    const double depth_m = given_length_m(text, "-z");
-    if (depth_m == 0)
+    const double depth_m = depth_of(text);
+    if (std::abs(depth_m) < 1e-9)
       throw InputError("-z " + in_quotes(text) +
                        ": must not be 0; > 0 is beyond the hologram, < 0 on the eye's side");
     for (const double other_m : depths) {

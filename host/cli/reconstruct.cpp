@@ -31,7 +31,7 @@ void run_reconstruct(const ReconstructArguments& options) {
   what.view = options.view.view();
   what.aperture = options.view.aperture();
   options.view.check_percentile();
-  const auto depths_m = options.depths.depths_m();
+  const auto depths_m = options.depths.depths_m(options.hologram.viewer());
 
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());

@@ -28,4 +28,7 @@ std::string plan_report_text(const Planned& planned, const World& world);
 /// throws  InputError when the file is missing or damaged
 HologramSpec hologram_of_report(const std::filesystem::path& report);
 
+/// The viewer of the scene, from the same; reports of earlier versions have no eyepiece.
+ViewerSpec viewer_of_report(const std::filesystem::path& report);
+
 }  // namespace raywave

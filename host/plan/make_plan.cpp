@@ -74,7 +74,7 @@ double share_of_band(const World& world, glm::dvec2 largest_sine) {
   for (const auto& position_m : positions_now(world)) {
     if (position_m.z == 0) continue;
     const auto tangent = glm::dvec2(position_m) / position_m.z;
-    const auto sine = tangent / glm::sqrt(1.0 + tangent * tangent);
+    const auto sine = tangent / glm::sqrt(1.0 + tangent * tangent) + plan.slm.illumination.sine;
     low = glm::min(low, sine);
     high = glm::max(high, sine);
   }
@@ -171,7 +171,11 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,
                    (plan.near_m + plan.far_m) / 2};
   plan.largest_sine = largest_sine_of(plan.wavelength_m, plan);
-  const auto steepest = steepest_tangent(plan.largest_sine);
+  // Pixels turn the light that falls onto them by so much
+  const auto& illumination = scene.slm.illumination;
+  const auto steepest =
+      steepest_tangent(plan.largest_sine + glm::abs(illumination.sine) +
+                       glm::abs(illumination.curvature_per_m()) * plan.window_m() / 2.0);
 
   // The encoding
   plan.band_filled = moved_from ? moved_from->band_filled : share_of_band(world, plan.largest_sine);
@@ -240,6 +244,10 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
       throw InputError(one_line(scene.file.string()) + ": wrp.propagation \"compact\": " + why +
                        "; give \"spectrum\"");
     plan.compact = compact_plane(plan, scene.wrp);
+  } else if (method == Method::wrp && !illumination.is_plane()) {
+    throw InputError(one_line(scene.file.string()) +
+                     ": [illumination]: WRPs hold light about the axis alone; give "
+                     "wrp.propagation \"compact\", or --method points");
   }
 
   // Layers and the planes in them
@@ -251,7 +259,8 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   // The lattice of rays that finds the surface samples
   plan.lattice = lattice_over(scene, placement.extents, plan, steepest, placement.lit);
   if (samples) plan.lattice = *samples;
-  plan.beyond_diffraction = placement.extents.beyond_m[0] > 0 || placement.extents.beyond_m[1] > 0;
+  plan.beyond_diffraction = placement.extents.beyond_m[0] > 0 ||
+                            placement.extents.beyond_m[1] > 0 || !illumination.is_plane();
 
   // Rows that WRPs are gathered in: those of the hologram, or as few as the light needs
   for (auto& layer : plan.layers) {

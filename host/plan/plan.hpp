@@ -65,6 +65,7 @@ struct LatticePlan {
   double full_z_m = 1;
   glm::ivec2 first{0, 0};
   glm::ivec2 size{1, 1};
+  glm::dvec3 eye_m{0, 0, 0};  // where the rays start, world: the hologram's centre, or before it
 };
 
 /// Rows that WRPs are gathered in (host/plan/interpolation.hpp). Rows beyond the hologram's own

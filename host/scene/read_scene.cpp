@@ -232,6 +232,14 @@ AccuracySpec read_accuracy(Section section) {
 ViewerSpec read_viewer(Section section) {
   ViewerSpec spec;
   section.read("distance", [&](const Value& v) { spec.distance_m = v.length_m(between(0, 1e4)); });
+  section.read("eyepiece", [&](const Value& v) {
+    if (!v.is("none")) spec.eyepiece_m = v.length_m(between(1e-6, 1e4));
+  });
+  spec.eyepiece_distance_m = spec.eyepiece_m.value_or(0);
+  section.read("eyepiece_distance", [&](const Value& v) {
+    if (!spec.eyepiece_m) v.fail("given with eyepiece");
+    spec.eyepiece_distance_m = v.length_m(between(0, 1e4));
+  });
   section.read("resolution", [&](const Value& v) {
     if (!v.is_auto()) spec.resolution_m = v.length_m(between(1e-9, 1));
   });
@@ -511,6 +519,7 @@ Scene parse_laser(const SceneText& text, const std::vector<std::string>& overrid
                              wavelengths_m, laser);
   if (scene.colour) scene.hologram.wavelength_m = wavelengths_m[scene.colour->laser];
   scene.slm = read_slm(root.section("slm"), scene.hologram.wavelength_m);
+  scene.slm.illumination = read_illumination(root.section("illumination"));
   scene.wrp = read_wrp(root.section("wrp"));
   scene.sampling = read_sampling(root.section("sampling"));
   scene.trace = read_trace(root.section("trace"));

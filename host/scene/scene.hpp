@@ -119,6 +119,10 @@ struct AccuracySpec {
 struct ViewerSpec {
   // Distance of the eye from the hologram, on the side away from the scene
   double distance_m = 0.25;
+  // Focal length of a thin lens that the eye looks through, and its distance from the hologram on
+  // the eye's side; empty: there is none
+  std::optional<double> eyepiece_m;
+  double eyepiece_distance_m = 0;
   // Smallest wanted detail of the picture; empty: what an eye at that distance resolves
   std::optional<double> resolution_m;
 };

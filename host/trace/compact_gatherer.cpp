@@ -139,6 +139,11 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   plane.highlight_lines = compact.highlight_lines;
   plane.lines_tolerance = static_cast<float>(compact.lines_tolerance);
   put(plan_.largest_sine, plane.sine_limit_x, plane.sine_limit_y);
+  const auto& light = plan_.slm.illumination;
+  const double side = plane.side;
+  put(light.sine_at(origin_of_tile(plan_, plan_.tile_of(wrp))) * glm::dvec2(side, -side),
+      plane.reference_x, plane.reference_y);
+  put(light.curvature_per_m() * side, plane.reference_fall_x, plane.reference_fall_y);
   put(1.0 / (cut_width * half), plane.per_cut_x, plane.per_cut_y);
   plane.knots = knots_for(plan_, layer);
   const auto& lattice = table_.lattice;

@@ -97,6 +97,12 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   plane.apodization_rate_y = edge.y > 0 ? static_cast<float>(1 / edge.y) : 0.0f;
   plane.sine_limit_x = static_cast<float>(plan_.largest_sine.x);
   plane.sine_limit_y = static_cast<float>(plan_.largest_sine.y);
+  const auto reference = plan_.slm.illumination.sine_at(tile_m),
+             fall = plan_.slm.illumination.curvature_per_m() * half_window;
+  plane.reference_x = static_cast<float>(reference.x);
+  plane.reference_y = static_cast<float>(reference.y);
+  plane.reference_fall_x = static_cast<float>(fall.x);
+  plane.reference_fall_y = static_cast<float>(fall.y);
   if (at_hologram) {
     plane.window_x = plane.window_y = 1e6f;
   } else {

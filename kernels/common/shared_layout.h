@@ -97,8 +97,13 @@
   MEMBER(Lattice, centre_x)               \
   MEMBER(Lattice, centre_y)               \
   MEMBER(Lattice, centre_z)               \
+  MEMBER(Lattice, eye_x)                  \
+  MEMBER(Lattice, eye_y)                  \
+  MEMBER(Lattice, eye_z)                  \
   MEMBER(Lattice, near_z)                 \
   MEMBER(Lattice, full_z)                 \
+  MEMBER(Lattice, steepest_x)             \
+  MEMBER(Lattice, steepest_y)             \
   MEMBER(Lattice, layer_gap)              \
   MEMBER(Lattice, bias)                   \
   MEMBER(Lattice, reach)                  \
@@ -169,6 +174,10 @@
   MEMBER(GatherPlane, apodization_rate_y) \
   MEMBER(GatherPlane, sine_limit_x)       \
   MEMBER(GatherPlane, sine_limit_y)       \
+  MEMBER(GatherPlane, reference_x)        \
+  MEMBER(GatherPlane, reference_y)        \
+  MEMBER(GatherPlane, reference_fall_x)   \
+  MEMBER(GatherPlane, reference_fall_y)   \
   MEMBER(GatherPlane, tangent_x)          \
   MEMBER(GatherPlane, tangent_y)          \
   MEMBER(GatherPlane, tangent_step_x)     \
@@ -221,6 +230,10 @@
   MEMBER(CompactPlane, lines_tolerance)   \
   MEMBER(CompactPlane, sine_limit_x)      \
   MEMBER(CompactPlane, sine_limit_y)      \
+  MEMBER(CompactPlane, reference_x)       \
+  MEMBER(CompactPlane, reference_y)       \
+  MEMBER(CompactPlane, reference_fall_x)  \
+  MEMBER(CompactPlane, reference_fall_y)  \
   MEMBER(CompactPlane, per_cut_x)         \
   MEMBER(CompactPlane, per_cut_y)         \
   MEMBER(CompactPlane, knots)             \

@@ -220,10 +220,12 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
     floatv share_right = 1.0f, share_left = 1.0f;
     if (cut) {
       const float far = (float)(seen->x * seen->x + seen->z * seen->z);
-      share_right =
-          shown_share(v - y, sqrt((v - y) * (v - y) + far), plane.sine_limit_y, plane.per_cut_y);
-      share_left =
-          shown_share(v + y, sqrt((v + y) * (v + y) + far), plane.sine_limit_y, plane.per_cut_y);
+      share_right = shown_share(v - y, sqrt((v - y) * (v - y) + far),
+                                plane.reference_y - v * plane.reference_fall_y, plane.sine_limit_y,
+                                plane.per_cut_y);
+      share_left = shown_share(-v - y, sqrt((v + y) * (v + y) + far),
+                               plane.reference_y + v * plane.reference_fall_y, plane.sine_limit_y,
+                               plane.per_cut_y);
     }
     floatv re, im;
     cos_sin_turns(right + (float)seen->turns, &re, &im);
@@ -240,7 +242,8 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
   cos_sin_turns(middle_turns + (float)seen->turns, &middle_re, &middle_im);
   const float middle_share =
       !cut ? 1.0f
-           : LANES_FIRST(shown_share((floatv)(y), (floatv)((float)seen->length), plane.sine_limit_y,
+           : LANES_FIRST(shown_share((floatv)(-y), (floatv)((float)seen->length),
+                                     (floatv)(plane.reference_y), plane.sine_limit_y,
                                      plane.per_cut_y));
 
 #if !LIGHT_AT_NODES

@@ -441,6 +441,12 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
   intv inside_x = (across <= plane->cone_x) & (column < plane->nx);
   const floatv edge_x = apodization_weights(across, plane->cone_x, plane->apodization_rate_x);
   const float sign = p->depth < 0.0f ? -1.0f : 1.0f;
+#if RAYWAVE_SINE_LIMIT
+  // Of the light that the SLM is lit with, where this light meets it
+  const floatv reference_x =
+      plane->reference_x - off_chief * (sign * p->scale_x * plane->reference_fall_x);
+  const float reference_rate_y = sign * p->scale_y * plane->reference_fall_y;
+#endif
 #if RAYWAVE_PATHS
   // Where the light meets the window, in half sides
   const float to_window_y = sign * p->scale_y * plane->visibility_scale_y;
@@ -506,8 +512,9 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
     const floatv inverse_length = 1.0f / fmax(length, nearest_to(plane));
     intv counts = inside_x;
 #if RAYWAVE_SINE_LIMIT
-    counts &= (fabs(dx) * inverse_length <= plane->sine_limit_x) &
-              (fabs(dy) * inverse_length <= plane->sine_limit_y);
+    const float reference_y = plane->reference_y - off_chief_y * reference_rate_y;
+    counts &= (fabs(sign * dx * inverse_length - reference_x) <= plane->sine_limit_x) &
+              (fabs(sign * dy * inverse_length - reference_y) <= plane->sine_limit_y);
 #endif
     floatv share = edge_x * edge_y;
 #if RAYWAVE_VISIBILITY_PARTS > 0

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host/common/text.hpp"
+#include "host/scene/eyepiece.hpp"
 #include "host/scene/units.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
@@ -204,7 +205,8 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {4, "colour = 5e-7",
        "hologram: unknown key \"colour\" (keys here: resolution, pitch, wavelength, tiles)"},
       {5, "[wpr]",
-       "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, slm, wrp, sampling, "
+       "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, slm, illumination, wrp, "
+       "sampling, "
        "trace, "
        "accuracy, viewer, refine, light, materials, "
        "object, scene, animation)"},
@@ -218,7 +220,10 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "got true"},
       {7, "distance = [\"95 mm\", 0.095]",
        "wrp: distance[1] must be more than the one before, 95 mm, got 0.095"},
-      {7, "distance = [0.095, 0.1, 0]", "wrp: distance[2] must be 1 nm to 10000 m, got 0"},
+      {7, "distance = [0.095, 0.1, 0]",
+       "wrp: distance[2] must be more than the one before, 100 mm, got 0"},
+      {7, "distance = 0",
+       "wrp: distance must be lengths of 1 nm or more, or of -1 nm or less, got 0"},
       {7, "layers = 0", "wrp: layers must be 1 to 16, got 0"},
       {7, "layers = \"many\"", "wrp: layers must be a whole number, 1 to 16, got \"many\""},
       {8, "padding = 0.5", "wrp: padding must be 1 to 8, got 0.5"},
@@ -735,6 +740,26 @@ TEST_CASE("deep nesting is refused before it is followed") {
   CHECK(workshop.refusal(kScene, {"wrp.padding={" + repeat("a.", 100000) + "a=1}"}).size() < 1000);
   CHECK(workshop.refusal(kScene, {repeat("a.", 100000) + "=1"}).size() < 1000);
   CHECK(workshop.load("# " + std::string(80, '.') + "\n" + kScene).objects.size() == 2);
+}
+
+TEST_CASE("an eyepiece shows planes at the dioptres of the thin-lens formula") {
+  const Workshop workshop;
+  const auto viewer = [&](const std::string& keys) {
+    return workshop.load(kScene, {keys, "viewer.eyepiece='120 mm'"}).viewer;
+  };
+  const auto usual = viewer("viewer.distance=0.2");
+  // The SLM stands in the focus: it is seen at infinity, and 1 D is 1 m away.
+  CHECK(std::abs(depth_of_dioptres(usual, 0)) < 1e-12);
+  CHECK(std::abs(depth_of_dioptres(usual, 1) - (1 / (1 / 0.12 + 1) - 0.12)) < 1e-12);
+  const auto near = viewer("viewer.eyepiece_distance='50 mm'");
+  for (const double dioptres : {-0.5, 0.0, 1.0, 4.0}) {
+    const double z_m = depth_of_dioptres(near, dioptres);
+    // 1 / object distance = 1 / focal length + 1 / image distance
+    CHECK(std::abs(1 / (z_m + 0.05) - 1 / 0.12 - dioptres) < 1e-9);
+    CHECK(std::abs(dioptres_of_depth(near, z_m) - dioptres) < 1e-9);
+  }
+  CHECK_THROWS(depth_of_dioptres(near, -9));
+  CHECK_THROWS(depth_of_dioptres(ViewerSpec{}, 1));
 }
 
 TEST_CASE("damaged scenes load or are refused in one line") {

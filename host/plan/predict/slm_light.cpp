@@ -23,8 +23,9 @@ double cycles_per_sine(const Plan& plan, int axis) {
 /// Frequency, in cycles per pixel, at place `to_m` of the SLM, of light from the place `from_m` in
 /// the plane z_m.
 double frequency(const Plan& plan, int axis, double from_m, double z_m, double to_m) {
-  return cycles_per_sine(plan, axis) * (to_m - from_m) /
-         std::copysign(std::hypot(to_m - from_m, z_m), z_m);
+  const double sine = (to_m - from_m) / std::copysign(std::hypot(to_m - from_m, z_m), z_m);
+  return cycles_per_sine(plan, axis) *
+         (sine - plan.slm.illumination.sine_at(glm::dvec2(to_m))[axis]);
 }
 
 /// Places of the SLM that light of this frequency reaches lie so far from where it starts.
