@@ -74,7 +74,7 @@ double share_of_band(const World& world, glm::dvec2 largest_sine) {
   for (const auto& position_m : positions_now(world)) {
     if (position_m.z == 0) continue;
     const auto tangent = glm::dvec2(position_m) / position_m.z;
-    const auto sine = tangent / glm::sqrt(1.0 + tangent * tangent) + plan.slm.illumination.sine;
+    const auto sine = tangent / glm::sqrt(1.0 + tangent * tangent);
     low = glm::min(low, sine);
     high = glm::max(high, sine);
   }
