@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/render.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <optional>
 #include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/stage_clock.hpp"
+#include "host/common/text.hpp"
+#include "host/encode/encode.hpp"
 #include "host/encode/encode_stage.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/predict/cost.hpp"
@@ -343,6 +347,61 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
 RenderResult render(const cl::Device& device, const Scene& scene, const World& world,
                     const RenderOptions& options) {
   return Renderer(std::make_unique<Renderer::State>(device, scene, world, options)).render();
+}
+
+namespace {
+
+/// Mean |u|^2 of all pixels and frames.
+double mean_light_of(const FieldStack& field) {
+  double sum = 0;
+  for (const auto& sample : field.samples) sum += std::norm(std::complex<double>(sample));
+  return field.samples.empty() ? 0 : sum / static_cast<double>(field.samples.size());
+}
+
+/// Encodes fields that show amplitudes up to the same one.
+void share_scale(const cl::Device& device, std::vector<RenderResult>& lasers) {
+  double clip = 0;
+  for (const auto& laser : lasers) clip = std::max(clip, laser.clip);
+  for (auto& laser : lasers) {
+    if (laser.plan.slm.encoding == Encoding::phase || laser.clip == clip) continue;
+    Encoder encoder(device, laser.panel);
+    encoder.show_up_to(clip * amplitude_unit_m(laser.plan));
+    laser.levels = encode(device, encoder, laser.field);
+    laser.clip = clip;
+  }
+}
+
+}  // namespace
+
+ColourResult render_colours(const cl::Device& device, const std::vector<Scene>& scenes,
+                            const World& world, const RenderOptions& options) {
+  ColourResult result;
+  auto how = options;
+  how.keep_field = true;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    if (options.progress) {
+      how.progress = [&, i](const std::string& what, double share) {
+        options.progress(length_text(scenes[i].hologram.wavelength_m) + ": " + what,
+                         (static_cast<double>(i) + share) / static_cast<double>(scenes.size()));
+      };
+    }
+    result.lasers.push_back(render(device, scenes[i], world, how));
+    how.takes_long = nullptr;  // it was said
+  }
+  share_scale(device, result.lasers);
+
+  double sum = 0;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    auto& laser = result.lasers[i];
+    result.energies.push_back(mean_light_of(laser.field));
+    const bool shows_phases = laser.plan.slm.encoding == Encoding::phase;
+    result.powers.push_back(scenes[i].colour->lasers.white_powers[scenes[i].colour->laser] *
+                            (shows_phases ? result.energies[i] : 1));
+    sum += result.powers[i];
+    if (!options.keep_field) laser.field = {};
+  }
+  for (double& power : result.powers) power = sum > 0 ? power / sum : 0;
+  return result;
 }
 
 }  // namespace raywave

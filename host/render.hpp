@@ -83,6 +83,26 @@ RenderResult render(const cl::Device& device, const Scene& scene,
 RenderResult render(const cl::Device& device, const Scene& scene, const World& world,
                     const RenderOptions& options = {});
 
+/// The holograms of a scene in colour, one for each laser, to be shown in turn.
+struct ColourResult {
+  std::vector<RenderResult> lasers;  // in the order of the scenes
+  // Irradiance of each field, mean over pixels and frames; of white scenes, all lasers have the
+  // same
+  std::vector<double> energies;
+  // Radiant powers that the lasers must have for the colours to be right, all for the same time;
+  // their sum is 1. Encodings that show amplitudes share one scale, and take the powers of white.
+  // Phases alone show all light whatever the field: a laser then needs its share of the fields'
+  std::vector<double> powers;
+};
+
+/// Renders the scenes of load_colours, which share the world. Each laser's field is bit-identical
+/// to that of its scene rendered alone. So are its levels, but that encodings of amplitudes share
+/// one scale: that of the brightest laser (RenderResult::clip).
+///
+/// throws  InputError for the scene, DeviceError for the device
+ColourResult render_colours(const cl::Device& device, const std::vector<Scene>& scenes,
+                            const World& world, const RenderOptions& options = {});
+
 /// Renders scenes that move. Meshes, kernels, plans and memory are kept from one picture to the
 /// next; only changed data is computed and uploaded. Rays are transformed into the frame of a moved
 /// object (host/trace/instances.hpp). A ray that meets an edge within rounding errors may therefore

@@ -95,10 +95,10 @@ public:
     for (const auto* map : maps.all()) add_all(map->image, map->place);
   }
   void add(const Light& light) {
-    const auto& [type, direction, position_m, intensity, falls_off, inner_deg, outer_deg, edges_m,
-                 radius_m, samples, highlights, picture, rotation_deg, where] = light;
-    add_all(type, direction, position_m, intensity, falls_off, inner_deg, outer_deg, edges_m,
-            radius_m, samples, highlights, rotation_deg);
+    const auto& [type, direction, position_m, intensity, colour, falls_off, inner_deg, outer_deg,
+                 edges_m, radius_m, samples, highlights, picture, rotation_deg, where] = light;
+    add_all(type, direction, position_m, intensity, colour, falls_off, inner_deg, outer_deg,
+            edges_m, radius_m, samples, highlights, rotation_deg);
   }
   void add(const Object& object) {
     const auto& [mesh, width_m, position_m, rotation_deg, solid_scale, material, normals, where,

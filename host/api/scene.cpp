@@ -31,8 +31,8 @@ bool reads_the_same(const Scene::State& a, const Scene::State& b) {
   const auto all = [](const auto& x, const auto& y, const auto& same) {
     return std::equal(x.begin(), x.end(), y.begin(), y.end(), same);
   };
-  return channel_of(a.scene.hologram.wavelength_m) == channel_of(b.scene.hologram.wavelength_m) &&
-         a.meshes == b.meshes && all(a.scene.objects, b.scene.objects, same_object) &&
+  return a.scene.channels() == b.scene.channels() && a.meshes == b.meshes &&
+         all(a.scene.objects, b.scene.objects, same_object) &&
          all(a.scene.materials, b.scene.materials, same_texture) &&
          all(a.scene.lights, b.scene.lights, same_picture);
 }

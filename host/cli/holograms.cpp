@@ -20,8 +20,9 @@
 namespace raywave::cli {
 namespace {
 
-std::string name_of_frame(std::size_t number, const std::string& format) {
-  return "hologram" + (number == 0 ? "" : "_" + std::to_string(number + 1)) + "." + format;
+std::string name_of_frame(std::size_t number, const std::string& format,
+                          const std::string& stem = "hologram") {
+  return stem + (number == 0 ? "" : "_" + std::to_string(number + 1)) + "." + format;
 }
 
 /// The pictures that a report was written beside.
@@ -180,9 +181,10 @@ nlohmann::ordered_json encoded_report(const HologramSpec& hologram, const SlmSpe
 
 std::string save_hologram(const std::filesystem::path& folder, std::size_t number,
                           const SlmSpec& slm, glm::ivec2 size_px,
-                          const std::vector<std::uint8_t>& levels, const std::string& format) {
+                          const std::vector<std::uint8_t>& levels, const std::string& format,
+                          const std::string& stem) {
   const auto picture = for_slm(LevelPicture{size_px, levels}, slm);
-  const auto name = name_of_frame(number, format);
+  const auto name = name_of_frame(number, format, stem);
   save_png(folder / name, picture.size_px.x, picture.size_px.y, picture.levels);
   return name;
 }

@@ -65,9 +65,11 @@ nlohmann::ordered_json encoded_report(const HologramSpec& hologram, const SlmSpe
 
 /// Saves the levels of frame `number` (from 0) as hologram.png, hologram_2.png ..., turned and
 /// flipped as the SLM wants them. Returns the file's name.
+///
+/// stem  of the name, instead of "hologram"
 std::string save_hologram(const std::filesystem::path& folder, std::size_t number,
                           const SlmSpec& slm, glm::ivec2 size_px,
                           const std::vector<std::uint8_t>& levels,
-                          const std::string& format = "png");
+                          const std::string& format = "png", const std::string& stem = "hologram");
 
 }  // namespace raywave::cli

@@ -87,6 +87,13 @@ void ReportOptions::write(const Json& value) const {
   write(value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
+std::vector<Scene> load_all(const std::string& file, const std::vector<std::string>& set,
+                            const ReportOptions& report) {
+  auto scenes = load_colours(file, set);
+  for (const auto& note : scenes[0].notes) report.note(note);
+  return scenes;
+}
+
 Scene load(const std::string& file, const std::vector<std::string>& set,
            const ReportOptions& report) {
   auto scene = load_scene(file, set);

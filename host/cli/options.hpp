@@ -40,6 +40,9 @@ struct ReportOptions {
   void write(const nlohmann::ordered_json& value) const;
 };
 
+/// Loads a scene, or those of all its lasers, and prints their notes.
+std::vector<Scene> load_all(const std::string& file, const std::vector<std::string>& set,
+                            const ReportOptions& report);
 /// Loads a scene and prints its notes.
 Scene load(const std::string& file, const std::vector<std::string>& set,
            const ReportOptions& report);
@@ -53,6 +56,9 @@ struct SceneOptions {
 
   CLI::Option* add_to(CLI::App& command, const std::string& help = "Scene file (TOML)");
   Scene load(const ReportOptions& report) const { return cli::load(file, set, report); }
+  std::vector<Scene> load_all(const ReportOptions& report) const {
+    return cli::load_all(file, set, report);
+  }
 };
 
 /// --device and --fft.

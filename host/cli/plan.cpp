@@ -7,6 +7,7 @@
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
+#include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/trace/tuning.hpp"
 
@@ -27,8 +28,15 @@ DeviceFigures figures(const DeviceOptions& options) {
 }
 
 void run_plan(const PlanArguments& options) {
-  const auto scene = options.scene.load(options.report);
+  const auto scenes = options.scene.load_all(options.report);
+  const auto& scene = scenes[0];
   const auto world = build_world(scene);
+  if (scenes.size() > 1) {
+    const auto planned = plan_colours(scenes, world, figures(options.device), options.goal.goal());
+    if (options.report.prints_text()) std::fputs(colour_plan_text(planned, world).c_str(), stdout);
+    options.report.write(colour_plan_json(planned, world));
+    return;
+  }
   const auto planned = plan_scene(scene, world, figures(options.device), options.goal.goal());
   if (options.report.prints_text()) std::fputs(plan_report_text(planned, world).c_str(), stdout);
   options.report.write(plan_report_json(planned, world));

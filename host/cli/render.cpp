@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -20,6 +22,7 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/scene/image.hpp"
 #include "host/trace/tuning.hpp"
@@ -35,7 +38,7 @@ struct RenderArguments {
   DeviceOptions device;
   ReportOptions report;
   std::string out;
-  bool save_wrps = false, no_field = false;
+  bool save_wrps = false, no_field = false, rgb = false;
 };
 
 /// " over 2 virtual planes"
@@ -69,8 +72,95 @@ std::string time_text(const std::map<std::string, double>& seconds) {
   return number(total) + (parts.empty() ? "" : " (" + parts + ")");
 }
 
+/// One picture of all lasers: the longest wavelength is red, the shortest blue.
+std::string save_rgb(const std::filesystem::path& folder, std::size_t frame,
+                     const ColourResult& result) {
+  std::array<std::size_t, 3> order{0, 1, 2};
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return result.lasers[a].plan.wavelength_m > result.lasers[b].plan.wavelength_m;
+  });
+  std::array<LevelPicture, 3> pictures;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& laser = result.lasers[order[i]];
+    pictures[i] = for_slm(LevelPicture{laser.plan.size, laser.levels[frame]}, laser.plan.slm);
+  }
+  std::vector<std::uint8_t> pixels;
+  for (std::size_t at = 0; at < pictures[0].levels.size(); ++at)
+    for (const auto& picture : pictures) pixels.push_back(picture.levels[at]);
+  const auto name = "hologram_rgb" + (frame == 0 ? "" : "_" + std::to_string(frame + 1)) + ".png";
+  save_png_rgb(folder / name, pictures[0].size_px.x, pictures[0].size_px.y, pixels);
+  return name;
+}
+
+/// The holograms of all lasers.
+void render_lasers(const RenderArguments& options, std::vector<Scene> scenes,
+                   const cl::Device& device, RenderOptions how) {
+  OutputSet out(options.out);
+  ColourResult result;
+  std::vector<std::string> notes;
+  {
+    ProgressBar bar(options.report.quiet);
+    how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+    bar.show("meshes", 0);
+    const auto world = build_world(scenes[0]);
+    if (const auto goal = options.goal.goal(); goal.any()) {
+      auto planned = plan_colours(scenes, world, figures_of(device.info()), goal, how.keep_field);
+      for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = std::move(planned[i].scene);
+      notes = std::move(planned[0].warnings);
+    }
+    if (auto warning = colour_warning(scenes, world); !warning.empty())
+      notes.push_back(std::move(warning));
+    result = render_colours(device, scenes, world, how);
+  }
+  for (const auto& laser : result.lasers)
+    for (const auto& note : laser.notes)
+      if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+  for (const auto& note : notes) options.report.note(note);
+
+  std::vector<std::vector<std::string>> pictures(scenes.size());
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    const auto& laser = result.lasers[i];
+    const auto name = laser_name(laser.plan.wavelength_m);
+    for (std::size_t frame = 0; frame < laser.levels.size(); ++frame) {
+      pictures[i].push_back(save_hologram(out.folder(), frame, laser.plan.slm, laser.plan.size,
+                                          laser.levels[frame], "png", "hologram_" + name));
+      out.add(pictures[i].back());
+    }
+    const auto save_field = [&](const std::string& file, const FieldStack& field) {
+      save_npy(out.folder() / file, field.nx, field.ny, field.frames, field.samples);
+      out.add(file);
+    };
+    if (how.keep_field) save_field("field_" + name + ".npy", laser.field);
+    if (how.keep_field && laser.refined)
+      save_field("refined_" + name + ".npy", laser.refined->phases);
+    for (std::size_t wrp = 0; wrp < laser.wrps.size(); ++wrp)
+      save_field((laser.plan.compact ? "virtual_plane_" : "wrp_") + name + "_" +
+                     std::to_string(wrp + 1) + ".npy",
+                 laser.wrps[wrp]);
+  }
+  for (std::size_t frame = 0; options.rgb && frame < result.lasers[0].levels.size(); ++frame)
+    out.add(save_rgb(out.folder(), frame, result));
+  const auto report = out.finish(nlohmann::ordered_json::parse(
+      colour_report_json(scenes, result, pictures, device.info(), how.fft)));
+
+  if (options.report.prints_text()) {
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+      const auto& laser = result.lasers[i];
+      std::printf("%s: %d x %d hologram%s in %s on %s; power %.3f\n",
+                  length_text(laser.plan.wavelength_m).c_str(), laser.plan.size.x,
+                  laser.plan.size.y, planes_text(laser.plan, how.method).c_str(),
+                  time_text(laser.seconds).c_str(), device.info().name.c_str(), result.powers[i]);
+    }
+    out.print();
+  }
+  options.report.write(report);
+}
+
 void run_render(const RenderArguments& options) {
-  auto scene = options.scene.load(options.report);
+  auto scenes = options.scene.load_all(options.report);
+  auto& scene = scenes[0];
+  if (options.rgb && scenes.size() == 1)
+    throw InputError("--rgb packs the holograms of three lasers: give hologram.wavelength three");
   const cl::Device device(options.device.info());
   RenderOptions how;
   how.fft = options.device.backend(device.info());
@@ -81,13 +171,17 @@ void run_render(const RenderArguments& options) {
   how.rays_per_axis = options.method.rays_per_axis;
   how.keep_wrps = options.save_wrps;
   how.keep_field = !options.no_field;
+  how.rates = figures_of(device.info()).rates;
+  if (scenes.size() > 1) {
+    render_lasers(options, std::move(scenes), device, how);
+    return;
+  }
   OutputSet out(options.out);
   RenderResult result;
   std::vector<std::string> warnings;
   {
     ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    how.rates = figures_of(device.info()).rates;
     how.takes_long = [&](double seconds) {
       bar.say("this will take about " + duration_text(seconds) +
               "; raywave plan tells why, --preset draft or a larger sampling.pitch takes less");
@@ -154,6 +248,10 @@ void add_render(CLI::App& app) {
   command
       ->add_flag("--no-field", options->no_field,
                  "Write no field.npy; results take an eighth of the host's memory")
+      ->group(group::output);
+  command
+      ->add_flag("--rgb", options->rgb,
+                 "Of three lasers: also write hologram_rgb.png, whose channels are their holograms")
       ->group(group::output);
   options->report.add_to(*command, "report.json");
   command->callback([options] { run_render(*options); });

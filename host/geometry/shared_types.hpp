@@ -18,6 +18,7 @@ RAYWAVE_CL_TYPE(raywave::device::Triangle, "Triangle");
 RAYWAVE_CL_TYPE(raywave::device::Instance, "Instance");
 RAYWAVE_CL_TYPE(raywave::device::Material, "Material");
 RAYWAVE_CL_TYPE(raywave::device::Light, "Light");
+RAYWAVE_CL_TYPE(raywave::device::SceneLight, "SceneLight");
 RAYWAVE_CL_TYPE(raywave::device::TracePlane, "TracePlane");
 RAYWAVE_CL_TYPE(raywave::device::Sample, "Sample");
 RAYWAVE_CL_TYPE(raywave::device::SamplePath, "SamplePath");

@@ -206,7 +206,8 @@ bool has_holes(const World& world, std::size_t first_material) {
 }
 
 /// Adds an object's vertices and triangles; positions and normals are set by place().
-void add(std::int32_t index, const Object& object, const Mesh& mesh, int channel, World& world) {
+void add(std::int32_t index, const Object& object, const Mesh& mesh, Channels channels,
+         World& world) {
   if (world.triangles.size() + mesh.triangles.size() > kMaxTriangles)
     throw InputError(object.where + ": with it the scene has more than " +
                      std::to_string(kMaxTriangles) + " triangles");
@@ -215,10 +216,11 @@ void add(std::int32_t index, const Object& object, const Mesh& mesh, int channel
   world.normals.resize(world.positions.size());
   world.uvs.insert(world.uvs.end(), mesh.uvs.begin(), mesh.uvs.end());
   if (!mesh.colours.empty() && wears_own_materials(object)) {
-    world.colours.resize(first, glm::vec2(1));
-    for (const auto& c : mesh.colours) world.colours.emplace_back(c[channel], c.a);
+    world.colours.resize(first, glm::vec4(1));
+    for (const auto& c : mesh.colours)
+      world.colours.push_back(channels.all ? c : glm::vec4(glm::vec3(c[channels.first]), c.a));
   }
-  if (!world.colours.empty()) world.colours.resize(world.positions.size(), glm::vec2(1));
+  if (!world.colours.empty()) world.colours.resize(world.positions.size(), glm::vec4(1));
   for (const glm::uvec3& triangle : mesh.triangles) world.triangles.push_back(triangle + first);
   world.triangle_object.resize(world.triangles.size(), index);
 }
@@ -321,8 +323,7 @@ World place_objects(const Scene& scene, const Meshes& meshes, Textures textures)
     const auto part = cut_mesh_of(scene.objects[i], whole, placing);
     const auto& mesh = part ? *part : whole;
     const auto first_vertex = world.positions.size(), first_triangle = world.triangles.size();
-    add(static_cast<std::int32_t>(i), scene.objects[i], mesh,
-        channel_of(scene.hologram.wavelength_m), world);
+    add(static_cast<std::int32_t>(i), scene.objects[i], mesh, scene.channels(), world);
     const auto first_material = world.materials.size();
     add_materials(scene, scene.objects[i], meshes, number, mesh.triangle_material, world);
     // Through holes of a closed mesh its inner sides are seen

@@ -60,8 +60,9 @@ struct World {
   // Unit length, as oriented by the mesh; of the face where a vertex has none
   std::vector<glm::vec3> normals;
   std::vector<glm::vec2> uvs;  // (0, 0) where a mesh has none
-  // Colour of the hologram's channel, and alpha; empty: no mesh that wears its own has any
-  std::vector<glm::vec2> colours;
+  // Colour and alpha; in scenes of one wavelength, red, green and blue are its channel. Empty: no
+  // mesh that wears its own has any
+  std::vector<glm::vec4> colours;
   std::vector<glm::uvec3> triangles;
   std::vector<std::int32_t> triangle_object;  // index into Scene::objects
   // Index into `materials`; -1: the material that the scene gives the object. Empty: all are -1

@@ -27,6 +27,11 @@
 namespace raywave {
 namespace {
 
+/// Sine of the steepest light that pixels can show, per axis.
+glm::dvec2 largest_sine_of(double wavelength_m, const Plan& plan) {
+  return glm::min(glm::dvec2(1), wavelength_m / (2.0 * plan.pitch_m));
+}
+
 /// Tangent of the steepest ray to the optical axis that pixels can show, per axis.
 glm::dvec2 steepest_tangent(glm::dvec2 largest_sine) {
   glm::dvec2 tangent;
@@ -76,16 +81,16 @@ constexpr double most_filled_by_double_phase = 0.6;
 
 /// Share of the SLM's band, mean of the axes, that light from all vertices to the hologram's middle
 /// needs.
-double share_of_band(const World& world, const Plan& plan) {
+double share_of_band(const World& world, glm::dvec2 largest_sine) {
   glm::dvec2 low(1), high(-1);
   for (const auto& position_m : positions_now(world)) {
     if (position_m.z == 0) continue;
     const auto tangent = glm::dvec2(position_m) / position_m.z;
-    const auto sine = tangent / glm::sqrt(1.0 + tangent * tangent) + plan.slm.illumination.sine;
+    const auto sine = tangent / glm::sqrt(1.0 + tangent * tangent);
     low = glm::min(low, sine);
     high = glm::max(high, sine);
   }
-  const auto filled = glm::clamp((high - low) / (2.0 * plan.largest_sine), 0.0, 1.0);
+  const auto filled = glm::clamp((high - low) / (2.0 * largest_sine), 0.0, 1.0);
   return std::sqrt(filled.x * filled.y);
 }
 
@@ -159,14 +164,17 @@ void require_known_sides(const Scene& scene, const Plan& plan, Method method) {
 
 /// The plan with the propagation that the scene asks for, which is not "auto" of Method::wrp.
 ///
-/// images  none: they are found, and kept there
+/// samples  the lattice, where another plan's is shared
+/// images   none: they are found, and kept there
 Plan plan_as_asked(const Scene& scene, const World& world, Method method, int rays_per_axis,
-                   bool has_doubles, const Plan* moved_from, std::optional<Images>& images) {
+                   bool has_doubles, const Plan* moved_from,
+                   const std::optional<LatticePlan>& samples, std::optional<Images>& images) {
   // The hologram, the depths of the scene, and the steepest light that pixels can show
   Plan plan;
   plan.size = scene.hologram.resolution;
   plan.pitch_m = scene.hologram.pitch_m;
   plan.wavelength_m = scene.hologram.wavelength_m;
+  plan.colour = scene.colour;
   plan.slm = scene.slm;
   plan.near_m = world.min_m.z;
   plan.far_m = world.max_m.z;
@@ -176,8 +184,7 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   plan.farthest_m = std::max(std::abs(plan.near_m), std::abs(plan.far_m));
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,
                    (plan.near_m + plan.far_m) / 2};
-  for (int axis = 0; axis < 2; ++axis)
-    plan.largest_sine[axis] = std::min(1.0, plan.wavelength_m / (2 * plan.pitch_m[axis]));
+  plan.largest_sine = largest_sine_of(plan.wavelength_m, plan);
   // Pixels turn the light that falls onto them by so much
   const auto& illumination = scene.slm.illumination;
   const auto steepest =
@@ -187,11 +194,15 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   const bool is_near = method == Method::points && meets_hologram(world, plan);
 
   // The encoding. Near the hologram, the field's amplitude is the picture
-  plan.band_filled = moved_from ? moved_from->band_filled : share_of_band(world, plan);
-  if (plan.slm.encoding == Encoding::automatic)
-    plan.slm.encoding = plan.band_filled > most_filled_by_double_phase && !is_near
-                            ? Encoding::phase
-                            : Encoding::double_phase;
+  plan.band_filled = moved_from ? moved_from->band_filled : share_of_band(world, plan.largest_sine);
+  if (plan.slm.encoding == Encoding::automatic) {
+    // Lasers of one scene have one encoding: that of the narrowest band
+    const double fullest =
+        scene.colour ? share_of_band(world, largest_sine_of(scene.colour->shortest_m(), plan))
+                     : plan.band_filled;
+    plan.slm.encoding = fullest > most_filled_by_double_phase && !is_near ? Encoding::phase
+                                                                          : Encoding::double_phase;
+  }
   if (scene.refine) {
     if (shows_amplitude(plan.slm.encoding))
       throw InputError(one_line(scene.file.string()) + ": slm.encoding \"" +
@@ -264,6 +275,7 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   // The lattice of rays that finds the surface samples
   plan.lattice = is_near ? lattice_from_eye(scene, world, plan, steepest)
                          : lattice_over(scene, placement.extents, plan, steepest, placement.lit);
+  if (samples) plan.lattice = *samples;
   plan.beyond_diffraction = placement.extents.beyond_m[0] > 0 ||
                             placement.extents.beyond_m[1] > 0 || !illumination.is_plane() ||
                             is_near;
@@ -334,20 +346,32 @@ std::string why_no_compact(const Plan& plan) {
              : "the hologram is wider than the light of its pixels at the scene's distance";
 }
 
+/// The lattice that the lasers of a scene in colour share: that of the longest wavelength, whose
+/// light spreads farthest. Empty: this scene's is its own.
+std::optional<LatticePlan> shared_lattice(const Scene& scene, const World& world, Method method,
+                                          int rays_per_axis, bool has_doubles,
+                                          const Plan* moved_from) {
+  if (!scene.colour || scene.hologram.wavelength_m == scene.colour->longest_m()) return {};
+  auto widest = scene;
+  widest.hologram.wavelength_m = scene.colour->longest_m();
+  return make_plan(widest, world, method, rays_per_axis, has_doubles, moved_from).lattice;
+}
+
 }  // namespace
 
 Plan make_plan(const Scene& scene, const World& world, Method method, int rays_per_axis,
                bool has_doubles, const Plan* moved_from) {
   auto tried = scene;
   std::optional<Images> images;  // the same for all that is tried
+  const auto samples = shared_lattice(scene, world, method, rays_per_axis, has_doubles, moved_from);
   const auto planned = [&](WrpPropagation propagation, const Plan* from) {
     tried.wrp.propagation = propagation;
-    return plan_as_asked(tried, world, method, rays_per_axis, has_doubles, from, images);
+    return plan_as_asked(tried, world, method, rays_per_axis, has_doubles, from, samples, images);
   };
   if (method == Method::wrp && scene.sampling.mode == SamplingMode::aimed && world.min_m.z <= 0 &&
       world.max_m.z >= 0) {
-    auto near =
-        plan_as_asked(tried, world, Method::points, rays_per_axis, has_doubles, moved_from, images);
+    auto near = plan_as_asked(tried, world, Method::points, rays_per_axis, has_doubles, moved_from,
+                              samples, images);
     if (is_near_hologram(near)) {
       if (scene.wrp.propagation != WrpPropagation::automatic || !scene.wrp.distances_m.empty())
         throw InputError(one_line(scene.file.string()) +

@@ -132,6 +132,7 @@ double mean_radiance(const Image& environment) {
 std::vector<PlacedLight> placed_light(const Light& light, const Image* environment) {
   PlacedLight placed;
   placed.intensity = light.intensity;
+  placed.colour = light.colour;
   placed.falls_off = light.falls_off;
   placed.highlights = light.highlights;
   switch (light.type) {

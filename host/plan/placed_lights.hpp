@@ -24,6 +24,7 @@ struct PlacedLight {
   // World; places, or directions of unit length towards the light. One, or places_of_light
   std::vector<glm::dvec3> places;
   double intensity = 1;
+  glm::dvec3 colour{1};    // as in Light
   bool falls_off = false;  // intensity over the square of the distance in metres
   bool highlights = true;
   // Of spots: full within, dark from there on; cosines to the axis, which points along the light.

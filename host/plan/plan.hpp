@@ -210,6 +210,7 @@ struct Plan {
   std::string why_tiles;       // as many; empty: in one piece it fits
   glm::dvec2 pitch_m{1, 1};
   double wavelength_m = 1;
+  std::optional<ColourSpec> colour;  // of scenes in colour
   SlmSpec slm;  // refined phases are encoded as phases, whatever the scene says
   std::optional<RefineSettings> refine;  // with a blur
   Lighting lighting;
@@ -264,6 +265,7 @@ struct Plan {
   double cone_error = 0;
   std::uint64_t rays = 0;  // primary rays of a frame
 
+  Channels channels() const { return {channel_of(wavelength_m), colour.has_value()}; }
   /// Samples are gathered at the hologram itself (Method::points), and nothing is propagated.
   bool is_at_hologram() const { return !layers.empty() && layers.front().distance_m == 0; }
   Cone cone() const { return {cone_half_width, apodization}; }

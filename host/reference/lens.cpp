@@ -73,10 +73,11 @@ public:
       if (std::abs(glm::dot(look.normal, light.direction)) < cosine_margin) unsure = true;
       return !scene_.trace.shadows || !is_hidden(point, look.smooth, light, hit.triangle);
     };
-    const double light =
+    const auto light =
         light_from(lights_, look, point + origin_m_, -direction, light_place, reaches);
-    const double own = (1 - look.reflectivity - look.transparency) *
-                       (look.ambient * ambient_light_ + look.emission + light);
+    const double own =
+        (1 - look.reflectivity - look.transparency) *
+        shown_radiance(scene_, look.ambient * ambient_light_ + look.emission + light);
     return way.share * own + beyond(point, direction, look, entering, light_place, way);
   }
 

@@ -52,9 +52,18 @@ double shininess_of_roughness(double roughness) {
 
 }  // namespace
 
-double map_at(const SurfaceMap& map, glm::dvec2 uv) {
+glm::dvec3 seen_colour(const Scene& scene, glm::dvec3 colour) {
+  return scene.colour ? colour : glm::dvec3(colour[channel_of(scene.hologram.wavelength_m)]);
+}
+
+double shown_radiance(const Scene& scene, glm::dvec3 radiance) {
+  return scene.colour ? scene.colour->light_of(radiance) : radiance.x;
+}
+
+double map_at(const SurfaceMap& map, glm::dvec2 uv, int channel) {
   if (!map) return 1;
   const auto& image = *map.image;
+  const auto texels = image.channel(channel);
   const auto row = [&](const std::array<double, 3>& r) { return r[0] * uv.x + r[1] * uv.y + r[2]; };
   const double x = row(map.place.across) * image.width - 0.5,
                y = (1 - row(map.place.up)) * image.height - 0.5;
@@ -67,7 +76,7 @@ double map_at(const SurfaceMap& map, glm::dvec2 uv) {
       const auto texel =
           static_cast<std::size_t>(wrapped(line, image.height, map.place.wrap_v)) * image.width +
           static_cast<std::size_t>(wrapped(column, image.width, map.place.wrap_u));
-      sum += share * static_cast<double>(image.pixels[texel]);
+      sum += share * static_cast<double>(texels[texel]);
     }
   }
   return sum;
@@ -76,27 +85,31 @@ double map_at(const SurfaceMap& map, glm::dvec2 uv) {
 Look look_at(const Scene& scene, const World& world, std::size_t triangle, double v, double w) {
   const auto& m = material_of(scene, world, triangle);
   const auto maps = maps_of(scene, world, triangle);
-  const int channel = channel_of(scene.hologram.wavelength_m);
+  const auto seen = [&](glm::dvec3 whole) { return seen_colour(scene, whole); };
   const auto t = world.triangles[triangle];
   const double weights[] = {1 - v - w, v, w};
-  glm::dvec2 uv(0), colour(0);
+  glm::dvec2 uv(0);
+  glm::dvec4 colour(0);
   glm::dvec3 smooth(0);
   for (int i = 0; i < 3; ++i) {
     uv += weights[i] * glm::dvec2(world.uvs[t[i]]);
     smooth += weights[i] * glm::dvec3(world.normals[t[i]]);
     colour +=
-        weights[i] * (world.colours.empty() ? glm::dvec2(1) : glm::dvec2(world.colours[t[i]]));
+        weights[i] * (world.colours.empty() ? glm::dvec4(1) : glm::dvec4(world.colours[t[i]]));
   }
-  if (!m.vertex_colours) colour = glm::dvec2(1);
-  const double tint = map_at(maps.colour, uv) * colour.x;
+  if (!m.vertex_colours) colour = glm::dvec4(1);
+  const auto texel = [&](const SurfaceMap& map) {
+    return glm::dvec3(map_at(map, uv, 0), map_at(map, uv, 1), map_at(map, uv, 2));
+  };
+  const auto tint = texel(maps.colour) * glm::dvec3(colour);
 
   // Phong's numbers
   Look look;
-  look.ambient = m.ambient[channel] * tint;
-  look.diffuse = m.diffuse[channel] * tint;
-  look.specular = m.specular[channel];
+  look.ambient = seen(m.ambient) * tint;
+  look.diffuse = seen(m.diffuse) * tint;
+  look.specular = seen(m.specular);
   look.shininess = m.shininess;
-  look.emission = m.emission[channel] * map_at(maps.emission, uv) * (m.unlit ? tint : 1);
+  look.emission = seen(m.emission) * texel(maps.emission) * (m.unlit ? tint : glm::dvec3(1));
   const double wavelength_m = scene.hologram.wavelength_m;
   look.reflectivity = m.reflectivity.at(wavelength_m);
   look.transparency = m.transparency.at(wavelength_m);
@@ -104,20 +117,20 @@ Look look_at(const Scene& scene, const World& world, std::size_t triangle, doubl
   look.attenuation_per_m = -std::log(m.attenuation.at(wavelength_m)) / m.attenuation_distance_m;
   look.alpha_mode = m.alpha_mode;
   look.alpha_cutoff = m.alpha_cutoff;
-  look.alpha = m.alpha * map_at(maps.alpha, uv) * map_at(maps.opacity, uv) * colour.y;
+  look.alpha = m.alpha * map_at(maps.alpha, uv) * map_at(maps.opacity, uv) * colour.a;
   if (const auto& metal = m.metallic_roughness) {
-    const double base = metal->base[channel] * tint,
-                 metallic = metal->metallic * map_at(maps.metallic, uv),
+    const auto base = seen(metal->base) * tint;
+    const double metallic = metal->metallic * map_at(maps.metallic, uv),
                  roughness = metal->roughness * map_at(maps.roughness, uv);
     look.ambient = metal->ambient_share * base;
     look.diffuse = base * (1 - metallic);
     look.shininess = shininess_of_roughness(roughness);
-    const double reflectance = metal->reflectance * (1 - metallic) + base * metallic;
+    const auto reflectance = metal->reflectance * (1 - metallic) + base * metallic;
     if (look.shininess < 1) {
       look.diffuse += reflectance;
-      look.specular = 0;
+      look.specular = glm::dvec3(0);
     } else {
-      look.specular = reflectance * (look.shininess + 2) / 2;
+      look.specular = reflectance * (look.shininess + 2) / 2.0;
     }
   }
 
@@ -185,6 +198,7 @@ SeenLight seen_light(const PlacedLight& light, glm::dvec3 place_m, int which) {
   SeenLight seen;
   seen.highlights = light.highlights;
   seen.intensity = light.intensity;
+  seen.colour = light.colour;
   if (!light.is_point) {
     seen.direction = at;
     return seen;
@@ -207,22 +221,22 @@ std::vector<PlacedLight> lights_of(const Scene& scene, const World& world) {
   return placed_lights(scene.lights, environments_of(world.textures, lighting_of(scene, world)));
 }
 
-double light_from(const std::vector<PlacedLight>& lights, const Look& look, glm::dvec3 place_m,
-                  std::optional<glm::dvec3> to_viewer, int which,
-                  const std::function<bool(std::size_t, const SeenLight&)>& reaches) {
-  double sum = 0;
+glm::dvec3 light_from(const std::vector<PlacedLight>& lights, const Look& look, glm::dvec3 place_m,
+                      std::optional<glm::dvec3> to_viewer, int which,
+                      const std::function<bool(std::size_t, const SeenLight&)>& reaches) {
+  glm::dvec3 sum(0);
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const auto seen = seen_light(lights[i], place_m, which);
     const double facing = glm::dot(look.normal, seen.direction);
     if (facing <= 0 || glm::dot(look.smooth, seen.direction) <= 0 || !(seen.intensity > 0) ||
         !reaches(i, seen))
       continue;
-    double part = look.diffuse * facing;
+    auto part = look.diffuse * facing;
     if (to_viewer && seen.highlights)
       part += look.specular *
               power_of_cosine(glm::dot(2 * facing * look.normal - seen.direction, *to_viewer),
                               look.shininess);
-    sum += seen.intensity * part;
+    sum += seen.intensity * seen.colour * part;
   }
   return sum;
 }

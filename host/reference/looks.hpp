@@ -18,11 +18,18 @@
 namespace raywave::reference {
 
 /// A channel of a picture where the mesh's coordinates are uv; bilinear between texel centres.
-double map_at(const SurfaceMap& map, glm::dvec2 uv);
+double map_at(const SurfaceMap& map, glm::dvec2 uv, int channel = 0);
+
+/// The channels of a colour that the hologram sees; of one wavelength, all three are its own.
+glm::dvec3 seen_colour(const Scene& scene, glm::dvec3 colour);
+
+/// What the hologram shows of a radiance that consists of such colours.
+double shown_radiance(const Scene& scene, glm::dvec3 radiance);
 
 /// A material at a place of a triangle, for the hologram's wavelength, without light.
 struct Look {
-  double ambient = 0, diffuse = 0, specular = 0, shininess = 0, emission = 0;
+  glm::dvec3 ambient{0}, diffuse{0}, specular{0}, emission{0};  // seen_colour
+  double shininess = 0;
   double reflectivity = 0, transparency = 0;  // for the hologram's wavelength, as all below
   double ior = 1.5, attenuation_per_m = 0;    // of what lies within
   double alpha = 1;
@@ -57,6 +64,7 @@ struct SeenLight {
   glm::dvec3 direction{0};           // towards it, of unit length
   std::optional<double> distance_m;  // empty: it has none
   double intensity = 0;
+  glm::dvec3 colour{1};
   bool highlights = true;
 };
 
@@ -77,8 +85,8 @@ inline int light_place_of(int i, int j) { return (i & 3) | (j & 3) << 2; }
 /// which      of the places of lights that have a size
 /// reaches    called with the number of a light that the surface faces and how it is seen: true
 ///            when nothing lies between
-double light_from(const std::vector<PlacedLight>& lights, const Look& look, glm::dvec3 place_m,
-                  std::optional<glm::dvec3> to_viewer, int which,
-                  const std::function<bool(std::size_t, const SeenLight&)>& reaches);
+glm::dvec3 light_from(const std::vector<PlacedLight>& lights, const Look& look, glm::dvec3 place_m,
+                      std::optional<glm::dvec3> to_viewer, int which,
+                      const std::function<bool(std::size_t, const SeenLight&)>& reaches);
 
 }  // namespace raywave::reference

@@ -174,6 +174,7 @@ private:
                         rig_.arrays.options.at(option::light_places) != "1";
     int covered = 0;
     double light = 0, area = 0, nearness = 0, dark_nearness = 0;
+    dvec3 colours(0);
     dvec2 lit_place(0), place(0);
     for (auto& part : parts_) {
       const auto met =
@@ -181,8 +182,11 @@ private:
                        [&](const Meeting& other) { return belongs(other, layer, off); });
       if (met == part.meetings.end()) continue;
       if (met->z <= part.rim_z) {
-        const double radiance =
+        const auto colour =
             radiance_of(shaded ? *met : layer, light_place_of(&part - parts_.data()));
+        // Of all colours together: the sample is at the same place for each laser
+        const double radiance = stage_.scene.colour ? colour.r + colour.g + colour.b : colour.r;
+        colours += colour;
         ++covered;
         light += radiance;
         lit_place += radiance * part.off;
@@ -201,7 +205,7 @@ private:
       if (moved > 1e-6)
         sample.place = -rig_.plan.origin_m + z * dvec3((middle_ + to) * lattice_.step, 1);
       if (moved > 1e-7 && moved < 1e-5) result_.unsure = true;
-      sample.radiance = light / static_cast<double>(parts_.size());
+      sample.radiance = shown_radiance(stage_.scene, colours / static_cast<double>(parts_.size()));
     }
     result_.samples.push_back(sample);
   }
@@ -209,28 +213,29 @@ private:
   /// Phong's radiance without highlights.
   ///
   /// light_place  of lights that have a size
-  double radiance_of(const Meeting& met, int light_place) {
+  dvec3 radiance_of(const Meeting& met, int light_place) {
     const auto& scene = stage_.scene;
     const auto material = static_cast<std::size_t>(scene.objects[met.object].material);
     const auto& m = scene.materials[material];
-    const int channel = channel_of(scene.hologram.wavelength_m);
     SurfaceMap map;
     if (m.texture) map.image = stage_.world.textures.at(material);
-    const double texel = map_at(map, met.uv);
-    double radiance = m.ambient[channel] * texel * ambient_light_of(scene) + m.emission[channel];
-    for (const auto& light : lights_) {
-      const auto seen = seen_light(light, met.point + rig_.plan.origin_m, light_place);
-      const auto way = seen.direction * seen.distance_m.value_or(2 * rig_.plan.far_m);
-      const double facing = dot(met.normal, seen.direction);
+    dvec3 texel(1);
+    for (int i = 0; i < 3; ++i) texel[i] = map_at(map, met.uv, i);
+    const auto seen = [&](dvec3 colour) { return seen_colour(scene, colour); };
+    auto radiance = seen(m.ambient) * texel * ambient_light_of(scene) + seen(m.emission);
+    for (const auto& one : lights_) {
+      const auto light = seen_light(one, met.point + rig_.plan.origin_m, light_place);
+      const auto way = light.direction * light.distance_m.value_or(2 * rig_.plan.farthest_m);
+      const double facing = dot(met.normal, light.direction);
       if (std::abs(facing) < undecided) result_.unsure = true;
-      if (facing <= 0 || seen.intensity == 0) continue;
+      if (facing <= 0 || light.intensity == 0) continue;
       if (scene.trace.shadows) {
         const auto free =
             free_path(rig_.corners, met.point, met.normal, rig_.arrays.bias_m, met.point + way);
         if (free == Seen::unsure) result_.unsure = true;
         if (free == Seen::no) continue;
       }
-      radiance += seen.intensity * m.diffuse[channel] * texel * facing;
+      radiance += light.intensity * light.colour * seen(m.diffuse) * texel * facing;
     }
     return radiance;
   }

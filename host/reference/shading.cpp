@@ -190,7 +190,8 @@ private:
     const auto& look = surface.look;
     for (const auto& light : lights_) {
       const auto seen = seen_light(light, surface.point + plan_.origin_m, light_place);
-      if (std::abs(glm::dot(look.normal, seen.direction)) < cosine_margin && look.specular > 0)
+      if (std::abs(glm::dot(look.normal, seen.direction)) < cosine_margin &&
+          look.specular != glm::dvec3(0))
         undecided = true;
     }
     const auto reaches = [&](std::size_t, const SeenLight& light) {
@@ -200,9 +201,9 @@ private:
       ++result.shadowed;
       return false;
     };
-    return look.ambient * ambient_light_ + look.emission +
-           light_from(lights_, look, surface.point + plan_.origin_m, to_viewer, light_place,
-                      reaches);
+    return shown_radiance(scene_, look.ambient * ambient_light_ + look.emission +
+                                      light_from(lights_, look, surface.point + plan_.origin_m,
+                                                 to_viewer, light_place, reaches));
   }
 
   double cell_phase(glm::dvec3 point) {

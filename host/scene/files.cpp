@@ -1,20 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/files.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "host/common/error.hpp"
 
 namespace raywave {
 namespace {
 
-std::shared_ptr<const Image> load(const std::filesystem::path& file, int channel,
-                                  const std::string& where) {
-  Image image = load_texture(file, channel, where);
+/// Share of red, green and blue in the luminance of linear sRGB.
+constexpr double luminance[] = {0.2126, 0.7152, 0.0722};
+
+/// A picture that lights as grey.
+Image luminance_of(const std::filesystem::path& file, const std::string& where) {
+  const auto channels = load_channels(file, "rgb", where);
+  Image grey = channels[0];
+  for (std::size_t i = 0; i < grey.pixels.size(); ++i) {
+    double sum = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+      sum += luminance[c] * static_cast<double>(channels[c].pixels[i]);
+    grey.pixels[i] = static_cast<float>(sum);
+  }
+  return grey;
+}
+
+std::shared_ptr<const Image> load(const std::filesystem::path& file, Channels channels,
+                                  bool as_grey, const std::string& where) {
+  Image image = !channels.all ? load_texture(file, channels.first, where)
+                : as_grey     ? luminance_of(file, where)
+                              : stacked(load_channels(file, "rgb", where));
   limit_texels(image, file.string(), where);
   return std::make_shared<const Image>(std::move(image));
 }
@@ -22,15 +42,15 @@ std::shared_ptr<const Image> load(const std::filesystem::path& file, int channel
 }  // namespace
 
 Textures load_textures(const Scene& scene) {
-  const int channel = channel_of(scene.hologram.wavelength_m);
+  const auto channels = scene.channels();
   Textures textures;
-  std::map<std::filesystem::path, std::shared_ptr<const Image>> known;
+  std::map<std::pair<std::filesystem::path, bool>, std::shared_ptr<const Image>> known;
   std::uint64_t texels = 0;
-  const auto add = [&](const std::filesystem::path& file, const std::string& where) {
+  const auto add = [&](const std::filesystem::path& file, bool as_grey, const std::string& where) {
     std::error_code error;
     const auto whole = std::filesystem::weakly_canonical(file, error);
-    auto& texture = known[error ? file : whole];
-    if (!texture) texture = load(file, channel, where);
+    auto& texture = known[{error ? file : whole, as_grey && channels.all}];
+    if (!texture) texture = load(file, channels, as_grey, where);
     texels += texture->pixels.size();
     if (texels > INT32_MAX)
       throw InputError(where + ": with its texture the scene has more than 2147483647 texels");
@@ -38,11 +58,11 @@ Textures load_textures(const Scene& scene) {
   };
   for (const Material& material : scene.materials) {
     textures.emplace_back();
-    if (material.texture) add(*material.texture, material.where);
+    if (material.texture) add(*material.texture, false, material.where);
   }
   for (const Light& light : scene.lights) {
     textures.emplace_back();
-    if (light.type == LightType::environment) add(light.picture, light.where);
+    if (light.type == LightType::environment) add(light.picture, true, light.where);
   }
   return textures;
 }

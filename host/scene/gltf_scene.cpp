@@ -57,9 +57,11 @@ glm::dvec3 angles_deg(const glm::dmat3& turn) {
 
 /// A light of the file. Photometric units become intensities whose matt white surface shows as
 /// much: illuminance over pi.
-Light light_of(const GltfLight& from, const Placing& placing, int channel) {
+Light light_of(const GltfLight& from, const Placing& placing, Channels channels) {
   Light light;
-  light.intensity = std::min(from.intensity * from.colour[channel] / std::numbers::pi, 1e30);
+  if (channels.all) light.colour = from.colour;
+  const double share = channels.all ? 1 : from.colour[channels.first];
+  light.intensity = std::min(from.intensity * share / std::numbers::pi, 1e30);
   light.direction = placing.turn * -glm::dvec3(from.world_from_light[2]);
   const double length = glm::length(light.direction);
   light.direction = length > 0 ? light.direction / length : glm::dvec3(0, 0, 1);
@@ -134,9 +136,9 @@ void read_gltf_scene(Section section, Scene& scene) {
   object.position_m = placing.shift_m;
   object.cut_m = cut_m.value_or(std::clamp(camera.near * scale, 1e-6, 1e4));
   scene.objects.push_back(object);
-  const int channel = channel_of(scene.hologram.wavelength_m);
+  const auto channels = scene.channels();
   for (const auto& light : set.lights) {
-    scene.lights.push_back(light_of(light, placing, channel));
+    scene.lights.push_back(light_of(light, placing, channels));
     scene.lights.back().where = where;
   }
   for (const auto& note : set.notes) scene.notes.push_back(where + ": " + one_line(note));

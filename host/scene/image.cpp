@@ -86,6 +86,14 @@ Image load_texture(const std::filesystem::path& file, int channel, const std::st
   return load_file(file, where, {"texture", file.string(), std::to_string(channel)})[0];
 }
 
+Image stacked(std::span<const Image> channels) {
+  Image all = channels[0];
+  all.channels = 3;
+  for (const auto& channel : channels.subspan(1, 2))
+    all.pixels.insert(all.pixels.end(), channel.pixels.begin(), channel.pixels.end());
+  return all;
+}
+
 std::vector<Image> load_channels(const std::filesystem::path& file, const std::string& letters,
                                  const std::string& where) {
   return load_file(file, where, {"channels", file.string(), letters});

@@ -39,6 +39,9 @@ std::vector<Image> load_channels(std::span<const char> bytes, const std::string&
 /// throws  InputError, starting with `where`, when a texel is brighter than 1e30
 void limit_texels(Image& image, const std::string& name, const std::string& where);
 
+/// Red, green and blue of a picture as the channels of one, from its first three.
+Image stacked(std::span<const Image> channels);
+
 /// Reads a grey picture, as `raywave reconstruct` writes them, as linear values: integer formats
 /// are decoded from sRGB, float formats are taken as they are.
 ///

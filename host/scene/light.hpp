@@ -20,6 +20,9 @@ struct Light {
   // Of points and spots, and the middle of area lights
   glm::dvec3 position_m{0};
   double intensity = 1.0;  // >= 0
+  // In scenes in colour: of red, green and blue, over the intensity. Otherwise the intensity is of
+  // the hologram's channel
+  glm::dvec3 colour{1};
   // Intensity over the square of the distance in metres; otherwise, as in Phong's model, light does
   // not weaken with distance. Of points, spots and area lights
   bool falls_off = false;

@@ -178,7 +178,7 @@ Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mes
     const auto& mesh = loaded.meshes[found->second];
     auto& maps = loaded.maps[found->second];
     if (wears_own_materials(object) && maps.empty() && !mesh.materials.empty())
-      maps = load_maps(mesh, object.mesh, channel_of(scene.hologram.wavelength_m),
+      maps = load_maps(mesh, object.mesh, scene.channels(),
                        object.where + ": mesh " + in_quotes(object.mesh.string()));
   }
   return loaded;

@@ -63,7 +63,8 @@ public:
   Pictures(const Mesh& mesh, const fs::path& file, const std::string& where)
       : mesh_(mesh), file_(file), where_(where) {}
 
-  /// One channel for each letter of load_channels; empty where the picture is missing.
+  /// One channel for each letter of load_channels, but "rgb" in front makes one of three; empty
+  /// where the picture is missing.
   std::vector<SurfaceMap> channels(const MeshMap& map, const std::string& letters,
                                    std::vector<std::string>& notes) {
     if (map.picture < 0) return {};
@@ -80,6 +81,10 @@ public:
         notes.push_back("picture " + in_quotes(picture.name) +
                         " is ignored: there is no such file");
         return {};
+      }
+      if (letters.starts_with("rgb")) {
+        read[0] = stacked(read);
+        read.erase(read.begin() + 1, read.begin() + 3);
       }
       for (auto& image : read) {
         limit_texels(image, picture.name, where_);
@@ -187,9 +192,9 @@ Material phong_of(const MeshMaterial& from, const MaterialMaps& maps, bool colou
   return m;
 }
 
-std::vector<MaterialMaps> load_maps(const Mesh& mesh, const fs::path& file, int channel,
+std::vector<MaterialMaps> load_maps(const Mesh& mesh, const fs::path& file, Channels channels,
                                     const std::string& where) {
-  const std::string colour(1, "rgb"[channel]);
+  const std::string colour = channels.all ? "rgb" : std::string(1, "rgb"[channels.first]);
   Pictures pictures(mesh, file, where);
   std::vector<MaterialMaps> all;
   for (const auto& material : mesh.materials) {

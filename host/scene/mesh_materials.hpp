@@ -13,8 +13,8 @@
 
 namespace raywave {
 
-/// A channel of a picture on a surface, linear; `image` is null where there is none. Copies share
-/// the pixels.
+/// A channel of a picture on a surface, or its red, green and blue, linear; `image` is null where
+/// there is none. Copies share the pixels.
 struct SurfaceMap {
   std::shared_ptr<const Image> image{};
   MapPlace place{};
@@ -62,16 +62,16 @@ Material phong_of(const MeshMaterial& material, const MaterialMaps& maps, bool c
 /// The pictures of a mesh's materials, decoded.
 ///
 /// file     of the mesh; names of pictures are relative to its folder
-/// channel  0 red, 1 green, 2 blue
+/// channels  of colours that the hologram sees
 /// throws   InputError, starting with `where`, when a picture is there and cannot be used; one that
 ///          is missing is noted
 std::vector<MaterialMaps> load_maps(const Mesh& mesh, const std::filesystem::path& file,
-                                    int channel, const std::string& where);
+                                    Channels channels, const std::string& where);
 
 /// A line about a material for `raywave plan`: "metallic 0, roughness 0.5, colour map 512 x 512 ->
 /// diffuse 0.8, specular 0.19, shininess 7.5".
 ///
-/// channel  that the hologram sees
+/// channel  of colours that the hologram sees
 std::string description_of(const MeshMaterial& from, const Material& material,
                            const MaterialMaps& maps, int channel);
 

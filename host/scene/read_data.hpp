@@ -9,6 +9,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -127,10 +128,19 @@ struct GltfSet {
   std::vector<std::string> notes;  // what of them is left out
 };
 
-/// One channel of a picture, linear light, row-major.
+/// One channel of a picture, linear light, row-major; or its red, green and blue, one after the
+/// other.
 struct Image {
   int width = 0, height = 0;
   std::vector<float> pixels;
+  int channels = 1;
+
+  /// The texels of a channel; of the only one where there is one.
+  std::span<const float> channel(int number) const {
+    const auto size = pixels.size() / static_cast<std::size_t>(channels);
+    return std::span(pixels).subspan(channels == 1 ? 0 : static_cast<std::size_t>(number) * size,
+                                     size);
+  }
 };
 
 }  // namespace raywave

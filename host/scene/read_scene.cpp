@@ -19,8 +19,27 @@ namespace {
 constexpr Range kAnyPosition = between(-1e4, 1e4);
 constexpr int kMostLayers = 16;
 
-HologramSpec read_hologram(Section section) {
+/// One wavelength, or those of three lasers, which differ.
+std::vector<double> read_wavelengths(const Value& v) {
+  if (!v.is_array())
+    return {
+        v.length_m(between(HologramSpec::least_wavelength_m, HologramSpec::largest_wavelength_m))};
+  constexpr double least_difference_m = 1e-9;
+  const auto three = v.vector<glm::dvec3>(
+      "one wavelength, or a list of three, such as [\"638 nm\", \"520 nm\", \"450 nm\"]",
+      [](const Value& one) { return one.length_m(between(least_visible_m, largest_visible_m)); });
+  for (int i = 0; i < 3; ++i) {
+    if (const int next = (i + 1) % 3; std::abs(three[i] - three[next]) < least_difference_m)
+      v.fail("three lasers of different colours (" + length_text(three[i]) + " and " +
+             length_text(three[next]) + " are the same)");
+  }
+  return {three.x, three.y, three.z};
+}
+
+/// wavelengths_m  receives one, or three
+HologramSpec read_hologram(Section section, std::vector<double>& wavelengths_m) {
   HologramSpec spec;
+  wavelengths_m = {spec.wavelength_m};
   section.read("resolution", [&](const Value& v) { spec.resolution = v.integers(65536); });
   section.read("pitch", [&](const Value& v) {
     const auto length = [](const Value& one) {
@@ -30,13 +49,62 @@ HologramSpec read_hologram(Section section) {
                                 : glm::dvec2(length(v));
   });
   section.read("wavelength", [&](const Value& v) {
-    spec.wavelength_m =
-        v.length_m(between(HologramSpec::least_wavelength_m, HologramSpec::largest_wavelength_m));
+    wavelengths_m = read_wavelengths(v);
+    spec.wavelength_m = wavelengths_m.front();
   });
   section.read("tiles", [&](const Value& v) {
     if (!v.is_auto()) spec.tiles = v.integers(64);
   });
   section.finish();
+  return spec;
+}
+
+/// The laser that colour.only names.
+std::size_t laser_of(const Value& v, const std::vector<double>& wavelengths_m) {
+  const double wanted_m = v.length_m(between(least_visible_m, largest_visible_m));
+  std::string names;
+  for (std::size_t i = 0; i < wavelengths_m.size(); ++i) {
+    if (std::abs(wavelengths_m[i] - wanted_m) < 0.5e-9) return i;
+    names += (i > 0 ? " or " : "") + in_quotes(length_text(wavelengths_m[i]));
+  }
+  v.fail(names + ", of hologram.wavelength");
+}
+
+/// laser  of the wavelengths; none: the one that colour.only names
+std::optional<ColourSpec> read_colour(Section section, bool is_given, const Section& hologram,
+                                      const std::vector<double>& wavelengths_m,
+                                      std::optional<std::size_t> laser) {
+  std::optional<ColourSpec> spec;
+  if (wavelengths_m.size() == 1) {
+    if (is_given)
+      section.fail(
+          "is for three lasers: give hologram.wavelength = [\"638 nm\", \"520 nm\", \"450 nm\"]");
+    return spec;
+  }
+  spec.emplace();
+  try {
+    spec->lasers = laser_set({wavelengths_m[0], wavelengths_m[1], wavelengths_m[2]});
+  } catch (const std::invalid_argument& error) {
+    hologram.fail("wavelength: three lasers must mix white, " + std::string(error.what()) +
+                  "; give a red, a green and a blue one");
+  }
+  section.read("primaries", [&](const Value& v) { v.choice<int>({{"srgb", 0}}); });
+  section.read("white", [&](const Value& v) { v.choice<int>({{"D65", 0}}); });
+  section.read("only", [&](const Value& v) {
+    if (v.is("all")) return;
+    spec->laser = laser_of(v, wavelengths_m);
+    spec->only = true;
+  });
+  section.finish();
+  if (laser) {
+    spec->laser = *laser;
+  } else if (!spec->only) {
+    hologram.fail(
+        "wavelength: one wavelength only: this works on the hologram of one laser; give "
+        "colour.only "
+        "= " +
+        in_quotes(length_text(wavelengths_m[0])) + ", or one wavelength");
+  }
   return spec;
 }
 
@@ -406,19 +474,50 @@ Object read_object(Section section, const HologramSpec& hologram,
   section.finish();
   return object;
 }
+
+Scene parse_laser(const SceneText& text, const std::vector<std::string>& overrides,
+                  std::optional<std::size_t> laser);
+
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   return parse_scene(read_scene_text(file), overrides);
 }
 
+std::vector<Scene> load_colours(const std::filesystem::path& file,
+                                const std::vector<std::string>& overrides) {
+  return parse_colours(read_scene_text(file), overrides);
+}
+
+std::vector<Scene> parse_colours(const SceneText& text, const std::vector<std::string>& overrides) {
+  std::vector<Scene> scenes{parse_laser(text, overrides, std::size_t{0})};
+  if (!scenes[0].colour) return scenes;
+  if (scenes[0].colour->only) return {parse_laser(text, overrides, {})};
+  for (std::size_t laser = 1; laser < scenes[0].colour->lasers.wavelengths_m.size(); ++laser)
+    scenes.push_back(parse_laser(text, overrides, laser));
+  return scenes;
+}
+
 Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrides) {
+  return parse_laser(text, overrides, {});
+}
+
+namespace {
+
+/// laser  of several wavelengths; none: there is one, or colour.only names one
+Scene parse_laser(const SceneText& text, const std::vector<std::string>& overrides,
+                  std::optional<std::size_t> laser) {
   const Document document = parse_document(text, overrides);
   Section root(document, document.root, "", "");
 
   Scene scene;
   scene.file = text.file;
-  scene.hologram = read_hologram(root.section("hologram"));
+  std::vector<double> wavelengths_m;
+  const auto hologram = root.section("hologram");
+  scene.hologram = read_hologram(hologram, wavelengths_m);
+  scene.colour = read_colour(root.section("colour"), document.root.contains("colour"), hologram,
+                             wavelengths_m, laser);
+  if (scene.colour) scene.hologram.wavelength_m = wavelengths_m[scene.colour->laser];
   scene.slm = read_slm(root.section("slm"), scene.hologram.wavelength_m);
   scene.slm.illumination = read_illumination(root.section("illumination"));
   scene.wrp = read_wrp(root.section("wrp"));
@@ -463,4 +562,5 @@ Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrid
   return scene;
 }
 
+}  // namespace
 }  // namespace raywave

@@ -6,10 +6,13 @@
 /// z > 0, light travels towards -z.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -18,6 +21,7 @@
 #include <string_view>
 #include <vector>
 
+#include "host/common/colour.hpp"
 #include "host/scene/animation.hpp"
 #include "host/scene/light.hpp"
 #include "host/scene/read_data.hpp"
@@ -180,10 +184,10 @@ struct Material {
   bool is_specular() const { return reflectivity.is_positive() || transparency.is_positive(); }
 };
 
-/// True where light of a channel makes highlights on a material.
-inline bool has_highlights(const Material& material, int channel) {
-  return material.metallic_roughness ? material.metallic_roughness->sharpest > 0
-                                     : material.specular[channel] > 0;
+/// True where light of some channel makes highlights on a material.
+inline bool has_highlights(const Material& material, Channels channels) {
+  if (material.metallic_roughness) return material.metallic_roughness->sharpest > 0;
+  return channels.any([&](int channel) { return material.specular[channel] > 0; });
 }
 
 /// The largest exponent of a material's highlights.
@@ -217,9 +221,28 @@ struct Object {
   double cut_m = 0;
 };
 
+/// Of a scene in colour: its lasers, and the one whose hologram this scene makes. Materials and
+/// textures keep red, green and blue, and their light becomes that of the laser (docs/colour.md).
+struct ColourSpec {
+  LaserSet lasers;
+  std::size_t laser = 0;  // HologramSpec::wavelength_m is that of this one
+  bool only = false;      // colour.only asks for it alone
+
+  /// Its light shows the largest field: all lasers share samples of this field.
+  double longest_m() const {
+    return *std::max_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());
+  }
+  double shortest_m() const {
+    return *std::min_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());
+  }
+  /// Light of the laser for a linear sRGB radiance: >= 0, less is none.
+  double light_of(glm::dvec3 rgb) const { return std::max(0.0, glm::dot(lasers.row(laser), rgb)); }
+};
+
 struct Scene {
   std::filesystem::path file;
   HologramSpec hologram;
+  std::optional<ColourSpec> colour;  // empty: one wavelength, which sees one channel of colours
   SlmSpec slm;
   WrpSpec wrp;
   SamplingSpec sampling;
@@ -237,17 +260,27 @@ struct Scene {
   std::vector<Light> lights;
   std::vector<Material> materials;  // [0] is the default of an object that names none
   std::vector<Object> objects;
+
+  Channels channels() const { return {channel_of(hologram.wavelength_m), colour.has_value()}; }
 };
 
 /// Checks a scene, as load_scene does.
 Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrides = {});
+
+/// The scenes of all lasers, in the order of hologram.wavelength; one where it is one wavelength or
+/// colour.only names one. They differ in what depends on the wavelength alone.
+std::vector<Scene> parse_colours(const SceneText& text,
+                                 const std::vector<std::string>& overrides = {});
+std::vector<Scene> load_colours(const std::filesystem::path& file,
+                                const std::vector<std::string>& overrides = {});
 
 /// Reads and checks a scene file (docs/scene.md lists every key).
 ///
 /// overrides  "section.key=value" each, the value as TOML or a bare string ("wrp.padding=1.25",
 ///            "hologram.pitch=8 um", "object.0.width=9 mm", "materials.gold.shininess=40"); applied
 ///            before checks
-/// throws     InputError: one line with file, line and what would be right
+/// throws     InputError: one line with file, line and what would be right; for three wavelengths
+///            unless colour.only names one
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
 }  // namespace raywave

@@ -12,6 +12,22 @@ namespace raywave {
 /// this wavelength sees.
 int channel_of(double wavelength_m);
 
+/// The channels of colours and textures that a hologram sees: that of its wavelength, or, in
+/// colour, all three.
+struct Channels {
+  int first = 0;  // what a scene of one wavelength sees; in colour, the nearest to the laser's
+  bool all = false;
+
+  int count() const { return all ? 3 : 1; }
+  /// Number i of `count`.
+  int operator[](int i) const { return all ? i : first; }
+  template <class Test>
+  bool any(const Test& test) const {
+    return all ? test(0) || test(1) || test(2) : test(first);
+  }
+  bool operator==(const Channels&) const = default;
+};
+
 /// A number for each wavelength: one for all, one for each channel of a colour, or a table.
 struct Spectrum {
   glm::dvec3 channels{0};                        // red, green, blue; unless there is a table

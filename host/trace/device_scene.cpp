@@ -96,6 +96,16 @@ double brightest_of(const SurfaceMap& map) {
   return map ? *std::max_element(map.image->pixels.begin(), map.image->pixels.end()) : 1;
 }
 
+/// Colours and alpha of the vertices, as kernels/scene/arrays.h has them.
+std::vector<float> vertex_colours_of(const World& world, Channels channels) {
+  std::vector<float> floats;
+  for (const auto& c : world.colours) {
+    for (int k = 0; k < channels.count(); ++k) floats.push_back(c[k]);
+    floats.push_back(c.a);
+  }
+  return floats;
+}
+
 /// The pictures of a material of the plan.
 MaterialMaps maps_of(const Plan& plan, const World& world, std::size_t number) {
   const auto of_scene = static_cast<std::size_t>(plan.lighting.first_of_meshes);
@@ -107,7 +117,7 @@ MaterialMaps maps_of(const Plan& plan, const World& world, std::size_t number) {
 }
 
 Materials materials_of(const Plan& plan, const World& world) {
-  const int channel = channel_of(plan.wavelength_m);
+  const auto channels = plan.channels();
   Materials result;
   auto& [materials, all_texels, unit, brightest_emission] = result;
   Texels texels(all_texels);
@@ -116,9 +126,12 @@ Materials materials_of(const Plan& plan, const World& world) {
     const auto& m = plan.lighting.materials[i];
     const auto maps = maps_of(plan, world, i);
     device::Material material{};
-    material.ambient = static_cast<float>(m.ambient[channel]);
-    material.diffuse = static_cast<float>(m.diffuse[channel]);
-    material.specular = static_cast<float>(m.specular[channel]);
+    const auto put = [&](const glm::dvec3& from, float* to) {
+      for (int k = 0; k < channels.count(); ++k) to[k] = static_cast<float>(from[channels[k]]);
+    };
+    put(m.ambient, material.ambient);
+    put(m.diffuse, material.diffuse);
+    put(m.specular, material.specular);
     material.shininess = static_cast<float>(m.shininess);
     material.reflectivity = static_cast<float>(m.reflectivity.at(plan.wavelength_m));
     material.transparency = static_cast<float>(m.transparency.at(plan.wavelength_m));
@@ -128,10 +141,10 @@ Materials materials_of(const Plan& plan, const World& world) {
     material.colour = texels.map_of(maps.colour);
     material.kind = (m.vertex_colours ? MATERIAL_VERTEX_COLOURS : 0) |
                     (m.metallic_roughness ? MATERIAL_METALLIC : 0) | (m.unlit ? MATERIAL_UNLIT : 0);
-    material.emission = static_cast<float>(m.emission[channel]);
+    put(m.emission, material.emission);
     material.emission_map = texels.map_of(maps.emission);
     if (const auto& metal = m.metallic_roughness) {
-      material.base = static_cast<float>(metal->base[channel]);
+      put(metal->base, material.base);
       material.metallic = static_cast<float>(metal->metallic);
       material.roughness = static_cast<float>(metal->roughness);
       material.reflectance = static_cast<float>(metal->reflectance);
@@ -153,17 +166,22 @@ Materials materials_of(const Plan& plan, const World& world) {
     material.blend_rate = static_cast<float>(blend_cells_of_pitch / plan.sampling_pitch_m);
     material.blend_seed = plan.seed;
     const double tint = brightest_of(maps.colour);
-    brightest = std::max(
-        {brightest, std::max(m.ambient[channel], m.diffuse[channel]) * tint, m.specular[channel]});
-    brightest_emission = std::max(brightest_emission, m.emission[channel] * (m.unlit ? tint : 1) *
-                                                          brightest_of(maps.emission));
+    for (int k = 0; k < channels.count(); ++k) {
+      const int channel = channels[k];
+      brightest = std::max({brightest, std::max(m.ambient[channel], m.diffuse[channel]) * tint,
+                            m.specular[channel]});
+      brightest_emission = std::max(brightest_emission, m.emission[channel] * (m.unlit ? tint : 1) *
+                                                            brightest_of(maps.emission));
+    }
     materials.push_back(material);
   }
   unit = unit_of(brightest);
   brightest_emission /= unit;
   for (auto& m : materials) {
-    for (float* share : {&m.ambient, &m.diffuse, &m.specular, &m.emission, &m.base, &m.reflectance})
-      *share = in_units(*share, unit);
+    m.reflectance = in_units(m.reflectance, unit);
+    for (float* shares : {m.ambient, m.diffuse, m.specular, m.emission, m.base}) {
+      for (int k = 0; k < channels.count(); ++k) shares[k] = in_units(shares[k], unit);
+    }
   }
   return result;
 }
@@ -190,12 +208,14 @@ std::size_t light_places_of(const std::vector<PlacedLight>& placed) {
 }
 
 std::vector<device::Light> lights_in_scene_frame(const std::vector<PlacedLight>& placed,
-                                                 glm::dvec3 origin_m, double unit) {
+                                                 const Plan& plan, double unit) {
   std::vector<device::Light> lights;
   const std::size_t places = light_places_of(placed);
   for (const auto& l : placed) {
     device::Light light{};
     light.intensity = in_units(l.intensity, unit);
+    for (int k = 0; k < 3; ++k) light.colour[k] = static_cast<float>(l.colour[k]);
+    light.of_laser = static_cast<float>(plan.colour ? plan.colour->light_of(l.colour) : 1);
     light.is_point = l.is_point;
     light.falls_off = l.falls_off;
     light.axis_x = static_cast<float>(l.axis.x);
@@ -206,7 +226,7 @@ std::vector<device::Light> lights_in_scene_frame(const std::vector<PlacedLight>&
     light.edge_offset = static_cast<float>(l.is_spot() ? -l.outer_cosine * rate : 1);
     for (std::size_t i = 0; i < places; ++i) {
       const auto& at = l.places[std::min(i, l.places.size() - 1)];
-      const auto v = l.is_point ? at - origin_m : at;
+      const auto v = l.is_point ? at - plan.origin_m : at;
       std::tie(light.x, light.x_low) = split(v.x);
       std::tie(light.y, light.y_low) = split(v.y);
       std::tie(light.z, light.z_low) = split(v.z);
@@ -222,14 +242,15 @@ int lanes_for(const cl::DeviceInfo& device) { return work_shape(device).lanes; }
 
 cl::Options kernel_options(const Plan& plan) {
   const auto any = [&](const auto& test) { return plan.lighting.any_material(test); };
-  const int channel = channel_of(plan.wavelength_m);
+  const auto channels = plan.channels();
   const auto& all = plan.lighting.lights;
   const int lights = directions_of(all, [](const Light&) { return true; }),
             highlights = directions_of(all, [](const Light&l) { return l.highlights; });
   const auto any_light = [&](const auto& test) {
     return std::any_of(all.begin(), all.end(), test);
   };
-  return {{option::lights, std::to_string(lights)},
+  return {{option::colours, std::to_string(channels.count())},
+          {option::lights, std::to_string(lights)},
           {option::highlights, std::to_string(highlights)},
           {option::light_places, std::to_string(any_light(has_size) ? places_of_light : 1)},
           {option::spots, any_light([](const Light& l) {
@@ -238,9 +259,9 @@ cl::Options kernel_options(const Plan& plan) {
                               ? "1"
                               : "0"},
           {option::specular,
-           any([&](const Material& m) { return has_highlights(m, channel); }) ? "1" : "0"},
+           any([&](const Material& m) { return has_highlights(m, channels); }) ? "1" : "0"},
           {option::sharp, any([&](const Material& m) {
-             return has_highlights(m, channel) && sharpest_shininess(m) > sharp_shininess;
+             return has_highlights(m, channels) && sharpest_shininess(m) > sharp_shininess;
            })
                               ? "1"
                               : "0"},
@@ -260,7 +281,8 @@ DeviceScene::DeviceScene(const cl::Device& device, const World& world, const Pla
   texels = {device, std::span<const float>(made.texels), "textures"};
   normals = {device, floats_of(world.normals), "normals"};
   uvs = {device, floats_of(world.uvs), "places on textures"};
-  colours = {device, floats_of(world.colours), "colours of vertices"};
+  colours = {device, std::span<const float>(vertex_colours_of(world, plan.channels())),
+             "colours of vertices"};
   options =
       cl::with(kernel_options(plan), {{option::lanes, std::to_string(lanes_for(device.info()))}});
   place(world, plan);
@@ -284,13 +306,18 @@ void DeviceScene::upload_lights(const World& world, const Plan& plan) {
   }
   for (const auto& l : *placed_) brightest_light = std::max(brightest_light, l.intensity);
   const double light_unit = unit_of(std::max(brightest_light, brightest_emission_));
-  const auto light_data = lights_in_scene_frame(*placed_, plan.origin_m, light_unit);
+  const auto light_data = lights_in_scene_frame(*placed_, plan, light_unit);
   cl::put(device_, lights, light_data, "lights");
-  ambient_light = in_units(ambient_light_of(plan.lighting), light_unit);
+  light.ambient = in_units(ambient_light_of(plan.lighting), light_unit);
+  const auto laser =
+      plan.colour ? plan.colour->lasers.row(plan.colour->laser) : glm::dvec3(1, 0, 0);
+  for (int k = 0; k < 3; ++k) light.laser[k] = static_cast<float>(laser[k]);
   radiance_unit = material_unit_ * light_unit;
   // Emission needs no light, and is in units of both
   auto in_light_units = materials_;
-  for (auto& m : in_light_units) m.emission = in_units(m.emission, light_unit);
+  for (auto& m : in_light_units) {
+    for (float& emission : m.emission) emission = in_units(emission, light_unit);
+  }
   cl::put(device_, materials, in_light_units, "materials");
   diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));
   bias_m = static_cast<float>(ray_bias_m(world, plan));

@@ -39,9 +39,7 @@ public:
   cl::Buffer<device::Material> materials;
   cl::Buffer<device::Light> lights;
   cl::Buffer<float> texels;
-  // Sum of the ambient lights; 1 when there is none, so that the ambient share of a material is
-  // used unchanged
-  float ambient_light = 1;
+  device::SceneLight light{};
   // Unit of radiances on the device; fields are in units of its square root. It is a power of four
   // that keeps both in the range of floats.
   double radiance_unit = 1;
@@ -51,8 +49,8 @@ public:
   float bias_m = 0;
   /// SCENE_PARAMETERS of kernels/scene/arrays.h, for cl::Kernel::run.
   auto arguments() const {
-    return std::tuple_cat(tree.arguments(), std::tie(normals, uvs, colours, materials, lights,
-                                                     texels, ambient_light));
+    return std::tuple_cat(tree.arguments(),
+                          std::tie(normals, uvs, colours, materials, lights, texels, light));
   }
 
   cl::Options options;      // of the kernels: features that this scene does not use are left out

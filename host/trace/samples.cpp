@@ -96,6 +96,7 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
       find_samples_(program_.kernel("find_samples")),
       pack_samples_(program_.kernel("pack_samples")),
       breaks_(device, scene) {
+  if (plan.colour) show_laser_.emplace(program_.kernel("show_laser"));
   if (plan.has_specular_samples())
     specular_.emplace(
         device,
@@ -127,7 +128,9 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   breaks_.find(lattice, scene);
   const auto nx = static_cast<std::size_t>(lattice.nx), ny = static_cast<std::size_t>(lattice.ny);
   const auto lights = static_cast<std::size_t>(scene.light_words());
-  const auto bytes_per_slot = sizeof(device::Sample) + 4 * (visibility_words() + lights);
+  const auto colours_of_sample = std::size_t{plan.colour ? 6u : 0u};
+  const auto bytes_per_slot =
+      sizeof(device::Sample) + 4 * (visibility_words() + lights + colours_of_sample);
   const int lanes = lanes_for(device_.info());
   const cl::Range local = lanes == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
   const cl::Range group{lanes == 1 ? std::size_t{64} : std::size_t{1}};
@@ -148,11 +151,13 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
     make_room(device_, band_.visibility_masks, room * visibility_words(),
               "visibility masks of samples");
     make_room(device_, band_.lit, room * lights, "lights on samples");
+    make_room(device_, band_.colours, std::max<std::size_t>(1, room * colours_of_sample),
+              "colours of samples");
     find_samples_.run(
         {(nx + static_cast<std::size_t>(lanes) - 1) / static_cast<std::size_t>(lanes), rows}, local,
         scene.arguments(), lattice, breaks_.known, breaks_.cells, breaks_.tiles,
         static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows), slots_, band_.counts,
-        band_.mirrors, band_.samples, band_.visibility_masks, band_.lit);
+        band_.mirrors, band_.samples, band_.visibility_masks, band_.lit, band_.colours);
 
     // The counts of the band's cells, summed: a cell's samples in mirrors and glass follow those
     // that are seen directly
@@ -202,11 +207,13 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
     grow(device_, visibility_masks, kept * visibility_words(), wanted * visibility_words(),
          "visibility masks of samples");
     grow(device_, lit, kept * lights, wanted * lights, "lights on samples");
+    grow(device_, colours, kept * colours_of_sample,
+         std::max<std::size_t>(1, wanted * colours_of_sample), "colours of samples");
     make_room(device_, band_.first, cells, "samples of each cell");
     band_.first.write(std::span<const glm::ivec2>(first).subspan(row * nx, cells));
     pack_samples_.run({cells}, group, band_.counts, band_.first, static_cast<std::int32_t>(cells),
-                      slots_, band_.samples, band_.visibility_masks, band_.lit, samples,
-                      visibility_masks, lit);
+                      slots_, band_.samples, band_.visibility_masks, band_.lit, band_.colours,
+                      samples, visibility_masks, lit, colours);
     grow(device_, paths, static_cast<std::size_t>(specular_before),
          static_cast<std::size_t>(std::max(specular, 1)), "paths over mirrors and through glass");
     if (!specular_first.empty())
@@ -214,8 +221,13 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
     row += rows;
   }
 
-  // Index of the table by cell for the device, and by row for the host
   count = static_cast<int>(total);
+  if (show_laser_ && count > 0) {
+    show_laser_->run({static_cast<std::size_t>(count)}, group, colours, scene.light,
+                     static_cast<std::int32_t>(count), samples);
+  }
+
+  // Index of the table by cell for the device, and by row for the host
   std::vector<std::int32_t> cells;
   for (const auto& at : first) cells.push_back(at.x);
   if (first_of_cell.size() != cells.size())

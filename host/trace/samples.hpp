@@ -39,7 +39,10 @@ public:
   // Visibility mask of each sample: the parts of the window that see it, visibility_words() each
   // (kernels/samples/visibility.h)
   cl::Buffer<std::uint32_t> visibility_masks;
-  cl::Buffer<std::uint32_t> lit;         // lights that reach each sample, 32 to a word
+  cl::Buffer<std::uint32_t> lit;  // lights that reach each sample, 32 to a word
+  // In colour, radiance and specular of each sample in red, green and blue: 6 numbers; at least one
+  // element
+  cl::Buffer<float> colours;
   cl::Buffer<device::SamplePath> paths;  // Sample::path; at least one element
 
   // First sample of each row of the lattice, then `count`
@@ -61,6 +64,7 @@ private:
     cl::Buffer<device::Sample> samples;
     cl::Buffer<std::uint32_t> visibility_masks, lit;
     cl::Buffer<std::int32_t> mirrors;
+    cl::Buffer<float> colours;
   };
 
   /// Finds the samples in mirrors and glass of a band, in the cells that `mirrors` names; empty
@@ -73,6 +77,7 @@ private:
   cl::Device device_;
   cl::Program program_;
   cl::Kernel find_samples_, pack_samples_;
+  std::optional<cl::Kernel> show_laser_;  // in colour
   int slots_ = 4;  // room in each cell, in samples; grows to the largest number found
   Band band_;
   std::optional<SpecularPaths> specular_;

@@ -7,6 +7,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/plan/predict/memory.hpp"
 #include "host/trace/compact_gatherer.hpp"
 #include "host/trace/fan_tracer.hpp"
@@ -32,16 +33,10 @@ void require_rays(const Plan& plan) {
 
 /// Plans with equal keys share kernels.
 KernelKey kernel_key(const Plan& plan, const DeviceScene& arrays, int frames_together) {
-  return {plan.aimed,
-          plan.compact.has_value(),
-          plan.bounces,
-          plan.bounces_as,
-          plan.antialias,
-          plan.visibility_parts,
-          plan.beyond_diffraction,
-          plan.precision,
-          arrays.options,
-          frames_together};
+  return {
+      plan.aimed,      plan.compact.has_value(), is_near_hologram(plan), plan.bounces,
+      plan.bounces_as, plan.antialias,           plan.visibility_parts,  plan.beyond_diffraction,
+      plan.precision,  arrays.options,           frames_together};
 }
 
 }  // namespace

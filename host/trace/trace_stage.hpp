@@ -29,7 +29,8 @@ struct WrpField {
 };
 
 /// The properties of a plan that kernels are built for: see kernel_key in trace_stage.cpp.
-using KernelKey = std::tuple<bool, bool, int, Bounces, int, int, bool, Precision, cl::Options, int>;
+using KernelKey =
+    std::tuple<bool, bool, bool, int, Bounces, int, int, bool, Precision, cl::Options, int>;
 
 /// Traces rays, finds surface samples and gathers, for successive plans of a scene that may move.
 class TraceStage {

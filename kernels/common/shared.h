@@ -57,7 +57,8 @@ typedef struct {
   int top;
 } Instance;
 
-// A picture on a surface. (u, v) of the mesh shows the place (across . (u, v, 1), up . (u, v, 1))
+// A picture on a surface, of one channel or, in colour, of red, green and blue one after the other.
+// (u, v) of the mesh shows the place (across . (u, v, 1), up . (u, v, 1))
 // of the picture, whose bottom left is (0, 0); row 0 of the texels is on top.
 typedef struct {
   int first;  // number of its first texel; -1: no picture
@@ -77,11 +78,12 @@ typedef struct {
 #define MATERIAL_METALLIC 2        // diffuse, specular and shininess follow from base to roughness
 #define MATERIAL_UNLIT 4           // the colour map multiplies the emission
 
-// Phong material for the hologram's wavelength.
+// Phong material for the hologram's wavelength: the first of three numbers is that of its channel.
+// In colour (RAYWAVE_COLOURS) they are red, green and blue.
 typedef struct {
-  float ambient;  // factor of the ambient light
-  float diffuse;
-  float specular;
+  float ambient[3];  // factor of the ambient light
+  float diffuse[3];
+  float specular[3];
   float shininess;
   float reflectivity;
   float transparency;
@@ -91,9 +93,9 @@ typedef struct {
   TextureMap colour;  // times ambient and diffuse
   // What only meshes bring (kernels/scene/look.h)
   int kind;
-  float emission;  // radiance over the unit of lights
+  float emission[3];  // radiance over the unit of lights
   TextureMap emission_map;
-  float base;  // of MATERIAL_METALLIC: colour, metalness, roughness
+  float base[3];  // of MATERIAL_METALLIC: colour, metalness, roughness
   float metallic;
   float roughness;
   float reflectance;    // of what is no metal
@@ -386,7 +388,18 @@ typedef struct {
   float axis_z;
   float edge_rate;
   float edge_offset;
+  // In colour: of red, green and blue, over the intensity; and of the hologram's laser
+  float colour[3];
+  float of_laser;
 } Light;
+
+// Light that all surfaces have, and what a hologram in colour shows of it.
+typedef struct {
+  // Sum of the ambient lights; 1 when there is none, so that the ambient share of a material is
+  // used unchanged
+  float ambient;
+  float laser[3];  // weights of red, green and blue in the light of the hologram's laser
+} SceneLight;
 
 // The plane of pixels that a fan trace fills, and what all its rays share. Pixel (0, 0) is the top
 // left one; y decreases with the row.

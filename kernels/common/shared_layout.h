@@ -263,6 +263,10 @@
   MEMBER(Light, axis_z)                   \
   MEMBER(Light, edge_rate)                \
   MEMBER(Light, edge_offset)              \
+  MEMBER(Light, colour)                   \
+  MEMBER(Light, of_laser)                 \
+  MEMBER(SceneLight, ambient)             \
+  MEMBER(SceneLight, laser)               \
   MEMBER(TracePlane, nx)                  \
   MEMBER(TracePlane, ny)                  \
   MEMBER(TracePlane, left)                \

@@ -31,7 +31,7 @@ static inline Surface sample_surface(__global const Sample* sample) {
   s.place = ds3((floatv)(sample->x), (floatv)(sample->y), (floatv)(sample->z));
   s.normal = ds3((floatv)(sample->nx), (floatv)(sample->ny), (floatv)(sample->nz));
 #endif
-  s.specular = sample->specular;
+  s.specular[0] = sample->specular;
   s.shininess = sample->shininess;
   LOOK_FOR_LIGHTS(&s, (intv)((int)(sample->key & 15u)));
   return s;
@@ -56,7 +56,7 @@ static inline floatv shaded_amplitude(__global const Light* lights, __global con
   for (int i = 0; i < RAYWAVE_HIGHLIGHTS; ++i) {
     if (!is_lit(lit, i)) continue;
     const Incident in = incident(lights, i, &s, 0.0f);
-    radiance += highlight(lights, i, &in, &s) * in.intensity;
+    radiance += s.specular[0] * highlight(lights, i, &in, &s) * laser_intensity(&in);
   }
   return sqrt(radiance) * sample->weight;
 }
@@ -75,7 +75,7 @@ static inline void highlight_directions(__global const Light* lights, __global c
     tys[lane] = tangent_y;
     if (light >= RAYWAVE_HIGHLIGHTS || !is_lit(lit, light)) continue;
     const Incident in = incident(lights, light, &s, 0.0f);
-    if (!(LANES_FIRST(in.intensity) > 0.0f)) continue;
+    if (!(LANES_FIRST(laser_intensity(&in)) > 0.0f)) continue;
     const float twice = 2.0f * LANES_FIRST(in.facing);
     const float x = twice * sample->nx - LANES_FIRST(in.x),
                 y = twice * sample->ny - LANES_FIRST(in.y);
@@ -130,7 +130,7 @@ static inline intv shine_within(__global const Light* lights, __global const uin
                                 floatv half_x, floatv tangent_y, floatv half_y) {
   intv shines = LANES_INDEX < 0;
 #if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
-  if (!LANES_ANY(surface->specular > 0.0f)) return shines;
+  if (!LANES_ANY(surface->specular[0] > 0.0f)) return shines;
 #if RAYWAVE_SHARP
   surface->place = ds3(surface->x, surface->y, surface->z);
   surface->normal = ds3(surface->nx, surface->ny, surface->nz);
@@ -160,8 +160,9 @@ static inline intv shine_within(__global const Light* lights, __global const uin
     surface->vy = ty * cosine;
     surface->vz = -cosine;
 #endif
-    brightest +=
-        LANES_SELECT((floatv)(0.0f), highlight(lights, i, &in, surface) * in.intensity, on);
+    brightest += LANES_SELECT(
+        (floatv)(0.0f),
+        surface->specular[0] * highlight(lights, i, &in, surface) * laser_intensity(&in), on);
   }
   shines = brightest > 2e-6f * radiance;
 #else

@@ -129,7 +129,7 @@ static inline SampleLanes load_samples(__global const Sample* samples, int count
   s.surface.nx = LANES_LOAD(nx);
   s.surface.ny = LANES_LOAD(ny);
   s.surface.nz = LANES_LOAD(nz);
-  s.surface.specular = LANES_LOAD(specular);
+  s.surface.specular[0] = LANES_LOAD(specular);
   s.surface.shininess = LANES_LOAD(shininess);
   LOOK_FOR_LIGHTS(&s.surface, (intv)(0));
   s.radiance = LANES_LOAD(radiance);

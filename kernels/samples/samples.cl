@@ -10,8 +10,13 @@
 //               nor glass, else 1 and the number of sources that it has met.
 //               samples[cell * slots] and on: the samples; visibility_masks, lit: their masks of
 //               VISIBILITY_WORDS and LIT_WORDS words
+//               In colour, sample_colours: SAMPLE_COLOURS numbers of each, radiance and specular
+//               in red, green and blue
 // pack_samples  the same samples without gaps: those of cell c go to packed[first_of_cell[c].x] and
 //               on, after first_of_cell[c].y hidden ones
+//
+// show_laser    in colour: radiance and specular of samples for the hologram's laser, from their
+//               colours; samples in mirrors and glass have theirs already
 //
 // visibility_masks  bit j * RAYWAVE_VISIBILITY_PARTS + i: the sample sees the middle of part (i, j)
 //                   of the hologram's window, counted from the bottom left
@@ -29,6 +34,7 @@
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/shade.h"
 
+#define SAMPLE_COLOURS (2 * RAYWAVE_COLOURS)
 #define LIT_WORDS (RAYWAVE_LIGHTS > 32 ? (RAYWAVE_LIGHTS + 31) / 32 : 1)
 
 // 1: the parts of a cell differ in more than coverage, so that all of them are traced.
@@ -207,21 +213,29 @@ static inline int unclaimed(const Layers* parts, Hit* hit) {
 #endif
 
 // Radiance without highlights. words: the mask of the lights that it comes from.
-static inline floatv scattered(const SceneArrays* scene, const Surface* s, const Lattice* lattice,
-                               intv active, uintv* words) {
-  floatv radiance = own_light(scene, s);
+static inline Radiance scattered(const SceneArrays* scene, const Surface* s, const Lattice* lattice,
+                                 intv active, uintv* words) {
+  Radiance radiance = own_light(scene, s);
   for (int w = 0; w < LIT_WORDS; ++w) words[w] = 0;
 #if RAYWAVE_LIGHTS > 0
   for (int l = 0; l < RAYWAVE_LIGHTS; ++l) {
     const Incident in = incident(scene->lights, l, s, lattice->reach);
     const intv lit = lit_by(scene, &in, s, lattice->bias, active);
-    radiance += LANES_SELECT((floatv)(0.0f), s->diffuse * in.facing * in.intensity, lit);
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k)
+      radiance.of[k] +=
+          LANES_SELECT((floatv)(0.0f), s->diffuse[k] * in.facing * intensity_of(&in, k), lit);
     words[l / 32] |= LANES_AS_UINT(LANES_SELECT((intv)(0), (intv)(1), lit)) << (l % 32);
   }
 #else
   (void)scene, (void)lattice, (void)active;
 #endif
   return radiance;
+}
+
+static inline floatv sum_of_colours(const Radiance* radiance) {
+  floatv sum = radiance->of[0];
+  for (int k = 1; k < RAYWAVE_COLOURS; ++k) sum += radiance->of[k];
+  return sum;
 }
 
 // What the samples of a packet's hits have in common with their surfaces.
@@ -237,8 +251,8 @@ typedef struct {
   float side_y[RAYWAVE_LANES];
   float side_z[RAYWAVE_LANES];
 #endif
-  float radiance[RAYWAVE_LANES];
-  float specular[RAYWAVE_LANES];
+  float radiance[RAYWAVE_COLOURS][RAYWAVE_LANES];
+  float specular[RAYWAVE_COLOURS][RAYWAVE_LANES];
   float shininess[RAYWAVE_LANES];
   float own[RAYWAVE_LANES];  // share of the light that is neither mirrored nor let through
   uint lit[LIT_WORDS][RAYWAVE_LANES];
@@ -251,7 +265,8 @@ CALLED void shade(const SceneArrays* scene, const Lattice* lattice, const Rays* 
   LOOK_FOR_LIGHTS(&s, light_place_of(column, (intv)(row)));
   (void)column, (void)row;
   uintv words[LIT_WORDS];
-  LANES_STORE(scattered(scene, &s, lattice, hits->triangle >= 0, words), shaded->radiance);
+  const Radiance radiance = scattered(scene, &s, lattice, hits->triangle >= 0, words);
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) LANES_STORE(radiance.of[k], shaded->radiance[k]);
   for (int w = 0; w < LIT_WORDS; ++w) LANES_STORE(words[w], shaded->lit[w]);
   LANES_STORE(s.x, shaded->x);
   LANES_STORE(s.y, shaded->y);
@@ -264,7 +279,7 @@ CALLED void shade(const SceneArrays* scene, const Lattice* lattice, const Rays* 
   LANES_STORE(s.side_y, shaded->side_y);
   LANES_STORE(s.side_z, shaded->side_z);
 #endif
-  LANES_STORE(s.specular, shaded->specular);
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) LANES_STORE(s.specular[k], shaded->specular[k]);
   LANES_STORE(s.shininess, shaded->shininess);
   LANES_STORE(1.0f - s.reflectivity - s.transparency, shaded->own);
 }
@@ -332,6 +347,9 @@ typedef struct {
   __global Sample* samples;
   __global uint* visibility_masks;
   __global uint* lit;
+#if RAYWAVE_COLOURS > 1
+  __global float* colours;
+#endif
   int slots;
   int count;                      // of all samples, with or without a slot
   int hidden;                     // of the samples that have a slot
@@ -404,26 +422,37 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   sample.nz = shaded->nz[lane];
 #endif
 
-  float radiance = shaded->radiance[lane];
+  float radiance[RAYWAVE_COLOURS];
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) radiance[k] = shaded->radiance[k][lane];
 #if RAYWAVE_ANTIALIAS
   // Parts that differ in coverage only are not shaded.
   if (PARTS_DIFFER ? covered > 0 : covered > 0 && covered < PARTS) {
+    // Of all colours together: the sample is at the same place for each laser
     floatv lights[PACKETS];
-    float light = 0.0f;
+    float sums[RAYWAVE_COLOURS];
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k) sums[k] = 0.0f;
     for (int packet = 0; packet < PACKETS; ++packet) {
       const intv found = parts[packet].triangle >= 0;
-      lights[packet] = radiance;
+      Radiance of_parts;
+      for (int k = 0; k < RAYWAVE_COLOURS; ++k) of_parts.of[k] = radiance[k];
+      lights[packet] = sum_of_colours(&of_parts);
 #if PARTS_DIFFER
       if (!LANES_ANY(found)) continue;
       const Rays rays = part_rays(lattice, cell->packet_column, row, packet, found);
       Surface part = surface_at(scene, &rays, parts + packet);
       LOOK_FOR_LIGHTS(&part, light_place_of_part(packet, column, row));
       uintv unused[LIT_WORDS];
-      lights[packet] = scattered(scene, &part, lattice, found, unused);
+      of_parts = scattered(scene, &part, lattice, found, unused);
+      lights[packet] = sum_of_colours(&of_parts);
 #endif
-      light += lanes_float_sum(LANES_SELECT((floatv)(0.0f), lights[packet], found));
+      for (int k = 0; k < RAYWAVE_COLOURS; ++k)
+        sums[k] += lanes_float_sum(LANES_SELECT((floatv)(0.0f), of_parts.of[k], found));
     }
-    radiance = light / (float)covered;
+    float light = 0.0f;
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+      radiance[k] = sums[k] / (float)covered;
+      light += sums[k];
+    }
     const Centroid centroid = centroid_of(lattice, parts, lights, light, covered, hit->t);
     move_to_centroid(
         lattice, &centroid, ((float)(lattice->first_x + column) + 0.5f) * lattice->step,
@@ -434,8 +463,8 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
 #endif
   const float own = (RAYWAVE_ANTIALIAS ? (float)covered / (float)PARTS : 1.0f) * shaded->own[lane];
   sample.weight = fabs(sample.z - lattice->eye_z) / lattice->full_z;
-  sample.radiance = radiance * own;
-  sample.specular = shaded->specular[lane] * own;
+  sample.radiance = radiance[0] * own;
+  sample.specular = shaded->specular[0][lane] * own;
   sample.shininess = shaded->shininess[lane];
   sample.triangle = hit->triangle;
   sample.key = keys[0];
@@ -454,6 +483,12 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   if (slot >= cell->slots) return;
   cell->hidden += sample.hidden;
   cell->samples[slot] = sample;
+#if RAYWAVE_COLOURS > 1
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+    cell->colours[slot * SAMPLE_COLOURS + k] = radiance[k] * own;
+    cell->colours[slot * SAMPLE_COLOURS + RAYWAVE_COLOURS + k] = shaded->specular[k][lane] * own;
+  }
+#endif
   for (int w = 0; w < VISIBILITY_WORDS; ++w)
     cell->visibility_masks[slot * VISIBILITY_WORDS + w] = visibility[w];
   for (int w = 0; w < LIT_WORDS; ++w) cell->lit[slot * LIT_WORDS + w] = shaded->lit[w][lane];
@@ -637,7 +672,11 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
                            __global const float* break_cells, __global const float* break_tiles,
                            int first_row, int rows, int slots, __global int2* counts,
                            __global int* mirrors, __global Sample* samples,
-                           __global uint* visibility_masks, __global uint* lit) {
+                           __global uint* visibility_masks, __global uint* lit,
+                           __global float* sample_colours) {
+#if RAYWAVE_COLOURS == 1
+  (void)sample_colours;
+#endif
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   if (first >= lattice.nx || (int)get_global_id(1) >= rows) return;
   const int band_row = row_in_turn((int)get_global_id(1), rows), row = first_row + band_row;
@@ -692,16 +731,21 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
   for (int lane = 0; lane < RAYWAVE_LANES && first + lane < lattice.nx; ++lane) {
     const int column = first + lane;
     const size_t place = (size_t)band_row * (size_t)lattice.nx + (size_t)column;
-    Cell cell = {samples + place * (size_t)slots,
-                 visibility_masks + place * (size_t)slots * VISIBILITY_WORDS,
-                 lit + place * (size_t)slots * LIT_WORDS,
-                 slots,
-                 0,
-                 0,
-                 0,
-                 0,
-                 column - lane % CELLS_OF_PACKET,
-                 occluder_cache};
+    Cell cell = {
+      samples + place * (size_t)slots,
+      visibility_masks + place * (size_t)slots * VISIBILITY_WORDS,
+      lit + place * (size_t)slots * LIT_WORDS,
+#if RAYWAVE_COLOURS > 1
+      sample_colours + place * (size_t)slots * SAMPLE_COLOURS,
+#endif
+      slots,
+      0,
+      0,
+      0,
+      0,
+      column - lane % CELLS_OF_PACKET,
+      occluder_cache
+    };
     const float centre_dx = ((float)(lattice.first_x + column) + 0.5f) * lattice.step;
     const float centre_dy = ((float)(lattice.first_y + row) + 0.5f) * lattice.step;
     const Layers* layers = &sources;
@@ -817,8 +861,12 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
 __kernel void pack_samples(__global const int2* counts, __global const int2* first_of_cell,
                            int cell_count, int slots, __global const Sample* samples,
                            __global const uint* visibility_masks, __global const uint* lit,
-                           __global Sample* packed, __global uint* packed_visibility,
-                           __global uint* packed_lit) {
+                           __global const float* sample_colours, __global Sample* packed,
+                           __global uint* packed_visibility, __global uint* packed_lit,
+                           __global float* packed_colours) {
+#if RAYWAVE_COLOURS == 1
+  (void)sample_colours, (void)packed_colours;
+#endif
   const int cell = (int)get_global_id(0);
   if (cell >= cell_count) return;
   const size_t from = (size_t)cell * (size_t)slots, to = (size_t)first_of_cell[cell].x;
@@ -833,5 +881,29 @@ __kernel void pack_samples(__global const int2* counts, __global const int2* fir
           visibility_masks[(from + i) * VISIBILITY_WORDS + w];
     for (int w = 0; w < LIT_WORDS; ++w)
       packed_lit[(to + i) * LIT_WORDS + w] = lit[(from + i) * LIT_WORDS + w];
+#if RAYWAVE_COLOURS > 1
+    for (size_t k = 0; k < SAMPLE_COLOURS; ++k)
+      packed_colours[(to + i) * SAMPLE_COLOURS + k] =
+          sample_colours[(from + i) * SAMPLE_COLOURS + k];
+#endif
   }
 }
+
+#if RAYWAVE_COLOURS > 1
+// One work-item per sample. A laser cannot take light away: less than none is none.
+__kernel void show_laser(__global const float* colours, SceneLight light, int count,
+                         __global Sample* samples) {
+  const int index = (int)get_global_id(0);
+  if (index >= count) return;
+  __global Sample* sample = samples + index;
+  if (sample->path >= 0) return;
+  __global const float *radiance = colours + (size_t)index * SAMPLE_COLOURS,
+                       *specular = radiance + RAYWAVE_COLOURS;
+  sample->radiance = fmax(
+      light.laser[0] * radiance[0] + light.laser[1] * radiance[1] + light.laser[2] * radiance[2],
+      0.0f);
+  sample->specular = fmax(
+      light.laser[0] * specular[0] + light.laser[1] * specular[1] + light.laser[2] * specular[2],
+      0.0f);
+}
+#endif

@@ -28,12 +28,13 @@ typedef struct {
   Tree tree;
   // 3 per vertex, unit length, outwards as the mesh says, frame of its instance
   __global const float* normals;
-  __global const float* uvs;      // 2 per vertex; (0, 0) is the bottom left of the texture
-  __global const float* colours;  // 2 per vertex: colour and alpha; only where materials want them
+  __global const float* uvs;  // 2 per vertex; (0, 0) is the bottom left of the texture
+  // COLOUR_FLOATS per vertex: colours and alpha; only where materials want them
+  __global const float* colours;
   __global const Material* materials;
   __global const Light* lights;
   __global const float* texels;
-  float ambient_light;
+  SceneLight light;
 } SceneArrays;
 
 #define TREE_PARAMETERS                                              \
@@ -42,7 +43,7 @@ typedef struct {
 #define SCENE_PARAMETERS                                                     \
   TREE_PARAMETERS, __global const float *normals, __global const float *uvs, \
       __global const float *colours, __global const Material *materials,     \
-      __global const Light *lights, __global const float *texels, float ambient_light
+      __global const Light *lights, __global const float *texels, SceneLight scene_light
 
 // Initialisers of a Tree and of SceneArrays, in a kernel with these parameters.
 #define TREE_OF_PARAMETERS \
@@ -54,6 +55,6 @@ typedef struct {
 #define TREE_OF_SCENE_PARAMETERS TREE_OF_PARAMETERS
 #endif
 #define SCENE_OF_PARAMETERS \
-  { TREE_OF_SCENE_PARAMETERS, normals, uvs, colours, materials, lights, texels, ambient_light }
+  { TREE_OF_SCENE_PARAMETERS, normals, uvs, colours, materials, lights, texels, scene_light }
 
 #endif

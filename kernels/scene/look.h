@@ -14,9 +14,14 @@
 // 1: pictures have places and ends of their own
 #define MAPS_ARE_PLACED (RAYWAVE_TEXTURES > TEXTURES_PLAIN || RAYWAVE_ALPHA)
 
+// Floats of a vertex's colour: its colours and alpha.
+#define COLOUR_FLOATS (RAYWAVE_COLOURS + 1)
+
 // A material at a place, without light.
 typedef struct {
-  float ambient, diffuse, specular, shininess, emission;
+  float ambient[RAYWAVE_COLOURS], diffuse[RAYWAVE_COLOURS], specular[RAYWAVE_COLOURS],
+      emission[RAYWAVE_COLOURS];
+  float shininess;
 } Look;
 
 #if RAYWAVE_TEXTURES || RAYWAVE_ALPHA
@@ -71,12 +76,32 @@ static inline float texture_at(__global const float* texels, __global const Text
   return mix(top, bottom, y - fy);
 }
 
+// The same of a colour of a picture.
+static inline float colour_at(__global const float* texels, __global const TextureMap* map,
+                              int colour, float2 place) {
+  return texture_at(texels, map, map->first + colour * map->width * map->height, place);
+}
+
 // The value of two floats of each vertex at the place with weights a, b and c.
 static inline float2 at_place(__global const float* of_vertices, __global const Triangle* triangle,
                               float a, float b, float c) {
   return a * vload2((size_t)triangle->corner_a, of_vertices) +
          b * vload2((size_t)triangle->corner_b, of_vertices) +
          c * vload2((size_t)triangle->corner_c, of_vertices);
+}
+
+// Number i of the floats of the vertices' colours there.
+static inline float vertex_colour_at(__global const float* colours,
+                                     __global const Triangle* triangle, float a, float b, float c,
+                                     int i) {
+#if RAYWAVE_COLOURS == 1
+  const float2 colour = at_place(colours, triangle, a, b, c);
+  return i == 0 ? colour.x : colour.y;
+#else
+  return a * colours[(size_t)triangle->corner_a * COLOUR_FLOATS + (size_t)i] +
+         b * colours[(size_t)triangle->corner_b * COLOUR_FLOATS + (size_t)i] +
+         c * colours[(size_t)triangle->corner_c * COLOUR_FLOATS + (size_t)i];
+#endif
 }
 #endif
 
@@ -92,19 +117,37 @@ static inline float shininess_of(float roughness) {
 static inline Look look_at(const SceneArrays* scene, __global const Triangle* triangle, float a,
                            float b, float c) {
   __global const Material* m = scene->materials + triangle->material;
-  Look look = {m->ambient, m->diffuse, m->specular, m->shininess, 0.0f};
+  Look look;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+    look.ambient[k] = m->ambient[k];
+    look.diffuse[k] = m->diffuse[k];
+    look.specular[k] = m->specular[k];
+    look.emission[k] = 0.0f;
+  }
+  look.shininess = m->shininess;
 #if RAYWAVE_TEXTURES
   const float2 uv = at_place(scene->uvs, triangle, a, b, c);
-  float tint = 1.0f;
-  if (m->colour.first >= 0)
-    tint = texture_at(scene->texels, &m->colour, m->colour.first, place_on_map(&m->colour, uv));
+  float tint[RAYWAVE_COLOURS];
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) tint[k] = 1.0f;
+  if (m->colour.first >= 0) {
+    const float2 place = place_on_map(&m->colour, uv);
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k)
+      tint[k] = colour_at(scene->texels, &m->colour, k, place);
+  }
 #if RAYWAVE_TEXTURES > TEXTURES_PLAIN
-  if (m->kind & MATERIAL_VERTEX_COLOURS) tint *= at_place(scene->colours, triangle, a, b, c).x;
-  look.emission = m->emission;
-  if (m->emission_map.first >= 0)
-    look.emission *= texture_at(scene->texels, &m->emission_map, m->emission_map.first,
-                                place_on_map(&m->emission_map, uv));
-  if (m->kind & MATERIAL_UNLIT) look.emission *= tint;
+  if (m->kind & MATERIAL_VERTEX_COLOURS) {
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k)
+      tint[k] *= vertex_colour_at(scene->colours, triangle, a, b, c, k);
+  }
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) look.emission[k] = m->emission[k];
+  if (m->emission_map.first >= 0) {
+    const float2 place = place_on_map(&m->emission_map, uv);
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k)
+      look.emission[k] *= colour_at(scene->texels, &m->emission_map, k, place);
+  }
+  if (m->kind & MATERIAL_UNLIT) {
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k) look.emission[k] *= tint[k];
+  }
   if (m->kind & MATERIAL_METALLIC) {
     float metallic = m->metallic, roughness = m->roughness;
     if (m->roughness_map.first >= 0) {
@@ -112,21 +155,25 @@ static inline Look look_at(const SceneArrays* scene, __global const Triangle* tr
       roughness *= texture_at(scene->texels, &m->roughness_map, m->roughness_map.first, place);
       metallic *= texture_at(scene->texels, &m->roughness_map, m->metallic_texels, place);
     }
-    const float base = m->base * tint;
-    look.ambient = m->ambient_share * base;
-    look.diffuse = (1.0f - metallic) * base;
-    const float reflectance = mix(m->reflectance, base, metallic);
     look.shininess = shininess_of(roughness);
-    look.specular = reflectance * (0.5f * look.shininess + 1.0f);
-    if (look.shininess < 1.0f) {  // a highlight as wide as this is diffuse light
-      look.diffuse += reflectance;
-      look.specular = 0.0f;
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+      const float base = m->base[k] * tint[k];
+      look.ambient[k] = m->ambient_share * base;
+      look.diffuse[k] = (1.0f - metallic) * base;
+      const float reflectance = mix(m->reflectance, base, metallic);
+      look.specular[k] = reflectance * (0.5f * look.shininess + 1.0f);
+      if (look.shininess < 1.0f) {  // a highlight as wide as this is diffuse light
+        look.diffuse[k] += reflectance;
+        look.specular[k] = 0.0f;
+      }
     }
     return look;
   }
 #endif
-  look.ambient *= tint;
-  look.diffuse *= tint;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+    look.ambient[k] *= tint[k];
+    look.diffuse[k] *= tint[k];
+  }
 #else
   (void)a, (void)b, (void)c;
 #endif
@@ -144,7 +191,8 @@ static inline float alpha_at(const Tree* tree, __global const Triangle* triangle
   if (m->opacity_map.first >= 0)
     alpha *= texture_at(tree->texels, &m->opacity_map, m->opacity_map.first,
                         place_on_map(&m->opacity_map, uv));
-  if (m->kind & MATERIAL_VERTEX_COLOURS) alpha *= at_place(tree->colours, triangle, a, b, c).y;
+  if (m->kind & MATERIAL_VERTEX_COLOURS)
+    alpha *= vertex_colour_at(tree->colours, triangle, a, b, c, RAYWAVE_COLOURS);
   return alpha;
 }
 

@@ -4,6 +4,12 @@
 #ifndef RAYWAVE_SCENE_OPTIONS_H
 #define RAYWAVE_SCENE_OPTIONS_H
 
+// Colours that are computed together: 1, the channel that the hologram's wavelength sees; or 3,
+// red, green and blue, from which the light of a laser follows (docs/colour.md)
+#ifndef RAYWAVE_COLOURS
+#define RAYWAVE_COLOURS 1
+#endif
+
 // Nodes from the root of a tree to its deepest leaf, rounded up to a multiple of 16
 #ifndef RAYWAVE_BVH_DEPTH
 #define RAYWAVE_BVH_DEPTH 64
@@ -73,6 +79,7 @@
 #endif
 
 #define RAYWAVE_SCENE_OPTIONS(OPTION)        \
+  OPTION(colours, RAYWAVE_COLOURS)           \
   OPTION(bvh_depth, RAYWAVE_BVH_DEPTH)       \
   OPTION(lights, RAYWAVE_LIGHTS)             \
   OPTION(highlights, RAYWAVE_HIGHLIGHTS)     \

@@ -33,10 +33,12 @@ typedef struct {
 #if RAYWAVE_NORMAL_MAPS
   floatv side_x, side_y, side_z;  // the same without normal maps: where rays leave the surface
 #endif
-  floatv vx, vy, vz;                             // unit vector towards the viewer
-  floatv ambient, diffuse, specular, shininess;  // textures applied
+  floatv vx, vy, vz;  // unit vector towards the viewer
+  // Textures applied
+  floatv ambient[RAYWAVE_COLOURS], diffuse[RAYWAVE_COLOURS], specular[RAYWAVE_COLOURS];
+  floatv shininess;
 #if RAYWAVE_TEXTURES > TEXTURES_PLAIN
-  floatv emission;
+  floatv emission[RAYWAVE_COLOURS];
 #endif
   floatv reflectivity, transparency, ior, ior_low, attenuation;
   intv entering;  // the ray hits the outer side of the surface
@@ -97,10 +99,10 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   float u[RAYWAVE_LANES], v[RAYWAVE_LANES];
   float nx[RAYWAVE_LANES], ny[RAYWAVE_LANES], nz[RAYWAVE_LANES], gx[RAYWAVE_LANES],
       gy[RAYWAVE_LANES], gz[RAYWAVE_LANES];
-  float ambient[RAYWAVE_LANES], diffuse[RAYWAVE_LANES], specular[RAYWAVE_LANES],
-      shininess[RAYWAVE_LANES];
+  float ambient[RAYWAVE_COLOURS][RAYWAVE_LANES], diffuse[RAYWAVE_COLOURS][RAYWAVE_LANES],
+      specular[RAYWAVE_COLOURS][RAYWAVE_LANES], shininess[RAYWAVE_LANES];
 #if RAYWAVE_TEXTURES > TEXTURES_PLAIN
-  float emission[RAYWAVE_LANES];
+  float emission[RAYWAVE_COLOURS][RAYWAVE_LANES];
 #endif
 #if RAYWAVE_NORMAL_MAPS
   float side_x[RAYWAVE_LANES], side_y[RAYWAVE_LANES], side_z[RAYWAVE_LANES];
@@ -113,12 +115,14 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   for (int i = 0; i < RAYWAVE_LANES; ++i) {
     nx[i] = ny[i] = gx[i] = gy[i] = 0.0f;
     nz[i] = gz[i] = 1.0f;
-    ambient[i] = diffuse[i] = specular[i] = shininess[i] = reflectivity[i] = transparency[i] =
-        ior_low[i] = attenuation[i] = 0.0f;
+    shininess[i] = reflectivity[i] = transparency[i] = ior_low[i] = attenuation[i] = 0.0f;
     ior[i] = 1.0f;
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+      ambient[k][i] = diffuse[k][i] = specular[k][i] = 0.0f;
 #if RAYWAVE_TEXTURES > TEXTURES_PLAIN
-    emission[i] = 0.0f;
+      emission[k][i] = 0.0f;
 #endif
+    }
 #if RAYWAVE_NORMAL_MAPS
     side_x[i] = side_y[i] = 0.0f;
     side_z[i] = 1.0f;
@@ -154,13 +158,15 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
     nz[i] = mapped.z;
 #endif
     const Look look = look_at(scene, s, a, b, c);
-    ambient[i] = look.ambient;
-    diffuse[i] = look.diffuse;
-    specular[i] = look.specular;
     shininess[i] = look.shininess;
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+      ambient[k][i] = look.ambient[k];
+      diffuse[k][i] = look.diffuse[k];
+      specular[k][i] = look.specular[k];
 #if RAYWAVE_TEXTURES > TEXTURES_PLAIN
-    emission[i] = look.emission;
+      emission[k][i] = look.emission[k];
 #endif
+    }
     reflectivity[i] = m->reflectivity;
     transparency[i] = m->transparency;
     ior[i] = m->ior;
@@ -171,13 +177,15 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   surface.x = rays->ox + hits->t * rays->dx;
   surface.y = rays->oy + hits->t * rays->dy;
   surface.z = rays->oz + hits->t * rays->dz;
-  surface.ambient = LANES_LOAD(ambient);
-  surface.diffuse = LANES_LOAD(diffuse);
-  surface.specular = LANES_LOAD(specular);
-  surface.shininess = LANES_LOAD(shininess);
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+    surface.ambient[k] = LANES_LOAD(ambient[k]);
+    surface.diffuse[k] = LANES_LOAD(diffuse[k]);
+    surface.specular[k] = LANES_LOAD(specular[k]);
 #if RAYWAVE_TEXTURES > TEXTURES_PLAIN
-  surface.emission = LANES_LOAD(emission);
+    surface.emission[k] = LANES_LOAD(emission[k]);
 #endif
+  }
+  surface.shininess = LANES_LOAD(shininess);
   surface.reflectivity = LANES_LOAD(reflectivity);
   surface.transparency = LANES_LOAD(transparency);
   surface.ior = LANES_LOAD(ior);
@@ -273,6 +281,9 @@ typedef struct {
   floatv distance;
   floatv facing;
   floatv intensity;
+#if RAYWAVE_COLOURS > 1
+  float colour[3], of_laser;  // as in Light
+#endif
 #if RAYWAVE_SHARP
   DoubleSingle3 place;  // as in Light
 #endif
@@ -328,6 +339,10 @@ static inline Incident incident(__global const Light* lights, int index, const S
   Incident in = light_seen_by(lights, index, s);
   in.distance = reach;
   in.intensity = light.intensity;
+#if RAYWAVE_COLOURS > 1
+  for (int k = 0; k < 3; ++k) in.colour[k] = light.colour[k];
+  in.of_laser = light.of_laser;
+#endif
   if (light.is_point) {
     in.x -= s->x;
     in.y -= s->y;
@@ -348,6 +363,25 @@ static inline Incident incident(__global const Light* lights, int index, const S
   }
   in.facing = s->nx * in.x + s->ny * in.y + s->nz * in.z;
   return in;
+}
+
+// Intensity of one of the colours.
+static inline floatv intensity_of(const Incident* in, int colour) {
+#if RAYWAVE_COLOURS > 1
+  return in->intensity * in->colour[colour];
+#else
+  (void)colour;
+  return in->intensity;
+#endif
+}
+
+// Intensity of the hologram's laser.
+static inline floatv laser_intensity(const Incident* in) {
+#if RAYWAVE_COLOURS > 1
+  return in->intensity * in->of_laser;
+#else
+  return in->intensity;
+#endif
 }
 
 // Mask of the lanes that the light reaches: they face it and, with shadows, nothing lies between.
@@ -429,41 +463,70 @@ static inline floatv mirror_gap(__global const Light* light, const Incident* in,
 #endif
 }
 
-// Radiance of the highlight of a light of these towards the viewer, over the light's intensity.
+// Radiance of the highlight of a light of these towards the viewer, over the light's intensity and
+// the surface's specular.
 static inline floatv highlight(__global const Light* lights, int index, const Incident* in,
                                const Surface* s) {
-  return s->specular *
-         pow_unit(mirror_gap(lights + RAYWAVE_LIGHT_PLACES * index, in, s), s->shininess);
+  return pow_unit(mirror_gap(lights + RAYWAVE_LIGHT_PLACES * index, in, s), s->shininess);
 }
 #endif
+
+// Radiance in each of the colours.
+typedef struct {
+  floatv of[RAYWAVE_COLOURS];
+} Radiance;
+
+// What the hologram shows of a radiance: that of its channel, or the light of its laser. A laser
+// cannot take light away.
+static inline floatv shown_radiance(const SceneArrays* scene, const Radiance* radiance) {
+#if RAYWAVE_COLOURS > 1
+  const float* weights = scene->light.laser;
+  return fmax(
+      weights[0] * radiance->of[0] + weights[1] * radiance->of[1] + weights[2] * radiance->of[2],
+      (floatv)(0.0f));
+#else
+  (void)scene;
+  return radiance->of[0];
+#endif
+}
 
 // Radiance that no light with a place or a direction makes: ambient light and emission.
-static inline floatv own_light(const SceneArrays* scene, const Surface* s) {
+static inline Radiance own_light(const SceneArrays* scene, const Surface* s) {
+  Radiance own;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
 #if RAYWAVE_TEXTURES > TEXTURES_PLAIN
-  return s->ambient * scene->ambient_light + s->emission;
+    own.of[k] = s->ambient[k] * scene->light.ambient + s->emission[k];
 #else
-  return s->ambient * scene->ambient_light;
+    own.of[k] = s->ambient[k] * scene->light.ambient;
 #endif
+  }
+  return own;
 }
 
-// Radiance from the surface towards the viewer, without bounces: the ambient part plus the diffuse
-// and specular parts of all lights.
+// Radiance from the surface towards the viewer that the hologram shows, without bounces: ambient
+// part plus the diffuse and specular parts of all lights.
 static inline floatv phong(const SceneArrays* scene, const Surface* s, float bias, float reach,
                            intv active) {
-  floatv radiance = own_light(scene, s);
+  Radiance radiance = own_light(scene, s);
 #if RAYWAVE_LIGHTS > 0
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
     const Incident in = incident(scene->lights, i, s, reach);
     const intv lit = lit_by(scene, &in, s, bias, active);
     if (!LANES_ANY(lit)) continue;
-    floatv part = s->diffuse * in.facing;
 #if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
-    if (i < RAYWAVE_HIGHLIGHTS) part += highlight(scene->lights, i, &in, s);
+    floatv glow = 0.0f;
+    if (i < RAYWAVE_HIGHLIGHTS) glow = highlight(scene->lights, i, &in, s);
 #endif
-    radiance += LANES_SELECT((floatv)(0.0f), part * in.intensity, lit);
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+      floatv part = s->diffuse[k] * in.facing;
+#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+      if (i < RAYWAVE_HIGHLIGHTS) part += s->specular[k] * glow;
+#endif
+      radiance.of[k] += LANES_SELECT((floatv)(0.0f), part * intensity_of(&in, k), lit);
+    }
   }
 #endif
-  return radiance;
+  return shown_radiance(scene, &radiance);
 }
 
 #endif

@@ -399,7 +399,7 @@ TEST_CASE("colours of vertices: linear in glTF, decoded from sRGB in PLY, OBJ an
   const auto gltf = scene_red(folder.write("b.glb", file.add(part).glb()));
   CHECK(only_material(gltf).vertex_colours);
   CHECK(double{gltf.colours.at(0).x} == Catch::Approx(0.5));
-  CHECK(double{gltf.colours.at(0).y} == Catch::Approx(0.75));
+  CHECK(double{gltf.colours.at(0).a} == Catch::Approx(0.75));
   // A binary STL whose faces have 15-bit colours (VisCAM)
   std::string stl(80, ' ');
   const auto put = [&](auto value) {

@@ -178,6 +178,35 @@ TEST_CASE("all that materials of meshes have, and all lights, look as the oracle
   }
 }
 
+TEST_CASE("in colour, the light of a laser is that of light times colour, as the oracle says") {
+  const Folder folder;
+  folder.write("sky.tga", test::tga_picture(16, 8, [](int i, int j) {
+                 return glm::u8vec4(10 + 14 * i, 20 + 20 * j, 90, 255);
+               }));
+  auto scene = scene_of(folder.write("looks.glb", all_looks().glb()), 2.9 * mm);
+  Light lamp = light_of(LightType::directional, {0.3, -0.4, 1}, 0.7);
+  lamp.colour = {1, 0.7, 0.3};
+  Light sky = light_of(LightType::environment, {0, 0, 1}, 0.8);
+  sky.picture = folder / "sky.tga";
+  sky.samples = 12;
+  scene.lights = {sky, lamp, light_of(LightType::ambient, {0, 0, 1}, 0.4)};
+  ColourSpec colour;
+  colour.lasers = laser_set({638e-9, 520e-9, 450e-9});
+  for (const std::size_t laser : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
+    CAPTURE(laser);
+    colour.laser = laser;
+    scene.colour = colour;
+    scene.hologram.wavelength_m = colour.lasers.wavelengths_m[laser];
+    const auto world = build_world(scene);
+    for (const auto& device : test::all_devices()) {
+      const auto found = compare(device, scene, world, 20 * mm, 3 * mm, 40, 2);
+      INFO(found.pixels << " pixels, worst " << found.worst);
+      CHECK(found.pixels > 700);
+      CHECK(found.worst < 2e-3);
+    }
+  }
+}
+
 TEST_CASE("materials of meshes in mirrors and behind glass look as the oracle says") {
   const Folder folder;
   auto looks = all_looks();

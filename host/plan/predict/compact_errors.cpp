@@ -164,7 +164,7 @@ double sharpest_highlight(const Plan& plan) {
   double exponent = 0;
   for (const auto number : all.used) {
     const auto& material = all.materials[static_cast<std::size_t>(number)];
-    if (is_lit && has_highlights(material, channel_of(plan.wavelength_m)))
+    if (is_lit && has_highlights(material, plan.channels()))
       exponent = std::max(exponent, sharpest_shininess(material));
   }
   const double angle = plan.tile_window_m().y / 2 / plan.closest_m;

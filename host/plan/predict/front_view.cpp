@@ -60,7 +60,7 @@ public:
   ///         sees the side that faces -z.
   double radiance(int material, glm::dvec3 place, glm::dvec3 normal, glm::dvec2 uv) const {
     const auto& m = materials_[static_cast<std::size_t>(material)];
-    const double texel = texel_at(texture(static_cast<std::size_t>(material)), uv);
+    const double texel = texel_at(texture(static_cast<std::size_t>(material)), uv, channel_);
     const auto to_viewer = glm::normalize(place.z > 0 ? -place : place);
     double sum = m.ambient[channel_] * texel * ambient_light_ +
                  m.emission[channel_] * (m.unlit ? texel : 1) +
@@ -113,15 +113,16 @@ private:
                : world_.maps[material - first_of_meshes_].colour.image.get();
   }
 
-  static double texel_at(const Image* texture, glm::dvec2 uv) {
+  static double texel_at(const Image* texture, glm::dvec2 uv, int channel) {
     if (!texture) return 1;
     const auto index = [](double share, int count) {
       return std::clamp(static_cast<int>((share - std::floor(share)) * count), 0, count - 1);
     };
     const int x = index(uv.x, texture->width),
               y = texture->height - 1 - index(uv.y, texture->height);
-    return texture->pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(texture->width) +
-                           static_cast<std::size_t>(x)];
+    return texture->channel(
+        channel)[static_cast<std::size_t>(y) * static_cast<std::size_t>(texture->width) +
+                 static_cast<std::size_t>(x)];
   }
 
   static constexpr std::size_t most = 32;
@@ -383,7 +384,7 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
         material.reflectivity.at(wavelength_m) + material.transparency.at(wavelength_m), 1.0);
     specular[cell] = static_cast<float>(mirrored);
     view.covered += mirrored < 1;
-    view.shiny[cell] = has_highlights(material, channel_of(wavelength_m)) && mirrored < 1;
+    view.shiny[cell] = has_highlights(material, scene.channels()) && mirrored < 1;
     view.radiance[cell] = static_cast<float>(
         (1 - mirrored) * shading.radiance(number, place, normal, glm::dvec2(mix(world.uvs))));
     steep[cell] = is_steep(plan, place, face);

@@ -284,4 +284,32 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   return planned;
 }
 
+std::vector<Planned> plan_colours(const std::vector<Scene>& scenes, const World& world,
+                                  const DeviceFigures& device, const Goal& goal, bool keep_field) {
+  auto for_each = goal;
+  if (for_each.budget_s) *for_each.budget_s /= static_cast<double>(scenes.size());
+  const auto longest =
+      std::max_element(scenes.begin(), scenes.end(), [](const Scene& a, const Scene& b) {
+        return a.hologram.wavelength_m < b.hologram.wavelength_m;
+      });
+  const auto chosen = plan_scene(*longest, world, device, for_each, keep_field);
+  std::vector<Planned> all;
+  for (const auto& scene : scenes) {
+    if (&scene == &*longest) {
+      all.push_back(chosen);
+      continue;
+    }
+    auto same = scene;
+    same.hologram.tiles = chosen.scene.hologram.tiles;
+    same.slm.encoding = chosen.scene.slm.encoding;
+    same.wrp = chosen.scene.wrp;
+    same.sampling = chosen.scene.sampling;
+    same.trace = chosen.scene.trace;
+    same.accuracy = chosen.scene.accuracy;
+    same.refine = chosen.scene.refine;
+    all.push_back(plan_scene(same, world, device, {}, keep_field));
+  }
+  return all;
+}
+
 }  // namespace raywave

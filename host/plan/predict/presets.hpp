@@ -65,4 +65,10 @@ double largest_cone_error(const Goal& goal);
 Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device,
                    const Goal& goal = {}, bool keep_field = true);
 
+/// The same for all lasers: what the goal chooses for the longest wavelength, which shows most, is
+/// for the others too. A time is for all of them together.
+std::vector<Planned> plan_colours(const std::vector<Scene>& scenes, const World& world,
+                                  const DeviceFigures& device, const Goal& goal = {},
+                                  bool keep_field = true);
+
 }  // namespace raywave

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/common/colour.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <glm/matrix.hpp>
+#include <stdexcept>
+
+namespace raywave {
+namespace {
+
+constexpr double table_step_m = 5e-9;
+
+// CIE 1931 2-degree standard observer, 380 to 780 nm in steps of 5 nm (CIE 018:2019, Table 6)
+constexpr double observer[][3] = {{0.001368, 3.9e-05, 0.006450001},
+                                  {0.002236, 6.4e-05, 0.01054999},
+                                  {0.004243, 0.00012, 0.02005001},
+                                  {0.00765, 0.000217, 0.03621},
+                                  {0.01431, 0.000396, 0.06785001},
+                                  {0.02319, 0.00064, 0.1102},
+                                  {0.04351, 0.00121, 0.2074},
+                                  {0.07763, 0.00218, 0.3713},
+                                  {0.13438, 0.004, 0.6456},
+                                  {0.21477, 0.0073, 1.03905},
+                                  {0.2839, 0.0116, 1.3856},
+                                  {0.3285, 0.01684, 1.62296},
+                                  {0.34828, 0.023, 1.74706},
+                                  {0.34806, 0.0298, 1.7826},
+                                  {0.3362, 0.038, 1.77211},
+                                  {0.3187, 0.048, 1.7441},
+                                  {0.2908, 0.06, 1.6692},
+                                  {0.2511, 0.0739, 1.5281},
+                                  {0.19536, 0.09098, 1.28764},
+                                  {0.1421, 0.1126, 1.0419},
+                                  {0.09564, 0.13902, 0.8129501},
+                                  {0.05795001, 0.1693, 0.6162},
+                                  {0.03201, 0.20802, 0.46518},
+                                  {0.0147, 0.2586, 0.3533},
+                                  {0.0049, 0.323, 0.272},
+                                  {0.0024, 0.4073, 0.2123},
+                                  {0.0093, 0.503, 0.1582},
+                                  {0.0291, 0.6082, 0.1117},
+                                  {0.06327, 0.71, 0.07824999},
+                                  {0.1096, 0.7932, 0.05725001},
+                                  {0.1655, 0.862, 0.04216},
+                                  {0.2257499, 0.9148501, 0.02984},
+                                  {0.2904, 0.954, 0.0203},
+                                  {0.3597, 0.9803, 0.0134},
+                                  {0.4334499, 0.9949501, 0.008749999},
+                                  {0.5120501, 1, 0.005749999},
+                                  {0.5945, 0.995, 0.0039},
+                                  {0.6784, 0.9786, 0.002749999},
+                                  {0.7621, 0.952, 0.0021},
+                                  {0.8425, 0.9154, 0.0018},
+                                  {0.9163, 0.87, 0.001650001},
+                                  {0.9786, 0.8163, 0.0014},
+                                  {1.0263, 0.757, 0.0011},
+                                  {1.0567, 0.6949, 0.001},
+                                  {1.0622, 0.631, 0.0008},
+                                  {1.0456, 0.5668, 0.0006},
+                                  {1.0026, 0.503, 0.00034},
+                                  {0.9384, 0.4412, 0.00024},
+                                  {0.8544499, 0.381, 0.00019},
+                                  {0.7514, 0.321, 0.0001},
+                                  {0.6424, 0.265, 4.999999e-05},
+                                  {0.5419, 0.217, 3e-05},
+                                  {0.4479, 0.175, 2e-05},
+                                  {0.3608, 0.1382, 1e-05},
+                                  {0.2835, 0.107, 0},
+                                  {0.2187, 0.0816, 0},
+                                  {0.1649, 0.061, 0},
+                                  {0.1212, 0.04458, 0},
+                                  {0.0874, 0.032, 0},
+                                  {0.0636, 0.0232, 0},
+                                  {0.04677, 0.017, 0},
+                                  {0.0329, 0.01192, 0},
+                                  {0.0227, 0.00821, 0},
+                                  {0.01584, 0.005723, 0},
+                                  {0.01135916, 0.004102, 0},
+                                  {0.008110916, 0.002929, 0},
+                                  {0.005790346, 0.002091, 0},
+                                  {0.004109457, 0.001484, 0},
+                                  {0.002899327, 0.001047, 0},
+                                  {0.00204919, 0.00074, 0},
+                                  {0.001439971, 0.00052, 0},
+                                  {0.0009999493, 0.0003611, 0},
+                                  {0.0006900786, 0.0002492, 0},
+                                  {0.0004760213, 0.0001719, 0},
+                                  {0.0003323011, 0.00012, 0},
+                                  {0.0002348261, 8.48e-05, 0},
+                                  {0.0001661505, 6e-05, 0},
+                                  {0.000117413, 4.24e-05, 0},
+                                  {8.307527e-05, 3e-05, 0},
+                                  {5.870652e-05, 2.12e-05, 0},
+                                  {4.150994e-05, 1.499e-05, 0}};
+constexpr std::size_t observer_size = std::size(observer);
+
+/// (x, y) with Y = 1.
+glm::dvec3 xyz_of(glm::dvec2 chromaticity) {
+  const auto [x, y] = std::array{chromaticity.x, chromaticity.y};
+  return {x / y, 1, (1 - x - y) / y};
+}
+
+glm::dvec3 white_xyz() { return xyz_of({0.3127, 0.3290}); }  // D65
+
+}  // namespace
+
+glm::dvec3 xyz_of_wavelength(double wavelength_m) {
+  const double last = static_cast<double>(observer_size - 1),
+               place = std::clamp((wavelength_m - least_visible_m) / table_step_m, 0.0, last);
+  // Lagrange's cubic through four entries, those of the table's ends where there is none beyond
+  const double first = std::clamp(std::floor(place) - 1, 0.0, last - 3), t = place - first;
+  const double weights[] = {-(t - 1) * (t - 2) * (t - 3) / 6, t * (t - 2) * (t - 3) / 2,
+                            -t * (t - 1) * (t - 3) / 2, t * (t - 1) * (t - 2) / 6};
+  glm::dvec3 xyz(0);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto& entry = observer[static_cast<std::size_t>(first) + i];
+    xyz += weights[i] * glm::dvec3(entry[0], entry[1], entry[2]);
+  }
+  return {std::max(xyz.x, 0.0), std::max(xyz.y, 0.0), std::max(xyz.z, 0.0)};
+}
+
+glm::dvec2 chromaticity_of(glm::dvec3 xyz) {
+  const double sum = xyz.x + xyz.y + xyz.z;
+  return sum > 0 ? glm::dvec2(xyz.x, xyz.y) / sum : glm::dvec2(0);
+}
+
+glm::dmat3 xyz_from_srgb() {
+  const glm::dmat3 primaries(xyz_of({0.64, 0.33}), xyz_of({0.30, 0.60}), xyz_of({0.15, 0.06}));
+  const auto share = glm::inverse(primaries) * white_xyz();
+  return {primaries[0] * share.x, primaries[1] * share.y, primaries[2] * share.z};
+}
+
+LaserSet laser_set(const std::array<double, 3>& wavelengths_m) {
+  LaserSet set;
+  set.wavelengths_m = wavelengths_m;
+  const glm::dmat3 lasers(xyz_of_wavelength(wavelengths_m[0]), xyz_of_wavelength(wavelengths_m[1]),
+                          xyz_of_wavelength(wavelengths_m[2]));
+  // Lasers on a line of the chromaticity diagram mix nothing else
+  constexpr double least_volume = 1e-9;
+  if (!(std::abs(glm::determinant(lasers)) > least_volume))
+    throw std::invalid_argument("their colours lie on a line");
+  const auto white = glm::inverse(lasers) * white_xyz();
+  if (!(white.x > 0 && white.y > 0 && white.z > 0))
+    throw std::invalid_argument("white (D65) is beyond the colours that they mix");
+  const double sum = white.x + white.y + white.z;
+  for (int i = 0; i < 3; ++i) {
+    set.white_powers[static_cast<std::size_t>(i)] = white[i] / sum;
+    set.xyz_from_lasers[i] = lasers[i] * white[i];
+  }
+  set.lasers_from_rgb = glm::inverse(set.xyz_from_lasers) * xyz_from_srgb();
+  set.rgb_from_lasers = glm::inverse(set.lasers_from_rgb);
+  return set;
+}
+
+}  // namespace raywave

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/evaluate/colour_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "host/common/text.hpp"
+#include "host/evaluate/report.hpp"
+#include "host/geometry/world.hpp"
+#include "raywave_version.hpp"
+
+namespace raywave {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Light, over that of white, that a laser would have to take away for some colour of sRGB.
+double most_negative(const LaserSet& lasers, std::size_t laser) {
+  const auto row = lasers.row(laser);
+  return std::max(0.0, -(std::min(row.x, 0.0) + std::min(row.y, 0.0) + std::min(row.z, 0.0)));
+}
+
+Json json_of(const ColourSpec& colour) {
+  Json j{{"primaries", "srgb"}, {"white", "D65"}, {"order", "sequential"}};
+  for (std::size_t i = 0; i < colour.lasers.wavelengths_m.size(); ++i) {
+    const auto row = colour.lasers.row(i);
+    j["lasers"].push_back({{"wavelength_m", colour.lasers.wavelengths_m[i]},
+                           {"white_power", colour.lasers.white_powers[i]},
+                           {"from_rgb", {row.x, row.y, row.z}},
+                           {"most_clipped", most_negative(colour.lasers, i)}});
+  }
+  return j;
+}
+
+std::string millimetres(glm::dvec2 half_m) {
+  return number_text(std::round(half_m.x * 2e4) / 10) + " x " +
+         number_text(std::round(half_m.y * 2e4) / 10) + " mm";
+}
+
+std::string share_text(double share) {
+  std::ostringstream out;
+  out.precision(3);
+  out << std::fixed << share;
+  return out.str();
+}
+
+}  // namespace
+
+std::string laser_name(double wavelength_m) {
+  auto name = length_text(wavelength_m);
+  std::erase(name, ' ');
+  return name;
+}
+
+glm::dvec2 reach_m(const HologramSpec& hologram, double wavelength_m, double z_m) {
+  glm::dvec2 reach;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double sine = std::min(0.999, wavelength_m / (2 * hologram.pitch_m[axis]));
+    reach[axis] = std::abs(z_m) * sine / std::sqrt(1 - sine * sine);
+  }
+  return reach;
+}
+
+std::string colour_report_json(const std::vector<Scene>& scenes, const ColourResult& result,
+                               const std::vector<std::vector<std::string>>& pictures,
+                               const cl::DeviceInfo& device, cl::FftBackend fft) {
+  Json j{{"raywave", version}};
+  j["colour"] = json_of(scenes.at(0).colour.value());
+  const double share = 1.0 / static_cast<double>(scenes.size());
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    auto& laser = j["colour"]["lasers"][i];
+    laser["power"] = result.powers[i];
+    laser["duty"] = share;
+    laser["mean_irradiance"] = result.energies[i];
+    laser["pictures"] = pictures[i];
+    laser["report"] = Json::parse(render_report_json(scenes[i], result.lasers[i], device, fft));
+  }
+  return j.dump(2) + "\n";
+}
+
+std::string colour_warning(const std::vector<Scene>& scenes, const World& world) {
+  const auto& lasers = scenes.at(0).colour.value().lasers;
+  const auto [shortest, longest] =
+      std::minmax_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());
+  const auto& hologram = scenes[0].hologram;
+  const auto near = reach_m(hologram, *shortest, 1);
+  glm::dvec2 farthest(0);  // tangents
+  for (const auto& position_m : positions_now(world)) {
+    if (position_m.z == 0) continue;
+    farthest = glm::max(farthest, glm::abs(glm::dvec2(position_m) / position_m.z));
+  }
+  if (farthest.x <= near.x && farthest.y <= near.y) return {};
+  const double middle_m = (world.min_m.z + world.max_m.z) / 2;
+  return "beyond " + millimetres(reach_m(hologram, *shortest, middle_m)) + " at " +
+         length_text(middle_m) + " light of " + length_text(*shortest) +
+         " is missing, and edges turn to the colour of " + length_text(*longest) +
+         "; keep the scene within (the field that all lasers show), move it away, or give a "
+         "smaller hologram.pitch";
+}
+
+std::string colour_plan_json(const std::vector<Planned>& planned, const World& world) {
+  const auto& first = planned.at(0).scene;
+  Json j{{"colour", json_of(first.colour.value())}};
+  for (std::size_t i = 0; i < planned.size(); ++i) {
+    auto& laser = j["colour"]["lasers"][i];
+    const auto reach =
+        reach_m(first.hologram, planned[i].plan.wavelength_m, (world.min_m.z + world.max_m.z) / 2);
+    laser["field_m"] = {2 * reach.x, 2 * reach.y};
+    laser["plan"] = Json::parse(plan_report_json(planned[i], world));
+  }
+  return j.dump(2) + "\n";
+}
+
+std::string colour_plan_text(const std::vector<Planned>& planned, const World& world) {
+  std::ostringstream out;
+  const auto& lasers = planned.at(0).scene.colour.value().lasers;
+  const double middle_m = (world.min_m.z + world.max_m.z) / 2;
+  out << "colour    three lasers in turn; linear sRGB, white D65\n";
+  std::vector<Scene> scenes;
+  double seconds = 0;
+  for (std::size_t i = 0; i < planned.size(); ++i) {
+    const auto& scene = planned[i].scene;
+    scenes.push_back(scene);
+    seconds += planned[i].prediction.times.total_s();
+    const auto row = lasers.row(i);
+    out << "laser     " << length_text(scene.hologram.wavelength_m) << ": "
+        << share_text(lasers.white_powers[i]) << " of white's power; light " << share_text(row.x)
+        << " R + " << share_text(row.y) << " G + " << share_text(row.z) << " B; field at "
+        << length_text(middle_m) << " "
+        << millimetres(reach_m(scene.hologram, scene.hologram.wavelength_m, middle_m)) << "\n";
+  }
+  const auto shortest = *std::min_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());
+  out << "field     " << millimetres(reach_m(scenes[0].hologram, shortest, middle_m))
+      << " common to all lasers\n";
+  out << "time      " << number_text(std::round(100 * seconds) / 100)
+      << " s predicted for all lasers\n";
+  if (const auto warning = colour_warning(scenes, world); !warning.empty())
+    out << "warning   " << warning << "\n";
+  for (const auto& plan : planned) {
+    out << "\n--- " << length_text(plan.plan.wavelength_m) << "\n" << plan_report_text(plan, world);
+  }
+  return out.str();
+}
+
+}  // namespace raywave

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What reports and `raywave plan` say of scenes in colour (docs/colour.md).
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <string>
+#include <vector>
+
+#include "host/geometry/world.hpp"
+#include "host/plan/predict/presets.hpp"
+#include "host/render.hpp"
+#include "host/scene/scene.hpp"
+
+namespace raywave {
+
+/// "638nm": in the names of a laser's files.
+std::string laser_name(double wavelength_m);
+
+/// What a hologram of this wavelength reaches: half sides of the field at a depth to which light of
+/// the hologram's middle goes.
+glm::dvec2 reach_m(const HologramSpec& hologram, double wavelength_m, double z_m);
+
+/// The report of a render in colour: the lasers, what they need, and the report of each.
+///
+/// files  names of each laser's files: its pictures, then its field
+std::string colour_report_json(const std::vector<Scene>& scenes, const ColourResult& result,
+                               const std::vector<std::vector<std::string>>& pictures,
+                               const cl::DeviceInfo& device, cl::FftBackend fft);
+
+/// The plans of all lasers, in the order of the scenes.
+std::string colour_plan_json(const std::vector<Planned>& planned, const World& world);
+std::string colour_plan_text(const std::vector<Planned>& planned, const World& world);
+
+/// One line where surfaces lie beyond what a laser reaches, while others show them; else empty.
+std::string colour_warning(const std::vector<Scene>& scenes, const World& world);
+
+}  // namespace raywave

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/common/colour.hpp"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <stdexcept>
+
+#include "tests/support/catch.hpp"
+
+using namespace raywave;
+
+namespace {
+
+const std::array<double, 3> usual{638e-9, 520e-9, 450e-9};
+
+double apart(glm::dvec2 a, glm::dvec2 b) { return glm::length(a - b); }
+
+}  // namespace
+
+TEST_CASE("colours of single wavelengths are those of the table in steps of 1 nm") {
+  // CIE 018:2019, the 1 nm table, at laser lines between its multiples of 5
+  struct Row {
+    double wavelength_nm;
+    glm::dvec3 xyz;
+  };
+  const Row rows[] = {
+      {452, {0.3300411, 0.041768, 1.764039}},  {463, {0.2689178, 0.06804208, 1.5960223}},
+      {532, {0.18914, 0.8849624, 0.03693564}}, {561, {0.6112209, 0.9926005, 0.0036232}},
+      {633, {0.5811052, 0.2353344, 3.572e-5}}, {638, {0.4847436, 0.1911552, 2.364e-5}},
+      {642, {0.412098, 0.1596464, 1.62e-5}}};
+  for (const auto& row : rows) {
+    CAPTURE(row.wavelength_nm);
+    const auto xyz = xyz_of_wavelength(row.wavelength_nm * 1e-9);
+    CHECK(apart(chromaticity_of(xyz), chromaticity_of(row.xyz)) < 1e-4);
+    CHECK(std::abs(xyz.y / row.xyz.y - 1) < 5e-4);
+  }
+  CHECK(glm::length(xyz_of_wavelength(555e-9) - glm::dvec3(0.5120501, 1, 0.005749999)) < 1e-9);
+  CHECK(xyz_of_wavelength(380e-9).x == Catch::Approx(0.001368));
+  CHECK(xyz_of_wavelength(780e-9).y == Catch::Approx(1.499e-5));
+}
+
+TEST_CASE("linear sRGB to XYZ is the matrix of IEC 61966-2-1") {
+  const auto m = xyz_from_srgb();
+  const double published[3][3] = {
+      {0.4124, 0.3576, 0.1805}, {0.2126, 0.7152, 0.0722}, {0.0193, 0.1192, 0.9505}};
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      CHECK(std::abs(m[column][row] - published[row][column]) < 6e-5);
+}
+
+TEST_CASE("lasers mix D65 for white, and what they mix for a colour has its XYZ") {
+  const auto set = laser_set(usual);
+  // Cramer's rule on the 1 nm table
+  CHECK(set.white_powers[0] == Catch::Approx(0.47887).margin(2e-4));
+  CHECK(set.white_powers[1] == Catch::Approx(0.33073).margin(2e-4));
+  CHECK(set.white_powers[2] == Catch::Approx(0.19040).margin(1e-4));
+  CHECK(set.row(0).y == Catch::Approx(0.42).margin(0.005));  // green lights the red laser
+
+  for (const glm::dvec3 rgb : {glm::dvec3(1), glm::dvec3(0.2, 0.5, 0.1), glm::dvec3(0.9, 0, 0.3)}) {
+    glm::dvec3 mixed(0);
+    const auto light = set.lasers_from_rgb * rgb;
+    for (std::size_t i = 0; i < 3; ++i)
+      mixed += xyz_of_wavelength(usual[i]) * set.white_powers[i] * light[static_cast<int>(i)];
+    const auto wanted = xyz_from_srgb() * rgb;
+    CHECK(apart(chromaticity_of(mixed), chromaticity_of(wanted)) < 1e-12);
+    for (std::size_t i = 0; i < 3; ++i)
+      CHECK(glm::dot(set.row(i), rgb) == Catch::Approx(light[static_cast<int>(i)]));
+    CHECK(glm::length(set.rgb_from_lasers * light - rgb) < 1e-12);
+    CHECK(glm::length(set.xyz_from_lasers * light - wanted) < 1e-12);
+  }
+  CHECK(apart(chromaticity_of(set.xyz_from_lasers * glm::dvec3(1)), {0.3127, 0.3290}) < 1e-12);
+
+  // The order of the lasers does not matter
+  const auto other = laser_set({450e-9, 638e-9, 520e-9});
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(glm::length(other.row((i + 1) % 3) - set.row(i)) < 1e-12);
+    CHECK(std::abs(other.white_powers[(i + 1) % 3] - set.white_powers[i]) < 1e-12);
+  }
+}
+
+TEST_CASE("lasers that mix no white are refused") {
+  CHECK_THROWS_AS(laser_set({638e-9, 650e-9, 690e-9}), std::invalid_argument);
+  CHECK_THROWS_AS(laser_set({638e-9, 600e-9, 580e-9}), std::invalid_argument);
+  CHECK_THROWS_AS(laser_set({450e-9, 470e-9, 490e-9}), std::invalid_argument);
+}

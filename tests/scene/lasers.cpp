@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes of three lasers: hologram.wavelength as a list, and [colour].
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "host/common/error.hpp"
+#include "host/scene/scene.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/files.hpp"
+
+using namespace raywave;
+
+namespace {
+
+std::string text_of(const std::string& wavelength, const std::string& more = "") {
+  return "[hologram]\nresolution = [64, 64]\nwavelength = " + wavelength + "\n" + more +
+         "[[light]]\ntype = \"ambient\"\n[[object]]\nmesh = \"m.obj\"\nposition = [0, 0, 0.1]\n";
+}
+
+const std::string three = R"(["638 nm", "520 nm", "450 nm"])";
+
+struct Files {
+  Folder folder;
+  std::filesystem::path with(const std::string& text) {
+    folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    return folder.write("scene.toml", text);
+  }
+  std::string refusal(const std::string& text, bool one = false) {
+    const auto file = with(text);
+    try {
+      if (one)
+        load_scene(file);
+      else
+        load_colours(file);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+};
+
+bool holds(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("a list of wavelengths makes a scene for each laser, which differ in it alone") {
+  Files files;
+  const auto scenes = load_colours(files.with(text_of(
+      three, "[materials.g]\ntransparency = 1\nior = {\"450 nm\" = 1.53, \"650 nm\" = 1.51}\n")));
+  REQUIRE(scenes.size() == 3);
+  const double wavelengths_m[] = {638e-9, 520e-9, 450e-9};
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(scenes[i].hologram.wavelength_m == Catch::Approx(wavelengths_m[i]));
+    REQUIRE(scenes[i].colour);
+    CHECK(scenes[i].colour->laser == i);
+    CHECK(!scenes[i].colour->only);
+    CHECK(scenes[i].colour->longest_m() == scenes[0].hologram.wavelength_m);
+    CHECK(scenes[i].digest == scenes[0].digest);
+    CHECK(scenes[i].channels().count() == 3);
+  }
+  // A laser cannot take light away: blue of sRGB is beyond what these mix
+  CHECK(scenes[0].colour->light_of({0, 0, 1}) == 0);
+  CHECK(scenes[2].colour->light_of({0, 0, 1}) > 0.9);
+  CHECK(scenes[1].colour->light_of(glm::dvec3(0.5)) == Catch::Approx(0.5));
+}
+
+TEST_CASE("colour.only takes one laser of the list") {
+  Files files;
+  const auto file = files.with(text_of(three));
+  const auto scene = load_scene(file, {"colour.only=520 nm"});
+  CHECK(scene.hologram.wavelength_m == Catch::Approx(520e-9));
+  REQUIRE(scene.colour);
+  CHECK(scene.colour->laser == 1);
+  CHECK(load_colours(file, {"colour.only=450 nm"}).size() == 1);
+  CHECK(load_colours(file, {"colour.only=all"}).size() == 3);
+  CHECK(load_colours(files.with(text_of("\"520 nm\""))).size() == 1);
+  CHECK(!load_scene(files.with(text_of("\"520 nm\""))).colour);
+}
+
+TEST_CASE("LUTs are those of each laser's wavelength") {
+  Files files;
+  std::string ramp, steep;
+  for (int level = 0; level < 256; ++level) {
+    ramp += std::to_string(level / 256.0) + "\n";
+    steep += std::to_string(level / 200.0) + "\n";
+  }
+  files.folder.write("red.csv", ramp);
+  files.folder.write("green.csv", steep);
+  files.folder.write("blue.csv", ramp);
+  const auto scenes = load_colours(
+      files.with(text_of(three,
+                         "[slm]\nlut = {\"638 nm\" = \"red.csv\", \"520 nm\" = \"green.csv\", "
+                         "\"450 nm\" = \"blue.csv\"}\n")));
+  REQUIRE(scenes.size() == 3);
+  CHECK(scenes[0].slm.lut == scenes[2].slm.lut);
+  CHECK(scenes[0].slm.lut != scenes[1].slm.lut);
+}
+
+TEST_CASE("wrong lists of wavelengths say what would be right") {
+  Files files;
+  CHECK(holds(files.refusal(text_of(R"(["638 nm"])")),
+              "scene.toml:3: hologram: wavelength must be one wavelength, or a list of three"));
+  CHECK(holds(files.refusal(text_of(R"(["638 nm", "520 nm"])")), "a list of three"));
+  CHECK(holds(files.refusal(text_of(R"(["638 nm", "520 nm", "450 nm", "405 nm"])")),
+              "a list of three"));
+  CHECK(holds(files.refusal(text_of(R"(["638 nm", "520 nm", "520 nm"])")), "different colours"));
+  CHECK(holds(files.refusal(text_of(R"(["850 nm", "520 nm", "450 nm"])")), "780 nm"));
+  CHECK(holds(files.refusal(text_of(R"(["638 nm", "520 nm", "300 nm"])")), "380 nm"));
+  CHECK(holds(files.refusal(text_of(R"(["638 nm", "600 nm", "580 nm"])")),
+              "three lasers must mix white"));
+  CHECK(holds(files.refusal(text_of("\"520 nm\"", "[colour]\nwhite = \"D65\"\n")),
+              "colour: is for three lasers"));
+  CHECK(
+      holds(files.refusal(text_of(three, "[colour]\nwhite = \"D50\"\n")), "white must be \"D65\""));
+  CHECK(holds(files.refusal(text_of(three, "[colour]\nonly = \"532 nm\"\n")),
+              "\"638 nm\" or \"520 nm\" or \"450 nm\""));
+  CHECK(holds(files.refusal(text_of(three), true), "one wavelength only"));
+  CHECK(holds(files.refusal(text_of(three), true), "colour.only"));
+}
