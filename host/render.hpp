@@ -133,8 +133,8 @@ public:
   /// Sets the place of an object's anchor (the centre of its bounding box unless the scene says
   /// otherwise) and its rotation about x, then y, then z.
   ///
-  /// throws  std::out_of_range; InputError when the object would touch the hologram plane, lie
-  ///         nearer than its cut, or moves though a part of it is cut away: the object stays
+  /// throws  std::out_of_range; InputError when the object would lie nearer than its cut, or
+  ///         moves though a part of it is cut away: the object stays
   void set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg);
 
   /// Moves an object as a solid (Object::solid_scale): it keeps its size, whatever its `width`

@@ -2,8 +2,8 @@
 /// A scene as the user describes it: plain values in metres, nothing derived. The first step of
 /// scene -> plan -> trace -> propagate -> encode.
 ///
-/// Frame (docs/conventions.md): right-handed, hologram plane z = 0 centred on the z axis, scene at
-/// z > 0, light travels towards -z.
+/// Frame (docs/conventions.md): right-handed, hologram plane z = 0 centred on the z axis, objects
+/// on both sides, light travels towards -z.
 #pragma once
 
 #include <algorithm>
@@ -216,8 +216,8 @@ struct Object {
   std::string where;  // "scene.toml:41: object 0", the start of messages about this object
   double unit_m = 1;  // length of a mesh unit, without width_m
   Anchor anchor = Anchor::centre;
-  // Surfaces nearer to the hologram's plane than this are cut away; 0: the object must lie behind
-  // the plane as it is
+  // Surfaces with a smaller z than this, as those of a room that reaches behind the hologram, are
+  // cut away; 0: nothing is
   double cut_m = 0;
 };
 

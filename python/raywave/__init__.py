@@ -9,8 +9,8 @@
 
 Lengths are metres, angles degrees. Planes are arrays of the shape (ny, nx): row 0 on top (largest
 y), column 0 left (smallest x), as seen along the light, which travels towards -z; several frames
-are (frames, ny, nx). The hologram lies in the plane z = 0, the scene at z > 0. A wave that diverges
-is exp(+i k r).
+are (frames, ny, nx). The hologram lies in the plane z = 0, objects at z > 0, at z < 0 or
+on both sides. A wave that diverges is exp(+i k r).
 
 Functions take NumPy arrays, buffers, and whatever speaks DLPack (torch tensors on the CPU, JAX
 arrays), C-contiguous and in host memory; they return NumPy arrays. Wrong input raises InputError (a

@@ -172,13 +172,15 @@ TEST_CASE("holograms that share one scale show a light of a quarter at half the 
   }
 }
 
-TEST_CASE("an object that touches the hologram is refused with the picture in which it does") {
+TEST_CASE(
+    "an object that moves to where it would be cut is refused with the picture in which it does") {
   Desk desk;
   desk.scene(
       "[animation]\nframes = 5\n[[animation.track]]\nof = \"object.0.position\"\nat = [0, 4]\n"
       "values = [[0, 0, \"8 mm\"], [0, 0, \"-8 mm\"]]\n");
-  check_refused(desk.run({"animate", desk.file("scene.toml"), "-o", desk.out("")}), 2,
-                "this is in picture 2 of the animation");
+  check_refused(desk.run({"animate", desk.file("scene.toml"), "-o", desk.out(""), "--set",
+                          "object.0.cut='5 mm'"}),
+                2, "this is in picture 2 of the animation");
   CHECK_FALSE(desk.has_output());
   desk.scene("");
   check_refused(desk.run({"animate", desk.file("scene.toml"), "-o", desk.out("")}), 2,

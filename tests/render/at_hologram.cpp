@@ -12,6 +12,8 @@
 #include "host/render.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/render.hpp"
 #include "tests/support/scenes.hpp"
 #include "tests/support/worlds.hpp"
 
@@ -145,4 +147,31 @@ TEST_CASE("scenes in the hologram's plane refuse what cannot show them") {
   stage.scene.wrp.propagation = WrpPropagation::automatic;
   stage.scene.sampling.mode = SamplingMode::fan;
   CHECK_THROWS_WITH(make_plan(stage.scene, stage.world), ContainsSubstring("aimed"));
+}
+
+TEST_CASE("a scene that moves through the hologram's plane gives what scenes there give") {
+  const auto device = all_devices().front();
+  auto stage = empty_stage();
+  stage.add(rectangle({0, 0, 0}, {0.1e-3, 0, 0.02e-3}, {0, 0.08e-3, 0}));
+  auto& scene = stage.scene;
+  // The world of place_objects knows how to move
+  const auto placed_at = [&](double z_m) {
+    const Folder folder;
+    auto there = scene;
+    there.objects = {object_at(folder.write("square.obj", square_obj()), 0.2e-3, {0, 0, z_m})};
+    there.objects[0].rotation_deg = {5, 10, 0};
+    return std::pair(there, world_of(there));
+  };
+  const auto [first, world] = placed_at(12e-3);
+  Renderer renderer(device, first, world);
+  renderer.render();
+  for (const double z_m : {0.0, -0.01e-3, -12e-3, 0.005e-3, 12e-3}) {
+    renderer.set_pose(0, {0, 0, z_m}, {5, 10, 0});
+    const auto moved = renderer.render();
+    const auto [there, its_world] = placed_at(z_m);
+    const auto placed = render(device, there, its_world);
+    INFO("z " << z_m << ": off by " << relative_l2(moved.field.samples, placed.field.samples));
+    CHECK(is_near_hologram(moved.plan) == (std::abs(z_m) < 1e-3));
+    CHECK(relative_l2(moved.field.samples, placed.field.samples) < 0.02);
+  }
 }

@@ -9,7 +9,7 @@
  *     raywave_close(renderer);
  *
  * Axes and units: right-handed, metres and degrees, the hologram in the plane z = 0, y up, the
- * scene at z > 0. Pictures have row 0 on top. Texts are UTF-8.
+ * scene beyond it (z > 0), before it or both. Pictures have row 0 on top. Texts are UTF-8.
  *
  * Every function that returns a status leaves, when it is not RAYWAVE_OK, one line for the user in
  * raywave_error(). No function ends the program, prints, or lets a C++ exception out.

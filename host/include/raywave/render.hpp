@@ -143,8 +143,8 @@ public:
   /// otherwise) and its rotation about x, then y, then z.
   ///
   /// throws  InputError when there is no such object, a number is not finite, or the object would
-  ///         touch the hologram plane, lie nearer than its cut, or move though a part of it is cut
-  ///         away: the object stays
+  ///         lie nearer than its cut, or move though a part of it is cut away: the object
+  ///         stays
   void set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg);
 
   /// Sets the seed of the random phases of the next pictures.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Plain values that the library takes and returns.
 ///
-/// Frame: right-handed, the hologram in the plane z = 0 centred on the z axis, y up, the scene at
-/// z > 0; light travels towards -z. Lengths are metres. Planes are row-major, row 0 on top (largest
+/// Frame: right-handed, the hologram in the plane z = 0 centred on the z axis, y up; light
+/// travels towards -z. Lengths are metres. Planes are row-major, row 0 on top (largest
 /// y), column 0 left (smallest x), as seen along the light.
 #pragma once
 
