@@ -10,6 +10,9 @@
 #include "host/plan/lattice.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/render.hpp"
+#include "host/view/compare.hpp"
+#include "host/view/lens.hpp"
+#include "host/view/reconstruct.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
@@ -173,5 +176,44 @@ TEST_CASE("a scene that moves through the hologram's plane gives what scenes the
     INFO("z " << z_m << ": off by " << relative_l2(moved.field.samples, placed.field.samples));
     CHECK(is_near_hologram(moved.plan) == (std::abs(z_m) < 1e-3));
     CHECK(relative_l2(moved.field.samples, placed.field.samples) < 0.02);
+  }
+}
+
+TEST_CASE("near the hologram, reconstructions show what a lens sees within the pixels' angles") {
+  for (const auto& device : all_devices()) {
+    auto stage = empty_stage();
+    stage.scene.hologram.resolution = {320, 240};
+    stage.scene.sampling.frames = 8;
+    stage.scene.sampling.pitch_m = 10e-6;
+    for (int i = 0; i < 4; ++i) {
+      stage.add(rectangle({-0.5e-3 + 0.12e-3 * i, 0, -0.25e-3}, {0.03e-3, 0, 0}, {0, 0.3e-3, 0}),
+                glowing());
+      stage.add(rectangle({0.33e-3, -0.2e-3 + 0.12e-3 * i, 1e-3}, {0.2e-3, 0, 0}, {0, 0.03e-3, 0}),
+                glowing());
+    }
+    const auto shown = render(device, stage.scene, stage.world);
+    REQUIRE(is_near_hologram(shown.plan));
+    const DeviceScene arrays(device, stage.world, shown.plan);
+    const auto similar = [&](double lens_z_m, double hologram_z_m) {
+      LensSpec lens;
+      lens.z_m = lens_z_m;
+      lens.points = 10;
+      ReconstructSpec what;
+      what.z_m = hologram_z_m;
+      PictureOptions options;
+      options.blur_px = 3;
+      options.border_px = 20;
+      return compare_pictures(lens_picture(device, shown.plan, arrays, lens),
+                              reconstruct(device, raywave::cl::FftBackend::host, shown.field,
+                                          stage.scene.hologram, what),
+                              options)
+          .psnr_db;
+    };
+    const double before = similar(-0.25e-3, -0.25e-3), beyond = similar(1e-3, 1e-3),
+                 swapped = similar(-0.25e-3, 1e-3);
+    INFO("before " << before << " dB, beyond " << beyond << ", swapped " << swapped);
+    CHECK(before > 22);
+    CHECK(beyond > 22);
+    CHECK(swapped < before - 4);
   }
 }
