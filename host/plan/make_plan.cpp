@@ -386,7 +386,9 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
 
   // What served before the objects moved, if it still does
   const bool leaves_layers = scene.wrp.distances_m.empty() && !scene.given.contains("wrp.layers");
-  if (moved_from) {
+  if (moved_from && is_near_hologram(*moved_from)) {
+    tried.hologram.tiles = moved_from->tile_grid;
+  } else if (moved_from) {
     if (leaves_layers) tried.wrp.layers = moved_from->most_layers;
     auto plan = planned(moved_from->compact ? WrpPropagation::compact : WrpPropagation::spectrum,
                         moved_from);

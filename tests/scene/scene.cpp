@@ -205,7 +205,8 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {4, "colour = 5e-7",
        "hologram: unknown key \"colour\" (keys here: resolution, pitch, wavelength, tiles)"},
       {5, "[wpr]",
-       "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, slm, illumination, wrp, "
+       "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, colour, slm, "
+       "illumination, wrp, "
        "sampling, "
        "trace, "
        "accuracy, viewer, refine, light, materials, "
