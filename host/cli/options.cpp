@@ -302,6 +302,21 @@ Json ViewOptions::save(const Image& image, const std::string& name, double z_m,
           {"percentile", percentile}};
 }
 
+Json ViewOptions::save(const RgbPicture& picture, const std::string& name, double z_m,
+                       const char* quantity, const ReportOptions& report) const {
+  const double white = white_of(picture, percentile);
+  const auto base = (std::filesystem::path(folder) / name).string();
+  save_png_rgb(base + ".png", picture.width(), picture.height(), expose_to(picture, white));
+  save_exr_rgb(base + ".exr", picture.width(), picture.height(), interleaved(picture));
+  if (report.prints_text())
+    std::printf("%s.png  %d x %d in colour, white = %s %.4g (percentile %g), .exr beside it\n",
+                base.c_str(), picture.width(), picture.height(), quantity, white, percentile);
+  return {{"z_m", z_m},           {"png", base + ".png"},
+          {"exr", base + ".exr"}, {"size", {picture.width(), picture.height()}},
+          {"quantity", quantity}, {"colour", "linear sRGB"},
+          {"white", white},       {"percentile", percentile}};
+}
+
 std::string name_at_depth(const std::string& stem, double z_m) {
   std::array<char, 32> depth;
   std::snprintf(depth.data(), depth.size(), "_%gmm", z_m * 1e3);

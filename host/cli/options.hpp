@@ -19,6 +19,7 @@
 #include "cl/fft.hpp"
 #include "host/plan/predict/presets.hpp"
 #include "host/scene/image.hpp"
+#include "host/view/colour_picture.hpp"
 
 namespace raywave::cli {
 
@@ -123,6 +124,9 @@ struct ViewOptions {
   /// Saves STEM_95mm.png, exposed, and STEM_95mm.exr in the output folder, and prints a line about
   /// them. Returns what --json says of them.
   nlohmann::ordered_json save(const Image& image, const std::string& name, double z_m,
+                              const char* quantity, const ReportOptions& report) const;
+  /// The same of a picture in colour: the PNG is sRGB, the EXR linear sRGB.
+  nlohmann::ordered_json save(const RgbPicture& picture, const std::string& name, double z_m,
                               const char* quantity, const ReportOptions& report) const;
 };
 

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <glm/common.hpp>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <stdexcept>
 
+#include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/geometry/world.hpp"
@@ -65,8 +68,8 @@ glm::dvec2 reach_m(const HologramSpec& hologram, double wavelength_m, double z_m
 }
 
 std::string colour_report_json(const std::vector<Scene>& scenes, const ColourResult& result,
-                               const std::vector<std::vector<std::string>>& pictures,
-                               const cl::DeviceInfo& device, cl::FftBackend fft) {
+                               const std::vector<LaserFiles>& files, const cl::DeviceInfo& device,
+                               cl::FftBackend fft) {
   Json j{{"raywave", version}};
   j["colour"] = json_of(scenes.at(0).colour.value());
   const double share = 1.0 / static_cast<double>(scenes.size());
@@ -75,10 +78,37 @@ std::string colour_report_json(const std::vector<Scene>& scenes, const ColourRes
     laser["power"] = result.powers[i];
     laser["duty"] = share;
     laser["mean_irradiance"] = result.energies[i];
-    laser["pictures"] = pictures[i];
+    laser["pictures"] = files[i].pictures;
+    if (!files[i].field.empty()) laser["field"] = files[i].field;
     laser["report"] = Json::parse(render_report_json(scenes[i], result.lasers[i], device, fft));
   }
   return j.dump(2) + "\n";
+}
+
+std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& report) {
+  std::ifstream in(report);
+  if (!in) throw InputError(one_line(report.string()) + ": cannot be read");
+  try {
+    const auto json = Json::parse(in);
+    if (!json.contains("colour")) return {};
+    const auto& all = json.at("colour").at("lasers");
+    ReportedLasers found;
+    std::array<double, 3> wavelengths_m{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto& laser = all.at(i);
+      wavelengths_m[i] = laser.at("wavelength_m");
+      found.powers[i] = laser.at("power");
+      found.files[i].pictures = laser.at("pictures").get<std::vector<std::string>>();
+      found.files[i].field = laser.value("field", "");
+    }
+    found.lasers = laser_set(wavelengths_m);
+    return found;
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(one_line(report.string()) +
+                     ": not a report of raywave: " + json_reason(error));
+  } catch (const std::invalid_argument&) {
+    throw InputError(one_line(report.string()) + ": its lasers mix no white");
+  }
 }
 
 std::string colour_warning(const std::vector<Scene>& scenes, const World& world) {

@@ -2,6 +2,7 @@
 #include "host/trace/samples.hpp"
 
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "host/common/error.hpp"
@@ -101,6 +102,22 @@ std::vector<glm::ivec2> SampleTable::find_specular(const Plan& plan, const Devic
       CL_MAP_READ);
   if (mirrors_.empty()) return {};
   return specular_->find(plan, scene, lattice, mirrors_);
+}
+
+void SampleTable::show(const Plan& plan, const DeviceScene& scene) {
+  const auto wanted = lattice_of(plan, scene);
+  if (!show_laser_ || specular_ || visibility_parts != plan.visibility_parts ||
+      std::memcmp(&wanted, &lattice, sizeof wanted) != 0)
+    find(plan, scene);
+  else
+    show_laser(scene);
+}
+
+void SampleTable::show_laser(const DeviceScene& scene) {
+  if (!show_laser_ || count == 0) return;
+  const cl::Range group{lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}};
+  show_laser_->run({static_cast<std::size_t>(count)}, group, colours, scene.light,
+                   static_cast<std::int32_t>(count), samples);
 }
 
 void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
@@ -203,10 +220,7 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   }
 
   count = static_cast<int>(total);
-  if (show_laser_ && count > 0) {
-    show_laser_->run({static_cast<std::size_t>(count)}, group, colours, scene.light,
-                     static_cast<std::int32_t>(count), samples);
-  }
+  show_laser(scene);
 
   // Index of the table by cell for the device, and by row for the host
   std::vector<std::int32_t> cells;
