@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
@@ -12,6 +13,7 @@
 #include "host/cli/options.hpp"
 #include "host/cli/output_set.hpp"
 #include "host/cli/progress.hpp"
+#include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/colour_report.hpp"
 #include "host/view/colour_picture.hpp"
@@ -26,6 +28,7 @@ struct ReconstructArguments {
   ViewOptions view;
   DeviceOptions device;
   ReportOptions report;
+  bool field = false;
 };
 
 /// What the three holograms of a report show, in colour.
@@ -36,7 +39,11 @@ void reconstruct_lasers(const ReconstructArguments& options, const ReportedLaser
   for (std::size_t i = 0; i < 3; ++i) {
     auto of_laser = options.hologram;
     of_laser.files.clear();
-    for (const auto& name : reported.files[i].pictures)
+    if (options.field && reported.files[i].field.empty())
+      throw InputError(one_line(report.string()) +
+                       ": its fields were not kept; render without --no-field");
+    for (const auto& name :
+         options.field ? std::vector{reported.files[i].field} : reported.files[i].pictures)
       of_laser.files.push_back(
           (report.parent_path() / std::filesystem::path(name).filename()).string());
     require_of_report(report, {of_laser.files.begin(), of_laser.files.end()});
@@ -62,8 +69,9 @@ void reconstruct_lasers(const ReconstructArguments& options, const ReportedLaser
         light[i] = reconstruct(device, backend, holograms[i], specs[i], what, [&](double share) {
           bar.show(name, (static_cast<double>(i) + share) / 3);
         });
+        // Fields have the unit of white already
         for (float& pixel : light[i].pixels)
-          pixel = static_cast<float>(double{pixel} * reported.gain(i));
+          pixel = static_cast<float>(double{pixel} * (options.field ? 1 : reported.gain(i)));
       }
     }
     pictures.push_back(options.view.save(picture_of_lasers(reported.lasers, light), name, z_m,
@@ -80,6 +88,8 @@ void run_reconstruct(const ReconstructArguments& options) {
       return;
     }
   }
+  if (options.field)
+    throw InputError("--field takes the report of three lasers; give field.npy for one");
   const auto hologram = options.hologram.load();
   const auto spec = options.hologram.spec({hologram.nx, hologram.ny});
 
@@ -118,6 +128,10 @@ void add_reconstruct(CLI::App& app) {
   options->hologram.add_to(*command,
                            "report.json or hologram.png ... (what the SLM shows, mean of the "
                            "frames), or field.npy");
+  command
+      ->add_flag("--field", options->field,
+                 "Of a report of three lasers: show their fields, which no SLM shows")
+      ->group(group::pictures);
   options->depths.add_to(*command, "", "the hologram's");
   options->device.add_to(*command);
   options->view.add_to(*command);
