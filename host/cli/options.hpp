@@ -109,8 +109,8 @@ struct DepthOptions {
               const std::string& default_window);
   /// Both throw InputError naming the option when it cannot be understood.
   ///
-  /// viewer  tells the eyepiece through which a depth in dioptres ("1.5D") is seen; called for these
-  ///         alone
+  /// viewer  tells the eyepiece through which a depth in dioptres ("1.5D") is seen; called for
+  ///         these alone
   std::vector<double> depths_m(const std::function<ViewerSpec()>& viewer = {}) const;
   std::optional<glm::dvec2> window_m() const;
 };

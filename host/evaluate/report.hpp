@@ -30,8 +30,8 @@ std::string plan_report_text(const Planned& planned, const World& world);
 HologramSpec hologram_of_report(const std::filesystem::path& report,
                                 const std::filesystem::path& file = {});
 
-/// The viewer of the scene, from the same; without a report, and in those of earlier versions, there
-/// is no eyepiece.
+/// The viewer of the scene, from the same; without a report, and in those of earlier versions,
+/// there is no eyepiece.
 ViewerSpec viewer_of_report(const std::filesystem::path& report,
                             const std::filesystem::path& file = {});
 
