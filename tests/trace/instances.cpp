@@ -272,7 +272,7 @@ TEST_CASE(
     const dvec3 middle = direction(), eye = middle + direction() * uniform(random, 0.5, 20);
     const double radius = uniform(random, 0, 1);
     device::Instance instance{};
-    set_view(instance, middle, radius, eye);
+    set_view(instance, middle, radius, eye, 1);
     const dvec3 normal = glm::normalize(facing.axis + direction() * facing.spread * 0.999),
                 place = middle + direction() * radius;
     // Only unit normals within the spread are in the cone.
@@ -301,7 +301,7 @@ TEST_CASE("culled subtrees hold only inner sides of closed meshes, and most of t
          {dvec3(0, 0, -10e-3), dvec3(5e-3, 2e-3, 1e-3), dvec3(-0.1e-3, 9e-3, -8e-3)}) {
       double inner = 0;
       auto instance = arrays.tree.instances.read()[0];
-      set_view(instance, dvec3(0), 0.8e-3, eye);
+      set_view(instance, dvec3(0), 0.8e-3, eye, 1);
       const auto inner_side = [&](std::size_t i) {
         const auto& t = corners[i];
         const dvec3 a(t.a[0], t.a[1], t.a[2]), b(t.b[0], t.b[1], t.b[2]), c(t.c[0], t.c[1], t.c[2]);
