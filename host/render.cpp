@@ -27,6 +27,9 @@ namespace raywave {
 struct Renderer::State {
   State(const cl::Device& device, Scene scene, RenderOptions options);
   State(const cl::Device& device, Scene scene, World world, RenderOptions options);
+  /// Takes the world, the scene on the device and the samples of another laser's state, and frees
+  /// the rest of it.
+  State(std::unique_ptr<State> other, Scene scene);
 
   RenderResult render();
   void set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
@@ -199,6 +202,20 @@ Renderer::State::State(const cl::Device& device, Scene scene, World world, Rende
       propagator_(device, options_.fft, times_),
       refiner_(device, options_.fft, times_, options_.progress),
       encoder_(device, options_.keep_field, times_) {
+  make_first_plan();
+}
+
+Renderer::State::State(std::unique_ptr<State> other, Scene scene)
+    : device_(other->device_),
+      scene_(std::move(scene)),
+      options_(other->options_),
+      world_(std::move(other->world_)),
+      tracer_(device_, times_),
+      propagator_(device_, options_.fft, times_),
+      refiner_(device_, options_.fft, times_, options_.progress),
+      encoder_(device_, options_.keep_field, times_) {
+  tracer_.take_over(other->tracer_);
+  other = nullptr;
   make_first_plan();
 }
 
@@ -378,27 +395,35 @@ ColourResult render_colours(const cl::Device& device, const std::vector<Scene>& 
   ColourResult result;
   auto how = options;
   how.keep_field = true;
-  for (std::size_t i = 0; i < scenes.size(); ++i) {
-    if (options.progress) {
-      how.progress = [&, i](const std::string& what, double share) {
-        options.progress(length_text(scenes[i].hologram.wavelength_m) + ": " + what,
-                         (static_cast<double>(i) + share) / static_cast<double>(scenes.size()));
-      };
+  std::size_t laser = 0;
+  if (options.progress) {
+    how.progress = [&](const std::string& what, double share) {
+      options.progress(length_text(scenes[laser].hologram.wavelength_m) + ": " + what,
+                       (static_cast<double>(laser) + share) / static_cast<double>(scenes.size()));
+    };
+  }
+  // Of each laser while the next is computed: what they share goes on
+  std::unique_ptr<Renderer::State> state;
+  for (; laser < scenes.size(); ++laser) {
+    if (!state) {
+      state = std::make_unique<Renderer::State>(device, scenes[laser], world, how);
+    } else {
+      state->options_.takes_long = nullptr;  // it was said
+      state = std::make_unique<Renderer::State>(std::move(state), scenes[laser]);
     }
-    result.lasers.push_back(render(device, scenes[i], world, how));
-    how.takes_long = nullptr;  // it was said
+    result.lasers.push_back(state->render());
   }
   share_scale(device, result.lasers);
 
   double sum = 0;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
-    auto& laser = result.lasers[i];
-    result.energies.push_back(mean_light_of(laser.field));
-    const bool shows_phases = laser.plan.slm.encoding == Encoding::phase;
+    auto& of_laser = result.lasers[i];
+    result.energies.push_back(mean_light_of(of_laser.field));
+    const bool shows_phases = of_laser.plan.slm.encoding == Encoding::phase;
     result.powers.push_back(scenes[i].colour->lasers.white_powers[scenes[i].colour->laser] *
                             (shows_phases ? result.energies[i] : 1));
     sum += result.powers[i];
-    if (!options.keep_field) laser.field = {};
+    if (!options.keep_field) of_laser.field = {};
   }
   for (double& power : result.powers) power = sum > 0 ? power / sum : 0;
   return result;

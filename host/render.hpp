@@ -169,6 +169,8 @@ private:
   explicit Renderer(std::unique_ptr<State> state);
   friend RenderResult render(const cl::Device& device, const Scene& scene, const World& world,
                              const RenderOptions& options);
+  friend ColourResult render_colours(const cl::Device& device, const std::vector<Scene>& scenes,
+                                     const World& world, const RenderOptions& options);
   std::unique_ptr<State> state_;
 };
 

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
@@ -12,6 +13,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/shown.hpp"
+#include "host/view/colour_picture.hpp"
 
 namespace raywave::cli {
 
@@ -105,6 +107,35 @@ Json json_of(const Image& a, const PictureOptions& how, const PictureComparison&
   return json;
 }
 
+/// Two pictures in colour.
+ColourComparison compare_in_colour(const RgbPicture& a, const RgbPicture& b,
+                                   const PictureOptions& how, bool prints, Json& json) {
+  auto comparison = compare_colours(a, b, how);
+  json = json_of(a.channels[0], how, comparison.luminance);
+  json["kind"] = "colour pictures";
+  json["delta_e_2000"] = {{"mean", comparison.mean},
+                          {"median", comparison.median},
+                          {"percentile_95", comparison.most_of_95},
+                          {"largest", comparison.most}};
+  if (prints) {
+    print_picture_table(a.channels[0], how, comparison.luminance);
+    std::printf("                   (of the luminances)\n");
+    std::printf("Delta E 2000       mean %.3f, median %.3f, 95 %% within %.3f, largest %.3f\n",
+                comparison.mean, comparison.median, comparison.most_of_95, comparison.most);
+  }
+  return comparison;
+}
+
+/// A picture in colour; none where it is grey, or where its reading fails (which load_grey tells).
+std::optional<RgbPicture> in_colour(const std::string& file) {
+  try {
+    auto picture = load_rgb(file, "");
+    if (!is_grey(picture)) return picture;
+  } catch (const InputError&) {
+  }
+  return {};
+}
+
 void run_compare(const CompareArguments& options) {
   const Domain domain = domain_of(options.domain);
   const Kind kind = kind_of(options.a, options.levels);
@@ -129,11 +160,21 @@ void run_compare(const CompareArguments& options) {
     if (!options.region.empty())
       how.region =
           Region{options.region[0], options.region[1], options.region[2], options.region[3]};
-    const auto a = load_grey(options.a, ""), b = load_grey(options.b, "");
-    auto comparison = compare_pictures(a, b, how);
-    json = json_of(a, how, comparison);
-    if (options.report.prints_text()) print_picture_table(a, how, comparison);
-    difference = std::move(comparison.difference);
+    const auto rgb_a = in_colour(options.a), rgb_b = in_colour(options.b);
+    if (rgb_a || rgb_b) {
+      const auto whole = [](const std::optional<RgbPicture>& known, const std::string& file) {
+        return known ? *known : load_rgb(file, "");
+      };
+      difference = compare_in_colour(whole(rgb_a, options.a), whole(rgb_b, options.b), how,
+                                     options.report.prints_text(), json)
+                       .luminance.difference;
+    } else {
+      const auto a = load_grey(options.a, ""), b = load_grey(options.b, "");
+      auto comparison = compare_pictures(a, b, how);
+      json = json_of(a, how, comparison);
+      if (options.report.prints_text()) print_picture_table(a, how, comparison);
+      difference = std::move(comparison.difference);
+    }
   }
   if (!options.out.empty()) {
     const auto file = std::filesystem::path(options.out) / "difference.png";

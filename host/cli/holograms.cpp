@@ -32,6 +32,10 @@ std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& repo
   std::vector<std::filesystem::path> files;
   try {
     const auto json = nlohmann::json::parse(in);
+    if (json.contains("colour"))
+      throw InputError(one_line(report.string()) +
+                       ": is of three lasers, and this takes one: give hologram_638nm.png or the "
+                       "like");
     if (json.contains("pictures")) {  // of encode and pattern
       const auto format = picture_format_of(json.at("format").get<std::string>());
       if (!is_read_again(format))
@@ -78,7 +82,7 @@ void PixelOptions::add_to(CLI::App& command) {
 HologramSpec PixelOptions::spec(const std::filesystem::path& hologram, glm::ivec2 size_px) const {
   HologramSpec spec;
   if (pitch.empty() || wavelength.empty())
-    spec = hologram_of_report(hologram.parent_path() / "report.json");
+    spec = hologram_of_report(hologram.parent_path() / "report.json", hologram);
   if (!pitch.empty()) spec.pitch_m = given_pitch_m(pitch);
   if (!wavelength.empty()) spec.wavelength_m = given_wavelength_m(wavelength);
   spec.resolution = size_px;
@@ -93,13 +97,13 @@ SlmSpec PixelOptions::slm_spec(const std::filesystem::path& hologram,
   std::error_code error;
   if (!slm.empty())
     spec = load_slm(slm,
-                    wavelength.empty() ? hologram_of_report(report).wavelength_m
+                    wavelength.empty() ? hologram_of_report(report, hologram).wavelength_m
                                        : given_wavelength_m(wavelength),
                     set);
   else if (!set.empty())
     throw InputError("--set changes keys of the file of --slm: give --slm too");
   else if (std::filesystem::exists(report, error))
-    spec = slm_of_report(report);
+    spec = slm_of_report(report, hologram);
   if (most_bits == 8) require_level_bytes(spec, 1);
   return spec;
 }
@@ -110,7 +114,8 @@ void HologramOptions::add_to(CLI::App& command, const std::string& what) {
 }
 
 ViewerSpec HologramOptions::viewer() const {
-  return viewer_of_report(std::filesystem::path(files.at(0)).parent_path() / "report.json");
+  const std::filesystem::path first(files.at(0));
+  return viewer_of_report(first.parent_path() / "report.json", first);
 }
 
 FieldStack HologramOptions::load() const {

@@ -3,12 +3,15 @@
 
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
 #include "host/plan/make_plan.hpp"
+#include "host/view/colour_picture.hpp"
 
 namespace raywave::cli {
 
@@ -24,30 +27,42 @@ struct LensArguments {
 };
 
 void run_lens(const LensArguments& options) {
-  const auto scene = options.scene.load(options.report);
+  const auto scenes = options.scene.load_all(options.report);
   LensSpec what;
   what.window_m = options.depths.window_m();
   what.view = options.view.view();
   what.aperture = options.view.aperture();
   what.points = options.lens_points;
   options.view.check_percentile();
-  const auto depths_m = options.depths.depths_m(scene.viewer);
+  const auto depths_m = options.depths.depths_m([&] { return scenes[0].viewer; });
 
   const cl::Device device(options.device.info());
-  const auto world = build_world(scene);
-  const auto plan = make_plan(scene, world);
-  const DeviceScene arrays(device, world, plan);
+  const auto world = build_world(scenes[0]);
+  std::vector<Plan> plans;
+  for (const auto& scene : scenes) plans.push_back(make_plan(scene, world));
+  DeviceScene arrays(device, world, plans[0]);
   auto pictures = nlohmann::ordered_json::array();
   for (const double z_m : depths_m) {
     what.z_m = z_m;
     const auto name = name_at_depth("lens", z_m);
-    Image image;
+    std::vector<Image> images;
     {
       ProgressBar bar(options.report.quiet);
-      image =
-          lens_picture(device, plan, arrays, what, [&](double share) { bar.show(name, share); });
+      for (const auto& plan : plans) {
+        if (plans.size() > 1) arrays.show(plan);
+        const auto done = static_cast<double>(images.size()),
+                   all = static_cast<double>(plans.size());
+        images.push_back(lens_picture(device, plan, arrays, what,
+                                      [&](double share) { bar.show(name, (done + share) / all); }));
+      }
     }
-    pictures.push_back(options.view.save(image, name, z_m, "radiance", options.report));
+    pictures.push_back(
+        plans.size() == 1
+            ? options.view.save(images[0], name, z_m, "radiance", options.report)
+            : options.view.save(picture_of_lasers(scenes[0].colour->lasers,
+                                                  {std::move(images[0]), std::move(images[1]),
+                                                   std::move(images[2])}),
+                                name, z_m, "radiance", options.report));
   }
   options.report.write(nlohmann::ordered_json{{"pictures", pictures}});
 }

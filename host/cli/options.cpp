@@ -218,13 +218,13 @@ void DepthOptions::add_to(CLI::App& command, const std::string& default_depths,
       ->group(group::pictures);
 }
 
-std::vector<double> DepthOptions::depths_m(const ViewerSpec& viewer) const {
+std::vector<double> DepthOptions::depths_m(const std::function<ViewerSpec()>& viewer) const {
   const auto depth_of = [&](const std::string& text) {
     if (!text.ends_with('D')) return given_length_m(text, "-z");
     const double dioptres =
         number(text.substr(0, text.size() - 1), "-z", "a length, or a number of dioptres,");
     try {
-      return depth_of_dioptres(viewer, dioptres);
+      return depth_of_dioptres(viewer ? viewer() : ViewerSpec{}, dioptres);
     } catch (const InputError& error) {
       throw InputError("-z " + in_quotes(text) + ": " + error.what());
     }
@@ -317,6 +317,21 @@ Json ViewOptions::save(const Image& image, const std::string& name, double z_m,
           {"quantity", quantity},
           {"white", white},
           {"percentile", percentile}};
+}
+
+Json ViewOptions::save(const RgbPicture& picture, const std::string& name, double z_m,
+                       const char* quantity, const ReportOptions& report) const {
+  const double white = white_of(picture, percentile);
+  const auto base = (std::filesystem::path(folder) / name).string();
+  save_png_rgb(base + ".png", picture.width(), picture.height(), expose_to(picture, white));
+  save_exr_rgb(base + ".exr", picture.width(), picture.height(), interleaved(picture));
+  if (report.prints_text())
+    std::printf("%s.png  %d x %d in colour, white = %s %.4g (percentile %g), .exr beside it\n",
+                base.c_str(), picture.width(), picture.height(), quantity, white, percentile);
+  return {{"z_m", z_m},           {"png", base + ".png"},
+          {"exr", base + ".exr"}, {"size", {picture.width(), picture.height()}},
+          {"quantity", quantity}, {"colour", "linear sRGB"},
+          {"white", white},       {"percentile", percentile}};
 }
 
 std::string name_at_depth(const std::string& stem, double z_m) {

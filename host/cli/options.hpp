@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <functional>
 #include <glm/vec2.hpp>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -20,6 +21,7 @@
 #include "host/plan/predict/presets.hpp"
 #include "host/scene/image.hpp"
 #include "host/scene/scene.hpp"
+#include "host/view/colour_picture.hpp"
 
 namespace raywave::cli {
 
@@ -107,8 +109,9 @@ struct DepthOptions {
               const std::string& default_window);
   /// Both throw InputError naming the option when it cannot be understood.
   ///
-  /// viewer  with the eyepiece through which a depth in dioptres ("1.5D") is seen
-  std::vector<double> depths_m(const ViewerSpec& viewer = {}) const;
+  /// viewer  tells the eyepiece through which a depth in dioptres ("1.5D") is seen; called for
+  ///         these alone
+  std::vector<double> depths_m(const std::function<ViewerSpec()>& viewer = {}) const;
   std::optional<glm::dvec2> window_m() const;
 };
 
@@ -126,6 +129,9 @@ struct ViewOptions {
   /// Saves STEM_95mm.png, exposed, and STEM_95mm.exr in the output folder, and prints a line about
   /// them. Returns what --json says of them.
   nlohmann::ordered_json save(const Image& image, const std::string& name, double z_m,
+                              const char* quantity, const ReportOptions& report) const;
+  /// The same of a picture in colour: the PNG is sRGB, the EXR linear sRGB.
+  nlohmann::ordered_json save(const RgbPicture& picture, const std::string& name, double z_m,
                               const char* quantity, const ReportOptions& report) const;
 };
 

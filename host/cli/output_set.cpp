@@ -2,6 +2,7 @@
 #include "host/cli/output_set.hpp"
 
 #include <cstdio>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "host/common/digest.hpp"
@@ -37,6 +38,15 @@ void require_of_report(const std::filesystem::path& report, const nlohmann::json
                      " was written with: a run was stopped before its report, or the picture was "
                      "changed; run it again, or give the picture itself");
   }
+}
+
+void require_of_report(const std::filesystem::path& report,
+                       const std::vector<std::filesystem::path>& files) {
+  std::ifstream in(report);
+  const auto json = nlohmann::json::parse(in, nullptr, false);
+  if (json.is_discarded())
+    throw InputError(one_line(report.string()) + ": not a report of raywave");
+  require_of_report(report, json, files);
 }
 
 }  // namespace raywave::cli

@@ -37,5 +37,8 @@ private:
 /// throws  InputError that names the file that is another's
 void require_of_report(const std::filesystem::path& report, const nlohmann::json& json,
                        const std::vector<std::filesystem::path>& files);
+/// The same of a report that is read for it.
+void require_of_report(const std::filesystem::path& report,
+                       const std::vector<std::filesystem::path>& files);
 
 }  // namespace raywave::cli

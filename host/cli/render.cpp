@@ -117,20 +117,24 @@ void render_lasers(const RenderArguments& options, std::vector<Scene> scenes,
       if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
   for (const auto& note : notes) options.report.note(note);
 
-  std::vector<std::vector<std::string>> pictures(scenes.size());
+  std::vector<LaserFiles> files(scenes.size());
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     const auto& laser = result.lasers[i];
     const auto name = laser_name(laser.plan.wavelength_m);
     for (std::size_t frame = 0; frame < laser.levels.size(); ++frame) {
-      pictures[i].push_back(save_hologram(out.folder(), frame, laser.plan.slm, laser.plan.size,
-                                          laser.levels[frame], "png", "hologram_" + name));
-      out.add(pictures[i].back());
+      files[i].pictures.push_back(save_hologram(out.folder(), frame, laser.plan.slm,
+                                                laser.plan.size, laser.levels[frame], "png",
+                                                "hologram_" + name));
+      out.add(files[i].pictures.back());
     }
     const auto save_field = [&](const std::string& file, const FieldStack& field) {
       save_npy(out.folder() / file, field.nx, field.ny, field.frames, field.samples);
       out.add(file);
     };
-    if (how.keep_field) save_field("field_" + name + ".npy", laser.field);
+    if (how.keep_field) {
+      files[i].field = "field_" + name + ".npy";
+      save_field(files[i].field, laser.field);
+    }
     if (how.keep_field && laser.refined)
       save_field("refined_" + name + ".npy", laser.refined->phases);
     for (std::size_t wrp = 0; wrp < laser.wrps.size(); ++wrp)
@@ -141,7 +145,7 @@ void render_lasers(const RenderArguments& options, std::vector<Scene> scenes,
   for (std::size_t frame = 0; options.rgb && frame < result.lasers[0].levels.size(); ++frame)
     out.add(save_rgb(out.folder(), frame, result));
   const auto report = out.finish(nlohmann::ordered_json::parse(
-      colour_report_json(scenes, result, pictures, device.info(), how.fft)));
+      colour_report_json(scenes, result, files, device.info(), how.fft)));
 
   if (options.report.prints_text()) {
     for (std::size_t i = 0; i < scenes.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <glm/matrix.hpp>
+#include <numbers>
 #include <stdexcept>
 
 namespace raywave {
@@ -124,6 +125,57 @@ glm::dvec3 xyz_of_wavelength(double wavelength_m) {
 glm::dvec2 chromaticity_of(glm::dvec3 xyz) {
   const double sum = xyz.x + xyz.y + xyz.z;
   return sum > 0 ? glm::dvec2(xyz.x, xyz.y) / sum : glm::dvec2(0);
+}
+
+glm::dvec3 lab_of(glm::dvec3 xyz, glm::dvec3 white) {
+  const auto f = [](double share) {
+    constexpr double bend = 6.0 / 29;
+    return share > bend * bend * bend ? std::cbrt(share) : share / (3 * bend * bend) + 4.0 / 29;
+  };
+  const double x = f(xyz.x / white.x), y = f(xyz.y / white.y), z = f(xyz.z / white.z);
+  return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
+}
+
+double delta_e_2000(glm::dvec3 lab_a, glm::dvec3 lab_b) {
+  using std::numbers::pi;
+  const auto seventh = [](double c) {
+    const double power = std::pow(c, 7);
+    return std::sqrt(power / (power + std::pow(25.0, 7)));
+  };
+  const double mean_chroma = (std::hypot(lab_a.y, lab_a.z) + std::hypot(lab_b.y, lab_b.z)) / 2;
+  const double stretch = 1 + 0.5 * (1 - seventh(mean_chroma));
+  const double a1 = stretch * lab_a.y, a2 = stretch * lab_b.y;
+  const double chroma1 = std::hypot(a1, lab_a.z), chroma2 = std::hypot(a2, lab_b.z);
+  const auto hue_of = [](double a, double b) {
+    if (a == 0 && b == 0) return 0.0;
+    const double hue = std::atan2(b, a);
+    return hue < 0 ? hue + 2 * pi : hue;
+  };
+  const double hue1 = hue_of(a1, lab_a.z), hue2 = hue_of(a2, lab_b.z);
+  const bool grey = chroma1 * chroma2 == 0;
+
+  double turn = grey ? 0 : hue2 - hue1;
+  if (turn > pi) turn -= 2 * pi;
+  if (turn < -pi) turn += 2 * pi;
+  const double lightness = lab_b.x - lab_a.x, chroma = chroma2 - chroma1,
+               hue = 2 * std::sqrt(chroma1 * chroma2) * std::sin(turn / 2);
+
+  const double mean_l = (lab_a.x + lab_b.x) / 2, mean_c = (chroma1 + chroma2) / 2;
+  double mean_hue = hue1 + hue2;
+  if (!grey) {
+    if (std::abs(hue1 - hue2) > pi) mean_hue += mean_hue < 2 * pi ? 2 * pi : -2 * pi;
+    mean_hue /= 2;
+  }
+  const double degree = pi / 180;
+  const double t = 1 - 0.17 * std::cos(mean_hue - 30 * degree) + 0.24 * std::cos(2 * mean_hue) +
+                   0.32 * std::cos(3 * mean_hue + 6 * degree) -
+                   0.20 * std::cos(4 * mean_hue - 63 * degree);
+  const double from_blue = (mean_hue / degree - 275) / 25;
+  const double twist = 60 * degree * std::exp(-from_blue * from_blue);
+  const double off = (mean_l - 50) * (mean_l - 50);
+  const double l = lightness / (1 + 0.015 * off / std::sqrt(20 + off)),
+               c = chroma / (1 + 0.045 * mean_c), h = hue / (1 + 0.015 * mean_c * t);
+  return std::sqrt(l * l + c * c + h * h - 2 * seventh(mean_c) * std::sin(twist) * c * h);
 }
 
 glm::dmat3 xyz_from_srgb() {

@@ -23,6 +23,16 @@ glm::dvec3 xyz_of_wavelength(double wavelength_m);
 /// Chromaticity (x, y); (0, 0) where X + Y + Z is not > 0.
 glm::dvec2 chromaticity_of(glm::dvec3 xyz);
 
+/// CIE 1976 L*, a*, b*.
+///
+/// white  X, Y, Z of what has L* = 100
+glm::dvec3 lab_of(glm::dvec3 xyz, glm::dvec3 white);
+
+/// CIEDE2000 colour difference of two L*, a*, b*: about 1 where eyes just tell them apart.
+///
+/// source  Sharma, Wu, Dalal, Color Res. Appl. 30, 21 (2005)
+double delta_e_2000(glm::dvec3 lab_a, glm::dvec3 lab_b);
+
 /// Between linear sRGB and XYZ, from the primaries and the white of IEC 61966-2-1; Y of white is 1.
 glm::dmat3 xyz_from_srgb();
 

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <glm/common.hpp>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <stdexcept>
 
+#include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/geometry/world.hpp"
@@ -55,18 +58,19 @@ std::string laser_name(double wavelength_m) {
   return name;
 }
 
-glm::dvec2 reach_m(const HologramSpec& hologram, double wavelength_m, double z_m) {
-  glm::dvec2 reach;
+glm::dvec2 field_m(const HologramSpec& hologram, double wavelength_m, double z_m) {
+  glm::dvec2 field;
   for (int axis = 0; axis < 2; ++axis) {
-    const double sine = std::min(0.999, wavelength_m / (2 * hologram.pitch_m[axis]));
-    reach[axis] = std::abs(z_m) * sine / std::sqrt(1 - sine * sine);
+    const double sine = std::min(0.999, wavelength_m / (2 * hologram.pitch_m[axis])),
+                 half_m = hologram.resolution[axis] * hologram.pitch_m[axis] / 2;
+    field[axis] = std::max(0.0, std::abs(z_m) * sine / std::sqrt(1 - sine * sine) - half_m);
   }
-  return reach;
+  return field;
 }
 
 std::string colour_report_json(const std::vector<Scene>& scenes, const ColourResult& result,
-                               const std::vector<std::vector<std::string>>& pictures,
-                               const cl::DeviceInfo& device, cl::FftBackend fft) {
+                               const std::vector<LaserFiles>& files, const cl::DeviceInfo& device,
+                               cl::FftBackend fft) {
   Json j{{"raywave", version}};
   j["colour"] = json_of(scenes.at(0).colour.value());
   const double share = 1.0 / static_cast<double>(scenes.size());
@@ -75,10 +79,37 @@ std::string colour_report_json(const std::vector<Scene>& scenes, const ColourRes
     laser["power"] = result.powers[i];
     laser["duty"] = share;
     laser["mean_irradiance"] = result.energies[i];
-    laser["pictures"] = pictures[i];
+    laser["pictures"] = files[i].pictures;
+    if (!files[i].field.empty()) laser["field"] = files[i].field;
     laser["report"] = Json::parse(render_report_json(scenes[i], result.lasers[i], device, fft));
   }
   return j.dump(2) + "\n";
+}
+
+std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& report) {
+  std::ifstream in(report);
+  if (!in) throw InputError(one_line(report.string()) + ": cannot be read");
+  try {
+    const auto json = Json::parse(in);
+    if (!json.contains("colour")) return {};
+    const auto& all = json.at("colour").at("lasers");
+    ReportedLasers found;
+    std::array<double, 3> wavelengths_m{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto& laser = all.at(i);
+      wavelengths_m[i] = laser.at("wavelength_m");
+      found.powers[i] = laser.at("power");
+      found.files[i].pictures = laser.at("pictures").get<std::vector<std::string>>();
+      found.files[i].field = laser.value("field", "");
+    }
+    found.lasers = laser_set(wavelengths_m);
+    return found;
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(one_line(report.string()) +
+                     ": not a report of raywave: " + json_reason(error));
+  } catch (const std::invalid_argument&) {
+    throw InputError(one_line(report.string()) + ": its lasers mix no white");
+  }
 }
 
 std::string colour_warning(const std::vector<Scene>& scenes, const World& world) {
@@ -86,19 +117,18 @@ std::string colour_warning(const std::vector<Scene>& scenes, const World& world)
   const auto [shortest, longest] =
       std::minmax_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());
   const auto& hologram = scenes[0].hologram;
-  const auto near = reach_m(hologram, *shortest, 1);
-  glm::dvec2 farthest(0);  // tangents
-  for (const auto& position_m : positions_now(world)) {
-    if (position_m.z == 0) continue;
-    farthest = glm::max(farthest, glm::abs(glm::dvec2(position_m) / position_m.z));
-  }
-  if (farthest.x <= near.x && farthest.y <= near.y) return {};
   const double middle_m = (world.min_m.z + world.max_m.z) / 2;
-  return "beyond " + millimetres(reach_m(hologram, *shortest, middle_m)) + " at " +
-         length_text(middle_m) + " light of " + length_text(*shortest) +
-         " is missing, and edges turn to the colour of " + length_text(*longest) +
-         "; keep the scene within (the field that all lasers show), move it away, or give a "
-         "smaller hologram.pitch";
+  const auto positions = positions_now(world);
+  const bool is_within = std::all_of(positions.begin(), positions.end(), [&](glm::dvec3 at_m) {
+    const auto field = field_m(hologram, *shortest, at_m.z);
+    return std::abs(at_m.x) <= field.x && std::abs(at_m.y) <= field.y;
+  });
+  if (is_within) return {};
+  return "the scene reaches beyond " + millimetres(field_m(hologram, *shortest, middle_m)) +
+         " (at " + length_text(middle_m) +
+         "), from where on parts of the hologram show no light of " + length_text(*shortest) +
+         ", and edges turn to the colour of " + length_text(*longest) +
+         "; keep it within, move it away, or give a smaller hologram.pitch";
 }
 
 std::string colour_plan_json(const std::vector<Planned>& planned, const World& world) {
@@ -106,9 +136,9 @@ std::string colour_plan_json(const std::vector<Planned>& planned, const World& w
   Json j{{"colour", json_of(first.colour.value())}};
   for (std::size_t i = 0; i < planned.size(); ++i) {
     auto& laser = j["colour"]["lasers"][i];
-    const auto reach =
-        reach_m(first.hologram, planned[i].plan.wavelength_m, (world.min_m.z + world.max_m.z) / 2);
-    laser["field_m"] = {2 * reach.x, 2 * reach.y};
+    const auto field =
+        field_m(first.hologram, planned[i].plan.wavelength_m, (world.min_m.z + world.max_m.z) / 2);
+    laser["field_m"] = {2 * field.x, 2 * field.y};
     laser["plan"] = Json::parse(plan_report_json(planned[i], world));
   }
   return j.dump(2) + "\n";
@@ -128,13 +158,14 @@ std::string colour_plan_text(const std::vector<Planned>& planned, const World& w
     const auto row = lasers.row(i);
     out << "laser     " << length_text(scene.hologram.wavelength_m) << ": "
         << share_text(lasers.white_powers[i]) << " of white's power; light " << share_text(row.x)
-        << " R + " << share_text(row.y) << " G + " << share_text(row.z) << " B; field at "
-        << length_text(middle_m) << " "
-        << millimetres(reach_m(scene.hologram, scene.hologram.wavelength_m, middle_m)) << "\n";
+        << " R + " << share_text(row.y) << " G + " << share_text(row.z) << " B; shows "
+
+        << millimetres(field_m(scene.hologram, scene.hologram.wavelength_m, middle_m)) << " at "
+        << length_text(middle_m) << "\n";
   }
   const auto shortest = *std::min_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());
-  out << "field     " << millimetres(reach_m(scenes[0].hologram, shortest, middle_m))
-      << " common to all lasers\n";
+  out << "field     " << millimetres(field_m(scenes[0].hologram, shortest, middle_m))
+      << " that the whole hologram shows with all lasers\n";
   out << "time      " << number_text(std::round(100 * seconds) / 100)
       << " s predicted for all lasers\n";
   if (const auto warning = colour_warning(scenes, world); !warning.empty())

@@ -2,7 +2,10 @@
 /// What reports and `raywave plan` say of scenes in colour (docs/colour.md).
 #pragma once
 
+#include <array>
+#include <filesystem>
 #include <glm/vec2.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,16 +19,34 @@ namespace raywave {
 /// "638nm": in the names of a laser's files.
 std::string laser_name(double wavelength_m);
 
-/// What a hologram of this wavelength reaches: half sides of the field at a depth to which light of
-/// the hologram's middle goes.
-glm::dvec2 reach_m(const HologramSpec& hologram, double wavelength_m, double z_m);
+/// What a hologram of this wavelength shows: half sides of the field at a depth that light of all
+/// its pixels reaches, >= 0. Beyond it less and less of the hologram shows a point.
+glm::dvec2 field_m(const HologramSpec& hologram, double wavelength_m, double z_m);
+
+/// The files of a laser, beside the report.
+struct LaserFiles {
+  std::vector<std::string> pictures;  // of its frames
+  std::string field;                  // empty: none was kept
+};
 
 /// The report of a render in colour: the lasers, what they need, and the report of each.
-///
-/// files  names of each laser's files: its pictures, then its field
 std::string colour_report_json(const std::vector<Scene>& scenes, const ColourResult& result,
-                               const std::vector<std::vector<std::string>>& pictures,
-                               const cl::DeviceInfo& device, cl::FftBackend fft);
+                               const std::vector<LaserFiles>& files, const cl::DeviceInfo& device,
+                               cl::FftBackend fft);
+
+/// What the report of a render in colour says of its lasers.
+struct ReportedLasers {
+  LaserSet lasers;
+  std::array<LaserFiles, 3> files;
+  std::array<double, 3> powers{};  // as in ColourResult
+
+  /// Factor of the light that a hologram shows, so that it is 1 for all lasers where it is white.
+  double gain(std::size_t laser) const { return powers[laser] / lasers.white_powers[laser]; }
+};
+
+/// Empty where the report is of one wavelength.
+/// throws  InputError when the file is missing or damaged
+std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& report);
 
 /// The plans of all lasers, in the order of the scenes.
 std::string colour_plan_json(const std::vector<Planned>& planned, const World& world);

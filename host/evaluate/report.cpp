@@ -588,12 +588,13 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   return out.str();
 }
 
-ViewerSpec viewer_of_report(const std::filesystem::path& report) {
+ViewerSpec viewer_of_report(const std::filesystem::path& report,
+                            const std::filesystem::path& file) {
   ViewerSpec viewer;
   std::ifstream in(report);
   if (!in) return viewer;
   try {
-    const auto scene = Json::parse(in).at("scene");
+    const auto scene = scene_of_report(Json::parse(in), report, file);
     if (!scene.contains("viewer") || !scene.at("viewer").contains("eyepiece_m")) return viewer;
     viewer.eyepiece_m = scene.at("viewer").at("eyepiece_m").get<double>();
     viewer.eyepiece_distance_m = scene.at("viewer").at("eyepiece_distance_m").get<double>();
@@ -604,14 +605,15 @@ ViewerSpec viewer_of_report(const std::filesystem::path& report) {
   return viewer;
 }
 
-HologramSpec hologram_of_report(const std::filesystem::path& report) {
+HologramSpec hologram_of_report(const std::filesystem::path& report,
+                                const std::filesystem::path& file) {
   std::ifstream in(report);
   if (!in)
     throw InputError(one_line(report.string()) +
                      ": not found; it tells the hologram's pitch and wavelength (or give --pitch "
                      "and --wavelength)");
   try {
-    const auto j = Json::parse(in).at("scene").at("hologram");
+    const auto j = scene_of_report(Json::parse(in), report, file).at("hologram");
     HologramSpec spec;
     spec.resolution = {j.at("resolution").at(0).get<int>(), j.at("resolution").at(1).get<int>()};
     spec.pitch_m = {j.at("pitch_m").at(0).get<double>(), j.at("pitch_m").at(1).get<double>()};

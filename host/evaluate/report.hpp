@@ -25,10 +25,14 @@ std::string plan_report_json(const Planned& planned, const World& world);
 std::string plan_report_text(const Planned& planned, const World& world);
 
 /// Pitch, wavelength and resolution of a hologram from the report.json beside it.
-/// throws  InputError when the file is missing or damaged
-HologramSpec hologram_of_report(const std::filesystem::path& report);
+/// file    a picture or field beside a report of three lasers, which tells the laser
+/// throws  InputError when the report is missing or damaged
+HologramSpec hologram_of_report(const std::filesystem::path& report,
+                                const std::filesystem::path& file = {});
 
-/// The viewer of the scene, from the same; reports of earlier versions have no eyepiece.
-ViewerSpec viewer_of_report(const std::filesystem::path& report);
+/// The viewer of the scene, from the same; without a report, and in those of earlier versions,
+/// there is no eyepiece.
+ViewerSpec viewer_of_report(const std::filesystem::path& report,
+                            const std::filesystem::path& file = {});
 
 }  // namespace raywave

@@ -52,14 +52,30 @@ Json json_of(const SlmSpec& slm) {
   return json;
 }
 
-SlmSpec slm_of_report(const std::filesystem::path& report) {
+Json scene_of_report(const Json& report, const std::filesystem::path& name,
+                     const std::filesystem::path& file) {
+  if (!report.contains("colour")) return report.at("scene");
+  std::string names;
+  for (const auto& laser : report.at("colour").at("lasers")) {
+    auto files = laser.at("pictures").get<std::vector<std::string>>();
+    if (laser.contains("field")) files.push_back(laser.at("field"));
+    for (const auto& one : files) {
+      if (file.filename() == one) return laser.at("report").at("scene");
+      names += (names.empty() ? "" : ", ") + one_line(one);
+    }
+  }
+  throw InputError(one_line(name.string()) +
+                   ": is of three lasers; give the file of one: " + names);
+}
+
+SlmSpec slm_of_report(const std::filesystem::path& report, const std::filesystem::path& file) {
   const auto name = one_line(report.string());
   std::ifstream in(report);
   if (!in)
     throw InputError(name + ": not found; it tells how the SLM shows phases (or give --slm)");
   SlmSpec slm;
   try {
-    const auto scene = Json::parse(in).at("scene");
+    const auto scene = scene_of_report(Json::parse(in), report, file);
     if (!scene.contains("slm")) {
       slm.encoding = Encoding::phase;
       return slm;

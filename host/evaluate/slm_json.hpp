@@ -14,7 +14,15 @@ nlohmann::ordered_json json_of(const SlmSpec& slm);
 /// The SLM of a report; a report of an earlier version has none, and stands for phases in 256
 /// levels.
 ///
+/// file    a picture or field beside a report of three lasers, which tells the laser
 /// throws  InputError when the report is missing or damaged, or the flatness picture is gone
-SlmSpec slm_of_report(const std::filesystem::path& report);
+SlmSpec slm_of_report(const std::filesystem::path& report, const std::filesystem::path& file = {});
+
+/// "scene" of a report; of three lasers, that of the one whose picture or field the file is.
+///
+/// throws  InputError when it is none's; nlohmann::json::exception when the report is damaged
+nlohmann::ordered_json scene_of_report(const nlohmann::ordered_json& report,
+                                       const std::filesystem::path& name,
+                                       const std::filesystem::path& file);
 
 }  // namespace raywave

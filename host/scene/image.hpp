@@ -77,6 +77,10 @@ void save_png16(const std::filesystem::path& file, int width, int height,
 void save_exr(const std::filesystem::path& file, int width, int height,
               std::span<const std::complex<float>> pixels);
 
+/// Writes a 32-bit float OpenEXR picture of linear red, green and blue, channels interleaved.
+void save_exr_rgb(const std::filesystem::path& file, int width, int height,
+                  std::span<const float> pixels);
+
 /// Writes a one-channel 32-bit float OpenEXR picture of linear values.
 void save_exr(const std::filesystem::path& file, int width, int height,
               std::span<const float> pixels);

@@ -111,6 +111,12 @@ void save_exr(const std::filesystem::path& file, int width, int height,
   save(file, width, height, 2, OIIO::TypeFloat, pixels.data());
 }
 
+void save_exr_rgb(const std::filesystem::path& file, int width, int height,
+                  std::span<const float> pixels) {
+  require_size(width, height, 3, pixels);
+  save(file, width, height, 3, OIIO::TypeFloat, pixels.data());
+}
+
 void save_exr(const std::filesystem::path& file, int width, int height,
               std::span<const float> pixels) {
   require_size(width, height, 1, pixels);

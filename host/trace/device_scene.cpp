@@ -116,6 +116,15 @@ MaterialMaps maps_of(const Plan& plan, const World& world, std::size_t number) {
   return maps;
 }
 
+/// Sets what mirrors and glass do to light of the plan's wavelength.
+void set_spectra(const Material& from, double wavelength_m, device::Material& to) {
+  to.reflectivity = static_cast<float>(from.reflectivity.at(wavelength_m));
+  to.transparency = static_cast<float>(from.transparency.at(wavelength_m));
+  std::tie(to.ior, to.ior_low) = split(from.ior.at(wavelength_m));
+  to.attenuation = static_cast<float>(-std::log(from.attenuation.at(wavelength_m)) /
+                                      from.attenuation_distance_m);
+}
+
 Materials materials_of(const Plan& plan, const World& world) {
   const auto channels = plan.channels();
   Materials result;
@@ -133,11 +142,7 @@ Materials materials_of(const Plan& plan, const World& world) {
     put(m.diffuse, material.diffuse);
     put(m.specular, material.specular);
     material.shininess = static_cast<float>(m.shininess);
-    material.reflectivity = static_cast<float>(m.reflectivity.at(plan.wavelength_m));
-    material.transparency = static_cast<float>(m.transparency.at(plan.wavelength_m));
-    std::tie(material.ior, material.ior_low) = split(m.ior.at(plan.wavelength_m));
-    material.attenuation = static_cast<float>(-std::log(m.attenuation.at(plan.wavelength_m)) /
-                                              m.attenuation_distance_m);
+    set_spectra(m, plan.wavelength_m, material);
     material.colour = texels.map_of(maps.colour);
     material.kind = (m.vertex_colours ? MATERIAL_VERTEX_COLOURS : 0) |
                     (m.metallic_roughness ? MATERIAL_METALLIC : 0) | (m.unlit ? MATERIAL_UNLIT : 0);
@@ -299,11 +304,25 @@ void DeviceScene::place(const World& world, const Plan& plan) {
 }
 
 void DeviceScene::upload_lights(const World& world, const Plan& plan) {
-  double brightest_light = ambient_light_of(plan.lighting);
   if (!placed_ || lights_ != plan.lighting.lights) {
     lights_ = plan.lighting.lights;
     placed_ = placed_lights(lights_, environments_of(world.textures, plan.lighting));
   }
+  upload_radiances(plan);
+  diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));
+  bias_m = static_cast<float>(ray_bias_m(world, plan));
+}
+
+void DeviceScene::show(const Plan& plan) {
+  tree_seconds = 0;
+  for (std::size_t i = 0; i < materials_.size(); ++i)
+    set_spectra(plan.lighting.materials[i], plan.wavelength_m, materials_[i]);
+  upload_radiances(plan);
+}
+
+/// Lights and materials, in units that keep floats in range.
+void DeviceScene::upload_radiances(const Plan& plan) {
+  double brightest_light = ambient_light_of(plan.lighting);
   for (const auto& l : *placed_) brightest_light = std::max(brightest_light, l.intensity);
   const double light_unit = unit_of(std::max(brightest_light, brightest_emission_));
   const auto light_data = lights_in_scene_frame(*placed_, plan, light_unit);
@@ -319,8 +338,6 @@ void DeviceScene::upload_lights(const World& world, const Plan& plan) {
     for (float& emission : m.emission) emission = in_units(emission, light_unit);
   }
   cl::put(device_, materials, in_light_units, "materials");
-  diameter_m = static_cast<float>(glm::length(world.max_m - world.min_m));
-  bias_m = static_cast<float>(ray_bias_m(world, plan));
 }
 
 }  // namespace raywave

@@ -34,6 +34,11 @@ public:
   /// and materials stay. `options` may change when an object leaves the shared instance.
   void place(const World& world, const Plan& plan);
 
+  /// Shows the same world to another laser.
+  ///
+  /// plan  of a scene that differs in the laser alone
+  void show(const Plan& plan);
+
   DeviceTree tree;
   cl::Buffer<float> normals, uvs, colours;  // of the vertices: kernels/scene/arrays.h
   cl::Buffer<device::Material> materials;
@@ -63,6 +68,7 @@ public:
 
 private:
   void upload_lights(const World& world, const Plan& plan);
+  void upload_radiances(const Plan& plan);
 
   cl::Device device_;
   Instances instances_;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -122,6 +123,22 @@ std::vector<glm::ivec2> SampleTable::find_specular(const Plan& plan, const Devic
   return specular_->find(plan, scene, lattice, mirrors_);
 }
 
+void SampleTable::show(const Plan& plan, const DeviceScene& scene) {
+  const auto wanted = lattice_of(plan, scene);
+  if (!show_laser_ || specular_ || visibility_parts != plan.visibility_parts ||
+      std::memcmp(&wanted, &lattice, sizeof wanted) != 0)
+    find(plan, scene);
+  else
+    show_laser(scene);
+}
+
+void SampleTable::show_laser(const DeviceScene& scene) {
+  if (!show_laser_ || count == 0) return;
+  const cl::Range group{lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}};
+  show_laser_->run({static_cast<std::size_t>(count)}, group, colours, scene.light,
+                   static_cast<std::int32_t>(count), samples);
+}
+
 void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   // Sizes of the lattice and of one slot (a place for one sample in a cell)
   lattice = lattice_of(plan, scene);
@@ -222,10 +239,7 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
   }
 
   count = static_cast<int>(total);
-  if (show_laser_ && count > 0) {
-    show_laser_->run({static_cast<std::size_t>(count)}, group, colours, scene.light,
-                     static_cast<std::int32_t>(count), samples);
-  }
+  show_laser(scene);
 
   // Index of the table by cell for the device, and by row for the host
   std::vector<std::int32_t> cells;

@@ -27,6 +27,12 @@ public:
   /// throws  InputError when there are more than 2^28 cells or samples
   void find(const Plan& plan, const DeviceScene& scene);
 
+  /// Shows the samples to another laser; finds them again where they differ, as those in mirrors
+  /// and glass do.
+  ///
+  /// plan, scene  of the same world, after DeviceScene::show
+  void show(const Plan& plan, const DeviceScene& scene);
+
   device::Lattice lattice{};
   int visibility_parts;  // Plan::visibility_parts
   int count = 0;
@@ -73,6 +79,9 @@ private:
   /// first_cell  of the band
   std::vector<glm::ivec2> find_specular(const Plan& plan, const DeviceScene& scene,
                                         std::size_t first_cell, std::size_t cells);
+
+  /// In colour: the light of the samples for the scene's laser.
+  void show_laser(const DeviceScene& scene);
 
   cl::Device device_;
   cl::Program program_;

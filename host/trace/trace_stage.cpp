@@ -44,9 +44,14 @@ KernelKey kernel_key(const Plan& plan, const DeviceScene& arrays, int frames_tog
 /// Computes the fields on WRPs by gathering from surface samples or by tracing fans of rays.
 class FieldSource {
 public:
-  FieldSource(const cl::Device& device, const Plan& plan, const DeviceScene& arrays, int frames) {
+  /// table  of another laser; null: samples are found
+  FieldSource(const cl::Device& device, const Plan& plan, const DeviceScene& arrays, int frames,
+              std::unique_ptr<SampleTable> table)
+      : table_(std::move(table)) {
     const bool snapped = plan.fan_source == FanSource::surface;
-    if (plan.aimed || snapped)
+    if (table_)
+      table_->show(plan, arrays);
+    else if (plan.aimed || snapped)
       table_ = std::make_unique<SampleTable>(device, plan, arrays, !plan.aimed);
     if (plan.compact)
       compact_gatherer_ = std::make_unique<CompactGatherer>(device, plan, arrays, *table_, frames);
@@ -65,6 +70,9 @@ public:
   void find_samples(const Plan& plan, const DeviceScene& arrays) {
     if (table_) table_->find(plan, arrays);
   }
+
+  /// The samples, for another laser; gathering is over then.
+  std::unique_ptr<SampleTable> take_table() { return std::move(table_); }
 
   /// Starts the frames of seed, seed + 1, ...
   void start(std::uint32_t seed) {
@@ -97,11 +105,20 @@ int TraceStage::samples() const { return source_->samples(); }
 int TraceStage::hidden_samples() const { return source_->hidden_samples(); }
 double TraceStage::radiance_unit() const { return arrays_->radiance_unit; }
 
+void TraceStage::take_over(TraceStage& other) {
+  arrays_ = std::move(other.arrays_);
+  table_ = other.source_->take_table();
+  other.source_ = nullptr;
+}
+
 void TraceStage::prepare(const World& world, const Plan& plan) {
   require_rays(plan);
   plan_ = &plan;
   // The scene in device memory. The time for trees is reported as a stage of its own.
-  if (arrays_) {
+  if (arrays_ && !source_) {
+    const StageClock clock(times_, "prepare");
+    arrays_->show(plan);
+  } else if (arrays_) {
     const StageClock clock(times_, "tree");
     arrays_->place(world, plan);
   } else {
@@ -120,7 +137,8 @@ void TraceStage::prepare(const World& world, const Plan& plan) {
     source_->find_samples(plan, *arrays_);
   } else {
     source_ = nullptr;  // frees the old memory first
-    source_ = std::make_unique<FieldSource>(device_, plan, *arrays_, frames_together_);
+    source_ =
+        std::make_unique<FieldSource>(device_, plan, *arrays_, frames_together_, std::move(table_));
     built_for_ = key;
   }
   device_.finish();

@@ -19,6 +19,7 @@ namespace raywave {
 class DeviceScene;
 class FieldSource;
 class Interpolator;
+class SampleTable;
 
 /// A field on a WRP: plane number `plane` of a stack in device memory. It has Plan::tile_size
 /// samples, on a virtual plane as many as Plan::compact says.
@@ -45,6 +46,10 @@ public:
   /// throws  InputError when the pixels can show no ray of a fan; DeviceError for the device
   void prepare(const World& world, const Plan& plan);
 
+  /// Takes the world and the samples of another laser's stage, which is left without, to `prepare`
+  /// for a plan that differs in the laser alone.
+  void take_over(TraceStage& other);
+
   /// Returns the field of one frame on plan.wrps[wrp], valid until the next call. Callers request
   /// the WRPs of a tile in order, once for every frame, and the frames in order.
   ///
@@ -69,6 +74,7 @@ private:
   const Plan* plan_ = nullptr;
   std::unique_ptr<DeviceScene> arrays_;
   std::unique_ptr<FieldSource> source_;  // refers to the plan and the arrays
+  std::unique_ptr<SampleTable> table_;   // of another laser, until a source takes it
   int frames_together_ = 1;              // frames that one gathering fills
   std::vector<cl::ComplexBuffer> stacks_;
   std::vector<PlanePart> lit_;  // as many

@@ -53,8 +53,8 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
   const glm::dvec2 half_m = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
   const glm::dvec2 step_m = (high - low) * half_m / static_cast<double>(what.points);
   const glm::dvec2 origin_m(plan.origin_m);
-  // Rays start just before the scene, on the eye's side: from the hologram, rounding would grow with
-  // its distance.
+  // Rays start just before the scene, on the eye's side: from the hologram, rounding would grow
+  // with its distance.
   const double before_m = plan.near_m - 0x1p-10 * static_cast<double>(scene.diameter_m),
                start_m = plan.near_m > 0 ? std::max(0.0, before_m) : before_m;
 

@@ -159,8 +159,8 @@ typedef struct {
   float amplitude[PATH_AMPLITUDE_TERMS];
 } SamplePath;
 
-// The lattice of rays from the eye, mostly the hologram's centre. Ray (i, j) has the tangents (first_x + i + 0.5)
-// step and (first_y + j + 0.5) step.
+// The lattice of rays from the eye, mostly the hologram's centre. Ray (i, j) has the tangents
+// (first_x + i + 0.5) step and (first_y + j + 0.5) step.
 typedef struct {
   int first_x;
   int first_y;

@@ -493,13 +493,14 @@ static inline floatv shown_radiance(const SceneArrays* scene, const Radiance* ra
 // Radiance that no light with a place or a direction makes: ambient light and emission.
 static inline Radiance own_light(const SceneArrays* scene, const Surface* s) {
   Radiance own;
-  for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+  int k = 0;
+  do {  // once at least: no compiler can doubt that it has a value
 #if RAYWAVE_TEXTURES > TEXTURES_PLAIN
     own.of[k] = s->ambient[k] * scene->light.ambient + s->emission[k];
 #else
     own.of[k] = s->ambient[k] * scene->light.ambient;
 #endif
-  }
+  } while (++k < RAYWAVE_COLOURS);
   return own;
 }
 

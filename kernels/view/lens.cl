@@ -13,8 +13,8 @@
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/shade.h"
 
-// Point i of `points` along an axis of the part of a lens within `reach` of a pixel. The lens begins
-// at `edge` and goes on by `pitch` for each of its points.
+// Point i of `points` along an axis of the part of a lens within `reach` of a pixel. The lens
+// begins at `edge` and goes on by `pitch` for each of its points.
 static inline floatv open_place(floatv pixel, float edge, float pitch, float reach, int points,
                                 int i) {
   const float other = edge + pitch * (float)points;

@@ -287,6 +287,18 @@ void launch_tools(const cl::Device& device) {
   for (int i = 0; i < rays; ++i) CHECK(distances[static_cast<std::size_t>(i)] == Catch::Approx(1));
 }
 
+void in_colour(const cl::Device& device, const Folder& folder) {
+  std::vector<Scene> scenes(3, tiny_scene(device, folder));
+  ColourSpec colour;
+  colour.lasers = laser_set({638e-9, 520e-9, 450e-9});
+  for (auto& scene : scenes) {
+    scene.colour = colour;
+    scene.hologram.wavelength_m = colour.lasers.wavelengths_m[colour.laser++];
+  }
+  for (const auto& laser : render_colours(device, scenes, build_world(scenes[0])).lasers)
+    CHECK(test::all_finite(laser.field.samples));
+}
+
 TEST_CASE("every kernel is launched, and none writes behind its buffers") {
   const Folder folder;
   auto& spy = test::opencl_spy();
@@ -305,6 +317,7 @@ TEST_CASE("every kernel is launched, and none writes behind its buffers") {
         look(device, folder);
         propagate(device);
         refine_all(device);
+        in_colour(device, folder);
         launch_tools(device);
         device.finish();
       }

@@ -30,7 +30,8 @@ Stage with(WrpPropagation propagation, Stage stage) {
   return stage;
 }
 
-/// Two tilted cards that do not hide each other; `side` -1: their mirror image through the hologram.
+/// Two tilted cards that do not hide each other; `side` -1: their mirror image through the
+/// hologram.
 Stage two_cards(double side) {
   Stage stage;
   stage.scene.hologram = {{128, 96}, {8e-6, 8e-6}, 638e-9};

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/view/colour_picture.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <glm/vec3.hpp>
+#include <utility>
+
+#include "host/common/error.hpp"
+
+namespace raywave {
+namespace {
+
+glm::dvec3 colour_at(const RgbPicture& picture, std::size_t pixel) {
+  return {double{picture.channels[0].pixels[pixel]}, double{picture.channels[1].pixels[pixel]},
+          double{picture.channels[2].pixels[pixel]}};
+}
+
+double encoded(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+
+/// Y of each pixel, >= 0.
+Image luminance_of(const RgbPicture& picture) {
+  const auto xyz = xyz_from_srgb();
+  Image image{picture.width(), picture.height(), {}};
+  for (std::size_t i = 0; i < picture.channels[0].pixels.size(); ++i)
+    image.pixels.push_back(static_cast<float>(std::max(0.0, (xyz * colour_at(picture, i)).y)));
+  return image;
+}
+
+RgbPicture blurred(const RgbPicture& picture, double sigma_px) {
+  RgbPicture result;
+  for (std::size_t c = 0; c < 3; ++c)
+    result.channels[c] = raywave::blurred(picture.channels[c], sigma_px);
+  return result;
+}
+
+}  // namespace
+
+RgbPicture picture_of_lasers(const LaserSet& lasers, const std::array<Image, 3>& light) {
+  RgbPicture picture;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (light[c].width != light[0].width || light[c].height != light[0].height)
+      throw InputError("the pictures of the lasers have different sizes");
+    picture.channels[c] = {light[0].width, light[0].height,
+                           std::vector<float>(light[0].pixels.size())};
+  }
+  for (std::size_t i = 0; i < light[0].pixels.size(); ++i) {
+    const auto rgb =
+        lasers.rgb_from_lasers * glm::dvec3(double{light[0].pixels[i]}, double{light[1].pixels[i]},
+                                            double{light[2].pixels[i]});
+    for (std::size_t c = 0; c < 3; ++c)
+      picture.channels[c].pixels[i] = static_cast<float>(rgb[static_cast<int>(c)]);
+  }
+  return picture;
+}
+
+double white_of(const RgbPicture& picture, double percentile) {
+  std::vector<float> largest = picture.channels[0].pixels;
+  for (std::size_t c = 1; c < 3; ++c)
+    for (std::size_t i = 0; i < largest.size(); ++i)
+      largest[i] = std::max(largest[i], picture.channels[c].pixels[i]);
+  if (largest.empty()) return 0;
+  const double last = static_cast<double>(largest.size() - 1);
+  const auto nth =
+      largest.begin() +
+      static_cast<std::ptrdiff_t>(std::lround(last * std::clamp(percentile, 0.0, 100.0) / 100));
+  std::nth_element(largest.begin(), nth, largest.end());
+  return *nth > 0 ? *nth : *std::max_element(nth, largest.end());
+}
+
+std::vector<std::uint8_t> expose_to(const RgbPicture& picture, double white) {
+  std::vector<std::uint8_t> pixels(3 * picture.channels[0].pixels.size());
+  if (!(white > 0)) return pixels;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const double linear =
+        std::clamp(double{picture.channels[i % 3].pixels[i / 3]} / white, 0.0, 1.0);
+    pixels[i] = static_cast<std::uint8_t>(std::lround(255 * encoded(linear)));
+  }
+  return pixels;
+}
+
+std::vector<float> interleaved(const RgbPicture& picture) {
+  std::vector<float> pixels(3 * picture.channels[0].pixels.size());
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = picture.channels[i % 3].pixels[i / 3];
+  return pixels;
+}
+
+RgbPicture load_rgb(const std::filesystem::path& file, const std::string& where) {
+  auto channels = load_channels(file, "rgb", where);
+  return {{std::move(channels[0]), std::move(channels[1]), std::move(channels[2])}};
+}
+
+bool is_grey(const RgbPicture& picture) {
+  return picture.channels[0].pixels == picture.channels[1].pixels &&
+         picture.channels[1].pixels == picture.channels[2].pixels;
+}
+
+ColourComparison compare_colours(const RgbPicture& a, const RgbPicture& b,
+                                 const PictureOptions& options) {
+  ColourComparison result;
+  result.luminance = compare_pictures(luminance_of(a), luminance_of(b), options);
+
+  // The same blur, border and scale as of the luminances
+  const auto blurred_a = blurred(a, options.blur_px), blurred_b = blurred(b, options.blur_px);
+  const auto luminance = luminance_of(blurred_a), of_b = luminance_of(blurred_b);
+  double product = 0, square = 0, brightest = 0;
+  std::vector<std::size_t> inside;
+  for (int y = options.border_px; y < a.height() - options.border_px; ++y) {
+    for (int x = options.border_px; x < a.width() - options.border_px; ++x) {
+      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(a.width()) +
+                     static_cast<std::size_t>(x);
+      inside.push_back(i);
+      product += double{luminance.pixels[i]} * double{of_b.pixels[i]};
+      square += double{of_b.pixels[i]} * double{of_b.pixels[i]};
+      brightest = std::max(brightest, double{luminance.pixels[i]});
+    }
+  }
+  const double scale = product / square;
+  const auto xyz = xyz_from_srgb();
+  const auto white = xyz * glm::dvec3(brightest);
+  std::vector<double> differences;
+  for (const auto i : inside) {
+    // What no screen shows, a negative light, is black
+    const auto shown = [&](const RgbPicture& picture, double factor) {
+      const auto colour = colour_at(picture, i) * factor;
+      return lab_of(xyz * glm::dvec3(std::max(colour.x, 0.0), std::max(colour.y, 0.0),
+                                     std::max(colour.z, 0.0)),
+                    white);
+    };
+    differences.push_back(delta_e_2000(shown(blurred_a, 1), shown(blurred_b, scale)));
+    result.mean += differences.back();
+  }
+  result.mean /= static_cast<double>(differences.size());
+  std::sort(differences.begin(), differences.end());
+  const auto at = [&](double share) {
+    return differences[static_cast<std::size_t>(share *
+                                                static_cast<double>(differences.size() - 1))];
+  };
+  result.median = at(0.5);
+  result.most_of_95 = at(0.95);
+  result.most = differences.back();
+  return result;
+}
+
+}  // namespace raywave

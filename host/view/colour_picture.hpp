@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Pictures of what three lasers show, in linear sRGB, and how alike two of them are
+/// (docs/colour.md).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/common/colour.hpp"
+#include "host/scene/image.hpp"
+#include "host/view/compare.hpp"
+
+namespace raywave {
+
+/// Linear sRGB; white may have any value.
+struct RgbPicture {
+  std::array<Image, 3> channels;  // red, green, blue, of one size
+
+  int width() const { return channels[0].width; }
+  int height() const { return channels[0].height; }
+};
+
+/// The colours that the light of three lasers has.
+///
+/// light  of each laser, as pictures of one size, in the unit that is 1 for all where it is white
+RgbPicture picture_of_lasers(const LaserSet& lasers, const std::array<Image, 3>& light);
+
+/// The value that `percentile` (0..100) of the pixels' largest channels stay at or below; the
+/// largest of all where that is not > 0.
+double white_of(const RgbPicture& picture, double percentile);
+
+/// 8-bit sRGB, channels interleaved; what is below 0 or above `white` is cut off. Black where white
+/// is not > 0.
+std::vector<std::uint8_t> expose_to(const RgbPicture& picture, double white);
+
+/// The channels of each pixel side by side.
+std::vector<float> interleaved(const RgbPicture& picture);
+
+/// Reads a picture as linear sRGB; a grey one has three equal channels.
+///
+/// throws  InputError as load_texture
+RgbPicture load_rgb(const std::filesystem::path& file, const std::string& where);
+bool is_grey(const RgbPicture& picture);
+
+struct ColourComparison {
+  PictureComparison luminance;  // of the luminances
+  // CIEDE2000 of the pixels, after blur and scale. The brightest luminance of A has L* = 100
+  double mean = 0, median = 0, most = 0;
+  double most_of_95 = 0;  // 95 % of the pixels are at or below
+};
+
+/// Compares two pictures; a common factor of the brightness does not count, one of a colour does.
+///
+/// options  as of compare_pictures; the domain is of the luminances
+/// throws   InputError as compare_pictures
+ColourComparison compare_colours(const RgbPicture& a, const RgbPicture& b,
+                                 const PictureOptions& options = {});
+
+}  // namespace raywave
