@@ -137,11 +137,15 @@ Program::Program(const Device& device, const std::string& file, const Options& o
 Kernel Program::kernel(const std::string& name) const {
   return Kernel(*device_,
                 checked(device_->info(), [&] { return ::cl::Kernel(program_, name.c_str()); }),
-                file_ + ": " + name);
+                file_ + ": " + name, launched_);
 }
 
-Kernel::Kernel(Device device, ::cl::Kernel kernel, std::string name)
-    : device_(std::move(device)), kernel_(std::move(kernel)), name_(std::move(name)) {
+Kernel::Kernel(Device device, ::cl::Kernel kernel, std::string name,
+               std::shared_ptr<std::set<std::string>> launched)
+    : device_(std::move(device)),
+      kernel_(std::move(kernel)),
+      name_(std::move(name)),
+      launched_(std::move(launched)) {
   argument_types_.resize(
       checked(device_.info(), [&] { return kernel_.getInfo<CL_KERNEL_NUM_ARGS>(); }));
   for (cl_uint i = 0; i < argument_types_.size(); ++i) {
@@ -182,9 +186,14 @@ void Kernel::launch_first(const ::cl::NDRange& global, const ::cl::NDRange& loca
   event.wait();
   const auto taken = Seconds::now() - before;
   if (!is_timed) return;
-  const auto submitted = event.getProfilingInfo<CL_PROFILING_COMMAND_SUBMIT>(),
-             started = event.getProfilingInfo<CL_PROFILING_COMMAND_START>(),
-             ended = event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
+  cl_ulong submitted = 0, started = 0, ended = 0;
+  try {
+    submitted = event.getProfilingInfo<CL_PROFILING_COMMAND_SUBMIT>();
+    started = event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
+    ended = event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
+  } catch (const ::cl::Error&) {
+    return;  // the launch has worked; its time stays with its stage
+  }
   if (!(submitted <= started && started <= ended && submitted < ended)) return;
   const double share =
       static_cast<double>(started - submitted) / static_cast<double>(ended - submitted);
@@ -202,7 +211,7 @@ void Kernel::enqueue(Range global, Range local) {
   const Range whole{round_up(global.x, local.x), global.y ? round_up(global.y, local.y) : 0,
                     global.z ? round_up(global.z, local.z) : 0};
   try {
-    if (std::exchange(is_new_, false))
+    if (launched_->insert(name_).second)
       launch_first(range(whole), range(local));
     else
       device_.queue().enqueueNDRangeKernel(kernel_, ::cl::NullRange, range(whole), range(local));

@@ -5,6 +5,8 @@
 
 #include <compare>
 #include <map>
+#include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -48,7 +50,9 @@ struct TypeName;
 
 class Kernel {
 public:
-  Kernel(Device device, ::cl::Kernel kernel, std::string name);
+  /// launched  names of kernels of its program that have been launched, which drivers have compiled
+  Kernel(Device device, ::cl::Kernel kernel, std::string name,
+         std::shared_ptr<std::set<std::string>> launched);
 
   /// Types as the kernel declares them, e.g. "float*"; empty when the driver does not give them
   /// (some do not for programs from binaries).
@@ -104,7 +108,7 @@ private:
   ::cl::Kernel kernel_;
   std::string name_;
   std::vector<std::string> argument_types_;
-  bool is_new_ = true;  // not yet enqueued
+  std::shared_ptr<std::set<std::string>> launched_;  // kernels of its program, by name
 };
 
 class Program {
@@ -123,6 +127,7 @@ private:
   std::shared_ptr<Device> device_;
   ::cl::Program program_;
   std::string file_;
+  std::shared_ptr<std::set<std::string>> launched_ = std::make_shared<std::set<std::string>>();
 };
 
 }  // namespace raywave::cl

@@ -32,6 +32,8 @@ struct Renderer::State {
   State(std::unique_ptr<State> other, Scene scene);
 
   RenderResult render();
+  void set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
+                std::optional<double> solid_scale);
 
   void load();
   void make_plan();
@@ -88,6 +90,17 @@ RenderResult Renderer::State::render() {
   if (plan_.refine) refine();
   finish(result);
   return result;
+}
+
+void Renderer::State::set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
+                               std::optional<double> solid_scale) {
+  auto moved = scene_.objects.at(object);
+  moved.position_m = position_m;
+  moved.rotation_deg = rotation_deg;
+  moved.solid_scale = solid_scale;
+  require_pose(world_, object, moved);
+  scene_.objects[object] = std::move(moved);
+  changed_ = true;
 }
 
 /// Moves the objects of the world to where the scene has them now.
@@ -303,28 +316,16 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 const Scene& Renderer::scene() const { return state_->scene_; }
 
 void Renderer::set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg) {
-  auto& o = state_->scene_.objects.at(object);
-  o.position_m = position_m;
-  o.rotation_deg = rotation_deg;
-  o.solid_scale.reset();
-  state_->changed_ = true;
+  state_->set_pose(object, position_m, rotation_deg, {});
 }
 
 void Renderer::set_solid_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
                               double scale) {
-  auto& o = state_->scene_.objects.at(object);
-  o.position_m = position_m;
-  o.rotation_deg = rotation_deg;
-  o.solid_scale = scale;
-  state_->changed_ = true;
+  state_->set_pose(object, position_m, rotation_deg, scale);
 }
 
 void Renderer::set_light(std::size_t light, const Light& value) {
   auto& l = state_->scene_.lights.at(light);
-  if ((l.type == LightType::ambient) != (value.type == LightType::ambient))
-    throw InputError("light " + std::to_string(light) +
-                     ": an ambient light cannot become another kind, nor another kind ambient");
-  // Kernels are compiled for the others
   const auto is_plain = [](const Light& one) {
     return (one.type == LightType::directional || one.type == LightType::point) && !one.falls_off &&
            one.highlights;

@@ -130,16 +130,26 @@ public:
 
   const Scene& scene() const;
 
-  /// Sets the centre of an object's bounding box and its rotation about x, then y, then z.
+  /// Sets the place of an object's anchor (the centre of its bounding box unless the scene says
+  /// otherwise) and its rotation about x, then y, then z.
+  ///
+  /// throws  std::out_of_range; InputError when the object would touch the hologram plane, lie
+  ///         nearer than its cut, or moves though a part of it is cut away: the object stays
   void set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg);
 
   /// Moves an object as a solid (Object::solid_scale): it keeps its size, whatever its `width`
-  /// would make of the turned mesh, and turns about the middle of the box it was placed with.
+  /// would make of the turned mesh, and turns about its anchor (the middle of the box that it was
+  /// placed with unless the scene says otherwise).
+  ///
+  /// throws  as set_pose
   void set_solid_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
                       double scale = 1);
 
-  /// throws  std::out_of_range; InputError when the old or the new light is ambient, but not both:
-  ///         kernels are compiled for the number of other lights
+  /// Kernels are compiled for the lights: type, falloff, highlights, samples and picture of a light
+  /// stay. But a directional light and a point may become each other, where both have highlights
+  /// and no falloff.
+  ///
+  /// throws  std::out_of_range; InputError when one of these changes
   void set_light(std::size_t light, const Light& value);
 
   /// Sets the seed of the random phases of the next frames.
@@ -151,8 +161,7 @@ public:
   /// Renders the current scene. RenderResult::seconds covers this call; in the first result it
   /// includes the time of the constructor.
   ///
-  /// throws  InputError when an object touches the hologram plane, or when the scene cannot be
-  ///         computed; the renderer stays usable
+  /// throws  InputError when the scene cannot be computed; the renderer stays usable
   RenderResult render();
 
 private:

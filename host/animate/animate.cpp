@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "host/animate/contents.hpp"
 #include "host/animate/write_queue.hpp"
 #include "host/common/digest.hpp"
 #include "host/common/error.hpp"
@@ -24,13 +25,10 @@ namespace {
 /// Pictures that wait to be written.
 constexpr std::size_t longest_queue = 2;
 
-/// Pictures, spread over the animation, whose brightest sets the scale of all.
-constexpr int pictures_that_scale = 8;
-
 /// Of what is seen around all objects.
 constexpr double window_margin = 1.04;
 
-/// The scene with as many frames as the picture with most holograms needs, all objects at rest.
+/// The scene with as many frames as the picture with most holograms needs.
 Scene with_frames(Scene scene, const Schedule& schedule) {
   scene.sampling.frames = schedule.most_of_a_picture();
   return scene;
@@ -72,12 +70,15 @@ Animator::Animator(const cl::Device& device, Scene scene, cl::FftBackend fft)
 
 Camera Animator::camera(int picture) const {
   auto camera = camera_at(scene_.animation.value(), picture);
-  if (!camera.depth_m) camera.depth_m = (plan_->near_m + plan_->far_m) / 2;
+  if (!camera.depth_m) {
+    const double middle_m = (plan_->near_m + plan_->far_m) / 2;
+    camera.depth_m = std::abs(middle_m) < plan_->closest_m ? plan_->near_m : middle_m;
+  }
   if (!camera.window_m) {
     // What lies beyond is dark: pixels show no steeper light
     const auto sine = glm::min(plan_->largest_sine, glm::dvec2(0.99));
     const auto lit_m = glm::dvec2(plan_->size) * plan_->pitch_m +
-                       2 * plan_->far_m * sine / glm::sqrt(1.0 - sine * sine);
+                       2 * plan_->farthest_m * sine / glm::sqrt(1.0 - sine * sine);
     camera.window_m = glm::min(2.0 * window_margin * reach_m_, lit_m);
   }
   return camera;
@@ -90,14 +91,14 @@ glm::ivec2 Animator::stored_size() const {
 
 std::string Animator::run_name(FrameStorage storage) const {
   const auto& info = device_.info();
-  std::string text = std::string(version) + '\n' + scene_.digest + '\n' + info.platform + '\n' +
-                     info.name + '\n' + info.driver + '\n' + std::string(name_of(fft_)) + '\n' +
-                     (storage == FrameStorage::pngs ? "pngs" : "stream");
-  for (const auto& object : scene_.objects) text += '\n' + digest_of_file(object.mesh);
-  for (const auto& light : scene_.lights)
-    if (!light.picture.empty()) text += '\n' + digest_of_file(light.picture);
-  for (const auto& material : scene_.materials)
-    if (material.texture) text += '\n' + digest_of_file(*material.texture);
+  std::string text;
+  for (const auto& part :
+       {std::string(version), scene_.digest, digest_of_contents(scene_, world_), info.platform,
+        info.name, info.driver, std::string(name_of(fft_)),
+        std::string(storage == FrameStorage::pngs ? "pngs" : "stream"),
+        std::to_string(base_->tile_grid.x) + " x " + std::to_string(base_->tile_grid.y),
+        std::to_string(base_->most_layers), std::string(base_->compact ? "compact" : "spectrum")})
+    text += part + '\n';
   return hash_name(text);
 }
 
@@ -112,12 +113,10 @@ void Animator::show(const Scene& scene, int picture, Renderer& renderer) const {
 
 double Animator::brightest(Renderer& renderer) const {
   double clip = 0;
-  const int pictures = schedule_.pictures(), probes = std::min(pictures, pictures_that_scale);
-  for (int i = 0; i < probes; ++i) {
-    const auto picture = static_cast<int>(static_cast<std::int64_t>(pictures) * i / probes);
+  if (plan_->slm.encoding == Encoding::phase) return clip;  // it shows no amplitudes
+  for (const int picture : schedule_.spread(Schedule::pictures_that_scale)) {
     show(scene_at(scene_, picture), picture, renderer);
     clip = std::max(clip, renderer.render().clip);
-    if (clip == 0 && plan_->slm.encoding == Encoding::phase) break;  // it shows no amplitudes
   }
   return clip;
 }
@@ -162,6 +161,7 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress)
     if (picture == first) start = std::chrono::steady_clock::now();
     ++made.pictures;
     made.holograms += schedule_.count_of(picture);
+    if (picture > first) made.timed_holograms += schedule_.count_of(picture);
   }
   queue.finish();
   files.finish();

@@ -24,9 +24,11 @@ namespace raywave {
 /// How far a run came.
 struct AnimateResult {
   int pictures = 0, holograms = 0;  // made by this run
-  double seconds = 0;               // from the first to the last of them, the first one excluded
-  std::map<std::string, double> processor_seconds;  // RenderResult's, of all but the first picture
-  std::vector<std::string> notes;                   // of all pictures, each once
+  double seconds = 0;               // of all but the first picture, until the last is written
+  int timed_holograms = 0;          // of these pictures
+  // RenderResult's, of these pictures: with what was written meanwhile, of pictures before them
+  std::map<std::string, double> processor_seconds;
+  std::vector<std::string> notes;  // of all pictures, each once
 };
 
 /// An animation that is planned. A picture depends on nothing but the scene and its number: a run
@@ -46,7 +48,8 @@ public:
   Camera camera(int picture) const;
   /// Of a hologram as it is stored: turned as the SLM wants it.
   glm::ivec2 stored_size() const;
-  /// What holograms depend on, in 32 digits: scene, meshes, textures, device, version, storage.
+  /// What holograms depend on, in 32 digits: scene, contents of its files, the plan over all
+  /// pictures, device, version, storage.
   std::string run_name(FrameStorage storage) const;
 
   /// Makes the pictures that `files` lacks. While one is computed, those before it are written.
@@ -58,12 +61,12 @@ public:
 private:
   /// Moves a renderer to a picture, which `scene` describes.
   void show(const Scene& scene, int picture, Renderer& renderer) const;
-  /// RenderResult::clip of the brightest picture, of a few; 0: no scale is needed.
+  /// RenderResult::clip of the brightest of Schedule::pictures_that_scale; 0: no scale is needed.
   double brightest(Renderer& renderer) const;
   nlohmann::ordered_json line_of(int picture, const Scene& scene, const RenderResult& result) const;
 
   cl::Device device_;
-  Scene scene_;  // as the file has it
+  Scene scene_;  // at rest, with frames for the picture that has most holograms
   cl::FftBackend fft_;
   Schedule schedule_;
   glm::dvec2 reach_m_{0};  // largest distances of all objects, in all pictures, from the axis

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -65,6 +66,29 @@ void sync(int descriptor, const fs::path& file) {
     refuse(file);
 }
 
+using Json = nlohmann::ordered_json;
+
+/// Values of a line that may be damaged: empty where there is none of this type.
+std::optional<std::int64_t> integer_of(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_number_integer()) return {};
+  return found->get<std::int64_t>();
+}
+std::optional<std::string> text_of(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_string()) return {};
+  return found->get<std::string>();
+}
+
+/// Calls `use` with each whole line of a report, parsed (discarded where it is no JSON), and its
+/// bytes, until that returns false.
+template <class Use>
+void for_lines_of(const fs::path& report, Use use) {
+  std::ifstream stream(report, std::ios::binary);
+  for (std::string line; std::getline(stream, line) && !stream.eof();)
+    if (!use(Json::parse(line, nullptr, false), line.size() + 1)) return;
+}
+
 }  // namespace
 
 std::string FrameFiles::png_name(int hologram) {
@@ -87,41 +111,44 @@ fs::path FrameFiles::partial_stream() const { return folder_ / "frames.raw.part"
 
 void FrameFiles::read_report() {
   const auto file = folder_ / report_name;
+  for_lines_of(file, [&](const Json& line, std::uint64_t) {
+    if (line.is_object() && text_of(line, "run").value_or(run_) != run_)
+      throw InputError(
+          in_quotes(file.string()) +
+          ": this folder holds holograms of another scene, device or version; give another "
+          "--output, or --restart to replace them");
+    return true;
+  });
+
+  // Nothing has been touched so far
   std::error_code error;
   if (storage_ == FrameStorage::stream && !fs::exists(partial_stream(), error))
     fs::rename(folder_ / stream_name, partial_stream(), error);  // goes on where it was finished
   std::uint64_t whole = 0;
-  {
-    std::ifstream lines(file, std::ios::binary);
-    for (std::string line; std::getline(lines, line) && !lines.eof();) {
-      const auto json = nlohmann::ordered_json::parse(line, nullptr, false);
-      if (!json.is_object() || json.value("picture", -1) != pictures_) break;
-      if (json.value("run", "") != run_)
-        throw InputError(
-            in_quotes(file.string()) +
-            ": this folder holds holograms of another scene, device or version; give another "
-            "--output, or --restart to replace them");
-      int count = 0;
-      if (!are_whole(json, count)) break;
-      ++pictures_;
-      holograms_ += count;
-      whole += line.size() + 1;
-    }
-  }
+  for_lines_of(file, [&](const Json& line, std::uint64_t bytes) {
+    int count = 0;
+    if (!is_whole(line, count)) return false;
+    ++pictures_;
+    holograms_ += count;
+    whole += bytes;
+    return true;
+  });
   report_ = open_at(file, whole);
   if (storage_ == FrameStorage::stream)
     stream_ = open_at(partial_stream(), static_cast<std::uint64_t>(holograms_) * pixels());
 }
 
-bool FrameFiles::are_whole(const nlohmann::ordered_json& line, int& count) const {
+bool FrameFiles::is_whole(const Json& line, int& count) const {
+  if (!line.is_object() || integer_of(line, "picture") != pictures_ || text_of(line, "run") != run_)
+    return false;
   const auto holograms = line.find("holograms");
   if (holograms == line.end() || !holograms->is_array() || holograms->empty()) return false;
   for (const auto& hologram : *holograms) {
     const int number = holograms_ + count++;
-    if (!hologram.is_object() || hologram.value("number", -1) != number) return false;
+    if (!hologram.is_object() || integer_of(hologram, "number") != number) return false;
     const auto digest = storage_ == FrameStorage::pngs ? digest_of_file(folder_ / png_name(number))
                                                        : digest_in_stream(number);
-    if (digest.empty() || hologram.value("digest", "") != digest) return false;
+    if (digest.empty() || text_of(hologram, "digest") != digest) return false;
   }
   return true;
 }

@@ -52,7 +52,7 @@ public:
   /// Gives the stream its name, after the last picture.
   void finish();
 
-  /// Removes an animation from a folder: report, holograms, videos.
+  /// Removes an animation's holograms and their report from a folder.
   static void remove(const std::filesystem::path& folder);
 
   static std::string png_name(int hologram);
@@ -62,8 +62,10 @@ private:
     return static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y);
   }
   void read_report();
-  /// Whether the holograms of a line, which follow the ones so far, are there and as it says.
-  bool are_whole(const nlohmann::ordered_json& line, int& count) const;
+  /// Whether a line is that of the next picture, and its holograms are there and as it says.
+  ///
+  /// count  receives their number
+  bool is_whole(const nlohmann::ordered_json& line, int& count) const;
   std::string digest_in_stream(int hologram) const;
   std::filesystem::path partial_stream() const;
 

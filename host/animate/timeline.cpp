@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <string>
@@ -134,6 +135,14 @@ int Schedule::most_of_a_picture() const {
   int most = 0;
   for (int picture = 0; picture < pictures_; ++picture) most = std::max(most, count_of(picture));
   return most;
+}
+
+std::vector<int> Schedule::spread(int most) const {
+  const int count = std::min(pictures_, most);
+  std::vector<int> all;
+  for (int i = 0; i < count; ++i)
+    all.push_back(static_cast<int>(static_cast<std::int64_t>(pictures_) * i / count));
+  return all;
 }
 
 }  // namespace raywave

@@ -39,6 +39,9 @@ std::set<std::size_t> moving_lights(const Animation& animation);
 /// has the random phases of seed + j.
 class Schedule {
 public:
+  /// Pictures whose brightest sets the scale, or the exposure, of all.
+  static constexpr int pictures_that_scale = 8;
+
   /// frames  of a picture, where the animation does not say: sampling.frames
   Schedule(const Animation& animation, int frames);
 
@@ -49,6 +52,8 @@ public:
   int holograms() const { return first_of(pictures_); }
   /// The largest count_of.
   int most_of_a_picture() const;
+  /// `most` pictures, or all where there are fewer, evenly spread from the first one on.
+  std::vector<int> spread(int most) const;
   double slm_rate_per_s() const { return rate_per_s_ * each_; }
 
 private:

@@ -117,7 +117,6 @@ private:
 };
 
 constexpr double exposed_percentile = 99.5;
-constexpr int pictures_that_expose = 8;
 
 }  // namespace
 
@@ -140,11 +139,10 @@ void write_preview(const fs::path& ffmpeg, const cl::Device& device, cl::FftBack
                    double rate_per_s, const std::function<void(double)>& progress) {
   const Viewer viewer(device, fft, animator);
   const auto& schedule = animator.schedule();
-  const int pictures = schedule.pictures(), probes = std::min(pictures, pictures_that_expose);
+  const int pictures = schedule.pictures();
   double white = 0;
   glm::ivec2 size(0);
-  for (int i = 0; i < probes; ++i) {
-    const auto picture = static_cast<int>(static_cast<std::int64_t>(pictures) * i / probes);
+  for (const int picture : schedule.spread(Schedule::pictures_that_scale)) {
     HologramReader reader(ffmpeg, holograms, schedule.first_of(picture));
     const auto image = viewer.see(picture, reader);
     size = {image.width, image.height};

@@ -21,8 +21,11 @@ namespace raywave::v0 {
 namespace {
 
 raywave::Target target_of(double distance_m, const PropagateOptions& options) {
-  for (const double x : {distance_m, options.shift_m[0], options.shift_m[1]})
-    if (!std::isfinite(x)) throw InputError("propagate: distance and shift must be finite");
+  if (!std::isfinite(distance_m)) throw InputError("distance: must be finite");
+  for (const double x : options.shift_m)
+    if (!std::isfinite(x)) throw InputError("shift: must be finite");
+  if (!(options.padding >= 1 && options.padding <= 64))
+    throw InputError("padding: must be 1 to 64, got " + number_text(options.padding));
   return {vector_of(options.shift_m), distance_m};
 }
 
@@ -93,8 +96,6 @@ FieldDouble propagate(const FieldDoubleView& field, const Pixels& pixels, double
   const glm::ivec2 size(field.nx, field.ny);
   const auto hologram = hologram_spec(pixels, size);
   const auto target = target_of(distance_m, options);
-  if (!(options.padding >= 1 && options.padding <= 64))
-    throw InputError("padding: must be 1 to 64, got " + number_text(options.padding));
   const reference::Setup setup{size, hologram.pitch_m, hologram.wavelength_m, target.shift_m,
                                target.distance_m};
   FieldDouble result{field.nx, field.ny, field.frames, {}};

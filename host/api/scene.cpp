@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "host/api/state.hpp"
@@ -19,23 +18,62 @@ constexpr double largest_coordinate = 1e30;  // as all numbers of a scene
 /// Whether both scenes read the same from the same files.
 bool reads_the_same(const Scene::State& a, const Scene::State& b) {
   const auto same_object = [](const raywave::Object& x, const raywave::Object& y) {
-    return x.mesh == y.mesh && x.normals == y.normals;
+    return x.mesh == y.mesh && x.normals == y.normals &&
+           wears_own_materials(x) == wears_own_materials(y);
   };
   const auto same_texture = [](const raywave::Material& x, const raywave::Material& y) {
     return x.texture == y.texture;
   };
+  const auto same_picture = [](const raywave::Light& x, const raywave::Light& y) {
+    return (x.type == LightType::environment) == (y.type == LightType::environment) &&
+           x.picture == y.picture;
+  };
+  const auto all = [](const auto& x, const auto& y, const auto& same) {
+    return std::equal(x.begin(), x.end(), y.begin(), y.end(), same);
+  };
   return a.scene.channels() == b.scene.channels() && a.meshes == b.meshes &&
-         std::equal(a.scene.objects.begin(), a.scene.objects.end(), b.scene.objects.begin(),
-                    b.scene.objects.end(), same_object) &&
-         std::equal(a.scene.materials.begin(), a.scene.materials.end(), b.scene.materials.begin(),
-                    b.scene.materials.end(), same_texture);
+         all(a.scene.objects, b.scene.objects, same_object) &&
+         all(a.scene.materials, b.scene.materials, same_texture) &&
+         all(a.scene.lights, b.scene.lights, same_picture);
 }
 
-/// Names the meshes that no file holds.
-void name_meshes(Scene::State& state) {
-  state.meshes.resize(state.scene.objects.size());
-  for (std::size_t i = 0; i < state.meshes.size(); ++i)
-    if (state.meshes[i]) state.scene.objects[i].mesh = in_memory;
+/// Puts what is not of the text's into a scene that was parsed: meshes from memory, and poses.
+void apply_changes(Scene::State& state) {
+  auto& objects = state.scene.objects;
+  state.meshes.resize(objects.size());
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (state.meshes[i]) objects[i].mesh = in_memory;
+    if (const auto found = state.poses.find(i); found != state.poses.end()) {
+      const auto& pose = found->second;
+      objects[i].position_m = pose.position_m.value_or(objects[i].position_m);
+      objects[i].rotation_deg = pose.rotation_deg.value_or(objects[i].rotation_deg);
+    }
+  }
+}
+
+/// Drops meshes from memory and poses in whose place an override puts another.
+///
+/// state  with its scene as the overrides have it
+void drop_replaced(Scene::State& state, const std::string& override_text) {
+  const auto path = override_text.substr(0, override_text.find('='));
+  const auto& objects = state.scene.objects;
+  if (path == "object") {
+    state.poses.clear();
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      if (!objects[i].mesh.empty()) state.meshes[i] = nullptr;
+  } else if (path.starts_with("object.")) {
+    const auto dot = path.find('.', 7);
+    const auto index = std::stoul(path.substr(7, dot - 7));
+    const auto key = path.substr(dot + 1);
+    if (key == "mesh") state.meshes.at(index) = nullptr;
+    if (key == "position") state.poses[index].position_m.reset();
+    if (key == "rotation") state.poses[index].rotation_deg.reset();
+  } else if (path == "scene" || path.starts_with("scene.")) {
+    // The glTF file's object comes after all others
+    const auto first = objects.size() - state.scene.given.count("scene.gltf");
+    state.poses.erase(state.poses.lower_bound(first), state.poses.end());
+    if (path == "scene" || path == "scene.gltf") state.meshes.resize(first);
+  }
 }
 
 Scene scene_of(SceneText text, const std::vector<std::string>& overrides) {
@@ -43,7 +81,7 @@ Scene scene_of(SceneText text, const std::vector<std::string>& overrides) {
   state->text = std::move(text);
   state->overrides = overrides;
   state->scene = raywave::parse_scene(state->text, overrides);
-  name_meshes(*state);
+  apply_changes(*state);
   return Scene(std::move(state));
 }
 
@@ -94,18 +132,6 @@ Mesh mesh_of(const MeshView& view) {
   return mesh;
 }
 
-/// A number that reads back the same, as TOML has it.
-std::string exact(double value) {
-  std::array<char, 40> text;
-  std::snprintf(text.data(), text.size(), "%.17g", value);
-  const std::string digits(text.data());
-  return digits.find_first_of(".en") == std::string::npos ? digits + ".0" : digits;
-}
-
-std::string exact(const Vec3& v) {
-  return "[" + exact(v[0]) + "," + exact(v[1]) + "," + exact(v[2]) + "]";
-}
-
 }  // namespace
 
 const SceneFiles& Scene::State::read_files() const {
@@ -141,13 +167,11 @@ void Scene::set(const std::vector<std::string>& overrides) {
   auto next = std::make_shared<State>(*state_);
   next->overrides.insert(next->overrides.end(), overrides.begin(), overrides.end());
   next->scene = raywave::parse_scene(next->text, next->overrides);
-  for (std::size_t i = 0; i < next->meshes.size(); ++i) {  // a file takes a mesh's place
-    const auto start = "object." + std::to_string(i) + ".mesh=";
-    if (std::any_of(overrides.begin(), overrides.end(),
-                    [&](const auto& o) { return o.starts_with(start); }))
-      next->meshes[i] = nullptr;
+  for (const auto& one : overrides) {
+    next->meshes.resize(next->scene.objects.size());
+    drop_replaced(*next, one);
   }
-  name_meshes(*next);
+  apply_changes(*next);
   if (!reads_the_same(*next, *state_)) next->files = std::make_shared<Files>();
   state_ = std::move(next);
 }
@@ -159,7 +183,7 @@ void Scene::set_mesh(std::size_t object, const MeshView& mesh) {
   auto next = std::make_shared<State>(*state_);
   next->meshes.at(object) = std::make_shared<const Mesh>(mesh_of(mesh));
   next->files = std::make_shared<Files>();
-  name_meshes(*next);
+  apply_changes(*next);
   state_ = std::move(next);
 }
 
@@ -176,15 +200,8 @@ Vec3 Scene::rotation_deg(std::size_t object) const {
 void Scene::set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg) {
   require_pose(object, objects(), position_m, rotation_deg);
   auto next = std::make_shared<State>(*state_);
-  const auto set = [&](const std::string& key, const Vec3& value) {
-    const auto start = "object." + std::to_string(object) + "." + key + "=";
-    std::erase_if(next->overrides, [&](const auto& o) { return o.starts_with(start); });
-    next->overrides.push_back(start + exact(value));
-  };
-  set("position", position_m);
-  set("rotation", rotation_deg);
-  next->scene.objects[object].position_m = vector_of(position_m);
-  next->scene.objects[object].rotation_deg = vector_of(rotation_deg);
+  next->poses[object] = {vector_of(position_m), vector_of(rotation_deg)};
+  apply_changes(*next);
   state_ = std::move(next);
 }
 

@@ -5,6 +5,7 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -28,18 +29,27 @@ struct Files {
   std::optional<SceneFiles> loaded;
 };
 
+/// Where Scene::set_pose has put an object; empty: where the scene has it.
+struct Pose {
+  std::optional<glm::dvec3> position_m, rotation_deg;
+};
+
 struct Scene::State {
   SceneText text;
   std::vector<std::string> overrides;
   raywave::Scene scene;
   std::vector<std::shared_ptr<const Mesh>> meshes;  // by object; null: its file's
+  std::map<std::size_t, Pose> poses;                // by object
   bool is_planned = false;
   std::shared_ptr<Files> files = std::make_shared<Files>();
 
   /// throws  InputError when a mesh or a texture is unusable
   const SceneFiles& read_files() const;
   /// All objects in the world.
-  World world() const { return place_objects(scene, read_files().meshes, files->loaded->textures); }
+  World world() const {
+    const auto& read = read_files();
+    return place_objects(scene, read.meshes, read.textures);
+  }
 };
 
 struct Slm::State {

@@ -20,6 +20,7 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/trace/tuning.hpp"
 
 namespace raywave::cli {
@@ -37,6 +38,16 @@ struct AnimateArguments {
   bool stream = false, restart = false, no_video = false, no_preview = false;
 };
 
+/// All keys of a scene as they are in effect; names of files are no part of it.
+std::string keys_of(Scene scene) {
+  scene.file.clear();
+  scene.slm.flatness.picture = {};
+  for (auto& object : scene.objects) object.mesh.clear();
+  for (auto& light : scene.lights) light.picture.clear();
+  for (auto& material : scene.materials) material.texture.reset();
+  return scene_json(scene);
+}
+
 /// Chooses what the scene leaves open for a goal, by the scene at rest.
 Scene scene_for(const Goal& goal, Scene scene, const cl::Device& device,
                 const ReportOptions& report) {
@@ -44,21 +55,13 @@ Scene scene_for(const Goal& goal, Scene scene, const cl::Device& device,
   const auto world = build_world(scene);
   auto planned = plan_scene(scene, world, figures_of(device.info()), goal, false);
   for (const auto& warning : planned.warnings) report.note(warning);
-  const auto &sampling = planned.scene.sampling, &before = scene.sampling;
-  const auto& wrp = planned.scene.wrp;
-  std::string chosen = scene.digest;
-  for (const double value :
-       {sampling.pitch_m, sampling.cone, sampling.apodization, static_cast<double>(sampling.frames),
-        static_cast<double>(wrp.layers), wrp.padding, wrp.oversampling.value_or(0),
-        static_cast<double>(planned.scene.refine.has_value()), before.pitch_m})
-    chosen += ' ' + std::to_string(1e9 * value);
-  planned.scene.digest = hash_name(chosen);
+  planned.scene.digest = hash_name(scene.digest + keys_of(planned.scene));
   return std::move(planned.scene);
 }
 
 /// report.json, which lets reconstruct and encode read the holograms.
 void write_report(const std::filesystem::path& folder, const Scene& scene, const Animator& animator,
-                  FrameStorage storage) {
+                  FrameStorage storage, const std::string& run) {
   const auto& schedule = animator.schedule();
   auto hologram = scene.hologram;
   hologram.resolution = animator.plan().size;
@@ -69,7 +72,7 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
   json.erase("pictures");
   const auto size = animator.stored_size();
   json["animation"] = {
-      {"run", animator.run_name(storage)},
+      {"run", run},
       {"pictures", schedule.pictures()},
       {"rate", scene.animation.value().rate_per_s},
       {"holograms", schedule.holograms()},
@@ -130,22 +133,22 @@ void run_animate(const AnimateArguments& options) {
     scene = scene_for(options.goal.goal(), std::move(scene), device, options.report);
     animator.emplace(device, scene, fft);
     if (options.restart) FrameFiles::remove(folder);
-    FrameFiles files(folder, storage, animator->run_name(storage), animator->stored_size());
+    const auto run = animator->run_name(storage);
+    FrameFiles files(folder, storage, run, animator->stored_size());
     found = files.pictures();
     if (found < animator->schedule().pictures()) {
       std::error_code ignored;
       for (const auto* name : {video_name, preview_name})
         std::filesystem::remove(folder / name, ignored);
     }
-    write_report(folder, scene, *animator, storage);
+    write_report(folder, scene, *animator, storage, run);
     made = animator->make_frames(
         files, [&](const std::string& what, double share) { bar.show(what, share); });
     stored = {folder, storage, animator->stored_size(), files.holograms(),
               animator->schedule().slm_rate_per_s()};
   }
   for (const auto& note : made.notes) options.report.note(note);
-  const double per_s =
-      made.seconds > 0 ? (made.holograms - made.holograms / made.pictures) / made.seconds : 0;
+  const double per_s = made.seconds > 0 ? made.timed_holograms / made.seconds : 0;
   if (options.report.prints_text()) {
     if (found > 0) std::printf("%d pictures were there\n", found);
     if (made.pictures > 0)

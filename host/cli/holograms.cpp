@@ -113,6 +113,10 @@ void HologramOptions::add_to(CLI::App& command, const std::string& what) {
   pixels.add_to(command);
 }
 
+ViewerSpec HologramOptions::viewer() const {
+  return viewer_of_report(std::filesystem::path(files.at(0)).parent_path() / "report.json");
+}
+
 FieldStack HologramOptions::load() const {
   const std::filesystem::path first(files.at(0));
   if (extension_of(first) == ".npy") {

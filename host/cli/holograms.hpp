@@ -39,6 +39,8 @@ struct HologramOptions {
   void add_to(CLI::App& command, const std::string& what);
 
   HologramSpec spec(glm::ivec2 size_px) const { return pixels.spec(files.at(0), size_px); }
+  /// From report.json beside it; without an eyepiece where there is none.
+  ViewerSpec viewer() const;
   SlmSpec slm_spec() const { return pixels.slm_spec(files.at(0), set, 10); }
 
   /// The complex field of a .npy file; or what an SLM shows of pictures, one frame each. A

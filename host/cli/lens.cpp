@@ -34,7 +34,7 @@ void run_lens(const LensArguments& options) {
   what.aperture = options.view.aperture();
   what.points = options.lens_points;
   options.view.check_percentile();
-  const auto depths_m = options.depths.depths_m();
+  const auto depths_m = options.depths.depths_m(scenes[0].viewer);
 
   const cl::Device device(options.device.info());
   const auto world = build_world(scenes[0]);

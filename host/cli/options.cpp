@@ -12,6 +12,7 @@
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/scene/eyepiece.hpp"
 #include "host/scene/scene.hpp"
 #include "host/scene/units.hpp"
 #include "host/trace/tuning.hpp"
@@ -165,7 +166,7 @@ Goal GoalOptions::goal() const {
     throw InputError("--preset, --budget and --psnr: at most 1 of them can be given");
   Goal goal;
   if (!preset.empty()) goal.preset = preset_of(preset);
-  if (!budget.empty()) goal.budget_s = given_seconds(budget, "--budget");
+  if (!budget.empty()) goal.budget_s = given_duration_s(budget, "--budget");
   if (psnr_db) {
     // No range refuses it.
     if (std::isnan(*psnr_db)) throw InputError("--psnr must be 0 to 200, got \"nan\"");
@@ -202,7 +203,10 @@ void DepthOptions::add_to(CLI::App& command, const std::string& default_depths,
     return text.empty() ? "" : "; " + text + " when not given";
   };
   command
-      .add_option("-z", z, "Depth, e.g. 95mm; may be given many times" + otherwise(default_depths))
+      .add_option(
+          "-z", z,
+          "Depth, e.g. 95mm or -40mm, or 1.5D through an eyepiece; may be given many times" +
+              otherwise(default_depths))
       ->type_name("LENGTH")
       ->required(default_depths.empty())
       ->allow_extra_args(false)
@@ -214,10 +218,23 @@ void DepthOptions::add_to(CLI::App& command, const std::string& default_depths,
       ->group(group::pictures);
 }
 
-std::vector<double> DepthOptions::depths_m() const {
+std::vector<double> DepthOptions::depths_m(const ViewerSpec& viewer) const {
+  const auto depth_of = [&](const std::string& text) {
+    if (!text.ends_with('D')) return given_length_m(text, "-z");
+    const double dioptres =
+        number(text.substr(0, text.size() - 1), "-z", "a length, or a number of dioptres,");
+    try {
+      return depth_of_dioptres(viewer, dioptres);
+    } catch (const InputError& error) {
+      throw InputError("-z " + in_quotes(text) + ": " + error.what());
+    }
+  };
   std::vector<double> depths;
   for (const auto& text : z) {
-    const double depth_m = positive_length_m(text, "-z");
+    const double depth_m = depth_of(text);
+    if (std::abs(depth_m) < 1e-9)
+      throw InputError("-z " + in_quotes(text) +
+                       ": must not be 0; > 0 is beyond the hologram, < 0 on the eye's side");
     for (const double other_m : depths) {
       if (const auto name = name_at_depth("", depth_m); name == name_at_depth("", other_m))
         throw InputError("-z " + in_quotes(text) + ": a second picture of " + name.substr(1) +

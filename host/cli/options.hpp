@@ -19,6 +19,7 @@
 #include "cl/fft.hpp"
 #include "host/plan/predict/presets.hpp"
 #include "host/scene/image.hpp"
+#include "host/scene/scene.hpp"
 #include "host/view/colour_picture.hpp"
 
 namespace raywave::cli {
@@ -106,7 +107,9 @@ struct DepthOptions {
   void add_to(CLI::App& command, const std::string& default_depths,
               const std::string& default_window);
   /// Both throw InputError naming the option when it cannot be understood.
-  std::vector<double> depths_m() const;
+  ///
+  /// viewer  with the eyepiece through which a depth in dioptres ("1.5D") is seen
+  std::vector<double> depths_m(const ViewerSpec& viewer = {}) const;
   std::optional<glm::dvec2> window_m() const;
 };
 

@@ -31,7 +31,7 @@ struct QualityArguments {
 
 QualitySpec spec_of(const QualityArguments& options, const Scene& scene) {
   auto spec = options.quality;
-  spec.depths_m = options.depths.depths_m();
+  spec.depths_m = options.depths.depths_m(scene.viewer);
   spec.window_m = options.depths.window_m();
   if (!options.blur.empty()) {
     const auto blur = parse_blur(options.blur);

@@ -59,7 +59,7 @@ void reconstruct_lasers(const ReconstructArguments& options, const ReportedLaser
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());
   auto pictures = nlohmann::ordered_json::array();
-  for (const double z_m : options.depths.depths_m()) {
+  for (const double z_m : options.depths.depths_m(options.hologram.viewer())) {
     what.z_m = z_m;
     const auto name = name_at_depth("reconstruction", z_m);
     std::array<Image, 3> light;
@@ -98,7 +98,7 @@ void run_reconstruct(const ReconstructArguments& options) {
   what.view = options.view.view();
   what.aperture = options.view.aperture();
   options.view.check_percentile();
-  const auto depths_m = options.depths.depths_m();
+  const auto depths_m = options.depths.depths_m(options.hologram.viewer());
 
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());

@@ -51,7 +51,7 @@ struct RefineArguments {
 
   std::optional<double> budget_s() const {
     if (budget.empty()) return std::nullopt;
-    return given_seconds(budget, "--budget");
+    return given_duration_s(budget, "--budget");
   }
 };
 

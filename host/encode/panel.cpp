@@ -151,7 +151,7 @@ void Panel::make_added(glm::dvec2 pitch_m, double wavelength_m) {
   const bool is_flat = picture.pixels.empty();
   require_fit(flatness, size_);
   if (is_flat && slm_.zernike.empty() && !slm_.lens_m && carrier == glm::dvec2(0) &&
-      slm_.offset_turns == 0)
+      slm_.offset_turns == 0 && slm_.illumination.is_plane())
     return;
 
   // Levels are to be added to grey, and phase may fall as grey rises.
@@ -171,6 +171,7 @@ void Panel::make_added(glm::dvec2 pitch_m, double wavelength_m) {
           const double right = x - (size_.x - 1) / 2.0;
           const double x_m = right * pitch_m.x, y_m = up * pitch_m.y;
           double turns = slm_.offset_turns + carrier.x * right + carrier.y * up;
+          turns -= slm_.illumination.turns({x_m, y_m}, wavelength_m);
           if (slm_.lens_m) turns -= (x_m * x_m + y_m * y_m) / (2 * wavelength_m * *slm_.lens_m);
           if (const int i = x + left, j = y + top;
               !is_flat && i >= 0 && j >= 0 && i < picture.width && j < picture.height)

@@ -31,7 +31,7 @@ public:
   const std::vector<std::uint16_t>& level_table() const { return level_table_; }
 
   /// Phase added to each pixel, in units of 1/65536 turn, rows from the top; empty: none. Carrier,
-  /// lens, flatness, Zernike terms and offset.
+  /// lens, flatness, Zernike terms and offset, less the phase of the light that falls onto it.
   const std::vector<std::uint16_t>& added() const { return added_; }
 
   /// The carrier that the picture stands on beside the one that is added, in cycles per pixel:

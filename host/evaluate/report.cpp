@@ -4,9 +4,11 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <sstream>
 
 #include "host/common/error.hpp"
@@ -16,6 +18,7 @@
 #include "host/evaluate/slm_json.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/precision.hpp"
+#include "host/scene/eyepiece.hpp"
 #include "host/trace/device_scene.hpp"
 #include "raywave_version.hpp"
 
@@ -23,6 +26,8 @@ namespace raywave {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+double degrees_of(double sine) { return std::asin(sine) * 180 / std::numbers::pi; }
 
 Json json_of(glm::ivec2 v) { return Json::array({v.x, v.y}); }
 Json json_of(glm::dvec2 v) { return Json::array({v.x, v.y}); }
@@ -125,6 +130,10 @@ Json json_of(const Scene& scene) {
     j["refine"]["blur_m"] = refine->blur_m ? Json(*refine->blur_m) : Json("auto");
   }
   j["viewer"] = {{"distance_m", scene.viewer.distance_m}};
+  if (scene.viewer.eyepiece_m) {
+    j["viewer"]["eyepiece_m"] = *scene.viewer.eyepiece_m;
+    j["viewer"]["eyepiece_distance_m"] = scene.viewer.eyepiece_distance_m;
+  }
   j["viewer"]["resolution_m"] =
       scene.viewer.resolution_m ? Json(*scene.viewer.resolution_m) : Json("auto");
   j["accuracy"] = {
@@ -405,7 +414,10 @@ std::string plan_report_text(const Planned& planned, const World& world) {
     if (wears_own) {
       out << ", materials of its own\n";
     } else {
-      out << ", material " << scene.materials[static_cast<std::size_t>(object.material)].name;
+      out << ", material "
+          << (object.material == 0
+                  ? "default"
+                  : scene.materials[static_cast<std::size_t>(object.material)].name);
       if (i < world.found.size() && world.found[i].overridden > 0)
         out << " instead of " << world.found[i].overridden << " of its own";
       out << "\n";
@@ -420,6 +432,22 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   out << "scene     " << world.triangles.size() << " triangles, " << mm(extent.x) << " x "
       << mm(extent.y) << " x " << mm(extent.z) << ", " << mm(plan.near_m) << " to "
       << mm(plan.far_m) << " from the hologram\n";
+  if (scene.viewer.eyepiece_m && plan.near_m + scene.viewer.eyepiece_distance_m > 0)
+    out << "eyepiece  shows it at " << number(dioptres_of_depth(scene.viewer, plan.near_m))
+        << " D to " << number(dioptres_of_depth(scene.viewer, plan.far_m)) << " D\n";
+  if (const auto& falling = scene.slm.illumination; !falling.is_plane()) {
+    out << "light     on the SLM ";
+    if (!falling.focus_m)
+      out << "parallel";
+    else if (*falling.focus_m > 0)
+      out << "converging " << mm(*falling.focus_m) << " before it";
+    else
+      out << "diverging from " << mm(-*falling.focus_m) << " beyond it";
+    out << ", its middle ray " << number(degrees_of(falling.sine.x)) << " x "
+        << number(degrees_of(falling.sine.y)) << " degrees off the axis; pixels turn it by "
+        << number(degrees_of(plan.largest_sine.x)) << " x "
+        << number(degrees_of(plan.largest_sine.y)) << " degrees at most\n";
+  }
   // Tiles and WRPs
   if (plan.tiles.size() > 1)
     out << "tiles     " << plan.tile_grid.x << " x " << plan.tile_grid.y << " of "
@@ -552,6 +580,26 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   for (const auto& reason : reasons) out << "because   " << reason << "\n";
   for (const auto& warning : warnings) out << "warning   " << warning << "\n";
   return out.str();
+}
+
+ViewerSpec viewer_of_report(const std::filesystem::path& report) {
+  ViewerSpec viewer;
+  std::ifstream in(report);
+  if (!in) return viewer;
+  try {
+    const auto json = Json::parse(in);
+    // Lasers have one viewer
+    const auto& scene = json.contains("colour")
+                            ? json.at("colour").at("lasers").at(0).at("report").at("scene")
+                            : json.at("scene");
+    if (!scene.contains("viewer") || !scene.at("viewer").contains("eyepiece_m")) return viewer;
+    viewer.eyepiece_m = scene.at("viewer").at("eyepiece_m").get<double>();
+    viewer.eyepiece_distance_m = scene.at("viewer").at("eyepiece_distance_m").get<double>();
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(one_line(report.string()) +
+                     ": not a report of raywave: " + json_reason(error));
+  }
+  return viewer;
 }
 
 HologramSpec hologram_of_report(const std::filesystem::path& report,

@@ -30,4 +30,7 @@ std::string plan_report_text(const Planned& planned, const World& world);
 HologramSpec hologram_of_report(const std::filesystem::path& report,
                                 const std::filesystem::path& file = {});
 
+/// The viewer of the scene, from the same; reports of earlier versions have no eyepiece.
+ViewerSpec viewer_of_report(const std::filesystem::path& report);
+
 }  // namespace raywave

@@ -38,6 +38,10 @@ Json json_of(const SlmSpec& slm) {
             {"flip", std::string(slm.flip_x ? "x" : "") + (slm.flip_y ? "y" : "")},
             {"rotate_deg", slm.rotate_deg}};
   if (slm.lens_m) json["lens_m"] = *slm.lens_m;
+  if (const auto& light = slm.illumination; !light.is_plane()) {
+    json["illumination"] = {{"sine", json_of(light.sine)}};
+    if (light.focus_m) json["illumination"]["focus_m"] = *light.focus_m;
+  }
   if (slm.stop)
     json["stop"] = {{"size", json_of(slm.stop->size)}, {"centre", json_of(slm.stop->centre)}};
   for (const auto& term : slm.zernike) json["zernike"].push_back({term.noll, term.turns});
@@ -95,6 +99,11 @@ SlmSpec slm_of_report(const std::filesystem::path& report, const std::filesystem
     slm.shift_m = pair_of(json.at("shift_m"));
     slm.shift_distance_m = json.at("shift_distance_m");
     if (json.contains("lens_m")) slm.lens_m = json.at("lens_m").get<double>();
+    if (json.contains("illumination")) {
+      const auto& light = json.at("illumination");
+      slm.illumination.sine = pair_of(light.at("sine"));
+      if (light.contains("focus_m")) slm.illumination.focus_m = light.at("focus_m").get<double>();
+    }
     slm.lut = json.at("lut").get<std::vector<double>>();
     for (const auto& term : json.at("zernike"))
       slm.zernike.push_back({term.at(0).get<int>(), term.at(1).get<double>()});

@@ -19,8 +19,8 @@ constexpr int depth_bins = 256;  // bins of a scene's depth, for the choice of l
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Per axis, the functions of position whose largest values make Extents. Over a convex set before
-/// the hologram, each is largest at one of its corners.
+/// Per axis, the functions of position whose largest values make Extents. Over a convex set on one
+/// side of the hologram, each is largest at one of its corners.
 enum Function : std::size_t {
   tangent_low,
   tangent_high,
@@ -31,10 +31,12 @@ enum Function : std::size_t {
 };
 using Values = std::array<double, 2 * functions>;
 
-/// Infinite at a position that is not before the hologram.
-Values values_at(const glm::dvec3& p_m, const SeenThrough& seen) {
+/// Infinite at a position that is not on this side of the hologram.
+///
+/// side  1: z > 0; -1: z < 0
+Values values_at(const glm::dvec3& p_m, const SeenThrough& seen, double side) {
   Values values;
-  if (p_m.z <= 0) {
+  if (!(side * p_m.z > 0)) {
     values.fill(infinite);
     return values;
   }
@@ -48,8 +50,8 @@ Values values_at(const glm::dvec3& p_m, const SeenThrough& seen) {
     values[first + tangent_high] = tangent;
     values[first + passed_low] = reach - centre;
     values[first + passed_high] = centre + reach;
-    values[first + beyond] =
-        std::abs(off_centre) + seen.wider * seen.half_m[axis] - seen.largest_tangent[axis] * p_m.z;
+    values[first + beyond] = std::abs(off_centre) + seen.wider * seen.half_m[axis] -
+                             seen.largest_tangent[axis] * std::abs(p_m.z);
   }
   return values;
 }
@@ -270,7 +272,7 @@ Extents extents_of(std::span<const glm::dvec3> points, const SeenThrough& seen) 
         Values largest;
         largest.fill(-infinite);
         for (auto i = from; i < to; ++i) {
-          const auto values = values_at(points[i], seen);
+          const auto values = values_at(points[i], seen, points[i].z < 0 ? -1 : 1);
           for (std::size_t f = 0; f < values.size(); ++f)
             largest[f] = values[f] > largest[f] ? values[f] : largest[f];
         }
@@ -287,13 +289,15 @@ Extents extents_of(const World& world, const SeenThrough& seen) {
   largest.fill(-infinite);
   // Boxes that promise as much, to rounding, are opened too: no vertex is missed by a rounding.
   const double reach_m = glm::length(glm::max(glm::abs(world.min_m), glm::abs(world.max_m))) +
-                         glm::length(glm::abs(seen.centre_m) + seen.half_m) + seen.distance_m;
+                         glm::length(glm::abs(seen.centre_m) + seen.half_m) +
+                         std::abs(seen.distance_m);
   const double least = -0x1p-48 * reach_m;
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
     const auto& placed = world.placed[i];
+    const double side = lies_before(world, i) ? -1 : 1;
     raise_to_largest(
         placed.tree, std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
-        world.motions[i], [&](const glm::dvec3& p_m) { return values_at(p_m, seen); }, least,
+        world.motions[i], [&](const glm::dvec3& p_m) { return values_at(p_m, seen, side); }, least,
         largest);
   }
   return extents_from(largest);

@@ -38,7 +38,7 @@ struct Extents {
 
 /// The hologram's window, or a tile's, and a plane before it through which light passes.
 struct SeenThrough {
-  double distance_m;    // from the plane to the hologram
+  double distance_m;    // from the plane to the hologram, along the light
   glm::dvec2 centre_m;  // of the window
   glm::dvec2 half_m;    // half the window's sides
   glm::dvec2 largest_tangent;

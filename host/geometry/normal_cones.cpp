@@ -84,11 +84,12 @@ std::int32_t normal_cone_bits(const NormalCone& cone) {
   return halves < 127 ? bits | static_cast<std::int32_t>(halves) << 25 : 0;
 }
 
-void set_view(device::Instance& instance, glm::dvec3 middle_m, double radius_m, glm::dvec3 eye_m) {
-  const auto path = middle_m - eye_m;
+void set_view(device::Instance& instance, glm::dvec3 middle_m, double radius_m, glm::dvec3 eye_m,
+              int side) {
+  const auto path = static_cast<double>(side) * (middle_m - eye_m);
   const double distance_m = glm::length(path);
   instance.view_margin = INT32_MAX / 2;  // nothing is known
-  if (!(radius_m < 0.5 * distance_m)) return;
+  if (side == 0 || !(radius_m < 0.5 * distance_m)) return;
   const auto view = path * (VIEW_STEPS / distance_m);
   glm::dvec3 rounded;
   for (int i = 0; i < 3; ++i) {

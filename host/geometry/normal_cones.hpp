@@ -31,6 +31,8 @@ std::int32_t normal_cone_bits(const NormalCone& cone);
 ///
 /// middle_m, radius_m  the sphere, in the instance's frame
 /// eye_m               the hologram's centre, in the instance's frame
-void set_view(device::Instance& instance, glm::dvec3 middle_m, double radius_m, glm::dvec3 eye_m);
+/// side                1: rays come from there; -1: they go there; 0: either, and nothing is known
+void set_view(device::Instance& instance, glm::dvec3 middle_m, double radius_m, glm::dvec3 eye_m,
+              int side);
 
 }  // namespace raywave

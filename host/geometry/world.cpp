@@ -82,10 +82,24 @@ double scale_of(const Object& object, const Box& turned, double mesh_unit) {
 }
 
 void require_place(const Object& object, const Box& box) {
-  if (!(box.min.z > 0) && object.cut_m == 0)
-    throw InputError(
-        object.where + ": lies behind or touches the hologram plane: its z runs from " +
-        length_text(box.min.z) + " to " + length_text(box.max.z) + ", and must be > 0");
+  if (!(box.min.z > 0) && !(box.max.z < 0))
+    throw InputError(object.where + ": touches the hologram's plane: its z runs from " +
+                     length_text(box.min.z) + " to " + length_text(box.max.z) +
+                     ", and must be > 0, or < 0 for a real image between the hologram and the eye");
+}
+
+/// Refuses a place that an object cannot move to: its cut stays as it was placed.
+void require_move(const Object& object, const PlacedObject& placed, const Box& box) {
+  if (placed.is_cut)
+    throw InputError(object.where +
+                     ": a part of it is cut away, so that it cannot be moved; give a smaller cut");
+  require_place(object, box);
+  // The box of a turned object is known to a few roundings
+  const double roundings = 1e-12 * (glm::length(box.size()) + std::abs(box.max.z));
+  if (object.cut_m > 0 && box.min.z < object.cut_m - roundings)
+    throw InputError(object.where + ": it cannot be moved to where a part of it would be cut: " +
+                     "its z runs from " + length_text(box.min.z) + " to " + length_text(box.max.z) +
+                     ", and must be >= cut, " + length_text(object.cut_m));
 }
 
 /// The motion that places an object's vertices, and their bounding box there.
@@ -102,9 +116,8 @@ Placing placing_of(const Object& object, const glm::dmat3& turn, const glm::dvec
   const double scale = scale_of(object, turned, mesh_unit);
   const glm::dvec3 anchor = object.anchor == Anchor::origin ? origin : turned.centre();
   const auto placed = [&](const glm::dvec3& p) { return object.position_m + (p - anchor) * scale; };
-  const Box box{placed(turned.min), placed(turned.max)};
-  require_place(object, box);
-  return {{turn, scale, from, placed(glm::dvec3(0)), true}, box};
+  return {{turn, scale, from, placed(glm::dvec3(0)), true},
+          {placed(turned.min), placed(turned.max)}};
 }
 
 /// Triangles that stand for all of an object, drawn by area at even steps through the list; all of
@@ -146,7 +159,7 @@ double ambient_share_of(const Scene& scene) {
   return std::any_of(scene.lights.begin(), scene.lights.end(),
                      [](const Light& light) { return light.type == LightType::ambient; })
              ? 1
-             : 0.1;
+             : Material{}.ambient.x;
 }
 
 /// Adds the materials of an object's mesh, where the object wears them.
@@ -174,10 +187,12 @@ void add_materials(const Scene& scene, const Object& object, const Meshes& meshe
     if (m >= 0) ++triangles[static_cast<std::size_t>(m)];
   }
   const int channel = channel_of(scene.hologram.wavelength_m);
+  const bool colours_have_alpha = std::any_of(mesh.colours.begin(), mesh.colours.end(),
+                                              [](const glm::vec4& c) { return c.a < 1; });
   for (std::size_t i = 0; i < mesh.materials.size(); ++i) {
     const auto& from = mesh.materials[i];
     const auto& maps = meshes.maps[number][i];
-    world.materials.push_back(phong_of(from, maps, ambient_share_of(scene),
+    world.materials.push_back(phong_of(from, maps, colours_have_alpha, ambient_share_of(scene),
                                        object.where + ": material " + in_quotes(from.name)));
     world.maps.push_back(maps);
     auto& one = found.materials.emplace_back();
@@ -226,7 +241,9 @@ Placing first_placing_of(const Object& object, const Mesh& mesh) {
   // Differences first: a mesh far from its own origin keeps its shape.
   const auto middle = box.centre();
   for (const auto& p : mesh.positions) turned.add(rotation * (p - middle));
-  return placing_of(object, rotation, middle, turned, rotation * -middle, 1);
+  const auto placing = placing_of(object, rotation, middle, turned, rotation * -middle, 1);
+  if (object.cut_m == 0) require_place(object, placing.box);
+  return placing;
 }
 
 /// What of a mesh lies beyond Object::cut_m; empty: all of it.
@@ -245,7 +262,7 @@ std::optional<Mesh> cut_mesh_of(const Object& object, const Mesh& mesh, Placing&
 }
 
 /// Places an object's vertices.
-PlacedObject place(const Object& object, const Mesh& mesh, const Placing& placing,
+PlacedObject place(const Object& object, const Mesh& mesh, const Placing& placing, bool is_cut,
                    std::size_t first_vertex, World& world) {
   const auto count = mesh.positions.size();
   for (std::size_t i = 0; i < count; ++i) {
@@ -260,6 +277,7 @@ PlacedObject place(const Object& object, const Mesh& mesh, const Placing& placin
           .unit_m = placing.motion.scale,
           .min_m = placing.box.min,
           .max_m = placing.box.max,
+          .is_cut = is_cut,
           .tree = build_vertex_tree(std::span(world.positions).subspan(first_vertex, count))};
 }
 
@@ -268,28 +286,33 @@ Placing solid_placing_of(const Object& object, const World& world, const PlacedO
   const double scale = object.solid_scale.value();
   const bool stays = object.position_m == placed.position_m &&
                      object.rotation_deg == placed.rotation_deg && scale == 1;
-  if (object.cut_m > 0 && stays) return {{}, {placed.min_m, placed.max_m}};
-  if (object.cut_m > 0) throw InputError(object.where + ": an object that is cut cannot be moved");
+  if (placed.is_cut && stays) return {{}, {placed.min_m, placed.max_m}};
   // Others have moved even where they stay: they are instances of their own from the beginning, so
   // that a pose does not depend on those before it
   const auto turn =
       rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
   const auto turned = turned_box(world, placed, turn);
-  Box box{object.position_m + scale * turned.min, object.position_m + scale * turned.max};
-  require_place(object, box);
-  return {{turn, scale, placed.position_m, object.position_m, true}, box};
+  return {{turn, scale, placed.position_m, object.position_m, true},
+          {object.position_m + scale * turned.min, object.position_m + scale * turned.max}};
 }
 
-Placing placing_of(const Object& object, const World& world, const PlacedObject& placed) {
-  if (object.solid_scale) return solid_placing_of(object, world, placed);
+/// The motion of an object that a scene file describes as it stands.
+Placing file_placing_of(const Object& object, const World& world, const PlacedObject& placed) {
   if (object.position_m == placed.position_m && object.rotation_deg == placed.rotation_deg &&
       object.width_m == placed.width_m)
     return {{}, {placed.min_m, placed.max_m}};
-  if (object.cut_m > 0) throw InputError(object.where + ": an object that is cut cannot be moved");
   const auto turn =
       rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
   return placing_of(object, turn, placed.position_m, turned_box(world, placed, turn), glm::dvec3(0),
                     placed.unit_m);
+}
+
+/// The motion of an object, from where it was placed.
+Placing moved_placing_of(const Object& object, const World& world, const PlacedObject& placed) {
+  const auto placing = object.solid_scale ? solid_placing_of(object, world, placed)
+                                          : file_placing_of(object, world, placed);
+  if (placing.motion.moved) require_move(object, placed, placing.box);
+  return placing;
 }
 
 }  // namespace
@@ -315,7 +338,8 @@ World place_objects(const Scene& scene, const Meshes& meshes, Textures textures)
     // Through holes of a closed mesh its inner sides are seen
     world.object_closed.push_back(meshes.closed[number] && !part &&
                                   !has_holes(world, first_material));
-    world.placed.push_back(place(scene.objects[i], mesh, placing, first_vertex, world));
+    world.placed.push_back(
+        place(scene.objects[i], mesh, placing, part.has_value(), first_vertex, world));
     world.area_samples.push_back(area_samples_from(first_triangle, world));
   }
   const auto is_specular = [](const Material& m) { return m.is_specular(); };
@@ -333,7 +357,7 @@ void move_objects(const Scene& scene, World& world) {
   Box all;
   world.motions.clear();
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
-    const auto placing = placing_of(scene.objects[i], world, world.placed[i]);
+    const auto placing = moved_placing_of(scene.objects[i], world, world.placed[i]);
     world.motions.push_back(placing.motion);
     all.add(placing.box);
   }
@@ -341,10 +365,33 @@ void move_objects(const Scene& scene, World& world) {
   world.max_m = all.max;
 }
 
+void require_pose(const World& world, std::size_t index, const Object& object) {
+  moved_placing_of(object, world, world.placed.at(index));
+}
+
 std::array<glm::dvec3, 3> World::corners_m(std::size_t triangle) const {
   const auto corners = triangles[triangle];
   const auto motion = motion_of(triangle_object[triangle]);
   return {motion(positions[corners.x]), motion(positions[corners.y]), motion(positions[corners.z])};
+}
+
+bool lies_before(const World& world, std::size_t object) {
+  if (world.min_m.z > 0 || world.max_m.z < 0) return world.max_m.z < 0;
+  const auto motion = world.motion_of(static_cast<std::int32_t>(object));
+  if (!world.placed.empty())
+    return motion(world.positions[world.placed[object].first_vertex]).z < 0;
+  const auto first = std::find(world.triangle_object.begin(), world.triangle_object.end(),
+                               static_cast<std::int32_t>(object));
+  return first != world.triangle_object.end() &&
+         world.corners_m(static_cast<std::size_t>(first - world.triangle_object.begin()))[0].z < 0;
+}
+
+double closest_m(const World& world) {
+  if (world.min_m.z > 0) return world.min_m.z;
+  if (world.max_m.z < 0) return -world.max_m.z;
+  double closest = std::numeric_limits<double>::infinity();
+  for (const auto& p_m : positions_now(world)) closest = std::min(closest, std::abs(p_m.z));
+  return closest;
 }
 
 AreaSample area_sample(const World& world, std::size_t triangle, double share) {

@@ -36,6 +36,7 @@ struct PlacedObject {
   std::optional<double> width_m;
   double unit_m = 1;  // length of a mesh unit
   glm::dvec3 min_m{0}, max_m{0};
+  bool is_cut = false;  // a part of it lay nearer than Object::cut_m, and is not there
   VertexTree tree;
 };
 
@@ -94,6 +95,12 @@ struct World {
   std::array<glm::dvec3, 3> corners_m(std::size_t triangle) const;
 };
 
+/// True for objects before the hologram, z < 0. No object touches its plane.
+bool lies_before(const World& world, std::size_t object);
+
+/// Smallest distance of a surface from the hologram's plane.
+double closest_m(const World& world);
+
 /// A triangle as an area sample.
 AreaSample area_sample(const World& world, std::size_t triangle, double share);
 
@@ -111,16 +118,23 @@ std::vector<glm::vec3> normals_now(const World& world);
 
 /// Rotates, scales and places all objects.
 ///
-/// throws  InputError when a width is asked of a mesh without x extent, or an object touches or
-///         lies behind the hologram plane (z <= 0)
+/// throws  InputError when a width is asked of a mesh without x extent, or an object touches the
+///         hologram's plane, z = 0
 World place_objects(const Scene& scene, const Meshes& meshes, Textures textures = {});
 
 /// Moves all objects of a world that place_objects has made to their positions in the scene: sets
 /// the world's motions and its bounding box.
 ///
-/// throws    as place_objects; the world must not be used until another move has succeeded
+/// throws    as place_objects, and when an object of which a part is cut away moves, or one moves
+///           nearer than its cut; the world must not be used until another move has succeeded
 /// accuracy  equal to a world placed there to a few roundings of the objects' sizes and distances
 void move_objects(const Scene& scene, World& world);
+
+/// Refuses a pose that move_objects would refuse; the world stays as it is.
+///
+/// object  how the object with this index would be
+/// throws  as move_objects
+void require_pose(const World& world, std::size_t index, const Object& object);
 
 /// Reads meshes and textures, and places all objects.
 World build_world(const Scene& scene);

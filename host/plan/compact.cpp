@@ -78,7 +78,7 @@ bool is_wider_than_light(const Plan& plan, glm::ivec2 tile_size) {
   const auto window_m = glm::dvec2(tile_size) * plan.pitch_m;
   return std::any_of(plan.layers.begin(), plan.layers.end(), [&](const DepthLayer& layer) {
     return glm::any(
-        glm::greaterThan(window_m, plan.wavelength_m * layer.distance_m / plan.pitch_m));
+        glm::greaterThan(window_m, plan.wavelength_m * std::abs(layer.distance_m) / plan.pitch_m));
   });
 }
 

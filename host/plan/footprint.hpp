@@ -44,19 +44,21 @@ inline constexpr double narrowest_cone = 1e-3;
 /// Width of the cone of a sample's light on a plane, relative to its width at the hologram.
 ///
 /// distance_m  from the plane to the hologram
-/// z_m         depth of the sample, > 0
-inline double narrowing(double distance_m, double z_m) { return std::abs(z_m - distance_m) / z_m; }
+/// z_m         of the sample, not 0
+inline double narrowing(double distance_m, double z_m) {
+  return std::abs(z_m - distance_m) / std::abs(z_m);
+}
 
 /// Width of the diffraction spot that a cone of `cone` windows makes of a sample at depth z_m.
 inline double spot_of(double wavelength_m, double z_m, double cone, double window_m) {
-  return footprint_kernel::footprint_spot(window_m / 2 / z_m, std::max(cone, narrowest_cone),
-                                          1 / wavelength_m);
+  return footprint_kernel::footprint_spot(window_m / 2 / std::abs(z_m),
+                                          std::max(cone, narrowest_cone), 1 / wavelength_m);
 }
 
 /// Half width of the geometric footprint.
 inline double half_width_of(double cone, double window_m, double distance_m, double z_m) {
   return footprint_kernel::footprint_axis(cone, window_m / 2, narrowing(distance_m, z_m),
-                                          window_m / 2 / z_m, 1, 0)
+                                          window_m / 2 / std::abs(z_m), 1, 0)
       .half_width;
 }
 

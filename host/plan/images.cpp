@@ -171,14 +171,23 @@ private:
     const double place_step = 0.01 * std::min(plan_.window_m().x, plan_.window_m().y),
                  tangent_step = place_step / plan_.far_m;
     glm::dmat2 by_place, by_tangents;
+    // How far the ray misses the source when it is moved by a step, per step; at the rim of a
+    // mirror by one to the other side
+    const auto miss_by = [&](const auto& moved, double step) -> std::optional<glm::dvec2> {
+      for (const double by : {step, -step})
+        if (const auto other_ray = moved(by)) return off(*other_ray) / by;
+      return std::nullopt;
+    };
     for (int axis = 0; axis < 2; ++axis) {
-      glm::dvec2 place(0), turned_tangents = tangents;
-      place[axis] = place_step;
-      turned_tangents[axis] += tangent_step;
-      const auto moved = followed(place, tangents), turned = followed({}, turned_tangents);
-      if (!moved || !turned) return std::nullopt;
-      by_place[axis] = off(*moved) / place_step;
-      by_tangents[axis] = off(*turned) / tangent_step;
+      glm::dvec2 unit(0);
+      unit[axis] = 1;
+      const auto place =
+          miss_by([&](double by) { return followed(by * unit, tangents); }, place_step);
+      const auto tangent =
+          miss_by([&](double by) { return followed({}, tangents + by * unit); }, tangent_step);
+      if (!place || !tangent) return std::nullopt;
+      by_place[axis] = *place;
+      by_tangents[axis] = *tangent;
     }
     const double determinant = glm::determinant(by_tangents);
     if (!(std::abs(determinant) > 0)) return std::nullopt;
@@ -293,17 +302,19 @@ Images images_of(const World& world, const Plan& plan) {
     light += image.share;
   }
   std::sort(by_depth.begin(), by_depth.end());
-  double passed = 0;
+  const double most = share_beyond * light;
+  double nearer = 0, farther = light - direct;
   for (const auto& [z_m, share] : by_depth) {
-    if (passed <= share_beyond * light) images.near_m = std::min(plan.near_m, z_m);
-    if (passed + share <= (1 - share_beyond) * light || z_m <= plan.far_m)
-      images.far_m = std::max(images.far_m, z_m);
-    passed += share;
+    if (nearer <= most && nearer + share > most) images.near_m = std::min(plan.near_m, z_m);
+    if (farther > most) images.far_m = std::max(images.far_m, z_m);
+    nearer += share;
+    farther -= share;
   }
+  const double all = light + images.beyond;  // with what has no virtual point before the hologram
   for (const auto& image : images.all) {
     if (!images.holds(image)) images.beyond += image.share;
   }
-  if (light + images.beyond > 0) images.beyond /= light + images.beyond;
+  if (all > 0) images.beyond /= all;
   return images;
 }
 

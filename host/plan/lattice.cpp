@@ -44,7 +44,7 @@ void add_chief_tangents(const Plan& plan, const DepthLayer& layer, const Tile& t
 LatticePlan lattice_over(const Scene& scene, const Extents& extents, const Plan& plan,
                          glm::dvec2 largest_tangent, const ChiefTangents& lit) {
   LatticePlan lattice;
-  lattice.full_z_m = (plan.near_m + plan.far_m) / 2;
+  lattice.full_z_m = (plan.closest_m + plan.farthest_m) / 2;
   lattice.step = scene.sampling.pitch_m / lattice.full_z_m;
   const auto window = plan.window_m();
   double cells = 1;
@@ -53,7 +53,7 @@ LatticePlan lattice_over(const Scene& scene, const Extents& extents, const Plan&
     // whose light misses all WRPs
     const auto& tangents = extents.tangents[axis];
     const double reach = largest_tangent[axis] +
-                         std::max(1.0, plan.cone_half_width) * window[axis] / (2 * plan.near_m);
+                         std::max(1.0, plan.cone_half_width) * window[axis] / (2 * plan.closest_m);
     const double low = std::max(-reach, lit[axis].low),
                  high = std::max(low, std::min(reach, lit[axis].high));
 
@@ -85,7 +85,7 @@ std::uint64_t aimed_rays(const Plan& plan) {
                       static_cast<double>(plan.layers.size());
     for (int axis = 0; axis < 2; ++axis)
       of_layer *= std::max(
-          1.0, std::min(narrowed * (layer.distance_m > 0 ? plan.cone_half_width : 1.0), 1.0) *
+          1.0, std::min(narrowed * (layer.distance_m != 0 ? plan.cone_half_width : 1.0), 1.0) *
                    plan.size[axis]);
     rays += of_layer;
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <iterator>
 #include <limits>
 
 #include "host/common/error.hpp"
@@ -86,7 +87,25 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
 
   // WRPs that gather samples stand amid the surfaces, where footprints are smallest. WRPs that
   // gather fans stand so far in front that a pixel's cone spans a few samples.
-  if (!gathers_fans) return middles_of_light(world, plan, scene.wrp.layers);
+  if (!gathers_fans && (plan.near_m > 0 || plan.far_m < 0))
+    return middles_of_light(world, plan, scene.wrp.layers);
+  if (!gathers_fans) {
+    // As many layers on each side of the hologram
+    std::vector<bool> before;
+    for (std::size_t i = 0; i < world.object_closed.size(); ++i)
+      before.push_back(lies_before(world, i));
+    auto beyond = before;
+    beyond.flip();
+    auto distances = middles_of_surfaces(world, scene.wrp.layers, beyond);
+    std::erase_if(distances, [](double distance_m) { return distance_m >= 0; });
+    if (distances.empty()) distances.push_back(plan.near_m);
+    const auto others = middles_of_surfaces(world, scene.wrp.layers, before);
+    const auto first = distances.size();
+    std::copy_if(others.begin(), others.end(), std::back_inserter(distances),
+                 [](double distance_m) { return distance_m > 0; });
+    if (distances.size() == first) distances.push_back(plan.far_m);
+    return distances;
+  }
   const auto window = plan.window_m();
   const double cone = std::max(window.x, window.y) / plan.near_m;
   const double across = std::max(samples_across_nearest * scene.sampling.pitch_m,
@@ -99,12 +118,14 @@ std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const Wor
                                       const Images& images) {
   for (;;) {
     // Layers meet midway between their WRPs: there footprints, as wide as |1 - distance / depth|,
-    // are equal on both.
+    // are equal on both. Those on different sides of the hologram meet there.
     std::vector<DepthLayer> layers(distances_m.size());
     for (std::size_t i = 0; i < layers.size(); ++i) {
       layers[i].distance_m = distances_m[i];
+      const bool is_side = i > 0 && distances_m[i - 1] < 0 && distances_m[i] > 0;
       if (i > 0)
-        layers[i].begin_m = layers[i - 1].end_m = (distances_m[i - 1] + distances_m[i]) / 2;
+        layers[i].begin_m = layers[i - 1].end_m =
+            is_side ? 0 : (distances_m[i - 1] + distances_m[i]) / 2;
     }
     if (layers.size() == 1) {
       layers[0].min_m = world.min_m;

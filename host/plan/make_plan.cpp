@@ -14,6 +14,7 @@
 #include "host/plan/images.hpp"
 #include "host/plan/interpolation.hpp"
 #include "host/plan/lattice.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/plan/precision.hpp"
 #include "host/plan/predict/compact_errors.hpp"
 #include "host/plan/predict/judged_pictures.hpp"
@@ -71,7 +72,7 @@ constexpr double most_filled_by_double_phase = 0.6;
 double share_of_band(const World& world, glm::dvec2 largest_sine) {
   glm::dvec2 low(1), high(-1);
   for (const auto& position_m : positions_now(world)) {
-    if (position_m.z <= 0) continue;
+    if (position_m.z == 0) continue;
     const auto tangent = glm::dvec2(position_m) / position_m.z;
     const auto sine = tangent / glm::sqrt(1.0 + tangent * tangent);
     low = glm::min(low, sine);
@@ -126,6 +127,29 @@ void choose_for_highlights(Plan& plan, bool lines_are_given) {
   }
 }
 
+/// Says what does not know surfaces before the hologram.
+///
+/// throws  InputError naming it
+void require_known_sides(const Scene& scene, const Plan& plan, Method method) {
+  if (plan.near_m > 0) return;
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(one_line(scene.file.string()) + ": the scene reaches to z = " +
+                     millimetres(plan.near_m) + ", before the hologram: " + what);
+  };
+  if (!plan.aimed)
+    refuse(method == Method::rays
+               ? "--method rays sends rays from the hologram to z > 0; give \"points\""
+               : "rays of a fan go to z > 0; give sampling.mode \"aimed\"");
+  if (plan.bounces > 0)
+    refuse("mirrors and glass are followed at z > 0 only; give trace.depth 0, or move the scene");
+  if (scene.refine) refuse("[refine] knows pictures at z > 0 only; leave it out");
+  if (!scene.wrp.distances_m.empty() && method == Method::wrp &&
+      (scene.wrp.distances_m.front() > 0 || (plan.far_m > 0 && scene.wrp.distances_m.back() < 0)))
+    refuse(
+        "wrp.distance needs distances on each side of it that has surfaces, and those at z < 0 "
+        "are negative");
+}
+
 /// The plan with the propagation that the scene asks for, which is not "auto" of Method::wrp.
 ///
 /// samples  the lattice, where another plan's is shared
@@ -142,10 +166,16 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   plan.slm = scene.slm;
   plan.near_m = world.min_m.z;
   plan.far_m = world.max_m.z;
+  plan.closest_m = closest_m(world);
+  plan.farthest_m = std::max(std::abs(plan.near_m), std::abs(plan.far_m));
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,
                    (plan.near_m + plan.far_m) / 2};
   plan.largest_sine = largest_sine_of(plan.wavelength_m, plan);
-  const auto steepest = steepest_tangent(plan.largest_sine);
+  // Pixels turn the light that falls onto them by so much
+  const auto& illumination = scene.slm.illumination;
+  const auto steepest =
+      steepest_tangent(plan.largest_sine + glm::abs(illumination.sine) +
+                       glm::abs(illumination.curvature_per_m()) * plan.window_m() / 2.0);
 
   // The encoding
   plan.band_filled = moved_from ? moved_from->band_filled : share_of_band(world, plan.largest_sine);
@@ -189,6 +219,7 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
       plan.lighting.any_material([](const Material& m) { return m.is_specular(); });
   plan.bounces = has_bounces ? scene.trace.depth.value_or(TraceSpec::usual_depth) : 0;
   if (scene.trace.bounces != Bounces::automatic) plan.bounces_as = scene.trace.bounces;
+  require_known_sides(scene, plan, method);
   if (!images) images = images_of(world, plan);
   plan.images = *images;
   require_light_through_stop(plan, world);
@@ -213,6 +244,10 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
       throw InputError(one_line(scene.file.string()) + ": wrp.propagation \"compact\": " + why +
                        "; give \"spectrum\"");
     plan.compact = compact_plane(plan, scene.wrp);
+  } else if (method == Method::wrp && !illumination.is_plane()) {
+    throw InputError(one_line(scene.file.string()) +
+                     ": [illumination]: WRPs hold light about the axis alone; give "
+                     "wrp.propagation \"compact\", or --method points");
   }
 
   // Layers and the planes in them
@@ -224,12 +259,14 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   // The lattice of rays that finds the surface samples
   plan.lattice = lattice_over(scene, placement.extents, plan, steepest, placement.lit);
   if (samples) plan.lattice = *samples;
-  plan.beyond_diffraction = placement.extents.beyond_m[0] > 0 || placement.extents.beyond_m[1] > 0;
+  plan.beyond_diffraction = placement.extents.beyond_m[0] > 0 ||
+                            placement.extents.beyond_m[1] > 0 || !illumination.is_plane();
 
   // Rows that WRPs are gathered in: those of the hologram, or as few as the light needs
   for (auto& layer : plan.layers) {
     layer.rows = {plan.tile_size.y, plan.pitch_m.y, 0};
-    if (method == Method::wrp && !plan.has_fans() && scene.wrp.oversampling && !plan.compact)
+    if (method == Method::wrp && !plan.has_fans() && scene.wrp.oversampling && !plan.compact &&
+        layer.distance_m > 0)
       layer.rows = rows_for_band(plan, layer, *scene.wrp.oversampling);
   }
   plan.rays = plan.aimed ? aimed_rays(plan) : fan_rays(plan);
@@ -324,8 +361,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
                         moved_from);
     plan.why_propagation = moved_from->why_propagation;
     if (!plan.compact || shortfall_of(plan) == CompactShortfall::none) return plan;
-    tried = scene;
-    tried.hologram.tiles = moved_from->tile_grid;
+    tried.hologram.tiles = moved_from->tile_grid;  // and with its layers, or more
   }
 
   // Virtual planes, of as few layers and tiles as serve

@@ -60,10 +60,12 @@ struct Wrp {
 /// The rays from the hologram's centre whose hits are the surface samples: ray (i, j) has the
 /// tangents ((first + (i, j) + 1/2) step).
 struct LatticePlan {
-  double step = 1;      // tangent between neighbours
-  double full_z_m = 1;  // depth at which they are the sampling pitch apart: the scene's middle
+  double step = 1;  // tangent between neighbours
+  // Distance from the hologram at which they are the sampling pitch apart: the scene's middle
+  double full_z_m = 1;
   glm::ivec2 first{0, 0};
   glm::ivec2 size{1, 1};
+  glm::dvec3 eye_m{0, 0, 0};  // where the rays start, world: the hologram's centre, or before it
 };
 
 /// Rows that WRPs are gathered in (host/plan/interpolation.hpp). Rows beyond the hologram's own
@@ -79,7 +81,8 @@ struct GatheredRows {
 /// A layer of depth, and the WRPs side by side at one distance that collect the light of its
 /// surface samples. Each tile has WRPs of its own.
 struct DepthLayer {
-  double distance_m = 0;  // from the WRPs to the hologram
+  // From the WRPs to the hologram along the light; negative where they lie before it, z < 0
+  double distance_m = 0;
   // Depths of its samples, world z: begin <= z < end
   double begin_m = -std::numeric_limits<double>::infinity(),
          end_m = std::numeric_limits<double>::infinity();
@@ -89,6 +92,10 @@ struct DepthLayer {
 
   /// The hologram's rows are made from fewer gathered ones.
   bool interpolates() const { return rows.half_taps > 0; }
+  /// Smallest and largest distance of its surfaces from the hologram's plane; they lie on one side
+  /// of it.
+  double closest_m() const { return std::min(std::abs(min_m.z), std::abs(max_m.z)); }
+  double farthest_m() const { return std::max(std::abs(min_m.z), std::abs(max_m.z)); }
 };
 
 /// The virtual planes of compact propagation (host/plan/compact.hpp).
@@ -134,7 +141,8 @@ struct Images {
   double rays = 0;         // that meet mirrors or glass first
   double segments = 0;     // of all paths that start with these, which end at a surface
   double lost = 0;         // and those that end nowhere
-  // Light of images that lie behind the hologram or farther than far_m, over that of all
+  // Light of images that lie behind the hologram, nearer than near_m or farther than far_m, over
+  // that of all
   double beyond = 0;
   // Depths within which the others lie, but for a few, and all surfaces; world z
   double near_m = 0, far_m = 0;
@@ -210,9 +218,12 @@ struct Plan {
   std::uint32_t seed = 1;       // random phases of frame 0; frame i has seed + i
   double sampling_pitch_m = 1;  // on surfaces, at the lattice's depth full_z_m
   FanSource fan_source = FanSource::hit;
-  double padding = 2;              // side of the transformed plane over the side of a tile
-  glm::dvec3 origin_m{0};          // of the scene frame, in world coordinates: middle of the scene
-  double near_m = 0, far_m = 0;    // depths of the nearest and farthest surface, world z
+  double padding = 2;      // side of the transformed plane over the side of a tile
+  glm::dvec3 origin_m{0};  // of the scene frame, in world coordinates: middle of the scene
+  // Depths of the surfaces nearest to the eye and farthest from it, world z
+  double near_m = 0, far_m = 0;
+  // Smallest and largest distance of surfaces from the hologram's plane
+  double closest_m = 0, farthest_m = 0;
   std::vector<DepthLayer> layers;  // front to back; every depth belongs to one of them
   glm::ivec2 grid{1, 1};           // holograms side by side that cover the WRPs of all layers
   // Tile by tile, layer by layer, row by row from the top left; when rays are aimed, without those

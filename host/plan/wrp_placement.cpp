@@ -29,7 +29,8 @@ std::array<Interval, 2> shown_part(std::array<Interval, 2> passed, const Plan& p
                                    glm::dvec2 largest_tangent) {
   for (int axis = 0; axis < 2; ++axis) {
     auto& along = passed[static_cast<std::size_t>(axis)];
-    const double reach = plan.tile_window_m()[axis] / 2 + distance_m * largest_tangent[axis],
+    const double reach =
+                     plan.tile_window_m()[axis] / 2 + std::abs(distance_m) * largest_tangent[axis],
                  centre = tile.centre_m[axis];
     along.low = std::clamp(along.low, centre - reach, centre + reach);
     along.high = std::clamp(along.high, centre - reach, centre + reach);

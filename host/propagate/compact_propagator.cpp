@@ -76,7 +76,7 @@ void CompactPropagator::make_tables(double z0_m) {
   const double bend = std::sqrt(1 + corner.x * corner.x + corner.y * corner.y) - 1,
                depth = z0_m / (2 * wavelength_m_);
   depth_ = static_cast<float>(depth);
-  two_floats_ = depth * bend * bend > float_remainder_turns;
+  two_floats_ = std::abs(depth) * bend * bend > float_remainder_turns;
 }
 
 TransformedPlane CompactPropagator::transform(cl::ComplexBuffer& stack, int plane,
@@ -108,6 +108,7 @@ TransformedPlane CompactPropagator::transform(cl::ComplexBuffer& stack, int plan
           shares_x_,
           shares_y_,
           depth_,
+          z0_m < 0 ? -1.0f : 1.0f,
           two_floats_,
           tile_size_};
 }

@@ -18,13 +18,14 @@ struct TransformedPlane {
   std::int32_t row_stride, first;
   const cl::Buffer<float>&phases_x, &phases_y, &squares_x, &squares_y, &shares_x, &shares_y;
   float depth;
+  float side;       // -1: samples before the hologram; 1
   bool two_floats;  // option two_floats of the kernels
   glm::ivec2 size;  // of the tile, pixels
 
   /// TRANSFORMED_PARAMETERS, for cl::Kernel::run.
   auto arguments() const {
     return std::tie(plane, row_stride, first, phases_x, phases_y, squares_x, squares_y, shares_x,
-                    shares_y, depth);
+                    shares_y, depth, side);
   }
 };
 

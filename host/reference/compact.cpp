@@ -56,15 +56,16 @@ double shown(const Plan& plan, int axis, double offset_m, double length_m) {
   return e * e * (3 - 2 * e);
 }
 
-/// The light of one sample on the virtual plane of a tile.
+/// The light of one sample, or of the mirror image of one before the hologram, on the virtual plane
+/// of a tile.
 class Footprint {
 public:
   Footprint(const Gathering& what, std::size_t sample, const Wrp& wrp,
             const device::CompactFootprint& at)
-      : what_(what), plan_(what.plan), sample_(sample), z0_m_(wrp.centre_m.z), at_(at) {
+      : what_(what), plan_(what.plan), sample_(sample), z0_m_(std::abs(wrp.centre_m.z)), at_(at) {
     const auto p = place(what.samples[sample]) + plan_.origin_m;
     origin_m_ = origin_of_tile(plan_, plan_.tile_of(wrp));
-    place_m_ = {(p.x - origin_m_.x), -(p.y - origin_m_.y), p.z};
+    place_m_ = {(p.x - origin_m_.x), -(p.y - origin_m_.y), std::abs(p.z)};
     is_hidden_ = what.samples[sample].hidden != 0;
   }
 
@@ -174,7 +175,8 @@ Complex smooth_wave(const Gathering& what, std::size_t sample, const Tile& tile,
   const double column_m = origin_of_tile(plan, tile).x;
   share *=
       shown(plan, 0, path.x, r) * shown(plan, 1, path.y, std::hypot(p.x - column_m, path.y, p.z));
-  return share * amplitude_at(what, sample, place_m) * turned(r / plan.wavelength_m);
+  const auto wave = turned(r / plan.wavelength_m);
+  return share * amplitude_at(what, sample, place_m) * (p.z < 0 ? std::conj(wave) : wave);
 }
 
 std::vector<Complex> compact_field(const Gathering& what, const Wrp& wrp, std::uint32_t seed,
@@ -194,6 +196,7 @@ std::vector<Complex> compact_field(const Gathering& what, const Wrp& wrp, std::u
     const auto m = at * plan.pitch_m, share = at / (dvec2(plan.tile_size) / 2.0);
     field[n] *= turned(std::hypot(m.x, m.y, wrp.centre_m.z) / plan.wavelength_m) /
                 (bell_of(plan, 0)(share.x) * bell_of(plan, 1)(share.y));
+    if (wrp.centre_m.z < 0) field[n] = std::conj(field[n]);
   }
   return field;
 }

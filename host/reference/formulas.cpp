@@ -3,27 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 
 namespace raywave::reference {
-
-double texture_at(const Image& image, glm::dvec2 uv, int channel) {
-  const auto texels = image.channel(channel);
-  const double x = uv.x * image.width - 0.5, y = (1 - uv.y) * image.height - 0.5;
-  const auto texel = [&](double column, double row) {
-    const auto wrapped = [](double i, int n) {
-      return static_cast<std::size_t>(i - n * std::floor(i / n));
-    };
-    return static_cast<double>(
-        texels[wrapped(row, image.height) * image.width + wrapped(column, image.width)]);
-  };
-  const double left = std::floor(x), top = std::floor(y);
-  double sum = 0;
-  for (const double column : {left, left + 1})
-    for (const double row : {top, top + 1})
-      sum += (1 - std::abs(x - column)) * (1 - std::abs(y - row)) * texel(column, row);
-  return sum;
-}
 
 double power_of_cosine(double cosine, double exponent) {
   if (cosine <= 0) return exponent == 0 ? 1 : 0;

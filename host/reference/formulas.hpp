@@ -3,17 +3,11 @@
 #pragma once
 
 #include <cstdint>
-#include <glm/vec2.hpp>
-
-#include "host/scene/image.hpp"
 
 namespace raywave::reference {
 
 /// c^m as shading uses it: 0 for c <= 0, but 0^0 = 1.
 double power_of_cosine(double cosine, double exponent);
-
-/// A texture, bilinear between texel centres, repeated; (0, 0) is the picture's bottom left corner.
-double texture_at(const Image& image, glm::dvec2 uv, int channel = 0);
 
 /// The random phase, in turns, of the cube (i, j, k), and of a sample's key: kernels/common/hash.h
 /// in host arithmetic.

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "host/reference/shading.hpp"
 
@@ -40,10 +39,7 @@ Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>
       dark = false;
       for (int f = 0; f < frames; ++f)
         sums[static_cast<std::size_t>(f)] +=
-            unit_m * wave.wave *
-            std::polar(1.0, 2 * std::numbers::pi *
-                                phase_turns_of_key(rig.samples[i].key,
-                                                   seed + static_cast<std::uint32_t>(f)));
+            unit_m * wave.wave * phasor_of(what, i, seed + static_cast<std::uint32_t>(f));
     }
     if (unsure) {
       ++result.unsure;

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "host/reference/looks.hpp"
+#include "host/reference/nearest.hpp"
 #include "host/reference/rays.hpp"
 
 namespace raywave::reference {
@@ -115,32 +116,18 @@ private:
   };
 
   Hit nearest(glm::dvec3 origin, glm::dvec3 direction, double t_max, int from) {
-    Hit best{.t = t_max};
-    double doubtful = t_max;
     const Ray ray{origin, direction, 0, t_max};
-    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+    const auto may_meet = [&](std::size_t i) {
       const auto way = balls_[i].middle - origin;
       const double along = glm::dot(way, direction);
-      if (glm::dot(way, way) - along * along > balls_[i].radius * balls_[i].radius) continue;
-      if (static_cast<int>(i) == from) continue;
-      const auto wide = intersect(triangles_[i], ray, sideways);
-      if (wide.triangle < 0) continue;
-      const auto exact = intersect(triangles_[i], ray);
-      if (intersect(triangles_[i], ray, -sideways).triangle < 0)
-        doubtful = std::min(doubtful, wide.t);
-      if (exact.triangle < 0 || exact.t >= best.t) continue;
-      if (plan_.lighting.alpha != AlphaMode::opaque) {
-        bool doubt = false;
-        const bool there = is_there(look_at(scene_, world_, i, exact.u, exact.v),
-                                    origin + exact.t * direction, plan_, &doubt);
-        if (doubt) doubtful = std::min(doubtful, exact.t);
-        if (!there) continue;
-      }
-      best = exact;
-      best.triangle = static_cast<int>(i);
-    }
-    if (doubtful <= best.t && doubtful < t_max) unsure = true;
-    return best;
+      return static_cast<int>(i) != from &&
+             glm::dot(way, way) - along * along <= balls_[i].radius * balls_[i].radius;
+    };
+    const auto is_sure = [&](const Corners& triangle) {
+      return intersect(triangle, ray, -sideways).triangle >= 0;
+    };
+    return nearest_there(scene_, world_, plan_, triangles_, ray, sideways, may_meet, is_sure,
+                         unsure);
   }
 
   bool is_hidden(glm::dvec3 point, glm::dvec3 normal, const SeenLight& light, int from) {

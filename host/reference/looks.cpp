@@ -179,7 +179,7 @@ bool is_there(const Look& look, glm::dvec3 place_m, const Plan& plan, bool* doub
     least = phase_turns(cell[0], cell[1], cell[2], plan.seed);
   }
   if (doubt && std::abs(look.alpha - least) < 1e-5) *doubt = true;
-  return look.alpha >= least && look.alpha > 0;
+  return look.alpha >= least && (look.alpha > 0 || look.alpha_mode != AlphaMode::blend);
 }
 
 double ambient_light_of(const Scene& scene) {

@@ -111,7 +111,7 @@ struct Aimed {
 Aimed aimed(const Plan& plan, dvec3 p, double plane_z_m, int axis) {
   Aimed a;
   a.chief_tangent = -p[axis] / p.z;
-  a.half_tangent = half_window(plan)[axis] / p.z;
+  a.half_tangent = half_window(plan)[axis] / std::abs(p.z);
   a.centre_m = p[axis] + a.chief_tangent * (p.z - plane_z_m);
   a.spot_m = plan.wavelength_m / (2 * plan.cone_half_width * a.half_tangent);
   a.half_m = plan.cone_half_width * a.half_tangent * std::abs(p.z - plane_z_m);
@@ -142,10 +142,12 @@ Decision is_plane_wave_sample(const Aimed& x, const Aimed& y, double plane_wave_
 }
 
 /// g of plane_waves.h in its parts, for each of `count` pixels from `first_m`, `step_m` apart.
+///
+/// side  1; -1 of samples before the hologram, where larger sines belong to smaller places on it
 using Parts = std::array<Complex, 8>;
 std::vector<Parts> plane_wave_sums(const Plan& plan, const Aimed& a, int parts, double place_m,
-                                   double depth_m, int axis, double first_m, double step_m,
-                                   int pixels,
+                                   double depth_m, double side, int axis, double first_m,
+                                   double step_m, int pixels,
                                    const std::function<double(double tangent)>& amplitude_at) {
   const auto sine_of = [](double tangent) { return tangent / std::hypot(1.0, tangent); };
   const double low = sine_of(a.chief_tangent - plan.cone_half_width * a.half_tangent),
@@ -157,7 +159,7 @@ std::vector<Parts> plane_wave_sums(const Plan& plan, const Aimed& a, int parts, 
     const double step = (high - low) / count, sine = low + (n + 0.5) * step,
                  cosine = std::sqrt(1 - sine * sine);
     if (std::abs(sine) > plan.largest_sine[axis]) continue;
-    const double at = (sine / cosine - a.chief_tangent) / a.half_tangent;
+    const double at = side * (sine / cosine - a.chief_tangent) / a.half_tangent;
     const auto part = static_cast<std::size_t>(std::clamp(
         static_cast<int>(std::floor((at / visibility_half + 1) / 2 * parts)), 0, parts - 1));
     const double weight = step / cosine * (plan.apodization > 0 ? edge_weight(plan, at) : 1) *
@@ -218,16 +220,16 @@ private:
     const auto p = place(s) + plan_.origin_m;
     const auto x = aimed(plan_, p, centre_.z, 0), y = aimed(plan_, p, centre_.z, 1);
     const auto near =
-        centre_.z > 0 ? is_plane_wave_sample(x, y, what_.plane_wave_spots) : Decision{};
-    const auto phasor = turned(phase_turns_of_key(s.key, seed_));
+        centre_.z != 0 ? is_plane_wave_sample(x, y, what_.plane_wave_spots) : Decision{};
+    const auto phasor = phasor_of(what_, index, seed_);
     if (near.unsure) {
       doubt(x.centre_m, y.centre_m, x.extent_m, y.extent_m);
     } else if (near.yes) {
       add_near(index, p, x, y, phasor);
     } else {
       const double margin = 1 + 10 * undecided;
-      each(x.centre_m, y.centre_m, centre_.z > 0 ? x.half_m * margin : INFINITY,
-           centre_.z > 0 ? y.half_m * margin : INFINITY, [&](std::size_t at) {
+      each(x.centre_m, y.centre_m, centre_.z != 0 ? x.half_m * margin : INFINITY,
+           centre_.z != 0 ? y.half_m * margin : INFINITY, [&](std::size_t at) {
              const auto ray = aimed_ray(what_, index, reference::pixel_m(plan_, centre_, at));
              result_.field[at] += ray.wave * phasor;
              if (ray.unsure) result_.unsure[at] = true;
@@ -237,7 +239,7 @@ private:
 
   void add_near(std::size_t index, dvec3 p, const Aimed& x, const Aimed& y, Complex phasor) {
     const auto& s = what_.samples[index];
-    const double depth_m = p.z - centre_.z;
+    const double depth_m = p.z - centre_.z, side = p.z < 0 ? -1 : 1;
     // A product of amplitudes along the axes through the brightest direction.
     dvec3 best(x.chief_tangent, y.chief_tangent, -1);
     double most = amplitude_towards(what_, index, best);
@@ -258,17 +260,17 @@ private:
     if (left > right || top > bottom) return;
     const int parts = plane_wave_parts(what_);
     const auto across =
-        plane_wave_sums(plan_, x, parts, p.x, depth_m, 0, corner_.x + left * plan_.pitch_m.x,
+        plane_wave_sums(plan_, x, parts, p.x, depth_m, side, 0, corner_.x + left * plan_.pitch_m.x,
                         plan_.pitch_m.x, right - left + 1, [&](double t) {
                           return amplitude_towards(what_, index, {t, best.y, -1});
                         });
     const auto up =
-        plane_wave_sums(plan_, y, parts, p.y, depth_m, 1, corner_.y - top * plan_.pitch_m.y,
+        plane_wave_sums(plan_, y, parts, p.y, depth_m, side, 1, corner_.y - top * plan_.pitch_m.y,
                         -plan_.pitch_m.y, bottom - top + 1, [&](double t) {
                           return amplitude_towards(what_, index, {best.x, t, -1});
                         });
-    const auto common =
-        Complex(0, 1) * turned(depth_m / plan_.wavelength_m) * phasor / (most * plan_.wavelength_m);
+    const auto common = Complex(0, side) * turned(depth_m / plan_.wavelength_m) * phasor /
+                        (most * plan_.wavelength_m);
     std::array<double, 64> shares{};
     for (int part = 0; part < parts * parts; ++part)
       shares[static_cast<std::size_t>(part)] = seen_share(what_, index, part % parts, part / parts);
@@ -328,6 +330,12 @@ private:
 
 }  // namespace
 
+Complex phasor_of(const Gathering& what, std::size_t sample, std::uint32_t seed) {
+  const auto& s = what.samples[sample];
+  const auto phasor = turned(phase_turns_of_key(s.key, seed));
+  return place(s).z + what.plan.origin_m.z < 0 ? std::conj(phasor) : phasor;
+}
+
 double amplitude_towards(const Gathering& what, std::size_t index, glm::dvec3 towards) {
   const auto& s = what.samples[index];
   double radiance = s.radiance;
@@ -360,7 +368,7 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
   const double depth = p.z - pixel_m.z;
   AimedRay ray;
   double edges = 1;
-  if (pixel_m.z > 0) {
+  if (pixel_m.z != 0) {
     for (int axis = 0; axis < 2; ++axis) {
       // The position at which the light meets the hologram, in half holograms.
       const double at =
@@ -387,8 +395,8 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
     if (!is_seen(what, sample, i, j)) return ray;
   }
   // Converging light turns by half a period at its focus.
-  const double signed_r = std::copysign(length(pixel_m - p), depth);
-  ray.wave = edges * amplitude_towards(what, sample, towards) / signed_r *
+  const double signed_r = std::copysign(length(pixel_m - p), depth), side = p.z < 0 ? -1 : 1;
+  ray.wave = edges * amplitude_towards(what, sample, towards) * side / signed_r *
              turned(signed_r / plan.wavelength_m);
   return ray;
 }

@@ -29,6 +29,10 @@ struct Gathering {
   int visibility_parts = 8;
 };
 
+/// What the random phase multiplies the wave of a sample with: exp(i phase), and its conjugate for
+/// samples before the hologram (docs/conventions.md#both-sides-of-the-hologram).
+std::complex<double> phasor_of(const Gathering& what, std::size_t sample, std::uint32_t seed);
+
 /// Amplitude of a sample's light in a direction (z = -1, of any length), at unit distance.
 double amplitude_towards(const Gathering& what, std::size_t sample, glm::dvec3 towards);
 

@@ -9,7 +9,6 @@
 #include "host/geometry/kernel_options.hpp"
 #include "host/reference/looks.hpp"
 #include "host/reference/shading.hpp"
-#include "host/scene/files.hpp"
 
 namespace raywave::reference {
 namespace {
@@ -218,14 +217,15 @@ private:
     const auto& scene = stage_.scene;
     const auto material = static_cast<std::size_t>(scene.objects[met.object].material);
     const auto& m = scene.materials[material];
-    const auto* texture = texture_of(scene.materials, stage_.world.textures, material);
+    SurfaceMap map;
+    if (m.texture) map.image = stage_.world.textures.at(material);
     dvec3 texel(1);
-    for (int i = 0; texture && i < 3; ++i) texel[i] = texture_at(*texture, met.uv, i);
+    for (int i = 0; i < 3; ++i) texel[i] = map_at(map, met.uv, i);
     const auto seen = [&](dvec3 colour) { return seen_colour(scene, colour); };
     auto radiance = seen(m.ambient) * texel * ambient_light_of(scene) + seen(m.emission);
     for (const auto& one : lights_) {
       const auto light = seen_light(one, met.point + rig_.plan.origin_m, light_place);
-      const auto way = light.direction * light.distance_m.value_or(2 * rig_.plan.far_m);
+      const auto way = light.direction * light.distance_m.value_or(2 * rig_.plan.farthest_m);
       const double facing = dot(met.normal, light.direction);
       if (std::abs(facing) < undecided) result_.unsure = true;
       if (facing <= 0 || light.intensity == 0) continue;

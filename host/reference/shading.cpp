@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "host/reference/looks.hpp"
+#include "host/reference/nearest.hpp"
 #include "host/reference/rays.hpp"
 
 namespace raywave::reference {
@@ -125,28 +126,12 @@ private:
   /// A ray that leaves triangle `from` does not meet it again.
   Hit nearest(glm::dvec3 origin, glm::dvec3 direction, double t_max, int from) {
     const Ray ray{origin, direction, 0, t_max};
-    Hit best{.t = t_max};
-    double doubtful = t_max;
-    for (std::size_t i = 0; i < triangles_.size(); ++i) {
-      if (static_cast<int>(i) == from) continue;
-      const auto wide = intersect(triangles_[i], ray, sideways);
-      if (wide.triangle < 0) continue;
-      const auto exact = intersect(triangles_[i], ray),
-                 narrow = intersect_narrow(triangles_[i], ray);
-      if (narrow.triangle < 0) doubtful = std::min(doubtful, wide.t);
-      if (exact.triangle < 0 || exact.t >= best.t) continue;
-      if (plan_.lighting.alpha != AlphaMode::opaque) {
-        bool doubt = false;
-        const bool there = is_there(look_at(scene_, world_, i, exact.u, exact.v),
-                                    origin + exact.t * direction, plan_, &doubt);
-        if (doubt) doubtful = std::min(doubtful, exact.t);
-        if (!there) continue;
-      }
-      best = exact;
-      best.triangle = static_cast<int>(i);
-    }
-    if (doubtful <= best.t && doubtful < t_max) undecided = true;
-    return best;
+    const auto may_meet = [&](std::size_t i) { return static_cast<int>(i) != from; };
+    const auto is_sure = [&](const Corners& triangle) {
+      return intersect_narrow(triangle, ray).triangle >= 0;
+    };
+    return nearest_there(scene_, world_, plan_, triangles_, ray, sideways, may_meet, is_sure,
+                         undecided);
   }
 
   /// The hit, unless it lies so near to an edge that single precision may miss it.

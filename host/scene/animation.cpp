@@ -76,11 +76,19 @@ void read_target(const Value& v, std::size_t objects, const std::vector<Light>& 
     v.fail("of a light with a position, which light " + std::to_string(track.index) + " has not");
 }
 
+double read_depth_m(const Value& v) { return v.length_m(between(1e-9, 1e4)); }
+
+glm::dvec2 read_pair(const Value& v, const char* shape, const Range& range) {
+  return v.vector<glm::dvec2>(shape, [&](const Value& one) { return one.number(range); });
+}
+glm::dvec2 read_view(const Value& v) {
+  return read_pair(v, "two numbers [x, y], in half holograms", between(-1, 1));
+}
+glm::dvec2 read_aperture(const Value& v) {
+  return read_pair(v, "two numbers [x, y], in holograms", between(1e-3, 1));
+}
+
 glm::dvec3 read_key(const Value& v, Animated what) {
-  const auto two = [&](const char* shape, const Range& range) {
-    return glm::dvec3(
-        v.vector<glm::dvec2>(shape, [&](const Value& one) { return one.number(range); }), 0);
-  };
   switch (what) {
     case Animated::object_position:
     case Animated::light_position:
@@ -97,11 +105,11 @@ glm::dvec3 read_key(const Value& v, Animated what) {
     case Animated::light_intensity:
       return {v.number(at_least(0)), 0, 0};
     case Animated::camera_depth:
-      return {v.length_m(between(1e-9, 1e4)), 0, 0};
+      return {read_depth_m(v), 0, 0};
     case Animated::camera_view:
-      return two("two numbers [x, y], in half holograms", between(-1, 1));
+      return {read_view(v), 0};
     case Animated::camera_aperture:
-      return two("two numbers [x, y], in holograms", between(1e-3, 1));
+      return {read_aperture(v), 0};
   }
   v.fail("a value");
 }
@@ -110,9 +118,8 @@ glm::dvec3 read_key(const Value& v, Animated what) {
 double read_time(const Value& v, const Animation& animation) {
   const Range range = between(0, animation.pictures);
   if (!v.node->is_string()) return v.number(range);
-  const auto& text = v.node->as_string()->get();
-  const double s =
-      text == "0 s" ? 0 : given_seconds(text, v.document->where(*v.node, v.path) + ": " + v.label);
+  const double s = given_moment_s(v.node->as_string()->get(),
+                                  v.document->where(*v.node, v.path) + ": " + v.label);
   const double picture = s * animation.rate_per_s;
   if (picture > range.max + 1e-9)
     v.fail("at most " + number_text(animation.pictures / animation.rate_per_s) +
@@ -162,18 +169,11 @@ Track read_track(Section section, const Animation& animation, std::size_t object
 
 Camera read_camera(Section section) {
   Camera camera;
-  const auto two = [](const Value& v, const char* shape, const Range& range) {
-    return v.vector<glm::dvec2>(shape, [&](const Value& one) { return one.number(range); });
-  };
   section.read("depth", [&](const Value& v) {
-    if (!v.is_auto()) camera.depth_m = v.length_m(between(1e-9, 1e4));
+    if (!v.is_auto()) camera.depth_m = read_depth_m(v);
   });
-  section.read("view", [&](const Value& v) {
-    camera.view = two(v, "two numbers [x, y], in half holograms", between(-1, 1));
-  });
-  section.read("aperture", [&](const Value& v) {
-    camera.aperture = two(v, "two numbers [x, y], in holograms", between(1e-3, 1));
-  });
+  section.read("view", [&](const Value& v) { camera.view = read_view(v); });
+  section.read("aperture", [&](const Value& v) { camera.aperture = read_aperture(v); });
   section.read("window", [&](const Value& v) {
     camera.window_m = v.vector<glm::dvec2>(
         "two lengths [x, y]", [](const Value& one) { return one.length_m(between(1e-9, 1e4)); });

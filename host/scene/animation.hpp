@@ -22,7 +22,9 @@ enum class Steps { hold, linear, cubic };
 
 /// What a track changes. Values of one or two numbers leave the others of a key at 0.
 enum class Animated {
-  object_position,  // metres, of the middle of the box that the object has where the file puts it
+  // Metres, of the object's anchor: the middle of the box that it has where the file puts it unless
+  // the scene says otherwise
+  object_position,
   object_rotation,  // degrees about x, then y, then z, as in [[object]]
   object_scale,     // times the size in the file, > 0
   light_direction,

@@ -148,6 +148,11 @@ void apply_override(Document& document, const std::string& text) {
   const auto fail = [&](const std::string& what) {
     throw InputError("--set " + one_line(text) + ": " + what);
   };
+  const auto of_gltf = [&](std::string_view path) {
+    return path.starts_with("object.") && document.root.at_path("scene.gltf")
+               ? "; the object of [scene] belongs to the glTF file, and has no keys"
+               : "";
+  };
   const auto equals = renamed.find('=');
   if (equals == std::string::npos || equals == 0)
     fail("must be section.key=value, for example wrp.padding=1.25");
@@ -170,13 +175,13 @@ void apply_override(Document& document, const std::string& text) {
       if (!node && table == &document.root) node = &table->insert(key, toml::table{}).first->second;
       if (!node)
         fail("the scene has no " +
-             in_quotes(path.substr(0, path.size() - rest.size() + key.size())));
+             in_quotes(path.substr(0, path.size() - rest.size() + key.size())) + of_gltf(path));
     } else if (toml::array* array = node->as_array(); array && !is_last) {
       std::size_t index = array->size();
       const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), index);
       if (error != std::errc() || end != key.data() + key.size() || index >= array->size())
         fail("there are " + std::to_string(array->size()) + ", counted from 0, so " +
-             in_quotes(key) + " is none of them");
+             in_quotes(key) + " is none of them" + of_gltf(path));
       node = array->get(index);
     } else {
       fail("names no key of a scene");

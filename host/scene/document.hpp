@@ -6,6 +6,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <glm/vec2.hpp>
@@ -104,6 +105,9 @@ struct Value {
     const auto value = node->value<double>();
     if (!node->is_number() || !value)
       fail("a length: a number in metres, or a string such as \"3.74 um\"");
+    if (*value > range.max && std::isfinite(*value))
+      fail(range_text(range, *value, length_text) +
+           " (numbers are metres; \"638 nm\" has a unit of its own)");
     if (std::abs(checked(*value, range, length_text)) >= doubted_m)
       note("lengths without a unit are metres; give \"" + number_text(*value) + " mm\" if " +
            length_text(*value) + " is not meant");

@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/files.hpp"
 
-#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "host/common/error.hpp"
-#include "host/common/text.hpp"
 
 namespace raywave {
 namespace {
-
-constexpr float kBrightestTexel = 1e30f;  // as all numbers of a scene
 
 /// Share of red, green and blue in the luminance of linear sRGB.
 constexpr double luminance[] = {0.2126, 0.7152, 0.0722};
@@ -37,12 +35,7 @@ std::shared_ptr<const Image> load(const std::filesystem::path& file, Channels ch
   Image image = !channels.all ? load_texture(file, channels.first, where)
                 : as_grey     ? luminance_of(file, where)
                               : stacked(load_channels(file, "rgb", where));
-  // Filters of other programs ring below black
-  for (float& texel : image.pixels) texel = std::max(texel, 0.0f);
-  if (const float brightest = *std::max_element(image.pixels.begin(), image.pixels.end());
-      brightest > kBrightestTexel)
-    throw InputError(where + ": picture " + in_quotes(file.string()) + ": holds " +
-                     number_text(brightest) + ", more than 1e+30");
+  limit_texels(image, file.string(), where);
   return std::make_shared<const Image>(std::move(image));
 }
 

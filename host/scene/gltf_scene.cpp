@@ -11,7 +11,7 @@
 #include <optional>
 #include <string>
 
-#include "host/scene/reader_process.hpp"
+#include "host/scene/mesh.hpp"
 #include "host/scene/reader_reply.hpp"
 
 namespace raywave {
@@ -76,19 +76,10 @@ Light light_of(const GltfLight& from, const Placing& placing, Channels channels)
 }
 
 GltfSet load_set(const Value& file_value, const std::filesystem::path& file) {
-  const auto program = find_reader("raywave_mesh_reader");
-  std::error_code error;
-  const auto bytes = std::filesystem::file_size(file, error);
   GltfSet set;
-  try {
-    run_reader(program,
-               {static_cast<unsigned>(2 + (bytes >> 20)), (std::uint64_t{1} << 30) + 64 * bytes},
-               {file.string(), "set"}, [&](ReaderPipe& pipe) { set = receive_gltf_set(pipe); });
-  } catch (const std::exception& failure) {
-    throw InputError(file_value.document->where(*file_value.node, file_value.path) + ": " +
-                     file_value.label + ": " + in_quotes(file.string()) + ": " +
-                     one_line(failure.what()));
-  }
+  read_mesh_file(
+      file, file_value.document->where(*file_value.node, file_value.path) + ": " + file_value.label,
+      {"set"}, [&](ReaderPipe& pipe) { set = receive_gltf_set(pipe); });
   return set;
 }
 
@@ -112,22 +103,22 @@ const GltfCamera& camera_of(const GltfSet& set, const std::optional<Value>& want
 void read_gltf_scene(Section section, Scene& scene) {
   std::optional<Value> file_value, camera_value;
   std::filesystem::path file;
-  double scale = 1;
-  std::optional<double> cut_m;
+  std::optional<double> wanted_scale, cut_m;
   section.read("gltf", [&](const Value& v) {
     file_value = v;
     file = v.existing_file();
   });
   section.read("camera", [&](const Value& v) { camera_value = v; });
-  section.read("scale", [&](const Value& v) { scale = v.number(between(1e-9, 1e9)); });
+  section.read("scale", [&](const Value& v) { wanted_scale = v.number(between(1e-9, 1e9)); });
   section.read("cut", [&](const Value& v) { cut_m = v.length_m(between(1e-9, 1e4)); });
   section.finish();
   if (!file_value) {
-    if (camera_value || scale != 1 || cut_m)
+    if (camera_value || wanted_scale || cut_m)
       section.fail("gltf is missing: give the name of a .gltf or .glb file");
     return;
   }
 
+  const double scale = wanted_scale.value_or(1);
   const auto set = load_set(*file_value, file);
   const auto where = section.where() + ": gltf " + in_quotes(file.string());
   if (set.cameras.empty())

@@ -111,6 +111,14 @@ std::vector<Image> load_channels(std::span<const char> bytes, const std::string&
   }
 }
 
+void limit_texels(Image& image, const std::string& name, const std::string& where) {
+  constexpr float most = 1e30f;  // as all numbers of a scene
+  for (float& texel : image.pixels) texel = std::max(texel, 0.0f);
+  if (const float brightest = *std::max_element(image.pixels.begin(), image.pixels.end());
+      brightest > most)
+    fail(where, name, "holds " + number_text(brightest) + ", more than 1e+30");
+}
+
 Image load_grey(const std::filesystem::path& file, const std::string& where) {
   return load_file(file, where, {"grey", file.string()})[0];
 }

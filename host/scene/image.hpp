@@ -33,6 +33,12 @@ std::vector<Image> load_channels(const std::filesystem::path& file, const std::s
 std::vector<Image> load_channels(std::span<const char> bytes, const std::string& name,
                                  const std::string& letters, const std::string& where);
 
+/// Prepares a channel for light: what filters of other programs ring below black becomes 0.
+///
+/// name    of the picture, for messages
+/// throws  InputError, starting with `where`, when a texel is brighter than 1e30
+void limit_texels(Image& image, const std::string& name, const std::string& where);
+
 /// Red, green and blue of a picture as the channels of one, from its first three.
 Image stacked(std::span<const Image> channels);
 

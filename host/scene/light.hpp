@@ -47,6 +47,10 @@ struct Light {
 /// as many times as it has samples.
 inline constexpr int most_lights = 1024;
 
+/// Least outer angle of a spot, in degrees: floats tell the light's share between its angles to
+/// 0.003 there, and to 0.08 at 0.1 degrees.
+inline constexpr double least_spot_deg = 0.5;
+
 /// A light that surfaces look for in several directions.
 inline bool has_size(const Light& light) {
   return light.type == LightType::area || light.type == LightType::environment;

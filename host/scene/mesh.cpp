@@ -20,8 +20,6 @@
 namespace raywave {
 namespace {
 
-constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{2} << 30;
-
 std::array<glm::dvec3, 3> corners(const Mesh& mesh, const glm::uvec3& triangle) {
   return {mesh.positions[triangle.x], mesh.positions[triangle.y], mesh.positions[triangle.z]};
 }
@@ -52,16 +50,6 @@ std::vector<glm::dvec3> smooth_normals(const Mesh& mesh) {
   std::vector<glm::dvec3> normals(mesh.positions.size());
   for (std::size_t i = 0; i < normals.size(); ++i) normals[i] = unit_or_zero(sum[weld[i]]);
   return normals;
-}
-
-/// Limits are generous: a text file of 100 MiB takes 10 s.
-Mesh read_safely(const std::filesystem::path& program, const std::filesystem::path& file,
-                 std::uintmax_t file_bytes) {
-  const ReaderLimits limits{static_cast<unsigned>(2 + (file_bytes >> 20)),
-                            (std::uint64_t{1} << 30) + 64 * file_bytes};
-  Mesh raw;
-  run_reader(program, limits, {file.string()}, [&](ReaderPipe& pipe) { raw = receive_mesh(pipe); });
-  return raw;
 }
 
 }  // namespace
@@ -113,24 +101,38 @@ Mesh finish_mesh(Mesh raw, Normals mode) {
   return mesh;
 }
 
-Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where) {
-  const auto fail = [&](std::string_view what) {
-    throw InputError(where + ": mesh " + in_quotes(file.string()) + ": " + one_line(what));
+void read_mesh_file(const std::filesystem::path& file, const std::string& what,
+                    const std::vector<std::string>& more,
+                    const std::function<void(ReaderPipe&)>& receive) {
+  constexpr std::uintmax_t most_bytes = std::uintmax_t{2} << 30;
+  const auto fail = [&](std::string_view why) {
+    throw InputError(what + " " + in_quotes(file.string()) + ": " + one_line(why));
   };
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) fail("there is no such file");
   const std::uintmax_t bytes = std::filesystem::file_size(file, error);
-  if (error || bytes > kMaxFileBytes) fail("larger than 2 GiB");
+  if (error || bytes > most_bytes) fail("larger than 2 GiB");
 
   const auto program = find_reader("raywave_mesh_reader");
-  Mesh raw;
+  std::vector<std::string> arguments{file.string()};
+  arguments.insert(arguments.end(), more.begin(), more.end());
   try {
-    raw = read_safely(program, file, bytes);
+    // Limits are generous: a text file of 100 MiB takes 10 s
+    run_reader(program,
+               {static_cast<unsigned>(2 + (bytes >> 20)), (std::uint64_t{1} << 30) + 64 * bytes},
+               arguments, receive);
   } catch (const std::exception& failure) {
     fail(failure.what());
   }
+}
+
+Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where) {
+  Mesh raw;
+  read_mesh_file(file, where + ": mesh", {}, [&](ReaderPipe& pipe) { raw = receive_mesh(pipe); });
   Mesh mesh = finish_mesh(std::move(raw), normals);
-  if (mesh.triangles.empty()) fail("holds no triangle that has an area");
+  if (mesh.triangles.empty())
+    throw InputError(where + ": mesh " + in_quotes(file.string()) +
+                     ": holds no triangle that has an area");
   return mesh;
 }
 

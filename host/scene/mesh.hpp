@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -15,6 +16,8 @@
 
 namespace raywave {
 
+class ReaderPipe;
+
 /// Reads a mesh file of any format that Assimp reads. Merges all parts, applies node transforms,
 /// triangulates polygons, drops points, lines and triangles without area, and joins equal vertices.
 /// Axes and numbers stay as in the file (in float, as Assimp keeps them).
@@ -22,6 +25,17 @@ namespace raywave {
 /// throws  InputError, starting with `where`, when the file cannot be read, holds no triangle, or a
 ///         vertex is NaN or infinite
 Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where);
+
+/// Starts the reader of mesh files.
+///
+/// what     the start of messages, which goes on with the file's name: "scene.toml:4: object 0:
+///          mesh"
+/// more     arguments of the reader behind the file
+/// receive  called with the pipe once the reader has a result
+/// throws   InputError when there is no such file, it is larger than 2 GiB, or the reader fails
+void read_mesh_file(const std::filesystem::path& file, const std::string& what,
+                    const std::vector<std::string>& more,
+                    const std::function<void(ReaderPipe&)>& receive);
 
 /// The last step of load_mesh: drops triangles without area, gives every corner its normal, and
 /// joins equal corners. Materials and pictures stay as they are. `raw` holds the mesh as in the

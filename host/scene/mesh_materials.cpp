@@ -12,7 +12,6 @@
 #include <sstream>
 #include <utility>
 
-#include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/scene/image.hpp"
 
@@ -22,7 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double most_shininess = 1e4;  // roughness 0.084
-constexpr float brightest_texel = 1e30f;
 
 /// Share of light that an index of refraction reflects at normal incidence.
 double reflectance_of(double ior) { return std::pow((ior - 1) / (ior + 1), 2); }
@@ -89,7 +87,7 @@ public:
         read.erase(read.begin() + 1, read.begin() + 3);
       }
       for (auto& image : read) {
-        limit(image, picture.name);
+        limit_texels(image, picture.name, where_);
         images.push_back(std::make_shared<const Image>(std::move(image)));
       }
     }
@@ -99,15 +97,6 @@ public:
   }
 
 private:
-  /// Filters of other programs ring below black.
-  void limit(Image& image, const std::string& name) const {
-    for (float& texel : image.pixels) texel = std::max(texel, 0.0f);
-    if (const float brightest = *std::max_element(image.pixels.begin(), image.pixels.end());
-        brightest > brightest_texel)
-      throw InputError(where_ + ": picture " + in_quotes(name) + ": holds " +
-                       number_text(brightest) + ", more than 1e+30");
-  }
-
   const Mesh& mesh_;
   const fs::path& file_;
   const std::string& where_;
@@ -149,8 +138,8 @@ double specular_of(double reflectance, double shininess) {
   return reflectance * (shininess + 2) / 2;
 }
 
-Material phong_of(const MeshMaterial& from, const MaterialMaps& maps, double ambient_share,
-                  const std::string& where) {
+Material phong_of(const MeshMaterial& from, const MaterialMaps& maps, bool colours_have_alpha,
+                  double ambient_share, const std::string& where) {
   const auto& look = from.look;
   Material m;
   m.name = from.name;
@@ -161,7 +150,8 @@ Material phong_of(const MeshMaterial& from, const MaterialMaps& maps, double amb
   m.alpha_mode = look.alpha_mode;
   m.alpha = look.alpha;
   m.alpha_cutoff = look.alpha_cutoff;
-  if (!maps.alpha && !maps.opacity && !m.vertex_colours) {  // the same everywhere
+  if (!maps.alpha && !maps.opacity &&
+      !(m.vertex_colours && colours_have_alpha)) {  // the same everywhere
     const bool is_there =
         look.alpha_mode == AlphaMode::blend ? look.alpha >= 1 : look.alpha >= look.alpha_cutoff;
     if (is_there) m.alpha_mode = AlphaMode::opaque;
@@ -181,7 +171,7 @@ Material phong_of(const MeshMaterial& from, const MaterialMaps& maps, double amb
       m.diffuse = (1 - metallic) * look.base;
       reflect(glm::mix(glm::dvec3(reflectance), look.base, metallic),
               look.roughness * mean_of(maps.roughness), m);
-      m.transparency = look.transmission * (1 - look.metallic);
+      m.transparency = look.transmission * (1 - metallic);
       if (maps.roughness || (look.metallic > 0 && (maps.colour || m.vertex_colours))) {
         const double sharpest = shininess_of(look.roughness * least_of(maps.roughness));
         m.metallic_roughness = {look.base,      look.metallic,
@@ -219,7 +209,8 @@ std::vector<MaterialMaps> load_maps(const Mesh& mesh, const fs::path& file, Chan
       if (has_alpha && !is_opaque(*base[1].image)) maps.alpha = base[1];
     }
     if (has_alpha) {
-      if (const auto opacity = read(look.alpha_map, "R"); !opacity.empty())
+      if (const auto opacity = read(look.alpha_map, "R");
+          !opacity.empty() && !is_opaque(*opacity[0].image))
         maps.opacity = opacity[0];
     }
     if (look.model != LookModel::unlit) {

@@ -52,11 +52,12 @@ double specular_of(double reflectance, double shininess);
 
 /// The material as a scene file could have it, but for what meshes alone bring.
 ///
-/// maps           its pictures: they decide means
-/// ambient_share  of its colour that ambient light shows
-/// where          the start of messages about it
-Material phong_of(const MeshMaterial& material, const MaterialMaps& maps, double ambient_share,
-                  const std::string& where);
+/// maps                its pictures: they decide means
+/// colours_have_alpha  the mesh has colours of vertices, and not all of their alphas are 1
+/// ambient_share       of its colour that ambient light shows
+/// where               the start of messages about it
+Material phong_of(const MeshMaterial& material, const MaterialMaps& maps, bool colours_have_alpha,
+                  double ambient_share, const std::string& where);
 
 /// The pictures of a mesh's materials, decoded.
 ///
@@ -67,8 +68,8 @@ Material phong_of(const MeshMaterial& material, const MaterialMaps& maps, double
 std::vector<MaterialMaps> load_maps(const Mesh& mesh, const std::filesystem::path& file,
                                     Channels channels, const std::string& where);
 
-/// A line about a material for `raywave plan`: "metallic 0, roughness 0.5; base colour map 512 x
-/// 512 -> diffuse 0.8, specular 0.19, shininess 7.5".
+/// A line about a material for `raywave plan`: "metallic 0, roughness 0.5, colour map 512 x 512 ->
+/// diffuse 0.8, specular 0.19, shininess 7.5".
 ///
 /// channel  of colours that the hologram sees
 std::string description_of(const MeshMaterial& from, const Material& material,

@@ -119,7 +119,9 @@ WrpSpec read_wrp(Section section) {
     if (!v.is_auto()) spec.grid = v.integers(1024);
   });
   section.read("distance", [&](const Value& v) {
-    if (!v.is_auto()) spec.distances_m = v.ascending_lengths_m(between(1e-9, 1e4), kMostLayers);
+    if (!v.is_auto()) spec.distances_m = v.ascending_lengths_m(between(-1e4, 1e4), kMostLayers);
+    for (const double distance_m : spec.distances_m)
+      if (std::abs(distance_m) < 1e-9) v.fail("lengths of 1 nm or more, or of -1 nm or less");
     spec.layers = std::max(1, static_cast<int>(spec.distances_m.size()));
   });
   section.read("layers", [&](const Value& v) {
@@ -230,6 +232,14 @@ AccuracySpec read_accuracy(Section section) {
 ViewerSpec read_viewer(Section section) {
   ViewerSpec spec;
   section.read("distance", [&](const Value& v) { spec.distance_m = v.length_m(between(0, 1e4)); });
+  section.read("eyepiece", [&](const Value& v) {
+    if (!v.is("none")) spec.eyepiece_m = v.length_m(between(1e-6, 1e4));
+  });
+  spec.eyepiece_distance_m = spec.eyepiece_m.value_or(0);
+  section.read("eyepiece_distance", [&](const Value& v) {
+    if (!spec.eyepiece_m) v.fail("given with eyepiece");
+    spec.eyepiece_distance_m = v.length_m(between(0, 1e4));
+  });
   section.read("resolution", [&](const Value& v) {
     if (!v.is_auto()) spec.resolution_m = v.length_m(between(1e-9, 1));
   });
@@ -338,7 +348,8 @@ Light read_light(Section section) {
     });
   }
   if (light.type == LightType::spot) {
-    section.read("outer", [&](const Value& v) { light.outer_deg = v.number(between(0.01, 90)); });
+    section.read("outer",
+                 [&](const Value& v) { light.outer_deg = v.number(between(least_spot_deg, 90)); });
     section.read("inner", [&](const Value& v) {
       light.inner_deg = v.number(between(0, 90));
       if (!(light.inner_deg < light.outer_deg))
@@ -374,7 +385,10 @@ Spectrum read_table(const Value& v, const Range& range, double wavelength_m) {
   }
   std::sort(spectrum.table.begin(), spectrum.table.end());
   if (spectrum.table.empty() || !spectrum.holds(wavelength_m))
-    v.fail("given on both sides of the wavelength, " + length_text(wavelength_m));
+    v.fail("given on both sides of the wavelength, " + length_text(wavelength_m) +
+           (spectrum.table.empty() ? ""
+                                   : " (it has " + length_text(spectrum.table.front().first) +
+                                         " to " + length_text(spectrum.table.back().first) + ")"));
   return spectrum;
 }
 
@@ -505,6 +519,7 @@ Scene parse_laser(const SceneText& text, const std::vector<std::string>& overrid
                              wavelengths_m, laser);
   if (scene.colour) scene.hologram.wavelength_m = wavelengths_m[scene.colour->laser];
   scene.slm = read_slm(root.section("slm"), scene.hologram.wavelength_m);
+  scene.slm.illumination = read_illumination(root.section("illumination"));
   scene.wrp = read_wrp(root.section("wrp"));
   scene.sampling = read_sampling(root.section("sampling"));
   scene.trace = read_trace(root.section("trace"));

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -254,6 +256,24 @@ SlmSpec read_slm(Section section, double wavelength_m, int most_bits) {
   return slm;
 }
 
+Illumination read_illumination(Section section) {
+  Illumination light;
+  section.read("focus", [&](const Value& v) {
+    if (v.is("parallel")) return;
+    light.focus_m = v.length_m(between(-1e4, 1e4));
+    if (std::abs(*light.focus_m) < 1e-6)
+      v.fail("lengths of 1 um or more, or of -1 um or less, or \"parallel\"");
+  });
+  section.read("angle", [&](const Value& v) {
+    const auto degrees = pair_of(v, "two angles [x, y] in degrees", between(-80, 80));
+    light.sine = glm::sin(glm::radians(degrees));
+    if (glm::dot(light.sine, light.sine) > 0.98)
+      v.fail("angles whose squared sines add up to 0.98 or less");
+  });
+  section.finish();
+  return light;
+}
+
 SlmSpec load_slm(const std::filesystem::path& file, double wavelength_m,
                  const std::vector<std::string>& overrides) {
   return parse_slm(read_scene_text(file), wavelength_m, overrides);
@@ -264,6 +284,7 @@ SlmSpec parse_slm(const SceneText& text, double wavelength_m,
   const Document document = parse_document(text, overrides);
   Section root(document, document.root, "", "");
   auto slm = read_slm(root.section("slm"), wavelength_m, 10);
+  slm.illumination = read_illumination(root.section("illumination"));
   root.finish();
   return slm;
 }

@@ -20,6 +20,11 @@ class Section;     // host/scene/document.hpp
 /// throws        InputError: one line with file and line
 SlmSpec read_slm(Section section, double wavelength_m, int most_bits = 8);
 
+/// Section [illumination] of a scene, or of a file that describes an SLM.
+///
+/// throws  InputError: one line with file and line
+Illumination read_illumination(Section section);
+
 /// Reads the picture of flatness.file.
 ///
 /// throws  InputError, starting with flatness.where

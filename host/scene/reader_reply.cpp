@@ -10,6 +10,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "host/scene/light.hpp"
+
 namespace raywave {
 namespace {
 
@@ -234,7 +236,8 @@ GltfSet receive_gltf_set(ReaderPipe& pipe) {
   for (const auto& light : set.lights)
     require(is_one_of(light.type, GltfLight::Type::spot) && is_pose(light.world_from_light) &&
             is_colour(light.colour) && is_within(light.intensity, 0, largest_number) &&
-            is_within(light.inner_deg, 0, 90) && is_within(light.outer_deg, 0, 90));
+            is_within(light.inner_deg, 0, light.outer_deg) &&
+            is_within(light.outer_deg, least_spot_deg, 90));
   set.notes = receive_texts(pipe);
   return set;
 }

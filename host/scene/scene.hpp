@@ -119,6 +119,10 @@ struct AccuracySpec {
 struct ViewerSpec {
   // Distance of the eye from the hologram, on the side away from the scene
   double distance_m = 0.25;
+  // Focal length of a thin lens that the eye looks through, and its distance from the hologram on
+  // the eye's side; empty: there is none
+  std::optional<double> eyepiece_m;
+  double eyepiece_distance_m = 0;
   // Smallest wanted detail of the picture; empty: what an eye at that distance resolves
   std::optional<double> resolution_m;
 };
@@ -204,7 +208,8 @@ struct Object {
   glm::dvec3 rotation_deg{0};     // about x, then y, then z (fixed axes), right-handed
   // Empty in scenes of files: position, rotation and width describe the object as it stands. Else
   // it moves as a solid: it keeps the size it was placed in, times this, and turns about its anchor
-  // of there (the centre of the box that it had), whose place is position_m
+  // of there (the centre of the box that it had unless the scene says otherwise), whose place is
+  // position_m
   std::optional<double> solid_scale{};
   int material = 0;  // index into Scene::materials
   Normals normals = Normals::file;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <utility>
 
 #include "host/common/error.hpp"
@@ -25,6 +26,22 @@ std::string size_text(int width, int height) {
 }
 
 }  // namespace
+
+double Illumination::turns(glm::dvec2 at_m, double wavelength_m) const {
+  if (!focus_m) return glm::dot(sine, at_m) / wavelength_m;
+  // The differences of squared distances over their sum: nothing large is subtracted.
+  const glm::dvec2 focus = *focus_m * sine;
+  const double to_middle = std::abs(*focus_m),
+               from_there = std::sqrt(std::max(
+                   0.0, to_middle * to_middle + glm::dot(at_m, at_m) - 2 * glm::dot(at_m, focus))),
+               longer =
+                   (glm::dot(at_m, at_m) - 2 * glm::dot(at_m, focus)) / (from_there + to_middle);
+  return (*focus_m > 0 ? -longer : longer) / wavelength_m;
+}
+
+glm::dvec2 Illumination::curvature_per_m() const {
+  return focus_m ? (1.0 - sine * sine) / *focus_m : glm::dvec2(0);
+}
 
 glm::dvec2 carrier_of(const SlmSpec& slm, glm::dvec2 pitch_m, double wavelength_m) {
   if (slm.shift_m == glm::dvec2(0)) return slm.carrier;

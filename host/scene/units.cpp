@@ -37,9 +37,12 @@ std::optional<double> in_base_unit(std::string_view text, std::span<const Unit> 
   return {};
 }
 
-constexpr Unit length_units[] = {{"", 1},      {"km", 1e3},  {"m", 1},    {"cm", 1e-2},
-                                 {"mm", 1e-3}, {"um", 1e-6}, {"nm", 1e-9}};
-constexpr Unit time_units[] = {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"us", 1e-6}};
+// With the micro sign, U+00B5, and the Greek letter, U+03BC
+constexpr Unit length_units[] = {{"", 1},      {"km", 1e3},       {"m", 1},
+                                 {"cm", 1e-2}, {"mm", 1e-3},      {"um", 1e-6},
+                                 {"nm", 1e-9}, {"\u00b5m", 1e-6}, {"\u03bcm", 1e-6}};
+constexpr Unit time_units[] = {{"", 1},      {"s", 1},          {"ms", 1e-3},
+                               {"us", 1e-6}, {"\u00b5s", 1e-6}, {"\u03bcs", 1e-6}};
 
 /// Refuses numbers other than 0 that have no unit.
 void require_unit(std::string_view text, std::string_view what, const char* example) {
@@ -52,6 +55,10 @@ void require_unit(std::string_view text, std::string_view what, const char* exam
 
 [[noreturn]] void fail(std::string_view text, std::string_view what, const char* must_be) {
   throw InputError(std::string(what) + " must be " + must_be + ", got " + in_quotes(text));
+}
+
+[[noreturn]] void fail_time(std::string_view text, std::string_view what) {
+  fail(text, what, "a time such as \"30 ms\" (units: us, ms, s)");
 }
 
 }  // namespace
@@ -67,10 +74,16 @@ double given_length_m(std::string_view text, std::string_view what) {
   fail(text, what, "a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km)");
 }
 
-double given_seconds(std::string_view text, std::string_view what) {
+double given_moment_s(std::string_view text, std::string_view what) {
   require_unit(text, what, "ms");
-  if (const auto time = in_base_unit(text, time_units); time && *time > 0) return *time;
-  fail(text, what, "a time such as \"30 ms\" (units: us, ms, s)");
+  if (const auto time = in_base_unit(text, time_units); time && *time >= 0) return *time;
+  fail_time(text, what);
+}
+
+double given_duration_s(std::string_view text, std::string_view what) {
+  const double time = given_moment_s(text, what);
+  if (time == 0) fail_time(text, what);
+  return time;
 }
 
 }  // namespace raywave

@@ -14,8 +14,11 @@ double parse_length_m(std::string_view text, std::string_view what);
 /// throws  InputError naming `what` when the text is no such length
 double given_length_m(std::string_view text, std::string_view what);
 
-/// Seconds from "30 ms", "2s" ...: us, ms, s; > 0.
+/// Seconds from "30 ms", "2s" ...: us, ms, s; >= 0, and "0" needs no unit.
 /// throws  InputError naming `what` when the text is no such time
-double given_seconds(std::string_view text, std::string_view what);
+double given_moment_s(std::string_view text, std::string_view what);
+
+/// The same, > 0.
+double given_duration_s(std::string_view text, std::string_view what);
 
 }  // namespace raywave

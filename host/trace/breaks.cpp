@@ -27,7 +27,7 @@ Breaks::Breaks(const cl::Device& device, const DeviceScene& scene)
 
 void Breaks::find(const device::Lattice& lattice, const DeviceScene& scene) {
   const float cell_m = lattice.step * (lattice.near_z - lattice.centre_z);
-  known = scene.tree.has_neighbours() &&
+  known = scene.tree.has_neighbours() && cell_m > 0 &&
           lattice.bias < static_cast<float>(most_bias_of_breaks) * cell_m;
   if (!known) return;
   const auto along = [](std::int32_t n) { return (static_cast<std::size_t>(n) + tile - 1) / tile; };

@@ -48,8 +48,8 @@ int knots_for(const Plan& plan, const DepthLayer& layer) {
   double reach_m = 0;
   for (int axis = 0; axis < 2; ++axis)
     reach_m = std::max(reach_m, bell_of(plan, axis).reach * plan.tile_window_m()[axis] / 2);
-  const double near_m = std::min(layer.min_m.z, layer.distance_m), depth = near_m / reach_m,
-               rho = depth + std::sqrt(depth * depth + 1);
+  const double near_m = std::min(layer.closest_m(), std::abs(layer.distance_m)),
+               depth = near_m / reach_m, rho = depth + std::sqrt(depth * depth + 1);
   int knots = 8;
   while (knots < COMPACT_MOST_KNOTS &&
          near_m / plan.wavelength_m * std::pow(rho, -knots) > knots_error_turns)
@@ -101,7 +101,7 @@ void CompactGatherer::draw_phases(std::uint32_t seed) {
   if (table_.count > 0)
     draw_phases_.run({static_cast<std::size_t>(table_.count)},
                      {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, table_.samples, table_.count,
-                     frames_, seed, phasors_);
+                     frames_, seed, -std::numeric_limits<float>::infinity(), phasors_);
 }
 
 device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
@@ -118,7 +118,8 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   std::tie(plane.origin_x, plane.origin_x_low) = split(origin.x);
   std::tie(plane.origin_y, plane.origin_y_low) = split(origin.y);
   std::tie(plane.hologram_z, plane.hologram_z_low) = split(-plan_.origin_m.z);
-  std::tie(plane.z0, plane.z0_low) = split(wrp.centre_m.z);
+  std::tie(plane.z0, plane.z0_low) = split(std::abs(wrp.centre_m.z));
+  plane.side = wrp.centre_m.z < 0 ? -1.0f : 1.0f;
   std::tie(plane.begin_z, plane.end_z) = layer_bounds(plan_, layer);
   std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
   std::tie(plane.frequency_x, plane.frequency_x_low) = split(1 / period.x);
@@ -138,6 +139,11 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   plane.highlight_lines = compact.highlight_lines;
   plane.lines_tolerance = static_cast<float>(compact.lines_tolerance);
   put(plan_.largest_sine, plane.sine_limit_x, plane.sine_limit_y);
+  const auto& light = plan_.slm.illumination;
+  const double side = plane.side;
+  put(light.sine_at(origin_of_tile(plan_, plan_.tile_of(wrp))) * glm::dvec2(side, -side),
+      plane.reference_x, plane.reference_y);
+  put(light.curvature_per_m() * side, plane.reference_fall_x, plane.reference_fall_y);
   put(1.0 / (cut_width * half), plane.per_cut_x, plane.per_cut_y);
   plane.knots = knots_for(plan_, layer);
   const auto& lattice = table_.lattice;

@@ -57,13 +57,13 @@ void Gatherer::draw_phases(std::uint32_t seed) {
   if (table_.count > 0)
     draw_phases_.run({static_cast<std::size_t>(table_.count)},
                      {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, table_.samples, table_.count,
-                     frames_, seed, phasors_);
+                     frames_, seed, static_cast<float>(-plan_.origin_m.z), phasors_);
 }
 
 void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   const auto& layer = plan_.layer_of(wrp);
   const auto centre_m = wrp.centre_m;
-  const double near_m = layer.min_m.z, far_m = layer.max_m.z;
+  const double near_m = layer.min_m.z, far_m = layer.max_m.z, farthest_m = layer.farthest_m();
   const glm::ivec2 size = plan_.gathered_size(layer);
   const glm::dvec2 pitch = plan_.gathered_pitch_m(layer), half_window = plan_.tile_window_m() / 2.0;
   const auto tile_m = plan_.tile_of(wrp).centre_m;
@@ -88,7 +88,7 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
 
   // The cone of each sample. A plane at the hologram has no cone to apodize: every pixel receives
   // every sample.
-  const bool at_hologram = centre_m.z <= 0;
+  const bool at_hologram = centre_m.z == 0;
   const auto fan = at_hologram ? glm::dvec2(1) : plan_.tile_cone,
              edge = at_hologram ? glm::dvec2(0) : plan_.tile_apodization;
   plane.cone_x = static_cast<float>(fan.x);
@@ -97,28 +97,35 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   plane.apodization_rate_y = edge.y > 0 ? static_cast<float>(1 / edge.y) : 0.0f;
   plane.sine_limit_x = static_cast<float>(plan_.largest_sine.x);
   plane.sine_limit_y = static_cast<float>(plan_.largest_sine.y);
+  const auto reference = plan_.slm.illumination.sine_at(tile_m),
+             fall = plan_.slm.illumination.curvature_per_m() * half_window;
+  plane.reference_x = static_cast<float>(reference.x);
+  plane.reference_y = static_cast<float>(reference.y);
+  plane.reference_fall_x = static_cast<float>(fall.x);
+  plane.reference_fall_y = static_cast<float>(fall.y);
   if (at_hologram) {
     plane.window_x = plane.window_y = 1e6f;
   } else {
     // The widest footprint of a sample: its half width over half the window and the plane's depth
-    const auto widest =
-        fan * std::max(narrowing(centre_m.z, near_m), narrowing(centre_m.z, far_m)) / centre_m.z;
+    const auto widest = fan *
+                        std::max(narrowing(centre_m.z, near_m), narrowing(centre_m.z, far_m)) /
+                        std::abs(centre_m.z);
     // The ray from a sample to the tile's centre crosses the plane at x when the sample's tangent
     // in the lattice is (x - centre) / distance + centre / z.
     const auto turned = tile_m * (1 / near_m + 1 / far_m) / 2.0,
-               spread = glm::abs(tile_m) * (1 / near_m - 1 / far_m) / 2.0;
+               spread = glm::abs(tile_m) * std::abs(1 / near_m - 1 / far_m) / 2.0;
     plane.tangent_x = static_cast<float>((corner.x - tile_m.x) / centre_m.z + turned.x);
     plane.tangent_y = static_cast<float>((corner.y - tile_m.y) / centre_m.z + turned.y);
     plane.tangent_step_x = static_cast<float>(pitch.x / centre_m.z);
     plane.tangent_step_y = static_cast<float>(pitch.y / centre_m.z);
     // Samples whose footprint is narrow are gathered as plane waves, with diffraction tails.
-    const glm::dvec2 spot(spot_of(plan_.wavelength_m, far_m, fan.x, 2 * half_window.x),
-                          spot_of(plan_.wavelength_m, far_m, fan.y, 2 * half_window.y));
+    const glm::dvec2 spot(spot_of(plan_.wavelength_m, farthest_m, fan.x, 2 * half_window.x),
+                          spot_of(plan_.wavelength_m, farthest_m, fan.y, 2 * half_window.y));
     const double nearest = std::max({0.0, near_m - centre_m.z, centre_m.z - far_m});
-    const auto narrowest = fan * half_window * (nearest / far_m);
+    const auto narrowest = fan * half_window * (nearest / farthest_m);
     const bool any_near =
         narrowest.x < plane_wave_spots_ * spot.x || narrowest.y < plane_wave_spots_ * spot.y;
-    const auto tail = (any_near ? plane_wave_tail : 0.0) * spot / centre_m.z;
+    const auto tail = (any_near ? plane_wave_tail : 0.0) * spot / std::abs(centre_m.z);
     plane.plane_wave_spots = static_cast<float>(plane_wave_spots_);
     plane.plane_wave_tail = static_cast<float>(plane_wave_tail);
     plane.window_x = static_cast<float>(widest.x * half_window.x + tail.x + spread.x);
@@ -126,9 +133,9 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     // Pixels that the profile of one plane-wave sample covers, in whole packets
     if (any_near) {
       const auto room = [&](int axis) {
-        const double half =
-            std::min(widest_plane_wave_sample * spot[axis],
-                     widest[axis] * centre_m.z * half_window[axis] + plane_wave_tail * spot[axis]);
+        const double half = std::min(
+            widest_plane_wave_sample * spot[axis],
+            widest[axis] * std::abs(centre_m.z) * half_window[axis] + plane_wave_tail * spot[axis]);
         const int pixels =
             static_cast<int>(std::min(2 * half / pitch[axis] + 5, static_cast<double>(size[axis])));
         return (pixels + lanes_ - 1) / lanes_ * lanes_ + 2 * lanes_;

@@ -100,8 +100,14 @@ device::Instance instance_after(const Motion& motion, glm::dvec3 anchor_m, glm::
     low[row] = std::min(root.left_min[row], root.right_min[row]);
     high[row] = std::max(root.left_max[row], root.right_max[row]);
   }
-  set_view(instance, (low + high) / 2.0, glm::length(high - low) / 2,
-           inward * (-origin_m - centre));
+  // Rays of the lattice leave the hologram's centre for what lies beyond it, z > 0, and come to it
+  // from what lies before it.
+  const auto middle = (low + high) / 2.0, half = (high - low) / 2.0;
+  const double z_m = (origin_m + centre + outward * middle).z;
+  double half_z_m = 0;
+  for (int axis = 0; axis < 3; ++axis) half_z_m += std::abs(outward[axis][2]) * half[axis];
+  const int side = z_m > half_z_m ? 1 : z_m < -half_z_m ? -1 : 0;
+  set_view(instance, middle, glm::length(high - low) / 2, inward * (-origin_m - centre), side);
   instance.moved = motion.moved || centre != glm::dvec3(0);
   return instance;
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 #include "host/common/error.hpp"
@@ -31,11 +32,17 @@ device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
   lattice.centre_x = static_cast<float>(centre.x);
   lattice.centre_y = static_cast<float>(centre.y);
   lattice.centre_z = static_cast<float>(centre.z);
+  const auto eye = wanted.eye_m - plan.origin_m;
+  lattice.eye_x = static_cast<float>(eye.x);
+  lattice.eye_y = static_cast<float>(eye.y);
+  lattice.eye_z = static_cast<float>(eye.z);
+  lattice.steepest_x = lattice.steepest_y = std::numeric_limits<float>::max();
   lattice.near_z = static_cast<float>(plan.near_m - plan.origin_m.z) - 0.01f * scene.diameter_m;
   lattice.full_z = static_cast<float>(wanted.full_z_m);
   lattice.layer_gap = static_cast<float>(1e-3 * wanted.step * wanted.full_z_m);
   lattice.bias = scene.bias_m;
-  lattice.reach = static_cast<float>(plan.far_m * 2);
+  lattice.reach = static_cast<float>(
+      plan.near_m > 0 ? plan.far_m * 2 : 2 * (plan.farthest_m + plan.far_m - plan.near_m));
   lattice.half_width =
       static_cast<float>(plan.size.x * plan.pitch_m.x / 2 * std::max(1.0, plan.cone_half_width));
   lattice.half_height =

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <glm/vec3.hpp>
+#include <utility>
 
 #include "host/common/error.hpp"
 

@@ -200,7 +200,7 @@ const char* name_of(Domain domain) { return domains[static_cast<std::size_t>(dom
 Domain domain_of(const std::string& name) {
   for (const auto& [known, value] : domains)
     if (name == known) return value;
-  throw InputError("--domain " + one_line(name) +
+  throw InputError("domain " + in_quotes(name) +
                    ": unknown; there are intensity, amplitude and srgb");
 }
 

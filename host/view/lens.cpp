@@ -20,16 +20,16 @@ constexpr double launch_seconds = 0.2;
 
 void check(const LensSpec& what) {
   const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
-  if (!positive(what.z_m))
-    throw InputError("lens: z must be > 0, on the object's side of the hologram");
+  if (!positive(std::abs(what.z_m)))
+    throw InputError("z: must not be 0: > 0 is beyond the hologram, < 0 on the eye's side");
   if (!std::isfinite(what.view.x) || !std::isfinite(what.view.y))
-    throw InputError("lens: view must be two finite numbers");
+    throw InputError("view: must be two finite numbers");
   if (!positive(what.aperture.x) || !positive(what.aperture.y))
-    throw InputError("lens: aperture must be > 0");
+    throw InputError("aperture: must be > 0");
   if (what.pixel_m && !(positive(what.pixel_m->x) && positive(what.pixel_m->y)))
     throw InputError("lens: pixels must be > 0");
   if (what.points < 1 || what.points > most_points)
-    throw InputError("lens: rays per axis must be 1 to " + std::to_string(most_points) + ", got " +
+    throw InputError("points: must be 1 to " + std::to_string(most_points) + ", got " +
                      std::to_string(what.points));
 }
 
@@ -51,9 +51,10 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
   const glm::dvec2 half_m = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
   const glm::dvec2 step_m = (high - low) * half_m / static_cast<double>(what.points);
   const glm::dvec2 origin_m(plan.origin_m);
-  // Rays start just before the scene: from the hologram, rounding would grow with its distance.
-  const double start_m =
-      std::max(0.0, plan.near_m - 0x1p-10 * static_cast<double>(scene.diameter_m));
+  // Rays start just before the scene, on the eye's side: from the hologram, rounding would grow with
+  // its distance.
+  const double before_m = plan.near_m - 0x1p-10 * static_cast<double>(scene.diameter_m),
+               start_m = plan.near_m > 0 ? std::max(0.0, before_m) : before_m;
 
   device::LensPlane lens{};
   lens.nx = size.x;
@@ -71,7 +72,7 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
   lens.start = static_cast<float>(start_m);
   lens.start_z = static_cast<float>(start_m - plan.origin_m.z);
   lens.bias = scene.bias_m;
-  lens.reach = 4 * (scene.diameter_m + static_cast<float>(plan.far_m));
+  lens.reach = 4 * (scene.diameter_m + static_cast<float>(plan.farthest_m));
   lens.spread_x = what.area ? lens.pitch_x : 0;
   lens.spread_y = what.area ? lens.pitch_y : 0;
   lens.scatter = scatter_of(what.points);

@@ -28,8 +28,8 @@ double unit_of(const FieldStack& hologram) {
 }
 
 void check(const FieldStack& hologram, const HologramSpec& spec, const ReconstructSpec& what) {
-  if (!positive(what.z_m))
-    throw InputError("reconstruction: z must be > 0, on the object's side of the hologram");
+  if (!positive(std::abs(what.z_m)))
+    throw InputError("z: must not be 0: > 0 is beyond the hologram, < 0 on the eye's side");
   if (hologram.nx != spec.resolution.x || hologram.ny != spec.resolution.y) {
     throw InputError("reconstruction: the hologram has " + std::to_string(hologram.nx) + " x " +
                      std::to_string(hologram.ny) + " samples, " +
@@ -37,9 +37,9 @@ void check(const FieldStack& hologram, const HologramSpec& spec, const Reconstru
                      " expected");
   }
   if (!std::isfinite(what.view.x) || !std::isfinite(what.view.y))
-    throw InputError("reconstruction: view must be two finite numbers");
+    throw InputError("view: must be two finite numbers");
   if (!positive(what.aperture.x) || !positive(what.aperture.y))
-    throw InputError("reconstruction: aperture must be > 0");
+    throw InputError("aperture: must be > 0");
 }
 
 }  // namespace
@@ -67,13 +67,12 @@ glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 ho
                         glm::dvec2 pitch_m) {
   if (!window_m) return hologram_size;
   if (!positive(window_m->x) || !positive(window_m->y))
-    throw InputError("picture: both sides of the window must be > 0");
+    throw InputError("window: both sides must be > 0");
   const glm::dvec2 samples = glm::max(glm::round(*window_m / pitch_m), 1.0);
-  if (samples.x * samples.y > 1e9)
-    throw InputError("picture: the window has more than 1e9 samples");
+  if (samples.x * samples.y > 1e9) throw InputError("window: it has more than 1e9 samples");
   // The limit of PNG
   if (std::max(samples.x, samples.y) > 1e6)
-    throw InputError("picture: a side of the window has more than 1e6 samples");
+    throw InputError("window: a side has more than 1e6 samples");
   return samples;
 }
 

@@ -125,8 +125,8 @@ typedef struct {
   float nx;  // unit length, facing the hologram
   float ny;
   float nz;
-  // Depth over the depth at which the lattice's pitch is p, so that every sample stands for the
-  // same solid angle
+  // Distance from the hologram's plane over that at which the lattice's pitch is p, so that every
+  // sample stands for the same solid angle
   float weight;
   float radiance;  // part that does not depend on the viewing direction
   float specular;
@@ -159,7 +159,7 @@ typedef struct {
   float amplitude[PATH_AMPLITUDE_TERMS];
 } SamplePath;
 
-// The lattice of rays from the hologram's centre. Ray (i, j) has the tangents (first_x + i + 0.5)
+// The lattice of rays from the eye, mostly the hologram's centre. Ray (i, j) has the tangents (first_x + i + 0.5)
 // step and (first_y + j + 0.5) step.
 typedef struct {
   int first_x;
@@ -170,9 +170,14 @@ typedef struct {
   float centre_x;  // centre of the hologram in the scene frame
   float centre_y;
   float centre_z;
+  float eye_x;  // where all rays come from: the same, or a point before the scene
+  float eye_y;
+  float eye_z;
   // Rays start here, just in front of the scene, so that rounding depends on the scene's size only
   float near_z;
-  float full_z;     // depth in the world at which the lattice's pitch is p
+  float full_z;      // distance from the eye at which the lattice's pitch is p
+  float steepest_x;  // tangents of rays to the window's parts are no larger
+  float steepest_y;
   float layer_gap;  // layers closer to each other than this along z are merged
   float bias;
   float reach;
@@ -189,7 +194,7 @@ typedef struct {
   float x_low;
   float y;
   float y_low;
-  float depth;  // distance of the sample behind the plane; negative in front of it
+  float depth;  // z of the sample minus that of the plane; negative in front of it
   float depth_low;
   float inverse_depth;  // 1 / depth, kept finite
   // Where the chief ray meets the plane
@@ -199,7 +204,9 @@ typedef struct {
   float centre_y_low;
   float half_x;  // half width of the footprint on the plane
   float half_y;
-  float scale_x;  // half windows of the tile per metre of the plane
+  // Half windows of the tile per metre of the plane; negative where the hologram lies behind the
+  // sample
+  float scale_x;
   float scale_y;
   float amplitude;  // without highlights
   float tilt_x;     // Sample::tilt per metre on the plane
@@ -257,6 +264,12 @@ typedef struct {
   float apodization_rate_y;
   float sine_limit_x;  // largest sine that the SLM's pixels can show
   float sine_limit_y;
+  // Sine of the light on the SLM at the window's centre, from which the limit counts, and by how
+  // much it falls to the window's edge
+  float reference_x;
+  float reference_y;
+  float reference_fall_x;
+  float reference_fall_y;
   // Lattice tangent of the first column's centre, its step per pixel, and the largest difference
   // between a pixel's tangent and those of the samples that it gathers
   float tangent_x;
@@ -295,6 +308,9 @@ typedef struct {
   float hologram_z_low;
   float z0;  // distance from the tile
   float z0_low;
+  // 1; -1: it stands for the mirror image, through the hologram's plane, of samples before the
+  // hologram
+  float side;
   float begin_z;  // it gathers the samples with begin_z <= z < end_z
   float end_z;
   float turns_hi;  // 1 / wavelength
@@ -321,6 +337,12 @@ typedef struct {
   float lines_tolerance;   // relative error up to which a sample has fewer
   float sine_limit_x;      // largest sine that the SLM's pixels can show
   float sine_limit_y;
+  // Sine of the light on the SLM at the tile's origin, from which the limit counts, and by how much
+  // it falls per metre; y downwards, of mirror images with the opposite sign
+  float reference_x;
+  float reference_y;
+  float reference_fall_x;
+  float reference_fall_y;
   float per_cut_x;  // 1 / width, on the tile, of the step there
   float per_cut_y;
   int knots;  // 8, 16 or 32 (kernels/gather/compact_layout.h)

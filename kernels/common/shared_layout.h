@@ -97,8 +97,13 @@
   MEMBER(Lattice, centre_x)               \
   MEMBER(Lattice, centre_y)               \
   MEMBER(Lattice, centre_z)               \
+  MEMBER(Lattice, eye_x)                  \
+  MEMBER(Lattice, eye_y)                  \
+  MEMBER(Lattice, eye_z)                  \
   MEMBER(Lattice, near_z)                 \
   MEMBER(Lattice, full_z)                 \
+  MEMBER(Lattice, steepest_x)             \
+  MEMBER(Lattice, steepest_y)             \
   MEMBER(Lattice, layer_gap)              \
   MEMBER(Lattice, bias)                   \
   MEMBER(Lattice, reach)                  \
@@ -169,6 +174,10 @@
   MEMBER(GatherPlane, apodization_rate_y) \
   MEMBER(GatherPlane, sine_limit_x)       \
   MEMBER(GatherPlane, sine_limit_y)       \
+  MEMBER(GatherPlane, reference_x)        \
+  MEMBER(GatherPlane, reference_y)        \
+  MEMBER(GatherPlane, reference_fall_x)   \
+  MEMBER(GatherPlane, reference_fall_y)   \
   MEMBER(GatherPlane, tangent_x)          \
   MEMBER(GatherPlane, tangent_y)          \
   MEMBER(GatherPlane, tangent_step_x)     \
@@ -196,6 +205,7 @@
   MEMBER(CompactPlane, hologram_z_low)    \
   MEMBER(CompactPlane, z0)                \
   MEMBER(CompactPlane, z0_low)            \
+  MEMBER(CompactPlane, side)              \
   MEMBER(CompactPlane, begin_z)           \
   MEMBER(CompactPlane, end_z)             \
   MEMBER(CompactPlane, turns_hi)          \
@@ -220,6 +230,10 @@
   MEMBER(CompactPlane, lines_tolerance)   \
   MEMBER(CompactPlane, sine_limit_x)      \
   MEMBER(CompactPlane, sine_limit_y)      \
+  MEMBER(CompactPlane, reference_x)       \
+  MEMBER(CompactPlane, reference_y)       \
+  MEMBER(CompactPlane, reference_fall_x)  \
+  MEMBER(CompactPlane, reference_fall_y)  \
   MEMBER(CompactPlane, per_cut_x)         \
   MEMBER(CompactPlane, per_cut_y)         \
   MEMBER(CompactPlane, knots)             \

@@ -116,7 +116,7 @@ static inline void polar_field(const Field* field, int nx, int i, int row, float
                                floatv* turns) {
   floatv re, im;
 #if RAYWAVE_TRANSFORMED
-  load_some_complex(transformed_row(field, row) + i, nx - i, &re, &im);
+  load_transformed(field, transformed_row(field, row) + i, nx - i, &re, &im);
   polar(re, im, amplitude, turns);
   *amplitude *= transformed_share(field, i, row);
   *turns += reference_turns(field, i, row);

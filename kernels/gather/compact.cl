@@ -12,6 +12,10 @@
 // polynomials and smooth the mask. The bell is divided out at the hologram, and makes footprints
 // end quickly.
 //
+// Samples before the hologram (z < 0) light planes of their own, as their mirror images through the
+// hologram's plane: their waves on the tile are the conjugates of those of the mirror images
+// (kernels/propagate/transformed.h). Directions in which they shine are their own.
+//
 // (u, v) and pixels (x, y) of the plane count from the tile's pixel (size / 2), v and y downwards.
 // The plane is periodic: pixel (x, y) lies in column x modulo nx and row y modulo ny.
 //
@@ -53,10 +57,10 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
 
   // The pixels that samples of this layer light
   const floatv x = s.surface.x - plane.origin_x, y = plane.origin_y - s.surface.y,
-               z = s.surface.z - plane.hologram_z;
+               z = plane.side * (s.surface.z - plane.hologram_z);
   const intv is_here = (plane.begin_z <= s.surface.z) & (s.surface.z < plane.end_z);
-  const floatv tangent_x = -x / z, half_x = 0.5f * plane.period_x / z, tangent_y = y / z,
-               half_y = 0.5f * plane.period_y / z;
+  const floatv tangent_x = -plane.side * x / z, half_x = 0.5f * plane.period_x / z,
+               tangent_y = plane.side * y / z, half_y = 0.5f * plane.period_y / z;
   const intv shines = shine_within(lights, lit, index, count, s.radiance, &s.surface, tangent_x,
                                    half_x, tangent_y, half_y);
   const floatv margin = LANES_SELECT(
@@ -115,8 +119,9 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
                          ds_minus(ds(s.surface.x, zero), ds(plane.origin_x, plane.origin_x_low)),
                      far_y =
                          ds_minus(ds(plane.origin_y, plane.origin_y_low), ds(s.surface.y, zero)),
-                     far_z = ds_minus(ds(s.surface.z, zero),
-                                      ds(plane.hologram_z, plane.hologram_z_low)),
+                     far_z = ds_times(ds_minus(ds(s.surface.z, zero),
+                                               ds(plane.hologram_z, plane.hologram_z_low)),
+                                      ds((floatv)(plane.side), zero)),
                      z0 = ds(plane.z0, plane.z0_low), rate = ds(plane.turns_hi, plane.turns_lo);
   const DoubleSingle3 path = {far_x, far_y, far_z};
   const DoubleSingle length = ds_sqrt(ds3_dot(path, path)), nearer = ds_minus(z0, length);
@@ -215,10 +220,12 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
     floatv share_right = 1.0f, share_left = 1.0f;
     if (cut) {
       const float far = (float)(seen->x * seen->x + seen->z * seen->z);
-      share_right =
-          shown_share(v - y, sqrt((v - y) * (v - y) + far), plane.sine_limit_y, plane.per_cut_y);
-      share_left =
-          shown_share(v + y, sqrt((v + y) * (v + y) + far), plane.sine_limit_y, plane.per_cut_y);
+      share_right = shown_share(v - y, sqrt((v - y) * (v - y) + far),
+                                plane.reference_y - v * plane.reference_fall_y, plane.sine_limit_y,
+                                plane.per_cut_y);
+      share_left = shown_share(-v - y, sqrt((v + y) * (v + y) + far),
+                               plane.reference_y + v * plane.reference_fall_y, plane.sine_limit_y,
+                               plane.per_cut_y);
     }
     floatv re, im;
     cos_sin_turns(right + (float)seen->turns, &re, &im);
@@ -235,7 +242,8 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
   cos_sin_turns(middle_turns + (float)seen->turns, &middle_re, &middle_im);
   const float middle_share =
       !cut ? 1.0f
-           : LANES_FIRST(shown_share((floatv)(y), (floatv)((float)seen->length), plane.sine_limit_y,
+           : LANES_FIRST(shown_share((floatv)(-y), (floatv)((float)seen->length),
+                                     (floatv)(plane.reference_y), plane.sine_limit_y,
                                      plane.per_cut_y));
 
 #if !LIGHT_AT_NODES
@@ -248,7 +256,7 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
     floatv turned, weight;
     light_on_place(&p, u, v, &turned, &weight);
     if (!rough) {
-      const float z = (float)seen->z;
+      const float z = plane.side * (float)seen->z;
       weight *= amplitude_towards(lights, p.lit, sample, p.plain, shines, (u - (float)seen->x) / z,
                                   (y - v) / z);
     }

@@ -3,7 +3,10 @@
 // crosses it on the way into the hologram's window,
 //   sqrt(radiance) weight / r * exp(2 pi i (r / wavelength + phase(sample, frame))).
 // Samples in front of the plane send converging waves: both r have the opposite sign, since a wave
-// turns by half a period in its focus. For a partly hidden sample, only the parts of the window
+// turns by half a period in its focus. Phases of samples before the hologram are drawn with the
+// opposite sign, and all of their waves have it (phases.h): where they meet the hologram they are
+//   sqrt(radiance) weight / |r| * exp(-2 pi i (|r| / wavelength + phase)).
+// For a partly hidden sample, only the parts of the window
 // count that its visibility mask contains (visibility.h). Highlights are shaded for the true
 // direction of each pixel. A plane at the hologram itself gathers every sample at every pixel: the
 // point-based method.
@@ -107,6 +110,10 @@ static inline float visible_share(__global const uint* visibility, int i, int j)
 #endif
 }
 
+// True for samples before the hologram, z < 0: light from them on to the eye comes from the other
+// side of the hologram's middle.
+static inline bool is_before_hologram(const ProjectedSample* p) { return p->scale_x < 0.0f; }
+
 // Distances between light and a pixel are at least this long.
 static inline float nearest_to(const GatherPlane* plane) {
   return 0x1p-10f * fmin(plane->pitch_x, plane->pitch_y);
@@ -159,9 +166,10 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   const float distance = fmax(fabs(p.depth), nearest_to(&plane));
   p.inverse_depth = copysign(1.0f / distance, p.depth);
   const float from_hologram = LANES_FIRST(ds_high(away));
-  const float narrowed = distance / from_hologram;
-  p.scale_x = 1.0f / (lattice.half_width * narrowed);
-  p.scale_y = 1.0f / (lattice.half_height * narrowed);
+  const float narrowed = distance / fabs(from_hologram);
+  const float side = from_hologram < 0.0f ? -1.0f : 1.0f;
+  p.scale_x = side / (lattice.half_width * narrowed);
+  p.scale_y = side / (lattice.half_height * narrowed);
   p.amplitude = sqrt(s.radiance) * s.weight;
   p.tilt_x = s.tilt_x * p.inverse_depth;
   p.tilt_y = s.tilt_y * p.inverse_depth;
@@ -172,8 +180,8 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   p.profile = s.profile;
   p.tangent_x = LANES_FIRST(ds_high(tangent_x));
   p.tangent_y = LANES_FIRST(ds_high(tangent_y));
-  p.half_tangent_x = lattice.half_width / from_hologram;
-  p.half_tangent_y = lattice.half_height / from_hologram;
+  p.half_tangent_x = lattice.half_width / fabs(from_hologram);
+  p.half_tangent_y = lattice.half_height / fabs(from_hologram);
 
   // Its footprint, and the chief ray's phase and direction for plane-wave samples.
   const FootprintAxis axis_x =
@@ -229,9 +237,9 @@ static inline void plane_wave_axes(__global const Light* lights, __global const 
                                    __global const Sample* sample, const ProjectedSample* p,
                                    const GatherPlane* plane, PlaneWaves* x, PlaneWaves* y) {
   plane_waves_of(x, p->hidden, p->tangent_x, p->half_tangent_x, p->half_x, p->depth,
-                 gathered_x(plane), plane->turns_hi);
+                 gathered_x(plane, is_before_hologram(p)), plane->turns_hi);
   plane_waves_of(y, p->hidden, p->tangent_y, p->half_tangent_y, p->half_y, p->depth,
-                 gathered_y(plane), plane->turns_hi);
+                 gathered_y(plane, is_before_hologram(p)), plane->turns_hi);
   float best_x = p->tangent_x, best_y = p->tangent_y;
   float best = LANES_FIRST(amplitude_towards(lights, lit, sample, p->amplitude, p->specular,
                                              (floatv)(best_x), (floatv)(best_y)));
@@ -393,7 +401,10 @@ static inline void gather_plane_waves(__global const float* profiles,
     floatv re = 0.0f, im = 0.0f;
     bool any = false;
     for (int i = 0; i < PLANE_WAVE_PARTS; ++i) {
-      const float share = visible_share(visibility, i, j);
+      const float share =
+          is_before_hologram(p)
+              ? visible_share(visibility, PLANE_WAVE_PARTS - 1 - i, PLANE_WAVE_PARTS - 1 - j)
+              : visible_share(visibility, i, j);
       if (share <= 0.0f) continue;
       re += share * LANES_LOAD(column + (size_t)i * size);
       im += share * LANES_LOAD(column + (size_t)i * size + plane->room_x);
@@ -430,6 +441,12 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
   intv inside_x = (across <= plane->cone_x) & (column < plane->nx);
   const floatv edge_x = apodization_weights(across, plane->cone_x, plane->apodization_rate_x);
   const float sign = p->depth < 0.0f ? -1.0f : 1.0f;
+#if RAYWAVE_SINE_LIMIT
+  // Of the light that the SLM is lit with, where this light meets it
+  const floatv reference_x =
+      plane->reference_x - off_chief * (sign * p->scale_x * plane->reference_fall_x);
+  const float reference_rate_y = sign * p->scale_y * plane->reference_fall_y;
+#endif
 #if RAYWAVE_PATHS
   // Where the light meets the window, in half sides
   const float to_window_y = sign * p->scale_y * plane->visibility_scale_y;
@@ -495,8 +512,9 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
     const floatv inverse_length = 1.0f / fmax(length, nearest_to(plane));
     intv counts = inside_x;
 #if RAYWAVE_SINE_LIMIT
-    counts &= (fabs(dx) * inverse_length <= plane->sine_limit_x) &
-              (fabs(dy) * inverse_length <= plane->sine_limit_y);
+    const float reference_y = plane->reference_y - off_chief_y * reference_rate_y;
+    counts &= (fabs(sign * dx * inverse_length - reference_x) <= plane->sine_limit_x) &
+              (fabs(sign * dy * inverse_length - reference_y) <= plane->sine_limit_y);
 #endif
     floatv share = edge_x * edge_y;
 #if RAYWAVE_VISIBILITY_PARTS > 0
@@ -585,11 +603,14 @@ __kernel void gather(__global const Light* lights, __global const Sample* sample
   // Cells whose samples' footprints can touch the tile, with one more on each side against
   // rounding.
   const float cells = 1.0f / lattice.step;
-  const float low_x = plane.tangent_x + plane.tangent_step_x * (float)first - plane.window_x;
-  const float high_x =
-      plane.tangent_x + plane.tangent_step_x * (float)(first + RAYWAVE_LANES - 1) + plane.window_x;
-  const float low_y = plane.tangent_y - plane.tangent_step_y * (float)bottom - plane.window_y;
-  const float high_y = plane.tangent_y - plane.tangent_step_y * (float)top + plane.window_y;
+  const float left_x = plane.tangent_x + plane.tangent_step_x * (float)first;
+  const float right_x = plane.tangent_x + plane.tangent_step_x * (float)(first + RAYWAVE_LANES - 1);
+  const float bottom_y = plane.tangent_y - plane.tangent_step_y * (float)bottom;
+  const float top_y = plane.tangent_y - plane.tangent_step_y * (float)top;
+  const float low_x = fmin(left_x, right_x) - plane.window_x,
+              high_x = fmax(left_x, right_x) + plane.window_x,
+              low_y = fmin(bottom_y, top_y) - plane.window_y,
+              high_y = fmax(bottom_y, top_y) + plane.window_y;
   const int cell_left = max((int)clamp(low_x * cells - (float)lattice.first_x, -2.0f, 1e9f) - 1, 0);
   const int cell_right =
       min((int)clamp(high_x * cells - (float)lattice.first_x, -2.0f, 1e9f) + 1, lattice.nx - 1);

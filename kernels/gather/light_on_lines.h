@@ -12,13 +12,17 @@
 #include "kernels/samples/visibility.h"
 
 // A smooth step where light becomes too steep for the pixels, as wide as 1 / per_cut.
-static inline floatv shown_share(floatv offset, floatv length, float sine_limit, float per_cut) {
+//
+// reference  sine of the light on the SLM, there
+static inline floatv shown_share(floatv offset, floatv length, floatv reference, float sine_limit,
+                                 float per_cut) {
 #if RAYWAVE_SINE_LIMIT
-  const floatv e = clamp((sine_limit * length - fabs(offset)) * per_cut + CUT_BEFORE,
-                         (floatv)(0.0f), (floatv)(1.0f));
+  const floatv e =
+      clamp((sine_limit * length - fabs(offset - reference * length)) * per_cut + CUT_BEFORE,
+            (floatv)(0.0f), (floatv)(1.0f));
   return e * e * (3.0f - 2.0f * e);
 #else
-  (void)offset, (void)length, (void)sine_limit, (void)per_cut;
+  (void)offset, (void)length, (void)reference, (void)sine_limit, (void)per_cut;
   return 1.0f;
 #endif
 }
@@ -196,11 +200,14 @@ static inline floatv rough_amplitude(const Profiled* p, bool cut, bool rough, bo
   const floatv offset = u - x;
   const float down = v - y;
   floatv amplitude = 1.0f;
-  if (rough)
-    amplitude = amplitude_towards(p->lights, p->lit, p->sample, p->plain, shines, offset / z,
-                                  (floatv)(-down / z));
+  if (rough) {
+    const float forwards = p->plane->side * z;
+    amplitude = amplitude_towards(p->lights, p->lit, p->sample, p->plain, shines, offset / forwards,
+                                  (floatv)(-down / forwards));
+  }
   if (cut)
     amplitude *= shown_share(offset, sqrt(offset * offset + down * down + z * z),
+                             p->plane->reference_x - u * p->plane->reference_fall_x,
                              p->plane->sine_limit_x, p->plane->per_cut_x);
   return amplitude;
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The random phases of the samples, for every kernel file that gathers them.
 //
-// draw_phases  phasors[frame * sample_count + i]: exp(i phase) of sample i in that frame
+// draw_phases  phasors[frame * sample_count + i]: exp(i phase) of sample i in that frame;
+//              -exp(-i phase) of samples with z < turned_below
 #ifndef RAYWAVE_PHASES_H
 #define RAYWAVE_PHASES_H
 
@@ -11,7 +12,7 @@
 #include "kernels/common/shared.h"
 
 __kernel void draw_phases(__global const Sample* samples, int sample_count, int frames, uint seed,
-                          __global float2* phasors) {
+                          float turned_below, __global float2* phasors) {
   const int index = (int)get_global_id(0);
   if (index >= sample_count) return;
   for (int frame = 0; frame < frames; ++frame) {
@@ -20,7 +21,8 @@ __kernel void draw_phases(__global const Sample* samples, int sample_count, int 
     float cs[RAYWAVE_LANES], ss[RAYWAVE_LANES];
     LANES_STORE(c, cs);
     LANES_STORE(s, ss);
-    phasors[(size_t)frame * (size_t)sample_count + (size_t)index] = (float2)(cs[0], ss[0]);
+    phasors[(size_t)frame * (size_t)sample_count + (size_t)index] =
+        (float2)(samples[index].z < turned_below ? -cs[0] : cs[0], ss[0]);
   }
 }
 

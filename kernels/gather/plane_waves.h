@@ -27,18 +27,30 @@
 
 DEFINE_APODIZATION(apodization_weights, floatv)
 
-// The members of GatherPlane that belong to one axis.
+// The members of GatherPlane that belong to one axis. Of samples before the hologram the larger
+// sines belong to the smaller places on it: parts of the window count from the other side.
 typedef struct {
-  float cone, apodization_rate, sine_limit, visibility_scale, visibility_shift;
+  float cone, apodization_rate, sine_limit, reference, reference_fall, visibility_scale,
+      visibility_shift;
 } Gathered;
-static inline Gathered gathered_x(const GatherPlane* plane) {
-  const Gathered x = {plane->cone_x, plane->apodization_rate_x, plane->sine_limit_x,
-                      plane->visibility_scale_x, plane->visibility_shift_x};
+static inline Gathered gathered_x(const GatherPlane* plane, bool is_reversed) {
+  const Gathered x = {plane->cone_x,
+                      plane->apodization_rate_x,
+                      plane->sine_limit_x,
+                      plane->reference_x,
+                      is_reversed ? -plane->reference_fall_x : plane->reference_fall_x,
+                      plane->visibility_scale_x,
+                      is_reversed ? -plane->visibility_shift_x : plane->visibility_shift_x};
   return x;
 }
-static inline Gathered gathered_y(const GatherPlane* plane) {
-  const Gathered y = {plane->cone_y, plane->apodization_rate_y, plane->sine_limit_y,
-                      plane->visibility_scale_y, plane->visibility_shift_y};
+static inline Gathered gathered_y(const GatherPlane* plane, bool is_reversed) {
+  const Gathered y = {plane->cone_y,
+                      plane->apodization_rate_y,
+                      plane->sine_limit_y,
+                      plane->reference_y,
+                      is_reversed ? -plane->reference_fall_y : plane->reference_fall_y,
+                      plane->visibility_scale_y,
+                      is_reversed ? -plane->visibility_shift_y : plane->visibility_shift_y};
   return y;
 }
 
@@ -85,7 +97,8 @@ static inline void plane_waves_of(PlaneWaves* waves, bool in_parts, float centre
     const floatv bend = c0 + s0 * (s0 + sine) / (c0 + cosine);
     const floatv at = d * bend / (c0 * cosine * half_tangent);  // on the hologram, in half windows
     floatv weight = step / cosine * apodization_weights(fabs(at), axis.cone, axis.apodization_rate);
-    weight = LANES_SELECT((floatv)(0.0f), weight, fabs(sine) <= axis.sine_limit);
+    const floatv from_reference = sine - (axis.reference - at * axis.reference_fall);
+    weight = LANES_SELECT((floatv)(0.0f), weight, fabs(from_reference) <= axis.sine_limit);
     floatv c, s;
     cos_sin_turns(-depth * turns_per_metre * d * d * bend / (c0 * (c0 + cosine)), &c, &s);
     LANES_STORE(weight * c, waves->re + n);

@@ -267,8 +267,12 @@ static inline intv is_cut(floatv x, floatv y, floatv z, float half_x, float half
 #if RAYWAVE_SINE_LIMIT
   const floatv across = fabs(x) + half_x, up = fabs(y) + half_y;
   const floatv x_length = sqrt(across * across + z * z), y_length = sqrt(up * up + z * z);
-  return ((plane->sine_limit_x * x_length - across) * plane->per_cut_x < 1.0f - CUT_BEFORE) |
-         ((plane->sine_limit_y * y_length - up) * plane->per_cut_y < 1.0f - CUT_BEFORE);
+  const float limit_x = plane->sine_limit_x - fabs(plane->reference_x) -
+                        half_x * fabs(plane->reference_fall_x),
+              limit_y = plane->sine_limit_y - fabs(plane->reference_y) -
+                        half_y * fabs(plane->reference_fall_y);
+  return ((limit_x * x_length - across) * plane->per_cut_x < 1.0f - CUT_BEFORE) |
+         ((limit_y * y_length - up) * plane->per_cut_y < 1.0f - CUT_BEFORE);
 #else
   (void)x, (void)y, (void)z, (void)half_x, (void)half_y, (void)plane;
   return LANES_INDEX < 0;

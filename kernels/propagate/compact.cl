@@ -20,7 +20,7 @@ __kernel void finish(TRANSFORMED_PARAMETERS, int field_nx, int field_ny, int acc
     floatv c, s, re, im;
     cos_sin_turns(reference_turns(&from, i, row), &c, &s);
     const floatv share = transformed_share(&from, i, row);
-    load_some_complex(source + i, field_nx - i, &re, &im);
+    load_transformed(&from, source + i, field_nx - i, &re, &im);
     floatv sum_re = share * (re * c - im * s), sum_im = share * (re * s + im * c);
     if (accumulate) {
       floatv old_re, old_im;

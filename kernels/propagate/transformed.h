@@ -3,6 +3,8 @@
 // of compact propagation (docs/pipeline.md) makes the field of it:
 //   field = transform exp(2 pi i c / wavelength) / (bell(u) bell(v) nx ny),
 //   c = sqrt(z0^2 + u^2 + v^2).
+// A plane of samples before the hologram, z0 < 0, holds their mirror images through the hologram's
+// plane: the field is the conjugate of that with -z0.
 // The phase in turns is P(u) + Q(v) - R(u, v): P and Q contain the parabola's u^2 / (2 z0
 // wavelength), reduced on the host in double. R = depth (sqrt(1 + a) - 1)^2 is what sphere and
 // parabola differ by, with a = (u^2 + v^2) / z0^2 and depth = z0 / (2 wavelength). OpenCL C 1.2.
@@ -26,16 +28,18 @@ typedef struct {
   const __global float* share_x;   // 1 / (bell(u) nx)
   const __global float* share_y;   // 1 / (bell(v) ny)
   float depth;
+  float side;  // -1: z0 < 0; 1
 } Transformed;
 
 // Passed by TransformedPlane (host/propagate/tile_field.hpp).
-#define TRANSFORMED_PARAMETERS                                                          \
-  const __global float2 *restrict plane, int row_stride, int first,                     \
-      const __global float *restrict phase_x, const __global float *restrict phase_y,   \
-      const __global float *restrict square_x, const __global float *restrict square_y, \
-      const __global float *restrict share_x, const __global float *restrict share_y, float depth
+#define TRANSFORMED_PARAMETERS                                                                     \
+  const __global float2 *restrict plane, int row_stride, int first,                                \
+      const __global float *restrict phase_x, const __global float *restrict phase_y,              \
+      const __global float *restrict square_x, const __global float *restrict square_y,            \
+      const __global float *restrict share_x, const __global float *restrict share_y, float depth, \
+      float side
 #define TRANSFORMED_OF_PARAMETERS \
-  { plane, row_stride, first, phase_x, phase_y, square_x, square_y, share_x, share_y, depth }
+  { plane, row_stride, first, phase_x, phase_y, square_x, square_y, share_x, share_y, depth, side }
 
 // Reduced turns of R.
 static inline floatv sphere_beyond_parabola(floatv square_x, float square_y, float depth) {
@@ -49,6 +53,13 @@ static inline floatv sphere_beyond_parabola(floatv square_x, float square_y, flo
   const floatv t = a / (1.0f + sqrt(1.0f + a));
   return turns_reduced(depth * (t * t));
 #endif
+}
+
+// The transform at some pixels of a row that begins at `source`; the rest is zero.
+static inline void load_transformed(const Transformed* from, const __global float2* source,
+                                    int count, floatv* re, floatv* im) {
+  load_some_complex(source, count, re, im);
+  *im *= from->side;
 }
 
 // Turns of the reference wave at the pixels of a row from column i on.

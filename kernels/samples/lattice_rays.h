@@ -20,8 +20,8 @@ static inline Rays lattice_rays(const Lattice* lattice, floatv tangent_x, floatv
   rays.dx = tangent_x;
   rays.dy = tangent_y;
   rays.dz = 1.0f;
-  rays.ox = lattice->centre_x + (lattice->near_z - lattice->centre_z) * rays.dx;
-  rays.oy = lattice->centre_y + (lattice->near_z - lattice->centre_z) * rays.dy;
+  rays.ox = lattice->eye_x + (lattice->near_z - lattice->eye_z) * rays.dx;
+  rays.oy = lattice->eye_y + (lattice->near_z - lattice->eye_z) * rays.dy;
   rays.oz = lattice->near_z;
   rays.t_min = 0.0f;
   rays.t_max = lattice->reach;

@@ -556,13 +556,12 @@ CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const Pat
     path->rest[0] = 0.5f * (chief->bend[0] - rate * (1.0f - dx * dx)) * wx * wx;
     path->rest[1] = (chief->bend[1] + rate * dx * dy) * wx * wy;
     path->rest[2] = 0.5f * (chief->bend[2] - rate * (1.0f - dy * dy)) * wy * wy;
-  } else {
-    for (int term = 0; term < PATH_TERMS; ++term) {
-      __global const float* row = cell->fit + PATH_FIT_ROWS + 2 * PATH_NODES * term;
-      path->rest[term] = fitted(row, at.rest_x) + fitted(row + PATH_NODES, at.rest_y);
-    }
+    return false;
   }
-  if (LANES_ANY(failed)) return false;
+  for (int term = 0; term < PATH_TERMS; ++term) {
+    __global const float* row = cell->fit + PATH_FIT_ROWS + 2 * PATH_NODES * term;
+    path->rest[term] = fitted(row, at.rest_x) + fitted(row + PATH_NODES, at.rest_y);
+  }
   for (int term = 0; term < PATH_AMPLITUDE_TERMS; ++term)
     path->amplitude[term] =
         fitted(cell->fit + PATH_FIT_AMPLITUDE + PATH_NODES * term, at.amplitude);

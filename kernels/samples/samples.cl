@@ -63,7 +63,7 @@ static inline Hit hit_of_lane(const Layers* layers, int layer, int lane) {
 
 // Distance within which hits belong to the same layer: what a slope of 80 degrees spans in a cell.
 static inline float layer_reach(const Lattice* lattice, float t) {
-  return 4.0f * lattice->step * (t + (lattice->near_z - lattice->centre_z));
+  return 4.0f * lattice->step * fabs(t + (lattice->near_z - lattice->eye_z));
 }
 
 // Cosine to the ray below which a layer is steep, and cosine between normals above which two hits
@@ -89,9 +89,9 @@ static inline Sheet sheet_of(const SceneArrays* scene, const Lattice* lattice, c
   sheet.reach = layer_reach(lattice, hit->t);
   sheet.normal = normalize(triangle_cross(&scene->tree, hit->triangle));
   sheet.steep = fabs(sheet.normal.x * dx + sheet.normal.y * dy + sheet.normal.z) < STEEP;
-  const float depth = hit->t + (lattice->near_z - lattice->centre_z);
-  sheet.at = (float3)(lattice->centre_x + depth * dx, lattice->centre_y + depth * dy,
-                      lattice->centre_z + depth);
+  const float depth = hit->t + (lattice->near_z - lattice->eye_z);
+  sheet.at =
+      (float3)(lattice->eye_x + depth * dx, lattice->eye_y + depth * dy, lattice->eye_z + depth);
   sheet.packet_column = packet_column;
   sheet.row = row;
   return sheet;
@@ -314,7 +314,7 @@ static inline Centroid centroid_of(const Lattice* lattice, const Hits* parts, co
     const Hits* hits = parts + packet;
     const floatv share = light > 0.0f ? lights[packet] / light : even;
     const floatv weight = LANES_SELECT(none, share, hits->triangle >= 0);
-    const floatv nearness = weight / (hits->t + (lattice->near_z - lattice->centre_z));
+    const floatv nearness = weight / (hits->t + (lattice->near_z - lattice->eye_z));
     floatv right, upwards;
     part_places(packet, &right, &upwards);
     centroid.across += lanes_float_sum(weight * (right - 0.5f));
@@ -335,9 +335,9 @@ static inline void move_to_centroid(const Lattice* lattice, const Centroid* cent
               to_y = centre_dy + clamp(centroid->up, -0.5f, 0.5f) * lattice->step;
   if (fabs(to_x - dx) < 1e-6f * lattice->step && fabs(to_y - dy) < 1e-6f * lattice->step) return;
   const float there = t + centroid->beyond / centroid->nearness,
-              start = lattice->near_z - lattice->centre_z;
-  sample->x = lattice->centre_x + start * to_x + there * to_x;
-  sample->y = lattice->centre_y + start * to_y + there * to_y;
+              start = lattice->near_z - lattice->eye_z;
+  sample->x = lattice->eye_x + start * to_x + there * to_x;
+  sample->y = lattice->eye_y + start * to_y + there * to_y;
   sample->z = lattice->near_z + there;
 }
 #endif
@@ -372,9 +372,13 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
                        const Hit* hit, float dx, float dy, const Hits* parts, int covered, int seen,
                        const Shaded* shaded, int lane, Cell* cell) {
   uint keys[RAYWAVE_LANES];
-  LANES_STORE(cell_key((intv)(lattice->first_x + column), (intv)(lattice->first_y + row),
-                       (intv)(cell->rank)),
-              keys);
+  int key_x = lattice->first_x + column, key_y = lattice->first_y + row;
+  // A surface and its mirror image beyond the hologram share their phases.
+  if (shaded->z[lane] < lattice->eye_z) {
+    key_x = -1 - key_x;
+    key_y = -1 - key_y;
+  }
+  LANES_STORE(cell_key((intv)(key_x), (intv)(key_y), (intv)(cell->rank)), keys);
   OccluderCache* occluder_cache = cell->occluder_cache + min(cell->rank, OCCLUDER_CACHES - 1);
   if (!RAYWAVE_KEEP_UNSEEN && (covered == 0 || seen == 0)) {
     ++cell->rank;
@@ -458,7 +462,7 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   (void)parts;
 #endif
   const float own = (RAYWAVE_ANTIALIAS ? (float)covered / (float)PARTS : 1.0f) * shaded->own[lane];
-  sample.weight = (sample.z - lattice->centre_z) / lattice->full_z;
+  sample.weight = fabs(sample.z - lattice->eye_z) / lattice->full_z;
   sample.radiance = radiance[0] * own;
   sample.specular = shaded->specular[0][lane] * own;
   sample.shininess = shaded->shininess[lane];
@@ -467,8 +471,8 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   sample.profile = 0;
   sample.path = -1;
   const float3 to_centre =
-      (float3)((lattice->centre_x - sample.x) / (sample.z - lattice->centre_z),
-               (lattice->centre_y - sample.y) / (sample.z - lattice->centre_z), -1.0f);
+      (float3)((lattice->eye_x - sample.x) / (sample.z - lattice->eye_z),
+               (lattice->eye_y - sample.y) / (sample.z - lattice->eye_z), -1.0f);
   if (dot(face, to_centre) < 0.0f) face = -face;
   face /= fmax(dot(face, to_centre), 1e-6f);
   sample.tilt_x = face.x;
@@ -557,7 +561,7 @@ CALLED void find_whole_cells(const SceneArrays* scene, const Lattice* lattice, c
                        of_lane == 1) >= 0;
       const intv met = parts.triangle[i] >= 0;
       if (!LANES_ANY(hit | met)) break;
-      const floatv reach = 4.0f * lattice->step * (at + (lattice->near_z - lattice->centre_z));
+      const floatv reach = 4.0f * lattice->step * fabs(at + (lattice->near_z - lattice->eye_z));
       differ |= (hit != met) | (hit & (fabs(parts.t[i] - at) >= reach));
     }
     int differs[RAYWAVE_LANES];
@@ -579,8 +583,7 @@ static inline Places place_of(const Lattice* lattice, int column, int row, float
   Places place;
   place.left = place.right = (float)column + 0.5f;
   place.bottom = place.top = (float)row + 0.5f;
-  place.nearness =
-      1.0f / (t + (lattice->near_z - lattice->centre_z) + 0.5f * BEHIND * lattice->bias);
+  place.nearness = 1.0f / (t + (lattice->near_z - lattice->eye_z) + 0.5f * BEHIND * lattice->bias);
   return place;
 }
 

@@ -36,15 +36,19 @@ typedef struct {
 // Rays to the middles of parts (i, j), from points on surfaces with unit normals (nx, ny, nz).
 static inline Rays rays_to_parts(const Lattice* lattice, floatv x, floatv y, floatv z, floatv nx,
                                  floatv ny, floatv nz, intv i, intv j) {
-  const floatv rate = 1.0f / (z - lattice->centre_z);
+  // A surface in the hologram's plane itself is seen along the steepest rays, but for one part.
+  const floatv away = z - lattice->centre_z;
+  const floatv rate = 1.0f / LANES_SELECT(away, (floatv)(1e-9f), fabs(away) < 1e-9f);
   const floatv across = (2.0f * LANES_TO_FLOAT(i) + 1.0f) / (float)RAYWAVE_VISIBILITY_PARTS - 1.0f;
   const floatv up = (2.0f * LANES_TO_FLOAT(j) + 1.0f) / (float)RAYWAVE_VISIBILITY_PARTS - 1.0f;
   Rays ray;
   ray.ox = x + lattice->bias * nx;
   ray.oy = y + lattice->bias * ny;
   ray.oz = z + lattice->bias * nz;
-  ray.dx = (lattice->centre_x - x + across * lattice->half_width) * rate;
-  ray.dy = (lattice->centre_y - y + up * lattice->half_height) * rate;
+  ray.dx = clamp((lattice->centre_x - x + across * lattice->half_width) * rate,
+                 -lattice->steepest_x, lattice->steepest_x);
+  ray.dy = clamp((lattice->centre_y - y + up * lattice->half_height) * rate, -lattice->steepest_y,
+                 lattice->steepest_y);
   ray.dz = -1.0f;
   ray.t_min = 0.0f;
   ray.t_max = fmax(z - lattice->near_z, (floatv)(0.0f));

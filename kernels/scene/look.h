@@ -231,8 +231,8 @@ static inline intv is_there(const Tree* tree, int index, floatv u, floatv v, int
   for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
     if (!there[lane]) continue;
     const float alpha = alpha_at(tree, triangle, m, 1.0f - us[lane] - vs[lane], us[lane], vs[lane]);
-    // The numbers that blending draws are below 1; where alpha is 0 nothing is ever there
-    there[lane] = alpha >= leasts[lane] && alpha > 0.0f;
+    // The numbers that blending draws are 0 to 1, without 1: where alpha is 0 nothing is there
+    there[lane] = alpha >= leasts[lane] && (alpha > 0.0f || m->alpha_mode != ALPHA_BLEND);
   }
   return hit & (LANES_LOAD(there) != 0);
 }

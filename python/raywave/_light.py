@@ -25,6 +25,8 @@ ArrayLike = Any  # NumPy, a buffer, or DLPack
 Pair = Union[float, Sequence[float]]
 Progress = Optional[Callable[[str, float], Any]]
 
+_MOST = 2**31 - 1  # that the library's whole numbers hold
+
 
 def _pair(value: Pair, name: str) -> tuple[float, float]:
     """(x, y) of one number or two."""
@@ -33,25 +35,27 @@ def _pair(value: Pair, name: str) -> tuple[float, float]:
             one = float(value)  # type: ignore[arg-type]
             return one, one
         x, y = (float(v) for v in value)  # type: ignore[union-attr]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise _core.InputError(f"{name}: must be a number or two (x, y), got {value!r}") from None
     return x, y
 
 
 def _number(value: float, name: str) -> float:
     try:
+        if isinstance(value, (str, bytes, bytearray)):  # float would read it
+            raise TypeError
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise _core.InputError(f"{name}: must be a number, got {value!r}") from None
 
 
-def _whole(value: int, name: str) -> int:
+def _whole(value: int, name: str, least: int, most: int) -> int:
     try:
         whole = operator.index(value)
     except TypeError:
         raise _core.InputError(f"{name}: must be a whole number, got {value!r}") from None
-    if not -(2**31) <= whole < 2**31:
-        raise _core.InputError(f"{name}: {whole} is too large")
+    if not least <= whole <= most:
+        raise _core.InputError(f"{name}: must be {least} to {most}, got {whole}")
     return whole
 
 
@@ -283,6 +287,10 @@ class PictureComparison:
     contrast_b: float
 
 
+def _pixel(value: int) -> int:
+    return _whole(value, "region", 0, _MOST)
+
+
 def compare(
     a: ArrayLike,
     b: ArrayLike,
@@ -309,14 +317,19 @@ def compare(
     place: tuple[int, int, int, int] | None = None
     if region is not None:
         try:
-            x, y, width, height = (int(v) for v in region)
+            x, y, width, height = region
         except (TypeError, ValueError):
             raise _core.InputError(
                 f"region: must be (x, y, width, height), got {region!r}"
             ) from None
-        place = x, y, width, height
+        place = _pixel(x), _pixel(y), _pixel(width), _pixel(height)
     return PictureComparison(
         *_core.compare_pictures(
-            a, b, _number(blur, "blur"), _whole(border, "border"), _text(domain, "domain"), place
+            a,
+            b,
+            _number(blur, "blur"),
+            _whole(border, "border", 0, _MOST),
+            _text(domain, "domain"),
+            place,
         )
     )

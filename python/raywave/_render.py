@@ -9,6 +9,7 @@ import struct
 import zlib
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from pathlib import Path
 from typing import Any, overload
 
 import numpy as np
@@ -187,6 +188,7 @@ class Hologram:
 
     def for_slm(self, frame: int = 0) -> LevelArray:
         """One frame as the SLM is sent it: turned by slm.rotate, then flipped. uint8."""
+        frame = _whole(frame, "frame", 0, self.frames - 1)
         result: LevelArray = self._core.for_slm(frame)
         return result
 
@@ -212,7 +214,12 @@ class Hologram:
         return self._core.notes
 
     def save(self, path: Any, frame: int = 0) -> None:
-        """Writes one frame, as the SLM is sent it, into an 8-bit grey PNG."""
+        """Writes one frame, as the SLM is sent it, into an 8-bit grey PNG.
+
+        Raises InputError for a name that does not end with .png.
+        """
+        if Path(path).suffix.lower() != ".png":
+            raise _core.InputError(f'path must end with .png, the format written, got "{path}"')
         data = _png(self.for_slm(frame))
         with open(path, "wb") as file:
             file.write(data)
@@ -244,7 +251,7 @@ def _options(
         _text(fft, "fft"),
         _goal(preset, budget, psnr),
         _text(method, "method"),
-        _whole(rays, "rays"),
+        _whole(rays, "rays", 1, 1000),
         bool(field),
     )
 
@@ -321,18 +328,17 @@ class Renderer:
         return plane if self._core.frames == 1 else (self._core.frames, *plane)
 
     def set_pose(self, object: int, position: Vector, rotation: Vector = (0.0, 0.0, 0.0)) -> None:
-        """Sets where an object stands: the centre of its bounding box (x, y, z), in metres, and its
-        rotation in degrees about x, then y, then z. Raises InputError.
+        """Sets where an object stands: the place of its anchor (x, y, z), in metres, and its
+        rotation in degrees about x, then y, then z. The anchor is the centre of the bounding box
+        unless the scene says otherwise. Raises InputError for a pose that cannot be; the object
+        then stays.
         """
-        if not isinstance(object, int) or object < 0:
-            raise _core.InputError(f"object: must be a whole number from 0 on, got {object!r}")
-        self._core.set_pose(object, _vector(position, "position"), _vector(rotation, "rotation"))
+        index = _whole(object, "object", 0, self._core.objects - 1)
+        self._core.set_pose(index, _vector(position, "position"), _vector(rotation, "rotation"))
 
     def set_seed(self, seed: int) -> None:
         """Sets the seed of the random phases of the next pictures, 0 to 2^32 - 1."""
-        if not isinstance(seed, int) or not 0 <= seed < 2**32:
-            raise _core.InputError(f"seed: must be 0 to 4294967295, got {seed!r}")
-        self._core.set_seed(seed)
+        self._core.set_seed(_whole(seed, "seed", 0, 2**32 - 1))
 
     @overload
     def render(self, out: None = ..., field: None = ..., progress: Progress = ...) -> Hologram: ...
@@ -380,7 +386,7 @@ def lens(
         None if window is None else _pair(window, "window"),
         (x, y),
         _pair(aperture, "aperture"),
-        _whole(points, "points"),
+        _whole(points, "points", 1, 4096),
         _text(device, "device"),
         progress,
     )
@@ -452,23 +458,29 @@ def refine(
 
     Raises InputError when the SLM shows no phases, or an argument is not possible; DeviceError.
     """
+    try:
+        wanted_depths = [_number(depth, "depths") for depth in depths]
+    except TypeError:
+        raise _core.InputError(
+            f"depths: must be numbers, ascending, got {depths!r}"
+        ) from None
     options = _core.RefineOptions(
-        None if iterations is None else _whole(iterations, "iterations"),
-        None if views is None else _whole(views, "views"),
-        None if lens_points is None else _whole(lens_points, "lens_points"),
+        None if iterations is None else _whole(iterations, "iterations", 1, 10**6),
+        None if views is None else _whole(views, "views", 0, 1000),
+        None if lens_points is None else _whole(lens_points, "lens_points", 2, 100),
         None if brightness is None else _number(brightness, "brightness"),
         None if blur is None else _number(blur, "blur"),
         None if refine_budget is None else _number(refine_budget, "refine_budget"),
-        [_number(depth, "depths") for depth in depths],
+        wanted_depths,
     )
     if isinstance(scene, (Scene, Plan)):
         if targets is not None:
             raise _core.InputError("targets: belong to a field; a scene makes its own pictures")
         how = _options(preset, None, None, device, fft, "wrp", 100, True)
         return Hologram(_core.refine_scene(_scene_of(scene)._core, options, how, progress))
-    if not targets:
+    if not isinstance(targets, Mapping) or not targets:
         raise _core.InputError("targets: are needed to refine a field, as {z: picture}")
-    if preset is not None or views is not None or len(depths) > 0 or lens_points is not None:
+    if preset is not None or views is not None or wanted_depths or lens_points is not None:
         raise _core.InputError("preset, views, depths and lens_points belong to a scene")
     pixels = _pixels(scene, pitch, wavelength)
     wanted = [

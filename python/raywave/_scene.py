@@ -15,6 +15,8 @@ Value = Any
 Path = Union[str, "os.PathLike[str]"]
 Vector = Sequence[float]
 
+_IN_MEMORY = "(mesh in memory)"  # a scene's `mesh` that no file holds
+
 
 def _toml(value: Value) -> str:
     """A Python value as TOML."""
@@ -78,8 +80,8 @@ class SceneObject:
         them; without it they are metres). faces: (m, 3), integers, counter-clockwise from outside.
         uv: (n, 2), (0, 0) is the texture's bottom left. normals: (n, 3).
         """
-        given = self._scene._meshes.get(self._index)
-        return self._values()["mesh"] if given is None else given
+        name = self._values()["mesh"]  # a key that was set may have put a file in its place
+        return self._scene._meshes.get(self._index, name) if name == _IN_MEMORY else name
 
     @mesh.setter
     def mesh(self, mesh: Any) -> None:
@@ -92,7 +94,8 @@ class SceneObject:
 
     @property
     def position(self) -> tuple[float, float, float]:
-        """Centre of the bounding box, in metres."""
+        """Place of the anchor, in metres: the centre of the bounding box unless the scene says
+        otherwise."""
         x, y, z = self._scene._core.position(self._index)
         return x, y, z
 
@@ -141,7 +144,7 @@ def _arrays_of(mesh: Any) -> tuple[Any, Any, Any, Any]:
 def _vector(value: Vector, name: str) -> tuple[float, float, float]:
     try:
         x, y, z = (float(v) for v in value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise _core.InputError(f"{name}: must be three numbers, got {value!r}") from None
     return x, y, z
 

@@ -447,6 +447,7 @@ NB_MODULE(_core, m) {
       .def_prop_ro("nx", [](const Renderer& r) { return r.renderer.nx(); })
       .def_prop_ro("ny", [](const Renderer& r) { return r.renderer.ny(); })
       .def_prop_ro("frames", [](const Renderer& r) { return r.renderer.frames(); })
+      .def_prop_ro("objects", [](const Renderer& r) { return r.renderer.objects(); })
       .def(
           "set_pose",
           [](Renderer& r, std::size_t object, raywave::Vec3 position, raywave::Vec3 rotation) {

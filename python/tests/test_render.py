@@ -142,7 +142,7 @@ def test_slm_rotation_applies_to_what_the_slm_is_sent_alone(scene):
     turned = rw.render(scene)
     assert np.array_equal(turned.levels, plain.levels)
     assert np.array_equal(turned.for_slm(), np.rot90(plain.levels))
-    with pytest.raises(rw.InputError, match="^frame 1"):
+    with pytest.raises(rw.InputError, match="^frame: must be 0 to 0, got 1"):
         turned.for_slm(1)
 
 
@@ -156,6 +156,8 @@ def test_notebooks_see_a_plan_and_a_hologram(scene, tmp_path):
     holo = rw.render(plan)
     assert np.array_equal(holo.field, rw.render(scene, preset="draft").field)
     assert np.array_equal(grey_png(holo._repr_png_()), holo.levels)
+    with pytest.raises(rw.InputError, match="^path must end with .png"):
+        holo.save(tmp_path / "hologram.jpg")
     holo.save(tmp_path / "hologram.png")
     assert np.array_equal(grey_png((tmp_path / "hologram.png").read_bytes()), holo.levels)
 
@@ -326,7 +328,7 @@ def test_wrong_options_are_refused(scene):
         ({"budget": -1.0}, "budget"), ({"preset": "draft", "psnr": 20}, "at most 1"),
         ({"budget": "soon"}, "budget"), ({"method": "rays", "rays": 0}, "rays"),
         ({"preset": 3}, "^preset: must be text"), ({"device": 0}, "^device: must be text"),
-        ({"rays": 1.5}, "^rays: must be a whole"), ({"rays": 2**40}, "^rays: 1.* too large"),
+        ({"rays": 1.5}, "^rays: must be a whole"), ({"rays": 2**40}, "^rays: must be 1 to 1000"),
     ]
     for options, text in wrong:
         with pytest.raises(rw.InputError, match=text):

@@ -95,6 +95,15 @@ def test_objects_can_be_moved_and_given_other_meshes(scene):
         scene.objects[1]
 
 
+def test_a_file_that_a_key_names_takes_the_place_of_a_mesh(scene):
+    thing = scene.objects[0]
+    file = str(DATA / "teapot.ply")
+    scene.set({"object.0.mesh": file})
+    assert thing.mesh == file and scene.copy().objects[0].mesh == file
+    thing.mesh = SQUARE
+    assert thing.mesh is SQUARE
+
+
 def test_a_trimesh_is_taken_with_its_texture_coordinates(scene):
     trimesh = pytest.importorskip("trimesh")
     uv = np.random.default_rng(1).random((4, 2))

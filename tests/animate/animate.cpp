@@ -16,6 +16,7 @@
 #include "host/animate/write_queue.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
+#include "tests/support/gltf.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/render.hpp"
 
@@ -216,6 +217,145 @@ TEST_CASE("what cannot be written is refused by name, and the same command goes 
                                 desk.file("seen"), "--quiet"});
   INFO(looked.err);
   CHECK(looked.code == 0);
+}
+
+TEST_CASE("a run is another one once a file that its scene reads has changed, and no other") {
+  Gltf bar;
+  const nlohmann::json bark{{"baseColorTexture", {{"index", bar.texture_at("bark.tga")}}}};
+  bar.add(Gltf::square(1, {0, 0, 0}, bar.material({{"pbrMetallicRoughness", bark}})));
+  bar.root["buffers"] = {{{"byteLength", bar.data.size()}, {"uri", "bar.bin"}}};
+  auto moved = bar.data;
+  moved[3] ^= 1;  // -1 becomes -1/4
+  const auto picture = [](std::uint8_t grey) {
+    return tga_picture(48, 32,
+                       [&](int i, int) { return glm::u8vec4(i == 0 ? grey : std::uint8_t{90}); });
+  };
+  const auto lut = [](double last) {
+    std::string text;
+    for (int i = 0; i < 255; ++i) text += std::to_string(i / 255.0) + "\n";
+    return text + std::to_string(last) + "\n";
+  };
+  const auto flat = [](std::uint8_t level) {
+    const Folder folder;
+    save_png(folder / "flat.png", 48, 32, std::vector<std::uint8_t>(48 * 32, level));
+    return bytes_of(folder / "flat.png");
+  };
+  struct File {
+    std::string name, bytes, changed;
+  };
+  const std::vector<File> files{{"red.mtl", "newmtl red\nKd 0.5 0 0\n", "newmtl red\nKd 0.6 0 0\n"},
+                                {"bar.bin", bar.data, moved},
+                                {"bark.tga", picture(10), picture(90)},
+                                {"cloth.tga", picture(20), picture(90)},
+                                {"sky.tga", picture(30), picture(90)},
+                                {"flat.png", flat(40), flat(41)},
+                                {"lut.txt", lut(1), lut(1.01)}};
+  const std::string object = "[[object]]\nwidth = \"0.05 mm\"\nposition = [0, 0, \"8 mm\"]\n";
+  Desk desk, elsewhere;
+  for (auto* place : {&desk, &elsewhere}) {
+    for (const auto& file : files) place->folder().write(file.name, file.bytes);
+    place->folder().write("red.obj", "mtllib red.mtl\nusemtl red\n" + square_obj());
+    place->folder().write("bar.gltf", bar.root.dump());
+    place->scene(object + "mesh = \"red.obj\"\n" + object + "mesh = \"bar.gltf\"\n" + object +
+                 "mesh = \"square.obj\"\nmaterial = \"cloth\"\n"
+                 "[materials.cloth]\ntexture = \"cloth.tga\"\n"
+                 "[[light]]\ntype = \"environment\"\npicture = \"sky.tga\"\n"
+                 "[slm]\nlut = \"lut.txt\"\nflatness = \"flat.png\"\n"
+                 "[animation]\nframes = 2\n[[animation.track]]\nof = \"object.0.rotation\"\n"
+                 "at = [0, 2]\nvalues = [[0, 0, 0], [0, 0, 90]]\n");
+  }
+  for (const auto& device : all_devices()) {
+    const auto name_in = [&](const Desk& place) {
+      return Animator(device, load_scene(place.file("scene.toml")), cl::FftBackend::host)
+          .run_name(FrameStorage::pngs);
+    };
+    const auto name = name_in(desk);
+    CHECK(name == name_in(elsewhere));
+    for (const auto& file : files) {
+      INFO(file.name);
+      desk.folder().write(file.name, file.changed);
+      CHECK(name != name_in(desk));
+      desk.folder().write(file.name, file.bytes);
+    }
+    CHECK(name == name_in(desk));
+  }
+  // As users see it
+  const std::vector<std::string> line{"animate",    desk.file("scene.toml"), "-o",
+                                      desk.out(""), "--no-preview",          "--no-video"};
+  REQUIRE(desk.run(line).code == 0);
+  desk.folder().write("red.mtl", files[0].changed);
+  auto again = line;
+  again.emplace_back("--quiet");
+  check_refused(desk.run(again), 2, "holds holograms of another scene, device or version");
+}
+
+TEST_CASE("a run that is refused leaves a finished stream under its name") {
+  Desk desk;
+  desk.scene(moving_lines);
+  std::vector<std::string> line{"animate",  desk.file("scene.toml"), "-o",      desk.out(""),
+                                "--stream", "--no-preview",          "--quiet", "--no-video"};
+  REQUIRE(desk.run(line).code == 0);
+  const auto wanted = files_of(desk.out(""));
+  REQUIRE(wanted.contains("frames.raw"));
+  line.insert(line.end(), {"--set", "sampling.seed=2"});
+  check_refused(desk.run(line), 2, "holds holograms of another scene, device or version");
+  CHECK((files_of(desk.out("")) == wanted));
+}
+
+TEST_CASE("lines of a report that are damaged are as if they were not there") {
+  const Folder folder;
+  const std::string run = "this one";
+  const std::vector<std::vector<std::uint8_t>> levels{std::vector<std::uint8_t>(6, 7)};
+  const auto open = [&] {
+    return FrameFiles(folder / "", FrameStorage::pngs, run, {3, 2}).pictures();
+  };
+  {
+    FrameFiles files(folder / "", FrameStorage::pngs, run, {3, 2});
+    for (int i = 0; i < 3; ++i) files.add(levels, {{"picture", i}});
+  }
+  REQUIRE(open() == 3);
+  const auto report = bytes_of(folder / "report.jsonl");
+  std::istringstream stream(report);
+  std::vector<nlohmann::ordered_json> lines;
+  for (std::string line; std::getline(stream, line);)
+    lines.push_back(nlohmann::ordered_json::parse(line));
+  for (const auto* place : {"/picture", "/run", "/holograms", "/holograms/0", "/holograms/0/number",
+                            "/holograms/0/digest"}) {
+    for (const auto& wrong : {nlohmann::ordered_json(), nlohmann::ordered_json("?"),
+                              nlohmann::ordered_json(1e300), nlohmann::ordered_json(-1),
+                              nlohmann::ordered_json::array(), nlohmann::ordered_json{{"a", 1}}}) {
+      if (std::string(place) == "/run" && wrong.is_string()) continue;  // another run's
+      auto damaged = lines;
+      damaged[1][nlohmann::ordered_json::json_pointer(place)] = wrong;
+      std::string text;
+      for (const auto& line : damaged) text += line.dump() + "\n";
+      folder.write("report.jsonl", text);
+      INFO(damaged[1].dump());
+      CHECK(open() == 1);
+      CHECK(bytes_of(folder / "report.jsonl") == report.substr(0, report.find('\n') + 1));
+    }
+  }
+}
+
+TEST_CASE("presets that choose other values make other runs, whichever values these are") {
+  Desk desk;
+  // What is left to them are precision and light from mirrors
+  desk.scene(
+      "[wrp]\npropagation = \"spectrum\"\nlayers = 1\npadding = 2\noversampling = 2\n"
+      "[animation]\nframes = 1\n[[animation.track]]\nof = \"light.0.intensity\"\nat = [0]\n"
+      "values = [1]\n");
+  const auto run = [&](const char* preset) {
+    return desk.run({"animate", desk.file("scene.toml"), "-o", desk.out(""), "--no-preview",
+                     "--no-video", "--quiet", "--preset", preset, "--set", "sampling.cone=1.2",
+                     "--set", "sampling.apodization=0.2", "--set", "sampling.frames=1"});
+  };
+  for (int i = 0; i < 2; ++i) {
+    const auto made = run("accurate");
+    INFO(made.err);
+    REQUIRE(made.code == 0);
+  }
+  for (const auto* other : {"balanced", "reference"})
+    check_refused(run(other), 2, "holds holograms of another scene, device or version");
 }
 
 TEST_CASE("videos are made where ffmpeg is, and what it refuses is passed on") {

@@ -235,6 +235,10 @@ TEST_CASE("holograms show the picture of their time, and none is left out or sho
     CHECK(schedule.first_of(picture) <= j);
     CHECK(j < schedule.first_of(picture + 1));
   }
+  CHECK(schedule.spread(8) == std::vector<int>{0, 3, 6, 9, 12, 15, 18, 21});
+  CHECK(schedule.spread(5) == std::vector<int>{0, 4, 9, 14, 19});
+  CHECK(schedule.spread(100).size() == 24);
+  CHECK(schedule.spread(24).back() == 23);
   // Rates of television, whose quotient is 2.5 but for rounding
   animation.pictures = 100000;
   animation.rate_per_s = 24000.0 / 1001;

@@ -24,6 +24,7 @@
 
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
+#include "tests/support/gltf.hpp"
 
 namespace cl {}
 using namespace raywave;  // no name of the library's is `cl`, or like one of another library's
@@ -90,6 +91,15 @@ double relative_error(const auto& a, const auto& b) {
   return std::sqrt(difference / norm);
 }
 
+/// A square of 2 units that faces the viewer, whose material has this colour.
+test::Gltf coloured_square(float red) {
+  test::Gltf gltf;
+  const int material = gltf.material(
+      {{"pbrMetallicRoughness", {{"baseColorFactor", {red, red, red, 1}}, {"metallicFactor", 0}}}});
+  gltf.add(test::Gltf::square(1, {0, 0, 0}, material));
+  return gltf;
+}
+
 RenderOptions on(const Device& device) {
   RenderOptions options;
   options.on.device = device.index;
@@ -129,6 +139,121 @@ TEST_CASE("a mesh from memory gives way to a file that is named after it") {
   scene.set({"object.0.mesh=" + desk.file("square.obj")});
   CHECK(levels_of(render(scene)) == levels_of(render(square_scene())));
   CHECK(levels_of(half) != levels_of(render(square_scene())));
+}
+
+TEST_CASE("files that a change names are read, whatever was read before") {
+  const Folder folder;
+  const auto grey = [](int level) {
+    return test::tga_picture(4, 2, [&](int i, int) {
+      return glm::u8vec4(level / (i + 1), level / (i + 1), level / (i + 1), 255);
+    });
+  };
+  folder.write("a.tga", grey(40));
+  folder.write("b.tga", grey(200));
+  folder.write("square.glb", coloured_square(0.2f).glb());
+  const std::string start =
+      "[hologram]\nresolution = [48, 32]\npitch = \"4 um\"\n[sampling]\npitch = \"20 um\"\n"
+      "[materials.white]\ntexture = \"b.tga\"\n"
+      "[[object]]\nwidth = \"0.2 mm\"\nposition = [0, 0, \"10 mm\"]\nmesh = \"square.glb\"\n";
+  const std::string named = "material = \"white\"\n";
+  const std::string sky = "[[light]]\ntype = \"environment\"\nsamples = 4\npicture = \"a.tga\"\n";
+  const std::string ambient = "[[light]]\ntype = \"ambient\"\n";
+  const std::string without =
+      "object=[{mesh = \"square.glb\", width = \"0.2 mm\", position = [0, 0, \"10 mm\"]}]";
+  const std::vector<std::pair<std::string, std::string>> changes{
+      {start + named + sky, "light.0.picture=b.tga"},
+      {start + named + ambient,
+       "light=[{type = \"environment\", samples = 4, picture = \"b.tga\"}]"},
+      {start + named + sky, "light=[{type = \"ambient\"}]"},
+      {start + named + ambient, without},
+      {start + ambient, "object.0.material=white"},
+      {start + named + ambient, "materials.white.texture=a.tga"}};
+  for (const auto& [text, change] : changes) {
+    INFO(change);
+    auto scene = parse_scene(text, folder / "");
+    const auto planned = plan(scene).json();
+    const auto before = samples_of(render(scene).field());
+    CHECK(plan(scene).json() == planned);
+    scene.set({change});
+    const auto after = samples_of(render(scene).field());
+    CHECK(after == samples_of(render(parse_scene(text, folder / "", {change})).field()));
+    CHECK(after != before);
+  }
+}
+
+TEST_CASE("objects that are set whole take the place of meshes in memory") {
+  const Desk desk;
+  auto scene = square_scene();
+  auto smaller = square;
+  for (auto& vertex : smaller) vertex[1] *= 0.5;
+  scene.set_mesh(0, {smaller, square_faces});
+  const auto object = "{mesh = \"" + desk.file("square.obj") +
+                      "\", width = \"0.2 mm\", position = [0, 0, \"10 mm\"]}";
+  auto changed = scene;
+  changed.set({"object=[" + object + "]"});
+  CHECK(levels_of(render(changed)) == levels_of(render(square_scene())));
+  // Without a file the mesh stays
+  const auto half = levels_of(render(scene));
+  scene.set({"object=[{width = \"0.2 mm\", position = [0, 0, \"10 mm\"]}]"});
+  CHECK(levels_of(render(scene)) == half);
+}
+
+TEST_CASE("the object of a glTF scene can be moved") {
+  const Folder folder;
+  auto gltf = coloured_square(0.8f);
+  gltf.root["cameras"] = {
+      {{"type", "perspective"}, {"perspective", {{"yfov", 0.5}, {"znear", 0.01}}}}};
+  gltf.add_node({{"camera", 0}, {"translation", {0, 0, 100}}});
+  folder.write("room.glb", gltf.glb());
+  const std::string start =
+      "[hologram]\nresolution = [48, 32]\npitch = \"4 um\"\n[sampling]\npitch = \"20 um\"\n"
+      "[[light]]\ndirection = [0, 0, 1]\n[scene]\ngltf = \"room.glb\"\nscale = 1e-4\n";
+  const auto file = folder.write("scene.toml", start).string();
+  auto scene = load_scene(file);
+  const auto there = scene.position_m(0);
+  CHECK(there[2] == Catch::Approx(0.01));
+  const auto before = samples_of(render(scene).field());
+
+  scene.set_pose(0, {2e-5, 0, 0.0101}, scene.rotation_deg(0));
+  const auto moved = samples_of(render(scene).field());
+  CHECK(moved != before);
+  scene.set({"sampling.seed=1"});
+  CHECK(scene.position_m(0) == Vec3{2e-5, 0, 0.0101});
+  CHECK(samples_of(render(scene).field()) == moved);
+  CHECK(samples_of(render(plan(scene).scene()).field()) == moved);
+
+  // The file places its objects anew
+  scene.set({"scene.scale=1.1e-4"});
+  CHECK(scene.position_m(0)[2] == Catch::Approx(0.011));
+  CHECK_THROWS_WITH(scene.set({"object.0.mesh=" + (folder / "room.glb").string()}),
+                    ContainsSubstring("belongs to the glTF file"));
+  CHECK_THROWS_WITH(load_scene(file, {"object.0.width=1 mm"}),
+                    ContainsSubstring("belongs to the glTF file"));
+
+  // After an object of the scene file's own
+  auto both = parse_scene(start +
+                              "[[object]]\nmesh = \"room.glb\"\nwidth = \"0.1 mm\"\n"
+                              "position = [0, 0, \"20 mm\"]\n",
+                          folder / "");
+  both.set_pose(1, {0, 0, 0.012}, both.rotation_deg(1));
+  both.set({"object.0.width=0.2 mm"});
+  CHECK(both.position_m(1) == Vec3{0, 0, 0.012});
+  CHECK_THROWS_WITH(both.set({"object.1.mesh=room.glb"}),
+                    ContainsSubstring("belongs to the glTF file"));
+}
+
+TEST_CASE("what is set of a pose later takes its place, and no more than that") {
+  auto scene = square_scene();
+  scene.set_pose(0, {0, 0, 0.02}, {1, 2, 3});
+  scene.set({"object.0.position=[0, 0, 0.03]"});
+  CHECK(scene.position_m(0) == Vec3{0, 0, 0.03});
+  CHECK(scene.rotation_deg(0) == Vec3{1, 2, 3});
+  scene.set({"object.0.rotation=[4, 5, 6]"});
+  CHECK(scene.rotation_deg(0) == Vec3{4, 5, 6});
+  scene.set_pose(0, {0, 0, 0.02}, {1, 2, 3});
+  scene.set({"object=[{position=[0, 0, 0.04]}]"});
+  CHECK(scene.position_m(0) == Vec3{0, 0, 0.04});
+  CHECK(scene.rotation_deg(0) == Vec3{0, 0, 0});
 }
 
 TEST_CASE("renderers on different threads give the bits that one alone gives") {

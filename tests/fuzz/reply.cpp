@@ -22,7 +22,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
           finish_mesh(receive_mesh(pipe), data[0] % 2 == 0 ? Normals::file : Normals::smooth);
       fuzz::require_sound(mesh);
       for (const auto& from : mesh.materials) {
-        const auto material = phong_of(from, {}, 1, "here");
+        const auto material = phong_of(from, {}, true, 1, "here");
         for (int c = 0; c < 3; ++c)
           fuzz::require(material.diffuse[c] >= 0 && material.specular[c] >= 0);
         fuzz::require(!description_of(from, material, {}, 0).empty());

@@ -73,6 +73,34 @@ TEST_CASE("a convex mirror's images lie half its radius behind it") {
     CHECK(std::abs(image.at_m.z - image_m) < 0.07 * (image_m - 20e-3));
 }
 
+TEST_CASE("images far away get planes where more than a hundredth of the light comes from there") {
+  // A mirror at 45 degrees shows a wall 100 mm aside, before a bright card that fills the view
+  struct Case {
+    double half_m;
+    bool is_kept;
+  };
+  for (const auto& [half_m, is_kept] : {Case{0.05e-3, false}, Case{0.25e-3, true}}) {
+    auto stage = bench();
+    const double slant = half_m / std::sqrt(2.0);
+    stage.add(rectangle({0, 0, 20e-3}, {slant, 0, slant}, {0, half_m, 0}), mirror(1))
+        .add(rectangle({100e-3, 0, 20e-3}, {0, 0, -10e-3}, {0, 10e-3, 0}), glowing())
+        .add(rectangle({0, 0, 21e-3}, {0.8e-3, 0, 0}, {0, 0.8e-3, 0}), glowing());
+    const auto plan = make_plan(stage.scene, stage.world);
+    const double card = std::pow(1.6e-3 / 21e-3, 2),
+                 shown = 2 * slant * 2 * half_m / (20e-3 * 20e-3), share = shown / card;
+    INFO("share " << share << ", beyond " << plan.images.beyond);
+    REQUIRE_FALSE(plan.images.all.empty());
+    if (is_kept) {
+      CHECK(plan.images.far_m == Catch::Approx(120e-3).epsilon(0.01));
+      CHECK(plan.images.beyond < 0.01);
+    } else {
+      // The wall itself is 30 mm away at most
+      CHECK(plan.images.far_m == plan.far_m);
+      CHECK(plan.images.beyond == Catch::Approx(share).epsilon(0.3));
+    }
+  }
+}
+
 TEST_CASE("without mirrors, with depth 0 or fans there are no images") {
   auto stage = mirror_and_card(0.9);
   stage.scene.trace.depth = 0;

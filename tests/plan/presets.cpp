@@ -579,6 +579,54 @@ TEST_CASE(
   CHECK(advice_of({"slm.encoding=phase"}, false) == "fits");
 }
 
+/// Squares of 2 mm side by side, this far from the hologram.
+World squares_in_depth(int count, double z_m) {
+  std::vector<glm::dvec2> centres_m;
+  for (int i = 0; i < count; ++i) centres_m.emplace_back((i - (count - 1) / 2.0) * 10e-3, 0);
+  auto world = squares_at(centres_m);
+  for (auto* p : {&world.min_m, &world.max_m}) p->z = z_m;
+  for (auto& p : world.positions) p.z = z_m;
+  return world;
+}
+
+TEST_CASE("one plan serves a pose that needs WRPs and another that needs more memory") {
+  auto scene = glowing_scene();
+  scene.wrp.propagation = WrpPropagation::automatic;
+  scene.sampling.frames = 4;
+  World world;
+  const auto move_to = [&](int pose) {
+    world = pose == 1 ? squares_in_depth(1, 3 * mm) : squares_in_depth(3, 100 * mm);
+  };
+  const MemoryUse use{Method::wrp, FftBackend::clfft, false};
+  move_to(0);
+  CHECK(plan_of(scene, world).compact);
+  move_to(1);
+  CHECK_FALSE(plan_of(scene, world).compact);
+  for (const std::uint64_t mib : {80, 100, 120, 160, 200, 240}) {
+    INFO(mib << " MiB");
+    MemoryLimits limits;
+    limits.device_bytes = mib << 20;
+    const auto base = fitting_plan_of_poses(scene, world, 2, move_to, limits, use);
+    CHECK_FALSE(base.compact);
+    for (const int pose : {0, 1}) {
+      move_to(pose);
+      const auto plan = make_plan(scene, world, Method::wrp, 100, false, &base);
+      CHECK(plan.tile_grid == base.tile_grid);
+      CHECK_FALSE(plan.compact);
+      CHECK(memory_needs(world, plan, use, limits.largest_buffer_bytes).device_bytes() <=
+            limits.device_bytes);
+    }
+  }
+
+  // Whatever layers the poses before had, each has its own here
+  scene.wrp.propagation = WrpPropagation::spectrum;
+  const auto ask_for_layers = [&](int pose) { scene.wrp.layers = 1 + pose; };
+  CHECK_THAT(input_error_of([&] {
+               fitting_plan_of_poses(scene, world, 2, ask_for_layers, MemoryLimits{}, use);
+             }),
+             ContainsSubstring("no plan serves all 2 pictures: that of picture 1 has other tiles"));
+}
+
 TEST_CASE("a second buffer of grey levels is counted where there is a second frame or tile") {
   const auto buffers_of = [](const std::vector<std::string>& set) {
     const auto scene = data_scene("teapot.toml", set);

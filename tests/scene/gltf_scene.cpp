@@ -2,6 +2,8 @@
 // [scene] gltf: cameras, lights and units of a glTF file; anchors, units and cuts of objects.
 #include "host/scene/gltf_scene.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -9,13 +11,19 @@
 #include <glm/gtc/quaternion.hpp>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/geometry/cut_mesh.hpp"
 #include "host/geometry/world.hpp"
+#include "host/render.hpp"
+#include "host/scene/reader_pipe.hpp"
+#include "host/scene/reader_reply.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/gltf.hpp"
+#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {
@@ -130,6 +138,43 @@ TEST_CASE("lights of a glTF file shine on surfaces with the illuminance that the
   CHECK(scene_with(folder, room).lights.size() == 3);
 }
 
+TEST_CASE("spots of a glTF file are no narrower than floats tell, nor those of a reader's reply") {
+  const Folder folder;
+  Gltf room;
+  room.root["cameras"] = {
+      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.01}}}}};
+  room.add_node({{"camera", 0}, {"translation", {0, 0, 10}}});
+  room.add(Gltf::square(1, {0, 0, 0}));
+  room.root["extensionsUsed"] = {"KHR_lights_punctual"};
+  room.add_node({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  for (const double outer : {0.0, 0.001, 0.01}) {
+    INFO(outer);
+    room.root["extensions"]["KHR_lights_punctual"]["lights"] = {
+        {{"type", "spot"}, {"spot", {{"innerConeAngle", 0}, {"outerConeAngle", outer}}}}};
+    const auto scene = scene_with(folder, room);
+    REQUIRE(scene.lights.size() == 1);
+    CHECK(scene.lights[0].outer_deg == Catch::Approx(std::max(0.5, outer * 180 / pi)));
+    CHECK(scene.lights[0].inner_deg < scene.lights[0].outer_deg);
+    CHECK(std::any_of(scene.notes.begin(), scene.notes.end(), [](const std::string& note) {
+            return note.find("spots narrower than 0.5 degrees are widened") != std::string::npos;
+          }) == (outer < 0.005));
+  }
+  // A reader that a file has taken over may say anything
+  for (const double outer : {0.0, 0.4, 0.5, 90.0, 91.0}) {
+    INFO(outer);
+    int ends[2];
+    REQUIRE(pipe(ends) == 0);
+    ReaderPipe in(ends[0]), out(ends[1]);
+    GltfSet set;
+    set.lights.push_back({.type = GltfLight::Type::spot, .outer_deg = outer});
+    send(out, set);
+    if (outer >= 0.5 && outer <= 90)
+      CHECK(receive_gltf_set(in).lights.size() == 1);
+    else
+      CHECK_THROWS(receive_gltf_set(in));
+  }
+}
+
 TEST_CASE("a camera is chosen by its name or number, and objects of the scene file come first") {
   const Folder folder;
   Gltf room;
@@ -166,8 +211,11 @@ TEST_CASE("a camera is chosen by its name or number, and objects of the scene fi
   blind.add(Gltf::square(1, {0, 0, 0}));
   CHECK_THAT(input_error_of([&] { scene_with(folder, blind, light); }),
              ContainsSubstring("it has no camera"));
-  CHECK_THAT(input_error_of([&] { load_scene(folder.write("a.toml", "[scene]\nscale = 2\n")); }),
-             ContainsSubstring("gltf is missing"));
+  for (const char* key : {"scale = 2", "scale = 1", "cut = \"1 m\"", "camera = 0"})
+    CHECK_THAT(input_error_of([&] {
+                 load_scene(folder.write("a.toml", "[scene]\n" + std::string(key) + "\n"));
+               }),
+               ContainsSubstring("gltf is missing"));
   CHECK_THAT(input_error_of(
                  [&] { load_scene(folder.write("a.toml", "[scene]\ngltf = \"thing.obj\"\n")); }),
              ContainsSubstring("it is no glTF of version 2"));
@@ -218,11 +266,95 @@ TEST_CASE("what lies nearer than a camera sees is cut away, to the place") {
              ContainsSubstring("nothing of it lies beyond cut"));
   // Cut objects stay where they are
   auto scene = scene_with(folder, room, light);
+  CHECK(build_world(scene).placed[0].is_cut);
   auto world = build_world(scene);
   move_objects(scene, world);
   scene.objects[0].position_m.x += 1;
   CHECK_THAT(input_error_of([&] { move_objects(scene, world); }),
              ContainsSubstring("cannot be moved"));
+}
+
+/// A card 1 wide, 1 before a camera that sees from 0.25 on.
+Gltf card_before_camera() {
+  Gltf room;
+  room.root["cameras"] = {
+      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.25}}}}};
+  room.add_node({{"camera", 0}});
+  room.add(Gltf::square(0.5f, {0.2f, 0, -1}));
+  return room;
+}
+
+TEST_CASE("an object of a glTF scene moves as if it had been placed there, up to its cut") {
+  const Folder folder;
+  auto scene = scene_with(folder, card_before_camera(), light);
+  const auto first = scene.objects[0];
+  auto world = build_world(scene);
+  const auto [min_m, max_m] = std::pair(world.min_m, world.max_m);
+  CHECK_FALSE(world.placed[0].is_cut);
+  for (const bool solid : {false, true}) {
+    INFO(solid);
+    auto& object = scene.objects[0];
+    object = first;
+    if (solid) object.solid_scale = 1;
+    object.position_m += dvec3(0.1, -0.2, 0.5);
+    move_objects(scene, world);
+    CHECK(glm::distance(world.min_m, min_m + dvec3(0.1, -0.2, 0.5)) < 1e-12);
+    CHECK(glm::distance(world.max_m, max_m + dvec3(0.1, -0.2, 0.5)) < 1e-12);
+    // Turned about the origin of its mesh, which is the camera
+    object.rotation_deg += dvec3(0, 20, 0);
+    move_objects(scene, world);
+    const auto there = build_world(scene);
+    for (std::size_t i = 0; i < world.triangles.size(); ++i)
+      for (std::size_t c = 0; c < 3; ++c)
+        CHECK(glm::distance(world.corners_m(i)[c], there.corners_m(i)[c]) < 1e-9);
+    // To the cut and no further
+    object = first;
+    if (solid) object.solid_scale = 1;
+    object.position_m.z += 0.25 - min_m.z;
+    move_objects(scene, world);
+    CHECK(world.min_m.z == Catch::Approx(0.25));
+    object.position_m.z -= 1e-6;
+    CHECK_THAT(input_error_of([&] { move_objects(scene, world); }),
+               ContainsSubstring("must be >= cut, 250 mm"));
+  }
+}
+
+TEST_CASE("a renderer refuses a pose that cannot be, and renders the one before") {
+  const Folder folder;
+  const std::string hologram = "[hologram]\nresolution = [32, 32]\npitch = \"8 um\"\n";
+  for (const bool is_cut : {false, true}) {
+    INFO(is_cut);
+    // A part of the card lies nearer than 0.9 of the file's metres where it is turned
+    auto room = card_before_camera();
+    room.root["nodes"].back()["rotation"] = quaternion(is_cut ? 0.5 : 0, {0, 1, 0});
+    const auto scene =
+        scene_with(folder, room, std::string(light) + hologram, "scale = 0.01\ncut = \"9 mm\"");
+    const auto at = scene.objects[0].position_m, turn = scene.objects[0].rotation_deg;
+    for (const auto& device : test::all_devices()) {
+      Renderer renderer(device, scene);
+      auto before = renderer.render().field.samples;
+      const auto refusal = [&](dvec3 by_m, bool solid) {
+        return input_error_of([&] {
+          solid ? renderer.set_solid_pose(0, at + by_m, turn)
+                : renderer.set_pose(0, at + by_m, turn);
+        });
+      };
+      if (!is_cut) {
+        renderer.set_pose(0, at + dvec3(0, 0, 2e-3), turn);
+        const auto moved = renderer.render().field.samples;
+        CHECK(test::relative_l2(moved, before) > 0.1);
+        before = moved;
+      }
+      for (const bool solid : {false, true}) {
+        CHECK_THAT(refusal({0, 0, -2e-3}, solid),
+                   ContainsSubstring(is_cut ? "a part of it is cut away" : "must be >= cut, 9 mm"));
+        if (is_cut) CHECK_THAT(refusal({0, 0, 2e-3}, solid), ContainsSubstring("cannot be moved"));
+        CHECK_THAT(refusal({0, 0, -30e-3}, solid),
+                   ContainsSubstring(is_cut ? "cannot be moved" : "touches the hologram plane"));
+      }
+      CHECK(test::relative_l2(renderer.render().field.samples, before) < 1e-6);
+    }
+  }
 }
 
 TEST_CASE("objects with a unit and their mesh's origin as anchor lie where their numbers say") {

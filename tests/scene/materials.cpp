@@ -2,12 +2,15 @@
 // What meshes bring along: materials, pictures and colours, as they are read and as Phong
 // materials.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <sstream>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "host/common/error.hpp"
@@ -137,6 +140,20 @@ TEST_CASE("a glTF material becomes Phong's by the rule of docs/materials.md") {
   CHECK(glass.ior == Spectrum(2));
   CHECK(glass.specular.x == Catch::Approx(1 / 9.0 * 4.75));  // ((n - 1) / (n + 1))^2
   CHECK(glass.emission.x == Catch::Approx(5));
+
+  // A map decides how metallic glass is, not its factor alone, which is 1 unless given
+  for (const int metallic : {0, 51}) {
+    Gltf file;
+    const int map = file.texture(
+        test::tga_picture(2, 2, [&](int, int) { return glm::u8vec4(0, 128, metallic, 255); }));
+    file.add(Gltf::square(
+        1, {0, 0, 0},
+        file.material(
+            {{"pbrMetallicRoughness", {{"metallicRoughnessTexture", test::texture_info(map)}}},
+             {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0.75}}}}}})));
+    const auto mapped = only_material(build_world(scene_of(folder.write("f.glb", file.glb()))));
+    CHECK(mapped.transparency.channels.x == Catch::Approx(0.75 * (1 - metallic / 255.0)));
+  }
 
   // Unlit: the base colour shines
   const auto unlit = only_material(build_world(scene_of(folder.write(
@@ -437,7 +454,19 @@ TEST_CASE("what is left out of a material is named") {
   CHECK_THAT(notes, ContainsSubstring("object 0 (a.gltf): material \"lacquer\": "));
 }
 
-TEST_CASE("alpha: what is the same everywhere needs no test, and open places make a mesh open") {
+/// A cube from -1 to 1.
+Gltf::Part cube(int material = -1) {
+  Gltf::Part part;
+  for (int i = 0; i < 8; ++i)
+    part.positions.emplace_back(i % 2 * 2 - 1, i / 2 % 2 * 2 - 1, i / 4 * 2 - 1);
+  for (const auto& [a, b, c, d] : std::vector<std::array<std::uint32_t, 4>>{
+           {0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}})
+    for (const auto corner : {a, b, c, a, c, d}) part.indices.push_back(corner);
+  part.material = material;
+  return part;
+}
+
+TEST_CASE("alpha: what is the same everywhere needs no test") {
   const Folder folder;
   const auto material_of = [&](const Json& more, double alpha) {
     Json material = more;
@@ -451,6 +480,52 @@ TEST_CASE("alpha: what is the same everywhere needs no test, and open places mak
   CHECK(material_of({{"alphaMode", "MASK"}, {"alphaCutoff", 0.3}}, 0.4).alpha_mode ==
         AlphaMode::opaque);
   CHECK(material_of({{"alphaMode", "OPAQUE"}}, 0.1).alpha_mode == AlphaMode::opaque);
+  // A cutoff of 0 leaves everything
+  CHECK(material_of({{"alphaMode", "MASK"}, {"alphaCutoff", 0}}, 0).alpha_mode ==
+        AlphaMode::opaque);
+  CHECK(material_of({{"alphaMode", "BLEND"}}, 0).alpha_mode == AlphaMode::blend);
+
+  // Colours of vertices and pictures of opacity count where they say less than 1
+  for (const float alpha : {1.0f, 0.75f}) {
+    INFO(alpha);
+    const auto expected = alpha < 1 ? AlphaMode::blend : AlphaMode::opaque;
+    Gltf file;
+    auto part = Gltf::square(1, {0, 0, 0}, file.material({{"alphaMode", "BLEND"}}));
+    part.colours.resize(4, {0.5f, 0.25f, 0, 1});
+    part.colours[2].a = alpha;
+    const auto coloured =
+        only_material(build_world(scene_of(folder.write("b.glb", file.add(part).glb()))));
+    CHECK(coloured.vertex_colours);
+    CHECK(coloured.alpha_mode == expected);
+    const auto grey = static_cast<std::uint8_t>(255 * alpha);
+    folder.write("opacity.tga", test::tga_picture(2, 2, [&](int i, int) {
+                   return glm::u8vec4(glm::u8vec3(i == 0 ? grey : 255), 255);
+                 }));
+    folder.write("thin.mtl", "newmtl thin\nKd 1 1 1\nillum 1\nmap_d opacity.tga\n");
+    const auto thin = build_world(scene_of(folder.write(
+        "a.obj",
+        "mtllib thin.mtl\nusemtl thin\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n")));
+    CHECK(only_material(thin).alpha_mode == expected);
+    CHECK(bool{thin.maps[0].opacity} == (alpha < 1));
+  }
+}
+
+TEST_CASE("a closed mesh counts as open where its alpha leaves holes") {
+  const Folder folder;
+  for (const auto& [mode, alpha, is_closed] :
+       std::vector<std::tuple<const char*, double, bool>>{{"OPAQUE", 0.5, true},
+                                                          {"BLEND", 1, true},
+                                                          {"BLEND", 0.5, false},
+                                                          {"MASK", 0.6, true},
+                                                          {"MASK", 0.4, false}}) {
+    INFO(mode << ", " << alpha);
+    Gltf file;
+    const int material = file.material(
+        {{"alphaMode", mode}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, alpha}}}}});
+    const auto world = build_world(scene_of(folder.write("a.glb", file.add(cube(material)).glb())));
+    CHECK(world.triangles.size() == 12);
+    CHECK(world.object_closed.at(0) == is_closed);
+  }
 }
 
 TEST_CASE("hostile files are refused in a line, or read as far as they make sense") {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host/common/text.hpp"
+#include "host/scene/eyepiece.hpp"
 #include "host/scene/units.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
@@ -190,6 +191,10 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "hologram: pitch must be a length: a number in metres, or a string such as \"3.74 um\", got "
        "a date or time"},
       {4, "wavelength = 0", "hologram: wavelength must be 1 nm to 10 mm, got 0"},
+      {4, "wavelength = 638",
+       "hologram: wavelength must be 1 nm to 10 mm (numbers are metres; \"638 nm\" has a unit of "
+       "its "
+       "own), got 638"},
       {4, "wavelength = inf", "hologram: wavelength must be 1 nm to 10 mm, got inf"},
       {4, "wavelength = 9007199254740993",
        "hologram: wavelength must be a length: a number in metres, or a string such as \"3.74 "
@@ -200,7 +205,8 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {4, "colour = 5e-7",
        "hologram: unknown key \"colour\" (keys here: resolution, pitch, wavelength, tiles)"},
       {5, "[wpr]",
-       "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, slm, wrp, sampling, "
+       "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, slm, illumination, wrp, "
+       "sampling, "
        "trace, "
        "accuracy, viewer, refine, light, materials, "
        "object, scene, animation)"},
@@ -214,7 +220,10 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "got true"},
       {7, "distance = [\"95 mm\", 0.095]",
        "wrp: distance[1] must be more than the one before, 95 mm, got 0.095"},
-      {7, "distance = [0.095, 0.1, 0]", "wrp: distance[2] must be 1 nm to 10000 m, got 0"},
+      {7, "distance = [0.095, 0.1, 0]",
+       "wrp: distance[2] must be more than the one before, 100 mm, got 0"},
+      {7, "distance = 0",
+       "wrp: distance must be lengths of 1 nm or more, or of -1 nm or less, got 0"},
       {7, "layers = 0", "wrp: layers must be 1 to 16, got 0"},
       {7, "layers = \"many\"", "wrp: layers must be a whole number, 1 to 16, got \"many\""},
       {8, "padding = 0.5", "wrp: padding must be 1 to 8, got 0.5"},
@@ -568,15 +577,18 @@ TEST_CASE("parse_length_m accepts its units and nothing else") {
 TEST_CASE("what is typed on the command line has a unit, and the line that asks for one says so") {
   CHECK(given_length_m("95mm", "-z") == parse_length_m("95mm", "-z"));
   CHECK(given_length_m("0", "-z") == 0);
-  CHECK(given_seconds("30 ms", "--budget") == 0.03);
+  for (const char* text : {"8um", "8 \u00b5m", "8 \u03bcm"})
+    CHECK(given_length_m(text, "-z") == given_length_m("8 um", "-z"));
+  CHECK(given_duration_s("30 ms", "--budget") == 0.03);
+  CHECK(given_moment_s("0 s", "at") == 0);
   CHECK(input_error_of([] { given_length_m("95", "-z"); }) ==
         "-z \"95\": a unit is needed, as in 95mm");
-  CHECK(input_error_of([] { given_seconds("50", "--budget"); }) ==
+  CHECK(input_error_of([] { given_duration_s("50", "--budget"); }) ==
         "--budget \"50\": a unit is needed, as in 50ms");
   CHECK(input_error_of([] { given_length_m("far", "-z"); }) ==
         "-z must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km), got \"far\"");
   for (const char* text : {"", "soon", "nan", "-1 s", "0 s", "1 h"})
-    CHECK(input_error_of([&] { given_seconds(text, "--budget"); }) ==
+    CHECK(input_error_of([&] { given_duration_s(text, "--budget"); }) ==
           "--budget must be a time such as \"30 ms\" (units: us, ms, s), got \"" +
               std::string(text) + "\"");
 }
@@ -666,7 +678,9 @@ TEST_CASE("lights of every type have their keys, and no others") {
       {"type = \"spot\"\nposition = [0, 0, 1e-2]\ndirection = [0, 0, 1]\ninner = 60\n",
        "inner must be < outer (45), got 60"},
       {"type = \"spot\"\nposition = [0, 0, 1e-2]\ndirection = [0, 0, 1]\nouter = 91\n",
-       "outer must be 0.01 to 90, got 91"},
+       "outer must be 0.5 to 90, got 91"},
+      {"type = \"spot\"\nposition = [0, 0, 1e-2]\ndirection = [0, 0, 1]\nouter = 0.4\n",
+       "outer must be 0.5 to 90, got 0.4"},
       {"type = \"area\"\nposition = [0, 0, 1e-2]\n", "edges is missing"},
       {"type = \"area\"\nposition = [0, 0, 1e-2]\nradius = 1e-3\n", "direction is missing"},
       {"type = \"area\"\nposition = [0, 0, 1e-2]\nedges = [[1, 0, 0], [2, 0, 0]]\n",
@@ -726,6 +740,26 @@ TEST_CASE("deep nesting is refused before it is followed") {
   CHECK(workshop.refusal(kScene, {"wrp.padding={" + repeat("a.", 100000) + "a=1}"}).size() < 1000);
   CHECK(workshop.refusal(kScene, {repeat("a.", 100000) + "=1"}).size() < 1000);
   CHECK(workshop.load("# " + std::string(80, '.') + "\n" + kScene).objects.size() == 2);
+}
+
+TEST_CASE("an eyepiece shows planes at the dioptres of the thin-lens formula") {
+  const Workshop workshop;
+  const auto viewer = [&](const std::string& keys) {
+    return workshop.load(kScene, {keys, "viewer.eyepiece='120 mm'"}).viewer;
+  };
+  const auto usual = viewer("viewer.distance=0.2");
+  // The SLM stands in the focus: it is seen at infinity, and 1 D is 1 m away.
+  CHECK(std::abs(depth_of_dioptres(usual, 0)) < 1e-12);
+  CHECK(std::abs(depth_of_dioptres(usual, 1) - (1 / (1 / 0.12 + 1) - 0.12)) < 1e-12);
+  const auto near = viewer("viewer.eyepiece_distance='50 mm'");
+  for (const double dioptres : {-0.5, 0.0, 1.0, 4.0}) {
+    const double z_m = depth_of_dioptres(near, dioptres);
+    // 1 / object distance = 1 / focal length + 1 / image distance
+    CHECK(std::abs(1 / (z_m + 0.05) - 1 / 0.12 - dioptres) < 1e-9);
+    CHECK(std::abs(dioptres_of_depth(near, z_m) - dioptres) < 1e-9);
+  }
+  CHECK_THROWS(depth_of_dioptres(near, -9));
+  CHECK_THROWS(depth_of_dioptres(ViewerSpec{}, 1));
 }
 
 TEST_CASE("damaged scenes load or are refused in one line") {

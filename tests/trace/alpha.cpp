@@ -99,11 +99,12 @@ std::string ramp() {
   });
 }
 
-/// True when a veil of this alpha and the wall behind it are what the oracle finds on every way
-/// from the wall's samples to the middles of the window's parts; counts ways.
+/// Ways from the wall's samples to the middles of the window's parts: those that the oracle finds
+/// free, and hidden by the veil, and those of both that the device finds otherwise.
 struct Ways {
   int free = 0, hidden = 0, wrong = 0, unsure = 0;
 };
+
 Ways ways_to_window(const Veiled& what, const reference::Rig& rig) {
   Ways ways;
   const auto half =
@@ -193,6 +194,23 @@ TEST_CASE("a cut-out surface is there where its alpha passes, for the lens as fo
     CHECK(ways.hidden > 10000);
     // A sample that sixteen ways agree on asks no more: edges of the veil alone
     CHECK(ways.wrong < 0.01 * (ways.free + ways.hidden));
+  }
+}
+
+TEST_CASE("a cut-out surface whose cutoff is 0 is there where its alpha is 0, too") {
+  const Folder folder;
+  const auto dark =
+      test::tga_picture(2, 2, [](int i, int) { return glm::u8vec4(0, 0, 0, 255 * i); });
+  const auto what = veiled(folder, {{"alphaMode", "MASK"}, {"alphaCutoff", 0}}, dark, false);
+  REQUIRE(what.world.materials.at(1).alpha_mode == AlphaMode::mask);
+  const auto plan = make_plan(what.scene, what.world);
+  const auto exact = reference::seen_by_lens(what.scene, what.world, plan,
+                                             {veil_z, {8, 8}, glm::dvec2(0.1 * mm), 1});
+  for (const double radiance : exact.radiance) CHECK(radiance == Catch::Approx(veil_radiance));
+  for (const auto& device : test::all_devices()) {
+    const auto image = in_focus(device, what, 0.8 * mm, 8, 1);
+    for (const float radiance : image.pixels)
+      CHECK(double{radiance} == Catch::Approx(veil_radiance));
   }
 }
 

@@ -130,8 +130,7 @@ Errors errors_at(const Rig& rig, const AtHologram& got, std::uint32_t seed,
       Complex sum = 0;
       for (std::size_t i = 0; i < rig.samples.size(); ++i)
         sum += reference::smooth_wave(what, i, plan.tiles[tile], place) *
-               std::polar(1.0, 2 * std::numbers::pi *
-                                   reference::phase_turns_of_key(rig.samples[i].key, seed));
+               reference::phasor_of(what, i, seed);
       const auto value = got_at(plan, got.tiles[tile], frame, pixels[n]);
       discrete += std::norm(value - same[n]);
       direct += std::norm(value - sum);
@@ -196,6 +195,9 @@ TEST_CASE(
   deep.scene.objects.clear();
   deep.scene.materials.clear();
   deep.add(rectangle({0, 0, 10e-3}, {0.3e-3, 0, 1.5e-3}, {0, 0.25e-3, 0}));
+  auto both = wall();
+  both.add(rectangle({0.1e-3, 0.05e-3, -8e-3}, {0.2e-3, 0, 0.1e-3}, {0, 0.15e-3, 0}));
+  both.scene.hologram.tiles = ivec2(2, 1);
   auto guarded = wall();
   guarded.scene.wrp.guard = 1.25;
   guarded.scene.wrp.bell = 7;
@@ -219,7 +221,10 @@ TEST_CASE(
                   {"a margin of 6 pixels, a stronger bell and 5 scan lines", wide_margin, 0},
                   {"one scan line", few_lines, 0},
                   {"pixels of 1 um", wide, 0},
-                  {"a deep wall", deep, 0}};
+                  {"a deep wall", deep, 0},
+                  {"a wall before the hologram", wall({0.05e-3, -0.03e-3, -10e-3}), 0},
+                  {"a shiny ball before it", ball_before_wall(-10e-3), 0.03},
+                  {"both sides, and tiles", both, 0.03}};
   for (const auto& device : all_devices()) {
     for (auto& [name, stage, most_error] : cases) {
       for (const auto precision : {Precision::floats, Precision::doubles}) {

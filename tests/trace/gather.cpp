@@ -82,7 +82,12 @@ TEST_CASE(
                         {"behind it", 30e-3, {0, 0, 33e-3}, 1.2, 0.2},
                         {"off the axis", 30e-3, {0.43e-3, -0.35e-3, 27e-3}, 1.1, 0.1},
                         {"at the hologram", 30e-3, {0, 0, 0}, 1.2, 0.2},
-                        {"at the hologram, 1 m away", 1, {0, 0, 0}, 1.2, 0.2}};
+                        {"at the hologram, 1 m away", 1, {0, 0, 0}, 1.2, 0.2},
+                        {"z < 0, nearer to the hologram", -30e-3, {0, 0, -27.6e-3}, 1.2, 0.2},
+                        {"z < 0, inside", -6e-3, {0, 0, -5.95e-3}, 1.2, 0.2},
+                        {"z < 0, nearer to the eye", -30e-3, {0, 0, -33e-3}, 1.0, 0.0},
+                        {"z < 0, off the axis", -30e-3, {0.43e-3, -0.35e-3, -27e-3}, 1.1, 0.1},
+                        {"z < 0, at the hologram", -30e-3, {0, 0, 0}, 1.2, 0.2}};
   for (const auto& device : all_devices()) {
     for (const auto& [name, scene_z_m, centre, fan, edge] : cases) {
       auto stage = ball_before_wall(scene_z_m);

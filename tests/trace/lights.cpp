@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Soft shadows, spots and environments on devices, against closed forms and sums.
+// Soft shadows, spots and highlights on devices, against sums over the lights and their formulas.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -98,7 +98,7 @@ Image floor_picture(const raywave::cl::Device& device, const Stage& stage, doubl
 
 }  // namespace
 
-TEST_CASE("the shadow of a straight edge under an area light is its closed form, smooth to 1.5 %",
+TEST_CASE("the shadow of a straight edge under an area light is the sum over it, smooth to 1.5 %",
           "[slow]") {
   for (const bool is_disc : {false, true}) {
     auto stage = card_over_floor();

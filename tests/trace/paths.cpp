@@ -320,13 +320,12 @@ TEST_CASE("a plane mirror shows textures, slopes, holes and all lights of the mi
     double least;  // correlation
   };
   // A virtual point has the highlight that the hologram's middle sees
-  for (const auto& [holes, roughness, highlights, least] :
-       {Case{true, 1, false, 0.995}, Case{false, 0.6, false, 0.999},
-        Case{false, 0.6, true, 0.97}}) {
+  for (const auto& c : {Case{true, 1, false, 0.995}, Case{false, 0.6, false, 0.999},
+                        Case{false, 0.6, true, 0.97}}) {
     const Folder folder;
-    folder.write("direct.glb", card_with_looks(behind, facing, holes, roughness));
+    folder.write("direct.glb", card_with_looks(behind, facing, c.holes, c.roughness));
     folder.write("mirrored.glb", card_with_looks([&](dvec2 p) { return mirrored(behind(p)); },
-                                                 turned(facing), holes, roughness));
+                                                 turned(facing), c.holes, c.roughness));
     folder.write("mirror.obj", quad_file(rectangle(middle, {1e-3, 0, 0.5e-3}, {0, 0.8e-3, 0})));
     folder.write("sheet.obj", quad_file(sheet_aside()));
     const auto stage_of = [&](bool with_mirror) {
@@ -358,15 +357,15 @@ TEST_CASE("a plane mirror shows textures, slopes, holes and all lights of the mi
       spot.type = LightType::spot;
       spot.position_m = at({-0.2e-3, 0.2e-3, 20.2e-3});
       spot.direction = along({0.2, -0.2, 1});
-      spot.highlights = highlights;
+      spot.highlights = c.highlights;
       spot.inner_deg = 10;
       spot.outer_deg = 30;
       scene.lights = {panel, spot};
       stage.world = build_world(scene);
       return stage;
     };
-    INFO((holes ? "holes" : "no holes") << (highlights ? ", highlights" : ""));
-    check_mirrored(stage_of(true), stage_of(false), least);
+    INFO((c.holes ? "holes" : "no holes") << (c.highlights ? ", highlights" : ""));
+    check_mirrored(stage_of(true), stage_of(false), c.least);
   }
 }
 
@@ -378,7 +377,6 @@ TEST_CASE("fitted paths over a convex mirror, a slab and glass balls are those t
     std::vector<reference::PerfectSurface> surfaces;
   };
   std::vector<Case> cases;
-  const double mm = 1e-3;
   const auto stage_of = [&] {
     auto stage = bench(Bounces::paths);
     stage.scene.hologram = {{384, 384}, {3.74e-6, 3.74e-6}, 638e-9};

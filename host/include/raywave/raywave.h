@@ -71,8 +71,10 @@ RAYWAVE_API void raywave_close(raywave_renderer* renderer);
 RAYWAVE_API int raywave_size(const raywave_renderer* renderer, int* nx, int* ny, int* frames,
                              int* objects);
 
-/* Sets the centre of an object's bounding box (x, y, z in metres) and its rotation about x, then y,
- * then z, in degrees. */
+/* Sets the place of an object's anchor (x, y, z in metres; the centre of its bounding box unless
+ * the scene says otherwise) and its rotation about x, then y, then z, in degrees. After the first
+ * render a pose that cannot be is refused here, and the object stays; before, the render refuses
+ * it. */
 RAYWAVE_API int raywave_set_pose(raywave_renderer* renderer, int object, const double* position_m,
                                  const double* rotation_deg);
 

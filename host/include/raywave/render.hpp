@@ -139,16 +139,18 @@ public:
   int frames() const;
   std::size_t objects() const;
 
-  /// Sets the centre of an object's bounding box and its rotation about x, then y, then z.
+  /// Sets the place of an object's anchor (the centre of its bounding box unless the scene says
+  /// otherwise) and its rotation about x, then y, then z.
   ///
-  /// throws  InputError when there is no such object, or a number is not finite
+  /// throws  InputError when there is no such object, a number is not finite, or the object would
+  ///         touch the hologram plane, lie nearer than its cut, or move though a part of it is cut
+  ///         away: the object stays
   void set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg);
 
   /// Sets the seed of the random phases of the next pictures.
   void set_seed(std::uint32_t seed);
 
-  /// throws  InputError when an object touches the hologram plane, or the scene cannot be
-  ///         computed; Cancelled; the renderer stays usable
+  /// throws  InputError when the scene cannot be computed; Cancelled; the renderer stays usable
   Hologram render();
 
   /// The same into memory of the caller's. The field needs RenderOptions::keep_field.

@@ -40,13 +40,17 @@ public:
   void set(const std::vector<std::string>& overrides);
 
   /// Gives an object a mesh that no file holds. Its axes are the object's; `width`, `normals` and
-  /// the pose apply as to a file's mesh.
+  /// the pose apply as to a file's mesh. It has no materials: those that a file brought go with the
+  /// file. It stays until `mesh`, or objects with their files, are set.
   ///
   /// throws  InputError when there is no such object, a vertex is not finite, a face names no
   ///         vertex, or no face has an area
   void set_mesh(std::size_t object, const MeshView& mesh);
 
-  /// The centre of the bounding box of an object, and its rotation about x, then y, then z.
+  /// The place of an object's anchor (the centre of its bounding box unless the scene says
+  /// otherwise), and its rotation about x, then y, then z. The object of a glTF scene is the last.
+  /// A pose stays until position, rotation or all objects are set, for a glTF scene's object until
+  /// a key of [scene] is set.
   Vec3 position_m(std::size_t object) const;
   Vec3 rotation_deg(std::size_t object) const;
   void set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg);

@@ -51,7 +51,9 @@ Plan with_pitch(Plan plan, double pitch_m) {
 }  // namespace
 
 double detail_for_eye_m(const Scene& scene, const Plan& plan) {
-  return arc_minute * (scene.viewer.distance_m + plan.lattice.full_z_m);
+  // Real images before the hologram are nearer to the eye.
+  const double from_eye_m = scene.viewer.distance_m + (plan.near_m + plan.far_m) / 2;
+  return arc_minute * std::max(from_eye_m, scene.viewer.distance_m / 4);
 }
 
 double wanted_resolution_m(const Scene& scene, const Plan& plan) {

@@ -80,7 +80,7 @@ double rms_over_depths(const Plan& plan, const F& squared_error) {
         const double z_m = glm::mix(layer.min_m.z, layer.max_m.z, i / (depths - 1.0)),
                      z0_m = layer.distance_m;
         const double fresnel =
-            half_m * half_m * std::abs(z_m - z0_m) / (plan.wavelength_m * z_m * z0_m);
+            half_m * half_m * std::abs(z_m - z0_m) / (plan.wavelength_m * std::abs(z_m * z0_m));
         sum += squared_error(axis, (i + 0.5) / depths, guard, fresnel) / depths;
       }
     }
@@ -167,7 +167,7 @@ double sharpest_highlight(const Plan& plan) {
     if (is_lit && has_highlights(material, plan.channels()))
       exponent = std::max(exponent, sharpest_shininess(material));
   }
-  const double angle = plan.tile_window_m().y / 2 / plan.near_m;
+  const double angle = plan.tile_window_m().y / 2 / plan.closest_m;
   return exponent / 4 * angle * angle;
 }
 

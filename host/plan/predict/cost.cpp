@@ -179,7 +179,8 @@ double compact_side(const Plan& plan, int axis, double z_m, double z0_m, double 
   const auto& compact = plan.compact.value();
   const double half_m = plan.tile_window_m()[axis] / 2,
                guard = static_cast<double>(compact.size[axis]) / plan.tile_size[axis];
-  const double fresnel = half_m * half_m * std::abs(z_m - z0_m) / (plan.wavelength_m * z_m * z0_m);
+  const double fresnel =
+      half_m * half_m * std::abs(z_m - z0_m) / (plan.wavelength_m * std::abs(z_m * z0_m));
   return std::min({4 * guard * fresnel + 2 * margin_px, static_cast<double>(compact.size[axis]),
                    static_cast<double>(COMPACT_WIDEST)});
 }

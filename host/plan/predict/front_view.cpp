@@ -56,11 +56,12 @@ public:
     for (auto& light : lights_) light.intensity *= brighter;
   }
 
-  /// normal  towards the viewer, of unit length
+  /// normal  towards the viewer, of unit length. Of what lies before the hologram, too, the viewer
+  ///         sees the side that faces -z.
   double radiance(int material, glm::dvec3 place, glm::dvec3 normal, glm::dvec2 uv) const {
     const auto& m = materials_[static_cast<std::size_t>(material)];
     const double texel = texel_at(texture(static_cast<std::size_t>(material)), uv, channel_);
-    const auto to_viewer = -glm::normalize(place);
+    const auto to_viewer = glm::normalize(place.z > 0 ? -place : place);
     double sum = m.ambient[channel_] * texel * ambient_light_ +
                  m.emission[channel_] * (m.unlit ? texel : 1) +
                  m.diffuse[channel_] * texel * surrounding_;
@@ -158,11 +159,13 @@ bool is_steep(const Plan& plan, glm::dvec3 place, glm::dvec3 cross) {
 void find_breaks(const Plan& plan, const std::vector<bool>& steep, FrontView& view) {
   constexpr float jump = 4;  // depths of a cell from one surface to the next
   constexpr int coarsest = 128;
+  // Differences alone count, and 0 is no surface.
+  const auto offset = static_cast<float>(plan.near_m > 0 ? 0 : 2 / plan.closest_m);
   const auto nearness = [&](int x, int y) {
     const float z =
         view.depth_m[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
                      static_cast<std::size_t>(x)];
-    return z > 0 ? 1 / z : 0.0f;
+    return z != 0 ? 1 / z + offset : 0.0f;
   };
   // Nearness is linear along planes: one that falls by more than the slope on the other side ends.
   const float least_fall = jump * static_cast<float>(view.step);
@@ -366,7 +369,8 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
     const auto smooth = world.motion_of(object).turn * glm::dvec3(mix(world.normals));
     const double length = glm::length(smooth);
     auto normal = length > 0 ? smooth / length : glm::normalize(face);
-    if ((glm::dot(face, place) > 0) == (glm::dot(face, normal) > 0)) normal = -normal;
+    const auto forwards = place.z > 0 ? place : -place;  // from the eye
+    if ((glm::dot(face, forwards) > 0) == (glm::dot(face, normal) > 0)) normal = -normal;
     const int number = plan.lighting.material_of(static_cast<std::size_t>(object),
                                                  world.material_of(nearest[cell]));
     const auto& material = plan.lighting.materials[static_cast<std::size_t>(number)];

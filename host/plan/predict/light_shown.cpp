@@ -11,8 +11,21 @@ namespace {
 /// z_m is not too steep for the pixels.
 std::pair<double, double> within_pixels(const Plan& plan, int axis, double x_m, double z_m) {
   const double half = plan.size[axis] * plan.pitch_m[axis] / 2;
+  if (const auto& light = plan.slm.illumination; !light.is_plane()) {
+    // Beyond the light on the SLM, sines are nearly linear in the place
+    const auto beyond = [&](double to_m) {
+      return (to_m - x_m) / std::copysign(std::hypot(to_m - x_m, z_m), z_m) -
+             light.sine_at(glm::dvec2(to_m))[axis];
+    };
+    const double first = beyond(-half), last = beyond(half), rise = (last - first) / (2 * half),
+                 limit = plan.largest_sine[axis];
+    if (std::abs(rise) * half < 1e-12)
+      return std::abs(first) <= limit ? std::pair(-half, half) : std::pair(half, -half);
+    const double a = -half + (-limit - first) / rise, b = -half + (limit - first) / rise;
+    return {std::max(-half, std::min(a, b)), std::min(half, std::max(a, b))};
+  }
   const double sine = std::min(plan.largest_sine[axis], 0.999),
-               reach = z_m * sine / std::sqrt(1 - sine * sine);
+               reach = std::abs(z_m) * sine / std::sqrt(1 - sine * sine);
   return {std::max(-half, x_m - reach), std::min(half, x_m + reach)};
 }
 

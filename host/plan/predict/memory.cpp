@@ -5,6 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
 #include "host/geometry/shared_types.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/tiles.hpp"
@@ -175,14 +177,11 @@ std::string host_shortage(const Plan& plan, const MemoryNeeds& needs, const Memo
          "; give fewer sampling.frames, a smaller hologram.resolution or more hologram.tiles";
 }
 
-Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& limits,
-                  const MemoryUse& use, int rays_per_axis, bool has_doubles) {
-  auto tried = scene;
-  auto plan = make_plan(scene, world, use.method, rays_per_axis, has_doubles);
-  if (scene.hologram.tiles) {
-    plan.why_tiles = "given";
-    return plan;
-  }
+namespace {
+
+/// Divides a plan of a scene further until it fits into memory, or as far as that helps.
+Plan divided_to_fit(Scene scene, const World& world, Plan plan, const MemoryLimits& limits,
+                    const MemoryUse& use, int rays_per_axis, bool has_doubles) {
   std::string why = plan.why_tiles;
   const auto tiles_help = [&] {
     return why_in_one_piece(plan, use.method).empty() &&
@@ -200,40 +199,62 @@ Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& li
       if (8 * area(tile_size_of(plan.size, tiles)) <= limits.largest_buffer_bytes) break;
     }
     if (tiles == plan.tile_grid) break;
-    tried.hologram.tiles = tiles;
-    plan = make_plan(tried, world, use.method, rays_per_axis, has_doubles);
+    scene.hologram.tiles = tiles;
+    plan = make_plan(scene, world, use.method, rays_per_axis, has_doubles);
   }
   plan.why_tiles = why;
   return plan;
 }
 
+}  // namespace
+
+Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& limits,
+                  const MemoryUse& use, int rays_per_axis, bool has_doubles) {
+  auto plan = make_plan(scene, world, use.method, rays_per_axis, has_doubles);
+  if (scene.hologram.tiles) {
+    plan.why_tiles = "given";
+    return plan;
+  }
+  return divided_to_fit(scene, world, std::move(plan), limits, use, rays_per_axis, has_doubles);
+}
+
 Plan fitting_plan_of_poses(Scene& scene, World& world, int poses,
                            const std::function<void(int pose)>& move_to, const MemoryLimits& limits,
                            const MemoryUse& use, int rays_per_axis, bool has_doubles) {
-  constexpr int most_rounds = 16;  // layers and tiles only grow
+  // Layers and tiles only grow, and light that has gone over to WRPs stays there
+  constexpr int most_rounds = 16;
   const auto is_alike = [](const Plan& a, const Plan& b) {
     return a.tile_grid == b.tile_grid && a.most_layers == b.most_layers &&
            a.compact.has_value() == b.compact.has_value();
   };
   move_to(0);
   auto plan = fitting_plan(scene, world, limits, use, rays_per_axis, has_doubles);
+  int last_change = 0;
   for (int round = 0; round < most_rounds; ++round) {
     bool serves_all = true;
     for (int pose = 0; pose < poses; ++pose) {
       move_to(pose);
       auto here = make_plan(scene, world, use.method, rays_per_axis, has_doubles, &plan);
-      if (is_alike(here, plan)) {
-        const auto needs = memory_needs(world, here, use, limits.largest_buffer_bytes);
-        if (missing(needs, limits).empty()) continue;
-        here = fitting_plan(scene, world, limits, use, rays_per_axis, has_doubles);
-        if (here.tile_grid == plan.tile_grid) continue;  // the renderer says what it lacks
+      if (!scene.hologram.tiles) {
+        auto as_here = scene;
+        as_here.wrp.layers = here.most_layers;
+        as_here.wrp.propagation = here.compact ? WrpPropagation::compact : WrpPropagation::spectrum;
+        const auto why_propagation = here.why_propagation;
+        here = divided_to_fit(std::move(as_here), world, std::move(here), limits, use,
+                              rays_per_axis, has_doubles);
+        here.why_propagation = why_propagation;
       }
+      if (is_alike(here, plan)) continue;  // what it still lacks, the renderer says
       plan = std::move(here);
       serves_all = false;
+      last_change = pose;
     }
-    if (serves_all) break;
+    if (serves_all) return plan;
   }
-  return plan;
+  throw InputError(one_line(scene.file.string()) + ": no plan serves all " + std::to_string(poses) +
+                   " pictures: that of picture " + std::to_string(last_change) +
+                   " has other tiles, depth layers or propagation than the others; give "
+                   "hologram.tiles, wrp.layers and wrp.propagation");
 }
 
 }  // namespace raywave

@@ -64,7 +64,7 @@ Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& li
 ///
 /// poses    >= 1
 /// move_to  moves scene and world to a pose; they are left at the last one
-/// throws   as make_plan, and what `move_to` throws
+/// throws   as make_plan, what `move_to` throws, and InputError when no plan serves all poses
 Plan fitting_plan_of_poses(Scene& scene, World& world, int poses,
                            const std::function<void(int pose)>& move_to, const MemoryLimits& limits,
                            const MemoryUse& use = {}, int rays_per_axis = 100,

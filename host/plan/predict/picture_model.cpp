@@ -108,8 +108,10 @@ Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan
       any = true;
     }
     if (!any) continue;
-    const double depth = plan.near_m + (layer + 0.5) / count * (plan.far_m - plan.near_m);
-    const auto half = window * (std::abs(depth - z_m) / depth / z_m / 2 / view.step);
+    double depth = plan.near_m + (layer + 0.5) / count * (plan.far_m - plan.near_m);
+    if (std::abs(depth) < plan.closest_m) depth = std::copysign(plan.closest_m, depth);
+    const auto half =
+        window * (std::abs(depth - z_m) / std::abs(depth) / std::abs(z_m) / 2 / view.step);
     blur_box(one, view.size, half);
     for (std::size_t i = 0; i < one.size(); ++i) sum[i] += one[i];
     if (!layers) continue;
@@ -175,20 +177,21 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
                   double blur_m, const Raster& steps) {
   PictureRow row;
   row.z_m = z_m;
+  const double away_m = std::abs(z_m);
   const auto sharp = lens_view(view, view.radiance, plan, z_m, &row.layers);
   auto lens = sharp;
-  blur_gaussian(lens, view.size, blur_m / z_m / view.step);
+  blur_gaussian(lens, view.size, blur_m / away_m / view.step);
   auto shown = lens;
   if (radiance_shown != view.radiance) {
     shown = lens_view(view, radiance_shown, plan, z_m);
-    blur_gaussian(shown, view.size, blur_m / z_m / view.step);
+    blur_gaussian(shown, view.size, blur_m / away_m / view.step);
   }
   const auto window = glm::dvec2(plan.size * plan.grid) * plan.pitch_m;
   const auto border = static_cast<double>(picture_border_px) * plan.pitch_m;
   double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, before_blur = 0, edges = 0;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      if (glm::any(glm::greaterThan(glm::abs(view.tangent(x, y)) * z_m, window / 2.0 - border)))
+      if (glm::any(glm::greaterThan(glm::abs(view.tangent(x, y)) * away_m, window / 2.0 - border)))
         continue;
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
                      static_cast<std::size_t>(x);
@@ -203,13 +206,13 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
     }
   }
   if (peak == 0) return row;
-  const double cells = window.x * window.y / (z_m * view.step * z_m * view.step),
+  const double cells = window.x * window.y / (away_m * view.step * away_m * view.step),
                unit = 1 / (cells * peak * peak);
   row.mean = light / (cells * peak);
   row.light = ll * unit;
   row.sharp = before_blur * unit;
   row.missing = ss > 0 ? std::max(0.0, ll - ls * ls / ss) * unit : row.light;
-  row.edges_m = edges * z_m * view.step / (window.x * window.y * peak * peak);
+  row.edges_m = edges * away_m * view.step / (window.x * window.y * peak * peak);
   return row;
 }
 
@@ -371,8 +374,8 @@ LatticePattern lattice_pattern(const PictureModel& model, double pitch_m) {
   LatticePattern pattern{pitch_m, {}, {}, {}};
   const auto pitch = pitch_m / model.spot_m;
   for (const auto& row : model.rows) {
-    const auto blur =
-        blur_of_resolution * model.resolution_m * model.window_m / (model.wavelength_m * row.z_m);
+    const auto blur = blur_of_resolution * model.resolution_m * model.window_m /
+                      (model.wavelength_m * std::abs(row.z_m));
     const auto interference = [&](const Cone& cone) {
       return std::array{Interference(cone, pitch.x, blur.x), Interference(cone, pitch.y, blur.y)};
     };

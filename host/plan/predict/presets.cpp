@@ -157,10 +157,11 @@ void predict_memory(const World& world, const DeviceFigures& device, const Memor
   auto& warnings = planned.warnings;
   const auto needs = memory_needs(world, plan, use, limits.largest_buffer_bytes);
   auto& bytes = planned.prediction.device_bytes;
-  bytes = needs.device_bytes() +
-          static_cast<std::uint64_t>(
-              planned.prediction.work.samples *
-              (sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 + 8 * plan.frames));
+  bytes =
+      needs.device_bytes() +
+      static_cast<std::uint64_t>(planned.prediction.work.samples *
+                                 (sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 +
+                                  8 * plan.frames + (plan.colour ? 6 * sizeof(float) : 0)));
 
   // What does not fit into the host is planned in one piece: nothing else would be worth a line
   if (auto shortage = results_shortage(plan, needs, use, limits); !shortage.empty())
@@ -220,7 +221,7 @@ Preset preset_of(const std::string& name) {
   for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
     if (name == name_of(preset)) return preset;
   }
-  throw InputError("--preset " + name +
+  throw InputError("preset " + in_quotes(name) +
                    ": unknown; there are draft, balanced, accurate and reference");
 }
 

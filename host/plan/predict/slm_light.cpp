@@ -23,7 +23,9 @@ double cycles_per_sine(const Plan& plan, int axis) {
 /// Frequency, in cycles per pixel, at place `to_m` of the SLM, of light from the place `from_m` in
 /// the plane z_m.
 double frequency(const Plan& plan, int axis, double from_m, double z_m, double to_m) {
-  return cycles_per_sine(plan, axis) * (to_m - from_m) / std::hypot(to_m - from_m, z_m);
+  const double sine = (to_m - from_m) / std::copysign(std::hypot(to_m - from_m, z_m), z_m);
+  return cycles_per_sine(plan, axis) *
+         (sine - plan.slm.illumination.sine_at(glm::dvec2(to_m))[axis]);
 }
 
 /// Places of the SLM that light of this frequency reaches lie so far from where it starts.
@@ -49,9 +51,9 @@ double share_through(const Plan& plan, const StopSpec& stop, int axis, double x_
   const double half_m = plan.window_m()[axis] / 2;
   double lit_m = 0;
   for_passed(stop, axis, [&](double low, double high) {
-    const double first_m = std::max(-half_m, x_m + travel(plan, axis, low, z_m)),
-                 last_m = std::min(half_m, x_m + travel(plan, axis, high, z_m));
-    lit_m += std::max(0.0, last_m - first_m);
+    const auto [first_m, last_m] =
+        std::minmax({x_m + travel(plan, axis, low, z_m), x_m + travel(plan, axis, high, z_m)});
+    lit_m += std::max(0.0, std::min(half_m, last_m) - std::max(-half_m, first_m));
   });
   return lit_m / (2 * half_m);
 }

@@ -184,7 +184,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   for (const auto& warning : compact_warnings(plan)) warn(warning);
   warn_of_slm(slm_light, warn);
   for (int axis = 0; axis < 2; ++axis) {
-    const double period = plan.wavelength_m * plan.far_m / plan.pitch_m[axis],
+    const double period = plan.wavelength_m * plan.farthest_m / plan.pitch_m[axis],
                  extent = world.max_m[axis] - world.min_m[axis];
     if (extent > period) {
       warn(std::string("the picture's replicas overlap it: its ") +

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "host/common/error.hpp"
+#include "host/scene/light.hpp"
 #include "host/scene/reader/readers.hpp"
 #include "host/scene/reader_reply.hpp"
 
@@ -98,16 +99,21 @@ void add_light(const json& root, const json& node, const glm::dmat4& pose, GltfS
   made.intensity = std::clamp(number_or(member(light, "intensity"), 1), 0.0, 1e15);
   const auto& spot = member(light, "spot");
   constexpr double right = 1.5707963267948966;
-  const double outer =
-                   std::clamp(number_or(member(spot, "outerConeAngle"), right / 2), 1e-4, right),
-               inner = std::clamp(number_or(member(spot, "innerConeAngle"), 0), 0.0, outer);
-  made.outer_deg = std::min(glm::degrees(outer), 90.0);
-  made.inner_deg = std::min(glm::degrees(inner), made.outer_deg);
+  const double outer_deg = glm::degrees(number_or(member(spot, "outerConeAngle"), right / 2)),
+               inner_deg = glm::degrees(number_or(member(spot, "innerConeAngle"), 0));
+  made.outer_deg = std::clamp(outer_deg, least_spot_deg, 90.0);
+  made.inner_deg = std::clamp(inner_deg, 0.0, made.outer_deg);
   set.lights.push_back(made);
-  if (!member(light, "range").is_null() && set.notes.empty())
-    set.notes.emplace_back(
+  const auto note_once = [&](const char* note) {
+    if (std::find(set.notes.begin(), set.notes.end(), note) == set.notes.end())
+      set.notes.emplace_back(note);
+  };
+  if (!member(light, "range").is_null())
+    note_once(
         "the range of lights is ignored: they fall off with the square of the "
         "distance");
+  if (made.type == GltfLight::Type::spot && outer_deg < least_spot_deg)
+    note_once("spots narrower than 0.5 degrees are widened to that");
 }
 
 }  // namespace

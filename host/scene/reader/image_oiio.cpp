@@ -20,10 +20,6 @@ namespace {
 constexpr int kMaxTextureSide = 16384;
 constexpr int kMaxChannels = 64;
 
-float linear_from_srgb(float s) {
-  return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
-}
-
 /// Opens a picture and checks the size that it claims.
 std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& file, int max_side) {
   OIIO::ImageSpec as_stored;

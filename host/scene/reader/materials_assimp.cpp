@@ -287,7 +287,12 @@ private:
     look.shininess = std::clamp(number(AI_MATKEY_SHININESS, 0), 0.0, 1e30);
     int illumination = 2;
     if (reader_.is_obj_) from_.Get("$mat.illum", 0, 0, illumination);
-    if (illumination < 2) look.specular = glm::dvec3(0);  // "illum 0" and "illum 1": none
+    if (illumination < 2) {  // "illum 0" and "illum 1": none
+      if (look.specular != glm::dvec3(0))
+        note("illum " + std::to_string(illumination) + ", as also no illum is read, shows no " +
+             "highlights: illum 2 shows those of Ks");
+      look.specular = glm::dvec3(0);
+    }
     if (illumination > 2)
       note("illum " + std::to_string(illumination) + " is taken as illum 2: Phong's model, " +
            "without reflection and refraction");

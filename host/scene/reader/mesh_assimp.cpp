@@ -39,10 +39,6 @@ glm::dmat4 to_glm(const aiMatrix4x4& m) {  // Assimp stores rows, glm columns
 
 glm::dvec3 to_glm(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 
-float linear_from_srgb(float s) {
-  return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
-}
-
 /// The colour of a vertex, linear; white where the file has nonsense.
 glm::vec4 colour_of(const aiColor4D& c, bool is_linear) {
   glm::vec4 colour(c.r, c.g, c.b, c.a);

@@ -3,6 +3,7 @@
 /// only reader programs call them.
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -18,6 +19,11 @@ Mesh read_mesh(const std::filesystem::path& file);
 
 /// Cameras and lights of a glTF 2.0 file, where its nodes put them.
 GltfSet read_gltf_set(const std::filesystem::path& file);
+
+/// Linear light of an sRGB value, 0 to 1.
+inline float linear_from_srgb(float s) {
+  return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
+}
 
 /// Channels of a picture (OpenImageIO).
 ///

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes before the hologram (z < 0: real images), and on both sides of it.
+#include <algorithm>
+#include <complex>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <string>
+
+#include "host/common/error.hpp"
+#include "host/plan/make_plan.hpp"
+#include "host/render.hpp"
+#include "host/view/compare.hpp"
+#include "host/view/lens.hpp"
+#include "host/view/reconstruct.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+#include "tests/support/scenes.hpp"
+#include "tests/support/worlds.hpp"
+
+using namespace raywave;
+using namespace raywave::test;
+using Catch::Matchers::ContainsSubstring;
+using glm::dvec2;
+using glm::dvec3;
+
+namespace {
+
+Stage with(WrpPropagation propagation, Stage stage) {
+  stage.scene.wrp.propagation = propagation;
+  return stage;
+}
+
+/// Two tilted cards that do not hide each other; `side` -1: their mirror image through the hologram.
+Stage two_cards(double side) {
+  Stage stage;
+  stage.scene.hologram = {{128, 96}, {8e-6, 8e-6}, 638e-9};
+  stage.add(
+      rectangle({-0.3e-3, 0.05e-3, side * 40e-3}, {0.2e-3, 0, side * 0.1e-3}, {0, 0.25e-3, 0}));
+  stage.add(
+      rectangle({0.35e-3, -0.1e-3, side * 42e-3}, {0.15e-3, 0, 0}, {0, 0.2e-3, side * 0.05e-3}));
+  return stage;
+}
+
+/// Two cards with stripes of different width, left before the hologram and right beyond it.
+Stage striped_cards() {
+  Stage stage;
+  stage.scene.hologram = {{320, 240}, {8e-6, 8e-6}, 638e-9};
+  stage.scene.sampling.pitch_m = 20e-6;
+  stage.scene.sampling.frames = 8;
+  for (int i = 0; i < 4; ++i) {
+    stage.add(rectangle({-0.9e-3 + 0.2e-3 * i, 0, -40e-3}, {0.05e-3, 0, 0}, {0, 0.5e-3, 0}));
+    stage.add(rectangle({0.5e-3, -0.3e-3 + 0.2e-3 * i, 45e-3}, {0.4e-3, 0, 0}, {0, 0.06e-3, 0}));
+  }
+  return stage;
+}
+
+/// A message of make_plan.
+std::string refusal_of(const Stage& stage, Method method = Method::wrp) {
+  try {
+    make_plan(stage.scene, stage.world, method);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// The sample of an object, which has one only.
+std::size_t only_sample(const Rig& rig, int object) {
+  std::size_t found = rig.samples.size(), count = 0;
+  for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+    if (rig.object_of(rig.samples[i]) != object) continue;
+    found = i;
+    ++count;
+  }
+  REQUIRE(count == 1);
+  return found;
+}
+
+}  // namespace
+
+TEST_CASE("a scene and its mirror image through the hologram give conjugate fields") {
+  for (const auto& device : all_devices()) {
+    for (const auto propagation : {WrpPropagation::spectrum, WrpPropagation::compact}) {
+      for (const auto method : {Method::wrp, Method::points}) {
+        if (method == Method::points && propagation == WrpPropagation::compact) continue;
+        const auto beyond = with(propagation, two_cards(1)),
+                   before = with(propagation, two_cards(-1));
+        RenderOptions options;
+        options.method = method;
+        const auto a = render(device, beyond.scene, beyond.world, options);
+        auto b = render(device, before.scene, before.world, options);
+        REQUIRE(b.plan.far_m < 0);
+        for (auto& sample : b.field.samples) sample = std::conj(sample);
+        const auto same = compare_fields(a.field, b.field);
+        INFO("method " << static_cast<int>(method) << ": error " << same.error);
+        CHECK(same.error < 1e-3);
+        // They are no real numbers, whose conjugates they would be anyhow.
+        for (auto& sample : b.field.samples) sample = std::conj(sample);
+        CHECK(compare_fields(a.field, b.field).correlation < 0.2);
+      }
+    }
+  }
+}
+
+TEST_CASE("what is nearer to the eye hides what is farther, before the hologram and beyond it") {
+  struct Case {
+    const char* name;
+    double point_z_m, card_z_m;
+    bool hides;  // for the parts of the window whose line through the point meets the card
+  };
+  const Case cases[] = {
+      {"both before the hologram", -20e-3, -30e-3, true},
+      {"the card nearer to the hologram than a real image", -20e-3, -10e-3, false},
+      {"a card before the hologram, a point beyond", 20e-3, -10e-3, true},
+      {"a card beyond the hologram, a point before", -20e-3, 10e-3, false},
+      {"both beyond the hologram", 20e-3, 10e-3, true}};
+  for (const auto& device : all_devices()) {
+    for (const auto& [name, point_z_m, card_z_m, hides] : cases) {
+      Stage stage;
+      stage.scene.hologram = {{61, 47}, {8e-6, 8e-6}, 638e-9};
+      stage.add(rectangle({13e-6, 13e-6, point_z_m}, {18e-6, 0, 0}, {0, 18e-6, 0}));
+      // Its left edge lies at x = 0.02 mm.
+      stage.add(rectangle({5.02e-3, 0, card_z_m}, {5e-3, 0, 0}, {0, 5e-3, 0}));
+      stage.scene.sampling.pitch_m = 36e-6;
+      const Rig rig(device, stage);
+      const auto point = only_sample(rig, 0);
+      const auto p = reference::place(rig.samples[point]) + rig.plan.origin_m;
+      const auto window_m =
+          dvec2(rig.plan.size) * rig.plan.pitch_m * std::max(1.0, rig.plan.cone_half_width);
+      const int parts = rig.table.visibility_parts;
+      int wrong = 0, hidden = 0;
+      for (int i = 0; i < parts; ++i) {
+        const double from_x = ((i + 0.5) / parts - 0.5) * window_m.x;
+        const double at_x = from_x + (p.x - from_x) * card_z_m / p.z;  // of the line, on the card
+        for (int j = 0; j < parts; ++j) {
+          const bool is_hidden = hides && at_x > 0.02e-3;
+          wrong += rig.sees(point, i, j) == is_hidden;
+          hidden += is_hidden;
+        }
+      }
+      INFO(name << ": " << hidden << " hidden, " << wrong << " wrong");
+      CHECK(wrong == 0);
+      CHECK((hidden > 0 && hidden < parts * parts) == hides);
+      // What the eye sees of a surface faces it.
+      for (const auto& s : rig.samples) CHECK(s.nz < 0);
+    }
+  }
+}
+
+TEST_CASE("a closed ball before the hologram has samples on all of the side that faces the eye") {
+  // Normal cones cull what faces away from the eye, where rays go towards the hologram's centre.
+  for (const auto& device : all_devices()) {
+    for (const double z_m : {-30e-3, 30e-3}) {
+      Stage stage;
+      stage.scene.hologram = {{61, 47}, {8e-6, 8e-6}, 638e-9};
+      const double radius_m = 0.4e-3;
+      stage.add(sphere({0, 0, z_m}, radius_m, 24));
+      const Rig rig(device, stage, Method::points, false);
+      const double step_m = rig.plan.lattice.step * std::abs(z_m);
+      const double wanted = std::numbers::pi * radius_m * radius_m / (step_m * step_m);
+      INFO(z_m << ": " << rig.samples.size() << " samples, " << wanted << " wanted");
+      CHECK(std::abs(static_cast<double>(rig.samples.size()) / wanted - 1) < 0.03);
+      int wrong = 0;
+      for (const auto& s : rig.samples)
+        wrong += reference::place(s).z > 0.02 * radius_m || s.nz > 0.1f || !(s.weight > 0);
+      CHECK(wrong == 0);
+    }
+  }
+}
+
+TEST_CASE("what does not know z < 0 says so") {
+  const auto before = two_cards(-1);
+  auto fans = before, mirror = before, refined = before, distance = before;
+  fans.scene.sampling.mode = SamplingMode::fan;
+  mirror.scene.materials[0].reflectivity = Spectrum(0.5);
+  refined.scene.refine.emplace();
+  distance.scene.wrp.distances_m = {40e-3};
+  CHECK(refusal_of(before).empty());
+  CHECK_THAT(refusal_of(fans), ContainsSubstring("z = -42.05 mm") && ContainsSubstring("aimed"));
+  CHECK_THAT(refusal_of(before, Method::rays), ContainsSubstring("give \"points\""));
+  CHECK_THAT(refusal_of(mirror), ContainsSubstring("mirrors and glass"));
+  CHECK_THAT(refusal_of(refined), ContainsSubstring("[refine]"));
+  CHECK_THAT(refusal_of(distance), ContainsSubstring("wrp.distance"));
+}
+
+TEST_CASE("reconstructions before and beyond the hologram show what a lens sees there") {
+  for (const auto& device : all_devices()) {
+    for (const auto propagation : {WrpPropagation::spectrum, WrpPropagation::compact}) {
+      const auto stage = with(propagation, striped_cards());
+      const auto shown = render(device, stage.scene, stage.world);
+      const DeviceScene arrays(device, stage.world, shown.plan);
+      const auto similar = [&](double lens_z_m, double hologram_z_m) {
+        LensSpec lens;
+        lens.z_m = lens_z_m;
+        lens.points = 10;
+        ReconstructSpec what;
+        what.z_m = hologram_z_m;
+        PictureOptions options;
+        options.blur_px = 3;
+        options.border_px = 8;
+        return compare_pictures(lens_picture(device, shown.plan, arrays, lens),
+                                reconstruct(device, raywave::cl::FftBackend::host, shown.field,
+                                            stage.scene.hologram, what),
+                                options)
+            .psnr_db;
+      };
+      const double before = similar(-40e-3, -40e-3), beyond = similar(45e-3, 45e-3),
+                   swapped = similar(-40e-3, 45e-3), unfocused = similar(-40e-3, -30e-3);
+      INFO("before " << before << " dB, beyond " << beyond << ", swapped " << swapped
+                     << ", out of focus " << unfocused);
+      CHECK(before > 24);
+      CHECK(beyond > 24);
+      CHECK(swapped < before - 6);
+      CHECK(unfocused < before - 3);
+    }
+  }
+}
