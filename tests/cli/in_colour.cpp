@@ -29,7 +29,7 @@ void in_colour(Desk& desk) {
 TEST_CASE("render writes a hologram for each laser, which can be looked at together and alone") {
   Desk desk;
   in_colour(desk);
-  const auto scene = desk.file("scene.toml"), out = desk.out("");
+  const std::string scene = desk.file("scene.toml"), out = desk.out("").string();
   const auto rendered = desk.run(
       {"render", scene, "--set", three, "--set", "slm.encoding=phase", "-o", out, "--rgb"});
   INFO(rendered.err);

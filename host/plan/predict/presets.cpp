@@ -157,11 +157,10 @@ void predict_memory(const World& world, const DeviceFigures& device, const Memor
   auto& warnings = planned.warnings;
   const auto needs = memory_needs(world, plan, use, limits.largest_buffer_bytes);
   auto& bytes = planned.prediction.device_bytes;
-  bytes =
-      needs.device_bytes() +
-      static_cast<std::uint64_t>(planned.prediction.work.samples *
-                                 (sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 +
-                                  8 * plan.frames + (plan.colour ? 6 * sizeof(float) : 0)));
+  bytes = needs.device_bytes() +
+          static_cast<std::uint64_t>(
+              planned.prediction.work.samples *
+              (sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 + 8 * plan.frames));
 
   // What does not fit into the host is planned in one piece: nothing else would be worth a line
   if (auto shortage = results_shortage(plan, needs, use, limits); !shortage.empty())
