@@ -19,8 +19,8 @@ namespace raywave {
 /// "638nm": in the names of a laser's files.
 std::string laser_name(double wavelength_m);
 
-/// What a hologram of this wavelength shows: half sides of the field at a depth that light of all its
-/// pixels reaches, >= 0. Beyond it less and less of the hologram shows a point.
+/// What a hologram of this wavelength shows: half sides of the field at a depth that light of all
+/// its pixels reaches, >= 0. Beyond it less and less of the hologram shows a point.
 glm::dvec2 field_m(const HologramSpec& hologram, double wavelength_m, double z_m);
 
 /// The files of a laser, beside the report.

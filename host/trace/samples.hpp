@@ -27,8 +27,8 @@ public:
   /// throws  InputError when there are more than 2^28 cells or samples
   void find(const Plan& plan, const DeviceScene& scene);
 
-  /// Shows the samples to another laser; finds them again where they differ, as those in mirrors and
-  /// glass do.
+  /// Shows the samples to another laser; finds them again where they differ, as those in mirrors
+  /// and glass do.
   ///
   /// plan, scene  of the same world, after DeviceScene::show
   void show(const Plan& plan, const DeviceScene& scene);
