@@ -114,6 +114,7 @@ std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& repo
 
 std::string colour_warning(const std::vector<Scene>& scenes, const World& world) {
   const auto& lasers = scenes.at(0).colour.value().lasers;
+  if (!scenes[0].slm.illumination.is_plane()) return {};  // fields are of plane light
   const auto [shortest, longest] =
       std::minmax_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());
   const auto& hologram = scenes[0].hologram;

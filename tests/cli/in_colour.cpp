@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes of three lasers, as a person computes and looks at them (docs/colour.md).
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "host/scene/image.hpp"
+#include "host/view/colour_picture.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/program.hpp"
+
+namespace raywave {
+namespace {
+
+using namespace test;
+using Catch::Matchers::ContainsSubstring;
+
+const std::string three = "hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]";
+
+/// A red card before the desk's scene, in colour.
+void in_colour(Desk& desk) {
+  desk.scene(
+      "[materials.red]\nambient = [0.8, 0.1, 0.05]\ndiffuse = 0\n[[object]]\nmesh = "
+      "\"square.obj\"\n"
+      "width = \"0.12 mm\"\nposition = [0, 0, \"9 mm\"]\nmaterial = \"red\"\n");
+}
+
+TEST_CASE("render writes a hologram for each laser, which can be looked at together and alone") {
+  Desk desk;
+  in_colour(desk);
+  const std::string scene = desk.file("scene.toml"), out = desk.out("").string();
+  const auto rendered = desk.run(
+      {"render", scene, "--set", three, "--set", "slm.encoding=phase", "-o", out, "--rgb"});
+  INFO(rendered.err);
+  REQUIRE(rendered.code == 0);
+  const auto report = nlohmann::json::parse(bytes_of(desk.out("report.json")));
+  const auto& lasers = report.at("colour").at("lasers");
+  REQUIRE(lasers.size() == 3);
+  double power = 0;
+  for (const auto& laser : lasers) {
+    power += laser.at("power").get<double>();
+    CHECK(laser.at("duty").get<double>() == Catch::Approx(1.0 / 3));
+    CHECK(laser.at("report").at("scene").at("hologram").at("wavelength_m") ==
+          laser.at("wavelength_m"));
+    CHECK(std::filesystem::exists(desk.out(laser.at("field").get<std::string>())));
+  }
+  CHECK(power == Catch::Approx(1));
+  CHECK(report.at("files").size() == 7);
+
+  // The picture of all lasers holds the levels of each, the longest wavelength as red
+  const auto packed = load_channels(desk.out("hologram_rgb.png"), "RGB", "");
+  const char* names[] = {"hologram_638nm.png", "hologram_520nm.png", "hologram_450nm.png"};
+  for (std::size_t i = 0; i < 3; ++i)
+    CHECK(packed[i].pixels == load_levels(desk.out(names[i]), "").pixels);
+
+  // One laser alone: the same bits
+  const auto alone = desk.run({"render", scene, "--set", three, "--set", "slm.encoding=phase",
+                               "--set", "colour.only=520 nm", "-o", desk.file("alone"), "--quiet"});
+  REQUIRE(alone.code == 0);
+  CHECK(bytes_of(desk.file("alone/hologram.png")) == bytes_of(desk.out(names[1])));
+  CHECK(bytes_of(desk.file("alone/field.npy")) == bytes_of(desk.out("field_520nm.npy")));
+
+  // What they show, and what a lens sees, is red in the middle
+  for (const char* flag : {"--quiet", "--field"}) {
+    const auto seen = desk.run({"reconstruct", desk.out("report.json"), "-z", "9mm", "-o",
+                                desk.file("seen"), flag, "--json", desk.file("seen.json")});
+    INFO(seen.err);
+    REQUIRE(seen.code == 0);
+  }
+  REQUIRE(desk.run({"lens", scene, "--set", three, "-z", "9mm", "-o", desk.file("seen"),
+                    "--lens-points", "2"})
+              .code == 0);
+  const auto is_red = [&](const std::string& name) {
+    const auto picture = load_rgb(desk.file(name), "");
+    double sums[3] = {};
+    for (int y = 12; y < 20; ++y)
+      for (int x = 18; x < 30; ++x)
+        for (std::size_t c = 0; c < 3; ++c)
+          sums[c] += double{picture.channels[c].pixels[static_cast<std::size_t>(48 * y + x)]};
+    return sums[0] > 2 * sums[1] && sums[0] > 2 * sums[2];
+  };
+  CHECK(is_red("seen/reconstruction_9mm.exr"));
+  CHECK(is_red("seen/lens_9mm.exr"));
+  const auto compared = desk.run({"compare", desk.file("seen/lens_9mm.exr"),
+                                  desk.file("seen/reconstruction_9mm.exr"), "--blur", "3px"});
+  CHECK(compared.code == 0);
+  CHECK_THAT(compared.out, ContainsSubstring("Delta E 2000       mean"));
+  const auto itself =
+      desk.run({"compare", desk.file("seen/lens_9mm.png"), desk.file("seen/lens_9mm.png")});
+  CHECK_THAT(itself.out, ContainsSubstring("mean 0.000, median 0.000, 95 % within 0.000"));
+
+  // A laser's own files, whose pitch and wavelength the report knows
+  for (const char* file : {"hologram_450nm.png", "field_450nm.npy"}) {
+    const auto one = desk.run({"reconstruct", desk.out(file), "-z", "9mm", "-o", desk.file("one")});
+    INFO(one.err);
+    CHECK(one.code == 0);
+    CHECK(is_grey(load_rgb(desk.file("one/reconstruction_9mm.exr"), "")));
+  }
+  desk.shell("cp out/field_450nm.npy out/other.npy");
+  check_refused(desk.run({"reconstruct", desk.out("other.npy"), "-z", "9mm", "-o", desk.file("x")}),
+                2, "is of three lasers; give the file of one");
+  // A hologram of another render is told
+  desk.shell("cp alone/hologram.png out/hologram_638nm.png");
+  check_refused(
+      desk.run({"reconstruct", desk.out("report.json"), "-z", "9mm", "-o", desk.file("x")}), 2,
+      "hologram_638nm.png");
+}
+
+TEST_CASE("plan says what each laser needs and reaches, and where edges lose blue") {
+  Desk desk;
+  in_colour(desk);
+  const auto scene = desk.file("scene.toml");
+  const auto plan = desk.run({"plan", scene, "--set", three});
+  CHECK(plan.code == 0);
+  CHECK_THAT(plan.out, ContainsSubstring("laser     638 nm: 0.479 of white's power"));
+  CHECK_THAT(plan.out, ContainsSubstring("that the whole hologram shows with all lasers"));
+  CHECK_THAT(plan.out, !ContainsSubstring("edges turn"));
+  const auto wide = desk.run({"plan", scene, "--set", three, "--set", "object.0.width=3 mm"});
+  CHECK_THAT(wide.out, ContainsSubstring("no light of 450 nm, and edges turn to the colour of"));
+}
+
+TEST_CASE("commands that take one wavelength refuse three lasers, and take colour.only") {
+  Desk desk;
+  in_colour(desk);
+  const auto scene = desk.file("scene.toml");
+  for (const char* command : {"quality", "animate", "refine"})
+    check_refused(desk.run({command, scene, "--set", three, "-o", desk.file("x")}), 2,
+                  "one wavelength only");
+  CHECK(desk.run({"quality", scene, "--set", three, "--set", "colour.only=450 nm", "--no-views",
+                  "--lens-points", "2", "-z", "9mm", "-o", desk.file("x"), "--quiet"})
+            .code == 0);
+  check_refused(desk.run({"render", scene, "--rgb", "-o", desk.file("x")}), 2, "three lasers");
+}
+
+}  // namespace
+}  // namespace raywave
