@@ -180,7 +180,7 @@ TEST_CASE(
       "values = [[0, 0, \"8 mm\"], [0, 0, \"-8 mm\"]]\n");
   check_refused(desk.run({"animate", desk.file("scene.toml"), "-o", desk.out(""), "--set",
                           "object.0.cut='5 mm'"}),
-                2, "this is in picture 2 of the animation");
+                2, "this is in picture 1 of the animation");
   CHECK_FALSE(desk.has_output());
   desk.scene("");
   check_refused(desk.run({"animate", desk.file("scene.toml"), "-o", desk.out("")}), 2,

@@ -461,7 +461,6 @@ TEST_CASE(
   refused("[wrp]\npadding = \"much\"\n", scene + ":13: ");
   refused("[wrp]\npadding = -1\n", scene + ":13: ");
   refused("[[object]]\nmesh = \"none.obj\"\n", scene + ":13: ");
-  refused("[[object]]\nmesh = \"square.obj\"\nposition = [0, 0, \"-5 mm\"]\n", scene + ":12: ");
   refused("this is no TOML\n", scene + ":12");
   refused(
       "[materials.x]\ntexture = \"none.png\"\n[[object]]\nmesh = \"square.obj\"\nmaterial = "
@@ -597,7 +596,8 @@ TEST_CASE("reconstructions that cannot be are refused with one line") {
     CHECK_FALSE(std::filesystem::exists(desk.folder() / "views"));
   };
   const auto field = desk.out("field.npy").string();
-  refused(field, {"-z", "-5mm"}, "-z");
+  refused(field, {"-z", "0"}, "-z \"0\": must not be 0");
+  refused(field, {"-z", "1D"}, "-z \"1D\"");
   refused(field, {"-z", "far"}, "-z");
   refused(field, {"-z", "10"}, "a unit is needed, as in 10mm");
   refused(field, {"-z", "10mm", "-z", "1cm"}, "a second picture of 10mm would overwrite the first");

@@ -166,7 +166,7 @@ TEST_CASE("pictures that cannot be compared are refused") {
     change(what);
     CHECK_THROWS_AS(assess(device, scene, rendered, {}, what), InputError);
   };
-  refused([](QualitySpec& s) { s.depths_m = {-1 * mm}; });
+  refused([](QualitySpec& s) { s.depths_m = {0}; });
   refused([](QualitySpec& s) { s.border_px = 32; });
   refused([](QualitySpec& s) { s.blur_m = -1 * um; });
   refused([](QualitySpec& s) { s.lens_points = 0; });
