@@ -177,7 +177,7 @@ def reconstruct(
 
     field: (ny, nx) or (frames, ny, nx), complex64; or a Hologram, for the light that the SLM leaves
     with its levels. Pictures of several frames are averaged.
-    z: distance of the plane on the object's side, > 0, in metres.
+    z: place of the plane, in metres: > 0 beyond the hologram, < 0 on the eye's side, not 0.
     view: centre of the part of the hologram that lets light through, in half holograms: the
     position of the eye. aperture: size of that part in holograms, one number or (x, y).
     window: size of the picture around the axis, in metres; the hologram's when not given.

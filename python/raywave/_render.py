@@ -371,7 +371,7 @@ def lens(
     progress: Progress = None,
 ) -> Picture:
     """The picture that an ideal lens in the hologram's place sees of the scene, with the plane z
-    (metres) in focus: the reference for reconstruct, pixel by pixel.
+    (metres, as for reconstruct) in focus: the reference for reconstruct, pixel by pixel.
 
     view, aperture, window, progress: as for reconstruct. points: of the lens, per axis; their
     square is the number of rays per pixel.

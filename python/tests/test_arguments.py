@@ -45,7 +45,7 @@ BAD = [
     (("render", "lens", "reconstruct", "refine", "refine a field"), "progress", FUNCTION),
     (("lens",), "scene", (None, "scene.toml", {})),
     (("lens",), "points", (*WHOLE, 0, 4097)),
-    (("lens", "reconstruct"), "z", (*REAL, 0, -1, None)),
+    (("lens", "reconstruct"), "z", (*REAL, 0, None)),
     (("lens", "reconstruct"), "view", PAIR),
     (("lens", "reconstruct"), "aperture", (*PAIR, 0)),
     (("lens", "reconstruct"), "window", (*PAIR, 0)),

@@ -137,7 +137,8 @@ class Attack(unittest.TestCase):
 
     def test_keys_and_ranges_come_from_the_documentation(self):
         keys = attack.documented_keys()
-        self.assertEqual(set(keys), {"hologram", "slm", "wrp", "sampling", "trace", "accuracy",
+        self.assertEqual(set(keys), {"hologram", "colour", "slm", "illumination",
+                                     "wrp", "sampling", "trace", "accuracy",
                                      "viewer", "refine", "light", "materials.x", "object",
                                      "animation", "animation.camera", "animation.track",
                                      "scene"})

@@ -32,9 +32,9 @@ RAYWAVE_API Field propagate(const FieldView& field, const Pixels& pixels, double
 RAYWAVE_API FieldDouble propagate(const FieldDoubleView& field, const Pixels& pixels,
                                   double distance_m, const PropagateOptions& options = {});
 
-/// The plane looked at, on the object's side, and from where.
+/// The plane looked at, and from where.
 struct ViewOptions {
-  double z_m = 0.1;                // > 0
+  double z_m = 0.1;                // > 0; < 0 on the eye's side of the hologram
   std::optional<Vec2> window_m{};  // size of the picture; empty: the hologram's
   // Centre of the part of the hologram that lets light through, in half holograms: (-1, -1) bottom
   // left to (1, 1) top right
