@@ -21,18 +21,18 @@ using test::um;
 
 constexpr double z_m = 100 * mm, side_m = 2 * mm;
 
-/// A square of 2 mm that faces the hologram.
-World square_at(glm::dvec2 centre_m) {
+/// A square of 2 mm that faces the eye.
+World square_at(glm::dvec2 centre_m, double side = 1) {
   World world;
   for (const glm::dvec2 corner : {glm::dvec2(-1, -1), {1, -1}, {1, 1}, {-1, 1}})
-    world.positions.emplace_back(centre_m + corner * (side_m / 2), z_m);
+    world.positions.emplace_back(centre_m + corner * (side_m / 2), side * z_m);
   world.triangles = {glm::uvec3(0, 1, 2), glm::uvec3(0, 2, 3)};
   world.triangle_object = {0, 0};
   world.normals.assign(4, glm::vec3(0, 0, -1));
   world.uvs.assign(4, glm::vec2(0));
   world.object_closed = {false};
-  world.min_m = {centre_m - side_m / 2, z_m};
-  world.max_m = {centre_m + side_m / 2, z_m};
+  world.min_m = {centre_m - side_m / 2, side * z_m};
+  world.max_m = {centre_m + side_m / 2, side * z_m};
   return world;
 }
 
@@ -50,8 +50,9 @@ Scene scene_for(const SlmSpec& slm) {
   return scene;
 }
 
-Planned planned(const SlmSpec& slm, glm::dvec2 centre_m = {0, 0}) {
-  return plan_scene(scene_for(slm), square_at(centre_m), {}, {});
+/// side  1: the square lies beyond the hologram; -1: before it
+Planned planned(const SlmSpec& slm, glm::dvec2 centre_m = {0, 0}, double side = 1) {
+  return plan_scene(scene_for(slm), square_at(centre_m, side), {}, {});
 }
 
 SlmLight light_of(const SlmSpec& slm, glm::dvec2 centre_m = {0, 0}) {
@@ -174,19 +175,22 @@ TEST_CASE("a carrier or a shift moves the picture off the zero order, by as much
 }
 
 TEST_CASE("the shift that a warning gives moves the picture beside the zero order") {
-  const auto before = planned({});
-  const auto shift_m = before.prediction.slm_light.beside_m;
-  CHECK(shift_m.x == 0);
-  CHECK(std::abs(shift_m.y) == Approx(2.1 * mm).epsilon(0.01));  // half of both, and a margin
-  CHECK_THAT(warning_with(before, "undiffracted"),
-             ContainsSubstring("slm.shift = [0, \"") &&
-                 ContainsSubstring("slm.shift_distance = \"100 mm\""));
-  SlmSpec slm;
-  slm.shift_m = shift_m;
-  slm.shift_distance_m = before.prediction.slm_light.z_m;
-  const auto after = planned(slm);
-  CHECK(after.prediction.slm_light.on_picture == 0);
-  CHECK(warning_with(after, "undiffracted").empty());
+  for (const double side : {1.0, -1.0}) {
+    const auto before = planned({}, {0, 0.3 * mm}, side);
+    const auto shift_m = before.prediction.slm_light.beside_m;
+    CHECK(shift_m.x == 0);
+    CHECK(std::abs(shift_m.y) ==
+          Approx(1.05 * 1.7 * mm).epsilon(0.01));  // half of both less 0.3 mm, and a margin
+    CHECK_THAT(warning_with(before, "undiffracted"),
+               ContainsSubstring("slm.shift = [0, \"") &&
+                   ContainsSubstring("slm.shift_distance = \"100 mm\""));
+    SlmSpec slm;
+    slm.shift_m = shift_m;
+    slm.shift_distance_m = std::abs(before.prediction.slm_light.z_m);
+    const auto after = planned(slm, {0, 0.3 * mm}, side);
+    CHECK(after.prediction.slm_light.on_picture == 0);
+    CHECK(warning_with(after, "undiffracted").empty());
+  }
 }
 
 TEST_CASE("a stop that keeps the zero order away ends the warning") {

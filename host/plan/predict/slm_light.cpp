@@ -67,14 +67,16 @@ bool passes(const StopSpec& stop, glm::dvec2 cycles) {
 }
 
 /// The shortest slm.shift, along one axis, that moves a picture of this extent beside a zero order
-/// of the SLM's own size. Zero where the band has no room for it.
+/// of the SLM's own size, at the depth |z_m|: planes before the hologram move the other way. Zero
+/// where the band has no room for it, and for scenes on both sides of the hologram.
 glm::dvec2 shift_beside(const Plan& plan, const std::array<Interval, 2>& picture_m,
                         const std::array<Interval, 2>& cycles, double z_m) {
   glm::dvec2 best_m(0);
-  for (int axis = 0; axis < 2; ++axis) {
+  const bool on_both_sides = plan.near_m < 0 && plan.far_m > 0;
+  for (int axis = 0; axis < 2 && !on_both_sides; ++axis) {
     const double half_m = plan.window_m()[axis] / 2;
     for (const double touching_m : {half_m - picture_m[axis].low, -half_m - picture_m[axis].high}) {
-      const double shift_m = 1.05 * touching_m;
+      const double shift_m = std::copysign(1.05, z_m) * touching_m;
       const double carrier = -cycles_per_sine(plan, axis) * shift_m / std::hypot(shift_m, z_m);
       const bool has_room =
           cycles[axis].low + carrier >= -band_edge && cycles[axis].high + carrier <= band_edge;

@@ -100,7 +100,7 @@ void warn_of_slm(const SlmLight& light, const Warn& warn) {
             ? std::string("the pixels cannot move the picture beside it: move the scene off the "
                           "axis or farther away, or block that light where it is focused")
             : "slm.shift = " + shift_text(light.beside_m) + " with slm.shift_distance = " +
-                  in_quotes(length_text(std::round(light.z_m * 1e5) / 1e5)) +
+                  in_quotes(length_text(std::round(std::abs(light.z_m) * 1e5) / 1e5)) +
                   " moves the picture beside it, slm.stop then blocks it"));
 }
 
