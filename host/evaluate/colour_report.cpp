@@ -115,20 +115,20 @@ std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& repo
 std::string colour_warning(const std::vector<Scene>& scenes, const World& world) {
   const auto& lasers = scenes.at(0).colour.value().lasers;
   if (!scenes[0].slm.illumination.is_plane()) return {};  // fields are of plane light
-  const auto [shortest, longest] =
-      std::minmax_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());
+  const auto ends = std::minmax_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());
+  const double shortest_m = *ends.first, longest_m = *ends.second;
   const auto& hologram = scenes[0].hologram;
   const double middle_m = (world.min_m.z + world.max_m.z) / 2;
   const auto positions = positions_now(world);
   const bool is_within = std::all_of(positions.begin(), positions.end(), [&](glm::dvec3 at_m) {
-    const auto field = field_m(hologram, *shortest, at_m.z);
+    const auto field = field_m(hologram, shortest_m, at_m.z);
     return std::abs(at_m.x) <= field.x && std::abs(at_m.y) <= field.y;
   });
   if (is_within) return {};
-  return "the scene reaches beyond " + millimetres(field_m(hologram, *shortest, middle_m)) +
+  return "the scene reaches beyond " + millimetres(field_m(hologram, shortest_m, middle_m)) +
          " (at " + length_text(middle_m) +
-         "), from where on parts of the hologram show no light of " + length_text(*shortest) +
-         ", and edges turn to the colour of " + length_text(*longest) +
+         "), from where on parts of the hologram show no light of " + length_text(shortest_m) +
+         ", and edges turn to the colour of " + length_text(longest_m) +
          "; keep it within, move it away, or give a smaller hologram.pitch";
 }
 
