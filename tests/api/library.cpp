@@ -48,6 +48,15 @@ Scene square_scene(const std::vector<std::string>& overrides = {}) {
   return scene;
 }
 
+/// The same, half as high.
+Scene low_square_scene() {
+  auto scene = square_scene();
+  auto low = square;
+  for (auto& vertex : low) vertex[1] *= 0.5;
+  scene.set_mesh(0, {low, square_faces});
+  return scene;
+}
+
 /// The same with its mesh in a file.
 class Desk {
 public:
@@ -131,10 +140,7 @@ TEST_CASE("a mesh from memory renders as the file that holds it") {
 
 TEST_CASE("a mesh from memory gives way to a file that is named after it") {
   const Desk desk;
-  auto scene = square_scene();
-  auto smaller = square;
-  for (auto& vertex : smaller) vertex[1] *= 0.5;
-  scene.set_mesh(0, {smaller, square_faces});
+  auto scene = low_square_scene();
   const auto half = render(scene);
   scene.set({"object.0.mesh=" + desk.file("square.obj")});
   CHECK(levels_of(render(scene)) == levels_of(render(square_scene())));
@@ -183,10 +189,7 @@ TEST_CASE("files that a change names are read, whatever was read before") {
 
 TEST_CASE("objects that are set whole take the place of meshes in memory") {
   const Desk desk;
-  auto scene = square_scene();
-  auto smaller = square;
-  for (auto& vertex : smaller) vertex[1] *= 0.5;
-  scene.set_mesh(0, {smaller, square_faces});
+  auto scene = low_square_scene();
   const auto object = "{mesh = \"" + desk.file("square.obj") +
                       "\", width = \"0.2 mm\", position = [0, 0, \"10 mm\"]}";
   auto changed = scene;

@@ -10,14 +10,12 @@
 #include "host/plan/lattice.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/render.hpp"
-#include "host/view/compare.hpp"
-#include "host/view/lens.hpp"
-#include "host/view/reconstruct.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/render.hpp"
 #include "tests/support/scenes.hpp"
+#include "tests/support/seen.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;
@@ -193,21 +191,8 @@ TEST_CASE("near the hologram, reconstructions show what a lens sees within the p
     }
     const auto shown = render(device, stage.scene, stage.world);
     REQUIRE(is_near_hologram(shown.plan));
-    const DeviceScene arrays(device, stage.world, shown.plan);
-    const auto similar = [&](double lens_z_m, double hologram_z_m) {
-      LensSpec lens;
-      lens.z_m = lens_z_m;
-      lens.points = 10;
-      ReconstructSpec what;
-      what.z_m = hologram_z_m;
-      PictureOptions options;
-      options.blur_px = 3;
-      options.border_px = 20;
-      return compare_pictures(lens_picture(device, shown.plan, arrays, lens),
-                              reconstruct(device, raywave::cl::FftBackend::host, shown.field,
-                                          stage.scene.hologram, what),
-                              options)
-          .psnr_db;
+    const auto similar = [&](double lens_z_m, double shown_z_m) {
+      return psnr_db_of_shown(device, stage, shown, lens_z_m, shown_z_m, 20);
     };
     const double before = similar(-0.25e-3, -0.25e-3), beyond = similar(1e-3, 1e-3),
                  swapped = similar(-0.25e-3, 1e-3);

@@ -9,12 +9,10 @@
 #include "host/common/error.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/render.hpp"
-#include "host/view/compare.hpp"
-#include "host/view/lens.hpp"
-#include "host/view/reconstruct.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"
+#include "tests/support/seen.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;
@@ -189,21 +187,8 @@ TEST_CASE("reconstructions before and beyond the hologram show what a lens sees 
     for (const auto propagation : {WrpPropagation::spectrum, WrpPropagation::compact}) {
       const auto stage = with(propagation, striped_cards());
       const auto shown = render(device, stage.scene, stage.world);
-      const DeviceScene arrays(device, stage.world, shown.plan);
-      const auto similar = [&](double lens_z_m, double hologram_z_m) {
-        LensSpec lens;
-        lens.z_m = lens_z_m;
-        lens.points = 10;
-        ReconstructSpec what;
-        what.z_m = hologram_z_m;
-        PictureOptions options;
-        options.blur_px = 3;
-        options.border_px = 8;
-        return compare_pictures(lens_picture(device, shown.plan, arrays, lens),
-                                reconstruct(device, raywave::cl::FftBackend::host, shown.field,
-                                            stage.scene.hologram, what),
-                                options)
-            .psnr_db;
+      const auto similar = [&](double lens_z_m, double shown_z_m) {
+        return psnr_db_of_shown(device, stage, shown, lens_z_m, shown_z_m, 8);
       };
       const double before = similar(-40e-3, -40e-3), beyond = similar(45e-3, 45e-3),
                    swapped = similar(-40e-3, 45e-3), unfocused = similar(-40e-3, -30e-3);

@@ -43,6 +43,17 @@ dvec3 turned(double angle, dvec3 axis, dvec3 v) {
   return glm::angleAxis(angle, glm::normalize(axis)) * v;
 }
 
+/// A square 10 units before a camera, in a file that may have lights.
+Gltf room_for_lights() {
+  Gltf room;
+  room.root["cameras"] = {
+      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.01}}}}};
+  room.add_node({{"camera", 0}, {"translation", {0, 0, 10}}});
+  room.add(Gltf::square(1, {0, 0, 0}));
+  room.root["extensionsUsed"] = {"KHR_lights_punctual"};
+  return room;
+}
+
 /// Loads a scene file that asks for room.glb and says `more`.
 Scene scene_with(const Folder& folder, const Gltf& room, const std::string& more = "",
                  const std::string& section = "") {
@@ -92,12 +103,7 @@ TEST_CASE("the hologram stands at the file's camera and sees along it, in the un
 
 TEST_CASE("lights of a glTF file shine on surfaces with the illuminance that the file says") {
   const Folder folder;
-  Gltf room;
-  room.root["cameras"] = {
-      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.01}}}}};
-  room.add_node({{"camera", 0}, {"translation", {0, 0, 10}}});
-  room.add(Gltf::square(1, {0, 0, 0}));
-  room.root["extensionsUsed"] = {"KHR_lights_punctual"};
+  auto room = room_for_lights();
   room.root["extensions"]["KHR_lights_punctual"]["lights"] = {
       {{"type", "directional"}, {"intensity", 2.0}, {"color", {0.5, 1, 1}}},
       {{"type", "point"}, {"intensity", 40.0}, {"range", 100}},
@@ -140,12 +146,7 @@ TEST_CASE("lights of a glTF file shine on surfaces with the illuminance that the
 
 TEST_CASE("spots of a glTF file are no narrower than floats tell, nor those of a reader's reply") {
   const Folder folder;
-  Gltf room;
-  room.root["cameras"] = {
-      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.01}}}}};
-  room.add_node({{"camera", 0}, {"translation", {0, 0, 10}}});
-  room.add(Gltf::square(1, {0, 0, 0}));
-  room.root["extensionsUsed"] = {"KHR_lights_punctual"};
+  auto room = room_for_lights();
   room.add_node({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
   for (const double outer : {0.0, 0.001, 0.01}) {
     INFO(outer);
