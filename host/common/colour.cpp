@@ -184,6 +184,11 @@ glm::dmat3 xyz_from_srgb() {
   return {primaries[0] * share.x, primaries[1] * share.y, primaries[2] * share.z};
 }
 
+double srgb_of(double linear) {
+  const double v = std::clamp(linear, 0.0, 1.0);
+  return v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+}
+
 LaserSet laser_set(const std::array<double, 3>& wavelengths_m) {
   LaserSet set;
   set.wavelengths_m = wavelengths_m;

@@ -36,6 +36,9 @@ double delta_e_2000(glm::dvec3 lab_a, glm::dvec3 lab_b);
 /// Between linear sRGB and XYZ, from the primaries and the white of IEC 61966-2-1; Y of white is 1.
 glm::dmat3 xyz_from_srgb();
 
+/// The sRGB value, 0 to 1, of linear light from 0 to 1; what lies beyond becomes 0 or 1.
+double srgb_of(double linear);
+
 /// Three lasers, and the light of each that makes a colour. The unit of each laser's light is what
 /// it has in white: (1, 1, 1) is white in lasers and in sRGB.
 struct LaserSet {

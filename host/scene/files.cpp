@@ -9,22 +9,21 @@
 #include <string>
 #include <utility>
 
+#include "host/common/colour.hpp"
 #include "host/common/error.hpp"
 
 namespace raywave {
 namespace {
 
-/// Share of red, green and blue in the luminance of linear sRGB.
-constexpr double luminance[] = {0.2126, 0.7152, 0.0722};
-
 /// A picture that lights as grey.
 Image luminance_of(const std::filesystem::path& file, const std::string& where) {
   const auto channels = load_channels(file, "rgb", where);
+  const auto xyz = xyz_from_srgb();
   Image grey = channels[0];
   for (std::size_t i = 0; i < grey.pixels.size(); ++i) {
     double sum = 0;
-    for (std::size_t c = 0; c < 3; ++c)
-      sum += luminance[c] * static_cast<double>(channels[c].pixels[i]);
+    for (int c = 0; c < 3; ++c)  // Y is the luminance
+      sum += xyz[c][1] * double{channels[static_cast<std::size_t>(c)].pixels[i]};
     grey.pixels[i] = static_cast<float>(sum);
   }
   return grey;

@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 #include <utility>
 
+#include "host/common/colour.hpp"
 #include "host/common/error.hpp"
 
 namespace raywave {
@@ -15,10 +16,6 @@ namespace {
 glm::dvec3 colour_at(const RgbPicture& picture, std::size_t pixel) {
   return {double{picture.channels[0].pixels[pixel]}, double{picture.channels[1].pixels[pixel]},
           double{picture.channels[2].pixels[pixel]}};
-}
-
-double encoded(double linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
 
 /// Y of each pixel, >= 0.
@@ -75,9 +72,8 @@ std::vector<std::uint8_t> expose_to(const RgbPicture& picture, double white) {
   std::vector<std::uint8_t> pixels(3 * picture.channels[0].pixels.size());
   if (!(white > 0)) return pixels;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const double linear =
-        std::clamp(double{picture.channels[i % 3].pixels[i / 3]} / white, 0.0, 1.0);
-    pixels[i] = static_cast<std::uint8_t>(std::lround(255 * encoded(linear)));
+    const double encoded = srgb_of(double{picture.channels[i % 3].pixels[i / 3]} / white);
+    pixels[i] = static_cast<std::uint8_t>(std::lround(255 * encoded));
   }
   return pixels;
 }

@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "host/common/colour.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 
@@ -134,11 +135,6 @@ double best_scale(const Plane& a, const Plane& b) { return dot(b, a) / dot(b, b)
 
 double largest(const Plane& plane) {
   return *std::max_element(plane.pixels.begin(), plane.pixels.end());
-}
-
-double srgb_of(double linear) {
-  const double v = std::clamp(linear, 0.0, 1.0);
-  return v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
 }
 
 /// Brings intensities to the domain that they are compared in.

@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 
 #include "cl/program.hpp"
+#include "host/common/colour.hpp"
 #include "host/common/error.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/scene/scene.hpp"
@@ -166,9 +167,7 @@ std::vector<std::uint8_t> expose_to(const Image& intensity, double white) {
   std::vector<std::uint8_t> pixels(intensity.pixels.size());
   if (white <= 0) return pixels;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const double linear = std::clamp(static_cast<double>(intensity.pixels[i]) / white, 0.0, 1.0);
-    const double encoded =
-        linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+    const double encoded = srgb_of(double{intensity.pixels[i]} / white);
     pixels[i] = static_cast<std::uint8_t>(std::lround(255 * encoded));
   }
   return pixels;
