@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenes of three lasers: their fields, their colours and their brightness (docs/colour.md).
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <filesystem>
 #include <glm/geometric.hpp>
 #include <string>
 #include <vector>
 
+#include "host/encode/shown.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/render.hpp"
 #include "host/trace/samples.hpp"
+#include "host/view/reconstruct.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
@@ -180,6 +185,91 @@ TEST_CASE("encodings that show amplitudes have one scale for all lasers") {
       for (std::size_t at = 0; at < alone.levels[0].size(); ++at)
         differing += std::abs(int{alone.levels[0][at]} - int{laser.levels[0][at]}) % 255 > 1;
       CHECK(differing == 0);
+    }
+  }
+}
+
+TEST_CASE(
+    "a colour chart's fields show its 24 patches within a CIEDE2000 of 1, and its levels within 5",
+    "[slow]") {
+  // 8-bit sRGB, row by row from the top left: McCamy, Marcus and Davidson (1976), as their maker
+  // gives them
+  constexpr int chart[24][3] = {{115, 82, 68},   {194, 150, 130}, {98, 122, 157},  {87, 108, 67},
+                                {133, 128, 177}, {103, 189, 170}, {214, 126, 44},  {80, 91, 166},
+                                {193, 90, 99},   {94, 60, 108},   {157, 188, 64},  {224, 163, 46},
+                                {56, 61, 150},   {70, 148, 73},   {175, 54, 60},   {231, 199, 31},
+                                {187, 86, 149},  {8, 133, 161},   {243, 243, 242}, {200, 200, 200},
+                                {160, 160, 160}, {122, 122, 121}, {85, 85, 85},    {52, 52, 52}};
+  struct Case {
+    const char* encoding;
+    bool by_levels;
+    double largest, mean;
+  };
+  for (const auto& c : {Case{"phase", false, 1, 0.5}, Case{"phase", true, 5, 2.5},
+                        Case{"double-phase", true, 5, 2.5}}) {
+    INFO(c.encoding << (c.by_levels ? ", levels" : ", fields"));
+    const auto scenes =
+        load_colours(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml",
+                     {std::string("slm.encoding=") + c.encoding, "sampling.frames=8",
+                      "trace.shadows=false", "light=[{type = \"ambient\"}]",
+                      "object=[{mesh = \"colour_chart.ply\", width = \"5 mm\", position = [0, 0, "
+                      "\"103 mm\"]}]"});
+    const auto world = build_world(scenes[0]);
+    const auto& lasers = scenes[0].colour->lasers;
+    const auto xyz_from_rgb = xyz_from_srgb();
+    const auto white = xyz_from_rgb * glm::dvec3(1);
+    for (const auto& device : test::all_devices()) {
+      const auto result = render_colours(device, scenes, world);
+      std::array<glm::dvec3, 24> shown{}, true_xyz{};
+      for (std::size_t laser = 0; laser < 3; ++laser) {
+        ReconstructSpec what;
+        what.z_m = 103e-3;
+        const auto& of_laser = result.lasers[laser];
+        const auto image = reconstruct(
+            device, raywave::cl::FftBackend::host,
+            c.by_levels ? shown_field(*of_laser.panel, of_laser.levels) : of_laser.field,
+            scenes[laser].hologram, what);
+        // Fields have the unit of white; levels shine as brightly as their laser
+        const double gain = c.by_levels ? result.powers[laser] / lasers.white_powers[laser] : 1;
+        // Means over the inner two thirds of a patch: what is left is speckle
+        const double pitch_m = scenes[laser].hologram.pitch_m.x, patch_m = 5e-3 / 5.88,
+                     half = 0.38 * patch_m / pitch_m;
+        for (int patch = 0; patch < 24; ++patch) {
+          const double x = (patch % 6 - 2.5) * patch_m / pitch_m + (image.width - 1) / 2.0,
+                       y = (patch / 6 - 1.5) * patch_m / pitch_m + (image.height - 1) / 2.0;
+          double sum = 0;
+          int count = 0;
+          for (int row = static_cast<int>(y - half); row <= static_cast<int>(y + half); ++row)
+            for (int column = static_cast<int>(x - half); column <= static_cast<int>(x + half);
+                 ++column, ++count)
+              sum += double{image.pixels[static_cast<std::size_t>(row) *
+                                             static_cast<std::size_t>(image.width) +
+                                         static_cast<std::size_t>(column)]};
+          shown[static_cast<std::size_t>(patch)][static_cast<int>(laser)] = gain * sum / count;
+        }
+      }
+      double along = 0, squared = 0;
+      for (std::size_t patch = 0; patch < 24; ++patch) {
+        glm::dvec3 colour;
+        for (int k = 0; k < 3; ++k) {
+          const double v = chart[patch][k] / 255.0;
+          colour[k] = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+        }
+        true_xyz[patch] = xyz_from_rgb * colour;
+        shown[patch] = xyz_from_rgb * (lasers.rgb_from_lasers * shown[patch]);
+        along += true_xyz[patch].y * shown[patch].y;
+        squared += shown[patch].y * shown[patch].y;
+      }
+      double most = 0, sum = 0;
+      for (std::size_t patch = 0; patch < 24; ++patch) {
+        const double difference = delta_e_2000(lab_of(true_xyz[patch], white),
+                                               lab_of(along / squared * shown[patch], white));
+        most = std::max(most, difference);
+        sum += difference;
+      }
+      INFO("largest " << most << ", mean " << sum / 24);
+      CHECK(most < c.largest);
+      CHECK(sum / 24 < c.mean);
     }
   }
 }
