@@ -58,6 +58,16 @@ std::string laser_name(double wavelength_m) {
   return name;
 }
 
+LaserFiles files_of_laser(double wavelength_m, int frames, bool keeps_field) {
+  const auto name = laser_name(wavelength_m);
+  LaserFiles files;
+  for (int frame = 0; frame < frames; ++frame)
+    files.pictures.push_back("hologram_" + name +
+                             (frame == 0 ? "" : "_" + std::to_string(frame + 1)) + ".png");
+  if (keeps_field) files.field = "field_" + name + ".npy";
+  return files;
+}
+
 glm::dvec2 field_m(const HologramSpec& hologram, double wavelength_m, double z_m) {
   glm::dvec2 field;
   for (int axis = 0; axis < 2; ++axis) {

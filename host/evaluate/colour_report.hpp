@@ -29,6 +29,9 @@ struct LaserFiles {
   std::string field;                  // empty: none was kept
 };
 
+/// The files that a render in colour writes of a laser, by name.
+LaserFiles files_of_laser(double wavelength_m, int frames, bool keeps_field);
+
 /// The report of a render in colour: the lasers, what they need, and the report of each.
 std::string colour_report_json(const std::vector<Scene>& scenes, const ColourResult& result,
                                const std::vector<LaserFiles>& files, const cl::DeviceInfo& device,
