@@ -26,7 +26,7 @@ double most_negative(const LaserSet& lasers, std::size_t laser) {
   return std::max(0.0, -(std::min(row.x, 0.0) + std::min(row.y, 0.0) + std::min(row.z, 0.0)));
 }
 
-Json json_of(const ColourSpec& colour) {
+Json json_of_colour(const ColourSpec& colour) {
   Json j{{"primaries", "srgb"}, {"white", "D65"}, {"order", "sequential"}};
   for (std::size_t i = 0; i < colour.lasers.wavelengths_m.size(); ++i) {
     const auto row = colour.lasers.row(i);
@@ -52,11 +52,7 @@ std::string share_text(double share) {
 
 }  // namespace
 
-std::string laser_name(double wavelength_m) {
-  auto name = length_text(wavelength_m);
-  std::erase(name, ' ');
-  return name;
-}
+std::string colour_json(const ColourSpec& colour) { return json_of_colour(colour).dump(); }
 
 LaserFiles files_of_laser(double wavelength_m, int frames, bool keeps_field) {
   const auto name = laser_name(wavelength_m);
@@ -82,7 +78,7 @@ std::string colour_report_json(const std::vector<Scene>& scenes, const ColourRes
                                const std::vector<LaserFiles>& files, const cl::DeviceInfo& device,
                                cl::FftBackend fft) {
   Json j{{"raywave", version}};
-  j["colour"] = json_of(scenes.at(0).colour.value());
+  j["colour"] = json_of_colour(scenes.at(0).colour.value());
   const double share = 1.0 / static_cast<double>(scenes.size());
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     auto& laser = j["colour"]["lasers"][i];
@@ -102,6 +98,10 @@ std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& repo
   try {
     const auto json = Json::parse(in);
     if (!json.contains("colour")) return {};
+    if (json.contains("animation"))
+      throw InputError(one_line(report.string()) +
+                       ": is of an animation; give the hologram of one laser, such as "
+                       "frame_00012_520nm.png, or see preview.mp4 for pictures in colour");
     const auto& all = json.at("colour").at("lasers");
     ReportedLasers found;
     std::array<double, 3> wavelengths_m{};
@@ -144,7 +144,7 @@ std::string colour_warning(const std::vector<Scene>& scenes, const World& world)
 
 std::string colour_plan_json(const std::vector<Planned>& planned, const World& world) {
   const auto& first = planned.at(0).scene;
-  Json j{{"colour", json_of(first.colour.value())}};
+  Json j{{"colour", json_of_colour(first.colour.value())}};
   for (std::size_t i = 0; i < planned.size(); ++i) {
     auto& laser = j["colour"]["lasers"][i];
     const auto field =

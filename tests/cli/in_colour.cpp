@@ -124,7 +124,7 @@ TEST_CASE("commands that take one wavelength refuse three lasers, and take colou
   Desk desk;
   in_colour(desk);
   const auto scene = desk.file("scene.toml");
-  for (const char* command : {"quality", "animate", "refine"})
+  for (const char* command : {"quality", "refine"})
     check_refused(desk.run({command, scene, "--set", three, "-o", desk.file("x")}), 2,
                   "one wavelength only");
   CHECK(desk.run({"quality", scene, "--set", three, "--set", "colour.only=450 nm", "--no-views",
