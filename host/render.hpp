@@ -96,6 +96,16 @@ struct ColourResult {
   std::vector<double> powers;
 };
 
+/// Mean |u|^2 of all pixels and frames.
+double mean_light_of(const FieldStack& field);
+
+/// ColourResult::powers.
+///
+/// energies      of the lasers' fields
+/// shows_phases  and no amplitudes
+std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& energies,
+                                 bool shows_phases);
+
 /// Puts together what a renderer of each laser has made: one scale for all, what they need.
 ///
 /// scenes      of the lasers

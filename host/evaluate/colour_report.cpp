@@ -11,6 +11,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/encode/pictures.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/geometry/world.hpp"
 #include "raywave_version.hpp"
@@ -109,6 +110,12 @@ std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& repo
       const auto& laser = all.at(i);
       wavelengths_m[i] = laser.at("wavelength_m");
       found.powers[i] = laser.at("power");
+      if (laser.at("report").contains("format")) {  // of encode
+        const auto format = picture_format_of(laser["report"]["format"].get<std::string>());
+        if (!is_read_again(format))
+          throw InputError(one_line(report.string()) + ": its pictures have the format " +
+                           name_of(format) + ", which is not read again; encode with --format png");
+      }
       found.files[i].pictures = laser.at("pictures").get<std::vector<std::string>>();
       found.files[i].field = laser.value("field", "");
     }
