@@ -24,7 +24,8 @@ glm::dvec3 value_at(const Track& track, double time);
 /// (Object::solid_scale) at all times.
 ///
 /// scene   with an animation
-/// throws  InputError when a light's direction or a scale that lies between keys is not possible
+/// throws  InputError when a light's direction or a scale that lies between keys is not possible,
+///         or a node of a glTF file is stretched unevenly
 Scene scene_at(const Scene& scene, double time);
 
 /// What the viewer looks at, and through; depth_m stays empty where neither file nor track gives

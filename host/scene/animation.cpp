@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <string_view>
 #include <utility>
@@ -182,15 +183,48 @@ Camera read_camera(Section section) {
   return camera;
 }
 
+/// Up to the last key; a loop's last key is the picture that would follow.
+int pictures_of(const GltfMoves& moves, double rate_per_s) {
+  double end_s = 0;
+  for (const auto& channel : moves.channels) end_s = std::max(end_s, channel.times_s.back());
+  return static_cast<int>(
+      std::clamp(std::round(end_s * rate_per_s), 1.0, double{Animation::most_pictures}));
+}
+
+/// True for a track of what a glTF file moves.
+bool is_moved(const GltfMoves& moves, const Track& track) {
+  const auto is_one_of = [&](const std::vector<GltfMoves::Moved>& all) {
+    return std::any_of(all.begin(), all.end(),
+                       [&](const auto& moved) { return moved.index == track.index; });
+  };
+  switch (track.what) {
+    case Animated::object_position:
+    case Animated::object_rotation:
+    case Animated::object_scale:
+      return is_one_of(moves.objects);
+    case Animated::light_direction:
+    case Animated::light_position:
+      return is_one_of(moves.lights);
+    default:
+      return false;
+  }
+}
+
 }  // namespace
 
-Animation read_animation(Section section, std::size_t objects, const std::vector<Light>& lights) {
+Animation read_animation(Section section, std::size_t objects, const std::vector<Light>& lights,
+                         std::optional<GltfMoves> gltf) {
   Animation animation;
-  section.require("frames", "the number of pictures", [&](const Value& v) {
+  animation.gltf = std::move(gltf);
+  const bool has_frames = section.read("frames", [&](const Value& v) {
     animation.pictures = v.integer(1, Animation::most_pictures);
   });
   section.read("rate",
                [&](const Value& v) { animation.rate_per_s = v.number(between(0.01, 1e5)); });
+  if (!has_frames) {
+    if (!animation.gltf) section.fail("frames is missing: give the number of pictures");
+    animation.pictures = pictures_of(*animation.gltf, animation.rate_per_s);
+  }
   section.read("subframes", [&](const Value& v) {
     animation.subframes = v.integer(1, Animation::most_subframes);
   });
@@ -203,6 +237,8 @@ Animation read_animation(Section section, std::size_t objects, const std::vector
   for (Section& track : section.sections("track")) {
     animation.tracks.push_back(read_track(track, animation, objects, lights));
     const auto& last = animation.tracks.back();
+    if (animation.gltf && is_moved(*animation.gltf, last))
+      track.fail("moves what the glTF file moves; leave one of the two out");
     for (std::size_t i = 0; i + 1 < animation.tracks.size(); ++i) {
       if (animation.tracks[i].what == last.what && animation.tracks[i].index == last.index)
         track.fail("moves what track " + std::to_string(i) + " moves; put all keys into one");

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "host/scene/gltf_motion.hpp"
 #include "host/scene/light.hpp"
 
 namespace raywave {
@@ -66,12 +67,16 @@ struct Animation {
   std::optional<int> subframes;  // holograms of each picture; empty: sampling.frames
   Camera camera;
   std::vector<Track> tracks;
+  std::optional<GltfMoves> gltf;  // what the nodes of the scene's glTF file move
 };
 
 /// Reads and checks the section.
 ///
 /// objects  that tracks may name, from 0
+/// gltf     of the key "gltf", which has been read: what it moves has no tracks; without `frames`,
+///          its last key is the end of the animation
 /// throws   InputError with file and line
-Animation read_animation(Section section, std::size_t objects, const std::vector<Light>& lights);
+Animation read_animation(Section section, std::size_t objects, const std::vector<Light>& lights,
+                         std::optional<GltfMoves> gltf);
 
 }  // namespace raywave

@@ -7,7 +7,10 @@
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <map>
+#include <set>
+#include <stdexcept>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "host/common/error.hpp"
@@ -126,14 +129,72 @@ void read_mesh_file(const std::filesystem::path& file, const std::string& what,
   }
 }
 
-Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where) {
+namespace {
+
+/// The mesh of a file as it is there.
+///
+/// more  of the reader's arguments
+Mesh read_raw(const std::filesystem::path& file, const std::string& where,
+              const std::vector<std::string>& more) {
   Mesh raw;
-  read_mesh_file(file, where + ": mesh", {}, [&](ReaderPipe& pipe) { raw = receive_mesh(pipe); });
+  read_mesh_file(file, where + ": mesh", more, [&](ReaderPipe& pipe) { raw = receive_mesh(pipe); });
+  return raw;
+}
+
+Mesh finished(Mesh raw, Normals normals, const std::filesystem::path& file,
+              const std::string& where) {
   Mesh mesh = finish_mesh(std::move(raw), normals);
   if (mesh.triangles.empty())
     throw InputError(where + ": mesh " + in_quotes(file.string()) +
                      ": holds no triangle that has an area");
   return mesh;
+}
+
+}  // namespace
+
+Mesh part_of_nodes(const Mesh& raw, const std::vector<std::int32_t>& nodes) {
+  if (raw.triangle_node.size() != raw.triangles.size())
+    throw std::logic_error("the nodes of the mesh have not been read");
+  const std::set<std::int32_t> wanted(nodes.begin(), nodes.end());
+  Mesh part;
+  part.positions = raw.positions;  // those that no triangle names are dropped when it is finished
+  part.normals = raw.normals;
+  part.uvs = raw.uvs;
+  part.colours = raw.colours;
+  part.notes = raw.notes;
+  std::vector<std::int32_t> material(raw.materials.size(), -1), picture(raw.pictures.size(), -1);
+  const auto keep_picture = [&](MeshMap& map) {
+    if (map.picture < 0) return;
+    const auto number = static_cast<std::size_t>(map.picture);
+    if (picture[number] < 0) {
+      picture[number] = static_cast<std::int32_t>(part.pictures.size());
+      part.pictures.push_back(raw.pictures[number]);
+    }
+    map.picture = picture[number];
+  };
+  const auto kept_material = [&](std::int32_t from) {
+    if (from < 0) return from;
+    auto& kept = material[static_cast<std::size_t>(from)];
+    if (kept >= 0) return kept;
+    kept = static_cast<std::int32_t>(part.materials.size());
+    part.materials.push_back(raw.materials[static_cast<std::size_t>(from)]);
+    auto& look = part.materials.back().look;
+    for (auto* map : {&look.base_map, &look.metallic_map, &look.emission_map, &look.normal_map,
+                      &look.alpha_map})
+      keep_picture(*map);
+    return kept;
+  };
+  for (std::size_t i = 0; i < raw.triangles.size(); ++i) {
+    if (!wanted.contains(raw.triangle_node[i])) continue;
+    part.triangles.push_back(raw.triangles[i]);
+    if (!raw.triangle_material.empty())
+      part.triangle_material.push_back(kept_material(raw.triangle_material[i]));
+  }
+  return part;
+}
+
+Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where) {
+  return finished(read_raw(file, where, {}), normals, file, where);
 }
 
 bool is_closed(const Mesh& mesh) {
@@ -153,7 +214,9 @@ Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mes
     throw InputError(one_line(scene.file.string()) +
                      ": there is no object: add [[object]] with mesh = \"FILE\"");
   Meshes loaded;
-  std::map<std::pair<std::filesystem::path, Normals>, std::size_t> known_files;
+  std::map<std::tuple<std::filesystem::path, Normals, std::vector<std::int32_t>>, std::size_t>
+      known_files;
+  std::map<std::filesystem::path, Mesh> known_raw;  // of which objects are parts
   std::map<std::pair<const Mesh*, Normals>, std::size_t> known_in_memory;
   const auto add = [&](Mesh mesh) {
     loaded.meshes.push_back(std::move(mesh));
@@ -172,8 +235,15 @@ Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mes
     if (object.mesh.empty()) throw InputError(object.where + ": mesh is missing");
     std::error_code error;
     const auto [found, is_new] = known_files.try_emplace(
-        {std::filesystem::weakly_canonical(object.mesh, error), object.normals}, next);
-    if (is_new) add(load_mesh(object.mesh, object.normals, object.where));
+        {std::filesystem::weakly_canonical(object.mesh, error), object.normals, object.nodes},
+        next);
+    if (is_new && object.nodes.empty()) {
+      add(load_mesh(object.mesh, object.normals, object.where));
+    } else if (is_new) {
+      auto& raw = known_raw[object.mesh];
+      if (raw.triangles.empty()) raw = read_raw(object.mesh, object.where, {"nodes"});
+      add(finished(part_of_nodes(raw, object.nodes), object.normals, object.mesh, object.where));
+    }
     loaded.of_object.push_back(found->second);
     const auto& mesh = loaded.meshes[found->second];
     auto& maps = loaded.maps[found->second];

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -41,6 +42,12 @@ void read_mesh_file(const std::filesystem::path& file, const std::string& what,
 /// joins equal corners. Materials and pictures stay as they are. `raw` holds the mesh as in the
 /// file, with a normal of zero where the file has none.
 Mesh finish_mesh(Mesh raw, Normals normals);
+
+/// The triangles of some nodes of a glTF file, with the materials and pictures that they wear.
+///
+/// raw    with Mesh::triangle_node
+/// nodes  their numbers in the file
+Mesh part_of_nodes(const Mesh& raw, const std::vector<std::int32_t>& nodes);
 
 /// Returns true when every edge, after welding equal positions, is shared by exactly two triangles
 /// in opposite directions.

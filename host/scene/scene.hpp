@@ -219,6 +219,8 @@ struct Object {
   // Surfaces with a smaller z than this, as those of a room that reaches behind the hologram, are
   // cut away; 0: nothing is
   double cut_m = 0;
+  // Numbers of the nodes of a glTF file whose meshes it is made of; empty: of all
+  std::vector<std::int32_t> nodes{};
 };
 
 /// Of a scene in colour: its lasers, and the one whose hologram this scene makes. Materials and
