@@ -44,7 +44,7 @@ Animator::Animator(const cl::Device& device, Scene scene, cl::FftBackend fft)
       scene_(std::move(scene)),
       fft_(fft),
       schedule_(scene_.animation.value(), scene_.sampling.frames) {
-  scene_ = with_frames(std::move(scene_), schedule_);
+  scene_ = with_shapes(with_frames(std::move(scene_), schedule_));
   world_ = build_world(scene_);
   Scene moved = scene_;
   const auto move_to = [&](int picture) {
@@ -106,6 +106,7 @@ void Animator::show(const Scene& scene, int picture, Renderer& renderer) const {
   for (const auto i : moving_objects(*scene_.animation)) {
     const auto& object = scene.objects[i];
     renderer.set_solid_pose(i, object.position_m, object.rotation_deg, object.solid_scale.value());
+    if (object.shape) renderer.set_shape(i, *object.shape);
   }
   for (const auto i : moving_lights(*scene_.animation)) renderer.set_light(i, scene.lights[i]);
   renderer.set_seed(scene_.sampling.seed + static_cast<std::uint32_t>(schedule_.first_of(picture)));
@@ -186,6 +187,7 @@ nlohmann::ordered_json Animator::line_of(int picture, const Scene& scene,
                        {"position_m", json_of(object.position_m)},
                        {"rotation_deg", json_of(object.rotation_deg)},
                        {"scale", object.solid_scale.value()}});
+    if (object.shape) objects.back()["mesh"] = *object.shape;
   }
   auto& lights = line["lights"] = nlohmann::ordered_json::array();
   for (const auto i : moving_lights(animation)) {

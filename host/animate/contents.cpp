@@ -102,10 +102,11 @@ public:
   }
   void add(const Object& object) {
     const auto& [mesh, width_m, position_m, rotation_deg, solid_scale, material, normals, where,
-                 unit_m, anchor, cut_m, nodes] = object;
+                 unit_m, anchor, cut_m, nodes, shapes, shape] = object;
     add_all(width_m, position_m, rotation_deg, solid_scale, material, normals, unit_m, anchor,
             cut_m);
     if (!nodes.empty()) add(nodes);
+    if (shape) add(*shape);
   }
   void add(const glm::dmat4& m) {
     for (int i = 0; i < 4; ++i) add(m[i]);
@@ -152,6 +153,10 @@ public:
     add_all(world.positions, world.normals, world.uvs, world.colours, world.triangles,
             world.triangle_object, world.triangle_material, world.materials, world.maps,
             world.textures);
+    for (const auto& placed : world.placed) {
+      if (!placed.deforming) continue;
+      for (const auto& key : placed.deforming->keys) add_all(key.positions_m, key.normals);
+    }
   }
 
   template <class... T>

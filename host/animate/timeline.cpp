@@ -36,7 +36,7 @@ std::string place_of(const Track& track, double time) {
 
 bool is_object(Animated what) {
   return what == Animated::object_position || what == Animated::object_rotation ||
-         what == Animated::object_scale;
+         what == Animated::object_scale || what == Animated::object_mesh;
 }
 
 bool is_light(Animated what) {
@@ -48,6 +48,7 @@ void move_object(const Track& track, double time, Object& object) {
   const auto value = value_at(track, time);
   if (track.what == Animated::object_position) object.position_m = value;
   if (track.what == Animated::object_rotation) object.rotation_deg = value;
+  if (track.what == Animated::object_mesh) object.shape = value.x;
   if (track.what != Animated::object_scale) return;
   if (!(value.x > 0))
     throw InputError(place_of(track, time) + "the cubic curve falls to a scale of " +
@@ -113,6 +114,12 @@ glm::dvec3 value_at(const Track& track, double time) {
   const double r = 1 - s;
   return r * r * (1 + 2 * s) * values[k] + s * s * (1 + 2 * r) * values[next] +
          span * s * r * (r * slope_at(track, k) - s * slope_at(track, next));
+}
+
+Scene with_shapes(Scene scene) {
+  for (const auto& track : scene.animation.value().tracks)
+    if (track.what == Animated::object_mesh) scene.objects.at(track.index).shapes = track.meshes;
+  return scene;
 }
 
 Scene scene_at(const Scene& scene, double time) {

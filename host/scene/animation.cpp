@@ -21,15 +21,16 @@ struct Name {
   Animated what;
 };
 
-constexpr std::array<Name, 9> names{{{"object", "position", Animated::object_position},
-                                     {"object", "rotation", Animated::object_rotation},
-                                     {"object", "scale", Animated::object_scale},
-                                     {"light", "direction", Animated::light_direction},
-                                     {"light", "position", Animated::light_position},
-                                     {"light", "intensity", Animated::light_intensity},
-                                     {"camera", "depth", Animated::camera_depth},
-                                     {"camera", "view", Animated::camera_view},
-                                     {"camera", "aperture", Animated::camera_aperture}}};
+constexpr std::array<Name, 10> names{{{"object", "position", Animated::object_position},
+                                      {"object", "rotation", Animated::object_rotation},
+                                      {"object", "scale", Animated::object_scale},
+                                      {"object", "mesh", Animated::object_mesh},
+                                      {"light", "direction", Animated::light_direction},
+                                      {"light", "position", Animated::light_position},
+                                      {"light", "intensity", Animated::light_intensity},
+                                      {"camera", "depth", Animated::camera_depth},
+                                      {"camera", "view", Animated::camera_view},
+                                      {"camera", "aperture", Animated::camera_aperture}}};
 
 /// The parts of "object.0.position" and "camera.view".
 struct Parts {
@@ -47,7 +48,8 @@ Parts parts_of(std::string_view text) {
 void read_target(const Value& v, std::size_t objects, const std::vector<Light>& lights,
                  Track& track) {
   static const char* const must_be =
-      "the name of what moves, as in \"object.0.position\": object.N.position, rotation or scale, "
+      "the name of what moves, as in \"object.0.position\": object.N.position, rotation, scale or "
+      "mesh, "
       "light.N.direction, position or intensity, camera.depth, view or aperture";
   const auto parts = parts_of(v.string(must_be));
   const auto known = std::find_if(names.begin(), names.end(), [&](const Name& name) {
@@ -103,6 +105,8 @@ glm::dvec3 read_key(const Value& v, Animated what) {
     }
     case Animated::object_scale:
       return {v.number(between(1e-6, 1e6)), 0, 0};
+    case Animated::object_mesh:
+      break;  // a file
     case Animated::light_intensity:
       return {v.number(at_least(0)), 0, 0};
     case Animated::camera_depth:
@@ -149,6 +153,8 @@ Track read_track(Section section, const Animation& animation, std::size_t object
     track.steps = v.choice<Steps>(
         {{"linear", Steps::linear}, {"cubic", Steps::cubic}, {"hold", Steps::hold}});
   });
+  if (track.what == Animated::object_mesh && track.steps == Steps::cubic)
+    section.fail("steps of meshes must be \"linear\" or \"hold\"");
   section.read("closed", [&](const Value& v) { track.closed = v.boolean(); });
   section.require("at", "when the keys are, for example [0, 120, 240]", [&](const Value& v) {
     for (const auto& one : elements(v, "a list of pictures or times, such as [0, \"2 s\"]")) {
@@ -158,8 +164,14 @@ Track read_track(Section section, const Animation& animation, std::size_t object
     }
   });
   section.require("values", "a value for each key", [&](const Value& v) {
-    for (const auto& one : elements(v, "a list with a value for each key"))
-      track.values.push_back(read_key(one, track.what));
+    for (const auto& one : elements(v, "a list with a value for each key")) {
+      if (track.what == Animated::object_mesh) {
+        track.values.emplace_back(static_cast<double>(track.meshes.size()), 0, 0);
+        track.meshes.push_back(one.existing_file());
+      } else {
+        track.values.push_back(read_key(one, track.what));
+      }
+    }
     if (track.values.size() != track.at.size())
       v.fail("as many as there are in `at`, " + std::to_string(track.at.size()));
     if (track.closed && track.values.size() < 2) v.fail("two or more where `closed` is true");

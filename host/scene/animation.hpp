@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -28,6 +29,7 @@ enum class Animated {
   object_position,
   object_rotation,  // degrees about x, then y, then z, as in [[object]]
   object_scale,     // times the size in the file, > 0
+  object_mesh,      // Object::shape: the number of the key's mesh
   light_direction,
   light_position,
   light_intensity,
@@ -45,6 +47,7 @@ struct Track {
   bool closed = false;
   std::vector<double> at;  // pictures, ascending, 0 is the first; as long as `values`
   std::vector<glm::dvec3> values;
+  std::vector<std::filesystem::path> meshes;  // of object_mesh, one for each key
   std::string where;  // "scene.toml:41: track 0", the start of messages about it
 };
 

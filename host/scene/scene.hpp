@@ -221,6 +221,10 @@ struct Object {
   double cut_m = 0;
   // Numbers of the nodes of a glTF file whose meshes it is made of; empty: of all
   std::vector<std::int32_t> nodes{};
+  // Meshes with the same triangles that it can become, and where among them it is: 1.25 is a
+  // quarter of the way from [1] to [2]; empty: as its own mesh
+  std::vector<std::filesystem::path> shapes{};
+  std::optional<double> shape{};
 };
 
 /// Of a scene in colour: its lasers, and the one whose hologram this scene makes. Materials and
