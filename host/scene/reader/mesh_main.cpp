@@ -2,7 +2,7 @@
 /// The program raywave_mesh_reader. Arguments: FILE for its mesh; FILE "nodes" for that of a glTF
 /// file with the nodes of its triangles; FILE "set" for what stands around the meshes of a glTF
 /// file, FILE "motion" for how its nodes move.
-#include <string_view>
+#include <string>
 #include <variant>
 
 #include "host/scene/reader/readers.hpp"
@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
   raywave::serve(
       argc, argv,
       [&](const auto& arguments) {
-        const std::string_view what = arguments.size() > 1 ? arguments[1] : "mesh";
+        const std::string what = arguments.size() > 1 ? arguments[1] : "mesh";
         if (what == "set")
           found = raywave::read_gltf_set(arguments[0]);
         else if (what == "motion")
