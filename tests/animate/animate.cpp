@@ -46,6 +46,18 @@ constexpr const char* moving_lines =
     "0]]\n"
     "[[animation.track]]\nof = \"light.0.intensity\"\nat = [0, 7]\nvalues = [1, 0.2]\n";
 
+/// The bar becomes a lozenge and a bar again.
+constexpr const char* deforming_lines =
+    "[[animation.track]]\nof = \"object.1.mesh\"\nat = [1, 3, 6]\n"
+    "values = [\"square.obj\", \"lozenge.obj\", \"square.obj\"]\n";
+
+/// square_obj with corners that lie elsewhere.
+std::string lozenge_obj() {
+  ObjText obj;
+  obj.quad({-0.8, 0, 0}, {0, 0.3, 0.1}, {0.8, 0, 0}, {0, -0.3, -0.1});
+  return obj.text();
+}
+
 /// All files of a folder.
 std::map<std::string, std::string> files_of(const fs::path& folder) {
   std::map<std::string, std::string> files;
@@ -61,7 +73,8 @@ AnimateResult run(const Animator& animator, const fs::path& folder, FrameStorage
 
 TEST_CASE("a run that goes on behind any picture makes the files of one that was never stopped") {
   Desk desk;
-  desk.scene(moving_lines);
+  desk.folder().write("lozenge.obj", lozenge_obj());
+  desk.scene(std::string(moving_lines) + deforming_lines);
   const auto scene = load_scene(desk.file("scene.toml"));
   for (const auto& device : all_devices()) {
     const Animator animator(device, scene, cl::FftBackend::host);
