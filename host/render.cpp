@@ -396,12 +396,11 @@ double mean_light_of(const FieldStack& field) {
   return field.samples.empty() ? 0 : sum / static_cast<double>(field.samples.size());
 }
 
-std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& energies,
-                                 bool shows_phases) {
+std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& needs) {
   std::vector<double> powers;
   double sum = 0;
-  for (std::size_t i = 0; i < energies.size(); ++i) {
-    powers.push_back(lasers.white_powers[i] * (shows_phases ? energies[i] : 1));
+  for (std::size_t i = 0; i < needs.size(); ++i) {
+    powers.push_back(lasers.white_powers[i] * needs[i]);
     sum += powers.back();
   }
   for (double& power : powers) power = sum > 0 ? power / sum : 0;
@@ -430,12 +429,16 @@ ColourResult colour_result(const cl::Device& device, const std::vector<Scene>& s
   ColourResult result;
   result.lasers = std::move(lasers);
   share_scale(device, result.lasers);
+  std::vector<double> needs;
   for (auto& laser : result.lasers) {
     result.energies.push_back(mean_light_of(laser.field));
+    if (laser.refined)
+      needs.push_back(1 / laser.refined->brightness);
+    else
+      needs.push_back(laser.plan.slm.encoding == Encoding::phase ? result.energies.back() : 1);
     if (!keep_field) laser.field = {};
   }
-  result.powers = laser_powers(scenes.at(0).colour.value().lasers, result.energies,
-                               result.lasers[0].plan.slm.encoding == Encoding::phase);
+  result.powers = laser_powers(scenes.at(0).colour.value().lasers, needs);
   return result;
 }
 

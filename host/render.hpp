@@ -102,10 +102,9 @@ double mean_light_of(const FieldStack& field);
 
 /// ColourResult::powers.
 ///
-/// energies      of the lasers' fields
-/// shows_phases  and no amplitudes
-std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& energies,
-                                 bool shows_phases);
+/// needs  of each laser, relative to those of white: 1 where amplitudes are shown, the light of its
+///        field where phases alone are
+std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& needs);
 
 /// Puts together what a renderer of each laser has made: one scale for all, what they need.
 ///

@@ -65,10 +65,11 @@ void encode_lasers(const EncodeArguments& options, const ReportedLasers& reporte
   nlohmann::ordered_json report;
   auto& colour = report["colour"];
   colour = nlohmann::ordered_json::parse(colour_json({reported.lasers}));
-  std::vector<double> energies;
-  for (const auto& laser : lasers) energies.push_back(mean_light_of(laser.field));
   const auto encoding = lasers[0].panel->slm().encoding;
-  const auto powers = laser_powers(reported.lasers, energies, encoding == Encoding::phase);
+  std::vector<double> needs;
+  for (const auto& laser : lasers)
+    needs.push_back(encoding == Encoding::phase ? mean_light_of(laser.field) : 1);
+  const auto powers = laser_powers(reported.lasers, needs);
   for (std::size_t i = 0; i < lasers.size(); ++i) {
     const auto& laser = lasers[i];
     const auto stem = "hologram_" + laser_name(laser.spec.wavelength_m);

@@ -242,6 +242,8 @@ public:
   }
 
   const Light& light() const { return light_; }
+  /// RefineResult::brightness
+  double brightness() const { return unit_ / scale_; }
   /// Intensities are in this unit, so that they are near 1.
   void set_unit(double unit) { unit_ = unit; }
 
@@ -332,6 +334,7 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
   result.figures.loop_s = seconds_since(began);
   result.figures.transforms = static_cast<double>(loop.light().transforms()) / frames;
   result.field = holograms.read();
+  result.brightness = loop.brightness();
   return result;
 }
 

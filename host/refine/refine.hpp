@@ -52,6 +52,9 @@ struct RefineFigures {
 
 struct RefineResult {
   FieldStack field;  // as many frames as the start's, samples of modulus 1
+  // Brightness that was asked for: intensity on a plane times the square of its distance, per
+  // radiance of the pictures. Holograms of one scene and size compare by it
+  double brightness = 1;
   RefineFigures figures;
 };
 

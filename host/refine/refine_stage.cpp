@@ -57,6 +57,7 @@ void RefineStage::run(const FieldStack& start, const DeviceScene& scene) {
   auto result = refine(device_, backend_, start, refined_.keys, spec);
   refined_.phases = std::move(result.field);
   refined_.figures = result.figures;
+  refined_.brightness = result.brightness;
 }
 
 Refined RefineStage::finish() { return std::exchange(refined_, {}); }

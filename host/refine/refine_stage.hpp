@@ -21,6 +21,7 @@ struct Refined {
   std::vector<KeyPlace> places;  // that the pictures were made for
   std::vector<RefineKey> keys;   // what a lens sees there
   RefineFigures figures;
+  double brightness = 1;  // RefineResult::brightness
 };
 
 /// Settings of the iterations: Plan::refine's, with a number of iterations for these pictures.

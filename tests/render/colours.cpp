@@ -190,7 +190,8 @@ TEST_CASE("encodings that show amplitudes have one scale for all lasers") {
 }
 
 TEST_CASE(
-    "a colour chart's fields show its 24 patches within a CIEDE2000 of 1, and its levels within 5",
+    "a colour chart's fields and refined levels show its 24 patches within a CIEDE2000 of 1, other "
+    "levels within 5",
     "[slow]") {
   // 8-bit sRGB, row by row from the top left: McCamy, Marcus and Davidson (1976), as their maker
   // gives them
@@ -201,16 +202,18 @@ TEST_CASE(
                                 {187, 86, 149},  {8, 133, 161},   {243, 243, 242}, {200, 200, 200},
                                 {160, 160, 160}, {122, 122, 121}, {85, 85, 85},    {52, 52, 52}};
   struct Case {
-    const char* encoding;
+    const char *setting, *frames;
     bool by_levels;
     double largest, mean;
   };
-  for (const auto& c : {Case{"phase", false, 1, 0.5}, Case{"phase", true, 5, 2.5},
-                        Case{"double-phase", true, 5, 2.5}}) {
-    INFO(c.encoding << (c.by_levels ? ", levels" : ", fields"));
+  for (const auto& c : {Case{"slm.encoding=phase", "8", false, 1, 0.5},
+                        Case{"slm.encoding=phase", "8", true, 5, 2.5},
+                        Case{"slm.encoding=double-phase", "8", true, 5, 2.5},
+                        Case{"refine.views=0", "4", true, 1, 0.5}}) {
+    INFO(c.setting << (c.by_levels ? ", levels" : ", fields"));
     const auto scenes =
         load_colours(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml",
-                     {std::string("slm.encoding=") + c.encoding, "sampling.frames=8",
+                     {c.setting, std::string("sampling.frames=") + c.frames,
                       "trace.shadows=false", "light=[{type = \"ambient\"}]",
                       "object=[{mesh = \"colour_chart.ply\", width = \"5 mm\", position = [0, 0, "
                       "\"103 mm\"]}]"});
