@@ -232,7 +232,7 @@ Renderer::State::State(std::unique_ptr<State> other, Scene scene)
 
 /// Plans the scene in as few tiles as memory allows.
 void Renderer::State::make_first_plan() {
-  const auto limits = limits_of(device_.info());
+  const auto limits = limits_of(device_.info()).for_one_of(options_.sharing);
   const MemoryUse use{options_.method, options_.fft, options_.keep_field};
   plan_ =
       options_.base_plan
@@ -390,14 +390,25 @@ RenderResult render(const cl::Device& device, const Scene& scene, const World& w
   return Renderer(std::make_unique<Renderer::State>(device, scene, world, options)).render();
 }
 
-namespace {
-
-/// Mean |u|^2 of all pixels and frames.
 double mean_light_of(const FieldStack& field) {
   double sum = 0;
   for (const auto& sample : field.samples) sum += std::norm(std::complex<double>(sample));
   return field.samples.empty() ? 0 : sum / static_cast<double>(field.samples.size());
 }
+
+std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& energies,
+                                 bool shows_phases) {
+  std::vector<double> powers;
+  double sum = 0;
+  for (std::size_t i = 0; i < energies.size(); ++i) {
+    powers.push_back(lasers.white_powers[i] * (shows_phases ? energies[i] : 1));
+    sum += powers.back();
+  }
+  for (double& power : powers) power = sum > 0 ? power / sum : 0;
+  return powers;
+}
+
+namespace {
 
 /// Encodes fields that show amplitudes up to the same one.
 void share_scale(const cl::Device& device, std::vector<RenderResult>& lasers) {
@@ -414,9 +425,23 @@ void share_scale(const cl::Device& device, std::vector<RenderResult>& lasers) {
 
 }  // namespace
 
+ColourResult colour_result(const cl::Device& device, const std::vector<Scene>& scenes,
+                           std::vector<RenderResult> lasers, bool keep_field) {
+  ColourResult result;
+  result.lasers = std::move(lasers);
+  share_scale(device, result.lasers);
+  for (auto& laser : result.lasers) {
+    result.energies.push_back(mean_light_of(laser.field));
+    if (!keep_field) laser.field = {};
+  }
+  result.powers = laser_powers(scenes.at(0).colour.value().lasers, result.energies,
+                               result.lasers[0].plan.slm.encoding == Encoding::phase);
+  return result;
+}
+
 ColourResult render_colours(const cl::Device& device, const std::vector<Scene>& scenes,
                             const World& world, const RenderOptions& options) {
-  ColourResult result;
+  std::vector<RenderResult> lasers;
   auto how = options;
   how.keep_field = true;
   std::size_t laser = 0;
@@ -435,22 +460,9 @@ ColourResult render_colours(const cl::Device& device, const std::vector<Scene>& 
       state->options_.takes_long = nullptr;  // it was said
       state = std::make_unique<Renderer::State>(std::move(state), scenes[laser]);
     }
-    result.lasers.push_back(state->render());
+    lasers.push_back(state->render());
   }
-  share_scale(device, result.lasers);
-
-  double sum = 0;
-  for (std::size_t i = 0; i < scenes.size(); ++i) {
-    auto& of_laser = result.lasers[i];
-    result.energies.push_back(mean_light_of(of_laser.field));
-    const bool shows_phases = of_laser.plan.slm.encoding == Encoding::phase;
-    result.powers.push_back(scenes[i].colour->lasers.white_powers[scenes[i].colour->laser] *
-                            (shows_phases ? result.energies[i] : 1));
-    sum += result.powers[i];
-    if (!options.keep_field) of_laser.field = {};
-  }
-  for (double& power : result.powers) power = sum > 0 ? power / sum : 0;
-  return result;
+  return colour_result(device, scenes, std::move(lasers), options.keep_field);
 }
 
 }  // namespace raywave

@@ -38,6 +38,7 @@ struct RenderOptions {
   // In scenes that move: all plans go on from this one (fitting_plan_of_poses), not from
   // that of the picture before. A picture then does not depend on which ones came before it
   std::shared_ptr<const Plan> base_plan;
+  int sharing = 1;  // renderers that have the memory of device and host together
   // RenderResult::clip of all pictures, which then share one scale; empty: each by itself
   std::optional<double> clip;
   Progress progress;
@@ -95,6 +96,24 @@ struct ColourResult {
   // Phases alone show all light whatever the field: a laser then needs its share of the fields'
   std::vector<double> powers;
 };
+
+/// Mean |u|^2 of all pixels and frames.
+double mean_light_of(const FieldStack& field);
+
+/// ColourResult::powers.
+///
+/// energies      of the lasers' fields
+/// shows_phases  and no amplitudes
+std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& energies,
+                                 bool shows_phases);
+
+/// Puts together what a renderer of each laser has made: one scale for all, what they need.
+///
+/// scenes      of the lasers
+/// lasers      with their fields
+/// keep_field  leave the fields in the results
+ColourResult colour_result(const cl::Device& device, const std::vector<Scene>& scenes,
+                           std::vector<RenderResult> lasers, bool keep_field);
 
 /// Renders the scenes of load_colours, which share the world. Each laser's field is bit-identical
 /// to that of its scene rendered alone. So are its levels, but that encodings of amplitudes share

@@ -5,7 +5,8 @@
  *     levels = raywave_render('scene.toml', overrides)
  *     levels = raywave_render('scene.toml', overrides, object, position, rotation)
  *
- * levels     uint8, (ny, nx) or (ny, nx, frames); row 1 on top
+ * levels     uint8, (ny, nx) or (ny, nx, frames); row 1 on top; of three lasers, the frames
+ *            of each come one after another
  * overrides  keys to change, one "section.key=value" on each line
  * object     counted from 0, with its position in metres and its rotation in degrees
  *
@@ -35,7 +36,7 @@ void mexFunction(int outputs, mxArray* output[], int inputs, const mxArray* inpu
   char* overrides = NULL;
   uint8_t* rows = NULL;
   uint8_t* columns = NULL;
-  int nx = 0, ny = 0, frames = 0, x = 0, y = 0, frame = 0, status = 0;
+  int nx = 0, ny = 0, frames = 0, lasers = 0, x = 0, y = 0, frame = 0, status = 0;
   size_t size = 0;
   mwSize shape[3];
 
@@ -55,6 +56,8 @@ void mexFunction(int outputs, mxArray* output[], int inputs, const mxArray* inpu
     fail(renderer);
 
   raywave_size(renderer, &nx, &ny, &frames, NULL);
+  raywave_lasers(renderer, &lasers, NULL, NULL);
+  frames *= lasers;
   size = (size_t)nx * (size_t)ny * (size_t)frames;
   rows = mxMalloc(size);
   if (raywave_render(renderer, rows, size) != RAYWAVE_OK) {

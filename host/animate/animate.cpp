@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <complex>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "host/animate/write_queue.hpp"
 #include "host/common/digest.hpp"
 #include "host/common/error.hpp"
+#include "host/common/text.hpp"
 #include "host/encode/panel.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/predict/memory.hpp"
@@ -34,22 +36,35 @@ Scene with_frames(Scene scene, const Schedule& schedule) {
   return scene;
 }
 
+/// Adds lines that are not there.
+void add_lines(std::vector<std::string>& lines, const std::vector<std::string>& more) {
+  for (const auto& line : more)
+    if (std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
+}
+
 nlohmann::ordered_json json_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 nlohmann::ordered_json json_of(const glm::dvec2& v) { return {v.x, v.y}; }
 
 }  // namespace
 
 Animator::Animator(const cl::Device& device, Scene scene, cl::FftBackend fft)
+    : Animator(device, std::vector<Scene>{std::move(scene)}, fft) {}
+
+Animator::Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftBackend fft)
     : device_(device),
-      scene_(std::move(scene)),
       fft_(fft),
-      schedule_(scene_.animation.value(), scene_.sampling.frames) {
-  scene_ = with_shapes(with_frames(std::move(scene_), schedule_));
-  world_ = build_world(scene_);
-  Scene moved = scene_;
+      schedule_(scenes.at(0).animation.value(), scenes[0].sampling.frames) {
+  for (auto& one : scenes) lasers_.push_back({with_shapes(with_frames(std::move(one), schedule_)), {}, {}});
+  world_ = build_world(scene());
+  for (auto& laser : lasers_) plan_laser(laser);
+}
+
+/// Plans over all pictures, and for the first one, where the world is left.
+void Animator::plan_laser(Laser& laser) {
+  Scene moved = laser.scene;
   const auto move_to = [&](int picture) {
     try {
-      moved = scene_at(scene_, picture);
+      moved = scene_at(laser.scene, picture);
       move_objects(moved, world_);
       reach_m_ = glm::max(reach_m_, glm::max(glm::abs(glm::dvec2(world_.min_m)),
                                              glm::abs(glm::dvec2(world_.max_m))));
@@ -58,68 +73,136 @@ Animator::Animator(const cl::Device& device, Scene scene, cl::FftBackend fft)
                        std::to_string(picture) + " of the animation");
     }
   };
-  const MemoryUse use{Method::wrp, fft_, false};
   const bool has_doubles = device_.info().fp64;
-  base_ = std::make_shared<const Plan>(
-      fitting_plan_of_poses(moved, world_, schedule_.pictures(), move_to, limits_of(device_.info()),
+  if (laser.scene.colour) {
+    // One encoding for all pictures and lasers
+    move_to(0);
+    laser.scene.slm.encoding =
+        make_plan(moved, world_, Method::wrp, RenderOptions{}.rays_per_axis, has_doubles)
+            .slm.encoding;
+  }
+  const MemoryUse use{Method::wrp, fft_, lasers_dim(laser)};
+  laser.base = std::make_shared<const Plan>(
+      fitting_plan_of_poses(moved, world_, schedule_.pictures(), move_to,
+                            limits_of(device_.info()).for_one_of(static_cast<int>(lasers_.size())),
                             use, RenderOptions{}.rays_per_axis, has_doubles));
   move_to(0);
-  plan_ = std::make_shared<const Plan>(make_plan(
-      moved, world_, Method::wrp, RenderOptions{}.rays_per_axis, has_doubles, base_.get()));
+  laser.plan = std::make_shared<const Plan>(make_plan(
+      moved, world_, Method::wrp, RenderOptions{}.rays_per_axis, has_doubles, laser.base.get()));
+}
+
+std::vector<std::string> Animator::laser_names() const {
+  std::vector<std::string> names;
+  for (const auto& laser : lasers_)
+    if (lasers_.size() > 1) names.push_back(laser_name(laser.plan->wavelength_m));
+  return names;
+}
+
+std::optional<LaserSet> Animator::colours() const {
+  if (lasers_.size() == 1) return {};
+  return scene().colour.value().lasers;
 }
 
 Camera Animator::camera(int picture) const {
-  auto camera = camera_at(scene_.animation.value(), picture);
+  auto camera = camera_at(scene().animation.value(), picture);
+  const auto& first = plan();
   if (!camera.depth_m) {
-    const double middle_m = (plan_->near_m + plan_->far_m) / 2;
-    camera.depth_m = std::abs(middle_m) < plan_->closest_m ? plan_->near_m : middle_m;
+    const double middle_m = (first.near_m + first.far_m) / 2;
+    camera.depth_m = std::abs(middle_m) < first.closest_m ? first.near_m : middle_m;
   }
   if (!camera.window_m) {
     // What lies beyond is dark: pixels show no steeper light
-    const auto sine = glm::min(plan_->largest_sine, glm::dvec2(0.99));
-    const auto lit_m = glm::dvec2(plan_->size) * plan_->pitch_m +
-                       2 * plan_->farthest_m * sine / glm::sqrt(1.0 - sine * sine);
+    glm::dvec2 lit_m(0);
+    for (const auto& laser : lasers_) {
+      const auto sine = glm::min(laser.plan->largest_sine, glm::dvec2(0.99));
+      lit_m = glm::max(lit_m, glm::dvec2(first.size) * first.pitch_m +
+                                  2 * laser.plan->farthest_m * sine / glm::sqrt(1.0 - sine * sine));
+    }
     camera.window_m = glm::min(2.0 * window_margin * reach_m_, lit_m);
   }
   return camera;
 }
 
 glm::ivec2 Animator::stored_size() const {
-  const auto size = plan_->size;
-  return plan_->slm.rotate_deg % 180 == 0 ? size : glm::ivec2(size.y, size.x);
+  const auto size = plan().size;
+  return plan().slm.rotate_deg % 180 == 0 ? size : glm::ivec2(size.y, size.x);
 }
 
 std::string Animator::run_name(FrameStorage storage) const {
   const auto& info = device_.info();
   std::string text;
   for (const auto& part :
-       {std::string(version), scene_.digest, digest_of_contents(scene_, world_), info.platform,
-        info.name, info.driver, std::string(name_of(fft_)),
-        std::string(storage == FrameStorage::pngs ? "pngs" : "stream"),
-        std::to_string(base_->tile_grid.x) + " x " + std::to_string(base_->tile_grid.y),
-        std::to_string(base_->most_layers), std::string(base_->compact ? "compact" : "spectrum")})
+       {std::string(version), scene().digest, info.platform, info.name, info.driver,
+        std::string(name_of(fft_)), std::string(storage == FrameStorage::pngs ? "pngs" : "stream")})
     text += part + '\n';
+  for (const auto& laser : lasers_) {
+    const auto& base = *laser.base;
+    for (const auto& part :
+         {digest_of_contents(laser.scene, world_),
+          std::to_string(base.tile_grid.x) + " x " + std::to_string(base.tile_grid.y),
+          std::to_string(base.most_layers), std::string(base.compact ? "compact" : "spectrum")})
+      text += part + '\n';
+  }
   return hash_name(text);
 }
 
+bool Animator::lasers_dim(const Laser& laser) const {
+  return laser.scene.colour && laser.scene.slm.encoding == Encoding::phase;
+}
+
+std::vector<Renderer> Animator::renderers() const {
+  std::vector<Renderer> all;
+  for (const auto& laser : lasers_) {
+    RenderOptions how;
+    how.fft = fft_;
+    how.keep_field = lasers_dim(laser);
+    how.base_plan = laser.base;
+    how.sharing = static_cast<int>(lasers_.size());
+    // Begins with the first picture whichever comes next: frames of instances lie where it has them
+    all.emplace_back(device_, scene_at(laser.scene, 0), world_, how);
+  }
+  return all;
+}
+
 void Animator::show(const Scene& scene, int picture, Renderer& renderer) const {
-  for (const auto i : moving_objects(*scene_.animation)) {
+  for (const auto i : moving_objects(*scene.animation)) {
     const auto& object = scene.objects[i];
     renderer.set_solid_pose(i, object.position_m, object.rotation_deg, object.solid_scale.value());
     if (object.shape) renderer.set_shape(i, *object.shape);
   }
-  for (const auto i : moving_lights(*scene_.animation)) renderer.set_light(i, scene.lights[i]);
-  renderer.set_seed(scene_.sampling.seed + static_cast<std::uint32_t>(schedule_.first_of(picture)));
+  for (const auto i : moving_lights(*scene.animation)) renderer.set_light(i, scene.lights[i]);
+  renderer.set_seed(scene.sampling.seed + static_cast<std::uint32_t>(schedule_.first_of(picture)));
 }
 
-double Animator::brightest(Renderer& renderer) const {
-  double clip = 0;
-  if (plan_->slm.encoding == Encoding::phase) return clip;  // it shows no amplitudes
+double Animator::power_of(const Laser& laser, const RenderResult& result, int picture) const {
+  const auto& colour = laser.scene.colour.value();
+  const double white = colour.lasers.white_powers[colour.laser];
+  if (!lasers_dim(laser)) return white;
+  const auto& field = result.field;
+  const auto shown = field.samples.size() / static_cast<std::size_t>(field.frames) *
+                     static_cast<std::size_t>(schedule_.count_of(picture));
+  double sum = 0;
+  for (std::size_t i = 0; i < shown; ++i) sum += std::norm(std::complex<double>(field.samples[i]));
+  return white * sum / static_cast<double>(shown);
+}
+
+Animator::Scale Animator::brightest(std::vector<Renderer>& renderers) const {
+  Scale scale;
+  const bool scales = std::any_of(lasers_.begin(), lasers_.end(), [&](const Laser& laser) {
+    return laser.plan->slm.encoding != Encoding::phase || (lasers_.size() > 1 && lasers_dim(laser));
+  });
+  if (!scales) return scale;
   for (const int picture : schedule_.spread(Schedule::pictures_that_scale)) {
-    show(scene_at(scene_, picture), picture, renderer);
-    clip = std::max(clip, renderer.render().clip);
+    double power = 0;
+    for (std::size_t i = 0; i < lasers_.size(); ++i) {
+      show(scene_at(lasers_[i].scene, picture), picture, renderers[i]);
+      const auto result = renderers[i].render();
+      scale.clip = std::max(scale.clip, result.clip);
+      if (lasers_.size() > 1) power += power_of(lasers_[i], result, picture);
+    }
+    scale.power = std::max(scale.power, power);
   }
-  return clip;
+  return scale;
 }
 
 AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress) const {
@@ -129,40 +212,52 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress)
     files.finish();
     return made;
   }
-  RenderOptions how;
-  how.fft = fft_;
-  how.keep_field = false;
-  how.base_plan = base_;
-  // Begins with the first picture whichever comes next: frames of instances lie where it has them
-  Renderer renderer(device_, scene_at(scene_, 0), world_, how);
-  if (const double clip = brightest(renderer); clip > 0) renderer.set_clip(clip);
+  auto all = renderers();
+  const auto scale = brightest(all);
+  for (auto& renderer : all)
+    if (scale.clip > 0) renderer.set_clip(scale.clip);
   std::chrono::steady_clock::time_point start;
   WriteQueue queue(longest_queue);
   for (int picture = first; picture < end; ++picture) {
     if (progress)
       progress("picture " + std::to_string(picture + 1) + " of " + std::to_string(end),
                static_cast<double>(picture) / end);
-    const auto scene = scene_at(scene_, picture);
-    show(scene, picture, renderer);
-    auto result = renderer.render();
-    result.levels.resize(static_cast<std::size_t>(schedule_.count_of(picture)));
-    for (const auto& note : result.notes)
-      if (std::find(made.notes.begin(), made.notes.end(), note) == made.notes.end())
-        made.notes.push_back(note);
-    // std::function wants what can be copied
-    auto levels =
-        std::make_shared<std::vector<std::vector<std::uint8_t>>>(std::move(result.levels));
-    queue.push([levels, &files, size = result.plan.size, slm = result.plan.slm,
-                line = line_of(picture, scene, result)] {
-      for (auto& one : *levels) one = for_slm(LevelPicture{size, std::move(one)}, slm).levels;
+    const auto count = static_cast<std::size_t>(schedule_.count_of(picture));
+    // std::function wants what can be copied. The lasers of a hologram lie side by side
+    auto levels = std::make_shared<std::vector<std::vector<std::uint8_t>>>(count * all.size());
+    nlohmann::ordered_json line;
+    std::vector<std::string> notes;
+    std::vector<double> powers;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const auto scene = scene_at(lasers_[i].scene, picture);
+      show(scene, picture, all[i]);
+      auto result = all[i].render();
+      for (std::size_t j = 0; j < count; ++j)
+        (*levels)[j * all.size() + i] = std::move(result.levels[j]);
+      add_lines(notes, result.notes);
+      if (i == 0) line = line_of(picture, scene, result);
+      if (all.size() > 1)
+        powers.push_back(power_of(lasers_[i], result, picture) /
+                         (lasers_dim(lasers_[i]) && scale.power > 0 ? scale.power : 1));
+      if (picture > first)
+        for (const auto& [stage, s] : result.processor_seconds) made.processor_seconds[stage] += s;
+    }
+    add_lines(made.notes, notes);
+    if (!powers.empty()) line["powers"] = powers;
+    if (!notes.empty()) line["notes"] = notes;
+    queue.push([levels, &files, line, this] {
+      for (std::size_t i = 0; i < levels->size(); ++i) {
+        const auto& of_laser = plan(i % lasers());
+        auto& one = (*levels)[i];
+        one = for_slm(LevelPicture{of_laser.size, std::move(one)}, of_laser.slm).levels;
+      }
       files.add(*levels, line);
     });
-    if (picture > first)
-      for (const auto& [stage, s] : result.processor_seconds) made.processor_seconds[stage] += s;
     if (picture == first) start = std::chrono::steady_clock::now();
     ++made.pictures;
-    made.holograms += schedule_.count_of(picture);
-    if (picture > first) made.timed_holograms += schedule_.count_of(picture);
+    const int holograms = static_cast<int>(count * all.size());
+    made.holograms += holograms;
+    if (picture > first) made.timed_holograms += holograms;
   }
   queue.finish();
   files.finish();
@@ -172,7 +267,7 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress)
 
 nlohmann::ordered_json Animator::line_of(int picture, const Scene& scene,
                                          const RenderResult& result) const {
-  const auto& animation = scene_.animation.value();
+  const auto& animation = scene.animation.value();
   nlohmann::ordered_json line{{"picture", picture},
                               {"time_s", picture / animation.rate_per_s},
                               {"seed", result.plan.seed},
@@ -200,7 +295,6 @@ nlohmann::ordered_json Animator::line_of(int picture, const Scene& scene,
   line["camera"] = {{"depth_m", at.depth_m.value()},
                     {"view", json_of(at.view)},
                     {"aperture", json_of(at.aperture)}};
-  if (!result.notes.empty()) line["notes"] = result.notes;
   return line;
 }
 

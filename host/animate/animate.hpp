@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,9 +41,18 @@ public:
   /// scene   with an animation
   /// throws  InputError for the scene, naming the picture where it lies in one
   Animator(const cl::Device& device, Scene scene, cl::FftBackend fft);
+  /// The same in colour: a hologram of each laser wherever there is one of one wavelength.
+  ///
+  /// scenes  of load_colours
+  Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftBackend fft);
 
   /// Of the first picture.
-  const Plan& plan() const { return *plan_; }
+  const Plan& plan(std::size_t laser = 0) const { return *lasers_.at(laser).plan; }
+  std::size_t lasers() const { return lasers_.size(); }
+  /// In the names of their files; empty of one wavelength.
+  std::vector<std::string> laser_names() const;
+  /// Their colours; empty of one wavelength.
+  std::optional<LaserSet> colours() const;
   const Schedule& schedule() const { return schedule_; }
   /// Of a picture, depth and window filled in.
   Camera camera(int picture) const;
@@ -59,19 +69,36 @@ public:
   AnimateResult make_frames(FrameFiles& files, const Progress& progress) const;
 
 private:
+  struct Laser {
+    Scene scene;  // at rest, with frames for the picture that has most holograms
+    std::shared_ptr<const Plan> base, plan;  // of all pictures; of the first one
+  };
+  /// Of the brightest of Schedule::pictures_that_scale; 0: not needed.
+  struct Scale {
+    double clip = 0;   // RenderResult::clip
+    double power = 0;  // of all lasers, where phases alone leave the brightness to them
+  };
+
+  /// Of the first laser, from which the others differ in the laser alone.
+  const Scene& scene() const { return lasers_.front().scene; }
+  void plan_laser(Laser& laser);
+  /// Where the lasers have to show how bright a picture is.
+  bool lasers_dim(const Laser& laser) const;
+  /// A renderer for each laser.
+  std::vector<Renderer> renderers() const;
   /// Moves a renderer to a picture, which `scene` describes.
   void show(const Scene& scene, int picture, Renderer& renderer) const;
-  /// RenderResult::clip of the brightest of Schedule::pictures_that_scale; 0: no scale is needed.
-  double brightest(Renderer& renderer) const;
+  Scale brightest(std::vector<Renderer>& renderers) const;
+  /// Radiant power of a laser that a picture needs, whatever the scale.
+  double power_of(const Laser& laser, const RenderResult& result, int picture) const;
   nlohmann::ordered_json line_of(int picture, const Scene& scene, const RenderResult& result) const;
 
   cl::Device device_;
-  Scene scene_;  // at rest, with frames for the picture that has most holograms
+  std::vector<Laser> lasers_;  // one of one wavelength
   cl::FftBackend fft_;
   Schedule schedule_;
   glm::dvec2 reach_m_{0};  // largest distances of all objects, in all pictures, from the axis
   World world_;            // with all objects where the first picture has them
-  std::shared_ptr<const Plan> base_, plan_;  // of all pictures; of the first one
 };
 
 }  // namespace raywave

@@ -92,14 +92,41 @@ void for_lines_of(const fs::path& report, Use use) {
 
 }  // namespace
 
-std::string FrameFiles::png_name(int hologram) {
-  std::array<char, 32> name{};
-  std::snprintf(name.data(), name.size(), png_pattern, hologram);
-  return name.data();
+std::string FrameFiles::png_pattern(const std::string& laser) {
+  return "frame_%05d" + (laser.empty() ? "" : "_" + laser) + ".png";
 }
 
-FrameFiles::FrameFiles(fs::path folder, FrameStorage storage, std::string run, glm::ivec2 size_px)
-    : folder_(std::move(folder)), storage_(storage), run_(std::move(run)), size_(size_px) {
+std::string FrameFiles::png_name(int hologram, const std::string& laser) {
+  std::array<char, 32> number{};
+  std::snprintf(number.data(), number.size(), "%05d", hologram);
+  return "frame_" + std::string(number.data()) + (laser.empty() ? "" : "_" + laser) + ".png";
+}
+
+std::string FrameFiles::name_of(int place) const {
+  if (lasers_.empty()) return png_name(place);
+  const auto lasers = static_cast<int>(lasers_.size());
+  return png_name(place / lasers, lasers_[static_cast<std::size_t>(place % lasers)]);
+}
+
+std::vector<std::vector<double>> FrameFiles::powers(const fs::path& folder) {
+  std::vector<std::vector<double>> all;
+  for_lines_of(folder / report_name, [&](const Json& line, std::uint64_t) {
+    auto& powers = all.emplace_back();
+    if (line.is_object() && line.contains("powers") && line["powers"].is_array())
+      for (const auto& power : line["powers"])
+        powers.push_back(power.is_number() ? power.get<double>() : 0);
+    return true;
+  });
+  return all;
+}
+
+FrameFiles::FrameFiles(fs::path folder, FrameStorage storage, std::string run, glm::ivec2 size_px,
+                       std::vector<std::string> lasers)
+    : folder_(std::move(folder)),
+      storage_(storage),
+      run_(std::move(run)),
+      size_(size_px),
+      lasers_(std::move(lasers)) {
   read_report();
 }
 
@@ -147,7 +174,7 @@ bool FrameFiles::is_whole(const Json& line, int& count) const {
   for (const auto& hologram : *holograms) {
     const int number = holograms_ + count++;
     if (!hologram.is_object() || integer_of(hologram, "number") != number) return false;
-    const auto digest = storage_ == FrameStorage::pngs ? digest_of_file(folder_ / png_name(number))
+    const auto digest = storage_ == FrameStorage::pngs ? digest_of_file(folder_ / name_of(number))
                                                        : digest_in_stream(number);
     if (digest.empty() || text_of(hologram, "digest") != digest) return false;
   }
@@ -170,7 +197,7 @@ void FrameFiles::add(std::span<const std::vector<std::uint8_t>> holograms,
   for (const auto& levels : holograms) {
     nlohmann::ordered_json entry{{"number", number}};
     if (storage_ == FrameStorage::pngs) {
-      const auto name = png_name(number);
+      const auto name = name_of(number);
       plain_png(size_, levels, png_);
       write_whole(folder_ / name, [&](OutputFile& to) { to.write(text_of(png_)); });
       entry["file"] = name;
@@ -207,8 +234,11 @@ void FrameFiles::remove(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const auto name = entry.path().filename().string();
-    const bool is_frame = name.starts_with("frame_") && name.ends_with(".png") &&
-                          name.find_first_not_of("0123456789", 6) == name.size() - 4;
+    // frame_00000.png, or frame_00000_638nm.png
+    const auto digits_end = name.find_first_not_of("0123456789", 6);
+    const bool is_frame =
+        name.starts_with("frame_") && name.ends_with(".png") && digits_end > 6 &&
+        (digits_end == name.size() - 4 || (name[digits_end] == '_' && name.ends_with("nm.png")));
     if (is_frame || name == report_name || name == stream_name || name == "frames.raw.part")
       files.push_back(entry.path());
   }

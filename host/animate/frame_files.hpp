@@ -14,7 +14,8 @@
 namespace raywave {
 
 /// How holograms are stored: a PNG each (frame_00000.png ...), or all of them in frames.raw, one
-/// after another, a byte for each pixel.
+/// after another, a byte for each pixel. In colour, a number has a hologram of each laser, in turn
+/// (frame_00000_638nm.png ...).
 enum class FrameStorage { pngs, stream };
 
 /// What is stored: pictures of one or more holograms each, in order. A picture's line in
@@ -25,21 +26,24 @@ public:
   static constexpr const char* report_name = "report.jsonl";
   static constexpr const char* stream_name = "frames.raw";
   /// Pattern of the PNGs' names, as printf and ffmpeg read it.
-  static constexpr const char* png_pattern = "frame_%05d.png";
+  ///
+  /// laser  "638nm"; empty: of one wavelength
+  static std::string png_pattern(const std::string& laser = {});
 
   /// Finds out what is there, and takes away what is not whole.
   ///
   /// folder   where no other program writes (HeldFolder)
   /// run      stands for all that holograms depend on: lines of another run are refused
   /// size_px  of a hologram as it is stored
+  /// lasers   in the names of their PNGs; none: one wavelength
   /// throws   InputError for lines of another run, or where the folder cannot be written
   FrameFiles(std::filesystem::path folder, FrameStorage storage, std::string run,
-             glm::ivec2 size_px);
+             glm::ivec2 size_px, std::vector<std::string> lasers = {});
   ~FrameFiles();
   FrameFiles(const FrameFiles&) = delete;
   FrameFiles& operator=(const FrameFiles&) = delete;
 
-  /// Pictures that are there, and their holograms.
+  /// Pictures that are there, and their holograms, those of each laser counted.
   int pictures() const { return pictures_; }
   int holograms() const { return holograms_; }
 
@@ -55,12 +59,17 @@ public:
   /// Removes an animation's holograms and their report from a folder.
   static void remove(const std::filesystem::path& folder);
 
-  static std::string png_name(int hologram);
+  static std::string png_name(int hologram, const std::string& laser = {});
+
+  /// "powers" of the lines of a report, empty where a line has none.
+  static std::vector<std::vector<double>> powers(const std::filesystem::path& folder);
 
 private:
   std::size_t pixels() const {
     return static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y);
   }
+  /// Of a hologram by its place in the order of showing.
+  std::string name_of(int place) const;
   void read_report();
   /// Whether a line is that of the next picture, and its holograms are there and as it says.
   ///
@@ -73,6 +82,7 @@ private:
   FrameStorage storage_;
   std::string run_;
   glm::ivec2 size_;
+  std::vector<std::string> lasers_;
   int pictures_ = 0, holograms_ = 0;
   int report_ = -1, stream_ = -1;  // descriptors
   std::vector<std::uint8_t> png_;  // the last one

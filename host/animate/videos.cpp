@@ -2,14 +2,19 @@
 #include "host/animate/videos.hpp"
 
 #include <algorithm>
+#include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "host/animate/video_program.hpp"
+#include "host/common/error.hpp"
 #include "host/common/output.hpp"
+#include "host/common/text.hpp"
 #include "host/encode/panel.hpp"
 #include "host/encode/shown.hpp"
+#include "host/view/colour_picture.hpp"
 #include "host/view/reconstruct.hpp"
 
 namespace raywave {
@@ -33,11 +38,11 @@ Words common_words() {
 }
 
 Words raw_input(glm::ivec2 size_px, double rate_per_s, const std::string& name,
-                std::uint64_t skipped_bytes) {
+                std::uint64_t skipped_bytes, const std::string& pixels = "gray") {
   return {"-f",
           "rawvideo",
           "-pix_fmt",
-          "gray",
+          pixels,
           "-video_size",
           std::to_string(size_px.x) + "x" + std::to_string(size_px.y),
           "-framerate",
@@ -48,72 +53,142 @@ Words raw_input(glm::ivec2 size_px, double rate_per_s, const std::string& name,
           name};
 }
 
-/// The holograms from number `first` on, named relative to their folder.
-Words input_of(const StoredHolograms& holograms, int first) {
-  if (holograms.storage == FrameStorage::pngs)
-    return {"-framerate", rate_text(holograms.rate_per_s), "-start_number", std::to_string(first),
-            "-i",         FrameFiles::png_pattern};
-  const auto pixels = static_cast<std::uint64_t>(holograms.size_px.x) * holograms.size_px.y;
-  return raw_input(holograms.size_px, holograms.rate_per_s, FrameFiles::stream_name,
-                   static_cast<std::uint64_t>(first) * pixels);
+std::size_t lasers_of(const StoredHolograms& holograms) {
+  return std::max<std::size_t>(1, holograms.lasers.size());
 }
 
-/// Reads holograms one after another, in the hologram's frame.
+/// The holograms from number `first` on, named relative to their folder: those of one laser, or
+/// all of a stream.
+Words input_of(const StoredHolograms& holograms, int first, std::size_t laser = 0) {
+  if (holograms.storage == FrameStorage::pngs)
+    return {"-framerate",
+            rate_text(holograms.rate_per_s),
+            "-start_number",
+            std::to_string(first),
+            "-i",
+            FrameFiles::png_pattern(holograms.lasers.empty() ? "" : holograms.lasers[laser])};
+  const auto pixels = static_cast<std::uint64_t>(holograms.size_px.x) * holograms.size_px.y;
+  return raw_input(holograms.size_px, holograms.rate_per_s, FrameFiles::stream_name,
+                   static_cast<std::uint64_t>(first) * pixels * lasers_of(holograms));
+}
+
+/// Reads holograms one after another, those of the lasers in turn.
 class HologramReader {
 public:
   HologramReader(const fs::path& ffmpeg, const StoredHolograms& holograms, int first)
-      : size_(holograms.size_px),
-        program_(ffmpeg,
-                 common_words() + input_of(holograms, first) +
-                     Words{"-f", "rawvideo", "-pix_fmt", "gray", "pipe:1"},
-                 holograms.folder, VideoProgram::Held::output) {}
+      : size_(holograms.size_px) {
+    const auto files = holograms.storage == FrameStorage::pngs ? lasers_of(holograms) : 1;
+    for (std::size_t i = 0; i < files; ++i)
+      programs_.push_back(
+          std::make_unique<VideoProgram>(ffmpeg,
+                                         common_words() + input_of(holograms, first, i) +
+                                             Words{"-f", "rawvideo", "-pix_fmt", "gray", "pipe:1"},
+                                         holograms.folder, VideoProgram::Held::output));
+  }
 
+  /// As it is stored.
+  std::vector<std::uint8_t> next() {
+    std::vector<std::uint8_t> levels(static_cast<std::size_t>(size_.x) *
+                                     static_cast<std::size_t>(size_.y));
+    programs_[place_++ % programs_.size()]->read(levels);
+    return levels;
+  }
+
+  /// In the hologram's frame.
   std::vector<std::uint8_t> next(const SlmSpec& slm) {
-    LevelPicture picture{size_, std::vector<std::uint8_t>(static_cast<std::size_t>(size_.x) *
-                                                          static_cast<std::size_t>(size_.y))};
-    program_.read(picture.levels);
-    return from_slm(std::move(picture), slm).levels;
+    return from_slm(LevelPicture{size_, next()}, slm).levels;
   }
 
 private:
   glm::ivec2 size_;
-  VideoProgram program_;
+  std::vector<std::unique_ptr<VideoProgram>> programs_;
+  std::size_t place_ = 0;
+};
+
+/// What is seen of a picture: grey, or in colour.
+struct Seen {
+  Image grey{};
+  std::optional<RgbPicture> colour{};
+
+  glm::ivec2 size_px() const {
+    return colour ? glm::ivec2(colour->width(), colour->height())
+                  : glm::ivec2(grey.width, grey.height);
+  }
+  double white(double percentile) const {
+    if (colour) return white_of(*colour, percentile);
+    double white = 0;
+    expose(grey, percentile, &white);
+    return white;
+  }
+  std::vector<std::uint8_t> exposed(double white) const {
+    return colour ? expose_to(*colour, white) : expose_to(grey, white);
+  }
 };
 
 /// What is seen of pictures.
 class Viewer {
 public:
-  Viewer(const cl::Device& device, cl::FftBackend fft, const Animator& animator)
-      : device_(device),
-        fft_(fft),
-        animator_(animator),
-        panel_(animator.plan().slm, animator.plan().size, animator.plan().pitch_m,
-               animator.plan().wavelength_m) {
-    spec_.resolution = animator.plan().size;
-    spec_.pitch_m = animator.plan().pitch_m;
-    spec_.wavelength_m = animator.plan().wavelength_m;
+  Viewer(const cl::Device& device, cl::FftBackend fft, const Animator& animator,
+         const fs::path& folder)
+      : device_(device), fft_(fft), animator_(animator), colours_(animator.colours()) {
+    for (std::size_t i = 0; i < animator.lasers(); ++i) {
+      const auto& plan = animator.plan(i);
+      lasers_.push_back({Panel(plan.slm, plan.size, plan.pitch_m, plan.wavelength_m), {}});
+      auto& spec = lasers_.back().spec;
+      spec.resolution = plan.size;
+      spec.pitch_m = plan.pitch_m;
+      spec.wavelength_m = plan.wavelength_m;
+    }
+    if (!colours_) return;
+    powers_ = FrameFiles::powers(folder);
+    const bool is_whole =
+        powers_.size() == static_cast<std::size_t>(animator.schedule().pictures()) &&
+        std::all_of(powers_.begin(), powers_.end(),
+                    [&](const auto& powers) { return powers.size() == lasers_.size(); });
+    if (!is_whole)
+      throw InputError(in_quotes((folder / FrameFiles::report_name).string()) +
+                       ": lacks the lasers' powers; give --restart to make it anew");
   }
 
   /// The next picture of a reader.
-  Image see(int picture, HologramReader& reader) const {
-    std::vector<std::vector<std::uint8_t>> levels;
+  Seen see(int picture, HologramReader& reader) const {
+    std::vector<std::vector<std::vector<std::uint8_t>>> levels(lasers_.size());
     for (int i = 0; i < animator_.schedule().count_of(picture); ++i)
-      levels.push_back(reader.next(panel_.slm()));
+      for (std::size_t laser = 0; laser < lasers_.size(); ++laser)
+        levels[laser].push_back(reader.next(lasers_[laser].panel.slm()));
     const auto camera = animator_.camera(picture);
     ReconstructSpec what;
     what.z_m = camera.depth_m.value();
     what.view = camera.view;
     what.aperture = camera.aperture;
     what.window_m = camera.window_m;
-    return reconstruct(device_, fft_, shown_field(panel_, levels), spec_, what);
+    std::vector<Image> light;
+    for (std::size_t laser = 0; laser < lasers_.size(); ++laser) {
+      const auto& [panel, spec] = lasers_[laser];
+      light.push_back(reconstruct(device_, fft_, shown_field(panel, levels[laser]), spec, what));
+    }
+    if (!colours_) return {std::move(light[0]), {}};
+    for (std::size_t laser = 0; laser < lasers_.size(); ++laser) {
+      const double gain =
+          powers_[static_cast<std::size_t>(picture)][laser] / colours_->white_powers[laser];
+      for (float& pixel : light[laser].pixels) pixel = static_cast<float>(double{pixel} * gain);
+    }
+    return {{},
+            picture_of_lasers(*colours_,
+                              {std::move(light[0]), std::move(light[1]), std::move(light[2])})};
   }
 
 private:
+  struct Laser {
+    Panel panel;
+    HologramSpec spec;
+  };
   const cl::Device& device_;
   cl::FftBackend fft_;
   const Animator& animator_;
-  Panel panel_;
-  HologramSpec spec_;
+  std::optional<LaserSet> colours_;
+  std::vector<Laser> lasers_;
+  std::vector<std::vector<double>> powers_;  // of each picture's lasers
 };
 
 constexpr double exposed_percentile = 99.5;
@@ -122,14 +197,22 @@ constexpr double exposed_percentile = 99.5;
 
 void write_hologram_video(const fs::path& ffmpeg, const StoredHolograms& holograms,
                           const fs::path& file) {
+  // PNGs of several lasers pass through this program, which puts them in order
+  const bool in_turn = holograms.storage == FrameStorage::pngs && lasers_of(holograms) > 1;
   write_whole_by_name(file, [&](const fs::path& temporary) {
+    const auto input = in_turn ? raw_input(holograms.size_px, holograms.rate_per_s, "pipe:0", 0)
+                               : input_of(holograms, 0);
     VideoProgram program(
         ffmpeg,
-        common_words() + input_of(holograms, 0) +
+        common_words() + input +
             Words{"-frames:v", std::to_string(holograms.count), "-c:v", "ffv1", "-level", "3", "-g",
                   "1", "-slicecrc", "1", "-pix_fmt", "gray", "-flags:v", "+bitexact",
                   "file:" + temporary.filename().string()},
-        holograms.folder, VideoProgram::Held::none);
+        holograms.folder, in_turn ? VideoProgram::Held::input : VideoProgram::Held::none);
+    if (in_turn) {
+      HologramReader reader(ffmpeg, holograms, 0);
+      for (int i = 0; i < holograms.count; ++i) program.write(reader.next());
+    }
     program.finish();
   });
 }
@@ -137,30 +220,40 @@ void write_hologram_video(const fs::path& ffmpeg, const StoredHolograms& hologra
 void write_preview(const fs::path& ffmpeg, const cl::Device& device, cl::FftBackend fft,
                    const Animator& animator, const StoredHolograms& holograms, const fs::path& file,
                    double rate_per_s, const std::function<void(double)>& progress) {
-  const Viewer viewer(device, fft, animator);
+  const Viewer viewer(device, fft, animator, holograms.folder);
   const auto& schedule = animator.schedule();
   const int pictures = schedule.pictures();
   double white = 0;
   glm::ivec2 size(0);
   for (const int picture : schedule.spread(Schedule::pictures_that_scale)) {
     HologramReader reader(ffmpeg, holograms, schedule.first_of(picture));
-    const auto image = viewer.see(picture, reader);
-    size = {image.width, image.height};
-    double here = 0;
-    expose(image, exposed_percentile, &here);
-    white = std::max(white, here);
+    const auto seen = viewer.see(picture, reader);
+    size = seen.size_px();
+    white = std::max(white, seen.white(exposed_percentile));
   }
   write_whole_by_name(file, [&](const fs::path& temporary) {
     // Players want sides that are even, and chroma
-    VideoProgram video(
-        ffmpeg,
-        common_words() + raw_input(size, rate_per_s, "pipe:0", 0) +
-            Words{"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "-flags:v",
-                  "+bitexact", "-movflags", "+faststart", "file:" + temporary.filename().string()},
-        holograms.folder, VideoProgram::Held::input);
+    const std::string pad = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
+    const bool is_colour = animator.lasers() > 1;
+    const auto colours = is_colour ? Words{"-vf",
+                                           pad + ",scale=out_color_matrix=bt709:out_range=tv",
+                                           "-colorspace",
+                                           "bt709",
+                                           "-color_primaries",
+                                           "bt709",
+                                           "-color_trc",
+                                           "iec61966-2-1"}
+                                   : Words{"-vf", pad};
+    VideoProgram video(ffmpeg,
+                       common_words() +
+                           raw_input(size, rate_per_s, "pipe:0", 0, is_colour ? "rgb24" : "gray") +
+                           colours +
+                           Words{"-pix_fmt", "yuv420p", "-flags:v", "+bitexact", "-movflags",
+                                 "+faststart", "file:" + temporary.filename().string()},
+                       holograms.folder, VideoProgram::Held::input);
     HologramReader reader(ffmpeg, holograms, 0);
     for (int picture = 0; picture < pictures; ++picture) {
-      video.write(expose_to(viewer.see(picture, reader), white));
+      video.write(viewer.see(picture, reader).exposed(white));
       if (progress) progress(static_cast<double>(picture + 1) / pictures);
     }
     video.finish();

@@ -29,6 +29,7 @@ struct raywave_renderer {
   void* context = nullptr;
   std::optional<std::uint32_t> seed;
   std::optional<raywave::v0::Renderer> renderer;
+  std::vector<double> powers;  // of the last picture
   // Poses that the renderer has been given, and the scene has not
   std::map<std::size_t, std::pair<raywave::v0::Vec3, raywave::v0::Vec3>> poses;
   mutable std::recursive_mutex mutex;
@@ -121,7 +122,8 @@ void render(raywave_renderer& renderer, std::uint8_t* levels, std::size_t bytes,
             std::size_t floats) {
   const auto [nx, ny] = renderer.scene.resolution();
   const auto samples = static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) *
-                       static_cast<std::size_t>(renderer.scene.frames());
+                       static_cast<std::size_t>(renderer.scene.frames()) *
+                       renderer.scene.wavelengths_m().size();
   if (levels && bytes < samples)
     throw InputError("levels: " + std::to_string(samples) + " bytes are needed, got " +
                      std::to_string(bytes));
@@ -143,7 +145,8 @@ void render(raywave_renderer& renderer, std::uint8_t* levels, std::size_t bytes,
     if (renderer.seed) renderer.renderer->set_seed(*renderer.seed);
   }
   // std::complex<float> is laid out as two floats
-  renderer.renderer->render({levels, reinterpret_cast<std::complex<float>*>(field)});
+  renderer.powers =
+      renderer.renderer->render({levels, reinterpret_cast<std::complex<float>*>(field)});
 }
 
 }  // namespace
@@ -180,6 +183,20 @@ int raywave_size(const raywave_renderer* renderer, int* nx, int* ny, int* frames
     if (ny) *ny = resolution[1];
     if (frames) *frames = renderer->scene.frames();
     if (objects) *objects = static_cast<int>(renderer->scene.objects());
+  });
+}
+
+int raywave_lasers(const raywave_renderer* renderer, int* lasers, double* wavelengths_m,
+                   double* powers) {
+  return guarded([&] {
+    if (!renderer) throw InputError("renderer: is NULL");
+    const std::lock_guard lock(renderer->mutex);
+    const auto all = renderer->scene.wavelengths_m();
+    if (lasers) *lasers = static_cast<int>(all.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (wavelengths_m) wavelengths_m[i] = all[i];
+      if (powers) powers[i] = renderer->powers.empty() ? 0 : renderer->powers[i];
+    }
   });
 }
 

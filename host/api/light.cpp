@@ -13,6 +13,7 @@
 #include "host/plan/padded_plane.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/propagation.hpp"
+#include "host/view/colour_picture.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
@@ -34,12 +35,24 @@ std::optional<glm::dvec2> window_of(const ViewOptions& options) {
   return vector_of(*options.window_m);
 }
 
+/// Progress of one of three lasers, which come one after another.
+Progress part_of(const Progress& progress, int laser) {
+  if (!progress) return {};
+  return [progress, laser](const std::string& what, double share) {
+    return progress(what, (laser + share) / 3);
+  };
+}
+
 std::function<void(double)> share_of(const Progress& progress, const std::string& what) {
   if (!progress) return {};
   return [report = progress_of(progress), what](double share) { report(what, share); };
 }
 
-Picture as_picture(Image image) { return {image.width, image.height, std::move(image.pixels)}; }
+Picture as_picture(Image image) { return {image.width, image.height, std::move(image.pixels), 1}; }
+
+Picture as_picture(const RgbPicture& picture) {
+  return {picture.width(), picture.height(), interleaved(picture), 3};
+}
 
 Panel panel_of(const Slm& slm, glm::ivec2 size, const Pixels& pixels) {
   const auto hologram = hologram_spec(pixels, size);
@@ -119,15 +132,43 @@ Picture reconstruct(const FieldView& field, const Pixels& pixels, const ViewOpti
                                          share_of(options.progress, "reconstruction")));
 }
 
+Picture reconstruct(const Hologram& hologram, const ViewOptions& options) {
+  if (hologram.lasers() == 1) return reconstruct(hologram.shown(), hologram.pixels(), options);
+  const auto lasers = laser_set(
+      {hologram.wavelengths_m()[0], hologram.wavelengths_m()[1], hologram.wavelengths_m()[2]});
+  std::array<Image, 3> light;
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    const auto of_laser = hologram.laser(static_cast<int>(i));
+    auto how = options;
+    how.progress = part_of(options.progress, static_cast<int>(i));
+    auto seen = reconstruct(of_laser.shown(), of_laser.pixels(), how);
+    const double gain = hologram.powers()[i] / lasers.white_powers[i];
+    for (float& pixel : seen.pixels) pixel = static_cast<float>(double{pixel} * gain);
+    light[i] = {seen.nx, seen.ny, std::move(seen.pixels)};
+  }
+  return as_picture(picture_of_lasers(lasers, light));
+}
+
 Picture lens(const Scene& scene, const ViewOptions& options, int points) {
   const auto opened = open(options.on);
   const auto world = scene.state().world();
-  const auto plan = make_plan(scene.state().scene, world);
-  const DeviceScene arrays(opened.device, world, plan);
+  const auto& scenes = scene.state().scenes;
+  std::vector<raywave::Plan> plans;
+  for (const auto& one : scenes) plans.push_back(make_plan(one, world));
+  DeviceScene arrays(opened.device, world, plans[0]);
   const LensSpec what{options.z_m, window_of(options), vector_of(options.view),
                       vector_of(options.aperture), points};
+  std::vector<Image> seen;
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    if (plans.size() > 1) arrays.show(plans[i]);
+    const auto progress =
+        plans.size() > 1 ? part_of(options.progress, static_cast<int>(i)) : options.progress;
+    seen.push_back(lens_picture(opened.device, plans[i], arrays, what, share_of(progress, "lens")));
+  }
+  if (seen.size() == 1) return as_picture(std::move(seen[0]));
   return as_picture(
-      lens_picture(opened.device, plan, arrays, what, share_of(options.progress, "lens")));
+      picture_of_lasers(scenes[0].colour.value().lasers,
+                        {std::move(seen[0]), std::move(seen[1]), std::move(seen[2])}));
 }
 
 Levels encode(const FieldView& field, const Slm& slm, const Pixels& pixels,
@@ -167,8 +208,18 @@ PictureComparison compare(const PictureView& a, const PictureView& b,
   raywave::PictureOptions how{options.blur_px, options.border_px, {}, domain_of(options.domain)};
   if (const auto& region = options.region)
     how.region = Region{(*region)[0], (*region)[1], (*region)[2], (*region)[3]};
+  if (a.channels != b.channels)
+    throw InputError("b: has " + std::to_string(b.channels) + " channels, a " +
+                     std::to_string(a.channels) + "; both are grey, or both are in colour");
+  if (a.channels == 3) {
+    const auto c = compare_colours(rgb_of(a, "a"), rgb_of(b, "b"), how);
+    const auto& of = c.luminance;
+    return {of.psnr_db,    of.ssim,
+            of.scale,      of.contrast_a,
+            of.contrast_b, PictureComparison::Colours{c.mean, c.median, c.most, c.most_of_95}};
+  }
   const auto c = compare_pictures(image_of(a, "a"), image_of(b, "b"), how);
-  return {c.psnr_db, c.ssim, c.scale, c.contrast_a, c.contrast_b};
+  return {c.psnr_db, c.ssim, c.scale, c.contrast_a, c.contrast_b, {}};
 }
 
 }  // namespace raywave::v0

@@ -2,7 +2,6 @@
 #include "host/render.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -11,6 +10,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/shown.hpp"
+#include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/plan/predict/presets.hpp"
 #include "host/trace/tuning.hpp"
@@ -52,36 +52,85 @@ raywave::RenderOptions options_of(const RenderOptions& options, const Opened& op
   return how;
 }
 
-/// The scene with what a goal leaves to the planner, and notes for the user.
-raywave::Scene planned(const Scene::State& scene, const World& world, const RenderOptions& options,
-                       const cl::DeviceInfo& device, std::vector<std::string>& warnings) {
+/// The plan of one wavelength, or of three lasers.
+std::vector<Planned> planned_lasers(const std::vector<raywave::Scene>& scenes, const World& world,
+                                    const DeviceFigures& figures, const raywave::Goal& goal) {
+  if (scenes.size() > 1) return plan_colours(scenes, world, figures, goal);
+  std::vector<Planned> all;
+  all.push_back(plan_scene(scenes.front(), world, figures, goal));
+  return all;
+}
+
+/// The scenes with what a goal leaves to the planner, and notes for the user.
+std::vector<raywave::Scene> planned(const Scene::State& scene, const World& world,
+                                    const RenderOptions& options, const cl::DeviceInfo& device,
+                                    std::vector<std::string>& warnings) {
   const auto goal = goal_of(options.goal);
-  if (!goal.any()) return scene.scene;
+  if (!goal.any()) return scene.scenes;
   if (method_of(options.method) != Method::wrp)
     throw InputError("preset, budget and psnr plan method \"wrp\" alone");
   if (scene.is_planned)
     throw InputError("preset, budget and psnr: the scene of a plan has its values chosen");
-  auto result = plan_scene(scene.scene, world, figures_of(device), goal);
-  warnings = std::move(result.warnings);
-  return std::move(result.scene);
+  auto all = planned_lasers(scene.scenes, world, figures_of(device), goal);
+  warnings = std::move(all.front().warnings);
+  std::vector<raywave::Scene> scenes;
+  for (auto& one : all) scenes.push_back(std::move(one.scene));
+  return scenes;
 }
 
-Hologram hologram_of(const raywave::Scene& scene, RenderResult result, const Opened& opened,
-                     const std::vector<std::string>& warnings) {
+/// Adds lines that are not there.
+void add_lines(std::vector<std::string>& lines, const std::vector<std::string>& more) {
+  for (const auto& line : more)
+    if (std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
+}
+
+/// Moves the samples of one laser behind those of the lasers before it.
+void append(FieldStack& all, FieldStack field) {
+  if (all.samples.empty()) {
+    all = std::move(field);
+    return;
+  }
+  all.frames += field.frames;
+  all.samples.insert(all.samples.end(), field.samples.begin(), field.samples.end());
+}
+
+/// warnings  of the plan, for the user
+Hologram hologram_of(const std::vector<raywave::Scene>& scenes, ColourResult result,
+                     const Opened& opened, const std::vector<std::string>& warnings) {
   auto state = std::make_shared<Hologram::State>();
-  state->scene = scene;
-  state->report = render_report_json(scene, result, opened.device.info(), opened.fft);
-  auto& levels = result.levels;
-  if (levels.size() == 1)
-    state->levels = std::move(levels[0]);
-  else
-    for (const auto& frame : levels)
-      state->levels.insert(state->levels.end(), frame.begin(), frame.end());
-  levels.clear();
-  state->result = std::move(result);
-  auto& notes = state->result.notes;
-  for (const auto& warning : warnings)
-    if (std::find(notes.begin(), notes.end(), warning) == notes.end()) notes.push_back(warning);
+  state->powers = result.powers;
+  const auto& device = opened.device.info();
+  std::vector<LaserFiles> files;
+  for (const auto& laser : result.lasers) {
+    state->lasers.push_back({laser.plan, laser.panel, {}, laser.notes});
+    if (scenes.size() > 1)
+      files.push_back(
+          files_of_laser(laser.plan.wavelength_m, laser.plan.frames, !laser.field.samples.empty()));
+  }
+  for (std::size_t i = 0; i < scenes.size(); ++i)
+    state->lasers[i].report = render_report_json(scenes[i], result.lasers[i], device, opened.fft);
+  if (scenes.size() > 1) {
+    state->colour = scenes.front().colour.value().lasers;
+    state->report = colour_report_json(scenes, result, files, device, opened.fft);
+  } else {
+    state->report = state->lasers.front().report;
+  }
+  for (auto& laser : result.lasers) {
+    add_lines(state->notes, laser.notes);
+    for (auto& frame : laser.levels) {
+      if (state->levels.empty())
+        state->levels = std::move(frame);
+      else
+        state->levels.insert(state->levels.end(), frame.begin(), frame.end());
+      frame = {};
+    }
+    append(state->field, std::move(laser.field));
+    if (laser.refined) {
+      if (!state->refined) state->refined.emplace();
+      append(*state->refined, std::move(laser.refined->phases));
+    }
+  }
+  add_lines(state->notes, warnings);
   return Hologram(std::move(state));
 }
 
@@ -98,14 +147,29 @@ std::vector<Device> list_devices() {
 Plan::Plan(std::shared_ptr<const State> state) : state_(std::move(state)) {}
 std::string Plan::text() const { return state_->text; }
 std::string Plan::json() const { return state_->json; }
-std::vector<std::string> Plan::warnings() const { return state_->planned.warnings; }
-double Plan::seconds() const { return state_->planned.prediction.times.total_s(); }
-std::optional<double> Plan::psnr_db() const {
-  const auto& pictures = state_->planned.prediction.pictures;
-  if (!pictures) return std::nullopt;
-  return pictures->mean_psnr_db;
+std::vector<std::string> Plan::warnings() const { return state_->warnings; }
+
+double Plan::seconds() const {
+  double sum = 0;
+  for (const auto& laser : state_->planned) sum += laser.prediction.times.total_s();
+  return sum;
 }
-std::uint64_t Plan::device_bytes() const { return state_->planned.prediction.device_bytes; }
+
+std::optional<double> Plan::psnr_db() const {
+  double sum = 0;
+  for (const auto& laser : state_->planned) {
+    if (!laser.prediction.pictures) return std::nullopt;
+    sum += laser.prediction.pictures->mean_psnr_db;
+  }
+  return sum / static_cast<double>(state_->planned.size());
+}
+
+std::uint64_t Plan::device_bytes() const {
+  std::uint64_t most = 0;  // the lasers come one after another
+  for (const auto& laser : state_->planned) most = std::max(most, laser.prediction.device_bytes);
+  return most;
+}
+
 Scene Plan::scene() const { return state_->scene; }
 
 Plan plan(const Scene& scene, const Goal& goal, const std::string& device) {
@@ -115,81 +179,192 @@ Plan plan(const Scene& scene, const Goal& goal, const std::string& device) {
   DeviceFigures figures;
   if (!device.empty() || !cl::list_devices().empty()) figures = figures_of(device_info(device));
   const auto world = scene.state().world();
-  auto planned = plan_scene(scene.state().scene, world, figures, wanted);
+  auto planned = planned_lasers(scene.state().scenes, world, figures, wanted);
   auto chosen = std::make_shared<Scene::State>(scene.state());
-  chosen->scene = planned.scene;
+  chosen->scenes.clear();
+  for (const auto& laser : planned) chosen->scenes.push_back(laser.scene);
   chosen->is_planned = true;
-  auto text = plan_report_text(planned, world), json = plan_report_json(planned, world);
-  return Plan(std::make_shared<Plan::State>(
-      Plan::State{std::move(planned), std::move(text), std::move(json), Scene(std::move(chosen))}));
+  const bool is_colour = planned.size() > 1;
+  auto text = is_colour ? colour_plan_text(planned, world) : plan_report_text(planned[0], world),
+       json = is_colour ? colour_plan_json(planned, world) : plan_report_json(planned[0], world);
+  auto warnings = planned[0].warnings;
+  if (is_colour)
+    if (auto warning = colour_warning(chosen->scenes, world); !warning.empty())
+      warnings.push_back(std::move(warning));
+  return Plan(std::make_shared<Plan::State>(Plan::State{std::move(planned), std::move(text),
+                                                        std::move(json), std::move(warnings),
+                                                        Scene(std::move(chosen))}));
 }
 
-Hologram::Hologram(std::shared_ptr<const State> state) : state_(std::move(state)) {}
-int Hologram::nx() const { return state_->result.plan.size.x; }
-int Hologram::ny() const { return state_->result.plan.size.y; }
-int Hologram::frames() const { return state_->result.plan.frames; }
+Hologram::Hologram(std::shared_ptr<const State> state)
+    : state_(std::move(state)), lasers_(state_->lasers.size()) {}
+Hologram::Hologram(std::shared_ptr<const State> state, std::size_t first, std::size_t lasers)
+    : state_(std::move(state)), first_(first), lasers_(lasers) {}
+int Hologram::nx() const { return state_->lasers[first_].plan.size.x; }
+int Hologram::ny() const { return state_->lasers[first_].plan.size.y; }
+int Hologram::frames() const { return state_->lasers[first_].plan.frames; }
 Pixels Hologram::pixels() const {
-  const auto& plan = state_->result.plan;
-  return {{plan.pitch_m.x, plan.pitch_m.y}, plan.wavelength_m};
+  const auto& plan = state_->lasers[first_].plan;
+  return {{plan.pitch_m.x, plan.pitch_m.y}, lasers_ > 1 ? 0 : plan.wavelength_m};
 }
-std::span<const std::uint8_t> Hologram::levels() const { return state_->levels; }
+
+int Hologram::lasers() const { return static_cast<int>(lasers_); }
+
+std::vector<double> Hologram::wavelengths_m() const {
+  std::vector<double> all;
+  for (std::size_t i = 0; i < lasers_; ++i)
+    all.push_back(state_->lasers[first_ + i].plan.wavelength_m);
+  return all;
+}
+
+std::vector<double> Hologram::powers() const {
+  if (lasers_ == 1) return {1};
+  return state_->powers;
+}
+
+Hologram Hologram::laser(int number) const {
+  if (number < 0 || number >= lasers())
+    throw InputError("laser " + std::to_string(number) + ": there are " + std::to_string(lasers()) +
+                     ", counted from 0");
+  return {state_, first_ + static_cast<std::size_t>(number), 1};
+}
+
+std::span<const std::uint8_t> Hologram::levels() const {
+  const auto size = state_->size();
+  return std::span(state_->levels).subspan(first_ * size, lasers_ * size);
+}
 
 Levels Hologram::for_slm(int frame) const {
+  if (lasers_ > 1)
+    throw InputError("for_slm: of three lasers, ask the hologram of one for the picture it needs");
   if (frame < 0 || frame >= frames())
     throw InputError("frame " + std::to_string(frame) + ": there are " + std::to_string(frames()) +
                      ", counted from 0");
+  const auto& plan = state_->lasers[first_].plan;
   const auto size = static_cast<std::size_t>(nx()) * static_cast<std::size_t>(ny());
-  const auto first = state_->levels.begin() + static_cast<std::ptrdiff_t>(size) * frame;
-  LevelPicture picture{state_->result.plan.size,
-                       {first, first + static_cast<std::ptrdiff_t>(size)}};
-  picture = raywave::for_slm(std::move(picture), state_->result.plan.slm);
+  const auto all = levels().subspan(size * static_cast<std::size_t>(frame), size);
+  LevelPicture picture{plan.size, {all.begin(), all.end()}};
+  picture = raywave::for_slm(std::move(picture), plan.slm);
   return {picture.size_px.x, picture.size_px.y, 1, 8, std::move(picture.levels), {}};
 }
 
-FieldView Hologram::field() const {
-  const auto& field = state_->result.field;
-  return field.samples.empty() ? FieldView{} : view_of(field);
+namespace {
+
+/// Some lasers of a field of all.
+FieldView part_of(const FieldStack& field, const Hologram& hologram, std::size_t first) {
+  if (field.samples.empty()) return {};
+  const int frames = hologram.lasers() * hologram.frames();
+  const auto size = static_cast<std::size_t>(field.nx) * static_cast<std::size_t>(field.ny) *
+                    static_cast<std::size_t>(hologram.frames());
+  return {field.samples.data() + first * size, field.nx, field.ny, frames};
 }
 
+}  // namespace
+
+FieldView Hologram::field() const { return part_of(state_->field, *this, first_); }
+
 std::optional<FieldView> Hologram::refined() const {
-  if (!state_->result.refined) return std::nullopt;
-  return view_of(state_->result.refined->phases);
+  if (!state_->refined) return std::nullopt;
+  return part_of(*state_->refined, *this, first_);
 }
 
 Field Hologram::shown() const {
   const auto size = static_cast<std::ptrdiff_t>(nx()) * ny();
-  std::vector<std::vector<std::uint8_t>> frames_of_levels;
-  for (auto at = state_->levels.begin(); at != state_->levels.end(); at += size)
-    frames_of_levels.emplace_back(at, at + size);
-  return as_field(shown_field(*state_->result.panel, frames_of_levels));
+  FieldStack all;
+  for (std::size_t laser = first_; laser < first_ + lasers_; ++laser) {
+    const auto levels = this->laser(static_cast<int>(laser - first_)).levels();
+    std::vector<std::vector<std::uint8_t>> frames_of_levels;
+    for (auto at = levels.begin(); at != levels.end(); at += size)
+      frames_of_levels.emplace_back(at, at + size);
+    append(all, shown_field(*state_->lasers[laser].panel, frames_of_levels));
+  }
+  return as_field(std::move(all));
 }
 
-std::string Hologram::report() const { return state_->report; }
-std::vector<std::string> Hologram::notes() const { return state_->result.notes; }
+std::string Hologram::report() const {
+  return lasers_ == state_->lasers.size() ? state_->report : state_->lasers[first_].report;
+}
+
+std::vector<std::string> Hologram::notes() const {
+  return lasers_ == state_->lasers.size() ? state_->notes : state_->lasers[first_].notes;
+}
+
+namespace {
+
+/// Renders a scene of three lasers, which come one after another.
+Hologram render_lasers(const Scene::State& scene, const RenderOptions& options) {
+  const auto opened = open(options.on);
+  const auto how = options_of(options, opened);
+  if (how.progress) how.progress("meshes", 0);
+  const auto world = scene.world();
+  std::vector<std::string> warnings;
+  const auto scenes = planned(scene, world, options, opened.device.info(), warnings);
+  if (auto warning = colour_warning(scenes, world); !warning.empty())
+    warnings.push_back(std::move(warning));
+  return hologram_of(scenes, render_colours(opened.device, scenes, world, how), opened, warnings);
+}
+
+}  // namespace
 
 Hologram render(const Scene& scene, const RenderOptions& options) {
+  if (scene.state().scenes.size() > 1) return render_lasers(scene.state(), options);
   return Renderer(scene, options).render();
 }
 
 struct Renderer::State {
   State(const Scene& scene, const RenderOptions& options)
-      : opened(open(options.on)), renderer(make(scene.state(), options)) {}
+      : opened(open(options.on)), keep_field(options.keep_field) {
+    make(scene.state(), options);
+  }
 
-  raywave::Renderer make(const Scene::State& scene, const RenderOptions& options) {
+  /// A renderer for each laser.
+  void make(const Scene::State& scene, const RenderOptions& options) {
     auto how = options_of(options, opened);
     if (how.progress) how.progress("meshes", 0);
     const auto& files = scene.read_files();
-    if (!goal_of(options.goal).any()) return {opened.device, scene.scene, files, std::move(how)};
-    if (how.progress) how.progress("plan", 0);
-    auto chosen = planned(scene, scene.world(), options, opened.device.info(), warnings);
-    return {opened.device, std::move(chosen), files, std::move(how)};
+    scenes = scene.scenes;
+    const bool has_goal = goal_of(options.goal).any(), is_colour = scenes.size() > 1;
+    if (has_goal && how.progress) how.progress("plan", 0);
+    if (has_goal || is_colour) {
+      const auto world = scene.world();
+      scenes = planned(scene, world, options, opened.device.info(), warnings);
+      if (is_colour)
+        if (auto warning = colour_warning(scenes, world); !warning.empty())
+          warnings.push_back(std::move(warning));
+    }
+    how.sharing = static_cast<int>(scenes.size());
+    how.keep_field = keep_field || is_colour;  // which decides the lasers' powers
+    for (const auto& one : scenes) {
+      auto of_laser = how;
+      if (is_colour && how.progress)
+        of_laser.progress = [progress = how.progress, laser = renderers.size(),
+                             name = length_text(one.hologram.wavelength_m)](const std::string& what,
+                                                                            double share) {
+          progress(name + ": " + what, (static_cast<double>(laser) + share) / 3);
+        };
+      renderers.emplace_back(opened.device, one, files, of_laser);
+    }
+  }
+
+  ColourResult render() {
+    if (renderers.size() == 1) {
+      ColourResult result;
+      result.powers = {1};
+      result.lasers.push_back(renderers[0].render());
+      return result;
+    }
+    std::vector<RenderResult> lasers;
+    for (auto& renderer : renderers) lasers.push_back(renderer.render());
+    return colour_result(opened.device, scenes, std::move(lasers), keep_field);
   }
 
   std::recursive_mutex mutex;  // a callback's own call finds it locked, and is told so
   bool is_busy = false;
   Opened opened;
+  bool keep_field;
+  std::vector<raywave::Scene> scenes;  // of each laser
   std::vector<std::string> warnings;
-  raywave::Renderer renderer;
+  std::vector<raywave::Renderer> renderers;
 };
 
 namespace {
@@ -219,41 +394,51 @@ Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
-int Renderer::nx() const { return state_->renderer.scene().hologram.resolution.x; }
-int Renderer::ny() const { return state_->renderer.scene().hologram.resolution.y; }
-int Renderer::frames() const { return state_->renderer.scene().sampling.frames; }
-std::size_t Renderer::objects() const { return state_->renderer.scene().objects.size(); }
+int Renderer::nx() const { return state_->scenes[0].hologram.resolution.x; }
+int Renderer::ny() const { return state_->scenes[0].hologram.resolution.y; }
+int Renderer::frames() const { return state_->scenes[0].sampling.frames; }
+std::size_t Renderer::objects() const { return state_->scenes[0].objects.size(); }
+
+std::vector<double> Renderer::wavelengths_m() const {
+  std::vector<double> all;
+  for (const auto& scene : state_->scenes) all.push_back(scene.hologram.wavelength_m);
+  return all;
+}
 
 void Renderer::set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg) {
   const Turn turn(state_->mutex, state_->is_busy);
   require_pose(object, objects(), position_m, rotation_deg);
-  state_->renderer.set_pose(object, vector_of(position_m), vector_of(rotation_deg));
+  // What one refuses, the first does
+  for (auto& renderer : state_->renderers)
+    renderer.set_pose(object, vector_of(position_m), vector_of(rotation_deg));
 }
 
 void Renderer::set_seed(std::uint32_t seed) {
   const Turn turn(state_->mutex, state_->is_busy);
-  state_->renderer.set_seed(seed);
+  for (auto& renderer : state_->renderers) renderer.set_seed(seed);
 }
 
 Hologram Renderer::render() {
   const Turn turn(state_->mutex, state_->is_busy);
-  auto result = state_->renderer.render();
-  return hologram_of(state_->renderer.scene(), std::move(result), state_->opened, state_->warnings);
+  auto result = state_->render();
+  std::vector<raywave::Scene> scenes;
+  for (const auto& renderer : state_->renderers) scenes.push_back(renderer.scene());
+  return hologram_of(scenes, std::move(result), state_->opened, state_->warnings);
 }
 
-void Renderer::render(const RenderTarget& target) {
+std::vector<double> Renderer::render(const RenderTarget& target) {
   const Turn turn(state_->mutex, state_->is_busy);
-  const auto result = state_->renderer.render();
-  if (target.field && result.field.samples.empty())
+  if (target.field && !state_->keep_field)
     throw InputError("field: this renderer keeps none (RenderOptions::keep_field)");
-  auto* to = target.levels;
-  for (const auto& frame : result.levels) {
-    if (!to) break;
-    std::memcpy(to, frame.data(), frame.size());
-    to += frame.size();
+  const auto result = state_->render();
+  auto* levels = target.levels;
+  auto* field = target.field;
+  for (const auto& laser : result.lasers) {
+    for (const auto& frame : laser.levels)
+      if (levels) levels = std::copy(frame.begin(), frame.end(), levels);
+    if (field) field = std::copy(laser.field.samples.begin(), laser.field.samples.end(), field);
   }
-  if (target.field)
-    std::copy(result.field.samples.begin(), result.field.samples.end(), target.field);
+  return result.powers;
 }
 
 namespace {
@@ -289,8 +474,8 @@ RefineSettings settings_of(const RefineOptions& options, RefineSettings settings
 
 Hologram refine(const Scene& scene, const RefineOptions& options) {
   auto refined = std::make_shared<Scene::State>(scene.state());
-  auto& settings = refined->scene.refine;
-  settings = settings_of(options, settings.value_or(RefineSettings{}));
+  for (auto& laser : refined->scenes)
+    laser.refine = settings_of(options, laser.refine.value_or(RefineSettings{}));
   return render(Scene(std::move(refined)), options.render);
 }
 

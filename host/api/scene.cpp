@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "host/api/state.hpp"
@@ -31,22 +32,25 @@ bool reads_the_same(const Scene::State& a, const Scene::State& b) {
   const auto all = [](const auto& x, const auto& y, const auto& same) {
     return std::equal(x.begin(), x.end(), y.begin(), y.end(), same);
   };
-  return a.scene.channels() == b.scene.channels() && a.meshes == b.meshes &&
-         all(a.scene.objects, b.scene.objects, same_object) &&
-         all(a.scene.materials, b.scene.materials, same_texture) &&
-         all(a.scene.lights, b.scene.lights, same_picture);
+  const auto &of_a = a.scene(), &of_b = b.scene();
+  return of_a.channels() == of_b.channels() && a.meshes == b.meshes &&
+         all(of_a.objects, of_b.objects, same_object) &&
+         all(of_a.materials, of_b.materials, same_texture) &&
+         all(of_a.lights, of_b.lights, same_picture);
 }
 
 /// Puts what is not of the text's into a scene that was parsed: meshes from memory, and poses.
 void apply_changes(Scene::State& state) {
-  auto& objects = state.scene.objects;
-  state.meshes.resize(objects.size());
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    if (state.meshes[i]) objects[i].mesh = in_memory;
-    if (const auto found = state.poses.find(i); found != state.poses.end()) {
-      const auto& pose = found->second;
-      objects[i].position_m = pose.position_m.value_or(objects[i].position_m);
-      objects[i].rotation_deg = pose.rotation_deg.value_or(objects[i].rotation_deg);
+  state.meshes.resize(state.scene().objects.size());
+  for (auto& scene : state.scenes) {
+    auto& objects = scene.objects;
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      if (state.meshes[i]) objects[i].mesh = in_memory;
+      if (const auto found = state.poses.find(i); found != state.poses.end()) {
+        const auto& pose = found->second;
+        objects[i].position_m = pose.position_m.value_or(objects[i].position_m);
+        objects[i].rotation_deg = pose.rotation_deg.value_or(objects[i].rotation_deg);
+      }
     }
   }
 }
@@ -56,7 +60,7 @@ void apply_changes(Scene::State& state) {
 /// state  with its scene as the overrides have it
 void drop_replaced(Scene::State& state, const std::string& override_text) {
   const auto path = override_text.substr(0, override_text.find('='));
-  const auto& objects = state.scene.objects;
+  const auto& objects = state.scene().objects;
   if (path == "object") {
     state.poses.clear();
     for (std::size_t i = 0; i < objects.size(); ++i)
@@ -70,7 +74,7 @@ void drop_replaced(Scene::State& state, const std::string& override_text) {
     if (key == "rotation") state.poses[index].rotation_deg.reset();
   } else if (path == "scene" || path.starts_with("scene.")) {
     // The glTF file's object comes after all others
-    const auto first = objects.size() - state.scene.given.count("scene.gltf");
+    const auto first = objects.size() - state.scene().given.count("scene.gltf");
     state.poses.erase(state.poses.lower_bound(first), state.poses.end());
     if (path == "scene" || path == "scene.gltf") state.meshes.resize(first);
   }
@@ -80,7 +84,7 @@ Scene scene_of(SceneText text, const std::vector<std::string>& overrides) {
   auto state = std::make_shared<Scene::State>();
   state->text = std::move(text);
   state->overrides = overrides;
-  state->scene = raywave::parse_scene(state->text, overrides);
+  state->scenes = raywave::parse_colours(state->text, overrides);
   apply_changes(*state);
   return Scene(std::move(state));
 }
@@ -137,8 +141,8 @@ Mesh mesh_of(const MeshView& view) {
 const SceneFiles& Scene::State::read_files() const {
   const std::lock_guard lock(files->mutex);
   if (!files->loaded) {
-    auto loaded = load_meshes(scene, meshes);
-    files->loaded = SceneFiles{std::move(loaded), load_textures(scene)};
+    auto loaded = load_meshes(scene(), meshes);
+    files->loaded = SceneFiles{std::move(loaded), load_textures(scene())};
   }
   return *files->loaded;
 }
@@ -146,19 +150,33 @@ const SceneFiles& Scene::State::read_files() const {
 Scene::Scene(std::shared_ptr<const State> state) : state_(std::move(state)) {}
 
 std::array<int, 2> Scene::resolution() const {
-  const auto size = state_->scene.hologram.resolution;
+  const auto size = state_->scene().hologram.resolution;
   return {size.x, size.y};
 }
 
 Pixels Scene::pixels() const {
-  const auto& hologram = state_->scene.hologram;
-  return {{hologram.pitch_m.x, hologram.pitch_m.y}, hologram.wavelength_m};
+  const auto& hologram = state_->scene().hologram;
+  return {{hologram.pitch_m.x, hologram.pitch_m.y},
+          state_->scenes.size() > 1 ? 0 : hologram.wavelength_m};
 }
 
-int Scene::frames() const { return state_->scene.sampling.frames; }
-std::size_t Scene::objects() const { return state_->scene.objects.size(); }
-std::vector<std::string> Scene::notes() const { return state_->scene.notes; }
-std::string Scene::json() const { return scene_json(state_->scene); }
+std::vector<double> Scene::wavelengths_m() const {
+  std::vector<double> all;
+  for (const auto& scene : state_->scenes) all.push_back(scene.hologram.wavelength_m);
+  return all;
+}
+
+int Scene::frames() const { return state_->scene().sampling.frames; }
+std::size_t Scene::objects() const { return state_->scene().objects.size(); }
+std::vector<std::string> Scene::notes() const { return state_->scene().notes; }
+
+std::string Scene::json() const {
+  auto text = scene_json(state_->scene());
+  if (state_->scenes.size() == 1) return text;
+  auto json = nlohmann::ordered_json::parse(text);
+  json["hologram"]["wavelength_m"] = wavelengths_m();
+  return json.dump();
+}
 
 void Scene::set(const std::vector<std::string>& overrides) {
   if (state_->is_planned)
@@ -166,9 +184,9 @@ void Scene::set(const std::vector<std::string>& overrides) {
         "the scene of a plan has its values chosen: set them in the scene that was planned");
   auto next = std::make_shared<State>(*state_);
   next->overrides.insert(next->overrides.end(), overrides.begin(), overrides.end());
-  next->scene = raywave::parse_scene(next->text, next->overrides);
+  next->scenes = raywave::parse_colours(next->text, next->overrides);
   for (const auto& one : overrides) {
-    next->meshes.resize(next->scene.objects.size());
+    next->meshes.resize(next->scene().objects.size());
     drop_replaced(*next, one);
   }
   apply_changes(*next);
@@ -188,12 +206,12 @@ void Scene::set_mesh(std::size_t object, const MeshView& mesh) {
 }
 
 Vec3 Scene::position_m(std::size_t object) const {
-  const auto p = state_->scene.objects.at(object).position_m;
+  const auto p = state_->scene().objects.at(object).position_m;
   return {p.x, p.y, p.z};
 }
 
 Vec3 Scene::rotation_deg(std::size_t object) const {
-  const auto r = state_->scene.objects.at(object).rotation_deg;
+  const auto r = state_->scene().objects.at(object).rotation_deg;
   return {r.x, r.y, r.z};
 }
 
@@ -218,13 +236,14 @@ Scene parse_scene(const std::string& toml, const std::filesystem::path& folder,
 
 Slm::Slm() {
   auto state = std::make_shared<State>();
-  state->spec.emplace().encoding = Encoding::phase;
+  state->specs.emplace_back().encoding = Encoding::phase;
   state_ = std::move(state);
 }
 
 Slm::Slm(const Scene& scene) {
   auto state = std::make_shared<State>();
-  state->spec = scene.state().scene.slm;
+  for (const auto& one : scene.state().scenes) state->specs.push_back(one.slm);
+  if (state->specs.size() > 1) state->wavelengths_m = scene.wavelengths_m();
   state_ = std::move(state);
 }
 

@@ -53,6 +53,19 @@ void refuse_forks() {
 
 }  // namespace
 
+SlmSpec Slm::State::at(double wavelength_m) const {
+  if (specs.empty()) return raywave::parse_slm(text, wavelength_m, overrides);
+  if (wavelengths_m.empty()) return specs.front();
+  constexpr double same_m = 1e-13;
+  std::string names;
+  for (std::size_t i = 0; i < specs.size(); ++i) {
+    if (std::abs(wavelengths_m[i] - wavelength_m) < same_m) return specs[i];
+    names += (i > 0 ? ", " : "") + length_text(wavelengths_m[i]);
+  }
+  throw InputError("wavelength: the SLM is that of a scene of three lasers, " + names + ", got " +
+                   length_text(wavelength_m));
+}
+
 cl::DeviceInfo device_info(const std::string& device) {
   refuse_forks();
   return tuned(cl::find_device(device));
@@ -121,10 +134,25 @@ void require_samples(const FieldDoubleView& field, const char* name) {
 }
 
 Image image_of(const PictureView& picture, const char* name) {
+  if (picture.channels != 1)
+    throw InputError(std::string(name) + ": must be grey, with one channel, got " +
+                     std::to_string(picture.channels));
   require_size(picture.pixels, picture.nx, picture.ny, 1, name);
   const auto count = static_cast<std::size_t>(picture.nx) * static_cast<std::size_t>(picture.ny);
   require_finite(picture.pixels, count, name);
   return {picture.nx, picture.ny, {picture.pixels, picture.pixels + count}};
+}
+
+RgbPicture rgb_of(const PictureView& picture, const char* name) {
+  require_size(picture.pixels, picture.nx, picture.ny, 3, name);
+  const auto count = static_cast<std::size_t>(picture.nx) * static_cast<std::size_t>(picture.ny);
+  require_finite(picture.pixels, 3 * count, name);
+  RgbPicture result;
+  for (std::size_t c = 0; c < 3; ++c) {
+    auto& channel = result.channels[c] = {picture.nx, picture.ny, std::vector<float>(count)};
+    for (std::size_t i = 0; i < count; ++i) channel.pixels[i] = picture.pixels[3 * i + c];
+  }
+  return result;
 }
 
 Field as_field(FieldStack stack) {

@@ -20,6 +20,7 @@
 #include "host/scene/files.hpp"
 #include "host/scene/read_slm.hpp"
 #include "host/scene/scene.hpp"
+#include "host/view/colour_picture.hpp"
 
 namespace raywave::v0 {
 
@@ -37,7 +38,7 @@ struct Pose {
 struct Scene::State {
   SceneText text;
   std::vector<std::string> overrides;
-  raywave::Scene scene;
+  std::vector<raywave::Scene> scenes;               // of each laser; one of one wavelength
   std::vector<std::shared_ptr<const Mesh>> meshes;  // by object; null: its file's
   std::map<std::size_t, Pose> poses;                // by object
   bool is_planned = false;
@@ -48,31 +49,48 @@ struct Scene::State {
   /// All objects in the world.
   World world() const {
     const auto& read = read_files();
-    return place_objects(scene, read.meshes, read.textures);
+    return place_objects(scene(), read.meshes, read.textures);
   }
+  /// The lasers' scenes differ in what depends on the wavelength alone.
+  const raywave::Scene& scene() const { return scenes.front(); }
 };
 
 struct Slm::State {
-  std::optional<SlmSpec> spec;  // of a scene, or the default; else the text's
+  // Of a scene, or the default; else the text's. With three lasers, those of each wavelength
+  std::vector<SlmSpec> specs;
+  std::vector<double> wavelengths_m;  // of three lasers, as many
   SceneText text;
   std::vector<std::string> overrides;
 
-  SlmSpec at(double wavelength_m) const {
-    return spec ? *spec : raywave::parse_slm(text, wavelength_m, overrides);
-  }
+  /// throws  InputError when the SLM is that of three lasers, and this is the wavelength of none
+  SlmSpec at(double wavelength_m) const;
 };
 
 struct Plan::State {
-  raywave::Planned planned;
+  std::vector<raywave::Planned> planned;  // of each laser
   std::string text, json;
+  std::vector<std::string> warnings;
   Scene scene;  // with the values chosen
 };
 
 struct Hologram::State {
-  raywave::Scene scene;
-  RenderResult result;               // without levels
-  std::vector<std::uint8_t> levels;  // of all frames
-  std::string report;
+  struct Laser {
+    raywave::Plan plan;
+    std::shared_ptr<const Panel> panel;
+    std::string report;
+    std::vector<std::string> notes;
+  };
+  std::vector<Laser> lasers;         // one of one wavelength
+  std::vector<std::uint8_t> levels;  // of all lasers and frames, and so on
+  FieldStack field;                  // empty: none was kept
+  std::optional<FieldStack> refined;
+  std::optional<LaserSet> colour;
+  std::vector<double> powers;
+  std::string report;  // of all
+  std::vector<std::string> notes;
+
+  /// Samples of a laser.
+  std::size_t size() const { return levels.size() / lasers.size(); }
 };
 
 /// A device opened for work, and its FFT.
@@ -99,6 +117,8 @@ raywave::Progress progress_of(const Progress& progress);
 FieldStack field_of(const FieldView& field, const char* name);
 void require_samples(const FieldDoubleView& field, const char* name);
 Image image_of(const PictureView& picture, const char* name);
+/// Of three channels.
+RgbPicture rgb_of(const PictureView& picture, const char* name);
 Field as_field(FieldStack stack);
 FieldView view_of(const FieldStack& stack);
 

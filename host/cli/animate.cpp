@@ -20,6 +20,7 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/trace/tuning.hpp"
 
@@ -48,15 +49,28 @@ std::string keys_of(Scene scene) {
   return scene_json(scene);
 }
 
-/// Chooses what the scene leaves open for a goal, by the scene at rest.
-Scene scene_for(const Goal& goal, Scene scene, const cl::Device& device,
-                const ReportOptions& report) {
-  if (!goal.any()) return scene;
-  const auto world = build_world(scene);
-  auto planned = plan_scene(scene, world, figures_of(device.info()), goal, false);
-  for (const auto& warning : planned.warnings) report.note(warning);
-  planned.scene.digest = hash_name(scene.digest + keys_of(planned.scene));
-  return std::move(planned.scene);
+/// Chooses what the scenes of the lasers leave open for a goal, by the scene at rest.
+std::vector<Scene> scenes_for(const Goal& goal, std::vector<Scene> scenes, const cl::Device& device,
+                              const ReportOptions& report) {
+  const bool is_colour = scenes.size() > 1;
+  if (!goal.any() && !is_colour) return scenes;
+  const auto world = build_world(scenes[0]);
+  if (goal.any()) {
+    const auto figures = figures_of(device.info());
+    std::vector<Planned> planned;
+    if (is_colour)
+      planned = plan_colours(scenes, world, figures, goal, false);
+    else
+      planned.push_back(plan_scene(scenes[0], world, figures, goal, false));
+    for (const auto& warning : planned[0].warnings) report.note(warning);
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+      planned[i].scene.digest = hash_name(scenes[i].digest + keys_of(planned[i].scene));
+      scenes[i] = std::move(planned[i].scene);
+    }
+  }
+  if (is_colour)
+    if (const auto warning = colour_warning(scenes, world); !warning.empty()) report.note(warning);
+  return scenes;
 }
 
 /// report.json, which lets reconstruct and encode read the holograms.
@@ -65,21 +79,42 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
   const auto& schedule = animator.schedule();
   auto hologram = scene.hologram;
   hologram.resolution = animator.plan().size;
-  auto json =
-      encoded_report(hologram, animator.plan().slm, schedule.holograms(),
-                     storage == FrameStorage::pngs ? PictureFormat::png : PictureFormat::npy, {});
-  json.erase("format");
-  json.erase("pictures");
+  const bool is_stream = storage == FrameStorage::stream;
+  const auto json_of = [&](std::size_t laser) {
+    const auto& plan = animator.plan(laser);
+    auto spec = hologram;
+    spec.wavelength_m = plan.wavelength_m;
+    auto one = encoded_report(spec, plan.slm, schedule.holograms(), PictureFormat::png, {});
+    one.erase("format");
+    one.erase("pictures");
+    return one;
+  };
+  const auto names = animator.laser_names();
+  nlohmann::ordered_json json;
+  if (names.empty()) {
+    json = json_of(0);
+  } else {
+    auto& colour = json["colour"];
+    colour = nlohmann::ordered_json::parse(colour_json(scene.colour.value()));
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      auto& laser = colour["lasers"][i];
+      laser["duty"] = 1.0 / static_cast<double>(names.size());
+      laser["files"] = is_stream ? FrameFiles::stream_name : FrameFiles::png_pattern(names[i]);
+      laser["report"] = json_of(i);
+    }
+  }
   const auto size = animator.stored_size();
-  json["animation"] = {
-      {"run", run},
-      {"pictures", schedule.pictures()},
-      {"rate", scene.animation.value().rate_per_s},
-      {"holograms", schedule.holograms()},
-      {"slm_rate", schedule.slm_rate_per_s()},
-      {"files", storage == FrameStorage::pngs ? FrameFiles::png_pattern : FrameFiles::stream_name},
-      {"shape", {schedule.holograms(), size.y, size.x}},
-      {"lines", FrameFiles::report_name}};
+  auto shape = nlohmann::ordered_json::array({schedule.holograms(), size.y, size.x});
+  if (!names.empty()) shape.insert(shape.begin() + 1, names.size());
+  json["animation"] = {{"run", run},
+                       {"pictures", schedule.pictures()},
+                       {"rate", scene.animation.value().rate_per_s},
+                       {"holograms", schedule.holograms()},
+                       {"slm_rate", schedule.slm_rate_per_s()},
+                       {"files", is_stream ? FrameFiles::stream_name
+                                           : FrameFiles::png_pattern(names.empty() ? "" : "LASER")},
+                       {"shape", shape},
+                       {"lines", FrameFiles::report_name}};
   write_text(folder / "report.json", json.dump(2) + "\n");
 }
 
@@ -112,9 +147,9 @@ void write_videos(const AnimateArguments& options, const cl::Device& device, cl:
 }
 
 void run_animate(const AnimateArguments& options) {
-  auto scene = options.scene.load(options.report);
-  if (!scene.animation)
-    throw InputError(one_line(scene.file.string()) +
+  auto scenes = options.scene.load_all(options.report);
+  if (!scenes[0].animation)
+    throw InputError(one_line(scenes[0].file.string()) +
                      ": nothing moves: add [animation] with frames = 240 and [[animation.track]], "
                      "or use raywave render");
   const cl::Device device(options.device.info());
@@ -130,22 +165,26 @@ void run_animate(const AnimateArguments& options) {
   {
     ProgressBar bar(options.report.quiet);
     bar.show("plan of all pictures", 0);
-    scene = scene_for(options.goal.goal(), std::move(scene), device, options.report);
-    animator.emplace(device, scene, fft);
+    scenes = scenes_for(options.goal.goal(), std::move(scenes), device, options.report);
+    animator.emplace(device, scenes, fft);
     if (options.restart) FrameFiles::remove(folder);
     const auto run = animator->run_name(storage);
-    FrameFiles files(folder, storage, run, animator->stored_size());
+    FrameFiles files(folder, storage, run, animator->stored_size(), animator->laser_names());
     found = files.pictures();
     if (found < animator->schedule().pictures()) {
       std::error_code ignored;
       for (const auto* name : {video_name, preview_name})
         std::filesystem::remove(folder / name, ignored);
     }
-    write_report(folder, scene, *animator, storage, run);
+    write_report(folder, scenes[0], *animator, storage, run);
     made = animator->make_frames(
         files, [&](const std::string& what, double share) { bar.show(what, share); });
-    stored = {folder, storage, animator->stored_size(), files.holograms(),
-              animator->schedule().slm_rate_per_s()};
+    stored = {folder,
+              storage,
+              animator->stored_size(),
+              files.holograms(),
+              animator->schedule().slm_rate_per_s() * static_cast<double>(animator->lasers()),
+              animator->laser_names()};
   }
   for (const auto& note : made.notes) options.report.note(note);
   const double per_s = made.seconds > 0 ? made.timed_holograms / made.seconds : 0;
@@ -155,10 +194,12 @@ void run_animate(const AnimateArguments& options) {
       std::printf("%d pictures, %d holograms of %d x %d in %s/%s, %.3g holograms a second on %s\n",
                   made.pictures, made.holograms, stored.size_px.x, stored.size_px.y,
                   options.out.c_str(),
-                  storage == FrameStorage::pngs ? FrameFiles::png_pattern : FrameFiles::stream_name,
+                  storage == FrameStorage::pngs
+                      ? FrameFiles::png_pattern(stored.lasers.empty() ? "" : "LASER").c_str()
+                      : FrameFiles::stream_name,
                   per_s, device.info().name.c_str());
   }
-  write_videos(options, device, fft, *animator, stored, scene.animation->rate_per_s);
+  write_videos(options, device, fft, *animator, stored, scenes[0].animation->rate_per_s);
   options.report.write(nlohmann::ordered_json{{"pictures_found", found},
                                               {"pictures", made.pictures},
                                               {"holograms", made.holograms},

@@ -121,20 +121,15 @@ void render_lasers(const RenderArguments& options, std::vector<Scene> scenes,
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     const auto& laser = result.lasers[i];
     const auto name = laser_name(laser.plan.wavelength_m);
-    for (std::size_t frame = 0; frame < laser.levels.size(); ++frame) {
-      files[i].pictures.push_back(save_hologram(out.folder(), frame, laser.plan.slm,
-                                                laser.plan.size, laser.levels[frame], "png",
-                                                "hologram_" + name));
-      out.add(files[i].pictures.back());
-    }
+    files[i] = files_of_laser(laser.plan.wavelength_m, laser.plan.frames, how.keep_field);
+    for (std::size_t frame = 0; frame < laser.levels.size(); ++frame)
+      out.add(save_hologram(out.folder(), frame, laser.plan.slm, laser.plan.size,
+                            laser.levels[frame], "png", "hologram_" + name));
     const auto save_field = [&](const std::string& file, const FieldStack& field) {
       save_npy(out.folder() / file, field.nx, field.ny, field.frames, field.samples);
       out.add(file);
     };
-    if (how.keep_field) {
-      files[i].field = "field_" + name + ".npy";
-      save_field(files[i].field, laser.field);
-    }
+    if (how.keep_field) save_field(files[i].field, laser.field);
     if (how.keep_field && laser.refined)
       save_field("refined_" + name + ".npy", laser.refined->phases);
     for (std::size_t wrp = 0; wrp < laser.wrps.size(); ++wrp)

@@ -77,6 +77,12 @@ std::string length_text(double length_m) {
                                      : number_text(length_m) + " m";
 }
 
+std::string laser_name(double wavelength_m) {
+  auto name = length_text(wavelength_m);
+  std::erase(name, ' ');
+  return name;
+}
+
 std::string duration_text(double seconds) {
   constexpr double minutes_from = 120, hours_from = 7200;
   if (seconds < 1) return number_text(std::round(seconds * 1e4) / 10) + " ms";

@@ -34,6 +34,9 @@ std::string today();
 /// The length with a suitable unit: "3.74 um", "12.5 mm".
 std::string length_text(double length_m);
 
+/// "638nm": a laser's wavelength in the names of its files.
+std::string laser_name(double wavelength_m);
+
 /// "12.5 ms", "3.2 s" or "5 minutes", with two or three digits.
 std::string duration_text(double seconds);
 

@@ -11,6 +11,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/encode/pictures.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/geometry/world.hpp"
 #include "raywave_version.hpp"
@@ -26,7 +27,7 @@ double most_negative(const LaserSet& lasers, std::size_t laser) {
   return std::max(0.0, -(std::min(row.x, 0.0) + std::min(row.y, 0.0) + std::min(row.z, 0.0)));
 }
 
-Json json_of(const ColourSpec& colour) {
+Json json_of_colour(const ColourSpec& colour) {
   Json j{{"primaries", "srgb"}, {"white", "D65"}, {"order", "sequential"}};
   for (std::size_t i = 0; i < colour.lasers.wavelengths_m.size(); ++i) {
     const auto row = colour.lasers.row(i);
@@ -52,10 +53,16 @@ std::string share_text(double share) {
 
 }  // namespace
 
-std::string laser_name(double wavelength_m) {
-  auto name = length_text(wavelength_m);
-  std::erase(name, ' ');
-  return name;
+std::string colour_json(const ColourSpec& colour) { return json_of_colour(colour).dump(); }
+
+LaserFiles files_of_laser(double wavelength_m, int frames, bool keeps_field) {
+  const auto name = laser_name(wavelength_m);
+  LaserFiles files;
+  for (int frame = 0; frame < frames; ++frame)
+    files.pictures.push_back("hologram_" + name +
+                             (frame == 0 ? "" : "_" + std::to_string(frame + 1)) + ".png");
+  if (keeps_field) files.field = "field_" + name + ".npy";
+  return files;
 }
 
 glm::dvec2 field_m(const HologramSpec& hologram, double wavelength_m, double z_m) {
@@ -72,7 +79,7 @@ std::string colour_report_json(const std::vector<Scene>& scenes, const ColourRes
                                const std::vector<LaserFiles>& files, const cl::DeviceInfo& device,
                                cl::FftBackend fft) {
   Json j{{"raywave", version}};
-  j["colour"] = json_of(scenes.at(0).colour.value());
+  j["colour"] = json_of_colour(scenes.at(0).colour.value());
   const double share = 1.0 / static_cast<double>(scenes.size());
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     auto& laser = j["colour"]["lasers"][i];
@@ -92,6 +99,10 @@ std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& repo
   try {
     const auto json = Json::parse(in);
     if (!json.contains("colour")) return {};
+    if (json.contains("animation"))
+      throw InputError(one_line(report.string()) +
+                       ": is of an animation; give the hologram of one laser, such as "
+                       "frame_00012_520nm.png, or see preview.mp4 for pictures in colour");
     const auto& all = json.at("colour").at("lasers");
     ReportedLasers found;
     std::array<double, 3> wavelengths_m{};
@@ -99,6 +110,12 @@ std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& repo
       const auto& laser = all.at(i);
       wavelengths_m[i] = laser.at("wavelength_m");
       found.powers[i] = laser.at("power");
+      if (laser.at("report").contains("format")) {  // of encode
+        const auto format = picture_format_of(laser["report"]["format"].get<std::string>());
+        if (!is_read_again(format))
+          throw InputError(one_line(report.string()) + ": its pictures have the format " +
+                           name_of(format) + ", which is not read again; encode with --format png");
+      }
       found.files[i].pictures = laser.at("pictures").get<std::vector<std::string>>();
       found.files[i].field = laser.value("field", "");
     }
@@ -134,7 +151,7 @@ std::string colour_warning(const std::vector<Scene>& scenes, const World& world)
 
 std::string colour_plan_json(const std::vector<Planned>& planned, const World& world) {
   const auto& first = planned.at(0).scene;
-  Json j{{"colour", json_of(first.colour.value())}};
+  Json j{{"colour", json_of_colour(first.colour.value())}};
   for (std::size_t i = 0; i < planned.size(); ++i) {
     auto& laser = j["colour"]["lasers"][i];
     const auto field =

@@ -16,9 +16,6 @@
 
 namespace raywave {
 
-/// "638nm": in the names of a laser's files.
-std::string laser_name(double wavelength_m);
-
 /// What a hologram of this wavelength shows: half sides of the field at a depth that light of all
 /// its pixels reaches, >= 0. Beyond it less and less of the hologram shows a point.
 glm::dvec2 field_m(const HologramSpec& hologram, double wavelength_m, double z_m);
@@ -28,6 +25,12 @@ struct LaserFiles {
   std::vector<std::string> pictures;  // of its frames
   std::string field;                  // empty: none was kept
 };
+
+/// What reports say of the lasers, as JSON.
+std::string colour_json(const ColourSpec& colour);
+
+/// The files that a render in colour writes of a laser, by name.
+LaserFiles files_of_laser(double wavelength_m, int frames, bool keeps_field);
 
 /// The report of a render in colour: the lasers, what they need, and the report of each.
 std::string colour_report_json(const std::vector<Scene>& scenes, const ColourResult& result,

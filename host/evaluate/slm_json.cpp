@@ -57,6 +57,16 @@ Json scene_of_report(const Json& report, const std::filesystem::path& name,
   if (!report.contains("colour")) return report.at("scene");
   std::string names;
   for (const auto& laser : report.at("colour").at("lasers")) {
+    if (laser.contains("files")) {  // of an animation
+      const std::string number = "%05d", pattern = laser.at("files").get<std::string>(),
+                        name_here = file.filename().string();
+      const auto at = pattern.find(number);
+      if (at != std::string::npos && name_here.starts_with(pattern.substr(0, at)) &&
+          name_here.ends_with(pattern.substr(at + number.size())))
+        return laser.at("report").at("scene");
+      names += (names.empty() ? "" : ", ") + one_line(pattern);
+      continue;
+    }
     auto files = laser.at("pictures").get<std::vector<std::string>>();
     if (laser.contains("field")) files.push_back(laser.at("field"));
     for (const auto& one : files) {

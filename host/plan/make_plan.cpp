@@ -196,12 +196,13 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   // The encoding. Near the hologram, the field's amplitude is the picture
   plan.band_filled = moved_from ? moved_from->band_filled : share_of_band(world, plan.largest_sine);
   if (plan.slm.encoding == Encoding::automatic) {
-    // Lasers of one scene have one encoding: that of the narrowest band
+    // Lasers of one scene have one encoding: that of the narrowest band, wherever objects move
     const double fullest =
         scene.colour ? share_of_band(world, largest_sine_of(scene.colour->shortest_m(), plan))
                      : plan.band_filled;
     plan.slm.encoding = fullest > most_filled_by_double_phase && !is_near ? Encoding::phase
                                                                           : Encoding::double_phase;
+    if (moved_from && scene.colour && !is_near) plan.slm.encoding = moved_from->slm.encoding;
   }
   if (scene.refine) {
     if (shows_amplitude(plan.slm.encoding))

@@ -103,6 +103,10 @@ def _pixels(source: Any, pitch: Pair | None, wavelength: float | None) -> _core.
         wavelength = getattr(source, "wavelength", None)
     if pitch is None:
         raise _core.InputError("pitch: is needed, for this array does not know it")
+    if wavelength is None and np.ndim(source) == 4:
+        raise _core.InputError(
+            "field: is of three lasers: give the hologram, or one's field, holo.lasers[0].field"
+        )
     if wavelength is None:
         raise _core.InputError("wavelength: is needed, for this array does not know it")
     return _core.Pixels(_pair(pitch, "pitch"), _number(wavelength, "wavelength"))
@@ -176,7 +180,8 @@ def reconstruct(
     """The picture that a hologram shows in the plane z, as a sensor there would record it.
 
     field: (ny, nx) or (frames, ny, nx), complex64; or a Hologram, for the light that the SLM leaves
-    with its levels. Pictures of several frames are averaged.
+    with its levels. Pictures of several frames are averaged. Of three lasers, give the Hologram:
+    each laser then has the power of Hologram.powers.
     z: place of the plane, in metres: > 0 beyond the hologram, < 0 on the eye's side, not 0.
     view: centre of the part of the hologram that lets light through, in half holograms: the
     position of the eye. aperture: size of that part in holograms, one number or (x, y).
@@ -184,14 +189,29 @@ def reconstruct(
     pitch, wavelength: in metres; holo.field knows its own.
     progress: called with (step, share from 0 to 1); returning False raises Cancelled.
 
-    Returns |u|^2, (ny, nx), float32, on the hologram's pitch. Raises InputError when z, window,
-    view or aperture are not possible, or the field is not such an array; DeviceError.
+    Returns |u|^2, (ny, nx), float32, on the hologram's pitch; of three lasers linear sRGB,
+    (ny, nx, 3). Raises InputError when z, window, view or aperture are not possible, or the field
+    is not such an array; DeviceError.
     """
     from ._render import Hologram
 
+    x, y = _pair(view, "view")
+    if isinstance(field, Hologram) and len(field.wavelengths) > 1:
+        if pitch is not None or wavelength is not None:
+            raise _core.InputError("pitch and wavelength: a hologram of three lasers has its own")
+        colours: Picture = _core.reconstruct_hologram(
+            field._core,
+            _number(z, "z"),
+            None if window is None else _pair(window, "window"),
+            (x, y),
+            _pair(aperture, "aperture"),
+            _text(device, "device"),
+            _text(fft, "fft"),
+            progress,
+        )
+        return colours
     pixels = _pixels(field, pitch, wavelength)
     samples = field.shown if isinstance(field, Hologram) else field
-    x, y = _pair(view, "view")
     result: Picture = _core.reconstruct(
         _plain(samples),
         pixels,
@@ -285,6 +305,9 @@ class PictureComparison:
     scale: float  # least-squares scale of b to a
     contrast_a: float  # speckle contrast
     contrast_b: float
+    # CIEDE2000 of the pixels of pictures in colour: mean, median, what 95 % are within, largest.
+    # The other figures are then of luminances
+    delta_e: tuple[float, float, float, float] | None = None
 
 
 def _pixel(value: int) -> int:
@@ -302,7 +325,8 @@ def compare(
 ) -> FieldComparison | PictureComparison:
     """Measures how alike b is to the reference a (docs/compare.md).
 
-    a, b: pictures, (ny, nx), float32; or fields, (ny, nx) or (frames, ny, nx), complex64.
+    a, b: pictures, float32, (ny, nx), or both (ny, nx, 3) in linear sRGB; or fields, (ny, nx) or
+    (frames, ny, nx), complex64.
     For pictures only: blur, standard deviation in pixels of the Gaussian that both are blurred with
     first; border, pixels left out on every side; domain, "intensity", "amplitude" or "srgb";
     region, (x, y, width, height) of the speckle contrast.
@@ -323,13 +347,13 @@ def compare(
                 f"region: must be (x, y, width, height), got {region!r}"
             ) from None
         place = _pixel(x), _pixel(y), _pixel(width), _pixel(height)
-    return PictureComparison(
-        *_core.compare_pictures(
-            a,
-            b,
-            _number(blur, "blur"),
-            _whole(border, "border", 0, _MOST),
-            _text(domain, "domain"),
-            place,
-        )
+    psnr_db, ssim, scale, contrast_a, contrast_b, colours = _core.compare_pictures(
+        a,
+        b,
+        _number(blur, "blur"),
+        _whole(border, "border", 0, _MOST),
+        _text(domain, "domain"),
+        place,
     )
+    delta_e = None if colours is None else (colours[0], colours[1], colours[2], colours[3])
+    return PictureComparison(psnr_db, ssim, scale, contrast_a, contrast_b, delta_e)

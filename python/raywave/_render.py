@@ -31,7 +31,7 @@ from ._light import (
     _text,
     _whole,
 )
-from ._scene import Scene, Vector, _vector
+from ._scene import Scene, Vector, _one_wavelength, _vector
 
 
 def _goal(preset: str | None, budget: float | None, psnr: float | None) -> _core.Goal:
@@ -133,15 +133,18 @@ def plan(
 
 
 def _png(levels: npt.NDArray[np.uint8]) -> bytes:
-    """An 8-bit grey PNG."""
-    rows = np.zeros((levels.shape[0], levels.shape[1] + 1), np.uint8)  # first: filter "none"
-    rows[:, 1:] = levels
+    """An 8-bit PNG: grey, or red, green and blue of (ny, nx, 3)."""
+    height, width = levels.shape[:2]
+    lines = levels.reshape(height, -1)
+    rows = np.zeros((height, lines.shape[1] + 1), np.uint8)  # first: filter "none"
+    rows[:, 1:] = lines
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         check = zlib.crc32(kind + data)
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", check)
 
-    header = struct.pack(">IIBBBBB", levels.shape[1], levels.shape[0], 8, 0, 0, 0, 0)
+    colour = 2 if levels.ndim == 3 else 0
+    header = struct.pack(">IIBBBBB", width, height, 8, colour, 0, 0, 0)
     return (
         b"\x89PNG\r\n\x1a\n"
         + chunk(b"IHDR", header)
@@ -151,15 +154,21 @@ def _png(levels: npt.NDArray[np.uint8]) -> bytes:
 
 
 class Hologram:
-    """A finished hologram. Arrays are its own memory, without a copy, and stay valid after it."""
+    """A finished hologram. Arrays are its own memory, without a copy, and stay valid after it.
+
+    A scene of three lasers (docs/colour.md) has a hologram for each. Its levels and fields then
+    have the shape (lasers, frames, ny, nx), in the order of `wavelengths`; `lasers` are the
+    holograms of one wavelength each.
+    """
 
     def __init__(self, core: _core.Hologram) -> None:
         self._core = core
 
     @cached_property
     def levels(self) -> npt.NDArray[np.uint8]:
-        """Grey levels for the SLM, uint8: (ny, nx), or (frames, ny, nx) for several frames. In the
-        hologram's frame: slm.rotate and slm.flip are not applied (for_slm does).
+        """Grey levels for the SLM, uint8: (ny, nx), or (frames, ny, nx) for several frames; of
+        three lasers (3, frames, ny, nx). In the hologram's frame: slm.rotate and slm.flip are not
+        applied (for_slm does).
         """
         result: npt.NDArray[np.uint8] = self._core.levels()
         return result
@@ -179,7 +188,20 @@ class Hologram:
     @cached_property
     def shown(self) -> Field:
         """The light that leaves the SLM with these levels, complex64, behind the stop."""
-        return Field(self._core.shown(), self.pitch, self.wavelength)
+        return Field(self._core.shown(), self.pitch, self._wavelength)
+
+    @cached_property
+    def lasers(self) -> list[Hologram]:
+        """The hologram of each laser, of one wavelength; [self] where it has one itself."""
+        count = len(self.wavelengths)
+        return [self] if count == 1 else [Hologram(self._core.laser(i)) for i in range(count)]
+
+    @property
+    def powers(self) -> tuple[float, ...]:
+        """Radiant powers that the lasers need on the SLM for the colours to be right, for equal
+        times; their sum is 1.
+        """
+        return tuple(self._core.powers)
 
     @cached_property
     def report(self) -> dict[str, Any]:
@@ -187,7 +209,9 @@ class Hologram:
         return dict(json.loads(self._core.report()))
 
     def for_slm(self, frame: int = 0) -> LevelArray:
-        """One frame as the SLM is sent it: turned by slm.rotate, then flipped. uint8."""
+        """One frame as the SLM is sent it: turned by slm.rotate, then flipped. uint8. Raises
+        InputError for three lasers: ask one of `lasers`.
+        """
         frame = _whole(frame, "frame", 0, self.frames - 1)
         result: LevelArray = self._core.for_slm(frame)
         return result
@@ -200,12 +224,21 @@ class Hologram:
 
     @property
     def wavelength(self) -> float:
-        """In metres."""
-        return self._core.pixels.wavelength_m
+        """In metres. Raises InputError for three lasers, which have `wavelengths`."""
+        return _one_wavelength(self.wavelengths)
+
+    @property
+    def wavelengths(self) -> tuple[float, ...]:
+        """Of the lasers, in the scene's order, in metres; one of one wavelength."""
+        return tuple(self._core.wavelengths)
+
+    @property
+    def _wavelength(self) -> float | None:
+        return None if len(self.wavelengths) > 1 else self.wavelength
 
     @property
     def frames(self) -> int:
-        """Number of frames."""
+        """Number of frames, of each laser."""
         return self._core.frames
 
     @property
@@ -213,27 +246,49 @@ class Hologram:
         """Notes for the user, one line each."""
         return self._core.notes
 
-    def save(self, path: Any, frame: int = 0) -> None:
+    def save(self, path: Any, frame: int = 0, *, rgb: bool = False) -> None:
         """Writes one frame, as the SLM is sent it, into an 8-bit grey PNG.
 
-        Raises InputError for a name that does not end with .png.
+        Of three lasers, path "holo.png" writes holo_638nm.png, holo_520nm.png and holo_450nm.png;
+        with rgb, holo.png alone, whose channels are the three holograms: the longest wavelength is
+        red, the shortest blue.
+
+        Raises InputError for a name that does not end with .png, and for rgb of one wavelength.
         """
-        if Path(path).suffix.lower() != ".png":
+        to = Path(path)
+        if to.suffix.lower() != ".png":
             raise _core.InputError(f'path must end with .png, the format written, got "{path}"')
-        data = _png(self.for_slm(frame))
-        with open(path, "wb") as file:
-            file.write(data)
+        if rgb and len(self.lasers) == 1:
+            raise _core.InputError("rgb: packs the holograms of three lasers, and this is of one")
+        pictures = [laser.for_slm(frame) for laser in self.lasers]
+        files = [to]
+        if rgb:
+            pictures = [self._packed(pictures)]
+        elif len(pictures) > 1:
+            files = [to.with_name(f"{to.stem}_{one * 1e9:.6g}nm{to.suffix}")
+                     for one in self.wavelengths]
+        for name, levels in zip(files, pictures):
+            data = _png(levels)
+            with open(name, "wb") as file:
+                file.write(data)
+
+    def _packed(self, pictures: list[LevelArray]) -> LevelArray:
+        """One picture of three lasers: (ny, nx, 3), the longest wavelength first."""
+        order = np.argsort(self.wavelengths)[::-1]
+        return np.stack([pictures[i] for i in order], axis=-1)
 
     def _as_field(self, samples: ArrayLike) -> Field | None:
-        return None if samples is None else Field(samples, self.pitch, self.wavelength)
+        return None if samples is None else Field(samples, self.pitch, self._wavelength)
 
     def __repr__(self) -> str:
         ny, nx = self.levels.shape[-2:]
         frames = "" if self.frames == 1 else f", {self.frames} frames"
-        return f"<raywave.Hologram {nx} x {ny}{frames}>"
+        lasers = "" if len(self.wavelengths) == 1 else f", {len(self.wavelengths)} lasers"
+        return f"<raywave.Hologram {nx} x {ny}{frames}{lasers}>"
 
     def _repr_png_(self) -> bytes:
-        return _png(self.levels.reshape(-1, *self.levels.shape[-2:])[0])
+        first = [laser.levels.reshape(-1, *laser.levels.shape[-2:])[0] for laser in self.lasers]
+        return _png(first[0] if len(first) == 1 else self._packed(first))
 
 
 def _options(
@@ -282,7 +337,8 @@ def render(
     at the same places.
 
     Returns a Hologram: .levels, uint8, and .field, complex64, of the shape (ny, nx), or
-    (frames, ny, nx) for several frames, row 0 on top; samples are scene.pitch metres apart.
+    (frames, ny, nx) for several frames, row 0 on top; samples are scene.pitch metres apart. Of a
+    scene of three lasers, the shape is (3, frames, ny, nx), and .powers tells what the lasers need.
 
     Raises InputError when the scene, a mesh or an option is wrong, DeviceError when the device
     cannot do it.
@@ -320,12 +376,22 @@ class Renderer:
     ) -> None:
         options = _options(preset, budget, psnr, device, fft, method, rays, field)
         self._core = _core.Renderer(_scene_of(scene)._core, options, progress)
+        self._powers: tuple[float, ...] = (0.0,) * len(self._core.wavelengths)
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of levels and fields: (ny, nx), or (frames, ny, nx) for several frames."""
+        """Of levels and fields: (ny, nx), or (frames, ny, nx) for several frames; of three lasers
+        (3, frames, ny, nx).
+        """
         plane = (self._core.ny, self._core.nx)
+        if len(self._core.wavelengths) > 1:
+            return (len(self._core.wavelengths), self._core.frames, *plane)
         return plane if self._core.frames == 1 else (self._core.frames, *plane)
+
+    @property
+    def powers(self) -> tuple[float, ...]:
+        """Hologram.powers of the last picture; before the first, all are 0."""
+        return self._powers
 
     def set_pose(self, object: int, position: Vector, rotation: Vector = (0.0, 0.0, 0.0)) -> None:
         """Sets where an object stands: the place of its anchor (x, y, z), in metres, and its
@@ -354,8 +420,10 @@ class Renderer:
         usable.
         """
         if out is None and field is None:
-            return Hologram(self._core.render(progress))
-        self._core.render_into(out, field, progress)
+            hologram = Hologram(self._core.render(progress))
+            self._powers = hologram.powers
+            return hologram
+        self._powers = tuple(self._core.render_into(out, field, progress))
         return out
 
 
@@ -376,8 +444,9 @@ def lens(
     view, aperture, window, progress: as for reconstruct. points: of the lens, per axis; their
     square is the number of rays per pixel.
 
-    Returns radiance, (ny, nx), float32, on the hologram's pitch. Raises InputError when the scene,
-    z, window, view, aperture or points are not possible; DeviceError.
+    Returns radiance, (ny, nx), float32, on the hologram's pitch; of a scene of three lasers linear
+    sRGB, (ny, nx, 3). Raises InputError when the scene, z, window, view, aperture or points are not
+    possible; DeviceError.
     """
     x, y = _pair(view, "view")
     result: Picture = _core.lens(

@@ -62,6 +62,14 @@ def _is_path(value: Any) -> bool:
     return isinstance(value, (str, os.PathLike))
 
 
+def _one_wavelength(wavelengths: tuple[float, ...]) -> float:
+    if len(wavelengths) > 1:
+        raise _core.InputError(
+            "wavelength: there are three lasers: take .wavelengths, or of a hologram .lasers[0]"
+        )
+    return wavelengths[0]
+
+
 class SceneObject:
     """An object of a scene: its mesh and where it stands.
 
@@ -234,8 +242,13 @@ class Scene:
 
     @property
     def wavelength(self) -> float:
-        """In metres."""
-        return self._core.pixels.wavelength_m
+        """In metres. Raises InputError for a scene of three lasers, which has `wavelengths`."""
+        return _one_wavelength(self.wavelengths)
+
+    @property
+    def wavelengths(self) -> tuple[float, ...]:
+        """One, or those of three lasers (docs/colour.md), in the scene's order. In metres."""
+        return tuple(self._core.wavelengths)
 
     @property
     def frames(self) -> int:
@@ -266,9 +279,10 @@ class Scene:
     def __repr__(self) -> str:
         ny, nx = self.shape
         count = len(self.objects)
+        lasers = ", ".join(f"{one * 1e9:.4g} nm" for one in self.wavelengths)
         return (
             f"<raywave.Scene {nx} x {ny}, pitch {self.pitch[0] * 1e6:.4g} um, "
-            f"{self.wavelength * 1e9:.4g} nm, {count} object{'' if count == 1 else 's'}>"
+            f"{lasers}, {count} object{'' if count == 1 else 's'}>"
         )
 
 

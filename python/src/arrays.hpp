@@ -131,35 +131,43 @@ const T* data_of(const AnyArray& array, const char* name) {
   return static_cast<const T*>(array.data());
 }
 
-/// Memory of the caller's for `size` results.
+/// (ny, nx), or (frames, ny, nx) for several frames, as field.npy.
+inline std::vector<std::size_t> shape_of(int frames, int ny, int nx) {
+  std::vector<std::size_t> shape{static_cast<std::size_t>(ny), static_cast<std::size_t>(nx)};
+  if (frames != 1) shape.insert(shape.begin(), static_cast<std::size_t>(frames));
+  return shape;
+}
+
+/// The same of one laser; (lasers, frames, ny, nx) of several, whose frames come one after another.
+inline std::vector<std::size_t> shape_of(int lasers, int frames, int ny, int nx) {
+  if (lasers == 1) return shape_of(frames, ny, nx);
+  return {static_cast<std::size_t>(lasers), static_cast<std::size_t>(frames),
+          static_cast<std::size_t>(ny), static_cast<std::size_t>(nx)};
+}
+
+/// Memory of the caller's for results of this shape; a plane may also be one of one frame.
 template <class T>
-T* out_data(nb::handle object, const char* name, int frames, int ny, int nx, nb::ndarray<>& array) {
+T* out_data(nb::handle object, const char* name, const std::vector<std::size_t>& wanted,
+            nb::ndarray<>& array) {
   if (!nb::try_cast<nb::ndarray<>>(object, array, false) || !array.is_valid()) {
     AnyArray read_only;
     if (try_array(object, read_only)) refuse(name, "is read-only");
     refuse(name, std::string("must be a NumPy array, or a buffer, in host memory, got ") +
                      Py_TYPE(object.ptr())->tp_name);
   }
-  const std::string shape = (frames == 1 ? "(" : "(" + std::to_string(frames) + ", ") +
-                            std::to_string(ny) + ", " + std::to_string(nx) + ")";
-  require_plain(array, name, 2, 3, shape.c_str());
-  const auto n = array.ndim();
-  const auto planes = n == 3 ? array.shape(0) : 1;
-  if (planes != static_cast<std::size_t>(frames) ||
-      array.shape(n - 2) != static_cast<std::size_t>(ny) ||
-      array.shape(n - 1) != static_cast<std::size_t>(nx))
-    refuse(name, "must have the shape " + shape + ", got " + shape_text(array));
+  std::string shape;
+  for (const auto side : wanted) shape += (shape.empty() ? "(" : ", ") + std::to_string(side);
+  shape += ")";
+  const bool is_plane = wanted.size() == 2;
+  require_plain(array, name, wanted.size(), is_plane ? 3 : wanted.size(), shape.c_str());
+  std::vector<std::size_t> sides;
+  for (std::size_t i = 0; i < array.ndim(); ++i) sides.push_back(array.shape(i));
+  if (is_plane && sides.size() == 3 && sides[0] == 1) sides.erase(sides.begin());
+  if (sides != wanted) refuse(name, "must have the shape " + shape + ", got " + shape_text(array));
   if (!is_of<T>(array))
     refuse(name,
            std::string("must be ") + name_of_type<T>() + ", got " + dtype_name(array.dtype()));
   return static_cast<T*>(array.data());
-}
-
-/// (ny, nx), or (frames, ny, nx) for several frames, as field.npy.
-inline std::vector<std::size_t> shape_of(int frames, int ny, int nx) {
-  std::vector<std::size_t> shape{static_cast<std::size_t>(ny), static_cast<std::size_t>(nx)};
-  if (frames != 1) shape.insert(shape.begin(), static_cast<std::size_t>(frames));
-  return shape;
 }
 
 /// A NumPy array; the package says which.

@@ -24,6 +24,7 @@ using ComplexDouble = std::complex<double>;
 
 constexpr const char* one_plane = "(ny, nx)";
 constexpr const char* planes = "(ny, nx) or (frames, ny, nx)";
+constexpr const char* pictures = "(ny, nx), or (ny, nx, 3) in colour";
 
 /// A callback of Python's, called with the GIL on the thread that computes. Ctrl-C stops the
 /// computation whether there is a callback or not.
@@ -46,8 +47,10 @@ raywave::FieldView field_view(const AnyArray& array, const char* name) {
 }
 
 raywave::PictureView picture_view(const AnyArray& array, const char* name) {
+  if (array.ndim() == 3 && array.shape(2) != 3)
+    refuse(name, std::string("must have the shape ") + pictures + ", got " + shape_text(array));
   return {data_of<float>(array, name), static_cast<int>(array.shape(1)),
-          static_cast<int>(array.shape(0))};
+          static_cast<int>(array.shape(0)), array.ndim() == 3 ? 3 : 1};
 }
 
 void require_sides(const AnyArray& array, const char* name) {
@@ -68,6 +71,12 @@ AnyArray plane_of(nb::handle object, const char* name) {
   return array;
 }
 
+AnyArray picture_of(nb::handle object, const char* name) {
+  auto array = array_of(object, name, 2, 3, pictures);
+  require_sides(array, name);
+  return array;
+}
+
 template <class T>
 Array field_array(raywave::BasicField<T> field) {
   const auto shape = shape_of(field.frames, field.ny, field.nx);
@@ -75,7 +84,8 @@ Array field_array(raywave::BasicField<T> field) {
 }
 
 Array picture_array(raywave::Picture picture) {
-  const auto shape = shape_of(1, picture.ny, picture.nx);
+  auto shape = shape_of(1, picture.ny, picture.nx);
+  if (picture.channels > 1) shape.push_back(static_cast<std::size_t>(picture.channels));
   return as_numpy(std::move(picture.pixels), shape);
 }
 
@@ -189,18 +199,16 @@ struct Renderer {
     return renderer.render();
   }
 
-  void render_into(nb::handle out, nb::handle field, const nb::object& progress) {
+  std::vector<double> render_into(nb::handle out, nb::handle field, const nb::object& progress) {
     nb::ndarray<> levels_array, field_array;
     raywave::RenderTarget target;
-    if (!out.is_none())
-      target.levels = out_data<std::uint8_t>(out, "out", renderer.frames(), renderer.ny(),
-                                             renderer.nx(), levels_array);
-    if (!field.is_none())
-      target.field = out_data<Complex>(field, "field", renderer.frames(), renderer.ny(),
-                                       renderer.nx(), field_array);
+    const auto shape = shape_of(static_cast<int>(renderer.wavelengths_m().size()),
+                                renderer.frames(), renderer.ny(), renderer.nx());
+    if (!out.is_none()) target.levels = out_data<std::uint8_t>(out, "out", shape, levels_array);
+    if (!field.is_none()) target.field = out_data<Complex>(field, "field", shape, field_array);
     const Called called(progress);
     const nb::gil_scoped_release release;
-    renderer.render(target);
+    return renderer.render(target);
   }
 
   raywave::Renderer renderer;
@@ -295,9 +303,10 @@ raywave::Levels levels_of(nb::handle object, const char* name) {
   return levels;
 }
 
-/// A range of frames of a hologram, on its memory.
+/// All frames of a hologram, on its memory.
 Array hologram_view(const raywave::Hologram& hologram, const auto* data) {
-  return numpy_view(data, shape_of(hologram.frames(), hologram.ny(), hologram.nx()), hologram);
+  return numpy_view(
+      data, shape_of(hologram.lasers(), hologram.frames(), hologram.ny(), hologram.nx()), hologram);
 }
 
 }  // namespace
@@ -329,6 +338,7 @@ NB_MODULE(_core, m) {
   nb::class_<raywave::Scene>(m, "Scene")
       .def_prop_ro("resolution", &raywave::Scene::resolution)
       .def_prop_ro("pixels", &raywave::Scene::pixels)
+      .def_prop_ro("wavelengths", &raywave::Scene::wavelengths_m)
       .def_prop_ro("frames", &raywave::Scene::frames)
       .def_prop_ro("objects", &raywave::Scene::objects)
       .def_prop_ro("notes", &raywave::Scene::notes)
@@ -405,6 +415,9 @@ NB_MODULE(_core, m) {
   nb::class_<raywave::Hologram>(m, "Hologram")
       .def_prop_ro("frames", &raywave::Hologram::frames)
       .def_prop_ro("pixels", &raywave::Hologram::pixels)
+      .def_prop_ro("wavelengths", &raywave::Hologram::wavelengths_m)
+      .def_prop_ro("powers", &raywave::Hologram::powers)
+      .def("laser", &raywave::Hologram::laser, "number"_a)
       .def("levels", [](const raywave::Hologram& h) { return hologram_view(h, h.levels().data()); })
       .def("field",
            [](const raywave::Hologram& h) -> Array {
@@ -423,7 +436,8 @@ NB_MODULE(_core, m) {
                const nb::gil_scoped_release release;
                field = h.shown();
              }
-             return field_array(std::move(field));
+             const auto shape = shape_of(h.lasers(), h.frames(), h.ny(), h.nx());
+             return as_numpy(std::move(field.samples), shape);
            })
       .def(
           "for_slm",
@@ -447,6 +461,7 @@ NB_MODULE(_core, m) {
       .def_prop_ro("nx", [](const Renderer& r) { return r.renderer.nx(); })
       .def_prop_ro("ny", [](const Renderer& r) { return r.renderer.ny(); })
       .def_prop_ro("frames", [](const Renderer& r) { return r.renderer.frames(); })
+      .def_prop_ro("wavelengths", [](const Renderer& r) { return r.renderer.wavelengths_m(); })
       .def_prop_ro("objects", [](const Renderer& r) { return r.renderer.objects(); })
       .def(
           "set_pose",
@@ -534,6 +549,22 @@ NB_MODULE(_core, m) {
       "field"_a.none(), "pixels"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "device"_a,
       "fft"_a, "progress"_a.none());
   m.def(
+      "reconstruct_hologram",
+      [](const raywave::Hologram& hologram, double z, std::optional<raywave::Vec2> window,
+         raywave::Vec2 view, raywave::Vec2 aperture, const std::string& device,
+         const std::string& fft, const nb::object& progress) {
+        auto options = view_options(z, window, view, aperture, device, fft);
+        options.progress = progress_of(progress);
+        raywave::Picture picture;
+        {
+          const nb::gil_scoped_release release;
+          picture = raywave::reconstruct(hologram, options);
+        }
+        return picture_array(std::move(picture));
+      },
+      "hologram"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "device"_a, "fft"_a,
+      "progress"_a.none());
+  m.def(
       "lens",
       [](raywave::Scene scene, double z, std::optional<raywave::Vec2> window, raywave::Vec2 view,
          raywave::Vec2 aperture, int points, const std::string& device,
@@ -589,11 +620,14 @@ NB_MODULE(_core, m) {
       "compare_pictures",
       [](nb::handle a, nb::handle b, double blur, int border, const std::string& domain,
          std::optional<std::array<int, 4>> region) {
-        const auto first = plane_of(a, "a"), second = plane_of(b, "b");
+        const auto first = picture_of(a, "a"), second = picture_of(b, "b");
         const auto view_a = picture_view(first, "a"), view_b = picture_view(second, "b");
         const nb::gil_scoped_release release;
         const auto c = raywave::compare(view_a, view_b, {blur, border, domain, region});
-        return std::tuple(c.psnr_db, c.ssim, c.scale, c.contrast_a, c.contrast_b);
+        std::optional<std::array<double, 4>> colours;
+        if (c.colours)
+          colours = {c.colours->mean, c.colours->median, c.colours->most_of_95, c.colours->most};
+        return std::tuple(c.psnr_db, c.ssim, c.scale, c.contrast_a, c.contrast_b, colours);
       },
       "a"_a.none(), "b"_a.none(), "blur"_a, "border"_a, "domain"_a, "region"_a.none());
 }

@@ -347,3 +347,68 @@ def test_help_tells_shapes_units_and_errors():
         for word in ("(ny, nx)", "InputError", "DeviceError"):
             assert word in text, (function.__name__, word)
         assert "metres" in text, function.__name__
+
+
+LASERS = ["638 nm", "520 nm", "450 nm"]
+
+
+def test_three_lasers_are_the_bits_of_the_command_line(program, tmp_path):
+    text = (
+        '[hologram]\nresolution = [48, 32]\npitch = "4 um"\n[sampling]\npitch = "20 um"\n'
+        '[[light]]\ndirection = [0, 0, 1]\n[materials.red]\ndiffuse = [0.9, 0.2, 0.1]\n'
+        '[[object]]\nmesh = "card.obj"\nwidth = "0.2 mm"\nposition = [0, 0, "10 mm"]\n'
+        'material = "red"\n'
+    )
+    (tmp_path / "card.obj").write_text(
+        "v -0.5 -0.5 0\nv -0.5 0.5 0\nv 0.5 0.5 0\nv 0.5 -0.5 0\nf 1 2 3\nf 1 3 4\n"
+    )
+    (tmp_path / "scene.toml").write_text(text)
+    lasers = 'hologram.wavelength=["638 nm", "520 nm", "450 nm"]'
+    out = tmp_path / "out"
+    subprocess.run(
+        [program, "render", tmp_path / "scene.toml", "--set", lasers, "-o", out, "--quiet"],
+        check=True,
+    )
+    scene = rw.load_scene(tmp_path / "scene.toml", {"hologram.wavelength": LASERS})
+    assert scene.wavelengths == pytest.approx((638e-9, 520e-9, 450e-9))
+    with pytest.raises(rw.InputError, match="three lasers"):
+        scene.wavelength
+    holo = rw.render(scene)
+    assert holo.levels.shape == holo.field.shape == (3, 1, 32, 48)
+    assert sum(holo.powers) == pytest.approx(1)
+    assert len(holo.lasers) == 3
+    holo.save(tmp_path / "holo.png")
+    holo.save(tmp_path / "packed.png", rgb=True)
+    for i, name in enumerate(["638nm", "520nm", "450nm"]):
+        one = holo.lasers[i]
+        assert one.wavelength == scene.wavelengths[i] and one.levels.shape == (32, 48)
+        assert np.shares_memory(one.levels, holo.levels)
+        assert (one.levels == holo.levels[i, 0]).all()
+        assert (one.field == np.load(out / f"field_{name}.npy")).all()
+        sent = grey_png((out / f"hologram_{name}.png").read_bytes())
+        assert (sent == one.for_slm()).all()
+        assert (grey_png((tmp_path / f"holo_{name}.png").read_bytes()) == sent).all()
+    packed = (tmp_path / "packed.png").read_bytes()
+    assert packed[24:26] == b"\x08\x02"
+
+    # In Python's own frames
+    renderer = rw.Renderer(scene)
+    levels, field = np.empty(renderer.shape, np.uint8), np.empty(renderer.shape, np.complex64)
+    renderer.render(out=levels, field=field)
+    assert (levels == holo.levels).all() and (field == holo.field).all()
+    assert renderer.powers == holo.powers
+    with pytest.raises(rw.InputError, match="out: must have the shape"):
+        renderer.render(out=np.empty((3, 32, 48), np.uint8))
+
+    # Pictures in colour, red
+    seen, sharp = rw.reconstruct(holo, z=0.01), rw.lens(scene, z=0.01, points=2)
+    assert seen.shape == sharp.shape == (32, 48, 3)
+    for picture in seen, sharp:
+        red, green, blue = picture.mean(axis=(0, 1))
+        assert red > 2 * green and red > 2 * blue
+    assert rw.compare(sharp, sharp).delta_e == (0, 0, 0, 0)
+    assert rw.compare(sharp, seen, blur=4).delta_e[0] > 0.1
+    assert rw.compare(sharp[..., 0].copy(), seen[..., 0].copy()).delta_e is None
+    with pytest.raises(rw.InputError, match="three lasers"):
+        rw.reconstruct(holo.field, z=0.01)
+    assert rw.reconstruct(holo.lasers[2].field, z=0.01).shape == (32, 48)

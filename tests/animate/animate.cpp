@@ -467,6 +467,172 @@ TEST_CASE("videos are made where ffmpeg is, and what it refuses is passed on") {
   }
 }
 
+const std::string three = "hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]";
+const std::vector<std::string> laser_names{"638nm", "520nm", "450nm"};
+
+/// A red card beside the desk's square.
+const std::string red_lines =
+    "[materials.red]\nambient = 0\ndiffuse = [0.8, 0.1, 0.05]\n[[object]]\nmesh = "
+    "\"square.obj\"\nwidth = \"0.12 mm\"\nposition = [0, 0, \"9 mm\"]\nmaterial = \"red\"\n";
+
+AnimateResult run_colours(const Animator& animator, const fs::path& folder, FrameStorage storage) {
+  FrameFiles files(folder, storage, animator.run_name(storage), animator.stored_size(),
+                   animator.laser_names());
+  return animator.make_frames(files, {});
+}
+
+TEST_CASE("in colour, each laser's holograms are those of an animation of it alone, in turn") {
+  Desk desk;
+  desk.scene(red_lines +
+             "[animation]\nframes = 3\nrate = 10\nsubframes = 2\n[[animation.track]]\n"
+             "of = \"object.1.rotation\"\nat = [0, 3]\nvalues = [[0, 0, 0], [0, 20, 90]]\n");
+  const std::vector<std::string> keys{three, "slm.encoding=phase"};
+  for (const auto& device : all_devices()) {
+    const Animator animator(device, load_colours(desk.file("scene.toml"), keys),
+                            cl::FftBackend::host);
+    CHECK(animator.laser_names() == laser_names);
+    const Folder whole, stream;
+    const auto made = run_colours(animator, whole / "", FrameStorage::pngs);
+    CHECK(made.pictures == 3);
+    CHECK(made.holograms == 3 * 6);
+    run_colours(animator, stream / "", FrameStorage::stream);
+    const auto wanted = files_of(whole / "");
+    REQUIRE(wanted.size() == 3 * 6 + 1);
+    const auto raw = bytes_of(stream / "frames.raw");
+    REQUIRE(raw.size() == 3 * 6 * 48 * 32);
+    for (std::size_t i = 0; i < 3; ++i) {
+      auto with = keys;
+      with.push_back(std::string("colour.only=") + laser_names[i].substr(0, 3) + " nm");
+      const Folder alone;
+      run(Animator(device, load_scene(desk.file("scene.toml"), with), cl::FftBackend::host),
+          alone / "", FrameStorage::stream);
+      const auto of_laser = bytes_of(alone / "frames.raw");
+      for (std::size_t j = 0; j < 6; ++j) {
+        const auto levels = of_laser.substr(j * 48 * 32, 48 * 32);
+        CHECK((raw.substr((3 * j + i) * 48 * 32, 48 * 32) == levels));
+        const auto picture =
+            load_levels(whole / FrameFiles::png_name(static_cast<int>(j), laser_names[i]), "");
+        std::string stored;
+        for (const float level : picture.pixels)
+          stored.push_back(static_cast<char>(std::lround(level * 255)));
+        CHECK((stored == levels));
+      }
+    }
+    // Stopped within picture 1, and gone on with
+    const Folder stopped;
+    std::istringstream report(wanted.at("report.jsonl"));
+    std::string text, line;
+    for (int i = 0; i < 1; ++i) {
+      std::getline(report, line);
+      text += line + "\n";
+    }
+    stopped.write("report.jsonl", text);
+    for (const auto& [name, bytes] : wanted)
+      if (name.starts_with("frame_") && name <= FrameFiles::png_name(2, laser_names[0]))
+        stopped.write(name, bytes);
+    CHECK(run_colours(animator, stopped / "", FrameStorage::pngs).pictures == 2);
+    CHECK((files_of(stopped / "") == wanted));
+    stopped.write("frame_00002_450nm.png", "no picture");
+    CHECK(run_colours(animator, stopped / "", FrameStorage::pngs).pictures == 2);
+    CHECK((files_of(stopped / "") == wanted));
+    FrameFiles::remove(stopped / "");
+    CHECK(files_of(stopped / "").empty());
+  }
+}
+
+TEST_CASE("in colour, all lasers and pictures have one brightness, of amplitudes or of powers") {
+  Desk desk;
+  desk.scene(red_lines +
+             "[animation]\nframes = 2\n[[animation.track]]\nof = \"light.0.intensity\"\n"
+             "at = [0, 1]\nvalues = [1, 0.25]\n");
+  for (const auto& device : all_devices()) {
+    for (const std::string encoding : {"phase", "double-phase"}) {
+      CAPTURE(encoding);
+      const auto scenes = load_colours(
+          desk.file("scene.toml"), {three, "object.0.material=red", "slm.encoding=" + encoding});
+      const Folder folder;
+      run_colours(Animator(device, scenes, cl::FftBackend::host), folder / "",
+                  FrameStorage::stream);
+      const auto raw = bytes_of(folder / "frames.raw");
+      const auto still = render_colours(device, scenes, world_of(scenes[0]));
+      const auto powers = FrameFiles::powers(folder / "");
+      REQUIRE(powers.size() == 2);
+      for (std::size_t i = 0; i < 3; ++i) {
+        // The first picture is the brightest
+        std::size_t differing = 0;
+        for (std::size_t at = 0; at < 48 * 32; ++at)
+          differing += std::abs(int{still.lasers[i].levels[0][at]} -
+                                int{static_cast<std::uint8_t>(raw[i * 48 * 32 + at])}) %
+                           255 >
+                       1;
+        CHECK(differing == 0);
+        CHECK(powers[0][i] == Catch::Approx(still.powers[i]).epsilon(1e-4));
+        // Amplitudes show a light of a quarter themselves. The second picture has other phases
+        CHECK(powers[1][i] ==
+              Catch::Approx(still.powers[i] * (encoding == "phase" ? 0.25 : 1)).epsilon(0.2));
+      }
+    }
+  }
+}
+
+TEST_CASE("animate in colour writes files that are looked at one by one, and videos in colour") {
+  Desk desk;
+  desk.scene(red_lines +
+             "[animation]\nframes = 3\nrate = 10\n[[animation.track]]\n"
+             "of = \"light.0.intensity\"\nat = [0, 2]\nvalues = [1, 0.5]\n");
+  std::vector<std::string> line{
+      "animate", desk.file("scene.toml"), "-o",    desk.out(""),        "--set", three, "--quiet",
+      "--set",   "object.0.material=red", "--set", "slm.encoding=phase"};
+  const auto made = desk.run(line);
+  INFO(made.err);
+  REQUIRE(made.code == 0);
+  const auto report = nlohmann::json::parse(bytes_of(desk.out("report.json")));
+  CHECK(report.at("animation").at("shape") == nlohmann::json({3, 3, 32, 48}));
+  CHECK(report.at("colour").at("lasers").at(1).at("files") == "frame_%05d_520nm.png");
+  CHECK(desk.run({"reconstruct", desk.out("frame_00001_450nm.png"), "-z", "9mm", "-o",
+                  desk.file("seen"), "--quiet"})
+            .code == 0);
+  check_refused(
+      desk.run({"reconstruct", desk.out("report.json"), "-z", "9mm", "-o", desk.file("x")}), 2,
+      "is of an animation; give the hologram of one laser");
+  check_refused(
+      desk.run({"reconstruct", desk.out("frame_00001.png"), "-z", "9mm", "-o", desk.file("x")}), 2,
+      "is of three lasers; give the file of one: frame_%05d_638nm.png");
+
+  const auto ffmpeg = find_program("ffmpeg");
+  if (!ffmpeg) return;  // the rest needs the program itself
+  std::string in_order;
+  for (int j = 0; j < 3; ++j)
+    for (const auto& name : laser_names)
+      for (const float level : load_levels(desk.out(FrameFiles::png_name(j, name)), "").pixels)
+        in_order.push_back(static_cast<char>(std::lround(level * 255)));
+  const auto decoded = [&](const std::vector<std::string>& words, std::size_t bytes) {
+    auto all = words;
+    all.insert(all.begin(), {"-loglevel", "error", "-i"});
+    all.insert(all.end(), {"-f", "rawvideo", "pipe:1"});
+    VideoProgram decoder(*ffmpeg, all, desk.out(""), VideoProgram::Held::output);
+    std::vector<std::uint8_t> video(bytes);
+    decoder.read(video);
+    decoder.finish();
+    return video;
+  };
+  for (const bool stream : {false, true}) {
+    if (stream) {
+      line.insert(line.end(), {"--restart", "--stream"});
+      REQUIRE(desk.run(line).code == 0);
+      CHECK((bytes_of(desk.out("frames.raw")) == in_order));
+    }
+    const auto video = decoded({"holograms.mkv", "-pix_fmt", "gray"}, 9 * 48 * 32);
+    CHECK((std::string(video.begin(), video.end()) == in_order));
+    const auto preview = decoded(
+        {"preview.mp4", "-frames:v", "1", "-vf", "scale=16:16", "-pix_fmt", "rgb24"}, 3 * 16 * 16);
+    double sums[3] = {};
+    for (std::size_t i = 0; i < preview.size(); ++i) sums[i % 3] += preview[i];
+    CHECK(sums[0] > 1.3 * sums[1]);
+    CHECK(sums[0] > 1.3 * sums[2]);
+  }
+}
+
 TEST_CASE("a queue that is full makes its caller wait, keeps the order, and passes errors on") {
   std::atomic<int> alive{0}, most{0};
   std::vector<int> order;

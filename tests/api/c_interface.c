@@ -50,11 +50,12 @@ static void check_errors(void) {
 
 int main(void) {
   static uint8_t first[samples + 1], second[samples + 1];
+  static uint8_t lasers[RAYWAVE_MOST_LASERS * nx * ny];
   static float field[2 * samples];
   const double position[] = {0, 0, 0.01}, turned[] = {0, 30, 0}, none[] = {0, 0, 0};
   raywave_renderer *renderer = NULL, *other = NULL;
   int width = 0, height = 0, count = 0, objects = 0, steps = 0, i = 0;
-  double power = 0;
+  double power = 0, wavelengths[RAYWAVE_MOST_LASERS], powers[RAYWAVE_MOST_LASERS];
 
   CHECK(strcmp(raywave_version(), RAYWAVE_VERSION) == 0);
   check_errors();
@@ -113,6 +114,23 @@ int main(void) {
   CHECK(raywave_set_mesh(other, 0, square, 4, faces, 2) == RAYWAVE_OK);
   CHECK(raywave_render(other, first, samples) == RAYWAVE_OK);
   CHECK(memcmp(first, second, samples) == 0);
+
+  /* Three lasers, one after another */
+  raywave_close(other);
+  other = NULL;
+  CHECK(raywave_lasers(renderer, &count, wavelengths, powers) == RAYWAVE_OK);
+  CHECK(count == 1 && powers[0] == 1);
+  CHECK(raywave_open_text(scene, NULL, "hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]",
+                          NULL, &other) == RAYWAVE_OK);
+  CHECK(raywave_lasers(other, &count, wavelengths, powers) == RAYWAVE_OK);
+  CHECK(count == RAYWAVE_MOST_LASERS && wavelengths[1] == 520e-9 && powers[1] == 0);
+  CHECK(raywave_set_mesh(other, 0, square, 4, faces, 2) == RAYWAVE_OK);
+  CHECK(raywave_render(other, lasers, sizeof lasers - 1) == RAYWAVE_INPUT_ERROR);
+  CHECK(raywave_render(other, lasers, sizeof lasers) == RAYWAVE_OK);
+  CHECK(raywave_lasers(other, NULL, NULL, powers) == RAYWAVE_OK);
+  power = powers[0] + powers[1] + powers[2];
+  CHECK(power > 0.999999 && power < 1.000001);
+  CHECK(memcmp(lasers, lasers + nx * ny, nx * ny) != 0);
 
   raywave_close(other);
   raywave_close(renderer);

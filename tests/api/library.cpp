@@ -484,3 +484,139 @@ TEST_CASE("refinement brings the pictures of an SLM's levels nearer to what a le
   const Target target{view.z_m, sharp};
   CHECK(psnr_db(refine(hologram.field(), scene.pixels(), {&target, 1}, options)) > unrefined + 2);
 }
+
+namespace {
+
+const std::string lasers_key = "hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]";
+
+/// A card that glows in a colour.
+Scene glowing_card(const std::vector<std::string>& overrides = {}) {
+  auto scene = parse_scene(
+      "[hologram]\nresolution = [48, 32]\npitch = \"4 um\"\n"
+      "wavelength = [\"638 nm\", \"520 nm\", \"450 nm\"]\n"
+      "[sampling]\npitch = \"20 um\"\nframes = 4\n[slm]\nencoding = \"phase\"\n"
+      "[[light]]\ntype = \"ambient\"\n"
+      "[materials.glow]\nambient = [0.8, 0.3, 0.1]\ndiffuse = 0\n"
+      "[[object]]\nwidth = \"0.12 mm\"\nposition = [0, 0, \"10 mm\"]\nmaterial = \"glow\"\n",
+      ".", overrides);
+  scene.set_mesh(0, {square, square_faces});
+  return scene;
+}
+
+/// Of the middle of the card.
+Vec3 mean_of(const Picture& picture) {
+  REQUIRE(picture.channels == 3);
+  Vec3 mean{0, 0, 0};
+  for (int y = 6; y < 26; ++y)
+    for (int x = 14; x < 34; ++x)
+      for (std::size_t c = 0; c < 3; ++c)
+        mean[c] += double{picture.pixels[static_cast<std::size_t>(48 * y + x) * 3 + c]} / 400;
+  return mean;
+}
+
+}  // namespace
+
+TEST_CASE("a scene of three lasers renders the bits of the command line, laser by laser") {
+  const Desk desk;
+  const std::vector<std::string> lasers{"638nm", "520nm", "450nm"};
+  const auto scene = load_scene(desk.file("scene.toml"), {lasers_key, "sampling.frames=2"});
+  REQUIRE(scene.wavelengths_m().size() == 3);
+  CHECK(scene.wavelengths_m()[2] == Catch::Approx(450e-9));
+  CHECK(scene.pixels().wavelength_m == 0);
+  CHECK(plan(scene).seconds() > 0);
+  CHECK_THAT(plan(scene).text(), ContainsSubstring("three lasers in turn"));
+  for (const auto& device : list_devices()) {
+    const auto line = "'" RAYWAVE_PROGRAM "' render '" + desk.file("scene.toml") + "' -o '" +
+                      desk.file("out") + "' --quiet --set sampling.frames=2 --set '" + lasers_key +
+                      "' --device " + device.index;
+    REQUIRE(std::system(line.c_str()) == 0);
+    const auto hologram = render(scene, on(device));
+    REQUIRE(hologram.lasers() == 3);
+    CHECK(hologram.frames() == 2);
+    CHECK(hologram.levels().size() == 3 * 2 * 48 * 32);
+    std::vector<std::complex<float>> all;
+    for (int i = 0; i < 3; ++i) {
+      const auto one = hologram.laser(i);
+      const auto wanted = samples_in(desk.file("out/field_" + lasers[std::size_t(i)] + ".npy"));
+      CHECK(samples_of(one.field()) == wanted);
+      CHECK(one.pixels().wavelength_m == scene.wavelengths_m()[std::size_t(i)]);
+      CHECK(one.levels().data() == hologram.levels().data() + std::ptrdiff_t(i) * 2 * 48 * 32);
+      all.insert(all.end(), wanted.begin(), wanted.end());
+    }
+    CHECK(samples_of(hologram.field()) == all);
+    // A renderer of pictures that move, before anything has moved
+    Renderer renderer(scene, on(device));
+    std::vector<std::uint8_t> levels(hologram.levels().size());
+    std::vector<std::complex<float>> field(all.size());
+    CHECK(renderer.render({levels.data(), field.data()}) == hologram.powers());
+    CHECK(field == all);
+    CHECK(levels == levels_of(hologram));
+    CHECK(levels_of(renderer.render()) == levels);
+    renderer.set_pose(0, {0, 0, 0.01}, {0, 20, 0});
+    CHECK(levels_of(renderer.render()) != levels);
+  }
+  CHECK_THROWS_AS(render(scene).for_slm(), InputError);
+  CHECK_THROWS_AS(render(scene).laser(3), InputError);
+  CHECK_THROWS_WITH(propagate(render(scene).field(), scene.pixels(), 0.1),
+                    ContainsSubstring("wavelength:"));
+}
+
+TEST_CASE("colours that the library shows are those of the material") {
+  const auto scene = glowing_card();
+  const auto of_one = glowing_card({"colour.only=520 nm"});
+  CHECK(of_one.wavelengths_m() == std::vector{scene.wavelengths_m()[1]});
+  const auto hologram = render(scene);
+  // Levels of phases do not depend on the other lasers
+  CHECK(levels_of(hologram.laser(1)) == levels_of(render(of_one)));
+  double sum = 0;
+  for (const double power : hologram.powers()) sum += power;
+  CHECK(sum == Catch::Approx(1));
+  CHECK(render(of_one).powers() == std::vector<double>{1});
+
+  ViewOptions view;
+  view.z_m = 0.01;
+  const auto sharp = lens(scene, view, 2);
+  const auto wanted = Vec3{0.8, 0.3, 0.1};
+  for (std::size_t c = 0; c < 3; ++c)
+    CHECK(mean_of(sharp)[c] == Catch::Approx(wanted[c]).margin(1e-3));
+  const auto seen = reconstruct(hologram, view);
+  for (std::size_t c = 1; c < 3; ++c) {
+    CAPTURE(c);
+    CHECK(mean_of(seen)[c] / mean_of(seen)[0] == Catch::Approx(wanted[c] / wanted[0]).margin(0.03));
+  }
+  const auto alike = compare(PictureView(sharp), seen, {.blur_px = 4});
+  REQUIRE(alike.colours);
+  CHECK(alike.colours->mean > 0.1);
+  CHECK(compare(PictureView(sharp), sharp).colours->most == 0);
+  auto grey = sharp;
+  grey.channels = 1;
+  grey.pixels.resize(48 * 32);
+  CHECK_THROWS_WITH(compare(PictureView(sharp), grey), ContainsSubstring("channels"));
+}
+
+TEST_CASE("the SLM of a scene of three lasers is for their wavelengths, with the LUT of each") {
+  const Folder folder;
+  const auto lut = [](double end) {
+    std::string text;
+    for (int i = 0; i < 256; ++i) text += std::to_string(end * i / 255) + "\n";
+    return text;
+  };
+  folder.write("red.txt", lut(1));
+  folder.write("green.txt", lut(1.2));
+  folder.write("blue.txt", lut(1.4));
+  const auto scene =
+      parse_scene(scene_text +
+                      "[slm]\nencoding = \"phase\"\n[slm.lut]\n\"638 nm\" = \"red.txt\"\n"
+                      "\"520 nm\" = \"green.txt\"\n\"450 nm\" = \"blue.txt\"\n",
+                  folder / "", {lasers_key});
+  const std::vector<std::complex<float>> field(64, {0.3f, 0.8f});
+  const FieldView view(field.data(), 8, 8);
+  std::vector<std::vector<std::uint8_t>> levels;
+  for (const double wavelength_m : scene.wavelengths_m())
+    levels.push_back(encode(view, Slm(scene), {{4e-6, 4e-6}, wavelength_m}).bytes);
+  // A level that turns the light farther is a smaller one
+  CHECK(levels[0][0] > levels[1][0]);
+  CHECK(levels[1][0] > levels[2][0]);
+  CHECK_THROWS_WITH(encode(view, Slm(scene), {{4e-6, 4e-6}, 500e-9}),
+                    ContainsSubstring("three lasers, 638 nm, 520 nm, 450 nm, got 500 nm"));
+}

@@ -51,8 +51,14 @@ struct ViewOptions {
 RAYWAVE_API Picture reconstruct(const FieldView& field, const Pixels& pixels,
                                 const ViewOptions& options = {});
 
+/// What the SLM shows with the levels of a hologram. In colour, the picture of all lasers in linear
+/// sRGB, each with the power that Hologram::powers tells.
+///
+/// throws  as above
+RAYWAVE_API Picture reconstruct(const Hologram& hologram, const ViewOptions& options = {});
+
 /// Radiance in the plane z that an ideal lens in the hologram's place sees: the reference for
-/// reconstruct, pixel by pixel.
+/// reconstruct, pixel by pixel. In colour it is linear sRGB.
 ///
 /// points  per axis of the lens, 1 to 4096: points^2 rays per pixel
 RAYWAVE_API Picture lens(const Scene& scene, const ViewOptions& options = {}, int points = 24);
@@ -103,12 +109,20 @@ struct PictureComparison {
   double ssim = 0;
   double scale = 0;                       // least-squares scale of b to a
   double contrast_a = 0, contrast_b = 0;  // speckle contrast
+
+  /// CIEDE2000 of the pixels (docs/colour.md).
+  struct Colours {
+    double mean = 0, median = 0, most = 0;
+    double most_of_95 = 0;  // 95 % of the pixels are at or below
+  };
+  std::optional<Colours> colours{};  // of pictures in colour; the other figures: of luminances
 };
 
 /// Compares pictures of linear values; a common factor of the brightness does not count
-/// (docs/compare.md).
+/// (docs/compare.md). Both are grey, or both are in colour.
 ///
-/// throws  InputError when sizes differ, a picture is black, or the options are not possible
+/// throws  InputError when sizes or channels differ, a picture is black, or the options are not
+///         possible
 RAYWAVE_API PictureComparison compare(const PictureView& a, const PictureView& b,
                                       const CompareOptions& options = {});
 

@@ -38,6 +38,8 @@ enum {
   RAYWAVE_CANCELLED = 4     /* the progress callback has asked to stop */
 };
 
+enum { RAYWAVE_MOST_LASERS = 3 };
+
 typedef struct raywave_renderer raywave_renderer;
 
 /* Called on the thread that computes: the current step, the completed share (0 to 1), and the
@@ -67,9 +69,20 @@ RAYWAVE_API int raywave_open_text(const char* toml, const char* folder, const ch
 /* Frees a renderer; NULL is allowed. */
 RAYWAVE_API void raywave_close(raywave_renderer* renderer);
 
-/* Columns, rows and frames of the hologram, and the number of objects. Any pointer may be NULL. */
+/* Columns, rows and frames of the hologram (of each laser in colour), and the number of objects.
+ * Any pointer may be NULL. */
 RAYWAVE_API int raywave_size(const raywave_renderer* renderer, int* nx, int* ny, int* frames,
                              int* objects);
+
+/* Holograms of a scene in colour, one for each laser; 1 of one wavelength.
+ *
+ * lasers         receives their number, at most RAYWAVE_MOST_LASERS
+ * wavelengths_m  receives as many, in the order of the holograms
+ * powers         receives as many: radiant powers that the lasers need for the last picture, for
+ *                equal times; their sum is 1. Before the first picture they are 0
+ * Any pointer may be NULL. */
+RAYWAVE_API int raywave_lasers(const raywave_renderer* renderer, int* lasers, double* wavelengths_m,
+                               double* powers);
 
 /* Sets the place of an object's anchor (x, y, z in metres; the centre of its bounding box unless
  * the scene says otherwise) and its rotation about x, then y, then z, in degrees. After the first
@@ -90,15 +103,16 @@ RAYWAVE_API int raywave_set_seed(raywave_renderer* renderer, uint32_t seed);
 RAYWAVE_API int raywave_set_progress(raywave_renderer* renderer, raywave_progress callback,
                                      void* context);
 
-/* Renders into `levels`: the grey levels of all frames, frame by frame, row 0 on top.
+/* Renders into `levels`: the grey levels of all frames, frame by frame, row 0 on top; in colour,
+ * laser by laser.
  *
- * bytes  size of `levels`; nx ny frames are needed */
+ * bytes  size of `levels`; nx ny frames lasers are needed */
 RAYWAVE_API int raywave_render(raywave_renderer* renderer, uint8_t* levels, size_t bytes);
 
 /* The same, with the complex field: real and imaginary part of each sample. Either pointer may be
  * NULL.
  *
- * floats  size of `field`; 2 nx ny frames are needed */
+ * floats  size of `field`; 2 nx ny frames lasers are needed */
 RAYWAVE_API int raywave_render_field(raywave_renderer* renderer, uint8_t* levels, size_t bytes,
                                      float* field, size_t floats);
 

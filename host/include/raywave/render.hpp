@@ -82,14 +82,27 @@ public:
 
   int nx() const;
   int ny() const;
-  int frames() const;
+  int frames() const;  // of each laser
+  // Of three lasers, wavelength_m is 0, which no function takes: ask the hologram of one
   Pixels pixels() const;
+
+  /// Holograms of a scene in colour, to be shown in turn; 1 of one wavelength. Levels and fields of
+  /// all lie one after another, in the order of hologram.wavelength; `lasers() * frames()` of them.
+  int lasers() const;
+  std::vector<double> wavelengths_m() const;  // as many
+  /// Radiant powers that the lasers need on the SLM for the colours to be right, for equal times;
+  /// their sum is 1.
+  std::vector<double> powers() const;
+  /// The hologram of one laser alone; it shares the pixels.
+  Hologram laser(int number) const;
 
   /// The SLM's grey levels of all frames, frame by frame, in the hologram's frame: slm.rotate and
   /// slm.flip are not applied.
   std::span<const std::uint8_t> levels() const;
 
   /// One frame as the SLM is sent it: turned by slm.rotate, then flipped.
+  ///
+  /// throws  InputError when there is no such frame, or of three lasers: ask the hologram of one
   Levels for_slm(int frame = 0) const;
 
   /// Field at the hologram, before it is encoded; without samples when it was not kept. |u|^2 is
@@ -107,7 +120,10 @@ public:
   std::vector<std::string> notes() const;  // for the user, one line each
 
 private:
+  Hologram(std::shared_ptr<const State> state, std::size_t first, std::size_t lasers);
+
   std::shared_ptr<const State> state_;
+  std::size_t first_ = 0, lasers_ = 1;  // of all that the state holds
 };
 
 /// Computes the holograms of a scene, as `raywave render` does: the same bits for equal scene, seed
@@ -118,12 +134,13 @@ RAYWAVE_API Hologram render(const Scene& scene, const RenderOptions& options = {
 
 /// The caller's memory for results; null: not wanted.
 struct RenderTarget {
-  std::uint8_t* levels = nullptr;  // nx ny frames, as Hologram::levels
+  std::uint8_t* levels = nullptr;  // nx ny frames lasers, as Hologram::levels
   std::complex<float>* field = nullptr;
 };
 
 /// Renders a scene that moves. Meshes, kernels, plans and memory are kept from one picture to the
-/// next. Fields differ from those of render() by 1e-4 (relative L2) after objects have moved.
+/// next. Fields differ from those of render() by 1e-4 (relative L2) after objects have moved. In
+/// colour, each laser has kernels and memory of its own.
 ///
 /// Calls of one renderer from several threads take turns; several renderers work at the same time.
 class RAYWAVE_API Renderer {
@@ -136,7 +153,8 @@ public:
 
   int nx() const;
   int ny() const;
-  int frames() const;
+  int frames() const;                         // of each laser
+  std::vector<double> wavelengths_m() const;  // of the lasers; one of one wavelength
   std::size_t objects() const;
 
   /// Sets the place of an object's anchor (the centre of its bounding box unless the scene says
@@ -153,8 +171,9 @@ public:
   /// throws  InputError when the scene cannot be computed; Cancelled; the renderer stays usable
   Hologram render();
 
-  /// The same into memory of the caller's. The field needs RenderOptions::keep_field.
-  void render(const RenderTarget& target);
+  /// The same into memory of the caller's. The field needs RenderOptions::keep_field. Returns
+  /// Hologram::powers.
+  std::vector<double> render(const RenderTarget& target);
 
 private:
   struct State;

@@ -22,14 +22,17 @@ public:
   explicit Scene(std::shared_ptr<const State> state);
 
   std::array<int, 2> resolution() const;  // pixels of the hologram, x and y
-  Pixels pixels() const;                  // of the hologram
+  // Of the hologram. Three lasers have no wavelength in common: it is 0, which no function takes
+  Pixels pixels() const;
+  std::vector<double> wavelengths_m() const;  // one, or those of three lasers (docs/colour.md)
   int frames() const;
   std::size_t objects() const;
 
   /// Notes for the user, one line each: keys with old names, lengths without a unit.
   std::vector<std::string> notes() const;
 
-  /// The scene with every default filled in, lengths in metres.
+  /// The scene with every default filled in, lengths in metres. Of three lasers,
+  /// hologram.wavelength_m is a list.
   std::string json() const;
 
   /// Changes keys, as `raywave --set` does: "section.key=value", the value as TOML or a bare string
@@ -83,7 +86,7 @@ public:
 
   /// A phase-only SLM of 256 levels to a turn.
   Slm();
-  /// The SLM of a scene.
+  /// The SLM of a scene. That of a scene of three lasers is for these wavelengths alone.
   explicit Slm(const Scene& scene);
   explicit Slm(std::shared_ptr<const State> state);
 

@@ -60,21 +60,24 @@ struct BasicFieldView {
 using FieldView = BasicFieldView<float>;
 using FieldDoubleView = BasicFieldView<double>;
 
-/// A picture of linear values: ny rows of nx pixels.
+/// A picture of linear values: ny rows of nx pixels. In colour, red, green and blue of each pixel
+/// lie side by side, in linear sRGB, and channels is 3.
 struct Picture {
   int nx = 0, ny = 0;
   std::vector<float> pixels{};
+  int channels = 1;
 };
 
 /// The same in memory of the caller's.
 struct PictureView {
   const float* pixels = nullptr;
-  int nx = 0, ny = 0;
+  int nx = 0, ny = 0, channels = 1;
 
   PictureView() = default;
-  PictureView(const float* data, int width, int height) : pixels(data), nx(width), ny(height) {}
+  PictureView(const float* data, int width, int height, int count = 1)
+      : pixels(data), nx(width), ny(height), channels(count) {}
   PictureView(const Picture& picture)
-      : PictureView(picture.pixels.data(), picture.nx, picture.ny) {}
+      : PictureView(picture.pixels.data(), picture.nx, picture.ny, picture.channels) {}
 };
 
 /// Grey levels of an SLM, frame by frame. `bytes` holds them up to 8 bits, `words` beyond.

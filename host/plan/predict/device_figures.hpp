@@ -17,6 +17,14 @@ struct MemoryLimits {
   static constexpr auto none = std::numeric_limits<std::uint64_t>::max();
   std::uint64_t device_bytes = none, largest_buffer_bytes = none, host_bytes = none;
   bool device_on_host = true;  // the device's memory is the host's
+
+  /// What one of several renderers may take that work at the same time.
+  MemoryLimits for_one_of(int renderers) const {
+    const auto part = [&](std::uint64_t bytes) {
+      return bytes == none ? none : bytes / static_cast<std::uint64_t>(renderers);
+    };
+    return {part(device_bytes), largest_buffer_bytes, part(host_bytes), device_on_host};
+  }
 };
 
 struct DeviceFigures {
