@@ -83,10 +83,11 @@ Memory::~Memory() {
   if (device_) device_->meter_->now -= bytes_;
 }
 
-void Memory::write(const void* data, std::size_t bytes) {
+void Memory::write(const void* data, std::size_t bytes, std::size_t offset_bytes) {
   if (bytes)
-    checked(device_->info(),
-            [&] { device_->queue().enqueueWriteBuffer(handle_, CL_TRUE, 0, bytes, data); });
+    checked(device_->info(), [&] {
+      device_->queue().enqueueWriteBuffer(handle_, CL_TRUE, offset_bytes, bytes, data);
+    });
 }
 
 void Memory::read(void* data, std::size_t bytes, std::size_t offset_bytes) const {

@@ -58,7 +58,7 @@ public:
 
 protected:
   Device device() const { return *device_; }
-  void write(const void* data, std::size_t bytes);
+  void write(const void* data, std::size_t bytes, std::size_t offset_bytes);
   void read(void* data, std::size_t bytes, std::size_t offset_bytes) const;
   Copy start_reading_rows(void* data, std::size_t bytes, std::size_t row_bytes,
                           std::size_t stride_bytes) const;
@@ -89,7 +89,10 @@ public:
   }
 
   std::size_t size() const { return size_; }
-  void write(std::span<const T> data) { Memory::write(data.data(), data.size_bytes()); }
+  /// Writes from element `first` on.
+  void write(std::span<const T> data, std::size_t first = 0) {
+    Memory::write(data.data(), data.size_bytes(), first * sizeof(T));
+  }
   /// Waits, then copies data.size() elements from element `first` on.
   void read(std::span<T> data, std::size_t first = 0) const {
     Memory::read(data.data(), data.size_bytes(), first * sizeof(T));

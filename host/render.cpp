@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "host/common/error.hpp"
@@ -34,6 +35,9 @@ struct Renderer::State {
   RenderResult render();
   void set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
                 std::optional<double> solid_scale);
+
+  void set_vertices(std::size_t object, std::span<const glm::dvec3> positions_m,
+                    std::span<const glm::vec3> normals);
 
   void load();
   void make_plan();
@@ -100,6 +104,13 @@ void Renderer::State::set_pose(std::size_t object, glm::dvec3 position_m, glm::d
   moved.solid_scale = solid_scale;
   require_pose(world_, object, moved);
   scene_.objects[object] = std::move(moved);
+  changed_ = true;
+}
+
+void Renderer::State::set_vertices(std::size_t object, std::span<const glm::dvec3> positions_m,
+                                   std::span<const glm::vec3> normals) {
+  raywave::set_vertices(world_, object, positions_m, normals);
+  scene_.objects.at(object).shape.reset();
   changed_ = true;
 }
 
@@ -322,6 +333,19 @@ void Renderer::set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 ro
 void Renderer::set_solid_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
                               double scale) {
   state_->set_pose(object, position_m, rotation_deg, scale);
+}
+
+void Renderer::set_shape(std::size_t object, double place) {
+  auto& o = state_->scene_.objects.at(object);
+  if (o.shapes.empty())
+    throw InputError("object " + std::to_string(object) + ": it has no meshes to become");
+  o.shape = place;
+  state_->changed_ = true;
+}
+
+void Renderer::set_vertices(std::size_t object, std::span<const glm::dvec3> positions_m,
+                            std::span<const glm::vec3> normals) {
+  state_->set_vertices(object, positions_m, normals);
 }
 
 void Renderer::set_light(std::size_t light, const Light& value) {

@@ -54,7 +54,7 @@ Animator::Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftB
     : device_(device),
       fft_(fft),
       schedule_(scenes.at(0).animation.value(), scenes[0].sampling.frames) {
-  for (auto& one : scenes) lasers_.push_back({with_frames(std::move(one), schedule_), {}, {}});
+  for (auto& one : scenes) lasers_.push_back({with_shapes(with_frames(std::move(one), schedule_)), {}, {}});
   world_ = build_world(scene());
   for (auto& laser : lasers_) plan_laser(laser);
 }
@@ -168,6 +168,7 @@ void Animator::show(const Scene& scene, int picture, Renderer& renderer) const {
   for (const auto i : moving_objects(*scene.animation)) {
     const auto& object = scene.objects[i];
     renderer.set_solid_pose(i, object.position_m, object.rotation_deg, object.solid_scale.value());
+    if (object.shape) renderer.set_shape(i, *object.shape);
   }
   for (const auto i : moving_lights(*scene.animation)) renderer.set_light(i, scene.lights[i]);
   renderer.set_seed(scene.sampling.seed + static_cast<std::uint32_t>(schedule_.first_of(picture)));
@@ -281,6 +282,7 @@ nlohmann::ordered_json Animator::line_of(int picture, const Scene& scene,
                        {"position_m", json_of(object.position_m)},
                        {"rotation_deg", json_of(object.rotation_deg)},
                        {"scale", object.solid_scale.value()}});
+    if (object.shape) objects.back()["mesh"] = *object.shape;
   }
   auto& lights = line["lights"] = nlohmann::ordered_json::array();
   for (const auto i : moving_lights(animation)) {

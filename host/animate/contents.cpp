@@ -102,9 +102,27 @@ public:
   }
   void add(const Object& object) {
     const auto& [mesh, width_m, position_m, rotation_deg, solid_scale, material, normals, where,
-                 unit_m, anchor, cut_m] = object;
+                 unit_m, anchor, cut_m, nodes, shapes, shape] = object;
     add_all(width_m, position_m, rotation_deg, solid_scale, material, normals, unit_m, anchor,
             cut_m);
+    if (!nodes.empty()) add(nodes);
+    if (shape) add(*shape);
+  }
+  void add(const glm::dmat4& m) {
+    for (int i = 0; i < 4; ++i) add(m[i]);
+  }
+  void add(const GltfNode& node) {
+    const auto& [number, parent, has_mesh, light, camera, has_matrix, translation, rotation, scale,
+                 matrix] = node;
+    add_all(number, parent, has_matrix, translation, rotation, scale, matrix);
+  }
+  void add(const GltfChannel& channel) {
+    const auto& [node, path, steps, times_s, values] = channel;
+    add_all(node, path, steps, times_s, values);
+  }
+  void add(const GltfMoves& moves) {
+    const auto& [nodes, channels, world_from_file, objects, lights] = moves;
+    add_all(nodes, channels);  // all else follows from them and the scene's text
   }
   void add(const FlatnessSpec& flatness) {
     const auto& [file, picture, in_nm, centre, where] = flatness;
@@ -135,6 +153,10 @@ public:
     add_all(world.positions, world.normals, world.uvs, world.colours, world.triangles,
             world.triangle_object, world.triangle_material, world.materials, world.maps,
             world.textures);
+    for (const auto& placed : world.placed) {
+      if (!placed.deforming) continue;
+      for (const auto& key : placed.deforming->keys) add_all(key.positions_m, key.normals);
+    }
   }
 
   template <class... T>
@@ -156,6 +178,7 @@ private:
 std::string digest_of_contents(const Scene& scene, const World& world) {
   Contents contents;
   contents.add_all(scene.objects, scene.lights, scene.materials, scene.slm, world);
+  if (scene.animation && scene.animation->gltf) contents.add(*scene.animation->gltf);
   return contents.digest();
 }
 

@@ -14,10 +14,11 @@
 #include <system_error>
 #include <utility>
 
+#include "host/animate/plain_png.hpp"
 #include "host/common/digest.hpp"
 #include "host/common/error.hpp"
+#include "host/common/output.hpp"
 #include "host/common/text.hpp"
-#include "host/scene/image.hpp"
 
 namespace raywave {
 namespace fs = std::filesystem;
@@ -197,9 +198,10 @@ void FrameFiles::add(std::span<const std::vector<std::uint8_t>> holograms,
     nlohmann::ordered_json entry{{"number", number}};
     if (storage_ == FrameStorage::pngs) {
       const auto name = name_of(number);
-      save_png(folder_ / name, size_.x, size_.y, levels, PngEffort::fast);
+      plain_png(size_, levels, png_);
+      write_whole(folder_ / name, [&](OutputFile& to) { to.write(text_of(png_)); });
       entry["file"] = name;
-      entry["digest"] = digest_of_file(folder_ / name);
+      entry["digest"] = digest_of(png_);
     } else {
       append(stream_, text_of(levels), partial_stream());
       entry["digest"] = digest_of(levels);

@@ -85,6 +85,7 @@ private:
   std::vector<std::string> lasers_;
   int pictures_ = 0, holograms_ = 0;
   int report_ = -1, stream_ = -1;  // descriptors
+  std::vector<std::uint8_t> png_;  // the last one
 };
 
 }  // namespace raywave

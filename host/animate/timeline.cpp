@@ -11,6 +11,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/scene/gltf_scene.hpp"
 
 namespace raywave {
 namespace {
@@ -35,7 +36,7 @@ std::string place_of(const Track& track, double time) {
 
 bool is_object(Animated what) {
   return what == Animated::object_position || what == Animated::object_rotation ||
-         what == Animated::object_scale;
+         what == Animated::object_scale || what == Animated::object_mesh;
 }
 
 bool is_light(Animated what) {
@@ -47,6 +48,7 @@ void move_object(const Track& track, double time, Object& object) {
   const auto value = value_at(track, time);
   if (track.what == Animated::object_position) object.position_m = value;
   if (track.what == Animated::object_rotation) object.rotation_deg = value;
+  if (track.what == Animated::object_mesh) object.shape = value.x;
   if (track.what != Animated::object_scale) return;
   if (!(value.x > 0))
     throw InputError(place_of(track, time) + "the cubic curve falls to a scale of " +
@@ -66,8 +68,32 @@ void move_light(const Track& track, double time, Light& light) {
   light.direction = value;
 }
 
-std::set<std::size_t> moving(const Animation& animation, bool (*is_of)(Animated)) {
+/// Moves what a glTF file moves.
+void move_nodes(const GltfMoves& moves, double time_s, const std::string& at, Scene& scene) {
+  const auto rest = poses_at(moves.nodes, {}, 0),
+             now = poses_at(moves.nodes, moves.channels, time_s);
+  const auto& placing = moves.world_from_file;
+  for (const auto& moved : moves.objects) {
+    const auto node = static_cast<std::size_t>(moved.node);
+    auto& object = scene.objects.at(moved.index);
+    const auto motion = similarity_between(rest[node], now[node]);
+    if (!motion)
+      throw InputError(object.where + ": " + at +
+                       "it is stretched unevenly or mirrored, or has no extent at rest; raywave "
+                       "moves, turns and scales objects of glTF files as a whole");
+    object.position_m = placing(motion->shift);
+    object.rotation_deg = fixed_axis_angles_deg(placing.turn * motion->turn);
+    object.solid_scale = motion->scale;
+  }
+  for (const auto& moved : moves.lights)
+    place_light(now[static_cast<std::size_t>(moved.node)], placing, scene.lights.at(moved.index));
+}
+
+std::set<std::size_t> moving(const Animation& animation, bool (*is_of)(Animated),
+                             std::vector<GltfMoves::Moved> GltfMoves::*of_gltf) {
   std::set<std::size_t> moved;
+  if (animation.gltf)
+    for (const auto& one : *animation.gltf.*of_gltf) moved.insert(one.index);
   for (const auto& track : animation.tracks)
     if (is_of(track.what)) moved.insert(track.index);
   return moved;
@@ -90,6 +116,12 @@ glm::dvec3 value_at(const Track& track, double time) {
          span * s * r * (r * slope_at(track, k) - s * slope_at(track, next));
 }
 
+Scene with_shapes(Scene scene) {
+  for (const auto& track : scene.animation.value().tracks)
+    if (track.what == Animated::object_mesh) scene.objects.at(track.index).shapes = track.meshes;
+  return scene;
+}
+
 Scene scene_at(const Scene& scene, double time) {
   auto moved = scene;
   const auto& animation = scene.animation.value();
@@ -98,6 +130,9 @@ Scene scene_at(const Scene& scene, double time) {
     if (is_object(track.what)) move_object(track, time, moved.objects.at(track.index));
     if (is_light(track.what)) move_light(track, time, moved.lights.at(track.index));
   }
+  if (animation.gltf)
+    move_nodes(*animation.gltf, time / animation.rate_per_s,
+               "at picture " + number_text(time) + ": ", moved);
   return moved;
 }
 
@@ -114,10 +149,10 @@ Camera camera_at(const Animation& animation, double time) {
 }
 
 std::set<std::size_t> moving_objects(const Animation& animation) {
-  return moving(animation, is_object);
+  return moving(animation, is_object, &GltfMoves::objects);
 }
 std::set<std::size_t> moving_lights(const Animation& animation) {
-  return moving(animation, is_light);
+  return moving(animation, is_light, &GltfMoves::lights);
 }
 
 Schedule::Schedule(const Animation& animation, int frames)

@@ -20,11 +20,15 @@ namespace raywave {
 ///         too: slope ((v_1 - v_0) + (v_n - v_n-1)) / ((t_1 - t_0) + (t_n - t_n-1)) at both ends
 glm::dvec3 value_at(const Track& track, double time);
 
+/// The scene with the meshes of its tracks as shapes of their objects.
+Scene with_shapes(Scene scene);
+
 /// The scene with everything where it is at a time. Objects that have a track move as solids
 /// (Object::solid_scale) at all times.
 ///
-/// scene   with an animation
-/// throws  InputError when a light's direction or a scale that lies between keys is not possible
+/// scene   with an animation; of tracks of meshes, with_shapes has made it
+/// throws  InputError when a light's direction or a scale that lies between keys is not possible,
+///         or a node of a glTF file is stretched unevenly
 Scene scene_at(const Scene& scene, double time);
 
 /// What the viewer looks at, and through; depth_m stays empty where neither file nor track gives

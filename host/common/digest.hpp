@@ -9,7 +9,7 @@
 
 namespace raywave {
 
-/// Two FNV-1a hashes of 64 bits with different offsets.
+/// Two hashes of 64 bits, a word of 8 bytes at a time. Bytes may come in parts of any length.
 class Digest {
 public:
   void add(std::string_view bytes);
@@ -17,7 +17,13 @@ public:
   std::string text() const;
 
 private:
+  static constexpr std::size_t word_bytes = sizeof(std::uint64_t);
+
+  void mix(std::uint64_t word);
+
   std::uint64_t a_ = 0xcbf29ce484222325u, b_ = 0x84222325cbf29ce4u;
+  std::uint64_t begun_ = 0;  // bytes of a word that is not whole yet
+  std::uint64_t size_ = 0;   // of all bytes
 };
 
 /// 32 hexadecimal digits that stand for `text` in a file name.

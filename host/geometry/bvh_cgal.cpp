@@ -54,12 +54,6 @@ struct Part {
   }
 };
 
-float rounded_down(double x) {
-  const auto f = static_cast<float>(x);
-  return f <= x ? f : std::nextafter(f, -std::numeric_limits<float>::infinity());
-}
-float rounded_up(double x) { return -rounded_down(-x); }
-
 /// Four numbers fill a SIMD vector; the last is not used.
 using Lanes = std::array<float, 4>;
 
@@ -133,9 +127,6 @@ private:
   static constexpr std::size_t divided_anew = 512;
   static constexpr int largest_depth = 18;
   static constexpr std::size_t bins = 16;
-  /// Time to test a triangle, in units of the time to test the boxes of two children. Rays are as
-  /// fast with 0.6, but the tree has a third more nodes.
-  static constexpr float triangle_cost = 0.35f;
 
   Child flatten(const Part& part, int depth) {
     if (part.count > divided_anew)

@@ -69,6 +69,19 @@ RayTree::RayTree(std::span<const glm::dvec3> positions_m, std::span<const glm::v
   }
 }
 
+void RayTree::refit(std::size_t object, std::span<const glm::dvec3> positions_m,
+                    std::span<const glm::vec3> normals, std::span<const glm::uvec3> triangles) {
+  auto& tree = objects_[object];
+  if (tree.triangles.empty()) return;
+  std::vector<glm::uvec3> corners;
+  for (std::size_t i = 0; i < tree.triangles.size(); ++i) {
+    corners.push_back(triangles[tree.triangles[i]]);
+    for (int corner = 0; corner < 3; ++corner)
+      tree.normals[3 * i + static_cast<std::size_t>(corner)] = normals[corners.back()[corner]];
+  }
+  refit_bvh(tree.bvh, positions_m, corners, tree.origin_m);
+}
+
 std::optional<RayHit> RayTree::nearest(std::span<const Motion> motions, glm::dvec3 origin,
                                        glm::dvec3 direction, double t_min, double t_max) const {
   std::optional<RayHit> best;

@@ -38,6 +38,10 @@ public:
   std::optional<RayHit> nearest(std::span<const Motion> motions, glm::dvec3 origin,
                                 glm::dvec3 direction, double t_min, double t_max) const;
 
+  /// Makes the boxes of an object anew after its vertices have moved. All as the constructor's.
+  void refit(std::size_t object, std::span<const glm::dvec3> positions_m,
+             std::span<const glm::vec3> normals, std::span<const glm::uvec3> triangles);
+
 private:
   struct ObjectTree {
     Bvh bvh;

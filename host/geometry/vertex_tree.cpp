@@ -45,4 +45,22 @@ VertexTree build_vertex_tree(std::span<const glm::dvec3> positions_m) {
   return tree;
 }
 
+void refit(VertexTree& tree, std::span<const glm::dvec3> positions_m) {
+  for (auto i = tree.nodes.size(); i-- > 0;) {  // children come behind their parents
+    auto& node = tree.nodes[i];
+    if (node.right != 0) {
+      const auto &left = tree.nodes[i + 1], &right = tree.nodes[node.right];
+      node.min_m = glm::min(left.min_m, right.min_m);
+      node.max_m = glm::max(left.max_m, right.max_m);
+      continue;
+    }
+    const auto vertices = std::span(tree.vertices).subspan(node.first, node.count);
+    node.min_m = node.max_m = positions_m[vertices[0]];
+    for (const auto vertex : vertices) {
+      node.min_m = glm::min(node.min_m, positions_m[vertex]);
+      node.max_m = glm::max(node.max_m, positions_m[vertex]);
+    }
+  }
+}
+
 }  // namespace raywave

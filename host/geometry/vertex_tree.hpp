@@ -32,6 +32,9 @@ struct VertexTree {
 /// positions_m  at least one
 VertexTree build_vertex_tree(std::span<const glm::dvec3> positions_m);
 
+/// Makes the boxes anew after the vertices have moved.
+void refit(VertexTree& tree, std::span<const glm::dvec3> positions_m);
+
 /// The corners of a node's box after a motion.
 inline std::array<glm::dvec3, 8> corners_of(const VertexTree::Node& node, const Motion& motion) {
   const auto min_m = motion(node.min_m), size_m = node.max_m - node.min_m;

@@ -17,6 +17,8 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/geometry/cut_mesh.hpp"
+#include "host/scene/vectors.hpp"
+#include "host/scene/weld.hpp"
 
 namespace raywave {
 namespace {
@@ -115,10 +117,9 @@ Placing placing_of(const Object& object, const glm::dmat3& turn, const glm::dvec
 /// Triangles that stand for all of an object, drawn by area at even steps through the list; all of
 /// them where they are few.
 ///
-/// first  of its triangles, which are the world's last
-std::vector<AreaSample> area_samples_from(std::size_t first, const World& world) {
+/// first, count  of its triangles
+std::vector<AreaSample> area_samples_of(std::size_t first, std::size_t count, const World& world) {
   std::vector<AreaSample> samples;
-  const auto count = world.triangles.size() - first;
   std::vector<double> area(count, 1);
   double whole = static_cast<double>(count);
   if (count > most_area_samples) {
@@ -252,16 +253,47 @@ std::optional<Mesh> cut_mesh_of(const Object& object, const Mesh& mesh, Placing&
   return part;
 }
 
+/// What an object that deforms is at rest: as its vertices are now.
+std::shared_ptr<Deforming> rest_of(const World& world, std::size_t object) {
+  const auto& placed = world.placed[object];
+  const auto positions = std::span(world.positions).subspan(placed.first_vertex, placed.vertices);
+  const auto normals = std::span(world.normals).subspan(placed.first_vertex, placed.vertices);
+  auto rest = std::make_shared<Deforming>();
+  rest->rest = {{positions.begin(), positions.end()}, {normals.begin(), normals.end()}};
+  rest->weld = weld_positions(rest->rest.positions_m);
+  rest->closed = world.object_closed[object];
+  return rest;
+}
+
+/// Adds the shapes of an object, the world's last, where a place_objects puts them.
+void add_shapes(const Object& object, const std::vector<MeshShape>& shapes, const Placing& placing,
+                World& world) {
+  if (shapes.empty()) return;
+  auto& placed = world.placed.back();
+  if (placed.is_cut)
+    throw InputError(object.where +
+                     ": a part of it is cut away, so that it cannot deform; give a smaller cut");
+  auto deforming = rest_of(world, world.placed.size() - 1);
+  for (const auto& shape : shapes) {
+    auto& key = deforming->keys.emplace_back();
+    for (const auto& p : shape.positions) key.positions_m.push_back(placing.motion(p));
+    for (const auto& n : shape.normals) key.normals.emplace_back(placing.motion.turn * n);
+  }
+  placed.deforming = std::move(deforming);
+}
+
 /// Places an object's vertices.
 PlacedObject place(const Object& object, const Mesh& mesh, const Placing& placing, bool is_cut,
                    std::size_t first_vertex, World& world) {
-  const auto count = mesh.positions.size();
+  const auto count = mesh.positions.size(), triangles = mesh.triangles.size();
   for (std::size_t i = 0; i < count; ++i) {
     world.positions[first_vertex + i] = placing.motion(mesh.positions[i]);
     world.normals[first_vertex + i] = placing.motion.turn * mesh.normals[i];
   }
   return {.first_vertex = first_vertex,
           .vertices = count,
+          .first_triangle = world.triangles.size() - triangles,
+          .triangles = triangles,
           .position_m = object.position_m,
           .rotation_deg = object.rotation_deg,
           .width_m = object.width_m,
@@ -269,7 +301,9 @@ PlacedObject place(const Object& object, const Mesh& mesh, const Placing& placin
           .min_m = placing.box.min,
           .max_m = placing.box.max,
           .is_cut = is_cut,
-          .tree = build_vertex_tree(std::span(world.positions).subspan(first_vertex, count))};
+          .tree = build_vertex_tree(std::span(world.positions).subspan(first_vertex, count)),
+          .deforming = {},
+          .shape = {}};
 }
 
 /// The motion of an object that moves as a solid, from where it was placed.
@@ -331,7 +365,10 @@ World place_objects(const Scene& scene, const Meshes& meshes, Textures textures)
                                   !has_holes(world, first_material));
     world.placed.push_back(
         place(scene.objects[i], mesh, placing, part.has_value(), first_vertex, world));
-    world.area_samples.push_back(area_samples_from(first_triangle, world));
+    world.area_samples.push_back(
+        area_samples_of(first_triangle, world.triangles.size() - first_triangle, world));
+    if (number < meshes.shapes.size())
+      add_shapes(scene.objects[i], meshes.shapes[number], placing, world);
   }
   const auto is_specular = [](const Material& m) { return m.is_specular(); };
   if (std::any_of(world.materials.begin(), world.materials.end(), is_specular) ||
@@ -344,10 +381,59 @@ World place_objects(const Scene& scene, const Meshes& meshes, Textures textures)
   return world;
 }
 
+void set_vertices(World& world, std::size_t object, std::span<const glm::dvec3> positions_m,
+                  std::span<const glm::vec3> normals) {
+  auto& placed = world.placed.at(object);
+  const auto name = "object " + std::to_string(object) + ": ";
+  if (positions_m.size() != placed.vertices || normals.size() != placed.vertices)
+    throw InputError(name + "it has " + std::to_string(placed.vertices) + " vertices, and " +
+                     std::to_string(positions_m.size()) + " positions and " +
+                     std::to_string(normals.size()) + " normals are given");
+  const auto is_sound = [](const auto& v) { return is_finite(glm::dvec3(v)); };
+  if (!std::all_of(positions_m.begin(), positions_m.end(), is_sound) ||
+      !std::all_of(normals.begin(), normals.end(), is_sound))
+    throw InputError(name + "a position or a normal is NaN or infinite");
+  if (placed.is_cut) throw InputError(name + "a part of it is cut away, so that it cannot deform");
+  if (!placed.deforming) placed.deforming = rest_of(world, object);
+  const auto first = static_cast<std::ptrdiff_t>(placed.first_vertex);
+  std::copy(positions_m.begin(), positions_m.end(), world.positions.begin() + first);
+  std::copy(normals.begin(), normals.end(), world.normals.begin() + first);
+  ++placed.version;
+  placed.shape.reset();
+  placed.seams_hold = are_together(positions_m, placed.deforming->weld);
+  world.object_closed[object] = placed.deforming->closed && placed.seams_hold;
+  refit(placed.tree, positions_m);
+  placed.min_m = placed.tree.nodes[0].min_m;
+  placed.max_m = placed.tree.nodes[0].max_m;
+  if (!world.area_samples.empty())
+    world.area_samples[object] = area_samples_of(placed.first_triangle, placed.triangles, world);
+  if (world.ray_tree) {
+    auto tree = std::make_shared<RayTree>(*world.ray_tree);
+    tree->refit(object, world.positions, world.normals, world.triangles);
+    world.ray_tree = std::move(tree);
+  }
+}
+
+namespace {
+
+/// Gives an object the vertices that the scene has for it.
+void show_shape(const Object& object, std::size_t index, World& world) {
+  if (object.shape == world.placed[index].shape) return;
+  const auto deforming = world.placed[index].deforming;
+  if (!deforming || (object.shape && deforming->keys.empty()))
+    throw std::logic_error("the shapes of an object have not been read");
+  const auto vertices = object.shape ? shape_at(deforming->keys, *object.shape) : deforming->rest;
+  set_vertices(world, index, vertices.positions_m, vertices.normals);
+  world.placed[index].shape = object.shape;
+}
+
+}  // namespace
+
 void move_objects(const Scene& scene, World& world) {
   Box all;
   world.motions.clear();
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
+    show_shape(scene.objects[i], i, world);
     const auto placing = moved_placing_of(scene.objects[i], world, world.placed[i]);
     world.motions.push_back(placing.motion);
     all.add(placing.box);

@@ -9,9 +9,11 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "host/geometry/deform.hpp"
 #include "host/geometry/motion.hpp"
 #include "host/geometry/ray_tree.hpp"
 #include "host/geometry/vertex_tree.hpp"
@@ -29,15 +31,20 @@ struct AreaSample {
   glm::dvec3 corner_sum_m{0};  // the sum of the corners, three times the centre
 };
 
-/// An object's vertices, which follow each other, and how place_objects has placed them.
+/// An object's vertices, which follow each other, and how place_objects has placed them. Of one
+/// that deforms, box and tree are those of its vertices as they are now.
 struct PlacedObject {
-  std::size_t first_vertex = 0, vertices = 0;
+  std::size_t first_vertex = 0, vertices = 0, first_triangle = 0, triangles = 0;
   glm::dvec3 position_m{0}, rotation_deg{0};
   std::optional<double> width_m;
   double unit_m = 1;  // length of a mesh unit
   glm::dvec3 min_m{0}, max_m{0};
   bool is_cut = false;  // a part of it lay nearer than Object::cut_m, and is not there
   VertexTree tree;
+  std::shared_ptr<const Deforming> deforming;  // null: it never has deformed
+  std::optional<double> shape;                 // Object::shape of its vertices
+  std::uint64_t version = 0;                   // of its vertices: another one whenever they change
+  bool seams_hold = true;  // vertices that lay at one place when it was placed still do
 };
 
 /// The materials that an object's mesh brings.
@@ -53,8 +60,8 @@ struct FoundMaterials {
 };
 
 /// Every object placed in the world (metres), one after the other. All vectors of a vertex are as
-/// long as `positions`. Vertices and normals stay where they were placed; `motions` says where they
-/// are now.
+/// long as `positions`. Vertices and normals stay where they were placed, but for those of objects
+/// that deform; `motions` says where they are now.
 struct World {
   std::vector<glm::dvec3> positions;
   // Unit length, as oriented by the mesh; of the face where a vertex has none
@@ -122,8 +129,19 @@ std::vector<glm::vec3> normals_now(const World& world);
 /// throws  InputError when a width is asked of a mesh without x extent
 World place_objects(const Scene& scene, const Meshes& meshes, Textures textures = {});
 
-/// Moves all objects of a world that place_objects has made to their positions in the scene: sets
-/// the world's motions and its bounding box.
+/// Gives an object other vertices; all that follows from them is made anew: boxes and trees by
+/// refitting, area samples, and whether it is closed, which it is no more where vertices of one
+/// place have parted. The pose stays.
+///
+/// positions_m  as many as the object has, in their order, where place_objects would put them
+/// normals      unit length
+/// throws       InputError when a number is not finite, the numbers do not match, or a part of the
+///              object is cut away: the world stays as it is
+void set_vertices(World& world, std::size_t object, std::span<const glm::dvec3> positions_m,
+                  std::span<const glm::vec3> normals);
+
+/// Moves all objects of a world that place_objects has made to their positions in the scene, and
+/// gives them their shapes: sets the world's motions and its bounding box.
 ///
 /// throws    as place_objects, and when an object of which a part is cut away moves, or one moves
 ///           nearer than its cut; the world must not be used until another move has succeeded

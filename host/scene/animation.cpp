@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <string_view>
 #include <utility>
@@ -20,15 +21,16 @@ struct Name {
   Animated what;
 };
 
-constexpr std::array<Name, 9> names{{{"object", "position", Animated::object_position},
-                                     {"object", "rotation", Animated::object_rotation},
-                                     {"object", "scale", Animated::object_scale},
-                                     {"light", "direction", Animated::light_direction},
-                                     {"light", "position", Animated::light_position},
-                                     {"light", "intensity", Animated::light_intensity},
-                                     {"camera", "depth", Animated::camera_depth},
-                                     {"camera", "view", Animated::camera_view},
-                                     {"camera", "aperture", Animated::camera_aperture}}};
+constexpr std::array<Name, 10> names{{{"object", "position", Animated::object_position},
+                                      {"object", "rotation", Animated::object_rotation},
+                                      {"object", "scale", Animated::object_scale},
+                                      {"object", "mesh", Animated::object_mesh},
+                                      {"light", "direction", Animated::light_direction},
+                                      {"light", "position", Animated::light_position},
+                                      {"light", "intensity", Animated::light_intensity},
+                                      {"camera", "depth", Animated::camera_depth},
+                                      {"camera", "view", Animated::camera_view},
+                                      {"camera", "aperture", Animated::camera_aperture}}};
 
 /// The parts of "object.0.position" and "camera.view".
 struct Parts {
@@ -46,7 +48,8 @@ Parts parts_of(std::string_view text) {
 void read_target(const Value& v, std::size_t objects, const std::vector<Light>& lights,
                  Track& track) {
   static const char* const must_be =
-      "the name of what moves, as in \"object.0.position\": object.N.position, rotation or scale, "
+      "the name of what moves, as in \"object.0.position\": object.N.position, rotation, scale or "
+      "mesh, "
       "light.N.direction, position or intensity, camera.depth, view or aperture";
   const auto parts = parts_of(v.string(must_be));
   const auto known = std::find_if(names.begin(), names.end(), [&](const Name& name) {
@@ -102,6 +105,8 @@ glm::dvec3 read_key(const Value& v, Animated what) {
     }
     case Animated::object_scale:
       return {v.number(between(1e-6, 1e6)), 0, 0};
+    case Animated::object_mesh:
+      break;  // a file
     case Animated::light_intensity:
       return {v.number(at_least(0)), 0, 0};
     case Animated::camera_depth:
@@ -148,6 +153,8 @@ Track read_track(Section section, const Animation& animation, std::size_t object
     track.steps = v.choice<Steps>(
         {{"linear", Steps::linear}, {"cubic", Steps::cubic}, {"hold", Steps::hold}});
   });
+  if (track.what == Animated::object_mesh && track.steps == Steps::cubic)
+    section.fail("steps of meshes must be \"linear\" or \"hold\"");
   section.read("closed", [&](const Value& v) { track.closed = v.boolean(); });
   section.require("at", "when the keys are, for example [0, 120, 240]", [&](const Value& v) {
     for (const auto& one : elements(v, "a list of pictures or times, such as [0, \"2 s\"]")) {
@@ -157,8 +164,14 @@ Track read_track(Section section, const Animation& animation, std::size_t object
     }
   });
   section.require("values", "a value for each key", [&](const Value& v) {
-    for (const auto& one : elements(v, "a list with a value for each key"))
-      track.values.push_back(read_key(one, track.what));
+    for (const auto& one : elements(v, "a list with a value for each key")) {
+      if (track.what == Animated::object_mesh) {
+        track.values.emplace_back(static_cast<double>(track.meshes.size()), 0, 0);
+        track.meshes.push_back(one.existing_file());
+      } else {
+        track.values.push_back(read_key(one, track.what));
+      }
+    }
     if (track.values.size() != track.at.size())
       v.fail("as many as there are in `at`, " + std::to_string(track.at.size()));
     if (track.closed && track.values.size() < 2) v.fail("two or more where `closed` is true");
@@ -182,15 +195,48 @@ Camera read_camera(Section section) {
   return camera;
 }
 
+/// Up to the last key; a loop's last key is the picture that would follow.
+int pictures_of(const GltfMoves& moves, double rate_per_s) {
+  double end_s = 0;
+  for (const auto& channel : moves.channels) end_s = std::max(end_s, channel.times_s.back());
+  return static_cast<int>(
+      std::clamp(std::round(end_s * rate_per_s), 1.0, double{Animation::most_pictures}));
+}
+
+/// True for a track of what a glTF file moves.
+bool is_moved(const GltfMoves& moves, const Track& track) {
+  const auto is_one_of = [&](const std::vector<GltfMoves::Moved>& all) {
+    return std::any_of(all.begin(), all.end(),
+                       [&](const auto& moved) { return moved.index == track.index; });
+  };
+  switch (track.what) {
+    case Animated::object_position:
+    case Animated::object_rotation:
+    case Animated::object_scale:
+      return is_one_of(moves.objects);
+    case Animated::light_direction:
+    case Animated::light_position:
+      return is_one_of(moves.lights);
+    default:
+      return false;
+  }
+}
+
 }  // namespace
 
-Animation read_animation(Section section, std::size_t objects, const std::vector<Light>& lights) {
+Animation read_animation(Section section, std::size_t objects, const std::vector<Light>& lights,
+                         std::optional<GltfMoves> gltf) {
   Animation animation;
-  section.require("frames", "the number of pictures", [&](const Value& v) {
+  animation.gltf = std::move(gltf);
+  const bool has_frames = section.read("frames", [&](const Value& v) {
     animation.pictures = v.integer(1, Animation::most_pictures);
   });
   section.read("rate",
                [&](const Value& v) { animation.rate_per_s = v.number(between(0.01, 1e5)); });
+  if (!has_frames) {
+    if (!animation.gltf) section.fail("frames is missing: give the number of pictures");
+    animation.pictures = pictures_of(*animation.gltf, animation.rate_per_s);
+  }
   section.read("subframes", [&](const Value& v) {
     animation.subframes = v.integer(1, Animation::most_subframes);
   });
@@ -203,6 +249,8 @@ Animation read_animation(Section section, std::size_t objects, const std::vector
   for (Section& track : section.sections("track")) {
     animation.tracks.push_back(read_track(track, animation, objects, lights));
     const auto& last = animation.tracks.back();
+    if (animation.gltf && is_moved(*animation.gltf, last))
+      track.fail("moves what the glTF file moves; leave one of the two out");
     for (std::size_t i = 0; i + 1 < animation.tracks.size(); ++i) {
       if (animation.tracks[i].what == last.what && animation.tracks[i].index == last.index)
         track.fail("moves what track " + std::to_string(i) + " moves; put all keys into one");

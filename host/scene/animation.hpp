@@ -4,12 +4,14 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "host/scene/gltf_motion.hpp"
 #include "host/scene/light.hpp"
 
 namespace raywave {
@@ -27,6 +29,7 @@ enum class Animated {
   object_position,
   object_rotation,  // degrees about x, then y, then z, as in [[object]]
   object_scale,     // times the size in the file, > 0
+  object_mesh,      // Object::shape: the number of the key's mesh
   light_direction,
   light_position,
   light_intensity,
@@ -44,6 +47,7 @@ struct Track {
   bool closed = false;
   std::vector<double> at;  // pictures, ascending, 0 is the first; as long as `values`
   std::vector<glm::dvec3> values;
+  std::vector<std::filesystem::path> meshes;  // of object_mesh, one for each key
   std::string where;  // "scene.toml:41: track 0", the start of messages about it
 };
 
@@ -66,12 +70,16 @@ struct Animation {
   std::optional<int> subframes;  // holograms of each picture; empty: sampling.frames
   Camera camera;
   std::vector<Track> tracks;
+  std::optional<GltfMoves> gltf;  // what the nodes of the scene's glTF file move
 };
 
 /// Reads and checks the section.
 ///
 /// objects  that tracks may name, from 0
+/// gltf     of the key "gltf", which has been read: what it moves has no tracks; without `frames`,
+///          its last key is the end of the animation
 /// throws   InputError with file and line
-Animation read_animation(Section section, std::size_t objects, const std::vector<Light>& lights);
+Animation read_animation(Section section, std::size_t objects, const std::vector<Light>& lights,
+                         std::optional<GltfMoves> gltf);
 
 }  // namespace raywave

@@ -7,24 +7,19 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
+#include <glm/vec4.hpp>
+#include <map>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "host/scene/mesh.hpp"
 #include "host/scene/reader_reply.hpp"
 
 namespace raywave {
 namespace {
-
-/// Where the file's coordinates go: p becomes turn (scale p) + shift_m.
-struct Placing {
-  glm::dmat3 turn{1};
-  double scale = 1;
-  glm::dvec3 shift_m{0};
-
-  glm::dvec3 place_m(const glm::dvec3& p) const { return turn * (scale * p) + shift_m; }
-};
 
 /// The axes of a pose, without its scale.
 glm::dmat3 axes_of(const glm::dmat4& pose, const std::string& where) {
@@ -36,12 +31,12 @@ glm::dmat3 axes_of(const glm::dmat4& pose, const std::string& where) {
   return {right, glm::cross(forward, right), forward};
 }
 
-Placing placing_of(const GltfCamera& camera, double scale, const std::string& where) {
+Similarity placing_of(const GltfCamera& camera, double scale, const std::string& where) {
   const glm::dmat3 from_camera(glm::dvec3(-1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, -1));
-  Placing placing;
+  Similarity placing;
   placing.scale = scale;
   placing.turn = from_camera * glm::transpose(axes_of(camera.world_from_camera, where));
-  placing.shift_m = -(placing.turn * (scale * glm::dvec3(camera.world_from_camera[3])));
+  placing.shift = -(placing.turn * (scale * glm::dvec3(camera.world_from_camera[3])));
   return placing;
 }
 
@@ -57,17 +52,16 @@ glm::dvec3 angles_deg(const glm::dmat3& turn) {
 
 /// A light of the file. Photometric units become intensities whose matt white surface shows as
 /// much: illuminance over pi.
-Light light_of(const GltfLight& from, const Placing& placing, Channels channels) {
+Light light_of(const GltfLight& from, const Similarity& placing, Channels channels) {
   Light light;
   if (channels.all) light.colour = from.colour;
   const double share = channels.all ? 1 : from.colour[channels.first];
   light.intensity = std::min(from.intensity * share / std::numbers::pi, 1e30);
-  light.direction = placing.turn * -glm::dvec3(from.world_from_light[2]);
-  const double length = glm::length(light.direction);
-  light.direction = length > 0 ? light.direction / length : glm::dvec3(0, 0, 1);
-  if (from.type == GltfLight::Type::directional) return light;
-  light.type = from.type == GltfLight::Type::spot ? LightType::spot : LightType::point;
-  light.position_m = placing.place_m(glm::dvec3(from.world_from_light[3]));
+  light.type = from.type == GltfLight::Type::directional ? LightType::directional
+               : from.type == GltfLight::Type::spot      ? LightType::spot
+                                                         : LightType::point;
+  place_light(from.world_from_light, placing, light);
+  if (light.type == LightType::directional) return light;
   light.falls_off = true;
   light.intensity = std::min(light.intensity * placing.scale * placing.scale, 1e30);
   light.outer_deg = from.outer_deg;
@@ -100,7 +94,16 @@ const GltfCamera& camera_of(const GltfSet& set, const std::optional<Value>& want
 
 }  // namespace
 
-void read_gltf_scene(Section section, Scene& scene) {
+void place_light(const glm::dmat4& world_from_light, const Similarity& world_from_file,
+                 Light& light) {
+  light.direction = world_from_file.turn * -glm::dvec3(world_from_light[2]);
+  const double length = glm::length(light.direction);
+  light.direction = length > 0 ? light.direction / length : glm::dvec3(0, 0, 1);
+  if (light.type != LightType::directional)
+    light.position_m = world_from_file(glm::dvec3(world_from_light[3]));
+}
+
+std::optional<GltfScene> read_gltf_scene(Section section, Scene& scene) {
   std::optional<Value> file_value, camera_value;
   std::filesystem::path file;
   std::optional<double> wanted_scale, cut_m;
@@ -115,7 +118,7 @@ void read_gltf_scene(Section section, Scene& scene) {
   if (!file_value) {
     if (camera_value || wanted_scale || cut_m)
       section.fail("gltf is missing: give the name of a .gltf or .glb file");
-    return;
+    return {};
   }
 
   const double scale = wanted_scale.value_or(1);
@@ -133,15 +136,128 @@ void read_gltf_scene(Section section, Scene& scene) {
   object.anchor = Anchor::origin;
   object.unit_m = scale;
   object.rotation_deg = angles_deg(placing.turn);
-  object.position_m = placing.shift_m;
+  object.position_m = placing.shift;
   object.cut_m = cut_m.value_or(std::clamp(camera.near * scale, 1e-6, 1e4));
   scene.objects.push_back(object);
+  GltfScene found{file,
+                  where,
+                  placing,
+                  scene.objects.size() - 1,
+                  scene.lights.size(),
+                  set.lights,
+                  static_cast<std::int32_t>(&camera - set.cameras.data())};
   const auto channels = scene.channels();
   for (const auto& light : set.lights) {
     scene.lights.push_back(light_of(light, placing, channels));
     scene.lights.back().where = where;
   }
   for (const auto& note : set.notes) scene.notes.push_back(where + ": " + one_line(note));
+  return found;
+}
+
+namespace {
+
+/// The channels of the animations that a value names.
+std::vector<GltfChannel> channels_of(const GltfMotion& motion, const Value& which) {
+  const auto& all = motion.animations;
+  if (all.empty()) which.fail("left out: the file has no animation");
+  std::string names;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (which.is(all[i].name) || (which.node->is_integer() &&
+                                  which.node->as_integer()->get() == static_cast<std::int64_t>(i)))
+      return all[i].channels;
+    if (i < 8) names += (i > 0 ? ", " : "") + in_quotes(one_line(all[i].name));
+  }
+  if (all.size() > 8) names += " ...";
+  const auto choice =
+      "one of its animations " + names + ", or its number, 0 to " + std::to_string(all.size() - 1);
+  if (!which.node->is_boolean()) which.fail("true, " + choice);
+  std::vector<GltfChannel> channels;
+  std::set<std::pair<std::int32_t, GltfChannel::Path>> known;
+  for (const auto& animation : all) {
+    for (const auto& channel : animation.channels) {
+      if (!known.emplace(channel.node, channel.path).second)
+        which.fail(choice + ", since two of them move the same node");
+      channels.push_back(channel);
+    }
+  }
+  return channels;
+}
+
+/// True for a channel that does more than say what the node is at rest, in floats.
+bool changes(const GltfChannel& channel, const GltfNode& node) {
+  const auto rest = channel.path == GltfChannel::Path::rotation ? node.rotation
+                    : channel.path == GltfChannel::Path::scale  ? glm::dvec4(node.scale, 0)
+                                                                : glm::dvec4(node.translation, 0);
+  const double rounding = 0x1p-22 * glm::length(rest);
+  const bool is_cubic = channel.steps == GltfChannel::Steps::cubic;
+  for (std::size_t i = 0; i < channel.values.size(); ++i) {
+    const bool is_slope = is_cubic && i % 3 != 1;
+    if (glm::length(channel.values[i] - (is_slope ? glm::dvec4(0) : rest)) > rounding) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::optional<GltfMoves> read_gltf_moves(const Value& which, const std::optional<GltfScene>& gltf,
+                                         Scene& scene) {
+  if (which.node->is_boolean() && !which.boolean()) return {};
+  if (!gltf) which.fail("left out where [scene] names no glTF file");
+  GltfMotion motion;
+  read_mesh_file(gltf->file, gltf->where, {"motion"},
+                 [&](ReaderPipe& pipe) { motion = receive_gltf_motion(pipe); });
+  GltfMoves moves;
+  moves.world_from_file = gltf->world_from_file;
+  moves.nodes = std::move(motion.nodes);
+  for (auto& channel : channels_of(motion, which))
+    if (changes(channel, moves.nodes[static_cast<std::size_t>(channel.node)]))
+      moves.channels.push_back(std::move(channel));
+
+  // What moves a node: the nearest node with a channel from it upwards, itself included
+  std::vector<std::int32_t> mover(moves.nodes.size(), -1);
+  for (const auto& channel : moves.channels)
+    mover[static_cast<std::size_t>(channel.node)] = channel.node;
+  std::map<std::int32_t, std::vector<std::int32_t>> parts;  // numbers of nodes by their mover
+  const auto name_of = [&](std::size_t node) {
+    const auto& name = motion.names[node];
+    return "node " +
+           (name.empty() ? std::to_string(moves.nodes[node].number) : in_quotes(one_line(name)));
+  };
+  for (std::size_t i = 0; i < moves.nodes.size(); ++i) {
+    const auto& node = moves.nodes[i];
+    if (mover[i] < 0 && node.parent >= 0) mover[i] = mover[static_cast<std::size_t>(node.parent)];
+    if (node.has_mesh != 0) parts[mover[i]].push_back(node.number);
+    if (mover[i] < 0) continue;
+    if (node.light >= 0 && static_cast<std::size_t>(node.light) < gltf->lights.size())
+      moves.lights.push_back({gltf->first_light + static_cast<std::size_t>(node.light),
+                              static_cast<std::int32_t>(i), name_of(i)});
+    if (node.camera == gltf->camera)
+      scene.notes.push_back(gltf->where + ": the hologram stays where its camera is at rest");
+  }
+  for (const auto& note : motion.notes) scene.notes.push_back(gltf->where + ": " + one_line(note));
+
+  const auto whole = scene.objects[gltf->object];
+  bool is_first = true;
+  for (auto& [node, numbers] : parts) {  // those that stay come first
+    auto part = whole;
+    part.nodes = std::move(numbers);
+    auto index = gltf->object;
+    if (node >= 0) {
+      const auto name = name_of(static_cast<std::size_t>(node));
+      part.where += ": " + name;
+      if (!is_first) index = scene.objects.size();
+      moves.objects.push_back({index, node, name});
+    }
+    if (is_first)
+      scene.objects[index] = std::move(part);
+    else
+      scene.objects.push_back(std::move(part));
+    is_first = false;
+  }
+  if (moves.objects.empty() && moves.lights.empty())
+    which.fail("left out: nothing that shows or shines moves");
+  return moves;
 }
 
 }  // namespace raywave

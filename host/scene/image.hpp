@@ -52,14 +52,10 @@ Image load_grey(const std::filesystem::path& file, const std::string& where);
 /// by the format's largest number, without sRGB decoding.
 Image load_levels(const std::filesystem::path& file, const std::string& where);
 
-/// How a PNG is written: small, or in a tenth of the time. Holograms are noise, of which nothing is
-/// saved.
-enum class PngEffort { small, fast };
-
 /// Writes an 8-bit grey picture, values as they are. The file appears complete or not at all
 /// (temporary name, then rename).
 void save_png(const std::filesystem::path& file, int width, int height,
-              std::span<const std::uint8_t> pixels, PngEffort effort = PngEffort::small);
+              std::span<const std::uint8_t> pixels);
 
 /// Writes an 8-bit RGB picture, channels interleaved, as save_png does.
 void save_png_rgb(const std::filesystem::path& file, int width, int height,

@@ -36,7 +36,7 @@ bool holds(const std::filesystem::path& file, const OIIO::ImageSpec& spec, const
 /// OpenImageIO's writers do not say when a disk is full. So it writes to memory; where a format
 /// cannot, the file is read again.
 void save(const std::filesystem::path& file, int width, int height, int channels,
-          OIIO::TypeDesc format, const void* pixels, PngEffort effort = PngEffort::small) {
+          OIIO::TypeDesc format, const void* pixels) {
   stay_in_one_thread();
   const auto output = OIIO::ImageOutput::create(file.string());
   const auto check = [&](bool done) {
@@ -45,12 +45,7 @@ void save(const std::filesystem::path& file, int width, int height, int channels
                        one_line(output ? output->geterror() : OIIO::geterror()));
   };
   check(output != nullptr);
-  OIIO::ImageSpec spec(width, height, channels, format);
-  if (effort == PngEffort::fast) {
-    constexpr int no_filter = 8;  // PNG_FILTER_NONE
-    spec.attribute("png:compressionLevel", 0);
-    spec.attribute("png:filter", no_filter);
-  }
+  const OIIO::ImageSpec spec(width, height, channels, format);
   const auto write = [&](const std::string& name) {
     check(output->open(name, spec));
     check(output->write_image(format, pixels));
@@ -58,6 +53,7 @@ void save(const std::filesystem::path& file, int width, int height, int channels
   };
   if (output->supports("ioproxy")) {
     std::vector<unsigned char> bytes;
+    bytes.reserve(spec.image_bytes());
     OIIO::Filesystem::IOVecOutput memory(bytes);
     check(output->set_ioproxy(&memory));
     write(file.string());
@@ -82,9 +78,9 @@ void require_size(int width, int height, int channels, std::span<const T> pixels
 }  // namespace
 
 void save_png(const std::filesystem::path& file, int width, int height,
-              std::span<const std::uint8_t> pixels, PngEffort effort) {
+              std::span<const std::uint8_t> pixels) {
   require_size(width, height, 1, pixels);
-  save(file, width, height, 1, OIIO::TypeUInt8, pixels.data(), effort);
+  save(file, width, height, 1, OIIO::TypeUInt8, pixels.data());
 }
 
 void save_png_rgb(const std::filesystem::path& file, int width, int height,

@@ -7,7 +7,11 @@
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <map>
+#include <memory>
+#include <set>
+#include <stdexcept>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "host/common/error.hpp"
@@ -55,42 +59,77 @@ std::vector<glm::dvec3> smooth_normals(const Mesh& mesh) {
 }  // namespace
 
 Mesh finish_mesh(Mesh raw, Normals mode) {
+  std::vector<Mesh> one;
+  one.push_back(std::move(raw));
+  return finish_meshes(std::move(one), mode).first;
+}
+
+std::pair<Mesh, std::vector<MeshShape>> finish_meshes(std::vector<Mesh> all, Normals mode) {
+  auto& raw = all.front();
   // Triangles with an area, and their materials
   std::size_t kept = 0;
   for (std::size_t i = 0; i < raw.triangles.size(); ++i) {
-    if (face_normal(corners(raw, raw.triangles[i])) == glm::dvec3(0)) continue;
-    raw.triangles[kept] = raw.triangles[i];
+    const auto triangle = raw.triangles[i];
+    if (std::all_of(all.begin(), all.end(), [&](const Mesh& one) {
+          return face_normal(corners(one, triangle)) == glm::dvec3(0);
+        }))
+      continue;
+    raw.triangles[kept] = triangle;
     if (!raw.triangle_material.empty()) raw.triangle_material[kept] = raw.triangle_material[i];
     ++kept;
   }
   raw.triangles.resize(kept);
   if (!raw.triangle_material.empty()) raw.triangle_material.resize(kept);
 
-  const std::vector<glm::dvec3> normals =
-      mode == Normals::smooth ? smooth_normals(raw) : raw.normals;
+  // Normals of the corners of a triangle, in each mesh
+  std::vector<std::vector<glm::dvec3>> normals;
+  for (auto& one : all) {
+    if (&one != &raw) one.triangles = raw.triangles;
+    normals.push_back(mode == Normals::smooth ? smooth_normals(one) : one.normals);
+  }
+  const auto corner_of = [&](std::size_t which, const glm::uvec3& triangle, int i) {
+    const auto& of_file = normals[which][triangle[i]];
+    const bool own = mode != Normals::flat && of_file != glm::dvec3(0);
+    return std::pair(all[which].positions[triangle[i]],
+                     own ? of_file : face_normal(corners(all[which], triangle)));
+  };
+
   Mesh mesh;
+  std::vector<MeshShape> shapes(all.size() - 1);
   const std::size_t expected =
       mode == Normals::smooth ? raw.positions.size() : 3 * raw.triangles.size();
   const bool has_colours = !raw.colours.empty();
   Welder<8> welder(has_colours ? 0 : expected);
   Welder<12> coloured(has_colours ? expected : 0);
+  // Corners that are equal so far may differ in the next mesh
+  std::vector<std::unique_ptr<Welder<7>>> more;
+  for (std::size_t k = 0; k < shapes.size(); ++k)
+    more.push_back(std::make_unique<Welder<7>>(expected));
   for (const glm::uvec3& triangle : raw.triangles) {
-    const glm::dvec3 of_face = face_normal(corners(raw, triangle));
     glm::uvec3 joined;
     for (int i = 0; i < 3; ++i) {
-      const glm::dvec3 p = raw.positions[triangle[i]];
+      const auto corner = corner_of(0, triangle, i);
+      const auto &p = corner.first, &n = corner.second;
       const glm::dvec2 uv = raw.uvs[triangle[i]];
-      const bool own = mode != Normals::flat && normals[triangle[i]] != glm::dvec3(0);
-      const glm::dvec3 n = own ? normals[triangle[i]] : of_face;
       const glm::vec4 c = has_colours ? raw.colours[triangle[i]] : glm::vec4(1);
       joined[i] = has_colours
                       ? coloured.id({p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y, c.r, c.g, c.b, c.a})
                       : welder.id({p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y});
+      for (std::size_t k = 0; k < shapes.size(); ++k) {
+        const auto other = corner_of(k + 1, triangle, i);
+        const auto &q = other.first, &m = other.second;
+        joined[i] = more[k]->id({static_cast<double>(joined[i]), q.x, q.y, q.z, m.x, m.y, m.z});
+      }
       if (joined[i] < mesh.positions.size()) continue;
       mesh.positions.push_back(p);
       mesh.normals.push_back(n);
       mesh.uvs.push_back(uv);
       if (has_colours) mesh.colours.push_back(c);
+      for (std::size_t k = 0; k < shapes.size(); ++k) {
+        const auto other = corner_of(k + 1, triangle, i);
+        shapes[k].positions.push_back(other.first);
+        shapes[k].normals.push_back(other.second);
+      }
     }
     mesh.triangles.push_back(joined);
   }
@@ -98,7 +137,7 @@ Mesh finish_mesh(Mesh raw, Normals mode) {
   mesh.materials = std::move(raw.materials);
   mesh.pictures = std::move(raw.pictures);
   mesh.notes = std::move(raw.notes);
-  return mesh;
+  return {std::move(mesh), std::move(shapes)};
 }
 
 void read_mesh_file(const std::filesystem::path& file, const std::string& what,
@@ -126,13 +165,102 @@ void read_mesh_file(const std::filesystem::path& file, const std::string& what,
   }
 }
 
-Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where) {
+namespace {
+
+/// The mesh of a file as it is there.
+///
+/// more  of the reader's arguments
+Mesh read_raw(const std::filesystem::path& file, const std::string& where,
+              const std::vector<std::string>& more) {
   Mesh raw;
-  read_mesh_file(file, where + ": mesh", {}, [&](ReaderPipe& pipe) { raw = receive_mesh(pipe); });
-  Mesh mesh = finish_mesh(std::move(raw), normals);
+  read_mesh_file(file, where + ": mesh", more, [&](ReaderPipe& pipe) { raw = receive_mesh(pipe); });
+  return raw;
+}
+
+void require_triangles(const Mesh& mesh, const std::filesystem::path& file,
+                       const std::string& where) {
   if (mesh.triangles.empty())
     throw InputError(where + ": mesh " + in_quotes(file.string()) +
                      ": holds no triangle that has an area");
+}
+
+/// The mesh of an object and those that it can become.
+std::pair<Mesh, std::vector<MeshShape>> load_shapes(const Object& object) {
+  std::map<std::filesystem::path, std::size_t> place;  // of each file in `raw`, once
+  std::vector<Mesh> raw;
+  std::vector<std::size_t> of_key;
+  const auto add = [&](const std::filesystem::path& file) {
+    const auto [known, is_new] = place.try_emplace(file, raw.size());
+    if (!is_new) return known->second;
+    raw.push_back(read_raw(file, object.where, {}));
+    const auto &first = raw.front(), &last = raw.back();
+    if (last.positions.size() == first.positions.size() && last.triangles == first.triangles)
+      return known->second;
+    const auto counts = [](const Mesh& mesh) {
+      return std::to_string(mesh.positions.size()) + " vertices and " +
+             std::to_string(mesh.triangles.size()) + " triangles";
+    };
+    throw InputError(object.where + ": mesh " + in_quotes(file.string()) +
+                     ": its triangles are not those of " + in_quotes(object.mesh.string()) + " (" +
+                     counts(last) + ", and " + counts(first) +
+                     "); all meshes that an object becomes must have the same");
+  };
+  add(object.mesh);
+  for (const auto& file : object.shapes) of_key.push_back(add(file));
+  auto [mesh, distinct] = finish_meshes(std::move(raw), object.normals);
+  require_triangles(mesh, object.mesh, object.where);
+  std::vector<MeshShape> shapes;
+  for (const auto number : of_key)
+    shapes.push_back(number > 0 ? distinct[number - 1] : MeshShape{mesh.positions, mesh.normals});
+  return {std::move(mesh), std::move(shapes)};
+}
+
+}  // namespace
+
+Mesh part_of_nodes(const Mesh& raw, const std::vector<std::int32_t>& nodes) {
+  if (raw.triangle_node.size() != raw.triangles.size())
+    throw std::logic_error("the nodes of the mesh have not been read");
+  const std::set<std::int32_t> wanted(nodes.begin(), nodes.end());
+  Mesh part;
+  part.positions = raw.positions;  // those that no triangle names are dropped when it is finished
+  part.normals = raw.normals;
+  part.uvs = raw.uvs;
+  part.colours = raw.colours;
+  part.notes = raw.notes;
+  std::vector<std::int32_t> material(raw.materials.size(), -1), picture(raw.pictures.size(), -1);
+  const auto keep_picture = [&](MeshMap& map) {
+    if (map.picture < 0) return;
+    const auto number = static_cast<std::size_t>(map.picture);
+    if (picture[number] < 0) {
+      picture[number] = static_cast<std::int32_t>(part.pictures.size());
+      part.pictures.push_back(raw.pictures[number]);
+    }
+    map.picture = picture[number];
+  };
+  const auto kept_material = [&](std::int32_t from) {
+    if (from < 0) return from;
+    auto& kept = material[static_cast<std::size_t>(from)];
+    if (kept >= 0) return kept;
+    kept = static_cast<std::int32_t>(part.materials.size());
+    part.materials.push_back(raw.materials[static_cast<std::size_t>(from)]);
+    auto& look = part.materials.back().look;
+    for (auto* map : {&look.base_map, &look.metallic_map, &look.emission_map, &look.normal_map,
+                      &look.alpha_map})
+      keep_picture(*map);
+    return kept;
+  };
+  for (std::size_t i = 0; i < raw.triangles.size(); ++i) {
+    if (!wanted.contains(raw.triangle_node[i])) continue;
+    part.triangles.push_back(raw.triangles[i]);
+    if (!raw.triangle_material.empty())
+      part.triangle_material.push_back(kept_material(raw.triangle_material[i]));
+  }
+  return part;
+}
+
+Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::string& where) {
+  auto mesh = finish_mesh(read_raw(file, where, {}), normals);
+  require_triangles(mesh, file, where);
   return mesh;
 }
 
@@ -153,10 +281,15 @@ Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mes
     throw InputError(one_line(scene.file.string()) +
                      ": there is no object: add [[object]] with mesh = \"FILE\"");
   Meshes loaded;
-  std::map<std::pair<std::filesystem::path, Normals>, std::size_t> known_files;
+  std::map<std::tuple<std::filesystem::path, Normals, std::vector<std::int32_t>,
+                      std::vector<std::filesystem::path>>,
+           std::size_t>
+      known_files;
+  std::map<std::filesystem::path, Mesh> known_raw;  // of which objects are parts
   std::map<std::pair<const Mesh*, Normals>, std::size_t> known_in_memory;
-  const auto add = [&](Mesh mesh) {
+  const auto add = [&](Mesh mesh, std::vector<MeshShape> shapes = {}) {
     loaded.meshes.push_back(std::move(mesh));
+    loaded.shapes.push_back(std::move(shapes));
     loaded.closed.push_back(is_closed(loaded.meshes.back()));
     loaded.maps.emplace_back();
   };
@@ -171,9 +304,23 @@ Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mes
     }
     if (object.mesh.empty()) throw InputError(object.where + ": mesh is missing");
     std::error_code error;
-    const auto [found, is_new] = known_files.try_emplace(
-        {std::filesystem::weakly_canonical(object.mesh, error), object.normals}, next);
-    if (is_new) add(load_mesh(object.mesh, object.normals, object.where));
+    const auto [found, is_new] =
+        known_files.try_emplace({std::filesystem::weakly_canonical(object.mesh, error),
+                                 object.normals, object.nodes, object.shapes},
+                                next);
+    if (is_new && !object.shapes.empty()) {
+      if (!object.nodes.empty())
+        throw InputError(object.where + ": it moves as its glTF file says, and has no meshes");
+      auto [mesh, shapes] = load_shapes(object);
+      add(std::move(mesh), std::move(shapes));
+    } else if (is_new && object.nodes.empty()) {
+      add(load_mesh(object.mesh, object.normals, object.where));
+    } else if (is_new) {
+      auto& raw = known_raw[object.mesh];
+      if (raw.triangles.empty()) raw = read_raw(object.mesh, object.where, {"nodes"});
+      add(finish_mesh(part_of_nodes(raw, object.nodes), object.normals));
+      require_triangles(loaded.meshes.back(), object.mesh, object.where);
+    }
     loaded.of_object.push_back(found->second);
     const auto& mesh = loaded.meshes[found->second];
     auto& maps = loaded.maps[found->second];

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/scene/mesh_materials.hpp"
@@ -42,9 +44,26 @@ void read_mesh_file(const std::filesystem::path& file, const std::string& what,
 /// file, with a normal of zero where the file has none.
 Mesh finish_mesh(Mesh raw, Normals normals);
 
+/// The triangles of some nodes of a glTF file, with the materials and pictures that they wear.
+///
+/// raw    with Mesh::triangle_node
+/// nodes  their numbers in the file
+Mesh part_of_nodes(const Mesh& raw, const std::vector<std::int32_t>& nodes);
+
 /// Returns true when every edge, after welding equal positions, is shared by exactly two triangles
 /// in opposite directions.
 bool is_closed(const Mesh& mesh);
+
+/// What of a mesh changes where it deforms.
+struct MeshShape {
+  std::vector<glm::dvec3> positions, normals;  // of Mesh::positions
+};
+
+/// finish_mesh, of a mesh and others that it can become: corners are joined where they are equal in
+/// all of them, and triangles dropped that have an area in none.
+///
+/// raw  the mesh, then the others; all with the same triangles
+std::pair<Mesh, std::vector<MeshShape>> finish_meshes(std::vector<Mesh> raw, Normals mode);
 
 /// The meshes of a scene's objects, as read. Objects that name the same file and normals share one.
 struct Meshes {
@@ -54,6 +73,7 @@ struct Meshes {
   // Of each mesh's materials, for the wavelength of the scene that they were read for; empty where
   // a mesh has none, or no object wears them
   std::vector<std::vector<MaterialMaps>> maps{};
+  std::vector<std::vector<MeshShape>> shapes{};  // of each mesh: Object::shapes
 };
 
 /// True when an object wears what its mesh brings: the scene names no material for it.
@@ -64,7 +84,7 @@ inline bool wears_own_materials(const Object& object) { return object.material =
 /// in_memory  by object, meshes that stand for files, null where there is none: raw, as finish_mesh
 ///            takes them
 /// throws     InputError when a mesh or a picture of it is unusable, or when the scene has no
-///            object
+///            object, or meshes of an object differ in their triangles
 Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mesh>> in_memory = {});
 
 }  // namespace raywave

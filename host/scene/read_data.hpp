@@ -98,6 +98,8 @@ struct Mesh {
   std::vector<glm::vec4> colours{};  // linear red, green, blue, and alpha
   // Of `materials`; -1, or empty: the file has none for this triangle
   std::vector<std::int32_t> triangle_material{};
+  // Number of the glTF node that places a triangle, where a reader was asked for it; else empty
+  std::vector<std::int32_t> triangle_node{};
   std::vector<MeshMaterial> materials{};
   std::vector<MeshPicture> pictures{};
   std::vector<std::string> notes{};  // what else of the file is left out: "animations are ignored"
@@ -125,6 +127,46 @@ struct GltfLight {
 struct GltfSet {
   std::vector<GltfCamera> cameras;
   std::vector<GltfLight> lights;
+  std::vector<std::string> notes;  // what of them is left out
+};
+
+/// A node of a glTF file, where the file puts it. Readers send it byte by byte.
+struct GltfNode {
+  std::int32_t number = 0;   // in the file
+  std::int32_t parent = -1;  // of GltfMotion::nodes, before this one; -1: none
+  std::int32_t has_mesh = 0;
+  std::int32_t light = -1;      // of GltfSet::lights
+  std::int32_t camera = -1;     // of GltfSet::cameras
+  std::int32_t has_matrix = 0;  // in place of the three
+  glm::dvec3 translation{0};
+  glm::dvec4 rotation{0, 0, 0, 1};  // a quaternion of unit length: x, y, z, w
+  glm::dvec3 scale{1};
+  glm::dmat4 matrix{1};
+};
+
+/// Keys of one value of a node of a glTF file.
+struct GltfChannel {
+  enum class Path : std::int32_t { translation, rotation, scale };
+  enum class Steps : std::int32_t { step, linear, cubic };
+  std::int32_t node = 0;  // of GltfMotion::nodes
+  Path path = Path::translation;
+  Steps steps = Steps::linear;
+  std::vector<double> times_s;  // ascending
+  // One for each time; of cubic steps three: the slope before it, the value, the slope behind it.
+  // Translations and scales have three numbers, rotations are x, y, z, w
+  std::vector<glm::dvec4> values;
+};
+
+struct GltfAnimation {
+  std::string name;
+  std::vector<GltfChannel> channels;
+};
+
+/// How the nodes of a glTF file move.
+struct GltfMotion {
+  std::vector<GltfNode> nodes;     // those of its scene, parents first
+  std::vector<std::string> names;  // of the nodes
+  std::vector<GltfAnimation> animations;
   std::vector<std::string> notes;  // what of them is left out
 };
 

@@ -539,9 +539,13 @@ Scene parse_laser(const SceneText& text, const std::vector<std::string>& overrid
   Section animation = root.section("animation");
   root.finish();
   scene.notes = document.notes;
-  read_gltf_scene(of_gltf, scene);
-  if (document.root.contains("animation"))
-    scene.animation = read_animation(animation, scene.objects.size(), scene.lights);
+  const auto gltf = read_gltf_scene(of_gltf, scene);
+  if (document.root.contains("animation")) {
+    std::optional<GltfMoves> moves;
+    animation.read("gltf", [&](const Value& v) { moves = read_gltf_moves(v, gltf, scene); });
+    scene.animation =
+        read_animation(animation, scene.objects.size(), scene.lights, std::move(moves));
+  }
 
   const std::string name = one_line(text.file.string());
   if (scene.objects.empty())

@@ -123,6 +123,55 @@ bool is_look(const MeshLook& look, std::size_t pictures) {
          look.two_sided <= 1;
 }
 
+bool is_pose(const glm::dmat4& m) {
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j)
+      if (!is_within(m[i][j], -largest_number, largest_number)) return false;
+  return true;
+}
+
+static_assert(std::is_trivially_copyable_v<GltfNode> &&
+              sizeof(GltfNode) == 6 * sizeof(std::int32_t) + 26 * sizeof(double));
+
+bool is_turn(const glm::dvec4& quaternion) { return std::abs(glm::length(quaternion) - 1) < 1e-9; }
+
+bool is_node(const GltfNode& node) {
+  const auto is_vector = [](const glm::dvec3& v) {
+    return is_within(v.x, -largest_number, largest_number) &&
+           is_within(v.y, -largest_number, largest_number) &&
+           is_within(v.z, -largest_number, largest_number);
+  };
+  return node.number >= 0 && node.parent >= -1 && node.light >= -1 && node.camera >= -1 &&
+         is_vector(node.translation) && is_vector(node.scale) && is_turn(node.rotation) &&
+         is_pose(node.matrix);
+}
+
+/// keys  received before, in all; those of the channel are added
+GltfChannel receive_channel(ReaderPipe& pipe, std::size_t nodes, std::size_t& keys) {
+  using Path = GltfChannel::Path;
+  using Steps = GltfChannel::Steps;
+  std::vector<std::int32_t> head;
+  pipe.read_vector(head, 3);
+  require(head.size() == 3 && head[0] >= 0 && head[0] < static_cast<std::int64_t>(nodes));
+  GltfChannel channel{head[0], static_cast<Path>(head[1]), static_cast<Steps>(head[2]), {}, {}};
+  require(is_one_of(channel.path, Path::scale) && is_one_of(channel.steps, Steps::cubic));
+  pipe.read_vector(channel.times_s, most_keys_of_file - keys);
+  const auto count = channel.times_s.size(),
+             each = std::size_t{channel.steps == Steps::cubic ? 3u : 1u};
+  keys += count;
+  pipe.read_vector(channel.values, each * count);
+  require(count >= 1 && channel.values.size() == each * count && all_finite(channel.values));
+  for (std::size_t i = 0; i < count; ++i)
+    require(is_within(channel.times_s[i], i == 0 ? 0 : channel.times_s[i - 1], largest_number) &&
+            (i == 0 || channel.times_s[i] > channel.times_s[i - 1]));
+  for (const auto& v : channel.values)
+    for (int i = 0; i < 4; ++i) require(is_within(v[i], -largest_number, largest_number));
+  if (channel.path == Path::rotation)
+    for (std::size_t i = each / 2; i < channel.values.size(); i += each)
+      require(is_turn(channel.values[i]));
+  return channel;
+}
+
 void send_material(ReaderPipe& pipe, const MeshMaterial& material) {
   send_text(pipe, material.name);
   pipe.write(std::as_bytes(std::span(&material.look, 1)));
@@ -155,6 +204,7 @@ void send(ReaderPipe& pipe, const Mesh& mesh) {
   send_count(pipe, mesh.materials.size());
   for (const auto& material : mesh.materials) send_material(pipe, material);
   send_texts(pipe, mesh.notes);
+  pipe.write_vector(mesh.triangle_node);
 }
 
 void send(ReaderPipe& pipe, const GltfSet& set) {
@@ -166,6 +216,24 @@ void send(ReaderPipe& pipe, const GltfSet& set) {
   }
   pipe.write_vector(set.lights);
   send_texts(pipe, set.notes);
+}
+
+void send(ReaderPipe& pipe, const GltfMotion& motion) {
+  pipe.write_vector(motion.nodes);
+  for (const auto& name : motion.names) send_text(pipe, name);
+  send_count(pipe, motion.animations.size());
+  for (const auto& animation : motion.animations) {
+    send_text(pipe, animation.name);
+    send_count(pipe, animation.channels.size());
+    for (const auto& channel : animation.channels) {
+      pipe.write_vector(std::vector<std::int32_t>{channel.node,
+                                                  static_cast<std::int32_t>(channel.path),
+                                                  static_cast<std::int32_t>(channel.steps)});
+      pipe.write_vector(channel.times_s);
+      pipe.write_vector(channel.values);
+    }
+  }
+  send_texts(pipe, motion.notes);
 }
 
 void send(ReaderPipe& pipe, const Image& image) {
@@ -213,17 +281,13 @@ Mesh receive_mesh(ReaderPipe& pipe) {
   require(std::all_of(mesh.triangle_material.begin(), mesh.triangle_material.end(),
                       [&](std::int32_t m) { return m >= -1 && m < materials; }));
   mesh.notes = receive_texts(pipe);
+  pipe.read_vector(mesh.triangle_node, mesh.triangles.size());
+  require(mesh.triangle_node.empty() || mesh.triangle_node.size() == mesh.triangles.size());
   return mesh;
 }
 
 GltfSet receive_gltf_set(ReaderPipe& pipe) {
   GltfSet set;
-  const auto is_pose = [](const glm::dmat4& m) {
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j)
-        if (!is_within(m[i][j], -largest_number, largest_number)) return false;
-    return true;
-  };
   for (auto left = receive_count(pipe, most_cameras_of_file); left > 0; --left) {
     GltfCamera camera;
     camera.name = receive_text(pipe);
@@ -240,6 +304,26 @@ GltfSet receive_gltf_set(ReaderPipe& pipe) {
             is_within(light.outer_deg, least_spot_deg, 90));
   set.notes = receive_texts(pipe);
   return set;
+}
+
+GltfMotion receive_gltf_motion(ReaderPipe& pipe) {
+  GltfMotion motion;
+  pipe.read_vector(motion.nodes, most_nodes_of_file);
+  std::int32_t before = 0;
+  for (const auto& node : motion.nodes) {
+    require(is_node(node) && node.parent < before++);
+    motion.names.push_back(receive_text(pipe));
+  }
+  std::size_t keys = 0, moves = 0;
+  for (auto left = receive_count(pipe, most_animations_of_file); left > 0; --left) {
+    auto& animation = motion.animations.emplace_back();
+    animation.name = receive_text(pipe);
+    for (auto more = receive_count(pipe, most_moves_of_file - moves); more > 0; --more, ++moves) {
+      animation.channels.push_back(receive_channel(pipe, motion.nodes.size(), keys));
+    }
+  }
+  motion.notes = receive_texts(pipe);
+  return motion;
 }
 
 Image receive_image(ReaderPipe& pipe) {

@@ -17,18 +17,22 @@ constexpr std::size_t most_picture_bytes = std::size_t{2} << 30;  // of all pict
 constexpr std::size_t most_cameras_of_file = 1024, most_lights_of_file = 4096;
 constexpr std::size_t most_notes_of_file = 64, longest_text = 4096;
 constexpr std::size_t most_channels_of_reply = 8;
+constexpr std::size_t most_nodes_of_file = 1'000'000, most_animations_of_file = 4096;
+constexpr std::size_t most_moves_of_file = 100'000, most_keys_of_file = 20'000'000;
 
 void send(ReaderPipe& pipe, const Mesh& mesh);
 void send(ReaderPipe& pipe, const GltfSet& set);
+void send(ReaderPipe& pipe, const GltfMotion& motion);
 void send(ReaderPipe& pipe, const Image& image);
 void send(ReaderPipe& pipe, const std::vector<Image>& channels);
 
 /// All throw std::runtime_error when the pipe closes early or brings something that no reader may
-/// return: indices of vertices, materials or pictures that are not there, numbers that are not
-/// finite or out of their range, normals neither of unit length nor zero, vectors of unequal
+/// return: indices of vertices, materials, pictures or nodes that are not there, numbers that are
+/// not finite or out of their range, normals neither of unit length nor zero, vectors of unequal
 /// length, sizes beyond the limits above.
 Mesh receive_mesh(ReaderPipe& pipe);
 GltfSet receive_gltf_set(ReaderPipe& pipe);
+GltfMotion receive_gltf_motion(ReaderPipe& pipe);
 Image receive_image(ReaderPipe& pipe);
 std::vector<Image> receive_channels(ReaderPipe& pipe);
 

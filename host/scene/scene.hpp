@@ -219,6 +219,12 @@ struct Object {
   // Surfaces with a smaller z than this, as those of a room that reaches behind the hologram, are
   // cut away; 0: nothing is
   double cut_m = 0;
+  // Numbers of the nodes of a glTF file whose meshes it is made of; empty: of all
+  std::vector<std::int32_t> nodes{};
+  // Meshes with the same triangles that it can become, and where among them it is: 1.25 is a
+  // quarter of the way from [1] to [2]; empty: as its own mesh
+  std::vector<std::filesystem::path> shapes{};
+  std::optional<double> shape{};
 };
 
 /// Of a scene in colour: its lasers, and the one whose hologram this scene makes. Materials and

@@ -295,7 +295,12 @@ DeviceScene::DeviceScene(const cl::Device& device, const World& world, const Pla
 
 void DeviceScene::place(const World& world, const Plan& plan) {
   const auto start = std::chrono::steady_clock::now();
-  instances_.place(world, plan, tree);
+  for (const auto object : instances_.place(world, plan, tree)) {
+    const auto& placed = world.placed[object];
+    const auto of_object = std::span(world.normals).subspan(placed.first_vertex, placed.vertices);
+    normals.write(std::span(reinterpret_cast<const float*>(of_object.data()), 3 * placed.vertices),
+                  3 * placed.first_vertex);
+  }
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   options =
       // The depth is rounded up to a multiple of 16, so that scenes of similar size share kernels.

@@ -6,6 +6,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
+#include <numeric>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -20,24 +22,76 @@ namespace {
 
 constexpr int triangles_of_leaf = 4;
 
-/// Winding of each object: 1 when its triangles are counter-clockwise seen from outside, -1 when
-/// they are clockwise, 0 when the mesh is open.
+/// Six times the volume below a triangle, against a corner of the scene: the distance to the
+/// hologram would cancel digits of the sum.
+double volume_below(const World& world, std::size_t triangle) {
+  const auto corners = world.triangles[triangle];
+  const auto a = world.positions[corners.x] - world.min_m,
+             b = world.positions[corners.y] - world.min_m,
+             c = world.positions[corners.z] - world.min_m;
+  return glm::dot(a, glm::cross(b, c));
+}
+
+/// Winding of an object: 1 when its triangles are counter-clockwise seen from outside, -1 when they
+/// are clockwise, 0 when the mesh is open.
+std::int32_t side_of(const World& world, std::size_t object, double volume) {
+  return !world.object_closed[object] || volume == 0 ? 0 : volume > 0 ? 1 : -1;
+}
+
 std::vector<std::int32_t> sides_of(const World& world) {
   std::vector<double> volume(world.object_closed.size(), 0.0);
-  for (std::size_t i = 0; i < world.triangles.size(); ++i) {
-    const auto corners = world.triangles[i];
-    const auto object = static_cast<std::size_t>(world.triangle_object[i]);
-    // Positions are relative to a corner of the scene: the distance to the hologram would cancel
-    // digits of the sum.
-    const auto a = world.positions[corners.x] - world.min_m,
-               b = world.positions[corners.y] - world.min_m,
-               c = world.positions[corners.z] - world.min_m;
-    volume[object] += glm::dot(a, glm::cross(b, c));
-  }
+  for (std::size_t i = 0; i < world.triangles.size(); ++i)
+    volume[static_cast<std::size_t>(world.triangle_object[i])] += volume_below(world, i);
   std::vector<std::int32_t> sides;
-  for (std::size_t i = 0; i < volume.size(); ++i)
-    sides.push_back(!world.object_closed[i] || volume[i] == 0 ? 0 : volume[i] > 0 ? 1 : -1);
+  for (std::size_t i = 0; i < volume.size(); ++i) sides.push_back(side_of(world, i, volume[i]));
   return sides;
+}
+
+/// Winding of one object whose vertices have changed.
+std::int32_t side_now(const World& world, std::size_t object) {
+  const auto& placed = world.placed[object];
+  double volume = 0;
+  for (auto i = placed.first_triangle; i < placed.first_triangle + placed.triangles; ++i)
+    volume += volume_below(world, i);
+  return side_of(world, object, volume);
+}
+
+/// The corners of an object's vertices in the frame of the instances.
+std::vector<float> in_frame(std::span<const glm::dvec3> positions_m, glm::dvec3 anchor_m) {
+  std::vector<float> floats;
+  floats.reserve(3 * positions_m.size());
+  for (const auto& p : positions_m) {
+    for (int axis = 0; axis < 3; ++axis)
+      floats.push_back(static_cast<float>(p[axis] - anchor_m[axis]));
+  }
+  return floats;
+}
+
+/// The triangles beyond the edges of an instance's, in their order.
+///
+/// object  of an instance of one
+std::vector<std::int32_t> neighbours_in(const World& world, std::optional<std::size_t> object,
+                                        std::vector<glm::uvec3> triangles) {
+  const bool deforms = object && !world.placed.empty() && world.placed[*object].deforming;
+  if (!deforms || !world.placed[*object].seams_hold)
+    return neighbours_of(world.positions, triangles);
+  // As they are at rest: what meets for a picture alone is not joined
+  const auto& placed = world.placed[*object];
+  for (auto& t : triangles) t -= glm::uvec3(static_cast<glm::uint>(placed.first_vertex));
+  return neighbours_of(placed.deforming->rest.positions_m, triangles);
+}
+
+/// A tree's nodes as they stand on the device.
+///
+/// first_node, first_triangle  the place of its own
+std::vector<device::BvhNode> nodes_at(const Bvh& bvh, std::int32_t first_node,
+                                      std::int32_t first_triangle) {
+  auto nodes = bvh.nodes;
+  for (auto& node : nodes) {
+    node.left_child += BVH_COUNT(node.left_count) > 0 ? first_triangle : first_node;
+    node.right_child += BVH_COUNT(node.right_count) > 0 ? first_triangle : first_node;
+  }
+  return nodes;
 }
 
 /// The trees of all instances, concatenated.
@@ -52,11 +106,8 @@ struct Trees {
                first_triangle = static_cast<std::int32_t>(triangles.size());
     roots.push_back(first_node);
     depth = std::max(depth, bvh.depth);
-    for (auto node : bvh.nodes) {
-      node.left_child += BVH_COUNT(node.left_count) > 0 ? first_triangle : first_node;
-      node.right_child += BVH_COUNT(node.right_count) > 0 ? first_triangle : first_node;
-      nodes.push_back(node);
-    }
+    const auto more = nodes_at(bvh, first_node, first_triangle);
+    nodes.insert(nodes.end(), more.begin(), more.end());
   }
 };
 
@@ -150,23 +201,29 @@ device::Instance instance_at_rest(std::int32_t root) {
 Instances::Instances(const cl::Device& device, const World& world, glm::dvec3 anchor_m,
                      DeviceTree& tree)
     : device_(device), anchor_m_(anchor_m), sides_(sides_of(world)), apart_(sides_.size(), false) {
-  std::vector<float> in_frame;
-  in_frame.reserve(3 * world.positions.size());
-  for (const auto& p : world.positions) {
-    for (int axis = 0; axis < 3; ++axis)
-      in_frame.push_back(static_cast<float>(p[axis] - anchor_m[axis]));
-  }
-  tree.positions = {device, std::span<const float>(in_frame), "vertices"};
+  tree.positions = {device, std::span<const float>(in_frame(world.positions, anchor_m)),
+                    "vertices"};
+  for (const auto& placed : world.placed) versions_.push_back(placed.version);
 }
 
-void Instances::place(const World& world, const Plan& plan, DeviceTree& tree) {
+std::vector<std::size_t> Instances::place(const World& world, const Plan& plan, DeviceTree& tree) {
   const auto motion_of = [&](std::size_t object) {
     return world.motion_of(static_cast<std::int32_t>(object));
   };
-  for (std::size_t i = 0; i < apart_.size(); ++i) apart_[i] = apart_[i] || motion_of(i).moved;
-  if (auto sets = sets_of(apart_); sets != objects_) {
+  const auto deforms = [&](std::size_t object) {
+    return !world.placed.empty() && world.placed[object].deforming;
+  };
+  bool any_deforms = false;
+  for (std::size_t i = 0; i < apart_.size(); ++i) {
+    apart_[i] = apart_[i] || motion_of(i).moved || deforms(i);
+    any_deforms = any_deforms || deforms(i);
+  }
+  const auto changed = upload_changed(world, tree);
+  if (auto sets = sets_of(apart_); sets != objects_ || (any_deforms && trees_.empty())) {
     objects_ = std::move(sets);
     build_trees(world, plan, tree);
+  } else if (!changed.empty()) {
+    deform(world, plan, changed, tree);
   }
   std::vector<device::Instance> placed;
   std::vector<Box> boxes;
@@ -181,6 +238,51 @@ void Instances::place(const World& world, const Plan& plan, DeviceTree& tree) {
     tree.nodes.write(top);  // in front of the instances' trees
   }
   cl::put(device_, tree.instances, placed, "instances");
+  return changed;
+}
+
+/// Uploads the vertices that have changed. Returns their objects.
+std::vector<std::size_t> Instances::upload_changed(const World& world, DeviceTree& tree) {
+  std::vector<std::size_t> changed;
+  for (std::size_t i = 0; i < world.placed.size(); ++i) {
+    const auto& placed = world.placed[i];
+    if (placed.version == versions_[i]) continue;
+    versions_[i] = placed.version;
+    changed.push_back(i);
+    tree.positions.write(
+        in_frame(std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
+                 anchor_m_),
+        3 * placed.first_vertex);
+    sides_[i] = side_now(world, i);
+  }
+  return changed;
+}
+
+/// The tree of an instance over the triangles with these numbers.
+InstanceTree Instances::built(const World& world, const Plan& plan, std::size_t instance,
+                              const std::vector<std::uint32_t>& numbers) const {
+  std::vector<glm::uvec3> corners;
+  for (const auto i : numbers) corners.push_back(world.triangles[i]);
+  InstanceTree result;
+  result.bvh = build_bvh(world.positions, corners, anchor_m_, triangles_of_leaf);
+  std::vector<std::int32_t> sides;
+  std::vector<glm::uvec3> in_order;
+  for (const auto place : result.bvh.order) {
+    in_order.push_back(corners[place]);
+    const auto t = glm::ivec3(corners[place]);
+    const auto object = static_cast<std::size_t>(world.triangle_object[numbers[place]]);
+    result.triangles.push_back(
+        {t.x, t.y, t.z, plan.lighting.material_of(object, world.material_of(numbers[place])),
+         sides_[object], static_cast<std::int32_t>(instance)});
+    sides.push_back(sides_[object]);
+  }
+  store_normal_cones(result.bvh, sides);
+  if (wants_neighbours_) {
+    const auto& objects = objects_[instance];
+    result.neighbours = neighbours_in(
+        world, objects.size() == 1 ? std::optional(objects[0]) : std::nullopt, std::move(in_order));
+  }
+  return result;
 }
 
 void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tree) {
@@ -194,37 +296,34 @@ void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tr
     triangles_of_instances[instance_of_object[static_cast<std::size_t>(world.triangle_object[i])]]
         .push_back(static_cast<std::uint32_t>(i));
 
-  const bool wants_neighbours = breaks_pay(plan.lattice, world.triangles.size());
+  wants_neighbours_ = breaks_pay(plan.lattice, world.triangles.size());
+  trees_.clear();
+  for (std::size_t instance = 0; instance < triangles_of_instances.size(); ++instance)
+    trees_.push_back(built(world, plan, instance, triangles_of_instances[instance]));
+  costs_.clear();
+  of_picture_.assign(trees_.size(), std::nullopt);
+  std::vector<const InstanceTree*> shown;
+  for (const auto& one : trees_) {
+    shown.push_back(&one);
+    costs_.push_back(surface_cost(one.bvh));
+  }
+  upload(shown, tree);
+  if (std::none_of(world.placed.begin(), world.placed.end(),
+                   [](const PlacedObject& placed) { return placed.deforming != nullptr; }))
+    trees_.clear();
+}
 
-  // One tree per instance; triangles are stored in the order of the tree's leaves.
+/// One tree per instance; triangles are stored in the order of the tree's leaves.
+void Instances::upload(const std::vector<const InstanceTree*>& shown, DeviceTree& tree) {
   Trees trees;
-  trees.nodes.resize(objects_.size() - 1);  // of the tree over the instances, which place() makes
+  trees.nodes.resize(shown.size() - 1);  // of the tree over the instances, which place() makes
   std::vector<std::int32_t> neighbours;
-  for (std::size_t instance = 0; instance < triangles_of_instances.size(); ++instance) {
-    const auto& numbers = triangles_of_instances[instance];
-    std::vector<glm::uvec3> corners;
-    for (const auto i : numbers) corners.push_back(world.triangles[i]);
-    auto bvh = build_bvh(world.positions, corners, anchor_m_, triangles_of_leaf);
-    std::vector<device::Triangle> triangles;
-    std::vector<std::int32_t> sides;
-    std::vector<glm::uvec3> in_order;
-    for (const auto place : bvh.order) {
-      in_order.push_back(corners[place]);
-      const auto t = glm::ivec3(corners[place]);
-      const auto object = static_cast<std::size_t>(world.triangle_object[numbers[place]]);
-      triangles.push_back({t.x, t.y, t.z,
-                           plan.lighting.material_of(object, world.material_of(numbers[place])),
-                           sides_[object], static_cast<std::int32_t>(instance)});
-      sides.push_back(sides_[object]);
-    }
-    store_normal_cones(bvh, sides);
-    if (wants_neighbours) {
-      const auto first = static_cast<std::int32_t>(trees.triangles.size());
-      for (const auto other : neighbours_of(world.positions, in_order))
-        neighbours.push_back(other < 0 ? other : first + other);
-    }
-    trees.add(bvh);
-    trees.triangles.insert(trees.triangles.end(), triangles.begin(), triangles.end());
+  for (const auto* one : shown) {
+    const auto first = static_cast<std::int32_t>(trees.triangles.size());
+    for (const auto other : one->neighbours)
+      neighbours.push_back(other < 0 ? other : first + other);
+    trees.add(one->bvh);
+    trees.triangles.insert(trees.triangles.end(), one->triangles.begin(), one->triangles.end());
   }
   roots_ = std::move(trees.roots);
   root_nodes_.clear();
@@ -232,9 +331,61 @@ void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tr
     root_nodes_.push_back(trees.nodes[static_cast<std::size_t>(place)]);
   cl::put(device_, tree.nodes, trees.nodes, "trees");
   cl::put(device_, tree.triangles, trees.triangles, "triangles");
-  if (!wants_neighbours) neighbours.push_back(-1);
+  if (neighbours.empty()) neighbours.push_back(-1);
   cl::put(device_, tree.neighbours, neighbours, "neighbours of triangles");
   depth_ = std::max(depth_, trees.depth);
+}
+
+/// Refits the trees of objects whose vertices have changed, or builds them for this picture.
+void Instances::deform(const World& world, const Plan& plan,
+                       const std::vector<std::size_t>& changed, DeviceTree& tree) {
+  bool is_whole = false;  // trees of another size, or triangles that have changed
+  std::vector<std::size_t> refitted;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    const auto object = objects_[i][0];
+    if (objects_[i].size() > 1 ||
+        std::find(changed.begin(), changed.end(), object) == changed.end())
+      continue;
+    const auto& placed = world.placed[object];
+    auto& one = trees_[i];
+    refit_bvh(one.bvh, world.positions,
+              std::span(world.triangles).subspan(placed.first_triangle, placed.triangles),
+              anchor_m_);
+    for (auto& triangle : one.triangles) {
+      is_whole = is_whole || triangle.side != sides_[object];
+      triangle.side = sides_[object];
+    }
+    store_normal_cones(one.bvh, std::vector<std::int32_t>(one.triangles.size(), sides_[object]));
+    is_whole = is_whole || of_picture_[i].has_value();
+    of_picture_[i].reset();
+    if (placed.seams_hold && surface_cost(one.bvh) <= most_refitted_cost * costs_[i]) {
+      refitted.push_back(i);
+      continue;
+    }
+    is_whole = true;
+    std::vector<std::uint32_t> numbers(placed.triangles);
+    std::iota(numbers.begin(), numbers.end(), static_cast<std::uint32_t>(placed.first_triangle));
+    of_picture_[i] = built(world, plan, i, numbers);
+  }
+  if (is_whole) {
+    std::vector<const InstanceTree*> shown;
+    for (std::size_t i = 0; i < trees_.size(); ++i)
+      shown.push_back(of_picture_[i] ? &*of_picture_[i] : &trees_[i]);
+    upload(shown, tree);
+    return;
+  }
+  std::int32_t first_triangle = 0;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < trees_.size() && next < refitted.size(); ++i) {
+    if (i == refitted[next]) {
+      const auto nodes = nodes_at(trees_[i].bvh, roots_[i], first_triangle);
+      tree.nodes.write(nodes, static_cast<std::size_t>(roots_[i]));
+      root_nodes_[i] = nodes[0];
+      ++next;
+    }
+    const auto& of_it = of_picture_[i] ? *of_picture_[i] : trees_[i];
+    first_triangle += static_cast<std::int32_t>(of_it.triangles.size());
+  }
 }
 
 }  // namespace raywave

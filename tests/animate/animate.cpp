@@ -8,12 +8,17 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <random>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
 
+#include "host/animate/plain_png.hpp"
 #include "host/animate/video_program.hpp"
 #include "host/animate/write_queue.hpp"
+#include "host/common/digest.hpp"
+#include "host/scene/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/gltf.hpp"
@@ -41,6 +46,18 @@ constexpr const char* moving_lines =
     "0]]\n"
     "[[animation.track]]\nof = \"light.0.intensity\"\nat = [0, 7]\nvalues = [1, 0.2]\n";
 
+/// The bar becomes a lozenge and a bar again.
+constexpr const char* deforming_lines =
+    "[[animation.track]]\nof = \"object.1.mesh\"\nat = [1, 3, 6]\n"
+    "values = [\"square.obj\", \"lozenge.obj\", \"square.obj\"]\n";
+
+/// square_obj with corners that lie elsewhere.
+std::string lozenge_obj() {
+  ObjText obj;
+  obj.quad({-0.8, 0, 0}, {0, 0.3, 0.1}, {0.8, 0, 0}, {0, -0.3, -0.1});
+  return obj.text();
+}
+
 /// All files of a folder.
 std::map<std::string, std::string> files_of(const fs::path& folder) {
   std::map<std::string, std::string> files;
@@ -56,7 +73,8 @@ AnimateResult run(const Animator& animator, const fs::path& folder, FrameStorage
 
 TEST_CASE("a run that goes on behind any picture makes the files of one that was never stopped") {
   Desk desk;
-  desk.scene(moving_lines);
+  desk.folder().write("lozenge.obj", lozenge_obj());
+  desk.scene(std::string(moving_lines) + deforming_lines);
   const auto scene = load_scene(desk.file("scene.toml"));
   for (const auto& device : all_devices()) {
     const Animator animator(device, scene, cl::FftBackend::host);
@@ -289,6 +307,53 @@ TEST_CASE("a run is another one once a file that its scene reads has changed, an
   auto again = line;
   again.emplace_back("--quiet");
   check_refused(desk.run(again), 2, "holds holograms of another scene, device or version");
+}
+
+TEST_CASE("PNGs that are not compressed hold their levels, wherever blocks end in their rows") {
+  const Folder folder;
+  std::vector<std::uint8_t> png;
+  // A block has 65535 bytes, a row one byte more than pixels
+  for (const glm::ivec2 size : {glm::ivec2(1, 1), glm::ivec2(254, 257), glm::ivec2(3, 16384),
+                                glm::ivec2(16383, 5), glm::ivec2(16384, 4), glm::ivec2(1920, 99)}) {
+    CAPTURE(size.x, size.y);
+    std::vector<std::uint8_t> levels(std::size_t{1} * size.x * size.y);
+    std::mt19937 noise(1);
+    for (auto& level : levels) level = static_cast<std::uint8_t>(noise());
+    plain_png(size, levels, png);
+    folder.write("seen.png", {reinterpret_cast<const char*>(png.data()), png.size()});
+    const auto read = load_levels(folder / "seen.png", "seen.png");
+    REQUIRE(glm::ivec2(read.width, read.height) == size);
+    std::size_t others = 0;
+    for (std::size_t i = 0; i < levels.size(); ++i)
+      others += std::lround(255 * read.pixels[i]) != levels[i];
+    CHECK(others == 0);
+  }
+}
+
+TEST_CASE(
+    "a digest is that of the bytes, whichever parts they come in, and tells changes of a bit") {
+  std::string bytes;
+  for (int i = 0; i < 40; ++i) bytes += static_cast<char>(37 * i);
+  const auto digest_in_parts = [&](std::size_t part) {
+    Digest digest;
+    for (std::size_t i = 0; i < bytes.size(); i += part)
+      digest.add(std::string_view(bytes).substr(i, part));
+    return digest.text();
+  };
+  std::set<std::string> digests{hash_name(bytes)};
+  for (const std::size_t part : {1, 3, 7, 8, 9, 16}) CHECK(digests.contains(digest_in_parts(part)));
+  for (char& byte : bytes) {
+    for (int bit = 0; bit < 8; ++bit) {
+      byte = static_cast<char>(byte ^ (1 << bit));
+      digests.insert(hash_name(bytes));
+      byte = static_cast<char>(byte ^ (1 << bit));
+    }
+  }
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    digests.insert(hash_name(bytes.substr(0, size)));
+  for (std::size_t zeros = 1; zeros < 20; ++zeros)
+    digests.insert(hash_name(bytes + std::string(zeros, 0)));
+  CHECK(digests.size() == 1 + 8 * 40 + 40 + 19);
 }
 
 TEST_CASE("a run that is refused leaves a finished stream under its name") {

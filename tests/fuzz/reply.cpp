@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replies of reader processes, as this process checks them: by the first byte modulo 3 a mesh with
-// its materials, the channels of a picture, or cameras and lights; the other bytes are the reply.
+// Replies of reader processes, as this process checks them: by the first byte modulo 4 a mesh with
+// its materials, the channels of a picture, cameras and lights, or nodes and how they move; the
+// other bytes are the reply.
 // Targets mesh and texture start the readers themselves.
 #include <fcntl.h>
 
+#include "host/scene/gltf_motion.hpp"
 #include "host/scene/mesh_materials.hpp"
 #include "host/scene/reader_reply.hpp"
 #include "tests/fuzz/fuzz.hpp"
@@ -17,9 +19,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::require(descriptor >= 0);
   ReaderPipe pipe(descriptor);
   try {
-    if (data[0] % 3 == 0) {
+    if (data[0] % 4 == 0) {
       const Mesh mesh =
-          finish_mesh(receive_mesh(pipe), data[0] % 2 == 0 ? Normals::file : Normals::smooth);
+          finish_mesh(receive_mesh(pipe), data[0] % 8 == 0 ? Normals::file : Normals::smooth);
       fuzz::require_sound(mesh);
       for (const auto& from : mesh.materials) {
         const auto material = phong_of(from, {}, true, 1, "here");
@@ -27,10 +29,17 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
           fuzz::require(material.diffuse[c] >= 0 && material.specular[c] >= 0);
         fuzz::require(!description_of(from, material, {}, 0).empty());
       }
-    } else if (data[0] % 3 == 1) {
+    } else if (data[0] % 4 == 1) {
       for (const Image& image : receive_channels(pipe))
         fuzz::require(image.width >= 1 && image.height >= 1 &&
                       image.pixels.size() == std::size_t{1} * image.width * image.height);
+    } else if (data[0] % 4 == 3) {
+      const auto motion = receive_gltf_motion(pipe);
+      for (const auto& animation : motion.animations) {
+        for (const double time_s : {0.0, 0.5, 1e9})
+          fuzz::require(poses_at(motion.nodes, animation.channels, time_s).size() ==
+                        motion.nodes.size());
+      }
     } else {
       const auto set = receive_gltf_set(pipe);
       for (const auto& light : set.lights) fuzz::require(light.intensity >= 0);

@@ -62,12 +62,15 @@ text = lambda word: vector("b", list(word.encode()))
 count = lambda n: struct.pack("<Q", n)
 look = packed("d", [0.5] * 15 + [0.5, 0.5, 0, 1.5, 1]) + packed("i", [1, 2, 1, 0]) + map_of(0) + 4 * map_of(-1)
 finish = count(1) + text("a.png") + vector("b", list(b"bytes")) + count(1) + text("gold") + look + count(1) + text("a note") + count(0)
-for mode in (0, 3):
+for mode in (0, 4):
     geometry = vector("d", corners) + vector("d", [[0, 0, 1]] * 4) + vector("d", uvs) + vector("I", faces)
-    write("reply", f"mesh{mode}", bytes([mode]) + geometry + vector("f", [[1, 0.5, 0.25, 1]] * 4) + vector("i", [0, -1, 0, 0]) + finish)
-    write("reply", f"plain{mode}", bytes([mode]) + geometry + 2 * count(0) + 3 * count(0))
+    write("reply", f"mesh{mode}", bytes([mode]) + geometry + vector("f", [[1, 0.5, 0.25, 1]] * 4) + vector("i", [0, -1, 0, 0]) + finish + vector("i", [2, 2, 3, 3]))
+    write("reply", f"plain{mode}", bytes([mode]) + geometry + 2 * count(0) + 4 * count(0))
 pose = packed("d", [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])
 write("reply", "set", b"\2" + count(1) + text("camera") + pose + packed("d", [0.1]) + count(1) + packed("i", [2, 0]) + pose + packed("d", [1, 1, 1, 5, 0, 40]) + count(0))
+node = lambda number, parent: packed("i", [number, parent, 1, -1, -1, 0]) + packed("d", [1, 2, 3, 0, 0, 0, 1, 1, 1, 1]) + pose
+channel = lambda path, steps, values: vector("i", [1, path, steps]) + vector("d", [0, 1]) + vector("d", values)
+write("reply", "motion", b"\3" + count(2) + node(0, -1) + node(1, 0) + text("arm") + text("hand") + count(1) + text("walk") + count(2) + channel(1, 1, [[0, 0, 0, 1]] * 2) + channel(0, 2, [[0, 0, 0, 0]] * 6) + count(1) + text("a note"))
 
 # Pictures.
 for file in data.glob("*.png"):

@@ -95,6 +95,13 @@ public:
   }
 
   Gltf& add(const Part& part, const Json& node = Json::object()) {
+    Json placed = node;
+    placed["mesh"] = mesh(part);
+    return add_node(placed);
+  }
+
+  /// Index of a mesh, which nodes name.
+  int mesh(const Part& part) {
     Json primitive;
     auto& attributes = primitive["attributes"];
     attributes["POSITION"] = floats(part.positions, "VEC3");
@@ -105,9 +112,25 @@ public:
     primitive["indices"] = accessor(add_view(bytes), 5125, part.indices.size(), "SCALAR");
     if (part.material >= 0) primitive["material"] = part.material;
     root["meshes"].push_back({{"primitives", {primitive}}});
-    Json placed = node;
-    placed["mesh"] = root["meshes"].size() - 1;
-    return add_node(placed);
+    return static_cast<int>(root["meshes"].size()) - 1;
+  }
+
+  /// Adds keys of a node to an animation, which is made where it is not there.
+  ///
+  /// path    "translation", "rotation", "scale"; steps "STEP", "LINEAR", "CUBICSPLINE"
+  template <class Vector>
+  Gltf& animate(std::size_t animation, std::size_t node, const char* path, const char* steps,
+                const std::vector<float>& times_s, const std::vector<Vector>& values) {
+    while (root["animations"].size() <= animation)
+      root["animations"].push_back({{"samplers", Json::array()}, {"channels", Json::array()}});
+    auto& to = root["animations"][animation];
+    const std::string bytes(reinterpret_cast<const char*>(times_s.data()), 4 * times_s.size());
+    const int input = accessor(add_view(bytes), 5126, times_s.size(), "SCALAR"),
+              output = floats(values, Vector::length() == 4 ? "VEC4" : "VEC3");
+    to["samplers"].push_back({{"input", input}, {"output", output}, {"interpolation", steps}});
+    to["channels"].push_back(
+        {{"sampler", to["samplers"].size() - 1}, {"target", {{"node", node}, {"path", path}}}});
+    return *this;
   }
 
   Gltf& add_node(const Json& node) {

@@ -6,16 +6,15 @@
 #include <cmath>
 #include <cstdint>
 #include <fstream>
-#include <glm/gtc/matrix_transform.hpp>
-#include <glm/gtc/quaternion.hpp>
+#include <glm/common.hpp>
 #include <glm/trigonometric.hpp>
 #include <iterator>
 #include <optional>
 #include <set>
-#include <utility>
 #include <vector>
 
 #include "host/common/error.hpp"
+#include "host/scene/gltf_motion.hpp"
 #include "host/scene/light.hpp"
 #include "host/scene/reader/readers.hpp"
 #include "host/scene/reader_reply.hpp"
@@ -52,27 +51,8 @@ std::optional<Vector> numbers(const json& array) {
   return v;
 }
 
-glm::dmat4 pose_of(const json& node) {
-  const auto& matrix = member(node, "matrix");
-  if (matrix.is_array() && matrix.size() == 16) {
-    glm::dmat4 m(1);
-    for (int i = 0; i < 16; ++i)
-      m[i / 4][i % 4] = std::clamp(number_or(matrix[static_cast<std::size_t>(i)], 0), -1e15, 1e15);
-    return m;
-  }
-  const auto at = numbers<glm::dvec3>(member(node, "translation")).value_or(glm::dvec3(0)),
-             scale = numbers<glm::dvec3>(member(node, "scale")).value_or(glm::dvec3(1));
-  const auto q = numbers<glm::dvec4>(member(node, "rotation")).value_or(glm::dvec4(0, 0, 0, 1));
-  const double length = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-  const glm::dquat turn = length > 0
-                              ? glm::dquat(q.w / length, q.x / length, q.y / length, q.z / length)
-                              : glm::dquat(1, 0, 0, 0);
-  return glm::translate(glm::dmat4(1), at) * glm::mat4_cast(turn) *
-         glm::scale(glm::dmat4(1), scale);
-}
-
 void add_camera(const json& root, const json& node, const glm::dmat4& pose, GltfSet& set) {
-  const auto& camera = element(member(root, "cameras"), member(node, "camera"));
+  const auto& camera = camera_of(root, node);
   if (!camera.is_object() || set.cameras.size() >= most_cameras_of_file) return;
   auto name = text_or(member(node, "name"), text_or(member(camera, "name"), ""));
   name.resize(std::min(name.size(), longest_text));
@@ -82,9 +62,7 @@ void add_camera(const json& root, const json& node, const glm::dmat4& pose, Gltf
 }
 
 void add_light(const json& root, const json& node, const glm::dmat4& pose, GltfSet& set) {
-  constexpr const char* extension = "KHR_lights_punctual";
-  const auto& light = element(member(member(member(root, "extensions"), extension), "lights"),
-                              member(member(member(node, "extensions"), extension), "light"));
+  const auto& light = light_of(root, node);
   if (!light.is_object()) return;
   if (set.lights.size() >= most_lights_of_file)
     throw InputError("more than " + std::to_string(most_lights_of_file) + " lights");
@@ -156,37 +134,78 @@ std::string text_or(const json& value, const std::string& otherwise) {
   return value.is_string() ? value.get<std::string>() : otherwise;
 }
 
-GltfSet read_gltf_set(const std::filesystem::path& file) {
-  const json root = gltf_json(file);
-  if (!is_gltf2(root)) throw InputError("it is no glTF of version 2");
-  const auto& nodes = member(root, "nodes");
-  const auto& chosen = member(root, "scene");
-  const auto& scene = element(member(root, "scenes"), chosen.is_null() ? json(0u) : chosen);
+GltfNode gltf_place_of(const json& node) {
+  GltfNode place;
+  const auto& matrix = member(node, "matrix");
+  if (matrix.is_array() && matrix.size() == 16) {
+    place.has_matrix = 1;
+    for (int i = 0; i < 16; ++i)
+      place.matrix[i / 4][i % 4] =
+          std::clamp(number_or(matrix[static_cast<std::size_t>(i)], 0), -1e15, 1e15);
+    return place;
+  }
+  place.translation = numbers<glm::dvec3>(member(node, "translation")).value_or(glm::dvec3(0));
+  place.scale = numbers<glm::dvec3>(member(node, "scale")).value_or(glm::dvec3(1));
+  const auto q = numbers<glm::dvec4>(member(node, "rotation")).value_or(glm::dvec4(0, 0, 0, 1));
+  const double length = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+  if (length > 0) place.rotation = {q.x / length, q.y / length, q.z / length, q.w / length};
+  return place;
+}
 
-  // Every node once: in sound files they make a tree
-  GltfSet set;
+const json& top_nodes_of(const json& root) {
+  const auto& chosen = member(root, "scene");
+  return member(element(member(root, "scenes"), chosen.is_null() ? json(0u) : chosen), "nodes");
+}
+
+const json& camera_of(const json& root, const json& node) {
+  return element(member(root, "cameras"), member(node, "camera"));
+}
+
+const json& light_of(const json& root, const json& node) {
+  constexpr const char* extension = "KHR_lights_punctual";
+  return element(member(member(member(root, "extensions"), extension), "lights"),
+                 member(member(member(node, "extensions"), extension), "light"));
+}
+
+void for_each_node(
+    const json& root,
+    const std::function<void(const json&, std::int32_t, std::int32_t, const glm::dmat4&)>& visit) {
+  struct Pending {
+    json index;
+    std::int32_t parent;
+    glm::dmat4 world_from_parent;
+  };
   std::set<std::uint64_t> seen;
-  std::vector<std::pair<json, glm::dmat4>> pending;
+  std::vector<Pending> pending;
   // The last one is visited first
-  const auto add_all = [&](const json& indices, const glm::dmat4& pose) {
+  const auto add_all = [&](const json& indices, std::int32_t parent, const glm::dmat4& pose) {
     if (!indices.is_array()) return;
     for (auto index = indices.rbegin(); index != indices.rend(); ++index)
-      pending.emplace_back(*index, pose);
+      pending.push_back({*index, parent, pose});
   };
-  add_all(member(scene, "nodes"), glm::dmat4(1));
-  while (!pending.empty()) {
-    const auto [index, parent] = pending.back();
+  add_all(top_nodes_of(root), -1, glm::dmat4(1));
+  for (std::int32_t visited = 0; !pending.empty();) {
+    const auto next = pending.back();
     pending.pop_back();
-    const auto& node = element(nodes, index);
-    if (!node.is_object() || !seen.insert(index.get<std::uint64_t>()).second) continue;
-    const auto pose = parent * pose_of(node);
+    const auto& node = element(member(root, "nodes"), next.index);
+    if (!node.is_object() || !seen.insert(next.index.get<std::uint64_t>()).second) continue;
+    const auto pose = next.world_from_parent * matrix_of(gltf_place_of(node));
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j)
         if (!(std::abs(pose[i][j]) <= 1e30)) throw InputError("a node is nowhere");
+    visit(node, next.index.get<std::int32_t>(), next.parent, pose);
+    add_all(member(node, "children"), visited++, pose);
+  }
+}
+
+GltfSet read_gltf_set(const std::filesystem::path& file) {
+  const json root = gltf_json(file);
+  if (!is_gltf2(root)) throw InputError("it is no glTF of version 2");
+  GltfSet set;
+  for_each_node(root, [&](const json& node, std::int32_t, std::int32_t, const glm::dmat4& pose) {
     add_camera(root, node, pose, set);
     add_light(root, node, pose, set);
-    add_all(member(node, "children"), pose);
-  }
+  });
   return set;
 }
 

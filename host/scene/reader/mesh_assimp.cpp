@@ -15,13 +15,16 @@
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
+#include <map>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "host/common/error.hpp"
+#include "host/scene/gltf_motion.hpp"
 #include "host/scene/mesh.hpp"
+#include "host/scene/reader/gltf_json.hpp"
 #include "host/scene/reader/materials_assimp.hpp"
 #include "host/scene/reader/readers.hpp"
 #include "host/scene/reader_reply.hpp"
@@ -99,12 +102,46 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, MaterialReade
   }
 }
 
+/// The numbers that a glTF file gives Assimp's nodes: both trees are walked side by side.
+std::map<const aiNode*, std::int32_t> numbers_of_nodes(const aiScene& scene,
+                                                       const std::filesystem::path& file) {
+  using nlohmann::json;
+  const json root = gltf_json(file);
+  std::map<const aiNode*, std::int32_t> numbers;
+  std::vector<std::pair<const aiNode*, json>> pending;
+  const auto refuse = [] { throw InputError("its nodes are not those that Assimp has found"); };
+  const auto add_all = [&](const aiNode* const* nodes, unsigned count, const json& indices) {
+    if ((indices.is_array() ? indices.size() : 0) != count) refuse();
+    for (unsigned i = 0; i < count; ++i) pending.emplace_back(nodes[i], indices[i]);
+  };
+  const auto& top = top_nodes_of(root);
+  if (top.is_array() && top.size() == 1)
+    add_all(&scene.mRootNode, 1, top);
+  else
+    add_all(scene.mRootNode->mChildren, scene.mRootNode->mNumChildren, top);
+  while (!pending.empty()) {
+    const auto [found, index] = pending.back();
+    pending.pop_back();
+    const auto& node = element(member(root, "nodes"), index);
+    const auto at = glm::dvec3(matrix_of(gltf_place_of(node))[3]),
+               found_at = glm::dvec3(to_glm(found->mTransformation)[3]);
+    if (!node.is_object() || glm::length(at - found_at) > 1e-4 * (1 + glm::length(at)) ||
+        (found->mNumMeshes > 0 && member(node, "mesh").is_null()))
+      refuse();
+    numbers.emplace(found, index.get<std::int32_t>());
+    add_all(found->mChildren, found->mNumChildren, member(node, "children"));
+  }
+  return numbers;
+}
+
 /// Merges all parts as the file places them. Without recursion, for a file may nest its nodes to
 /// any depth.
-Mesh flatten(const aiScene& scene, const std::filesystem::path& file) {
+Mesh flatten(const aiScene& scene, const std::filesystem::path& file, bool wants_nodes) {
   Mesh raw;
+  const auto numbers =
+      wants_nodes ? numbers_of_nodes(scene, file) : std::map<const aiNode*, std::int32_t>{};
   MaterialReader materials(scene, file, raw);
-  if (scene.mNumAnimations > 0) raw.notes.emplace_back("animations are ignored");
+  if (scene.mNumAnimations > 0 && !wants_nodes) raw.notes.emplace_back("animations are ignored");
   std::vector<std::pair<const aiNode*, glm::dmat4>> pending{{scene.mRootNode, glm::dmat4(1)}};
   for (std::size_t visited = 0; !pending.empty(); ++visited) {
     const auto [node, world_from_parent] = pending.back();
@@ -117,6 +154,8 @@ Mesh flatten(const aiScene& scene, const std::filesystem::path& file) {
         throw InputError("more than " + std::to_string(most_triangles_of_file) + " triangles");
       append(part, world_from_node, materials, raw);
     }
+    if (wants_nodes && node->mNumMeshes > 0)
+      raw.triangle_node.resize(raw.triangles.size(), numbers.at(node));
     for (unsigned i = 0; i < node->mNumChildren; ++i)
       pending.emplace_back(node->mChildren[i], world_from_node);
   }
@@ -206,14 +245,14 @@ void prepare(Assimp::Importer& importer) {
 
 }  // namespace
 
-Mesh read_mesh(const std::filesystem::path& file) {
+Mesh read_mesh(const std::filesystem::path& file, bool wants_nodes) {
   // Not aiProcess_JoinIdenticalVertices: it merges what lies within 1e-5 units, which eats a mesh
   // of micrometres.
   constexpr unsigned steps = aiProcess_ValidateDataStructure | aiProcess_Triangulate;
   Assimp::Importer importer;
   prepare(importer);
   if (const auto* scene = importer.ReadFile(file.string(), steps); scene && scene->mRootNode)
-    return flatten(*scene, file);
+    return flatten(*scene, file, wants_nodes);
 
   // Once more without what is no surface, such as empty solids or a camera without a place; by an
   // importer of its own, since some readers keep what the first has left
@@ -226,7 +265,7 @@ Mesh read_mesh(const std::filesystem::path& file) {
   if (again.GetScene()->mNumMeshes == 0) throw InputError("holds no triangle");
   const auto* scene = again.ApplyPostProcessing(steps);
   if (!scene || !scene->mRootNode) throw InputError(again.GetErrorString());
-  return flatten(*scene, file);
+  return flatten(*scene, file, wants_nodes);
 }
 
 }  // namespace raywave

@@ -15,10 +15,15 @@ namespace raywave {
 
 /// All parts of a mesh file (Assimp), triangles without area and missing normals as they are:
 /// finish_mesh takes them.
-Mesh read_mesh(const std::filesystem::path& file);
+///
+/// wants_nodes  of a glTF file: sets Mesh::triangle_node
+Mesh read_mesh(const std::filesystem::path& file, bool wants_nodes = false);
 
 /// Cameras and lights of a glTF 2.0 file, where its nodes put them.
 GltfSet read_gltf_set(const std::filesystem::path& file);
+
+/// Nodes and animations of a glTF 2.0 file.
+GltfMotion read_gltf_motion(const std::filesystem::path& file);
 
 /// Linear light of an sRGB value, 0 to 1.
 inline float linear_from_srgb(float s) {

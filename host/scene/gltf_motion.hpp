@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Where the nodes of a glTF file are at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/scene/read_data.hpp"
+
+namespace raywave {
+
+/// p becomes turn (scale p) + shift.
+struct Similarity {
+  glm::dmat3 turn{1};
+  double scale = 1;
+  glm::dvec3 shift{0};
+
+  glm::dvec3 operator()(const glm::dvec3& p) const { return turn * (scale * p) + shift; }
+};
+
+/// What of a scene moves as the nodes of its glTF file do.
+struct GltfMoves {
+  struct Moved {
+    std::size_t index = 0;  // of the scene's objects or lights
+    std::int32_t node = 0;  // of `nodes`
+    std::string name;       // of the node, for messages
+  };
+  std::vector<GltfNode> nodes;        // parents first
+  std::vector<GltfChannel> channels;  // of the animations that are shown
+  Similarity world_from_file;         // metres
+  std::vector<Moved> objects;         // meshes are given with all nodes at rest
+  std::vector<Moved> lights;
+};
+
+/// Parent from node.
+inline glm::dmat4 matrix_of(const GltfNode& node) {
+  if (node.has_matrix != 0) return node.matrix;
+  const auto& q = node.rotation;
+  return glm::translate(glm::dmat4(1), node.translation) *
+         glm::mat4_cast(glm::dquat(q.w, q.x, q.y, q.z)) * glm::scale(glm::dmat4(1), node.scale);
+}
+
+/// Value of a channel at a time: before its first key that of the first, after its last one that of
+/// the last. Linear steps of rotations go the shorter way round at an even speed; cubic steps are
+/// Hermite's curves, for rotations of all four numbers, whose length is made 1.
+glm::dvec4 value_at(const GltfChannel& channel, double time_s);
+
+/// World from node of all nodes, in the file's units.
+std::vector<glm::dmat4> poses_at(const std::vector<GltfNode>& nodes,
+                                 const std::vector<GltfChannel>& channels, double time_s);
+
+/// The similarity from one pose to another one. A scale below `smallest_scale` counts as that,
+/// without a turn.
+///
+/// returns  nothing where the scales of the three axes change unevenly, by more than 1e-6, where
+///          one pose is the other's mirror image, or where `from` has no extent
+std::optional<Similarity> similarity_between(const glm::dmat4& from, const glm::dmat4& to);
+inline constexpr double smallest_scale = 1e-6;
+
+/// Angles about the x, then the y, then the z axis that make a rotation, to a rounding.
+glm::dvec3 fixed_axis_angles_deg(const glm::dmat3& turn);
+
+}  // namespace raywave
