@@ -54,7 +54,8 @@ Animator::Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftB
     : device_(device),
       fft_(fft),
       schedule_(scenes.at(0).animation.value(), scenes[0].sampling.frames) {
-  for (auto& one : scenes) lasers_.push_back({with_shapes(with_frames(std::move(one), schedule_)), {}, {}});
+  for (auto& one : scenes)
+    lasers_.push_back({with_shapes(with_frames(std::move(one), schedule_)), {}, {}});
   world_ = build_world(scene());
   for (auto& laser : lasers_) plan_laser(laser);
 }
