@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
@@ -13,6 +15,8 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/colour_quality.hpp"
+#include "host/evaluate/colour_report.hpp"
 #include "host/scene/image.hpp"
 
 namespace raywave::cli {
@@ -72,14 +76,74 @@ void print_table(const QualityResult& result, const QualitySpec& spec,
       result.seconds.at("reconstruct"), result.seconds.at("lens"));
 }
 
+void print_table(const ColourQualityResult& result, const QualitySpec& spec) {
+  std::printf(
+      "%d x %d pixels, mean of %d frames, blur %.4g px, border %d px, lens of %d x %d points\n",
+      result.picture_size.x, result.picture_size.y, result.render.lasers.at(0).field.frames,
+      result.blur_px, result.border_px, spec.lens_points, spec.lens_points);
+  std::printf("%-10s  %-6s  %8s  %6s  %12s  %9s  %-15s  %s\n", "depth", "view", "PSNR, dB", "SSIM",
+              "Delta E mean", "95 % <", "speckle (lens)", "field: PSNR, dB, Delta E mean");
+  for (const auto& row : result.rows) {
+    const auto& luminance = row.figures.luminance;
+    std::printf("%-10s  %-6s  %8.2f  %6.4f  %12.2f  %9.2f  %.4f (%.4f)  %8.2f  %8.2f\n",
+                length_text(row.z_m).c_str(), row.view.c_str(), luminance.psnr_db, luminance.ssim,
+                row.figures.mean, row.figures.most_of_95, luminance.contrast_b,
+                luminance.contrast_a, row.field_figures.luminance.psnr_db, row.field_figures.mean);
+  }
+  std::printf("levels by %s; PSNR and SSIM of luminances as sRGB, Delta E 2000 of the colours\n",
+              name_of(result.render.lasers[0].plan.slm.encoding).c_str());
+  std::printf("rendered in %.2f s, reconstructed in %.2f s, seen by the lens in %.2f s\n",
+              result.seconds.at("render"), result.seconds.at("reconstruct"),
+              result.seconds.at("lens"));
+}
+
+/// Writes the contact sheet and the figures.
+std::string write_files(const QualityArguments& options, const ColourPicture& sheet,
+                        const std::string& json) {
+  const std::filesystem::path out(options.out);
+  save_png_rgb(out / "quality.png", sheet.width, sheet.height, sheet.rgb);
+  write_text(out / "quality.json", json);
+  return (out / "quality.png").string();
+}
+
+void run_quality_lasers(const QualityArguments& options, const std::vector<Scene>& scenes,
+                        const cl::Device& device, RenderOptions how) {
+  const auto spec = spec_of(options, scenes[0]);
+  ColourQualityResult result;
+  {
+    ProgressBar bar(options.report.quiet);
+    how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+    const auto world = build_world(scenes[0]);
+    if (const auto warning = colour_warning(scenes, world); !warning.empty())
+      options.report.note(warning);
+    result = assess_colours(device, scenes, world, how, spec);
+  }
+  const auto sheet = contact_sheet(result);
+  const auto json = colour_quality_json(scenes, result, device.info(), how, spec);
+  const auto name = write_files(options, sheet, json);
+  if (options.report.prints_text()) {
+    print_table(result, spec);
+    std::printf(
+        "%s  %d x %d, rows as in the table; columns: lens, hologram, difference of luminances; "
+        ".json beside it\n",
+        name.c_str(), sheet.width, sheet.height);
+  }
+  options.report.write(json);
+}
+
 void run_quality(const QualityArguments& options) {
-  const auto scene = options.scene.load(options.report);
+  const auto scenes = options.scene.load_all(options.report);
+  const auto& scene = scenes[0];
   const auto spec = spec_of(options, scene);
   const cl::Device device(options.device.info());
   RenderOptions how;
   how.fft = options.device.backend(device.info());
   how.method = options.method.method();
   how.rays_per_axis = options.method.rays_per_axis;
+  if (scenes.size() > 1) {
+    run_quality_lasers(options, scenes, device, how);
+    return;
+  }
   QualityResult result;
   {
     ProgressBar bar(options.report.quiet);
@@ -87,17 +151,15 @@ void run_quality(const QualityArguments& options) {
     result = assess(device, scene, how, spec);
   }
 
-  const std::filesystem::path out(options.out);
   const auto sheet = contact_sheet(result);
-  save_png_rgb(out / "quality.png", sheet.width, sheet.height, sheet.rgb);
   const auto json = quality_json(scene, result, device.info(), how, spec);
-  write_text(out / "quality.json", json);
+  const auto name = write_files(options, sheet, json);
 
   if (options.report.prints_text()) {
     print_table(result, spec, options);
     std::printf(
         "%s  %d x %d, rows as in the table; columns: lens, hologram, difference; .json beside it\n",
-        (out / "quality.png").c_str(), sheet.width, sheet.height);
+        name.c_str(), sheet.width, sheet.height);
   }
   options.report.write(json);
 }

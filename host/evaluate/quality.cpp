@@ -19,18 +19,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A part of the hologram: view and aperture of ReconstructSpec.
-struct View {
-  const char* name;
-  glm::dvec2 centre, aperture;
-};
-
-const View whole{"whole", {0, 0}, {1, 1}};
-const View parts[] = {{"left", {-0.5, 0}, {0.5, 0.5}},
-                      {"right", {0.5, 0}, {0.5, 0.5}},
-                      {"top", {0, 0.5}, {0.5, 0.5}},
-                      {"bottom", {0, -0.5}, {0.5, 0.5}}};
-
 /// Calls f and adds its wall time to `seconds`.
 template <class F>
 auto timed(double& seconds, F&& f) {
@@ -52,23 +40,6 @@ Image without_border(const Image& image, int border) {
 /// The picture, averaged over squares until it fits into a cell of the contact sheet.
 Image small(const Image& image, int cell_px = sheet_cell_px) {
   return averaged(image, (image.width + cell_px - 1) / cell_px);
-}
-
-ColourPicture empty_sheet(int columns, int rows, glm::ivec2 cell) {
-  ColourPicture sheet{columns * (cell.x + sheet_gap_px) - sheet_gap_px,
-                      rows * (cell.y + sheet_gap_px) - sheet_gap_px,
-                      {}};
-  sheet.rgb.assign(std::size_t{3} * sheet.width * sheet.height, 128);
-  return sheet;
-}
-
-void put_cell(ColourPicture& sheet, int column, int row, glm::ivec2 cell,
-              const std::vector<std::uint8_t>& rgb) {
-  for (int y = 0; y < cell.y; ++y) {
-    const std::size_t left = std::size_t{1} * (row * (cell.y + sheet_gap_px) + y) * sheet.width +
-                             column * (cell.x + sheet_gap_px);
-    std::copy_n(&rgb[std::size_t{3} * y * cell.x], 3 * cell.x, &sheet.rgb[3 * left]);
-  }
 }
 
 Image scaled(Image image, double factor) {
@@ -112,7 +83,7 @@ std::optional<double> haze_of(const Image& lens, const Image& hologram, double s
 
 /// Compares pictures of lens, levels and field. Each is blurred once, for the figures and for the
 /// sheet.
-QualityRow row_of(const View& view, double z_m, const Image& lens, const Image& hologram,
+QualityRow row_of(const QualityView& view, double z_m, const Image& lens, const Image& hologram,
                   const Image& field, double blur_px, int border_px) {
   QualityRow row;
   row.view = view.name;
@@ -168,6 +139,23 @@ double wanted_share(const JudgedHologram& hologram, int frames) {
 }
 
 }  // namespace
+
+ColourPicture empty_sheet(int columns, int rows, glm::ivec2 cell) {
+  ColourPicture sheet{columns * (cell.x + sheet_gap_px) - sheet_gap_px,
+                      rows * (cell.y + sheet_gap_px) - sheet_gap_px,
+                      {}};
+  sheet.rgb.assign(std::size_t{3} * sheet.width * sheet.height, 128);
+  return sheet;
+}
+
+void put_cell(ColourPicture& sheet, int column, int row, glm::ivec2 cell,
+              const std::vector<std::uint8_t>& rgb) {
+  for (int y = 0; y < cell.y; ++y) {
+    const std::size_t left = std::size_t{1} * (row * (cell.y + sheet_gap_px) + y) * sheet.width +
+                             column * (cell.x + sheet_gap_px);
+    std::copy_n(&rgb[std::size_t{3} * y * cell.x], 3 * cell.x, &sheet.rgb[3 * left]);
+  }
+}
 
 QualityResult assess(const cl::Device& device, const Scene& scene, const RenderOptions& how,
                      const QualitySpec& what) {
@@ -233,7 +221,7 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
 
   // A row compares the hologram with the lens for one view and depth.
   std::size_t row = 0;
-  const auto add_row = [&](const View& view, double z_m) {
+  const auto add_row = [&](const QualityView& view, double z_m) {
     const auto progress_of = [&](const char* step) {
       return [&how, name = std::string(step) + ", " + view.name + " at " +
                            length_text(z_m)](double share) {
@@ -280,9 +268,9 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
     }
     ++row;
   };
-  for (const double z_m : depths_m) add_row(whole, z_m);
+  for (const double z_m : depths_m) add_row(whole_view, z_m);
   if (what.views) {
-    for (const auto& view : parts) add_row(view, depths_m.front());
+    for (const auto& view : side_views) add_row(view, depths_m.front());
   }
   return results;
 }

@@ -6,6 +6,7 @@
 /// complex field, which no SLM shows, stands beside them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <map>
@@ -35,6 +36,17 @@ struct QualitySpec {
   // Also compare the first frame's field with that of Method::points
   bool against_points = false;
 };
+
+/// A part of the hologram: view and aperture of ReconstructSpec.
+struct QualityView {
+  const char* name;
+  glm::dvec2 centre, aperture;
+};
+inline const QualityView whole_view{"whole", {0, 0}, {1, 1}};
+inline const std::array<QualityView, 4> side_views{{{"left", {-0.5, 0}, {0.5, 0.5}},
+                                                    {"right", {0.5, 0}, {0.5, 0.5}},
+                                                    {"top", {0, 0.5}, {0.5, 0.5}},
+                                                    {"bottom", {0, -0.5}, {0.5, 0.5}}}};
 
 /// One depth and view. In `figures`, picture A is the lens and picture B the hologram. Pictures are
 /// blurred, without the border, and made smaller for the contact sheet.
@@ -118,6 +130,12 @@ struct ColourPicture {
 constexpr int sheet_cell_px = 640;
 constexpr int sheet_gap_px = 4;  // grey, between cells
 constexpr double sheet_full_difference = 0.25;
+
+/// Grey, with room for cells of one size.
+ColourPicture empty_sheet(int columns, int rows, glm::ivec2 cell);
+/// Puts a picture of the cell's size into a sheet.
+void put_cell(ColourPicture& sheet, int column, int row, glm::ivec2 cell,
+              const std::vector<std::uint8_t>& rgb);
 
 /// Cells by row and column, all of one size, with grey between them; sRGB, with one exposure for
 /// all: 99.5 % of the pixels stay below white. Pictures wider than `cell_px` are averaged over

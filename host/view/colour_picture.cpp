@@ -114,7 +114,7 @@ ColourComparison compare_colours(const RgbPicture& a, const RgbPicture& b,
       brightest = std::max(brightest, double{luminance.pixels[i]});
     }
   }
-  const double scale = product / square;
+  const double scale = result.scale = product / square;
   const auto xyz = xyz_from_srgb();
   const auto white = xyz * glm::dvec3(brightest);
   std::vector<double> differences;

@@ -50,6 +50,7 @@ struct ColourComparison {
   // CIEDE2000 of the pixels, after blur and scale. The brightest luminance of A has L* = 100
   double mean = 0, median = 0, most = 0;
   double most_of_95 = 0;  // 95 % of the pixels are at or below
+  double scale = 0;       // least-squares scale of B's luminances to A's, as intensities
 };
 
 /// Compares two pictures; a common factor of the brightness does not count, one of a colour does.

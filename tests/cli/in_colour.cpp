@@ -168,6 +168,62 @@ TEST_CASE("encode makes the holograms of three lasers of their fields, by one sc
                 "its fields were not kept");
 }
 
+TEST_CASE("quality in colour has the figures of compare, of lens and reconstruction") {
+  Desk desk;
+  in_colour(desk);
+  const auto run = [&](std::vector<std::string> words) {
+    words.emplace_back("--quiet");
+    const auto done = desk.run(words);
+    INFO(done.err);
+    REQUIRE(done.code == 0);
+  };
+  const std::string scene = desk.file("scene.toml"), window = "0.16mmx0.12mm";
+  const auto quality =
+      desk.run({"quality", scene, "--set", three, "-z", "9mm", "--lens-points", "2", "--no-views",
+                "--blur", "3px", "--border", "2", "--window", window, "-o", desk.file("q")});
+  INFO(quality.err);
+  REQUIRE(quality.code == 0);
+  CHECK_THAT(quality.out, ContainsSubstring("Delta E mean"));
+  run({"render", scene, "--set", three, "-o", desk.out("")});
+  run({"reconstruct", desk.out("report.json"), "-z", "9mm", "--window", window, "-o",
+       desk.file("seen")});
+  run({"lens", scene, "--set", three, "-z", "9mm", "--lens-points", "2", "--window", window, "-o",
+       desk.file("seen")});
+  run({"compare", desk.file("seen/lens_9mm.exr"), desk.file("seen/reconstruction_9mm.exr"),
+       "--blur", "3px", "--border", "2", "--domain", "srgb", "--json", desk.file("compared.json")});
+  const auto compared = nlohmann::json::parse(bytes_of(desk.file("compared.json")));
+  run({"compare", desk.file("seen/lens_9mm.exr"), desk.file("seen/reconstruction_9mm.exr"),
+       "--blur", "3px", "--border", "2", "--json", desk.file("intensity.json")});
+  const auto intensities = nlohmann::json::parse(bytes_of(desk.file("intensity.json")));
+  const auto told = nlohmann::json::parse(bytes_of(desk.file("q/quality.json")));
+  REQUIRE(told.at("rows").size() == 1);
+  const auto& row = told["rows"][0];
+  CHECK(row.at("view") == "whole");
+  CHECK(row.at("scale").get<double>() ==
+        Catch::Approx(intensities.at("scale").get<double>()).epsilon(1e-4));
+  for (const auto* figure : {"psnr_db", "ssim"})
+    CHECK(row.at(figure).get<double>() ==
+          Catch::Approx(compared.at(figure).get<double>()).epsilon(1e-4));
+  for (const auto* figure : {"mean", "median", "percentile_95", "largest"})
+    CHECK(row.at("delta_e_2000").at(figure).get<double>() ==
+          Catch::Approx(compared.at("delta_e_2000").at(figure).get<double>()).epsilon(1e-3));
+  CHECK(row.at("delta_e_2000").at("mean").get<double>() > 0.1);
+  CHECK(row.at("field").at("psnr_db").get<double>() > 10);
+  CHECK(row.at("field").at("psnr_db") != row.at("psnr_db"));
+  CHECK(told.at("render").at("colour").at("lasers").size() == 3);
+  // Lens, hologram, difference; the middle of the first two is red
+  const auto sheet = load_rgb(desk.file("q/quality.png"), "");
+  const int cell = (sheet.width() - 8) / 3;
+  for (int column = 0; column < 2; ++column) {
+    const auto at = static_cast<std::size_t>(sheet.height() / 2 * sheet.width() +
+                                             column * (cell + 4) + cell / 2);
+    CHECK(sheet.channels[0].pixels[at] > 1.5f * sheet.channels[1].pixels[at]);
+  }
+  check_refused(desk.run({"quality", scene, "--set", three, "--against-points", "-o",
+                          desk.file("x"), "--quiet"}),
+                2, "--against-points compares the fields of one wavelength");
+}
+
 TEST_CASE("plan says what each laser needs and reaches, and where edges lose blue") {
   Desk desk;
   in_colour(desk);
@@ -185,9 +241,8 @@ TEST_CASE("commands that take one wavelength refuse three lasers, and take colou
   Desk desk;
   in_colour(desk);
   const auto scene = desk.file("scene.toml");
-  for (const char* command : {"quality", "refine"})
-    check_refused(desk.run({command, scene, "--set", three, "-o", desk.file("x")}), 2,
-                  "one wavelength only");
+  check_refused(desk.run({"refine", scene, "--set", three, "-o", desk.file("x")}), 2,
+                "one wavelength only");
   CHECK(desk.run({"quality", scene, "--set", three, "--set", "colour.only=450 nm", "--no-views",
                   "--lens-points", "2", "-z", "9mm", "-o", desk.file("x"), "--quiet"})
             .code == 0);

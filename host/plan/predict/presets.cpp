@@ -157,10 +157,11 @@ void predict_memory(const World& world, const DeviceFigures& device, const Memor
   auto& warnings = planned.warnings;
   const auto needs = memory_needs(world, plan, use, limits.largest_buffer_bytes);
   auto& bytes = planned.prediction.device_bytes;
+  const int colours = plan.colour ? 24 : 0;  // SampleTable::colours: six floats
+  const auto each =
+      sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 + 8 * plan.frames + colours;
   bytes = needs.device_bytes() +
-          static_cast<std::uint64_t>(
-              planned.prediction.work.samples *
-              (sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 + 8 * plan.frames));
+          static_cast<std::uint64_t>(planned.prediction.work.samples * static_cast<double>(each));
 
   // What does not fit into the host is planned in one piece: nothing else would be worth a line
   if (auto shortage = results_shortage(plan, needs, use, limits); !shortage.empty())
