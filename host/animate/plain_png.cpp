@@ -59,7 +59,7 @@ void plain_png(glm::ivec2 size_px, std::span<const std::uint8_t> levels, Bytes& 
     add(png, std::array<std::uint8_t, 5>{8, 0, 0, 0, 0});
   });
 
-  // Rows, each behind the number of its filter (0: none), in stored blocks, of which each is a chunk
+  // Rows, each behind the number of its filter (0: none), in stored blocks. Each block is a chunk
   constexpr std::size_t largest_block = 0xffff;
   std::size_t left = (width + 1) * height, in_row = 0;
   auto sum = adler32_z(0, nullptr, 0);

@@ -8,8 +8,8 @@
 
 namespace raywave {
 
-/// Makes the bytes of an 8-bit grey PNG without compression, values as they are. Holograms look like
-/// noise, of which compression saves nothing.
+/// Makes the bytes of an 8-bit grey PNG without compression, values as they are. Holograms look
+/// like noise, of which compression saves nothing.
 ///
 /// levels  size_px.x * size_px.y, rows from the top
 /// png     gets the bytes; its memory is used again

@@ -66,9 +66,11 @@ void encode_lasers(const EncodeArguments& options, const ReportedLasers& reporte
   auto& colour = report["colour"];
   colour = nlohmann::ordered_json::parse(colour_json({reported.lasers}));
   const auto encoding = lasers[0].panel->slm().encoding;
-  std::vector<double> needs;
-  for (const auto& laser : lasers)
-    needs.push_back(encoding == Encoding::phase ? mean_light_of(laser.field) : 1);
+  std::vector<double> energies, needs;
+  for (const auto& laser : lasers) {
+    energies.push_back(mean_light_of(laser.field));
+    needs.push_back(encoding == Encoding::phase ? energies.back() : 1);
+  }
   const auto powers = laser_powers(reported.lasers, needs);
   for (std::size_t i = 0; i < lasers.size(); ++i) {
     const auto& laser = lasers[i];

@@ -465,6 +465,22 @@ TEST_CASE("videos are made where ffmpeg is, and what it refuses is passed on") {
     const auto raw = bytes_of(desk.out("frames.raw"));
     CHECK((raw == std::string(video.begin(), video.end())));
   }
+
+  // 1300 x 20 pixels: those of the preview are means over four
+  desk.scene(std::string(moving_lines) +
+             "[animation.camera]\nwindow = [\"5.2 mm\", \"0.08 mm\"]\n");
+  auto words = line;
+  words.insert(words.end(), {"--restart", "--no-video"});
+  const auto made = desk.run(words);
+  INFO(made.err);
+  REQUIRE(made.code == 0);
+  VideoProgram decoder(
+      *ffmpeg,
+      {"-loglevel", "error", "-i", "preview.mp4", "-f", "rawvideo", "-pix_fmt", "gray", "pipe:1"},
+      desk.out(""), VideoProgram::Held::output);
+  std::vector<std::uint8_t> preview(7 * 650 * 10);
+  decoder.read(preview);
+  decoder.finish();
 }
 
 const std::string three = "hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]";

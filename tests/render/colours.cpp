@@ -213,8 +213,8 @@ TEST_CASE(
     INFO(c.setting << (c.by_levels ? ", levels" : ", fields"));
     const auto scenes =
         load_colours(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml",
-                     {c.setting, std::string("sampling.frames=") + c.frames,
-                      "trace.shadows=false", "light=[{type = \"ambient\"}]",
+                     {c.setting, std::string("sampling.frames=") + c.frames, "trace.shadows=false",
+                      "light=[{type = \"ambient\"}]",
                       "object=[{mesh = \"colour_chart.ply\", width = \"5 mm\", position = [0, 0, "
                       "\"103 mm\"]}]"});
     const auto world = build_world(scenes[0]);
