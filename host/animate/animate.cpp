@@ -179,6 +179,7 @@ double Animator::power_of(const Laser& laser, const RenderResult& result, int pi
   const auto& colour = laser.scene.colour.value();
   const double white = colour.lasers.white_powers[colour.laser];
   if (!lasers_dim(laser)) return white;
+  if (result.refined) return white / result.refined->brightness;
   const auto& field = result.field;
   const auto shown = field.samples.size() / static_cast<std::size_t>(field.frames) *
                      static_cast<std::size_t>(schedule_.count_of(picture));

@@ -15,6 +15,7 @@
 #include "host/encode/panel.hpp"
 #include "host/encode/shown.hpp"
 #include "host/view/colour_picture.hpp"
+#include "host/view/compare.hpp"
 #include "host/view/reconstruct.hpp"
 
 namespace raywave {
@@ -128,28 +129,6 @@ struct Seen {
 /// Of a preview, which otherwise takes longer to compress than to compute.
 constexpr int longest_side_px = 1280;
 
-/// Means over squares of pixels, with which speckle fades; those at the right and the lower edge
-/// may have fewer.
-Image means_over(const Image& picture, int side) {
-  Image means{(picture.width + side - 1) / side, (picture.height + side - 1) / side, {}};
-  means.pixels.reserve(static_cast<std::size_t>(means.width) *
-                       static_cast<std::size_t>(means.height));
-  for (int top = 0; top < picture.height; top += side) {
-    for (int left = 0; left < picture.width; left += side) {
-      const int bottom = std::min(top + side, picture.height),
-                right = std::min(left + side, picture.width);
-      double sum = 0;
-      for (int y = top; y < bottom; ++y) {
-        const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width);
-        for (int x = left; x < right; ++x)
-          sum += double{picture.pixels[row + static_cast<std::size_t>(x)]};
-      }
-      means.pixels.push_back(static_cast<float>(sum / ((bottom - top) * (right - left))));
-    }
-  }
-  return means;
-}
-
 /// What is seen of pictures.
 class Viewer {
 public:
@@ -192,7 +171,7 @@ public:
       const auto& [panel, spec] = lasers_[laser];
       const auto seen = reconstruct(device_, fft_, shown_field(panel, levels[laser]), spec, what);
       const int longest = std::max(seen.width, seen.height);
-      light.push_back(means_over(seen, (longest + longest_side_px - 1) / longest_side_px));
+      light.push_back(averaged(seen, (longest + longest_side_px - 1) / longest_side_px));
     }
     if (!colours_) return {std::move(light[0]), {}};
     for (std::size_t laser = 0; laser < lasers_.size(); ++laser) {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <functional>
 #include <glm/common.hpp>
 #include <nlohmann/json.hpp>
@@ -13,6 +12,7 @@
 #include "host/common/text.hpp"
 #include "host/encode/shown.hpp"
 #include "host/evaluate/colour_report.hpp"
+#include "host/evaluate/stopwatch.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/trace/device_scene.hpp"
 #include "host/view/lens.hpp"
@@ -22,15 +22,6 @@ namespace raywave {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// Calls f and adds its wall time to `seconds`.
-template <class F>
-auto timed(double& seconds, F&& f) {
-  const auto start = std::chrono::steady_clock::now();
-  auto result = f();
-  seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return result;
-}
 
 /// The picture times a factor, blurred, without its border, averaged over squares until it fits
 /// into a cell of the contact sheet.

@@ -2,13 +2,13 @@
 #include "host/evaluate/quality.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
 #include "host/encode/shown.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/evaluate/stopwatch.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/trace/device_scene.hpp"
 #include "host/view/lens.hpp"
@@ -18,15 +18,6 @@ namespace raywave {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// Calls f and adds its wall time to `seconds`.
-template <class F>
-auto timed(double& seconds, F&& f) {
-  const auto start = std::chrono::steady_clock::now();
-  auto result = f();
-  seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return result;
-}
 
 Image without_border(const Image& image, int border) {
   Image inner{image.width - 2 * border, image.height - 2 * border, {}};

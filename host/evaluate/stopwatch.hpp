@@ -25,4 +25,13 @@ private:
   double processor_start_ = process_s();
 };
 
+/// Calls f and adds its wall time to `seconds`.
+template <class F>
+auto timed(double& seconds, F&& f) {
+  const Stopwatch watch;
+  auto result = f();
+  seconds += watch.wall_s();
+  return result;
+}
+
 }  // namespace raywave

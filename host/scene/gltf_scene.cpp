@@ -40,16 +40,6 @@ Similarity placing_of(const GltfCamera& camera, double scale, const std::string&
   return placing;
 }
 
-/// Angles about the x, then the y, then the z axis that make a rotation.
-glm::dvec3 angles_deg(const glm::dmat3& turn) {
-  const auto at = [&](int row, int column) { return turn[column][row]; };
-  const double sine = std::clamp(-at(2, 0), -1.0, 1.0);
-  const bool is_upright = std::hypot(at(2, 1), at(2, 2)) > 1e-12;
-  return glm::degrees(
-      glm::dvec3(is_upright ? std::atan2(at(2, 1), at(2, 2)) : std::atan2(-at(1, 2), at(1, 1)),
-                 std::asin(sine), is_upright ? std::atan2(at(1, 0), at(0, 0)) : 0));
-}
-
 /// A light of the file. Photometric units become intensities whose matt white surface shows as
 /// much: illuminance over pi.
 Light light_of(const GltfLight& from, const Similarity& placing, Channels channels) {
@@ -135,7 +125,7 @@ std::optional<GltfScene> read_gltf_scene(Section section, Scene& scene) {
   object.where = where;
   object.anchor = Anchor::origin;
   object.unit_m = scale;
-  object.rotation_deg = angles_deg(placing.turn);
+  object.rotation_deg = fixed_axis_angles_deg(placing.turn);
   object.position_m = placing.shift;
   object.cut_m = cut_m.value_or(std::clamp(camera.near * scale, 1e-6, 1e4));
   scene.objects.push_back(object);
