@@ -57,7 +57,7 @@ struct Renderer::State {
   RenderOptions options_;
   World world_;
   Plan plan_;
-  std::vector<std::string> thin_objects_;  // notes
+  std::vector<std::string> cautions_;  // notes
   StageTimes times_;
   TraceStage tracer_;
   PropagateStage propagator_;
@@ -241,7 +241,9 @@ void Renderer::State::make_first_plan() {
           : fitting_plan(scene_, world_, limits, use, options_.rays_per_axis, device_.info().fp64);
   require_memory(device_, plan_, memory_needs(world_, plan_, use, limits.largest_buffer_bytes), use,
                  limits);
-  thin_objects_ = thin_object_warnings(scene_, world_, plan_);
+  cautions_ = cut_warnings(scene_, world_, plan_);
+  for (auto& warning : thin_object_warnings(scene_, world_, plan_))
+    cautions_.push_back(std::move(warning));
   constexpr double long_s = 60;
   if (options_.takes_long) {
     const double seconds = predicted_s(scene_, world_, plan_, options_.rates);
@@ -280,7 +282,7 @@ void Renderer::State::finish(RenderResult& result) {
   propagator_.add_notes(result.notes);
   if (plan_.refine) result.refined = refiner_.finish();
   encoder_.finish(tracer_.radiance_unit(), result.refined ? &result.refined->phases : nullptr);
-  result.notes.insert(result.notes.end(), thin_objects_.begin(), thin_objects_.end());
+  result.notes.insert(result.notes.end(), cautions_.begin(), cautions_.end());
   add_material_notes(material_notes(scene_, world_), result.notes);
   result.found = world_.found;
   if (plan_.aimed && tracer_.samples() == 0)

@@ -233,8 +233,10 @@ std::vector<double> DepthOptions::depths_m(const std::function<ViewerSpec()>& vi
   for (const auto& text : z) {
     const double depth_m = depth_of(text);
     if (std::abs(depth_m) < 1e-9)
-      throw InputError("-z " + in_quotes(text) +
-                       ": must not be 0; > 0 is beyond the hologram, < 0 on the eye's side");
+      throw InputError(
+          "-z " + in_quotes(text) +
+          ": is the hologram's own plane, where nothing is in focus; give a depth > 0, "
+          "beyond it, or < 0, on the eye's side");
     for (const double other_m : depths) {
       if (const auto name = name_at_depth("", depth_m); name == name_at_depth("", other_m))
         throw InputError("-z " + in_quotes(text) + ": a second picture of " + name.substr(1) +

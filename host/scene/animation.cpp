@@ -121,12 +121,18 @@ glm::dvec3 read_key(const Value& v, Animated what) {
 
 /// A time in pictures: a number, or a time with a unit.
 double read_time(const Value& v, const Animation& animation) {
-  const Range range = between(0, animation.pictures);
-  if (!v.node->is_string()) return v.number(range);
+  const double most = animation.pictures;
+  if (!v.node->is_string()) {
+    const double picture = v.number(at_least(0));
+    if (picture > most)
+      v.fail("at most " + number_text(most) +
+             ", which is animation.frames; of fewer pictures, `at` must be shorter, too");
+    return picture;
+  }
   const double s = given_moment_s(v.node->as_string()->get(),
                                   v.document->where(*v.node, v.path) + ": " + v.label);
   const double picture = s * animation.rate_per_s;
-  if (picture > range.max + 1e-9)
+  if (picture > most + 1e-9)
     v.fail("at most " + number_text(animation.pictures / animation.rate_per_s) +
            " s, where the animation ends");
   return picture;

@@ -184,6 +184,22 @@ void require_triangles(const Mesh& mesh, const std::filesystem::path& file,
                      ": holds no triangle that has an area");
 }
 
+std::size_t count_of(const std::vector<std::uint32_t>& ids) {
+  return ids.empty() ? 0 : std::size_t{1} + *std::max_element(ids.begin(), ids.end());
+}
+
+/// True where corners lie together in either mesh that lie apart in the other. A surface that tears
+/// comes apart in one only, so that the triangles are in another order. Files without shared
+/// vertices have triangles that are equal by their numbers, whatever their order.
+bool are_in_another_order(const Mesh& a, const Mesh& b) {
+  const auto of_a = weld_positions(a.positions), of_b = weld_positions(b.positions);
+  Welder<2> both(of_a.size());
+  std::vector<std::uint32_t> of_both;
+  for (std::size_t i = 0; i < of_a.size(); ++i)
+    of_both.push_back(both.id({double{1} * of_a[i], double{1} * of_b[i]}));
+  return count_of(of_both) > std::max(count_of(of_a), count_of(of_b));
+}
+
 /// The mesh of an object and those that it can become.
 std::pair<Mesh, std::vector<MeshShape>> load_shapes(const Object& object) {
   std::map<std::filesystem::path, std::size_t> place;  // of each file in `raw`, once
@@ -194,16 +210,18 @@ std::pair<Mesh, std::vector<MeshShape>> load_shapes(const Object& object) {
     if (!is_new) return known->second;
     raw.push_back(read_raw(file, object.where, {}));
     const auto &first = raw.front(), &last = raw.back();
-    if (last.positions.size() == first.positions.size() && last.triangles == first.triangles)
-      return known->second;
-    const auto counts = [](const Mesh& mesh) {
-      return std::to_string(mesh.positions.size()) + " vertices and " +
-             std::to_string(mesh.triangles.size()) + " triangles";
+    const auto refuse = [&](const std::string& what) {
+      throw InputError(
+          object.where + ": mesh " + in_quotes(file.string()) + " of its track: " + what + " " +
+          in_quotes(object.mesh.string()) +
+          "; all meshes that an object becomes must have the same triangles, in one order");
     };
-    throw InputError(object.where + ": mesh " + in_quotes(file.string()) +
-                     ": its triangles are not those of " + in_quotes(object.mesh.string()) + " (" +
-                     counts(last) + ", and " + counts(first) +
-                     "); all meshes that an object becomes must have the same");
+    if (last.triangles.size() != first.triangles.size())
+      refuse("has " + std::to_string(last.triangles.size()) + " triangles, and not the " +
+             std::to_string(first.triangles.size()) + " of");
+    if (last.triangles != first.triangles || are_in_another_order(first, last))
+      refuse("its triangles join other vertices than those of");
+    return known->second;
   };
   add(object.mesh);
   for (const auto& file : object.shapes) of_key.push_back(add(file));

@@ -101,9 +101,9 @@ std::optional<ColourSpec> read_colour(Section section, bool is_given, const Sect
   } else if (!spec->only) {
     hologram.fail(
         "wavelength: one wavelength only: this works on the hologram of one laser; give "
-        "colour.only "
-        "= " +
-        in_quotes(length_text(wavelengths_m[0])) + ", or one wavelength");
+        "colour.only = " +
+        in_quotes(length_text(wavelengths_m[0])) +
+        ", or one wavelength. `raywave render --set refine.views=0` refines those of all");
   }
   return spec;
 }

@@ -9,6 +9,7 @@
 #include "cl/program.hpp"
 #include "host/common/colour.hpp"
 #include "host/common/error.hpp"
+#include "host/common/text.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/scene/scene.hpp"
 
@@ -70,10 +71,13 @@ glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 ho
   if (!positive(window_m->x) || !positive(window_m->y))
     throw InputError("window: both sides must be > 0");
   const glm::dvec2 samples = glm::max(glm::round(*window_m / pitch_m), 1.0);
-  if (samples.x * samples.y > 1e9) throw InputError("window: it has more than 1e9 samples");
-  // The limit of PNG
-  if (std::max(samples.x, samples.y) > 1e6)
-    throw InputError("window: a side has more than 1e6 samples");
+  const auto refuse = [&](const std::string& most) {
+    throw InputError("window: it has " + most + " samples: it is " + length_text(window_m->x) +
+                     " x " + length_text(window_m->y) + " in pixels of " + length_text(pitch_m.x) +
+                     "; give a smaller one");
+  };
+  if (samples.x * samples.y > 1e9) refuse("more than 1e9");
+  if (std::max(samples.x, samples.y) > 1e6) refuse("a side of more than 1e6");  // PNG's limit
   return samples;
 }
 

@@ -63,6 +63,15 @@ std::string shape_obj(const std::function<dvec3(dvec3)>& to,
   return text.str();
 }
 
+/// The faces in the opposite order.
+std::string faces_turned_round(const std::string& obj) {
+  const auto first = obj.find("f ");
+  std::string faces;
+  std::istringstream lines(obj.substr(first));
+  for (std::string line; std::getline(lines, line);) faces = line + "\n" + faces;
+  return obj.substr(0, first) + faces;
+}
+
 dvec3 same(dvec3 p) { return p; }
 
 /// A ball with a waist, and one whose parts are mixed: rays in its first tree would take long.
@@ -84,6 +93,7 @@ public:
     folder_.write("half.obj", shape_obj([](dvec3 p) { return 0.5 * (p + with_waist(p)); }, same));
     folder_.write("mixed.obj", shape_obj(mixed, same));
     folder_.write("wall.obj", square_obj());
+    folder_.write("turned.obj", faces_turned_round(shape_obj(same, same)));
   }
 
   Scene load(const std::string& mesh, const std::string& more = "",
@@ -223,7 +233,10 @@ TEST_CASE("tracks of meshes are refused where the meshes cannot become each othe
   CHECK_THAT(refusal("at = [0, 4]\nvalues = [\"ball.obj\"]\n"),
              ContainsSubstring("as many as there are in `at`, 2"));
   CHECK_THAT(refusal("at = [0, 4]\nvalues = [\"ball.obj\", \"wall.obj\"]\n", true),
-             ContainsSubstring("wall.obj\": its triangles are not those of"));
+             ContainsSubstring("wall.obj\" of its track: has 2 triangles, and not the "));
+  CHECK_THAT(refusal("at = [0, 4]\nvalues = [\"ball.obj\", \"turned.obj\"]\n", true),
+             ContainsSubstring(
+                 "turned.obj\" of its track: its triangles join other vertices than those of \""));
   // Held shapes jump, linear ones do not
   const auto held = with_shapes(
       stage.load("ball.obj",

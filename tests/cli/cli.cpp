@@ -596,7 +596,7 @@ TEST_CASE("reconstructions that cannot be are refused with one line") {
     CHECK_FALSE(std::filesystem::exists(desk.folder() / "views"));
   };
   const auto field = desk.out("field.npy").string();
-  refused(field, {"-z", "0"}, "-z \"0\": must not be 0");
+  refused(field, {"-z", "0"}, "-z \"0\": is the hologram's own plane");
   refused(field, {"-z", "1D"}, "-z \"1D\"");
   refused(field, {"-z", "far"}, "-z");
   refused(field, {"-z", "10"}, "a unit is needed, as in 10mm");

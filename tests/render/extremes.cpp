@@ -797,7 +797,7 @@ TEST_CASE("pictures that are too far away or too wide are refused") {
     CHECK(refusal(100, {}).empty());
     CHECK_THAT(refusal(1e300, {}), ContainsSubstring("too far for its phase to be exact"));
     CHECK_THAT(refusal(10 * mm, glm::dvec2(100, 4 * um)),
-               ContainsSubstring("window: a side has more than 1e6 samples"));
+               ContainsSubstring("window: it has a side of more than 1e6 samples"));
     CHECK_THAT(refusal(10 * mm, glm::dvec2(1, 1)),
                ContainsSubstring("window: it has more than 1e9 samples"));
   }

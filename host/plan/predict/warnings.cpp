@@ -106,6 +106,15 @@ void warn_of_slm(const SlmLight& light, const Warn& warn) {
 
 }  // namespace
 
+std::vector<std::string> cut_warnings(const Scene& scene, const World& world, const Plan& plan) {
+  if (!plan.compact || !scene.wrp.grid) return {};
+  const double beside = share_beside_lattice(world, plan);
+  if (beside <= least_loss) return {};
+  return {percent_text(beside) +
+          " of the scene's vertices lie beside what wrp.grid lets in: a larger wrp.grid, or "
+          "\"auto\", samples them"};
+}
+
 std::vector<std::string> thin_object_warnings(const Scene& scene, const World& world,
                                               const Plan& plan) {
   if (!plan.aimed || world.area_samples.size() != scene.objects.size()) return {};
@@ -177,11 +186,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
     warn(percent_text(beyond) +
          " of the scene's light is seen in mirrors and glass behind the hologram or far away, and "
          "is shown out of focus: flatter mirrors and thinner glass keep it near the scene");
-  if (const double beside = plan.compact && scene.wrp.grid ? share_beside_lattice(world, plan) : 0;
-      beside > least_loss)
-    warn(percent_text(beside) +
-         " of the scene's vertices lie beside what wrp.grid lets in: a larger wrp.grid, or "
-         "\"auto\", samples them");
+  for (const auto& warning : cut_warnings(scene, world, plan)) warn(warning);
   for (const auto& warning : compact_warnings(plan)) warn(warning);
   warn_of_slm(slm_light, warn);
   for (int axis = 0; axis < 2; ++axis) {

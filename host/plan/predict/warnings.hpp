@@ -15,6 +15,9 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
                                      const FrontView& view, const SlmLight& slm_light,
                                      double resolution_m);
 
+/// A line where wrp.grid, as it is given, leaves parts of the scene out.
+std::vector<std::string> cut_warnings(const Scene& scene, const World& world, const Plan& plan);
+
 /// A line for objects so thin, as the hologram's centre sees them, that rays of the lattice miss
 /// parts of them or all. Thinness is the area seen over the diagonal of its box.
 std::vector<std::string> thin_object_warnings(const Scene& scene, const World& world,
