@@ -117,10 +117,9 @@ TEST_CASE("encode makes the holograms of three lasers of their fields, by one sc
     REQUIRE(done.code == 0);
   };
   const auto powers_in = [&](const std::string& name) {
+    const auto report = nlohmann::json::parse(bytes_of(desk.file(name)));
     std::vector<double> powers;
-    for (const auto& laser :
-         nlohmann::json::parse(bytes_of(desk.file(name))).at("colour").at("lasers"))
-      powers.push_back(laser.at("power"));
+    for (const auto& laser : report.at("colour").at("lasers")) powers.push_back(laser.at("power"));
     return powers;
   };
   // As render encodes them: a level that rounding decides may differ
