@@ -392,10 +392,18 @@ RenderResult render(const cl::Device& device, const Scene& scene, const World& w
   return Renderer(std::make_unique<Renderer::State>(device, scene, world, options)).render();
 }
 
-double mean_light_of(const FieldStack& field) {
+double mean_light_of(const FieldStack& field, std::optional<int> frames) {
+  if (field.samples.empty()) return 0;
+  const auto count = field.samples.size() / static_cast<std::size_t>(field.frames) *
+                     static_cast<std::size_t>(frames.value_or(field.frames));
   double sum = 0;
-  for (const auto& sample : field.samples) sum += std::norm(std::complex<double>(sample));
-  return field.samples.empty() ? 0 : sum / static_cast<double>(field.samples.size());
+  for (std::size_t i = 0; i < count; ++i) sum += std::norm(std::complex<double>(field.samples[i]));
+  return sum / static_cast<double>(count);
+}
+
+double laser_need(const RenderResult& result, std::optional<int> frames) {
+  if (result.refined) return 1 / result.refined->brightness;
+  return result.plan.slm.encoding == Encoding::phase ? mean_light_of(result.field, frames) : 1;
 }
 
 std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& needs) {
@@ -434,10 +442,7 @@ ColourResult colour_result(const cl::Device& device, const std::vector<Scene>& s
   std::vector<double> needs;
   for (auto& laser : result.lasers) {
     result.energies.push_back(mean_light_of(laser.field));
-    if (laser.refined)
-      needs.push_back(1 / laser.refined->brightness);
-    else
-      needs.push_back(laser.plan.slm.encoding == Encoding::phase ? result.energies.back() : 1);
+    needs.push_back(laser_need(laser));
     if (!keep_field) laser.field = {};
   }
   result.powers = laser_powers(scenes.at(0).colour.value().lasers, needs);

@@ -93,17 +93,21 @@ struct ColourResult {
   std::vector<double> energies;
   // Radiant powers that the lasers must have for the colours to be right, all for the same time;
   // their sum is 1. Encodings that show amplitudes share one scale, and take the powers of white.
-  // Phases alone show all light whatever the field: a laser then needs its share of the fields'
+  // Phases alone show all light whatever the field: see laser_need
   std::vector<double> powers;
 };
 
-/// Mean |u|^2 of all pixels and frames.
-double mean_light_of(const FieldStack& field);
+/// Mean |u|^2 of all pixels of the first frames; of all frames when not given.
+double mean_light_of(const FieldStack& field, std::optional<int> frames = {});
+
+/// Power that a laser needs for the first frames, relative to white's: 1 where amplitudes are
+/// shown, the light of its field where phases alone are, and of refined phases what makes their
+/// pictures as bright as they were asked for.
+double laser_need(const RenderResult& result, std::optional<int> frames = {});
 
 /// ColourResult::powers.
 ///
-/// needs  of each laser, relative to those of white: 1 where amplitudes are shown, the light of its
-///        field where phases alone are
+/// needs  laser_need of each laser
 std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& needs);
 
 /// Puts together what a renderer of each laser has made: one scale for all, what they need.

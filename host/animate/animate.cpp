@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <complex>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <memory>
@@ -17,6 +16,7 @@
 #include "host/common/text.hpp"
 #include "host/encode/panel.hpp"
 #include "host/plan/make_plan.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/plan/predict/memory.hpp"
 #include "host/trace/tuning.hpp"
 #include "raywave_version.hpp"
@@ -34,12 +34,6 @@ constexpr double window_margin = 1.04;
 Scene with_frames(Scene scene, const Schedule& schedule) {
   scene.sampling.frames = schedule.most_of_a_picture();
   return scene;
-}
-
-/// Adds lines that are not there.
-void add_lines(std::vector<std::string>& lines, const std::vector<std::string>& more) {
-  for (const auto& line : more)
-    if (std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
 }
 
 nlohmann::ordered_json json_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
@@ -178,14 +172,7 @@ void Animator::show(const Scene& scene, int picture, Renderer& renderer) const {
 double Animator::power_of(const Laser& laser, const RenderResult& result, int picture) const {
   const auto& colour = laser.scene.colour.value();
   const double white = colour.lasers.white_powers[colour.laser];
-  if (!lasers_dim(laser)) return white;
-  if (result.refined) return white / result.refined->brightness;
-  const auto& field = result.field;
-  const auto shown = field.samples.size() / static_cast<std::size_t>(field.frames) *
-                     static_cast<std::size_t>(schedule_.count_of(picture));
-  double sum = 0;
-  for (std::size_t i = 0; i < shown; ++i) sum += std::norm(std::complex<double>(field.samples[i]));
-  return white * sum / static_cast<double>(shown);
+  return white * laser_need(result, schedule_.count_of(picture));
 }
 
 Animator::Scale Animator::brightest(std::vector<Renderer>& renderers) const {

@@ -12,6 +12,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/scene/gltf_scene.hpp"
+#include "host/scene/vectors.hpp"
 
 namespace raywave {
 namespace {
@@ -111,9 +112,7 @@ glm::dvec3 value_at(const Track& track, double time) {
   if (track.steps == Steps::hold || time == at[k]) return values[k];
   const double span = at[next] - at[k], s = (time - at[k]) / span;
   if (track.steps == Steps::linear) return values[k] + s * (values[next] - values[k]);
-  const double r = 1 - s;
-  return r * r * (1 + 2 * s) * values[k] + s * s * (1 + 2 * r) * values[next] +
-         span * s * r * (r * slope_at(track, k) - s * slope_at(track, next));
+  return hermite(values[k], slope_at(track, k), values[next], slope_at(track, next), span, s);
 }
 
 Scene with_shapes(Scene scene) {

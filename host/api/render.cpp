@@ -12,6 +12,7 @@
 #include "host/encode/shown.hpp"
 #include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/plan/predict/presets.hpp"
 #include "host/trace/tuning.hpp"
 
@@ -76,12 +77,6 @@ std::vector<raywave::Scene> planned(const Scene::State& scene, const World& worl
   std::vector<raywave::Scene> scenes;
   for (auto& one : all) scenes.push_back(std::move(one.scene));
   return scenes;
-}
-
-/// Adds lines that are not there.
-void add_lines(std::vector<std::string>& lines, const std::vector<std::string>& more) {
-  for (const auto& line : more)
-    if (std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
 }
 
 /// Moves the samples of one laser behind those of the lasers before it.

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Numbers in the messages of planning.
+/// Messages of planning, and the numbers in them.
 #pragma once
 
+#include <algorithm>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace raywave {
 
@@ -21,6 +23,12 @@ inline std::string count_text(double count) {
   text.precision(count < 1e15 ? 15 : 3);
   text << count;
   return text.str();
+}
+
+/// Adds lines that are not there.
+inline void add_lines(std::vector<std::string>& lines, const std::vector<std::string>& more) {
+  for (const auto& line : more)
+    if (std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
 }
 
 }  // namespace raywave

@@ -8,6 +8,8 @@
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
 
+#include "host/scene/vectors.hpp"
+
 namespace raywave {
 namespace {
 
@@ -15,14 +17,6 @@ using Path = GltfChannel::Path;
 using Steps = GltfChannel::Steps;
 
 glm::dquat quaternion_of(const glm::dvec4& q) { return {q.w, q.x, q.y, q.z}; }
-
-/// Hermite's curve from `from` to `to`, s from 0 to 1; slopes are per `span`.
-glm::dvec4 hermite(const glm::dvec4& from, const glm::dvec4& slope_from, const glm::dvec4& to,
-                   const glm::dvec4& slope_to, double span, double s) {
-  const double r = 1 - s;
-  return r * r * (1 + 2 * s) * from + s * s * (1 + 2 * r) * to +
-         span * s * r * (r * slope_from - s * slope_to);
-}
 
 }  // namespace
 

@@ -195,34 +195,24 @@ def reconstruct(
     """
     from ._render import Hologram
 
-    x, y = _pair(view, "view")
-    if isinstance(field, Hologram) and len(field.wavelengths) > 1:
-        if pitch is not None or wavelength is not None:
-            raise _core.InputError("pitch and wavelength: a hologram of three lasers has its own")
-        colours: Picture = _core.reconstruct_hologram(
-            field._core,
-            _number(z, "z"),
-            None if window is None else _pair(window, "window"),
-            (x, y),
-            _pair(aperture, "aperture"),
-            _text(device, "device"),
-            _text(fft, "fft"),
-            progress,
-        )
-        return colours
-    pixels = _pixels(field, pitch, wavelength)
-    samples = field.shown if isinstance(field, Hologram) else field
-    result: Picture = _core.reconstruct(
-        _plain(samples),
-        pixels,
+    how = (
         _number(z, "z"),
         None if window is None else _pair(window, "window"),
-        (x, y),
+        _pair(view, "view"),
         _pair(aperture, "aperture"),
         _text(device, "device"),
         _text(fft, "fft"),
         progress,
     )
+    result: Picture
+    if isinstance(field, Hologram) and len(field.wavelengths) > 1:
+        if pitch is not None or wavelength is not None:
+            raise _core.InputError("pitch and wavelength: a hologram of three lasers has its own")
+        result = _core.reconstruct_hologram(field._core, *how)
+    else:
+        pixels = _pixels(field, pitch, wavelength)
+        samples = field.shown if isinstance(field, Hologram) else field
+        result = _core.reconstruct(_plain(samples), pixels, *how)
     return result
 
 

@@ -107,15 +107,17 @@ TEST_CASE("render writes a hologram for each laser, which can be looked at toget
       "hologram_638nm.png");
 }
 
+void run_quietly(Desk& desk, std::vector<std::string> words) {
+  words.emplace_back("--quiet");
+  const auto done = desk.run(words);
+  INFO(done.err);
+  REQUIRE(done.code == 0);
+}
+
 TEST_CASE("encode makes the holograms of three lasers of their fields, by one scale") {
   Desk desk;
   in_colour(desk);
-  const auto run = [&](std::vector<std::string> words) {
-    words.emplace_back("--quiet");
-    const auto done = desk.run(words);
-    INFO(done.err);
-    REQUIRE(done.code == 0);
-  };
+  const auto run = [&](std::vector<std::string> words) { run_quietly(desk, std::move(words)); };
   const auto powers_in = [&](const std::string& name) {
     const auto report = nlohmann::json::parse(bytes_of(desk.file(name)));
     std::vector<double> powers;
@@ -170,12 +172,7 @@ TEST_CASE("encode makes the holograms of three lasers of their fields, by one sc
 TEST_CASE("quality in colour has the figures of compare, of lens and reconstruction") {
   Desk desk;
   in_colour(desk);
-  const auto run = [&](std::vector<std::string> words) {
-    words.emplace_back("--quiet");
-    const auto done = desk.run(words);
-    INFO(done.err);
-    REQUIRE(done.code == 0);
-  };
+  const auto run = [&](std::vector<std::string> words) { run_quietly(desk, std::move(words)); };
   const std::string scene = desk.file("scene.toml"), window = "0.16mmx0.12mm";
   const auto quality =
       desk.run({"quality", scene, "--set", three, "-z", "9mm", "--lens-points", "2", "--no-views",

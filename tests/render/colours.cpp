@@ -206,11 +206,13 @@ TEST_CASE(
     bool by_levels;
     double largest, mean;
   };
-  for (const auto& c : {Case{"slm.encoding=phase", "8", false, 1, 0.5},
-                        Case{"slm.encoding=phase", "8", true, 5, 2.5},
-                        Case{"slm.encoding=double-phase", "8", true, 5, 2.5},
-                        Case{"refine.views=0", "4", true, 1, 0.5}}) {
-    INFO(c.setting << (c.by_levels ? ", levels" : ", fields"));
+  for (const auto& c :
+       {Case{"slm.encoding=phase", "8", false, 1, 0.5},
+        Case{"slm.encoding=phase", "8", true, 5, 2.5},
+        Case{"slm.encoding=double-phase", "8", true, 5, 2.5},
+        Case{"refine.views=0", "1", true, 2, 1}, Case{"refine.views=0", "2", true, 1, 0.5},
+        Case{"refine.views=0", "4", true, 1, 0.5}}) {
+    INFO(c.setting << ", frames " << c.frames << (c.by_levels ? ", levels" : ", fields"));
     const auto scenes =
         load_colours(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml",
                      {c.setting, std::string("sampling.frames=") + c.frames, "trace.shadows=false",
