@@ -10,6 +10,7 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <ctime>
 #include <mutex>
 #include <set>
 #include <string>
@@ -31,12 +32,30 @@ struct Slot {
 };
 std::array<Slot, 16> slots;
 
+std::atomic<bool> is_ending{false};  // by a signal: nothing new may appear
+std::atomic<int> opening{0};         // threads that open a file
+
+void wait_for_end() {
+  while (true) ::pause();
+}
+
+/// As open, but once a signal ends the program nothing is made any more.
+int open_unless_ending(const fs::path& path, int flags) {
+  ++opening;
+  if (is_ending) {
+    --opening;
+    wait_for_end();
+  }
+  const int descriptor = ::open(path.c_str(), flags | O_CREAT | O_CLOEXEC, 0666);
+  --opening;
+  return descriptor;
+}
+
 /// A file that is removed unless it was renamed. It is locked as long as its program lives.
 class Temporary {
 public:
-  explicit Temporary(const fs::path& path)
-      : path_(path), descriptor_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
-    if (descriptor_ >= 0) flock(descriptor_, LOCK_EX | LOCK_NB);
+  explicit Temporary(const fs::path& path) : path_(path) {
+    // Named before it is there: a signal may come between
     const auto& name = path.native();
     for (auto& slot : slots) {
       if (name.size() >= slot.name.size() || slot.is_taken.exchange(true)) continue;
@@ -45,6 +64,8 @@ public:
       slot_ = &slot;
       break;
     }
+    descriptor_ = open_unless_ending(path, O_RDWR);
+    if (descriptor_ >= 0) flock(descriptor_, LOCK_EX | LOCK_NB);
   }
   Temporary(const Temporary&) = delete;
   Temporary& operator=(const Temporary&) = delete;
@@ -62,6 +83,7 @@ public:
   void rename(const fs::path& file) {
     std::error_code error;
     fs::rename(path_, file, error);
+    if (error && is_ending) wait_for_end();  // as it has been removed
     if (error)
       throw InputError(in_quotes(file.string()) + ": cannot be written: " + error.message());
     is_renamed_ = true;
@@ -69,7 +91,7 @@ public:
 
 private:
   fs::path path_;
-  int descriptor_;
+  int descriptor_ = -1;
   Slot* slot_ = nullptr;
   bool is_renamed_ = false;
 };
@@ -118,11 +140,15 @@ void remove_left_over(const fs::path& folder) {
 }
 
 void end_at_signal(int signal) {
+  constexpr std::string_view says = "raywave: stopped; files that were whole before stay\n";
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, says.data(), says.size());
+  is_ending = true;
+  // Other threads may be opening files; this one, too, and then waiting would not end
+  constexpr timespec a_moment{0, 1'000'000};
+  for (int i = 0; i < 50 && opening > 0; ++i) ::nanosleep(&a_moment, nullptr);
   for (const auto& slot : slots) {
     if (slot.is_named) ::unlink(slot.name.data());
   }
-  constexpr std::string_view says = "raywave: stopped; files that were whole before stay\n";
-  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, says.data(), says.size());
   raise(signal);  // again, as SA_RESETHAND has given it back its usual end
 }
 
@@ -130,7 +156,7 @@ void end_at_signal(int signal) {
 
 OutputFile::OutputFile(const fs::path& place, const fs::path& name)
     : name_(name.string()),
-      descriptor_(::open(place.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
+      descriptor_(open_unless_ending(place, O_WRONLY | O_TRUNC)) {
   require(descriptor_ >= 0);
 }
 

@@ -5,10 +5,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "host/common/output.hpp"
@@ -201,6 +203,39 @@ TEST_CASE("temporary files go when a signal ends the program, and at the next ru
     for (const auto& entry : fs::directory_iterator(desk.out("")))
       CHECK_FALSE(entry.path().filename().string().starts_with("large"));
   }
+}
+
+TEST_CASE("signals leave no temporary file, however many threads write at that moment") {
+  const Desk desk;
+  const auto folder = desk.folder() / "many";
+  fs::create_directory(folder);
+  int left = 0;
+  for (int i = 0; i < 60; ++i) {
+    const pid_t child = fork();
+    if (child == 0) {
+      std::signal(SIGTERM, SIG_DFL);
+      dup2(open("/dev/null", O_WRONLY), STDERR_FILENO);
+      remove_temporaries_at_signals();
+      std::vector<std::thread> threads;
+      for (int j = 0; j < 6; ++j) {
+        threads.emplace_back([&, j] {
+          const auto file = folder / (std::to_string(j) + ".bin");
+          while (true) write_whole(file, [](OutputFile& output) { output.write("all of it"); });
+        });
+      }
+      for (auto& thread : threads) thread.join();
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10 + i % 7));
+    kill(child, SIGTERM);
+    int status = 0;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    CHECK(WTERMSIG(status) == SIGTERM);
+    for (const auto& entry : fs::directory_iterator(folder))
+      left += entry.path().filename().string().find(".tmp") != std::string::npos;
+    fs::remove_all(folder);
+    fs::create_directory(folder);
+  }
+  CHECK(left == 0);
 }
 
 TEST_CASE("folders where cached files should be cost time only") {
