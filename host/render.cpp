@@ -24,66 +24,84 @@
 namespace raywave {
 
 /// The pipeline. Each stage on the device has three verbs: `prepare` for a plan, `run` for a piece
-/// of the picture, `finish` for what is complete.
+/// of the picture, `finish` for what is complete. Lasers come one after another.
 struct Renderer::State {
-  State(const cl::Device& device, Scene scene, RenderOptions options);
-  State(const cl::Device& device, Scene scene, World world, RenderOptions options);
-  /// Takes the world, the scene on the device and the samples of another laser's state, and frees
-  /// the rest of it.
-  State(std::unique_ptr<State> other, Scene scene);
+  struct Stages {
+    Stages(const State& state, StageTimes& times);
 
-  RenderResult render();
+    TraceStage tracer;
+    PropagateStage propagator;
+    RefineStage refiner;
+    EncodeStage encoder;
+  };
+  /// What a laser does not share with the others.
+  struct Laser {
+    Scene scene;
+    Plan plan;
+    bool is_planned = false;             // for where the objects are now
+    std::vector<std::string> cautions;   // notes
+    std::unique_ptr<Stages> stages;      // null before the first plan
+  };
+
+  /// world           null: is built
+  /// one_at_a_time   each laser is rendered once, and leaves its memory to the next
+  State(const cl::Device& device, std::vector<Scene> scenes, std::optional<World> world,
+        RenderOptions options, bool one_at_a_time = false);
+
+  std::vector<RenderResult> render_lasers();
+  RenderResult render(std::size_t laser);
+  /// Of the scene of each laser.
+  void change(const std::function<void(Scene&)>& change_scene);
   void set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
                 std::optional<double> solid_scale);
-
   void set_vertices(std::size_t object, std::span<const glm::dvec3> positions_m,
                     std::span<const glm::vec3> normals);
 
-  void load();
+  void show(std::size_t laser);
+  void make_first_plan();
   void make_plan();
+  void prepare();
   void trace(std::size_t wrp, int frame, RenderResult& result);
   void propagate(std::size_t wrp);
   void encode(std::size_t tile, int frame);
   void refine();
-
-  void make_first_plan();
-  void prepare();
   void keep_wrp(std::size_t wrp, RenderResult& result) const;
   void finish(RenderResult& result);
+
+  const Plan* base_plan() const;
   void report(const std::string& what, double share) const;
 
   cl::Device device_;
-  Scene scene_;
   RenderOptions options_;
+  bool one_at_a_time_;
   World world_;
-  Plan plan_;
-  std::vector<std::string> cautions_;  // notes
+  bool is_moved_ = true;    // the world, to where the scenes have its objects
+  bool is_placed_ = false;  // the world as it is, on the device
+  std::shared_ptr<TracedWorld> traced_ = std::make_shared<TracedWorld>();
   StageTimes times_;
-  TraceStage tracer_;
-  PropagateStage propagator_;
-  RefineStage refiner_;
-  EncodeStage encoder_;
+  std::vector<Laser> lasers_;
+  std::size_t number_ = 0;        // of the laser that is rendered
+  Laser* laser_ = nullptr;        // that is rendered
+  const Laser* ready_ = nullptr;  // whose stages were prepared last
   std::optional<WrpField> on_wrp_;  // traced last
-  bool changed_ = false;            // the scene, since it was planned
 };
 
 /// Computes a picture. Fields stay on the device from the first ray to the last grey level. Tiles
 /// come one after another, so that memory for one is enough. Frames differ in their random phases
 /// only.
-RenderResult Renderer::State::render() {
-  propagator_.drop();
-  if (changed_) {
-    load();
-    make_plan();
-  }
+RenderResult Renderer::State::render(std::size_t laser) {
+  show(laser);
+  const auto& plan = laser_->plan;
+  auto& stages = *laser_->stages;
+  stages.propagator.drop();
   RenderResult result;
-  result.wrps.resize(options_.keep_wrps ? plan_.wrps.size() : 0);
-  if (plan_.refine) refiner_.prepare(plan_, options_.refine_start);
-  const double unit = std::sqrt(tracer_.radiance_unit());
-  encoder_.prepare(plan_, options_.clip ? std::optional(*options_.clip / unit) : std::nullopt);
-  for (std::size_t tile = 0; tile < plan_.tiles.size(); ++tile) {
-    const auto [first, end] = plan_.wrps_of(tile);
-    for (int frame = 0; frame < plan_.frames; ++frame) {
+  result.wrps.resize(options_.keep_wrps ? plan.wrps.size() : 0);
+  if (plan.refine) stages.refiner.prepare(plan, options_.refine_start);
+  const double unit = std::sqrt(stages.tracer.radiance_unit());
+  stages.encoder.prepare(plan, options_.clip ? std::optional(*options_.clip / unit) : std::nullopt);
+  for (std::size_t tile = 0; tile < plan.tiles.size(); ++tile) {
+    const auto [first, end] = plan.wrps_of(tile);
+    for (int frame = 0; frame < plan.frames; ++frame) {
       for (auto wrp = first; wrp < end; ++wrp) {
         trace(wrp, frame, result);
         propagate(wrp);
@@ -91,74 +109,114 @@ RenderResult Renderer::State::render() {
       encode(tile, frame);
     }
   }
-  if (plan_.refine) refine();
+  if (plan.refine) refine();
   finish(result);
   return result;
 }
 
+std::vector<RenderResult> Renderer::State::render_lasers() {
+  std::vector<RenderResult> results;
+  for (std::size_t laser = 0; laser < lasers_.size(); ++laser) {
+    results.push_back(render(laser));
+    if (!one_at_a_time_) continue;
+    ready_ = nullptr;
+    laser_->stages = nullptr;
+  }
+  return results;
+}
+
+void Renderer::State::change(const std::function<void(Scene&)>& change_scene) {
+  is_moved_ = is_placed_ = false;
+  for (auto& laser : lasers_) {
+    change_scene(laser.scene);
+    laser.is_planned = false;
+  }
+}
+
 void Renderer::State::set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
                                std::optional<double> solid_scale) {
-  auto moved = scene_.objects.at(object);
+  auto moved = lasers_[0].scene.objects.at(object);
   moved.position_m = position_m;
   moved.rotation_deg = rotation_deg;
   moved.solid_scale = solid_scale;
   require_pose(world_, object, moved);
-  scene_.objects[object] = std::move(moved);
-  changed_ = true;
+  change([&](Scene& scene) { scene.objects[object] = moved; });
 }
 
 void Renderer::State::set_vertices(std::size_t object, std::span<const glm::dvec3> positions_m,
                                    std::span<const glm::vec3> normals) {
   raywave::set_vertices(world_, object, positions_m, normals);
-  scene_.objects.at(object).shape.reset();
-  changed_ = true;
+  change([&](Scene& scene) { scene.objects.at(object).shape.reset(); });
 }
 
-/// Moves the objects of the world to where the scene has them now.
-void Renderer::State::load() {
-  const StageClock clock(times_, "meshes");
-  move_objects(scene_, world_);
+/// Makes a laser the one that is rendered, for where the objects are now.
+void Renderer::State::show(std::size_t laser) {
+  number_ = laser;
+  laser_ = &lasers_[laser];
+  if (ready_ == laser_ && laser_->is_planned) return;
+  ready_ = nullptr;
+  if (!is_moved_) {
+    const StageClock clock(times_, "meshes");
+    move_objects(laser_->scene, world_);
+    is_moved_ = true;
+  }
+  if (!laser_->stages)
+    make_first_plan();
+  else if (!laser_->is_planned)
+    make_plan();
+  prepare();
+  laser_->is_planned = true;
+  ready_ = laser_;
 }
 
 /// Plans the scene anew, in the same tiles.
 void Renderer::State::make_plan() {
-  {
-    const StageClock clock(times_, "plan");
-    plan_ = raywave::make_plan(scene_, world_, options_.method, options_.rays_per_axis,
-                               device_.info().fp64,
-                               options_.base_plan ? options_.base_plan.get() : &plan_);
-  }
-  prepare();
-  changed_ = false;
+  const StageClock clock(times_, "plan");
+  auto& plan = laser_->plan;
+  plan = raywave::make_plan(laser_->scene, world_, options_.method, options_.rays_per_axis,
+                            device_.info().fp64, base_plan() ? base_plan() : &plan);
+}
+
+/// Makes kernels and memory fit the plan. Propagation comes first: it refuses at once what it
+/// cannot do, while tracing compiles kernels.
+void Renderer::State::prepare() {
+  auto& stages = *laser_->stages;
+  stages.propagator.prepare(laser_->plan, options_.method, options_.keep_field);
+  const bool has_stayed = std::exchange(is_placed_, false);
+  stages.tracer.prepare(world_, laser_->plan, has_stayed);
+  is_placed_ = true;
 }
 
 /// Rays and surface samples: the field on a WRP.
 void Renderer::State::trace(std::size_t wrp, int frame, RenderResult& result) {
-  const auto [first, end] = plan_.wrps_of(plan_.wrps[wrp].tile);
-  const auto frames = static_cast<std::size_t>(plan_.frames),
+  const auto& plan = laser_->plan;
+  const auto [first, end] = plan.wrps_of(plan.wrps[wrp].tile);
+  const auto frames = static_cast<std::size_t>(plan.frames),
              done = frames * first + static_cast<std::size_t>(frame) * (end - first) + wrp - first;
-  report("WRP " + std::to_string(wrp + 1) + " of " + std::to_string(plan_.wrps.size()) +
+  report("WRP " + std::to_string(wrp + 1) + " of " + std::to_string(plan.wrps.size()) +
              (frames > 1 ? ", frame " + std::to_string(frame + 1) : ""),
-         static_cast<double>(done) / static_cast<double>(frames * plan_.wrps.size()));
+         static_cast<double>(done) / static_cast<double>(frames * plan.wrps.size()));
   const bool is_whole = options_.keep_wrps || options_.fft != cl::FftBackend::host;
-  on_wrp_.emplace(tracer_.run(wrp, frame, is_whole));
+  on_wrp_.emplace(laser_->stages->tracer.run(wrp, frame, is_whole));
   if (options_.keep_wrps) keep_wrp(wrp, result);
 }
 
 /// Shifted angular spectrum: from the WRP to the hologram, where the fields add up.
 void Renderer::State::propagate(std::size_t wrp) {
-  propagator_.run(wrp, on_wrp_->stack, on_wrp_->plane, on_wrp_->lit);
+  laser_->stages->propagator.run(wrp, on_wrp_->stack, on_wrp_->plane, on_wrp_->lit);
 }
 
 /// The phase of the sum as grey levels.
 void Renderer::State::encode(std::size_t tile, int frame) {
-  encoder_.run(propagator_.finish(), tile, frame);
+  auto& stages = *laser_->stages;
+  stages.encoder.run(stages.propagator.finish(), tile, frame);
 }
 
 /// Phases whose pictures are what a lens sees, of all frames together.
 void Renderer::State::refine() {
   const auto& start = options_.refine_start;
-  refiner_.run(start ? *start : encoder_.field, tracer_.scene());
+  auto& stages = *laser_->stages;
+  stages.refiner.run(start ? *start : stages.encoder.field, stages.tracer.scene());
 }
 
 namespace {
@@ -188,117 +246,97 @@ void add_material_notes(const std::vector<std::string>& all, std::vector<std::st
 
 }  // namespace
 
-Renderer::State::State(const cl::Device& device, Scene scene, RenderOptions options)
-    : device_(device),
-      scene_(std::move(scene)),
-      options_(std::move(options)),
-      tracer_(device, times_),
-      propagator_(device, options_.fft, times_),
-      refiner_(device, options_.fft, times_, options_.progress),
-      encoder_(device, options_.keep_field, times_) {
-  report("meshes", 0);
-  {
+Renderer::State::Stages::Stages(const State& state, StageTimes& times)
+    : tracer(state.device_, times, state.traced_),
+      propagator(state.device_, state.options_.fft, times),
+      refiner(state.device_, state.options_.fft, times,
+              [&state](const std::string& what, double share) { state.report(what, share); }),
+      encoder(state.device_, state.options_.keep_field, times) {}
+
+Renderer::State::State(const cl::Device& device, std::vector<Scene> scenes,
+                       std::optional<World> world, RenderOptions options, bool one_at_a_time)
+    : device_(device), options_(std::move(options)), one_at_a_time_(one_at_a_time) {
+  for (auto& scene : scenes) lasers_.emplace_back().scene = std::move(scene);
+  if (world) {
+    world_ = std::move(*world);
+  } else {
+    report("meshes", 0);
     const StageClock clock(times_, "meshes");
-    world_ = build_world(scene_);
+    world_ = build_world(lasers_.at(0).scene);
   }
-  make_first_plan();
+  for (std::size_t laser = 0; laser < (one_at_a_time_ ? 1 : lasers_.size()); ++laser) show(laser);
 }
 
-Renderer::State::State(const cl::Device& device, Scene scene, World world, RenderOptions options)
-    : device_(device),
-      scene_(std::move(scene)),
-      options_(std::move(options)),
-      world_(std::move(world)),
-      tracer_(device, times_),
-      propagator_(device, options_.fft, times_),
-      refiner_(device, options_.fft, times_, options_.progress),
-      encoder_(device, options_.keep_field, times_) {
-  make_first_plan();
-}
-
-Renderer::State::State(std::unique_ptr<State> other, Scene scene)
-    : device_(other->device_),
-      scene_(std::move(scene)),
-      options_(other->options_),
-      world_(std::move(other->world_)),
-      tracer_(device_, times_),
-      propagator_(device_, options_.fft, times_),
-      refiner_(device_, options_.fft, times_, options_.progress),
-      encoder_(device_, options_.keep_field, times_) {
-  tracer_.take_over(other->tracer_);
-  other = nullptr;
-  make_first_plan();
+const Plan* Renderer::State::base_plan() const {
+  return options_.base_plans.empty() ? nullptr : options_.base_plans.at(number_).get();
 }
 
 /// Plans the scene in as few tiles as memory allows.
 void Renderer::State::make_first_plan() {
-  const auto limits = limits_of(device_.info()).for_one_of(options_.sharing);
+  auto& [scene, plan, is_planned, cautions, stages] = *laser_;
+  const auto limits = limits_of(device_.info())
+                          .for_one_of(one_at_a_time_ ? 1 : static_cast<int>(lasers_.size()));
   const MemoryUse use{options_.method, options_.fft, options_.keep_field};
-  plan_ =
-      options_.base_plan
-          ? raywave::make_plan(scene_, world_, options_.method, options_.rays_per_axis,
-                               device_.info().fp64, options_.base_plan.get())
-          : fitting_plan(scene_, world_, limits, use, options_.rays_per_axis, device_.info().fp64);
-  require_memory(device_, plan_, memory_needs(world_, plan_, use, limits.largest_buffer_bytes), use,
+  plan = base_plan()
+             ? raywave::make_plan(scene, world_, options_.method, options_.rays_per_axis,
+                                  device_.info().fp64, base_plan())
+             : fitting_plan(scene, world_, limits, use, options_.rays_per_axis, device_.info().fp64);
+  require_memory(device_, plan, memory_needs(world_, plan, use, limits.largest_buffer_bytes), use,
                  limits);
-  cautions_ = cut_warnings(scene_, world_, plan_);
-  for (auto& warning : thin_object_warnings(scene_, world_, plan_))
-    cautions_.push_back(std::move(warning));
+  cautions = cut_warnings(scene, world_, plan);
+  for (auto& warning : thin_object_warnings(scene, world_, plan))
+    cautions.push_back(std::move(warning));
   constexpr double long_s = 60;
-  if (options_.takes_long) {
-    const double seconds = predicted_s(scene_, world_, plan_, options_.rates);
+  if (options_.takes_long && number_ == 0) {
+    const double seconds = predicted_s(scene, world_, plan, options_.rates);
     if (seconds > long_s) options_.takes_long(seconds);
   }
   report("tree and kernels", 0);
-  prepare();
-}
-
-/// Makes kernels and memory fit the plan. Propagation comes first: it refuses at once what it
-/// cannot do, while tracing compiles kernels.
-void Renderer::State::prepare() {
-  propagator_.prepare(plan_, options_.method, options_.keep_field);
-  tracer_.prepare(world_, plan_);
+  stages = std::make_unique<Stages>(*this, times_);
 }
 
 void Renderer::State::keep_wrp(std::size_t wrp, RenderResult& result) const {
-  const auto size = plan_.compact ? plan_.compact->size : plan_.tile_size;
+  const auto& plan = laser_->plan;
+  const auto size = plan.compact ? plan.compact->size : plan.tile_size;
   const auto width = static_cast<std::size_t>(size.x), rows = static_cast<std::size_t>(size.y),
-             stride = plan_.compact ? static_cast<std::size_t>(plan_.compact->row_stride()) : width;
+             stride = plan.compact ? static_cast<std::size_t>(plan.compact->row_stride()) : width;
   std::vector<std::complex<float>> samples(stride * rows);
   on_wrp_->stack.read(samples, static_cast<std::size_t>(on_wrp_->plane) * samples.size());
   for (std::size_t row = 1; row < rows && stride > width; ++row)
     std::copy_n(&samples[row * stride], width, &samples[row * width]);
   samples.resize(width * rows);
-  brighten(samples, tracer_.radiance_unit(), plan_);
+  brighten(samples, laser_->stages->tracer.radiance_unit(), plan);
   auto& kept = result.wrps[wrp];
   kept.nx = size.x;
   kept.ny = size.y;
-  kept.frames = plan_.frames;
+  kept.frames = plan.frames;
   kept.samples.insert(kept.samples.end(), samples.begin(), samples.end());
 }
 
 /// Completes a picture, with what the user should know of it.
 void Renderer::State::finish(RenderResult& result) {
-  propagator_.add_notes(result.notes);
-  if (plan_.refine) result.refined = refiner_.finish();
-  encoder_.finish(tracer_.radiance_unit(), result.refined ? &result.refined->phases : nullptr);
-  result.notes.insert(result.notes.end(), cautions_.begin(), cautions_.end());
-  add_material_notes(material_notes(scene_, world_), result.notes);
+  const auto& plan = laser_->plan;
+  auto& [tracer, propagator, refiner, encoder] = *laser_->stages;
+  propagator.add_notes(result.notes);
+  if (plan.refine) result.refined = refiner.finish();
+  encoder.finish(tracer.radiance_unit(), result.refined ? &result.refined->phases : nullptr);
+  result.notes.insert(result.notes.end(), laser_->cautions.begin(), laser_->cautions.end());
+  add_material_notes(material_notes(laser_->scene, world_), result.notes);
   result.found = world_.found;
-  if (plan_.aimed && tracer_.samples() == 0)
+  if (plan.aimed && tracer.samples() == 0)
     result.notes.emplace_back(
         "the hologram is dark: no ray of the lattice meets a surface; objects are thinner than "
         "sampling.pitch, or lie where the pixels cannot show them");
-  else if (encoder_.is_dark())
+  else if (encoder.is_dark())
     result.notes.emplace_back(
         "the hologram is dark: no light comes from the scene at angles that its pixels can show");
-  result.plan = plan_;
-  result.levels = std::move(encoder_.levels);
-  result.panel = encoder_.panel();
-  result.clip = encoder_.own_clip() * std::sqrt(tracer_.radiance_unit());
-  result.field = std::move(encoder_.field);
-  result.samples = tracer_.samples();
-  result.hidden_samples = tracer_.hidden_samples();
+  result.plan = plan;
+  result.levels = std::move(encoder.levels);
+  result.panel = encoder.panel();
+  result.clip = encoder.own_clip() * std::sqrt(tracer.radiance_unit());
+  result.field = std::move(encoder.field);
+  result.samples = tracer.samples();
+  result.hidden_samples = tracer.hidden_samples();
   report("done", 1);
   result.device_peak_bytes = device_.peak_bytes();
   auto times = std::exchange(times_, {});
@@ -307,26 +345,33 @@ void Renderer::State::finish(RenderResult& result) {
 }
 
 void Renderer::State::report(const std::string& what, double share) const {
-  if (options_.progress) options_.progress(what, share);
+  if (!options_.progress) return;
+  if (lasers_.size() == 1) return options_.progress(what, share);
+  options_.progress(length_text(lasers_[number_].scene.hologram.wavelength_m) + ": " + what,
+                    (static_cast<double>(number_) + share) / static_cast<double>(lasers_.size()));
 }
 
 Renderer::Renderer(const cl::Device& device, Scene scene, RenderOptions options)
-    : state_(std::make_unique<State>(device, std::move(scene), std::move(options))) {}
+    : state_(std::make_unique<State>(device, std::vector{std::move(scene)}, std::nullopt,
+                                     std::move(options))) {}
 Renderer::Renderer(const cl::Device& device, Scene scene, const Meshes& meshes,
                    RenderOptions options)
-    : state_(std::make_unique<State>(
-          device, scene, place_objects(scene, meshes, load_textures(scene)), std::move(options))) {}
+    : Renderer(device, scene, place_objects(scene, meshes, load_textures(scene)),
+               std::move(options)) {}
 Renderer::Renderer(const cl::Device& device, Scene scene, const SceneFiles& files,
                    RenderOptions options)
-    : state_(std::make_unique<State>(
-          device, scene, place_objects(scene, files.meshes, files.textures), std::move(options))) {}
+    : Renderer(device, scene, place_objects(scene, files.meshes, files.textures),
+               std::move(options)) {}
 Renderer::Renderer(const cl::Device& device, Scene scene, World world, RenderOptions options)
-    : state_(std::make_unique<State>(device, std::move(scene), std::move(world),
+    : Renderer(device, std::vector{std::move(scene)}, std::move(world), std::move(options)) {}
+Renderer::Renderer(const cl::Device& device, std::vector<Scene> scenes, World world,
+                   RenderOptions options)
+    : state_(std::make_unique<State>(device, std::move(scenes), std::move(world),
                                      std::move(options))) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
-const Scene& Renderer::scene() const { return state_->scene_; }
+const Scene& Renderer::scene(std::size_t laser) const { return state_->lasers_.at(laser).scene; }
 
 void Renderer::set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg) {
   state_->set_pose(object, position_m, rotation_deg, {});
@@ -338,11 +383,9 @@ void Renderer::set_solid_pose(std::size_t object, glm::dvec3 position_m, glm::dv
 }
 
 void Renderer::set_shape(std::size_t object, double place) {
-  auto& o = state_->scene_.objects.at(object);
-  if (o.shapes.empty())
+  if (scene().objects.at(object).shapes.empty())
     throw InputError("object " + std::to_string(object) + ": it has no meshes to become");
-  o.shape = place;
-  state_->changed_ = true;
+  state_->change([&](Scene& one) { one.objects[object].shape = place; });
 }
 
 void Renderer::set_vertices(std::size_t object, std::span<const glm::dvec3> positions_m,
@@ -351,7 +394,7 @@ void Renderer::set_vertices(std::size_t object, std::span<const glm::dvec3> posi
 }
 
 void Renderer::set_light(std::size_t light, const Light& value) {
-  auto& l = state_->scene_.lights.at(light);
+  const auto& l = scene().lights.at(light);
   const auto is_plain = [](const Light& one) {
     return (one.type == LightType::directional || one.type == LightType::point) && !one.falls_off &&
            one.highlights;
@@ -361,27 +404,32 @@ void Renderer::set_light(std::size_t light, const Light& value) {
        l.samples != value.samples || l.picture != value.picture))
     throw InputError("light " + std::to_string(light) +
                      ": its type, falloff, highlights, samples and picture must stay as they are");
-  l = value;
-  state_->changed_ = true;
+  state_->change([&](Scene& one) { one.lights[light] = value; });
 }
 
 void Renderer::set_seed(std::uint32_t seed) {
-  state_->scene_.sampling.seed = seed;
-  state_->plan_.seed = seed;
+  for (auto& laser : state_->lasers_) laser.scene.sampling.seed = laser.plan.seed = seed;
 }
 
 void Renderer::set_clip(std::optional<double> clip) { state_->options_.clip = clip; }
 
 RenderResult Renderer::render() {
   try {
-    return state_->render();
+    return state_->render(0);
   } catch (...) {
     state_->times_ = {};
     throw;
   }
 }
 
-Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+std::vector<RenderResult> Renderer::render_lasers() {
+  try {
+    return state_->render_lasers();
+  } catch (...) {
+    state_->times_ = {};
+    throw;
+  }
+}
 
 RenderResult render(const cl::Device& device, const Scene& scene, const RenderOptions& options) {
   return Renderer(device, scene, options).render();
@@ -389,7 +437,7 @@ RenderResult render(const cl::Device& device, const Scene& scene, const RenderOp
 
 RenderResult render(const cl::Device& device, const Scene& scene, const World& world,
                     const RenderOptions& options) {
-  return Renderer(std::make_unique<Renderer::State>(device, scene, world, options)).render();
+  return Renderer(device, scene, world, options).render();
 }
 
 double mean_light_of(const FieldStack& field, std::optional<int> frames) {
@@ -451,28 +499,11 @@ ColourResult colour_result(const cl::Device& device, const std::vector<Scene>& s
 
 ColourResult render_colours(const cl::Device& device, const std::vector<Scene>& scenes,
                             const World& world, const RenderOptions& options) {
-  std::vector<RenderResult> lasers;
   auto how = options;
   how.keep_field = true;
-  std::size_t laser = 0;
-  if (options.progress) {
-    how.progress = [&](const std::string& what, double share) {
-      options.progress(length_text(scenes[laser].hologram.wavelength_m) + ": " + what,
-                       (static_cast<double>(laser) + share) / static_cast<double>(scenes.size()));
-    };
-  }
-  // Of each laser while the next is computed: what they share goes on
-  std::unique_ptr<Renderer::State> state;
-  for (; laser < scenes.size(); ++laser) {
-    if (!state) {
-      state = std::make_unique<Renderer::State>(device, scenes[laser], world, how);
-    } else {
-      state->options_.takes_long = nullptr;  // it was said
-      state = std::make_unique<Renderer::State>(std::move(state), scenes[laser]);
-    }
-    lasers.push_back(state->render());
-  }
-  return colour_result(device, scenes, std::move(lasers), options.keep_field);
+  constexpr bool one_at_a_time = true;
+  Renderer::State state(device, scenes, world, std::move(how), one_at_a_time);
+  return colour_result(device, scenes, state.render_lasers(), options.keep_field);
 }
 
 }  // namespace raywave

@@ -35,10 +35,10 @@ struct RenderOptions {
   // Refinement begins with its phases, not with those of the field that is traced: goes on where an
   // earlier one ended
   std::optional<FieldStack> refine_start;
-  // In scenes that move: all plans go on from this one (fitting_plan_of_poses), not from
-  // that of the picture before. A picture then does not depend on which ones came before it
-  std::shared_ptr<const Plan> base_plan;
-  int sharing = 1;  // renderers that have the memory of device and host together
+  // In scenes that move, one for each laser: all its plans go on from this one
+  // (fitting_plan_of_poses), not from that of the picture before. A picture then does not depend on
+  // which ones came before it
+  std::vector<std::shared_ptr<const Plan>> base_plans;
   // RenderResult::clip of all pictures, which then share one scale; empty: each by itself
   std::optional<double> clip;
   Progress progress;
@@ -110,7 +110,7 @@ double laser_need(const RenderResult& result, std::optional<int> frames = {});
 /// needs  laser_need of each laser
 std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& needs);
 
-/// Puts together what a renderer of each laser has made: one scale for all, what they need.
+/// Puts together what Renderer::render_lasers has made: one scale for all, what they need.
 ///
 /// scenes      of the lasers
 /// lasers      with their fields
@@ -126,7 +126,8 @@ ColourResult colour_result(const cl::Device& device, const std::vector<Scene>& s
 ColourResult render_colours(const cl::Device& device, const std::vector<Scene>& scenes,
                             const World& world, const RenderOptions& options = {});
 
-/// Renders scenes that move. Meshes, kernels, plans and memory are kept from one picture to the
+/// Renders scenes that move, also of several lasers, which share the world and its samples. Meshes,
+/// kernels, plans and memory are kept from one picture to the
 /// next; only changed data is computed and uploaded. Rays are transformed into the frame of a moved
 /// object (host/trace/instances.hpp). A ray that meets an edge within rounding errors may therefore
 /// have another hit than in render(): fields differ by 1e-4 (relative L2), by up to 6e-3 when many
@@ -148,10 +149,17 @@ public:
            RenderOptions options = {});
   /// Takes a world that place_objects has made; no file is read.
   Renderer(const cl::Device& device, Scene scene, World world, RenderOptions options = {});
+  /// The same of several lasers. Each has kernels and memory of its own, and may take its share of
+  /// the memory that there is.
+  ///
+  /// scenes  of load_colours
+  Renderer(const cl::Device& device, std::vector<Scene> scenes, World world,
+           RenderOptions options = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
 
-  const Scene& scene() const;
+  /// As it is now.
+  const Scene& scene(std::size_t laser = 0) const;
 
   /// Sets the place of an object's anchor (the centre of its bounding box unless the scene says
   /// otherwise) and its rotation about x, then y, then z.
@@ -194,15 +202,16 @@ public:
   /// Sets RenderOptions::clip of the next pictures.
   void set_clip(std::optional<double> clip);
 
-  /// Renders the current scene. RenderResult::seconds covers this call; in the first result it
-  /// includes the time of the constructor.
+  /// Renders the current scene, for the first laser. RenderResult::seconds covers this call; in the
+  /// first result it includes the time of the constructor.
   ///
   /// throws  InputError when the scene cannot be computed; the renderer stays usable
   RenderResult render();
+  /// Renders the current scene for each laser.
+  std::vector<RenderResult> render_lasers();
 
 private:
   struct State;
-  explicit Renderer(std::unique_ptr<State> state);
   friend RenderResult render(const cl::Device& device, const Scene& scene, const World& world,
                              const RenderOptions& options);
   friend ColourResult render_colours(const cl::Device& device, const std::vector<Scene>& scenes,

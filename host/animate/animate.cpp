@@ -145,18 +145,17 @@ bool Animator::lasers_dim(const Laser& laser) const {
   return laser.scene.colour && laser.scene.slm.encoding == Encoding::phase;
 }
 
-std::vector<Renderer> Animator::renderers() const {
-  std::vector<Renderer> all;
+Renderer Animator::renderer() const {
+  RenderOptions how;
+  how.fft = fft_;
+  how.keep_field = lasers_dim(lasers_.front());
+  std::vector<Scene> scenes;
   for (const auto& laser : lasers_) {
-    RenderOptions how;
-    how.fft = fft_;
-    how.keep_field = lasers_dim(laser);
-    how.base_plan = laser.base;
-    how.sharing = static_cast<int>(lasers_.size());
     // Begins with the first picture whichever comes next: frames of instances lie where it has them
-    all.emplace_back(device_, scene_at(laser.scene, 0), world_, how);
+    scenes.push_back(scene_at(laser.scene, 0));
+    how.base_plans.push_back(laser.base);
   }
-  return all;
+  return {device_, std::move(scenes), world_, how};
 }
 
 void Animator::show(const Scene& scene, int picture, Renderer& renderer) const {
@@ -175,19 +174,19 @@ double Animator::power_of(const Laser& laser, const RenderResult& result, int pi
   return white * laser_need(result, schedule_.count_of(picture));
 }
 
-Animator::Scale Animator::brightest(std::vector<Renderer>& renderers) const {
+Animator::Scale Animator::brightest(Renderer& renderer) const {
   Scale scale;
   const bool scales = std::any_of(lasers_.begin(), lasers_.end(), [&](const Laser& laser) {
     return laser.plan->slm.encoding != Encoding::phase || (lasers_.size() > 1 && lasers_dim(laser));
   });
   if (!scales) return scale;
   for (const int picture : schedule_.spread(Schedule::pictures_that_scale)) {
+    show(scene_at(scene(), picture), picture, renderer);
+    const auto results = renderer.render_lasers();
     double power = 0;
     for (std::size_t i = 0; i < lasers_.size(); ++i) {
-      show(scene_at(lasers_[i].scene, picture), picture, renderers[i]);
-      const auto result = renderers[i].render();
-      scale.clip = std::max(scale.clip, result.clip);
-      if (lasers_.size() > 1) power += power_of(lasers_[i], result, picture);
+      scale.clip = std::max(scale.clip, results[i].clip);
+      if (lasers_.size() > 1) power += power_of(lasers_[i], results[i], picture);
     }
     scale.power = std::max(scale.power, power);
   }
@@ -201,31 +200,30 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress)
     files.finish();
     return made;
   }
-  auto all = renderers();
-  const auto scale = brightest(all);
-  for (auto& renderer : all)
-    if (scale.clip > 0) renderer.set_clip(scale.clip);
+  auto renderer = this->renderer();
+  const auto scale = brightest(renderer);
+  if (scale.clip > 0) renderer.set_clip(scale.clip);
   std::chrono::steady_clock::time_point start;
   WriteQueue queue(longest_queue);
   for (int picture = first; picture < end; ++picture) {
     if (progress)
       progress("picture " + std::to_string(picture + 1) + " of " + std::to_string(end),
                static_cast<double>(picture) / end);
+    const auto scene = scene_at(this->scene(), picture);
+    show(scene, picture, renderer);
+    auto results = renderer.render_lasers();
     const auto count = static_cast<std::size_t>(schedule_.count_of(picture));
     // std::function wants what can be copied. The lasers of a hologram lie side by side
-    auto levels = std::make_shared<std::vector<std::vector<std::uint8_t>>>(count * all.size());
-    nlohmann::ordered_json line;
+    auto levels = std::make_shared<std::vector<std::vector<std::uint8_t>>>(count * lasers());
+    auto line = line_of(picture, scene, results[0]);
     std::vector<std::string> notes;
     std::vector<double> powers;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const auto scene = scene_at(lasers_[i].scene, picture);
-      show(scene, picture, all[i]);
-      auto result = all[i].render();
+    for (std::size_t i = 0; i < lasers(); ++i) {
+      auto& result = results[i];
       for (std::size_t j = 0; j < count; ++j)
-        (*levels)[j * all.size() + i] = std::move(result.levels[j]);
+        (*levels)[j * lasers() + i] = std::move(result.levels[j]);
       add_lines(notes, result.notes);
-      if (i == 0) line = line_of(picture, scene, result);
-      if (all.size() > 1)
+      if (lasers() > 1)
         powers.push_back(power_of(lasers_[i], result, picture) /
                          (lasers_dim(lasers_[i]) && scale.power > 0 ? scale.power : 1));
       if (picture > first)
@@ -244,7 +242,7 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress)
     });
     if (picture == first) start = std::chrono::steady_clock::now();
     ++made.pictures;
-    const int holograms = static_cast<int>(count * all.size());
+    const int holograms = static_cast<int>(count * lasers());
     made.holograms += holograms;
     if (picture > first) made.timed_holograms += holograms;
   }

@@ -84,11 +84,11 @@ private:
   void plan_laser(Laser& laser);
   /// Where the lasers have to show how bright a picture is.
   bool lasers_dim(const Laser& laser) const;
-  /// A renderer for each laser.
-  std::vector<Renderer> renderers() const;
+  /// Of all lasers.
+  Renderer renderer() const;
   /// Moves a renderer to a picture, which `scene` describes.
   void show(const Scene& scene, int picture, Renderer& renderer) const;
-  Scale brightest(std::vector<Renderer>& renderers) const;
+  Scale brightest(Renderer& renderer) const;
   /// Radiant power of a laser that a picture needs, whatever the scale.
   double power_of(const Laser& laser, const RenderResult& result, int picture) const;
   nlohmann::ordered_json line_of(int picture, const Scene& scene, const RenderResult& result) const;

@@ -312,45 +312,29 @@ struct Renderer::State {
     make(scene.state(), options);
   }
 
-  /// A renderer for each laser.
   void make(const Scene::State& scene, const RenderOptions& options) {
     auto how = options_of(options, opened);
     if (how.progress) how.progress("meshes", 0);
-    const auto& files = scene.read_files();
     scenes = scene.scenes;
+    auto world = scene.world();
     const bool has_goal = goal_of(options.goal).any(), is_colour = scenes.size() > 1;
     if (has_goal && how.progress) how.progress("plan", 0);
-    if (has_goal || is_colour) {
-      const auto world = scene.world();
-      scenes = planned(scene, world, options, opened.device.info(), warnings);
-      if (is_colour)
-        if (auto warning = colour_warning(scenes, world); !warning.empty())
-          warnings.push_back(std::move(warning));
-    }
-    how.sharing = static_cast<int>(scenes.size());
+    if (has_goal || is_colour) scenes = planned(scene, world, options, opened.device.info(), warnings);
+    if (is_colour)
+      if (auto warning = colour_warning(scenes, world); !warning.empty())
+        warnings.push_back(std::move(warning));
     how.keep_field = keep_field || is_colour;  // which decides the lasers' powers
-    for (const auto& one : scenes) {
-      auto of_laser = how;
-      if (is_colour && how.progress)
-        of_laser.progress = [progress = how.progress, laser = renderers.size(),
-                             name = length_text(one.hologram.wavelength_m)](const std::string& what,
-                                                                            double share) {
-          progress(name + ": " + what, (static_cast<double>(laser) + share) / 3);
-        };
-      renderers.emplace_back(opened.device, one, files, of_laser);
-    }
+    renderer.emplace(opened.device, scenes, std::move(world), how);
   }
 
   ColourResult render() {
-    if (renderers.size() == 1) {
-      ColourResult result;
-      result.powers = {1};
-      result.lasers.push_back(renderers[0].render());
-      return result;
-    }
-    std::vector<RenderResult> lasers;
-    for (auto& renderer : renderers) lasers.push_back(renderer.render());
-    return colour_result(opened.device, scenes, std::move(lasers), keep_field);
+    auto lasers = renderer->render_lasers();
+    if (lasers.size() > 1)
+      return colour_result(opened.device, scenes, std::move(lasers), keep_field);
+    ColourResult result;
+    result.powers = {1};
+    result.lasers = std::move(lasers);
+    return result;
   }
 
   std::recursive_mutex mutex;  // a callback's own call finds it locked, and is told so
@@ -359,7 +343,7 @@ struct Renderer::State {
   bool keep_field;
   std::vector<raywave::Scene> scenes;  // of each laser
   std::vector<std::string> warnings;
-  std::vector<raywave::Renderer> renderers;
+  std::optional<raywave::Renderer> renderer;  // of all lasers
 };
 
 namespace {
@@ -403,21 +387,20 @@ std::vector<double> Renderer::wavelengths_m() const {
 void Renderer::set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg) {
   const Turn turn(state_->mutex, state_->is_busy);
   require_pose(object, objects(), position_m, rotation_deg);
-  // What one refuses, the first does
-  for (auto& renderer : state_->renderers)
-    renderer.set_pose(object, vector_of(position_m), vector_of(rotation_deg));
+  state_->renderer->set_pose(object, vector_of(position_m), vector_of(rotation_deg));
 }
 
 void Renderer::set_seed(std::uint32_t seed) {
   const Turn turn(state_->mutex, state_->is_busy);
-  for (auto& renderer : state_->renderers) renderer.set_seed(seed);
+  state_->renderer->set_seed(seed);
 }
 
 Hologram Renderer::render() {
   const Turn turn(state_->mutex, state_->is_busy);
   auto result = state_->render();
   std::vector<raywave::Scene> scenes;
-  for (const auto& renderer : state_->renderers) scenes.push_back(renderer.scene());
+  for (std::size_t i = 0; i < state_->scenes.size(); ++i)
+    scenes.push_back(state_->renderer->scene(i));
   return hologram_of(scenes, std::move(result), state_->opened, state_->warnings);
 }
 

@@ -305,6 +305,7 @@ void DeviceScene::place(const World& world, const Plan& plan) {
   options =
       // The depth is rounded up to a multiple of 16, so that scenes of similar size share kernels.
       cl::with(options, {{option::bvh_depth, std::to_string((instances_.depth() + 15) / 16 * 16)}});
+  show_spectra(plan);
   upload_lights(world, plan);
 }
 
@@ -320,9 +321,14 @@ void DeviceScene::upload_lights(const World& world, const Plan& plan) {
 
 void DeviceScene::show(const Plan& plan) {
   tree_seconds = 0;
+  show_spectra(plan);
+  upload_radiances(plan);
+}
+
+/// Materials for the plan's laser
+void DeviceScene::show_spectra(const Plan& plan) {
   for (std::size_t i = 0; i < materials_.size(); ++i)
     set_spectra(plan.lighting.materials[i], plan.wavelength_m, materials_[i]);
-  upload_radiances(plan);
 }
 
 /// Lights and materials, in units that keep floats in range.

@@ -67,6 +67,7 @@ public:
   }
 
 private:
+  void show_spectra(const Plan& plan);
   void upload_lights(const World& world, const Plan& plan);
   void upload_radiances(const Plan& plan);
 

@@ -31,12 +31,20 @@ void require_rays(const Plan& plan) {
       "axis");
 }
 
+/// Plans with equal keys share kernels that find samples.
+TableKey table_key(const Plan& plan, const DeviceScene& scene) {
+  return {plan.aimed, plan.bounces_as, plan.antialias, plan.visibility_parts, scene.options};
+}
+
 /// Plans with equal keys share kernels.
-KernelKey kernel_key(const Plan& plan, const DeviceScene& arrays, int frames_together) {
-  return {
-      plan.aimed,      plan.compact.has_value(), is_near_hologram(plan), plan.bounces,
-      plan.bounces_as, plan.antialias,           plan.visibility_parts,  plan.beyond_diffraction,
-      plan.precision,  arrays.options,           frames_together};
+KernelKey kernel_key(const Plan& plan, const DeviceScene& scene, int frames_together) {
+  return {table_key(plan, scene), plan.compact.has_value(), is_near_hologram(plan), plan.bounces,
+          plan.beyond_diffraction, plan.precision, frames_together};
+}
+
+/// True when light comes from samples, or begins in their places.
+bool has_samples(const Plan& plan) {
+  return plan.aimed || plan.fan_source == FanSource::surface;
 }
 
 }  // namespace
@@ -44,35 +52,22 @@ KernelKey kernel_key(const Plan& plan, const DeviceScene& arrays, int frames_tog
 /// Computes the fields on WRPs by gathering from surface samples or by tracing fans of rays.
 class FieldSource {
 public:
-  /// table  of another laser; null: samples are found
-  FieldSource(const cl::Device& device, const Plan& plan, const DeviceScene& arrays, int frames,
-              std::unique_ptr<SampleTable> table)
+  /// table  null: light has no samples
+  FieldSource(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
+              std::shared_ptr<const SampleTable> table, int frames)
       : table_(std::move(table)) {
-    const bool snapped = plan.fan_source == FanSource::surface;
-    if (table_)
-      table_->show(plan, arrays);
-    else if (plan.aimed || snapped)
-      table_ = std::make_unique<SampleTable>(device, plan, arrays, !plan.aimed);
     if (plan.compact)
-      compact_gatherer_ = std::make_unique<CompactGatherer>(device, plan, arrays, *table_, frames);
+      compact_gatherer_ = std::make_unique<CompactGatherer>(device, plan, scene, *table_, frames);
     else if (plan.aimed)
-      gatherer_ = std::make_unique<Gatherer>(device, plan, arrays, *table_, frames);
+      gatherer_ = std::make_unique<Gatherer>(device, plan, scene, *table_, frames);
     if (plan.aimed && plan.has_fans())
-      fan_tracer_ = std::make_unique<FanTracer>(device, plan, arrays, HitSource::bounced);
+      fan_tracer_ = std::make_unique<FanTracer>(device, plan, scene, HitSource::bounced);
     if (!plan.aimed)
       fan_tracer_ = std::make_unique<FanTracer>(
-          device, plan, arrays, snapped ? HitSource::surface : HitSource::hit, table_.get());
+          device, plan, scene, table_ ? HitSource::surface : HitSource::hit, table_.get());
   }
 
-  int samples() const { return table_ ? table_->count : 0; }
-  int hidden_samples() const { return table_ ? table_->hidden : 0; }
-
-  void find_samples(const Plan& plan, const DeviceScene& arrays) {
-    if (table_) table_->find(plan, arrays);
-  }
-
-  /// The samples, for another laser; gathering is over then.
-  std::unique_ptr<SampleTable> take_table() { return std::move(table_); }
+  const SampleTable* table() const { return table_.get(); }
 
   /// Starts the frames of seed, seed + 1, ...
   void start(std::uint32_t seed) {
@@ -90,58 +85,75 @@ public:
   }
 
 private:
-  std::unique_ptr<SampleTable> table_;
+  std::shared_ptr<const SampleTable> table_;  // of the kernels below, also when there is a newer
   std::unique_ptr<Gatherer> gatherer_;
   std::unique_ptr<CompactGatherer> compact_gatherer_;
   std::unique_ptr<FanTracer> fan_tracer_;
   std::uint32_t seed_ = 0;
 };
 
-TraceStage::TraceStage(const cl::Device& device, StageTimes& times)
-    : device_(device), times_(times) {}
+TraceStage::TraceStage(const cl::Device& device, StageTimes& times,
+                       std::shared_ptr<TracedWorld> shared)
+    : device_(device), times_(times), shared_(std::move(shared)) {}
 TraceStage::~TraceStage() = default;
 
-int TraceStage::samples() const { return source_->samples(); }
-int TraceStage::hidden_samples() const { return source_->hidden_samples(); }
-double TraceStage::radiance_unit() const { return arrays_->radiance_unit; }
+int TraceStage::samples() const { return shared_->table ? shared_->table->count : 0; }
+int TraceStage::hidden_samples() const { return shared_->table ? shared_->table->hidden : 0; }
+double TraceStage::radiance_unit() const { return scene().radiance_unit; }
 
-void TraceStage::take_over(TraceStage& other) {
-  arrays_ = std::move(other.arrays_);
-  table_ = other.source_->take_table();
-  other.source_ = nullptr;
-}
-
-void TraceStage::prepare(const World& world, const Plan& plan) {
+void TraceStage::prepare(const World& world, const Plan& plan, bool has_stayed) {
   require_rays(plan);
   plan_ = &plan;
-  // The scene in device memory. The time for trees is reported as a stage of its own.
-  if (arrays_ && !source_) {
-    const StageClock clock(times_, "prepare");
-    arrays_->show(plan);
-  } else if (arrays_) {
-    const StageClock clock(times_, "tree");
-    arrays_->place(world, plan);
-  } else {
-    {
-      const StageClock clock(times_, "prepare");
-      arrays_ = std::make_unique<DeviceScene>(device_, world, plan);
-    }
-    times_.wall_s["tree"] = arrays_->tree_seconds;
-    times_.wall_s["prepare"] -= arrays_->tree_seconds;
-  }
+  place(world, has_stayed);
 
-  // Surface samples; kernels are kept when they fit the plan.
   const StageClock clock(times_, "samples");
   frames_together_ = frames_together(plan, device_.info().largest_buffer_bytes);
-  if (const auto key = kernel_key(plan, *arrays_, frames_together_); source_ && key == built_for_) {
-    source_->find_samples(plan, *arrays_);
-  } else {
+  find_samples(has_stayed);
+  const auto key = kernel_key(plan, scene(), frames_together_);
+  if (!source_ || key != built_for_ || source_->table() != shared_->table.get()) {
     source_ = nullptr;  // frees the old memory first
-    source_ =
-        std::make_unique<FieldSource>(device_, plan, *arrays_, frames_together_, std::move(table_));
+    source_ = std::make_unique<FieldSource>(device_, plan, scene(), shared_->table,
+                                            frames_together_);
     built_for_ = key;
   }
   device_.finish();
+}
+
+/// The scene in device memory. The time for trees is reported as a stage of its own.
+void TraceStage::place(const World& world, bool has_stayed) {
+  auto& scene = shared_->scene;
+  if (!scene) {
+    {
+      const StageClock clock(times_, "prepare");
+      scene = std::make_unique<DeviceScene>(device_, world, *plan_);
+    }
+    times_.wall_s["tree"] = scene->tree_seconds;
+    times_.wall_s["prepare"] -= scene->tree_seconds;
+  } else if (has_stayed) {
+    const StageClock clock(times_, "prepare");
+    scene->show(*plan_);
+  } else {
+    const StageClock clock(times_, "tree");
+    scene->place(world, *plan_);
+  }
+}
+
+/// The samples of the scene, as this plan's laser sees them.
+void TraceStage::find_samples(bool has_stayed) {
+  auto& table = shared_->table;
+  const auto key = table_key(*plan_, scene());
+  if (!has_samples(*plan_)) {
+    table = nullptr;
+  } else if (!table || key != shared_->built_for) {
+    source_ = nullptr;  // frees the old memory first
+    table = nullptr;
+    table = std::make_shared<SampleTable>(device_, *plan_, scene(), !plan_->aimed);
+    shared_->built_for = key;
+  } else if (has_stayed) {
+    table->show(*plan_, scene());
+  } else {
+    table->find(*plan_, scene());
+  }
 }
 
 /// Allocates the memory for fields on WRPs. Frames gathered together need one stack for every WRP

@@ -29,26 +29,33 @@ struct WrpField {
   PlanePart lit{};  // of a virtual plane; only this part is filled, unless all was asked for
 };
 
-/// The properties of a plan that kernels are built for: see kernel_key in trace_stage.cpp.
-using KernelKey =
-    std::tuple<bool, bool, bool, int, Bounces, int, int, bool, Precision, cl::Options, int>;
+/// The properties of a plan that kernels are built for: see table_key and kernel_key in
+/// trace_stage.cpp.
+using TableKey = std::tuple<bool, Bounces, int, int, cl::Options>;
+using KernelKey = std::tuple<TableKey, bool, bool, int, bool, Precision, int>;
+
+/// The scene in device memory with its surface samples, which the lasers of a scene share.
+struct TracedWorld {
+  std::unique_ptr<DeviceScene> scene;
+  std::shared_ptr<SampleTable> table;  // null: fans of rays are traced without
+  TableKey built_for;                  // the table's kernels
+};
 
 /// Traces rays, finds surface samples and gathers, for successive plans of a scene that may move.
 class TraceStage {
 public:
-  TraceStage(const cl::Device& device, StageTimes& times);
+  /// shared  by the stages of several lasers: that which was prepared last is the one to `run`
+  TraceStage(const cl::Device& device, StageTimes& times, std::shared_ptr<TracedWorld> shared);
   ~TraceStage();
 
   /// Uploads the world and finds its surface samples. Kernels, trees and memory of the previous
   /// plan are reused where they fit.
   ///
-  /// plan    must outlive the stage, which reads it again in `run`
-  /// throws  InputError when the pixels can show no ray of a fan; DeviceError for the device
-  void prepare(const World& world, const Plan& plan);
-
-  /// Takes the world and the samples of another laser's stage, which is left without, to `prepare`
-  /// for a plan that differs in the laser alone.
-  void take_over(TraceStage& other);
+  /// plan        must outlive the stage, which reads it again in `run`
+  /// has_stayed  the world, since the stage of another laser was prepared, whose plan differs in
+  ///             the laser alone: trees and samples are kept
+  /// throws      InputError when the pixels can show no ray of a fan; DeviceError for the device
+  void prepare(const World& world, const Plan& plan, bool has_stayed);
 
   /// Returns the field of one frame on plan.wrps[wrp], valid until the next call. Callers request
   /// the WRPs of a tile in order, once for every frame, and the frames in order.
@@ -61,20 +68,21 @@ public:
   int hidden_samples() const;
 
   /// The world on the device, as the last plan has it.
-  const DeviceScene& scene() const { return *arrays_; }
+  const DeviceScene& scene() const { return *shared_->scene; }
 
   /// Fields on the device times the square root of this are in the scene's brightness.
   double radiance_unit() const;
 
 private:
+  void place(const World& world, bool has_stayed);
+  void find_samples(bool has_stayed);
   void make_stacks();
 
   cl::Device device_;
   StageTimes& times_;
+  std::shared_ptr<TracedWorld> shared_;
   const Plan* plan_ = nullptr;
-  std::unique_ptr<DeviceScene> arrays_;
-  std::unique_ptr<FieldSource> source_;  // refers to the plan and the arrays
-  std::unique_ptr<SampleTable> table_;   // of another laser, until a source takes it
+  std::unique_ptr<FieldSource> source_;  // refers to the plan and to what is shared
   int frames_together_ = 1;              // frames that one gathering fills
   std::vector<cl::ComplexBuffer> stacks_;
   std::vector<PlanePart> lit_;  // as many
