@@ -89,6 +89,44 @@ TEST_CASE("each laser's hologram is bit-equal to that of its wavelength rendered
   }
 }
 
+TEST_CASE("a renderer of three lasers shows every pose as renderers of one laser do") {
+  const Folder folder;
+  folder.write("ball.obj", test::ball_obj(24, 12));
+  // A mirror, whose samples depend on the laser
+  const auto mirror =
+      "[materials.mirror]\nambient = 0\ndiffuse = 0\nreflectivity = [0.9, 0.5, 0.2]\n"
+      "[[object]]\nmesh = \"card.obj\"\nwidth = \"0.8 mm\"\nmaterial = \"mirror\"\n"
+      "position = [\"0.2 mm\", 0, \"21 mm\"]\nrotation = [0, 20, 0]\n";
+  for (const auto& objects : {lit_teapot, lit_teapot + mirror}) {
+    const auto scenes =
+        load_colours(scene_file(folder, objects + cards({{0.9, 0.2, 0.1}, {0.1, 0.8, 0.3}})));
+    const auto world = build_world(scenes[0]);
+    for (const auto& device : test::all_devices()) {
+      Renderer together(device, scenes, world);
+      std::vector<Renderer> alone;
+      for (const auto& scene : scenes) alone.emplace_back(device, scene, world);
+      std::vector<std::complex<float>> before;
+      for (const double x_m : {0.0, 0.0, 0.1e-3}) {  // a pose that stays, and one that changes
+        together.set_pose(0, {x_m, 0, 19.5e-3}, {0, 1e6 * x_m, 0});
+        for (const bool again : {false, true}) {
+          CAPTURE(x_m, again);
+          const auto lasers = together.render_lasers();
+          REQUIRE(lasers.size() == 3);
+          for (std::size_t i = 0; i < 3; ++i) {
+            if (!again) alone[i].set_pose(0, {x_m, 0, 19.5e-3}, {0, 1e6 * x_m, 0});
+            const auto one = alone[i].render();
+            CHECK(one.samples == lasers[i].samples);
+            CHECK(one.field.samples == lasers[i].field.samples);
+            CHECK(one.levels == lasers[i].levels);
+          }
+          if (x_m > 0 && !again) CHECK(lasers[0].field.samples != before);
+          before = lasers[0].field.samples;
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE("lasers share samples: the same places, phases and visibility") {
   const Folder folder;
   folder.write("ball.obj", test::ball_obj(24, 12));
