@@ -40,7 +40,10 @@ std::pair<double, double> band_m(double wavelength_m, double distance_m, double 
 
 Band Axis::sampled(std::pair<double, double> band) const {
   const double step = 1 / (padded * pitch_m);
-  const double first = std::max<double>(std::ceil(band.first / step), lowest());
+  // What an even transform has at -n / 2 may as well be light at +n / 2
+  const bool is_sure = lowest() == -highest() || band.second >= -lowest() * step;
+  const double first =
+      std::max<double>(std::ceil(band.first / step), is_sure ? lowest() : -highest());
   const double last = std::min<double>(std::floor(band.second / step), highest());
   return first <= last ? Band{static_cast<int>(first), static_cast<int>(last)} : Band{};
 }

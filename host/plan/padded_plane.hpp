@@ -61,6 +61,8 @@ struct Axis {
   int signed_index(int i) const { return i <= highest() ? i : i - padded; }
   int index(int k) const { return k < 0 ? k + padded : k; }  // in the order of the transform
   double frequency(int k) const { return k / (padded * pitch_m); }
+  /// What a band keeps. Of an even number of frequencies, the steepest counts as light to both
+  /// sides: a band keeps it when it holds both, so that a field's conjugate goes the mirrored way.
   Band sampled(std::pair<double, double> band) const;
 };
 

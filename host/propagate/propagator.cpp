@@ -34,16 +34,15 @@ std::vector<Band> bands_across(const Axis& axis, const Axis& other, double wavel
   return bands;
 }
 
-/// Largest |shift| along `axis`, to the side of `shift_m`, at which a sampled frequency is left
-/// while the target is shifted by other_shift_m along the other axis: what arrives there has the
-/// steepest sampled frequencies of both.
-double largest_shift_m(const Axis& axis, double shift_m, const Axis& other, double other_shift_m,
+/// Largest |shift| along `axis` at which a sampled frequency is left while the target is shifted by
+/// other_shift_m along the other axis: what arrives there has the steepest sampled frequencies of
+/// both.
+double largest_shift_m(const Axis& axis, const Axis& other, double other_shift_m,
                        double wavelength_m, double distance_m) {
   if (distance_m == 0) return axis.reach_m();
   // Steeper frequencies are evanescent.
   const double steepest = std::ceil(1 / (wavelength_m * axis.frequency(1))) - 1;
-  const int last = std::abs(shift_m * distance_m < 0 ? axis.lowest() : axis.highest());
-  const double u = std::min<double>(last, steepest) * axis.frequency(1);
+  const double u = std::min<double>(axis.highest(), steepest) * axis.frequency(1);
   const double left = 1 / (wavelength_m * wavelength_m) - u * u;
   const auto band =
       other.sampled(band_of(std::sqrt(left), distance_m, other_shift_m, other.reach_m()));
@@ -184,10 +183,8 @@ struct Propagator::State {
       throw InputError(too_far);
     auto result = transfer(target);
     if (result->rows.empty()) {
-      const double x_m =
-          largest_shift_m(plan.x, shift_m.x, plan.y, -shift_m.y, wavelength_m, distance_m);
-      const double y_m =
-          largest_shift_m(plan.y, -shift_m.y, plan.x, shift_m.x, wavelength_m, distance_m);
+      const double x_m = largest_shift_m(plan.x, plan.y, -shift_m.y, wavelength_m, distance_m),
+                   y_m = largest_shift_m(plan.y, plan.x, shift_m.x, wavelength_m, distance_m);
       const bool beyond = std::abs(shift_m.x) > x_m || std::abs(shift_m.y) > y_m;
       throw InputError("propagation over " + millimetres(distance_m) +
                        ": no light arrives at a plane shifted by " + millimetres(shift_m.x) + ", " +

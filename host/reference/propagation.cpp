@@ -118,7 +118,12 @@ Field shifted_angular_spectrum(const Field& source, const Setup& s, glm::ivec2 p
         return z == 0 ? std::abs(shift) <= half
                       : w_squared > 0 && std::abs(shift - z * f / w) <= half;
       };
-      const bool kept = within(s.shift_m.x, u, half_x) && within(s.shift_m.y, v, half_y);
+      // The steepest of an even number of frequencies is light to both sides
+      const auto within_both = [&](double shift, double f, double half, int k, int n) {
+        return within(shift, f, half) && (2 * k != n || within(shift, -f, half));
+      };
+      const bool kept = within_both(s.shift_m.x, u, half_x, i, padded.x) &&
+                        within_both(s.shift_m.y, v, half_y, j, padded.y);
       const double turns = s.shift_m.x * u + s.shift_m.y * v + z * w;
       const double scale = kept ? 1 / (static_cast<double>(padded.x) * padded.y) : 0;
       plane[j * padded.x + i] *= std::polar(scale, 2 * pi * (turns - std::round(turns)));
