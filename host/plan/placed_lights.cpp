@@ -11,8 +11,11 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <utility>
+
+#include "host/common/colour.hpp"
 
 namespace raywave {
 namespace {
@@ -23,11 +26,6 @@ using std::numbers::pi;
 double pixel_angle(const Image& picture, int row) {
   const double step = pi / picture.height;
   return 2 * pi / picture.width * (std::cos(row * step) - std::cos((row + 1) * step));
-}
-
-double row_sum(const Image& picture, int row) {
-  const auto first = picture.pixels.begin() + std::ptrdiff_t{1} * row * picture.width;
-  return std::accumulate(first, first + picture.width, 0.0);
 }
 
 /// Sums up to each entry, from 0 on.
@@ -48,37 +46,67 @@ std::pair<int, double> draw(const std::vector<double>& sums, double share) {
           width > 0 ? std::clamp((wanted - sums[at]) / width, 0.0, 1.0) : 0.5};
 }
 
-/// Directions of an environment drawn by their light.
+/// Directions of an environment drawn by their light: by its luminance, where it has colours.
 class EnvironmentDraw {
 public:
-  explicit EnvironmentDraw(const Image& picture) : picture_(picture) {
+  struct Drawn {
+    glm::dvec2 place;   // of the picture
+    glm::dvec3 colour;  // red, green and blue there, over the luminance; 1 where it has no colours
+  };
+
+  explicit EnvironmentDraw(const Image& picture)
+      : picture_(picture), channels_{picture.channel(0), picture.channel(1), picture.channel(2)} {
+    const auto xyz = xyz_from_srgb();
+    // Y is the luminance
+    if (picture.channels > 1) luminance_ = {xyz[0][1], xyz[1][1], xyz[2][1]};
     std::vector<double> rows;
-    for (int row = 0; row < picture.height; ++row)
-      rows.push_back(row_sum(picture, row) * pixel_angle(picture, row));
+    for (int row = 0; row < picture.height; ++row) {
+      glm::dvec3 sum(0);
+      for (int column = 0; column < picture.width; ++column) sum += colour_at(row, column);
+      sum *= pixel_angle(picture, row);
+      light_in_colour_ += sum;
+      rows.push_back(glm::dot(sum, luminance_));
+    }
     rows_ = running_sums(rows);
   }
 
   /// Integral of the radiance over all directions.
   double light() const { return rows_.back(); }
+  /// The same in red, green and blue, over `light`; 1 where there is none.
+  glm::dvec3 colour() const { return light() > 0 ? light_in_colour_ / light() : glm::dvec3(1); }
 
-  /// The place of the picture that a place of the unit square stands for, in proportion to light.
-  glm::dvec2 place(glm::dvec2 square) {
-    if (light() <= 0) return square;
-    const auto [row, down] = draw(rows_, square.y);
+  /// What a place of the unit square stands for, in proportion to light.
+  Drawn draw(glm::dvec2 square) {
+    if (light() <= 0) return {square, glm::dvec3(1)};
+    const auto [row, down] = raywave::draw(rows_, square.y);
     auto& sums = columns_[row];
     if (sums.empty()) {
-      const auto first = picture_.pixels.begin() + std::ptrdiff_t{1} * row * picture_.width;
-      sums = running_sums({first, first + picture_.width});
+      std::vector<double> columns;
+      for (int column = 0; column < picture_.width; ++column)
+        columns.push_back(glm::dot(colour_at(row, column), luminance_));
+      sums = running_sums(columns);
     }
-    const auto [column, across] = draw(sums, square.x);
+    const auto [column, across] = raywave::draw(sums, square.x);
     // Even in solid angle within the row
     const double step = pi / picture_.height,
                  cosine = std::lerp(std::cos(row * step), std::cos((row + 1) * step), down);
-    return {(column + across) / picture_.width, std::acos(std::clamp(cosine, -1.0, 1.0)) / pi};
+    const auto colour = colour_at(row, column);
+    const double luminance = glm::dot(colour, luminance_);
+    return {{(column + across) / picture_.width, std::acos(std::clamp(cosine, -1.0, 1.0)) / pi},
+            luminance > 0 ? colour / luminance : glm::dvec3(1)};
   }
 
 private:
+  glm::dvec3 colour_at(int row, int column) const {
+    const auto at = static_cast<std::size_t>(row) * static_cast<std::size_t>(picture_.width) +
+                    static_cast<std::size_t>(column);
+    return {channels_[0][at], channels_[1][at], channels_[2][at]};
+  }
+
   const Image& picture_;
+  std::array<std::span<const float>, 3> channels_;
+  glm::dvec3 luminance_{1, 0, 0};  // of red, green and blue
+  glm::dvec3 light_in_colour_{0};
   std::vector<double> rows_;
   std::map<int, std::vector<double>> columns_;
 };
@@ -166,14 +194,19 @@ std::vector<PlacedLight> placed_light(const Light& light, const Image* environme
     placed.intensity *= draws->light() / pi;
   }
   placed.intensity /= light.samples;
+  glm::dvec3 all_colours(0);
   const auto axes = across(light.direction);
   std::vector<PlacedLight> all(static_cast<std::size_t>(light.samples), placed);
   for (int part = 0; part < light.samples; ++part) {
+    auto& one = all[static_cast<std::size_t>(part)];
+    glm::dvec3 colours(0);
     for (int place = 0; place < places_of_light; ++place) {
       const auto square = place_in_square(part, light.samples, place);
       glm::dvec3 at;
       if (draws) {
-        at = direction_of_environment(draws->place(square), light.rotation_deg);
+        const auto drawn = draws->draw(square);
+        at = direction_of_environment(drawn.place, light.rotation_deg);
+        colours += drawn.colour;
       } else if (light.radius_m > 0) {
         const auto disc = light.radius_m * disc_of_square(square);
         at = light.position_m + disc.x * axes[0] + disc.y * axes[1];
@@ -181,9 +214,17 @@ std::vector<PlacedLight> placed_light(const Light& light, const Image* environme
         at = light.position_m + (square.x - 0.5) * light.edges_m[0] +
              (square.y - 0.5) * light.edges_m[1];
       }
-      all[static_cast<std::size_t>(part)].places.push_back(at);
+      one.places.push_back(at);
     }
+    if (draws) one.colour *= colours / double{places_of_light};
+    all_colours += one.colour;
   }
+  if (!draws) return all;
+  // All of them together have the picture's colour
+  const auto wanted = light.colour * draws->colour() * static_cast<double>(light.samples);
+  for (auto& one : all)
+    for (int k = 0; k < 3; ++k)
+      if (all_colours[k] > 0) one.colour[k] *= wanted[k] / all_colours[k];
   return all;
 }
 

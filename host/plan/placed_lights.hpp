@@ -50,7 +50,8 @@ std::vector<PlacedLight> placed_light(const Light& light, const Image* environme
 /// places share a row or a column, so that shadows of straight edges have as many steps.
 glm::dvec2 place_in_square(int part, int count, int place);
 
-/// Mean radiance of an environment over all directions, without Light::intensity.
+/// Mean radiance of an environment over all directions, without Light::intensity; its luminance,
+/// where it has colours.
 double mean_radiance(const Image& environment);
 
 /// The direction that a place of an equirectangular picture stands for, which is the way to it:

@@ -14,8 +14,7 @@ namespace raywave {
 
 /// Textures of a scene's materials, by material, then the pictures of its lights, by light; null
 /// where there is none. Each is the channel that the hologram's wavelength sees, linear, >= 0; in
-/// colour red, green and blue of a texture, and the luminance of a light's picture.
-/// Copies share the pixels.
+/// colour red, green and blue. Copies share the pixels.
 using Textures = std::vector<std::shared_ptr<const Image>>;
 
 /// Reads a file that several materials name once.

@@ -130,6 +130,38 @@ TEST_CASE("a sky that brightens upwards lights surfaces as its integral says") {
           Catch::Approx(3 * (1 + 2.0 / 3 * normal.y)).epsilon(0.01));
 }
 
+TEST_CASE("an environment in colour lights in the colours of its directions") {
+  // Red L = 1 + y, green 0.5, blue 1 - y: a surface with the normal n shows 1 + 2/3 n.y of red
+  const int width = 256, height = 128;
+  auto sky = sky_of(width, height, [](glm::dvec3 d) { return 1 + d.y; });
+  const auto green = sky_of(width, height, [](glm::dvec3) { return 0.5; }),
+             blue = sky_of(width, height, [](glm::dvec3 d) { return 1 - d.y; });
+  sky.channels = 3;
+  for (const auto* more : {&green, &blue})
+    sky.pixels.insert(sky.pixels.end(), more->pixels.begin(), more->pixels.end());
+  CHECK(mean_radiance(sky) == Catch::Approx(0.2126 + 0.7152 * 0.5 + 0.0722).epsilon(1e-3));
+  for (const int samples : {1, 7, 64, 256}) {
+    const auto lights = placed_light(light_of(LightType::environment, samples), &sky);
+    glm::dvec3 all(0);
+    for (const auto& light : lights) all += light.intensity * light.colour;
+    // Radiance over all directions, over pi
+    CHECK(all.x == Catch::Approx(3 * 4.0).epsilon(1e-4));
+    CHECK(all.y == Catch::Approx(3 * 2.0).epsilon(1e-4));
+    CHECK(all.z == Catch::Approx(3 * 4.0).epsilon(1e-4));
+    if (samples < 64) continue;
+    for (const auto& normal : {glm::dvec3(0, 1, 0), glm::dvec3(0, -1, 0), glm::dvec3(1, 0, 0),
+                               glm::normalize(glm::dvec3(0.3, 0.5, -0.8))}) {
+      for (int k = 0; k < 3; ++k) {
+        auto of_colour = lights;
+        for (auto& light : of_colour) light.intensity *= light.colour[k];
+        const double slope = k == 0 ? 2.0 / 3 : k == 1 ? 0 : -2.0 / 3;
+        CHECK(shown(of_colour, glm::dvec3(0), normal) ==
+              Catch::Approx(3 * (k == 1 ? 0.5 : 1 + slope * normal.y)).epsilon(0.05));
+      }
+    }
+  }
+}
+
 TEST_CASE("a hot pixel of an environment is a directional light, and turns with the picture") {
   Image sky{16, 8, std::vector<float>(128, 0.0f)};
   sky.pixels[std::size_t{2} * 16 + 11] = 1000;

@@ -89,6 +89,42 @@ TEST_CASE("each laser's hologram is bit-equal to that of its wavelength rendered
   }
 }
 
+TEST_CASE("an environment's colour is that of the light on a white card") {
+  const Folder folder;
+  const glm::dvec3 colour(0.2, 0.6, 0.1);
+  const auto sky = [&](const char* name, glm::dvec3 of) {
+    std::vector<float> pixels;
+    for (int i = 0; i < 8 * 4; ++i)
+      for (int k = 0; k < 3; ++k) pixels.push_back(static_cast<float>(of[k]));
+    save_exr_rgb(folder / name, 8, 4, pixels);
+  };
+  sky("coloured.exr", colour);
+  sky("white.exr", glm::dvec3(1));
+  const auto fields = [&](const std::string& picture, const std::string& diffuse,
+                          const cl::Device& device) {
+    const auto file = scene_file(
+        folder, "intensity = 0\n[[light]]\ntype = \"environment\"\npicture = \"" + picture +
+                    "\"\nsamples = 16\n[materials.card]\nambient = 0\ndiffuse = " + diffuse +
+                    "\n[[object]]\nmesh = \"card.obj\"\nwidth = \"0.3 mm\"\n"
+                    "material = \"card\"\nposition = [0, 0, \"20 mm\"]\n");
+    const auto scenes = load_colours(file);
+    return render_colours(device, scenes, build_world(scenes[0])).lasers;
+  };
+  for (const auto& device : test::all_devices()) {
+    const auto lit = fields("coloured.exr", "1", device),
+               painted = fields("white.exr", "[0.2, 0.6, 0.1]", device),
+               white = fields("white.exr", "1", device);
+    for (std::size_t i = 0; i < 3; ++i) {
+      CAPTURE(i);
+      CHECK(mean_light_of(painted[i].field) > 0);
+      CHECK(mean_light_of(lit[i].field) ==
+            Catch::Approx(mean_light_of(painted[i].field)).epsilon(1e-5));
+    }
+    CHECK(mean_light_of(lit[1].field) / mean_light_of(white[1].field) > 0.4);  // green
+    CHECK(mean_light_of(lit[2].field) / mean_light_of(white[2].field) < 0.2);  // blue
+  }
+}
+
 TEST_CASE("a renderer of three lasers shows every pose as renderers of one laser do") {
   const Folder folder;
   folder.write("ball.obj", test::ball_obj(24, 12));
