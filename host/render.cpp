@@ -38,9 +38,9 @@ struct Renderer::State {
   struct Laser {
     Scene scene;
     Plan plan;
-    bool is_planned = false;             // for where the objects are now
-    std::vector<std::string> cautions;   // notes
-    std::unique_ptr<Stages> stages;      // null before the first plan
+    bool is_planned = false;            // for where the objects are now
+    std::vector<std::string> cautions;  // notes
+    std::unique_ptr<Stages> stages;     // null before the first plan
   };
 
   /// world           null: is built
@@ -80,9 +80,9 @@ struct Renderer::State {
   std::shared_ptr<TracedWorld> traced_ = std::make_shared<TracedWorld>();
   StageTimes times_;
   std::vector<Laser> lasers_;
-  std::size_t number_ = 0;        // of the laser that is rendered
-  Laser* laser_ = nullptr;        // that is rendered
-  const Laser* ready_ = nullptr;  // whose stages were prepared last
+  std::size_t number_ = 0;          // of the laser that is rendered
+  Laser* laser_ = nullptr;          // that is rendered
+  const Laser* ready_ = nullptr;    // whose stages were prepared last
   std::optional<WrpField> on_wrp_;  // traced last
 };
 
@@ -274,13 +274,13 @@ const Plan* Renderer::State::base_plan() const {
 /// Plans the scene in as few tiles as memory allows.
 void Renderer::State::make_first_plan() {
   auto& [scene, plan, is_planned, cautions, stages] = *laser_;
-  const auto limits = limits_of(device_.info())
-                          .for_one_of(one_at_a_time_ ? 1 : static_cast<int>(lasers_.size()));
+  const auto limits =
+      limits_of(device_.info()).for_one_of(one_at_a_time_ ? 1 : static_cast<int>(lasers_.size()));
   const MemoryUse use{options_.method, options_.fft, options_.keep_field};
-  plan = base_plan()
-             ? raywave::make_plan(scene, world_, options_.method, options_.rays_per_axis,
-                                  device_.info().fp64, base_plan())
-             : fitting_plan(scene, world_, limits, use, options_.rays_per_axis, device_.info().fp64);
+  plan = base_plan() ? raywave::make_plan(scene, world_, options_.method, options_.rays_per_axis,
+                                          device_.info().fp64, base_plan())
+                     : fitting_plan(scene, world_, limits, use, options_.rays_per_axis,
+                                    device_.info().fp64);
   require_memory(device_, plan, memory_needs(world_, plan, use, limits.largest_buffer_bytes), use,
                  limits);
   cautions = cut_warnings(scene, world_, plan);

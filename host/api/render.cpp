@@ -319,7 +319,8 @@ struct Renderer::State {
     auto world = scene.world();
     const bool has_goal = goal_of(options.goal).any(), is_colour = scenes.size() > 1;
     if (has_goal && how.progress) how.progress("plan", 0);
-    if (has_goal || is_colour) scenes = planned(scene, world, options, opened.device.info(), warnings);
+    if (has_goal || is_colour)
+      scenes = planned(scene, world, options, opened.device.info(), warnings);
     if (is_colour)
       if (auto warning = colour_warning(scenes, world); !warning.empty())
         warnings.push_back(std::move(warning));

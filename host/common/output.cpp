@@ -155,8 +155,7 @@ void end_at_signal(int signal) {
 }  // namespace
 
 OutputFile::OutputFile(const fs::path& place, const fs::path& name)
-    : name_(name.string()),
-      descriptor_(open_unless_ending(place, O_WRONLY | O_TRUNC)) {
+    : name_(name.string()), descriptor_(open_unless_ending(place, O_WRONLY | O_TRUNC)) {
   require(descriptor_ >= 0);
 }
 

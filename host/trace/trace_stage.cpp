@@ -38,14 +38,12 @@ TableKey table_key(const Plan& plan, const DeviceScene& scene) {
 
 /// Plans with equal keys share kernels.
 KernelKey kernel_key(const Plan& plan, const DeviceScene& scene, int frames_together) {
-  return {table_key(plan, scene), plan.compact.has_value(), is_near_hologram(plan), plan.bounces,
-          plan.beyond_diffraction, plan.precision, frames_together};
+  return {table_key(plan, scene),  plan.compact.has_value(), is_near_hologram(plan), plan.bounces,
+          plan.beyond_diffraction, plan.precision,           frames_together};
 }
 
 /// True when light comes from samples, or begins in their places.
-bool has_samples(const Plan& plan) {
-  return plan.aimed || plan.fan_source == FanSource::surface;
-}
+bool has_samples(const Plan& plan) { return plan.aimed || plan.fan_source == FanSource::surface; }
 
 }  // namespace
 
@@ -112,8 +110,8 @@ void TraceStage::prepare(const World& world, const Plan& plan, bool has_stayed) 
   const auto key = kernel_key(plan, scene(), frames_together_);
   if (!source_ || key != built_for_ || source_->table() != shared_->table.get()) {
     source_ = nullptr;  // frees the old memory first
-    source_ = std::make_unique<FieldSource>(device_, plan, scene(), shared_->table,
-                                            frames_together_);
+    source_ =
+        std::make_unique<FieldSource>(device_, plan, scene(), shared_->table, frames_together_);
     built_for_ = key;
   }
   device_.finish();

@@ -81,8 +81,8 @@ TEST_CASE("a scene and its mirror image give conjugate fields, to the rounding o
   const double x_m = GENERATE(0.3e-3, 1.5e-3), depth_m = GENERATE(2.2e-3, 0.1e-3, 10e-6);
   // Places are floats about the middle of the scene: half their last bit, as a phase
   const double largest_sine = 638e-9 / 16e-6;
-  const double rounding = 2 * std::numbers::pi / 638e-9 * 0x1p-24 *
-                          (depth_m + largest_sine * 2 * (x_m + 0.2e-3));
+  const double rounding =
+      2 * std::numbers::pi / 638e-9 * 0x1p-24 * (depth_m + largest_sine * 2 * (x_m + 0.2e-3));
   for (const auto& device : all_devices()) {
     for (const auto propagation : {WrpPropagation::spectrum, WrpPropagation::compact}) {
       for (const auto method : {Method::wrp, Method::points}) {
