@@ -69,6 +69,7 @@ struct Renderer::State {
   void finish(RenderResult& result);
 
   const Plan* base_plan() const;
+  const FieldStack* refine_start() const;
   void report(const std::string& what, double share) const;
 
   cl::Device device_;
@@ -96,7 +97,7 @@ RenderResult Renderer::State::render(std::size_t laser) {
   stages.propagator.drop();
   RenderResult result;
   result.wrps.resize(options_.keep_wrps ? plan.wrps.size() : 0);
-  if (plan.refine) stages.refiner.prepare(plan, options_.refine_start);
+  if (plan.refine) stages.refiner.prepare(plan, refine_start());
   const double unit = std::sqrt(stages.tracer.radiance_unit());
   stages.encoder.prepare(plan, options_.clip ? std::optional(*options_.clip / unit) : std::nullopt);
   for (std::size_t tile = 0; tile < plan.tiles.size(); ++tile) {
@@ -214,8 +215,8 @@ void Renderer::State::encode(std::size_t tile, int frame) {
 
 /// Phases whose pictures are what a lens sees, of all frames together.
 void Renderer::State::refine() {
-  const auto& start = options_.refine_start;
   auto& stages = *laser_->stages;
+  const auto* start = refine_start();
   stages.refiner.run(start ? *start : stages.encoder.field, stages.tracer.scene());
 }
 
@@ -271,6 +272,10 @@ const Plan* Renderer::State::base_plan() const {
   return options_.base_plans.empty() ? nullptr : options_.base_plans.at(number_).get();
 }
 
+const FieldStack* Renderer::State::refine_start() const {
+  return options_.refine_starts.empty() ? nullptr : &options_.refine_starts.at(number_);
+}
+
 /// Plans the scene in as few tiles as memory allows.
 void Renderer::State::make_first_plan() {
   auto& [scene, plan, is_planned, cautions, stages] = *laser_;
@@ -286,11 +291,9 @@ void Renderer::State::make_first_plan() {
   cautions = cut_warnings(scene, world_, plan);
   for (auto& warning : thin_object_warnings(scene, world_, plan))
     cautions.push_back(std::move(warning));
-  constexpr double long_s = 60;
-  if (options_.takes_long && number_ == 0) {
-    const double seconds = predicted_s(scene, world_, plan, options_.rates);
-    if (seconds > long_s) options_.takes_long(seconds);
-  }
+  if (options_.predicted && number_ == 0)
+    options_.predicted(predicted_s(scene, world_, plan, options_.rates) *
+                       static_cast<double>(lasers_.size()));
   report("tree and kernels", 0);
   stages = std::make_unique<Stages>(*this, times_);
 }

@@ -32,9 +32,9 @@ struct RenderOptions {
   cl::FftBackend fft = cl::FftBackend::host;
   bool keep_wrps = false;  // also return the fields on the WRPs
   bool keep_field = true;  // also return the field at the hologram, beside the levels
-  // Refinement begins with its phases, not with those of the field that is traced: goes on where an
-  // earlier one ended
-  std::optional<FieldStack> refine_start;
+  // One for each laser, or none: refinement begins with its phases, not with those of the field that
+  // is traced, and goes on where an earlier one ended
+  std::vector<FieldStack> refine_starts;
   // In scenes that move, one for each laser: all its plans go on from this one
   // (fitting_plan_of_poses), not from that of the picture before. A picture then does not depend on
   // which ones came before it
@@ -42,8 +42,9 @@ struct RenderOptions {
   // RenderResult::clip of all pictures, which then share one scale; empty: each by itself
   std::optional<double> clip;
   Progress progress;
-  // Called before the first picture where it is predicted to take more than a minute
-  std::function<void(double seconds)> takes_long;
+  // Called before the first picture with the time that it is predicted to take; in colour, those
+  // of all lasers
+  std::function<void(double seconds)> predicted;
   DeviceRates rates = default_rates();  // for that prediction
 };
 

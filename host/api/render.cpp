@@ -99,8 +99,7 @@ Hologram hologram_of(const std::vector<raywave::Scene>& scenes, ColourResult res
   for (const auto& laser : result.lasers) {
     state->lasers.push_back({laser.plan, laser.panel, {}, laser.notes});
     if (scenes.size() > 1)
-      files.push_back(
-          files_of_laser(laser.plan.wavelength_m, laser.plan.frames, !laser.field.samples.empty()));
+      files.push_back(files_of_laser(laser, !laser.field.samples.empty(), false));
   }
   for (std::size_t i = 0; i < scenes.size(); ++i)
     state->lasers[i].report = render_report_json(scenes[i], result.lasers[i], device, opened.fft);

@@ -111,7 +111,8 @@ void run_encode_lasers(const EncodeArguments& options, const ReportedLasers& rep
   for (const auto& files : reported.files)
     if (files.field.empty())
       throw InputError(one_line(report.string()) +
-                       ": its fields were not kept; render without --no-field");
+                       ": its fields were not kept; render without --no-field (raywave refine "
+                       "keeps phases alone)");
   const auto encoded = [&]<class Level>(const Level&) {
     std::vector<EncodedLaser<Level>> lasers;
     for (const auto& files : reported.files) {

@@ -7,6 +7,8 @@
 #include <chrono>
 #include <cstdio>
 
+#include "host/common/text.hpp"
+
 namespace raywave::cli {
 
 constexpr auto between_lines = std::chrono::seconds(10);
@@ -41,6 +43,13 @@ void ProgressBar::show(const std::string& what, double share) {
                std::string(static_cast<std::size_t>(width - filled), '.').c_str(), share * 100,
                what.c_str());
   std::fflush(stderr);
+}
+
+void say_time(ProgressBar& bar, double seconds) {
+  constexpr double long_s = 60;
+  if (seconds > long_s)
+    bar.say("this will take about " + duration_text(seconds) +
+            "; raywave plan tells why, --preset draft or a larger sampling.pitch takes less");
 }
 
 }  // namespace raywave::cli

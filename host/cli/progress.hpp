@@ -24,4 +24,7 @@ private:
   std::chrono::steady_clock::time_point last_;
 };
 
+/// Says how long a render is predicted to take where that is more than a minute.
+void say_time(ProgressBar& bar, double seconds);
+
 }  // namespace raywave::cli

@@ -19,10 +19,12 @@
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
 #include "host/encode/shown.hpp"
+#include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/refinement.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/slm_json.hpp"
 #include "host/plan/make_plan.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/refine/scene_keys.hpp"
 #include "host/render.hpp"
 #include "host/scene/image.hpp"
@@ -55,7 +57,7 @@ struct RefineArguments {
   }
 };
 
-/// A hologram, what it should show, and what it is judged by.
+/// The hologram of a laser, what it should show, and what it is judged by.
 struct Task {
   FieldStack field;  // as traced, or what was given
   HologramSpec hologram;
@@ -65,7 +67,23 @@ struct Task {
   std::vector<std::vector<std::uint8_t>> levels;  // of the refined phases
   std::shared_ptr<const Panel> panel;             // that they are for
   std::vector<JudgedKey> judged;
+  RefinementFigures figures;
+};
+
+/// What is refined: a hologram, or in colour that of each laser.
+struct Work {
+  std::vector<Task> tasks;
+  std::vector<double> powers;  // of the lasers, ColourResult::powers; none: one wavelength
   Json report;
+
+  bool is_colour() const { return !powers.empty(); }
+  Json& report_of(std::size_t laser) {
+    return is_colour() ? report["colour"]["lasers"][laser]["report"] : report;
+  }
+  /// "_638nm" in the names of a laser's files.
+  std::string suffix_of(std::size_t laser) const {
+    return is_colour() ? "_" + laser_name(tasks[laser].hologram.wavelength_m) : "";
+  }
 };
 
 double blur_of(const RefineArguments& options, const HologramSpec& hologram, double otherwise_m) {
@@ -109,7 +127,9 @@ std::vector<std::pair<KeyRole, KeyPlace>> unseen_places(std::vector<double> dept
 }
 
 /// The scene's settings, or the defaults, with what the options change.
-RefineSettings settings_of(const RefineArguments& options, const Scene& scene) {
+///
+/// share  of the budget, which is for all lasers
+RefineSettings settings_of(const RefineArguments& options, const Scene& scene, double share) {
   auto settings = scene.refine.value_or(RefineSettings{});
   if (options.iterations > 0) settings.iterations = options.iterations;
   if (options.views) settings.views = *options.views;
@@ -120,64 +140,127 @@ RefineSettings settings_of(const RefineArguments& options, const Scene& scene) {
   if (options.lens_points != RefineSettings{}.lens_points)
     settings.lens_points = options.lens_points;
   settings.budget_s = options.budget_s();
+  if (settings.budget_s) *settings.budget_s *= share;
   return settings;
 }
 
+/// The phases of --start, of each laser: a refined.npy, or of three lasers those that an earlier
+/// report.json names. None where it is not given.
+std::vector<FieldStack> starts_of(const std::string& start, const std::vector<Scene>& scenes) {
+  if (start.empty()) return {};
+  const auto what = "--start " + in_quotes(start);
+  const bool is_report = extension_of(start) == ".json";
+  if (scenes.size() == 1) {
+    if (is_report)
+      throw InputError(what +
+                       ": one laser goes on from refined.npy, or refined_638nm.npy or the "
+                       "like of three");
+    return {load_npy(start)};
+  }
+  if (!is_report)
+    throw InputError(what +
+                     ": three lasers go on from the report.json beside their "
+                     "refined_638nm.npy and the like");
+  const std::filesystem::path report(start);
+  const auto reported = lasers_of_report(report);
+  if (!reported) throw InputError(what + ": is of one wavelength; the scene has three lasers");
+  std::vector<FieldStack> starts;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    const double wavelength_m = scenes[i].hologram.wavelength_m;
+    if (reported->lasers.wavelengths_m[i] != wavelength_m)
+      throw InputError(what + ": has no laser of " + length_text(wavelength_m) + " in place " +
+                       std::to_string(i) + "; give the scene the same hologram.wavelength");
+    const auto& name = reported->files[i].refined;
+    if (name.empty())
+      throw InputError(what + ": names no refined phases; give the report of a refined scene");
+    const auto file = report.parent_path() / std::filesystem::path(name).filename();
+    require_of_report(report, {file});
+    starts.push_back(load_npy(file));
+  }
+  return starts;
+}
+
 /// Renders the scene, refined, and makes the pictures that tell whether it carries over.
-Task task_of_scene(const RefineArguments& options, const cl::Device& device, ProgressBar& bar) {
-  Task task;
-  auto scene = load(options.input, options.set, options.report);
-  require_border(options, scene.hologram.resolution);
-  scene.refine = settings_of(options, scene);
-  const auto goal = options.goal.goal();
+Work work_of_scene(const RefineArguments& options, const cl::Device& device, ProgressBar& bar) {
+  Work work;
+  auto scenes = load_all(options.input, options.set, options.report);
+  const bool is_colour = scenes.size() > 1;
+  require_border(options, scenes[0].hologram.resolution);
+  for (auto& scene : scenes)
+    scene.refine = settings_of(options, scene, 1 / static_cast<double>(scenes.size()));
   RenderOptions how;
+  how.refine_starts = starts_of(options.start, scenes);
   how.fft = options.device.backend(device.info());
   how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-  if (!options.start.empty()) how.refine_start = load_npy(options.start);
-  const auto world = build_world(scene);
-  if (goal.any()) {
-    auto planned = plan_scene(scene, world, figures_of(device.info()), goal);
-    for (const auto& warning : planned.warnings) options.report.note(warning);
-    scene = std::move(planned.scene);
+  bar.show("meshes", 0);
+  const auto world = build_world(scenes[0]);
+  std::vector<std::string> notes;
+  if (const auto goal = options.goal.goal(); goal.any()) {
+    auto planned = plan_colours(scenes, world, figures_of(device.info()), goal);
+    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = std::move(planned[i].scene);
+    notes = std::move(planned[0].warnings);
   }
-  auto rendered = render(device, scene, world, how);
-  for (const auto& note : rendered.notes) options.report.note(note);
-  const auto& plan = rendered.plan;
-  const auto& settings = plan.refine.value();
-  task.hologram = scene.hologram;
-  auto unrefined = scene;
-  unrefined.refine = std::nullopt;
-  task.slm = make_plan(unrefined, world).slm;
-  task.blur_m = settings.blur_m.value();
-  task.middle_m = (plan.near_m + plan.far_m) / 2;
-  task.report = Json::parse(render_report_json(scene, rendered, device.info(), how.fft));
-  task.field = std::move(rendered.field);
-  task.refined = std::move(rendered.refined.value());
-  task.levels = std::move(rendered.levels);
-  task.panel = rendered.panel;
-  if (!options.table) return task;
+  ColourResult rendered;
+  if (is_colour) {
+    if (auto warning = colour_warning(scenes, world); !warning.empty())
+      notes.push_back(std::move(warning));
+    rendered = render_colours(device, scenes, world, how);
+    work.powers = rendered.powers;
+    std::vector<LaserFiles> files;
+    for (const auto& laser : rendered.lasers) files.push_back(files_of_laser(laser, false, true));
+    work.report = Json::parse(colour_report_json(scenes, rendered, files, device.info(), how.fft));
+  } else {
+    rendered.lasers.push_back(render(device, scenes[0], world, how));
+    work.report =
+        Json::parse(render_report_json(scenes[0], rendered.lasers[0], device.info(), how.fft));
+  }
+  for (const auto& laser : rendered.lasers) add_lines(notes, laser.notes);
+  for (const auto& note : notes) options.report.note(note);
 
-  std::vector<double> depths_m;
-  for (std::size_t i = 0; i < task.refined.keys.size(); ++i) {
-    if (task.refined.places[i].aperture != glm::dvec2(1, 1)) continue;
-    depths_m.push_back(task.refined.places[i].z_m);
-    task.judged.push_back({KeyRole::optimised, task.refined.keys[i]});
+  std::optional<DeviceScene> arrays;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    auto& laser = rendered.lasers[i];
+    auto& task = work.tasks.emplace_back();
+    const auto& plan = laser.plan;
+    const auto& settings = plan.refine.value();
+    task.hologram = scenes[i].hologram;
+    auto unrefined = scenes[i];
+    unrefined.refine = std::nullopt;
+    task.slm = make_plan(unrefined, world).slm;
+    task.blur_m = settings.blur_m.value();
+    task.middle_m = (plan.near_m + plan.far_m) / 2;
+    task.field = std::move(laser.field);
+    task.refined = std::move(laser.refined.value());
+    task.levels = std::move(laser.levels);
+    task.panel = laser.panel;
+    if (!options.table) continue;
+
+    std::vector<double> depths_m;
+    for (std::size_t k = 0; k < task.refined.keys.size(); ++k) {
+      if (task.refined.places[k].aperture != glm::dvec2(1, 1)) continue;
+      depths_m.push_back(task.refined.places[k].z_m);
+      task.judged.push_back({KeyRole::optimised, task.refined.keys[k]});
+    }
+    const auto unseen = unseen_places(depths_m, plan.near_m);
+    if (arrays)
+      arrays->show(plan);
+    else
+      arrays.emplace(device, world, plan);
+    double done = 0;
+    for (const auto& [role, place] : unseen) {
+      bar.show("lens at " + length_text(place.z_m), done++ / static_cast<double>(unseen.size()));
+      task.judged.push_back(
+          {role, lens_key(device, plan, *arrays, place, task.blur_m, key_pictures(settings))});
+    }
   }
-  const auto unseen = unseen_places(depths_m, plan.near_m);
-  const DeviceScene arrays(device, world, plan);
-  double done = 0;
-  for (const auto& [role, place] : unseen) {
-    bar.show("lens at " + length_text(place.z_m), done++ / static_cast<double>(unseen.size()));
-    task.judged.push_back(
-        {role, lens_key(device, plan, arrays, place, task.blur_m, key_pictures(settings))});
-  }
-  return task;
+  return work;
 }
 
 /// Reads a field and the pictures that `raywave lens` has written, and refines towards them.
-Task task_of_field(const RefineArguments& options, const cl::Device& device, ProgressBar& bar) {
+Work work_of_field(const RefineArguments& options, const cl::Device& device, ProgressBar& bar) {
   const std::filesystem::path file(options.input), folder(options.targets);
-  Task task;
+  Work work;
+  auto& task = work.tasks.emplace_back();
   task.field = load_npy(file);
   task.hologram = options.pixels.spec(file, {task.field.nx, task.field.ny});
   task.slm = options.pixels.slm_spec(file, options.set);
@@ -225,10 +308,10 @@ Task task_of_field(const RefineArguments& options, const cl::Device& device, Pro
   task.panel = panel_of(slm, task.hologram);
   Encoder encoder(device, task.panel);
   task.levels = encode(device, encoder, task.refined.phases);
-  task.report = encoded_report(task.hologram, slm, task.field.frames, PictureFormat::png, {});
-  task.report["refine"]["blur_m"] = task.blur_m;
-  task.report["refine"]["brightness"] = settings.brightness;
-  return task;
+  work.report = encoded_report(task.hologram, slm, task.field.frames, PictureFormat::png, {});
+  work.report["refine"]["blur_m"] = task.blur_m;
+  work.report["refine"]["brightness"] = settings.brightness;
+  return work;
 }
 
 void run_refine(const RefineArguments& options) {
@@ -250,36 +333,51 @@ void run_refine(const RefineArguments& options) {
 
   const cl::Device device(options.device.info());
   OutputSet out(options.out);
-  RefinementFigures figures;
-  Task task;
+  Work work;
   {
     ProgressBar bar(options.report.quiet);
-    task = is_field ? task_of_field(options, device, bar) : task_of_scene(options, device, bar);
-    if (!task.judged.empty()) {
+    work = is_field ? work_of_field(options, device, bar) : work_of_scene(options, device, bar);
+    double done = 0;
+    for (auto& task : work.tasks) {
+      if (task.judged.empty()) continue;
       Encoder encoder(device, panel_of(task.slm, task.hologram));
-      figures = judge_refinement(
+      task.figures = judge_refinement(
           device, options.device.backend(device.info()), task.hologram,
           {task.field, shown_field(encoder.panel(), encode(device, encoder, task.field)),
            shown_field(*task.panel, task.levels)},
-          task.judged, task.blur_m, options.border_px, task.middle_m,
-          [&](double share) { bar.show("pictures", share); });
+          task.judged, task.blur_m, options.border_px, task.middle_m, [&](double share) {
+            bar.show("pictures", (done + share) / static_cast<double>(work.tasks.size()));
+          });
+      ++done;
     }
   }
 
   std::vector<std::string> pictures;
-  for (std::size_t frame = 0; frame < task.levels.size(); ++frame)
-    pictures.push_back(save_hologram(out.folder(), frame, task.panel->slm(),
-                                     task.hologram.resolution, task.levels[frame]));
+  for (std::size_t i = 0; i < work.tasks.size(); ++i) {
+    auto& task = work.tasks[i];
+    for (std::size_t frame = 0; frame < task.levels.size(); ++frame)
+      pictures.push_back(save_hologram(out.folder(), frame, task.panel->slm(),
+                                       task.hologram.resolution, task.levels[frame], "png",
+                                       "hologram" + work.suffix_of(i)));
+    const auto& phases = task.refined.phases;
+    const auto name = "refined" + work.suffix_of(i) + ".npy";
+    save_npy(out.folder() / name, phases.nx, phases.ny, phases.frames, phases.samples);
+    out.add(name);
+    work.report_of(i)["refine"].update(
+        Json::parse(refinement_json(task.figures, task.refined.figures)));
+  }
   for (const auto& name : pictures) out.add(name);
-  if (is_field) task.report["pictures"] = pictures;
-  const auto& phases = task.refined.phases;
-  save_npy(out.folder() / "refined.npy", phases.nx, phases.ny, phases.frames, phases.samples);
-  out.add("refined.npy");
-  task.report["refine"].update(Json::parse(refinement_json(figures, task.refined.figures)));
-  const auto report = out.finish(std::move(task.report));
+  if (is_field) work.report["pictures"] = pictures;
+  const auto report = out.finish(std::move(work.report));
 
   if (options.report.prints_text()) {
-    std::fputs(refinement_text(figures, task.refined.figures).c_str(), stdout);
+    for (std::size_t i = 0; i < work.tasks.size(); ++i) {
+      const auto& task = work.tasks[i];
+      if (work.is_colour())
+        std::printf("%s%s: power %.3f\n", i == 0 ? "" : "\n",
+                    length_text(task.hologram.wavelength_m).c_str(), work.powers[i]);
+      std::fputs(refinement_text(task.figures, task.refined.figures).c_str(), stdout);
+    }
     out.print();
   }
   options.report.write(report);
@@ -317,8 +415,9 @@ void add_refine(CLI::App& app) {
       ->check(CLI::Range(0, 1000))
       ->group(group::refinement);
   command
-      ->add_option("--budget", options->budget,
-                   "Time for the iterations of all frames, e.g. 5s; it decides their number")
+      ->add_option(
+          "--budget", options->budget,
+          "Time for the iterations of all frames and lasers, e.g. 5s; it decides their number")
       ->type_name("TIME")
       ->group(group::refinement);
   command
@@ -328,7 +427,7 @@ void add_refine(CLI::App& app) {
   command
       ->add_option("--start", options->start,
                    "Begin with the phases of this field instead of the rendered one: goes on where "
-                   "an earlier refined.npy ended")
+                   "an earlier refined.npy ended; of three lasers, an earlier report.json")
       ->type_name("FILE")
       ->group(group::refinement);
   command
@@ -347,7 +446,9 @@ void add_refine(CLI::App& app) {
   add_border(*command, options->border_px);
   add_lens_points(*command, options->lens_points);
   options->device.add_to(*command);
-  add_output(*command, options->out, "hologram.png, refined.npy and report.json")->required();
+  add_output(*command, options->out,
+             "hologram.png, refined.npy and report.json; of three lasers hologram_638nm.png ...")
+      ->required();
   options->report.add_to(*command, "report.json");
   command->callback([options] { run_refine(*options); });
 }

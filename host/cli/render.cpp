@@ -24,6 +24,7 @@
 #include "host/common/text.hpp"
 #include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/scene/image.hpp"
 #include "host/trace/tuning.hpp"
 
@@ -101,6 +102,7 @@ void render_lasers(const RenderArguments& options, std::vector<Scene> scenes,
   {
     ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+    how.predicted = [&](double seconds) { say_time(bar, seconds); };
     bar.show("meshes", 0);
     const auto world = build_world(scenes[0]);
     if (const auto goal = options.goal.goal(); goal.any()) {
@@ -112,16 +114,14 @@ void render_lasers(const RenderArguments& options, std::vector<Scene> scenes,
       notes.push_back(std::move(warning));
     result = render_colours(device, scenes, world, how);
   }
-  for (const auto& laser : result.lasers)
-    for (const auto& note : laser.notes)
-      if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+  for (const auto& laser : result.lasers) add_lines(notes, laser.notes);
   for (const auto& note : notes) options.report.note(note);
 
   std::vector<LaserFiles> files(scenes.size());
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     const auto& laser = result.lasers[i];
     const auto name = laser_name(laser.plan.wavelength_m);
-    files[i] = files_of_laser(laser.plan.wavelength_m, laser.plan.frames, how.keep_field);
+    files[i] = files_of_laser(laser, how.keep_field, how.keep_field);
     for (std::size_t frame = 0; frame < laser.levels.size(); ++frame)
       out.add(save_hologram(out.folder(), frame, laser.plan.slm, laser.plan.size,
                             laser.levels[frame], "png", "hologram_" + name));
@@ -130,8 +130,7 @@ void render_lasers(const RenderArguments& options, std::vector<Scene> scenes,
       out.add(file);
     };
     if (how.keep_field) save_field(files[i].field, laser.field);
-    if (how.keep_field && laser.refined)
-      save_field("refined_" + name + ".npy", laser.refined->phases);
+    if (!files[i].refined.empty()) save_field(files[i].refined, laser.refined->phases);
     for (std::size_t wrp = 0; wrp < laser.wrps.size(); ++wrp)
       save_field((laser.plan.compact ? "virtual_plane_" : "wrp_") + name + "_" +
                      std::to_string(wrp + 1) + ".npy",
@@ -181,10 +180,7 @@ void run_render(const RenderArguments& options) {
   {
     ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    how.takes_long = [&](double seconds) {
-      bar.say("this will take about " + duration_text(seconds) +
-              "; raywave plan tells why, --preset draft or a larger sampling.pitch takes less");
-    };
+    how.predicted = [&](double seconds) { say_time(bar, seconds); };
     if (goal.any()) {
       bar.show("plan", 0);
       const auto world = build_world(scene);

@@ -55,13 +55,14 @@ std::string share_text(double share) {
 
 std::string colour_json(const ColourSpec& colour) { return json_of_colour(colour).dump(); }
 
-LaserFiles files_of_laser(double wavelength_m, int frames, bool keeps_field) {
-  const auto name = laser_name(wavelength_m);
+LaserFiles files_of_laser(const RenderResult& laser, bool keeps_field, bool keeps_refined) {
+  const auto name = laser_name(laser.plan.wavelength_m);
   LaserFiles files;
-  for (int frame = 0; frame < frames; ++frame)
+  for (int frame = 0; frame < laser.plan.frames; ++frame)
     files.pictures.push_back("hologram_" + name +
                              (frame == 0 ? "" : "_" + std::to_string(frame + 1)) + ".png");
   if (keeps_field) files.field = "field_" + name + ".npy";
+  if (keeps_refined && laser.refined) files.refined = "refined_" + name + ".npy";
   return files;
 }
 
@@ -88,6 +89,7 @@ std::string colour_report_json(const std::vector<Scene>& scenes, const ColourRes
     laser["mean_irradiance"] = result.energies[i];
     laser["pictures"] = files[i].pictures;
     if (!files[i].field.empty()) laser["field"] = files[i].field;
+    if (!files[i].refined.empty()) laser["refined"] = files[i].refined;
     laser["report"] = Json::parse(render_report_json(scenes[i], result.lasers[i], device, fft));
   }
   return j.dump(2) + "\n";
@@ -118,6 +120,7 @@ std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& repo
       }
       found.files[i].pictures = laser.at("pictures").get<std::vector<std::string>>();
       found.files[i].field = laser.value("field", "");
+      found.files[i].refined = laser.value("refined", "");
     }
     found.lasers = laser_set(wavelengths_m);
     return found;

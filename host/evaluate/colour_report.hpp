@@ -24,13 +24,14 @@ glm::dvec2 field_m(const HologramSpec& hologram, double wavelength_m, double z_m
 struct LaserFiles {
   std::vector<std::string> pictures;  // of its frames
   std::string field;                  // empty: none was kept
+  std::string refined;                // phases of refined holograms; empty: none were kept
 };
 
 /// What reports say of the lasers, as JSON.
 std::string colour_json(const ColourSpec& colour);
 
 /// The files that a render in colour writes of a laser, by name.
-LaserFiles files_of_laser(double wavelength_m, int frames, bool keeps_field);
+LaserFiles files_of_laser(const RenderResult& laser, bool keeps_field, bool keeps_refined);
 
 /// The report of a render in colour: the lasers, what they need, and the report of each.
 std::string colour_report_json(const std::vector<Scene>& scenes, const ColourResult& result,

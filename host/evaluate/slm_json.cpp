@@ -68,7 +68,8 @@ Json scene_of_report(const Json& report, const std::filesystem::path& name,
       continue;
     }
     auto files = laser.at("pictures").get<std::vector<std::string>>();
-    if (laser.contains("field")) files.push_back(laser.at("field"));
+    for (const auto* kept : {"field", "refined"})
+      if (laser.contains(kept)) files.push_back(laser.at(kept));
     for (const auto& one : files) {
       if (file.filename() == one) return laser.at("report").at("scene");
       names += (names.empty() ? "" : ", ") + one_line(one);

@@ -28,7 +28,7 @@ RefineStage::RefineStage(const cl::Device& device, cl::FftBackend backend, Stage
                          std::function<void(const std::string&, double)> progress)
     : device_(device), backend_(backend), times_(times), progress_(std::move(progress)) {}
 
-void RefineStage::prepare(const Plan& plan, const std::optional<FieldStack>& start) {
+void RefineStage::prepare(const Plan& plan, const FieldStack* start) {
   plan_ = &plan;
   if (start &&
       (start->nx != plan.size.x || start->ny != plan.size.y || start->frames != plan.frames))

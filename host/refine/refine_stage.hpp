@@ -38,9 +38,9 @@ public:
               std::function<void(const std::string&, double)> progress);
 
   /// plan    with Plan::refine; must outlive `run`
-  /// start   what `run` will be given, when it is known before
+  /// start   what `run` will be given; null where it is not known before
   /// throws  InputError when it has another size or other frames than the plan
-  void prepare(const Plan& plan, const std::optional<FieldStack>& start);
+  void prepare(const Plan& plan, const FieldStack* start);
 
   /// Makes the pictures that a lens sees, and refines the fields' phases towards them.
   ///

@@ -102,8 +102,7 @@ std::optional<ColourSpec> read_colour(Section section, bool is_given, const Sect
     hologram.fail(
         "wavelength: one wavelength only: this works on the hologram of one laser; give "
         "colour.only = " +
-        in_quotes(length_text(wavelengths_m[0])) +
-        ", or one wavelength. `raywave render --set refine.views=0` refines those of all");
+        in_quotes(length_text(wavelengths_m[0])) + ", or one wavelength");
   }
   return spec;
 }

@@ -233,11 +233,81 @@ TEST_CASE("plan says what each laser needs and reaches, and where edges lose blu
   CHECK_THAT(wide.out, ContainsSubstring("no light of 450 nm, and edges turn to the colour of"));
 }
 
+TEST_CASE("refine makes of three lasers what render makes of the same [refine], and goes on") {
+  Desk desk;
+  in_colour(desk);
+  const auto scene = desk.file("scene.toml"), out = desk.out("").string();
+  const std::vector<std::string> refined{
+      "--set", three, "--set", "sampling.frames=2", "--set", "refine.lens_points=3"};
+  const auto run = [&](std::vector<std::string> words, const std::vector<std::string>& more) {
+    words.insert(words.end(), refined.begin(), refined.end());
+    words.insert(words.end(), more.begin(), more.end());
+    const auto done = desk.run(words);
+    INFO(done.err);
+    REQUIRE(done.code == 0);
+    return done;
+  };
+  const auto report_in = [&](const std::string& folder) {
+    return nlohmann::json::parse(bytes_of(desk.file(folder + "/report.json")));
+  };
+  run({"render", scene}, {"--set", "refine.iterations=4", "-o", desk.file("rendered")});
+  const auto told = run({"refine", scene}, {"--iterations", "4", "--border", "2", "-o", out});
+  const char* lasers[] = {"638nm", "520nm", "450nm"};
+  for (const std::string laser : lasers) {
+    for (const auto& name : {"hologram_" + laser + ".png", "hologram_" + laser + "_2.png",
+                             "refined_" + laser + ".npy"}) {
+      INFO(name);
+      CHECK(bytes_of(desk.out(name)) == bytes_of(desk.file("rendered/" + name)));
+    }
+  }
+  const auto report = report_in("out"), rendered = report_in("rendered");
+  CHECK(report.at("files").size() == 9);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& laser = report.at("colour").at("lasers").at(i);
+    CHECK(laser.at("power") == rendered.at("colour").at("lasers").at(i).at("power"));
+    int better = 0;
+    for (const auto& row : laser.at("report").at("refine").at("rows")) {
+      if (row["role"] != "optimised") continue;
+      CHECK(row["psnr_db"]["refined"] > row["psnr_db"]["unrefined"]);
+      ++better;
+    }
+    CHECK(better >= 5);
+  }
+  for (const auto* text : {"638 nm: power 0.", "450 nm: power 0.", "held out", "4 iterations"})
+    CHECK_THAT(told.out, ContainsSubstring(text));
+  for (const auto* file : {"report.json", "refined_520nm.npy"})
+    run_quietly(desk, {"reconstruct", desk.out(file), "-z", "9mm", "-o", desk.file("seen")});
+
+  // Further: each laser as if it were alone
+  run({"refine", scene},
+      {"--start", out + "report.json", "--iterations", "3", "--no-table", "-o", desk.file("more")});
+  run({"refine", scene}, {"--set", "colour.only=450 nm", "--start", out + "refined_450nm.npy",
+                          "--iterations", "3", "--no-table", "-o", desk.file("alone")});
+  CHECK(bytes_of(desk.file("more/refined_450nm.npy")) == bytes_of(desk.file("alone/refined.npy")));
+  CHECK(bytes_of(desk.file("more/refined_450nm.npy")) != bytes_of(desk.out("refined_450nm.npy")));
+
+  const auto refused = [&](const std::string& start, const std::string& wavelengths,
+                           const std::string& says) {
+    check_refused(desk.run({"refine", scene, "--set", wavelengths, "--set", "sampling.frames=2",
+                            "--no-table", "--start", start, "-o", desk.file("x")}),
+                  2, says);
+  };
+  refused(out + "refined_450nm.npy", three, "three lasers go on from the report.json");
+  refused(desk.file("alone/report.json"), three, "is of one wavelength");
+  refused(out + "report.json", "hologram.wavelength=[\"638 nm\", \"532 nm\", \"450 nm\"]",
+          "has no laser of 532 nm");
+  refused(out + "report.json", "hologram.wavelength=520 nm", "goes on from refined.npy");
+  check_refused(desk.run({"encode", out + "report.json", "-o", desk.file("x")}), 2,
+                "raywave refine keeps phases alone");
+  desk.shell("cp more/refined_520nm.npy out/");
+  refused(out + "report.json", three, "refined_520nm.npy");
+}
+
 TEST_CASE("commands that take one wavelength refuse three lasers, and take colour.only") {
   Desk desk;
   in_colour(desk);
   const auto scene = desk.file("scene.toml");
-  check_refused(desk.run({"refine", scene, "--set", three, "-o", desk.file("x")}), 2,
+  check_refused(desk.run({"trade", scene, "--set", three, "-o", desk.file("x")}), 2,
                 "one wavelength only");
   CHECK(desk.run({"quality", scene, "--set", three, "--set", "colour.only=450 nm", "--no-views",
                   "--lens-points", "2", "-z", "9mm", "-o", desk.file("x"), "--quiet"})

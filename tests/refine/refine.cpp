@@ -389,7 +389,7 @@ TEST_CASE("what a refinement is to begin with must have the scene's size") {
   auto scene =
       load_scene(RAYWAVE_DATA_DIR "/study.toml", {"hologram.resolution=[96,80]", "refine.views=0"});
   RenderOptions how;
-  how.refine_start = random_phases({96, 81}, 16, 1);
+  how.refine_starts = {random_phases({96, 81}, 16, 1)};
   CHECK_THROWS_WITH(
       render(test::all_devices().front(), scene, how),
       Catch::Matchers::ContainsSubstring("96 x 81 samples; the scene has 16 of 96 x 80"));
