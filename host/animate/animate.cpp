@@ -193,9 +193,12 @@ Animator::Scale Animator::brightest(Renderer& renderer) const {
   return scale;
 }
 
-AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress) const {
+AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress,
+                                    std::optional<int> wanted_end) const {
   AnimateResult made;
-  const int first = files.pictures(), end = schedule_.pictures();
+  const int first = files.next(), all_pictures = schedule_.pictures(),
+            end = std::min(wanted_end.value_or(all_pictures), all_pictures),
+            begin = first - files.pictures();
   if (first >= end) {
     files.finish();
     return made;
@@ -207,8 +210,9 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress)
   WriteQueue queue(longest_queue);
   for (int picture = first; picture < end; ++picture) {
     if (progress)
-      progress("picture " + std::to_string(picture + 1) + " of " + std::to_string(end),
-               static_cast<double>(picture) / end);
+      progress(
+          "picture " + std::to_string(picture) + ", of 0 to " + std::to_string(all_pictures - 1),
+          static_cast<double>(picture - begin) / (end - begin));
     const auto scene = scene_at(this->scene(), picture);
     show(scene, picture, renderer);
     auto results = renderer.render_lasers();

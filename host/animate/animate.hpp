@@ -64,9 +64,11 @@ public:
 
   /// Makes the pictures that `files` lacks. While one is computed, those before it are written.
   ///
+  /// end       number of the first picture that is not wanted; all when not given
   /// progress  called for each picture
   /// throws    InputError when a file cannot be written, DeviceError for the device
-  AnimateResult make_frames(FrameFiles& files, const Progress& progress) const;
+  AnimateResult make_frames(FrameFiles& files, const Progress& progress,
+                            std::optional<int> end = {}) const;
 
 private:
   struct Laser {

@@ -102,6 +102,11 @@ std::string FrameFiles::png_name(int hologram, const std::string& laser) {
   return "frame_" + std::string(number.data()) + (laser.empty() ? "" : "_" + laser) + ".png";
 }
 
+int FrameFiles::next_place() const {
+  const auto each = lasers_.empty() ? 1 : static_cast<int>(lasers_.size());
+  return first_.hologram * each + holograms_;
+}
+
 std::string FrameFiles::name_of(int place) const {
   if (lasers_.empty()) return png_name(place);
   const auto lasers = static_cast<int>(lasers_.size());
@@ -121,12 +126,13 @@ std::vector<std::vector<double>> FrameFiles::powers(const fs::path& folder) {
 }
 
 FrameFiles::FrameFiles(fs::path folder, FrameStorage storage, std::string run, glm::ivec2 size_px,
-                       std::vector<std::string> lasers)
+                       std::vector<std::string> lasers, FirstOfFiles first)
     : folder_(std::move(folder)),
       storage_(storage),
       run_(std::move(run)),
       size_(size_px),
-      lasers_(std::move(lasers)) {
+      lasers_(std::move(lasers)),
+      first_(first) {
   read_report();
 }
 
@@ -139,8 +145,19 @@ fs::path FrameFiles::partial_stream() const { return folder_ / "frames.raw.part"
 
 void FrameFiles::read_report() {
   const auto file = folder_ / report_name;
+  bool is_first = true;
   for_lines_of(file, [&](const Json& line, std::uint64_t) {
-    if (line.is_object() && text_of(line, "run").value_or(run_) != run_)
+    if (!line.is_object()) return true;
+    const auto picture = integer_of(line, "picture").value_or(first_.picture);
+    if (std::exchange(is_first, false) && picture >= 0 && picture != first_.picture &&
+        text_of(line, "run") == run_)
+      throw InputError(in_quotes(file.string()) + ": this folder holds pictures from number " +
+                       std::to_string(picture) + " on, and this run begins with " +
+                       std::to_string(first_.picture) + "; give --pictures " +
+                       std::to_string(picture) +
+                       "..LAST to go on behind them, another --output, or --restart to replace "
+                       "them");
+    if (text_of(line, "run").value_or(run_) != run_)
       throw InputError(
           in_quotes(file.string()) +
           ": this folder holds holograms of another scene, device or version; give another "
@@ -167,15 +184,16 @@ void FrameFiles::read_report() {
 }
 
 bool FrameFiles::is_whole(const Json& line, int& count) const {
-  if (!line.is_object() || integer_of(line, "picture") != pictures_ || text_of(line, "run") != run_)
+  if (!line.is_object() || integer_of(line, "picture") != next() || text_of(line, "run") != run_)
     return false;
   const auto holograms = line.find("holograms");
   if (holograms == line.end() || !holograms->is_array() || holograms->empty()) return false;
   for (const auto& hologram : *holograms) {
-    const int number = holograms_ + count++;
+    const int number = next_place() + count;
     if (!hologram.is_object() || integer_of(hologram, "number") != number) return false;
     const auto digest = storage_ == FrameStorage::pngs ? digest_of_file(folder_ / name_of(number))
-                                                       : digest_in_stream(number);
+                                                       : digest_in_stream(holograms_ + count);
+    ++count;
     if (digest.empty() || text_of(hologram, "digest") != digest) return false;
   }
   return true;
@@ -193,7 +211,7 @@ std::string FrameFiles::digest_in_stream(int hologram) const {
 void FrameFiles::add(std::span<const std::vector<std::uint8_t>> holograms,
                      nlohmann::ordered_json line) {
   auto list = nlohmann::ordered_json::array();
-  int number = holograms_;
+  int number = next_place();
   for (const auto& levels : holograms) {
     nlohmann::ordered_json entry{{"number", number}};
     if (storage_ == FrameStorage::pngs) {
@@ -216,7 +234,7 @@ void FrameFiles::add(std::span<const std::vector<std::uint8_t>> holograms,
          line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n",
          folder_ / report_name);
   ++pictures_;
-  holograms_ = number;
+  holograms_ += static_cast<int>(holograms.size());
 }
 
 void FrameFiles::finish() {

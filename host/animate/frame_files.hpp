@@ -18,9 +18,15 @@ namespace raywave {
 /// (frame_00000_638nm.png ...).
 enum class FrameStorage { pngs, stream };
 
+/// What a folder begins with: a part of an animation not with its first picture.
+struct FirstOfFiles {
+  int picture = 0, hologram = 0;  // that of each laser has the same number
+};
+
 /// What is stored: pictures of one or more holograms each, in order. A picture's line in
 /// report.jsonl is written after its holograms, and names their digests: what it names is whole.
-/// Later runs go on after the last such line.
+/// Later runs go on after the last such line. A part of an animation has the files and lines that
+/// the whole has of its pictures; its stream holds them alone.
 class FrameFiles {
 public:
   static constexpr const char* report_name = "report.jsonl";
@@ -36,9 +42,11 @@ public:
   /// run      stands for all that holograms depend on: lines of another run are refused
   /// size_px  of a hologram as it is stored
   /// lasers   in the names of their PNGs; none: one wavelength
-  /// throws   InputError for lines of another run, or where the folder cannot be written
+  /// first    picture that the folder begins with, and its first hologram (Schedule::first_of)
+  /// throws   InputError for lines of another run, or that begin with another picture, or where the
+  ///          folder cannot be written
   FrameFiles(std::filesystem::path folder, FrameStorage storage, std::string run,
-             glm::ivec2 size_px, std::vector<std::string> lasers = {});
+             glm::ivec2 size_px, std::vector<std::string> lasers = {}, FirstOfFiles first = {});
   ~FrameFiles();
   FrameFiles(const FrameFiles&) = delete;
   FrameFiles& operator=(const FrameFiles&) = delete;
@@ -46,6 +54,8 @@ public:
   /// Pictures that are there, and their holograms, those of each laser counted.
   int pictures() const { return pictures_; }
   int holograms() const { return holograms_; }
+  /// The number of the picture that `add` stores.
+  int next() const { return first_.picture + pictures_; }
 
   /// Stores the next picture: its holograms, then its line, to which `run` and `holograms` (file or
   /// place in the stream, digest) are added.
@@ -70,11 +80,14 @@ private:
   }
   /// Of a hologram by its place in the order of showing.
   std::string name_of(int place) const;
+  /// In the order of showing, of the hologram that `add` stores next.
+  int next_place() const;
   void read_report();
   /// Whether a line is that of the next picture, and its holograms are there and as it says.
   ///
   /// count  receives their number
   bool is_whole(const nlohmann::ordered_json& line, int& count) const;
+  /// hologram  of those that the stream holds
   std::string digest_in_stream(int hologram) const;
   std::filesystem::path partial_stream() const;
 
@@ -83,6 +96,7 @@ private:
   std::string run_;
   glm::ivec2 size_;
   std::vector<std::string> lasers_;
+  FirstOfFiles first_;
   int pictures_ = 0, holograms_ = 0;
   int report_ = -1, stream_ = -1;  // descriptors
   std::vector<std::uint8_t> png_;  // the last one

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/animate/animate.hpp"
 
+#include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -35,9 +38,44 @@ struct AnimateArguments {
   GoalOptions goal;
   DeviceOptions device;
   ReportOptions report;
-  std::string out;
+  std::string out, pictures;
   bool stream = false, restart = false, no_video = false, no_preview = false;
 };
+
+/// Pictures that are wanted, counted from 0: first <= picture < end.
+struct PictureRange {
+  int first = 0, end = 0;
+};
+
+/// --pictures: "12", or "10..20" with both ends; all when it is empty.
+PictureRange range_of(const std::string& text, int pictures) {
+  if (text.empty()) return {0, pictures};
+  const auto fail = [&](const std::string& why) {
+    throw InputError("--pictures " + in_quotes(text) + ": " + why);
+  };
+  const auto number = [&](std::string_view digits) {
+    int value = 0;
+    const auto end = digits.data() + digits.size();
+    const auto [rest, error] = std::from_chars(digits.data(), end, value);
+    if (error == std::errc::invalid_argument || rest != end || value < 0)
+      fail("a number, or two with .. between them, is needed, as in 12 or 10..20");
+    if (error != std::errc() || value >= pictures)
+      fail("the animation has " + std::to_string(pictures) + " pictures, 0 to " +
+           std::to_string(pictures - 1));
+    return value;
+  };
+  const std::string_view view(text);
+  const auto dots = view.find("..");
+  const int first = number(view.substr(0, dots)),
+            last = dots == view.npos ? first : number(view.substr(dots + 2));
+  if (last < first) fail("the last picture comes before the first");
+  return {first, last + 1};
+}
+
+/// "1 picture", "2 pictures"
+std::string count_text(int count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
 
 /// All keys of a scene as they are in effect; names of files are no part of it.
 std::string keys_of(Scene scene) {
@@ -74,8 +112,10 @@ std::vector<Scene> scenes_for(const Goal& goal, std::vector<Scene> scenes, const
 }
 
 /// report.json, which lets reconstruct and encode read the holograms.
+///
+/// there  pictures that the folder holds in the end
 void write_report(const std::filesystem::path& folder, const Scene& scene, const Animator& animator,
-                  FrameStorage storage, const std::string& run) {
+                  FrameStorage storage, const std::string& run, PictureRange there) {
   const auto& schedule = animator.schedule();
   auto hologram = scene.hologram;
   hologram.resolution = animator.plan().size;
@@ -104,7 +144,8 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
     }
   }
   const auto size = animator.stored_size();
-  auto shape = nlohmann::ordered_json::array({schedule.holograms(), size.y, size.x});
+  const int holograms = schedule.first_of(there.end) - schedule.first_of(there.first);
+  auto shape = nlohmann::ordered_json::array({holograms, size.y, size.x});
   if (!names.empty()) shape.insert(shape.begin() + 1, names.size());
   json["animation"] = {{"run", run},
                        {"pictures", schedule.pictures()},
@@ -115,6 +156,8 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
                                            : FrameFiles::png_pattern(names.empty() ? "" : "LASER")},
                        {"shape", shape},
                        {"lines", FrameFiles::report_name}};
+  if (there.end - there.first < schedule.pictures())
+    json["animation"]["part"] = {there.first, there.end - 1};
   write_text(folder / "report.json", json.dump(2) + "\n");
 }
 
@@ -152,6 +195,7 @@ void run_animate(const AnimateArguments& options) {
     throw InputError(one_line(scenes[0].file.string()) +
                      ": nothing moves: add [animation] with frames = 240 and [[animation.track]], "
                      "or use raywave render");
+  const auto wanted = range_of(options.pictures, scenes[0].animation->pictures);
   const cl::Device device(options.device.info());
   const auto fft = options.device.backend(device.info());
   const HeldFolder held(options.out);
@@ -161,6 +205,7 @@ void run_animate(const AnimateArguments& options) {
   AnimateResult made;
   std::optional<Animator> animator;
   StoredHolograms stored;
+  PictureRange there;
   int found = 0;
   {
     ProgressBar bar(options.report.quiet);
@@ -169,16 +214,18 @@ void run_animate(const AnimateArguments& options) {
     animator.emplace(device, scenes, fft);
     if (options.restart) FrameFiles::remove(folder);
     const auto run = animator->run_name(storage);
-    FrameFiles files(folder, storage, run, animator->stored_size(), animator->laser_names());
+    FrameFiles files(folder, storage, run, animator->stored_size(), animator->laser_names(),
+                     {wanted.first, animator->schedule().first_of(wanted.first)});
     found = files.pictures();
-    if (found < animator->schedule().pictures()) {
+    there = {wanted.first, std::max(wanted.end, files.next())};
+    if (files.next() < wanted.end) {
       std::error_code ignored;
       for (const auto* name : {video_name, preview_name})
         std::filesystem::remove(folder / name, ignored);
     }
-    write_report(folder, scenes[0], *animator, storage, run);
+    write_report(folder, scenes[0], *animator, storage, run, there);
     made = animator->make_frames(
-        files, [&](const std::string& what, double share) { bar.show(what, share); });
+        files, [&](const std::string& what, double share) { bar.show(what, share); }, wanted.end);
     stored = {folder,
               storage,
               animator->stored_size(),
@@ -190,16 +237,22 @@ void run_animate(const AnimateArguments& options) {
   const double per_s = made.seconds > 0 ? made.timed_holograms / made.seconds : 0;
   if (options.report.prints_text()) {
     if (found > 0) std::printf("%d pictures were there\n", found);
-    if (made.pictures > 0)
-      std::printf("%d pictures, %d holograms of %d x %d in %s/%s, %.3g holograms a second on %s\n",
-                  made.pictures, made.holograms, stored.size_px.x, stored.size_px.y,
-                  options.out.c_str(),
+    if (made.pictures > 0) {
+      std::printf("%s, %s of %d x %d in %s/%s", count_text(made.pictures, "picture").c_str(),
+                  count_text(made.holograms, "hologram").c_str(), stored.size_px.x,
+                  stored.size_px.y, options.out.c_str(),
                   storage == FrameStorage::pngs
                       ? FrameFiles::png_pattern(stored.lasers.empty() ? "" : "LASER").c_str()
-                      : FrameFiles::stream_name,
-                  per_s, device.info().name.c_str());
+                      : FrameFiles::stream_name);
+      if (per_s > 0) std::printf(", %.3g holograms a second", per_s);
+      std::printf(" on %s\n", device.info().name.c_str());
+    }
   }
-  write_videos(options, device, fft, *animator, stored, scenes[0].animation->rate_per_s);
+  if (there.end - there.first == animator->schedule().pictures())
+    write_videos(options, device, fft, *animator, stored, scenes[0].animation->rate_per_s);
+  else if (options.report.prints_text())
+    std::printf("pictures %d to %d, of 0 to %d; videos are made of all of them\n", there.first,
+                there.end - 1, animator->schedule().pictures() - 1);
   options.report.write(nlohmann::ordered_json{{"pictures_found", found},
                                               {"pictures", made.pictures},
                                               {"holograms", made.holograms},
@@ -225,6 +278,12 @@ void add_animate(CLI::App& app) {
   const auto flag = [&](const char* name, bool& value, const char* help) {
     command->add_flag(name, value, help)->group(group::output);
   };
+  command
+      ->add_option("--pictures", options->pictures,
+                   "Only these pictures, counted from 0: 12, or 10..20 with both ends; their files "
+                   "are those of the whole animation")
+      ->type_name("N")
+      ->group(group::pictures);
   flag("--stream", options->stream,
        "Write frames.raw, all holograms one after another, a byte for each pixel, instead of PNGs");
   flag("--restart", options->restart,

@@ -119,6 +119,108 @@ TEST_CASE("a run that goes on behind any picture makes the files of one that was
   }
 }
 
+TEST_CASE("a part has the files and lines that the whole animation has of its pictures") {
+  Desk desk;
+  desk.folder().write("lozenge.obj", lozenge_obj());
+  desk.scene(std::string(moving_lines) + deforming_lines);
+  std::vector<Scene> scenes{load_scene(desk.file("scene.toml"), {"slm.encoding=double-phase"})};
+  // Numbers of holograms that no picture's number tells: 3 and 2 of them in turn
+  auto uneven = std::string(moving_lines) + deforming_lines;
+  uneven.replace(uneven.find("subframes = 2"), 13, "slm_rate = 25");
+  desk.scene(uneven);
+  scenes.push_back(load_scene(desk.file("scene.toml"), {"slm.encoding=phase"}));
+  for (const auto& device : all_devices()) {
+    for (const auto& scene : scenes) {
+      const Animator animator(device, scene, cl::FftBackend::host);
+      for (const auto storage : {FrameStorage::pngs, FrameStorage::stream}) {
+        const Folder whole;
+        run(animator, whole / "", storage);
+        const auto wanted = files_of(whole / "");
+        std::map<std::string, std::string> together;
+        for (const auto& [first, end] : {std::pair(0, 1), {1, 4}, {4, 7}}) {
+          const Folder part;
+          // Of the pictures up to each of these, in turn: stopped, and gone on with
+          for (const int until : {std::max(first + 1, end - 2), end}) {
+            FrameFiles files(part / "", storage, animator.run_name(storage), animator.stored_size(),
+                             {}, {first, animator.schedule().first_of(first)});
+            animator.make_frames(files, {}, until);
+            CHECK(files.next() == until);
+          }
+          for (const auto& [name, bytes] : files_of(part / "")) {
+            if (name.starts_with("frame_")) CHECK(!together.contains(name));
+            together[name] += bytes;
+          }
+          // What holds a part is no whole that was damaged
+          const auto before = files_of(part / "");
+          if (first > 0)
+            CHECK_THROWS_WITH(
+                run(animator, part / "", storage),
+                ContainsSubstring("holds pictures from number " + std::to_string(first) +
+                                  " on, and this run begins "
+                                  "with 0"));
+          if (first > 0) CHECK((files_of(part / "") == before));
+        }
+        CHECK((together == wanted));
+      }
+    }
+  }
+}
+
+TEST_CASE(
+    "animate --pictures makes parts, which are put together and finished by the same command") {
+  Desk desk;
+  desk.scene(moving_lines);
+  const auto made = [&](const std::string& out, std::vector<std::string> more) {
+    more.insert(more.begin(), {"animate", desk.file("scene.toml"), "-o", desk.file(out)});
+    const auto outcome = desk.run(more, {"PATH=/nonexistent"});
+    INFO(outcome.out << outcome.err);
+    REQUIRE(outcome.code == 0);
+    return outcome;
+  };
+  made("whole", {"--no-video", "--no-preview"});
+  const auto one = made("one", {"--pictures", "5"});
+  CHECK_THAT(one.out,
+             ContainsSubstring("pictures 5 to 5, of 0 to 6; videos are made of all of them"));
+  CHECK_THAT(one.err, !ContainsSubstring("ffmpeg"));
+  for (const auto* name : {"frame_00010.png", "frame_00011.png"})
+    CHECK(bytes_of(desk.file(std::string("one/") + name)) ==
+          bytes_of(desk.file(std::string("whole/") + name)));
+  CHECK(files_of(desk.file("one")).size() == 4);
+  const auto animation =
+      nlohmann::json::parse(bytes_of(desk.file("one/report.json"))).at("animation");
+  CHECK(animation.at("part") == nlohmann::json({5, 5}));
+  CHECK(animation.at("shape") == nlohmann::json({2, 32, 48}));
+  CHECK(desk.run({"reconstruct", desk.file("one/frame_00011.png"), "-z", "9mm", "-o",
+                  desk.file("seen"), "--quiet"})
+            .code == 0);
+
+  // Shared between machines
+  made("a", {"--pictures", "0..2"});
+  made("b", {"--pictures", "3..6"});
+  REQUIRE(desk.shell("cp b/frame_*.png a/ && cat b/report.jsonl >> a/report.jsonl").code == 0);
+  const auto finished = made("a", {"--no-preview"});
+  CHECK_THAT(finished.out, ContainsSubstring("7 pictures were there"));
+  CHECK_THAT(finished.err, ContainsSubstring("holograms.mkv are left out"));
+  CHECK((files_of(desk.file("a")) == files_of(desk.file("whole"))));
+  // A part of what is whole changes nothing
+  made("a", {"--pictures", "0..4"});
+  CHECK((files_of(desk.file("a")) == files_of(desk.file("whole"))));
+
+  for (const auto& [text, says] : {std::pair("7", "has 7 pictures, 0 to 6"),
+                                   {"3..9", "has 7 pictures, 0 to 6"},
+                                   {"99999999999", "has 7 pictures, 0 to 6"},
+                                   {"4..2", "comes before the first"},
+                                   {"-1", "a number, or two with .."},
+                                   {"1..", "a number, or two with .."},
+                                   {"1..2..3", "a number, or two with .."},
+                                   {" 1", "a number, or two with .."}})
+    check_refused(desk.run({"animate", desk.file("scene.toml"), "-o", desk.file("x"),
+                            std::string("--pictures=") + text}),
+                  2, says);
+  check_refused(desk.run({"animate", desk.file("scene.toml"), "-o", desk.file("one"), "--quiet"}),
+                2, "give --pictures 5..LAST to go on behind them");
+}
+
 TEST_CASE("holograms of a scene that rests are the frames that render makes of it") {
   Desk desk;
   // An encoding of phases alone: holograms of amplitudes share a scale, frames of render do not
@@ -553,6 +655,17 @@ TEST_CASE("in colour, each laser's holograms are those of an animation of it alo
     CHECK((files_of(stopped / "") == wanted));
     FrameFiles::remove(stopped / "");
     CHECK(files_of(stopped / "").empty());
+    // Picture 1 alone
+    const Folder part;
+    {
+      FrameFiles files(part / "", FrameStorage::pngs, animator.run_name(FrameStorage::pngs),
+                       animator.stored_size(), laser_names, {1, 2});
+      animator.make_frames(files, {}, 2);
+    }
+    CHECK(files_of(part / "").size() == 6 + 1);
+    for (const auto& [name, bytes] : files_of(part / ""))
+      CHECK((name == "report.jsonl" ? wanted.at(name).find(bytes) != std::string::npos
+                                    : wanted.at(name) == bytes));
   }
 }
 
