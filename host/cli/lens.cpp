@@ -10,6 +10,7 @@
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
+#include "host/common/forecast.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/view/colour_picture.hpp"
 
@@ -42,6 +43,8 @@ void run_lens(const LensArguments& options) {
   for (const auto& scene : scenes) plans.push_back(make_plan(scene, world));
   DeviceScene arrays(device, world, plans[0]);
   auto pictures = nlohmann::ordered_json::array();
+  Forecast forecast;
+  const auto all = static_cast<double>(plans.size());
   for (const double z_m : depths_m) {
     what.z_m = z_m;
     const auto name = name_at_depth("lens", z_m);
@@ -51,9 +54,13 @@ void run_lens(const LensArguments& options) {
       for (const auto& plan : plans) {
         if (plans.size() > 1) arrays.show(plan);
         const auto done = static_cast<double>(images.size()),
-                   all = static_cast<double>(plans.size());
-        images.push_back(lens_picture(device, plan, arrays, what,
-                                      [&](double share) { bar.show(name, (done + share) / all); }));
+                   before = static_cast<double>(pictures.size()) * all;
+        images.push_back(lens_picture(device, plan, arrays, what, [&](double share) {
+          bar.show(name, (done + share) / all);
+          if (const auto seconds =
+                  forecast.add(before + done + share, all * static_cast<double>(depths_m.size())))
+            say_time(bar, *seconds, "this", "fewer --lens-points or a smaller --window take less");
+        }));
       }
     }
     pictures.push_back(

@@ -45,11 +45,16 @@ void ProgressBar::show(const std::string& what, double share) {
   std::fflush(stderr);
 }
 
-void say_time(ProgressBar& bar, double seconds) {
+void say_time(ProgressBar& bar, double seconds, const std::string& what,
+              const std::string& advice) {
   constexpr double long_s = 60;
   if (seconds > long_s)
-    bar.say("this will take about " + duration_text(seconds) +
-            "; raywave plan tells why, --preset draft or a larger sampling.pitch takes less");
+    bar.say(what + " will take about " + duration_text(seconds) + "; " + advice);
+}
+
+void say_render_time(ProgressBar& bar, double seconds, const std::string& what) {
+  say_time(bar, seconds, what,
+           "raywave plan tells why, --preset draft or a larger sampling.pitch takes less");
 }
 
 }  // namespace raywave::cli

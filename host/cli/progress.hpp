@@ -24,7 +24,12 @@ private:
   std::chrono::steady_clock::time_point last_;
 };
 
-/// Says how long a render is predicted to take where that is more than a minute.
-void say_time(ProgressBar& bar, double seconds);
+/// Says how long something takes where that is more than a minute.
+///
+/// what    "this", "the render"
+/// advice  what takes less
+void say_time(ProgressBar& bar, double seconds, const std::string& what, const std::string& advice);
+/// The same of a render, as it is predicted.
+void say_render_time(ProgressBar& bar, double seconds, const std::string& what = "this");
 
 }  // namespace raywave::cli

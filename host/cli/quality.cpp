@@ -13,11 +13,13 @@
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
+#include "host/common/forecast.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/colour_quality.hpp"
 #include "host/evaluate/colour_report.hpp"
 #include "host/scene/image.hpp"
+#include "host/trace/tuning.hpp"
 
 namespace raywave::cli {
 
@@ -42,6 +44,16 @@ QualitySpec spec_of(const QualityArguments& options, const Scene& scene) {
     spec.blur_m = blur.in_pixels ? blur.value * scene.hologram.pitch_m.x : blur.value;
   }
   return spec;
+}
+
+/// Lets long steps say how long they take.
+void say_times(ProgressBar& bar, RenderOptions& how, QualitySpec& spec) {
+  how.predicted = [&](double seconds) { say_render_time(bar, seconds, "the render"); };
+  spec.lens_progress = [&, forecast = Forecast()](double seen, double all) mutable {
+    if (const auto seconds = forecast.add(seen, all))
+      say_time(bar, *seconds, "the lens",
+               "fewer --lens-points, a smaller --window or --no-views take less");
+  };
 }
 
 void print_table(const QualityResult& result, const QualitySpec& spec,
@@ -108,11 +120,12 @@ std::string write_files(const QualityArguments& options, const ColourPicture& sh
 
 void run_quality_lasers(const QualityArguments& options, const std::vector<Scene>& scenes,
                         const cl::Device& device, RenderOptions how) {
-  const auto spec = spec_of(options, scenes[0]);
+  auto spec = spec_of(options, scenes[0]);
   ColourQualityResult result;
   {
     ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+    say_times(bar, how, spec);
     const auto world = build_world(scenes[0]);
     if (const auto warning = colour_warning(scenes, world); !warning.empty())
       options.report.note(warning);
@@ -134,12 +147,13 @@ void run_quality_lasers(const QualityArguments& options, const std::vector<Scene
 void run_quality(const QualityArguments& options) {
   const auto scenes = options.scene.load_all(options.report);
   const auto& scene = scenes[0];
-  const auto spec = spec_of(options, scene);
+  auto spec = spec_of(options, scene);
   const cl::Device device(options.device.info());
   RenderOptions how;
   how.fft = options.device.backend(device.info());
   how.method = options.method.method();
   how.rays_per_axis = options.method.rays_per_axis;
+  how.rates = figures_of(device.info()).rates;
   if (scenes.size() > 1) {
     run_quality_lasers(options, scenes, device, how);
     return;
@@ -148,6 +162,7 @@ void run_quality(const QualityArguments& options) {
   {
     ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+    say_times(bar, how, spec);
     result = assess(device, scene, how, spec);
   }
 

@@ -15,6 +15,7 @@
 #include "host/cli/output_set.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
+#include "host/common/forecast.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
@@ -192,6 +193,8 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
   how.refine_starts = starts_of(options.start, scenes);
   how.fft = options.device.backend(device.info());
   how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+  how.predicted = [&](double seconds) { say_render_time(bar, seconds); };
+  how.rates = figures_of(device.info()).rates;
   bar.show("meshes", 0);
   const auto world = build_world(scenes[0]);
   std::vector<std::string> notes;
@@ -338,6 +341,7 @@ void run_refine(const RefineArguments& options) {
     ProgressBar bar(options.report.quiet);
     work = is_field ? work_of_field(options, device, bar) : work_of_scene(options, device, bar);
     double done = 0;
+    Forecast forecast;
     for (auto& task : work.tasks) {
       if (task.judged.empty()) continue;
       Encoder encoder(device, panel_of(task.slm, task.hologram));
@@ -346,7 +350,10 @@ void run_refine(const RefineArguments& options) {
           {task.field, shown_field(encoder.panel(), encode(device, encoder, task.field)),
            shown_field(*task.panel, task.levels)},
           task.judged, task.blur_m, options.border_px, task.middle_m, [&](double share) {
-            bar.show("pictures", (done + share) / static_cast<double>(work.tasks.size()));
+            const auto lasers = static_cast<double>(work.tasks.size());
+            bar.show("pictures", (done + share) / lasers);
+            if (const auto seconds = forecast.add(done + share, lasers))
+              say_time(bar, *seconds, "the table", "--no-table leaves it out");
           });
       ++done;
     }

@@ -102,7 +102,7 @@ void render_lasers(const RenderArguments& options, std::vector<Scene> scenes,
   {
     ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    how.predicted = [&](double seconds) { say_time(bar, seconds); };
+    how.predicted = [&](double seconds) { say_render_time(bar, seconds); };
     bar.show("meshes", 0);
     const auto world = build_world(scenes[0]);
     if (const auto goal = options.goal.goal(); goal.any()) {
@@ -180,7 +180,7 @@ void run_render(const RenderArguments& options) {
   {
     ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    how.predicted = [&](double seconds) { say_time(bar, seconds); };
+    how.predicted = [&](double seconds) { say_render_time(bar, seconds); };
     if (goal.any()) {
       bar.show("plan", 0);
       const auto world = build_world(scene);

@@ -108,9 +108,14 @@ ColourQualityResult assess_colours(const cl::Device& device, const std::vector<S
     const auto lens = timed(result.seconds["lens"], [&] {
       return picture_of("lens", [&](std::size_t i, const std::function<void(double)>& progress) {
         arrays.show(plans[i]);
-        return lens_picture(device, plans[i], arrays,
-                            {z_m, window_m, view.centre, view.aperture, what.lens_points},
-                            progress);
+        return lens_picture(
+            device, plans[i], arrays, {z_m, window_m, view.centre, view.aperture, what.lens_points},
+            [&](double share) {
+              progress(share);
+              const auto done = static_cast<double>(3 * result.rows.size() + i);
+              if (what.lens_progress)
+                what.lens_progress(done + share, static_cast<double>(3 * rows_of(depths_m, what)));
+            });
       });
     });
     const auto of_levels = timed(result.seconds["reconstruct"], [&] {

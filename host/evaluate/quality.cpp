@@ -224,7 +224,12 @@ std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& 
       const auto seen = timed(results.front().seconds["lens"], [&] {
         return lens_picture(device, plan, arrays,
                             {z_m, window_m, view.centre, view.aperture, what.lens_points},
-                            progress_of("lens"));
+                            [&, show = progress_of("lens")](double share) {
+                              show(share);
+                              if (what.lens_progress)
+                                what.lens_progress(static_cast<double>(row) + share,
+                                                   static_cast<double>(rows_of(depths_m, what)));
+                            });
       });
       lens.push_back(averaged(seen, what.square_px));
     }
@@ -275,6 +280,7 @@ FieldComparison compare_with_points(const cl::Device& device, const Scene& scene
   by_points.method = Method::points;
   by_points.keep_wrps = false;
   by_points.keep_field = true;
+  by_points.predicted = nullptr;  // it was said of the holograms
   return compare_fields(render(device, one_frame, world, by_points).field,
                         some_frames(field, 0, 1));
 }

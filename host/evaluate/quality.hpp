@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <glm/vec2.hpp>
 #include <map>
 #include <optional>
@@ -35,6 +36,9 @@ struct QualitySpec {
   int lens_points = 24;  // per axis, of the lens that rays start from
   // Also compare the first frame's field with that of Method::points
   bool against_points = false;
+  // Called with the number of the lens's pictures that are seen, the share of the one at work
+  // included, and that of all, when given
+  std::function<void(double seen, double all)> lens_progress = {};
 };
 
 /// A part of the hologram: view and aperture of ReconstructSpec.
@@ -69,6 +73,11 @@ struct JudgedHologram {
   const FieldStack& field;  // complex, as computed
   const FieldStack& shown;  // light behind the SLM (shown_field)
 };
+
+/// Rows of the results.
+inline std::size_t rows_of(const std::vector<double>& depths_m, const QualitySpec& what) {
+  return depths_m.size() + (what.views ? side_views.size() : 0);
+}
 
 /// What the scene's SLM shows of a field.
 FieldStack shown_by_slm(const cl::Device& device, const Scene& scene, const FieldStack& field);
