@@ -250,7 +250,11 @@ std::vector<double> DepthOptions::depths_m(const std::function<ViewerSpec()>& vi
 std::optional<glm::dvec2> DepthOptions::window_m() const {
   if (window.empty()) return std::nullopt;
   const auto [x, y] = two_parts(window, 'x', "--window");
-  return glm::dvec2(positive_length_m(x, "--window"), positive_length_m(y, "--window"));
+  const auto side = [&](const std::string& text, const char* name) {
+    return positive_length_m(text, "--window " + in_quotes(window) + ": the " + name);
+  };
+  const double width_m = side(x, "width");
+  return glm::dvec2(width_m, side(y, "height"));
 }
 
 void ViewOptions::add_to(CLI::App& command) {

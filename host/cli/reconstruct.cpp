@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "host/cli/commands.hpp"
@@ -16,6 +18,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/colour_report.hpp"
+#include "host/scene/units.hpp"
 #include "host/view/colour_picture.hpp"
 
 namespace raywave::cli {
@@ -28,7 +31,23 @@ struct ReconstructArguments {
   ViewOptions view;
   DeviceOptions device;
   ReportOptions report;
+  std::string eyepiece;
   bool field = false;
+
+  /// --eyepiece, or what the report of a hologram tells.
+  ViewerSpec viewer(const HologramOptions& of) const {
+    if (eyepiece.empty()) return of.viewer();
+    const bool two = eyepiece.find(',') != std::string::npos;
+    const auto [focal, distance] =
+        two ? two_parts(eyepiece, ',', "--eyepiece") : std::pair(eyepiece, eyepiece);
+    ViewerSpec spec;
+    spec.eyepiece_m = positive_length_m(focal, "--eyepiece");
+    spec.eyepiece_distance_m = given_length_m(distance, "--eyepiece");
+    if (!(spec.eyepiece_distance_m >= 0))
+      throw InputError("--eyepiece " + in_quotes(eyepiece) +
+                       ": its distance from the hologram, on the eye's side, must be >= 0");
+    return spec;
+  }
 };
 
 /// What the three holograms of a report show, in colour.
@@ -50,7 +69,7 @@ void reconstruct_lasers(const ReconstructArguments& options, const ReportedLaser
     require_of_report(report, {of_laser.files.begin(), of_laser.files.end()});
     holograms[i] = of_laser.load();
     specs[i] = of_laser.spec({holograms[i].nx, holograms[i].ny});
-    viewer = of_laser.viewer();
+    viewer = options.viewer(of_laser);
   }
 
   ReconstructSpec what;
@@ -100,7 +119,7 @@ void run_reconstruct(const ReconstructArguments& options) {
   what.view = options.view.view();
   what.aperture = options.view.aperture();
   options.view.check_percentile();
-  const auto depths_m = options.depths.depths_m([&] { return options.hologram.viewer(); });
+  const auto depths_m = options.depths.depths_m([&] { return options.viewer(options.hologram); });
 
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());
@@ -135,6 +154,12 @@ void add_reconstruct(CLI::App& app) {
                  "Of a report of three lasers: show their fields, which no SLM shows")
       ->group(group::pictures);
   options->depths.add_to(*command, "", "the hologram's");
+  command
+      ->add_option("--eyepiece", options->eyepiece,
+                   "Focal length of the lens that the eye looks through, and its distance from the "
+                   "hologram where it is another; report.json tells them when not given")
+      ->type_name("LENGTH[,LENGTH]")
+      ->group(group::pictures);
   options->device.add_to(*command);
   options->view.add_to(*command);
   options->report.add_to(*command, "the list of pictures");

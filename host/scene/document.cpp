@@ -39,7 +39,16 @@ std::string describe(const toml::node& node) {
     return is_whole ? text + ".0" : text;  // as TOML tells it from an integer
   }
   if (const auto* boolean = node.as_boolean()) return boolean->get() ? "true" : "false";
-  if (const auto* array = node.as_array()) return "an array of " + std::to_string(array->size());
+  if (const auto* array = node.as_array()) {
+    constexpr std::size_t most_told = 4;
+    const auto is_value = [](const toml::node& one) { return one.is_value(); };
+    if (array->empty() || array->size() > most_told ||
+        !std::all_of(array->begin(), array->end(), is_value))
+      return "an array of " + std::to_string(array->size());
+    std::string text;
+    for (const auto& one : *array) text += (text.empty() ? "[" : ", ") + describe(one);
+    return text + "]";
+  }
   return node.is_table() ? "a table" : "a date or time";
 }
 
@@ -180,8 +189,9 @@ void apply_override(Document& document, const std::string& text) {
       std::size_t index = array->size();
       const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), index);
       if (error != std::errc() || end != key.data() + key.size() || index >= array->size())
-        fail("there are " + std::to_string(array->size()) + ", counted from 0, so " +
-             in_quotes(key) + " is none of them" + of_gltf(path));
+        fail((array->size() == 1 ? "there is " : "there are ") + std::to_string(array->size()) +
+             " of " + in_quotes(std::string_view(path).substr(0, path.size() - rest.size() - 1)) +
+             ", counted from 0, so " + in_quotes(key) + " is none of them" + of_gltf(path));
       node = array->get(index);
     } else {
       fail("names no key of a scene");

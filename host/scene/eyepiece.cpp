@@ -9,8 +9,8 @@ namespace raywave {
 double depth_of_dioptres(const ViewerSpec& viewer, double dioptres) {
   if (!viewer.eyepiece_m)
     throw InputError(
-        "dioptres are seen through an eyepiece; give viewer.eyepiece, for example "
-        "\"120 mm\", or a length");
+        "dioptres are seen through an eyepiece; give viewer.eyepiece of the scene, for example "
+        "\"120 mm\", reconstruct's --eyepiece 120mm, or a length");
   const double per_m = 1 / *viewer.eyepiece_m + dioptres;
   if (!(per_m > 0))
     throw InputError("no plane is seen at " + number_text(dioptres) + " D through an eyepiece of " +

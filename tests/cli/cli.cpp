@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program as a person runs it: exit codes, messages, files.
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <iterator>
 #include <map>
@@ -585,6 +587,36 @@ TEST_CASE(
   CHECK(picture("reconstruction_10mm.exr").pixels != from_field);
 }
 
+TEST_CASE(
+    "reconstruct takes an eyepiece that no report tells, and depths by the thin-lens formula") {
+  const Desk desk;
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  const auto field = desk.out("field.npy").string();
+  // 1 / (z + distance) = 1 / focal length + dioptres
+  const auto name_at = [](double z_m) {
+    std::array<char, 64> name{};
+    std::snprintf(name.data(), name.size(), "views/reconstruction_%gmm.exr", 1e3 * z_m);
+    return std::string(name.data());
+  };
+  for (const auto& [eyepiece, distance_m] : {std::pair("120mm", 0.12), {"120mm,10cm", 0.1}}) {
+    const auto seen = desk.run(
+        {"reconstruct", field, "-z", "-1D", "--eyepiece", eyepiece, "-o", desk.file("views")});
+    INFO(seen.err);
+    CHECK(seen.code == 0);
+    CHECK(std::filesystem::exists(desk.file(name_at(1 / (1 / 0.12 - 1) - distance_m))));
+  }
+}
+
+TEST_CASE("a texture that is no picture is named, with what would be read") {
+  Desk desk;
+  desk.folder().write("notes.md", "# No picture\n");
+  desk.scene("material = \"a\"\n[materials.a]\ntexture = \"notes.md\"\n");
+  check_refused(desk.render(), 2, "notes.md\": is no picture of a known format, such as PNG");
+  desk.folder().write("notes.png", "# No picture\n");
+  desk.scene("material = \"a\"\n[materials.a]\ntexture = \"notes.png\"\n");
+  check_refused(desk.render(), 2, "notes.png\": ");
+}
+
 TEST_CASE("reconstructions that cannot be are refused with one line") {
   const Desk desk;
   REQUIRE(desk.render({"--quiet"}).code == 0);
@@ -597,7 +629,9 @@ TEST_CASE("reconstructions that cannot be are refused with one line") {
   };
   const auto field = desk.out("field.npy").string();
   refused(field, {"-z", "0"}, "-z \"0\": is the hologram's own plane");
-  refused(field, {"-z", "1D"}, "-z \"1D\"");
+  refused(field, {"-z", "1D"}, "reconstruct's --eyepiece 120mm");
+  refused(field, {"-z", "1D", "--eyepiece", "120"}, "--eyepiece \"120\": a unit is needed");
+  refused(field, {"-z", "1D", "--eyepiece", "120mm,-1mm"}, "must be >= 0");
   refused(field, {"-z", "far"}, "-z");
   refused(field, {"-z", "10"}, "a unit is needed, as in 10mm");
   refused(field, {"-z", "10mm", "-z", "1cm"}, "a second picture of 10mm would overwrite the first");
@@ -607,6 +641,10 @@ TEST_CASE("reconstructions that cannot be are refused with one line") {
   refused(field, {"-z", "10mm", "--pitch", "4"}, "a unit is needed, as in 4mm");
   refused(field, {"-z", "10mm", "--wavelength", "1m"}, "must be 1 nm to 10 mm");
   refused(field, {"-z", "10mm", "--window", "3mm"}, "--window");
+  refused(field, {"-z", "10mm", "--window", "5x4"},
+          "--window \"5x4\": the width \"5\": a unit is needed, as in 5mm");
+  refused(field, {"-z", "10mm", "--window", "5mmx4"},
+          "--window \"5mmx4\": the height \"4\": a unit is needed, as in 4mm");
   refused(field, {"-z", "10mm", "--view", "2,0"}, "--view");
   refused(field, {"-z", "10mm", "--view", "nan,0"}, "--view");
   refused(field, {"-z", "10mm", "--percentile", "0"}, "--percentile");

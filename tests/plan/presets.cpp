@@ -473,6 +473,18 @@ TEST_CASE("warnings name settings that the user may not have meant", "[slow]") {
       with({"hologram.pitch=3.74 mm", "object.0.position=[0, 0, '100 m']", "wrp.grid=[1, 1]"}),
       "unlike any SLM"));
   CHECK(warns(with({"sampling.pitch=0.3 mm"}), "single dots"));
+  // Dots that a camera sees: only where nobody chose them
+  const std::string unchosen = "sampling.pitch 100 um (default) is for a bare eye";
+  CHECK(warns(with({}), unchosen));
+  CHECK(warns(with({"sampling.pitch=auto"}), unchosen));
+  CHECK_FALSE(warns(with({"sampling.pitch=0.1 mm"}), "single dots"));
+  CHECK_FALSE(warns(planned(data_scene("teapot.toml"), {Preset::balanced, {}, {}}), unchosen));
+  // An eye at the eyepiece is nearer, whatever viewer.distance says
+  const auto magnified = with({"viewer.eyepiece=50 mm", "viewer.eyepiece_distance=40 mm"});
+  const double middle_m = (magnified.plan.near_m + magnified.plan.far_m) / 2;
+  CHECK(magnified.prediction.resolution_m ==
+        Catch::Approx((0.04 + middle_m) * std::numbers::pi / 180 / 60));
+  CHECK(warns(magnified, "sampling.pitch 100 um shows single dots: the viewer makes out 4"));
   CHECK(warns(with({"sampling.pitch=5 um"}), "finer than what the hologram resolves"));
   CHECK(warns(with({"sampling.mode=fan"}), "alias"));
   CHECK(warns(with({"materials.china.reflectivity=0.2", "trace.depth=0"}), "trace.depth is 0"));

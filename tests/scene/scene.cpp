@@ -180,10 +180,10 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "hologram: resolution[0] must be a whole number, 1 to 65536, got 1280.0"},
       {2, "resolution = 1280", "hologram: resolution must be two whole numbers [x, y], got 1280"},
       {2, "resolution = [1, 2, 3]",
-       "hologram: resolution must be two whole numbers [x, y], got an array of 3"},
+       "hologram: resolution must be two whole numbers [x, y], got [1, 2, 3]"},
       {3, "pitch = \"-8 um\"", "hologram: pitch must be 0.1 nm to 1 m, got \"-8 um\""},
       {3, "pitch = [8e-6, nan]", "hologram: pitch[1] must be 0.1 nm to 1 m, got nan"},
-      {3, "pitch = [8e-6]", "hologram: pitch must be a length or two [x, y], got an array of 1"},
+      {3, "pitch = [8e-6]", "hologram: pitch must be a length or two [x, y], got [8e-06]"},
       {3, "pitch = true",
        "hologram: pitch must be a length: a number in metres, or a string such as \"3.74 um\", got "
        "true"},
@@ -238,11 +238,14 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "light 0: type must be \"ambient\" or \"directional\" or \"point\" or \"spot\" or \"area\" "
        "or "
        "\"environment\", got \"sun\""},
-      {19, "direction = [0, 0, 0]", "light 0: direction must be longer than 0, got an array of 3"},
+      {19, "direction = [0, 0, 0]", "light 0: direction must be longer than 0, got [0, 0, 0]"},
+      {19, "direction = ['0', '0', '1']", "light 0: direction[0] must be a number, got \"0\""},
+      {19, "direction = [0, 0, 0, 0, 1]",
+       "light 0: direction must be three numbers [x, y, z], got an array of 5"},
       {20, "intensity = -1", "light 0: intensity must be >= 0, got -1"},
       {20, "intensity = 1e31", "light 0: intensity must be <= 1e+30, got 1e+31"},
       {28, "diffuse = [0.7, 0.6]",
-       "material \"china\": diffuse must be a number or [red, green, blue], got an array of 2"},
+       "material \"china\": diffuse must be a number or [red, green, blue], got [0.7, 0.6]"},
       {28, "diffuse = [0.7, 0.6, -1]", "material \"china\": diffuse[2] must be >= 0, got -1"},
       {30, "shininess = -5", "material \"china\": shininess must be >= 0, got -5"},
       {31, "texture = \"none.png\"",
@@ -259,8 +262,7 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {37, "mesh = \"a\\nb.ply\"",
        "object 0: mesh must be a file (there is none at \"a?b.ply\"), got \"a?b.ply\""},
       {38, "width = -1", "object 0: width must be 1 nm to 10000 m, got -1"},
-      {39, "position = [0, 0]",
-       "object 0: position must be three lengths [x, y, z], got an array of 2"},
+      {39, "position = [0, 0]", "object 0: position must be three lengths [x, y, z], got [0, 0]"},
       {40, "rotation = [0, 0, nan]", "object 0: rotation[2] must be -1e+06 to 1e+06, got nan"},
       {41, "material = \"chinna\"",
        "object 0: material must be one of china, gold, got \"chinna\""},
@@ -547,9 +549,11 @@ TEST_CASE("a wrong override is named in place of the line") {
   CHECK(refusal("materials.iron.ior=2") ==
         "--set materials.iron.ior=2: the scene has no \"materials.iron\"");
   CHECK(refusal("object.2.width=1") ==
-        "--set object.2.width=1: there are 2, counted from 0, so \"2\" is none of them");
+        "--set object.2.width=1: there are 2 of \"object\", counted from 0, so \"2\" is none of "
+        "them");
   CHECK(refusal("object.-1.width=1") ==
-        "--set object.-1.width=1: there are 2, counted from 0, so \"-1\" is none of them");
+        "--set object.-1.width=1: there are 2 of \"object\", counted from 0, so \"-1\" is none of "
+        "them");
   CHECK(refusal("object.0=1") == "--set object.0=1: names no key of a scene");
   CHECK(refusal("wrp.padding.x=1") == "--set wrp.padding.x=1: names no key of a scene");
   CHECK(refusal("a.b.c.d.e.f=1") == "--set a.b.c.d.e.f=1: names no key of a scene");

@@ -52,9 +52,11 @@ Plan with_pitch(Plan plan, double pitch_m) {
 }  // namespace
 
 double detail_for_eye_m(const Scene& scene, const Plan& plan) {
-  // Real images before the hologram are nearer to the eye.
-  const double from_eye_m = scene.viewer.distance_m + (plan.near_m + plan.far_m) / 2;
-  return arc_minute * std::max(from_eye_m, scene.viewer.distance_m / 4);
+  // An eye at a thin lens sees what is beyond it under the angle that it has there, in focus
+  // however near it is. Real images before the hologram are nearer to the eye
+  const double eye_m =
+      scene.viewer.eyepiece_m ? scene.viewer.eyepiece_distance_m : scene.viewer.distance_m;
+  return arc_minute * std::max(eye_m + (plan.near_m + plan.far_m) / 2, eye_m / 4);
 }
 
 double wanted_resolution_m(const Scene& scene, const Plan& plan) {

@@ -48,7 +48,8 @@ std::vector<Choice> choices(const Scene& scene, const World& world, const Device
 /// scene's middle.
 double wanted_resolution_m(const Scene& scene, const Plan& plan);
 
-/// The detail that an eye at viewer.distance makes out in the scene's middle: 1 arc minute.
+/// The detail that an eye at viewer.distance, or at the eyepiece, makes out in the scene's middle:
+/// 1 arc minute.
 double detail_for_eye_m(const Scene& scene, const Plan& plan);
 
 /// Makes the candidates. Keeps what layers, cone, pitch, padding and frames do not change, so that

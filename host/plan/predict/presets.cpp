@@ -71,8 +71,10 @@ std::string why_resolution(const Scene& scene, const Plan& plan, double resoluti
   const std::string text = "resolution " + length_text(std::round(resolution_m * 1e8) / 1e8) + ": ";
   if (scene.viewer.resolution_m == resolution_m) return text + "viewer.resolution";
   if (!scene.viewer.resolution_m && resolution_m == detail_for_eye_m(scene, plan))
-    return text + "1 arc minute for an eye " + length_text(scene.viewer.distance_m) +
-           " from the hologram";
+    return text + "1 arc minute for an eye " +
+           length_text(scene.viewer.eyepiece_m ? scene.viewer.eyepiece_distance_m
+                                               : scene.viewer.distance_m) +
+           " from the hologram" + (scene.viewer.eyepiece_m ? ", at the eyepiece" : "");
   return text + "the hologram's own limit, wavelength z / width";
 }
 
@@ -280,7 +282,9 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   planned.reasons = reasons_of(scene, fits ? goal : Goal{}, planned, why_layers);
   if (!why_refined.empty()) planned.reasons.push_back(why_refined);
   for (auto& warning : warnings_of(s, world, planned.plan, candidates->view(),
-                                   planned.prediction.slm_light, candidates->resolution_m()))
+                                   planned.prediction.slm_light, candidates->resolution_m(),
+                                   !goal.any() && !scene.given.contains("sampling.pitch") &&
+                                       s.sampling.pitch_m == SamplingSpec{}.pitch_m))
     planned.warnings.push_back(std::move(warning));
   return planned;
 }

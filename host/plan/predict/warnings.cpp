@@ -155,7 +155,7 @@ std::vector<std::string> thin_object_warnings(const Scene& scene, const World& w
 
 std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
                                      const FrontView& view, const SlmLight& slm_light,
-                                     double resolution_m) {
+                                     double resolution_m, bool is_default_pitch) {
   std::vector<std::string> warnings;
   const auto warn = [&](const std::string& text) { warnings.push_back(text); };
   const auto& hologram = scene.hologram;
@@ -209,9 +209,18 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
           ? std::max(plan.pitch_m.x, plan.pitch_m.y)
           : plan.wavelength_m * plan.lattice.full_z_m /
                 (std::min(plan.size.x * plan.pitch_m.x, plan.size.y * plan.pitch_m.y));
+  // Spots are as wide as the hologram resolves: dots twice as far apart do not touch
+  constexpr double apart = 2;
+  const auto detail = [](double length_m) { return length_text(std::round(length_m * 1e7) / 1e7); };
   if (p > 1.05 * resolution_m)
     warn("sampling.pitch " + length_text(p) + " shows single dots: the viewer makes out " +
-         length_text(std::round(resolution_m * 1e7) / 1e7));
+         detail(resolution_m) + "; a smaller one, or --preset balanced, closes the surfaces");
+  else if (is_default_pitch && p > apart * limit)
+    warn("sampling.pitch " + length_text(p) + " (default) is for a bare eye: the hologram shows " +
+         detail(limit) +
+         ", so a camera, and reconstruct, show single dots; give a smaller one, or "
+         "viewer.resolution = " +
+         in_quotes(detail(apart * limit)) + " and --preset balanced, where that matters");
   else if (p < 0.8 * limit)
     warn("sampling.pitch " + length_text(p) + " is finer than what the hologram resolves, " +
          length_text(std::round(limit * 1e8) / 1e8) + ": it costs time and shows no more");

@@ -11,9 +11,12 @@
 namespace raywave {
 
 /// A line each: what, how much, and which setting changes it.
+///
+/// resolution_m      wanted_resolution_m
+/// is_default_pitch  nobody chose sampling.pitch
 std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
                                      const FrontView& view, const SlmLight& slm_light,
-                                     double resolution_m);
+                                     double resolution_m, bool is_default_pitch);
 
 /// A line where wrp.grid, as it is given, leaves parts of the scene out.
 std::vector<std::string> cut_warnings(const Scene& scene, const World& world, const Plan& plan);

@@ -25,7 +25,14 @@ std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& file, int ma
   OIIO::ImageSpec as_stored;
   as_stored["oiio:UnassociatedAlpha"] = 1;  // colours not multiplied by alpha
   auto input = OIIO::ImageInput::open(file.string(), &as_stored);
-  if (!input) throw InputError(OIIO::geterror());
+  if (!input) {
+    const auto reason = OIIO::geterror();
+    if (!OIIO::ImageInput::create(file.string())) {
+      OIIO::geterror();  // else it is printed at the end
+      throw InputError("is no picture of a known format, such as PNG, JPEG, TIFF, TGA or EXR");
+    }
+    throw InputError(reason);
+  }
   const OIIO::ImageSpec& spec = input->spec();
   if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.width > max_side ||
       spec.height > max_side)
