@@ -32,8 +32,8 @@ struct RenderOptions {
   cl::FftBackend fft = cl::FftBackend::host;
   bool keep_wrps = false;  // also return the fields on the WRPs
   bool keep_field = true;  // also return the field at the hologram, beside the levels
-  // One for each laser, or none: refinement begins with its phases, not with those of the field that
-  // is traced, and goes on where an earlier one ended
+  // One for each laser, or none: refinement begins with its phases, not with those of the field
+  // that is traced, and goes on where an earlier one ended
   std::vector<FieldStack> refine_starts;
   // In scenes that move, one for each laser: all its plans go on from this one
   // (fitting_plan_of_poses), not from that of the picture before. A picture then does not depend on
