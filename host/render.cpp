@@ -386,7 +386,8 @@ void Renderer::set_solid_pose(std::size_t object, glm::dvec3 position_m, glm::dv
 }
 
 void Renderer::set_shape(std::size_t object, double place) {
-  if (scene().objects.at(object).shapes.empty())
+  const auto& o = scene().objects.at(object);
+  if (o.shapes.empty() && !o.deforms)
     throw InputError("object " + std::to_string(object) + ": it has no meshes to become");
   state_->change([&](Scene& one) { one.objects[object].shape = place; });
 }

@@ -177,7 +177,8 @@ public:
   void set_solid_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
                       double scale = 1);
 
-  /// Gives an object a shape among the meshes of Object::shapes (Object::shape).
+  /// Gives an object a shape among the meshes of Object::shapes, or, where a glTF file deforms it,
+  /// that of a time in seconds (Object::shape).
   ///
   /// throws  std::out_of_range; InputError for an object without any
   void set_shape(std::size_t object, double place);

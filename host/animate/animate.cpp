@@ -273,7 +273,7 @@ nlohmann::ordered_json Animator::line_of(int picture, const Scene& scene,
                        {"position_m", json_of(object.position_m)},
                        {"rotation_deg", json_of(object.rotation_deg)},
                        {"scale", object.solid_scale.value()}});
-    if (object.shape) objects.back()["mesh"] = *object.shape;
+    if (object.shape && !object.deforms) objects.back()["mesh"] = *object.shape;
   }
   auto& lights = line["lights"] = nlohmann::ordered_json::array();
   for (const auto i : moving_lights(animation)) {

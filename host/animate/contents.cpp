@@ -102,7 +102,7 @@ public:
   }
   void add(const Object& object) {
     const auto& [mesh, width_m, position_m, rotation_deg, solid_scale, material, normals, where,
-                 unit_m, anchor, cut_m, nodes, shapes, shape] = object;
+                 unit_m, anchor, cut_m, nodes, shapes, shape, deforms] = object;
     add_all(width_m, position_m, rotation_deg, solid_scale, material, normals, unit_m, anchor,
             cut_m);
     if (!nodes.empty()) add(nodes);
@@ -117,8 +117,14 @@ public:
     add_all(number, parent, has_matrix, translation, rotation, scale, matrix);
   }
   void add(const GltfChannel& channel) {
-    const auto& [node, path, steps, times_s, values] = channel;
-    add_all(node, path, steps, times_s, values);
+    const auto& [node, path, steps, times_s, values, target] = channel;
+    add_all(node, path, steps, times_s, values, target);
+  }
+  void add(const DeformingPart& part) {
+    const auto& [node, first_vertex, joints, joint_from_mesh, positions, normals, influences,
+                 joint_of, weight_of, weights, target_positions, target_normals] = part;
+    add_all(node, joints, joint_from_mesh, positions, normals, influences, joint_of, weight_of,
+            weights, target_positions, target_normals);
   }
   void add(const GltfMoves& moves) {
     const auto& [nodes, channels, world_from_file, objects, lights] = moves;
@@ -156,6 +162,8 @@ public:
     for (const auto& placed : world.placed) {
       if (!placed.deforming) continue;
       for (const auto& key : placed.deforming->keys) add_all(key.positions_m, key.normals);
+      if (placed.deforming->mesh)
+        for (const auto& part : placed.deforming->mesh->parts) add(part);
     }
   }
 

@@ -77,6 +77,10 @@ void move_nodes(const GltfMoves& moves, double time_s, const std::string& at, Sc
   for (const auto& moved : moves.objects) {
     const auto node = static_cast<std::size_t>(moved.node);
     auto& object = scene.objects.at(moved.index);
+    if (moved.deforms) {
+      object.shape = time_s;
+      continue;
+    }
     const auto motion = similarity_between(rest[node], now[node]);
     if (!motion)
       throw InputError(object.where + ": " + at +

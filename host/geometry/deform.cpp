@@ -31,6 +31,20 @@ VertexKey shape_at(std::span<const VertexKey> keys, double place) {
   return shape;
 }
 
+VertexKey placed_shape(const MeshShape& shape, const Motion& placing) {
+  VertexKey key;
+  key.positions_m.reserve(shape.positions.size());
+  key.normals.reserve(shape.normals.size());
+  for (const auto& p : shape.positions) key.positions_m.push_back(placing(p));
+  for (const auto& n : shape.normals) key.normals.emplace_back(placing.turn * n);
+  return key;
+}
+
+VertexKey shape_at(const Deforming& deforming, double shape) {
+  if (!deforming.mesh) return shape_at(deforming.keys, shape);
+  return placed_shape(deformed_at(*deforming.mesh, *deforming.moves, shape), deforming.placing);
+}
+
 bool are_together(std::span<const glm::dvec3> positions_m, std::span<const std::uint32_t> weld) {
   std::vector<std::uint32_t> first(weld.size(), UINT32_MAX);  // vertex of each number
   for (std::uint32_t i = 0; i < weld.size(); ++i) {

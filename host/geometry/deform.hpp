@@ -4,8 +4,12 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <span>
 #include <vector>
+
+#include "host/geometry/motion.hpp"
+#include "host/scene/gltf_deform.hpp"
 
 namespace raywave {
 
@@ -21,12 +25,25 @@ struct Deforming {
   std::vector<std::uint32_t> weld;  // of its vertices: equal numbers for equal places at rest
   bool closed = false;              // at rest
   std::vector<VertexKey> keys;      // of Object::shapes
+  // Of an object that a glTF file deforms: how, and where place_objects puts it
+  std::shared_ptr<const DeformingMesh> mesh;
+  std::shared_ptr<const GltfMoves> moves;
+  Motion placing{};
+
+  /// True where it has shapes to become.
+  bool has_shapes() const { return !keys.empty() || mesh; }
 };
+
+/// A shape of a mesh where an object's placing puts it.
+VertexKey placed_shape(const MeshShape& shape, const Motion& placing);
 
 /// The vertices at a place among the keys: 1.25 is a quarter of the way from key 1 to key 2, in
 /// straight lines; normals are those between, at unit length. Places beyond the ends count as the
 /// ends.
 VertexKey shape_at(std::span<const VertexKey> keys, double place);
+
+/// The vertices that Object::shape stands for: a place among the keys, or a time in seconds.
+VertexKey shape_at(const Deforming& deforming, double shape);
 
 /// True where vertices with equal numbers are at one place.
 bool are_together(std::span<const glm::dvec3> positions_m, std::span<const std::uint32_t> weld);

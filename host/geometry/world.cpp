@@ -265,20 +265,23 @@ std::shared_ptr<Deforming> rest_of(const World& world, std::size_t object) {
   return rest;
 }
 
-/// Adds the shapes of an object, the world's last, where a place_objects puts them.
-void add_shapes(const Object& object, const std::vector<MeshShape>& shapes, const Placing& placing,
-                World& world) {
-  if (shapes.empty()) return;
+/// Adds what an object, the world's last, can become, where place_objects puts it.
+///
+/// shapes  of Object::shapes
+/// mesh    of an object that a glTF file deforms; else null, and so are the file's moves
+void add_shapes(const Object& object, const std::vector<MeshShape>& shapes,
+                std::shared_ptr<const DeformingMesh> mesh, std::shared_ptr<const GltfMoves> moves,
+                const Placing& placing, World& world) {
+  if (shapes.empty() && !mesh) return;
   auto& placed = world.placed.back();
   if (placed.is_cut)
     throw InputError(object.where +
                      ": a part of it is cut away, so that it cannot deform; give a smaller cut");
   auto deforming = rest_of(world, world.placed.size() - 1);
-  for (const auto& shape : shapes) {
-    auto& key = deforming->keys.emplace_back();
-    for (const auto& p : shape.positions) key.positions_m.push_back(placing.motion(p));
-    for (const auto& n : shape.normals) key.normals.emplace_back(placing.motion.turn * n);
-  }
+  for (const auto& shape : shapes) deforming->keys.push_back(placed_shape(shape, placing.motion));
+  deforming->mesh = std::move(mesh);
+  deforming->moves = std::move(moves);
+  deforming->placing = placing.motion;
   placed.deforming = std::move(deforming);
 }
 
@@ -350,6 +353,9 @@ RayTree ray_tree_of(const World& world) {
 World place_objects(const Scene& scene, const Meshes& meshes, Textures textures) {
   World world;
   world.textures = std::move(textures);
+  const auto moves = scene.animation && scene.animation->gltf
+                         ? std::make_shared<const GltfMoves>(*scene.animation->gltf)
+                         : nullptr;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto number = meshes.of_object[i];
     const auto& whole = meshes.meshes[number];
@@ -368,7 +374,9 @@ World place_objects(const Scene& scene, const Meshes& meshes, Textures textures)
     world.area_samples.push_back(
         area_samples_of(first_triangle, world.triangles.size() - first_triangle, world));
     if (number < meshes.shapes.size())
-      add_shapes(scene.objects[i], meshes.shapes[number], placing, world);
+      add_shapes(scene.objects[i], meshes.shapes[number],
+                 number < meshes.deforming.size() ? meshes.deforming[number] : nullptr, moves,
+                 placing, world);
   }
   const auto is_specular = [](const Material& m) { return m.is_specular(); };
   if (std::any_of(world.materials.begin(), world.materials.end(), is_specular) ||
@@ -420,9 +428,13 @@ namespace {
 void show_shape(const Object& object, std::size_t index, World& world) {
   if (object.shape == world.placed[index].shape) return;
   const auto deforming = world.placed[index].deforming;
-  if (!deforming || (object.shape && deforming->keys.empty()))
+  if (!deforming || (object.shape && !deforming->has_shapes()))
     throw std::logic_error("the shapes of an object have not been read");
-  const auto vertices = object.shape ? shape_at(deforming->keys, *object.shape) : deforming->rest;
+  const auto vertices = object.shape ? shape_at(*deforming, *object.shape) : deforming->rest;
+  for (const auto& p : vertices.positions_m)
+    if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= kLargestObject_m))
+      throw InputError(object.where + ": a vertex goes farther than " +
+                       length_text(kLargestObject_m) + "; look for a scale that grows too large");
   set_vertices(world, index, vertices.positions_m, vertices.normals);
   world.placed[index].shape = object.shape;
 }

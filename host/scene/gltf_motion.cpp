@@ -43,6 +43,18 @@ glm::dvec4 value_at(const GltfChannel& channel, double time_s) {
   return {q.x, q.y, q.z, q.w};
 }
 
+std::vector<double> weights_at(const std::vector<GltfChannel>& channels, std::int32_t node,
+                               std::vector<double> rest, double time_s) {
+  for (const auto& channel : channels) {
+    if (channel.node != node || channel.path != Path::weights) continue;
+    const auto value = value_at(channel, time_s);
+    const auto first = static_cast<std::size_t>(channel.target);
+    for (std::size_t i = 0; i < 4 && first + i < rest.size(); ++i)
+      rest[first + i] = value[static_cast<int>(i)];
+  }
+  return rest;
+}
+
 std::vector<glm::dmat4> poses_at(const std::vector<GltfNode>& nodes,
                                  const std::vector<GltfChannel>& channels, double time_s) {
   auto moved = nodes;

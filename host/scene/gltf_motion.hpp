@@ -32,6 +32,7 @@ struct GltfMoves {
     std::size_t index = 0;  // of the scene's objects or lights
     std::int32_t node = 0;  // of `nodes`
     std::string name;       // of the node, for messages
+    bool deforms = false;   // an object: Object::shape is the time, in seconds
   };
   std::vector<GltfNode> nodes;        // parents first
   std::vector<GltfChannel> channels;  // of the animations that are shown
@@ -52,6 +53,13 @@ inline glm::dmat4 matrix_of(const GltfNode& node) {
 /// the last. Linear steps of rotations go the shorter way round at an even speed; cubic steps are
 /// Hermite's curves, for rotations of all four numbers, whose length is made 1.
 glm::dvec4 value_at(const GltfChannel& channel, double time_s);
+
+/// Weights of a node's morph targets at a time.
+///
+/// node  of the channels' nodes
+/// rest  of all its targets; those without a channel keep them
+std::vector<double> weights_at(const std::vector<GltfChannel>& channels, std::int32_t node,
+                               std::vector<double> rest, double time_s);
 
 /// World from node of all nodes, in the file's units.
 std::vector<glm::dmat4> poses_at(const std::vector<GltfNode>& nodes,

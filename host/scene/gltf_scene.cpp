@@ -13,6 +13,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "host/scene/mesh.hpp"
@@ -163,10 +164,10 @@ std::vector<GltfChannel> channels_of(const GltfMotion& motion, const Value& whic
       "one of its animations " + names + ", or its number, 0 to " + std::to_string(all.size() - 1);
   if (!which.node->is_boolean()) which.fail("true, " + choice);
   std::vector<GltfChannel> channels;
-  std::set<std::pair<std::int32_t, GltfChannel::Path>> known;
+  std::set<std::tuple<std::int32_t, GltfChannel::Path, std::int32_t>> known;
   for (const auto& animation : all) {
     for (const auto& channel : animation.channels) {
-      if (!known.emplace(channel.node, channel.path).second)
+      if (!known.emplace(channel.node, channel.path, channel.target).second)
         which.fail(choice + ", since two of them move the same node");
       channels.push_back(channel);
     }
@@ -175,10 +176,19 @@ std::vector<GltfChannel> channels_of(const GltfMotion& motion, const Value& whic
 }
 
 /// True for a channel that does more than say what the node is at rest, in floats.
-bool changes(const GltfChannel& channel, const GltfNode& node) {
-  const auto rest = channel.path == GltfChannel::Path::rotation ? node.rotation
-                    : channel.path == GltfChannel::Path::scale  ? glm::dvec4(node.scale, 0)
-                                                                : glm::dvec4(node.translation, 0);
+bool changes(const GltfChannel& channel, const GltfMotion& motion) {
+  const auto& node = motion.nodes[static_cast<std::size_t>(channel.node)];
+  auto rest = channel.path == GltfChannel::Path::rotation ? node.rotation
+              : channel.path == GltfChannel::Path::scale  ? glm::dvec4(node.scale, 0)
+                                                          : glm::dvec4(node.translation, 0);
+  if (channel.path == GltfChannel::Path::weights) {
+    rest = glm::dvec4(0);
+    for (const auto& wearer : motion.wearers)
+      for (int k = 0; k < 4 && wearer.node == channel.node; ++k)
+        if (const auto target = static_cast<std::size_t>(channel.target + k);
+            target < wearer.weights.size())
+          rest[k] = wearer.weights[target];
+  }
   const double rounding = 0x1p-22 * glm::length(rest);
   const bool is_cubic = channel.steps == GltfChannel::Steps::cubic;
   for (std::size_t i = 0; i < channel.values.size(); ++i) {
@@ -186,6 +196,34 @@ bool changes(const GltfChannel& channel, const GltfNode& node) {
     if (glm::length(channel.values[i] - (is_slope ? glm::dvec4(0) : rest)) > rounding) return true;
   }
   return false;
+}
+
+/// By node: the nearest node with a channel from it upwards, itself included; -1: it stays.
+std::vector<std::int32_t> movers_of(const GltfMoves& moves) {
+  std::vector<std::int32_t> mover(moves.nodes.size(), -1);
+  for (const auto& channel : moves.channels)
+    if (channel.path != GltfChannel::Path::weights)
+      mover[static_cast<std::size_t>(channel.node)] = channel.node;
+  for (std::size_t i = 0; i < mover.size(); ++i)
+    if (const auto parent = moves.nodes[i].parent; mover[i] < 0 && parent >= 0)
+      mover[i] = mover[static_cast<std::size_t>(parent)];
+  return mover;
+}
+
+/// By node: its mesh's weights of morph targets change, or a joint of its skin moves.
+std::vector<bool> deforming_of(const std::vector<GltfWearer>& wearers,
+                               const std::vector<GltfChannel>& channels,
+                               const std::vector<std::int32_t>& mover) {
+  std::set<std::int32_t> weighted;  // nodes
+  for (const auto& channel : channels)
+    if (channel.path == GltfChannel::Path::weights) weighted.insert(channel.node);
+  std::vector<bool> deforms(mover.size(), false);
+  for (const auto& wearer : wearers)
+    deforms[static_cast<std::size_t>(wearer.node)] =
+        (!wearer.weights.empty() && weighted.contains(wearer.node)) ||
+        std::any_of(wearer.joints.begin(), wearer.joints.end(),
+                    [&](auto joint) { return mover[static_cast<std::size_t>(joint)] >= 0; });
+  return deforms;
 }
 
 }  // namespace
@@ -199,15 +237,15 @@ std::optional<GltfMoves> read_gltf_moves(const Value& which, const std::optional
                  [&](ReaderPipe& pipe) { motion = receive_gltf_motion(pipe); });
   GltfMoves moves;
   moves.world_from_file = gltf->world_from_file;
-  moves.nodes = std::move(motion.nodes);
   for (auto& channel : channels_of(motion, which))
-    if (changes(channel, moves.nodes[static_cast<std::size_t>(channel.node)]))
-      moves.channels.push_back(std::move(channel));
+    if (changes(channel, motion)) moves.channels.push_back(std::move(channel));
+  moves.nodes = std::move(motion.nodes);
 
-  // What moves a node: the nearest node with a channel from it upwards, itself included
-  std::vector<std::int32_t> mover(moves.nodes.size(), -1);
-  for (const auto& channel : moves.channels)
-    mover[static_cast<std::size_t>(channel.node)] = channel.node;
+  const auto mover = movers_of(moves);
+  const auto deforming = deforming_of(motion.wearers, moves.channels, mover);
+  std::vector<bool> has_skin(moves.nodes.size(), false);
+  for (const auto& wearer : motion.wearers)
+    has_skin[static_cast<std::size_t>(wearer.node)] = !wearer.joints.empty();
   std::map<std::int32_t, std::vector<std::int32_t>> parts;  // numbers of nodes by their mover
   const auto name_of = [&](std::size_t node) {
     const auto& name = motion.names[node];
@@ -216,8 +254,9 @@ std::optional<GltfMoves> read_gltf_moves(const Value& which, const std::optional
   };
   for (std::size_t i = 0; i < moves.nodes.size(); ++i) {
     const auto& node = moves.nodes[i];
-    if (mover[i] < 0 && node.parent >= 0) mover[i] = mover[static_cast<std::size_t>(node.parent)];
-    if (node.has_mesh != 0) parts[mover[i]].push_back(node.number);
+    // A skin follows its joints alone
+    if (node.has_mesh != 0 && !deforming[i])
+      parts[has_skin[i] ? -1 : mover[i]].push_back(node.number);
     if (mover[i] < 0) continue;
     if (node.light >= 0 && static_cast<std::size_t>(node.light) < gltf->lights.size())
       moves.lights.push_back({gltf->first_light + static_cast<std::size_t>(node.light),
@@ -229,22 +268,25 @@ std::optional<GltfMoves> read_gltf_moves(const Value& which, const std::optional
 
   const auto whole = scene.objects[gltf->object];
   bool is_first = true;
-  for (auto& [node, numbers] : parts) {  // those that stay come first
+  const auto add = [&](std::int32_t node, std::vector<std::int32_t> numbers, bool deforms) {
     auto part = whole;
     part.nodes = std::move(numbers);
-    auto index = gltf->object;
+    part.deforms = deforms;
+    const auto index = is_first ? gltf->object : scene.objects.size();
     if (node >= 0) {
       const auto name = name_of(static_cast<std::size_t>(node));
       part.where += ": " + name;
-      if (!is_first) index = scene.objects.size();
-      moves.objects.push_back({index, node, name});
+      moves.objects.push_back({index, node, name, deforms});
     }
     if (is_first)
       scene.objects[index] = std::move(part);
     else
       scene.objects.push_back(std::move(part));
     is_first = false;
-  }
+  };
+  for (auto& part : parts) add(part.first, std::move(part.second), false);  // what stays first
+  for (std::size_t i = 0; i < moves.nodes.size(); ++i)
+    if (deforming[i]) add(static_cast<std::int32_t>(i), {moves.nodes[i].number}, true);
   if (moves.objects.empty() && moves.lights.empty())
     which.fail("left out: nothing that shows or shines moves");
   return moves;

@@ -16,6 +16,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/scene/gltf_deform.hpp"
 #include "host/scene/reader_process.hpp"
 #include "host/scene/reader_reply.hpp"
 #include "host/scene/vectors.hpp"
@@ -26,15 +27,6 @@ namespace {
 
 std::array<glm::dvec3, 3> corners(const Mesh& mesh, const glm::uvec3& triangle) {
   return {mesh.positions[triangle.x], mesh.positions[triangle.y], mesh.positions[triangle.z]};
-}
-
-/// Twice the area along the normal. Scaled by the longest edge first, so that no finite mesh under-
-/// or overflows.
-glm::dvec3 face_normal(const std::array<glm::dvec3, 3>& p) {
-  const glm::dvec3 a = p[1] - p[0], b = p[2] - p[0];
-  const double longest = std::max(
-      {std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y), std::abs(b.z)});
-  return longest > 0 ? unit_or_zero(glm::cross(a / longest, b / longest)) : glm::dvec3(0);
 }
 
 /// Normals at the welded positions: face normals weighted by the angle of the corner, which does
@@ -267,6 +259,8 @@ Mesh part_of_nodes(const Mesh& raw, const std::vector<std::int32_t>& nodes) {
       keep_picture(*map);
     return kept;
   };
+  for (const auto& one : raw.deforming)
+    if (wanted.contains(one.node)) part.deforming.push_back(one);
   for (std::size_t i = 0; i < raw.triangles.size(); ++i) {
     if (!wanted.contains(raw.triangle_node[i])) continue;
     part.triangles.push_back(raw.triangles[i]);
@@ -310,6 +304,7 @@ Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mes
     loaded.shapes.push_back(std::move(shapes));
     loaded.closed.push_back(is_closed(loaded.meshes.back()));
     loaded.maps.emplace_back();
+    loaded.deforming.emplace_back();
   };
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const Object& object = scene.objects[i];
@@ -336,7 +331,14 @@ Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mes
     } else if (is_new) {
       auto& raw = known_raw[object.mesh];
       if (raw.triangles.empty()) raw = read_raw(object.mesh, object.where, {"nodes"});
-      add(finish_mesh(part_of_nodes(raw, object.nodes), object.normals));
+      auto part = part_of_nodes(raw, object.nodes);
+      if (object.deforms) {
+        auto [mesh, deforming] = finish_deforming(std::move(part));
+        add(std::move(mesh));
+        loaded.deforming.back() = std::make_shared<const DeformingMesh>(std::move(deforming));
+      } else {
+        add(finish_mesh(std::move(part), object.normals));
+      }
       require_triangles(loaded.meshes.back(), object.mesh, object.where);
     }
     loaded.of_object.push_back(found->second);

@@ -19,6 +19,7 @@
 namespace raywave {
 
 class ReaderPipe;
+struct DeformingMesh;
 
 /// Reads a mesh file of any format that Assimp reads. Merges all parts, applies node transforms,
 /// triangulates polygons, drops points, lines and triangles without area, and joins equal vertices.
@@ -54,11 +55,6 @@ Mesh part_of_nodes(const Mesh& raw, const std::vector<std::int32_t>& nodes);
 /// in opposite directions.
 bool is_closed(const Mesh& mesh);
 
-/// What of a mesh changes where it deforms.
-struct MeshShape {
-  std::vector<glm::dvec3> positions, normals;  // of Mesh::positions
-};
-
 /// finish_mesh, of a mesh and others that it can become: corners are joined where they are equal in
 /// all of them, and triangles dropped that have an area in none.
 ///
@@ -74,6 +70,8 @@ struct Meshes {
   // a mesh has none, or no object wears them
   std::vector<std::vector<MaterialMaps>> maps{};
   std::vector<std::vector<MeshShape>> shapes{};  // of each mesh: Object::shapes
+  // Of each mesh: how it follows a glTF file's nodes; null: it does not
+  std::vector<std::shared_ptr<const DeformingMesh>> deforming{};
 };
 
 /// True when an object wears what its mesh brings: the scene names no material for it.

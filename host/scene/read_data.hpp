@@ -88,6 +88,27 @@ struct MeshPicture {
   std::vector<char> bytes;  // of a picture file inside the mesh's file; empty: another file
 };
 
+/// Vertices of a mesh of a glTF file that morph targets or the joints of a skin move
+/// (host/scene/gltf_deform.hpp). All vectors of a vertex are in the order of Mesh::positions.
+struct DeformingPart {
+  std::int32_t node = 0;           // number of the node that wears it
+  std::uint32_t first_vertex = 0;  // of Mesh::positions
+  // Of the skin: numbers of nodes, and joint from mesh (the inverse bind matrices). Without a skin
+  // the node itself, and the identity
+  std::vector<std::int32_t> joints{};
+  std::vector<glm::dmat4> joint_from_mesh{};
+  std::vector<glm::vec3> positions{},
+      normals{};  // of the mesh at weights of zero; normals may be 0
+  // So many of `joints` for each vertex, and their weights; 0: all vertices follow the first joint
+  std::uint32_t influences = 0;
+  std::vector<std::uint16_t> joint_of{};
+  std::vector<float> weight_of{};  // >= 0; their sum counts as 1
+  // Of the morph targets at rest; what a target adds at a weight of 1, target after target. Normals
+  // may be empty
+  std::vector<double> weights{};
+  std::vector<glm::vec3> target_positions{}, target_normals{};
+};
+
 /// Triangles that index vertices. `normals` and `uvs` are empty or as long as `positions`, and so
 /// are `colours`; `triangle_material` is empty or as long as `triangles`.
 struct Mesh {
@@ -103,6 +124,12 @@ struct Mesh {
   std::vector<MeshMaterial> materials{};
   std::vector<MeshPicture> pictures{};
   std::vector<std::string> notes{};  // what else of the file is left out: "animations are ignored"
+  std::vector<DeformingPart> deforming{};  // with triangle_node: what of it deforms
+};
+
+/// What of a mesh changes where it deforms.
+struct MeshShape {
+  std::vector<glm::dvec3> positions, normals;  // of Mesh::positions
 };
 
 /// A camera of a glTF file: it looks along its -z, and y is up.
@@ -144,9 +171,9 @@ struct GltfNode {
   glm::dmat4 matrix{1};
 };
 
-/// Keys of one value of a node of a glTF file.
+/// Keys of one value of a node of a glTF file; of weights, those of up to four morph targets.
 struct GltfChannel {
-  enum class Path : std::int32_t { translation, rotation, scale };
+  enum class Path : std::int32_t { translation, rotation, scale, weights };
   enum class Steps : std::int32_t { step, linear, cubic };
   std::int32_t node = 0;  // of GltfMotion::nodes
   Path path = Path::translation;
@@ -155,11 +182,19 @@ struct GltfChannel {
   // One for each time; of cubic steps three: the slope before it, the value, the slope behind it.
   // Translations and scales have three numbers, rotations are x, y, z, w
   std::vector<glm::dvec4> values;
+  std::int32_t target = 0;  // of weights: the first of the four
 };
 
 struct GltfAnimation {
   std::string name;
   std::vector<GltfChannel> channels;
+};
+
+/// A node of a glTF file whose mesh has a skin or morph targets.
+struct GltfWearer {
+  std::int32_t node = 0;             // of GltfMotion::nodes, as joints are
+  std::vector<std::int32_t> joints;  // empty: it has no skin
+  std::vector<double> weights;       // of its morph targets at rest
 };
 
 /// How the nodes of a glTF file move.
@@ -168,6 +203,7 @@ struct GltfMotion {
   std::vector<std::string> names;  // of the nodes
   std::vector<GltfAnimation> animations;
   std::vector<std::string> notes;  // what of them is left out
+  std::vector<GltfWearer> wearers;
 };
 
 /// One channel of a picture, linear light, row-major; or its red, green and blue, one after the

@@ -151,10 +151,12 @@ GltfChannel receive_channel(ReaderPipe& pipe, std::size_t nodes, std::size_t& ke
   using Path = GltfChannel::Path;
   using Steps = GltfChannel::Steps;
   std::vector<std::int32_t> head;
-  pipe.read_vector(head, 3);
-  require(head.size() == 3 && head[0] >= 0 && head[0] < static_cast<std::int64_t>(nodes));
-  GltfChannel channel{head[0], static_cast<Path>(head[1]), static_cast<Steps>(head[2]), {}, {}};
-  require(is_one_of(channel.path, Path::scale) && is_one_of(channel.steps, Steps::cubic));
+  pipe.read_vector(head, 4);
+  require(head.size() == 4 && head[0] >= 0 && head[0] < static_cast<std::int64_t>(nodes) &&
+          head[3] >= 0);
+  GltfChannel channel{head[0], static_cast<Path>(head[1]), static_cast<Steps>(head[2]), {}, {},
+                      head[3]};
+  require(is_one_of(channel.path, Path::weights) && is_one_of(channel.steps, Steps::cubic));
   pipe.read_vector(channel.times_s, most_keys_of_file - keys);
   const auto count = channel.times_s.size(),
              each = std::size_t{channel.steps == Steps::cubic ? 3u : 1u};
@@ -170,6 +172,91 @@ GltfChannel receive_channel(ReaderPipe& pipe, std::size_t nodes, std::size_t& ke
     for (std::size_t i = each / 2; i < channel.values.size(); i += each)
       require(is_turn(channel.values[i]));
   return channel;
+}
+
+void send_wearer(ReaderPipe& pipe, const GltfWearer& wearer) {
+  pipe.write_vector(std::vector{wearer.node});
+  pipe.write_vector(wearer.joints);
+  pipe.write_vector(wearer.weights);
+}
+
+bool are_within(const std::vector<double>& values, double low, double high) {
+  return std::all_of(values.begin(), values.end(),
+                     [&](double value) { return is_within(value, low, high); });
+}
+
+bool are_nodes(const std::vector<std::int32_t>& numbers, std::size_t nodes) {
+  return std::all_of(numbers.begin(), numbers.end(), [&](std::int32_t number) {
+    return number >= 0 && static_cast<std::size_t>(number) < nodes;
+  });
+}
+
+GltfWearer receive_wearer(ReaderPipe& pipe, std::size_t nodes) {
+  GltfWearer wearer;
+  std::vector<std::int32_t> node;
+  pipe.read_vector(node, 1);
+  pipe.read_vector(wearer.joints, most_joints_of_skin);
+  pipe.read_vector(wearer.weights, most_targets_of_mesh);
+  require(node.size() == 1 && are_nodes(node, nodes) && are_nodes(wearer.joints, nodes) &&
+          are_within(wearer.weights, -largest_number, largest_number));
+  wearer.node = node[0];
+  return wearer;
+}
+
+void send_part(ReaderPipe& pipe, const DeformingPart& part) {
+  pipe.write_vector(std::vector<std::uint32_t>{static_cast<std::uint32_t>(part.node),
+                                               part.first_vertex, part.influences});
+  pipe.write_vector(part.joints);
+  pipe.write_vector(part.joint_from_mesh);
+  pipe.write_vector(part.positions);
+  pipe.write_vector(part.normals);
+  pipe.write_vector(part.joint_of);
+  pipe.write_vector(part.weight_of);
+  pipe.write_vector(part.weights);
+  pipe.write_vector(part.target_positions);
+  pipe.write_vector(part.target_normals);
+}
+
+/// vertices  of the mesh, at most
+/// left      vertices that may come yet, of all targets
+DeformingPart receive_part(ReaderPipe& pipe, std::size_t vertices, std::size_t& left) {
+  DeformingPart part;
+  std::vector<std::uint32_t> head;
+  pipe.read_vector(head, 3);
+  require(head.size() == 3 && head[0] <= INT32_MAX && head[1] <= vertices &&
+          head[2] <= most_influences);
+  part.node = static_cast<std::int32_t>(head[0]);
+  part.first_vertex = head[1];
+  part.influences = head[2];
+  pipe.read_vector(part.joints, most_joints_of_skin);
+  pipe.read_vector(part.joint_from_mesh, part.joints.size());
+  require(!part.joints.empty() && part.joint_from_mesh.size() == part.joints.size() &&
+          are_nodes(part.joints, std::size_t{1} << 31) &&
+          std::all_of(part.joint_from_mesh.begin(), part.joint_from_mesh.end(), is_pose));
+  pipe.read_vector(part.positions, std::min(vertices - part.first_vertex, left));
+  const auto count = part.positions.size();
+  left -= count;
+  pipe.read_vector(part.normals, count);
+  require(part.normals.size() == count && all_finite(part.positions) && all_finite(part.normals));
+  pipe.read_vector(part.joint_of, count * part.influences);
+  pipe.read_vector(part.weight_of, count * part.influences);
+  require(part.joint_of.size() == count * part.influences &&
+          part.weight_of.size() == part.joint_of.size());
+  require(std::all_of(part.joint_of.begin(), part.joint_of.end(),
+                      [&](std::uint16_t joint) { return joint < part.joints.size(); }));
+  require(std::all_of(part.weight_of.begin(), part.weight_of.end(),
+                      [](float weight) { return is_within(weight, 0, largest_number); }));
+  pipe.read_vector(part.weights, most_targets_of_mesh);
+  require(are_within(part.weights, -largest_number, largest_number) &&
+          count * part.weights.size() <= left);
+  const auto of_targets = count * part.weights.size();
+  left -= of_targets;
+  pipe.read_vector(part.target_positions, of_targets);
+  pipe.read_vector(part.target_normals, of_targets);
+  require(part.target_positions.size() == of_targets &&
+          (part.target_normals.empty() || part.target_normals.size() == of_targets) &&
+          all_finite(part.target_positions) && all_finite(part.target_normals));
+  return part;
 }
 
 void send_material(ReaderPipe& pipe, const MeshMaterial& material) {
@@ -205,6 +292,8 @@ void send(ReaderPipe& pipe, const Mesh& mesh) {
   for (const auto& material : mesh.materials) send_material(pipe, material);
   send_texts(pipe, mesh.notes);
   pipe.write_vector(mesh.triangle_node);
+  send_count(pipe, mesh.deforming.size());
+  for (const auto& part : mesh.deforming) send_part(pipe, part);
 }
 
 void send(ReaderPipe& pipe, const GltfSet& set) {
@@ -226,14 +315,16 @@ void send(ReaderPipe& pipe, const GltfMotion& motion) {
     send_text(pipe, animation.name);
     send_count(pipe, animation.channels.size());
     for (const auto& channel : animation.channels) {
-      pipe.write_vector(std::vector<std::int32_t>{channel.node,
-                                                  static_cast<std::int32_t>(channel.path),
-                                                  static_cast<std::int32_t>(channel.steps)});
+      pipe.write_vector(
+          std::vector<std::int32_t>{channel.node, static_cast<std::int32_t>(channel.path),
+                                    static_cast<std::int32_t>(channel.steps), channel.target});
       pipe.write_vector(channel.times_s);
       pipe.write_vector(channel.values);
     }
   }
   send_texts(pipe, motion.notes);
+  send_count(pipe, motion.wearers.size());
+  for (const auto& wearer : motion.wearers) send_wearer(pipe, wearer);
 }
 
 void send(ReaderPipe& pipe, const Image& image) {
@@ -283,6 +374,9 @@ Mesh receive_mesh(ReaderPipe& pipe) {
   mesh.notes = receive_texts(pipe);
   pipe.read_vector(mesh.triangle_node, mesh.triangles.size());
   require(mesh.triangle_node.empty() || mesh.triangle_node.size() == mesh.triangles.size());
+  auto left_to_deform = most_deforming_of_file;
+  for (auto left = receive_count(pipe, most_nodes_of_file); left > 0; --left)
+    mesh.deforming.push_back(receive_part(pipe, count, left_to_deform));
   return mesh;
 }
 
@@ -323,6 +417,8 @@ GltfMotion receive_gltf_motion(ReaderPipe& pipe) {
     }
   }
   motion.notes = receive_texts(pipe);
+  for (auto left = receive_count(pipe, motion.nodes.size()); left > 0; --left)
+    motion.wearers.push_back(receive_wearer(pipe, motion.nodes.size()));
   return motion;
 }
 

@@ -19,6 +19,9 @@ constexpr std::size_t most_notes_of_file = 64, longest_text = 4096;
 constexpr std::size_t most_channels_of_reply = 8;
 constexpr std::size_t most_nodes_of_file = 1'000'000, most_animations_of_file = 4096;
 constexpr std::size_t most_moves_of_file = 100'000, most_keys_of_file = 20'000'000;
+constexpr std::size_t most_joints_of_skin = 65536, most_influences = 32;  // joints of a vertex
+constexpr std::size_t most_targets_of_mesh = 4096;
+constexpr std::size_t most_deforming_of_file = 100'000'000;  // vertices, of all morph targets, too
 
 void send(ReaderPipe& pipe, const Mesh& mesh);
 void send(ReaderPipe& pipe, const GltfSet& set);

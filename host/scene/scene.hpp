@@ -225,6 +225,8 @@ struct Object {
   // quarter of the way from [1] to [2]; empty: as its own mesh
   std::vector<std::filesystem::path> shapes{};
   std::optional<double> shape{};
+  // Skins and morph targets of a glTF file move its vertices: `shape` is the time in seconds
+  bool deforms = false;
 };
 
 /// Of a scene in colour: its lasers, and the one whose hologram this scene makes. Materials and

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
@@ -18,6 +19,15 @@ inline glm::dvec3 unit_or_zero(const glm::dvec3& v) {
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   // No square under- or overflows
   return largest > 0 && is_finite(v) ? glm::normalize(v / largest) : glm::dvec3(0);
+}
+
+/// The unit normal of a triangle, zero where it has no area. Scaled by the longest edge first, so
+/// that no finite mesh under- or overflows.
+inline glm::dvec3 face_normal(const std::array<glm::dvec3, 3>& p) {
+  const glm::dvec3 a = p[1] - p[0], b = p[2] - p[0];
+  const double longest = std::max(
+      {std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y), std::abs(b.z)});
+  return longest > 0 ? unit_or_zero(glm::cross(a / longest, b / longest)) : glm::dvec3(0);
 }
 
 /// Hermite's cubic from `from` to `to`, s from 0 to 1. Slopes are of a parameter that grows by

@@ -22,8 +22,9 @@
 #include <vector>
 
 #include "host/common/error.hpp"
-#include "host/scene/gltf_motion.hpp"
+#include "host/scene/gltf_deform.hpp"
 #include "host/scene/mesh.hpp"
+#include "host/scene/reader/gltf_deform.hpp"
 #include "host/scene/reader/gltf_json.hpp"
 #include "host/scene/reader/materials_assimp.hpp"
 #include "host/scene/reader/readers.hpp"
@@ -59,13 +60,15 @@ void note_once(Mesh& mesh, const char* what) {
 }
 
 /// Appends one part of the file. `raw` keeps a normal of zero where the file has none.
-void append(const aiMesh& part, const glm::dmat4& world_from_part, MaterialReader& materials,
-            Mesh& raw) {
+///
+/// deforms  place_deforming takes it from here
+void append(const aiMesh& part, const glm::dmat4& world_from_part, bool deforms,
+            MaterialReader& materials, Mesh& raw) {
   const auto material = materials.material_of(part);
   const unsigned coordinates = materials.coordinates_of(part);
   if (part.HasVertexColors(0)) raw.colours.resize(raw.positions.size(), glm::vec4(1));
-  if (part.HasBones()) note_once(raw, "bones are ignored");
-  if (part.mNumAnimMeshes > 0) note_once(raw, "morph targets are ignored");
+  if (part.HasBones() && !deforms) note_once(raw, "bones are ignored");
+  if (part.mNumAnimMeshes > 0 && !deforms) note_once(raw, "morph targets are ignored");
   const auto first = static_cast<glm::uint>(raw.positions.size());
   const glm::dmat3 linear(world_from_part);
   const double orientation = glm::determinant(linear) < 0 ? -1 : 1;
@@ -102,11 +105,67 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, MaterialReade
   }
 }
 
+/// The file's numbers of the vertices of a part as Assimp has it: all of them (5.2), or, in later
+/// versions, those that triangles use, in the order in which these name them first.
+std::vector<std::uint32_t> order_of(const GltfPart& deforming, const aiMesh& found) {
+  std::vector<std::uint32_t> all(deforming.part.positions.size()), used;
+  for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
+  std::vector<bool> is_used(all.size(), false);
+  for (const auto corner : deforming.corners) {
+    if (!is_used[corner]) used.push_back(corner);
+    is_used[corner] = true;
+  }
+  const auto fits = [&](const std::vector<std::uint32_t>& order) {
+    if (order.size() != found.mNumVertices) return false;
+    for (unsigned i = 0; i < found.mNumVertices; ++i) {
+      const auto& p = found.mVertices[i];
+      if (deforming.part.positions[order[i]] != glm::vec3(p.x, p.y, p.z)) return false;
+    }
+    // Strips and fans have other corners than their triangles
+    if (deforming.corners.size() != std::size_t{3} * found.mNumFaces) return true;
+    for (std::size_t i = 0; i < deforming.corners.size(); ++i) {
+      const auto& face = found.mFaces[i / 3];
+      if (face.mNumIndices == 3 && face.mIndices[i % 3] < order.size() &&
+          order[face.mIndices[i % 3]] != deforming.corners[i])
+        return false;
+    }
+    return true;
+  };
+  if (fits(all)) return all;
+  if (fits(used)) return used;
+  throw InputError(
+      "vertices of a mesh with a skin or morph targets are not those that Assimp has "
+      "found; export the file again");
+}
+
+/// Puts the last part that has been appended where its skin and its morph targets have it at rest.
+///
+/// first_vertex, first_triangle  of it
+void place_deforming(GltfPart deforming, const aiMesh& found, std::size_t first_vertex,
+                     std::size_t first_triangle, bool keeps_part, Mesh& raw) {
+  auto& part = deforming.part;
+  reorder(part, order_of(deforming, found));
+  for (std::size_t i = 0; i < part.positions.size(); ++i) {
+    const auto [position, normal] =
+        deformed_vertex(part, deforming.world_from_mesh, part.weights, i);
+    if (!(glm::length(position) <= 1e30))
+      throw InputError("vertex " + std::to_string(i) +
+                       " of a mesh with a skin or morph targets "
+                       "is nowhere; look at the scales of its joints");
+    raw.positions[first_vertex + i] = position;
+    raw.normals[first_vertex + i] = normal;
+  }
+  if (is_mirrored(part, deforming.world_from_mesh))
+    for (auto i = first_triangle; i < raw.triangles.size(); ++i)
+      std::swap(raw.triangles[i].y, raw.triangles[i].z);
+  part.first_vertex = static_cast<std::uint32_t>(first_vertex);
+  if (keeps_part) raw.deforming.push_back(std::move(part));
+}
+
 /// The numbers that a glTF file gives Assimp's nodes: both trees are walked side by side.
 std::map<const aiNode*, std::int32_t> numbers_of_nodes(const aiScene& scene,
-                                                       const std::filesystem::path& file) {
+                                                       const nlohmann::json& root) {
   using nlohmann::json;
-  const json root = gltf_json(file);
   std::map<const aiNode*, std::int32_t> numbers;
   std::vector<std::pair<const aiNode*, json>> pending;
   const auto refuse = [] { throw InputError("its nodes are not those that Assimp has found"); };
@@ -134,12 +193,27 @@ std::map<const aiNode*, std::int32_t> numbers_of_nodes(const aiScene& scene,
   return numbers;
 }
 
+/// What Assimp does not say of a glTF file.
+struct GltfFile {
+  nlohmann::json root;
+  GltfParts parts;
+};
+
+GltfFile gltf_file(const std::filesystem::path& file) {
+  GltfFile gltf;
+  if (const auto type = lower_extension(file); type != ".gltf" && type != ".glb") return gltf;
+  gltf.root = gltf_json(file);
+  if (is_gltf2(gltf.root)) gltf.parts = read_gltf_parts(gltf.root, file);
+  return gltf;
+}
+
 /// Merges all parts as the file places them. Without recursion, for a file may nest its nodes to
 /// any depth.
-Mesh flatten(const aiScene& scene, const std::filesystem::path& file, bool wants_nodes) {
+Mesh flatten(const aiScene& scene, const std::filesystem::path& file, const GltfFile& gltf,
+             bool wants_nodes) {
   Mesh raw;
-  const auto numbers =
-      wants_nodes ? numbers_of_nodes(scene, file) : std::map<const aiNode*, std::int32_t>{};
+  const auto numbers = wants_nodes || !gltf.parts.empty() ? numbers_of_nodes(scene, gltf.root)
+                                                          : std::map<const aiNode*, std::int32_t>{};
   MaterialReader materials(scene, file, raw);
   if (scene.mNumAnimations > 0 && !wants_nodes) raw.notes.emplace_back("animations are ignored");
   std::vector<std::pair<const aiNode*, glm::dmat4>> pending{{scene.mRootNode, glm::dmat4(1)}};
@@ -147,12 +221,24 @@ Mesh flatten(const aiScene& scene, const std::filesystem::path& file, bool wants
     const auto [node, world_from_parent] = pending.back();
     pending.pop_back();
     const glm::dmat4 world_from_node = world_from_parent * to_glm(node->mTransformation);
+    const auto number = numbers.find(node);  // Assimp's own root has none
+    const auto found = number == numbers.end() ? gltf.parts.end() : gltf.parts.find(number->second);
+    const bool deforms = found != gltf.parts.end();
+    if (deforms && node->mNumMeshes != found->second.size())
+      throw InputError(
+          "parts of a mesh with a skin or morph targets are not those that Assimp has "
+          "found; export the file again, without parts that are empty");
     for (unsigned i = 0; i < node->mNumMeshes; ++i) {
       const aiMesh& part = *scene.mMeshes[node->mMeshes[i]];
       if (visited > kMaxNodes || raw.triangles.size() + part.mNumFaces > most_triangles_of_file ||
           raw.positions.size() + part.mNumVertices > most_vertices_of_file)
         throw InputError("more than " + std::to_string(most_triangles_of_file) + " triangles");
-      append(part, world_from_node, materials, raw);
+      const auto first_vertex = raw.positions.size(), first_triangle = raw.triangles.size();
+      const auto* deforming = deforms && found->second[i] ? &*found->second[i] : nullptr;
+      append(part, deforming ? glm::dmat4(1) : world_from_node, deforming != nullptr, materials,
+             raw);
+      if (deforming)
+        place_deforming(*deforming, part, first_vertex, first_triangle, wants_nodes, raw);
     }
     if (wants_nodes && node->mNumMeshes > 0)
       raw.triangle_node.resize(raw.triangles.size(), numbers.at(node));
@@ -249,10 +335,12 @@ Mesh read_mesh(const std::filesystem::path& file, bool wants_nodes) {
   // Not aiProcess_JoinIdenticalVertices: it merges what lies within 1e-5 units, which eats a mesh
   // of micrometres.
   constexpr unsigned steps = aiProcess_ValidateDataStructure | aiProcess_Triangulate;
+  // First, since Assimp crashes on joints that are not there
+  const auto gltf = gltf_file(file);
   Assimp::Importer importer;
   prepare(importer);
   if (const auto* scene = importer.ReadFile(file.string(), steps); scene && scene->mRootNode)
-    return flatten(*scene, file, wants_nodes);
+    return flatten(*scene, file, gltf, wants_nodes);
 
   // Once more without what is no surface, such as empty solids or a camera without a place; by an
   // importer of its own, since some readers keep what the first has left
@@ -265,7 +353,7 @@ Mesh read_mesh(const std::filesystem::path& file, bool wants_nodes) {
   if (again.GetScene()->mNumMeshes == 0) throw InputError("holds no triangle");
   const auto* scene = again.ApplyPostProcessing(steps);
   if (!scene || !scene->mRootNode) throw InputError(again.GetErrorString());
-  return flatten(*scene, file, wants_nodes);
+  return flatten(*scene, file, gltf, wants_nodes);
 }
 
 }  // namespace raywave
