@@ -476,7 +476,7 @@ TEST_CASE("a reader's reply about motion is refused where nodes or keys cannot b
   check_refused([](GltfMotion& m) { m.nodes[0].rotation = dvec4(0); });
   check_refused([](GltfMotion& m) { m.nodes[0].translation.x = NAN; });
   check_refused([](GltfMotion& m) { m.animations[0].channels[0].node = 2; });
-  check_refused([](GltfMotion& m) { m.animations[0].channels[0].path = Path{3}; });
+  check_refused([](GltfMotion& m) { m.animations[0].channels[0].path = Path{4}; });
   check_refused([](GltfMotion& m) { m.animations[0].channels[0].steps = Steps::cubic; });
   check_refused([](GltfMotion& m) { m.animations[0].channels[0].times_s = {1, 1}; });
   check_refused([](GltfMotion& m) { m.animations[0].channels[0].times_s = {-1, 1}; });

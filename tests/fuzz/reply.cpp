@@ -5,12 +5,31 @@
 // Targets mesh and texture start the readers themselves.
 #include <fcntl.h>
 
-#include "host/scene/gltf_motion.hpp"
+#include "host/scene/gltf_deform.hpp"
 #include "host/scene/mesh_materials.hpp"
 #include "host/scene/reader_reply.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace raywave;
+
+namespace {
+
+/// A mesh that deforms, at the pose of two nodes that stay.
+void deform(const Mesh& raw) {
+  GltfMoves moves;
+  moves.nodes.resize(2);
+  moves.nodes[1].number = 1;
+  const auto [mesh, deforming] = finish_deforming(raw);
+  const auto shape = deformed_at(deforming, moves, 0);
+  fuzz::require(mesh.normals.size() == mesh.positions.size() &&
+                mesh.uvs.size() == mesh.positions.size() &&
+                shape.positions.size() == mesh.positions.size() &&
+                shape.normals.size() == mesh.positions.size());
+  for (const auto& t : mesh.triangles)
+    for (int i = 0; i < 3; ++i) fuzz::require(t[i] < mesh.positions.size());
+}
+
+}  // namespace
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
@@ -20,8 +39,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   ReaderPipe pipe(descriptor);
   try {
     if (data[0] % 4 == 0) {
-      const Mesh mesh =
-          finish_mesh(receive_mesh(pipe), data[0] % 8 == 0 ? Normals::file : Normals::smooth);
+      const Mesh raw = receive_mesh(pipe);
+      if (!raw.deforming.empty()) deform(raw);
+      const Mesh mesh = finish_mesh(raw, data[0] % 8 == 0 ? Normals::file : Normals::smooth);
       fuzz::require_sound(mesh);
       for (const auto& from : mesh.materials) {
         const auto material = phong_of(from, {}, true, 1, "here");
@@ -36,6 +56,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     } else if (data[0] % 4 == 3) {
       const auto motion = receive_gltf_motion(pipe);
       for (const auto& animation : motion.animations) {
+        for (const auto& wearer : motion.wearers)
+          fuzz::require(weights_at(animation.channels, wearer.node, wearer.weights, 0.5).size() ==
+                        wearer.weights.size());
         for (const double time_s : {0.0, 0.5, 1e9})
           fuzz::require(poses_at(motion.nodes, animation.channels, time_s).size() ==
                         motion.nodes.size());

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes small valid inputs for the fuzz targets, from data/ and by hand: FOLDER/TARGET/*. Usage: seeds.py FOLDER"""
 
+import base64
 import pathlib
 import struct
 import sys
@@ -56,6 +57,10 @@ write("mesh", "a.obj", b"\1" + (numbers(corners, "v ") + numbers(corners, "vn ")
 write("mesh", "a.stl", b"\2" + bytes(80) + struct.pack("<I", 4) + b"".join(bytes(12) + packed("f", [corners[i] for i in f]) + bytes(2) for f in faces))
 write("mesh", "ascii.stl", b"\2solid a\n" + b"".join(f"facet normal 0 0 0\nouter loop\n{numbers([corners[i] for i in f], 'vertex ')}endloop\nendfacet\n".encode() for f in faces) + b"endsolid a\n")
 write("mesh", "a.gltf", b"\3" + b'{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,1]}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}')
+skinned = packed("f", corners[:3]) + packed("I", [0] * 3) + packed("f", [[1, 0, 0, 0]] * 3) + packed("f", [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])
+views = ",".join(f'{{"buffer":0,"byteOffset":{at},"byteLength":{size}}}' for at, size in ((0, 36), (36, 12), (48, 48), (96, 64)))
+accessors = ",".join(f'{{"bufferView":{view},"componentType":{kind},"count":{n},"type":"{name}"}}' for view, kind, n, name in ((0, 5126, 3, "VEC3"), (1, 5121, 3, "VEC4"), (2, 5126, 3, "VEC4"), (3, 5126, 1, "MAT4")))
+write("mesh", "skinned.gltf", b"\3" + ('{"asset":{"version":"2.0"},"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0,"skin":0},{}],"skins":[{"joints":[1],"inverseBindMatrices":3}],"meshes":[{"weights":[0.5],"primitives":[{"attributes":{"POSITION":0,"JOINTS_0":1,"WEIGHTS_0":2},"targets":[{"POSITION":0}]}]}],"accessors":[' + accessors + '],"bufferViews":[' + views + f'],"buffers":[{{"byteLength":{len(skinned)},"uri":"data:application/octet-stream;base64,' + base64.b64encode(skinned).decode() + '"}]}').encode())
 write("mesh", "vase.glb", b"\4" + (data / "vase.glb").read_bytes())
 map_of = lambda picture: struct.pack("<2i6d2i", picture, 0, 1, 0, 0, 0, 1, 0, 0, 0)
 text = lambda word: vector("b", list(word.encode()))
@@ -64,13 +69,16 @@ look = packed("d", [0.5] * 15 + [0.5, 0.5, 0, 1.5, 1]) + packed("i", [1, 2, 1, 0
 finish = count(1) + text("a.png") + vector("b", list(b"bytes")) + count(1) + text("gold") + look + count(1) + text("a note") + count(0)
 for mode in (0, 4):
     geometry = vector("d", corners) + vector("d", [[0, 0, 1]] * 4) + vector("d", uvs) + vector("I", faces)
-    write("reply", f"mesh{mode}", bytes([mode]) + geometry + vector("f", [[1, 0.5, 0.25, 1]] * 4) + vector("i", [0, -1, 0, 0]) + finish + vector("i", [2, 2, 3, 3]))
-    write("reply", f"plain{mode}", bytes([mode]) + geometry + 2 * count(0) + 4 * count(0))
+    write("reply", f"mesh{mode}", bytes([mode]) + geometry + vector("f", [[1, 0.5, 0.25, 1]] * 4) + vector("i", [0, -1, 0, 0]) + finish + vector("i", [2, 2, 3, 3]) + count(0))
+    write("reply", f"plain{mode}", bytes([mode]) + geometry + 2 * count(0) + 5 * count(0))
 pose = packed("d", [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])
+shorts = lambda numbers: count(len(numbers)) + struct.pack(f"<{len(numbers)}H", *numbers)
+skin = vector("i", [0, 0, 2]) + vector("i", [0, 1]) + count(2) + 2 * pose + vector("f", corners) + vector("f", [[0, 0, 1]] * 4) + shorts([0, 1] * 4) + vector("f", [0.5] * 8) + vector("d", [0.5]) + 2 * vector("f", corners)
+write("reply", "deforming", b"\0" + geometry + 2 * count(0) + 3 * count(0) + vector("i", [0] * 4) + count(1) + skin)
 write("reply", "set", b"\2" + count(1) + text("camera") + pose + packed("d", [0.1]) + count(1) + packed("i", [2, 0]) + pose + packed("d", [1, 1, 1, 5, 0, 40]) + count(0))
 node = lambda number, parent: packed("i", [number, parent, 1, -1, -1, 0]) + packed("d", [1, 2, 3, 0, 0, 0, 1, 1, 1, 1]) + pose
-channel = lambda path, steps, values: vector("i", [1, path, steps]) + vector("d", [0, 1]) + vector("d", values)
-write("reply", "motion", b"\3" + count(2) + node(0, -1) + node(1, 0) + text("arm") + text("hand") + count(1) + text("walk") + count(2) + channel(1, 1, [[0, 0, 0, 1]] * 2) + channel(0, 2, [[0, 0, 0, 0]] * 6) + count(1) + text("a note"))
+channel = lambda path, steps, values: vector("i", [1, path, steps, 0]) + vector("d", [0, 1]) + vector("d", values)
+write("reply", "motion", b"\3" + count(2) + node(0, -1) + node(1, 0) + text("arm") + text("hand") + count(1) + text("walk") + count(2) + channel(1, 1, [[0, 0, 0, 1]] * 2) + channel(0, 2, [[0, 0, 0, 0]] * 6) + count(1) + text("a note") + count(1) + vector("i", [0]) + vector("i", [0, 1]) + vector("d", [0.5]))
 
 # Pictures.
 for file in data.glob("*.png"):

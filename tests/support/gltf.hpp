@@ -121,16 +121,39 @@ public:
   template <class Vector>
   Gltf& animate(std::size_t animation, std::size_t node, const char* path, const char* steps,
                 const std::vector<float>& times_s, const std::vector<Vector>& values) {
-    while (root["animations"].size() <= animation)
-      root["animations"].push_back({{"samplers", Json::array()}, {"channels", Json::array()}});
-    auto& to = root["animations"][animation];
-    const std::string bytes(reinterpret_cast<const char*>(times_s.data()), 4 * times_s.size());
-    const int input = accessor(add_view(bytes), 5126, times_s.size(), "SCALAR"),
-              output = floats(values, Vector::length() == 4 ? "VEC4" : "VEC3");
-    to["samplers"].push_back({{"input", input}, {"output", output}, {"interpolation", steps}});
-    to["channels"].push_back(
-        {{"sampler", to["samplers"].size() - 1}, {"target", {{"node", node}, {"path", path}}}});
-    return *this;
+    return add_channel(animation, node, path, steps, times_s,
+                       floats(values, Vector::length() == 4 ? "VEC4" : "VEC3"));
+  }
+  /// Adds keys of all weights of a node's morph targets.
+  Gltf& animate_weights(std::size_t animation, std::size_t node, const char* steps,
+                        const std::vector<float>& times_s, const std::vector<double>& values) {
+    return add_channel(animation, node, "weights", steps, times_s,
+                       numbers(values, 5126, "SCALAR", 1));
+  }
+
+  /// Index of an accessor of numbers, element after element.
+  ///
+  /// type  glTF's componentType: 5126 for floats; each: numbers of an element
+  int numbers(const std::vector<double>& values, int type, const char* kind, std::size_t each) {
+    const int made = accessor(add_view(bytes_as(values, type)), type, values.size() / each, kind);
+    if (type == 5126 && std::string(kind) == "VEC3") add_limits(values, made);
+    return made;
+  }
+
+  /// Index of an accessor of vectors that are zero but for some.
+  int sparse(std::size_t count, const std::vector<double>& places,
+             const std::vector<double>& values) {
+    const int indices = add_view(bytes_as(places, 5123)), to = add_view(bytes_as(values, 5126));
+    root["accessors"].push_back({{"componentType", 5126},
+                                 {"count", count},
+                                 {"type", "VEC3"},
+                                 {"sparse",
+                                  {{"count", places.size()},
+                                   {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
+                                   {"values", {{"bufferView", to}}}}}});
+    const int made = static_cast<int>(root["accessors"].size()) - 1;
+    add_limits(values, made);
+    return made;
   }
 
   Gltf& add_node(const Json& node) {
@@ -176,6 +199,43 @@ public:
   std::string data;  // of the buffer
 
 private:
+  static std::string bytes_as(const std::vector<double>& values, int type) {
+    std::string bytes;
+    const auto add = [&](auto number) {
+      bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
+    };
+    for (const double v : values) {
+      if (type == 5126) add(static_cast<float>(v));
+      if (type == 5121) add(static_cast<std::uint8_t>(v));
+      if (type == 5123) add(static_cast<std::uint16_t>(v));
+    }
+    return bytes;
+  }
+
+  /// min and max of vectors of three, 0 among them.
+  void add_limits(const std::vector<double>& values, int made) {
+    std::vector<double> low(3, 0), high(3, 0);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      low[i % 3] = std::min(low[i % 3], values[i]);
+      high[i % 3] = std::max(high[i % 3], values[i]);
+    }
+    root["accessors"][made]["min"] = low;
+    root["accessors"][made]["max"] = high;
+  }
+
+  Gltf& add_channel(std::size_t animation, std::size_t node, const char* path, const char* steps,
+                    const std::vector<float>& times_s, int output) {
+    while (root["animations"].size() <= animation)
+      root["animations"].push_back({{"samplers", Json::array()}, {"channels", Json::array()}});
+    auto& to = root["animations"][animation];
+    const std::string bytes(reinterpret_cast<const char*>(times_s.data()), 4 * times_s.size());
+    const int input = accessor(add_view(bytes), 5126, times_s.size(), "SCALAR");
+    to["samplers"].push_back({{"input", input}, {"output", output}, {"interpolation", steps}});
+    to["channels"].push_back(
+        {{"sampler", to["samplers"].size() - 1}, {"target", {{"node", node}, {"path", path}}}});
+    return *this;
+  }
+
   int add_view(const std::string& bytes) {
     data.resize((data.size() + 3) / 4 * 4, '\0');
     root["bufferViews"].push_back(

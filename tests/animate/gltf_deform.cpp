@@ -1,0 +1,725 @@
+// SPDX-License-Identifier: Apache-2.0
+// Skins and morph targets of glTF files: vertices against closed forms, pictures against meshes at
+// rest, files that are damaged.
+#include "host/scene/gltf_deform.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <map>
+#include <numbers>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host/animate/contents.hpp"
+#include "host/animate/timeline.hpp"
+#include "host/geometry/world.hpp"
+#include "host/render.hpp"
+#include "host/scene/reader_pipe.hpp"
+#include "host/scene/reader_reply.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/gltf.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace raywave {
+namespace {
+
+using test::Gltf;
+using Json = nlohmann::json;
+using Catch::Matchers::ContainsSubstring;
+using glm::dvec3;
+
+constexpr double right_angle = std::numbers::pi / 2;
+
+/// A limb along x, 2 long and 0.6 thick, that bends at x = 0.
+struct Limb {
+  static constexpr int sectors = 24, rings = 32;
+  std::vector<dvec3> positions, normals;
+  std::vector<glm::u32vec3> triangles;
+
+  Limb() {
+    const auto put = [&](double a, double b) {
+      const dvec3 n(std::cos(b), std::sin(b) * std::cos(a), std::sin(b) * std::sin(a));
+      positions.emplace_back(glm::vec3(n.x, 0.3 * n.y, 0.3 * n.z));
+      normals.emplace_back(glm::normalize(dvec3(n.x, n.y / 0.3, n.z / 0.3)));
+    };
+    put(0, 0);
+    for (int j = 1; j < rings; ++j)
+      for (int i = 0; i < sectors; ++i)
+        put(2 * std::numbers::pi * i / sectors, std::numbers::pi * j / rings);
+    put(0, std::numbers::pi);
+    const auto at = [](int i, int j) {
+      return static_cast<std::uint32_t>(j == 0       ? 0
+                                        : j == rings ? sectors * (rings - 1) + 1
+                                                     : 1 + (j - 1) * sectors + i % sectors);
+    };
+    for (int j = 0; j < rings; ++j) {
+      for (int i = 0; i < sectors; ++i) {
+        if (j > 0) triangles.emplace_back(at(i, j), at(i + 1, j), at(i, j + 1));
+        if (j + 1 < rings) triangles.emplace_back(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+      }
+    }
+  }
+
+  Gltf::Part part(bool has_normals = true) const {
+    Gltf::Part made;
+    for (const auto& p : positions) made.positions.emplace_back(p);
+    for (const auto& n : normals)
+      if (has_normals) made.normals.emplace_back(n);
+    for (const auto& t : triangles)
+      for (int i = 0; i < 3; ++i) made.indices.push_back(t[i]);
+    return made;
+  }
+};
+
+/// Share of the second joint, in steps that bytes and floats have.
+double share_at(double x) { return std::round(255 * std::clamp(0.5 + x, 0.0, 1.0)) / 255; }
+
+/// What a morph target adds.
+dvec3 bulge(dvec3 p) { return glm::vec3(0, 0.5 * p.y, 0.25 + p.x * p.x); }
+dvec3 tilt(dvec3 p) { return glm::vec3(0.25 * p.y, 0, -0.5 * p.x); }
+
+struct Vertex {
+  dvec3 position, normal;
+};
+
+/// A vertex that is turned about z at x = 0: the mean of two rigid motions, (1 - w) 1 + w R, whose
+/// inverse transpose turns normals.
+Vertex bent(const Vertex& v, double w, double angle) {
+  const double a = 1 - w + w * std::cos(angle), b = w * std::sin(angle), s = a * a + b * b;
+  const auto [p, n] = v;
+  return {{a * p.x - b * p.y, b * p.x + a * p.y, p.z},
+          glm::normalize(dvec3((a * n.x - b * n.y) / s, (b * n.x + a * n.y) / s, n.z))};
+}
+
+/// How the file stores influences: bytes or more, and in one set or two.
+struct Storage {
+  int joints = 5121, weights = 5126;
+  bool two_sets = false;
+};
+
+/// A camera (node 0) looks along -z from 10 at the limb (node 1), whose own place must not matter;
+/// its joints are hips (node 2) and elbow (node 3), whose keys are elsewhere in the tree (node 4).
+constexpr double rest_angle = 0.5;
+
+Gltf limb_file(const Storage& storage = {}, bool has_skin = true, bool has_normals = true) {
+  Gltf file;
+  file.root["cameras"] = {
+      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.01}}}}};
+  file.add_node({{"camera", 0}, {"translation", {0, 0, 10}}});
+  const Limb limb;
+  file.add(limb.part(has_normals), {{"name", "arm"}, {"translation", {5, 6, 7}}});
+  file.root["meshes"][0]["name"] = "Limb";
+  if (!has_skin) {
+    file.root["nodes"][1].erase("translation");
+    return file;
+  }
+  // At the bind the hips are at -1 and the elbow at 0; at rest it is bent
+  file.root["nodes"].push_back({{"translation", {0.5, 0, 0}}, {"children", {3}}});
+  file.root["nodes"].push_back(
+      {{"name", "elbow"},
+       {"translation", {0.5, 0, 0}},
+       {"rotation", {0, 0, std::sin(rest_angle / 2), std::cos(rest_angle / 2)}}});
+  file.root["nodes"].push_back({{"translation", {-1, 0, 0}}, {"children", {2}}});
+  file.root["scenes"][0]["nodes"].push_back(4);
+  file.root["nodes"][1]["skin"] = 0;
+  std::vector<double> matrices;
+  for (const double x : {0.5, 0.0})
+    for (const double m :
+         {1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, x, 0.0, 0.0, 1.0})
+      matrices.push_back(m);
+  file.root["skins"] = {
+      {{"joints", {2, 3}}, {"inverseBindMatrices", file.numbers(matrices, 5126, "MAT4", 16)}}};
+  const double whole = storage.weights == 5121 ? 255 : storage.weights == 5123 ? 65535 : 1;
+  std::vector<double> joints, weights;
+  const auto add = [&](double joint, double weight) {
+    joints.push_back(joint);
+    weights.push_back(whole > 1 ? std::round(whole * weight) : weight);
+  };
+  auto& attributes = file.root["meshes"][0]["primitives"][0]["attributes"];
+  const auto put = [&](const std::string& set) {
+    const int j = file.numbers(joints, storage.joints, "VEC4", 4),
+              w = file.numbers(weights, storage.weights, "VEC4", 4);
+    if (storage.weights != 5126) file.root["accessors"][w]["normalized"] = true;
+    attributes["JOINTS_" + set] = j;
+    attributes["WEIGHTS_" + set] = w;
+    joints.clear();
+    weights.clear();
+  };
+  for (const auto& p : limb.positions) {
+    const double w = share_at(p.x);
+    for (const double one : {storage.two_sets ? 0.0 : w, 0.0, 0.0}) add(1, one);
+    add(0, 1 - w);
+  }
+  put("0");
+  for (const auto& p : limb.positions)
+    for (const double one : {0.0, share_at(p.x), 0.0, 0.0}) add(1, one);
+  if (storage.two_sets) put("1");
+  return file;
+}
+
+/// The elbow turns by two right angles in a second.
+Gltf& bends(Gltf& file) {
+  std::vector<glm::vec4> turns;
+  for (const double angle : {0.0, 2 * right_angle})
+    turns.emplace_back(0, 0, std::sin(angle / 2), std::cos(angle / 2));
+  return file.animate<glm::vec4>(0, 3, "rotation", "LINEAR", {0, 1}, turns);
+}
+
+/// Morph targets: bulge, tilt, and three more of which the last moves vertex 7 alone.
+Gltf& add_targets(Gltf& file) {
+  const Limb limb;
+  const auto target = [&](dvec3 (*to)(dvec3)) {
+    std::vector<double> positions, normals;
+    for (std::size_t i = 0; i < limb.positions.size(); ++i) {
+      const auto d = to(limb.positions[i]), n = 0.5 * to(limb.normals[i]);
+      for (int k = 0; k < 3; ++k) positions.push_back(d[k]);
+      for (int k = 0; k < 3; ++k) normals.push_back(static_cast<float>(n[k]));
+    }
+    return Json{{"POSITION", file.numbers(positions, 5126, "VEC3", 3)},
+                {"NORMAL", file.numbers(normals, 5126, "VEC3", 3)}};
+  };
+  auto& primitive = file.root["meshes"][0]["primitives"][0];
+  auto targets = Json::array({target(bulge), target(tilt), target(bulge), target(bulge)});
+  targets.push_back({{"POSITION", file.sparse(limb.positions.size(), {7}, {0, 0, 2})}});
+  primitive["targets"] = targets;
+  file.root["meshes"][0]["weights"] = {0.25, 0, 0, 0, 0};
+  return file;
+}
+
+/// A vertex of the limb with weights of bulge, tilt and the last target.
+Vertex morphed(std::size_t i, double of_bulge, double of_tilt, double of_last) {
+  static const Limb limb;
+  const auto p = limb.positions[i], n = dvec3(glm::vec3(limb.normals[i]));
+  return {p + of_bulge * bulge(p) + of_tilt * tilt(p) + dvec3(0, 0, i == 7 ? 2 * of_last : 0),
+          glm::normalize(n + of_bulge * 0.5 * bulge(limb.normals[i]) +
+                         of_tilt * 0.5 * tilt(limb.normals[i]))};
+}
+Vertex at_bind(std::size_t i) { return morphed(i, 0, 0, 0); }
+
+constexpr double scale = 0.01;
+/// The file's place in the world: the camera looks from z = 10 along -z, and its right is -x.
+Vertex in_world(const Vertex& v) {
+  return {scale * dvec3(-v.position.x, v.position.y, 10 - v.position.z),
+          dvec3(-v.normal.x, v.normal.y, -v.normal.z)};
+}
+
+constexpr const char* plays = "[animation]\nrate = 10\ngltf = true\n";
+
+Scene scene_with(const Folder& folder, const Gltf& file, const std::string& more,
+                 bool as_gltf = false) {
+  const char* name = as_gltf ? "limb.gltf" : "limb.glb";
+  folder.write(name, as_gltf ? file.gltf() : file.glb());
+  return load_scene(folder.write("scene.toml", "[scene]\ngltf = \"" + std::string(name) +
+                                                   "\"\nscale = 0.01\n[[light]]\ndirection = [0.3, "
+                                                   "-0.2, 1]\n" +
+                                                   more));
+}
+
+/// The largest distance of a vertex from where `of` has it, over the limb's size; normals count as
+/// positions do.
+double error_of(const World& world, const std::function<Vertex(std::size_t)>& of) {
+  const Limb limb;
+  const auto positions = positions_now(world);
+  const auto normals = normals_now(world);
+  REQUIRE(positions.size() == limb.positions.size());
+  // Vertices come in the order in which triangles name them
+  std::vector<std::size_t> order(positions.size(), SIZE_MAX);
+  REQUIRE(world.triangles.size() == limb.triangles.size());
+  for (std::size_t i = 0; i < limb.triangles.size(); ++i)
+    for (int k = 0; k < 3; ++k) order[world.triangles[i][k]] = limb.triangles[i][k];
+  double largest = 0;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const auto expected = in_world(of(order[i]));
+    largest = std::max({largest, glm::distance(positions[i], expected.position) / (2 * scale),
+                        glm::distance(dvec3(normals[i]), expected.normal)});
+  }
+  return largest;
+}
+
+World world_at(const Scene& scene, double picture) {
+  auto world = build_world(scene);
+  move_objects(scene_at(scene, picture), world);
+  return world;
+}
+
+TEST_CASE("a skin bends as the mean of its joints' motions, whatever numbers store its weights") {
+  const Folder folder;
+  const Limb limb;
+  for (const bool as_gltf : {false, true}) {
+    for (const auto& storage : {Storage{5121, 5126, false}, Storage{5123, 5121, false},
+                                Storage{5121, 5123, true}, Storage{5123, 5126, true}}) {
+      auto file = limb_file(storage);
+      const auto at_angle = [&](double angle) {
+        return [&limb, angle](std::size_t i) {
+          return bent(at_bind(i), share_at(limb.positions[i].x), angle);
+        };
+      };
+      INFO(storage.joints << " " << storage.weights << " " << storage.two_sets);
+      // At rest in the pose of its nodes, with the place of its own node left out
+      CHECK(error_of(build_world(scene_with(folder, file, "", as_gltf)), at_angle(rest_angle)) <
+            1e-6);
+      bends(file);
+      const auto scene = scene_with(folder, file, plays, as_gltf);
+      REQUIRE(scene.objects.size() == 1);
+      CHECK(scene.objects[0].deforms);
+      CHECK(scene.animation->pictures == 10);
+      CHECK(error_of(build_world(scene), at_angle(rest_angle)) < 1e-6);
+      auto world = build_world(scene);
+      for (const double picture : {0.0, 5.0, 3.0, 10.0, 11.0}) {
+        move_objects(scene_at(scene, picture), world);
+        CHECK(error_of(world, at_angle(2 * right_angle * std::min(picture / 10, 1.0))) < 1e-6);
+      }
+      CHECK(world.object_closed[0]);
+    }
+  }
+}
+
+TEST_CASE("a mesh file with a skin and morph targets is read as its nodes and weights have it") {
+  const Folder folder;
+  auto file = limb_file();
+  add_targets(file);
+  const Limb limb;
+  for (const bool node_says : {false, true}) {
+    // The node's weights go before those of the mesh
+    if (node_says) file.root["nodes"][1]["weights"] = {0, 0.5, 0, 0, 1};
+    const auto mesh = load_mesh(folder.write("limb.glb", file.glb()), Normals::file, "here");
+    REQUIRE(mesh.positions.size() == limb.positions.size());
+    for (std::size_t i = 0; i < limb.triangles.size(); ++i) {
+      for (int k = 0; k < 3; ++k) {
+        const auto vertex = limb.triangles[i][k];
+        const auto expected =
+            bent(node_says ? morphed(vertex, 0, 0.5, 1) : morphed(vertex, 0.25, 0, 0),
+                 share_at(limb.positions[vertex].x), rest_angle);
+        const auto found = mesh.triangles[i][k];
+        CHECK(glm::distance(mesh.positions[found], expected.position) < 2e-6);
+        CHECK(glm::distance(mesh.normals[found], expected.normal) < 1e-6);
+      }
+    }
+    CHECK(mesh.notes == std::vector<std::string>{});
+  }
+}
+
+TEST_CASE("morph targets are added by their weights at each time, before joints bend the mesh") {
+  const Folder folder;
+  const Limb limb;
+  for (const bool has_skin : {false, true}) {
+    auto file = limb_file({}, has_skin);
+    add_targets(file);
+    const auto expected = [&](double of_bulge, double of_tilt, double of_last, double angle) {
+      return [&limb, of_bulge, of_tilt, of_last, angle](std::size_t i) {
+        return bent(morphed(i, of_bulge, of_tilt, of_last), share_at(limb.positions[i].x), angle);
+      };
+    };
+    const double rest = has_skin ? rest_angle : 0;
+    CHECK(error_of(build_world(scene_with(folder, file, "")), expected(0.25, 0, 0, rest)) < 1e-6);
+    const auto check = [&](const char* steps, const std::vector<double>& values,
+                           const std::vector<std::pair<double, std::pair<double, double>>>& at) {
+      auto moving = file;
+      moving.animate_weights(0, 1, steps, {0, 1}, values);
+      if (has_skin) bends(moving);
+      const auto scene = scene_with(folder, moving, plays);
+      REQUIRE(scene.objects.size() == 1);
+      for (const auto& [t, weights] : at) {
+        INFO(steps << " " << t);
+        CHECK(error_of(world_at(scene, 10 * t), expected(weights.first, 0.3, weights.second,
+                                                         has_skin ? 2 * right_angle * t : 0)) <
+              1e-6);
+      }
+    };
+    // Of five targets: bulge goes from 0 to 1, tilt stays at 0.3, the last from 2 to 0
+    check("LINEAR", {0, 0.3, 0, 0, 2, 1, 0.3, 0, 0, 0}, {{0.3, {0.3, 1.4}}, {1, {1, 0}}});
+    check("STEP", {0, 0.3, 0, 0, 2, 1, 0.3, 0, 0, 0}, {{0.9, {0, 2}}, {1, {1, 0}}});
+    // t^3 - t + 0.5 and 2 - t^2, by their slopes
+    check("CUBICSPLINE", {9, 9, 9, 9, 9,  0.5, 0.3, 0, 0, 2, -1, 0, 0, 0, 0,  //
+                          2, 0, 0, 0, -2, 0.5, 0.3, 0, 0, 1, 9,  9, 9, 9, 9},
+          {{0.2, {0.2 * 0.2 * 0.2 - 0.2 + 0.5, 2 - 0.04}},
+           {0.7, {0.7 * 0.7 * 0.7 - 0.7 + 0.5, 2 - 0.49}}});
+  }
+}
+
+TEST_CASE("a mesh whose morph targets change goes with its node, stretched and mirrored, too") {
+  const Folder folder;
+  auto file = limb_file({}, false);
+  add_targets(file);
+  file.animate_weights(0, 1, "LINEAR", {0, 1}, {0, 0, 0, 0, 0, 1, 0, 0, 0, 0});
+  file.animate<glm::vec3>(0, 1, "scale", "LINEAR", {0, 1}, {{1, 1, 1}, {-1, 3, 1}});
+  file.animate<glm::vec3>(0, 1, "translation", "LINEAR", {0, 1}, {{0, 0, 0}, {0, 1, 0}});
+  const auto scene = scene_with(folder, file, plays);
+  for (const double t : {0.25, 0.75}) {
+    const dvec3 stretch(1 - 2 * t, 1 + 2 * t, 1);
+    CHECK(
+        error_of(world_at(scene, 10 * t), [&](std::size_t i) {
+          const auto v = morphed(i, t, 0, 0);
+          return Vertex{stretch * v.position + dvec3(0, t, 0), glm::normalize(v.normal / stretch)};
+        }) < 1e-6);
+  }
+}
+
+TEST_CASE("a skin without normals is flat in every picture") {
+  const Folder folder;
+  auto file = limb_file({}, true, false);
+  bends(file);
+  const auto world = world_at(scene_with(folder, file, plays), 5);
+  const Limb limb;
+  REQUIRE(world.triangles.size() == limb.triangles.size());
+  double largest = 0;
+  for (std::size_t i = 0; i < limb.triangles.size(); ++i) {
+    dvec3 p[3];
+    for (int k = 0; k < 3; ++k) {
+      const auto vertex = limb.triangles[i][k];
+      p[k] =
+          in_world(bent(at_bind(vertex), share_at(limb.positions[vertex].x), right_angle)).position;
+      largest = std::max(largest,
+                         glm::distance(p[k], world.positions[world.triangles[i][k]]) / (2 * scale));
+    }
+    const auto normal = glm::normalize(glm::cross(p[1] - p[0], p[2] - p[0]));
+    for (int k = 0; k < 3; ++k)
+      largest =
+          std::max(largest, glm::distance(dvec3(world.normals[world.triangles[i][k]]), normal));
+  }
+  CHECK(largest < 2e-6);
+}
+
+TEST_CASE("what a skin hangs on moves as before, and skins whose joints stay are at rest") {
+  const Folder folder;
+  auto file = limb_file();
+  // A card in the hand, and one that stays
+  const int card = file.mesh(Gltf::square(0.1f, {0, 0, 0}));
+  file.root["nodes"].push_back({{"mesh", card}, {"translation", {1, 0, 0}}});
+  file.root["nodes"][3]["children"] = {5};
+  file.add(Gltf::square(0.2f, {0, 0, -3}));
+  // The skinned mesh's own node may move without effect
+  auto still = file;
+  still.animate<glm::vec3>(0, 1, "translation", "LINEAR", {0, 1}, {{5, 6, 7}, {0, 0, 0}});
+  still.animate<glm::vec3>(0, 6, "translation", "LINEAR", {0, 1}, {{0, 0, 0}, {0, 1, 0}});
+  const auto resting = scene_with(folder, still, plays);
+  REQUIRE(resting.objects.size() == 2);
+  CHECK_FALSE(resting.objects[0].deforms);
+  CHECK_FALSE(resting.objects[1].deforms);
+  bends(file);
+  const auto scene = scene_with(folder, file, plays);
+  REQUIRE(scene.objects.size() == 3);  // the card that stays, that in the hand, the limb
+  CHECK(scene.objects[2].deforms);
+  CHECK(moving_objects(*scene.animation) == std::set<std::size_t>{1, 2});
+  const auto world = world_at(scene, 5);
+  const auto positions = positions_now(world);
+  const auto first = world.placed[1].first_vertex;
+  dvec3 middle(0);
+  for (std::size_t i = 0; i < world.placed[1].vertices; ++i)
+    middle += positions[first + i] / static_cast<double>(world.placed[1].vertices);
+  CHECK(glm::distance(middle, in_world({{0, 1, 0}, {}}).position) < 1e-6 * scale);
+}
+
+/// The limb as a mesh of its own.
+std::string obj_of(const std::function<Vertex(std::size_t)>& of) {
+  const Limb limb;
+  std::ostringstream text;
+  text.precision(9);
+  for (std::size_t i = 0; i < limb.positions.size(); ++i) {
+    const auto [p, n] = of(i);
+    text << "v " << p.x << ' ' << p.y << ' ' << p.z << "\nvn " << n.x << ' ' << n.y << ' ' << n.z
+         << '\n';
+  }
+  for (const auto& t : limb.triangles) {
+    text << 'f';
+    for (int k = 0; k < 3; ++k) text << ' ' << t[k] + 1 << "//" << t[k] + 1;
+    text << '\n';
+  }
+  return text.str();
+}
+
+TEST_CASE("a picture of a skin that moves is that of the deformed mesh at rest") {
+  const Folder folder;
+  auto file = limb_file();
+  add_targets(file);
+  bends(file);
+  file.animate_weights(0, 1, "LINEAR", {0, 1}, {0, 0, 0, 0, 0, 0.5, 0, 0, 0, 0});
+  // Shows as a diffuse 0.54 and an ambient 0.05 (docs/materials.md)
+  file.root["meshes"][0]["primitives"][0]["material"] = file.material(
+      {{"pbrMetallicRoughness",
+        {{"baseColorFactor", {0.5, 0.5, 0.5, 1}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}}});
+  const std::string hologram =
+      "[hologram]\nresolution = [64, 48]\npitch = \"4 um\"\n[sampling]\npitch = \"0.4 mm\"\n";
+  const auto moving = scene_with(folder, file, plays + hologram);
+  const Limb limb;
+  for (const auto& device : test::all_devices()) {
+    Renderer renderer(device, scene_at(moving, 0));
+    for (const double t : {0.5, 0.9, 0.25}) {
+      // Around its middle: files keep floats
+      folder.write("bent.obj", obj_of([&](std::size_t i) {
+                     auto v = in_world(bent(morphed(i, t / 2, 0, 0), share_at(limb.positions[i].x),
+                                            2 * right_angle * t));
+                     v.position.z -= 10 * scale;
+                     return v;
+                   }));
+      const auto resting = load_scene(folder.write(
+          "rest.toml", hologram +
+                           "[[light]]\ndirection = [0.3, -0.2, 1]\n[[object]]\nmesh = "
+                           "\"bent.obj\"\nunit = \"1 m\"\nanchor = \"origin\"\nposition = [0, "
+                           "0, \"100 mm\"]\nmaterial = \"white\"\n[materials.white]\ndiffuse = "
+                           "0.54\nambient = 0.05\n"));
+      const auto scene = scene_at(moving, 10 * t);
+      const auto& object = scene.objects[0];
+      renderer.set_solid_pose(0, object.position_m, object.rotation_deg,
+                              object.solid_scale.value());
+      renderer.set_shape(0, object.shape.value());
+      const auto shown = renderer.render(), expected = render(device, resting);
+      const double off = test::relative_l2(shown.field.samples, expected.field.samples);
+      INFO("at " << t << ": off by " << off << ", " << shown.samples << " samples");
+      CHECK(shown.samples > 300);
+      CHECK(off <= 0.02);  // measured up to 0.0048
+    }
+  }
+}
+
+TEST_CASE("holograms of another skin are told apart") {
+  const Folder folder;
+  const auto digest = [&](const Gltf& file) {
+    const auto scene = scene_with(folder, file, plays);
+    return digest_of_contents(scene, build_world(scene));
+  };
+  auto file = limb_file();
+  add_targets(file);
+  bends(file);
+  file.animate_weights(0, 1, "LINEAR", {0, 1}, {0, 0, 0, 0, 0, 0.5, 0, 0, 0, 0});
+  const auto before = digest(file);
+  CHECK(digest(file) == before);
+  for (const char* damaged : {"WEIGHTS_0", "POSITION"}) {
+    auto other = file;
+    const auto& primitive = other.root["meshes"][0]["primitives"][0];
+    const auto& of =
+        std::string(damaged) == "POSITION" ? primitive["targets"][3] : primitive["attributes"];
+    // A target that no weight shows, and one vertex's weights that are the same ever so little off
+    const auto view = other.root["accessors"][of[damaged].get<std::size_t>()]["bufferView"];
+    const auto at = other.root["bufferViews"][view.get<std::size_t>()]["byteOffset"];
+    other.data[at.get<std::size_t>() + 12] ^= 1;
+    CHECK(digest(other) != before);
+  }
+}
+
+TEST_CASE("a damaged skin or morph target is refused with the mesh's name and what to do") {
+  const Folder folder;
+  auto sound = limb_file();
+  add_targets(sound);
+  bends(sound);
+  sound.animate_weights(0, 1, "LINEAR", {0, 1}, {0, 0, 0, 0, 0, 0.5, 0, 0, 0, 0});
+  CHECK(input_error_of([&] { build_world(scene_with(folder, sound, plays)); }) == "");
+  const auto refusal = [&](const std::function<void(Gltf&, Json&, Json&)>& damage,
+                           const std::string& more = plays) {
+    auto file = sound;
+    auto& primitive = file.root["meshes"][0]["primitives"][0];
+    damage(file, file.root, primitive);
+    const auto message = input_error_of([&] { build_world(scene_with(folder, file, more)); });
+    CHECK_THAT(message, ContainsSubstring("limb.glb\": "));
+    return message;
+  };
+  const std::string tail = "; export the file again, or without the skin or the morph targets";
+  const std::size_t count = Limb().positions.size();
+  const auto all = [&](double a, double b, double c, double d) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < count; ++i) values.insert(values.end(), {a, b, c, d});
+    return values;
+  };
+  const auto with = [&](const char* name, const std::vector<double>& values, int type) {
+    return [name, values, type](Gltf& file, Json&, Json& primitive) {
+      primitive["attributes"][name] = file.numbers(values, type, "VEC4", 4);
+    };
+  };
+  {  // Where the weight is 0 no joint is asked for
+    auto file = sound;
+    with("JOINTS_0", all(1, 9, 9, 0), 5121)(file, file.root,
+                                            file.root["meshes"][0]["primitives"][0]);
+    CHECK(error_of(build_world(scene_with(folder, file, "")), [](std::size_t i) {
+            return bent(morphed(i, 0.25, 0, 0), share_at(Limb().positions[i].x), rest_angle);
+          }) < 1e-6);
+  }
+  CHECK_THAT(refusal(with("JOINTS_0", all(2, 0, 0, 0), 5121)),
+             ContainsSubstring("mesh \"Limb\": a joint of vertex 0 is not among the 2 of its skin" +
+                               tail));
+  CHECK_THAT(refusal(with("WEIGHTS_0", all(0, 0, 0, 0), 5126)),
+             ContainsSubstring("mesh \"Limb\": the weights of vertex 0 are all 0" + tail));
+  CHECK_THAT(refusal(with("WEIGHTS_0", all(1, NAN, 0, 0), 5126)),
+             ContainsSubstring("a weight of vertex 0 is no number >= 0" + tail));
+  CHECK_THAT(refusal(with("WEIGHTS_0", all(-1, 2, 0, 0), 5126)),
+             ContainsSubstring("a weight of vertex 0 is no number >= 0" + tail));
+  CHECK_THAT(refusal(with("WEIGHTS_0", {1, 0, 0, 0}, 5126)),
+             ContainsSubstring("WEIGHTS_0 is given for 1 vertices, and POSITION for " +
+                               std::to_string(count) + tail));
+  CHECK_THAT(refusal([](Gltf&, Json&, Json& p) { p["attributes"].erase("JOINTS_0"); }),
+             ContainsSubstring("it has a skin, but not JOINTS_0" + tail));
+  CHECK_THAT(refusal([](Gltf&, Json&, Json& p) { p["attributes"]["JOINTS_1"] = 0; }),
+             ContainsSubstring("it has a skin, but not WEIGHTS_1" + tail));
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json&) {
+               r["skins"][0]["joints"] = {2, 3, 4};
+             }),
+             ContainsSubstring("its skin has 3 joints and 2 inverse bind matrices" + tail));
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json&) { r["skins"][0]["joints"] = Json::array(); }),
+             ContainsSubstring("its skin has no joints, or more than 65536" + tail));
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json&) { r["nodes"][1]["skin"] = 7; }),
+             ContainsSubstring("its skin has no joints"));
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json&) {
+               r["skins"][0]["joints"] = {2, -3};
+             }),
+             ContainsSubstring("a joint of its skin is no number of a node" + tail));
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json&) {
+               r["skins"][0]["joints"] = {2, 77};
+             }),
+             ContainsSubstring("node 77 is a joint of a skin, and not in the scene"));
+  CHECK_THAT(
+      refusal(
+          [](Gltf&, Json& r, Json&) {
+            r["skins"][0]["joints"] = {2, 77};
+          },
+          ""),
+      ContainsSubstring("mesh \"Limb\": joint 1 of its skin is node 77, which is not in the scene" +
+                        tail));
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json&) {
+               const auto matrices = r["skins"][0]["inverseBindMatrices"].get<std::size_t>();
+               r["accessors"][matrices]["componentType"] = 5121;
+             }),
+             ContainsSubstring("inverse bind matrices are no floats"));
+  CHECK_THAT(refusal([](Gltf& file, Json& r, Json&) {
+               std::vector<double> matrices(32, NAN);
+               r["skins"][0]["inverseBindMatrices"] = file.numbers(matrices, 5126, "MAT4", 16);
+             }),
+             ContainsSubstring("inverse bind matrix 0 has no numbers" + tail));
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json&) {
+               r["meshes"][0]["weights"] = {1, 2};
+             }),
+             ContainsSubstring("it has not as many weights as morph targets" + tail));
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json&) { r["meshes"][0]["weights"][1] = "much"; }),
+             ContainsSubstring("a weight of a morph target is no number" + tail));
+  CHECK_THAT(refusal([](Gltf& file, Json&, Json& p) {
+               p["targets"][1]["POSITION"] = file.numbers({1, 2, 3}, 5126, "VEC3", 3);
+             }),
+             ContainsSubstring("POSITION is given for 1 vertices, and POSITION for "));
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json& p) {
+               p["targets"][4] = {{"POSITION", r["accessors"].size() + 5}};
+             }),
+             ContainsSubstring("mesh \"Limb\": POSITION are no list of VEC3"));
+  CHECK_THAT(
+      refusal([count](Gltf& file, Json&, Json& p) {
+        p["targets"][4]["POSITION"] = file.sparse(count, {static_cast<double>(count)}, {0, 0, 2});
+      }),
+      ContainsSubstring("a sparse part of mesh \"Limb\": POSITION names an element that is "
+                        "not there"));
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json& p) {
+               r["accessors"][p["targets"][4]["POSITION"].get<std::size_t>()]["sparse"]["count"] =
+                   1u << 30;
+             }),
+             ContainsSubstring("has no count that fits"));
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json& p) {
+               r["accessors"][p["attributes"]["POSITION"].get<std::size_t>()]["componentType"] =
+                   5122;
+             }),
+             ContainsSubstring("mesh \"Limb\": POSITION is missing, compressed or quantized"));
+  // Many vertices from few bytes
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json& p) {
+               r["accessors"][p["targets"][4]["POSITION"].get<std::size_t>()]["count"] =
+                   std::uint64_t{1} << 62;
+             }),
+             ContainsSubstring("more than 100000000"));
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json&) {
+               auto& animation = r["animations"][0];
+               animation["samplers"][1]["output"] = animation["samplers"][1]["input"];
+             }),
+             ContainsSubstring("an animation has not as many values as times"));
+  // A cycle of nodes
+  CHECK_THAT(refusal([](Gltf&, Json& r, Json&) {
+               r["nodes"][3]["children"] = {4};
+               r["nodes"][4]["children"] = {2};
+             }),
+             ContainsSubstring("limb.glb"));
+}
+
+TEST_CASE("damaged files with skins and morph targets are shown or refused with one line") {
+  const Folder folder;
+  auto file = limb_file();
+  add_targets(file);
+  bends(file);
+  file.animate_weights(0, 1, "LINEAR", {0, 1}, {0, 0, 0, 0, 0, 0.5, 0, 0, 0, 0});
+  auto whole = file.root;
+  whole["buffers"] = {{{"byteLength", file.data.size()}, {"uri", "limb.bin"}}};
+  folder.write("limb.bin", file.data);
+  const auto [shown, refused] = read_damaged(
+      folder, folder.write("limb.gltf", whole.dump()), 12, 150, [&](const auto& damaged) {
+        const auto scene = load_scene(
+            folder.write("scene.toml", "[scene]\ngltf = \"" + damaged.string() +
+                                           "\"\n[[light]]\ndirection = [0, 0, 1]\n" + plays));
+        auto world = build_world(scene);
+        move_objects(scene_at(scene, 5), world);
+        for (const auto& p : world.positions) REQUIRE(glm::length(p) < 1e5);
+      });
+  CHECK(shown > 3);
+  CHECK(refused > 30);
+}
+
+TEST_CASE("a reader's reply about a mesh that deforms is refused where it cannot be") {
+  Mesh sound;
+  sound.positions.resize(3, dvec3(0));
+  sound.normals.resize(3, dvec3(0));
+  sound.uvs.resize(3, glm::dvec2(0));
+  sound.triangles.emplace_back(0, 1, 2);
+  sound.triangle_node = {1};
+  DeformingPart part;
+  part.node = 1;
+  part.joints = {2, 3};
+  part.joint_from_mesh.resize(2, glm::dmat4(1));
+  part.positions.resize(3, glm::vec3(0));
+  part.normals.resize(3, glm::vec3(0));
+  part.influences = 4;
+  part.joint_of.resize(12, 1);
+  part.weight_of.resize(12, 0.25f);
+  part.weights = {0.5};
+  part.target_positions.resize(3, glm::vec3(1));
+  sound.deforming.push_back(part);
+  const auto passes = [](const Mesh& mesh) {
+    int ends[2];
+    REQUIRE(pipe(ends) == 0);
+    ReaderPipe in(ends[0]), out(ends[1]);
+    send(out, mesh);
+    close(ends[1]);
+    bool received = true;
+    try {
+      receive_mesh(in);
+    } catch (const std::runtime_error&) {
+      received = false;
+    }
+    close(ends[0]);
+    return received;
+  };
+  CHECK(passes(sound));
+  const auto check_refused = [&](const std::function<void(DeformingPart&)>& damage) {
+    auto mesh = sound;
+    damage(mesh.deforming[0]);
+    CHECK_FALSE(passes(mesh));
+  };
+  check_refused([](DeformingPart& p) { p.node = -1; });
+  check_refused([](DeformingPart& p) { p.first_vertex = 1; });
+  check_refused([](DeformingPart& p) { p.influences = 3; });
+  check_refused([](DeformingPart& p) { p.influences = 1000; });
+  check_refused([](DeformingPart& p) { p.joints = {}; });
+  check_refused([](DeformingPart& p) { p.joints[0] = -1; });
+  check_refused([](DeformingPart& p) { p.joint_from_mesh[1][2][0] = NAN; });
+  check_refused([](DeformingPart& p) { p.joint_from_mesh.pop_back(); });
+  check_refused([](DeformingPart& p) { p.positions[0].x = INFINITY; });
+  check_refused([](DeformingPart& p) { p.normals.pop_back(); });
+  check_refused([](DeformingPart& p) { p.joint_of[5] = 2; });
+  check_refused([](DeformingPart& p) { p.weight_of[5] = -1; });
+  check_refused([](DeformingPart& p) { p.weight_of[5] = NAN; });
+  check_refused([](DeformingPart& p) { p.weights[0] = NAN; });
+  check_refused([](DeformingPart& p) { p.weights.push_back(0); });
+  check_refused([](DeformingPart& p) { p.target_positions.pop_back(); });
+  check_refused([](DeformingPart& p) { p.target_normals.resize(1); });
+}
+
+}  // namespace
+}  // namespace raywave
