@@ -430,7 +430,14 @@ void show_shape(const Object& object, std::size_t index, World& world) {
   const auto deforming = world.placed[index].deforming;
   if (!deforming || (object.shape && !deforming->has_shapes()))
     throw std::logic_error("the shapes of an object have not been read");
-  const auto vertices = object.shape ? shape_at(*deforming, *object.shape) : deforming->rest;
+  const auto shape_of_scene = [&] {
+    try {
+      return object.shape ? shape_at(*deforming, *object.shape) : deforming->rest;
+    } catch (const InputError& error) {
+      throw InputError(object.where + ": " + error.what());
+    }
+  };
+  const auto vertices = shape_of_scene();
   for (const auto& p : vertices.positions_m)
     if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= kLargestObject_m))
       throw InputError(object.where + ": a vertex goes farther than " +

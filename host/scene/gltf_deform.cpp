@@ -132,7 +132,8 @@ std::pair<Mesh, DeformingMesh> finish_deforming(Mesh raw) {
 }
 
 MeshShape deformed_at(const DeformingMesh& mesh, const GltfMoves& moves, double time_s) {
-  const auto poses = poses_at(moves.nodes, moves.channels, time_s);
+  const auto rest = poses_at(moves.nodes, {}, 0),
+             now = poses_at(moves.nodes, moves.channels, time_s);
   std::map<std::int32_t, std::size_t> place;  // of nodes, by their numbers
   for (std::size_t i = 0; i < moves.nodes.size(); ++i) place.emplace(moves.nodes[i].number, i);
   const auto place_of = [&](std::int32_t number) {
@@ -142,9 +143,16 @@ MeshShape deformed_at(const DeformingMesh& mesh, const GltfMoves& moves, double 
   };
   std::vector<std::pair<glm::dvec3, glm::dvec3>> all;
   for (const auto& part : mesh.parts) {
-    std::vector<glm::dmat4> world_from_mesh;
-    for (std::size_t i = 0; i < part.joints.size(); ++i)
-      world_from_mesh.push_back(poses[place_of(part.joints[i])] * part.joint_from_mesh[i]);
+    const auto placed = [&](const std::vector<glm::dmat4>& poses) {
+      std::vector<glm::dmat4> world_from_mesh;
+      for (std::size_t i = 0; i < part.joints.size(); ++i)
+        world_from_mesh.push_back(poses[place_of(part.joints[i])] * part.joint_from_mesh[i]);
+      return world_from_mesh;
+    };
+    const auto world_from_mesh = placed(now);
+    // Triangles stay as they are wound, and would show their inner sides
+    if (is_mirrored(part, world_from_mesh) != is_mirrored(part, placed(rest)))
+      throw InputError("it becomes its mirror image; keep the signs of its nodes' scales");
     const auto weights = weights_at(moves.channels, static_cast<std::int32_t>(place_of(part.node)),
                                     part.weights, time_s);
     for (std::size_t i = 0; i < part.positions.size(); ++i)

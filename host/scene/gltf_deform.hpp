@@ -46,6 +46,7 @@ std::pair<Mesh, DeformingMesh> finish_deforming(Mesh raw);
 
 /// Positions and normals at a time, in the file's units, normals at unit length.
 ///
+/// throws    InputError when a part becomes its mirror image
 /// accuracy  1e-15 of the largest number, where the file's floats are taken as exact
 MeshShape deformed_at(const DeformingMesh& mesh, const GltfMoves& moves, double time_s);
 

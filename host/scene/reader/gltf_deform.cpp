@@ -71,6 +71,16 @@ public:
 private:
   std::string what(const std::string& name) const { return mesh_ + ": " + name; }
 
+  /// As GltfBuffers::numbers has them.
+  std::vector<double> numbers(const json& accessor, const char* type, const std::string& what,
+                              bool whole = false) {
+    try {
+      return buffers_.numbers(accessor, type, what, whole);
+    } catch (const InputError& error) {
+      fail(error.what());
+    }
+  }
+
   GltfPart part_of(const json& primitive, const json& node, const GltfWearer& wearer,
                    const std::map<std::int32_t, glm::dmat4>& poses) {
     GltfPart made;
@@ -87,7 +97,7 @@ private:
     else
       part.normals = vectors(attributes, "NORMAL", count);
     if (const auto& indices = member(primitive, "indices"); !indices.is_null()) {
-      for (const double corner : buffers_.numbers(indices, "SCALAR", what("indices"), true)) {
+      for (const double corner : numbers(indices, "SCALAR", what("indices"), true)) {
         if (!(corner >= 0 && corner < static_cast<double>(count)))
           fail(what("a triangle names a vertex that is not there"));
         made.corners.push_back(static_cast<std::uint32_t>(corner));
@@ -117,8 +127,8 @@ private:
   /// expected  so many, unless it is 0
   std::vector<glm::vec3> vectors(const json& attributes, const char* name,
                                  std::size_t expected = 0) {
-    auto found = vectors_of(buffers_.numbers(member(attributes, name), "VEC3", what(name), true),
-                            what(name));
+    auto found =
+        vectors_of(numbers(member(attributes, name), "VEC3", what(name), true), what(name));
     require_count(name, found.size(), expected);
     return found;
   }
@@ -157,15 +167,15 @@ private:
   void read_matrices(const json& accessor, DeformingPart& part) {
     part.joint_from_mesh.resize(part.joints.size(), glm::dmat4(1));
     if (accessor.is_null()) return;
-    const auto numbers = buffers_.numbers(accessor, "MAT4", what("inverse bind matrices"));
-    if (numbers.size() < 16 * part.joints.size())
+    const auto matrices = numbers(accessor, "MAT4", what("inverse bind matrices"));
+    if (matrices.size() < 16 * part.joints.size())
       fail(what("its skin has " + std::to_string(part.joints.size()) + " joints and " +
-                std::to_string(numbers.size() / 16) + " inverse bind matrices"));
+                std::to_string(matrices.size() / 16) + " inverse bind matrices"));
     for (std::size_t i = 0; i < 16 * part.joints.size(); ++i) {
-      if (!(std::abs(numbers[i]) <= 1e15))
+      if (!(std::abs(matrices[i]) <= 1e15))
         fail(what("inverse bind matrix " + std::to_string(i / 16) + " has no numbers"));
       part.joint_from_mesh[i / 16][static_cast<int>(i / 4 % 4)][static_cast<int>(i % 4)] =
-          numbers[i];
+          matrices[i];
     }
   }
 
@@ -183,8 +193,8 @@ private:
         fail(what("it has a skin, but not " + (of_joints.is_null() ? joints_name : weights_name)));
       if (4 * joints.size() >= most_influences)
         fail(what("more than " + std::to_string(most_influences) + " joints move one vertex"));
-      joints.push_back(buffers_.numbers(of_joints, "VEC4", what(joints_name), true));
-      weights.push_back(buffers_.numbers(of_weights, "VEC4", what(weights_name)));
+      joints.push_back(numbers(of_joints, "VEC4", what(joints_name), true));
+      weights.push_back(numbers(of_weights, "VEC4", what(weights_name)));
       require_count(joints_name, joints.back().size() / 4, count);
       require_count(weights_name, weights.back().size() / 4, count);
     }

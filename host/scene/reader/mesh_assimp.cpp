@@ -105,6 +105,8 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, bool deforms,
   }
 }
 
+std::string name_of(const aiMesh& mesh) { return '"' + std::string(mesh.mName.C_Str()) + '"'; }
+
 /// The file's numbers of the vertices of a part as Assimp has it: all of them (5.2), or, in later
 /// versions, those that triangles use, in the order in which these name them first.
 std::vector<std::uint32_t> order_of(const GltfPart& deforming, const aiMesh& found) {
@@ -133,9 +135,9 @@ std::vector<std::uint32_t> order_of(const GltfPart& deforming, const aiMesh& fou
   };
   if (fits(all)) return all;
   if (fits(used)) return used;
-  throw InputError(
-      "vertices of a mesh with a skin or morph targets are not those that Assimp has "
-      "found; export the file again");
+  throw InputError("mesh " + name_of(found) +
+                   ": its vertices are not those that Assimp has found; export the file again, or "
+                   "without the skin or the morph targets");
 }
 
 /// Puts the last part that has been appended where its skin and its morph targets have it at rest.
@@ -149,9 +151,8 @@ void place_deforming(GltfPart deforming, const aiMesh& found, std::size_t first_
     const auto [position, normal] =
         deformed_vertex(part, deforming.world_from_mesh, part.weights, i);
     if (!(glm::length(position) <= 1e30))
-      throw InputError("vertex " + std::to_string(i) +
-                       " of a mesh with a skin or morph targets "
-                       "is nowhere; look at the scales of its joints");
+      throw InputError("mesh " + name_of(found) + ": vertex " + std::to_string(i) +
+                       " is nowhere; look at the scales of its joints");
     raw.positions[first_vertex + i] = position;
     raw.normals[first_vertex + i] = normal;
   }
