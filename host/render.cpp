@@ -453,9 +453,20 @@ double mean_light_of(const FieldStack& field, std::optional<int> frames) {
   return sum / static_cast<double>(count);
 }
 
+double clipping_loss(const FieldStack& field, double clip) {
+  double all = 0, shown = 0;
+  for (const auto& u : field.samples) {
+    const double light = std::norm(std::complex<double>(u));
+    all += light;
+    shown += std::min(light, clip * clip);
+  }
+  return shown > 0 ? all / shown : 1;
+}
+
 double laser_need(const RenderResult& result, std::optional<int> frames) {
   if (result.refined) return 1 / result.refined->brightness;
-  return result.plan.slm.encoding == Encoding::phase ? mean_light_of(result.field, frames) : 1;
+  if (result.plan.slm.encoding == Encoding::phase) return mean_light_of(result.field, frames);
+  return clipping_loss(result.field, result.clip * amplitude_unit_m(result.plan));
 }
 
 std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& needs) {

@@ -93,17 +93,22 @@ struct ColourResult {
   // same
   std::vector<double> energies;
   // Radiant powers that the lasers must have for the colours to be right, all for the same time;
-  // their sum is 1. Encodings that show amplitudes share one scale, and take the powers of white.
-  // Phases alone show all light whatever the field: see laser_need
+  // their sum is 1. Encodings that show amplitudes share one scale, and take the powers of white
+  // and what clipping has taken away. Phases alone show all light whatever the field: see
+  // laser_need
   std::vector<double> powers;
 };
 
 /// Mean |u|^2 of all pixels of the first frames; of all frames when not given.
 double mean_light_of(const FieldStack& field, std::optional<int> frames = {});
 
-/// Power that a laser needs for the first frames, relative to white's: 1 where amplitudes are
-/// shown, the light of its field where phases alone are, and of refined phases what makes their
-/// pictures as bright as they were asked for.
+/// The light of a field over the light of what is shown of it, amplitudes up to `clip`; 1 where
+/// there is no field.
+double clipping_loss(const FieldStack& field, double clip);
+
+/// Power that a laser needs for the first frames, relative to white's: the light of its field where
+/// phases alone are shown, what makes pictures as bright as they were asked for where they are
+/// refined, and what clipping takes away where amplitudes are shown, if the field was kept.
 double laser_need(const RenderResult& result, std::optional<int> frames = {});
 
 /// ColourResult::powers.

@@ -69,7 +69,8 @@ void encode_lasers(const EncodeArguments& options, const ReportedLasers& reporte
   std::vector<double> energies, needs;
   for (const auto& laser : lasers) {
     energies.push_back(mean_light_of(laser.field));
-    needs.push_back(encoding == Encoding::phase ? energies.back() : 1);
+    needs.push_back(encoding == Encoding::phase ? energies.back()
+                                                : clipping_loss(laser.field, clip));
   }
   const auto powers = laser_powers(reported.lasers, needs);
   for (std::size_t i = 0; i < lasers.size(); ++i) {

@@ -246,11 +246,23 @@ TEST_CASE("encodings that show amplitudes have one scale for all lasers") {
     const auto result = render_colours(device, scenes, world);
     const double brightest = result.lasers[2].clip;
     REQUIRE(brightest > 0);
+    std::array<double, 3> needed{};  // white's powers, and what clipping takes away
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      double light = 0, shown = 0;
+      for (const auto& u : result.lasers[i].field.samples) {
+        const double a = std::hypot(double{u.real()}, double{u.imag()});
+        light += a * a;
+        shown += std::pow(std::min(a, brightest * 25e-6), 2);
+      }
+      needed[i] = scenes[0].colour->lasers.white_powers[i] * light / shown;
+      sum += needed[i];
+    }
     for (std::size_t i = 0; i < 3; ++i) {
       CAPTURE(i);
       const auto& laser = result.lasers[i];
       CHECK(laser.clip == Catch::Approx(brightest));
-      CHECK(result.powers[i] == Catch::Approx(scenes[0].colour->lasers.white_powers[i]));
+      CHECK(result.powers[i] == Catch::Approx(needed[i] / sum));
       // As a render alone that is told the scale
       RenderOptions how;
       how.clip = brightest;
@@ -283,9 +295,8 @@ TEST_CASE(
   for (const auto& c :
        {Case{"slm.encoding=phase", "8", false, 1, 0.5},
         Case{"slm.encoding=phase", "8", true, 5, 2.5},
-        Case{"slm.encoding=double-phase", "8", true, 5, 2.5},
-        Case{"refine.views=0", "1", true, 2, 1}, Case{"refine.views=0", "2", true, 1, 0.5},
-        Case{"refine.views=0", "4", true, 1, 0.5}}) {
+        Case{"slm.encoding=double-phase", "8", true, 2, 1}, Case{"refine.views=0", "1", true, 2, 1},
+        Case{"refine.views=0", "2", true, 1, 0.5}, Case{"refine.views=0", "4", true, 1, 0.5}}) {
     INFO(c.setting << ", frames " << c.frames << (c.by_levels ? ", levels" : ", fields"));
     const auto scenes =
         load_colours(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml",
