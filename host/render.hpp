@@ -155,7 +155,7 @@ public:
            RenderOptions options = {});
   /// Takes a world that place_objects has made; no file is read.
   Renderer(const cl::Device& device, Scene scene, World world, RenderOptions options = {});
-  /// The same of several lasers. Each has kernels and memory of its own, and may take its share of
+  /// The same of several lasers. Each has planes and fields of its own, and may take its share of
   /// the memory that there is.
   ///
   /// scenes  of load_colours

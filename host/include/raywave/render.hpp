@@ -140,7 +140,7 @@ struct RenderTarget {
 
 /// Renders a scene that moves. Meshes, kernels, plans and memory are kept from one picture to the
 /// next. Fields differ from those of render() by 1e-4 (relative L2) after objects have moved. In
-/// colour, each laser has kernels and memory of its own.
+/// colour, the lasers share the world and its samples.
 ///
 /// Calls of one renderer from several threads take turns; several renderers work at the same time.
 class RAYWAVE_API Renderer {
