@@ -444,18 +444,29 @@ RenderResult render(const cl::Device& device, const Scene& scene, const World& w
   return Renderer(device, scene, world, options).render();
 }
 
-double mean_light_of(const FieldStack& field, std::optional<int> frames) {
-  if (field.samples.empty()) return 0;
-  const auto count = field.samples.size() / static_cast<std::size_t>(field.frames) *
-                     static_cast<std::size_t>(frames.value_or(field.frames));
-  double sum = 0;
-  for (std::size_t i = 0; i < count; ++i) sum += std::norm(std::complex<double>(field.samples[i]));
-  return sum / static_cast<double>(count);
+namespace {
+
+std::span<const std::complex<float>> first_frames(const FieldStack& field,
+                                                  std::optional<int> frames) {
+  const auto all = field.samples.size();
+  return std::span(field.samples)
+      .first(frames
+                 ? all / static_cast<std::size_t>(field.frames) * static_cast<std::size_t>(*frames)
+                 : all);
 }
 
-double clipping_loss(const FieldStack& field, double clip) {
+}  // namespace
+
+double mean_light_of(const FieldStack& field, std::optional<int> frames) {
+  const auto samples = first_frames(field, frames);
+  double sum = 0;
+  for (const auto& u : samples) sum += std::norm(std::complex<double>(u));
+  return samples.empty() ? 0 : sum / static_cast<double>(samples.size());
+}
+
+double clipping_loss(const FieldStack& field, double clip, std::optional<int> frames) {
   double all = 0, shown = 0;
-  for (const auto& u : field.samples) {
+  for (const auto& u : first_frames(field, frames)) {
     const double light = std::norm(std::complex<double>(u));
     all += light;
     shown += std::min(light, clip * clip);
@@ -466,7 +477,7 @@ double clipping_loss(const FieldStack& field, double clip) {
 double laser_need(const RenderResult& result, std::optional<int> frames) {
   if (result.refined) return 1 / result.refined->brightness;
   if (result.plan.slm.encoding == Encoding::phase) return mean_light_of(result.field, frames);
-  return clipping_loss(result.field, result.clip * amplitude_unit_m(result.plan));
+  return clipping_loss(result.field, result.clip * amplitude_unit_m(result.plan), frames);
 }
 
 std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& needs) {

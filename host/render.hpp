@@ -102,9 +102,9 @@ struct ColourResult {
 /// Mean |u|^2 of all pixels of the first frames; of all frames when not given.
 double mean_light_of(const FieldStack& field, std::optional<int> frames = {});
 
-/// The light of a field over the light of what is shown of it, amplitudes up to `clip`; 1 where
-/// there is no field.
-double clipping_loss(const FieldStack& field, double clip);
+/// The light of a field's first frames over the light of what is shown of them, amplitudes up to
+/// `clip`; 1 where there is no field.
+double clipping_loss(const FieldStack& field, double clip, std::optional<int> frames = {});
 
 /// Power that a laser needs for the first frames, relative to white's: the light of its field where
 /// phases alone are shown, what makes pictures as bright as they were asked for where they are

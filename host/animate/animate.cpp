@@ -76,7 +76,7 @@ void Animator::plan_laser(Laser& laser) {
         make_plan(moved, world_, Method::wrp, RenderOptions{}.rays_per_axis, has_doubles)
             .slm.encoding;
   }
-  const MemoryUse use{Method::wrp, fft_, lasers_dim(laser)};
+  const MemoryUse use{Method::wrp, fft_, laser.scene.colour.has_value()};
   laser.base = std::make_shared<const Plan>(
       fitting_plan_of_poses(moved, world_, schedule_.pictures(), move_to,
                             limits_of(device_.info()).for_one_of(static_cast<int>(lasers_.size())),
@@ -148,7 +148,7 @@ bool Animator::lasers_dim(const Laser& laser) const {
 Renderer Animator::renderer() const {
   RenderOptions how;
   how.fft = fft_;
-  how.keep_field = lasers_dim(lasers_.front());
+  how.keep_field = scene().colour.has_value();  // which the lasers' powers follow
   std::vector<Scene> scenes;
   for (const auto& laser : lasers_) {
     // Begins with the first picture whichever comes next: frames of instances lie where it has them
@@ -168,10 +168,11 @@ void Animator::show(const Scene& scene, int picture, Renderer& renderer) const {
   renderer.set_seed(scene.sampling.seed + static_cast<std::uint32_t>(schedule_.first_of(picture)));
 }
 
-double Animator::power_of(const Laser& laser, const RenderResult& result, int picture) const {
+double Animator::power_of(const Laser& laser, RenderResult& result, int picture,
+                          double clip) const {
   const auto& colour = laser.scene.colour.value();
-  const double white = colour.lasers.white_powers[colour.laser];
-  return white * laser_need(result, schedule_.count_of(picture));
+  if (clip > 0) result.clip = clip;
+  return colour.lasers.white_powers[colour.laser] * laser_need(result, schedule_.count_of(picture));
 }
 
 Animator::Scale Animator::brightest(Renderer& renderer) const {
@@ -182,11 +183,11 @@ Animator::Scale Animator::brightest(Renderer& renderer) const {
   if (!scales) return scale;
   for (const int picture : schedule_.spread(Schedule::pictures_that_scale)) {
     show(scene_at(scene(), picture), picture, renderer);
-    const auto results = renderer.render_lasers();
+    auto results = renderer.render_lasers();
     double power = 0;
     for (std::size_t i = 0; i < lasers_.size(); ++i) {
       scale.clip = std::max(scale.clip, results[i].clip);
-      if (lasers_.size() > 1) power += power_of(lasers_[i], results[i], picture);
+      if (lasers_.size() > 1) power += power_of(lasers_[i], results[i], picture, 0);
     }
     scale.power = std::max(scale.power, power);
   }
@@ -228,7 +229,7 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress,
         (*levels)[j * lasers() + i] = std::move(result.levels[j]);
       add_lines(notes, result.notes);
       if (lasers() > 1)
-        powers.push_back(power_of(lasers_[i], result, picture) /
+        powers.push_back(power_of(lasers_[i], result, picture, scale.clip) /
                          (lasers_dim(lasers_[i]) && scale.power > 0 ? scale.power : 1));
       if (picture > first)
         for (const auto& [stage, s] : result.processor_seconds) made.processor_seconds[stage] += s;
