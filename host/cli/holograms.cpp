@@ -36,6 +36,10 @@ std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& repo
       throw InputError(one_line(report.string()) +
                        ": is of three lasers, and this takes one: give hologram_638nm.png or the "
                        "like");
+    if (json.contains("animation"))
+      throw InputError(one_line(report.string()) +
+                       ": is of an animation; give holograms of one picture, such as "
+                       "frame_00000.png");
     if (json.contains("pictures")) {  // of encode and pattern
       const auto format = picture_format_of(json.at("format").get<std::string>());
       if (!is_read_again(format))
@@ -118,6 +122,24 @@ ViewerSpec HologramOptions::viewer() const {
   return viewer_of_report(first.parent_path() / "report.json", first);
 }
 
+namespace {
+
+/// Pictures of one call are frames of one hologram, whose light adds up.
+///
+/// throws  InputError where the report beside both says that they are for two lasers
+void require_one_laser(const PixelOptions& pixels, const std::filesystem::path& first,
+                       const std::filesystem::path& file) {
+  if (file == first || file.parent_path() != first.parent_path()) return;
+  const double wanted_m = pixels.spec(first, {1, 1}).wavelength_m,
+               wavelength_m = pixels.spec(file, {1, 1}).wavelength_m;
+  if (wavelength_m != wanted_m)
+    throw InputError(one_line(file.string()) + ": is for " + length_text(wavelength_m) + ", and " +
+                     one_line(first.filename().string()) + " for " + length_text(wanted_m) +
+                     "; give the pictures of one laser, or the report.json of a render");
+}
+
+}  // namespace
+
 FieldStack HologramOptions::load() const {
   const std::filesystem::path first(files.at(0));
   if (extension_of(first) == ".npy") {
@@ -137,6 +159,7 @@ FieldStack HologramOptions::load() const {
     glm::ivec2 size(0);
     std::vector<std::vector<Level>> frames;
     for (const auto& file : pictures) {
+      require_one_laser(pixels, pictures.front(), file);
       glm::ivec2 size_here;
       frames.push_back(load_hologram_levels<Level>(file, slm, &size_here));
       if (frames.size() == 1) size = size_here;

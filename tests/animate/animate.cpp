@@ -335,6 +335,9 @@ TEST_CASE("what cannot be written is refused by name, and the same command goes 
   check_refused(desk.run(other), 2, "holds holograms of another scene, device or version");
   other.emplace_back("--restart");
   CHECK(nlohmann::json::parse(desk.run(other).out).at("pictures") == 7);
+  check_refused(
+      desk.run({"reconstruct", desk.out("report.json"), "-z", "8mm", "-o", desk.file("x")}), 2,
+      "is of an animation; give holograms of one picture, such as frame_00000.png");
   const auto looked = desk.run({"reconstruct", desk.out("frame_00003.png"), "-z", "8mm", "-o",
                                 desk.file("seen"), "--quiet"});
   INFO(looked.err);
@@ -729,6 +732,10 @@ TEST_CASE("animate in colour writes files that are looked at one by one, and vid
   check_refused(
       desk.run({"reconstruct", desk.out("report.json"), "-z", "9mm", "-o", desk.file("x")}), 2,
       "is of an animation; give the hologram of one laser");
+  // Lasers are no frames whose light adds up
+  check_refused(desk.run({"reconstruct", desk.out("frame_00001_638nm.png"),
+                          desk.out("frame_00001_520nm.png"), "-z", "9mm", "-o", desk.file("x")}),
+                2, "is for 520 nm, and frame_00001_638nm.png for 638 nm; give the pictures of one");
   check_refused(
       desk.run({"reconstruct", desk.out("frame_00001.png"), "-z", "9mm", "-o", desk.file("x")}), 2,
       "is of three lasers; give the file of one: frame_%05d_638nm.png");

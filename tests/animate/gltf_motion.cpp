@@ -413,6 +413,10 @@ TEST_CASE("an animation of a glTF file that cannot be shown is refused, and says
   CHECK(scene_with(folder, room, "[animation]\ngltf = 1\n").objects.size() == 2);
   room.animate<glm::vec3>(1, 2, "translation", "STEP", {0, 1}, {{0, 0, 0}, {1, 0, 0}});
   CHECK_THAT(refusal("gltf = true\n"), ContainsSubstring("since two of them move the same node"));
+  auto bezier = moving_room();
+  bezier.animate<glm::vec3>(0, 2, "translation", "BEZIER", {0, 1}, {{0, 0, 0}, {1, 0, 0}});
+  CHECK_THAT(input_error_of([&] { scene_with(folder, bezier, plays); }),
+             ContainsSubstring("is none of LINEAR, STEP and CUBICSPLINE"));
   // Keys that say what the file says anyway move nothing
   auto baked = moving_room();
   baked.animate<glm::vec3>(0, 2, "translation", "LINEAR", {0, 1}, {{1, 0.5f, 0}, {1, 0.5f, 0}});

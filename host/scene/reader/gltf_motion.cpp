@@ -106,6 +106,8 @@ private:
   void read_channel(const json& sampler, std::int32_t node, Path path,
                     std::vector<GltfChannel>& channels) {
     const auto steps = text_or(member(sampler, "interpolation"), "LINEAR");
+    if (steps != "LINEAR" && steps != "STEP" && steps != "CUBICSPLINE")
+      throw InputError("the interpolation of an animation is none of LINEAR, STEP and CUBICSPLINE");
     GltfChannel channel;
     channel.node = node;
     channel.path = path;
