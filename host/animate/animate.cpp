@@ -168,10 +168,8 @@ void Animator::show(const Scene& scene, int picture, Renderer& renderer) const {
   renderer.set_seed(scene.sampling.seed + static_cast<std::uint32_t>(schedule_.first_of(picture)));
 }
 
-double Animator::power_of(const Laser& laser, RenderResult& result, int picture,
-                          double clip) const {
+double Animator::power_of(const Laser& laser, const RenderResult& result, int picture) const {
   const auto& colour = laser.scene.colour.value();
-  if (clip > 0) result.clip = clip;
   return colour.lasers.white_powers[colour.laser] * laser_need(result, schedule_.count_of(picture));
 }
 
@@ -183,11 +181,11 @@ Animator::Scale Animator::brightest(Renderer& renderer) const {
   if (!scales) return scale;
   for (const int picture : schedule_.spread(Schedule::pictures_that_scale)) {
     show(scene_at(scene(), picture), picture, renderer);
-    auto results = renderer.render_lasers();
+    const auto results = renderer.render_lasers();
     double power = 0;
     for (std::size_t i = 0; i < lasers_.size(); ++i) {
       scale.clip = std::max(scale.clip, results[i].clip);
-      if (lasers_.size() > 1) power += power_of(lasers_[i], results[i], picture, 0);
+      if (lasers_.size() > 1) power += power_of(lasers_[i], results[i], picture);
     }
     scale.power = std::max(scale.power, power);
   }
@@ -225,11 +223,12 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress,
     std::vector<double> powers;
     for (std::size_t i = 0; i < lasers(); ++i) {
       auto& result = results[i];
+      result.clip = scale.clip;  // that it is shown with
       for (std::size_t j = 0; j < count; ++j)
         (*levels)[j * lasers() + i] = std::move(result.levels[j]);
       add_lines(notes, result.notes);
       if (lasers() > 1)
-        powers.push_back(power_of(lasers_[i], result, picture, scale.clip) /
+        powers.push_back(power_of(lasers_[i], result, picture) /
                          (lasers_dim(lasers_[i]) && scale.power > 0 ? scale.power : 1));
       if (picture > first)
         for (const auto& [stage, s] : result.processor_seconds) made.processor_seconds[stage] += s;

@@ -91,10 +91,8 @@ private:
   /// Moves a renderer to a picture, which `scene` describes.
   void show(const Scene& scene, int picture, Renderer& renderer) const;
   Scale brightest(Renderer& renderer) const;
-  /// Radiant power of a laser that a picture needs, relative to white's.
-  ///
-  /// clip  Scale::clip that it is shown with; 0: its own
-  double power_of(const Laser& laser, RenderResult& result, int picture, double clip) const;
+  /// Radiant power of a laser that a picture needs; those of white have the sum 1.
+  double power_of(const Laser& laser, const RenderResult& result, int picture) const;
   nlohmann::ordered_json line_of(int picture, const Scene& scene, const RenderResult& result) const;
 
   cl::Device device_;

@@ -194,6 +194,15 @@ Gltf& add_targets(Gltf& file) {
   return file;
 }
 
+/// A limb that bends while a morph target makes it bulge.
+Gltf bulging_limb_file() {
+  auto file = limb_file();
+  add_targets(file);
+  bends(file);
+  file.animate_weights(0, 1, "LINEAR", {0, 1}, {0, 0, 0, 0, 0, 0.5, 0, 0, 0, 0});
+  return file;
+}
+
 /// A vertex of the limb with weights of bulge, tilt and the last target.
 Vertex morphed(std::size_t i, double of_bulge, double of_tilt, double of_last) {
   static const Limb limb;
@@ -445,10 +454,7 @@ std::string obj_of(const std::function<Vertex(std::size_t)>& of) {
 
 TEST_CASE("a picture of a skin that moves is that of the deformed mesh at rest") {
   const Folder folder;
-  auto file = limb_file();
-  add_targets(file);
-  bends(file);
-  file.animate_weights(0, 1, "LINEAR", {0, 1}, {0, 0, 0, 0, 0, 0.5, 0, 0, 0, 0});
+  auto file = bulging_limb_file();
   // Shows as a diffuse 0.54 and an ambient 0.05 (docs/materials.md)
   file.root["meshes"][0]["primitives"][0]["material"] = file.material(
       {{"pbrMetallicRoughness",
@@ -493,10 +499,7 @@ TEST_CASE("holograms of another skin are told apart") {
     const auto scene = scene_with(folder, file, plays);
     return digest_of_contents(scene, build_world(scene));
   };
-  auto file = limb_file();
-  add_targets(file);
-  bends(file);
-  file.animate_weights(0, 1, "LINEAR", {0, 1}, {0, 0, 0, 0, 0, 0.5, 0, 0, 0, 0});
+  auto file = bulging_limb_file();
   const auto before = digest(file);
   CHECK(digest(file) == before);
   for (const char* damaged : {"WEIGHTS_0", "POSITION"}) {
@@ -514,10 +517,7 @@ TEST_CASE("holograms of another skin are told apart") {
 
 TEST_CASE("a damaged skin or morph target is refused with the mesh's name and what to do") {
   const Folder folder;
-  auto sound = limb_file();
-  add_targets(sound);
-  bends(sound);
-  sound.animate_weights(0, 1, "LINEAR", {0, 1}, {0, 0, 0, 0, 0, 0.5, 0, 0, 0, 0});
+  auto sound = bulging_limb_file();
   CHECK(input_error_of([&] { build_world(scene_with(folder, sound, plays)); }) == "");
   const auto refusal = [&](const std::function<void(Gltf&, Json&, Json&)>& damage,
                            const std::string& more = plays) {
@@ -604,20 +604,22 @@ TEST_CASE("a damaged skin or morph target is refused with the mesh's name and wh
              ContainsSubstring("it has not as many weights as morph targets" + tail));
   CHECK_THAT(refusal([](Gltf&, Json& r, Json&) { r["meshes"][0]["weights"][1] = "much"; }),
              ContainsSubstring("a weight of a morph target is no number" + tail));
-  CHECK_THAT(refusal([](Gltf& file, Json&, Json& p) {
-               p["targets"][1]["POSITION"] = file.numbers({1, 2, 3}, 5126, "VEC3", 3);
-             }),
-             ContainsSubstring("POSITION is given for 1 vertices, and POSITION for "));
+  CHECK_THAT(
+      refusal([](Gltf& file, Json&, Json& p) {
+        p["targets"][1]["POSITION"] = file.numbers({1, 2, 3}, 5126, "VEC3", 3);
+      }),
+      ContainsSubstring("POSITION of a morph target is given for 1 vertices, and POSITION for "));
   CHECK_THAT(refusal([](Gltf&, Json& r, Json& p) {
                p["targets"][4] = {{"POSITION", r["accessors"].size() + 5}};
              }),
-             ContainsSubstring("mesh \"Limb\": POSITION are no list of VEC3"));
+             ContainsSubstring("mesh \"Limb\": POSITION of a morph target are no list of VEC3"));
   CHECK_THAT(
       refusal([count](Gltf& file, Json&, Json& p) {
         p["targets"][4]["POSITION"] = file.sparse(count, {static_cast<double>(count)}, {0, 0, 2});
       }),
-      ContainsSubstring("a sparse part of mesh \"Limb\": POSITION names an element that is "
-                        "not there"));
+      ContainsSubstring(
+          "a sparse part of mesh \"Limb\": POSITION of a morph target names an element that is "
+          "not there"));
   CHECK_THAT(refusal([](Gltf&, Json& r, Json& p) {
                r["accessors"][p["targets"][4]["POSITION"].get<std::size_t>()]["sparse"]["count"] =
                    1u << 30;
@@ -649,10 +651,7 @@ TEST_CASE("a damaged skin or morph target is refused with the mesh's name and wh
 
 TEST_CASE("damaged files with skins and morph targets are shown or refused with one line") {
   const Folder folder;
-  auto file = limb_file();
-  add_targets(file);
-  bends(file);
-  file.animate_weights(0, 1, "LINEAR", {0, 1}, {0, 0, 0, 0, 0, 0.5, 0, 0, 0, 0});
+  auto file = bulging_limb_file();
   auto whole = file.root;
   whole["buffers"] = {{{"byteLength", file.data.size()}, {"uri", "limb.bin"}}};
   folder.write("limb.bin", file.data);

@@ -125,11 +125,13 @@ private:
   }
 
   /// expected  so many, unless it is 0
-  std::vector<glm::vec3> vectors(const json& attributes, const char* name,
-                                 std::size_t expected = 0) {
+  /// of        for messages, behind the name
+  std::vector<glm::vec3> vectors(const json& attributes, const char* name, std::size_t expected = 0,
+                                 const char* of = "") {
+    const auto told = name + std::string(of);
     auto found =
-        vectors_of(numbers(member(attributes, name), "VEC3", what(name), true), what(name));
-    require_count(name, found.size(), expected);
+        vectors_of(numbers(member(attributes, name), "VEC3", what(told), true), what(told));
+    require_count(told, found.size(), expected);
     return found;
   }
 
@@ -152,7 +154,7 @@ private:
         to.resize(to.size() + count, glm::vec3(0));
         return;
       }
-      const auto found = vectors(target, name, count);
+      const auto found = vectors(target, name, count, " of a morph target");
       to.insert(to.end(), found.begin(), found.end());
     };
     bool has_normals = false;

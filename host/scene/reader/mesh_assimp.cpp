@@ -336,7 +336,7 @@ Mesh read_mesh(const std::filesystem::path& file, bool wants_nodes) {
   // Not aiProcess_JoinIdenticalVertices: it merges what lies within 1e-5 units, which eats a mesh
   // of micrometres.
   constexpr unsigned steps = aiProcess_ValidateDataStructure | aiProcess_Triangulate;
-  // First, since Assimp crashes on joints that are not there
+  // First: Assimp sees no skin or morph target that is damaged
   const auto gltf = gltf_file(file);
   Assimp::Importer importer;
   prepare(importer);
