@@ -15,7 +15,7 @@ namespace raywave::reference {
 
 /// A sample's light at a place of the hologram, without its random phase: its spherical wave, what
 /// hides it smoothed by cubic B-splines, and without light that is too steep for the pixels, which
-/// fades out over a quarter of the tile.
+/// fades out over 0.175 of the width of the tile.
 ///
 /// place_m  world, z = 0
 std::complex<double> smooth_wave(const Gathering& what, std::size_t sample, const Tile& tile,
