@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/evaluate/selftest/ray_caster.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "host/geometry/kernel_options.hpp"
@@ -9,35 +8,16 @@
 namespace raywave::selftest {
 namespace {
 
-constexpr std::size_t canaries = 64;
-constexpr std::int32_t canary = -12345;
-
-template <class T>
-cl::Buffer<T> guarded(const cl::Device& device, std::size_t size, const char* name) {
-  return {device, std::vector<T>(size + canaries, T(canary)), name};
-}
-
-/// Reads the first `size` elements of the buffer.
-template <class T>
-std::vector<T> read(const cl::Buffer<T>& buffer, std::size_t size) {
-  auto values = buffer.read();
-  const auto end = values.begin() + static_cast<std::ptrdiff_t>(size);
-  if (!std::all_of(end, values.end(), [](T v) { return v == T(canary); }))
-    throw cl::DeviceError("intersect.cl wrote beyond its outputs, with " + std::to_string(size) +
-                          " elements");
-  values.resize(size);
-  return values;
-}
-
 std::vector<float> planes_of(std::span<const reference::Ray> rays) {
   std::vector<float> planes;
   planes.reserve(8 * rays.size());
-  for (int axis = 0; axis < 3; ++axis)
-    for (const auto& r : rays) planes.push_back(static_cast<float>(r.origin[axis]));
-  for (int axis = 0; axis < 3; ++axis)
-    for (const auto& r : rays) planes.push_back(static_cast<float>(r.direction[axis]));
-  for (const auto& r : rays) planes.push_back(static_cast<float>(r.t_min));
-  for (const auto& r : rays) planes.push_back(static_cast<float>(r.t_max));
+  const auto add = [&](auto value_of) {
+    for (const auto& r : rays) planes.push_back(static_cast<float>(value_of(r)));
+  };
+  for (int axis = 0; axis < 3; ++axis) add([=](const auto& r) { return r.origin[axis]; });
+  for (int axis = 0; axis < 3; ++axis) add([=](const auto& r) { return r.direction[axis]; });
+  add([](const auto& r) { return r.t_min; });
+  add([](const auto& r) { return r.t_max; });
   return planes;
 }
 
@@ -71,14 +51,14 @@ RayCaster::RayCaster(const cl::Device& device, int lanes, DeviceTree tree, int d
 
 std::vector<reference::Hit> RayCaster::nearest(std::span<const reference::Ray> rays) {
   const auto n = rays.size();
-  const cl::Buffer<float> planes(device_, planes_of(rays), "rays");
-  const auto triangle = guarded<std::int32_t>(device_, n, "triangle");
-  const auto t_u_v = guarded<float>(device_, 3 * n, "t, u, v");
+  const cl::Buffer<float> planes(device_, planes_of(rays), "rays"),
+      t_u_v(device_, 3 * n, "t, u, v");
+  const cl::Buffer<std::int32_t> triangle(device_, n, "triangle");
   program_.kernel("intersect_nearest")
       .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.arguments(), planes,
            static_cast<std::int32_t>(n), triangle, t_u_v);
-  const auto ids = read(triangle, n);
-  const auto values = read(t_u_v, 3 * n);
+  const auto ids = triangle.read();
+  const auto values = t_u_v.read();
   std::vector<reference::Hit> hits(n);
   for (std::size_t i = 0; i < n; ++i)
     hits[i] = {.t = values[i], .triangle = ids[i], .u = values[n + i], .v = values[2 * n + i]};
@@ -88,11 +68,11 @@ std::vector<reference::Hit> RayCaster::nearest(std::span<const reference::Ray> r
 std::vector<int> RayCaster::occluded(std::span<const reference::Ray> rays) {
   const auto n = rays.size();
   const cl::Buffer<float> planes(device_, planes_of(rays), "rays");
-  const auto result = guarded<std::int32_t>(device_, n, "occluded");
+  const cl::Buffer<std::int32_t> result(device_, n, "occluded");
   program_.kernel("intersect_any")
       .run({(n + lanes_ - 1) / lanes_}, {8}, tree_.arguments(), planes,
            static_cast<std::int32_t>(n), result);
-  return read(result, n);
+  return result.read();
 }
 
 }  // namespace raywave::selftest

@@ -25,7 +25,6 @@ public:
 
   /// Hits as the device found them (t_uncertainty stays 0); a miss has t = t_max. Rays are rounded
   /// to float.
-  /// throws  DeviceError when the kernel wrote beyond its outputs
   std::vector<reference::Hit> nearest(std::span<const reference::Ray> rays);
 
   /// 1 where anything lies in (t_min, t_max), else 0.

@@ -23,14 +23,6 @@ cl::Program selfcheck(const cl::Device& device, int lanes) {
                      {{option::lanes, std::to_string(lanes)}});
 }
 
-/// The values, padded with zeros to whole packets and work-groups.
-std::vector<float> padded(std::span<const float> values, int lanes) {
-  std::vector<float> all(values.begin(), values.end());
-  const auto packet = static_cast<std::size_t>(lanes);
-  all.resize((all.size() + packet - 1) / packet * packet);
-  return all;
-}
-
 /// Runs `part(first, last)` over [0, count) on all host threads and returns the largest result; NaN
 /// when any result is NaN.
 template <class F>
@@ -50,14 +42,14 @@ double largest_of_threads(std::size_t count, F&& part) {
 }  // namespace
 
 double cos_sin_error(const cl::Device& device, int lanes, std::span<const float> turns) {
-  const auto all = padded(turns, lanes);
-  const cl::Buffer<float> in(device, all, "turns");
-  const cl::Buffer<float> cosines(device, all.size(), "cosines"),
+  std::vector<float> all(turns.begin(), turns.end());
+  const auto packet = static_cast<std::size_t>(lanes), blocks = (all.size() + packet - 1) / packet;
+  all.resize(blocks * packet);
+  const cl::Buffer<float> in(device, all, "turns"), cosines(device, all.size(), "cosines"),
       sines(device, all.size(), "sines");
-  const auto blocks = static_cast<std::int32_t>(all.size() / static_cast<std::size_t>(lanes));
   selfcheck(device, lanes)
       .kernel("cos_sin")
-      .run({static_cast<std::size_t>(blocks)}, {64}, in, cosines, sines, blocks);
+      .run({blocks}, {64}, in, cosines, sines, static_cast<std::int32_t>(blocks));
   const auto c = cosines.read(), s = sines.read();
   return largest_of_threads(all.size(), [&](std::size_t first, std::size_t last) {
     double error = 0;
@@ -75,35 +67,15 @@ double cos_sin_error(const cl::Device& device, int lanes, std::span<const float>
 }
 
 double cos_sin_error_everywhere(const cl::Device& device, int lanes) {
-  // All floats from 0 to 0.5 turns, in blocks of `step`, with both signs
-  constexpr std::uint32_t end = std::bit_cast<std::uint32_t>(0.5f) + 1, step = 1u << 22;
-  auto kernel = selfcheck(device, lanes).kernel("cos_sin");
-  cl::Buffer<float> in(device, 2 * step, "turns");
-  const cl::Buffer<float> cosines(device, 2 * step, "cosines"), sines(device, 2 * step, "sines");
-  std::vector<float> turns(2 * step), c(2 * step), s(2 * step);
+  constexpr std::uint32_t end = std::bit_cast<std::uint32_t>(0.5f) + 1, step = 1u << 23;
+  std::vector<float> turns(2 * step);
   double largest = 0;
   for (std::uint32_t first = 0; first < end; first += step) {
     for (std::uint32_t i = 0; i < step; ++i) {
       turns[i] = std::bit_cast<float>(std::min(first + i, end - 1));
       turns[step + i] = -turns[i];
     }
-    in.write(turns);
-    const auto blocks = static_cast<std::int32_t>(2 * step) / lanes;
-    kernel.run({static_cast<std::size_t>(blocks)}, {64}, in, cosines, sines, blocks);
-    cosines.read(c);
-    sines.read(s);
-    const double error = largest_of_threads(step, [&](std::size_t begin, std::size_t last) {
-      double worst = 0;
-      for (std::size_t i = begin; i < last; ++i) {
-        const double radians = 2 * std::numbers::pi * static_cast<double>(turns[i]),
-                     cosine = std::cos(radians), sine = std::sin(radians);
-        for (const double e : {std::abs(c[i] - cosine), std::abs(c[step + i] - cosine),
-                               std::abs(s[i] - sine), std::abs(s[step + i] + sine)}) {
-          if (!(e <= worst)) worst = e;
-        }
-      }
-      return worst;
-    });
+    const double error = cos_sin_error(device, lanes, turns);
     if (!(error <= largest)) largest = error;
   }
   return largest;

@@ -29,12 +29,8 @@ std::string figure(double value) {
 }  // namespace
 
 std::vector<SelfCheck> self_checks(const cl::DeviceInfo& device, SelfTestSize size) {
-  std::vector<SelfCheck> all;
-  for (auto& part :
-       {selftest::device_checks(size), selftest::fft_checks(device, size),
-        selftest::propagation_checks(size), selftest::ray_checks(size), selftest::light_checks(),
-        selftest::optics_extremes(size), selftest::scene_extremes(size)})
-    all.insert(all.end(), part.begin(), part.end());
+  auto all = selftest::part_checks(device, size);
+  for (auto& check : selftest::scene_checks()) all.push_back(std::move(check));
   return all;
 }
 

@@ -1,14 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Accuracy of raywave's kernels and FFTs on one device: every part is compared with double
-/// precision on the host, up to the limits of ordinary use (docs/selftest.md).
+/// Accuracy of raywave's kernels and FFTs on one device: parts and whole holograms against double
+/// precision on the host (host/reference/), up to the limits of ordinary use.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
-#include "host/evaluate/selftest/checks.hpp"
+#include "cl/device.hpp"
+#include "host/common/error.hpp"
 
 namespace raywave {
+
+/// The result of a check.
+struct Finding {
+  double measured = 0;  // 0 where a refusal is wanted and came with the right words
+  std::string note;     // the words of a refusal, or what explains the number
+};
+
+/// A claim about a device.
+struct SelfCheck {
+  std::string part;      // "FFT", "rays", ...
+  std::string claim;     // "clfft, 60 x 35, against the direct sum"
+  std::string quantity;  // what is measured, with its unit: "relative L2", "rays lost"
+  double bound = 0;      // of `measured`
+  std::function<Finding(const cl::Device&)> measure;
+};
+
+enum class SelfTestSize {
+  quick,  // seconds
+  full,   // minutes: every float, millions of rays, large planes
+};
 
 struct SelfTestRow {
   std::string part, claim, quantity;
@@ -18,7 +40,7 @@ struct SelfTestRow {
   std::string note;
 };
 
-/// All checks for a device, in the order of the pipeline, then the extremes.
+/// All checks for a device, in the order of the pipeline.
 std::vector<SelfCheck> self_checks(const cl::DeviceInfo& device, SelfTestSize size);
 
 /// Runs a check. The row passes when the measurement is at most the bound; NaN and exceptions fail
@@ -37,4 +59,26 @@ std::string self_test_line(const SelfTestRow& row);
 std::string self_test_json(const cl::DeviceInfo& device, SelfTestSize size,
                            const std::vector<SelfTestRow>& rows);
 
+namespace selftest {
+
+/// Parts of the pipeline by themselves. A check more is a line more in its part's list.
+std::vector<SelfCheck> part_checks(const cl::DeviceInfo& device, SelfTestSize size);
+/// Samples, lens pictures and whole holograms of small scenes.
+std::vector<SelfCheck> scene_checks();
+
+/// The finding of `measure`, or 0 when it is refused with these words.
+template <class Measure>
+Finding exact_or_refused(const std::string& words, Measure&& measure) {
+  std::string message;
+  try {
+    return measure();
+  } catch (const InputError& error) {
+    message = error.what();
+  } catch (const cl::DeviceError& error) {
+    message = error.what();
+  }
+  return {message.find(words) == std::string::npos ? 1.0 : 0.0, "refused: " + message};
+}
+
+}  // namespace selftest
 }  // namespace raywave
