@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// Surface layers of a cell of the lattice: what its rays meet, sorted into layers by distance and,
+// where a layer is seen nearly edge-on, by its plane.
+#ifndef RAYWAVE_SURFACE_LAYERS_H
+#define RAYWAVE_SURFACE_LAYERS_H
+
+#include "kernels/common/shared.h"
+#include "kernels/samples/lattice_rays.h"
+#include "kernels/samples/options.h"
+#include "kernels/scene/bvh.h"
+
+// One hit of one ray.
+typedef struct {
+  float t;
+  int triangle;
+  float u, v;
+} Hit;
+
+static inline Hit hit_of_lane(const Layers* layers, int layer, int lane) {
+  float t[RAYWAVE_LANES], u[RAYWAVE_LANES], v[RAYWAVE_LANES];
+  int triangle[RAYWAVE_LANES];
+  LANES_STORE(layers->t[layer], t);
+  LANES_STORE(layers->triangle[layer], triangle);
+  LANES_STORE(layers->u[layer], u);
+  LANES_STORE(layers->v[layer], v);
+  const Hit hit = {t[lane], triangle[lane], u[lane], v[lane]};
+  return hit;
+}
+
+// Distance within which hits belong to the same layer: what a slope of 80 degrees spans in a cell.
+static inline float layer_reach(const Lattice* lattice, float t) {
+  return 4.0f * lattice->step * fabs(t + (lattice->near_z - lattice->eye_z));
+}
+
+// Cosine to the ray below which a layer is steep, and cosine between normals above which two hits
+// of a steep layer belong together.
+#define STEEP 0.25f
+#define ALIKE 0.9f
+
+#if RAYWAVE_ANTIALIAS
+// A layer as one ray of its cell meets it. Hits of the parts' rays are compared with it.
+typedef struct {
+  float t;
+  float reach;
+  bool steep;              // seen so nearly edge-on that a cell spans more than `reach` of it
+  float3 at, normal;       // for steep layers only
+  int packet_column, row;  // of the parts' rays
+} Sheet;
+
+// hit: of the ray with tangents (dx, dy)
+static inline Sheet sheet_of(const SceneArrays* scene, const Lattice* lattice, const Hit* hit,
+                             float dx, float dy, int packet_column, int row) {
+  Sheet sheet;
+  sheet.t = hit->t;
+  sheet.reach = layer_reach(lattice, hit->t);
+  sheet.normal = normalize(triangle_cross(&scene->tree, hit->triangle));
+  sheet.steep = fabs(sheet.normal.x * dx + sheet.normal.y * dy + sheet.normal.z) < STEEP;
+  const float depth = hit->t + (lattice->near_z - lattice->eye_z);
+  sheet.at =
+      (float3)(lattice->eye_x + depth * dx, lattice->eye_y + depth * dy, lattice->eye_z + depth);
+  sheet.packet_column = packet_column;
+  sheet.row = row;
+  return sheet;
+}
+
+// Mask of the hits of a packet's rays that belong to a layer: those at about the same distance and,
+// for a steep layer, those in the same plane.
+static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, const Sheet* sheet,
+                           int packet, floatv t, intv triangle) {
+  const intv near = fabs(t - sheet->t) < sheet->reach, far = (triangle >= 0) & !near;
+  if (!sheet->steep || !LANES_ANY(far)) return near;
+  const Rays rays = part_rays(lattice, sheet->packet_column, sheet->row, packet, LANES_INDEX >= 0);
+  float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES];
+  int candidate[RAYWAVE_LANES], same[RAYWAVE_LANES];
+  LANES_STORE(rays.ox + t * rays.dx, x);
+  LANES_STORE(rays.oy + t * rays.dy, y);
+  LANES_STORE(rays.oz + t, z);
+  LANES_STORE(LANES_SELECT((intv)(-1), triangle, far), candidate);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    same[lane] = 0;
+    if (candidate[lane] < 0) continue;
+    const float3 normal = normalize(triangle_cross(&scene->tree, candidate[lane]));
+    const float off = dot(sheet->normal, (float3)(x[lane], y[lane], z[lane]) - sheet->at);
+    same[lane] = fabs(dot(sheet->normal, normal)) > ALIKE && fabs(off) < 0.25f * sheet->reach;
+  }
+  return near | (LANES_LOAD(same) != 0);
+}
+
+#if RAYWAVE_ALPHA == ALPHA_BLEND
+// Mask of the hits of surfaces that are there with a probability. They are no rims: whether they
+// hide something is for the rays to the hologram to find out, which are many.
+static inline intv is_blended(const SceneArrays* scene, intv triangle) {
+  int number[RAYWAVE_LANES], blended[RAYWAVE_LANES];
+  LANES_STORE(triangle, number);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    blended[lane] = 0;
+    if (number[lane] < 0) continue;
+    const int material = scene->tree.triangles[number[lane]].material;
+    blended[lane] = scene->materials[material].alpha_mode == ALPHA_BLEND;
+  }
+  return LANES_LOAD(blended) != 0;
+}
+#endif
+
+// Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of an object
+// that the centre ray misses. It hides what lies behind it in those parts, which the sample of the
+// layer behind cannot know from the centre ray.
+CALLED void find_rims(const SceneArrays* scene, const Lattice* lattice, const Layers* parts,
+                      const Layers* centre, int lane, int column, int row, int packet_column,
+                      floatv* rims) {
+  Sheet sheets[BVH_LAYERS];
+  int count = 0;
+  const float dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step,
+              dy = ((float)(lattice->first_y + row) + 0.5f) * lattice->step;
+  for (int j = 0; j < BVH_LAYERS; ++j) {
+    const Hit hit = hit_of_lane(centre, j, lane);
+    if (hit.triangle >= 0)
+      sheets[count++] = sheet_of(scene, lattice, &hit, dx, dy, packet_column, row);
+  }
+  for (int packet = 0; packet < PACKETS; ++packet) rims[packet] = lattice->reach;
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    for (int packet = 0; packet < PACKETS; ++packet) {
+      const floatv t = parts[packet].t[i];
+      intv rim = (parts[packet].triangle[i] >= 0) & (t < rims[packet]);
+#if RAYWAVE_ALPHA == ALPHA_BLEND
+      rim &= !is_blended(scene, parts[packet].triangle[i]);
+#endif
+      for (int j = 0; j < count && LANES_ANY(rim); ++j)
+        rim &= !belongs(scene, lattice, sheets + j, packet, t,
+                        LANES_SELECT((intv)(-1), parts[packet].triangle[i], rim));
+      rims[packet] = LANES_SELECT(rims[packet], t, rim);
+    }
+  }
+}
+
+// Removes the hits of a layer from the parts' hits, one for each ray. Returns how many of them lie
+// behind no rim.
+CALLED int claim(const SceneArrays* scene, const Lattice* lattice, Layers* parts,
+                 const floatv* rims, const Sheet* sheet, Hits* claimed) {
+  intv count = 0;
+  for (int packet = 0; packet < PACKETS; ++packet) {
+    Layers* layers = parts + packet;
+    Hits hits = {(floatv)(sheet->t), (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
+    for (int i = 0; i < BVH_LAYERS; ++i) {
+      const intv open = (layers->triangle[i] >= 0) & (hits.triangle < 0);
+      if (!LANES_ANY(open)) continue;
+      const intv take = open & belongs(scene, lattice, sheet, packet, layers->t[i],
+                                       LANES_SELECT((intv)(-1), layers->triangle[i], open));
+      hits.t = LANES_SELECT(hits.t, layers->t[i], take);
+      hits.triangle = LANES_SELECT(hits.triangle, layers->triangle[i], take);
+      hits.u = LANES_SELECT(hits.u, layers->u[i], take);
+      hits.v = LANES_SELECT(hits.v, layers->v[i], take);
+      layers->triangle[i] = LANES_SELECT(layers->triangle[i], (intv)(-1), take);
+    }
+    hits.triangle = LANES_SELECT(hits.triangle, (intv)(-1), hits.t > rims[packet]);
+    count += LANES_SELECT((intv)(0), (intv)(1), hits.triangle >= 0);
+    claimed[packet] = hits;
+  }
+  return lanes_sum(count);
+}
+
+// The first ray with a hit that no layer has claimed, or -1; *hit receives that hit.
+static inline int unclaimed(const Layers* parts, Hit* hit) {
+  for (int packet = 0; packet < PACKETS; ++packet) {
+    intv any = 0;
+    for (int i = 0; i < BVH_LAYERS; ++i) any |= parts[packet].triangle[i] >= 0;
+    if (!LANES_ANY(any)) continue;
+    int left[RAYWAVE_LANES];
+    LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), any), left);
+    for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+      for (int i = 0; i < BVH_LAYERS && left[lane]; ++i) {
+        *hit = hit_of_lane(parts + packet, i, lane);
+        if (hit->triangle >= 0) return packet * RAYWAVE_LANES + lane;
+      }
+    }
+  }
+  return -1;
+}
+#endif
+
+#endif
