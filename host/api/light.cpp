@@ -11,8 +11,8 @@
 #include "host/encode/shown.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/padded_plane.hpp"
+#include "host/propagate/double_propagation.hpp"
 #include "host/propagate/propagator.hpp"
-#include "host/reference/propagation.hpp"
 #include "host/view/colour_picture.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/lens.hpp"
@@ -109,13 +109,13 @@ FieldDouble propagate(const FieldDoubleView& field, const Pixels& pixels, double
   const glm::ivec2 size(field.nx, field.ny);
   const auto hologram = hologram_spec(pixels, size);
   const auto target = target_of(distance_m, options);
-  const reference::Setup setup{size, hologram.pitch_m, hologram.wavelength_m, target.shift_m,
+  const in_double::Setup setup{size, hologram.pitch_m, hologram.wavelength_m, target.shift_m,
                                target.distance_m};
   FieldDouble result{field.nx, field.ny, field.frames, {}};
   const auto plane = static_cast<std::ptrdiff_t>(field.nx) * field.ny;
   for (int frame = 0; frame < field.frames; ++frame) {
     const auto* first = field.samples + frame * plane;
-    const auto arrived = reference::shifted_angular_spectrum({first, first + plane}, setup,
+    const auto arrived = in_double::shifted_angular_spectrum({first, first + plane}, setup,
                                                              padded_size(size, options.padding));
     result.samples.insert(result.samples.end(), arrived.begin(), arrived.end());
   }

@@ -46,7 +46,8 @@ double amplitude_at(const Gathering& what, std::size_t sample, dvec2 place_m) {
 }
 
 /// Share of light of an axis that is not too steep. The integral of its square over the step is
-/// 13 / 35, so that the step's middle lies as far beyond the limit as keeps the energy.
+/// 13 / 35, so that the step's middle lies as far beyond the limit as keeps the energy. The width
+/// is COMPACT_EDGE / 2 of kernels/gather/compact_layout.h, on purpose a number of its own here.
 double shown(const Plan& plan, int axis, double offset_m, double length_m) {
   if (!plan.beyond_diffraction) return 1;
   const double width_m = 0.175 * plan.tile_window_m()[axis];

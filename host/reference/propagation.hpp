@@ -1,25 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Propagation in double precision, written for plainness: the oracles of
-/// host/propagate/propagator.hpp. Same conventions: row 0 is the top, distances count along the
-/// direction of travel, shifts are of the target's centre relative to the source's (x right, y up).
+/// Sums that define propagation and transforms, and fields to propagate: the oracles of
+/// host/propagate/, whose conventions they have.
 #pragma once
 
 #include <complex>
 #include <glm/vec2.hpp>
 #include <vector>
 
+#include "host/propagate/double_propagation.hpp"
+
 namespace raywave::reference {
 
-using Field = std::vector<std::complex<double>>;  // size.y rows of size.x samples
-
-/// A source plane and its target plane, as for Propagator.
-struct Setup {
-  glm::ivec2 size{1, 1};
-  glm::dvec2 pitch_m{1, 1};
-  double wavelength_m = 1;
-  glm::dvec2 shift_m{0, 0};
-  double distance_m = 1;
-};
+using in_double::Field;
+using in_double::Setup;
+using in_double::shifted_angular_spectrum;
+using in_double::transform;
 
 /// First Rayleigh-Sommerfeld integral as a sum over all pairs of samples with the exact kernel z
 /// (1/r - ik) exp(ikr) / (2 pi r^2). A negative distance gives the field that was there before (the
@@ -28,14 +23,6 @@ struct Setup {
 /// rows  only these rows of the target are computed, all when empty
 Field rayleigh_sommerfeld(const Field& source, const Setup& setup,
                           const std::vector<int>& rows = {});
-
-/// The field that Propagator computes, from the definition: zero padding to `padded`, transform,
-/// the exact transfer function where its local frequency |x0 - z u/w| (likewise y) does not exceed
-/// half the padded plane, or the whole window when that is more, transform back, cut out.
-Field shifted_angular_spectrum(const Field& source, const Setup& setup, glm::ivec2 padded);
-
-/// Discrete Fourier transform of any length, in place, not normalised; sign -1 forward, +1 inverse.
-void transform(Field& line, int sign);
 
 /// Transform of a plane as the sums that define it, axis by axis; shares nothing with `transform`.
 Field direct_transform(const Field& plane, glm::ivec2 size, int sign);

@@ -145,7 +145,8 @@ std::size_t key_of_brightness(const std::vector<PictureGrid>& grids) {
 class Loop {
 public:
   Loop(const cl::Device& device, cl::FftBackend backend, const refinement::Optics& optics,
-       std::span<const RefineKey> keys, const std::vector<PictureGrid>& grids, bool feeds_back)
+       std::span<const RefineKey> keys, const std::vector<PictureGrid>& grids,
+       std::size_t bright_key, bool feeds_back)
       : device_(device),
         light_(device, backend, optics, grids),
         program_(device, "kernels/refine/refine.cl",
@@ -169,6 +170,7 @@ public:
         picture.former = {device, target.size(), "intensity of former frames"};
         picture.former.fill_zero();
       }
+      if (key == bright_key) bright_target_ = target;
       pictures_.push_back(std::move(picture));
       wide = std::max(wide, pixels(grid.wide_size()));
       blurred = std::max(blurred, pixels({grid.region_size.x, grid.wide_size().y}));
@@ -199,19 +201,19 @@ public:
              grid.region_size.x, grid.region_size.y, grid.radius_y());
   }
 
-  /// Sets the scale of the brightness, by the key that was looked at: what the frames so far and
-  /// this one have there is what is wanted.
+  /// Sets the scale of the brightness, by the key of brightness, which was looked at: what the
+  /// frames so far and this one have there is what is wanted. Once per frame, on the host: the sum
+  /// needs doubles, which devices need not have.
   void keep_brightness(std::size_t key, int number, double brightness) {
     add_picture(key, shown_, false);
     const auto& picture = pictures_[key];
-    const auto target = picture.target.read();
-    std::vector<float> shown(target.size());
+    std::vector<float> shown(bright_target_.size()), former(shown.size());
     shown_.read(shown);
-    std::vector<float> former(target.size(), 0.0f);
     if (number > 1) former = picture.former.read();
     double sum = 0;
-    for (std::size_t i = 0; i < target.size(); ++i)
-      if (target[i] >= 0) sum += static_cast<double>(shown[i]) + static_cast<double>(former[i]);
+    for (std::size_t i = 0; i < shown.size(); ++i)
+      if (bright_target_[i] >= 0)
+        sum += static_cast<double>(shown[i]) + static_cast<double>(former[i]);
     if (!(sum > 0))
       throw InputError("refinement: no light of the hologram reaches the picture at " +
                        length_text(light_.grid(key).z_m));
@@ -262,6 +264,7 @@ private:
   cl::Program program_;
   cl::Kernel intensity_, blur_rows_, correct_, add_picture_;
   std::vector<Picture> pictures_;
+  std::vector<float> bright_target_;  // of the key of brightness
   cl::Buffer<float> wide_, blurred_, shown_;
   double scale_ = 1, unit_ = 1;
 };
@@ -287,7 +290,8 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
   }
   require_memory(device, start, grids);
   const int frames = start.frames;
-  Loop loop(device, backend, optics, keys, grids, frames > 1);
+  const auto bright_key = key_of_brightness(grids);
+  Loop loop(device, backend, optics, keys, grids, bright_key, frames > 1);
   loop.set_unit(keys.front().z_m * keys.front().z_m);
   PhaseStack holograms(device, start);
   device.finish();
@@ -295,7 +299,6 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
 
   const auto began = Clock::now();
   Draw draw(keys, spec.seed);
-  const auto bright_key = key_of_brightness(grids);
   int iterations = spec.iterations;
   if (spec.budget_s) {
     // Steps of zero leave the hologram as it is. The first iteration is slower than the others.

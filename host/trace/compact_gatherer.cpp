@@ -29,9 +29,6 @@ std::size_t batch_floats(const cl::DeviceInfo& device) {
 /// Packets are read that begin before a profile, or end after it.
 constexpr std::size_t packet = 16;
 
-/// Width, in half tiles, of the smooth step where light becomes too steep for the pixels.
-constexpr double cut_width = 0.35;
-
 double cubic_spline(double x) {
   x = std::abs(x);
   return x < 1 ? 2.0 / 3 - x * x + x * x * x / 2 : std::pow(std::max(2 - x, 0.0), 3) / 6;
@@ -144,7 +141,7 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   put(light.sine_at(origin_of_tile(plan_, plan_.tile_of(wrp))) * glm::dvec2(side, -side),
       plane.reference_x, plane.reference_y);
   put(light.curvature_per_m() * side, plane.reference_fall_x, plane.reference_fall_y);
-  put(1.0 / (cut_width * half), plane.per_cut_x, plane.per_cut_y);
+  put(1.0 / (COMPACT_EDGE * half), plane.per_cut_x, plane.per_cut_y);
   plane.knots = knots_for(plan_, layer);
   const auto& lattice = table_.lattice;
   plane.window_scale_x = 1 / lattice.half_width;

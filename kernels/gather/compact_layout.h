@@ -18,6 +18,11 @@
   (((pixels) + COMPACT_SPARE_NODES + COMPACT_STEP - 1) / COMPACT_STEP * COMPACT_STEP)
 // Pixels along a footprint at most; what is longer is cut off on both sides
 #define COMPACT_WIDEST 250
+// Light that is too steep for the pixels fades out over a smooth step, e^2 (3 - 2 e): its width on
+// the tile, in half tiles, and the share of it beyond the limit. It keeps the energy of a hard edge:
+// the integral of the step's square is 13 / 35.
+#define COMPACT_EDGE 0.35
+#define COMPACT_EDGE_BEYOND (1.0f - 13.0f / 35.0f)
 // Room for the nodes on one side of the middle one, in packets
 #define COMPACT_NODES (256 + 16)
 

@@ -256,10 +256,6 @@ static inline void footprint_along(floatv s, floatv other_s, floatv z, float z0,
   *count -= beyond;
 }
 
-// Share of the smooth step that lies before the limit. It keeps the energy of a hard one: the
-// integral of the step's square is 13 / 35.
-#define CUT_BEFORE (1.0f - 13.0f / 35.0f)
-
 // Mask of the samples some of whose light towards places within half_x and half_y of the tile's
 // middle fades out because it is too steep.
 static inline intv is_cut(floatv x, floatv y, floatv z, float half_x, float half_y,
@@ -271,8 +267,8 @@ static inline intv is_cut(floatv x, floatv y, floatv z, float half_x, float half
                         half_x * fabs(plane->reference_fall_x),
               limit_y = plane->sine_limit_y - fabs(plane->reference_y) -
                         half_y * fabs(plane->reference_fall_y);
-  return ((limit_x * x_length - across) * plane->per_cut_x < 1.0f - CUT_BEFORE) |
-         ((limit_y * y_length - up) * plane->per_cut_y < 1.0f - CUT_BEFORE);
+  return ((limit_x * x_length - across) * plane->per_cut_x < 1.0f - COMPACT_EDGE_BEYOND) |
+         ((limit_y * y_length - up) * plane->per_cut_y < 1.0f - COMPACT_EDGE_BEYOND);
 #else
   (void)x, (void)y, (void)z, (void)half_x, (void)half_y, (void)plane;
   return LANES_INDEX < 0;

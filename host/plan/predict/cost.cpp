@@ -47,8 +47,8 @@ constexpr double samples_at_end = 0.55, samples_behind = 0.4;
 constexpr double nodes_of_sample = 14, nodes_of_cut = 0.6, nodes_of_highlight = 1.4,
                  nodes_of_pixel = 0.016, nodes_of_frame_pixel = 0.045, nodes_of_picture = 2.5e5;
 
-/// Half tiles before the pixels' limit in which light is cut off (kernels/gather/seen.h).
-constexpr double cut_before = 0.2;
+/// Half tiles before the pixels' limit in which light fades out.
+constexpr double cut_before = COMPACT_EDGE * (1 - COMPACT_EDGE_BEYOND);
 
 /// Work of a ray of a fan, or of the lens, beside its descent into the tree, in levels of depth,
 /// and what one that may bounce costs over another.
