@@ -16,19 +16,6 @@
 namespace raywave {
 namespace {
 
-/// Memory for the profiles of a batch: few enough to stay in a processor's cache between the
-/// kernels, enough to keep other devices busy.
-std::size_t batch_floats(const cl::DeviceInfo& device) {
-  const std::uint64_t bytes =
-      device.kind == cl::DeviceKind::cpu
-          ? std::uint64_t{4} << 20
-          : std::min(std::uint64_t{128} << 20, device.largest_buffer_bytes / 2);
-  return static_cast<std::size_t>(bytes / sizeof(float));
-}
-
-/// Packets are read that begin before a profile, or end after it.
-constexpr std::size_t packet = 16;
-
 double cubic_spline(double x) {
   x = std::abs(x);
   return x < 1 ? 2.0 / 3 - x * x + x * x * x / 2 : std::pow(std::max(2 - x, 0.0), 3) / 6;
@@ -54,9 +41,6 @@ int knots_for(const Plan& plan, const DepthLayer& layer) {
   return knots;
 }
 
-int floor_over(int value, int by) { return value >= 0 ? value / by : -((by - 1 - value) / by); }
-int modulo(int value, int by) { return value - floor_over(value, by) * by; }
-
 template <class T>
 void upload(const cl::Device& device, const std::vector<T>& data, cl::Buffer<T>& buffer,
             const char* name) {
@@ -70,7 +54,8 @@ void upload(const cl::Device& device, const std::vector<T>& data, cl::Buffer<T>&
 }  // namespace
 
 CompactGatherer::CompactGatherer(const cl::Device& device, const Plan& plan,
-                                 const DeviceScene& scene, const SampleTable& table, int frames)
+                                 const DeviceScene& scene, const SampleTable& table, int frames,
+                                 std::optional<FootprintBins::Where> bins)
     : plan_(plan),
       scene_(scene),
       table_(table),
@@ -85,7 +70,14 @@ CompactGatherer::CompactGatherer(const cl::Device& device, const Plan& plan,
       draw_phases_(program_.kernel("draw_phases")),
       profile_(program_.kernel("profile")),
       gather_(program_.kernel("gather_compact")),
-      device_(device) {}
+      device_(device),
+      bins_(device, plan.scene_name, bins.value_or(FootprintBins::where(device.info()))) {}
+
+std::vector<device::CompactFootprint> CompactGatherer::footprints() const {
+  std::vector<device::CompactFootprint> footprints(static_cast<std::size_t>(table_.count));
+  footprints_.read(footprints);
+  return footprints;
+}
 
 void CompactGatherer::draw_phases(std::uint32_t seed) {
   const auto room = table_.samples.size();
@@ -151,152 +143,6 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   return plane;
 }
 
-/// Lists the samples that light some of the plane: `profile` takes no others. Work-items that leave
-/// a kernel at once would idle beside those that compute, and Intel's vectorizer (2024.18.7.0)
-/// makes wrong code of them: fields were off by 0.25.
-void CompactGatherer::list_lit_samples() {
-  lit_samples_.clear();
-  for (std::size_t i = 0; i < aimed_.size(); ++i) {
-    const auto& f = aimed_[i];
-    if (f.lines > 0 && f.columns > 0 && f.rows > 0)
-      lit_samples_.push_back(static_cast<std::int32_t>(i));
-  }
-}
-
-/// Divides those samples into batches, each with as many profiles as fit the memory for them.
-void CompactGatherer::place_profiles(glm::ivec2 size) {
-  const auto most = batch_floats(device_.info());
-  const int bin_rows = size.y / COMPACT_BIN;
-  offset_.resize(aimed_.size());
-  bins_.batches.clear();
-  constexpr int none = std::numeric_limits<int>::max();
-  int low = none, high = -none;  // rows of bins
-  const auto end_batch = [&] {
-    auto& batch = bins_.batches.back();
-    if (low <= high) {
-      batch.first_row = low;
-      batch.rows = std::min(high - low + 1, bin_rows);
-    }
-    low = none;
-    high = -none;
-  };
-  for (std::size_t place = 0; place < lit_samples_.size(); ++place) {
-    const auto sample = static_cast<std::size_t>(lit_samples_[place]);
-    const auto& f = aimed_[sample];
-    const auto floats = static_cast<std::size_t>(f.lines) * 2 *
-                        static_cast<std::size_t>(COMPACT_ROOM(f.columns) + COMPACT_ROOM(f.rows));
-    if (bins_.batches.empty() || bins_.batches.back().floats + floats > most) {
-      if (!bins_.batches.empty()) end_batch();
-      bins_.batches.push_back({.first_sample = static_cast<int>(place), .floats = packet});
-    }
-    auto& batch = bins_.batches.back();
-    offset_[sample] = static_cast<std::int32_t>(batch.floats);
-    batch.floats += floats;
-    ++batch.samples;
-    low = std::min(low, floor_over(f.top, COMPACT_BIN));
-    high = std::max(high, floor_over(f.top + f.rows - 1, COMPACT_BIN));
-  }
-  if (bins_.batches.empty()) bins_.batches.push_back({});
-  end_batch();
-}
-
-/// The part of the plane that the samples light: whole rows of bins.
-PlanePart CompactGatherer::lit_part(glm::ivec2 size) const {
-  constexpr int none = std::numeric_limits<int>::max();
-  glm::ivec2 low(none), high(-none);
-  for (const int sample : lit_samples_) {
-    const auto& f = aimed_[static_cast<std::size_t>(sample)];
-    low = glm::min(low, glm::ivec2(f.left, COMPACT_BIN * floor_over(f.top, COMPACT_BIN)));
-    high = glm::max(high, glm::ivec2(f.left + f.columns, f.top + f.rows));
-  }
-  if (low.x == none) return {};
-  const auto part = [&](int axis, int count) {
-    count = std::min(count, size[axis]);
-    return LinePart{static_cast<std::size_t>(modulo(low[axis], size[axis])),
-                    static_cast<std::size_t>(count)};
-  };
-  return {part(0, high.x - low.x),
-          part(1, COMPACT_BIN * (floor_over(high.y - low.y - 1, COMPACT_BIN) + 1))};
-}
-
-/// throws  InputError where 32 bits do not count a virtual plane's lists
-void CompactGatherer::require_few(std::int64_t entries) const {
-  if (entries > 1 << 30)
-    throw InputError(plan_.scene_name +
-                     ": samples light too many pixels of a virtual plane to be listed; give a "
-                     "larger sampling.pitch, more wrp.layers, or wrp.propagation \"spectrum\"");
-}
-
-/// Lists, for every bin, the samples that light it, in their order. Rows of bins that no batch
-/// lights are filled with zeros by batches of their own.
-///
-/// wanted  rows of pixels to fill, of whole bins
-void CompactGatherer::fill_bins(glm::ivec2 size, const LinePart& wanted) {
-  const int across = size.x / COMPACT_BIN, down = size.y / COMPACT_BIN;
-  auto& b = bins_;
-  std::vector<char> is_filled(static_cast<std::size_t>(down), 0);
-  b.is_fresh.clear();
-  const auto add_rows = [&](const Batch& batch) {
-    for (int row = 0; row < batch.rows; ++row) {
-      auto& filled = is_filled[static_cast<std::size_t>(modulo(batch.first_row + row, down))];
-      b.is_fresh.push_back(filled ? 0 : 1);
-      filled = 1;
-    }
-  };
-  for (const auto& batch : b.batches) add_rows(batch);
-  const auto is_dark = [&](int row) {
-    const auto from_first =
-        modulo(COMPACT_BIN * row - static_cast<int>(wanted.first), size.y);  // pixels
-    return !is_filled[static_cast<std::size_t>(row)] && from_first < static_cast<int>(wanted.count);
-  };
-  for (int row = 0; row < down; ++row) {
-    if (!is_dark(row)) continue;
-    int end = row;
-    while (end < down && is_dark(end)) ++end;
-    b.batches.push_back({.first_row = row, .rows = end - row});
-    add_rows(b.batches.back());
-  }
-
-  // A counting sort: lengths of the lists, where they begin, and then the samples
-  std::int64_t bins = 0, entries = 0;
-  for (auto& batch : b.batches) {
-    batch.first_bin = static_cast<int>(bins);
-    bins += std::int64_t{batch.rows} * across;
-    require_few(bins);
-  }
-  b.first.assign(static_cast<std::size_t>(bins) + 1, 0);
-  const auto for_each_entry = [&](const auto& use) {
-    for (const auto& batch : b.batches) {
-      for (int place = batch.first_sample; place < batch.first_sample + batch.samples; ++place) {
-        const int i = lit_samples_[static_cast<std::size_t>(place)];
-        const auto& f = aimed_[static_cast<std::size_t>(i)];
-        const int left = floor_over(f.left, COMPACT_BIN),
-                  columns =
-                      std::min(across, floor_over(f.left + f.columns - 1, COMPACT_BIN) - left + 1),
-                  top = floor_over(f.top, COMPACT_BIN),
-                  rows = std::min(down, floor_over(f.top + f.rows - 1, COMPACT_BIN) - top + 1);
-        for (int row = 0; row < rows; ++row) {
-          const int begin = batch.first_bin + modulo(top + row - batch.first_row, down) * across;
-          for (int column = 0; column < columns; ++column)
-            use(static_cast<std::size_t>(begin + modulo(left + column, across)), i);
-        }
-      }
-    }
-  };
-  for_each_entry([&](std::size_t bin, int) {
-    ++b.first[bin + 1];
-    ++entries;
-  });
-  require_few(entries);
-  for (std::size_t bin = 0; bin < static_cast<std::size_t>(bins); ++bin)
-    b.first[bin + 1] += b.first[bin];
-  b.samples.resize(static_cast<std::size_t>(b.first.back()) + 1);
-  auto next = b.first;
-  for_each_entry([&](std::size_t bin, int sample) {
-    b.samples[static_cast<std::size_t>(next[bin]++)] = sample;
-  });
-}
-
 /// Rotors exp(2 pi i (pixel + 1/2) node / n), with the sign of odd pixels changed, of all sizes n
 /// that footprints need. Odd pixels' signs bring the tile into the middle of the transform.
 void CompactGatherer::make_rotors(int most_nodes) {
@@ -315,7 +161,7 @@ void CompactGatherer::make_rotors(int most_nodes) {
       }
     }
   }
-  table.resize(table.size() + 2 * packet, 0.0f);
+  table.resize(table.size() + 2 * COMPACT_PACKET, 0.0f);
   rotors_ = {device_, std::span<const float>(table), "rotors of footprints"};
 }
 
@@ -426,50 +272,38 @@ PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool
   const auto lanes = static_cast<std::size_t>(lanes_);
   const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}},
       local = lanes_ == 1 ? cl::Range{COMPACT_BIN, 4} : cl::Range{1, 1};
-  aimed_.resize(static_cast<std::size_t>(table_.count));
-  if (table_.count > 0) {
-    aim_.run({(aimed_.size() + lanes - 1) / lanes}, group, scene_.lights, table_.samples,
-             table_.lit, table_.paths, table_.count, plane, footprints_, seen_);
-    footprints_.read(aimed_);
-  }
-  list_lit_samples();
-  place_profiles(size);
-  const auto lit = lit_part(size);
-  fill_bins(size, is_whole ? LinePart{0, static_cast<std::size_t>(size.y)} : lit.y);
-  int longest = 0;
+  if (table_.count > 0)
+    aim_.run({(static_cast<std::size_t>(table_.count) + lanes - 1) / lanes}, group, scene_.lights,
+             table_.samples, table_.lit, table_.paths, table_.count, plane, footprints_, seen_);
+  bins_.find(footprints_, table_.count, size, is_whole);
   std::size_t floats = 1;
-  for (const auto& f : aimed_) longest = std::max({longest, f.columns, f.rows});
-  for (const auto& batch : bins_.batches) floats = std::max(floats, batch.floats + packet);
-  const int most_nodes = COMPACT_NODES_FOR(longest);
+  for (const auto& batch : bins_.batches) floats = std::max(floats, batch.floats + COMPACT_PACKET);
+  const int most_nodes = COMPACT_NODES_FOR(bins_.longest);
   make_rotors(most_nodes);
   make_weights(wrp, plane, most_nodes);
-  if (offset_.empty()) offset_.push_back(0);
-  upload(device_, offset_, offsets_, "places of profiles");
-  upload(device_, lit_samples_, lit_list_, "samples that light the plane");
-  upload(device_, bins_.first, first_of_bin_, "bins of samples");
-  upload(device_, bins_.samples, bin_samples_, "samples of bins");
-  upload(device_, bins_.is_fresh, is_fresh_, "rows of bins");
   if (profiles_.size() < floats) {
     profiles_ = {};
     profiles_ = {device_, floats + floats / 8, "profiles of samples"};
   }
 
+  const int down = size.y / COMPACT_BIN;
   std::size_t fresh = 0;
   for (const auto& batch : bins_.batches) {
     if (batch.rows == 0) continue;
     if (batch.samples > 0)
       profile_.run({static_cast<std::size_t>(batch.samples)}, group, scene_.lights, table_.samples,
-                   table_.lit, table_.visibility_masks, table_.paths, footprints_, seen_, lit_list_,
-                   offsets_, rotors_, weights_, batch.first_sample, batch.samples, plane,
-                   profiles_);
+                   table_.lit, table_.visibility_masks, table_.paths, footprints_, seen_,
+                   bins_.lit_samples, bins_.offsets, rotors_, weights_, batch.first_sample,
+                   batch.samples, plane, profiles_);
     gather_.run({static_cast<std::size_t>(size.x / lanes_),
                  static_cast<std::size_t>(batch.rows * COMPACT_BIN / tile_rows_)},
-                local, footprints_, offsets_, profiles_, phasors_, table_.count, first_of_bin_,
-                bin_samples_, is_fresh_, static_cast<std::int32_t>(fresh), batch.first_bin,
-                modulo(batch.first_row, size.y / COMPACT_BIN), plane, field);
+                local, footprints_, bins_.offsets, profiles_, phasors_, table_.count,
+                bins_.first_of_bin, bins_.bin_samples, bins_.is_fresh,
+                static_cast<std::int32_t>(fresh), batch.first_bin,
+                (batch.first_row % down + down) % down, plane, field);
     fresh += static_cast<std::size_t>(batch.rows);
   }
-  return lit;
+  return bins_.lit;
 }
 
 }  // namespace raywave

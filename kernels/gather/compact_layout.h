@@ -89,4 +89,27 @@
 // Numbers that `aim` leaves for `profile` of each sample, each a float or a double
 #define COMPACT_SEEN 12
 
+// Packets of so many floats are read that begin before a profile, or end after it.
+#define COMPACT_PACKET 16
+// Floats of profiles come in units: FOOTPRINT_UNITS of a footprint f.
+#define FOOTPRINT_UNIT 32
+#define FOOTPRINT_UNITS(f) ((f).lines * ((COMPACT_ROOM((f).columns) + COMPACT_ROOM((f).rows)) / 16))
+
+// What binning on the device finds (bins.cl): numbers for all samples, then BATCH_NUMBERS for each
+// batch. Columns are pixels; rows are rows of bins, which may lie beyond the plane.
+#define FOUND_BATCHES 0
+#define FOUND_SAMPLES 1  // that light some of the plane
+#define FOUND_LEFT 2
+#define FOUND_RIGHT 3  // after the last one
+#define FOUND_LONGEST 4
+#define BATCH_FIRST 0  // among the samples that light some
+#define BATCH_SAMPLES 1
+#define BATCH_BEGIN 2  // units before its profiles
+#define BATCH_UNITS 3
+#define BATCH_TOP 4
+#define BATCH_BOTTOM 5   // last one
+#define BATCH_ENTRIES 6  // samples in all of its bins
+#define BATCH_NUMBERS 8
+#define FOOTPRINT_BATCH(number) (BATCH_NUMBERS * (1 + (number)))
+
 #endif

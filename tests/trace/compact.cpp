@@ -13,6 +13,7 @@
 #include "host/render.hpp"
 #include "host/trace/compact_gatherer.hpp"
 #include "host/view/compare.hpp"
+#include "kernels/gather/compact_layout.h"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"
@@ -37,12 +38,13 @@ struct AtHologram {
 
 AtHologram at_hologram(const raywave::cl::Device& device, const Rig& rig, int frames = 1,
                        std::uint32_t seed = 1,
-                       raywave::cl::FftBackend fft = raywave::cl::FftBackend::host) {
+                       raywave::cl::FftBackend fft = raywave::cl::FftBackend::host,
+                       std::optional<FootprintBins::Where> bins = {}) {
   const auto area = [](ivec2 size) {
     return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
   };
   const auto& plan = rig.plan;
-  CompactGatherer gatherer(device, plan, rig.arrays, rig.table, frames);
+  CompactGatherer gatherer(device, plan, rig.arrays, rig.table, frames, bins);
   gatherer.draw_phases(seed);
   CompactPropagator propagator(device, plan, fft);
   AtHologram result;
@@ -505,4 +507,74 @@ TEST_CASE("virtual planes are refused, with the reason, where rays start at plac
   CHECK_THROWS_WITH(render(device, stage.scene, stage.world),
                     Catch::Matchers::ContainsSubstring("wrp.propagation \"compact\"") &&
                         Catch::Matchers::ContainsSubstring("give \"spectrum\""));
+}
+
+TEST_CASE("the device bins footprints as the host does, and fields are the same bit for bit") {
+  const auto elements = [](const auto& buffer, std::size_t count) {
+    auto all = buffer.read();
+    all.resize(count);
+    return all;
+  };
+  for (const auto& device : all_devices()) {
+    INFO(device.info().name);
+    // Footprints of all kinds: dark, wrapped around, as wide as the plane, beyond it
+    for (const ivec2 size : {ivec2(64, 48), ivec2(320, 16), ivec2(16, 512)}) {
+      for (const int count : {0, 1, 70, 5000}) {
+        for (const bool is_whole : {false, true}) {
+          Random random(static_cast<unsigned>(count + size.x));
+          const auto pick = [&](int low, int high) {
+            return low + static_cast<int>(random() % static_cast<unsigned>(high - low + 1));
+          };
+          std::vector<raywave::device::CompactFootprint> footprints;
+          for (int i = 0; i < count; ++i)
+            footprints.push_back({pick(-2 * size.x, 2 * size.x), 2 * pick(0, size.x / 2),
+                                  pick(-2 * size.y, size.y), 2 * pick(0, size.y / 2), pick(0, 4),
+                                  0});
+          const auto given = footprints;
+          footprints.resize(footprints.size() + 1);
+          const raywave::cl::Buffer<raywave::device::CompactFootprint> buffer(
+              device, std::span<const raywave::device::CompactFootprint>(footprints), "footprints");
+          FootprintBins host(device, "", FootprintBins::Where::host, 100'000),
+              there(device, "", FootprintBins::Where::device, 100'000);
+          for (int round = 0; round < 2; ++round) {
+            host.find(buffer, count, size, is_whole);
+            there.find(buffer, count, size, is_whole);
+          }
+          REQUIRE(there.batches == host.batches);
+          CHECK((count < 5000 || host.batches.size() > 10));
+          CHECK(there.longest == host.longest);
+          CHECK(there.lit.x.first == host.lit.x.first);
+          CHECK(there.lit.x.count == host.lit.x.count);
+          CHECK(there.lit.y.first == host.lit.y.first);
+          CHECK(there.lit.y.count == host.lit.y.count);
+          std::size_t samples = 0, entries = 0, bins = 0, rows = 0;
+          for (const auto& batch : host.batches) {
+            samples += static_cast<std::size_t>(batch.samples);
+            entries += static_cast<std::size_t>(batch.entries);
+            rows += static_cast<std::size_t>(batch.rows);
+          }
+          bins = rows * static_cast<std::size_t>(size.x / COMPACT_BIN);
+          const auto lit = elements(host.lit_samples, samples);
+          CHECK(elements(there.lit_samples, samples) == lit);
+          CHECK(elements(there.bin_samples, entries) == elements(host.bin_samples, entries));
+          CHECK(elements(there.is_fresh, rows) == elements(host.is_fresh, rows));
+          if (bins > 0)
+            CHECK(elements(there.first_of_bin, bins + 1) == elements(host.first_of_bin, bins + 1));
+          if (samples == 0) continue;
+          const auto offsets = elements(host.offsets, given.size()),
+                     got = elements(there.offsets, given.size());
+          for (const int i : lit)
+            CHECK(got[static_cast<std::size_t>(i)] == offsets[static_cast<std::size_t>(i)]);
+        }
+      }
+    }
+    for (const auto& stage : {compact(wall()), compact(ball_before_wall(10e-3))}) {
+      const Rig rig(device, stage);
+      REQUIRE(rig.plan.compact);
+      const auto fields = [&](FootprintBins::Where where) {
+        return at_hologram(device, rig, 2, 1, raywave::cl::FftBackend::host, where).tiles;
+      };
+      CHECK(fields(FootprintBins::Where::device) == fields(FootprintBins::Where::host));
+    }
+  }
 }
