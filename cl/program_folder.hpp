@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Programs built in advance, for devices without an online compiler (docs/fpga.md).
+/// Programs built in advance, for devices without an online compiler (docs/devices.md).
 ///
 /// A folder of them holds, for each kernel file and set of options that a run needs, NAME.bin, what
 /// the device loads, and NAME.cl, its source in one file, and lists all in manifest.tsv: NAME,

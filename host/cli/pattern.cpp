@@ -132,7 +132,7 @@ void add_pattern(CLI::App& app) {
   auto options = std::make_shared<PatternArguments>();
   command
       ->add_option("PATTERN", options->pattern,
-                   "lens, blaze, checker or ramp; docs/bench.md says what to see")
+                   "lens, blaze, checker or ramp; docs/slm.md says what to see")
       ->type_name("lens|blaze|checker|ramp")
       ->required();
   command

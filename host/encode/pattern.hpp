@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Test patterns that tell on a bench whether an SLM is described right (docs/bench.md).
+/// Test patterns that tell on a bench whether an SLM is described right (docs/slm.md#at-the-bench).
 #pragma once
 
 #include <string>

@@ -16,7 +16,7 @@ namespace raywave {
 namespace {
 
 /// Sampling pitches that the cone of a pixel spans on the nearest surface. Three keep neighbouring
-/// samples apart in direction (docs/pipeline.md, "Where the WRPs stand"); more only cost rays.
+/// samples apart in direction (docs/pipeline.md); more only cost rays.
 constexpr double samples_across_nearest = 3;
 
 /// Pixels that the cone spans there at least: fewer do not resolve it.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How far phases will be off, by precision, and which precision a scene needs. docs/precision.md,
-/// "Predicted phase error", derives it.
+/// How far phases will be off, by precision, and which precision a scene needs. docs/accuracy.md,
+/// "Precision of phase", derives it.
 #pragma once
 
 #include "host/plan/plan.hpp"

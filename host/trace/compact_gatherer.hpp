@@ -29,7 +29,7 @@ public:
   ///
   /// is_whole  rows outside the lit part are filled, too: with zeros
   /// returns   the lit part
-  /// accuracy  docs/accuracy.md, "Compact propagation"
+  /// accuracy  docs/accuracy.md, "Virtual planes"
   PlanePart gather(const Wrp& wrp, cl::ComplexBuffer& field, bool is_whole = true);
 
   /// The pixels that the samples light, as the last `gather` found them.

@@ -25,7 +25,7 @@ public:
   /// Fills `field` (ny x nx) with the field of one WRP; HitSource::bounced adds to it.
   ///
   /// seed      of the random phases; equal for all WRPs of a frame
-  /// accuracy  docs/accuracy.md, "Tracing"
+  /// accuracy  docs/accuracy.md, "Tracing and gathering"
   void trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field);
 
 private:

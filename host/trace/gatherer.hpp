@@ -23,7 +23,7 @@ public:
   /// Fills `field` (frames x Plan::gathered_size of the WRP's layer) with the field of the layer's
   /// samples on the WRP. Every pixel of a WRP at the hologram receives every sample.
   ///
-  /// accuracy  docs/accuracy.md, "Gathering"
+  /// accuracy  docs/accuracy.md, "Tracing and gathering"
   void gather(const Wrp& wrp, cl::ComplexBuffer& field);
 
 private:

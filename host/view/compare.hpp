@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Comparison of two fields or two pictures. A is the reference, B is judged against it; all sums
-/// are taken in double precision. docs/compare.md gives every formula.
+/// are taken in double precision. docs/quality.md gives every formula.
 #pragma once
 
 #include <cstdint>

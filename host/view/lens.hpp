@@ -43,7 +43,7 @@ struct LensSpec {
 /// plan      and `scene` with the same origin; a DeviceScene serves any number of pictures
 /// progress  called with 0..1 when given
 /// throws    InputError when z, window, view, aperture or points are not possible
-/// accuracy  docs/lens.md; bit-identical for the same device
+/// accuracy  docs/quality.md#what-a-lens-sees; bit-identical for the same device
 Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
                    const LensSpec& what, const std::function<void(double)>& progress = {});
 

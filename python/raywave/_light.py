@@ -313,7 +313,7 @@ def compare(
     domain: str = "intensity",
     region: Sequence[int] | None = None,
 ) -> FieldComparison | PictureComparison:
-    """Measures how alike b is to the reference a (docs/compare.md).
+    """Measures how alike b is to the reference a (docs/quality.md).
 
     a, b: pictures, float32, (ny, nx), or both (ny, nx, 3) in linear sRGB; or fields, (ny, nx) or
     (frames, ny, nx), complex64.

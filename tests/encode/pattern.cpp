@@ -221,7 +221,7 @@ TEST_CASE("pictures are turned counterclockwise, then flipped, and come back fro
       for (const bool y : {false, true}) levels(rotate, x, y);
 }
 
-TEST_CASE("the keys that docs/bench.md gives take a bench's turns and flips back") {
+TEST_CASE("the keys that docs/slm.md gives take a bench's turns and flips back") {
   struct Way {
     int rotate;
     bool x, y;

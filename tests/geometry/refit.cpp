@@ -336,7 +336,7 @@ TEST_CASE("corners stay apart that are equal in one mesh of an object and differ
   }
 }
 
-TEST_CASE("figures of docs/moving-scenes.md: a tree refitted and built", "[.figures]") {
+TEST_CASE("figures of docs/animation.md: a tree refitted and built", "[.figures]") {
   for (const int rings : {64, 512}) {
     const auto ball = sphere({}, 1 * mm, rings);
     auto moved = ball.positions;

@@ -112,7 +112,7 @@ TEST_CASE("a fan of surface samples is as bright at any pitch, but for light bes
 
 // The wave of a sample near its WRP is cut off four spots beyond its footprint, so that the light
 // ripples over the window: to 1.004 of its brightness in the mean over a hologram in one piece, to
-// 1.022 over 2 x 2 tiles, whose cone is flat up to their borders (docs/memory.md#accuracy).
+// 1.022 over 2 x 2 tiles, whose cone is flat up to their borders (docs/accuracy.md#tiles).
 TEST_CASE("tiles are as bright as one piece, but for ripples of samples near the WRPs") {
   const Folder folder;
   for (const auto& device : test::all_devices()) {

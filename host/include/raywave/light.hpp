@@ -119,7 +119,7 @@ struct PictureComparison {
 };
 
 /// Compares pictures of linear values; a common factor of the brightness does not count
-/// (docs/compare.md). Both are grey, or both are in colour.
+/// (docs/quality.md). Both are grey, or both are in colour.
 ///
 /// throws  InputError when sizes or channels differ, a picture is black, or the options are not
 ///         possible

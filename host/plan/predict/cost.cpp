@@ -16,7 +16,7 @@
 namespace raywave {
 namespace {
 
-// Weights, fitted to the stages of the demo scenes on PoCL (docs/predictions.md).
+// Weights, fitted to the stages of the demo scenes on PoCL (docs/planning.md#predicted-times).
 
 /// What finds samples, in rays: a cell of the lattice; a sample where no break is near, and for
 /// each further sheet that its ray meets; the mask of a sample behind breaks, for 8 x 8 parts; a

@@ -18,7 +18,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// Fitted to the demo scenes (docs/predictions.md): what the formulas below leave out.
+/// Fitted to the demo scenes (docs/planning.md): what the formulas below leave out.
 constexpr double speckle_factor = 0.9;
 // Some waves are cut off hard whatever the cone: by the pixels' reach, by an occluder
 constexpr double cut_factor = 0.28;
@@ -29,7 +29,7 @@ constexpr double background = 0.3;
 
 /// Error of refined pictures: of their light, of light that cannot be shown, and of what a cell's
 /// one sample misses at edges; for 6 depths and 1 frame. Fitted to nine demo scenes at 1 and 4
-/// frames (docs/predictions.md).
+/// frames (docs/planning.md).
 constexpr double refined_light = 4.4e-4, refined_missing = 0.04, refined_edges = 0.4;
 constexpr double refined_by_depths = 1.2, refined_by_frames = 0.6;
 

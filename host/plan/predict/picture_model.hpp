@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How accurate the pictures of a hologram will be, before it is computed. docs/predictions.md
+/// How accurate the pictures of a hologram will be, before it is computed. docs/planning.md
 /// gives the terms and compares them with measurements.
 #pragma once
 
