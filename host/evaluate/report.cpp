@@ -100,7 +100,6 @@ Json json_of(const Scene& scene) {
   j["slm"] = json_of(scene.slm);
   j["wrp"] = {{"padding", scene.wrp.padding}};
   j["wrp"]["propagation"] = name_of(scene.wrp.propagation);
-  if (scene.wrp.oversampling) j["wrp"]["oversampling"] = *scene.wrp.oversampling;
   j["wrp"]["grid"] = scene.wrp.grid ? json_of(*scene.wrp.grid) : Json("auto");
   j["wrp"]["distance_m"] =
       scene.wrp.distances_m.empty() ? Json("auto") : Json(scene.wrp.distances_m);
@@ -109,17 +108,14 @@ Json json_of(const Scene& scene) {
   j["wrp"]["bell"] = scene.wrp.bell ? Json(*scene.wrp.bell) : Json("auto");
   j["wrp"]["margin"] = scene.wrp.margin_px ? Json(*scene.wrp.margin_px) : Json("auto");
   j["wrp"]["lines"] = scene.wrp.lines ? Json(*scene.wrp.lines) : Json("auto");
-  j["sampling"] = {
-      {"mode", scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
-      {"source", scene.sampling.source == FanSource::hit ? "hit" : "surface"},
-      {"shape", scene.sampling.shape == FanShape::orthographic ? "orthographic" : "perspective"},
-      {"pitch_m", scene.sampling.pitch_m},
-      {"cone", scene.sampling.cone},
-      {"apodization", scene.sampling.apodization},
-      {"antialias", scene.sampling.antialias},
-      {"visibility", scene.sampling.visibility},
-      {"seed", scene.sampling.seed},
-      {"frames", scene.sampling.frames}};
+  j["sampling"] = {{"mode", scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
+                   {"pitch_m", scene.sampling.pitch_m},
+                   {"cone", scene.sampling.cone},
+                   {"apodization", scene.sampling.apodization},
+                   {"antialias", scene.sampling.antialias},
+                   {"visibility", scene.sampling.visibility},
+                   {"seed", scene.sampling.seed},
+                   {"frames", scene.sampling.frames}};
   j["trace"] = {{"bounces", name_of(scene.trace.bounces)}, {"shadows", scene.trace.shadows}};
   j["trace"]["depth"] = scene.trace.depth ? Json(*scene.trace.depth) : Json("auto");
   if (const auto& refine = scene.refine) {
@@ -217,7 +213,6 @@ Json json_of(const Plan& plan) {
          {"padded", json_of(plan.padded)},
          {"cone_error", plan.cone_error},
          {"padding_error", plan.padding_error},
-         {"oversampling_error", plan.oversampling_error},
          {"rays", plan.rays}};
   if (plan.bounces > 0)
     j["mirrors"] = {{"surfaces", plan.bounces}, {"bounces", name_of(plan.bounces_as)}};
@@ -241,9 +236,7 @@ Json json_of(const Plan& plan) {
     j["layers"].push_back({{"distance_m", s.distance_m},
                            {"near_m", s.min_m.z},
                            {"far_m", s.max_m.z},
-                           {"grid", json_of(s.grid)},
-                           {"columns", {{"count", plan.tile_size.x}, {"pitch_m", plan.pitch_m.x}}},
-                           {"rows", {{"count", s.rows.count}, {"pitch_m", s.rows.pitch_m}}}});
+                           {"grid", json_of(s.grid)}});
   }
   for (const auto& w : plan.wrps) {
     j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}, {"layer", w.layer}, {"tile", w.tile}});
@@ -518,16 +511,6 @@ std::string plan_report_text(const Planned& planned, const World& world) {
     out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding "
         << scene.wrp.padding << "), propagation error predicted "
         << number(100 * plan.padding_error) << " %\n";
-  for (const auto& layer : plan.layers) {
-    if (!layer.interpolates()) continue;
-    const auto few = plan.gathered_size(layer);
-    const auto apart = plan.gathered_pitch_m(layer);
-    out << "gathered  " << few.x << " x " << few.y << " pixels of a WRP";
-    if (plan.layers.size() > 1) out << " at " << mm(layer.distance_m);
-    out << ", " << mm(apart.x) << " x " << mm(apart.y) << " apart, for " << plan.tile_size.x
-        << " x " << plan.tile_size.y << " (oversampling " << *scene.wrp.oversampling
-        << "), error predicted " << number(100 * plan.oversampling_error) << " %\n";
-  }
   // Kernels, memory and predictions
   const auto kernels = kernel_options(plan);
   out << "kernels   with";

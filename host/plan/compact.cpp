@@ -51,13 +51,9 @@ CompactPlane compact_plane(const Plan& plan, const WrpSpec& wanted) {
   return plane;
 }
 
-std::string why_not_compact(const Scene& scene, const World& world) {
+std::string why_not_compact(const Scene& scene) {
   if (scene.sampling.mode != SamplingMode::aimed)
     return "rays of a fan start at places in space, which a virtual plane has not";
-  const auto bounces = [](const Material& material) { return material.is_specular(); };
-  if (scene.trace.bounces == Bounces::fan && scene.trace.depth != 0 &&
-      lighting_of(scene, world).any_material(bounces))
-    return "trace.bounces \"fan\" sends rays, which cannot start on a virtual plane";
   return "";
 }
 
@@ -65,7 +61,6 @@ std::string key_of_wrps(const Scene& scene) {
   const WrpSpec wrp;
   const SamplingSpec sampling;
   if (scene.wrp.padding != wrp.padding || scene.given.contains("wrp.padding")) return "wrp.padding";
-  if (scene.wrp.oversampling) return "wrp.oversampling";
   if (scene.sampling.cone != sampling.cone || scene.given.contains("sampling.cone"))
     return "sampling.cone";
   if (scene.sampling.apodization != sampling.apodization ||

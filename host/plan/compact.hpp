@@ -32,7 +32,7 @@ glm::dvec2 origin_of_tile(const Plan& plan, const Tile& tile);
 CompactPlane compact_plane(const Plan& plan, const WrpSpec& wanted);
 
 /// Why the light of a scene cannot travel by virtual planes, in a line; empty: it can.
-std::string why_not_compact(const Scene& scene, const World& world);
+std::string why_not_compact(const Scene& scene);
 
 /// The key of the scene that asks for WRPs, since it means nothing to virtual planes, and its value
 /// is not the default; empty: none does.

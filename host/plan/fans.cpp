@@ -56,7 +56,6 @@ std::vector<double> fan_tangents(double window_m, double distance_m, double shif
 void add_fan(const Scene& scene, const Plan& plan, Wrp& wrp) {
   const auto& layer = plan.layer_of(wrp);
   const auto window = plan.tile_window_m();
-  const bool perspective = plan.aimed || scene.sampling.shape == FanShape::perspective;
   const double depth =
       (plan.far_m - layer.distance_m) * (plan.bounces > 0 ? deepest_virtual_picture : 1);
   const double p = scene.sampling.pitch_m;
@@ -70,14 +69,9 @@ void add_fan(const Scene& scene, const Plan& plan, Wrp& wrp) {
 
   std::array<std::vector<double>, 2> tangents;
   for (int axis = 0; axis < 2; ++axis) {
-    // Perspective fans turn with the pixel, parallel ones with the WRP.
-    const double shift = perspective ? 0 : wrp.centre_m[axis];
-    tangents[axis] = fan_tangents(window[axis], layer.distance_m, shift, depth, p);
-    wrp.fan_step[axis] =
-        window[axis] / layer.distance_m / static_cast<double>(tangents[axis].size());
+    tangents[axis] = fan_tangents(window[axis], layer.distance_m, wrp.centre_m[axis], depth, p);
   }
-  wrp.fan = fan_of(tangents[0], tangents[1], perspective ? glm::dvec2(1) : plan.largest_sine);
-  if (perspective) wrp.convergence_per_m = 1 / layer.distance_m;
+  wrp.fan = fan_of(tangents[0], tangents[1], plan.largest_sine);
 }
 
 Wrp plane_at_hologram(const Plan& plan, std::size_t tile, glm::dvec2 largest_tangent,
@@ -87,9 +81,9 @@ Wrp plane_at_hologram(const Plan& plan, std::size_t tile, glm::dvec2 largest_tan
   plane.centre_m = {plan.tiles[tile].centre_m, 0};
   std::array<std::vector<double>, 2> tangents;
   for (int axis = 0; axis < 2; ++axis) {
-    plane.fan_step[axis] = 2 * largest_tangent[axis] / rays_per_axis;
+    const double step = 2 * largest_tangent[axis] / rays_per_axis;
     for (int i = 0; i < rays_per_axis; ++i)
-      tangents[axis].push_back((i - (rays_per_axis - 1) / 2.0) * plane.fan_step[axis]);
+      tangents[axis].push_back((i - (rays_per_axis - 1) / 2.0) * step);
   }
   plane.fan = fan_of(tangents[0], tangents[1], plan.largest_sine);
   return plane;

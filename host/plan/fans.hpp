@@ -17,8 +17,7 @@ namespace raywave {
 std::vector<double> fan_tangents(double window_m, double distance_m, double shift_m, double depth_m,
                                  double pitch_m);
 
-/// Gives a WRP of the plan its fan: Wrp::fan, fan_step and convergence_per_m. WRPs that gather
-/// aimed rays use it for what mirrors and glass show.
+/// Gives a WRP of the plan its fan.
 ///
 /// throws  InputError when sampling.pitch needs more than 16777216 rays per pixel
 void add_fan(const Scene& scene, const Plan& plan, Wrp& wrp);

@@ -63,13 +63,12 @@ std::vector<double> middles_of_light(const World& world, const Plan& plan, int l
 }  // namespace
 
 std::vector<double> distances_of(const Scene& scene, const World& world, const Plan& plan) {
-  // Fans, mirrors and glass send rays from layer to layer, so they allow one distance only.
+  // Rays of fans pass from layer to layer, so they allow one distance only.
   const auto& given = scene.wrp.distances_m;
-  const bool gathers_fans = plan.has_fans();
   if (const auto layers = std::max(given.size(), static_cast<std::size_t>(scene.wrp.layers));
-      gathers_fans && layers > 1) {
+      !plan.aimed && layers > 1) {
     throw InputError(one_line(scene.file.string()) + ": wrp.layers " + std::to_string(layers) +
-                     ": rays of fans, mirrors and glass pass from layer to layer, which needs all "
+                     ": rays of fans pass from layer to layer, which needs all "
                      "WRPs at one distance; give wrp.layers 1" +
                      (given.empty() ? "" : " and one wrp.distance"));
   }
@@ -87,9 +86,9 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
 
   // WRPs that gather samples stand amid the surfaces, where footprints are smallest. WRPs that
   // gather fans stand so far in front that a pixel's cone spans a few samples.
-  if (!gathers_fans && (plan.near_m > 0 || plan.far_m < 0))
+  if (plan.aimed && (plan.near_m > 0 || plan.far_m < 0))
     return middles_of_light(world, plan, scene.wrp.layers);
-  if (!gathers_fans) {
+  if (plan.aimed) {
     // As many layers on each side of the hologram
     std::vector<bool> before;
     for (std::size_t i = 0; i < world.object_closed.size(); ++i)

@@ -15,7 +15,7 @@ namespace raywave {
 /// Distances from the WRPs to the hologram, in metres, front to back. WRPs that gather samples
 /// stand amid the surfaces; those that gather fans stand in front of the nearest one.
 ///
-/// throws  InputError for several layers of fans, mirrors or glass, and for WRPs of fans behind the
+/// throws  InputError for several layers of fans, and for WRPs of fans behind the
 ///         scene
 std::vector<double> distances_of(const Scene& scene, const World& world, const Plan& plan);
 

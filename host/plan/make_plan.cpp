@@ -12,7 +12,6 @@
 #include "host/plan/compact.hpp"
 #include "host/plan/fans.hpp"
 #include "host/plan/images.hpp"
-#include "host/plan/interpolation.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/plan/precision.hpp"
@@ -221,7 +220,6 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   plan.frames = scene.sampling.frames;
   plan.seed = scene.sampling.seed;
   plan.sampling_pitch_m = scene.sampling.pitch_m;
-  plan.fan_source = scene.sampling.source;
   plan.padding = scene.wrp.padding;
   plan.most_layers = scene.wrp.layers;
 
@@ -257,7 +255,7 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   divide(plan, tiles, scene.wrp.padding);
 
   if (method == Method::wrp && is_compact) {
-    if (const auto why = why_not_compact(scene, world); !why.empty())
+    if (const auto why = why_not_compact(scene); !why.empty())
       throw InputError(one_line(scene.file.string()) + ": wrp.propagation \"compact\": " + why +
                        "; give \"spectrum\"");
     plan.compact = compact_plane(plan, scene.wrp);
@@ -281,13 +279,6 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
                             placement.extents.beyond_m[1] > 0 || !illumination.is_plane() ||
                             is_near;
 
-  // Rows that WRPs are gathered in: those of the hologram, or as few as the light needs
-  for (auto& layer : plan.layers) {
-    layer.rows = {plan.tile_size.y, plan.pitch_m.y, 0};
-    if (method == Method::wrp && !plan.has_fans() && scene.wrp.oversampling && !plan.compact &&
-        layer.distance_m > 0)
-      layer.rows = rows_for_band(plan, layer, *scene.wrp.oversampling);
-  }
   plan.rays = plan.aimed ? aimed_rays(plan) : fan_rays(plan);
 
   // Scan lines, and the errors of virtual planes
@@ -311,10 +302,8 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   if (method == Method::wrp && moved_from) {
     plan.why_tiles = moved_from->why_tiles;
     plan.padding_error = moved_from->padding_error;
-    plan.oversampling_error = moved_from->oversampling_error;
   } else if (method == Method::wrp && !plan.compact) {
     plan.padding_error = predicted_padding_errors(plan, {plan.padded})[0];
-    plan.oversampling_error = predicted_oversampling_error(plan);
   }
   return plan;
 }
@@ -399,7 +388,7 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   }
 
   // Virtual planes, of as few layers and tiles as serve
-  auto why = why_not_compact(scene, world);
+  auto why = why_not_compact(scene);
   if (const auto key = key_of_wrps(scene); why.empty() && !key.empty()) why = key + " is for WRPs";
   while (why.empty()) {
     auto plan = planned(WrpPropagation::compact, nullptr);

@@ -76,16 +76,8 @@ std::size_t Plan::most_wrps_of_a_tile() const {
 }
 
 std::size_t Plan::gathered_pixels() const {
-  if (compact)
-    return static_cast<std::size_t>(compact->row_stride()) *
-           static_cast<std::size_t>(compact->size.y);
-  std::size_t largest = 0;
-  for (const auto& layer : layers) {
-    const auto gathered = gathered_size(layer);
-    largest = std::max(largest,
-                       static_cast<std::size_t>(gathered.x) * static_cast<std::size_t>(gathered.y));
-  }
-  return largest;
+  const int columns = compact ? compact->row_stride() : tile_size.x;
+  return static_cast<std::size_t>(columns) * static_cast<std::size_t>(gathered_size().y);
 }
 
 bool encodes_transforms(const Plan& plan, bool keep_field) {

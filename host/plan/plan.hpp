@@ -49,12 +49,8 @@ struct Tile {
 struct Wrp {
   glm::dvec3 centre_m{0};         // world
   std::vector<glm::dvec2> fan{};  // tangents (dx/dz, dy/dz) of the rays that start at its centre
-  glm::dvec2 fan_step{0, 0};      // tangents between neighbours
-  // Added to the tangents per metre of a pixel's place: 0 for parallel fans, 1 / distance for
-  // perspective ones
-  double convergence_per_m = 0;
-  std::size_t layer = 0;  // of Plan::layers
-  std::size_t tile = 0;   // of Plan::tiles
+  std::size_t layer = 0;          // of Plan::layers
+  std::size_t tile = 0;           // of Plan::tiles
 };
 
 /// The rays from the hologram's centre whose hits are the surface samples: ray (i, j) has the
@@ -68,16 +64,6 @@ struct LatticePlan {
   glm::dvec3 eye_m{0, 0, 0};  // where the rays start, world: the hologram's centre, or before it
 };
 
-/// Rows that WRPs are gathered in (host/plan/interpolation.hpp). Rows beyond the hologram's own
-/// edges are for the sums that make the hologram's rows.
-struct GatheredRows {
-  int count = 1;
-  double pitch_m = 1;
-  // Half of the gathered rows that one row of the hologram's pitch is made of; 0: the gathered rows
-  // are the hologram's
-  int half_taps = 0;
-};
-
 /// A layer of depth, and the WRPs side by side at one distance that collect the light of its
 /// surface samples. Each tile has WRPs of its own.
 struct DepthLayer {
@@ -88,10 +74,7 @@ struct DepthLayer {
          end_m = std::numeric_limits<double>::infinity();
   glm::dvec3 min_m{0}, max_m{0};  // box of the surfaces in it, world
   glm::ivec2 grid{1, 1};          // of a tile's WRPs, at most
-  GatheredRows rows{};
 
-  /// The hologram's rows are made from fewer gathered ones.
-  bool interpolates() const { return rows.half_taps > 0; }
   /// Smallest and largest distance of its surfaces from the hologram's plane; they lie on one side
   /// of it.
   double closest_m() const { return std::min(std::abs(min_m.z), std::abs(max_m.z)); }
@@ -217,9 +200,8 @@ struct Plan {
   int frames = 1;               // holograms with independent random phases
   std::uint32_t seed = 1;       // random phases of frame 0; frame i has seed + i
   double sampling_pitch_m = 1;  // on surfaces, at the lattice's depth full_z_m
-  FanSource fan_source = FanSource::hit;
-  double padding = 2;      // side of the transformed plane over the side of a tile
-  glm::dvec3 origin_m{0};  // of the scene frame, in world coordinates: middle of the scene
+  double padding = 2;           // side of the transformed plane over the side of a tile
+  glm::dvec3 origin_m{0};       // of the scene frame, in world coordinates: middle of the scene
   // Depths of the surfaces nearest to the eye and farthest from it, world z
   double near_m = 0, far_m = 0;
   // Smallest and largest distance of surfaces from the hologram's plane
@@ -260,7 +242,6 @@ struct Plan {
   // Predicted relative L2 error of the field at the hologram
   // (host/plan/predict/propagation_errors.hpp); 0 where nothing is propagated
   double padding_error = 0;
-  double oversampling_error = 0;  // the same, of gathering fewer rows
   // The same, of what the cone leaves out of each sample's wave (host/plan/cone.hpp); 0 for fans
   double cone_error = 0;
   std::uint64_t rays = 0;  // primary rays of a frame
@@ -269,9 +250,8 @@ struct Plan {
   /// Samples are gathered at the hologram itself (Method::points), and nothing is propagated.
   bool is_at_hologram() const { return !layers.empty() && layers.front().distance_m == 0; }
   Cone cone() const { return {cone_half_width, apodization}; }
-  /// Light from mirrors and glass comes from samples; otherwise fans find it, if there is any.
-  bool has_specular_samples() const { return aimed && bounces > 0 && bounces_as != Bounces::fan; }
-  bool has_fans() const { return !aimed || (bounces > 0 && bounces_as == Bounces::fan); }
+  /// Light from mirrors and glass comes from samples; rays of fans follow it by themselves.
+  bool has_specular_samples() const { return aimed && bounces > 0; }
   const DepthLayer& layer_of(const Wrp& wrp) const { return layers[wrp.layer]; }
   const Tile& tile_of(const Wrp& wrp) const { return tiles[wrp.tile]; }
   // Sides of the hologram
@@ -283,14 +263,9 @@ struct Plan {
   std::pair<std::size_t, std::size_t> wrps_of(std::size_t tile) const;
   /// The layer that a surface at this depth belongs to.
   const DepthLayer& layer_at(double z_m) const;
-  /// Columns and rows of the fields that are gathered on a layer's WRPs, and their pitch.
-  glm::ivec2 gathered_size(const DepthLayer& layer) const {
-    return compact ? compact->size : glm::ivec2(tile_size.x, layer.rows.count);
-  }
-  glm::dvec2 gathered_pitch_m(const DepthLayer& layer) const {
-    return {pitch_m.x, layer.rows.pitch_m};
-  }
-  /// Pixels in memory of the largest gathered field.
+  /// Columns and rows of the fields that are gathered.
+  glm::ivec2 gathered_size() const { return compact ? compact->size : tile_size; }
+  /// Pixels in memory of a gathered field.
   std::size_t gathered_pixels() const;
 };
 

@@ -33,7 +33,7 @@ constexpr double tile_reach_rows = 8;
 }  // namespace
 
 PhaseErrors predict_phase_errors(const Plan& plan) {
-  double path_m = 0, propagated_m = 0, rows_m = 0;
+  double path_m = 0, propagated_m = 0;
   for (const auto& wrp : plan.wrps) {
     const auto& layer = plan.layer_of(wrp);
     const double depth_m = std::max(std::abs(layer.max_m.z - wrp.centre_m.z),
@@ -42,11 +42,10 @@ PhaseErrors predict_phase_errors(const Plan& plan) {
         plan.largest_sine /
         glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.largest_sine * plan.largest_sine));
     path_m = std::max(path_m, depth_m * std::hypot(1.0, slope.x, slope.y));
-    rows_m = std::max(rows_m, layer.rows.pitch_m);
     if (wrp.centre_m.z != 0) propagated_m = std::max(propagated_m, glm::length(wrp.centre_m));
   }
   const double path_turns = path_m / plan.wavelength_m;
-  const double row_turns = plan.largest_sine.y * rows_m / plan.wavelength_m;
+  const double row_turns = plan.largest_sine.y * plan.pitch_m.y / plan.wavelength_m;
   const bool any_near = plan.wrps[0].centre_m.z != 0;
 
   PhaseErrors errors;

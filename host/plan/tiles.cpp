@@ -9,8 +9,7 @@ namespace raywave {
 
 std::string why_in_one_piece(const Plan& plan, Method method) {
   if (method != Method::wrp) return "";
-  if (plan.has_fans())
-    return "the rays of fans, mirrors and glass hang on the whole hologram's window";
+  if (!plan.aimed) return "the rays of fans hang on the whole hologram's window";
   if (plan.cone_half_width - plan.apodization < 1 - 1e-9)
     return "sampling.cone less sampling.apodization is below 1, which would darken the tiles' "
            "borders";

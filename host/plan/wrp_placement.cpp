@@ -93,7 +93,6 @@ void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t til
                            const std::array<Interval, 2>& passed, std::vector<Wrp>& wrps) {
   const auto& layer = plan.layers[number];
   const auto window = plan.tile_window_m();
-  const bool has_fans = plan.has_fans();
   std::vector<Wrp> all;
   for (int row = 0; row < grid.size.y; ++row) {
     for (int column = 0; column < grid.size.x; ++column) {
@@ -103,7 +102,7 @@ void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t til
       wrp.centre_m = {grid.middle_m.x + (column - (grid.size.x - 1) / 2.0) * window.x,
                       grid.middle_m.y - (row - (grid.size.y - 1) / 2.0) * window.y,
                       layer.distance_m};
-      if (has_fans) add_fan(scene, plan, wrp);
+      if (!plan.aimed) add_fan(scene, plan, wrp);
       all.push_back(std::move(wrp));
     }
   }
@@ -114,7 +113,7 @@ void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t til
     return is_within(wrp.centre_m.x, passed[0], reach.x) &&
            is_within(wrp.centre_m.y, passed[1], reach.y);
   };
-  if (!has_fans && std::any_of(all.begin(), all.end(), is_near))
+  if (plan.aimed && std::any_of(all.begin(), all.end(), is_near))
     std::erase_if(all, [&](const Wrp& wrp) { return !is_near(wrp); });
   std::move(all.begin(), all.end(), std::back_inserter(wrps));
 }
@@ -185,7 +184,7 @@ Placement place_wrps(const Scene& scene, const World& world, glm::dvec2 largest_
   for (auto& wrps : of_tiles) std::move(wrps.begin(), wrps.end(), std::back_inserter(plan.wrps));
 
   // Fans, mirrors and glass may bring light from anywhere; else WRPs without light are left out.
-  if (plan.has_fans() || plan.has_specular_samples())
+  if (!plan.aimed || plan.has_specular_samples())
     placement.lit = all_tangents;
   else if (!plan.compact)
     plan.wrps = lit_wrps(plan, world, std::move(plan.wrps));

@@ -239,13 +239,12 @@ TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, 
       const auto pixel_m = wrp.centre_m + glm::dvec3(off, 0);  // world
       std::complex<double> sum = 0;
       tracing.undecided = false;
-      for (const auto& centre_tangent : wrp.fan) {
-        const auto tangent = centre_tangent + wrp.convergence_per_m * glm::dvec2(pixel_m);
+      for (const auto& tangent : wrp.fan) {
         const auto direction = normalize(glm::dvec3(tangent, 1));
         if (std::abs(direction.x) > plan.largest_sine.x ||
             std::abs(direction.y) > plan.largest_sine.y)
           continue;
-        const auto ray = static_cast<int>(&centre_tangent - wrp.fan.data());
+        const auto ray = static_cast<int>(&tangent - wrp.fan.data());
         tracing.light_place = light_place_of(ray + column, ray / 4 + row);
         sum += tracing.gathered(pixel_m - plan.origin_m, direction, 1, {}, {}, plan.bounces);
       }

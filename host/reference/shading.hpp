@@ -15,7 +15,7 @@
 namespace raywave::reference {
 
 struct TracedField {
-  std::vector<std::complex<double>> field;  // as FanTracer::trace fills it with HitSource::hit
+  std::vector<std::complex<double>> field;  // as FanTracer::trace fills it
   /// Pixels one of whose rays, moved by less than single precision resolves, would meet another
   /// triangle, phase cell or shadow: there two right answers differ.
   std::vector<bool> undecided;

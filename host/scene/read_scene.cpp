@@ -133,9 +133,6 @@ WrpSpec read_wrp(Section section) {
   section.read("padding", [&](const Value& v) {
     if (!v.is_auto()) spec.padding = v.number(between(1, 8));
   });
-  section.read("oversampling", [&](const Value& v) {
-    if (!v.is_auto() && !v.is("full")) spec.oversampling = v.number(between(1.1, 100));
-  });
   section.read("guard", [&](const Value& v) {
     if (!v.is_auto()) spec.guard = v.number(between(1.02, 4));
   });
@@ -179,13 +176,6 @@ SamplingSpec read_sampling(Section section) {
         spec.visibility != 16)
       v.fail("0, 4, 8 or 16");
   });
-  section.read("source", [&](const Value& v) {
-    spec.source = v.choice<FanSource>({{"hit", FanSource::hit}, {"surface", FanSource::surface}});
-  });
-  section.read("shape", [&](const Value& v) {
-    spec.shape = v.choice<FanShape>(
-        {{"orthographic", FanShape::orthographic}, {"perspective", FanShape::perspective}});
-  });
   section.read("seed", [&](const Value& v) {
     spec.seed = v.integer<std::uint32_t>(0, std::numeric_limits<std::uint32_t>::max());
   });
@@ -202,10 +192,8 @@ TraceSpec read_trace(Section section) {
     if (!v.is_auto()) spec.depth = v.integer(0, TraceSpec::most_depth);
   });
   section.read("bounces", [&](const Value& v) {
-    spec.bounces = v.choice<Bounces>({{"auto", Bounces::automatic},
-                                      {"points", Bounces::points},
-                                      {"paths", Bounces::paths},
-                                      {"fan", Bounces::fan}});
+    spec.bounces = v.choice<Bounces>(
+        {{"auto", Bounces::automatic}, {"points", Bounces::points}, {"paths", Bounces::paths}});
   });
   section.read("shadows", [&](const Value& v) { spec.shadows = v.boolean(); });
   section.finish();

@@ -11,7 +11,7 @@ const char* name_of(WrpPropagation propagation) {
 }
 
 const char* name_of(Bounces bounces) {
-  constexpr const char* names[] = {"auto", "points", "paths", "fan"};
+  constexpr const char* names[] = {"auto", "points", "paths"};
   return names[static_cast<std::size_t>(bounces)];
 }
 

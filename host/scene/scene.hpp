@@ -53,8 +53,6 @@ struct WrpSpec {
   // WRP to hologram, > 0, ascending; empty: one per depth layer, amid its surfaces
   std::vector<double> distances_m;
   int layers = 1;  // largest number of depth layers where no distance is given, >= 1
-  // Columns and rows gathered, relative to those that the band of the light needs; empty: all
-  std::optional<double> oversampling;
   // Side of the transformed plane over the side of the hologram, 1 to 8
   double padding = 2.0;
   // Of virtual planes (CompactPlane); empty: the planner's choice
@@ -64,13 +62,6 @@ struct WrpSpec {
 
 /// How a WRP pixel gathers light: rays aimed at the surface samples, or the paper's fan of rays.
 enum class SamplingMode { aimed, fan };
-
-/// Light source of a fan ray: the hit itself, as in the paper, or the nearest surface sample.
-enum class FanSource { hit, surface };
-
-/// Directions of a fan: equal for all pixels, as in the paper, or from each pixel to the same
-/// points of the hologram.
-enum class FanShape { orthographic, perspective };
 
 struct SamplingSpec {
   SamplingMode mode = SamplingMode::aimed;
@@ -84,17 +75,14 @@ struct SamplingSpec {
   // Parts per side of the hologram's window in the visibility mask of a sample: 4, 8 or 16; 0:
   // without occlusion
   int visibility = 8;
-  FanSource source = FanSource::hit;
-  FanShape shape = FanShape::orthographic;
   std::uint32_t seed = 1;  // of the random phases
   int frames = 1;          // holograms with independent random phases, >= 1
 };
 
 /// How light that comes over mirrors and through glass is computed: every source seen there is a
 /// sample at a virtual point, as the hologram's centre sees it (`points`), or a sample whose path
-/// is followed all over the hologram (`paths`); or fans of rays from every pixel of a WRP find
-/// them. `automatic`: presets choose, else `points`.
-enum class Bounces { automatic, points, paths, fan };
+/// is followed all over the hologram (`paths`). `automatic`: presets choose, else `points`.
+enum class Bounces { automatic, points, paths };
 const char* name_of(Bounces bounces);
 
 struct TraceSpec {

@@ -9,20 +9,16 @@
 #include "host/trace/precision_option.hpp"
 
 namespace raywave {
-FanTracer::FanTracer(const cl::Device& device, const Plan& plan, const DeviceScene& arrays,
-                     HitSource source, const SampleTable* table)
+
+FanTracer::FanTracer(const cl::Device& device, const Plan& plan, const DeviceScene& arrays)
     : device_(device),
       plan_(plan),
       scene_(arrays),
-      table_(table),
       lanes_(lanes_for(device.info())),
       program_(device, "kernels/gather/fan.cl",
                cl::with(arrays.options,
-                        {{option::source, std::to_string(static_cast<int>(source))},
-                         {option::precision, precision_option(device.info(), plan.precision)}})),
-      trace_fan_(program_.kernel("trace_fan")),
-      no_samples_(device, 1, "samples"),
-      no_cells_(device, 1, "sample lattice") {}
+                        {{option::precision, precision_option(device.info(), plan.precision)}})),
+      trace_fan_(program_.kernel("trace_fan")) {}
 
 void FanTracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& field) {
   // Ray directions as tangents
@@ -44,13 +40,8 @@ void FanTracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& fie
   std::tie(plane.pitch_x, plane.pitch_x_low) = split(plan_.pitch_m.x);
   std::tie(plane.pitch_y, plane.pitch_y_low) = split(plan_.pitch_m.y);
   std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
-  std::tie(plane.convergence, plane.convergence_low) = split(wrp.convergence_per_m);
-  std::tie(plane.axis_x, plane.axis_x_low) = split(-plan_.origin_m.x);
-  std::tie(plane.axis_y, plane.axis_y_low) = split(-plan_.origin_m.y);
   plane.sine_limit_x = static_cast<float>(plan_.largest_sine.x);
   plane.sine_limit_y = static_cast<float>(plan_.largest_sine.y);
-  plane.step_x = static_cast<float>(wrp.fan_step.x);
-  plane.step_y = static_cast<float>(wrp.fan_step.y);
   plane.sampling_rate = static_cast<float>(1 / plan_.sampling_pitch_m);
   plane.bias = scene_.bias_m;
   plane.reach = 4 * (scene_.diameter_m + static_cast<float>(plan_.far_m - wrp.centre_m.z) +
@@ -61,9 +52,7 @@ void FanTracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& fie
   const auto packets = static_cast<std::size_t>((plan_.tile_size.x + lanes_ - 1) / lanes_);
   const cl::Range local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
   trace_fan_.run({packets, static_cast<std::size_t>(plan_.tile_size.y)}, local, scene_.arguments(),
-                 fan, static_cast<std::int32_t>(tangents.size()), plane,
-                 table_ ? table_->samples : no_samples_, table_ ? table_->first_of_cell : no_cells_,
-                 table_ ? table_->lattice : device::Lattice{}, field);
+                 fan, static_cast<std::int32_t>(tangents.size()), plane, field);
 }
 
 }  // namespace raywave

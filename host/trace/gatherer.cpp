@@ -70,8 +70,8 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   const auto& layer = plan_.layer_of(wrp);
   const auto centre_m = wrp.centre_m;
   const double near_m = layer.min_m.z, far_m = layer.max_m.z, farthest_m = layer.farthest_m();
-  const glm::ivec2 size = plan_.gathered_size(layer);
-  const glm::dvec2 pitch = plan_.gathered_pitch_m(layer), half_window = plan_.tile_window_m() / 2.0;
+  const glm::ivec2 size = plan_.tile_size;
+  const glm::dvec2 pitch = plan_.pitch_m, half_window = plan_.tile_window_m() / 2.0;
   const auto tile_m = plan_.tile_of(wrp).centre_m;
   // Centre of pixel (0, 0), world
   const glm::dvec2 corner =

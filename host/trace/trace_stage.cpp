@@ -12,7 +12,6 @@
 #include "host/trace/compact_gatherer.hpp"
 #include "host/trace/fan_tracer.hpp"
 #include "host/trace/gatherer.hpp"
-#include "host/trace/interpolator.hpp"
 
 namespace raywave {
 namespace {
@@ -42,9 +41,6 @@ KernelKey kernel_key(const Plan& plan, const DeviceScene& scene, int frames_toge
           plan.beyond_diffraction, plan.precision,           frames_together};
 }
 
-/// True when light comes from samples, or begins in their places.
-bool has_samples(const Plan& plan) { return plan.aimed || plan.fan_source == FanSource::surface; }
-
 }  // namespace
 
 /// Computes the fields on WRPs by gathering from surface samples or by tracing fans of rays.
@@ -58,11 +54,7 @@ public:
       compact_gatherer_ = std::make_unique<CompactGatherer>(device, plan, scene, *table_, frames);
     else if (plan.aimed)
       gatherer_ = std::make_unique<Gatherer>(device, plan, scene, *table_, frames);
-    if (plan.aimed && plan.has_fans())
-      fan_tracer_ = std::make_unique<FanTracer>(device, plan, scene, HitSource::bounced);
-    if (!plan.aimed)
-      fan_tracer_ = std::make_unique<FanTracer>(
-          device, plan, scene, table_ ? HitSource::surface : HitSource::hit, table_.get());
+    if (!plan.aimed) fan_tracer_ = std::make_unique<FanTracer>(device, plan, scene);
   }
 
   const SampleTable* table() const { return table_.get(); }
@@ -140,12 +132,12 @@ void TraceStage::place(const World& world, bool has_stayed) {
 void TraceStage::find_samples(bool has_stayed) {
   auto& table = shared_->table;
   const auto key = table_key(*plan_, scene());
-  if (!has_samples(*plan_)) {
+  if (!plan_->aimed) {
     table = nullptr;
   } else if (!table || key != shared_->built_for) {
     source_ = nullptr;  // frees the old memory first
     table = nullptr;
-    table = std::make_shared<SampleTable>(device_, *plan_, scene(), !plan_->aimed);
+    table = std::make_shared<SampleTable>(device_, *plan_, scene());
     shared_->built_for = key;
   } else if (has_stayed) {
     table->show(*plan_, scene());
@@ -165,13 +157,6 @@ void TraceStage::make_stacks() {
     stack = {};  // frees the old memory first
     stack = {device_, size, "fields of a WRP"};
   }
-  const auto interpolates = [](const DepthLayer& layer) { return layer.interpolates(); };
-  if (!interpolator_ && std::any_of(plan_->layers.begin(), plan_->layers.end(), interpolates)) {
-    interpolator_ = std::make_unique<Interpolator>(device_);
-    const auto size_of_tile =
-        static_cast<std::size_t>(plan_->tile_size.x) * static_cast<std::size_t>(plan_->tile_size.y);
-    interpolated_ = {device_, size_of_tile, "field of a WRP"};
-  }
 }
 
 WrpField TraceStage::run(std::size_t number, int frame, bool is_whole) {
@@ -189,13 +174,7 @@ WrpField TraceStage::run(std::size_t number, int frame, bool is_whole) {
     lit_[place] = source_->fill(wrp, stack, is_whole);
     device_.finish();
   }
-  // A layer with fewer rows is interpolated frame by frame.
-  if (!plan_->layer_of(wrp).interpolates()) return {stack, within, lit_[place]};
-
-  const StageClock clock(times_, "trace");
-  interpolator_->interpolate(*plan_, wrp, stack, within, interpolated_);
-  device_.finish();
-  return {interpolated_, 0};
+  return {stack, within, lit_[place]};
 }
 
 }  // namespace raywave

@@ -18,7 +18,6 @@ namespace raywave {
 
 class DeviceScene;
 class FieldSource;
-class Interpolator;
 class SampleTable;
 
 /// A field on a WRP: plane number `plane` of a stack in device memory. It has Plan::tile_size
@@ -86,9 +85,7 @@ private:
   int frames_together_ = 1;              // frames that one gathering fills
   std::vector<cl::ComplexBuffer> stacks_;
   std::vector<PlanePart> lit_;  // as many
-  std::unique_ptr<Interpolator> interpolator_;
-  cl::ComplexBuffer interpolated_;  // one frame of one WRP
-  KernelKey built_for_;             // the kernels of source_
+  KernelKey built_for_;         // the kernels of source_
 };
 
 }  // namespace raywave

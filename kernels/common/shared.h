@@ -418,18 +418,8 @@ typedef struct {
   float pitch_y_low;
   float turns_hi;  // 1 / wavelength
   float turns_lo;
-  // Change of a ray's tangents per metre between its pixel and the axis: 1 / distance to the
-  // hologram for a fan of perspective views, 0 for parallel views
-  float convergence;
-  float convergence_low;
-  float axis_x;  // optical axis in the scene frame
-  float axis_x_low;
-  float axis_y;
-  float axis_y_low;
   float sine_limit_x;  // largest sine that the SLM's pixels can show
   float sine_limit_y;
-  float step_x;  // difference between the tangents of neighbouring rays
-  float step_y;
   float sampling_rate;  // 1 / sampling pitch p: cells of the random phase per metre
   float bias;           // distance from the surface at which a secondary ray starts
   float reach;          // longer than any path through the scene

@@ -281,16 +281,8 @@
   MEMBER(TracePlane, pitch_y_low)         \
   MEMBER(TracePlane, turns_hi)            \
   MEMBER(TracePlane, turns_lo)            \
-  MEMBER(TracePlane, convergence)         \
-  MEMBER(TracePlane, convergence_low)     \
-  MEMBER(TracePlane, axis_x)              \
-  MEMBER(TracePlane, axis_x_low)          \
-  MEMBER(TracePlane, axis_y)              \
-  MEMBER(TracePlane, axis_y_low)          \
   MEMBER(TracePlane, sine_limit_x)        \
   MEMBER(TracePlane, sine_limit_y)        \
-  MEMBER(TracePlane, step_x)              \
-  MEMBER(TracePlane, step_y)              \
   MEMBER(TracePlane, sampling_rate)       \
   MEMBER(TracePlane, bias)                \
   MEMBER(TracePlane, reach)               \

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compile-time options of gathering, fan tracing and interpolation (kernels/common/options.h).
+// Compile-time options of gathering and fan tracing (kernels/common/options.h).
 #ifndef RAYWAVE_GATHER_OPTIONS_H
 #define RAYWAVE_GATHER_OPTIONS_H
 
@@ -30,26 +30,11 @@
 #define RAYWAVE_NEAR_HOLOGRAM 0
 #endif
 
-// Where the light of a ray of the fan comes from; Tracer
-#define SOURCE_HIT 0      // its hit
-#define SOURCE_SURFACE 1  // the sample of the table nearest to its hit
-#define SOURCE_BOUNCED 2  // hits behind mirrors and glass only, added to what `field` holds
-#ifndef RAYWAVE_SOURCE
-#define RAYWAVE_SOURCE SOURCE_HIT
-#endif
-
-// Rows of samples that a work-item interpolates, 1 or more; Interpolator
-#ifndef RAYWAVE_INTERPOLATE_ROWS
-#define RAYWAVE_INTERPOLATE_ROWS 1
-#endif
-
 #define RAYWAVE_GATHER_OPTIONS(OPTION)         \
   OPTION(tile_rows, RAYWAVE_TILE_ROWS)         \
   OPTION(frames, RAYWAVE_FRAMES)               \
   OPTION(sine_limit, RAYWAVE_SINE_LIMIT)       \
   OPTION(smooth_parts, RAYWAVE_SMOOTH_PARTS)   \
-  OPTION(near_hologram, RAYWAVE_NEAR_HOLOGRAM) \
-  OPTION(source, RAYWAVE_SOURCE)               \
-  OPTION(interpolate_rows, RAYWAVE_INTERPOLATE_ROWS)
+  OPTION(near_hologram, RAYWAVE_NEAR_HOLOGRAM)
 
 #endif

@@ -513,7 +513,7 @@ TEST_CASE("presets that choose other values make other runs, whichever values th
   Desk desk;
   // What is left to them are precision and light from mirrors
   desk.scene(
-      "[wrp]\npropagation = \"spectrum\"\nlayers = 1\npadding = 2\noversampling = 2\n"
+      "[wrp]\npropagation = \"spectrum\"\nlayers = 1\npadding = 2\n"
       "[animation]\nframes = 1\n[[animation.track]]\nof = \"light.0.intensity\"\nat = [0]\n"
       "values = [1]\n");
   const auto run = [&](const char* preset) {

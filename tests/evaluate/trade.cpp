@@ -101,12 +101,11 @@ TEST_CASE("a PSNR is the mean over the whole views, and the sides' that over the
   CHECK(r.ssim() == Catch::Approx(0.6));
 }
 
-/// Number of knobs that differ; mode, source and shape count as one.
+/// Number of knobs that differ.
 int differing(const TradeKnobs& a, const TradeKnobs& b) {
   return (a.pitch_m != b.pitch_m) + (a.frames != b.frames) + (a.propagation != b.propagation) +
-         (a.padding != b.padding) + (a.oversampling != b.oversampling) + (a.layers != b.layers) +
-         (a.antialias != b.antialias) + (a.visibility != b.visibility) +
-         (a.mode != b.mode || a.source != b.source || a.shape != b.shape) + (a.cone != b.cone) +
+         (a.padding != b.padding) + (a.layers != b.layers) + (a.antialias != b.antialias) +
+         (a.visibility != b.visibility) + (a.mode != b.mode) + (a.cone != b.cone) +
          (a.apodization != b.apodization) + (a.precision != b.precision) + (a.fft != b.fft);
 }
 
@@ -118,7 +117,7 @@ TEST_CASE("a knob alone changes one value of balanced's, and no configuration is
   const std::vector<const char*> always{"sampling.pitch",      "sampling.frames",
                                         "wrp.layers",          "sampling.antialias",
                                         "sampling.visibility", "sampling.mode"},
-      over_wrps{"wrp.padding", "wrp.oversampling", "sampling.cone", "sampling.apodization"};
+      over_wrps{"wrp.padding", "sampling.cone", "sampling.apodization"};
   for (const auto& device : test::all_devices()) {
     for (const std::string propagation : {"auto", "spectrum"}) {
       INFO(device.info().name << ", " << propagation);
@@ -190,7 +189,7 @@ TEST_CASE(
     const auto is_it = [&](std::size_t i) {
       const auto& k = trade.rows[i].knobs;
       return k.pitch_m == c.pitch_m && k.padding == c.padding && k.frames == c.frames &&
-             k.oversampling == c.oversampling && k.layers == c.layers &&
+             k.layers == c.layers &&
              k.propagation == (c.compact ? WrpPropagation::compact : WrpPropagation::spectrum) &&
              (c.compact || Cone{k.cone, k.apodization} == c.cone);
     };

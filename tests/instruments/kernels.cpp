@@ -13,7 +13,6 @@
 #include "host/plan/make_plan.hpp"
 #include "host/refine/refine.hpp"
 #include "host/render.hpp"
-#include "host/trace/interpolator.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
 #include "kernels/common/shared_layout.h"
@@ -132,9 +131,6 @@ void render_all_methods(const cl::Device& device, const Folder& folder) {
   scene.wrp.distances_m.clear();
   scene.sampling.mode = SamplingMode::fan;
   check_render(device, scene);
-  scene.sampling.source = FanSource::surface;
-  scene.sampling.shape = FanShape::perspective;
-  check_render(device, scene);
   check_render(device, scene, Method::rays);
 
   scene.sampling.mode = SamplingMode::aimed;
@@ -142,24 +138,6 @@ void render_all_methods(const cl::Device& device, const Folder& folder) {
   scene.materials[0].transparency = 0.5;
   scene.materials[1].reflectivity = 0.5;
   check_render(device, scene);
-}
-
-/// Planes this small are never gathered in fewer rows.
-/// Launches the interpolation by hand: the planner never interpolates planes this small.
-void interpolate(const cl::Device& device) {
-  Plan plan;
-  plan.size = plan.tile_size = {device.info().float_lanes + 3, 19};
-  plan.pitch_m = {8 * um, 8 * um};
-  plan.wavelength_m = 638e-9;
-  plan.layers = {{.distance_m = 10 * mm}};
-  plan.layers[0].rows = {(2 * plan.size.y + 2) / 5 + 5, 20 * um, 2};
-  plan.wrps = {{{0, 0, plan.layers[0].distance_m}, {}, {0, 0}, 0}};
-  const cl::ComplexBuffer gathered(
-      device, std::vector<std::complex<float>>(2 * plan.gathered_pixels(), {1, 0}), "gathered");
-  cl::ComplexBuffer field(device, static_cast<std::size_t>(plan.size.x * plan.size.y),
-                          "interpolated");
-  Interpolator(device).interpolate(plan, plan.wrps[0], gathered, 1, field);
-  CHECK(test::all_finite(field.read()));
 }
 
 void look(const cl::Device& device, const Folder& folder) {
@@ -313,7 +291,6 @@ TEST_CASE("every kernel is launched, and none writes behind its buffers") {
       {
         const cl::Device device(shape);
         render_all_methods(device, folder);
-        interpolate(device);
         look(device, folder);
         propagate(device);
         refine_all(device);

@@ -43,7 +43,6 @@ TEST_CASE("the error of every padding is predicted within a factor of 1.6") {
       {"1 mm, cone without apodization", {"sampling.cone=1", "sampling.apodization=0"}},
       {"narrow hologram, 2 x 2 WRPs", {"hologram.resolution=[240, 192]", "wrp.grid=[2, 2]"}},
       {"two layers", {"wrp.distance=['18.3 mm', '19.2 mm']"}},
-      {"fan of parallel rays", {"sampling.mode=fan", "sampling.source=surface"}},
   };
   const auto found = test::all_devices();
   for (const auto& c : cases) {

@@ -37,21 +37,15 @@ struct Way {
   const char* name;
   Method method = Method::wrp;
   SamplingMode mode = SamplingMode::aimed;
-  FanSource source = FanSource::hit;
-  FanShape shape = FanShape::orthographic;
 };
 
 const Way ways[] = {{"aimed"},
                     {"fan of hits", Method::wrp, SamplingMode::fan},
-                    {"fan of surface samples", Method::wrp, SamplingMode::fan, FanSource::surface,
-                     FanShape::perspective},
                     {"points", Method::points},
                     {"rays", Method::rays, SamplingMode::fan}};
 
 RenderResult rendered(const cl::Device& device, Scene scene, const Way& way = ways[0]) {
   scene.sampling.mode = way.mode;
-  scene.sampling.source = way.source;
-  scene.sampling.shape = way.shape;
   RenderOptions options;
   options.method = way.method;
   options.rays_per_axis = 12;

@@ -542,7 +542,7 @@ TEST_CASE("a wrong override is named in place of the line") {
   CHECK(refusal("wrp.pading=1") ==
         "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: "
         "propagation, grid, distance, layers, padding, "
-        "oversampling, guard, bell, margin, lines)");
+        "guard, bell, margin, lines)");
   CHECK_THAT(refusal("wpr.padding=1"),
              Catch::Matchers::StartsWith(
                  "--set wpr.padding=1: unknown key \"wpr\"; did you mean \"wrp\"?"));

@@ -63,8 +63,6 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
         c.scene = load_scene(data / "teapot.toml");
         c.scene.wrp.grid = glm::ivec2(side);
         c.scene.wrp.padding = padding;
-        // The presets choose this value too.
-        if (padding < 2 && pitch_m < 5e-5) c.scene.wrp.oversampling = 1.5;
         c.scene.sampling.pitch_m = pitch_m;
         c.name = "teapot, " + wrps_text(glm::ivec2(side)) + ", p " + length_text(pitch_m) +
                  ", padding " + number_text(padding);

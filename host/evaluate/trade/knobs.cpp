@@ -36,15 +36,6 @@ TradeKnob named(const char* key, T TradeKnobs::*member, std::array<const char*, 
           }};
 }
 
-TradeKnob oversampling_knob() {
-  return {"wrp.oversampling",
-          [](const TradeKnobs& k) { return k.oversampling ? Json(*k.oversampling) : Json("full"); },
-          [](TradeKnobs& k, const Json& j) {
-            k.oversampling.reset();
-            if (j != "full") k.oversampling = j.get<double>();
-          }};
-}
-
 /// At most `most` of the values, evenly spaced, including the first and the last.
 template <class T>
 std::vector<T> thinned(std::vector<T> values, std::size_t most) {
@@ -125,7 +116,7 @@ std::vector<Finish> finishes_of(const Scene& scene, const TradeKnobs& base, cons
 
 /// Adds, for each knob that the scene leaves open, a row for every value; other knobs keep the base
 /// value.
-void add_steps(Trade& trade, const World& world, Rows& rows, const std::vector<double>& pitches_m,
+void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
                const TradeSpec& spec) {
   const auto base = trade.rows[trade.base].knobs;
   const auto step = [&](const std::string& knob, const std::string& value,
@@ -151,11 +142,10 @@ void add_steps(Trade& trade, const World& world, Rows& rows, const std::vector<d
   vary("sampling.pitch", {pitches_m.begin(), pitches_m.end()}, 3);
   vary("sampling.frames", {frames_tried.begin(), frames_tried.end()}, 3);
   if (trade.scene.wrp.propagation == WrpPropagation::automatic &&
-      why_not_compact(trade.scene, world).empty())
+      why_not_compact(trade.scene).empty())
     vary("wrp.propagation", {"spectrum", "compact"}, 2);
   const bool has_wrps = base.propagation == WrpPropagation::spectrum;
   if (has_wrps) vary("wrp.padding", {paddings_tried.begin(), paddings_tried.end()}, 3);
-  if (has_wrps) vary("wrp.oversampling", {"full", 1.25, 1.5, 2.0}, 2);
   if (!trade.scene.given.contains("wrp.distance")) vary("wrp.layers", {1, 2, 3, 4}, 2);
   vary("sampling.antialias", {0, 2, 4}, 3);
   vary("sampling.visibility", {0, 4, 8, 16}, 2);
@@ -169,22 +159,11 @@ void add_steps(Trade& trade, const World& world, Rows& rows, const std::vector<d
     }
   }
   if (trade.scene.given.contains("sampling.mode")) return;
-  for (const auto source : {FanSource::hit, FanSource::surface}) {
-    for (const auto shape : {FanShape::orthographic, FanShape::perspective}) {
-      if (spec.quick && (source == FanSource::hit) != (shape == FanShape::orthographic)) continue;
-      auto knobs = base;
-      knobs.mode = SamplingMode::fan;
-      knobs.propagation = WrpPropagation::spectrum;
-      knobs.source = source;
-      knobs.shape = shape;
-      knobs.layers = 1;  // rays of a fan cross all layers
-      const auto json = json_of(knobs);
-      step("sampling.mode",
-           "fan, " + json["sampling.source"].get<std::string>() + ", " +
-               json["sampling.shape"].get<std::string>(),
-           knobs);
-    }
-  }
+  auto knobs = base;
+  knobs.mode = SamplingMode::fan;
+  knobs.propagation = WrpPropagation::spectrum;
+  knobs.layers = 1;  // rays of a fan cross all layers
+  step("sampling.mode", "fan", knobs);
 }
 
 }  // namespace
@@ -196,13 +175,10 @@ Scene with_knobs(Scene scene, const TradeKnobs& knobs) {
   s.antialias = knobs.antialias;
   s.visibility = knobs.visibility;
   s.mode = knobs.mode;
-  s.source = knobs.source;
-  s.shape = knobs.shape;
   s.cone = knobs.cone;
   s.apodization = knobs.apodization;
   scene.wrp.propagation = knobs.propagation;
   scene.wrp.padding = knobs.padding;
-  scene.wrp.oversampling = knobs.oversampling;
   scene.wrp.layers = knobs.layers;
   scene.accuracy.precision = knobs.precision;
   return scene;
@@ -212,9 +188,8 @@ TradeKnobs knobs_of(const Scene& scene, const Plan& plan, cl::FftBackend fft) {
   const auto& s = scene.sampling;
   const auto& w = scene.wrp;
   const auto propagation = plan.compact ? WrpPropagation::compact : WrpPropagation::spectrum;
-  return {s.pitch_m, s.frames,    propagation,   w.padding,      w.oversampling,
-          w.layers,  s.antialias, s.visibility,  s.mode,         s.source,
-          s.shape,   s.cone,      s.apodization, plan.precision, fft};
+  return {s.pitch_m,    s.frames, propagation, w.padding,     w.layers,       s.antialias,
+          s.visibility, s.mode,   s.cone,      s.apodization, plan.precision, fft};
 }
 
 const std::vector<TradeKnob>& trade_knobs() {
@@ -223,13 +198,10 @@ const std::vector<TradeKnob>& trade_knobs() {
       plain("sampling.frames", &TradeKnobs::frames),
       named("wrp.propagation", &TradeKnobs::propagation, std::array{"auto", "spectrum", "compact"}),
       plain("wrp.padding", &TradeKnobs::padding),
-      oversampling_knob(),
       plain("wrp.layers", &TradeKnobs::layers),
       plain("sampling.antialias", &TradeKnobs::antialias),
       plain("sampling.visibility", &TradeKnobs::visibility),
       named("sampling.mode", &TradeKnobs::mode, std::array{"aimed", "fan"}),
-      named("sampling.source", &TradeKnobs::source, std::array{"hit", "surface"}),
-      named("sampling.shape", &TradeKnobs::shape, std::array{"orthographic", "perspective"}),
       plain("sampling.cone", &TradeKnobs::cone),
       plain("sampling.apodization", &TradeKnobs::apodization),
       named("accuracy.precision", &TradeKnobs::precision,
@@ -276,7 +248,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
     if (std::find(pitches_m.begin(), pitches_m.end(), c.pitch_m) == pitches_m.end())
       pitches_m.push_back(c.pitch_m);
   }
-  add_steps(trade, world, rows, pitches_m, spec);
+  add_steps(trade, rows, pitches_m, spec);
 
   // Rows of choices at or near the predicted frontier, in which several knobs vary together
   const auto base = trade.rows[trade.base].knobs;
@@ -293,7 +265,6 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
       knobs.propagation = c.compact ? WrpPropagation::compact : WrpPropagation::spectrum;
       knobs.padding = c.padding;
       knobs.frames = c.frames;
-      knobs.oversampling = c.oversampling ? c.oversampling : trade.scene.wrp.oversampling;
       knobs.layers = c.layers;
       if (!c.compact) {
         knobs.cone = c.cone.half_width;

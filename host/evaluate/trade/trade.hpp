@@ -24,12 +24,9 @@ struct TradeKnobs {
   int frames = 1;
   WrpPropagation propagation = WrpPropagation::spectrum;
   double padding = 2;
-  std::optional<double> oversampling;
   int layers = 1;
   int antialias = 4, visibility = 8;
   SamplingMode mode = SamplingMode::aimed;
-  FanSource source = FanSource::hit;
-  FanShape shape = FanShape::orthographic;
   double cone = 1.2, apodization = 0.2;
   Precision precision = Precision::floats;
   cl::FftBackend fft = cl::FftBackend::host;

@@ -9,7 +9,6 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/plan/interpolation.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/padded_plane.hpp"
@@ -23,10 +22,6 @@ constexpr double arc_minute = std::numbers::pi / 180 / 60;
 
 /// Sampling pitches tried, over the resolution. Coarser lattices show their dots.
 constexpr std::array pitches_of_resolution{1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.3, 0.25};
-
-/// Tried beside all rows: an error of one or two per cent of the field (docs/accuracy.md) for half
-/// of the gathering.
-constexpr double planned_oversampling = 1.5;
 
 constexpr int most_layers_tried = 8;
 
@@ -84,7 +79,7 @@ Candidates::Candidates(const Scene& scene, const World& world, const DeviceFigur
 
 const std::optional<PictureModel>& Candidates::model_of(int layers, const Cone& cone) const {
   const auto found = std::find_if(layouts_.begin(), layouts_.end(), [&](const Layout& l) {
-    return l.layers == layers && l.all_rows.plan.cone() == cone;
+    return l.layers == layers && l.gathering.plan.cone() == cone;
   });
   return found->model;
 }
@@ -134,9 +129,9 @@ std::vector<double> Candidates::pitches() const {
 void Candidates::add_choices(double pitch_m, const std::vector<int>& counts,
                              std::vector<Choice>& all) const {
   for (std::size_t first = 0; first < layouts_.size();) {
-    const auto cone = layouts_[first].all_rows.plan.cone();
+    const auto cone = layouts_[first].gathering.plan.cone();
     auto end = first;
-    while (end < layouts_.size() && layouts_[end].all_rows.plan.cone() == cone) ++end;
+    while (end < layouts_.size() && layouts_[end].gathering.plan.cone() == cone) ++end;
     const auto pattern = lattice_pattern(*layouts_[first].model, pitch_m);
     for (const int frames : counts) {
       double least_s = std::numeric_limits<double>::infinity();
@@ -146,39 +141,21 @@ void Candidates::add_choices(double pitch_m, const std::vector<int>& counts,
                        .padding = 1,
                        .frames = frames,
                        .layers = layout.layers,
-                       .compact = layout.all_rows.plan.compact.has_value(),
+                       .compact = layout.gathering.plan.compact.has_value(),
                        .cone = cone};
-        const double seconds = seconds_of(c, fastest_of(layout));
+        const double seconds = seconds_of(c, layout.gathering);
         if (!(seconds < (1 - least_saving) * least_s)) continue;
         least_s = seconds;
-        add_paddings(c, layout, layout.all_rows, pattern, all);
-        if (!layout.few_rows) continue;
-        auto few = c;
-        few.oversampling = planned_oversampling;
-        add_paddings(few, layout, *layout.few_rows, pattern, all);
+        add_paddings(c, layout, pattern, all);
       }
     }
     first = end;
   }
 }
 
-/// Without predictions of errors and pictures.
-Candidates::Layout Candidates::layout(int layers, const Plan& plan) const {
-  Layout l{layers, gathering_of(plan), {}, {}};
-  if (scene_.given.contains("wrp.oversampling") || plan.has_fans() || plan.compact) return l;
-  auto few = plan;
-  bool any = false;
-  for (auto& layer : few.layers) {
-    layer.rows = rows_for_band(few, layer, planned_oversampling);
-    any |= layer.interpolates();
-  }
-  if (any) l.few_rows = gathering_of(few);
-  return l;
-}
-
 void Candidates::add(Layout layout) {
   if (plan_.aimed && !is_near_hologram(plan_)) {
-    auto seen = layout.all_rows.plan;
+    auto seen = layout.gathering.plan;
     seen.grid = plan_.grid;  // pictures of one size are compared
     layout.model = picture_model(view_, seen, resolution_m_);
   }
@@ -188,8 +165,7 @@ void Candidates::add(Layout layout) {
 /// Adds more and more layers, as long as they save time on the finest lattice, with the fewest
 /// frames or the most, and there are surfaces in them.
 void Candidates::add_layers(double finest_pitch_m, const std::vector<int>& counts) {
-  if (scene_.given.contains("wrp.layers") || scene_.given.contains("wrp.distance") ||
-      plan_.has_fans())
+  if (scene_.given.contains("wrp.layers") || scene_.given.contains("wrp.distance") || !plan_.aimed)
     return;
   for (int layers = layouts_.back().layers + 1; layers <= most_layers_tried; ++layers) {
     auto scene = scene_;
@@ -197,11 +173,11 @@ void Candidates::add_layers(double finest_pitch_m, const std::vector<int>& count
     scene.wrp.propagation = plan_.compact ? WrpPropagation::compact : WrpPropagation::spectrum;
     scene.hologram.tiles = plan_.tile_grid;
     auto more = layout(layers, make_plan(scene, world_, Method::wrp, 100, device_.has_doubles));
-    if (more.all_rows.plan.layers.size() == layouts_.back().all_rows.plan.layers.size()) return;
+    if (more.gathering.plan.layers.size() == layouts_.back().gathering.plan.layers.size()) return;
     const auto saves = [&](int frames) {
       const Choice c{.pitch_m = finest_pitch_m, .padding = 1, .frames = frames};
-      return seconds_of(c, fastest_of(more)) <
-             (1 - least_saving) * seconds_of(c, fastest_of(layouts_.back()));
+      return seconds_of(c, more.gathering) <
+             (1 - least_saving) * seconds_of(c, layouts_.back().gathering);
     };
     if (!saves(counts.front()) && !saves(counts.back())) return;
     add(std::move(more));
@@ -220,8 +196,8 @@ void Candidates::add_cones(double most_error) {
       continue;
     tried.push_back(cone);
     for (std::size_t i = 0; i < layers; ++i) {
-      if (layouts_[i].all_rows.plan.compact) continue;  // all light of the hologram
-      auto plan = layouts_[i].all_rows.plan;
+      if (layouts_[i].gathering.plan.compact) continue;  // all light of the hologram
+      auto plan = layouts_[i].gathering.plan;
       plan.cone_half_width = cone.half_width;
       plan.apodization = cone.apodization;
       plan.cone_error = cone.field_error();
@@ -231,12 +207,10 @@ void Candidates::add_cones(double most_error) {
   }
 }
 
-/// Errors of few rows, and of the paddings that are tried; paddings with ghosts are left out.
+/// Errors of the paddings that are tried; paddings with ghosts are left out.
 void Candidates::predict_errors(Layout& layout) const {
-  if (layout.few_rows)
-    layout.few_rows->plan.oversampling_error = predicted_oversampling_error(layout.few_rows->plan);
-  if (layout.all_rows.plan.compact) {  // nothing is padded
-    layout.paddings.emplace_back(scene_.wrp.padding, layout.all_rows.plan.compact->error());
+  if (layout.gathering.plan.compact) {  // nothing is padded
+    layout.paddings.emplace_back(scene_.wrp.padding, layout.gathering.plan.compact->error());
     return;
   }
   const auto given = scene_.given.contains("wrp.padding");
@@ -244,7 +218,7 @@ void Candidates::predict_errors(Layout& layout) const {
                            : std::vector(paddings_tried.begin(), paddings_tried.end());
   std::vector<glm::ivec2> sizes;
   for (const double padding : tried) sizes.push_back(padded_size(plan_.tile_size, padding));
-  const auto errors = predicted_padding_errors(layout.all_rows.plan, sizes);
+  const auto errors = predicted_padding_errors(layout.gathering.plan, sizes);
   for (std::size_t i = 0; i < tried.size(); ++i) {
     if (errors[i] <= worst_padding_error || i + 1 == tried.size())
       layout.paddings.emplace_back(tried[i], errors[i]);
@@ -253,19 +227,16 @@ void Candidates::predict_errors(Layout& layout) const {
 
 /// Appends a choice with each padding that is tried.
 void Candidates::add_paddings(const Choice& without, const Layout& layout,
-                              const Gathering& gathering, const LatticePattern& pattern,
-                              std::vector<Choice>& all) const {
-  auto plan = with_pitch(gathering.plan, without.pitch_m);
-  auto work = work_of(without, plan, gathering);
+                              const LatticePattern& pattern, std::vector<Choice>& all) const {
+  auto plan = with_pitch(layout.gathering.plan, without.pitch_m);
+  auto work = work_of(without, plan, layout.gathering);
   for (const auto& [padding, error] : layout.paddings) {
     auto c = without;
     c.padding = padding;
     plan.padded = padded_size(plan.tile_size, padding);
     work.butterflies = count_butterflies(plan, c.frames);
     c.seconds = predict_times(work, device_.rates).total_s();
-    c.psnr_db = predict_pictures(*layout.model, pattern, c.frames,
-                                 std::hypot(error, plan.oversampling_error))
-                    .mean_psnr_db;
+    c.psnr_db = predict_pictures(*layout.model, pattern, c.frames, error).mean_psnr_db;
     all.push_back(c);
   }
 }

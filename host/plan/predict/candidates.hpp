@@ -31,9 +31,8 @@ inline constexpr std::array cones_tried{Cone{1.2, 0.2}, Cone{1.2, 0.3}, Cone{1.1
 struct Choice {
   double pitch_m = 0, padding = 0;
   int frames = 1;
-  std::optional<double> oversampling{};  // empty: all rows, or what the scene gives
-  int layers = 1;                        // wrp.layers
-  bool compact = false;  // by virtual planes, which have neither padding, oversampling nor cone
+  int layers = 1;        // wrp.layers
+  bool compact = false;  // by virtual planes, which have neither padding nor cone
   Cone cone{};           // sampling.cone and sampling.apodization
   double seconds = 0, psnr_db = 0;
 };
@@ -81,25 +80,22 @@ private:
   /// the padding.
   struct Layout {
     int layers = 1;
-    Gathering all_rows;                 // as the scene has them
-    std::optional<Gathering> few_rows;  // planned_oversampling, where that is open and saves any
-    std::optional<PictureModel> model;  // of aimed sampling
+    Gathering gathering;
+    std::optional<PictureModel> model;                  // of aimed sampling
     std::vector<std::pair<double, double>> paddings{};  // what is tried, and its error
   };
 
   std::vector<double> pitches() const;
-  Layout layout(int layers, const Plan& plan) const;
-  Gathering gathering_of(const Plan& plan) const { return {plan, footprints_of(plan, view_)}; }
+  Layout layout(int layers, const Plan& plan) const {
+    return {layers, {plan, footprints_of(plan, view_)}, {}};
+  }
   void add(Layout layout);
   void add_layers(double finest_pitch_m, const std::vector<int>& counts);
   void add_cones(double most_error);
-  static const Gathering& fastest_of(const Layout& layout) {
-    return layout.few_rows ? *layout.few_rows : layout.all_rows;
-  }
   void predict_errors(Layout& layout) const;
   void add_choices(double pitch_m, const std::vector<int>& counts, std::vector<Choice>& all) const;
-  void add_paddings(const Choice& without, const Layout& layout, const Gathering& gathering,
-                    const LatticePattern& pattern, std::vector<Choice>& all) const;
+  void add_paddings(const Choice& without, const Layout& layout, const LatticePattern& pattern,
+                    std::vector<Choice>& all) const;
   Work work_of(const Choice& c, const Plan& plan, const Gathering& gathering) const;
   double seconds_of(const Choice& c, const Gathering& gathering) const;
 

@@ -50,9 +50,8 @@ constexpr double nodes_of_sample = 14, nodes_of_cut = 0.6, nodes_of_highlight = 
 /// Half tiles before the pixels' limit in which light fades out.
 constexpr double cut_before = COMPACT_EDGE * (1 - COMPACT_EDGE_BEYOND);
 
-/// Work of a ray of a fan, or of the lens, beside its descent into the tree, in levels of depth,
-/// and what one that may bounce costs over another.
-constexpr double levels_of_a_ray = 4, bouncing = 2;
+/// Work of a ray of a fan, or of the lens, beside its descent into the tree, in levels of depth.
+constexpr double levels_of_a_ray = 4;
 
 /// Cost of a pair in each further frame, and what a light's highlight adds to a pair.
 constexpr double further_frame = 0.08, highlight = 0.65;
@@ -137,20 +136,12 @@ Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at
     footprint = {std::abs(z_m) * plan.largest_sine[axis], plan.pitch_m[axis]};
   const double low = std::max(at_m - footprint.reach_m(), first_m),
                high = std::min(at_m + footprint.reach_m(), last_m);
-  return low < high
-             ? Crossing{(high - low) / plan.gathered_pitch_m(layer)[axis], footprint.is_near()}
-             : Crossing{};
+  return low < high ? Crossing{(high - low) / plan.pitch_m[axis], footprint.is_near()} : Crossing{};
 }
 
 /// Lights whose highlights are shaded, each of its samples counted.
 int lights_of(const Lighting& lighting) {
   return directions_of(lighting.lights, [](const Light& light) { return light.highlights; });
-}
-
-/// Pixels of a WRP, one for each that a pass writes: gathered, and with all rows.
-double pixels_written(const Plan& plan, const DepthLayer& layer) {
-  const glm::dvec2 few = plan.gathered_size(layer), all = plan.tile_size;
-  return few.x * few.y + (layer.interpolates() ? all.x * all.y : 0);
 }
 
 }  // namespace
@@ -334,8 +325,9 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   const double frames = scene.sampling.frames,
                pixels = static_cast<double>(plan.size.x) * plan.size.y;
   const double samples_of_a_cell = std::pow(view.step / plan.lattice.step, 2);
-  for (const auto& wrp : plan.wrps)
-    work.pixels += plan.compact ? 0 : pixels_written(plan, plan.layer_of(wrp)) * frames;
+  if (!plan.compact)
+    work.pixels =
+        static_cast<double>(plan.wrps.size()) * plan.tile_size.x * plan.tile_size.y * frames;
   work.levels = (pixels + levels_of_a_frame) * frames;
   work.butterflies = count_butterflies(plan, scene.sampling.frames);
   const double descent = std::log2(static_cast<double>(world.triangles.size()) + 1),
@@ -346,7 +338,7 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
     return work;
   }
   count_samples(world, plan, view, descent, work);
-  const double gatherings = plan.has_fans() ? frames : std::ceil(frames / most_frames_together);
+  const double gatherings = std::ceil(frames / most_frames_together);
   const auto lights = static_cast<double>(lights_of(plan.lighting));
   if (plan.compact) {
     const double in_frames = frames > 1 ? frames : 0;
@@ -366,10 +358,6 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
                                     (frames - gatherings) * further_frame * far_tiles +
                                     frames * near_pixel * footprints.near_pixels) +
                frames * aim_of_a_sample * work.samples * wrps_of_a_sample;
-  if (plan.has_fans()) {
-    for (const auto& wrp : plan.wrps)
-      work.pairs += bouncing * static_cast<double>(wrp.fan.size()) * pixels * levels * frames;
-  }
   return work;
 }
 

@@ -34,7 +34,7 @@ MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUs
   const std::string mesh = "fewer triangles need less";
   MemoryNeeds all;
   auto& needs = all.device;
-  if (plan.aimed || plan.fan_source == FanSource::surface) {
+  if (plan.aimed) {
     const std::string pitch = "a larger sampling.pitch needs less";
     needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1), pitch});
     needs.push_back({"breaks of surfaces", 4 * area(plan.lattice.size + 8), pitch});
@@ -96,7 +96,7 @@ std::string missing(const MemoryNeeds& needs, const MemoryLimits& limits) {
 }  // namespace
 
 int frames_together(const Plan& plan, std::uint64_t largest_buffer_bytes) {
-  if (plan.has_fans()) return 1;
+  if (!plan.aimed) return 1;
   const double plane = 8.0 * static_cast<double>(plan.gathered_pixels()),
                half_a_gigabyte = 512.0 * 1024 * 1024;
   const double fitting = std::min(
@@ -136,9 +136,6 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
   }
   for (std::size_t i = 0; i < (together > 1 ? plan.most_wrps_of_a_tile() : 1); ++i)
     needs.push_back({"fields of a WRP", 8 * size(together) * size(plan.gathered_pixels()), planes});
-  if (std::any_of(plan.layers.begin(), plan.layers.end(),
-                  [](const DepthLayer& layer) { return layer.interpolates(); }))
-    needs.push_back({"field of a WRP", 8 * pixels, planes});
   if (!encodes_transforms(plan, use.keep_field))
     needs.push_back({"field at the hologram", 8 * pixels, planes});
   const auto pictures = size(plan.frames) * plan.tiles.size();

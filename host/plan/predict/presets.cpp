@@ -112,7 +112,6 @@ std::string choose(const std::vector<Choice>& all, const Goal& goal, Planned& pl
     s.sampling.cone = c.cone.half_width;
     s.sampling.apodization = c.cone.apodization;
   }
-  if (c.oversampling) s.wrp.oversampling = c.oversampling;
   if (goal.budget_s && c.seconds > *goal.budget_s)
     planned.warnings.push_back("nothing keeps " + duration_text(*goal.budget_s) +
                                ": the fastest takes " + duration_text(c.seconds) +
@@ -136,16 +135,14 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
   prediction.times = predict_times(prediction.work, device.rates);
   prediction.rates_of = device.rates.device;
   if (const auto& model = candidates.model_of(plan.most_layers, plan.cone()))
-    prediction.pictures =
-        predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
-                         std::hypot(plan.padding_error, plan.oversampling_error,
-                                    plan.compact ? plan.compact->error() : 0.0));
+    prediction.pictures = predict_pictures(
+        *model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
+        std::hypot(plan.padding_error, plan.compact ? plan.compact->error() : 0.0));
   prediction.slm_light = slm_light(plan, candidates.view());
   const double phase_error =
       2 * std::numbers::pi *
       plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
-  prediction.field_error = std::hypot(
-      plan.cone_error, std::hypot(plan.padding_error, plan.oversampling_error, phase_error));
+  prediction.field_error = std::hypot(plan.cone_error, std::hypot(plan.padding_error, phase_error));
   if (plan.compact)
     prediction.field_error = std::hypot(prediction.field_error, plan.compact->error());
   return prediction;
@@ -195,11 +192,9 @@ std::vector<std::string> reasons_of(const Scene& scene, const Goal& goal, const 
       plan.compact
           ? ""
           : ", wrp.padding " + number_text(s.wrp.padding) + " (" + fixed("wrp.padding") +
-                "), wrp.oversampling " +
-                (s.wrp.oversampling ? number_text(*s.wrp.oversampling) : "full") + " (" +
-                fixed("wrp.oversampling") + "), sampling.cone " + number_text(s.sampling.cone) +
-                " (" + fixed("sampling.cone") + "), sampling.apodization " +
-                number_text(s.sampling.apodization) + " (" + fixed("sampling.apodization") + ")";
+                "), sampling.cone " + number_text(s.sampling.cone) + " (" + fixed("sampling.cone") +
+                "), sampling.apodization " + number_text(s.sampling.apodization) + " (" +
+                fixed("sampling.apodization") + ")";
   std::vector<std::string> reasons = {
       why_resolution(s, plan, planned.prediction.resolution_m),
       "sampling.pitch " + length_text(s.sampling.pitch_m) + " (" + fixed("sampling.pitch") +

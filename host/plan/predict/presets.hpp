@@ -40,7 +40,7 @@ struct Prediction {
   std::optional<PicturePrediction> pictures;  // of aimed sampling
   SlmLight slm_light;
   double resolution_m = 0;  // detail that they are judged at
-  // Relative L2, of cone, padding, oversampling and phases
+  // Relative L2, of cone, padding and phases
   double field_error = 0;
 };
 

@@ -13,7 +13,6 @@
 #include "host/common/fft_backend.hpp"
 #include "host/common/line_fft.hpp"
 #include "host/plan/footprint.hpp"
-#include "host/plan/interpolation.hpp"
 
 namespace raywave {
 namespace {
@@ -75,27 +74,7 @@ public:
     }
   }
 
-  /// The same along columns, with rows of the plane made from those that are gathered.
-  void add_interpolated(double centre_m) {
-    const auto light = line(), interpolated = line();
-    fill(light.get() + first(), centre_m, n_, pitch_m_);
-    const auto& few = layer_.rows;
-    std::vector<std::complex<float>> gathered(static_cast<std::size_t>(few.count));
-    fill(gathered.data(), centre_m, few.count, few.pitch_m);
-    const auto r = interpolation_of(plan_, layer_, centre_m);
-    for (int i = 0; i < n_; ++i) {
-      for (int tap = 0; tap < r.taps; ++tap) {
-        const auto from = static_cast<std::size_t>(r.first[static_cast<std::size_t>(i)] + tap);
-        interpolated[static_cast<std::size_t>(first() + i)] +=
-            r.coefficients[static_cast<std::size_t>(i * r.taps + tap)] * gathered[from];
-      }
-    }
-    add(wanted_, transformed_back(propagated(light, centre_m)));
-    add(got_[0], transformed_back(propagated(interpolated, centre_m)));
-  }
-
-  /// With a padding.
-  Squares squares(std::size_t padding = 0) const {
+  Squares squares(std::size_t padding) const {
     Squares sum;
     for (std::size_t i = 0; i < wanted_.size(); ++i)
       sum.add({std::norm(got_[padding][i] - wanted_[i]), std::norm(wanted_[i])});
@@ -163,10 +142,7 @@ private:
 
   /// How much of the light that lands at x on the tile a pixel at `pixel_m` gathers.
   double cone(double x_m, double pixel_m, double centre_m) const {
-    if (!plan_.aimed) {
-      const bool perspective = plan_.wrps[0].convergence_per_m > 0;
-      return std::abs(perspective ? x_m : x_m - (pixel_m - centre_m)) <= half_m_;
-    }
+    if (!plan_.aimed) return std::abs(x_m - (pixel_m - centre_m)) <= half_m_;
     return Cone{fan_, edge_}.passed(x_m / half_m_);
   }
 
@@ -309,21 +285,6 @@ std::vector<double> predicted_padding_errors(const Plan& plan,
   }
   for (auto& error : errors) error = std::sqrt(error);
   return errors;
-}
-
-double predicted_oversampling_error(const Plan& plan) {
-  double square = 0;
-  for (const auto& layer : plan.layers) {
-    if (!layer.interpolates()) continue;
-    Squares squares;
-    for (const auto& [tile_m, centres] : lines_along(plan, layer, 1)) {
-      AxisOfLayer line(plan, layer, 1, tile_m, {plan.tile_size.y});
-      for (const double centre_m : centres) line.add_interpolated(centre_m);
-      squares.add(line.squares());
-    }
-    square += share_of(plan, layer) * squares.relative();
-  }
-  return std::sqrt(square);
 }
 
 }  // namespace raywave

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Errors that cheaper planes bring to the field. With a small wrp.padding, light that misses the
-/// hologram's window comes round to the other side of the padded plane, and into the window. With a
-/// small wrp.oversampling, interpolated rows differ from those that would have been gathered.
+/// The error that a small wrp.padding brings to the field: light that misses the hologram's window
+/// wraps around to the other side of the padded plane, and into the window.
 #pragma once
 
 #include "host/plan/plan.hpp"
@@ -19,11 +18,5 @@ namespace raywave {
 ///           (tests/plan/propagation_errors.cpp); the scene is taken to fill its box
 std::vector<double> predicted_padding_errors(const Plan& plan,
                                              const std::vector<glm::ivec2>& padded);
-
-/// Relative L2 error of the field at the hologram when its rows are made from the gathered ones,
-/// against gathering all of them; predicted in the same way.
-///
-/// accuracy  within a factor of 2 of what the scene itself shows (tests/trace/interpolator.cpp)
-double predicted_oversampling_error(const Plan& plan);
 
 }  // namespace raywave

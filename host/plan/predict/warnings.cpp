@@ -224,7 +224,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   else if (p < 0.8 * limit)
     warn("sampling.pitch " + length_text(p) + " is finer than what the hologram resolves, " +
          length_text(std::round(limit * 1e8) / 1e8) + ": it costs time and shows no more");
-  if (!plan.aimed && scene.sampling.source == FanSource::hit) {
+  if (!plan.aimed) {
     const double spread = (plan.far_m - plan.layers[0].distance_m) * plan.size.x * plan.pitch_m.x /
                           plan.layers[0].distance_m;
     if (spread > 2 * p)
