@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Objects that deform: trees that are refitted, and worlds whose vertices change.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <iostream>
 #include <numbers>
 #include <span>
 #include <utility>
@@ -333,34 +331,6 @@ TEST_CASE("corners stay apart that are equal in one mesh of an object and differ
       CHECK(mesh.positions[mesh.triangles[i][c]] == first.positions[first.triangles[i][c]]);
       CHECK(shapes[0].positions[mesh.triangles[i][c]] == second.positions[second.triangles[i][c]]);
     }
-  }
-}
-
-TEST_CASE("figures of docs/animation.md: a tree refitted and built", "[.figures]") {
-  for (const int rings : {64, 512}) {
-    const auto ball = sphere({}, 1 * mm, rings);
-    auto moved = ball.positions;
-    for (auto& p : moved) p = bent(p);
-    const auto median_ms = [&](const auto& work) {
-      std::vector<double> times;
-      for (int i = 0; i < 5; ++i) {
-        const auto start = std::chrono::steady_clock::now();
-        work();
-        times.push_back(
-            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-                .count());
-      }
-      std::nth_element(times.begin(), times.begin() + 2, times.end());
-      return times[2];
-    };
-    Bvh bvh;
-    const double build = median_ms([&] { bvh = build_bvh(ball.positions, ball.triangles, {}, 4); }),
-                 refitting = median_ms([&] { refit_bvh(bvh, moved, ball.triangles, {}); });
-    auto vertices = build_vertex_tree(ball.positions);
-    const double tree = median_ms([&] { build_vertex_tree(moved); }),
-                 refitted = median_ms([&] { refit(vertices, moved); });
-    std::cout << ball.triangles.size() << " triangles: built " << build << " ms, refitted "
-              << refitting << " ms; of vertices " << tree << " and " << refitted << " ms\n";
   }
 }
 

@@ -2,14 +2,11 @@
 #include "host/propagate/propagator.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <complex>
 #include <cstdio>
 #include <functional>
-#include <iostream>
 #include <numbers>
-#include <random>
 
 #include "host/common/error.hpp"
 #include "host/reference/propagation.hpp"
@@ -510,45 +507,6 @@ TEST_CASE("impossible planes are refused") {
     CHECK_THROWS_AS(Propagator(device, {{5, 5}, {0, um}, red_m}), InputError);
     CHECK_THROWS_AS(Propagator(device, {{5, 5}, {um, um}, -1}), InputError);
     CHECK_THROWS_AS(Propagator(device, {{5, 5}, {um, um}, red_m, 0.9}), InputError);
-  }
-}
-
-// Not run by default: figures for docs/accuracy.md and docs/performance.md.
-TEST_CASE("full size: error and time", "[.measure]") {
-  for (const auto& device : test::all_devices()) {
-    for (const auto& [shift_m, distance_m] : {std::pair(glm::dvec2(0, 0), 0.1 * mm),
-                                              {{0, 0}, 95 * mm},
-                                              {{2 * mm, 0}, 95 * mm},
-                                              {{3.6 * mm, 0}, 95 * mm},
-                                              {{50 * mm, 0}, 1.0}}) {
-      const Setup s{{1920, 1080}, {3.74 * um, 3.74 * um}, red_m, shift_m, distance_m};
-      const auto source = noise(s.size, 7);
-      Propagator propagator(device, spec_of(s));
-      cl::ComplexBuffer field(device, source, "field");
-      double milliseconds[3] = {1e9, 1e9, 1e9};
-      const auto timed = [&](int step, auto&& f) {
-        const auto start = std::chrono::steady_clock::now();
-        f();
-        device.finish();
-        milliseconds[step] = std::min(
-            milliseconds[step],
-            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-                .count());
-      };
-      for (int repeat = 0; repeat < 5; ++repeat) {
-        timed(0, [&] { propagator.load(field); });
-        timed(1, [&] { propagator.add({s.shift_m, s.distance_m}); });
-        timed(2, [&] { propagator.collect(field); });
-      }
-      const auto got = propagate(device, propagator, source, shift_m, distance_m);
-      const double error =
-          reference::relative_error(reference::to_double(got),
-                                    reference::shifted_angular_spectrum(
-                                        reference::to_double(source), s, propagator.padded_size()));
-      std::cout << device.info().name << ", z " << distance_m << " m: load " << milliseconds[0]
-                << " ms, add " << milliseconds[1] << " ms, collect " << milliseconds[2]
-                << " ms, relative L2 error " << error << "\n";
-    }
   }
 }
 

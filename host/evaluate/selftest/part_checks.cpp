@@ -222,6 +222,7 @@ std::vector<SelfCheck> propagation_checks(const cl::DeviceInfo& info, SelfTestSi
       {"60 um backwards, pitch 0.5 um", {small, square(0.5 * um), red_m, {-26 * um, 0}, -60 * um}},
       {"wavelength 10 nm, pitch 50 nm", {small, square(50 * nm), 10 * nm, {0, 0}, 0.1 * mm}},
       {"wavelength 10 nm, 1 m", {small, square(slm_m), 10 * nm, {0, 0}, 1}},
+      {"wavelength 1 mm, pitch a quarter of it", {small, square(0.25 * mm), 1 * mm, {}, 0.1}},
       {"wavelength 1 mm, pitch 0.3 mm, 100 m", {small, square(0.3 * mm), 1 * mm, {0, 0}, 100}},
       {"pitch a quarter wavelength, shift 10 mm",
        {{1920, 3}, square(red_m / 4), red_m, {10 * mm, 0}, 10 * mm}},

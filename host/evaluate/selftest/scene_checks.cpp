@@ -187,6 +187,8 @@ const Plate plates[] = {
     {"wavelength 10 nm", {48, 40}, 0.5 * um, 10 * nm, 50 * um, {0, 0, 10 * mm}, 1, 20, 8 * mm},
     {"wavelength 1 mm", {48, 40}, 0.6 * mm, 1 * mm, 50 * mm, {0, 0, 0.3}},
     {"pitch a quarter wavelength", {48, 40}, red_m / 4, red_m, 10 * um, {0, 0, 50 * um}},
+    {"pitch 100 um", {48, 40}, 100 * um, red_m, 3 * mm, {0, 0, 1}},
+    {"scene of 1 um", {48, 40}, 0.5 * um, red_m, 1 * um, {0, 0, 100 * um}},
     {"scene of 1 um, 1 um away", {48, 40}, 0.2 * um, red_m, 1 * um, {0, 0, 1 * um}},
     {"scene 1 m off the axis", {48, 40}, 3 * um, red_m, 50 * mm, {1, 0, 10}, 1, 20, 0.2},
     {"scene 100 m away", {48, 40}, 100 * um, red_m, 0.2, {0, 0, 100}, 1, 20, 50},
