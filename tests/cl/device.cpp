@@ -20,6 +20,7 @@
 #include "host/geometry/shared_types.hpp"
 #include "kernels/common/shared_layout.h"
 #include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
 #include "tests/support/environment.hpp"
 
 namespace raywave {
@@ -46,15 +47,6 @@ std::vector<cl::DeviceInfo> all_devices() {
 cl::Program selfcheck(const cl::Device& device, int lanes = 1) {
   return cl::Program(device, "kernels/instruments/selfcheck.cl",
                      {{option::lanes, std::to_string(lanes)}});
-}
-
-std::string message_of(const std::function<void()>& f) {
-  try {
-    f();
-  } catch (const cl::DeviceError& error) {
-    return error.what();
-  }
-  return "no DeviceError";
 }
 
 }  // namespace
@@ -93,7 +85,7 @@ TEST_CASE("with nothing named, a GPU goes before an accelerator and that before 
 }
 
 TEST_CASE("a device that is not there is an error that lists those that are") {
-  const auto message = message_of([] { cl::find_device("abacus"); });
+  const auto message = test::device_error_of([] { cl::find_device("abacus"); });
   CHECK_THAT(message, ContainsSubstring("\"abacus\""));
   for (const auto& device : all_devices())
     CHECK_THAT(message, ContainsSubstring(device.index + " " + device.name));
@@ -103,7 +95,7 @@ TEST_CASE(
     "a buffer over the device's limit is an error that says what was asked and what is allowed") {
   for (const auto& info : all_devices()) {
     const cl::Device device(info);
-    const auto message = message_of(
+    const auto message = test::device_error_of(
         [&] { cl::Buffer<std::uint8_t>(device, info.largest_buffer_bytes + 1, "WRP field"); });
     CHECK_THAT(message,
                ContainsSubstring("WRP field") && ContainsSubstring(info.name) &&
@@ -134,15 +126,15 @@ TEST_CASE("a launch with wrong arguments is an error, for kernels from source an
       INFO(info.name << ", kernel from " << from);
       auto kernel = selfcheck(device).kernel("cos_sin");
       CHECK_NOTHROW(kernel.run({1}, {1}, floats, floats, floats, blocks));
-      CHECK_THAT(message_of([&] { kernel.run({1}, {1}, floats, floats, blocks); }),
+      CHECK_THAT(test::device_error_of([&] { kernel.run({1}, {1}, floats, floats, blocks); }),
                  ContainsSubstring("cos_sin takes 4 arguments, 3 given"));
       const bool tells = !kernel.argument_types()[0].empty();
       // Of a program from a binary Intel's runtime does not
       CHECK((tells || (from == "cache" && info.platform.starts_with("Intel"))));
       if (!tells) continue;
-      CHECK_THAT(message_of([&] { kernel.run({1}, {1}, ints, floats, floats, blocks); }),
+      CHECK_THAT(test::device_error_of([&] { kernel.run({1}, {1}, ints, floats, floats, blocks); }),
                  ContainsSubstring("argument 0 is float*, int* given"));
-      CHECK_THAT(message_of([&] { kernel.run({1}, {1}, floats, floats, floats, 1.0f); }),
+      CHECK_THAT(test::device_error_of([&] { kernel.run({1}, {1}, floats, floats, floats, 1.0f); }),
                  ContainsSubstring("argument 3 is int, float given"));
     }
     device.finish();

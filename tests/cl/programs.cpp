@@ -73,15 +73,6 @@ Results all_of(const cl::DeviceInfo& info, const Scene& scene) {
   return results;
 }
 
-std::string message_of(const std::function<void()>& f) {
-  try {
-    f();
-  } catch (const cl::DeviceError& error) {
-    return error.what();
-  }
-  return "no DeviceError";
-}
-
 }  // namespace
 
 TEST_CASE(
@@ -101,7 +92,8 @@ TEST_CASE(
 
     const Environment cache("RAYWAVE_CACHE_DIR", (folder / "no-cache").string());
     const NoCompiler none;
-    CHECK_THAT(message_of([&] { all_of(info, scene); }), ContainsSubstring("does not compile"));
+    CHECK_THAT(test::device_error_of([&] { all_of(info, scene); }),
+               ContainsSubstring("does not compile"));
 
     const Environment ahead(variable, programs.string());
     const auto offline = cl::find_device(info.index);
@@ -131,7 +123,7 @@ TEST_CASE(
     }
     const Environment ahead(variable, programs.string());
     CHECK_NOTHROW(build());
-    const auto missing = message_of([&] {
+    const auto missing = test::device_error_of([&] {
       cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{option::lanes, "4"}});
     });
     CHECK_THAT(missing, ContainsSubstring((programs / "encode-").string()) &&
@@ -149,14 +141,14 @@ TEST_CASE(
     auto damaged = whole;
     damaged[whole.size() / 2] = static_cast<char>(damaged[whole.size() / 2] ^ 1);
     std::ofstream(binary, std::ios::binary) << damaged;
-    CHECK_THAT(message_of(build),
+    CHECK_THAT(test::device_error_of(build),
                ContainsSubstring(binary.string()) && ContainsSubstring("damaged"));
     std::ofstream(binary, std::ios::binary) << whole;
     CHECK_NOTHROW(build());
     if (info.platform == "rusticl") continue;  // Mesa 22.3 aborts at what is no program
     fs::remove(programs / "manifest.tsv");
     std::ofstream(binary, std::ios::binary) << "no program at all";
-    CHECK_THAT(message_of(build),
+    CHECK_THAT(test::device_error_of(build),
                ContainsSubstring(binary.string()) && ContainsSubstring("does not load"));
   }
 }

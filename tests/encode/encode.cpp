@@ -14,6 +14,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
+#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {
@@ -21,14 +22,9 @@ namespace {
 using Field = std::vector<std::complex<float>>;
 using Pictures = std::vector<std::vector<std::uint8_t>>;
 using std::numbers::pi;
+using test::by_phase;
 
 constexpr double pitch_m = 4e-6, wavelength_m = 638e-9;
-
-SlmSpec by_phase() {
-  SlmSpec slm;
-  slm.encoding = Encoding::phase;
-  return slm;
-}
 
 std::shared_ptr<const Panel> panel_of(const SlmSpec& slm, glm::ivec2 size) {
   return std::make_shared<const Panel>(slm, size, glm::dvec2(pitch_m), wavelength_m);
@@ -403,17 +399,6 @@ Field smooth_field(glm::ivec2 size) {
   return field;
 }
 
-double correlation(const Field& a, const Field& b) {
-  std::complex<double> product;
-  double aa = 0, bb = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    product += std::complex<double>(a[i]) * std::conj(std::complex<double>(b[i]));
-    aa += std::norm(std::complex<double>(a[i]));
-    bb += std::norm(std::complex<double>(b[i]));
-  }
-  return std::abs(product) / std::sqrt(aa * bb);
-}
-
 TEST_CASE("behind a stop on the carrier, every encoding shows the field") {
   struct Case {
     Encoding encoding;
@@ -439,13 +424,13 @@ TEST_CASE("behind a stop on the carrier, every encoding shows the field") {
     for (const auto& device : test::all_devices()) {
       const auto levels = levels_of(device, slm, size, field);
       const auto shown = shown_field(*panel, Pictures{levels});
-      CHECK(correlation(field, shown.samples) > one.least);
+      CHECK(test::correlation(field, shown.samples) > one.least);
       // The other sign of the carrier is no picture of the field.
       if (shows_amplitude(one.encoding)) {
         auto wrong = slm;
         wrong.stop->centre = glm::dvec2(0.1, 0.3);
         const auto other = shown_field(*panel_of(wrong, size), Pictures{levels});
-        CHECK(correlation(field, other.samples) < 0.5);
+        CHECK(test::correlation(field, other.samples) < 0.5);
       }
     }
   }

@@ -21,12 +21,14 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
+#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {
 
 using Catch::Approx;
 using Catch::Matchers::ContainsSubstring;
+using test::by_phase;
 using Pictures = std::vector<std::vector<std::uint8_t>>;
 
 HologramSpec small_slm() {
@@ -35,12 +37,6 @@ HologramSpec small_slm() {
   hologram.pitch_m = {4e-6, 4e-6};
   hologram.wavelength_m = 532e-9;
   return hologram;
-}
-
-SlmSpec by_phase() {
-  SlmSpec slm;
-  slm.encoding = Encoding::phase;
-  return slm;
 }
 
 /// What the SLM shows of a pattern when its levels are as `described`, and its glass as `true_slm`.

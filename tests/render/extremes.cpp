@@ -60,12 +60,6 @@ std::vector<std::complex<float>> field_of(const cl::Device& device, const Scene&
   return rendered(device, scene, way).field.samples;
 }
 
-double energy(const std::vector<std::complex<float>>& field) {
-  double sum = 0;
-  for (const auto& z : field) sum += std::norm(std::complex<double>(z));
-  return sum;
-}
-
 /// A shiny ball in front of a wall, 10 mm from a hologram of 64 x 48 pixels of 4 um; all lengths
 /// are multiplied by `scale`.
 Scene small_scene(const Folder& folder, double scale = 1) {
@@ -130,7 +124,7 @@ TEST_CASE(
         double largest = 0;
         for (const auto& z : result.field.samples)
           largest = std::max(largest, static_cast<double>(std::abs(z)));
-        const double rms = std::sqrt(energy(result.field.samples) /
+        const double rms = std::sqrt(test::energy(result.field.samples) /
                                      static_cast<double>(result.field.samples.size()));
         CHECK(rms > 0);
         CHECK(largest <= 6 * rms);
@@ -207,7 +201,7 @@ TEST_CASE("no light gives a dark hologram") {
       for (auto& m : scene.materials) m.ambient = glm::dvec3(0);
       scene.lights[0].intensity = 0;
       const auto result = rendered(device, scene, way);
-      CHECK(energy(result.field.samples) == 0);
+      CHECK(test::energy(result.field.samples) == 0);
       const auto picture =
           reconstruct(device, host, result.field, scene.hologram, {10 * mm, {}, {0, 0}, {1, 1}, 2});
       CHECK(expose(picture, 99.5) == std::vector<std::uint8_t>(64 * 48));
@@ -239,7 +233,7 @@ TEST_CASE(
                  sharp = with(0.75, 1e6);
       CHECK(test::relative_l2(zero, even) <= 1e-6);
       CHECK(test::relative_l2(small, even) <= 1e-3);  // measured 1.3e-4
-      CHECK(energy(sharp) <= 1.01 * energy(even));
+      CHECK(test::energy(sharp) <= 1.01 * test::energy(even));
     }
   }
 }
@@ -377,7 +371,7 @@ TEST_CASE(
       scene.objects[2].position_m = {0, 0, 9.9 * mm};
       scene.wrp.distances_m = {9.9 * mm};
       scene.trace.shadows = true;
-      CHECK(energy(field_of(device, scene, way)) > 0);
+      CHECK(test::energy(field_of(device, scene, way)) > 0);
     }
   }
 }

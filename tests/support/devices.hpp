@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "cl/fft.hpp"
@@ -13,6 +14,17 @@ inline std::vector<cl::Device> all_devices() {
   const auto infos = cl::list_devices();
   REQUIRE_FALSE(infos.empty());
   return {infos.begin(), infos.end()};
+}
+
+/// The message of the DeviceError that `action` throws.
+template <class Action>
+std::string device_error_of(Action action) {
+  try {
+    action();
+  } catch (const cl::DeviceError& error) {
+    return error.what();
+  }
+  return "no DeviceError";
 }
 
 inline std::vector<cl::FftBackend> backends_of(const cl::Device& device) {

@@ -96,6 +96,12 @@ inline Material glowing() {
   return m;
 }
 
+inline SlmSpec by_phase() {
+  SlmSpec slm;
+  slm.encoding = Encoding::phase;
+  return slm;
+}
+
 inline Object object_at(std::filesystem::path mesh, double width_m, glm::dvec3 position_m,
                         int material = 0) {
   Object o;
@@ -118,17 +124,19 @@ double relative_l2(const std::vector<std::complex<A>>& a, const std::vector<std:
   return std::sqrt(difference / norm);
 }
 
+inline double energy(const std::vector<std::complex<float>>& field) {
+  double sum = 0;
+  for (const auto& z : field) sum += std::norm(std::complex<double>(z));
+  return sum;
+}
+
 /// The correlation |<a, b>| / (|a| |b|)
 inline double correlation(const std::vector<std::complex<float>>& a,
                           const std::vector<std::complex<float>>& b) {
   std::complex<double> product = 0;
-  double aa = 0, bb = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
+  for (std::size_t i = 0; i < a.size(); ++i)
     product += std::conj(std::complex<double>(a[i])) * std::complex<double>(b[i]);
-    aa += std::norm(std::complex<double>(a[i]));
-    bb += std::norm(std::complex<double>(b[i]));
-  }
-  return std::abs(product) / std::sqrt(aa * bb);
+  return std::abs(product) / std::sqrt(energy(a) * energy(b));
 }
 
 inline bool all_finite(std::span<const std::complex<float>> field) {

@@ -353,12 +353,6 @@ Complex plane_waves(const Plan& plan, dvec3 p, dvec3 pixel) {
   return product;
 }
 
-double energy_of(const Fields& field) {
-  double sum = 0;
-  for (const auto& v : field) sum += std::norm(Complex(v));
-  return sum;
-}
-
 /// A point off the axis in front of a hologram 1.4 mm wide.
 Stage near_point() {
   Stage stage;
@@ -417,13 +411,13 @@ TEST_CASE("geometric footprints and plane waves agree at the switch between them
                  waves = gathered(device, rig, centre, 20);
       Fields difference(geometric);
       for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= waves[i];
-      const double error = std::sqrt(energy_of(difference) / energy_of(waves));
+      const double error = std::sqrt(energy(difference) / energy(waves));
       INFO("depth " << depth << ": relative difference " << error << ", energy "
-                    << energy_of(geometric) / energy_of(waves));
+                    << energy(geometric) / energy(waves));
       CHECK(error > 0);
       // The geometric footprint has no Fresnel fringes; here they cover a third of the footprint.
       CHECK(error < 0.4);
-      CHECK(energy_of(geometric) / energy_of(waves) == Catch::Approx(1).margin(0.03));
+      CHECK(energy(geometric) / energy(waves) == Catch::Approx(1).margin(0.03));
     }
   }
 }
@@ -463,8 +457,8 @@ TEST_CASE(
       std::vector<Complex> sum(all.size());
       for (std::size_t layer = 0; layer < 4; ++layer) {
         const auto part = gathered(device, rig, centre, plane_wave_spots, 1, 1, layer);
-        if (layer == 3) CHECK(energy_of(part) == 0);
-        if (layer < 3) CHECK(energy_of(part) > 0);
+        if (layer == 3) CHECK(energy(part) == 0);
+        if (layer < 3) CHECK(energy(part) > 0);
         for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += Complex(part[i]);
       }
       return sum;

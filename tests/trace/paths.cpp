@@ -83,20 +83,6 @@ std::vector<std::complex<float>> all_points(const raywave::cl::Device& device, c
   return field.read();
 }
 
-double energy(const std::vector<std::complex<float>>& field) {
-  double sum = 0;
-  for (const auto& v : field) sum += std::norm(Complex(v));
-  return sum;
-}
-
-/// |<a, b>| / (|a| |b|)
-double correlation(const std::vector<std::complex<float>>& a,
-                   const std::vector<std::complex<float>>& b) {
-  Complex sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += std::conj(Complex(a[i])) * Complex(b[i]);
-  return std::abs(sum) / std::sqrt(energy(a) * energy(b));
-}
-
 /// Checks that what a mirror shows is the field of the mirrored scene.
 ///
 /// least  correlation
@@ -129,7 +115,7 @@ Surface cap(dvec3 centre, double radius, dvec2 middle, double half, double step)
 
 /// Relative L2 error of a hologram of path samples at some pixels, against solved paths.
 struct PathErrors {
-  double field = 0, point_field = 0;  // of the fitted paths, and of virtual points alone
+  double field = 0;
   int samples = 0, unsolved = 0;
 };
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <functional>
 #include <limits>
 #include <numbers>
@@ -11,9 +10,9 @@
 #include <random>
 #include <utility>
 
-#include "host/common/error.hpp"
 #include "host/encode/shown.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/files.hpp"
 
 namespace raywave {
 namespace {
@@ -74,20 +73,6 @@ double mirrored_pixel(const Image& image, int x, int y) {
   };
   return image
       .pixels[static_cast<std::size_t>(fold(y, image.height)) * image.width + fold(x, image.width)];
-}
-
-/// Message of the InputError; empty when there is none.
-std::string message_of(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return {};
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 TEST_CASE(
@@ -237,8 +222,8 @@ TEST_CASE(
     CHECK(c.contrast_a == compare_pictures(a, b).contrast_a);
     CHECK(domain_of(name_of(domain)) == domain);
   }
-  CHECK(
-      contains(message_of([] { domain_of("linear"); }), "there are intensity, amplitude and srgb"));
+  CHECK_THAT(input_error_of([] { domain_of("linear"); }),
+             ContainsSubstring("there are intensity, amplitude and srgb"));
 }
 
 TEST_CASE("the border counts in no figure but a region's") {
@@ -428,8 +413,7 @@ TEST_CASE("colours run from blue over white to red and stay there beyond the end
 }
 
 TEST_CASE("a picture's PNG is read as linear light, its EXR as it is, and colours are refused") {
-  const auto folder = std::filesystem::temp_directory_path() /
-                      ("raywave_compare_" + std::to_string(std::random_device{}()));
+  const Folder folder;
   const std::vector<std::uint8_t> levels{0, 10, 188, 255};
   save_png(folder / "a.png", 4, 1, levels);
   const auto png = load_grey(folder / "a.png", "");
@@ -441,9 +425,8 @@ TEST_CASE("a picture's PNG is read as linear light, its EXR as it is, and colour
   save_exr(folder / "a.exr", 4, 1, values);
   CHECK(load_grey(folder / "a.exr", "").pixels == values);
   save_png_rgb(folder / "rgb.png", 1, 1, std::vector<std::uint8_t>{1, 2, 3});
-  CHECK(contains(message_of([&] { load_grey(folder / "rgb.png", ""); }),
-                 "must be grey; it has 3 channels"));
-  std::filesystem::remove_all(folder);
+  CHECK_THAT(input_error_of([&] { load_grey(folder / "rgb.png", ""); }),
+             ContainsSubstring("must be grey; it has 3 channels"));
 }
 
 TEST_CASE("inputs that cannot be compared are refused, with the reason") {
@@ -452,26 +435,29 @@ TEST_CASE("inputs that cannot be compared are refused, with the reason") {
   two_frames.frames = 2;
   two_frames.samples.resize(24);
   const auto of_fields = [](const FieldStack& a, const FieldStack& b) {
-    return message_of([&] { compare_fields(a, b); });
+    return input_error_of([&] { compare_fields(a, b); });
   };
-  CHECK(
-      contains(of_fields(f, random_field(3, 4, 1)), "A has 1 frame of 4 x 3, B 1 frame of 3 x 4"));
-  CHECK(contains(of_fields(f, two_frames), "A has 1 frame of 4 x 3, B 2 frames of 4 x 3"));
-  CHECK(contains(of_fields(two_frames, two_frames), "frame 2 of A is zero"));
-  CHECK(contains(of_fields(f, times(f, 0)), "frame 1 of B is zero"));
+  CHECK_THAT(of_fields(f, random_field(3, 4, 1)),
+             ContainsSubstring("A has 1 frame of 4 x 3, B 1 frame of 3 x 4"));
+  CHECK_THAT(of_fields(f, two_frames),
+             ContainsSubstring("A has 1 frame of 4 x 3, B 2 frames of 4 x 3"));
+  CHECK_THAT(of_fields(two_frames, two_frames), ContainsSubstring("frame 2 of A is zero"));
+  CHECK_THAT(of_fields(f, times(f, 0)), ContainsSubstring("frame 1 of B is zero"));
 
   const auto p = random_image(8, 6, 1), black = image_of(8, 6, [](int, int) { return 0; });
   const auto of_pictures = [](const Image& a, const Image& b, const PictureOptions& how = {}) {
-    return message_of([&] { compare_pictures(a, b, how); });
+    return input_error_of([&] { compare_pictures(a, b, how); });
   };
-  CHECK(contains(of_pictures(p, random_image(6, 8, 1)), "A is 8 x 6 pixels, B 6 x 8"));
-  CHECK(contains(of_pictures(black, p), "A is black"));
-  CHECK(contains(of_pictures(p, black), "B is black"));
-  CHECK(contains(of_pictures(p, p, {0, 3, {}}), "border: must be 0 to 2 pixels"));
-  CHECK(contains(of_pictures(p, p, {0, -1, {}}), "border: must be 0 to 2 pixels"));
+  CHECK_THAT(of_pictures(p, random_image(6, 8, 1)),
+             ContainsSubstring("A is 8 x 6 pixels, B 6 x 8"));
+  CHECK_THAT(of_pictures(black, p), ContainsSubstring("A is black"));
+  CHECK_THAT(of_pictures(p, black), ContainsSubstring("B is black"));
+  CHECK_THAT(of_pictures(p, p, {0, 3, {}}), ContainsSubstring("border: must be 0 to 2 pixels"));
+  CHECK_THAT(of_pictures(p, p, {0, -1, {}}), ContainsSubstring("border: must be 0 to 2 pixels"));
   CHECK(of_pictures(p, p, {0, 2, {}}).empty());
   for (const double sigma : {-1.0, 1001.0, std::numeric_limits<double>::quiet_NaN()})
-    CHECK(contains(of_pictures(p, p, {sigma, 0, {}}), "blur: must be 0 to 1000 pixels"));
+    CHECK_THAT(of_pictures(p, p, {sigma, 0, {}}),
+               ContainsSubstring("blur: must be 0 to 1000 pixels"));
   const int most = std::numeric_limits<int>::max();
   for (const Region& r : {Region{0, 0, 9, 1},
                           {7, 0, 2, 1},
@@ -479,8 +465,9 @@ TEST_CASE("inputs that cannot be compared are refused, with the reason") {
                           {0, 0, 0, 1},
                           {0, 5, 1, most},
                           {most, 0, most, 1}})
-    CHECK(contains(of_pictures(p, p, {0, 0, r}), "do not lie in the picture of 8 x 6"));
-  CHECK(contains(message_of([&] { speckle_contrast(black); }), "has no light"));
+    CHECK_THAT(of_pictures(p, p, {0, 0, r}),
+               ContainsSubstring("do not lie in the picture of 8 x 6"));
+  CHECK_THAT(input_error_of([&] { speckle_contrast(black); }), ContainsSubstring("has no light"));
 }
 
 }  // namespace
