@@ -19,9 +19,9 @@ namespace raywave::cl {
 
 /// A program before it is built.
 struct ProgramSource {
-  std::string file;   // of kernels/
+  std::string file;   // kernel file, below kernels/
   std::string text;   // with its includes
-  std::string flags;  // of the compiler
+  std::string flags;  // flags of the compiler
 
   std::string name() const;
 };

@@ -23,7 +23,7 @@ private:
 
   std::uint64_t a_ = 0xcbf29ce484222325u, b_ = 0x84222325cbf29ce4u;
   std::uint64_t begun_ = 0;  // bytes of a word that is not whole yet
-  std::uint64_t size_ = 0;   // of all bytes
+  std::uint64_t size_ = 0;   // number of all bytes
 };
 
 /// 32 hexadecimal digits that stand for `text` in a file name.

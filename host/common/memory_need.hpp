@@ -10,7 +10,7 @@ namespace raywave {
 struct MemoryNeed {
   std::string name;  // for messages ("WRP field")
   std::uint64_t bytes = 0;
-  std::string advice;  // what would need less
+  std::string advice;  // a setting that would need less
 };
 
 /// "2.0 GiB"

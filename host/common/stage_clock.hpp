@@ -43,7 +43,7 @@ struct StageTimes {
   }
 };
 
-/// What this thread has waited for drivers that compile kernels. Which launch compiles is up to
+/// Time that this thread waited for drivers that compile kernels. Which launch compiles is up to
 /// them, so that every stage may.
 inline thread_local Seconds compiling;
 

@@ -13,7 +13,7 @@ namespace raywave {
 /// after 160 characters.
 std::string one_line(std::string_view text);
 
-/// What an exception of the JSON library says, in one line and without the library's own name.
+/// The message of an exception of the JSON library, in one line and without the library's own name.
 std::string json_reason(const std::exception& error);
 
 /// one_line(text) in double quotes.

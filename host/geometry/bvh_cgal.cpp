@@ -98,7 +98,7 @@ device::BvhNode node_of(const Child& left, const Child& right) {
 /// A triangle of a part that is divided by surface area.
 struct Item {
   Box box;       // rounded outwards
-  Lanes centre;  // of it, doubled
+  Lanes centre;  // centre of the box, doubled
   std::size_t triangle;
 };
 
@@ -205,7 +205,7 @@ private:
         boxes[bin].add(items_[i].box);
         ++counts[bin];
       }
-      std::array<float, bins> right_cost{};  // of the bins from each on
+      std::array<float, bins> right_cost{};  // cost of the bins from each on
       Box box;
       std::size_t in_box = 0;
       for (auto bin = bins; bin-- > 1;) {

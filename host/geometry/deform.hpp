@@ -19,13 +19,13 @@ struct VertexKey {
   std::vector<glm::vec3> normals;  // unit length
 };
 
-/// What an object that deforms has been and can become.
+/// The states that an object that deforms has been in and can take.
 struct Deforming {
   VertexKey rest;                   // as it was placed
   std::vector<std::uint32_t> weld;  // of its vertices: equal numbers for equal places at rest
   bool closed = false;              // at rest
   std::vector<VertexKey> keys;      // of Object::shapes
-  // Of an object that a glTF file deforms: how, and where place_objects puts it
+  // Object that a glTF file deforms: how, and where place_objects puts it
   std::shared_ptr<const DeformingMesh> mesh;
   std::shared_ptr<const GltfMoves> moves;
   Motion placing{};

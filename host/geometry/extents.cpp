@@ -40,7 +40,8 @@ Values values_at(const glm::dvec3& p_m, const SeenThrough& seen, double side) {
     values.fill(infinite);
     return values;
   }
-  const double share = (p_m.z - seen.distance_m) / p_m.z;  // of the path from surface to hologram
+  const double share =
+      (p_m.z - seen.distance_m) / p_m.z;  // share of the path from surface to hologram
   for (int axis = 0; axis < 2; ++axis) {
     const double x = p_m[axis], tangent = x / p_m.z;
     const double off_centre = x - seen.centre_m[axis], centre = x - off_centre * share,

@@ -22,7 +22,7 @@ struct VertexTree {
 
   struct Node {
     glm::dvec3 min_m, max_m;         // box around the vertices below
-    std::uint32_t first = 0, count;  // of these vertices, in `vertices`
+    std::uint32_t first = 0, count;  // range of these vertices, in `vertices`
     std::uint32_t right = 0;         // index of the right child, the left one follows; 0: a leaf
   };
   std::vector<Node> nodes;              // node 0 is the root

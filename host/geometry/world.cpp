@@ -238,7 +238,7 @@ Placing first_placing_of(const Object& object, const Mesh& mesh) {
   return placing;
 }
 
-/// What of a mesh lies beyond Object::cut_m; empty: all of it.
+/// The part of a mesh that lies beyond Object::cut_m; empty: all of it.
 std::optional<Mesh> cut_mesh_of(const Object& object, const Mesh& mesh, Placing& placing) {
   if (object.cut_m == 0 || placing.box.min.z >= object.cut_m) return {};
   std::vector<double> depths_m;
@@ -253,7 +253,7 @@ std::optional<Mesh> cut_mesh_of(const Object& object, const Mesh& mesh, Placing&
   return part;
 }
 
-/// What an object that deforms is at rest: as its vertices are now.
+/// The rest state of an object that deforms: as its vertices are now.
 std::shared_ptr<Deforming> rest_of(const World& world, std::size_t object) {
   const auto& placed = world.placed[object];
   const auto positions = std::span(world.positions).subspan(placed.first_vertex, placed.vertices);

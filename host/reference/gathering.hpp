@@ -11,7 +11,7 @@
 
 namespace raywave::reference {
 
-/// What the device starts from.
+/// The input that the device starts from.
 Gathering gathering(const Rig& rig, double plane_wave_spots = 0);
 
 struct Agreement {

@@ -46,7 +46,7 @@ public:
 
   /// Where a ray is on its way over mirrors and through glass.
   struct Way {
-    double share = 1;  // of the light
+    double share = 1;  // share of the light
     double attenuation_per_m = 0;
     int bounces = 0;
     int from = -1;  // triangle
@@ -84,7 +84,7 @@ public:
   bool unsure = false;  // set by what rays met since it was cleared
 
 private:
-  /// What a mirror or glass shows at a point.
+  /// The radiance that a mirror or glass shows at a point.
   double beyond(glm::dvec3 point, glm::dvec3 direction, const Look& look, bool entering,
                 int light_place, const Way& way) {
     if (way.bounces == plan_.bounces || look.reflectivity + look.transparency == 0) return 0;

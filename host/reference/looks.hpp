@@ -23,7 +23,7 @@ double map_at(const SurfaceMap& map, glm::dvec2 uv, int channel = 0);
 /// The channels of a colour that the hologram sees; of one wavelength, all three are its own.
 glm::dvec3 seen_colour(const Scene& scene, glm::dvec3 colour);
 
-/// What the hologram shows of a radiance that consists of such colours.
+/// The part that the hologram shows of a radiance that consists of such colours.
 double shown_radiance(const Scene& scene, glm::dvec3 radiance);
 
 /// A material at a place of a triangle, for the hologram's wavelength, without light.
@@ -31,7 +31,7 @@ struct Look {
   glm::dvec3 ambient{0}, diffuse{0}, specular{0}, emission{0};  // seen_colour
   double shininess = 0;
   double reflectivity = 0, transparency = 0;  // for the hologram's wavelength, as all below
-  double ior = 1.5, attenuation_per_m = 0;    // of what lies within
+  double ior = 1.5, attenuation_per_m = 0;    // index and attenuation within
   double alpha = 1;
   AlphaMode alpha_mode = AlphaMode::opaque;
   double alpha_cutoff = 0.5;
@@ -75,7 +75,7 @@ SeenLight seen_light(const PlacedLight& light, glm::dvec3 place_m, int which);
 /// All lights but ambient ones, in the order of the device.
 std::vector<PlacedLight> lights_of(const Scene& scene, const World& world);
 
-/// Of the ray (i, j) of a regular set: the place of lights that it looks for.
+/// The place of lights that the ray (i, j) of a regular set looks for.
 inline int light_place_of(int i, int j) { return (i & 3) | (j & 3) << 2; }
 
 /// Light of all lights towards the viewer, without ambient light and emission.

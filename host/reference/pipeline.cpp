@@ -21,7 +21,7 @@ using glm::dvec3;
 using Complex = std::complex<double>;
 using std::numbers::pi;
 
-constexpr double undecided = 1e-5;     // of a float's comparisons, relative
+constexpr double undecided = 1e-5;     // relative error of a float's comparisons
 constexpr int most_plane_waves = 96;   // kernels/gather/plane_waves.h
 constexpr double plane_wave_tail = 4;  // host/trace/gatherer.cpp
 
@@ -76,7 +76,7 @@ double seen_share(const Gathering& what, std::size_t index, int part_i, int part
 
 /// The direction in which the highlight of a light on a sample is brightest.
 struct Highlight {
-  dvec3 direction;  // of unit length
+  dvec3 direction;  // unit length
   double intensity;
 };
 
@@ -101,7 +101,7 @@ std::vector<Highlight> highlights(const Gathering& what, std::size_t index) {
 /// Geometry of one axis of a sample before a plane, world coordinates.
 struct Aimed {
   double chief_tangent;  // towards the hologram's centre
-  double half_tangent;   // of half the window
+  double half_tangent;   // tangent of half the window
   double centre_m;       // where the chief ray meets the plane
   double spot_m;         // diffraction spot on the plane
   double half_m;         // half footprint

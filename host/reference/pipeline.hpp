@@ -20,16 +20,16 @@ namespace raywave::reference {
 /// The input of the device's gathering, by reference.
 struct Gathering {
   const Plan& plan;
-  std::vector<PlacedLight> lights;  // of the scene, without ambient ones
+  std::vector<PlacedLight> lights;  // lights of the scene, without ambient ones
   std::span<const device::Sample> samples;
   std::span<const std::uint32_t> lit;               // light_words per sample
   std::size_t light_words = 1;                      // DeviceScene::light_words
   double plane_wave_spots = 0;                      // as Gatherer has it
-  std::span<const std::uint32_t> visibility_masks;  // of the samples, as SampleTable has them
+  std::span<const std::uint32_t> visibility_masks;  // masks of the samples, as SampleTable has them
   int visibility_parts = 8;
 };
 
-/// What the random phase multiplies the wave of a sample with: exp(i phase), and its conjugate for
+/// The random phase as a factor of the wave of a sample: exp(i phase), and its conjugate for
 /// samples before the hologram (docs/conventions.md#both-sides-of-the-hologram).
 std::complex<double> phasor_of(const Gathering& what, std::size_t sample, std::uint32_t seed);
 
@@ -52,7 +52,7 @@ struct AimedRay {
 AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m);
 
 struct GatheredField {
-  Field field;  // of the samples of the WRP's layer, as Gatherer::gather fills it
+  Field field;  // light of the samples of the WRP's layer, as Gatherer::gather fills it
   // Pixels at which floats may decide otherwise whether some sample is seen or gathered, and how
   std::vector<bool> unsure;
 };

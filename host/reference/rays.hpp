@@ -47,7 +47,7 @@ constexpr double float_sideways = 250 * 0x1p-24;
 /// Rounding explains a device's hit when it lies on a triangle that the ray meets within rounding,
 /// at that triangle's distance, and no later than the nearest exact hit.
 struct Verdict {
-  std::string fault;   // what is wrong; empty when rounding explains the hit
+  std::string fault;   // the mistake; empty when rounding explains the hit
   bool exact = false;  // it is the exact hit itself
 };
 

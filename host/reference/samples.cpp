@@ -16,8 +16,8 @@ namespace {
 using glm::dvec2;
 using glm::dvec3;
 
-constexpr double undecided = 1e-5;  // of a float's comparisons, relative
-constexpr double sideways = 1e-6;   // of a float's ray, as a fraction of its length
+constexpr double undecided = 1e-5;  // relative error of a float's comparisons
+constexpr double sideways = 1e-6;   // error of a float's ray, as a fraction of its length
 // Cosine to the ray below which a layer is steep, and cosine between normals of one steep layer
 constexpr double steep = 0.25, alike = 0.9;
 
@@ -79,7 +79,7 @@ private:
     return {0, 1, 2, 3};
   }
 
-  /// What a ray meets, as the table keeps it: coincident layers once, closed meshes on their
+  /// The hits of a ray, as the table keeps it: coincident layers once, closed meshes on their
   /// outside.
   std::vector<Meeting> meetings(dvec2 off) {
     const dvec3 direction((middle_ + off) * lattice_.step, 1);
@@ -253,7 +253,7 @@ private:
   int column_ = 0, row_ = 0;
   const LatticePlan& lattice_;
   double gap_m_;
-  dvec2 middle_{0};  // of the cell, in cells from the axis
+  dvec2 middle_{0};  // middle of the cell, in cells from the axis
   std::vector<Part> parts_;
   CellSamples result_;
 };

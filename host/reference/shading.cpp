@@ -15,7 +15,7 @@ namespace {
 
 // Sideways error of a hit in single precision, as a fraction of the distance (kernels/scene/bvh.h)
 constexpr double sideways = 1e-6;
-constexpr double cell_margin = 2e-5;  // of a phase cell
+constexpr double cell_margin = 2e-5;  // margin of a phase cell
 // Shortest path off the last surface, as a fraction of the scene's size: the device may leave out
 // a shorter one
 constexpr double shortest_path = 0x1.2p-16;
@@ -58,7 +58,7 @@ public:
     double optical_m = 0, spread_m = 0;
   };
 
-  /// What a ray goes through.
+  /// The media that a ray goes through.
   struct Medium {
     double index = 1, attenuation_per_m = 0;
   };
@@ -222,7 +222,7 @@ private:
   const Plan& plan_;
   std::uint32_t seed_;
   std::vector<PlacedLight> lights_;
-  double size_m_;  // of the scene
+  double size_m_;  // size of the scene
   double ambient_light_ = 1;
   std::vector<Corners> triangles_;
 };

@@ -12,9 +12,9 @@ namespace raywave::reference {
 
 /// A perfect mirror or the surface of glass.
 struct PerfectSurface {
-  glm::dvec3 centre{0};         // of the sphere; a point of the plane
-  glm::dvec3 normal{0, 0, -1};  // of the plane, of any length
-  // Of the sphere; 0: a plane. Negative: the side that is farther along the ray is met
+  glm::dvec3 centre{0};         // centre of the sphere; a point of the plane
+  glm::dvec3 normal{0, 0, -1};  // normal of the plane, of any length
+  // Radius of the sphere; 0: a plane. Negative: the side that is farther along the ray is met
   double radius = 0;
   // Index of refraction beyond it; 0: a mirror
   double beyond = 0;

@@ -44,7 +44,7 @@ struct Rig {
   std::vector<std::int32_t> first_of_cell;
   std::vector<std::uint32_t> visibility_masks, lit;
   std::vector<device::Triangle> triangles;
-  std::vector<Corners> corners;  // theirs
+  std::vector<Corners> corners;  // corners of the triangles
 
   /// keep_unseen  as SampleTable has it
   Rig(const cl::Device& device, const Stage& stage, Method method = Method::wrp,

@@ -93,10 +93,10 @@ struct Light::State {
   State(const cl::Device& device, cl::FftBackend backend, const Optics& optics,
         std::vector<PictureGrid> grids);
 
-  /// What a key needs beside its grid.
+  /// Tables of a key, beside its grid.
   struct Tables {
     cl::ComplexBuffer column_chirp, row_chirp;
-    OpenPart open;  // of the hologram, as the kernels take it: all of it where a mask cuts
+    OpenPart open;  // part of the hologram that kernels take: all of it where a mask cuts
   };
 
   bool fresnel(std::size_t key) const { return grids[key].propagation == Propagation::fresnel; }
@@ -122,7 +122,7 @@ struct Light::State {
   std::map<std::pair<int, int>, PlaneFft> host_ffts;                    // by size
   std::map<std::pair<int, int>, std::unique_ptr<cl::Fft>> device_ffts;  // by size
   std::optional<Propagator> propagator;
-  cl::ComplexBuffer at_hologram;  // of the exact propagation
+  cl::ComplexBuffer at_hologram;  // field of the exact propagation
   int transforms = 0;
 };
 

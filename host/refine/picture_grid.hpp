@@ -22,17 +22,17 @@ struct Optics {
   glm::dvec2 pitch_m{1, 1};
   double wavelength_m = 1;
   double blur_m = 0;      // standard deviation of the Gaussian that pictures are compared after
-  double padding = 1.25;  // of the Fresnel propagation; the exact one has exact_padding
+  double padding = 1.25;  // padding of the Fresnel propagation; the exact one has exact_padding
   static constexpr double exact_padding = 2;
 };
 
 /// A picture that the hologram should show: radiance around the axis, as lens_picture makes it.
 struct Key {
-  double z_m = 0.1;           // of the plane in focus, > 0
+  double z_m = 0.1;           // distance of the plane in focus, > 0
   glm::dvec2 view{0, 0};      // centre of the open part of the hologram, in half holograms
   glm::dvec2 aperture{1, 1};  // its size in holograms
   Image picture;              // nothing is known beyond its edges
-  glm::dvec2 pixel_m{1, 1};   // of the picture
+  glm::dvec2 pixel_m{1, 1};   // pixel of the picture
   int times = 1;              // how often it is drawn in each round
   // Pixels are means over their area (LensSpec::area), which blurs by itself; else they are samples
   bool area = false;
@@ -53,12 +53,12 @@ struct PictureGrid {
   Propagation propagation = Propagation::fresnel;
   double z_m = 0.1;
   OpenPart open;
-  glm::ivec2 size{1, 1};  // of the plane; x is a multiple of packet
+  glm::ivec2 size{1, 1};  // samples of the plane; x is a multiple of packet
   glm::dvec2 pixel_m{1, 1};
   // Pixels that the picture covers, widened to whole packets in x
   glm::ivec2 region_first{0, 0}, region_size{0, 0};
   glm::ivec2 known_first{0, 0}, known_size{0, 0};  // the same, not widened
-  // Of the blur at 0, 1, ..., per axis; both sides sum to 1
+  // Weights of the blur at 0, 1, ..., per axis; both sides sum to 1
   std::vector<float> weights_x, weights_y;
   // Intensity on the plane per radiance, up to a factor that all keys share: times |transform|^2
   // it gives numbers that are proportional to the key's picture

@@ -264,7 +264,7 @@ private:
   cl::Program program_;
   cl::Kernel intensity_, blur_rows_, correct_, add_picture_;
   std::vector<Picture> pictures_;
-  std::vector<float> bright_target_;  // of the key of brightness
+  std::vector<float> bright_target_;  // target of the key of brightness
   cl::Buffer<float> wide_, blurred_, shown_;
   double scale_ = 1, unit_ = 1;
 };

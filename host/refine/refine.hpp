@@ -34,8 +34,8 @@ struct RefineSpec {
   std::optional<double> budget_s;
   // Light wanted in the pictures, relative to what the start has there
   double brightness = 1;
-  double padding = 1.25;   // of the Fresnel propagation
-  std::uint32_t seed = 1;  // of the order in which keys are drawn
+  double padding = 1.25;   // padding of the Fresnel propagation
+  std::uint32_t seed = 1;  // seed of the order in which keys are drawn
   // Empty: Fresnel where refinement::FresnelLimits hold, else exact
   std::optional<refinement::Propagation> propagation;
   // Called with the current step ("frame 2 of 4") and the completed share, 0 to 1

@@ -17,9 +17,9 @@ namespace raywave {
 
 /// Phases that are encoded instead of the traced fields, and how they came about.
 struct Refined {
-  FieldStack phases;             // of modulus 1, as many frames as were traced
+  FieldStack phases;             // samples of modulus 1, as many frames as were traced
   std::vector<KeyPlace> places;  // that the pictures were made for
-  std::vector<RefineKey> keys;   // what a lens sees there
+  std::vector<RefineKey> keys;   // pictures that a lens sees there
   RefineFigures figures;
   double brightness = 1;  // RefineResult::brightness
 };

@@ -21,7 +21,7 @@ struct KeyPictures {
   int lens_points = 8;                 // per axis of the whole hologram; views take half of them
 };
 
-/// What a lens sees from the places.
+/// The pictures that a lens sees from the places.
 ///
 /// progress  called with the picture at work and the completed share, 0 to 1, when given
 RefineKey lens_key(const cl::Device& device, const Plan& plan, const DeviceScene& scene,

@@ -31,7 +31,7 @@ struct Region {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
-/// What the pixels are compared as. Papers of the field use all three.
+/// The quantity that pixels are compared as. Papers of the field use all three.
 enum class Domain {
   intensity,  // linear values, as they are
   amplitude,  // their square roots; values below zero are black
@@ -50,7 +50,7 @@ struct PictureOptions {
   int border_px = 0;  // left out on every side after the blur
   // Where the speckle contrast is taken, in the whole picture; empty: all within the border
   std::optional<Region> region;
-  Domain domain = Domain::intensity;  // of PSNR, SSIM, scale and difference
+  Domain domain = Domain::intensity;  // domain of PSNR, SSIM, scale and difference
 };
 
 struct PictureComparison {

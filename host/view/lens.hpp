@@ -15,7 +15,7 @@ namespace raywave {
 
 /// Fields as in ReconstructSpec, so that both pictures can be compared pixel by pixel.
 struct LensSpec {
-  double z_m = 0.1;                    // of the plane in focus, > 0 on the object's side
+  double z_m = 0.1;                    // distance of the plane in focus, > 0 on the object's side
   std::optional<glm::dvec2> window_m;  // size of the picture around the axis; empty: the hologram's
   // Centre of the lens, in half holograms: (-1, -1) bottom left to (1, 1) top right
   glm::dvec2 view{0, 0};

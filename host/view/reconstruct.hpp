@@ -18,7 +18,7 @@ namespace raywave {
 struct HologramSpec;  // host/scene/scene.hpp
 
 struct ReconstructSpec {
-  double z_m = 0.1;  // of the plane looked at: > 0 beyond the hologram, < 0 before it
+  double z_m = 0.1;  // distance of the plane looked at: > 0 beyond the hologram, < 0 before it
   std::optional<glm::dvec2> window_m;  // size of the picture around the axis; empty: the hologram's
   // Centre of the part of the hologram that lets light through, in half holograms: (-1, -1) bottom
   // left to (1, 1) top right

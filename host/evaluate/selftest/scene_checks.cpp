@@ -157,7 +157,7 @@ struct Plate {
   const char* name;
   ivec2 resolution;
   double pitch_m, wavelength_m;
-  double width_m;  // of a square, tilted by slopes of 1/10 and 1/20
+  double width_m;  // side of the square, tilted by slopes of 1/10 and 1/20
   dvec3 centre_m;
   double intensity = 1, shininess = 20;
   std::optional<double> wrp_m = {};

@@ -23,7 +23,7 @@ struct SelfCheck {
   std::string part;      // "FFT", "rays", ...
   std::string claim;     // "clfft, 60 x 35, against the direct sum"
   std::string quantity;  // what is measured, with its unit: "relative L2", "rays lost"
-  double bound = 0;      // of `measured`
+  double bound = 0;      // largest `measured` that passes
   std::function<Finding(const cl::Device&)> measure;
 };
 
