@@ -433,10 +433,12 @@ RefineSettings settings_of(const RefineOptions& options, RefineSettings settings
   };
   if (options.iterations && options.budget_s)
     throw InputError("iterations and refine_budget: at most 1 of them can be given");
-  set(settings.iterations, options.iterations, "iterations", 1, 1e6);
-  set(settings.views, options.views, "views", 0, 1000);
-  set(settings.lens_points, options.lens_points, "lens_points", 2, 100);
-  set(settings.brightness, options.brightness, "brightness", 0.01, 100);
+  set(settings.iterations, options.iterations, "iterations", 1, RefineSettings::most_iterations);
+  set(settings.views, options.views, "views", 0, RefineSettings::most_views);
+  set(settings.lens_points, options.lens_points, "lens_points", 2,
+      RefineSettings::most_lens_points);
+  set(settings.brightness, options.brightness, "brightness", RefineSettings::least_brightness,
+      RefineSettings::largest_brightness);
   set(settings.blur_m, options.blur_m, "blur", 1e-9, 1);
   set(settings.budget_s, options.budget_s, "refine_budget", 1e-6, 1e9);
   for (std::size_t i = 0; i < options.depths_m.size(); ++i) {

@@ -2,57 +2,13 @@
 #include "host/cli/arguments.hpp"
 
 #include <algorithm>
-#include <numeric>
-#include <optional>
 #include <regex>
-#include <string_view>
 #include <utility>
 
 #include "host/common/text.hpp"
 
 namespace raywave::cli {
 namespace {
-
-/// An option's name of an earlier version, which goes on working.
-struct OldName {
-  std::string_view command;  // empty: all commands
-  std::string_view old_name, name;
-};
-
-constexpr OldName old_names[] = {
-    {"", "--out", "--output"},
-    {"plan", "--quality", "--preset"},
-    {"render", "--quality", "--preset"},
-    {"lens", "--rays", "--lens-points"},
-    {"quality", "--points", "--lens-points"},
-    {"bench", "--points", "--lens-points"},
-    {"trade", "--points", "--lens-points"},
-    {"kernels", "--build", "--output"},
-};
-
-const OldName* find_old(std::string_view command, std::string_view name) {
-  for (const auto& known : old_names) {
-    if (known.old_name == name && (known.command.empty() || known.command == command))
-      return &known;
-  }
-  return nullptr;
-}
-
-/// Letters to insert, delete or replace to make one word from the other.
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] != b[j]);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
-    }
-  }
-  return row.back();
-}
 
 /// ", did you mean NAME?" with the nearest name, or nothing where none is near.
 std::string suggestion(const std::string& word, const std::vector<std::string>& names) {
@@ -97,30 +53,16 @@ std::string reworded(std::string text) {
 
 }  // namespace
 
-Arguments read_arguments(int count, const char* const* words) {
-  Arguments read;
-  read.words.assign(words + std::min(count, 1), words + count);
-  std::string_view command;
-  for (std::size_t i = 0; i < read.words.size(); ++i) {
-    auto& word = read.words[i];
-    if (word == "--") break;
-    if (command.empty() && !word.starts_with('-')) command = word;
-    const auto name = word.substr(0, word.find('='));
-    if (const auto* old = find_old(command, name)) {
-      word.replace(0, name.size(), old->name);
-      read.notes.push_back(std::string(old->old_name) + " is now " + std::string(old->name) +
-                           "; the old name still works");
-    }
-    if (word == "--json") {
-      const bool has_file = i + 1 < read.words.size() && !read.words[i + 1].starts_with("--") &&
-                            (read.words[i + 1].ends_with(".json") || read.words[i + 1] == "-");
-      word += has_file ? "=" + read.words[i + 1] : "=-";
-      if (has_file) read.words.erase(read.words.begin() + static_cast<std::ptrdiff_t>(i + 1));
-    }
+std::vector<std::string> read_arguments(int count, const char* const* given) {
+  std::vector<std::string> words(given + std::min(count, 1), given + count);
+  for (std::size_t i = 0; i < words.size() && words[i] != "--"; ++i) {
+    if (words[i] != "--json") continue;
+    const bool has_file = i + 1 < words.size() && !words[i + 1].starts_with("--") &&
+                          (words[i + 1].ends_with(".json") || words[i + 1] == "-");
+    words[i] += has_file ? "=" + words[i + 1] : "=-";
+    if (has_file) words.erase(words.begin() + static_cast<std::ptrdiff_t>(i + 1));
   }
-  if (std::find(read.words.begin(), read.words.end(), "--quiet") != read.words.end())
-    read.notes.clear();
-  return read;
+  return words;
 }
 
 std::string refusal(const CLI::App& app, const CLI::ParseError& error) {

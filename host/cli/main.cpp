@@ -114,10 +114,9 @@ int main(int argc, char** argv) {
       "Exit codes: 0 done, 1 a self-test failed, 2 something given is wrong, 3 the device or its\n"
       "driver cannot do it.");
   try {
-    auto arguments = read_arguments(argc, argv);
-    for (const auto& note : arguments.notes) std::fprintf(stderr, "raywave: %s\n", note.c_str());
-    std::reverse(arguments.words.begin(), arguments.words.end());  // as the parser takes them
-    app.parse(std::move(arguments.words));
+    auto words = read_arguments(argc, argv);
+    std::reverse(words.begin(), words.end());  // as the parser takes them
+    app.parse(std::move(words));
     return end_of_output();
   } catch (const CLI::RuntimeError& outcome) {
     return outcome.get_exit_code();  // a command that has said what there is to say

@@ -411,7 +411,7 @@ void add_refine(CLI::App& app) {
       ->add_option("--iterations", options->iterations,
                    "Iterations per frame; as many as the pictures need when not given")
       ->type_name("N")
-      ->check(CLI::Range(1, 1000000))
+      ->check(CLI::Range(1, RefineSettings::most_iterations))
       ->group(group::refinement);
   command
       ->add_option(
@@ -419,7 +419,7 @@ void add_refine(CLI::App& app) {
           "Also refine this many views through quarters of the hologram: 24 keep all views "
           "as good as the traced field's")
       ->type_name("N")
-      ->check(CLI::Range(0, 1000))
+      ->check(CLI::Range(0, RefineSettings::most_views))
       ->group(group::refinement);
   command
       ->add_option(

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/common/text.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
 #include <ctime>
+#include <numeric>
 #include <utility>
+#include <vector>
 
 namespace raywave {
 
@@ -36,6 +39,18 @@ std::string json_reason(const std::exception& error) {
 }
 
 std::string in_quotes(std::string_view text) { return '"' + one_line(text) + '"'; }
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j)
+      diagonal = std::exchange(row[j + 1],
+                               std::min({diagonal + (a[i] != b[j]), row[j] + 1, row[j + 1] + 1}));
+  }
+  return row.back();
+}
 
 std::string extension_of(const std::filesystem::path& file) {
   std::string extension = file.extension().string();

@@ -2,6 +2,7 @@
 /// Text for messages. A message is one line, whatever the user's input holds.
 #pragma once
 
+#include <cstddef>
 #include <exception>
 #include <filesystem>
 #include <string>
@@ -18,6 +19,9 @@ std::string json_reason(const std::exception& error);
 
 /// one_line(text) in double quotes.
 std::string in_quotes(std::string_view text);
+
+/// Letters to insert, delete or replace to make one word from the other.
+std::size_t edit_distance(std::string_view a, std::string_view b);
 
 /// Where a file's name ends, in lower case: ".npy".
 std::string extension_of(const std::filesystem::path& file);

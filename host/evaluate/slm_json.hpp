@@ -5,14 +5,11 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 
-#include "host/scene/slm.hpp"
+#include "host/scene/scene_json.hpp"
 
 namespace raywave {
 
-nlohmann::ordered_json json_of(const SlmSpec& slm);
-
-/// The SLM of a report; a report of an earlier version has none, and stands for phases in 256
-/// levels.
+/// The SLM of a report.
 ///
 /// file    a picture or field beside a report of three lasers, which tells the laser
 /// throws  InputError when the report is missing or damaged, or the flatness picture is gone

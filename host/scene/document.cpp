@@ -3,7 +3,6 @@
 
 #include <charconv>
 #include <fstream>
-#include <numeric>
 
 namespace raywave {
 namespace {
@@ -11,15 +10,6 @@ namespace {
 constexpr std::size_t kMaxSceneBytes = 1 << 20;
 // Each dot of a dotted key nests a table, and the parser frees tables by recursion
 constexpr int kMaxDotsPerLine = 32;
-
-/// Keys that have another name now; the old one works until the next version.
-struct RenamedKey {
-  std::string_view section, old_name, name;
-  std::string old_path() const { return std::string(section) + "." + std::string(old_name); }
-  std::string path() const { return std::string(section) + "." + std::string(name); }
-};
-constexpr RenamedKey kRenamedKeys[] = {
-    {"sampling", "fan", "cone"}, {"sampling", "edge", "apodization"}, {"wrp", "slabs", "layers"}};
 
 }  // namespace
 
@@ -50,19 +40,6 @@ std::string describe(const toml::node& node) {
     return text + "]";
   }
   return node.is_table() ? "a table" : "a date or time";
-}
-
-/// Edit distance, to suggest the key that was meant.
-std::size_t distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j)
-      diagonal = std::exchange(row[j + 1],
-                               std::min({diagonal + (a[i] != b[j]), row[j] + 1, row[j + 1] + 1}));
-  }
-  return row.back();
 }
 
 namespace {
@@ -112,48 +89,7 @@ void assign(toml::table& table, std::string_view key, const std::string& text) {
   parsed.get("value")->visit([&](auto& value) { table.insert_or_assign(key, std::move(value)); });
 }
 
-std::string renamed_note(const std::string& where, const RenamedKey& key) {
-  return where + ": " + key.old_path() + " is now called " + key.path() +
-         "; the old name works until the next version";
-}
-
-/// Gives the file's keys their names of today.
-///
-/// throws  InputError when a key is there under both names
-void rename_old_keys(Document& document) {
-  for (const RenamedKey& key : kRenamedKeys) {
-    toml::node* const node = document.root.get(key.section);
-    toml::table* const section = node ? node->as_table() : nullptr;
-    toml::node* const old = section ? section->get(key.old_name) : nullptr;
-    if (!old) continue;
-    const std::string where = document.where(*old, key.old_path());
-    if (const toml::node* both = section->get(key.name))
-      throw InputError(where + ": " + key.old_path() + " is the old name of " + key.path() +
-                       ", which is given, too (" + document.where(*both, key.path()) +
-                       "); keep one of them");
-    document.notes.push_back(renamed_note(where, key));
-    document.old_names[key.path()] = key.old_name;
-    old->visit([&](auto& value) { section->insert_or_assign(key.name, std::move(value)); });
-    section->erase(key.old_name);
-  }
-}
-
-/// "sampling.cone=1" of "sampling.fan=1", with a note; any other override as it is.
-std::string with_new_name(Document& document, const std::string& text) {
-  for (const RenamedKey& key : kRenamedKeys) {
-    const std::string old_start = key.old_path() + "=";
-    if (text.starts_with(key.path() + "=")) document.old_names.erase(key.path());
-    if (!text.starts_with(old_start)) continue;
-    document.notes.push_back(renamed_note("--set " + one_line(text), key));
-    document.old_names[key.path()] = key.old_name;
-    return key.path() + "=" + text.substr(old_start.size());
-  }
-  return text;
-}
-
-/// text  as the user gave it
 void apply_override(Document& document, const std::string& text) {
-  const std::string renamed = with_new_name(document, text);
   const auto fail = [&](const std::string& what) {
     throw InputError("--set " + one_line(text) + ": " + what);
   };
@@ -162,10 +98,10 @@ void apply_override(Document& document, const std::string& text) {
                ? "; the object of [scene] belongs to the glTF file, and has no keys"
                : "";
   };
-  const auto equals = renamed.find('=');
+  const auto equals = text.find('=');
   if (equals == std::string::npos || equals == 0)
     fail("must be section.key=value, for example wrp.padding=1.25");
-  const std::string path = renamed.substr(0, equals);
+  const std::string path = text.substr(0, equals);
   if (std::count(path.begin(), path.end(), '.') > 3) fail("names no key of a scene");
 
   toml::node* node = &document.root;
@@ -177,7 +113,7 @@ void apply_override(Document& document, const std::string& text) {
 
     if (toml::table* table = node->as_table()) {
       if (is_last) {
-        assign(*table, key, renamed.substr(equals + 1));
+        assign(*table, key, text.substr(equals + 1));
         break;
       }
       node = table->get(key);
@@ -224,9 +160,7 @@ Document parse_document(const SceneText& text, const std::vector<std::string>& o
     throw InputError(name + ":" + std::to_string(error.source().begin.line) + ": " +
                      one_line(error.description()));
   }
-  rename_old_keys(document);
   for (const std::string& one : overrides) apply_override(document, one);
-  rename_old_keys(document);  // of sections that an override gives whole
   return document;
 }
 

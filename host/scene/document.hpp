@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
-#include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
@@ -41,9 +40,6 @@ std::string range_text(const Range& range, double value, std::string (*format)(d
 /// A value as messages quote it.
 std::string describe(const toml::node& node);
 
-/// Edit distance, to suggest the key that was meant.
-std::size_t distance(std::string_view a, std::string_view b);
-
 /// The parsed file with the overrides in place. Paths name a node as --set does: "wrp.padding",
 /// "object.0.width".
 struct Document {
@@ -51,7 +47,6 @@ struct Document {
   std::filesystem::path folder;  // of the files that it names
   toml::table root;
   std::map<std::string, std::string, std::less<>> overrides;  // path -> the override as given
-  std::map<std::string, std::string, std::less<>> old_names;  // path -> the key's old name, if used
   mutable std::vector<std::string> notes;                     // whoever reads a value may leave one
 
   /// "--set wrp.padding=9" for what an override gave, else "scene.toml:12".
@@ -134,7 +129,7 @@ struct Value {
   }
 
   template <class Enum>
-  Enum choice(std::initializer_list<std::pair<const char*, Enum>> choices) const {
+  Enum choice(const std::vector<std::pair<const char*, Enum>>& choices) const {
     std::string names;
     for (const auto& [name, value] : choices) {
       if (node->is_string() && node->as_string()->get() == name) return value;
@@ -286,16 +281,17 @@ public:
       const std::string_view name = key.str();
       if (std::find(known_.begin(), known_.end(), name) != known_.end()) continue;
       const auto nearest = std::min_element(known_.begin(), known_.end(), [&](auto a, auto b) {
-        return distance(a, name) < distance(b, name);
+        return edit_distance(a, name) < edit_distance(b, name);
       });
       std::string keys;
       for (const std::string_view known : known_)
         keys += (keys.empty() ? "" : ", ") + std::string(known);
-      throw InputError(
-          document_.where(node, join(name)) + ": " + (label_.empty() ? "" : label_ + ": ") +
-          "unknown key " + in_quotes(name) +
-          (distance(*nearest, name) <= 2 ? "; did you mean " + in_quotes(*nearest) + "?" : "") +
-          " (keys here: " + keys + ")");
+      throw InputError(document_.where(node, join(name)) + ": " +
+                       (label_.empty() ? "" : label_ + ": ") + "unknown key " + in_quotes(name) +
+                       (edit_distance(*nearest, name) <= 2
+                            ? "; did you mean " + in_quotes(*nearest) + "?"
+                            : "") +
+                       " (keys here: " + keys + ")");
     }
   }
 
@@ -305,8 +301,6 @@ private:
   }
   Value value(std::string_view key, const toml::node& node) const {
     std::string name = one_line(key);
-    if (const auto old = document_.old_names.find(join(key)); old != document_.old_names.end())
-      name += " (old name: " + old->second + ")";
     return {&document_, &node, join(key), label_.empty() ? name : label_ + ": " + name};
   }
 

@@ -12,6 +12,7 @@
 #include "host/scene/gltf_scene.hpp"
 #include "host/scene/read_slm.hpp"
 #include "host/scene/scene.hpp"
+#include "host/scene/settings.hpp"
 
 namespace raywave {
 namespace {
@@ -40,22 +41,8 @@ std::vector<double> read_wavelengths(const Value& v) {
 HologramSpec read_hologram(Section section, std::vector<double>& wavelengths_m) {
   HologramSpec spec;
   wavelengths_m = {spec.wavelength_m};
-  section.read("resolution", [&](const Value& v) { spec.resolution = v.integers(65536); });
-  section.read("pitch", [&](const Value& v) {
-    const auto length = [](const Value& one) {
-      return one.length_m(between(HologramSpec::least_pitch_m, HologramSpec::largest_pitch_m));
-    };
-    spec.pitch_m = v.is_array() ? v.vector<glm::dvec2>("a length or two [x, y]", length)
-                                : glm::dvec2(length(v));
-  });
-  section.read("wavelength", [&](const Value& v) {
-    wavelengths_m = read_wavelengths(v);
-    spec.wavelength_m = wavelengths_m.front();
-  });
-  section.read("tiles", [&](const Value& v) {
-    if (!v.is_auto()) spec.tiles = v.integers(64);
-  });
-  section.finish();
+  read_keys(section, spec);
+  section.read("wavelength", [&](const Value& v) { wavelengths_m = read_wavelengths(v); });
   return spec;
 }
 
@@ -107,154 +94,11 @@ std::optional<ColourSpec> read_colour(Section section, bool is_given, const Sect
   return spec;
 }
 
-WrpSpec read_wrp(Section section) {
-  WrpSpec spec;
-  section.read("propagation", [&](const Value& v) {
-    spec.propagation = v.choice<WrpPropagation>({{"auto", WrpPropagation::automatic},
-                                                 {"spectrum", WrpPropagation::spectrum},
-                                                 {"compact", WrpPropagation::compact}});
-  });
-  section.read("grid", [&](const Value& v) {
-    if (!v.is_auto()) spec.grid = v.integers(1024);
-  });
-  section.read("distance", [&](const Value& v) {
-    if (!v.is_auto()) spec.distances_m = v.ascending_lengths_m(between(-1e4, 1e4), kMostLayers);
-    for (const double distance_m : spec.distances_m)
-      if (std::abs(distance_m) < 1e-9) v.fail("lengths of 1 nm or more, or of -1 nm or less");
-    spec.layers = std::max(1, static_cast<int>(spec.distances_m.size()));
-  });
-  section.read("layers", [&](const Value& v) {
-    if (v.is_auto()) return;
-    const int layers = v.integer(1, kMostLayers);
-    if (!spec.distances_m.empty() && layers != spec.layers)
-      v.fail("the number of distances given, " + std::to_string(spec.layers));
-    spec.layers = layers;
-  });
-  section.read("padding", [&](const Value& v) {
-    if (!v.is_auto()) spec.padding = v.number(between(1, 8));
-  });
-  section.read("guard", [&](const Value& v) {
-    if (!v.is_auto()) spec.guard = v.number(between(1.02, 4));
-  });
-  section.read("bell", [&](const Value& v) {
-    if (!v.is_auto()) spec.bell = v.number(between(1, 16));
-  });
-  section.read("margin", [&](const Value& v) {
-    if (!v.is_auto()) spec.margin_px = v.number(between(0, 32));
-  });
-  section.read("lines", [&](const Value& v) {
-    if (!v.is_auto()) spec.lines = v.integer(1, 8);
-  });
-  section.finish();
-  return spec;
-}
-
-SamplingSpec read_sampling(Section section) {
-  SamplingSpec spec;
-  section.read("mode", [&](const Value& v) {
-    spec.mode =
-        v.choice<SamplingMode>({{"aimed", SamplingMode::aimed}, {"fan", SamplingMode::fan}});
-  });
-  section.read("pitch", [&](const Value& v) {
-    if (!v.is_auto()) spec.pitch_m = v.length_m(between(1e-9, 1));
-  });
-  section.read("cone", [&](const Value& v) {
-    if (!v.is_auto()) spec.cone = v.number(between(0.01, 4));
-  });
-  section.read("apodization", [&](const Value& v) {
-    if (v.is_auto()) return;
-    spec.apodization = v.number(between(0, 4));
-    if (spec.apodization > spec.cone) v.fail("<= cone (" + number_text(spec.cone) + ")");
-  });
-  section.read("antialias", [&](const Value& v) {
-    spec.antialias = v.integer(0, 4);
-    if (spec.antialias % 2 != 0) v.fail("0, 2 or 4");
-  });
-  section.read("visibility", [&](const Value& v) {
-    spec.visibility = v.integer(0, 16);
-    if (spec.visibility != 0 && spec.visibility != 4 && spec.visibility != 8 &&
-        spec.visibility != 16)
-      v.fail("0, 4, 8 or 16");
-  });
-  section.read("seed", [&](const Value& v) {
-    spec.seed = v.integer<std::uint32_t>(0, std::numeric_limits<std::uint32_t>::max());
-  });
-  section.read("frames", [&](const Value& v) {
-    if (!v.is_auto()) spec.frames = v.integer(1, 4096);
-  });
-  section.finish();
-  return spec;
-}
-
-TraceSpec read_trace(Section section) {
-  TraceSpec spec;
-  section.read("depth", [&](const Value& v) {
-    if (!v.is_auto()) spec.depth = v.integer(0, TraceSpec::most_depth);
-  });
-  section.read("bounces", [&](const Value& v) {
-    spec.bounces = v.choice<Bounces>(
-        {{"auto", Bounces::automatic}, {"points", Bounces::points}, {"paths", Bounces::paths}});
-  });
-  section.read("shadows", [&](const Value& v) { spec.shadows = v.boolean(); });
-  section.finish();
-  return spec;
-}
-
-AccuracySpec read_accuracy(Section section) {
-  AccuracySpec spec;
-  section.read("precision", [&](const Value& v) {
-    if (v.is("extended")) {  // a choice of raywave 0.1, never much more accurate than "float"
-      v.note("\"extended\" is no longer a choice; \"float\" takes its place");
-      spec.precision = Precision::floats;
-      return;
-    }
-    spec.precision = v.choice<std::optional<Precision>>(
-        {{"auto", std::nullopt}, {"float", Precision::floats}, {"double", Precision::doubles}});
-  });
-  section.read("phase", [&](const Value& v) { spec.phase_turns = v.number(between(1e-9, 0.5)); });
-  section.finish();
-  return spec;
-}
-
-ViewerSpec read_viewer(Section section) {
-  ViewerSpec spec;
-  section.read("distance", [&](const Value& v) { spec.distance_m = v.length_m(between(0, 1e4)); });
-  section.read("eyepiece", [&](const Value& v) {
-    if (!v.is("none")) spec.eyepiece_m = v.length_m(between(1e-6, 1e4));
-  });
-  spec.eyepiece_distance_m = spec.eyepiece_m.value_or(0);
-  section.read("eyepiece_distance", [&](const Value& v) {
-    if (!spec.eyepiece_m) v.fail("given with eyepiece");
-    spec.eyepiece_distance_m = v.length_m(between(0, 1e4));
-  });
-  section.read("resolution", [&](const Value& v) {
-    if (!v.is_auto()) spec.resolution_m = v.length_m(between(1e-9, 1));
-  });
-  section.finish();
-  return spec;
-}
-
 /// Empty without the section, and with iterations = 0.
 std::optional<RefineSettings> read_refine(Section section, bool is_given) {
   RefineSettings spec;
-  bool any = is_given;
-  section.read("iterations", [&](const Value& v) {
-    if (v.is_auto()) return;
-    spec.iterations = v.integer(0, 1000000);
-    any = *spec.iterations > 0;
-  });
-  section.read("views", [&](const Value& v) { spec.views = v.integer(0, 1000); });
-  section.read("brightness",
-               [&](const Value& v) { spec.brightness = v.number(between(0.01, 100)); });
-  section.read("depths", [&](const Value& v) {
-    if (!v.is_auto()) spec.depths_m = v.ascending_lengths_m(between(1e-9, 1e4), 100);
-  });
-  section.read("blur", [&](const Value& v) {
-    if (!v.is_auto()) spec.blur_m = v.length_m(between(1e-9, 1));
-  });
-  section.read("lens_points", [&](const Value& v) { spec.lens_points = v.integer(2, 100); });
-  section.finish();
-  if (!any) return std::nullopt;
+  read_keys(section, spec);
+  if (!is_given || spec.iterations == 0) return std::nullopt;
   return spec;
 }
 
@@ -288,76 +132,10 @@ std::array<glm::dvec3, 2> edges_m_of(const Value& v) {
   return edges_m;
 }
 
-/// Keys of lights that have a size.
-void read_samples(Section& section, int otherwise, Light& light) {
-  light.samples = otherwise;
-  section.read("samples", [&](const Value& v) { light.samples = v.integer(1, most_lights); });
-}
-
 std::string digest_of(const toml::table& root) {
   std::ostringstream text;
   text << root;
   return hash_name(text.str());
-}
-
-Light read_light(Section section) {
-  Light light;
-  light.where = section.where();
-  section.read("type", [&](const Value& v) {
-    light.type = v.choice<LightType>({{"ambient", LightType::ambient},
-                                      {"directional", LightType::directional},
-                                      {"point", LightType::point},
-                                      {"spot", LightType::spot},
-                                      {"area", LightType::area},
-                                      {"environment", LightType::environment}});
-  });
-  section.read("intensity", [&](const Value& v) { light.intensity = v.number(at_least(0)); });
-  light.highlights = light.type != LightType::environment;
-  if (light.type != LightType::ambient)
-    section.read("highlights", [&](const Value& v) { light.highlights = v.boolean(); });
-  const bool is_area = light.type == LightType::area;
-  if (is_area)
-    section.read("radius",
-                 [&](const Value& v) { light.radius_m = v.length_m(between(1e-9, 1e4)); });
-  if (light.type == LightType::directional || light.type == LightType::spot || light.radius_m > 0)
-    section.require("direction",
-                    light.radius_m > 0 ? "the way that the disc faces, for example [0, 0, 1]"
-                                       : "the way the light travels, for example [0, 0, 1]",
-                    [&](const Value& v) {
-                      light.direction = v.numbers(between(-1e6, 1e6));
-                      if (glm::length(light.direction) < 1e-9) v.fail("longer than 0");
-                    });
-  if (light.type == LightType::point || light.type == LightType::spot || is_area) {
-    section.require("position", "the light's place, for example [\"0 mm\", \"50 mm\", \"20 mm\"]",
-                    [&](const Value& v) { light.position_m = v.lengths_m(kAnyPosition); });
-    section.read("falloff", [&](const Value& v) {
-      light.falls_off = v.choice<bool>({{"none", false}, {"square", true}});
-    });
-  }
-  if (light.type == LightType::spot) {
-    section.read("outer",
-                 [&](const Value& v) { light.outer_deg = v.number(between(least_spot_deg, 90)); });
-    section.read("inner", [&](const Value& v) {
-      light.inner_deg = v.number(between(0, 90));
-      if (!(light.inner_deg < light.outer_deg))
-        v.fail("< outer (" + number_text(light.outer_deg) + ")");
-    });
-  }
-  if (is_area && light.radius_m == 0)
-    section.require("edges",
-                    "the sides of a rectangle, for example [[\"20 mm\", 0, 0], [0, \"10 mm\", 0]], "
-                    "or the radius of a disc",
-                    [&](const Value& v) { light.edges_m = edges_m_of(v); });
-  if (is_area) read_samples(section, 16, light);
-  if (light.type == LightType::environment) {
-    section.require("picture", "an equirectangular picture, for example \"sky.exr\"",
-                    [&](const Value& v) { light.picture = v.existing_file(); });
-    section.read("rotation",
-                 [&](const Value& v) { light.rotation_deg = v.number(between(-1e6, 1e6)); });
-    read_samples(section, 64, light);
-  }
-  section.finish();
-  return light;
 }
 
 /// A table of values by wavelength, such as {"450 nm" = 1.527, "650 nm" = 1.515}.
@@ -387,36 +165,6 @@ Spectrum read_spectrum(const Value& v, const Range& range, double wavelength_m) 
   return spectrum;
 }
 
-Material read_material(const std::string& name, Section section, double wavelength_m) {
-  Material material;
-  material.name = name;
-  material.where = section.where();
-  section.read("ambient", [&](const Value& v) { material.ambient = v.colour(at_least(0)); });
-  section.read("diffuse", [&](const Value& v) { material.diffuse = v.colour(at_least(0)); });
-  section.read("specular", [&](const Value& v) { material.specular = v.colour(at_least(0)); });
-  section.read("shininess", [&](const Value& v) { material.shininess = v.number(at_least(0)); });
-  section.read("texture", [&](const Value& v) { material.texture = v.existing_file(); });
-  const auto spectrum = [&](Spectrum& of, const Range& range) {
-    return
-        [&of, range, wavelength_m](const Value& v) { of = read_spectrum(v, range, wavelength_m); };
-  };
-  section.read("reflectivity", spectrum(material.reflectivity, between(0, 1)));
-  section.read("transparency", [&](const Value& v) {
-    material.transparency = read_spectrum(v, between(0, 1), wavelength_m);
-    const double mirrored = material.reflectivity.at(wavelength_m);
-    if (mirrored + material.transparency.at(wavelength_m) > 1 + 1e-9)
-      v.fail("<= 1 - reflectivity (" + number_text(mirrored) + ")");
-  });
-  section.read("ior", spectrum(material.ior, between(1, 100)));
-  section.read("attenuation", spectrum(material.attenuation, between(1e-6, 1)));
-  section.read("attenuation_distance", [&](const Value& v) {
-    material.attenuation_distance_m = v.length_m(between(1e-9, 1e4));
-  });
-  section.read("emission", [&](const Value& v) { material.emission = v.colour(at_least(0)); });
-  section.finish();
-  return material;
-}
-
 int find_material(const Value& v, const std::vector<Material>& materials) {
   const std::string& name = v.string("the name of a material");
   std::string names;
@@ -428,37 +176,264 @@ int find_material(const Value& v, const std::vector<Material>& materials) {
                        : "one of " + one_line(names));
 }
 
-/// An object so many times as wide as its hologram has a width in millimetres, mostly.
-constexpr double doubted_holograms = 100;
+glm::dvec2 read_pitch(const Value& v) {
+  const auto length = [](const Value& one) {
+    return one.length_m(between(HologramSpec::least_pitch_m, HologramSpec::largest_pitch_m));
+  };
+  return v.is_array() ? v.vector<glm::dvec2>("a length or two [x, y]", length)
+                      : glm::dvec2(length(v));
+}
+
+glm::dvec3 read_direction(const Value& v) {
+  const auto direction = v.numbers(between(-1e6, 1e6));
+  if (glm::length(direction) < 1e-9) v.fail("longer than 0");
+  return direction;
+}
+
+std::filesystem::path file_of(const Value& v) { return v.existing_file(); }
+
+Setting position(glm::dvec3& position_m) {
+  auto made =
+      setting("position", position_m, [](const Value& v) { return v.lengths_m(kAnyPosition); });
+  return made.as("position_m");
+}
+
+/// A length or several, ascending; none: the program chooses them.
+Setting lengths(const char* key, std::vector<double>& lengths_m, const Range& range, int most) {
+  auto made = setting(
+      key, lengths_m, [=](const Value& v) { return v.ascending_lengths_m(range, most); },
+      [](const auto& all) {
+        return all.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(all);
+      });
+  made.told_as += "_m";
+  return made.or_auto();
+}
+
+}  // namespace
+
+void keys_of(HologramSpec& spec, const Keys& key) {
+  key(setting("resolution", spec.resolution, [](const Value& v) { return v.integers(65536); }));
+  key(setting("pitch", spec.pitch_m, read_pitch).as("pitch_m"));
+  key(setting("wavelength", spec.wavelength_m, [](const Value& v) {
+        return read_wavelengths(v).front();
+      }).as("wavelength_m"));
+  key(setting("tiles", spec.tiles, [](const Value& v) { return v.integers(64); }).or_auto());
+}
+
+void keys_of(WrpSpec& spec, const Keys& key) {
+  key(choice(
+      "propagation", spec.propagation,
+      named({WrpPropagation::automatic, WrpPropagation::spectrum, WrpPropagation::compact})));
+  key(setting("grid", spec.grid, [](const Value& v) { return v.integers(1024); }).or_auto());
+  key(lengths("distance", spec.distances_m, kAnyPosition, kMostLayers)
+          .and_then([&](const Value& v) {
+            for (const double distance_m : spec.distances_m)
+              if (std::abs(distance_m) < 1e-9)
+                v.fail("lengths of 1 nm or more, or of -1 nm or less");
+            spec.layers = static_cast<int>(spec.distances_m.size());
+          }));
+  key(whole("layers", spec.layers, 1, kMostLayers).or_auto().and_then([&](const Value& v) {
+    if (const auto given = spec.distances_m.size();
+        given > 0 && given != static_cast<std::size_t>(spec.layers))
+      v.fail("the number of distances given, " + std::to_string(given));
+  }));
+  key(number("padding", spec.padding, between(1, 8)).or_auto());
+  key(number("guard", spec.guard, between(1.02, 4)).or_auto());
+  key(number("bell", spec.bell, between(1, 16)).or_auto());
+  key(number("margin", spec.margin_px, between(0, 32)).or_auto());
+  key(whole("lines", spec.lines, 1, 8).or_auto());
+}
+
+void keys_of(SamplingSpec& spec, const Keys& key) {
+  key(choice("mode", spec.mode, {{"aimed", SamplingMode::aimed}, {"fan", SamplingMode::fan}}));
+  key(length("pitch", spec.pitch_m, between(1e-9, 1)).or_auto());
+  key(number("cone", spec.cone, between(0.01, 4)).or_auto());
+  key(number("apodization", spec.apodization, between(0, 4))
+          .or_auto()
+          .and_then([&](const Value& v) {
+            if (spec.apodization > spec.cone) v.fail("<= cone (" + number_text(spec.cone) + ")");
+          }));
+  key(whole("antialias", spec.antialias, 0, 4).and_then([&](const Value& v) {
+    if (spec.antialias % 2 != 0) v.fail("0, 2 or 4");
+  }));
+  key(whole("visibility", spec.visibility, 0, 16).and_then([&](const Value& v) {
+    if (spec.visibility % 4 != 0 || spec.visibility == 12) v.fail("0, 4, 8 or 16");
+  }));
+  key(whole("seed", spec.seed, std::uint32_t{0}, std::numeric_limits<std::uint32_t>::max()));
+  key(whole("frames", spec.frames, 1, 4096).or_auto());
+}
+
+void keys_of(TraceSpec& spec, const Keys& key) {
+  key(whole("depth", spec.depth, 0, TraceSpec::most_depth).or_auto());
+  key(choice("bounces", spec.bounces,
+             named({Bounces::automatic, Bounces::points, Bounces::paths})));
+  key(flag("shadows", spec.shadows));
+}
+
+void keys_of(AccuracySpec& spec, const Keys& key) {
+  key(choice(
+      "precision", spec.precision,
+      {{"auto", std::nullopt}, {"float", Precision::floats}, {"double", Precision::doubles}}));
+  key(number("phase", spec.phase_turns, between(1e-9, 0.5)));
+}
+
+void keys_of(ViewerSpec& spec, const Keys& key) {
+  key(length("distance", spec.distance_m, between(0, 1e4)));
+  key(length("eyepiece", spec.eyepiece_m, between(1e-6, 1e4)).or_word("none").and_then([&](auto&) {
+    spec.eyepiece_distance_m = *spec.eyepiece_m;
+  }));
+  key(length("eyepiece_distance", spec.eyepiece_distance_m, between(0, 1e4))
+          .told_if(spec.eyepiece_m.has_value())
+          .and_then([&](const Value& v) {
+            if (!spec.eyepiece_m) v.fail("given with eyepiece");
+          }));
+  key(length("resolution", spec.resolution_m, between(1e-9, 1)).or_auto());
+}
+
+void keys_of(RefineSettings& spec, const Keys& key) {
+  key(whole("iterations", spec.iterations, 0, RefineSettings::most_iterations).or_auto());
+  key(whole("views", spec.views, 0, RefineSettings::most_views));
+  key(number("brightness", spec.brightness,
+             between(RefineSettings::least_brightness, RefineSettings::largest_brightness)));
+  key(lengths("depths", spec.depths_m, between(1e-9, 1e4), 100));
+  key(length("blur", spec.blur_m, between(1e-9, 1)).or_auto());
+  key(whole("lens_points", spec.lens_points, 2, RefineSettings::most_lens_points));
+}
+
+void keys_of(Light& light, const Keys& key) {
+  key(choice("type", light.type,
+             {{"ambient", LightType::ambient},
+              {"directional", LightType::directional},
+              {"point", LightType::point},
+              {"spot", LightType::spot},
+              {"area", LightType::area},
+              {"environment", LightType::environment}})
+          .and_then([&](auto&) {
+            light.highlights = light.type != LightType::environment;
+            light.samples = light.type == LightType::environment ? 64
+                            : light.type == LightType::area      ? 16
+                                                                 : 1;
+          }));
+  const bool is_spot = light.type == LightType::spot, is_area = light.type == LightType::area;
+  key(number("intensity", light.intensity, at_least(0)));
+  if (light.type != LightType::ambient) key(flag("highlights", light.highlights));
+  if (is_area)
+    key(length("radius", light.radius_m, between(1e-9, 1e4)).told_if(light.radius_m > 0));
+  const bool is_disc = light.radius_m > 0;
+  if (light.type == LightType::directional || is_spot || is_disc)
+    key(setting("direction", light.direction, read_direction)
+            .needing(is_disc ? "the way that the disc faces, for example [0, 0, 1]"
+                             : "the way the light travels, for example [0, 0, 1]"));
+  if (light.type == LightType::point || is_spot || is_area) {
+    key(position(light.position_m)
+            .needing("the light's place, for example [\"0 mm\", \"50 mm\", \"20 mm\"]"));
+    key(choice("falloff", light.falls_off, {{"none", false}, {"square", true}}));
+  }
+  if (is_spot) {
+    key(number("outer", light.outer_deg, between(least_spot_deg, 90)));
+    key(number("inner", light.inner_deg, between(0, 90)).and_then([&](const Value& v) {
+      if (!(light.inner_deg < light.outer_deg))
+        v.fail("< outer (" + number_text(light.outer_deg) + ")");
+    }));
+  }
+  if (is_area && !is_disc)
+    key(setting("edges", light.edges_m, edges_m_of,
+                [](const auto& edges_m) {
+                  return nlohmann::ordered_json{told(edges_m[0]), told(edges_m[1])};
+                })
+            .as("edges_m")
+            .needing("the sides of a rectangle, for example [[\"20 mm\", 0, 0], [0, \"10 mm\", "
+                     "0]], or the radius of a disc"));
+  if (is_area) key(whole("samples", light.samples, 1, most_lights));
+  if (light.type == LightType::environment) {
+    key(setting("picture", light.picture, file_of)
+            .needing("an equirectangular picture, for example \"sky.exr\""));
+    key(number("rotation", light.rotation_deg, between(-1e6, 1e6)));
+    key(whole("samples", light.samples, 1, most_lights));
+  }
+}
+
+void keys_of(Material& material, const Keys& key, double wavelength_m) {
+  const auto colour = [&](const char* name, glm::dvec3& of) {
+    key(setting(name, of, [](const Value& v) { return v.colour(at_least(0)); }));
+  };
+  const auto spectrum = [&](const char* name, Spectrum& of, const Range& range) {
+    return setting(
+        name, of, [=](const Value& v) { return read_spectrum(v, range, wavelength_m); },
+        [=](const Spectrum& told) { return told.at(wavelength_m); });
+  };
+  colour("ambient", material.ambient);
+  colour("diffuse", material.diffuse);
+  colour("specular", material.specular);
+  key(number("shininess", material.shininess, at_least(0)));
+  key(setting("texture", material.texture, file_of));
+  key(spectrum("reflectivity", material.reflectivity, between(0, 1)));
+  key(spectrum("transparency", material.transparency, between(0, 1)).and_then([&](const Value& v) {
+    const double mirrored = material.reflectivity.at(wavelength_m);
+    if (mirrored + material.transparency.at(wavelength_m) > 1 + 1e-9)
+      v.fail("<= 1 - reflectivity (" + number_text(mirrored) + ")");
+  }));
+  key(spectrum("ior", material.ior, between(1, 100)));
+  key(spectrum("attenuation", material.attenuation, between(1e-6, 1)));
+  key(length("attenuation_distance", material.attenuation_distance_m, between(1e-9, 1e4)));
+  colour("emission", material.emission);
+}
+
+void keys_of(Object& object, const Keys& key, const HologramSpec& hologram,
+             const std::vector<Material>& materials, bool needs_mesh) {
+  // An object so many times as wide as its hologram has a width in millimetres, mostly
+  constexpr double doubted_holograms = 100;
+  const double doubted_m = doubted_holograms * hologram.resolution.x * hologram.pitch_m.x;
+  key(setting("mesh", object.mesh, file_of)
+          .needing(needs_mesh ? "the name of a mesh file" : nullptr));
+  key(length("width", object.width_m, between(1e-9, 1e4), std::min(doubted_m, least_doubted_m)));
+  key(position(object.position_m));
+  key(setting("rotation", object.rotation_deg, [](const Value& v) {
+        return v.numbers(between(-1e6, 1e6));
+      }).as("rotation_deg"));
+  key(setting(
+      "material", object.material, [&](const Value& v) { return find_material(v, materials); },
+      [&](int material) { return materials[static_cast<std::size_t>(material)].name; }));
+  key(length("unit", object.unit_m, between(1e-12, 1e4))
+          .told_if(!object.width_m && object.unit_m != 1)
+          .and_then([&](const Value& v) {
+            if (object.width_m) v.fail("left out where width is given");
+          }));
+  key(choice("anchor", object.anchor, {{"centre", Anchor::centre}, {"origin", Anchor::origin}}));
+  key(length("cut", object.cut_m, between(1e-9, 1e4)).told_if(object.cut_m > 0));
+  key(choice("normals", object.normals,
+             {{"file", Normals::file}, {"smooth", Normals::smooth}, {"flat", Normals::flat}}));
+}
+
+namespace {
+
+template <class Spec>
+Spec read_section(Section section) {
+  Spec spec;
+  read_keys(section, spec);
+  return spec;
+}
+
+Light read_light(Section section) {
+  Light light;
+  light.where = section.where();
+  read_keys(section, light);
+  return light;
+}
+
+Material read_material(const std::string& name, Section section, double wavelength_m) {
+  Material material;
+  material.name = name;
+  material.where = section.where();
+  read_keys(section, material, wavelength_m);
+  return material;
+}
 
 Object read_object(Section section, const HologramSpec& hologram,
                    const std::vector<Material>& materials, bool needs_mesh) {
   Object object;
   object.where = section.where();
-  const bool has_mesh =
-      section.read("mesh", [&](const Value& v) { object.mesh = v.existing_file(); });
-  if (needs_mesh && !has_mesh) section.fail("mesh is missing: give the name of a mesh file");
-  const double doubted_m = doubted_holograms * hologram.resolution.x * hologram.pitch_m.x;
-  section.read("width", [&](const Value& v) {
-    object.width_m = v.length_m(between(1e-9, 1e4), std::min(doubted_m, least_doubted_m));
-  });
-  section.read("position", [&](const Value& v) { object.position_m = v.lengths_m(kAnyPosition); });
-  section.read("rotation",
-               [&](const Value& v) { object.rotation_deg = v.numbers(between(-1e6, 1e6)); });
-  section.read("material", [&](const Value& v) { object.material = find_material(v, materials); });
-  section.read("unit", [&](const Value& v) {
-    object.unit_m = v.length_m(between(1e-12, 1e4));
-    if (object.width_m) v.fail("left out where width is given");
-  });
-  section.read("anchor", [&](const Value& v) {
-    object.anchor = v.choice<Anchor>({{"centre", Anchor::centre}, {"origin", Anchor::origin}});
-  });
-  section.read("cut", [&](const Value& v) { object.cut_m = v.length_m(between(1e-9, 1e4)); });
-  section.read("normals", [&](const Value& v) {
-    object.normals = v.choice<Normals>(
-        {{"file", Normals::file}, {"smooth", Normals::smooth}, {"flat", Normals::flat}});
-  });
-  section.finish();
+  read_keys(section, object, hologram, materials, needs_mesh);
   return object;
 }
 
@@ -507,11 +482,11 @@ Scene parse_laser(const SceneText& text, const std::vector<std::string>& overrid
   if (scene.colour) scene.hologram.wavelength_m = wavelengths_m[scene.colour->laser];
   scene.slm = read_slm(root.section("slm"), scene.hologram.wavelength_m);
   scene.slm.illumination = read_illumination(root.section("illumination"));
-  scene.wrp = read_wrp(root.section("wrp"));
-  scene.sampling = read_sampling(root.section("sampling"));
-  scene.trace = read_trace(root.section("trace"));
-  scene.accuracy = read_accuracy(root.section("accuracy"));
-  scene.viewer = read_viewer(root.section("viewer"));
+  scene.wrp = read_section<WrpSpec>(root.section("wrp"));
+  scene.sampling = read_section<SamplingSpec>(root.section("sampling"));
+  scene.trace = read_section<TraceSpec>(root.section("trace"));
+  scene.accuracy = read_section<AccuracySpec>(root.section("accuracy"));
+  scene.viewer = read_section<ViewerSpec>(root.section("viewer"));
   scene.refine = read_refine(root.section("refine"), document.root.contains("refine"));
   scene.given = given_keys(document.root);
   scene.digest = digest_of(document.root);

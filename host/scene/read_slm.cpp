@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "host/scene/document.hpp"
+#include "host/scene/settings.hpp"
 #include "host/scene/units.hpp"
 
 namespace raywave {
@@ -160,94 +161,105 @@ std::vector<ZernikeTerm> zernike_of(const Value& v) {
   return terms;
 }
 
+glm::dvec2 read_carrier(const Value& v) {
+  return pair_of(v, "two numbers [x, y] in cycles per pixel", between(-0.5, 0.5));
+}
+
 }  // namespace
 
-SlmSpec read_slm(Section section, double wavelength_m, int most_bits) {
-  SlmSpec slm;
-  section.read("encoding", [&](const Value& v) {
-    try {
-      slm.encoding = encoding_of(v.string("the name of an encoding"));
-    } catch (const InputError& error) {
-      v.fail(error.what());
-    }
-  });
-  const bool amplitude = shows_amplitude(slm.encoding);
-  section.read("clip", [&](const Value& v) { slm.clip = v.number(between(0.01, 1)); });
-  section.read("band", [&](const Value& v) { slm.band = share_of(v); });
-  section.read("bits", [&](const Value& v) {
-    slm.bits = v.integer(1, 64);
+void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) {
+  key(choice("encoding", slm.encoding, Names<Encoding>(encodings.begin(), encodings.end())));
+  key(number("clip", slm.clip, between(0.01, 1)));
+  key(setting("band", slm.band, share_of));
+  key(whole("bits", slm.bits, 1, 64).and_then([&](const Value& v) {
     if (slm.bits != 8 && slm.bits != 10) v.fail("8 or 10");
     if (slm.bits > most_bits)
       v.fail(
           "8 in a scene: its pictures have 8 bits; give 10 to raywave encode, in a file of "
           "--slm");
-  });
-  const int grey_levels = slm.levels = slm.levels_per_turn = grey_levels_of(slm);
-  section.read("levels", [&](const Value& v) { slm.levels = v.integer(2, grey_levels); });
-  section.read("levels_per_turn",
-               [&](const Value& v) { slm.levels_per_turn = v.integer(2, 4 * grey_levels); });
-  section.read("invert", [&](const Value& v) { slm.invert = v.boolean(); });
-  section.read("offset", [&](const Value& v) { slm.offset_turns = v.number(between(-1e3, 1e3)); });
+    slm.levels = slm.levels_per_turn = grey_levels_of(slm);
+  }));
+  key(whole("levels", slm.levels, 2, grey_levels_of(slm)));
+  key(whole("levels_per_turn", slm.levels_per_turn, 2, 4 * grey_levels_of(slm)));
+  key(flag("invert", slm.invert));
+  key(number("offset", slm.offset_turns, between(-1e3, 1e3)).as("offset_turns"));
 
   double turns_per_unit = 1;
-  section.read("lut_unit", [&](const Value& v) {
-    turns_per_unit = v.choice<double>({{"turns", 1}, {"radians", 1 / (2 * std::numbers::pi)}});
-  });
-  section.read("lut", [&](const Value& v) {
-    slm.lut = lut_of(v.node->is_table() ? nearest_lut(v, wavelength_m) : v,
-                     static_cast<std::size_t>(grey_levels_of(slm)));
-    for (double& number : slm.lut) number *= amplitude ? 1 : turns_per_unit;
+  key(choice("lut_unit", turns_per_unit, {{"turns", 1}, {"radians", 1 / (2 * std::numbers::pi)}})
+          .told_if(false));
+  key(setting("lut", slm.lut, [&](const Value& v) {
+        auto lut = lut_of(v.node->is_table() ? nearest_lut(v, wavelength_m) : v,
+                          static_cast<std::size_t>(grey_levels_of(slm)));
+        for (double& number : lut) number *= shows_amplitude(slm.encoding) ? 1 : turns_per_unit;
+        return lut;
+      }).and_then([&](const Value& v) {
     if (slm.invert)
       v.fail("given without invert: the LUT says itself whether phase falls as grey rises");
-  });
+  }));
 
-  section.read("carrier", [&](const Value& v) {
-    slm.carrier = pair_of(v, "two numbers [x, y] in cycles per pixel", between(-0.5, 0.5));
-  });
-  section.read("shift", [&](const Value& v) {
-    slm.shift_m = v.vector<glm::dvec2>(
-        "two lengths [x, y]", [](const Value& one) { return one.length_m(between(-1e4, 1e4)); });
-    if (slm.carrier != glm::dvec2(0)) v.fail("given without carrier: both say the same");
-  });
-  section.read("shift_distance",
-               [&](const Value& v) { slm.shift_distance_m = v.length_m(between(1e-9, 1e4)); });
-  section.read("lens", [&](const Value& v) {
-    slm.lens_m = v.length_m(between(-1e4, 1e4));
+  key(setting("carrier", slm.carrier, read_carrier));
+  key(setting("shift", slm.shift_m,
+              [](const Value& v) {
+                return v.vector<glm::dvec2>("two lengths [x, y]", [](const Value& one) {
+                  return one.length_m(between(-1e4, 1e4));
+                });
+              })
+          .as("shift_m")
+          .and_then([&](const Value& v) {
+            if (slm.carrier != glm::dvec2(0)) v.fail("given without carrier: both say the same");
+          }));
+  key(length("shift_distance", slm.shift_distance_m, between(1e-9, 1e4)));
+  key(length("lens", slm.lens_m, between(-1e4, 1e4)).and_then([&](const Value& v) {
     if (std::abs(*slm.lens_m) < 1e-9) v.fail("a focal length other than 0");
-  });
-  section.read("zernike", [&](const Value& v) { slm.zernike = zernike_of(v); });
+  }));
+  key(setting("zernike", slm.zernike, zernike_of, [](const std::vector<ZernikeTerm>& terms) {
+    auto json = nlohmann::ordered_json::array();
+    for (const auto& term : terms) json.push_back({term.noll, term.turns});
+    return json;
+  }));
 
-  section.read("flatness_unit", [&](const Value& v) {
-    slm.flatness.in_nm = v.choice<bool>({{"levels", false}, {"nm", true}});
-  });
-  section.read("flatness_fit", [&](const Value& v) {
-    slm.flatness.centre = v.choice<bool>({{"exact", false}, {"centre", true}});
-  });
-  section.read("flatness", [&](const Value& v) {
-    slm.flatness.where = v.document->where(*v.node, v.path) + ": " + v.label;
-    slm.flatness.file = v.existing_file();
-    load_flatness(slm.flatness);
-  });
-  section.read("flip", [&](const Value& v) {
-    const auto& axes = v.string("\"x\", \"y\", \"xy\" or \"\"");
-    if (axes != "x" && axes != "y" && axes != "xy" && !axes.empty())
-      v.fail("\"x\", \"y\", \"xy\" or \"\"");
-    slm.flip_x = axes.starts_with('x');
-    slm.flip_y = axes.ends_with('y');
-  });
-  section.read("rotate", [&](const Value& v) {
-    slm.rotate_deg = v.integer(0, 270);
+  key(choice("flatness_unit", slm.flatness.in_nm, {{"levels", false}, {"nm", true}})
+          .told_if(false));
+  key(choice("flatness_fit", slm.flatness.centre, {{"exact", false}, {"centre", true}})
+          .told_if(false));
+  key(setting("flatness", slm.flatness.file, [](const Value& v) { return v.existing_file(); })
+          .told_if(false)
+          .and_then([&](const Value& v) {
+            slm.flatness.where = v.document->where(*v.node, v.path) + ": " + v.label;
+            load_flatness(slm.flatness);
+          }));
+  key({"flip",
+       [&](const Value& v) {
+         constexpr const char* axes = "\"x\", \"y\", \"xy\" or \"\"";
+         const auto& flip = v.string(axes);
+         if (flip != "x" && flip != "y" && flip != "xy" && !flip.empty()) v.fail(axes);
+         slm.flip_x = flip.starts_with('x');
+         slm.flip_y = flip.ends_with('y');
+       },
+       [&] { return std::string(slm.flip_x ? "x" : "") + (slm.flip_y ? "y" : ""); }, "flip"});
+  key(whole("rotate", slm.rotate_deg, 0, 270).as("rotate_deg").and_then([&](const Value& v) {
     if (slm.rotate_deg % 90 != 0) v.fail("0, 90, 180 or 270");
-  });
-  section.read("stop", [&](const Value& v) {
-    if (!v.is("none")) slm.stop = {share_of(v), {0, 0}};
-  });
-  section.read("stop_centre", [&](const Value& v) {
-    if (!slm.stop) v.fail("given with stop, the size of the aperture");
-    slm.stop->centre = pair_of(v, "two numbers [x, y] in cycles per pixel", between(-0.5, 0.5));
-  });
-  section.finish();
+  }));
+  key(setting(
+          "stop", slm.stop,
+          [](const Value& v) {
+            return StopSpec{share_of(v), {0, 0}};
+          },
+          [](const std::optional<StopSpec>& stop) {
+            return stop ? nlohmann::ordered_json{{"size", told(stop->size)},
+                                                 {"centre", told(stop->centre)}}
+                        : nlohmann::ordered_json();
+          })
+          .or_word("none"));
+  key({"stop_centre", [&](const Value& v) {
+         if (!slm.stop) v.fail("given with stop, the size of the aperture");
+         slm.stop->centre = read_carrier(v);
+       }});
+}
 
+SlmSpec read_slm(Section section, double wavelength_m, int most_bits) {
+  SlmSpec slm;
+  read_keys(section, slm, wavelength_m, most_bits);
   const bool needs_carrier = slm.encoding == Encoding::off_axis || slm.encoding == Encoding::lee;
   if (needs_carrier && slm.carrier == glm::dvec2(0) && slm.shift_m == glm::dvec2(0))
     section.fail("encoding " + in_quotes(name_of(slm.encoding)) +

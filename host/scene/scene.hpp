@@ -117,6 +117,9 @@ struct ViewerSpec {
 
 /// Section [refine]: phases are refined after propagation (docs/refine.md).
 struct RefineSettings {
+  static constexpr int most_iterations = 1'000'000, most_views = 1000, most_lens_points = 100;
+  static constexpr double least_brightness = 0.01, largest_brightness = 100;
+
   std::optional<int> iterations;  // per frame, >= 1; empty: as many as the pictures need
   int views = 0;                  // pictures through quarters of the hologram
   double brightness = 1;          // light wanted in the pictures, over the traced field's there
@@ -251,7 +254,7 @@ struct Scene {
   std::string digest;
   // Keys that the file or an override sets, such as "sampling.pitch"; without those set to "auto"
   std::set<std::string, std::less<>> given;
-  // Notes for the user, a line each: keys that the file gives by their old names
+  // Notes for the user, a line each: lengths without a unit ...
   std::vector<std::string> notes;
   std::vector<Light> lights;
   std::vector<Material> materials;  // [0] is the default of an object that names none

@@ -2,24 +2,14 @@
 #include "host/scene/slm.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 
 namespace raywave {
 namespace {
-
-constexpr std::array<std::pair<const char*, Encoding>, 6> encodings{
-    {{"auto", Encoding::automatic},
-     {"phase", Encoding::phase},
-     {"double-phase", Encoding::double_phase},
-     {"off-axis", Encoding::off_axis},
-     {"burckhardt", Encoding::burckhardt},
-     {"lee", Encoding::lee}}};
 
 std::string size_text(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
@@ -76,15 +66,6 @@ std::string name_of(Encoding encoding) {
   for (const auto& [name, value] : encodings)
     if (value == encoding) return name;
   return "";
-}
-
-Encoding encoding_of(const std::string& name) {
-  std::string names;
-  for (const auto& [known, value] : encodings) {
-    if (name == known) return value;
-    names += (names.empty() ? "" : " or ") + in_quotes(known);
-  }
-  throw InputError(names);
 }
 
 }  // namespace raywave

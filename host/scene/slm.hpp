@@ -4,10 +4,12 @@
 /// (docs/slm.md lists every key).
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <glm/vec2.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/scene/image.hpp"
@@ -23,6 +25,14 @@ enum class Encoding {
   lee,           // binary SLMs (DMDs): the width and place of stripes
   automatic      // double_phase or, where a scene fills the SLM's band, phase: the plan decides
 };
+
+inline constexpr std::array<std::pair<const char*, Encoding>, 6> encodings{
+    {{"auto", Encoding::automatic},
+     {"phase", Encoding::phase},
+     {"double-phase", Encoding::double_phase},
+     {"off-axis", Encoding::off_axis},
+     {"burckhardt", Encoding::burckhardt},
+     {"lee", Encoding::lee}}};
 
 /// True when levels stand for amplitudes, not for phases.
 constexpr bool shows_amplitude(Encoding encoding) {
@@ -115,8 +125,5 @@ void require_fit(const FlatnessSpec& flatness, glm::ivec2 size_px);
 
 /// "double-phase"
 std::string name_of(Encoding encoding);
-
-/// throws  InputError for a name that is none
-Encoding encoding_of(const std::string& name);
 
 }  // namespace raywave

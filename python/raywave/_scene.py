@@ -262,7 +262,7 @@ class Scene:
 
     @property
     def notes(self) -> list[str]:
-        """For the user, one line each: keys with old names, lengths without a unit."""
+        """For the user, one line each: lengths without a unit."""
         return self._core.notes
 
     def set(self, values: Mapping[str, Value]) -> None:

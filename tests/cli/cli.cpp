@@ -233,41 +233,6 @@ TEST_CASE("impossible refinements get one line, and nothing is written") {
   refused({scene, "--set", "sampling.frames=2", "--start", field, "--no-table"}, "1 frame");
 }
 
-TEST_CASE("options go by their old names too, with a note unless --quiet") {
-  const Desk desk;
-  const auto scene = desk.file("scene.toml");
-  const auto now = desk.run({"plan", scene, "--preset", "draft"});
-  const auto before = desk.run({"plan", scene, "--quality", "draft"});
-  CHECK(before.code == 0);
-  CHECK(before.out == now.out);
-  CHECK(is_one_line(before.err));
-  CHECK_THAT(before.err, ContainsSubstring("--quality is now --preset"));
-  CHECK(desk.run({"plan", scene, "--quality=draft", "--quiet"}).err.empty());
-
-  // A scene that is not there ends a run after its command line was understood.
-  const auto understood = [&](const std::string& command, const std::string& old_name,
-                              const std::string& name, const std::string& value) {
-    std::vector<std::string> line{command, "none.toml", old_name, value};
-    if (command == "lens") line.insert(line.end(), {"-z", "10mm"});
-    if (command == "render" || command == "lens")
-      if (name != "--output") line.insert(line.end(), {"-o", desk.file("none")});
-    const auto outcome = desk.run(line);
-    INFO(command << " " << old_name << ": " << outcome.err);
-    CHECK(outcome.code == 2);
-    CHECK_THAT(outcome.err,
-               ContainsSubstring(old_name + " is now " + name) && ContainsSubstring("none.toml"));
-  };
-  understood("render", "--quality", "--preset", "draft");
-  understood("render", "--out", "--output", desk.file("none"));
-  understood("lens", "--rays", "--lens-points", "2");
-  understood("lens", "--out", "--output", desk.file("none"));
-  for (const char* command : {"quality", "bench", "trade"})
-    understood(command, "--points", "--lens-points", "2");
-  for (const char* command : {"quality", "trade"})
-    understood(command, "--out", "--output", desk.file("none"));
-  understood("kernels", "--build", "--output", desk.file("none"));
-}
-
 TEST_CASE("shell completion offers every command and option, and the values that there are") {
   const Desk desk;
   const auto bash = desk.run({"completion", "bash"}), zsh = desk.run({"completion", "zsh"});

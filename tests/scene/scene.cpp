@@ -438,32 +438,6 @@ TEST_CASE(
         "here: precision, phase)");
 }
 
-TEST_CASE("a key's old name sets the new one and leaves a note") {
-  const Workshop workshop;
-  const auto name = (workshop.folder / "scene.toml").string();
-  std::string text = kScene;
-  text.insert(text.find("mode = "), "fan = 1.5\nedge = 0.1\n");
-  auto scene = workshop.load(text);
-  CHECK(scene.sampling.cone == 1.5);
-  CHECK(scene.sampling.apodization == 0.1);
-  CHECK(scene.given.contains("sampling.cone"));
-  CHECK_FALSE(scene.given.contains("sampling.fan"));
-  CHECK(scene.notes ==
-        std::vector<std::string>{
-            one_line(name) + ":10: sampling.fan is now called sampling.cone; the old name works "
-                             "until the next version",
-            one_line(name) + ":11: sampling.edge is now called sampling.apodization; the old name "
-                             "works until the next version"});
-
-  scene = workshop.load(kScene, {"wrp.distance=auto", "wrp.slabs=3"});
-  CHECK(scene.wrp.layers == 3);
-  CHECK(scene.notes ==
-        std::vector<std::string>{"--set wrp.slabs=3: wrp.slabs is now called wrp.layers; the old "
-                                 "name works until the next version"});
-  CHECK(workshop.load(kScene, {"sampling={fan=2}"}).sampling.cone == 2);
-  CHECK(workshop.load(kScene).notes.empty());
-}
-
 TEST_CASE("bare numbers that are absurd as metres get a note, others none") {
   const Workshop workshop;
   const auto notes_of = [&](const std::vector<std::string>& set) {
@@ -481,49 +455,6 @@ TEST_CASE("bare numbers that are absurd as metres get a note, others none") {
        {"object.0.width=1.0", "object.0.width=1.24 m", "object.0.position=[0, 0, 1.9]",
         "object.0.position=[0, 0, \"100 m\"]"})
     CHECK(notes_of({sensible}).empty());
-}
-
-TEST_CASE("an override replaces what the file gives under another name") {
-  const Workshop workshop;
-  std::string old_name = kScene, new_name = kScene;
-  old_name.insert(old_name.find("mode = "), "fan = 1.5\n");
-  new_name.insert(new_name.find("mode = "), "cone = 1.5\n");
-  CHECK(workshop.load(old_name, {"sampling.cone=2"}).sampling.cone == 2);
-  CHECK(workshop.load(new_name, {"sampling.fan=2"}).sampling.cone == 2);
-  CHECK(workshop.load(kScene, {"sampling.fan=1", "sampling.cone=2"}).sampling.cone == 2);
-  CHECK(workshop.load(kScene, {"sampling.cone=1", "sampling.fan=2"}).sampling.cone == 2);
-}
-
-TEST_CASE("a key under its old and its new name is refused with both lines") {
-  const Workshop workshop;
-  std::string text = kScene;
-  text.insert(text.find("mode = "), "cone = 1.2\nfan = 1.5\n");
-  const auto name = one_line((workshop.folder / "scene.toml").string());
-  CHECK(input_error_of([&] { workshop.load(text); }) ==
-        name + ":11: sampling.fan is the old name of sampling.cone, which is given, too (" + name +
-            ":10); keep one of them");
-}
-
-TEST_CASE("a wrong value under a key's old name is refused with its line and both names") {
-  const Workshop workshop;
-  std::string text = kScene;
-  text.insert(text.find("mode = "), "fan = 9\n");
-  const auto name = one_line((workshop.folder / "scene.toml").string());
-  CHECK(input_error_of([&] { workshop.load(text); }) ==
-        name + ":10: sampling: cone (old name: fan) must be 0.01 to 4, got 9");
-  CHECK(input_error_of([&] { workshop.load(kScene, {"sampling.fan=8"}); }) ==
-        "--set sampling.fan=8: sampling: cone (old name: fan) must be 0.01 to 4, got 8");
-  CHECK(input_error_of([&] { workshop.load(text, {"sampling.cone=8"}); }) ==
-        "--set sampling.cone=8: sampling: cone must be 0.01 to 4, got 8");
-}
-
-TEST_CASE("precision \"extended\" is taken as \"float\", with a note") {
-  const Workshop workshop;
-  const auto scene = workshop.load(kScene, {"accuracy.precision=extended"});
-  CHECK(scene.accuracy.precision == Precision::floats);
-  CHECK(scene.notes ==
-        std::vector<std::string>{"--set accuracy.precision=extended: accuracy: precision: "
-                                 "\"extended\" is no longer a choice; \"float\" takes its place"});
 }
 
 TEST_CASE("a wrong override is named in place of the line") {

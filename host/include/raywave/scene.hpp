@@ -28,7 +28,7 @@ public:
   int frames() const;
   std::size_t objects() const;
 
-  /// Notes for the user, one line each: keys with old names, lengths without a unit.
+  /// Notes for the user, one line each: lengths without a unit.
   std::vector<std::string> notes() const;
 
   /// The scene with every default filled in, lengths in metres. Of three lasers,

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/scene/scene_json.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "host/common/error.hpp"
+#include "host/scene/settings.hpp"
+
+namespace raywave {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+glm::dvec2 pair_of(const Json& json) {
+  return {json.at(0).get<double>(), json.at(1).get<double>()};
+}
+
+}  // namespace
+
+Json json_of(const SlmSpec& slm) {
+  auto json = json_of_keys(slm, 0.0, 10);
+  if (const auto& light = slm.illumination; !light.is_plane()) {
+    json["illumination"] = {{"sine", told(light.sine)}};
+    if (light.focus_m) json["illumination"]["focus_m"] = *light.focus_m;
+  }
+  if (!slm.flatness.picture.pixels.empty())
+    json["flatness"] = {{"file", std::filesystem::absolute(slm.flatness.file).string()},
+                        {"unit", slm.flatness.in_nm ? "nm" : "levels"},
+                        {"fit", slm.flatness.centre ? "centre" : "exact"}};
+  return json;
+}
+
+Json json_of(const Scene& scene) {
+  const double wavelength_m = scene.hologram.wavelength_m;
+  Json json{{"file", scene.file.string()},
+            {"hologram", json_of_keys(scene.hologram)},
+            {"slm", json_of(scene.slm)},
+            {"wrp", json_of_keys(scene.wrp)},
+            {"sampling", json_of_keys(scene.sampling)},
+            {"trace", json_of_keys(scene.trace)},
+            {"viewer", json_of_keys(scene.viewer)},
+            {"accuracy", json_of_keys(scene.accuracy)}};
+  if (scene.refine) json["refine"] = json_of_keys(*scene.refine);
+  for (const auto& light : scene.lights) json["lights"].push_back(json_of_keys(light));
+  for (const auto& material : scene.materials) {
+    json["materials"].push_back({{"name", material.name}});
+    json["materials"].back().update(json_of_keys(material, wavelength_m));
+  }
+  for (const auto& object : scene.objects) {
+    auto one = json_of_keys(object, scene.hologram, scene.materials, false);
+    if (!object.width_m) one["width_m"] = "as in the file";
+    json["objects"].push_back(one);
+  }
+  return json;
+}
+
+SlmSpec slm_of_json(const Json& json, const std::filesystem::path& report) {
+  SlmSpec slm;
+  Document document;
+  document.file = report;
+  const Keys key = [&](const Setting& setting) {
+    if (setting.told_as.empty() || setting.told_as == "stop") return;
+    const auto now = setting.json();
+    if (now.is_null() && !json.contains(setting.told_as)) return;
+    const auto& told = json.at(setting.told_as);
+    if (told == now) return;
+    toml::table parsed;
+    try {
+      parsed = toml::parse("value = " + told.dump());  // numbers, texts and lists are as in JSON
+    } catch (const toml::parse_error&) {
+      throw InputError(one_line(report.string()) + ": its SLM is damaged (or give --slm)");
+    }
+    setting.read({&document, parsed.get("value"), setting.key, "slm: " + setting.told_as});
+  };
+  keys_of(slm, key, 0, 10);
+  if (json.contains("illumination")) {
+    const auto& light = json.at("illumination");
+    slm.illumination.sine = pair_of(light.at("sine"));
+    if (light.contains("focus_m")) slm.illumination.focus_m = light.at("focus_m").get<double>();
+  }
+  if (json.contains("stop"))
+    slm.stop = {pair_of(json.at("stop").at("size")), pair_of(json.at("stop").at("centre"))};
+  if (json.contains("flatness")) {
+    const auto& flatness = json.at("flatness");
+    slm.flatness.in_nm = flatness.at("unit") == "nm";
+    slm.flatness.centre = flatness.at("fit") == "centre";
+    slm.flatness.file = flatness.at("file").get<std::string>();
+  }
+  return slm;
+}
+
+}  // namespace raywave
