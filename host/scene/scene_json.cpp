@@ -66,7 +66,9 @@ SlmSpec slm_of_json(const Json& json, const std::filesystem::path& report) {
     if (told == now) return;
     toml::table parsed;
     try {
-      parsed = toml::parse("value = " + told.dump());  // numbers, texts and lists are as in JSON
+      // Numbers, texts and lists are as in JSON; a copy knows no line
+      const auto original = toml::parse("value = " + told.dump());
+      parsed = original;
     } catch (const toml::parse_error&) {
       throw InputError(one_line(report.string()) + ": its SLM is damaged (or give --slm)");
     }

@@ -85,7 +85,7 @@ nlohmann::ordered_json json_of_keys(Spec spec, const More&... more) {
     if (setting.told_as.empty()) return;
     if (auto json = setting.json(); !json.is_null())
       all[setting.told_as] = std::move(json);
-    else if (setting.word == std::string_view("auto"))
+    else if (setting.word && setting.word == std::string_view("auto"))
       all[setting.told_as] = setting.word;
   };
   keys_of(spec, key, more...);
