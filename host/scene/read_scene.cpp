@@ -37,15 +37,6 @@ std::vector<double> read_wavelengths(const Value& v) {
   return {three.x, three.y, three.z};
 }
 
-/// wavelengths_m  receives one, or three
-HologramSpec read_hologram(Section section, std::vector<double>& wavelengths_m) {
-  HologramSpec spec;
-  wavelengths_m = {spec.wavelength_m};
-  read_keys(section, spec);
-  section.read("wavelength", [&](const Value& v) { wavelengths_m = read_wavelengths(v); });
-  return spec;
-}
-
 /// The laser that colour.only names.
 std::size_t laser_of(const Value& v, const std::vector<double>& wavelengths_m) {
   const double wanted_m = v.length_m(between(least_visible_m, largest_visible_m));
@@ -91,14 +82,6 @@ std::optional<ColourSpec> read_colour(Section section, bool is_given, const Sect
         "colour.only = " +
         in_quotes(length_text(wavelengths_m[0])) + ", or one wavelength");
   }
-  return spec;
-}
-
-/// Empty without the section, and with iterations = 0.
-std::optional<RefineSettings> read_refine(Section section, bool is_given) {
-  RefineSettings spec;
-  read_keys(section, spec);
-  if (!is_given || spec.iterations == 0) return std::nullopt;
   return spec;
 }
 
@@ -407,34 +390,12 @@ void keys_of(Object& object, const Keys& key, const HologramSpec& hologram,
 
 namespace {
 
+/// A light, material or object that messages find.
 template <class Spec>
-Spec read_section(Section section) {
+Spec placed(const Section& section) {
   Spec spec;
-  read_keys(section, spec);
+  spec.where = section.where();
   return spec;
-}
-
-Light read_light(Section section) {
-  Light light;
-  light.where = section.where();
-  read_keys(section, light);
-  return light;
-}
-
-Material read_material(const std::string& name, Section section, double wavelength_m) {
-  Material material;
-  material.name = name;
-  material.where = section.where();
-  read_keys(section, material, wavelength_m);
-  return material;
-}
-
-Object read_object(Section section, const HologramSpec& hologram,
-                   const std::vector<Material>& materials, bool needs_mesh) {
-  Object object;
-  object.where = section.where();
-  read_keys(section, object, hologram, materials, needs_mesh);
-  return object;
 }
 
 Scene parse_laser(const SceneText& text, const std::vector<std::string>& overrides,
@@ -474,29 +435,35 @@ Scene parse_laser(const SceneText& text, const std::vector<std::string>& overrid
 
   Scene scene;
   scene.file = text.file;
-  std::vector<double> wavelengths_m;
-  const auto hologram = root.section("hologram");
-  scene.hologram = read_hologram(hologram, wavelengths_m);
+  auto hologram = root.section("hologram");
+  scene.hologram = read_keys(hologram, HologramSpec{});
+  std::vector<double> wavelengths_m{scene.hologram.wavelength_m};
+  hologram.read("wavelength", [&](const Value& v) { wavelengths_m = read_wavelengths(v); });
   scene.colour = read_colour(root.section("colour"), document.root.contains("colour"), hologram,
                              wavelengths_m, laser);
   if (scene.colour) scene.hologram.wavelength_m = wavelengths_m[scene.colour->laser];
   scene.slm = read_slm(root.section("slm"), scene.hologram.wavelength_m);
   scene.slm.illumination = read_illumination(root.section("illumination"));
-  scene.wrp = read_section<WrpSpec>(root.section("wrp"));
-  scene.sampling = read_section<SamplingSpec>(root.section("sampling"));
-  scene.trace = read_section<TraceSpec>(root.section("trace"));
-  scene.accuracy = read_section<AccuracySpec>(root.section("accuracy"));
-  scene.viewer = read_section<ViewerSpec>(root.section("viewer"));
-  scene.refine = read_refine(root.section("refine"), document.root.contains("refine"));
+  scene.wrp = read_keys(root.section("wrp"), WrpSpec{});
+  scene.sampling = read_keys(root.section("sampling"), SamplingSpec{});
+  scene.trace = read_keys(root.section("trace"), TraceSpec{});
+  scene.accuracy = read_keys(root.section("accuracy"), AccuracySpec{});
+  scene.viewer = read_keys(root.section("viewer"), ViewerSpec{});
+  const auto refine = read_keys(root.section("refine"), RefineSettings{});
+  if (document.root.contains("refine") && refine.iterations != 0) scene.refine = refine;
   scene.given = given_keys(document.root);
   scene.digest = digest_of(document.root);
-  for (Section& section : root.sections("light")) scene.lights.push_back(read_light(section));
+  for (Section& section : root.sections("light"))
+    scene.lights.push_back(read_keys(section, placed<Light>(section)));
   scene.materials.emplace_back();
-  for (auto& [name, section] : root.section("materials").named_sections("material"))
-    scene.materials.push_back(read_material(name, section, scene.hologram.wavelength_m));
+  for (auto& [name, section] : root.section("materials").named_sections("material")) {
+    auto material = placed<Material>(section);
+    material.name = name;
+    scene.materials.push_back(read_keys(section, material, scene.hologram.wavelength_m));
+  }
   for (Section& section : root.sections("object"))
-    scene.objects.push_back(
-        read_object(section, scene.hologram, scene.materials, text.needs_meshes));
+    scene.objects.push_back(read_keys(section, placed<Object>(section), scene.hologram,
+                                      scene.materials, text.needs_meshes));
   Section of_gltf = root.section("scene");
   Section animation = root.section("animation");
   root.finish();

@@ -258,8 +258,7 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
 }
 
 SlmSpec read_slm(Section section, double wavelength_m, int most_bits) {
-  SlmSpec slm;
-  read_keys(section, slm, wavelength_m, most_bits);
+  auto slm = read_keys(section, SlmSpec{}, wavelength_m, most_bits);
   const bool needs_carrier = slm.encoding == Encoding::off_axis || slm.encoding == Encoding::lee;
   if (needs_carrier && slm.carrier == glm::dvec2(0) && slm.shift_m == glm::dvec2(0))
     section.fail("encoding " + in_quotes(name_of(slm.encoding)) +

@@ -63,9 +63,9 @@ void keys_of(Object& object, const Keys& key, const HologramSpec& hologram,
 /// wavelength_m  of LUTs by wavelength, it takes the nearest
 void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits);
 
-/// Reads the keys of a section into a struct; the section has no others.
+/// Reads the keys of a section, which has no others, into a struct.
 template <class Spec, class... More>
-void read_keys(Section& section, Spec& spec, const More&... more) {
+Spec read_keys(Section section, Spec spec, const More&... more) {
   const Keys key = [&](const Setting& setting) {
     const auto use = [&](const Value& v) { setting.read(v); };
     if (setting.needs)
@@ -75,6 +75,7 @@ void read_keys(Section& section, Spec& spec, const More&... more) {
   };
   keys_of(spec, key, more...);
   section.finish();
+  return spec;
 }
 
 /// The keys of a struct as report.json tells them, lengths in metres.

@@ -167,8 +167,9 @@ TEST_CASE("the documentation lists each key of a scene, with its default and its
       };
       if (row.keys[0] == "stop_centre") continue;  // where there is a stop alone
       const bool is_set = row.keys[0] == "only" || row.keys[0] == "eyepiece";  // by section.set
-      if (row.otherwise.starts_with('`') && !is_set) {
-        desk.require_same(with(all_of(row.otherwise, "`([^`]*)`")[0]), section.set);
+      const auto otherwise = all_of(row.otherwise, "^`([\"[0-9tf-][^`]*)`");
+      if (!otherwise.empty() && !is_set) {
+        desk.require_same(with(otherwise[0]), section.set);
         ++defaults;
       }
       const auto ends = ends_of(row.range);
