@@ -313,6 +313,7 @@ TEST_CASE("a file appears whole or not at all") {
   CHECK(seen != file);
 }
 
+namespace {
 /// Files of this process cannot grow beyond some bytes while it lives, as on a full disk.
 class FullDisk {
 public:
@@ -333,6 +334,7 @@ private:
   rlimit before_{};
   void (*signal_)(int) = SIG_DFL;
 };
+}  // namespace
 
 TEST_CASE("on a full disk every format is an error, the old file stays, and nothing else is left") {
   constexpr int nx = 120, ny = 90;

@@ -283,6 +283,7 @@ TEST_CASE("hits on closed meshes equal those of CGAL and brute force") {
   }
 }
 
+namespace {
 void check_cracks(std::size_t count) {
   on_every_device([&](const raywave::cl::Device& device, int lanes) {
     for (const double size : {5e-3, 1.0}) {
@@ -303,6 +304,7 @@ void check_cracks(std::size_t count) {
     }
   });
 }
+}  // namespace
 
 TEST_CASE("no ray of a million slips through edges and vertices of closed meshes") {
   check_cracks(1'000'000);

@@ -249,6 +249,7 @@ TEST_CASE("a moved world has the box and extents of all its vertices") {
   }
 }
 
+namespace {
 /// Components of positions along each of some directions, as functions of position.
 auto along(const std::array<dvec3, 4>& directions, std::size_t& visits) {
   return [&](const dvec3& p_m) {
@@ -264,6 +265,7 @@ std::array<dvec3, 4> four_directions(Random& random) {
   for (auto& direction : directions) direction = unit_vector(random);
   return directions;
 }
+}  // namespace
 
 TEST_CASE("a vertex tree finds the extremes of any number of vertices") {
   Random random(5);

@@ -247,6 +247,7 @@ TEST_CASE("moved instances have the samples of a world built at their places") {
   }
 }
 
+namespace {
 /// The culling test of kernels/scene/bvh.h.
 bool turns_away(std::int32_t facing, const device::Instance& instance) {
   int along = 0;
@@ -254,6 +255,7 @@ bool turns_away(std::int32_t facing, const device::Instance& instance) {
   return device::normal_cone_spread(facing) > 0 &&
          2 * along > VIEW_STEPS * device::normal_cone_spread(facing) + instance.view_margin;
 }
+}  // namespace
 
 TEST_CASE(
     "normal cones culled by their bits face away everywhere in the instance, and few such cones "
