@@ -24,8 +24,6 @@ using reference::Random;
 using reference::Setup;
 using FloatComplex = std::complex<float>;
 
-constexpr double nm = 1e-9, um = 1e-6, mm = 1e-3, red_m = 638e-9, slm_m = 3.74e-6;
-
 /// docs/accuracy.md, "Propagation": measured 1.8e-7 to 4.2e-7.
 constexpr double propagation_bound = 1e-6;
 

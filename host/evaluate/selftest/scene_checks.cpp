@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/evaluate/selftest/selftest.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/propagate/compact_propagator.hpp"
@@ -26,8 +27,6 @@ using glm::ivec2;
 using reference::ball_before_wall;
 using reference::Rig;
 using reference::Stage;
-
-constexpr double nm = 1e-9, um = 1e-6, mm = 1e-3, red_m = 638e-9, slm_m = 3.74e-6;
 
 /// Largest accepted relative L2 error of a hologram.
 constexpr double field_bound = 1e-4;

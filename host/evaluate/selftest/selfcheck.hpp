@@ -11,6 +11,9 @@
 
 namespace raywave::selftest {
 
+/// Units, and the red laser and the SLM of the checks.
+constexpr double nm = 1e-9, um = 1e-6, mm = 1e-3, red_m = 638e-9, slm_m = 3.74e-6;
+
 /// Stated in kernels/common/phase.h.
 constexpr double cos_sin_bound = 1.7e-7;
 
