@@ -55,7 +55,7 @@ void upload(const cl::Device& device, const std::vector<T>& data, cl::Buffer<T>&
 
 CompactGatherer::CompactGatherer(const cl::Device& device, const Plan& plan,
                                  const DeviceScene& scene, const SampleTable& table, int frames,
-                                 std::optional<FootprintBins::Where> bins)
+                                 std::optional<Counting> bins)
     : plan_(plan),
       scene_(scene),
       table_(table),
@@ -71,7 +71,7 @@ CompactGatherer::CompactGatherer(const cl::Device& device, const Plan& plan,
       profile_(program_.kernel("profile")),
       gather_(program_.kernel("gather_compact")),
       device_(device),
-      bins_(device, plan.scene_name, bins.value_or(FootprintBins::where(device.info()))) {}
+      bins_(device, plan.scene_name, bins.value_or(counting_of(device.info()))) {}
 
 std::vector<device::CompactFootprint> CompactGatherer::footprints() const {
   std::vector<device::CompactFootprint> footprints(static_cast<std::size_t>(table_.count));

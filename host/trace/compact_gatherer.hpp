@@ -16,10 +16,9 @@ class CompactGatherer {
 public:
   /// plan    with Plan::compact
   /// frames  number gathered together, 1 to most_frames_together
-  /// bins    where the lists of samples are made; none: as the device asks for
+  /// bins    where the samples of each bin are listed; none: as the device asks for
   CompactGatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
-                  const SampleTable& table, int frames,
-                  std::optional<FootprintBins::Where> bins = {});
+                  const SampleTable& table, int frames, std::optional<Counting> bins = {});
 
   /// Draws the random phases of frames seed, seed + 1, ... for the current samples of the table.
   void draw_phases(std::uint32_t seed);

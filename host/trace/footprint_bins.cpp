@@ -49,10 +49,6 @@ void upload(const cl::Device& device, const std::vector<T>& data, cl::Buffer<T>&
 
 }  // namespace
 
-FootprintBins::Where FootprintBins::where(const cl::DeviceInfo& device) {
-  return device.kind == cl::DeviceKind::cpu ? Where::host : Where::device;
-}
-
 FootprintBins::OnDevice::OnDevice(const cl::Device& device)
     : program(device, "kernels/gather/bins.cl", {}),
       weigh(program.kernel("weigh_footprints")),
@@ -64,12 +60,12 @@ FootprintBins::OnDevice::OnDevice(const cl::Device& device)
       scan_bins(device),
       found(device, FOOTPRINT_BATCH(most_batches), "batches of samples") {}
 
-FootprintBins::FootprintBins(const cl::Device& device, std::string scene, Where where,
+FootprintBins::FootprintBins(const cl::Device& device, std::string scene, Counting counting,
                              std::size_t batch_floats)
     : device_(device),
       scene_(std::move(scene)),
       batch_floats_(batch_floats > 0 ? batch_floats : batch_floats_of(device.info())) {
-  if (where == Where::device) on_device_.emplace(device);
+  if (counting == Counting::on_device) on_device_.emplace(device);
 }
 
 void FootprintBins::find(const cl::Buffer<device::CompactFootprint>& footprints, int count,

@@ -24,14 +24,9 @@ public:
     bool operator==(const Batch&) const = default;
   };
 
-  /// Where the lists are made. On CPUs, whose memory the host shares, the host is faster; elsewhere
-  /// only a few numbers come to the host.
-  enum class Where { host, device };
-  static Where where(const cl::DeviceInfo& device);
-
   /// scene         its name, for messages
   /// batch_floats  room for the profiles of a batch; 0: as the device asks for
-  FootprintBins(const cl::Device& device, std::string scene, Where where,
+  FootprintBins(const cl::Device& device, std::string scene, Counting counting,
                 std::size_t batch_floats = 0);
 
   /// Divides the samples into batches and makes their lists.

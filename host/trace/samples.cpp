@@ -86,7 +86,7 @@ void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std
 }  // namespace
 
 SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
-                         bool keep_unseen)
+                         bool keep_unseen, std::optional<Counting> counting)
     : visibility_parts(plan.visibility_parts),
       device_(device),
       program_(
@@ -104,6 +104,8 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
         cl::with(scene.options, {{option::antialias, std::to_string(plan.antialias)},
                                  {option::visibility_parts, std::to_string(visibility_parts)},
                                  {option::paths, has_fitted_paths(plan) ? "1" : "0"}}));
+  else if (counting.value_or(counting_of(device.info())) == Counting::on_device)
+    on_device_.emplace(device);
   find(plan, scene);
 }
 
@@ -140,117 +142,168 @@ void SampleTable::show_laser(const DeviceScene& scene) {
 }
 
 void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
-  // Sizes of the lattice and of one slot (a place for one sample in a cell)
   lattice = lattice_of(plan, scene);
   breaks_.find(lattice, scene);
-  const auto nx = static_cast<std::size_t>(lattice.nx), ny = static_cast<std::size_t>(lattice.ny);
-  const auto lights = static_cast<std::size_t>(scene.light_words());
-  const auto colours_of_sample = std::size_t{plan.colour ? 6u : 0u};
-  const auto bytes_per_slot =
-      sizeof(device::Sample) + 4 * (visibility_words() + lights + colours_of_sample);
-  const int lanes = lanes_for(device_.info());
-  const cl::Range local = lanes == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
-  const cl::Range group{lanes == 1 ? std::size_t{64} : std::size_t{1}};
+  const auto cells = static_cast<std::size_t>(lattice.nx) * static_cast<std::size_t>(lattice.ny);
+  if (first_of_cell.size() != cells + 1) first_of_cell = {device_, cells + 1, "sample lattice"};
+  if (on_device_)
+    make_room(device_, on_device_->first_of_row, static_cast<std::size_t>(lattice.ny) + 1,
+              "rows of the lattice");
+  else
+    first_.assign(cells + 1, {0, 0});
 
-  // Samples are found band by band of the lattice's rows. first: samples, and hidden samples, in
-  // all cells before a cell
-  std::vector<glm::ivec2> first(nx * ny + 1, {0, 0});
-  std::int64_t total = 0;
-  hidden = specular = 0;
-  for (std::size_t row = 0; row < ny;) {
-    const auto rows = std::clamp<std::size_t>(
-        band_bytes(device_.info()) / (nx * bytes_per_slot * static_cast<std::size_t>(slots_)), 1,
-        ny - row);
-    const auto cells = rows * nx, room = cells * static_cast<std::size_t>(slots_);
-    make_room(device_, band_.counts, cells, "samples of each cell");
-    make_room(device_, band_.mirrors, cells, "mirrors of each cell");
-    make_room(device_, band_.samples, room, "samples");
-    make_room(device_, band_.visibility_masks, room * visibility_words(),
-              "visibility masks of samples");
-    make_room(device_, band_.lit, room * lights, "lights on samples");
-    make_room(device_, band_.colours, std::max<std::size_t>(1, room * colours_of_sample),
-              "colours of samples");
-    find_samples_.run(
-        {(nx + static_cast<std::size_t>(lanes) - 1) / static_cast<std::size_t>(lanes), rows}, local,
-        scene.arguments(), lattice, breaks_.known, breaks_.cells, breaks_.tiles,
-        static_cast<std::int32_t>(row), static_cast<std::int32_t>(rows), slots_, band_.counts,
-        band_.mirrors, band_.samples, band_.visibility_masks, band_.lit, band_.colours);
-
-    // The counts of the band's cells, summed: a cell's samples in mirrors and glass follow those
-    // that are seen directly
-    const auto specular_counts = find_specular(plan, scene, row * nx, cells);
-    std::vector<glm::ivec4> specular_first;
-    int most = 0;
-    const auto total_before = total;
-    const auto hidden_before = hidden, specular_before = specular;
-    band_.counts.on_host(
-        [&](std::span<glm::ivec2> counts) {
-          for (std::size_t cell = 0; cell < cells; ++cell) {
-            most = std::max(most, counts[cell].x);
-            total += counts[cell].x;
-            hidden += counts[cell].y;
-            if (const auto place = specular_first.size();
-                place < mirrors_.size() &&
-                mirrors_[place].x == static_cast<std::int32_t>(row * nx + cell)) {
-              specular_first.emplace_back(
-                  static_cast<std::int32_t>(std::min<std::int64_t>(total, INT32_MAX)), hidden,
-                  specular, 0);
-              total += specular_counts[place].x;
-              hidden += specular_counts[place].y;
-              specular += specular_counts[place].x;
-            }
-            first[row * nx + cell + 1] = {
-                static_cast<std::int32_t>(std::min<std::int64_t>(total, INT32_MAX)), hidden};
-          }
-        },
-        CL_MAP_READ);
+  // Samples are found band by band of the lattice's rows.
+  const auto row_bytes = static_cast<std::size_t>(lattice.nx) * bytes_of_slot(scene);
+  Found found;
+  for (int row = 0; row < lattice.ny;) {
+    const auto most_rows =
+        band_bytes(device_.info()) / (row_bytes * static_cast<std::size_t>(slots_));
+    const int rows = static_cast<int>(
+        std::clamp<std::size_t>(most_rows, 1, static_cast<std::size_t>(lattice.ny - row)));
+    find_band(scene, row, rows);
+    const auto before = found;
+    const int most = on_device_ ? count_on_device(row, rows, found)
+                                : count_on_host(plan, scene, row, rows, found);
     // A cell had more samples than slots: the band is repeated with enough slots.
     if (most > slots_) {
       slots_ = most;
-      total = total_before;
-      hidden = hidden_before;
-      specular = specular_before;
+      found = before;
       continue;
     }
-    if (total > most_samples)
+    if (found.samples > most_samples)
       throw InputError(
-          "sampling.pitch: " + std::to_string(total) +
+          "sampling.pitch: " + std::to_string(found.samples) +
           " surface samples or more, at most 268435456 are allowed; give a larger pitch");
-
-    // The band's samples are appended to the table without gaps.
-    const auto kept = static_cast<std::size_t>(total_before),
-               wanted = static_cast<std::size_t>(std::max<std::int64_t>(total, 1));
-    grow(device_, samples, kept, wanted, "samples");
-    grow(device_, visibility_masks, kept * visibility_words(), wanted * visibility_words(),
-         "visibility masks of samples");
-    grow(device_, lit, kept * lights, wanted * lights, "lights on samples");
-    grow(device_, colours, kept * colours_of_sample,
-         std::max<std::size_t>(1, wanted * colours_of_sample), "colours of samples");
-    make_room(device_, band_.first, cells, "samples of each cell");
-    band_.first.write(std::span<const glm::ivec2>(first).subspan(row * nx, cells));
-    pack_samples_.run({cells}, group, band_.counts, band_.first, static_cast<std::int32_t>(cells),
-                      slots_, band_.samples, band_.visibility_masks, band_.lit, band_.colours,
-                      samples, visibility_masks, lit, colours);
-    grow(device_, paths, static_cast<std::size_t>(specular_before),
-         static_cast<std::size_t>(std::max(specular, 1)), "paths over mirrors and through glass");
-    if (!specular_first.empty())
-      specular_->pack(specular_first, samples, visibility_masks, lit, paths);
+    append_band(scene, static_cast<std::size_t>(rows) * static_cast<std::size_t>(lattice.nx),
+                before, found);
     row += rows;
   }
-
-  count = static_cast<int>(total);
+  count = static_cast<int>(found.samples);
+  hidden = found.hidden;
+  specular = found.specular;
   show_laser(scene);
+  index_cells();
+}
 
-  // Index of the table by cell for the device, and by row for the host
-  std::vector<std::int32_t> cells;
-  for (const auto& at : first) cells.push_back(at.x);
-  if (first_of_cell.size() != cells.size())
-    first_of_cell = {device_, cells.size(), "sample lattice"};
-  first_of_cell.write(cells);
+std::size_t SampleTable::words_of_colours() const { return show_laser_ ? 6 : 0; }
+
+/// Bytes of a slot: a place for one sample in a cell.
+std::size_t SampleTable::bytes_of_slot(const DeviceScene& scene) const {
+  return sizeof(device::Sample) +
+         4 * (visibility_words() + static_cast<std::size_t>(scene.light_words()) +
+              words_of_colours());
+}
+
+void SampleTable::find_band(const DeviceScene& scene, int row, int rows) {
+  const auto nx = static_cast<std::size_t>(lattice.nx), cells = nx * static_cast<std::size_t>(rows),
+             room = cells * static_cast<std::size_t>(slots_);
+  make_room(device_, band_.counts, cells, "samples of each cell");
+  make_room(device_, band_.mirrors, cells, "mirrors of each cell");
+  make_room(device_, band_.samples, room, "samples");
+  make_room(device_, band_.visibility_masks, room * visibility_words(),
+            "visibility masks of samples");
+  make_room(device_, band_.lit, room * static_cast<std::size_t>(scene.light_words()),
+            "lights on samples");
+  make_room(device_, band_.colours, std::max<std::size_t>(1, room * words_of_colours()),
+            "colours of samples");
+  const auto lanes = static_cast<std::size_t>(lanes_for(device_.info()));
+  find_samples_.run({(nx + lanes - 1) / lanes, static_cast<std::size_t>(rows)},
+                    lanes == 1 ? cl::Range{8, 8} : cl::Range{1, 1}, scene.arguments(), lattice,
+                    breaks_.known, breaks_.cells, breaks_.tiles, row, rows, slots_, band_.counts,
+                    band_.mirrors, band_.samples, band_.visibility_masks, band_.lit, band_.colours);
+}
+
+int SampleTable::count_on_host(const Plan& plan, const DeviceScene& scene, int row, int rows,
+                               Found& found) {
+  // A cell's samples in mirrors and glass follow those that are seen directly.
+  const auto nx = static_cast<std::size_t>(lattice.nx), begin = static_cast<std::size_t>(row) * nx,
+             cells = static_cast<std::size_t>(rows) * nx;
+  const auto specular_counts = find_specular(plan, scene, begin, cells);
+  specular_first_.clear();
+  int most = 0;
+  const auto place = [&] {
+    return static_cast<std::int32_t>(std::min<std::int64_t>(found.samples, INT32_MAX));
+  };
+  band_.counts.on_host(
+      [&](std::span<glm::ivec2> counts) {
+        for (std::size_t cell = 0; cell < cells; ++cell) {
+          most = std::max(most, counts[cell].x);
+          found.samples += counts[cell].x;
+          found.hidden += counts[cell].y;
+          if (const auto number = specular_first_.size();
+              number < mirrors_.size() &&
+              mirrors_[number].x == static_cast<std::int32_t>(begin + cell)) {
+            specular_first_.emplace_back(place(), found.hidden, found.specular, 0);
+            found.samples += specular_counts[number].x;
+            found.hidden += specular_counts[number].y;
+            found.specular += specular_counts[number].x;
+          }
+          first_[begin + cell + 1] = {place(), found.hidden};
+        }
+      },
+      CL_MAP_READ);
+  make_room(device_, band_.first, cells, "samples of each cell");
+  band_.first.write(std::span<const glm::ivec2>(first_).subspan(begin, cells));
+  return most;
+}
+
+SampleTable::OnDevice::OnDevice(const cl::Device& device)
+    : program(device, "kernels/samples/cells.cl", {}),
+      place_cells(program.kernel("place_cells")),
+      scan(device),
+      found(device, 3, "samples of a band") {}
+
+int SampleTable::count_on_device(int row, int rows, Found& found) {
+  auto& d = *on_device_;
+  const int cells = rows * lattice.nx;
+  make_room(device_, band_.first, static_cast<std::size_t>(cells) + 1, "samples of each cell");
+  band_.first.copy_from(band_.counts, 0, static_cast<std::size_t>(cells));
+  d.scan.run(band_.first, 0, cells, {static_cast<std::int32_t>(found.samples), found.hidden});
+  d.found.fill_zero();
+  d.place_cells.run({static_cast<std::size_t>(cells) + 1}, {64}, band_.counts, band_.first, cells,
+                    row * lattice.nx, lattice.nx, first_of_cell, d.first_of_row, d.found);
+  const auto counted = d.found.read();
+  found.samples = counted[1];
+  found.hidden = counted[2];
+  return counted[0];
+}
+
+void SampleTable::append_band(const DeviceScene& scene, std::size_t cells, const Found& before,
+                              const Found& after) {
+  const auto lights = static_cast<std::size_t>(scene.light_words()), colour = words_of_colours();
+  const auto kept = static_cast<std::size_t>(before.samples),
+             wanted = static_cast<std::size_t>(std::max<std::int64_t>(after.samples, 1));
+  grow(device_, samples, kept, wanted, "samples");
+  grow(device_, visibility_masks, kept * visibility_words(), wanted * visibility_words(),
+       "visibility masks of samples");
+  grow(device_, lit, kept * lights, wanted * lights, "lights on samples");
+  grow(device_, colours, kept * colour, std::max<std::size_t>(1, wanted * colour),
+       "colours of samples");
+  const cl::Range group{lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}};
+  pack_samples_.run({cells}, group, band_.counts, band_.first, static_cast<std::int32_t>(cells),
+                    slots_, band_.samples, band_.visibility_masks, band_.lit, band_.colours,
+                    samples, visibility_masks, lit, colours);
+  grow(device_, paths, static_cast<std::size_t>(before.specular),
+       static_cast<std::size_t>(std::max(after.specular, 1)),
+       "paths over mirrors and through glass");
+  if (specular_ && !specular_first_.empty())
+    specular_->pack(specular_first_, samples, visibility_masks, lit, paths);
+}
+
+void SampleTable::index_cells() {
+  const auto nx = static_cast<std::size_t>(lattice.nx), ny = static_cast<std::size_t>(lattice.ny);
+  std::vector<glm::ivec2> rows(ny + 1);
+  if (on_device_) {
+    on_device_->first_of_row.read(rows);
+  } else {
+    std::vector<std::int32_t> cells;
+    for (const auto& at : first_) cells.push_back(at.x);
+    first_of_cell.write(cells);
+    for (std::size_t row = 0; row <= ny; ++row) rows[row] = first_[row * nx];
+  }
   first_of_row.clear();
   first_profile_of_row.clear();
-  for (std::size_t row = 0; row <= ny; ++row) {
-    const auto at = first[row * nx];
+  for (const auto& at : rows) {
     first_of_row.push_back(at.x);
     first_profile_of_row.push_back(at.x + std::int64_t{plane_wave_parts() - 1} * at.y);
   }

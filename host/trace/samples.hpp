@@ -10,6 +10,7 @@
 #include "host/plan/plan.hpp"
 #include "host/trace/breaks.hpp"
 #include "host/trace/device_scene.hpp"
+#include "host/trace/scan.hpp"
 #include "host/trace/specular_paths.hpp"
 
 namespace raywave {
@@ -20,8 +21,10 @@ namespace raywave {
 class SampleTable {
 public:
   /// keep_unseen  also keep samples that are hidden from the whole window of the hologram
+  /// counting     of the samples in each cell; none: as the device asks for. Those in mirrors and
+  ///              glass are counted on the host.
   SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
-              bool keep_unseen = false);
+              bool keep_unseen = false, std::optional<Counting> counting = {});
 
   /// Finds the samples again, for a scene with the same options.
   /// throws  InputError when there are more than 2^28 cells or samples
@@ -73,12 +76,36 @@ private:
     cl::Buffer<float> colours;
   };
 
+  /// Samples in the bands so far.
+  struct Found {
+    std::int64_t samples = 0;
+    int hidden = 0, specular = 0;
+  };
+
+  std::size_t words_of_colours() const;
+  std::size_t bytes_of_slot(const DeviceScene& scene) const;
+
+  /// Finds the samples of a band, as many to a cell as there are slots.
+  void find_band(const DeviceScene& scene, int row, int rows);
+
+  /// Counts the samples of a band that find_band has found, and places them behind those found
+  /// before. Returns the largest number in a cell.
+  int count_on_host(const Plan& plan, const DeviceScene& scene, int row, int rows, Found& found);
+  int count_on_device(int row, int rows, Found& found);
+
   /// Finds the samples in mirrors and glass of a band, in the cells that `mirrors` names; empty
   /// where there are none.
   ///
   /// first_cell  of the band
   std::vector<glm::ivec2> find_specular(const Plan& plan, const DeviceScene& scene,
                                         std::size_t first_cell, std::size_t cells);
+
+  /// Appends a band's samples to the table without gaps.
+  void append_band(const DeviceScene& scene, std::size_t cells, const Found& before,
+                   const Found& after);
+
+  /// Makes the index of the table by cell, for the device, and by row, for the host.
+  void index_cells();
 
   /// In colour: the light of the samples for the scene's laser.
   void show_laser(const DeviceScene& scene);
@@ -90,7 +117,19 @@ private:
   int slots_ = 4;  // room in each cell, in samples; grows to the largest number found
   Band band_;
   std::optional<SpecularPaths> specular_;
-  std::vector<glm::ivec2> mirrors_;  // of a band: cells with mirrors, and sources met there
+  // For the host: samples, and hidden samples, in all cells before a cell
+  std::vector<glm::ivec2> first_;
+  std::vector<glm::ivec2> mirrors_;         // of a band: cells with mirrors, and sources met there
+  std::vector<glm::ivec4> specular_first_;  // of their samples, as SpecularPaths::pack takes them
+  struct OnDevice {
+    explicit OnDevice(const cl::Device& device);
+    cl::Program program;
+    cl::Kernel place_cells;
+    Scan<glm::ivec2> scan;
+    cl::Buffer<glm::ivec2> first_of_row;
+    cl::Buffer<std::int32_t> found;
+  };
+  std::optional<OnDevice> on_device_;
   Breaks breaks_;
 };
 

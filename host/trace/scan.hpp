@@ -9,6 +9,13 @@
 
 namespace raywave {
 
+/// Where lists are counted and placed. The host is faster on CPUs, whose memory it shares; other
+/// devices send it a few numbers only.
+enum class Counting { on_host, on_device };
+inline Counting counting_of(const cl::DeviceInfo& device) {
+  return device.kind == cl::DeviceKind::cpu ? Counting::on_host : Counting::on_device;
+}
+
 /// T  int or int2
 template <class T>
 class Scan {

@@ -39,7 +39,7 @@ struct AtHologram {
 AtHologram at_hologram(const raywave::cl::Device& device, const Rig& rig, int frames = 1,
                        std::uint32_t seed = 1,
                        raywave::cl::FftBackend fft = raywave::cl::FftBackend::host,
-                       std::optional<FootprintBins::Where> bins = {}) {
+                       std::optional<Counting> bins = {}) {
   const auto area = [](ivec2 size) {
     return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
   };
@@ -534,8 +534,8 @@ TEST_CASE("the device bins footprints as the host does, and fields are the same 
           footprints.resize(footprints.size() + 1);
           const raywave::cl::Buffer<raywave::device::CompactFootprint> buffer(
               device, std::span<const raywave::device::CompactFootprint>(footprints), "footprints");
-          FootprintBins host(device, "", FootprintBins::Where::host, 100'000),
-              there(device, "", FootprintBins::Where::device, 100'000);
+          FootprintBins host(device, "", Counting::on_host, 100'000),
+              there(device, "", Counting::on_device, 100'000);
           for (int round = 0; round < 2; ++round) {
             host.find(buffer, count, size, is_whole);
             there.find(buffer, count, size, is_whole);
@@ -571,10 +571,10 @@ TEST_CASE("the device bins footprints as the host does, and fields are the same 
     for (const auto& stage : {compact(wall()), compact(ball_before_wall(10e-3))}) {
       const Rig rig(device, stage);
       REQUIRE(rig.plan.compact);
-      const auto fields = [&](FootprintBins::Where where) {
+      const auto fields = [&](Counting where) {
         return at_hologram(device, rig, 2, 1, raywave::cl::FftBackend::host, where).tiles;
       };
-      CHECK(fields(FootprintBins::Where::device) == fields(FootprintBins::Where::host));
+      CHECK(fields(Counting::on_device) == fields(Counting::on_host));
     }
   }
 }

@@ -524,3 +524,41 @@ TEST_CASE("a lattice without intersections gives an empty table") {
                       [](auto v) { return v == std::complex<float>(0); }));
   }
 }
+
+TEST_CASE("the device counts samples as the host does") {
+  for (const auto& device : all_devices()) {
+    INFO(device.info().name);
+    for (const bool is_large : {false, true}) {  // in several bands, or with too few slots at first
+      Stage stage;
+      stage.scene.hologram = {{192, 160}, {3.74e-6, 3.74e-6}, 638e-9};
+      stage.scene.sampling.pitch_m = is_large ? 1e-6 : 40e-6;
+      for (int i = 0; i < (is_large ? 1 : 7); ++i)
+        stage.add(rectangle({0, 0, 10e-3 + i * 1e-3}, {0.35e-3, 0, 0.2e-3}, {0, 0.35e-3, 0}));
+      const Rig rig(device, stage);
+      SampleTable host(device, rig.plan, rig.arrays, true, Counting::on_host),
+          there(device, rig.plan, rig.arrays, true, Counting::on_device);
+      for (int round = 0; round < 2; ++round) {
+        REQUIRE(there.count == host.count);
+        CHECK(host.count > (is_large ? 300'000 : 1000));
+        CHECK(there.hidden == host.hidden);
+        CHECK((there.first_of_row == host.first_of_row));
+        CHECK((there.first_profile_of_row == host.first_profile_of_row));
+        CHECK((there.first_of_cell.read() == host.first_of_cell.read()));
+        const auto bytes_of = [&](const SampleTable& table) {
+          std::vector<raywave::device::Sample> samples(static_cast<std::size_t>(table.count));
+          table.samples.read(samples);
+          std::vector<std::uint32_t> words(samples.size() * table.visibility_words());
+          table.visibility_masks.read(words);
+          const auto* begin = reinterpret_cast<const char*>(samples.data());
+          std::vector<char> bytes(begin, begin + samples.size() * sizeof samples[0]);
+          const auto* masks = reinterpret_cast<const char*>(words.data());
+          bytes.insert(bytes.end(), masks, masks + 4 * words.size());
+          return bytes;
+        };
+        CHECK((bytes_of(there) == bytes_of(host)));
+        there.find(rig.plan, rig.arrays);
+        host.find(rig.plan, rig.arrays);
+      }
+    }
+  }
+}
